@@ -1,0 +1,1 @@
+//! Variational time integrators.

@@ -1,0 +1,140 @@
+//! What a study found: checks, tables and figures. Studies fill these in, the report renders them; neither knows the other.
+
+use serde::Serialize;
+
+/// Outcome of one check.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// The check ran and held.
+    Pass,
+    /// The check ran and did not hold.
+    Fail,
+    /// The data allow no decision; never counted as a pass.
+    Inconclusive,
+    /// The check could not run here (a feature or library is missing).
+    NotRun,
+}
+
+/// One statement decided by computation.
+#[derive(Debug, Clone, Serialize)]
+pub struct Check {
+    /// Stable identifier, unique in the study: `order/method-i/logistic`.
+    pub id: String,
+    /// What is asserted, in one sentence.
+    pub statement: String,
+    /// What came out.
+    pub outcome: Outcome,
+    /// The number that was measured, where there is one.
+    pub measured: Option<f64>,
+    /// What was required of it: `2.00 ± 0.05`, `≤ 3.1e-15`.
+    pub required: String,
+    /// Where the requirement comes from, or why the check failed, was inconclusive or did not run.
+    pub reason: String,
+}
+
+/// A table; also written as `data/<id>.csv` at full precision.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table {
+    /// Stable identifier: file stem and anchor.
+    pub id: String,
+    /// One sentence saying what the reader sees.
+    pub caption: String,
+    /// Column names, machine readable: `max_error`.
+    pub columns: Vec<String>,
+    /// Rows; each as long as `columns`.
+    pub rows: Vec<Vec<Cell>>,
+    /// Whether the report shows the rows; data behind a figure only are linked.
+    pub shown: bool,
+}
+
+/// One cell of a [`Table`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Cell {
+    /// Text.
+    Text(String),
+    /// A number: round-trip precision in files, four significant digits on the page.
+    Number(f64),
+    /// A count.
+    Integer(i64),
+    /// Nothing there; the reason stands in another column.
+    Empty,
+}
+
+/// A figure of one or more panels, laid out in reading order.
+#[derive(Debug, Clone, Serialize)]
+pub struct Figure {
+    /// Stable identifier and anchor.
+    pub id: String,
+    /// One or two sentences: what is drawn and what to see in it.
+    pub caption: String,
+    /// Id of the [`Table`] that holds the data.
+    pub data: String,
+    /// The panels.
+    pub panels: Vec<Panel>,
+    /// Panels per row on a wide page.
+    pub columns: usize,
+}
+
+/// One set of axes.
+#[derive(Debug, Clone, Serialize)]
+pub struct Panel {
+    /// Title above the axes; may be empty.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// What is drawn.
+    pub series: Vec<Series>,
+}
+
+/// An axis.
+#[derive(Debug, Clone, Serialize)]
+pub struct Axis {
+    /// Label with unit, `1/h`.
+    pub label: String,
+    /// Logarithmic scale.
+    pub log: bool,
+    /// Fixed limits; from the data where absent.
+    pub limits: Option<(f64, f64)>,
+}
+
+/// One curve or cloud of points.
+#[derive(Debug, Clone, Serialize)]
+pub struct Series {
+    /// Legend entry.
+    pub label: String,
+    /// Points; non-finite ones break the line, non-positive ones are left out on log axes.
+    pub points: Vec<(f64, f64)>,
+    /// How it is drawn.
+    pub mark: Mark,
+}
+
+/// How a [`Series`] is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mark {
+    /// A line.
+    Line,
+    /// A line with a marker at each point.
+    LineMarkers,
+    /// Markers only.
+    Markers,
+    /// A thin dashed guide, such as a slope triangle or an exact curve.
+    Guide,
+}
+
+/// All that a study found.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Evidence {
+    /// Decisions.
+    pub checks: Vec<Check>,
+    /// Tables.
+    pub tables: Vec<Table>,
+    /// Figures.
+    pub figures: Vec<Figure>,
+    /// Findings in words, a paragraph each, `inline code` allowed.
+    pub notes: Vec<String>,
+}

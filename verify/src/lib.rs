@@ -1,0 +1,5 @@
+//! Verification of `lsvi`: problems, references, measures, studies and the report.
+#![warn(missing_docs)]
+
+pub mod evidence;
+pub mod references;

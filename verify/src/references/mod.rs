@@ -1,0 +1,89 @@
+//! Reference solutions that share no code with the methods under test.
+//!
+//! A reference solves a first-order system v̇ = f(t, v) that a problem states by hand in [`Ode`]; it never sees
+//! the discretisation that it is to judge. Each is solved at two settings, and the difference is its error bound.
+
+use std::fmt;
+
+/// A first-order system v̇ = f(t, v) with its Jacobian, written by hand for the references.
+pub trait Ode: Sync {
+    /// Number of unknowns.
+    fn dim(&self) -> usize;
+
+    /// Writes f(t, v) into `dv`.
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]);
+
+    /// Calls `add(i, j, x)` with contributions x to ∂f_i/∂v_j; entries that are never named are zero, repeated ones add up.
+    fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64));
+
+    /// Lower and upper bandwidth of the Jacobian, where it is banded.
+    fn bandwidths(&self) -> Option<(usize, usize)> {
+        None
+    }
+}
+
+/// Work spent on a solve.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Evaluations of f.
+    pub rhs: u64,
+    /// Evaluations of the Jacobian.
+    pub jacobians: u64,
+    /// Linear systems factored.
+    pub factorizations: u64,
+}
+
+/// A solution at requested times with its own error bound.
+#[derive(Debug, Clone)]
+pub struct Sampled {
+    /// The times asked for.
+    pub times: Vec<f64>,
+    /// The state at each time.
+    pub states: Vec<Vec<f64>>,
+    /// Bound on the max-norm error at each time: the difference between two settings, no less than roundoff.
+    pub bound: Vec<f64>,
+    /// Work of the finer of the two solves.
+    pub work: Work,
+}
+
+/// Why a reference gave no answer.
+#[derive(Debug, Clone, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReferenceError {
+    /// The solver stopped.
+    #[error("{solver} stopped at t = {t}: {reason}")]
+    Solver {
+        /// Which solver.
+        solver: &'static str,
+        /// Where it stopped.
+        t: f64,
+        /// What it said.
+        reason: String,
+    },
+    /// The request cannot be met.
+    #[error("{0}")]
+    Input(String),
+    /// Not compiled in.
+    #[error("{0} is not compiled in (feature `cvode`)")]
+    Unavailable(&'static str),
+}
+
+/// A solver used as reference.
+pub trait Reference: Sync {
+    /// Name in reports, such as `cvode-bdf`.
+    fn name(&self) -> &'static str;
+
+    /// Solves from `(t0, v0)` and samples at `times` (increasing, each ≥ t0).
+    ///
+    /// # Errors
+    /// [`ReferenceError`] if the solver fails, or if the request is malformed.
+    fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError>;
+}
+
+impl fmt::Debug for dyn Reference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
