@@ -1,1 +1,55 @@
 //! Variational time integrators.
+//!
+//! Everything here is *a Lagrangian, a discretisation of its action, and a closure that makes one step a solvable system*.
+//!
+//! - A [`Lagrangian`] L(t, q, v): of mechanics, or [`LeastSquares`] of any first-order system v̇ = f(t, v), a [`VectorField`].
+//! - A [`DiscreteLegendre`](discrete::DiscreteLegendre) transform: the momenta at the two ends of a step, from a discrete
+//!   Lagrangian such as [`Trapezoidal`](discrete::Trapezoidal) or [`Midpoint`](discrete::Midpoint).
+//! - A [`Closure`](closure::Closure) of the momenta: position–momentum, or the (α, β) family with [`method_i`] and [`method_ii`].
+//! - A [`Variational`] integrator of the two, stepped along a [`Trajectory`] like the [`classic`] yardsticks.
+//!
+//! # Notation
+//!
+//! | symbol | meaning | in code |
+//! |---|---|---|
+//! | h | step size | `h` |
+//! | q, v = q̇ | configuration and velocity in mechanics | `q`, `v` |
+//! | v, v̇ | unknown and its rate in v̇ = f(t, v); the configuration and velocity of its least-squares Lagrangian | `v`, `rate` |
+//! | p | momentum conjugate to the configuration | `p` |
+//! | L_d(q₀, q₁) | discrete Lagrangian, the action of one step | [`discrete`] |
+//! | p₀ = −D₁L_d, p₁ = D₂L_d | discrete Legendre transforms F∓L_d | [`discrete`] |
+//! | α p₀ + β p₁ = 0 | linear closure | [`closure::Linear`] |
+//!
+//! # References
+//!
+//! Numbers of equations without a key are those of \[S24\].
+//!
+//! - \[S24\] S. Sungkeetanon et al., *Unconditionally stable symplectic integrators for the Navier–Stokes equations and other
+//!   dissipative systems*, 2024.
+//! - \[KY21\] X. Kong and X. Yang, *Variational integrators for mechanical systems based on Lagrange interpolation polynomial
+//!   fitting*, 2021, doi 10.6052/1672-6553-2020-077.
+//! - \[MW01\] J. Marsden and M. West, *Discrete mechanics and variational integrators*, Acta Numerica 10, 2001.
+//! - \[HLW06\] E. Hairer, C. Lubich and G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer, 2006.
+//! - \[HW96\] E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer, 1996.
+#![forbid(unsafe_code)]
+
+pub mod classic;
+pub mod closure;
+pub mod discrete;
+
+mod autodiff;
+mod error;
+mod integrator;
+mod lagrangian;
+mod linalg;
+mod newton;
+mod variational;
+mod vector_field;
+
+pub use autodiff::{AutoDiff, Rhs, Scalar};
+pub use error::{InputError, SolveError, StepError};
+pub use integrator::{Grid, GridStep, Integrator, OneStep, State, Trajectory, Work};
+pub use lagrangian::{HessianWeights, Lagrangian, LeastSquares};
+pub use linalg::Jacobian;
+pub use variational::{Variational, least_squares, method_i, method_ii, position_momentum};
+pub use vector_field::VectorField;

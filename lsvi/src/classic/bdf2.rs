@@ -1,0 +1,119 @@
+//! The two-step backward differentiation formula.
+
+use crate::error::{StepError, check_vector};
+use crate::integrator::{Grid, GridStep, Integrator, OneStep, State};
+use crate::linalg::Jacobian;
+use crate::newton::{Newton, System, Work};
+use crate::vector_field::VectorField;
+
+use super::{RungeKutta, Tableau};
+
+/// BDF2 with variable steps, order 2, A-stable at constant steps; the first step is taken by SDIRK2.
+///
+/// With ω = h_n/h_{n−1}: v_{n+1} − (1+ω)²/(1+2ω) v_n + ω²/(1+2ω) v_{n−1} = h (1+ω)/(1+2ω) f(t_{n+1}, v_{n+1}).
+/// A state that is not the one it returned last starts it anew.
+#[derive(Debug)]
+pub struct Bdf2<F> {
+    first: RungeKutta<F>,
+    newton: Newton,
+    /// The end and size of the last step; `None` before the first.
+    last: Option<GridStep>,
+    before: Vec<f64>,
+    now: Vec<f64>,
+    next: Vec<f64>,
+}
+
+impl<F: VectorField> Bdf2<F> {
+    /// The method for `field`.
+    pub fn new(field: F) -> Self {
+        let zeros = vec![0.0; field.dim()];
+        Self {
+            newton: Newton::new(field.dim()),
+            first: RungeKutta::new(field, Tableau::sdirk2()),
+            last: None,
+            before: zeros.clone(),
+            now: zeros.clone(),
+            next: zeros,
+        }
+    }
+}
+
+struct BdfEquation<'a, F> {
+    field: &'a F,
+    t: f64,
+    last_h: f64,
+    now: &'a [f64],
+    before: &'a [f64],
+}
+
+impl<F: VectorField> BdfEquation<'_, F> {
+    /// (ω²/(1+2ω), h (1+ω)/(1+2ω)).
+    fn coefficients(&self, h: f64) -> (f64, f64) {
+        let omega = h / self.last_h;
+        let scale = 1.0 / (1.0 + 2.0 * omega);
+        (omega * omega * scale, h * (1.0 + omega) * scale)
+    }
+}
+
+impl<F: VectorField> System for BdfEquation<'_, F> {
+    fn dim(&self) -> usize {
+        self.now.len()
+    }
+
+    fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+        let (past, gamma) = self.coefficients(h);
+        self.field.rhs(self.t + h, x, out);
+        for (((o, x), now), before) in out.iter_mut().zip(x).zip(self.now).zip(self.before) {
+            // (1+ω)²/(1+2ω) = 1 + ω²/(1+2ω): differences, so that small steps do not cancel.
+            *o = (x - now) - past * (now - before) - gamma * *o;
+        }
+    }
+
+    fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian) {
+        let (_, gamma) = self.coefficients(h);
+        (0..x.len()).for_each(|i| out.add(i, i, 1.0));
+        self.field.add_jacobian(self.t + h, x, -gamma, out);
+    }
+}
+
+impl<F: VectorField> Integrator for Bdf2<F> {
+    fn dim(&self) -> usize {
+        self.now.len()
+    }
+
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+        let Some(step) = grid.next(state.t) else { return Ok(()) };
+        let (t, h) = (state.t, step.h);
+        check_vector("v", &state.q, self.now.len())?;
+        let last = self.last.take().filter(|last| last.t == t && self.now == state.q);
+        self.next.copy_from_slice(&state.q);
+        match last {
+            Some(last) => {
+                let (now, before) = (&self.now, &self.before);
+                let mut equation = BdfEquation { field: self.first.field(), t, last_h: last.h, now, before };
+                self.newton.solve(&mut equation, h, &mut self.next).map_err(|source| StepError::Solve {
+                    t,
+                    h,
+                    source,
+                })?;
+            }
+            None => self.first.step(t, h, &mut self.next, &mut [])?,
+        }
+        self.before.copy_from_slice(&state.q);
+        self.now.copy_from_slice(&self.next);
+        state.q.copy_from_slice(&self.next);
+        state.t = step.t;
+        self.last = Some(step);
+        self.newton.work.steps += 1;
+        Ok(())
+    }
+
+    fn work(&self) -> Work {
+        let (first, rest) = (self.first.work(), self.newton.work);
+        Work {
+            steps: rest.steps,
+            residuals: first.residuals + rest.residuals,
+            factorizations: first.factorizations + rest.factorizations,
+        }
+    }
+}

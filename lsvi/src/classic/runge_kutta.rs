@@ -1,0 +1,178 @@
+//! Runge–Kutta methods with lower triangular tableaux: explicit, diagonally implicit, and mixtures.
+
+use crate::error::{SolveError, StepError, check_step, check_vector};
+use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
+use crate::linalg::Jacobian;
+use crate::newton::{Newton, System, Work};
+use crate::vector_field::VectorField;
+
+/// A lower triangular Butcher tableau; a zero on the diagonal makes a stage explicit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tableau {
+    /// Rows of A up to the diagonal: row i has i + 1 entries.
+    a: Vec<Vec<f64>>,
+    b: Vec<f64>,
+    c: Vec<f64>,
+}
+
+impl Tableau {
+    fn new(a: Vec<Vec<f64>>, b: Vec<f64>) -> Self {
+        let c = a.iter().map(|row| row.iter().sum()).collect();
+        Self { a, b, c }
+    }
+
+    /// Implicit Euler, order 1, L-stable.
+    pub fn implicit_euler() -> Self {
+        Self::new(vec![vec![1.0]], vec![1.0])
+    }
+
+    /// The implicit midpoint rule, order 2, A-stable, the one-stage Gauss method.
+    pub fn implicit_midpoint() -> Self {
+        Self::new(vec![vec![0.5]], vec![1.0])
+    }
+
+    /// The trapezoidal rule, order 2, A-stable, the two-stage Lobatto IIIA method.
+    pub fn trapezoidal() -> Self {
+        Self::new(vec![vec![0.0], vec![0.5, 0.5]], vec![0.5, 0.5])
+    }
+
+    /// Alexander's two-stage SDIRK method with γ = 1 − √2/2, order 2, L-stable ([HW96] IV.6).
+    pub fn sdirk2() -> Self {
+        let gamma = 1.0 - 0.5 * std::f64::consts::SQRT_2;
+        Self::new(vec![vec![gamma], vec![1.0 - gamma, gamma]], vec![1.0 - gamma, gamma])
+    }
+
+    /// The classical explicit Runge–Kutta method, order 4.
+    pub fn rk4() -> Self {
+        let a = vec![vec![0.0], vec![0.5, 0.0], vec![0.0, 0.5, 0.0], vec![0.0, 0.0, 1.0, 0.0]];
+        Self::new(a, vec![1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0])
+    }
+
+    /// Whether the last stage is the new value.
+    fn is_stiffly_accurate(&self) -> bool {
+        self.a.last().is_some_and(|row| *row == self.b)
+    }
+}
+
+/// The Runge–Kutta method of a [`Tableau`], its implicit stages solved one after the other.
+///
+/// An implicit stage Y_i = v + h Σ_{j<i} a_ij k_j + h a_ii f(t + c_i h, Y_i) is solved for Y_i, and its slope is taken from
+/// the equation, not from f, which would multiply the error of Y_i by h|f_v|.
+#[derive(Debug)]
+pub struct RungeKutta<F> {
+    field: F,
+    tableau: Tableau,
+    newton: Newton,
+    slopes: Vec<Vec<f64>>,
+    known: Vec<f64>,
+    stage: Vec<f64>,
+}
+
+impl<F: VectorField> RungeKutta<F> {
+    /// The method with the given tableau.
+    pub fn new(field: F, tableau: Tableau) -> Self {
+        let n = field.dim();
+        Self {
+            newton: Newton::new(n),
+            slopes: vec![vec![0.0; n]; tableau.b.len()],
+            known: vec![0.0; n],
+            stage: vec![0.0; n],
+            field,
+            tableau,
+        }
+    }
+
+    pub(super) fn field(&self) -> &F {
+        &self.field
+    }
+}
+
+/// Y − v − s (known/h + a f(t + c s, Y)) = 0 for a step of size s; `known` is h Σ a_ij k_j at the full step h.
+struct StageEquation<'a, F> {
+    field: &'a F,
+    t: f64,
+    a: f64,
+    c: f64,
+    v: &'a [f64],
+    known: &'a [f64],
+    full: f64,
+}
+
+impl<F: VectorField> System for StageEquation<'_, F> {
+    fn dim(&self) -> usize {
+        self.v.len()
+    }
+
+    fn residual(&mut self, s: f64, y: &[f64], out: &mut [f64]) {
+        self.field.rhs(self.t + self.c * s, y, out);
+        let fraction = s / self.full;
+        for (((o, y), v), k) in out.iter_mut().zip(y).zip(self.v).zip(self.known) {
+            *o = y - v - fraction * k - s * self.a * *o;
+        }
+    }
+
+    fn derivative(&mut self, s: f64, y: &[f64], out: &mut Jacobian) {
+        (0..y.len()).for_each(|i| out.add(i, i, 1.0));
+        self.field.add_jacobian(self.t + self.c * s, y, -s * self.a, out);
+    }
+}
+
+impl<F: VectorField> Integrator for RungeKutta<F> {
+    fn dim(&self) -> usize {
+        self.field.dim()
+    }
+
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+        advance_one_step(self, state, grid)
+    }
+
+    fn work(&self) -> Work {
+        self.newton.work
+    }
+}
+
+impl<F: VectorField> OneStep for RungeKutta<F> {
+    fn step(&mut self, t: f64, h: f64, v: &mut [f64], _p: &mut [f64]) -> Result<(), StepError> {
+        check_step(h)?;
+        check_vector("v", v, self.known.len())?;
+        let tableau = &self.tableau;
+        for (i, row) in tableau.a.iter().enumerate() {
+            self.known.fill(0.0);
+            let (done, rest) = self.slopes.split_at_mut(i);
+            for (a, k) in row.iter().zip(done.iter()).filter(|(a, _)| **a != 0.0) {
+                for (sum, k) in self.known.iter_mut().zip(k) {
+                    *sum += h * a * k;
+                }
+            }
+            let (a, c, slope) = (row[i], tableau.c[i], &mut rest[0]);
+            if a == 0.0 {
+                for ((y, v), k) in self.stage.iter_mut().zip(v.iter()).zip(&self.known) {
+                    *y = v + k;
+                }
+                self.field.rhs(t + c * h, &self.stage, slope);
+                self.newton.work.residuals += 1;
+                continue;
+            }
+            self.stage.copy_from_slice(v);
+            let mut equation = StageEquation { field: &self.field, t, a, c, v, known: &self.known, full: h };
+            self.newton.solve(&mut equation, h, &mut self.stage).map_err(|source| StepError::Solve { t, h, source })?;
+            for (((s, y), v), k) in slope.iter_mut().zip(&self.stage).zip(v.iter()).zip(&self.known) {
+                *s = (y - v - k) / (h * a);
+            }
+        }
+        if !tableau.is_stiffly_accurate() {
+            self.stage.copy_from_slice(v);
+            for (b, k) in tableau.b.iter().zip(&self.slopes) {
+                for (y, k) in self.stage.iter_mut().zip(k) {
+                    *y += h * b * k;
+                }
+            }
+        }
+        if self.stage.iter().any(|y| !y.is_finite()) {
+            return Err(StepError::Solve { t, h, source: SolveError::NonFinite });
+        }
+        v.copy_from_slice(&self.stage);
+        self.newton.work.steps += 1;
+        Ok(())
+    }
+}

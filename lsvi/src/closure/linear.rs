@@ -1,0 +1,65 @@
+//! The linear family of closures, Eqs. (26), (27).
+
+use std::fmt;
+
+use super::Closure;
+use crate::discrete::MomentumWeights;
+use crate::error::InputError;
+
+/// α p₀ + β p₁ = 0, with α and β constant or functions of the step size.
+///
+/// Explicit-momentum is (1, 0), Method I (0, 1), Method II (−1, 1). On v̇ = −v one step multiplies by
+/// (α + β − αh + ½αh²)/(α + β + βh + ½βh²), Eq. (27).
+pub struct Linear(Weights);
+
+enum Weights {
+    Constant(MomentumWeights),
+    OfStep(Box<dyn Fn(f64) -> (f64, f64) + Send + Sync>),
+}
+
+impl Linear {
+    /// p₀ = 0, Eq. (21).
+    pub const EXPLICIT_MOMENTUM: Self = Self(Weights::Constant(MomentumWeights::START));
+    /// p₁ = 0, Eq. (22).
+    pub const METHOD_I: Self = Self(Weights::Constant(MomentumWeights::END));
+    /// p₁ = p₀, Eq. (25).
+    pub const METHOD_II: Self = Self(Weights::Constant(MomentumWeights { alpha: -1.0, beta: 1.0 }));
+
+    /// Constant coefficients.
+    ///
+    /// # Errors
+    /// [`InputError::Closure`] unless both are finite and not both zero.
+    pub fn new(alpha: f64, beta: f64) -> Result<Self, InputError> {
+        let usable = alpha.is_finite() && beta.is_finite() && (alpha != 0.0 || beta != 0.0);
+        if !usable {
+            return Err(InputError::Closure { alpha, beta });
+        }
+        Ok(Self(Weights::Constant(MomentumWeights { alpha, beta })))
+    }
+
+    /// Coefficients (α(h), β(h)). Where they are both zero or not finite the step fails as singular or not finite.
+    pub fn of_step(weights: impl Fn(f64) -> (f64, f64) + Send + Sync + 'static) -> Self {
+        Self(Weights::OfStep(Box::new(weights)))
+    }
+}
+
+impl fmt::Debug for Linear {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0 {
+            Weights::Constant(w) => f.debug_tuple("Linear").field(&w.alpha).field(&w.beta).finish(),
+            Weights::OfStep(_) => f.write_str("Linear(functions of h)"),
+        }
+    }
+}
+
+impl Closure for Linear {
+    fn weights(&self, h: f64) -> MomentumWeights {
+        match &self.0 {
+            Weights::Constant(w) => *w,
+            Weights::OfStep(f) => {
+                let (alpha, beta) = f(h);
+                MomentumWeights { alpha, beta }
+            }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Typed errors: what was wrong with the input, or where and why a step failed.
+
+use thiserror::Error;
+
+/// Input that no method can use.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// The step size is not a positive finite number.
+    #[error("step size h = {0} must be positive and finite")]
+    StepSize(f64),
+    /// The end time is not a finite number at or after the start.
+    #[error("end time {t_end} must be finite and not before the start t = {t0}")]
+    EndTime {
+        /// Start of the integration.
+        t0: f64,
+        /// The offending end.
+        t_end: f64,
+    },
+    /// Steps so small that t + h = t in floating point, or more of them than can be counted.
+    #[error("step size h = {h} cannot resolve the interval [{t0}, {t_end}] in double precision")]
+    Unresolvable {
+        /// Start of the integration.
+        t0: f64,
+        /// End of the integration.
+        t_end: f64,
+        /// The offending step.
+        h: f64,
+    },
+    /// A vector or matrix has the wrong size.
+    #[error("{what} has length {found}, expected {expected}")]
+    Dimension {
+        /// Which argument.
+        what: &'static str,
+        /// Size that the system has.
+        expected: usize,
+        /// Size that was given.
+        found: usize,
+    },
+    /// A component is NaN or infinite.
+    #[error("{what}[{index}] = {value} is not finite")]
+    NonFinite {
+        /// Which argument.
+        what: &'static str,
+        /// Which component.
+        index: usize,
+        /// The offending value.
+        value: f64,
+    },
+    /// A metric that is not symmetric positive definite.
+    #[error("the metric is not symmetric positive definite: {0}")]
+    Metric(String),
+    /// Closure coefficients that define no condition.
+    #[error("closure coefficients (alpha, beta) = ({alpha}, {beta}) define no condition")]
+    Closure {
+        /// Coefficient of p_n.
+        alpha: f64,
+        /// Coefficient of p_{n+1}.
+        beta: f64,
+    },
+    /// A homogeneous function of the momenta that vanishes on no line.
+    #[error("the homogeneous closure F(p_n, p_{{n+1}}) changes sign on no line through the origin")]
+    NoLine,
+}
+
+/// Why a nonlinear step equation was not solved.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The derivative of the step equation is singular however short the step: the closure determines nothing.
+    #[error("the closure determines no next state: its derivative is singular however short the step")]
+    Singular,
+    /// The solution that is continuous in the step size ends in a fold before the step is complete.
+    #[error("the branch of solutions that starts at the present state ends at a step of {reached:e}")]
+    BranchLost {
+        /// Longest step for which the branch was found.
+        reached: f64,
+    },
+    /// Newton's iteration did not converge.
+    #[error("Newton's iteration did not converge: last increment {increment:e} after {iterations} iterations")]
+    Diverged {
+        /// Iterations spent.
+        iterations: u32,
+        /// Max norm of the last increment.
+        increment: f64,
+    },
+    /// The equations produced NaN or infinity.
+    #[error("the equations are not finite at the present state")]
+    NonFinite,
+}
+
+/// A step that could not be taken.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// The arguments are unusable.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The step equation was not solved; the state is left as it was.
+    #[error("step from t = {t} with h = {h}: {source}")]
+    Solve {
+        /// Time at the beginning of the step.
+        t: f64,
+        /// Step size.
+        h: f64,
+        /// Why.
+        source: SolveError,
+    },
+}
+
+/// Refuses a vector of the wrong length or with a non-finite component.
+pub(crate) fn check_vector(what: &'static str, v: &[f64], dim: usize) -> Result<(), InputError> {
+    if v.len() != dim {
+        return Err(InputError::Dimension { what, expected: dim, found: v.len() });
+    }
+    match v.iter().position(|x| !x.is_finite()) {
+        Some(index) => Err(InputError::NonFinite { what, index, value: v[index] }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a step size that is not positive and finite.
+pub(crate) fn check_step(h: f64) -> Result<(), InputError> {
+    if h.is_finite() && h > 0.0 { Ok(()) } else { Err(InputError::StepSize(h)) }
+}

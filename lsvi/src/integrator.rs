@@ -1,0 +1,231 @@
+//! Stepping: states, the time grid, integrators and the trajectory that an observer sees.
+
+use crate::error::{InputError, StepError, check_step, check_vector};
+pub use crate::newton::Work;
+
+/// A point of a trajectory.
+///
+/// In the least-squares formulation the unknown v of v̇ = f(t, v) is the configuration `q`. Integrators that are not
+/// variational leave `p` as it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Time.
+    pub t: f64,
+    /// Configuration q, length n.
+    pub q: Vec<f64>,
+    /// Conjugate discrete momentum p, length n.
+    pub p: Vec<f64>,
+}
+
+impl State {
+    /// The configuration `q` at time `t` with zero momentum.
+    pub fn new(t: f64, q: Vec<f64>) -> Self {
+        let p = vec![0.0; q.len()];
+        Self { t, q, p }
+    }
+
+    /// The same with momentum `p`.
+    pub fn with_momentum(self, p: Vec<f64>) -> Self {
+        Self { p, ..self }
+    }
+
+    fn check(&self, dim: usize) -> Result<(), InputError> {
+        check_vector("q", &self.q, dim)?;
+        check_vector("p", &self.p, dim)?;
+        check_vector("t", &[self.t], 1)
+    }
+}
+
+/// The times t₀ + n h, the last moved to `t_end` where h does not divide the interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    t0: f64,
+    h: f64,
+    t_end: f64,
+}
+
+/// One step of a [`Grid`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridStep {
+    /// Size of the step.
+    pub h: f64,
+    /// Time at its end, without the roundoff of a running sum.
+    pub t: f64,
+}
+
+impl Grid {
+    /// Steps of size `h` from `t0` to `t_end`.
+    ///
+    /// # Errors
+    /// [`InputError`] unless h > 0, t_end ≥ t0, all are finite, and h is resolved: t_end/h below 2⁵², t + h > t.
+    pub fn new(t0: f64, h: f64, t_end: f64) -> Result<Self, InputError> {
+        check_step(h)?;
+        check_vector("t", &[t0], 1)?;
+        if !(t_end.is_finite() && t_end >= t0) {
+            return Err(InputError::EndTime { t0, t_end });
+        }
+        if t_end > t0 && h < 4.0 * f64::EPSILON * t0.abs().max(t_end.abs()) {
+            return Err(InputError::Unresolvable { t0, t_end, h });
+        }
+        Ok(Self { t0, h, t_end })
+    }
+
+    /// The nominal step size.
+    pub fn h(&self) -> f64 {
+        self.h
+    }
+
+    /// The last time.
+    pub fn t_end(&self) -> f64 {
+        self.t_end
+    }
+
+    /// The step that starts at `t`, which need not be a grid point; `None` at the end.
+    pub fn next(&self, t: f64) -> Option<GridStep> {
+        // Time differences on the grid are exact to a few ulp of the largest time.
+        let slack = 8.0 * f64::EPSILON * self.t0.abs().max(self.t_end.abs());
+        if t >= self.t_end - slack {
+            return None;
+        }
+        let n = ((t - self.t0 + slack) / self.h).floor();
+        let on_grid = (self.t0 + n * self.h - t).abs() <= slack;
+        let target = self.t0 + (n + 1.0) * self.h;
+        let step = if on_grid { self.h } else { target - t };
+        if target < self.t_end - slack {
+            Some(GridStep { h: step, t: target })
+        } else if target <= self.t_end + slack {
+            Some(GridStep { h: step, t: self.t_end })
+        } else {
+            Some(GridStep { h: self.t_end - t, t: self.t_end })
+        }
+    }
+}
+
+/// A method that advances a state along a grid, one row of output at a time.
+///
+/// Fixed-step methods take one grid step per call. An adaptive method may stop short of the next grid point, and a method
+/// that finds several steps at once hands them out one by one.
+pub trait Integrator {
+    /// Degrees of freedom n.
+    fn dim(&self) -> usize;
+
+    /// Advances `state` by one row; does nothing at the end of the grid.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then as it was before the call.
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError>;
+
+    /// Work done so far.
+    fn work(&self) -> Work;
+}
+
+/// A method whose step depends on nothing but the state it starts from.
+pub trait OneStep: Integrator {
+    /// Replaces (q, p) at time `t` by their values at `t + h`.
+    ///
+    /// # Errors
+    /// [`StepError`]; q and p are then as they were before the call.
+    fn step(&mut self, t: f64, h: f64, q: &mut [f64], p: &mut [f64]) -> Result<(), StepError>;
+}
+
+/// [`Integrator::advance`] of a one-step method: one grid step.
+pub(crate) fn advance_one_step(method: &mut impl OneStep, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+    if let Some(step) = grid.next(state.t) {
+        method.step(state.t, step.h, &mut state.q, &mut state.p)?;
+        state.t = step.t;
+    }
+    Ok(())
+}
+
+impl<I: Integrator + ?Sized> Integrator for Box<I> {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+        (**self).advance(state, grid)
+    }
+    fn work(&self) -> Work {
+        (**self).work()
+    }
+}
+
+/// An integration under way; each [`step`](Self::step) lends the next state, without allocation.
+///
+/// ```
+/// # use lsvi::{AutoDiff, Rhs, Scalar, State, Trajectory, method_i};
+/// # struct Decay;
+/// # impl Rhs for Decay {
+/// #     fn dim(&self) -> usize { 1 }
+/// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
+/// # }
+/// let mut method = method_i(AutoDiff::new(Decay));
+/// let mut trajectory = Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 0.1, 1.0)?;
+/// while let Some(state) = trajectory.step()? {
+///     println!("{:.1} {:.6}", state.t, state.q[0]);
+/// }
+/// # Ok::<(), lsvi::StepError>(())
+/// ```
+#[derive(Debug)]
+pub struct Trajectory<I> {
+    integrator: I,
+    state: State,
+    grid: Grid,
+}
+
+impl<I: Integrator> Trajectory<I> {
+    /// Integrates from `initial` to `t_end` with step size `h`, the last step shortened where h does not divide.
+    ///
+    /// # Errors
+    /// [`InputError`] if h, the times or the state are not finite, or the dimensions do not fit.
+    pub fn new(integrator: I, initial: State, h: f64, t_end: f64) -> Result<Self, InputError> {
+        initial.check(integrator.dim())?;
+        let grid = Grid::new(initial.t, h, t_end)?;
+        Ok(Self { integrator, state: initial, grid })
+    }
+
+    /// The present state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Work done so far.
+    pub fn work(&self) -> Work {
+        self.integrator.work()
+    }
+
+    /// Takes one step and lends the state at its end; `None` once t_end is reached.
+    ///
+    /// # Errors
+    /// [`StepError`] with the time and the reason; the state stays at the last good one.
+    pub fn step(&mut self) -> Result<Option<&State>, StepError> {
+        if self.grid.next(self.state.t).is_none() {
+            return Ok(None);
+        }
+        self.integrator.advance(&mut self.state, &self.grid)?;
+        Ok(Some(&self.state))
+    }
+
+    /// Shows every remaining state to `observe`, the present one first, and returns the last.
+    ///
+    /// # Errors
+    /// [`StepError`] as for [`step`](Self::step).
+    pub fn observe(mut self, mut observe: impl FnMut(&State)) -> Result<State, StepError> {
+        observe(&self.state);
+        while let Some(state) = self.step()? {
+            observe(state);
+        }
+        Ok(self.state)
+    }
+}
+
+impl<I: Integrator + ?Sized> Integrator for &mut I {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+        (**self).advance(state, grid)
+    }
+    fn work(&self) -> Work {
+        (**self).work()
+    }
+}

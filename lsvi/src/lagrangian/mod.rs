@@ -1,0 +1,53 @@
+//! Lagrangians L(t, q, v) of a configuration q and its velocity v = q̇.
+
+mod least_squares;
+
+pub use least_squares::LeastSquares;
+
+use crate::linalg::Jacobian;
+
+/// Which blocks of second derivatives to add, and how much of each; see [`Lagrangian::add_hessian`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct HessianWeights {
+    /// Weight of ∂²L/∂q_i∂q_j.
+    pub qq: f64,
+    /// Weight of ∂²L/∂q_i∂v_j.
+    pub qv: f64,
+    /// Weight of ∂²L/∂v_i∂q_j.
+    pub vq: f64,
+    /// Weight of ∂²L/∂v_i∂v_j.
+    pub vv: f64,
+}
+
+/// A Lagrangian L(t, q, v) with n degrees of freedom and its exact derivatives.
+///
+/// In mechanics q are coordinates and v velocities. In the least-squares formulation of v̇ = f(t, v), [`LeastSquares`],
+/// the unknown itself is the configuration q, and its rate of change is the velocity.
+pub trait Lagrangian {
+    /// Degrees of freedom n.
+    fn dim(&self) -> usize;
+
+    /// L(t, q, v).
+    fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64;
+
+    /// Writes ∂L/∂q and ∂L/∂v.
+    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]);
+
+    /// Adds `c.qq` L_qq + `c.qv` L_qv + `c.vq` L_vq + `c.vv` L_vv to `out`, where (L_qv)_ij = ∂²L/∂q_i∂v_j.
+    fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian);
+}
+
+impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+    fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
+        (**self).value(t, q, v)
+    }
+    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        (**self).gradient(t, q, v, dl_dq, dl_dv);
+    }
+    fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        (**self).add_hessian(t, q, v, c, out);
+    }
+}

@@ -1,0 +1,184 @@
+//! Newton's method for step equations, held to the branch that starts at the present state.
+//!
+//! A step equation F(h, x) = 0 can have several roots, and more than one can be an attractor of Newton's iteration. The
+//! right one is continuous in h from x = x₀ at h = 0. A start from x₀ whose increments contract from the first one on by
+//! [`CONTRACTION`] finds it: in that ball (Newton–Kantorovich) the root is unique. Where they do not contract, the root is
+//! followed in h from a step so short that they do, and the end of the branch, a fold, is an error.
+
+use crate::error::SolveError;
+use crate::linalg::{Jacobian, Lu, max_norm};
+
+/// Required ratio of successive increments: Newton–Kantorovich gives uniqueness for quadratic contraction from ½.
+const CONTRACTION: f64 = 0.5;
+/// Iterations of one attempt; quadratic contraction from ½ needs at most seven to reach roundoff.
+const ITERATIONS: u32 = 12;
+/// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
+const SHORTEST: f64 = 1e-10;
+
+/// A square system F(h, x) = 0 that depends on the step size h.
+pub(crate) trait System {
+    fn dim(&self) -> usize;
+    fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]);
+    /// Adds ∂F/∂x to the zero matrix `out`.
+    fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian);
+}
+
+/// Counts of the work done in steps.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Steps taken.
+    pub steps: u64,
+    /// Evaluations of a step equation, or of f in an explicit stage.
+    pub residuals: u64,
+    /// Derivative matrices built, factored and solved with.
+    pub factorizations: u64,
+}
+
+/// Work space and counters of the iteration; nothing is allocated after `new`.
+#[derive(Debug)]
+pub(crate) struct Newton {
+    jacobian: Jacobian,
+    lu: Lu,
+    increment: Vec<f64>,
+    /// Start, and in a continuation the last point on the branch.
+    origin: Vec<f64>,
+    pub(crate) work: Work,
+}
+
+impl Newton {
+    pub(crate) fn new(dim: usize) -> Self {
+        Self {
+            jacobian: Jacobian::zeros(dim),
+            lu: Lu::new(dim),
+            increment: vec![0.0; dim],
+            origin: vec![0.0; dim],
+            work: Work::default(),
+        }
+    }
+
+    /// Replaces `x`, the state from which the branch starts, by its continuation to step size `h`.
+    pub(crate) fn solve(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        debug_assert_eq!(x.len(), system.dim());
+        self.origin.copy_from_slice(x);
+        match self.attempt(system, h, x) {
+            Ok(()) => Ok(()),
+            Err(first) => self.follow_branch(system, h, x, first),
+        }
+    }
+
+    /// Follows the branch from its origin in pieces of h, halved where Newton's iteration does not contract.
+    fn follow_branch(
+        &mut self,
+        system: &mut impl System,
+        h: f64,
+        x: &mut [f64],
+        first: SolveError,
+    ) -> Result<(), SolveError> {
+        let mut failure = first;
+        let (mut reached, mut piece) = (0.0, 0.5 * h);
+        while reached < h {
+            let target = if reached + piece >= h { h } else { reached + piece };
+            x.copy_from_slice(&self.origin);
+            match self.attempt(system, target, x) {
+                Ok(()) => {
+                    self.origin.copy_from_slice(x);
+                    reached = target;
+                    piece *= 2.0;
+                }
+                Err(error) => {
+                    failure = error;
+                    piece *= 0.5;
+                }
+            }
+            if reached == 0.0 && piece < f64::EPSILON * h {
+                return Err(failure);
+            }
+            if piece < SHORTEST * reached {
+                return Err(SolveError::BranchLost { reached });
+            }
+        }
+        Ok(())
+    }
+
+    /// Newton's iteration from `x`, which must contract from the start.
+    ///
+    /// It stops on the increment: a residual cancels like ε |q| / h and has no threshold of its own. With the ratio θ of the
+    /// last two increments δ, the error left after an increment is at most θ/(1 − θ) δ.
+    fn attempt(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        let mut last = f64::INFINITY;
+        for iterations in 1..=ITERATIONS {
+            system.residual(h, x, &mut self.increment);
+            self.work.residuals += 1;
+            if !max_norm(&self.increment).is_finite() {
+                return Err(SolveError::NonFinite);
+            }
+            self.jacobian.clear();
+            system.derivative(h, x, &mut self.jacobian);
+            self.work.factorizations += 1;
+            self.lu.factor(&self.jacobian).map_err(|_| SolveError::Singular)?;
+            self.lu.solve(&mut self.increment);
+            let delta = max_norm(&self.increment);
+            if !delta.is_finite() {
+                return Err(SolveError::NonFinite);
+            }
+            for (x, d) in x.iter_mut().zip(&self.increment) {
+                *x -= d;
+            }
+            let roundoff = f64::EPSILON * max_norm(x).max(max_norm(&self.origin));
+            let theta = if last.is_finite() { delta / last } else { 1.0 };
+            if delta <= 4.0 * roundoff || (theta < CONTRACTION && theta * delta <= roundoff) {
+                return Ok(());
+            }
+            if last.is_finite() && theta > CONTRACTION {
+                // Ill-conditioned equations stagnate above ε |x|, after contraction has reached √ε |x|.
+                let stagnates = last <= f64::EPSILON.sqrt() * max_norm(x).max(max_norm(&self.origin));
+                return if stagnates { Ok(()) } else { Err(SolveError::Diverged { iterations, increment: delta }) };
+            }
+            last = delta;
+        }
+        Err(SolveError::Diverged { iterations: ITERATIONS, increment: last })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// x² − 2x + h = 0: the branch x = 1 − √(1 − h) starts at 0 and folds at h = 1.
+    struct Fold;
+
+    impl System for Fold {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            out[0] = x[0] * x[0] - 2.0 * x[0] + h;
+        }
+        fn derivative(&mut self, _: f64, x: &[f64], out: &mut Jacobian) {
+            out.add(0, 0, 2.0 * x[0] - 2.0);
+        }
+    }
+
+    #[test]
+    fn stays_on_the_branch_up_to_the_fold() {
+        for h in [1e-3, 0.5, 0.9, 0.999, 0.999_999] {
+            let mut x = [0.0];
+            Newton::new(1).solve(&mut Fold, h, &mut x).expect("on the branch");
+            // The root's condition number is 1/(2√(1 − h)) ≤ 500.
+            approx::assert_abs_diff_eq!(x[0], 1.0 - (1.0 - h).sqrt(), epsilon = 500.0 * 4.0 * f64::EPSILON);
+        }
+    }
+
+    #[test]
+    fn names_the_fold() {
+        for h in [1.1, 3.0, 1e6] {
+            let mut x = [0.0];
+            match Newton::new(1).solve(&mut Fold, h, &mut x) {
+                Err(SolveError::BranchLost { reached }) => {
+                    approx::assert_abs_diff_eq!(reached, 1.0, epsilon = 1e-6);
+                }
+                other => panic!("h = {h}: {other:?} at x = {x:?}"),
+            }
+        }
+    }
+}

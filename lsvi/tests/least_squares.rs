@@ -1,0 +1,164 @@
+//! The closures on scalar problems whose steps are known in closed form.
+
+use approx::assert_abs_diff_eq;
+use lsvi::classic::{Bdf2, RungeKutta, Tableau};
+use lsvi::closure::Linear;
+use lsvi::discrete::{DiscreteLagrangian, Interval, Midpoint, MomentumWeights, Trapezoidal};
+use lsvi::{
+    AutoDiff, InputError, LeastSquares, OneStep, Rhs, Scalar, SolveError, State, StepError, Trajectory, Variational,
+    method_i, method_ii, position_momentum,
+};
+
+struct Drag;
+impl Rhs for Drag {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[0];
+    }
+}
+
+struct QuadraticDrag;
+impl Rhs for QuadraticDrag {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[0] * v[0];
+    }
+}
+
+struct Forcing;
+impl Rhs for Forcing {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, t: f64, _v: &[T], dv: &mut [T]) {
+        dv[0] = T::from(t.cos());
+    }
+}
+
+fn one_step(method: &mut impl OneStep, h: f64, v: f64, p: f64) -> Result<(f64, f64), StepError> {
+    let (mut q, mut p) = ([v], [p]);
+    method.step(0.0, h, &mut q, &mut p)?;
+    Ok((q[0], p[0]))
+}
+
+#[test]
+fn conventional_closure_grows_as_predicted() {
+    // On v̇ = −v the map (v, p) → (v, p) has trace 2 + h² and determinant 1: eigenvalues e^{±2 asinh(h/2)}.
+    let h = 0.1_f64;
+    let mut method = position_momentum(Trapezoidal::new(LeastSquares::new(AutoDiff::new(Drag))));
+    let a = one_step(&mut method, h, 1.0, 0.0).expect("linear");
+    let b = one_step(&mut method, h, 0.0, 1.0).expect("linear");
+    assert_abs_diff_eq!(a.0 + b.1, 2.0 + h * h, epsilon = 1e-13);
+    assert_abs_diff_eq!(a.0 * b.1 - a.1 * b.0, 1.0, epsilon = 1e-13);
+    let growth = (2.0 * (0.5 * h).asinh()).exp();
+    assert_abs_diff_eq!(growth + 1.0 / growth, a.0 + b.1, epsilon = 1e-13);
+}
+
+/// X = h v₁ against W = h v₀ on the cubic of Method I, whose right root is the largest.
+#[test]
+fn method_i_keeps_to_the_right_root_of_quadratic_drag() {
+    let mut method = method_i(AutoDiff::new(QuadraticDrag));
+    for w in [0.1, 0.5, 1.0, 1.37, 1.9, 2.1, 2.17] {
+        let (x, _) = one_step(&mut method, w, 1.0, 0.0).expect("before the fold");
+        let x = w * x;
+        let cubic = |x: f64| 2.0 * x.powi(3) + 3.0 * x * x + (2.0 - 2.0 * w) * x + w * w - 2.0 * w;
+        assert_abs_diff_eq!(cubic(x), 0.0, epsilon = 1e-12);
+        // Beyond the larger critical point of the cubic there is one root, the largest.
+        let discriminant = 9.0 - 6.0 * (2.0 - 2.0 * w);
+        let critical = if discriminant > 0.0 { (-3.0 + discriminant.sqrt()) / 6.0 } else { f64::NEG_INFINITY };
+        assert!(x > critical, "W = {w}: X = {x} is not the largest root");
+    }
+    for w in [2.2, 3.0, 10.0, 1e3] {
+        let result = one_step(&mut method, w, 1.0, 0.0);
+        let Err(StepError::Solve { source: SolveError::BranchLost { reached }, .. }) = result else {
+            panic!("W = {w}: {result:?}");
+        };
+        // At the fold the largest critical point of the cubic is a root: W = 1 + 3X + 3X² there.
+        let x = (-3.0 + (12.0 * reached - 3.0).sqrt()) / 6.0;
+        let value = 2.0 * x.powi(3) + 3.0 * x * x + (2.0 - 2.0 * reached) * x + reached * reached - 2.0 * reached;
+        assert_abs_diff_eq!(value, 0.0, epsilon = 1e-8);
+    }
+}
+
+#[test]
+fn method_ii_loses_its_root_beyond_w_1_and_has_no_equation_without_f_v() {
+    let mut method = method_ii(AutoDiff::new(QuadraticDrag));
+    let (x, _) = one_step(&mut method, 0.9, 1.0, 0.0).expect("W < 1");
+    // X²(1 + X) = W²(1 − W).
+    let x = 0.9 * x;
+    assert_abs_diff_eq!(x * x * (1.0 + x), 0.81 * 0.1, epsilon = 1e-14);
+    for w in [1.01, 2.0] {
+        let result = one_step(&mut method, w, 1.0, 0.0);
+        assert!(
+            matches!(result, Err(StepError::Solve { source: SolveError::BranchLost { .. }, .. })),
+            "W = {w}: {result:?}"
+        );
+    }
+    let result = one_step(&mut method_ii(AutoDiff::new(Forcing)), 0.1, 0.0, 0.0);
+    assert!(matches!(result, Err(StepError::Solve { source: SolveError::Singular, .. })), "{result:?}");
+}
+
+#[test]
+fn midpoint_lagrangian_with_method_i_closure_is_the_implicit_midpoint_rule() {
+    let discrete = Midpoint::new(LeastSquares::new(AutoDiff::new(QuadraticDrag)));
+    let mut variational = Variational::new(discrete, Linear::METHOD_I);
+    let mut rule = RungeKutta::new(AutoDiff::new(QuadraticDrag), Tableau::implicit_midpoint());
+    for h in [0.01, 0.3, 1.0] {
+        let a = one_step(&mut variational, h, 1.0, 0.0).expect("solvable").0;
+        let b = one_step(&mut rule, h, 1.0, 0.0).expect("solvable").0;
+        assert_abs_diff_eq!(a, b, epsilon = 8.0 * f64::EPSILON);
+    }
+}
+
+/// −D₁L_d and D₂L_d by central differences of the action.
+#[test]
+fn momenta_are_the_derivatives_of_the_action() {
+    fn check(mut discrete: impl DiscreteLagrangian) {
+        let at = Interval { t: 0.3, h: 0.4 };
+        let (q0, q1, e) = (0.7, 0.5, 1e-5);
+        let mut p = [0.0];
+        // Central differences: error e² L‴/6 + ε L/e, both below 1e-9 here.
+        discrete.momentum(at, &[q0], &[q1], MomentumWeights::START, &mut p);
+        let d1 = (discrete.action(at, &[q0 + e], &[q1]) - discrete.action(at, &[q0 - e], &[q1])) / (2.0 * e);
+        assert_abs_diff_eq!(p[0], -d1, epsilon = 1e-9);
+        discrete.momentum(at, &[q0], &[q1], MomentumWeights::END, &mut p);
+        let d2 = (discrete.action(at, &[q0], &[q1 + e]) - discrete.action(at, &[q0], &[q1 - e])) / (2.0 * e);
+        assert_abs_diff_eq!(p[0], d2, epsilon = 1e-9);
+    }
+    check(Trapezoidal::new(LeastSquares::new(AutoDiff::new(QuadraticDrag))));
+    check(Midpoint::new(LeastSquares::new(AutoDiff::new(QuadraticDrag))));
+}
+
+#[test]
+fn bdf2_starts_itself_and_shortens_its_last_step() {
+    let error = |h: f64| {
+        let trajectory =
+            Trajectory::new(Bdf2::new(AutoDiff::new(Drag)), State::new(0.0, vec![1.0]), h, 1.05).expect("valid input");
+        let end = trajectory.observe(|_| {}).expect("solvable");
+        assert_eq!(end.t, 1.05);
+        (end.q[0] - (-1.05_f64).exp()).abs()
+    };
+    let ratio = error(0.02) / error(0.01);
+    assert!((3.7..4.3).contains(&ratio), "second order halves h to a quarter of the error, not 1/{ratio}");
+}
+
+#[test]
+fn refuses_unusable_input() {
+    let state = State::new(0.0, vec![1.0]);
+    let refuse = |state: State, h, t_end| Trajectory::new(method_i(AutoDiff::new(Drag)), state, h, t_end).err();
+    assert_eq!(refuse(state.clone(), 0.0, 1.0), Some(InputError::StepSize(0.0)));
+    assert_eq!(refuse(state.clone(), -1.0, 1.0), Some(InputError::StepSize(-1.0)));
+    assert!(matches!(refuse(state.clone(), f64::NAN, 1.0), Some(InputError::StepSize(_))));
+    assert_eq!(refuse(state.clone(), 0.1, -1.0), Some(InputError::EndTime { t0: 0.0, t_end: -1.0 }));
+    assert!(matches!(refuse(state.clone(), 1e-300, 1.0), Some(InputError::Unresolvable { .. })));
+    let two = State::new(0.0, vec![1.0, 2.0]);
+    assert_eq!(refuse(two, 0.1, 1.0), Some(InputError::Dimension { what: "q", expected: 1, found: 2 }));
+    let nan = State::new(0.0, vec![f64::NAN]);
+    assert!(matches!(refuse(nan, 0.1, 1.0), Some(InputError::NonFinite { what: "q", index: 0, .. })));
+    assert!(matches!(Linear::new(0.0, 0.0), Err(InputError::Closure { .. })));
+    assert!(matches!(Linear::new(f64::NAN, 1.0), Err(InputError::Closure { .. })));
+}
