@@ -34,6 +34,15 @@ pub trait Rhs {
     fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]);
 }
 
+impl<F: Rhs> Rhs for &F {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        (**self).rhs(t, v, dv);
+    }
+}
+
 /// Makes a [`VectorField`] of an [`Rhs`]: the Jacobian in n sweeps, the curvature in n(n + 1)/2.
 #[derive(Debug)]
 pub struct AutoDiff<F> {

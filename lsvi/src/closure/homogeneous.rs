@@ -51,8 +51,7 @@ fn bisect(g: &impl Fn(f64) -> f64, (mut a, mut b): (f64, f64)) -> Option<f64> {
     if end == 0.0 {
         return Some(b);
     }
-    // Written so that NaN is no sign change.
-    if !(sign * end < 0.0) {
+    if sign.is_nan() || end.is_nan() || sign.signum() == end.signum() {
         return None;
     }
     loop {
