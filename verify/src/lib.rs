@@ -2,4 +2,5 @@
 #![warn(missing_docs)]
 
 pub mod evidence;
+pub mod measure;
 pub mod references;

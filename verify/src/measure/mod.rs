@@ -1,0 +1,4 @@
+//! Pure functions from numbers to verdicts; no solver is called here.
+
+pub mod order;
+pub mod richardson;

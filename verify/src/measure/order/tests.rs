@@ -1,0 +1,271 @@
+use super::*;
+use proptest::prelude::*;
+
+/// Errors `error(h)` on h = 2^{−k/2}, k < 12, from h = 0.1, with a common floor.
+fn samples(floor: f64, error: impl Fn(f64) -> f64) -> Vec<Sample> {
+    ladder(1.0, 0.1, 12).into_iter().map(|h| Sample::new(h, error(h), floor)).collect()
+}
+
+fn verdict(samples: &[Sample], order: f64) -> Verdict {
+    fit(samples, &Expectation::new(order, 0.1)).verdict
+}
+
+fn reasons(fit: &OrderFit) -> Vec<Reason> {
+    fit.dropped.iter().map(|(_, reason)| reason.clone()).collect()
+}
+
+#[test]
+fn a_pure_power_law_is_recovered_to_rounding() {
+    let f = fit(&samples(0.0, |h| 0.3 * h.powi(2)), &Expectation::new(2.0, 0.1));
+    let line = f.line.unwrap();
+    assert_eq!((f.verdict, f.kept.len(), f.dropped.len(), f.local_slopes.len()), (Verdict::Pass, 12, 0, 11));
+    assert!((line.slope - 2.0).abs() <= line.rounding && line.rounding < 1e-14, "{line:?}");
+    assert!(line.stderr < 1e-14 && line.r_squared > 1.0 - 1e-14, "{line:?}");
+}
+
+#[test]
+fn the_sequence_of_the_samples_does_not_matter() {
+    let mut s = samples(0.0, |h| h.powi(3) * (1.0 + h));
+    let sorted = fit(&s, &Expectation::new(3.0, 0.1));
+    s.reverse();
+    s.swap(2, 9);
+    assert_eq!(fit(&s, &Expectation::new(3.0, 0.1)), sorted);
+}
+
+#[test]
+fn divergence_fails_also_where_its_mean_rate_has_the_expected_size() {
+    for p in 1..=8 {
+        assert_eq!(verdict(&samples(0.0, |h| h.powi(-p)), f64::from(p)), Verdict::Fail);
+    }
+    // Convergent to h = 0.02, then blowing up at no settled rate.
+    let f = fit(&samples(0.0, |h| h.powi(2) + 1e-30 * (0.2 / h).exp2()), &Expectation::new(2.0, 0.1));
+    assert!(f.verdict != Verdict::Pass, "{f:?}");
+    let f = fit(&samples(0.0, |h| (0.1 / h).powi(2).exp()), &Expectation::new(2.0, 0.1));
+    assert!(f.verdict == Verdict::Fail && f.reason.contains("overflows at h = 0.003125"), "{f:?}");
+    // Overflow at coarse steps is a stability limit, not divergence.
+    let limit = samples(0.0, |h| if h > 0.04 { f64::INFINITY } else { h.powi(2) });
+    assert_eq!(verdict(&limit, 2.0), Verdict::Pass);
+}
+
+#[test]
+fn three_growing_errors_are_enough_to_fail() {
+    let s: Vec<_> = [(0.4, 1.0), (0.2, 4.0), (0.1, 90.0)].map(|(h, e)| Sample::new(h, e, 1e-9)).into();
+    assert_eq!(verdict(&s, 2.0), Verdict::Fail);
+    // Growth within the floors is not divergence.
+    let s: Vec<_> = [(0.4, 1.0), (0.2, 1.01), (0.1, 1.02)].map(|(h, e)| Sample::new(h, e, 0.02)).into();
+    assert_eq!(verdict(&s, 2.0), Verdict::Inconclusive);
+}
+
+#[test]
+fn a_sixth_order_method_at_four_and_a_half_fails() {
+    let s = samples(1e-16, |h| h.powf(4.5));
+    assert_eq!(verdict(&s, 6.0), Verdict::Fail);
+    // One lucky interval of slope 6.5 does not help it.
+    let mut lucky = s;
+    for sample in &mut lucky[6..] {
+        let m = sample.result.as_mut().unwrap();
+        m.error /= 2.0;
+    }
+    assert_eq!(verdict(&lucky, 6.0), Verdict::Fail);
+}
+
+#[test]
+fn too_high_an_order_fails_unless_it_is_declared() {
+    let s = samples(0.0, |h| h.powi(3));
+    assert_eq!(verdict(&s, 2.0), Verdict::Fail);
+    let declared = Expectation::new(2.0, 0.1).declared(3.0, "linear problem, Padé(1,2)");
+    let f = fit(&s, &declared);
+    assert_eq!(f.verdict, Verdict::Pass);
+    assert!(f.reason.contains("super-convergence from 2: linear problem"), "{}", f.reason);
+    let declared = Expectation::new(2.0, 0.1).declared(1.0, "residual cannot vanish");
+    assert_eq!(fit(&s, &declared).verdict, Verdict::Fail);
+    assert!(fit(&samples(0.0, |h| h), &declared).reason.contains("reduction from 2"));
+}
+
+#[test]
+fn points_at_the_floor_are_dropped_and_named() {
+    // The floor adds a constant of its own size: the plateau that bends a naive fit.
+    let floor = 1e-9;
+    let f = fit(&samples(floor, |h| h.powi(4) + floor), &Expectation::new(4.0, 0.1));
+    assert_eq!(f.verdict, Verdict::Pass, "{}", f.reason);
+    assert!(f.dropped.len() >= 3 && reasons(&f).iter().all(|r| *r == Reason::AtFloor), "{f:?}");
+    // The same data with the floor kept silent must not pass.
+    assert_eq!(verdict(&samples(0.0, |h| h.powi(4) + floor), 4.0), Verdict::Inconclusive);
+}
+
+#[test]
+fn a_window_cut_short_by_the_floor_is_inconclusive() {
+    let f = fit(&samples(1e-5, |h| h.powi(4)), &Expectation::new(4.0, 0.1));
+    assert_eq!((f.verdict, f.line), (Verdict::Inconclusive, None));
+    assert!(f.reason.contains("at the floor"), "{}", f.reason);
+}
+
+#[test]
+fn a_pre_asymptotic_bump_is_dropped() {
+    let f = fit(
+        &samples(0.0, |h| h.powi(2) * (1.0 + 3.0 * (-((h / 0.08).ln() / 0.3).powi(2)).exp())),
+        &Expectation::new(2.0, 0.1),
+    );
+    assert_eq!(f.verdict, Verdict::Pass, "{}", f.reason);
+    assert!(f.dropped.len() >= 3 && reasons(&f).iter().all(|r| *r == Reason::PreAsymptotic), "{f:?}");
+    assert!(f.kept.iter().all(|s| s.h < 0.06), "{f:?}");
+}
+
+#[test]
+fn a_failed_run_closes_the_window_towards_coarse_steps() {
+    let mut s = samples(0.0, |h| h.powi(2));
+    s[3] = Sample::failed(s[3].h, "Newton diverged");
+    let f = fit(&s, &Expectation::new(2.0, 0.1));
+    assert_eq!((f.verdict, f.kept.len()), (Verdict::Pass, 8));
+    let failed = Reason::StepFailed("Newton diverged".into());
+    assert_eq!(reasons(&f), [Reason::PreAsymptotic, Reason::PreAsymptotic, Reason::PreAsymptotic, failed]);
+    // A finest run that failed leaves nothing to pass on.
+    s[11] = Sample::failed(s[11].h, "branch lost");
+    let f = fit(&s, &Expectation::new(2.0, 0.1));
+    assert_eq!(f.verdict, Verdict::Inconclusive);
+    assert!(f.reason.contains("2 failed, the finest because: branch lost"), "{}", f.reason);
+}
+
+#[test]
+fn numbers_that_are_no_errors_never_pass() {
+    for bad in [f64::NAN, f64::NEG_INFINITY, -1e-9] {
+        let mut s = samples(0.0, |h| h.powi(2));
+        s[11] = Sample::new(s[11].h, bad, 0.0);
+        assert_eq!(verdict(&s, 2.0), Verdict::Inconclusive, "error {bad}");
+        s[11] = Sample::new(s[11].h, 1e-6, bad);
+        assert_eq!(verdict(&s, 2.0), Verdict::Inconclusive, "floor {bad}");
+    }
+    for bad in [f64::NAN, 0.0, -0.1, f64::INFINITY] {
+        let s = vec![Sample::new(bad, 1e-3, 0.0); 6];
+        assert_eq!(verdict(&s, 2.0), Verdict::Inconclusive, "step size {bad}");
+    }
+    assert_eq!(verdict(&samples(0.0, |_| f64::NAN), 2.0), Verdict::Inconclusive);
+    assert_eq!(verdict(&[], 2.0), Verdict::Inconclusive);
+    assert_eq!(verdict(&vec![Sample::new(0.1, 1e-3, 0.0); 8], 2.0), Verdict::Inconclusive);
+    for bad in [f64::NAN, -1.0, 0.0] {
+        let f = fit(&samples(0.0, |h| h.powi(2)), &Expectation::new(2.0, bad));
+        assert_eq!(f.verdict, Verdict::Inconclusive, "band {bad}");
+    }
+    assert_eq!(verdict(&samples(0.0, |h| h.powi(2)), f64::NAN), Verdict::Inconclusive);
+}
+
+#[test]
+fn an_exact_method_is_inconclusive_and_said_to_be_exact() {
+    for error in [0.0, 1e-16] {
+        let f = fit(&samples(2e-16, |_| error), &Expectation::new(2.0, 0.1));
+        assert_eq!((f.verdict, f.line), (Verdict::Inconclusive, None));
+        assert!(f.reason.contains("exact"), "{}", f.reason);
+    }
+    assert_eq!(verdict(&samples(0.0, |_| 0.0), 2.0), Verdict::Inconclusive);
+}
+
+#[test]
+fn alternating_noise_is_inconclusive_until_it_is_small() {
+    let noisy = |amplitude: f64| {
+        let mut s = samples(0.0, |h| h.powi(2));
+        for (k, sample) in s.iter_mut().enumerate() {
+            let m = sample.result.as_mut().unwrap();
+            m.error *= 1.0 + if k % 2 == 0 { amplitude } else { -amplitude };
+        }
+        s
+    };
+    assert_eq!(verdict(&noisy(0.3), 2.0), Verdict::Inconclusive);
+    assert_eq!(verdict(&noisy(1e-3), 2.0), Verdict::Pass);
+    assert_eq!(verdict(&noisy(1e-3), 2.2), Verdict::Fail);
+}
+
+#[test]
+fn a_noisy_but_settled_fit_must_resolve_the_band() {
+    // Local slopes agree only because the floors, a twelfth of each error, excuse their scatter.
+    let s: Vec<_> = (0..4).map(|k| 0.1 / f64::from(1 << k)).map(|h| Sample::new(h, h * h, h * h / 12.0)).collect();
+    let f = fit(&s, &Expectation::new(2.0, 0.05));
+    assert_eq!(f.verdict, Verdict::Inconclusive);
+    assert!(f.reason.contains("exceeds the band"), "{}", f.reason);
+}
+
+#[test]
+fn the_edge_of_the_band_is_inside_it_and_the_band_has_two_sides() {
+    for (slope, expected) in
+        [(2.1, Verdict::Pass), (1.9, Verdict::Pass), (2.101, Verdict::Fail), (1.899, Verdict::Fail)]
+    {
+        for c in [1e-10, 1.0, 1e7] {
+            assert_eq!(verdict(&samples(0.0, |h| c * h.powf(slope)), 2.0), expected, "slope {slope}, C = {c}");
+        }
+    }
+}
+
+#[test]
+fn a_mixture_of_orders_is_judged_by_its_fine_end() {
+    // First order takes over at h ≈ 1e-3: second on the whole, but not where it counts.
+    let mixed = |c: f64| samples(0.0, move |h| h.powi(2) + c * h);
+    assert_eq!(verdict(&mixed(10.0), 2.0), Verdict::Fail);
+    assert_eq!(verdict(&mixed(10.0), 1.0), Verdict::Pass);
+    assert_eq!(verdict(&mixed(0.01), 2.0), Verdict::Inconclusive);
+    assert_eq!(verdict(&mixed(1e-5), 2.0), Verdict::Pass);
+}
+
+#[test]
+fn drifting_slopes_are_inconclusive_not_failed() {
+    // Still on its way to 6 from 4: no window, hence no statement.
+    let f = fit(&samples(0.0, |h| h.powi(6) / (1.0 + (h / 0.01).powi(2))), &Expectation::new(6.0, 0.1));
+    assert_eq!(f.verdict, Verdict::Inconclusive);
+    assert!(f.reason.contains("have not settled"), "{}", f.reason);
+    assert_eq!(f.kept.len(), MIN_POINTS);
+}
+
+#[test]
+fn the_ladder_divides_the_horizon_and_decreases() {
+    let h = ladder(10.0, 0.25, 9);
+    assert_eq!((h[0], h[2], h[8]), (0.25, 0.125, 0.25 / 16.0));
+    for (horizon, coarsest) in [(10.0, 0.3), (1.0, 3.0), (2.0, 2.0)] {
+        let h = ladder(horizon, coarsest, 9);
+        assert!(h.windows(2).all(|w| w[1] < w[0]), "{h:?}");
+        assert!(h.iter().all(|h| ((horizon / h).round() - horizon / h).abs() <= 1e-13), "{h:?}");
+    }
+    for (horizon, coarsest) in
+        [(0.0, 0.1), (1.0, 0.0), (f64::NAN, 0.1), (1.0, f64::NAN), (1.0, -0.1), (f64::INFINITY, 1.0)]
+    {
+        assert!(ladder(horizon, coarsest, 3).is_empty());
+    }
+}
+
+proptest! {
+    /// C hᵖ(1 + a h), each error off by up to its floor: p is recovered, and p ± 0.5 is refused.
+    #[test]
+    fn synthetic_orders_are_recovered(
+        p in 1_i32..=8,
+        log_c in -2.0_f64..2.0,
+        a in -0.5_f64..0.5,
+        noise in proptest::collection::vec(-1.0_f64..1.0, 12),
+    ) {
+        let c = 10_f64.powf(log_c);
+        let floor = c * 1e-16;
+        let mut s = samples(floor, |h| c * h.powi(p) * (1.0 + a * h));
+        for (sample, noise) in s.iter_mut().zip(&noise) {
+            let m = sample.result.as_mut().unwrap();
+            m.error = (m.error + noise * floor).max(0.0);
+        }
+        let order = f64::from(p);
+        let f = fit(&s, &Expectation::new(order, 0.1));
+        prop_assert_eq!(f.verdict, Verdict::Pass, "{:?}", f);
+        prop_assert_eq!(verdict(&s, order + 0.5), Verdict::Fail);
+        prop_assert_eq!(verdict(&s, order - 0.5), Verdict::Fail);
+    }
+
+    /// Whatever the numbers: no panic, no point lost, and never a pass with NaN in it or outside the band.
+    #[test]
+    fn any_input_gets_an_honest_verdict(
+        values in proptest::collection::vec((any::<f64>(), any::<f64>(), any::<f64>()), 0..12),
+        order in any::<f64>(),
+        band in any::<f64>(),
+    ) {
+        let s: Vec<_> = values.iter().map(|&(h, e, floor)| Sample::new(h, e, floor)).collect();
+        let f = fit(&s, &Expectation::new(order, band));
+        prop_assert_eq!(f.kept.len() + f.dropped.len(), s.len());
+        prop_assert!(!f.reason.is_empty());
+        if f.verdict == Verdict::Pass {
+            let line = f.line.unwrap();
+            prop_assert!((line.slope - order).abs() <= band + line.rounding && 2.0 * line.stderr <= band);
+        }
+    }
+}
