@@ -3,4 +3,5 @@
 
 pub mod evidence;
 pub mod measure;
+pub mod problems;
 pub mod references;

@@ -57,6 +57,14 @@ fn three_growing_errors_are_enough_to_fail() {
 }
 
 #[test]
+fn divergence_that_the_floors_hide_locally_fails_too() {
+    // With a floor of e/11 every local slope is −1 ± 1.9, but their fit is −1 ± 0.24.
+    let s: Vec<_> = (0..12).map(|k| 1.1_f64.powi(-k)).map(|h| Sample::new(h, 1.0 / h, 1.0 / h / 11.0)).collect();
+    let f = fit(&s, &Expectation::new(1.0, 0.6));
+    assert!(f.verdict == Verdict::Fail && !f.reason.starts_with("diverges"), "{f:?}");
+}
+
+#[test]
 fn a_sixth_order_method_at_four_and_a_half_fails() {
     let s = samples(1e-16, |h| h.powf(4.5));
     assert_eq!(verdict(&s, 6.0), Verdict::Fail);

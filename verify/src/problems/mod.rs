@@ -1,0 +1,3 @@
+//! The problems, one file each.
+
+pub mod poiseuille_series;
