@@ -2,6 +2,7 @@
 #![warn(missing_docs)]
 
 pub mod evidence;
+pub mod golden;
 pub mod measure;
 pub mod problems;
 pub mod references;
