@@ -1,8 +1,15 @@
 //! Verification of `lsvi`: problems, references, measures, studies and the report.
+//!
+//! Data flow one way: problem → method → trajectory → measure → evidence → report.
 #![warn(missing_docs)]
 
 pub mod evidence;
 pub mod golden;
 pub mod measure;
+pub mod methods;
+pub mod names;
+pub mod order;
 pub mod problems;
 pub mod references;
+pub mod run;
+pub mod studies;

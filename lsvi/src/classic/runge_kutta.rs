@@ -36,7 +36,7 @@ impl Tableau {
         Self::new(vec![vec![0.0], vec![0.5, 0.5]], vec![0.5, 0.5])
     }
 
-    /// Alexander's two-stage SDIRK method with γ = 1 − √2/2, order 2, L-stable ([HW96] IV.6).
+    /// Alexander's two-stage SDIRK method with γ = 1 − √2/2, order 2, L-stable (\[HW96\] IV.6).
     pub fn sdirk2() -> Self {
         let gamma = 1.0 - 0.5 * std::f64::consts::SQRT_2;
         Self::new(vec![vec![gamma], vec![1.0 - gamma, gamma]], vec![1.0 - gamma, gamma])

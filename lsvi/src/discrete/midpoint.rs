@@ -4,7 +4,7 @@ use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, sec
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::Jacobian;
 
-/// L_d = h L(t₀ + h/2, (q₀ + q₁)/2, (q₁ − q₀)/h) ([MW01]).
+/// L_d = h L(t₀ + h/2, (q₀ + q₁)/2, (q₁ − q₀)/h) (\[MW01\]).
 ///
 /// The momenta are p₀ = L_v − (h/2) L_q and p₁ = L_v + (h/2) L_q. For a least-squares Lagrangian p₁ = 0 is the implicit
 /// midpoint rule.

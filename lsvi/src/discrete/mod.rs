@@ -1,7 +1,7 @@
 //! Discrete Lagrangians and their discrete Legendre transforms.
 //!
 //! A discrete Lagrangian L_d(q₀, q₁) approximates the action over one step; its discrete Legendre transforms are the
-//! momenta p₀ = −D₁L_d and p₁ = D₂L_d at the two ends (Eqs. (5), (6); [MW01]). That is all that a closure needs to know.
+//! momenta p₀ = −D₁L_d and p₁ = D₂L_d at the two ends (Eqs. (5), (6); \[MW01\]). That is all that a closure needs to know.
 
 mod midpoint;
 mod trapezoidal;

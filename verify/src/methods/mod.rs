@@ -1,0 +1,174 @@
+//! The methods under test, by name.
+
+mod classic;
+mod least_squares;
+
+use std::fmt;
+
+use lsvi::Integrator;
+
+use crate::measure::order::{Expectation, ladder};
+use crate::names::{Call, NameError};
+use crate::problems::{Principle, Problem};
+
+/// A method, named and with its arguments.
+pub trait Method: fmt::Debug + Send + Sync {
+    /// The canonical name, arguments included.
+    fn name(&self) -> String;
+
+    /// Nominal order of accuracy on smooth nonlinear problems.
+    fn order(&self) -> u32;
+
+    /// Order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15); `None` where the error is no power of h at the stiffness
+    /// of practical problems.
+    fn stiff_order(&self) -> Option<u32> {
+        Some(self.order())
+    }
+
+    /// What it steps; decides the limit on a reduced Lagrangian.
+    fn principle(&self) -> Principle;
+
+    /// What limits its step size on stiff problems.
+    fn stability(&self) -> Stability;
+
+    /// The integrator for `problem`.
+    ///
+    /// # Errors
+    /// [`BuildError`] if the method does not apply.
+    fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError>;
+}
+
+/// Half-width of the band around an expected order: a tenth of an order tells neighbouring orders apart by far.
+const ORDER_BAND: f64 = 0.1;
+
+/// Step sizes in an order study.
+const LADDER: usize = 13;
+
+/// What limits the step size on a stiff decaying problem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stability {
+    /// Nothing, and stiff components are damped: R(∞) = 0.
+    Damping,
+    /// Nothing, but stiff components are not damped: |R(∞)| = 1.
+    Neutral,
+    /// h|λ| must stay of order 1.
+    Conditional,
+    /// No step size: solutions grow where those of the problem decay.
+    Unstable,
+}
+
+/// How the order of a method on a problem is measured, and what it should be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrderPlan {
+    /// The order and its band.
+    pub expectation: Expectation,
+    /// End of the integration.
+    pub horizon: f64,
+    /// The step sizes, coarse to fine.
+    pub steps: Vec<f64>,
+}
+
+impl OrderPlan {
+    /// The nominal order at t = 2 from h = 0.2 down: twelve halvings of a factor √2 for low orders, fewer where the error
+    /// reaches roundoff.
+    pub fn nominal(method: &dyn Method) -> Self {
+        Self::at(method, 2.0, 0.2)
+    }
+
+    /// The nominal order at t = `horizon` from h = `coarsest` down.
+    pub fn at(method: &dyn Method, horizon: f64, coarsest: f64) -> Self {
+        let expectation = Expectation::new(f64::from(method.order()), ORDER_BAND);
+        Self { expectation, horizon, steps: ladder(horizon, coarsest, LADDER) }
+    }
+
+    /// Expects `order` instead, for a reason.
+    #[must_use]
+    pub fn declared(self, order: f64, reason: &str) -> Self {
+        Self { expectation: self.expectation.declared(order, reason), ..self }
+    }
+}
+
+/// A method that does not apply to a problem.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{method} does not apply to this problem: {reason}")]
+pub struct BuildError {
+    /// The method.
+    pub method: String,
+    /// Why it does not apply.
+    pub reason: String,
+}
+
+/// An entry of the registry.
+#[derive(Debug, Clone, Copy)]
+pub struct Spec {
+    /// How it is called: `linear(ALPHA,BETA)`.
+    pub form: &'static str,
+    /// What it is and where it comes from, in one line.
+    pub summary: &'static str,
+    /// Makes the method.
+    pub build: Build,
+}
+
+/// How a method is made of the call that names it.
+#[derive(Debug, Clone, Copy)]
+pub enum Build {
+    /// It takes no arguments.
+    Plain(fn() -> Box<dyn Method>),
+    /// From its arguments.
+    Arguments(fn(&Call) -> Result<Box<dyn Method>, NameError>),
+}
+
+impl Spec {
+    /// The name without arguments.
+    pub fn name(&self) -> &'static str {
+        self.form.split('(').next().unwrap_or(self.form)
+    }
+}
+
+/// All methods.
+pub const ALL: &[Spec] = &[
+    least_squares::METHOD_I,
+    least_squares::METHOD_II,
+    least_squares::EXPLICIT_MOMENTUM,
+    least_squares::CONVENTIONAL,
+    least_squares::LINEAR,
+    classic::IMPLICIT_EULER,
+    classic::RK4,
+    classic::TRAPEZOIDAL,
+    classic::IMPLICIT_MIDPOINT,
+    classic::SDIRK2,
+    classic::BDF2,
+];
+
+/// The method that `text` names.
+///
+/// # Errors
+/// [`NameError`] for an unknown name or unusable arguments.
+pub fn parse(text: &str) -> Result<Box<dyn Method>, NameError> {
+    let call = Call::parse(text)?;
+    let Some(spec) = ALL.iter().find(|spec| spec.name() == call.name) else {
+        return Err(NameError::unknown("method", &call.name, ALL.iter().map(Spec::name)));
+    };
+    match spec.build {
+        Build::Plain(build) => call.numbers::<0>(spec.form).map(|_| build()),
+        Build::Arguments(build) => build(&call),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_is_found_by_its_canonical_name() {
+        for spec in ALL {
+            let call = spec.form.replace("ALPHA", "-0.5").replace("BETA", "1");
+            let method = parse(&call).expect("registered");
+            assert_eq!(parse(&method.name()).expect("canonical").name(), method.name());
+        }
+        assert!(matches!(parse("methodi"), Err(NameError::Unknown { suggestion: Some(s), .. }) if s == "method-i"));
+        assert!(matches!(parse("linear(0,0)"), Err(NameError::Form { .. })));
+        assert!(matches!(parse("rk4(3)"), Err(NameError::Form { .. })));
+        assert!(parse(" linear( -1e-3 , +2.5E1 ) ").is_ok());
+    }
+}

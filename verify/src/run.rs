@@ -1,0 +1,53 @@
+//! One run of one method on one problem.
+
+use lsvi::{InputError, State, StepError, Trajectory};
+
+use crate::methods::{BuildError, Method};
+use crate::problems::Problem;
+
+/// Why a run gave no trajectory, or only part of one.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The method does not apply.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The step size or the end time is unusable.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A step failed, with its time in the message.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// The observer stopped the run: a result is not a number.
+    #[error("the state is not finite at t = {0}")]
+    NonFinite(f64),
+}
+
+/// Integrates `problem` by `method` with steps of `h` from 0 to `t_end`, shows every state to `observe`, the initial one
+/// first, and returns the last.
+///
+/// # Errors
+/// [`RunError`]; what has been observed until then stands.
+pub fn run(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    h: f64,
+    t_end: f64,
+    mut observe: impl FnMut(&State),
+) -> Result<State, RunError> {
+    let initial = State::new(0.0, problem.initial());
+    let mut trajectory = Trajectory::new(method.build(problem)?, initial, h, t_end)?;
+    observe(trajectory.state());
+    while let Some(state) = trajectory.step()? {
+        if state.q.iter().any(|x| !x.is_finite()) {
+            return Err(RunError::NonFinite(state.t));
+        }
+        observe(state);
+    }
+    Ok(trajectory.state().clone())
+}
+
+/// Largest absolute difference of two states over the components that both have; NaN if any of them is NaN.
+pub fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) })
+}

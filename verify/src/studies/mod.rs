@@ -1,0 +1,42 @@
+//! The studies, one file each: a question, the computation that answers it, and what it found.
+
+mod orders;
+
+use std::error::Error;
+
+use crate::evidence::Evidence;
+
+/// An entry of the registry.
+#[derive(Debug, Clone, Copy)]
+pub struct Study {
+    /// Stable identifier: file stem and anchor.
+    pub id: &'static str,
+    /// Title of its chapter.
+    pub title: &'static str,
+    /// The question it answers.
+    pub question: &'static str,
+    /// The statements it tests: equations, sections, claims.
+    pub source: &'static str,
+    /// The computation.
+    pub run: fn(&Context) -> Result<Evidence, StudyError>,
+}
+
+/// A study that could not be carried out, as opposed to one whose checks failed.
+pub type StudyError = Box<dyn Error + Send + Sync>;
+
+/// All studies, in the order of the report.
+pub const ALL: &[Study] = &[orders::STUDY];
+
+/// What a study is given: a place to report progress.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// Called with a number of pieces of work that are about to be done.
+    pub announce: &'a (dyn Fn(u64) + Sync),
+    /// Called after each of them.
+    pub tick: &'a (dyn Fn() + Sync),
+}
+
+impl Context<'_> {
+    /// Reports nothing.
+    pub const SILENT: Context<'static> = Context { announce: &|_| {}, tick: &|| {} };
+}
