@@ -2,6 +2,7 @@
 //!
 //! Data flow one way: problem → method → trajectory → measure → evidence → report.
 #![warn(missing_docs)]
+#![deny(unsafe_code)]
 
 pub mod evidence;
 pub mod golden;

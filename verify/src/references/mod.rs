@@ -1,9 +1,28 @@
 //! Reference solutions that share no code with the methods under test.
 //!
 //! A reference solves a first-order system v̇ = f(t, v) that a problem states by hand in [`Ode`]; it never sees
-//! the discretisation that it is to judge. Each is solved at two settings, and the difference is its error bound.
+//! the discretisation that it is to judge. Each is solved at two tolerances, and the difference is its error bound.
 
+mod bound;
+#[cfg(feature = "cvode")]
+mod cvode;
+#[cfg(not(feature = "cvode"))]
+#[path = "cvode_absent.rs"]
+mod cvode;
+mod diffsol;
+
+use std::any::Any;
 use std::fmt;
+
+/// Every reference, whether compiled in or not.
+pub fn all() -> [&'static dyn Reference; 6] {
+    [&cvode::BDF, &cvode::ADAMS, &diffsol::BDF, &diffsol::TR_BDF2, &diffsol::ESDIRK34, &diffsol::TSIT45]
+}
+
+/// The reference of that name, such as `cvode-bdf`.
+pub fn by_name(name: &str) -> Option<&'static dyn Reference> {
+    all().into_iter().find(|r| r.name() == name)
+}
 
 /// A first-order system v̇ = f(t, v) with its Jacobian, written by hand for the references.
 pub trait Ode: Sync {
@@ -42,7 +61,7 @@ pub struct Sampled {
     pub times: Vec<f64>,
     /// The state at each time.
     pub states: Vec<Vec<f64>>,
-    /// Bound on the max-norm error at each time: the difference between two settings, no less than roundoff.
+    /// Bound on the max-norm error at each time: twice the difference between two tolerances, no less than roundoff.
     pub bound: Vec<f64>,
     /// Work of the finer of the two solves.
     pub work: Work,
@@ -75,7 +94,13 @@ pub trait Reference: Sync {
     /// Name in reports, such as `cvode-bdf`.
     fn name(&self) -> &'static str;
 
-    /// Solves from `(t0, v0)` and samples at `times` (increasing, each ≥ t0).
+    /// Whether the method suits stiff problems.
+    fn stiff_ok(&self) -> bool;
+
+    /// The library behind it and its version, such as `SUNDIALS 6.4.1`; `None` where it is not compiled in.
+    fn library(&self) -> Option<String>;
+
+    /// Solves from `(t0, v0)` and samples at `times` (not decreasing, each ≥ t0).
     ///
     /// # Errors
     /// [`ReferenceError`] if the solver fails, or if the request is malformed.
@@ -86,4 +111,10 @@ impl fmt::Debug for dyn Reference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
+}
+
+/// The message of a caught panic.
+fn panic_text(payload: &(dyn Any + Send)) -> &str {
+    let text = payload.downcast_ref::<String>().map(String::as_str);
+    text.or(payload.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }

@@ -1,0 +1,124 @@
+//! The error bound that every reference carries: the same problem solved at two tolerances.
+
+use super::{Ode, ReferenceError, Sampled, Work};
+
+/// Factor on the difference between the two solves.
+///
+/// Let e_c and e_f be the errors of the coarse and of the fine solve and |e_f| ≤ ρ|e_c|. Then
+/// |e_c − e_f| ≥ (1 − ρ)|e_c| ≥ (1/ρ − 1)|e_f|, so that |e_f| ≤ 2|e_c − e_f| for every ρ ≤ 2/3. From
+/// tolerances a factor 100 apart a method of order p, whose local error is O(h^{p+1}), gains 100^{−p/(p+1)} ≤ 0.05 for p ≥ 2.
+const SAFETY: f64 = 2.0;
+
+/// Roundings, in units of ε max|v|, that one step may commit.
+///
+/// Adams of order twelve adds up to thirteen terms to v in its prediction and one in its correction, the other methods fewer;
+/// each addition rounds by at most ε/2.
+const ROUNDINGS_PER_STEP: f64 = 7.0;
+
+/// The relative and the absolute tolerance of the two solves; both the same number, because states are of order one and the
+/// bound is absolute.
+const COARSE: f64 = 1e-10;
+const FINE: f64 = 1e-12;
+
+/// Times between two samples at which the two solves are compared as well: the difference of two scalars changes sign where
+/// neither of them is right, and a sample may hit that point.
+const PROBES: usize = 4;
+
+/// One solve at one tolerance.
+pub(super) struct Run {
+    states: Vec<Vec<f64>>,
+    steps: Vec<u64>,
+    /// Work of the whole solve.
+    pub(super) work: Work,
+}
+
+impl Run {
+    pub(super) fn with_capacity(times: usize) -> Self {
+        Run { states: Vec::with_capacity(times), steps: Vec::with_capacity(times), work: Work::default() }
+    }
+
+    /// Records the state at the next time, reached after `steps` steps.
+    pub(super) fn push(&mut self, state: Vec<f64>, steps: u64) {
+        self.states.push(state);
+        self.steps.push(steps);
+    }
+}
+
+/// Calls `solve(tolerance, times)` at two tolerances and bounds the error of the finer answer.
+///
+/// The bound at time t is the largest of
+/// - twice the largest max-norm difference between the two solves up to t;
+/// - the fine tolerance times 1 + |v(t)|, which is all that the solver was asked for in one step;
+/// - the roundoff of the steps taken, [`ROUNDINGS_PER_STEP`] · ε max|v| each. Amplification of roundoff by the problem itself is
+///   in the difference, for the two solves round differently.
+///
+/// It needs solves whose error follows their tolerance; hence samples are to be interpolated rather than stepped to. Where a
+/// step had to end at every sample, samples closer than the natural step would make both solves the same.
+pub(super) fn solve_twice(
+    ode: &dyn Ode,
+    t0: f64,
+    v0: &[f64],
+    times: &[f64],
+    solve: impl Fn(f64, &[f64]) -> Result<Run, ReferenceError>,
+) -> Result<Sampled, ReferenceError> {
+    check(ode, t0, v0, times)?;
+    let probed = with_probes(t0, times);
+    let coarse = solve(COARSE, &probed)?;
+    let fine = solve(FINE, &probed)?;
+
+    let mut scale = max_norm(v0);
+    let mut difference = 0.0_f64;
+    let mut bound = Vec::with_capacity(probed.len());
+    for ((c, f), &steps) in coarse.states.iter().zip(&fine.states).zip(&fine.steps) {
+        difference = c.iter().zip(f).fold(difference, |d, (c, f)| d.max((c - f).abs()));
+        scale = scale.max(max_norm(f));
+        let tolerance = FINE * (1.0 + max_norm(f));
+        let roundoff = ROUNDINGS_PER_STEP * f64::EPSILON * steps as f64 * scale;
+        bound.push((SAFETY * difference).max(tolerance).max(roundoff));
+    }
+    let (states, bound) = fine.states.into_iter().zip(bound).skip(PROBES).step_by(PROBES + 1).unzip();
+    Ok(Sampled { times: times.to_vec(), states, bound, work: fine.work })
+}
+
+/// Every sample time, preceded by [`PROBES`] evenly spaced times.
+fn with_probes(t0: f64, times: &[f64]) -> Vec<f64> {
+    let mut probed = Vec::with_capacity((PROBES + 1) * times.len());
+    let mut last = t0;
+    for &t in times {
+        probed.extend((1..=PROBES).map(|k| last + (t - last) * (k as f64 / (PROBES + 1) as f64)));
+        probed.push(t);
+        last = t;
+    }
+    probed
+}
+
+fn max_norm(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+fn check(ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<(), ReferenceError> {
+    let refuse = |reason: String| Err(ReferenceError::Input(reason));
+    if ode.dim() == 0 {
+        return refuse("the system has no unknowns".into());
+    }
+    if v0.len() != ode.dim() {
+        return refuse(format!("the initial state has {} components, the system {}", v0.len(), ode.dim()));
+    }
+    if let Some((i, x)) = v0.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+        return refuse(format!("component {i} of the initial state is {x}"));
+    }
+    if !t0.is_finite() {
+        return refuse(format!("the initial time is {t0}"));
+    }
+    let mut last = t0;
+    for &t in times {
+        if !t.is_finite() {
+            return refuse(format!("a sample time is {t}"));
+        }
+        if t < last {
+            return refuse(format!("sample times must not decrease: {t} follows {last}"));
+        }
+        last = t;
+    }
+    Ok(())
+}

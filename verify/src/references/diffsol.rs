@@ -1,0 +1,182 @@
+//! diffsol: BDF and Runge–Kutta methods in Rust, with dense linear algebra.
+//!
+//! It shares nothing with the methods under test but the package `nalgebra`.
+
+use std::cell::{Cell, RefCell};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use diffsol::error::OdeSolverError;
+use diffsol::{
+    DiffsolError, NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod,
+    OdeSolverStopReason, Op, Vector,
+};
+
+use super::bound::{Run, solve_twice};
+use super::{Ode, Reference, ReferenceError, Sampled, Work, panic_text};
+
+type Matrix = NalgebraMat<f64>;
+type Linear = NalgebraLU<f64>;
+
+/// Steps allowed in a solve.
+const MAX_STEPS: usize = 5_000_000;
+
+#[derive(Debug, Clone, Copy)]
+enum Method {
+    Bdf,
+    TrBdf2,
+    Esdirk34,
+    Tsit45,
+}
+
+/// diffsol with one of its methods.
+pub(super) struct Diffsol {
+    name: &'static str,
+    method: Method,
+    stiff_ok: bool,
+}
+
+/// Backward differentiation formulas of orders 1 to 5.
+pub(super) static BDF: Diffsol = Diffsol { name: "diffsol-bdf", method: Method::Bdf, stiff_ok: true };
+
+/// TR-BDF2, of order 2.
+pub(super) static TR_BDF2: Diffsol = Diffsol { name: "diffsol-tr-bdf2", method: Method::TrBdf2, stiff_ok: true };
+
+/// ESDIRK34, of order 3.
+pub(super) static ESDIRK34: Diffsol = Diffsol { name: "diffsol-esdirk34", method: Method::Esdirk34, stiff_ok: true };
+
+/// Tsitouras' explicit method, of order 5.
+pub(super) static TSIT45: Diffsol = Diffsol { name: "diffsol-tsit45", method: Method::Tsit45, stiff_ok: false };
+
+impl Reference for Diffsol {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn stiff_ok(&self) -> bool {
+        self.stiff_ok
+    }
+
+    fn library(&self) -> Option<String> {
+        Some(format!("diffsol {}", locked_version("diffsol").unwrap_or("of unknown version")))
+    }
+
+    fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError> {
+        solve_twice(ode, t0, v0, times, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
+    }
+}
+
+/// The version in the lock file, from which the build took it.
+fn locked_version(package: &str) -> Option<&'static str> {
+    let lock = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.lock"));
+    let (_, entry) = lock.split_once(&format!("name = \"{package}\"\nversion = \""))?;
+    entry.split('"').next()
+}
+
+/// What the closures handed to diffsol saw.
+#[derive(Default)]
+struct Seen {
+    rhs: Cell<u64>,
+    not_finite: RefCell<Option<String>>,
+}
+
+impl Seen {
+    /// Why a step failed: a value of f that was not finite, where there was one.
+    fn explain(&self, error: &DiffsolError) -> String {
+        match self.not_finite.take() {
+            Some(reason) => format!("{reason} ({error})"),
+            None => error.to_string(),
+        }
+    }
+}
+
+impl Diffsol {
+    /// One solve. Panics inside diffsol or the system become errors.
+    fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
+        let reached = Cell::new(t0);
+        let solved = catch_unwind(AssertUnwindSafe(|| self.integrate(ode, v0, times, tolerance, &reached)))
+            .unwrap_or_else(|payload| Err(format!("panicked: {}", panic_text(&*payload))));
+        solved.map_err(|reason| ReferenceError::Solver { solver: self.name, t: reached.get(), reason })
+    }
+
+    /// Builds the problem and starts the method; `reached` holds the initial time and follows the solve.
+    fn integrate(
+        &self,
+        ode: &dyn Ode,
+        v0: &[f64],
+        times: &[f64],
+        tolerance: f64,
+        reached: &Cell<f64>,
+    ) -> Result<Run, String> {
+        let seen = Seen::default();
+        let rhs = |v: &[f64], _: &[f64], t: f64, dv: &mut [f64]| {
+            seen.rhs.set(seen.rhs.get() + 1);
+            ode.rhs(t, v, dv);
+            if let Some((i, x)) = dv.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+                seen.not_finite.replace(Some(format!("component {i} of f is {x} at t = {t}")));
+            }
+        };
+        let jacobian_times = |v: &[f64], _: &[f64], t: f64, x: &[f64], y: &mut [f64]| {
+            y.fill(0.0);
+            ode.jacobian(t, v, &mut |i, j, entry| y[i] += entry * x[j]);
+        };
+        let mut problem = OdeBuilder::<Matrix>::new()
+            .t0(reached.get())
+            .rtol(tolerance)
+            .atol([tolerance])
+            .rhs_implicit(rhs, jacobian_times)
+            .init(|_, _, v| v.copy_from_slice(v0), v0.len())
+            .build()
+            .map_err(|e| e.to_string())?;
+        // The default of 50 counts over the whole solve, not over one step.
+        problem.ode_options.max_nonlinear_solver_failures = MAX_STEPS;
+        let start = |e: DiffsolError| e.to_string();
+        match self.method {
+            Method::Bdf => sample(problem.bdf::<Linear>().map_err(start)?, times, &seen, reached),
+            Method::TrBdf2 => sample(problem.tr_bdf2::<Linear>().map_err(start)?, times, &seen, reached),
+            Method::Esdirk34 => sample(problem.esdirk34::<Linear>().map_err(start)?, times, &seen, reached),
+            Method::Tsit45 => sample(problem.tsit45().map_err(start)?, times, &seen, reached),
+        }
+    }
+}
+
+/// Steps to the last of `times` and interpolates the others from the step that passes them.
+fn sample<'a, E, S>(mut solver: S, times: &[f64], seen: &Seen, reached: &Cell<f64>) -> Result<Run, String>
+where
+    E: OdeEquations<T = f64, M = Matrix, V = NalgebraVec<f64>, C = NalgebraContext> + 'a,
+    S: OdeSolverMethod<'a, E>,
+{
+    let mut run = Run::with_capacity(times.len());
+    if let Some(&end) = times.last().filter(|&&end| end > reached.get()) {
+        solver.set_stop_time(end).map_err(|e| e.to_string())?;
+    }
+    for &t in times {
+        while reached.get() < t {
+            let stop = solver.step().map_err(|e| seen.explain(&e))?;
+            // diffsol takes a NaN estimate of the error for zero and accepts the step.
+            if let Some(reason) = seen.not_finite.take() {
+                return Err(reason);
+            }
+            if solver.get_statistics().number_of_steps > MAX_STEPS {
+                return Err(format!("took more than {MAX_STEPS} steps"));
+            }
+            // The stop time is reached up to a roundoff, which `t` may exceed.
+            let at_end = matches!(stop, OdeSolverStopReason::TstopReached);
+            reached.set(if at_end { t.max(solver.state().t) } else { solver.state().t });
+        }
+        let state = solver.state();
+        let v = if t < state.t && state.h != 0.0 {
+            solver.interpolate(t).map_err(|e| e.to_string())?.clone_as_vec()
+        } else {
+            state.y.clone_as_vec()
+        };
+        run.push(v, solver.get_statistics().number_of_steps as u64);
+    }
+    let statistics = solver.get_statistics();
+    run.work = Work {
+        steps: statistics.number_of_steps as u64,
+        rhs: seen.rhs.get(),
+        jacobians: solver.problem().eqn().rhs().statistics().number_of_matrix_evals as u64,
+        factorizations: statistics.number_of_linear_solver_setups as u64,
+    };
+    Ok(run)
+}
