@@ -5,7 +5,6 @@
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use diffsol::error::OdeSolverError;
 use diffsol::{
     DiffsolError, NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod,
     OdeSolverStopReason, Op, Vector,
@@ -19,6 +18,9 @@ type Linear = NalgebraLU<f64>;
 
 /// Steps allowed in a solve.
 const MAX_STEPS: usize = 5_000_000;
+
+/// Newton iterations allowed to fail in a solve; diffsol's own limit of 50 also counts over the whole solve.
+const MAX_FAILURES: usize = 10_000;
 
 #[derive(Debug, Clone, Copy)]
 enum Method {
@@ -80,11 +82,16 @@ struct Seen {
 }
 
 impl Seen {
+    /// Fails if a value of f was not finite.
+    fn check(&self) -> Result<(), String> {
+        self.not_finite.take().map_or(Ok(()), Err)
+    }
+
     /// Why a step failed: a value of f that was not finite, where there was one.
     fn explain(&self, error: &DiffsolError) -> String {
-        match self.not_finite.take() {
-            Some(reason) => format!("{reason} ({error})"),
-            None => error.to_string(),
+        match self.check() {
+            Err(reason) => format!("{reason} ({error})"),
+            Ok(()) => error.to_string(),
         }
     }
 }
@@ -119,6 +126,9 @@ impl Diffsol {
             y.fill(0.0);
             ode.jacobian(t, v, &mut |i, j, entry| y[i] += entry * x[j]);
         };
+        // diffsol would choose a first step of NaN and never leave the initial time.
+        rhs(v0, &[], reached.get(), &mut vec![0.0; v0.len()]);
+        seen.check()?;
         let mut problem = OdeBuilder::<Matrix>::new()
             .t0(reached.get())
             .rtol(tolerance)
@@ -127,8 +137,7 @@ impl Diffsol {
             .init(|_, _, v| v.copy_from_slice(v0), v0.len())
             .build()
             .map_err(|e| e.to_string())?;
-        // The default of 50 counts over the whole solve, not over one step.
-        problem.ode_options.max_nonlinear_solver_failures = MAX_STEPS;
+        problem.ode_options.max_nonlinear_solver_failures = MAX_FAILURES;
         let start = |e: DiffsolError| e.to_string();
         match self.method {
             Method::Bdf => sample(problem.bdf::<Linear>().map_err(start)?, times, &seen, reached),
@@ -153,9 +162,7 @@ where
         while reached.get() < t {
             let stop = solver.step().map_err(|e| seen.explain(&e))?;
             // diffsol takes a NaN estimate of the error for zero and accepts the step.
-            if let Some(reason) = seen.not_finite.take() {
-                return Err(reason);
-            }
+            seen.check()?;
             if solver.get_statistics().number_of_steps > MAX_STEPS {
                 return Err(format!("took more than {MAX_STEPS} steps"));
             }

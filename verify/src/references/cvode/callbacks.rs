@@ -5,16 +5,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::references::{Ode, panic_text};
 
-/// What a callback tells CVODE.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Answer {
-    /// All is well.
-    Success,
-    /// Try a smaller step.
-    Retry,
-    /// Give up.
-    Stop,
-}
+/// A callback refused; [`Callbacks::explain`] knows why.
+#[derive(Debug)]
+pub(super) struct Refused;
 
 /// The system, and what went wrong in it.
 ///
@@ -56,48 +49,39 @@ impl<'a> Callbacks<'a> {
         }
     }
 
-    fn refuse(&self, answer: Answer, why: String) -> Answer {
+    fn refuse(&self, why: String) -> Result<(), Refused> {
         self.failure.replace(Some(why));
-        answer
+        Err(Refused)
     }
 
     /// Writes f(t, v) into `dv`.
-    pub(super) fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) -> Answer {
-        match catch_unwind(AssertUnwindSafe(|| self.ode.rhs(t, v, dv))) {
-            Err(payload) => {
-                self.refuse(Answer::Stop, format!("the right-hand side panicked: {}", panic_text(&*payload)))
-            }
-            Ok(()) => match dv.iter().position(|x| !x.is_finite()) {
-                Some(i) => self.refuse(Answer::Retry, format!("component {i} of f is {} at t = {t}", dv[i])),
-                None => Answer::Success,
-            },
+    pub(super) fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) -> Result<(), Refused> {
+        if let Err(payload) = catch_unwind(AssertUnwindSafe(|| self.ode.rhs(t, v, dv))) {
+            return self.refuse(format!("the right-hand side panicked: {}", panic_text(&*payload)));
+        }
+        match dv.iter().position(|x| !x.is_finite()) {
+            Some(i) => self.refuse(format!("component {i} of f is {} at t = {t}", dv[i])),
+            None => Ok(()),
         }
     }
 
     /// Hands each contribution to ∂f/∂v to `add`, after checking that it lies in the matrix.
-    pub(super) fn jacobian(&self, t: f64, v: &[f64], mut add: impl FnMut(usize, usize, f64)) -> Answer {
-        let mut outside = None;
-        let mut not_finite = None;
+    pub(super) fn jacobian(&self, t: f64, v: &[f64], mut add: impl FnMut(usize, usize, f64)) -> Result<(), Refused> {
+        let mut wrong = None;
         let mut checked = |i: usize, j: usize, x: f64| {
-            let in_band = self.band.is_none_or(|(lower, upper)| i <= j + lower && j <= i + upper);
-            if i >= self.dim || j >= self.dim || !in_band {
-                outside = Some((i, j));
-            } else if x.is_finite() {
-                add(i, j, x);
+            let in_matrix = i < self.dim && j < self.dim;
+            let in_band = || self.band.is_none_or(|(lower, upper)| i <= j + lower && j <= i + upper);
+            if !in_matrix || !in_band() {
+                wrong = Some(format!("entry ({i}, {j}) lies outside the Jacobian or its declared band"));
+            } else if !x.is_finite() {
+                wrong = Some(format!("entry ({i}, {j}) of the Jacobian is {x} at t = {t}"));
             } else {
-                not_finite = Some((i, j, x));
+                add(i, j, x);
             }
         };
         if let Err(payload) = catch_unwind(AssertUnwindSafe(|| self.ode.jacobian(t, v, &mut checked))) {
-            return self.refuse(Answer::Stop, format!("the Jacobian panicked: {}", panic_text(&*payload)));
+            return self.refuse(format!("the Jacobian panicked: {}", panic_text(&*payload)));
         }
-        if let Some((i, j)) = outside {
-            return self
-                .refuse(Answer::Stop, format!("entry ({i}, {j}) lies outside the Jacobian or its declared band"));
-        }
-        if let Some((i, j, x)) = not_finite {
-            return self.refuse(Answer::Retry, format!("entry ({i}, {j}) of the Jacobian is {x} at t = {t}"));
-        }
-        Answer::Success
+        wrong.map_or(Ok(()), |why| self.refuse(why))
     }
 }

@@ -6,7 +6,7 @@ use std::{ptr, slice};
 
 use sundials_sys as sys;
 
-use super::callbacks::{Answer, Callbacks};
+use super::callbacks::{Callbacks, Refused};
 use crate::references::Work;
 
 // What the bindings leave out.
@@ -180,7 +180,7 @@ fn check(call: &str, code: c_int) -> Result<(), String> {
         free(raw.cast());
         name
     };
-    Err(format!("{call} returned CV_{name}"))
+    Err(format!("{call} returned {name}"))
 }
 
 fn new_context() -> Result<Owned<sys::_SUNContext>, String> {
@@ -280,12 +280,9 @@ unsafe fn entries_mut<'v>(vector: sys::N_Vector, dim: usize) -> &'v mut [f64] {
     unsafe { slice::from_raw_parts_mut(sys::N_VGetArrayPointer(vector), dim) }
 }
 
-fn code(answer: Answer) -> c_int {
-    match answer {
-        Answer::Success => 0,
-        Answer::Retry => 1,
-        Answer::Stop => -1,
-    }
+/// What a callback returns to CVODE: zero, or a negative number that makes it stop.
+fn code(answer: Result<(), Refused>) -> c_int {
+    if answer.is_ok() { 0 } else { -1 }
 }
 
 unsafe extern "C" fn on_rhs(t: f64, v: sys::N_Vector, dv: sys::N_Vector, user_data: *mut c_void) -> c_int {

@@ -1,0 +1,428 @@
+//! The references against exact solutions, against each other, and on requests that cannot be met.
+
+use std::f64::consts::PI;
+
+use verify::references::{Ode, Reference, ReferenceError, Sampled, all, by_name};
+
+/// A system from two closures.
+struct System<F, J> {
+    dim: usize,
+    rhs: F,
+    jacobian: J,
+    band: Option<(usize, usize)>,
+}
+
+impl<F, J> Ode for System<F, J>
+where
+    F: Fn(f64, &[f64], &mut [f64]) + Sync,
+    J: Fn(f64, &[f64], &mut dyn FnMut(usize, usize, f64)) + Sync,
+{
+    fn dim(&self) -> usize {
+        self.dim
+    }
+
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        (self.rhs)(t, v, dv);
+    }
+
+    fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        (self.jacobian)(t, v, add);
+    }
+
+    fn bandwidths(&self) -> Option<(usize, usize)> {
+        self.band
+    }
+}
+
+fn system<F, J>(dim: usize, rhs: F, jacobian: J) -> System<F, J>
+where
+    F: Fn(f64, &[f64], &mut [f64]) + Sync,
+    J: Fn(f64, &[f64], &mut dyn FnMut(usize, usize, f64)) + Sync,
+{
+    System { dim, rhs, jacobian, band: None }
+}
+
+/// v' = −v.
+fn decay() -> impl Ode {
+    system(1, |_, v, dv| dv[0] = -v[0], |_, _, add| add(0, 0, -1.0))
+}
+
+/// v' = −λ(v − cos t) − sin t with λ = 1000, solved by cos t.
+fn prothero_robinson() -> impl Ode {
+    const LAMBDA: f64 = 1000.0;
+    system(1, |t, v, dv| dv[0] = -LAMBDA * (v[0] - t.cos()) - t.sin(), |_, _, add| add(0, 0, -LAMBDA))
+}
+
+/// θ' = ω, ω' = −sin θ.
+fn pendulum() -> impl Ode {
+    system(
+        2,
+        |_, v, dv| {
+            dv[0] = v[1];
+            dv[1] = -v[0].sin();
+        },
+        |_, v, add| {
+            add(0, 1, 1.0);
+            add(1, 0, -v[0].cos());
+        },
+    )
+}
+
+/// x' = y, y' = μ(1 − x²)y − x.
+fn van_der_pol(mu: f64) -> impl Ode {
+    system(
+        2,
+        move |_, v, dv| {
+            dv[0] = v[1];
+            dv[1] = mu * (1.0 - v[0] * v[0]) * v[1] - v[0];
+        },
+        move |_, v, add| {
+            add(0, 1, 1.0);
+            add(1, 0, -2.0 * mu * v[0] * v[1] - 1.0);
+            add(1, 1, mu * (1.0 - v[0] * v[0]));
+        },
+    )
+}
+
+/// Heat on (0, 1) with cold ends and an advection term that makes the Jacobian unsymmetric, by second differences on n inner
+/// points: v_i' = (v_{i−1} − 2v_i + v_{i+1})/Δ² − 10(v_i − v_{i−1})/Δ. The bandwidths are 1 below and, although that band is empty
+/// beyond the first diagonal, `upper` above.
+fn heat(n: usize, band: Option<(usize, usize)>) -> impl Ode {
+    let spacing = 1.0 / (n + 1) as f64;
+    let diffusion = spacing.powi(-2);
+    let below = diffusion + 10.0 / spacing;
+    let diagonal = -2.0 * diffusion - 10.0 / spacing;
+    System {
+        dim: n,
+        rhs: move |_, v: &[f64], dv: &mut [f64]| {
+            for i in 0..n {
+                let west = if i > 0 { v[i - 1] } else { 0.0 };
+                let east = if i + 1 < n { v[i + 1] } else { 0.0 };
+                dv[i] = below * west + diagonal * v[i] + diffusion * east;
+            }
+        },
+        jacobian: move |_, _: &[f64], add: &mut dyn FnMut(usize, usize, f64)| {
+            for i in 0..n {
+                // In two parts: contributions to one entry add up.
+                add(i, i, 0.5 * diagonal);
+                add(i, i, 0.5 * diagonal);
+                if i > 0 {
+                    add(i, i - 1, below);
+                }
+                if i + 1 < n {
+                    add(i, i + 1, diffusion);
+                }
+            }
+        },
+        band,
+    }
+}
+
+fn reference(name: &str) -> &'static dyn Reference {
+    by_name(name).unwrap_or_else(|| panic!("no reference `{name}`"))
+}
+
+/// The references that are compiled in.
+fn available() -> impl Iterator<Item = &'static dyn Reference> {
+    all().into_iter().filter(|r| r.library().is_some())
+}
+
+fn solve(r: &dyn Reference, ode: &dyn Ode, v0: &[f64], times: &[f64]) -> Sampled {
+    r.solve(ode, 0.0, v0, times).unwrap_or_else(|e| panic!("{}: {e}", r.name()))
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |d, (x, y)| d.max((x - y).abs()))
+}
+
+/// `n` times, evenly spaced up to `end`.
+fn times(n: usize, end: f64) -> Vec<f64> {
+    (1..=n).map(|k| end * k as f64 / n as f64).collect()
+}
+
+/// Fails unless the error is within the bound at every sample and the bound is of use, less than `useful`.
+fn assert_bounded(r: &dyn Reference, s: &Sampled, exact: impl Fn(f64) -> Vec<f64>, useful: f64) {
+    for ((t, v), bound) in s.times.iter().zip(&s.states).zip(&s.bound) {
+        let error = distance(v, &exact(*t));
+        assert!(error <= *bound, "{} at t = {t}: error {error:e}, bound {bound:e}", r.name());
+        assert!(*bound < useful, "{} at t = {t}: a bound of {bound:e} is of no use", r.name());
+    }
+}
+
+#[test]
+fn linear_decay_is_within_every_bound() {
+    // Sparse and dense samples: the bound must not depend on how the solve is sampled.
+    for n in [1, 10, 500] {
+        for r in available() {
+            let s = solve(r, &decay(), &[1.0], &times(n, 10.0));
+            assert_bounded(r, &s, |t| vec![(-t).exp()], 1e-7);
+            assert!(s.work.steps > 0 && s.work.rhs > s.work.steps, "{} reports its work: {:?}", r.name(), s.work);
+        }
+    }
+}
+
+#[test]
+fn stiff_prothero_robinson_is_within_the_bounds_of_stiff_solvers() {
+    for r in available().filter(|r| r.stiff_ok()) {
+        let s = solve(r, &prothero_robinson(), &[1.0], &times(10, 10.0));
+        assert_bounded(r, &s, |t| vec![t.cos()], 1e-8);
+    }
+}
+
+/// An explicit or functional treatment needs h ≲ 3/λ, hence more than 3000 steps on t ≤ 10; a variable-order implicit method
+/// whose Newton iteration has the right Jacobian follows cos t with far fewer.
+#[test]
+fn bdf_steps_are_not_limited_by_stiffness() {
+    for r in available().filter(|r| r.name().ends_with("-bdf")) {
+        let s = solve(r, &prothero_robinson(), &[1.0], &[10.0]);
+        assert!(s.work.steps < 1500, "{} took {} steps", r.name(), s.work.steps);
+        assert!(s.work.jacobians > 0 && s.work.factorizations >= s.work.jacobians, "{}: {:?}", r.name(), s.work);
+    }
+}
+
+#[test]
+fn all_agree_on_nonlinear_problems_within_the_sum_of_their_bounds() {
+    let problems: [(&str, Box<dyn Ode>, [f64; 2]); 2] =
+        [("pendulum", Box::new(pendulum()), [1.0, 0.0]), ("van der Pol", Box::new(van_der_pol(1.0)), [2.0, 0.0])];
+    for (problem, ode, v0) in &problems {
+        let answers: Vec<_> = available().map(|r| (r.name(), solve(r, &**ode, v0, &times(20, 10.0)))).collect();
+        for (i, (a, x)) in answers.iter().enumerate() {
+            for (b, y) in &answers[..i] {
+                for k in 0..x.times.len() {
+                    let (apart, allowed) = (distance(&x.states[k], &y.states[k]), x.bound[k] + y.bound[k]);
+                    assert!(
+                        apart <= allowed,
+                        "{a} and {b} on {problem} at t = {}: {apart:e} apart, {allowed:e} allowed",
+                        x.times[k]
+                    );
+                    assert!(allowed < 1e-5, "{a} and {b} on {problem}: {allowed:e} is of no use");
+                }
+            }
+        }
+    }
+}
+
+/// The energy of the pendulum is conserved; no reference knows it.
+#[test]
+fn pendulum_keeps_its_energy() {
+    let energy = |v: &[f64]| 0.5 * v[1] * v[1] - v[0].cos();
+    for r in available() {
+        let s = solve(r, &pendulum(), &[1.0, 0.0], &times(20, 10.0));
+        for (v, bound) in s.states.iter().zip(&s.bound) {
+            // |∂E/∂θ| + |∂E/∂ω| ≤ 1 + 1 for |ω| ≤ 1.
+            assert!((energy(v) - energy(&[1.0, 0.0])).abs() <= 2.0 * bound, "{}", r.name());
+        }
+    }
+}
+
+#[cfg(feature = "cvode")]
+#[test]
+fn banded_and_dense_matrices_give_the_same_solve() {
+    let n = 20;
+    let v0: Vec<f64> = (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect();
+    for name in ["cvode-bdf", "cvode-adams"] {
+        let r = reference(name);
+        let dense = solve(r, &heat(n, None), &v0, &times(5, 0.1));
+        // Wider than needed, unsymmetric either way, and wider than the matrix.
+        for band in [(1, 1), (2, 1), (1, 3), (n, 1)] {
+            let banded = solve(r, &heat(n, Some(band)), &v0, &times(5, 0.1));
+            for k in 0..5 {
+                let apart = distance(&dense.states[k], &banded.states[k]);
+                assert!(apart <= dense.bound[k] + banded.bound[k], "{name} {band:?}: {apart:e} apart");
+            }
+            // The same linear systems up to roundoff, so the same path up to a few retries.
+            let (a, b) = (dense.work.steps as f64, banded.work.steps as f64);
+            assert!((a - b).abs() <= 0.05 * a, "{name} {band:?}: {b} steps, {a} with a dense matrix");
+        }
+    }
+}
+
+#[test]
+fn heat_equation_is_the_same_to_all_stiff_solvers() {
+    let n = 8;
+    let v0: Vec<f64> = (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect();
+    let answers: Vec<_> = available()
+        .filter(|r| r.stiff_ok())
+        .map(|r| (r.name(), solve(r, &heat(n, Some((1, 1))), &v0, &times(4, 0.1))))
+        .collect();
+    let (first, x) = &answers[0];
+    for (name, y) in &answers[1..] {
+        for k in 0..4 {
+            let apart = distance(&x.states[k], &y.states[k]);
+            assert!(apart <= x.bound[k] + y.bound[k], "{first} and {name}: {apart:e} apart");
+        }
+    }
+}
+
+#[test]
+fn samples_may_coincide_with_the_start_and_with_each_other() {
+    for r in available() {
+        let s = solve(r, &decay(), &[1.0], &[0.0, 0.0, 1.0, 1.0]);
+        assert_eq!(s.states[0], [1.0], "{}", r.name());
+        assert_eq!(s.states[2], s.states[3], "{}", r.name());
+        assert_bounded(r, &s, |t| vec![(-t).exp()], 1e-7);
+        assert!(solve(r, &decay(), &[1.0], &[]).states.is_empty());
+        assert_eq!(solve(r, &decay(), &[1.0], &[0.0]).states, [[1.0]]);
+    }
+}
+
+#[test]
+fn no_evaluation_beyond_the_last_sample() {
+    let guarded = system(
+        1,
+        |t, v, dv| {
+            // A stop time is hit up to a few roundings of t.
+            assert!(t <= 1.0 + 8.0 * f64::EPSILON, "f was evaluated at t = {t}");
+            dv[0] = -v[0];
+        },
+        |_, _, add| add(0, 0, -1.0),
+    );
+    for r in available() {
+        solve(r, &guarded, &[1.0], &times(3, 1.0));
+    }
+}
+
+#[test]
+fn malformed_requests_are_refused() {
+    let refused = |v0: &[f64], t0: f64, times: &[f64], says: &str| {
+        for r in available() {
+            match r.solve(&decay(), t0, v0, times) {
+                Err(ReferenceError::Input(reason)) => assert!(reason.contains(says), "{}: {reason}", r.name()),
+                other => panic!("{}: {other:?}", r.name()),
+            }
+        }
+    };
+    refused(&[1.0, 2.0], 0.0, &[1.0], "2 components, the system 1");
+    refused(&[], 0.0, &[1.0], "0 components");
+    refused(&[f64::NAN], 0.0, &[1.0], "NaN");
+    refused(&[1.0], f64::INFINITY, &[1.0], "inf");
+    refused(&[1.0], 0.0, &[1.0, 0.5], "0.5 follows 1");
+    refused(&[1.0], 0.0, &[-1.0], "-1 follows 0");
+    refused(&[1.0], 0.0, &[f64::NAN], "NaN");
+    for r in available() {
+        let empty = system(0, |_, _, _| (), |_, _, _| ());
+        assert!(matches!(r.solve(&empty, 0.0, &[], &[1.0]), Err(ReferenceError::Input(_))), "{}", r.name());
+    }
+}
+
+/// The reason and the time at which `r` stopped.
+fn stopped(r: &dyn Reference, ode: &dyn Ode) -> (String, f64) {
+    match r.solve(ode, 0.0, &[1.0], &[1.0]) {
+        Err(ReferenceError::Solver { solver, t, reason }) => {
+            assert_eq!(solver, r.name());
+            (reason, t)
+        }
+        other => panic!("{}: {other:?}", r.name()),
+    }
+}
+
+#[test]
+fn a_right_hand_side_that_is_not_finite_stops_every_solver() {
+    for value in [f64::NAN, f64::INFINITY] {
+        let late = system(1, move |t, v, dv| dv[0] = if t > 0.5 { value } else { -v[0] }, |_, _, add| add(0, 0, -1.0));
+        let at_once = system(1, move |_, _, dv| dv[0] = value, |_, _, add| add(0, 0, -1.0));
+        for r in available() {
+            let (reason, t) = stopped(r, &late);
+            assert!(reason.contains("component 0 of f is"), "{}: {reason}", r.name());
+            assert!((0.0..=0.6).contains(&t), "{} at t = {t}: {reason}", r.name());
+            let (reason, t) = stopped(r, &at_once);
+            assert!(reason.contains("component 0 of f is"), "{}: {reason}", r.name());
+            assert_eq!(t, 0.0, "{}", r.name());
+        }
+    }
+}
+
+#[test]
+fn a_panic_in_the_system_becomes_an_error() {
+    let rhs = system(
+        1,
+        |t, v, dv| {
+            assert!(t < 0.5, "half way");
+            dv[0] = -v[0];
+        },
+        |_, _, add| add(0, 0, -1.0),
+    );
+    let jacobian = system(1, |_, v, dv| dv[0] = -v[0], |_, _, _| panic!("no Jacobian"));
+    for r in available() {
+        let (reason, _) = stopped(r, &rhs);
+        assert!(reason.contains("panicked") && reason.contains("half way"), "{}: {reason}", r.name());
+        // An explicit method never asks.
+        if r.name() != "diffsol-tsit45" {
+            let (reason, _) = stopped(r, &jacobian);
+            assert!(reason.contains("panicked") && reason.contains("no Jacobian"), "{}: {reason}", r.name());
+        }
+    }
+}
+
+#[test]
+fn a_solution_that_blows_up_stops_every_solver() {
+    // v' = v² from 1 is 1/(1 − t); the numerical solution blows up a little earlier or later.
+    let blow_up = system(1, |_, v, dv| dv[0] = v[0] * v[0], |_, v, add| add(0, 0, 2.0 * v[0]));
+    for r in available() {
+        let stopped = r.solve(&blow_up, 0.0, &[1.0], &[2.0]);
+        assert!(
+            matches!(stopped, Err(ReferenceError::Solver { t, .. }) if t < 1.0 + 1e-6),
+            "{}: {stopped:?}",
+            r.name()
+        );
+    }
+}
+
+#[cfg(feature = "cvode")]
+#[test]
+fn entries_outside_the_jacobian_or_its_band_are_refused() {
+    let outside = system(1, |_, v, dv| dv[0] = -v[0], |_, _, add| add(1, 0, 1.0));
+    let off_band =
+        System { band: Some((0, 0)), ..system(2, |_, v, dv| dv.copy_from_slice(v), |_, _, add| add(0, 1, 1.0)) };
+    for name in ["cvode-bdf", "cvode-adams"] {
+        let r = reference(name);
+        let (reason, _) = stopped(r, &outside);
+        assert!(reason.contains("(1, 0) lies outside"), "{name}: {reason}");
+        let refused = r.solve(&off_band, 0.0, &[1.0, 1.0], &[1.0]).map(|s| s.states);
+        assert!(refused.as_ref().is_err_and(|e| e.to_string().contains("(0, 1) lies outside")), "{name}: {refused:?}");
+    }
+}
+
+#[cfg(feature = "cvode")]
+#[test]
+fn a_jacobian_that_is_not_finite_stops_cvode() {
+    let ode = system(1, |_, v, dv| dv[0] = -v[0], |_, _, add| add(0, 0, f64::NAN));
+    let (reason, _) = stopped(reference("cvode-bdf"), &ode);
+    assert!(reason.contains("entry (0, 0) of the Jacobian is NaN"), "{reason}");
+}
+
+#[test]
+fn the_registry_names_every_reference_once() {
+    let names: Vec<_> = all().iter().map(|r| r.name()).collect();
+    assert_eq!(
+        names,
+        ["cvode-bdf", "cvode-adams", "diffsol-bdf", "diffsol-tr-bdf2", "diffsol-esdirk34", "diffsol-tsit45"]
+    );
+    for name in names {
+        assert_eq!(reference(name).name(), name);
+        assert_eq!(reference(name).stiff_ok(), !["cvode-adams", "diffsol-tsit45"].contains(&name));
+    }
+    assert!(by_name("cvode").is_none());
+}
+
+/// The library's version is a number, from the library that runs.
+#[test]
+fn the_libraries_state_their_versions() {
+    for r in available() {
+        let library = r.library().unwrap_or_default();
+        let (name, version) = library.split_once(' ').unwrap_or_default();
+        assert!(r.name().starts_with(if name == "SUNDIALS" { "cvode" } else { name }), "{library}");
+        let numbers: Vec<_> = version.split('.').map(|n| n.parse::<u32>()).collect();
+        assert!(numbers.len() == 3 && numbers.iter().all(Result::is_ok), "{library}");
+    }
+}
+
+#[cfg(not(feature = "cvode"))]
+#[test]
+fn cvode_says_that_it_is_not_compiled_in() {
+    for name in ["cvode-bdf", "cvode-adams"] {
+        let r = reference(name);
+        assert!(r.library().is_none());
+        assert!(matches!(r.solve(&decay(), 0.0, &[1.0], &[1.0]), Err(ReferenceError::Unavailable(n)) if n == name));
+    }
+}
