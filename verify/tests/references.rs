@@ -415,6 +415,19 @@ fn a_solution_that_blows_up_stops_every_solver() {
     }
 }
 
+/// CVODE's own words for a failure are in the error, not on standard error.
+#[cfg(feature = "cvode")]
+#[test]
+fn cvode_explains_itself() {
+    let next = 1.0 + f64::EPSILON;
+    match reference("cvode-bdf").solve(&decay(), 1.0, &[1.0], &[next]) {
+        Err(ReferenceError::Solver { t: 1.0, reason, .. }) => {
+            assert!(reason.contains("too close to t0") && reason.contains("CVode returned CV_TOO_CLOSE"), "{reason}")
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
 #[cfg(feature = "cvode")]
 #[test]
 fn entries_outside_the_jacobian_or_its_band_are_refused() {

@@ -36,19 +36,19 @@ pub(super) fn version() -> String {
 }
 
 /// Something that SUNDIALS allocated, freed when dropped.
-struct Owned<T> {
-    raw: *mut T,
-    free: fn(*mut T),
+struct Owned<P: Copy> {
+    raw: P,
+    free: fn(P),
 }
 
-impl<T> Owned<T> {
+impl<T> Owned<*mut T> {
     /// Takes over what `call` returned; SUNDIALS reports failure by a null pointer.
     fn new(raw: *mut T, free: fn(*mut T), call: &str) -> Result<Self, String> {
         if raw.is_null() { Err(format!("{call} failed")) } else { Ok(Owned { raw, free }) }
     }
 }
 
-impl<T> Drop for Owned<T> {
+impl<P: Copy> Drop for Owned<P> {
     fn drop(&mut self) {
         (self.free)(self.raw);
     }
@@ -58,11 +58,11 @@ impl<T> Drop for Owned<T> {
 ///
 /// The fields are dropped in the order of their declaration, each before what it was made from.
 pub(super) struct Session<'a> {
-    memory: Owned<c_void>,
-    _linear_solver: Owned<sys::_generic_SUNLinearSolver>,
-    _matrix: Owned<sys::_generic_SUNMatrix>,
-    state: Owned<sys::_generic_N_Vector>,
-    _context: Owned<sys::_SUNContext>,
+    memory: Owned<*mut c_void>,
+    _linear_solver: Owned<sys::SUNLinearSolver>,
+    _matrix: Owned<sys::SUNMatrix>,
+    state: Owned<sys::N_Vector>,
+    _context: Owned<sys::SUNContext>,
     /// CVODE keeps the address of the callbacks.
     callbacks: PhantomData<&'a Callbacks<'a>>,
 }
@@ -89,7 +89,7 @@ impl<'a> Session<'a> {
         // SAFETY: the pointers are live and belong together (one context, one dimension). `user_data` outlives the session by 'a,
         // and both callbacks turn it back into the shared reference that it is. CVODE copies the initial state.
         unsafe {
-            check("CVodeSetErrHandlerFn", sys::CVodeSetErrHandlerFn(memory.raw, Some(on_message), user_data))?;
+            messages::redirect(context.raw, memory.raw, user_data)?;
             check("CVodeInit", sys::CVodeInit(memory.raw, Some(on_rhs), t0, state.raw))?;
             check("CVodeSStolerances", sys::CVodeSStolerances(memory.raw, tolerance, tolerance))?;
             check("CVodeSetUserData", sys::CVodeSetUserData(memory.raw, user_data))?;
@@ -183,7 +183,7 @@ fn check(call: &str, code: c_int) -> Result<(), String> {
     Err(format!("{call} returned {name}"))
 }
 
-fn new_context() -> Result<Owned<sys::_SUNContext>, String> {
+fn new_context() -> Result<Owned<sys::SUNContext>, String> {
     let mut raw = ptr::null_mut();
     // SAFETY: `raw` is writable; without MPI there is no communicator.
     let code = unsafe { sys::SUNContext_Create(sys::comm_no_mpi(), &mut raw) };
@@ -200,7 +200,7 @@ fn new_context() -> Result<Owned<sys::_SUNContext>, String> {
     )
 }
 
-fn new_vector(v: &[f64], context: &Owned<sys::_SUNContext>) -> Result<Owned<sys::_generic_N_Vector>, String> {
+fn new_vector(v: &[f64], context: &Owned<sys::SUNContext>) -> Result<Owned<sys::N_Vector>, String> {
     // SAFETY: the context is live; the vector is destroyed once.
     let vector = unsafe {
         Owned::new(sys::N_VNew_Serial(index(v.len()), context.raw), |raw| sys::N_VDestroy(raw), "N_VNew_Serial")?
@@ -210,10 +210,7 @@ fn new_vector(v: &[f64], context: &Owned<sys::_SUNContext>) -> Result<Owned<sys:
     Ok(vector)
 }
 
-fn new_matrix(
-    callbacks: &Callbacks,
-    context: &Owned<sys::_SUNContext>,
-) -> Result<Owned<sys::_generic_SUNMatrix>, String> {
+fn new_matrix(callbacks: &Callbacks, context: &Owned<sys::SUNContext>) -> Result<Owned<sys::SUNMatrix>, String> {
     let n = index(callbacks.dim());
     // SAFETY: the context is live and the bandwidths are less than the dimension; the matrix is destroyed once.
     unsafe {
@@ -227,10 +224,10 @@ fn new_matrix(
 
 fn new_linear_solver(
     callbacks: &Callbacks,
-    state: &Owned<sys::_generic_N_Vector>,
-    matrix: &Owned<sys::_generic_SUNMatrix>,
-    context: &Owned<sys::_SUNContext>,
-) -> Result<Owned<sys::_generic_SUNLinearSolver>, String> {
+    state: &Owned<sys::N_Vector>,
+    matrix: &Owned<sys::SUNMatrix>,
+    context: &Owned<sys::SUNContext>,
+) -> Result<Owned<sys::SUNLinearSolver>, String> {
     // SAFETY: vector and matrix are live, of one dimension and from this context, and the solver is of the matrix's kind; it is
     // freed once.
     unsafe {
@@ -248,7 +245,7 @@ fn new_linear_solver(
     }
 }
 
-fn new_memory(formulas: Formulas, context: &Owned<sys::_SUNContext>) -> Result<Owned<c_void>, String> {
+fn new_memory(formulas: Formulas, context: &Owned<sys::SUNContext>) -> Result<Owned<*mut c_void>, String> {
     let formulas = match formulas {
         Formulas::Bdf => sys::CV_BDF,
         Formulas::Adams => sys::CV_ADAMS,
@@ -326,15 +323,83 @@ unsafe extern "C" fn on_jacobian(
     }))
 }
 
-/// Keeps CVODE's messages, which it would write to standard error.
-unsafe extern "C" fn on_message(
-    _code: c_int,
-    _module: *const c_char,
-    _function: *const c_char,
-    message: *mut c_char,
-    user_data: *mut c_void,
-) {
-    // SAFETY: as in `on_rhs`; the message is a zero-terminated string.
-    let (callbacks, message) = unsafe { (&*user_data.cast::<Callbacks>(), CStr::from_ptr(message)) };
-    callbacks.note(message.to_string_lossy().into_owned());
+/// SUNDIALS writes its messages to standard error; here the callbacks keep the last one.
+///
+/// SUNDIALS 6 reports through CVODE's memory, SUNDIALS 7 through the context, and each lacks the other's functions.
+mod messages {
+    use super::*;
+
+    /// Sends the messages to the callbacks behind `user_data`.
+    ///
+    /// # Safety
+    /// `context` and `memory` are live, and `user_data` is a pointer to `Callbacks` that outlives them.
+    pub(super) unsafe fn redirect(
+        context: sys::SUNContext,
+        memory: *mut c_void,
+        user_data: *mut c_void,
+    ) -> Result<(), String> {
+        // Takes precedence over the stand-ins outside this function for what the version at hand does have.
+        #[allow(unused_imports)]
+        use sys::*;
+        // SAFETY: by the caller's promise; the handlers take what the version at hand passes.
+        unsafe {
+            check("CVodeSetErrHandlerFn", CVodeSetErrHandlerFn(memory, Some(on_message_6), user_data))?;
+            check("SUNContext_ClearErrHandlers", SUNContext_ClearErrHandlers(context))?;
+            check("SUNContext_PushErrHandler", SUNContext_PushErrHandler(context, Some(on_message_7), user_data))
+        }
+    }
+
+    type Handler6 = unsafe extern "C" fn(c_int, *const c_char, *const c_char, *mut c_char, *mut c_void);
+    type Handler7 =
+        unsafe extern "C" fn(c_int, *const c_char, *const c_char, *const c_char, c_int, *mut c_void, sys::SUNContext);
+
+    #[allow(dead_code, non_snake_case)]
+    fn CVodeSetErrHandlerFn(_memory: *mut c_void, _handler: Option<Handler6>, _data: *mut c_void) -> c_int {
+        0
+    }
+
+    #[allow(dead_code, non_snake_case)]
+    fn SUNContext_ClearErrHandlers(_context: sys::SUNContext) -> c_int {
+        0
+    }
+
+    #[allow(dead_code, non_snake_case)]
+    fn SUNContext_PushErrHandler(_context: sys::SUNContext, _handler: Option<Handler7>, _data: *mut c_void) -> c_int {
+        0
+    }
+
+    unsafe extern "C" fn on_message_6(
+        _code: c_int,
+        _module: *const c_char,
+        _function: *const c_char,
+        message: *mut c_char,
+        user_data: *mut c_void,
+    ) {
+        // SAFETY: SUNDIALS passes a zero-terminated string and the `user_data` of `redirect`.
+        unsafe { note(message, user_data) }
+    }
+
+    unsafe extern "C" fn on_message_7(
+        _line: c_int,
+        _function: *const c_char,
+        _file: *const c_char,
+        message: *const c_char,
+        _code: c_int,
+        user_data: *mut c_void,
+        _context: sys::SUNContext,
+    ) {
+        // SAFETY: SUNDIALS passes a zero-terminated string or null, and the `user_data` of `redirect`.
+        unsafe { note(message, user_data) }
+    }
+
+    /// # Safety
+    /// `message` is null or a zero-terminated string, `user_data` a pointer to live `Callbacks`.
+    unsafe fn note(message: *const c_char, user_data: *mut c_void) {
+        if message.is_null() {
+            return;
+        }
+        // SAFETY: by the caller's promise.
+        let (callbacks, message) = unsafe { (&*user_data.cast::<Callbacks>(), CStr::from_ptr(message)) };
+        callbacks.note(message.to_string_lossy().into_owned());
+    }
 }
