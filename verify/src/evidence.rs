@@ -1,6 +1,6 @@
 //! What a study found: checks, tables and figures. Studies fill these in, the report renders them; neither knows the other.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// Outcome of one check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -26,6 +26,7 @@ pub struct Check {
     /// What came out.
     pub outcome: Outcome,
     /// The number that was measured, where there is one.
+    #[serde(serialize_with = "optional_number")]
     pub measured: Option<f64>,
     /// What was required of it: `2.00 ± 0.05`, `≤ 3.1e-15`.
     pub required: String,
@@ -54,7 +55,9 @@ pub struct Table {
 pub enum Cell {
     /// Text.
     Text(String),
-    /// A number: round-trip precision in files, four significant digits on the page.
+    /// A number: round-trip precision in files, four significant digits on the page. One that is not finite is shown as
+    /// such; a result that does not exist is [`Cell::Empty`].
+    #[serde(serialize_with = "number")]
     Number(f64),
     /// A count.
     Integer(i64),
@@ -62,8 +65,20 @@ pub enum Cell {
     Empty,
 }
 
+/// JSON has no word for a number that is not finite; it becomes the string `NaN`, `inf` or `-inf`, never `null`.
+fn number<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    if value.is_finite() { serializer.serialize_f64(*value) } else { serializer.collect_str(value) }
+}
+
+fn optional_number<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    match value {
+        Some(value) => number(value, serializer),
+        None => serializer.serialize_none(),
+    }
+}
+
 /// A figure of one or more panels, laid out in reading order.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone)]
 pub struct Figure {
     /// Stable identifier and anchor.
     pub id: String,
@@ -78,7 +93,7 @@ pub struct Figure {
 }
 
 /// One set of axes.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default)]
 pub struct Panel {
     /// Title above the axes; may be empty.
     pub title: String,
@@ -88,10 +103,33 @@ pub struct Panel {
     pub y: Axis,
     /// What is drawn.
     pub series: Vec<Series>,
+    /// A map drawn beneath the series, such as a region of stability.
+    pub field: Option<Field>,
+}
+
+/// A function of two variables on a rectangular grid, drawn as a map of bands.
+///
+/// Band `k` holds the values in `[levels[k-1], levels[k])`, the first everything below `levels[0]` and the last
+/// everything from the last level on. Each grid point colours the cell around it, so that the map shows the samples and
+/// nothing between them. Values that are not finite stay blank.
+#[derive(Debug, Clone)]
+pub struct Field {
+    /// Abscissae, ascending.
+    pub x: Vec<f64>,
+    /// Ordinates, ascending.
+    pub y: Vec<f64>,
+    /// `values[j][i]` at `(x[i], y[j])`.
+    pub values: Vec<Vec<f64>>,
+    /// Boundaries between the bands, ascending.
+    pub levels: Vec<f64>,
+    /// Legend entries of the bands, one more than there are levels.
+    pub bands: Vec<String>,
+    /// Interpolated lines at the levels too; for continuous functions, not for categories.
+    pub contours: bool,
 }
 
 /// An axis.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default)]
 pub struct Axis {
     /// Label with unit, `1/h`.
     pub label: String,
@@ -102,19 +140,18 @@ pub struct Axis {
 }
 
 /// One curve or cloud of points.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone)]
 pub struct Series {
     /// Legend entry.
     pub label: String,
-    /// Points; non-finite ones break the line, non-positive ones are left out on log axes.
+    /// Points; one that is not finite, or not positive on a log axis, breaks the line and is counted below the panel.
     pub points: Vec<(f64, f64)>,
     /// How it is drawn.
     pub mark: Mark,
 }
 
 /// How a [`Series`] is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// A line.
     Line,
@@ -127,7 +164,7 @@ pub enum Mark {
 }
 
 /// All that a study found.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default)]
 pub struct Evidence {
     /// Decisions.
     pub checks: Vec<Check>,

@@ -12,5 +12,6 @@ pub mod names;
 pub mod order;
 pub mod problems;
 pub mod references;
+pub mod report;
 pub mod run;
 pub mod studies;

@@ -1,0 +1,115 @@
+//! `results.json`: the whole run for programs.
+//!
+//! Schema 1. A reader should refuse a `schema` that it does not know; fields may be added within a schema, never removed or
+//! given another meaning.
+//!
+//! ```text
+//! schema          1
+//! provenance      [[key, value], …] in the order shown
+//! counts          {pass, fail, inconclusive, not_run, broken} over all chapters
+//! chapters[]
+//!   id, title, question, source
+//!   error         why the study broke off, or null
+//!   counts        as above
+//!   checks[]      id, statement, outcome, measured, required, reason
+//!                 outcome is "pass", "fail", "inconclusive" or "not-run"
+//!   tables[]      id, caption, file, columns, row_count, rows
+//!                 rows is null for a table behind a figure, which stands in its file alone
+//!   figures[]     id, caption, data (the id of a table)
+//!   notes[]       paragraphs
+//! ```
+//!
+//! A cell is a string, a number or null for an empty one. Numbers read back as the same `f64`; one that is not finite is the
+//! string `"NaN"`, `"inf"` or `"-inf"`. A check is known by the pair of its chapter's id and its own.
+
+use serde::Serialize;
+
+use super::run::{Counts, Run};
+use super::text::data_file;
+use crate::evidence::{Cell, Check};
+
+/// Version of the schema described at the head of this file.
+const SCHEMA: u32 = 1;
+
+#[derive(Serialize)]
+struct Results<'a> {
+    schema: u32,
+    provenance: &'a [(String, String)],
+    counts: Counts,
+    chapters: Vec<ChapterResults<'a>>,
+}
+
+#[derive(Serialize)]
+struct ChapterResults<'a> {
+    id: &'a str,
+    title: &'a str,
+    question: &'a str,
+    source: &'a str,
+    error: Option<&'a str>,
+    counts: Counts,
+    checks: &'a [Check],
+    tables: Vec<TableResults<'a>>,
+    figures: Vec<FigureResults<'a>>,
+    notes: &'a [String],
+}
+
+#[derive(Serialize)]
+struct TableResults<'a> {
+    id: &'a str,
+    caption: &'a str,
+    file: String,
+    columns: &'a [String],
+    row_count: usize,
+    rows: Option<&'a [Vec<Cell>]>,
+}
+
+#[derive(Serialize)]
+struct FigureResults<'a> {
+    id: &'a str,
+    caption: &'a str,
+    data: &'a str,
+}
+
+pub(super) fn document(run: &Run) -> Result<String, serde_json::Error> {
+    let chapters = run.chapters.iter().map(|chapter| {
+        let evidence = &chapter.evidence;
+        let tables = evidence.tables.iter().map(|table| TableResults {
+            id: &table.id,
+            caption: &table.caption,
+            file: data_file(&table.id),
+            columns: &table.columns,
+            row_count: table.rows.len(),
+            rows: table.shown.then_some(&table.rows),
+        });
+        let figures = evidence.figures.iter().map(|figure| FigureResults {
+            id: &figure.id,
+            caption: &figure.caption,
+            data: &figure.data,
+        });
+        ChapterResults {
+            id: &chapter.id,
+            title: &chapter.title,
+            question: &chapter.question,
+            source: &chapter.source,
+            error: chapter.error.as_deref(),
+            counts: Counts::of(chapter),
+            checks: &evidence.checks,
+            tables: tables.collect(),
+            figures: figures.collect(),
+            notes: &evidence.notes,
+        }
+    });
+    let results =
+        Results { schema: SCHEMA, provenance: &run.provenance, counts: run.counts(), chapters: chapters.collect() };
+    Ok(serde_json::to_string_pretty(&results)? + "\n")
+}
+
+/// The data files that an earlier `results.json` lists, so that those no longer written can be removed; none if it cannot
+/// be read.
+pub(super) fn files_listed(text: &str) -> Vec<String> {
+    let Ok(value) = serde_json::from_str::<serde_json::Value>(text) else { return Vec::new() };
+    let chapters = value["chapters"].as_array().into_iter().flatten();
+    let tables = chapters.flat_map(|chapter| chapter["tables"].as_array().into_iter().flatten());
+    // Through `data_file` again, so that no path in the file leads elsewhere.
+    tables.filter_map(|table| table["id"].as_str()).map(data_file).collect()
+}

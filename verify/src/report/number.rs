@@ -1,0 +1,112 @@
+//! Numbers as text: short for the page, exact for files.
+
+/// Shortest text that reads back as the same number: `0.1`, `1e-6`, `inf`, `NaN`.
+pub(super) fn exact(value: f64) -> String {
+    // Rust's `{:?}` round-trips and switches to exponents at 1e16 and 1e-5, but keeps `.0` on whole numbers.
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}
+
+/// A number cut to `digits` significant digits, apart into its decimal mantissa and power of ten.
+#[derive(Debug, PartialEq)]
+pub(super) struct Short {
+    /// Digits with a proper minus sign, or the name of a value that is not finite.
+    pub(super) mantissa: String,
+    /// Power of ten to multiply by, where the number is too large or too small to be written out.
+    pub(super) exponent: Option<i32>,
+}
+
+impl Short {
+    /// Trailing zeros stay only where digits were cut: `2` is two exactly, `2.000` was rounded.
+    pub(super) fn new(value: f64, digits: usize) -> Self {
+        if value.is_nan() {
+            return Self { mantissa: "not a number".into(), exponent: None };
+        }
+        if value.is_infinite() {
+            return Self { mantissa: if value > 0.0 { "∞".into() } else { "−∞".into() }, exponent: None };
+        }
+        if value == 0.0 {
+            return Self { mantissa: "0".into(), exponent: None };
+        }
+        // `{:e}` rounds to the digits asked for and only then settles the exponent: 9.9999 becomes 1.000e1.
+        let rounded = format!("{value:.*e}", digits - 1);
+        let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+        let exponent: i32 = exponent.parse().unwrap_or(0);
+        let is_exact = rounded.parse() == Ok(value);
+        let (text, exponent) = if (-3..digits as i32 + 1).contains(&exponent) {
+            let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+            // From the rounded text, so that five-digit numbers show no more than the digits asked for.
+            (format!("{:.decimals$}", rounded.parse().unwrap_or(value)), None)
+        } else {
+            (mantissa.to_owned(), Some(exponent))
+        };
+        let text = match is_exact && text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+            false => text,
+        };
+        Self { mantissa: text.replace('-', "−"), exponent }
+    }
+
+    /// Plain text: `1.234×10⁻⁵`.
+    pub(super) fn text(&self) -> String {
+        match self.exponent {
+            None => self.mantissa.clone(),
+            Some(exponent) if self.mantissa == "1" => power_of_ten(exponent),
+            Some(exponent) => format!("{}×{}", self.mantissa, power_of_ten(exponent)),
+        }
+    }
+}
+
+/// `10⁻⁵`.
+pub(super) fn power_of_ten(exponent: i32) -> String {
+    let raised = |c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32('⁰' as u32 + (c as u32 - '0' as u32)).unwrap_or(c),
+        other => other,
+    };
+    std::iter::once('1').chain(std::iter::once('0')).chain(exponent.to_string().chars().map(raised)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_numbers_read_as_a_person_would_write_them() {
+        let cases = [
+            (0.0, "0"),
+            (2.0, "2"),
+            (2.00004, "2.000"),
+            (-0.5, "−0.5"),
+            (1.0 / 3.0, "0.3333"),
+            (9.99999, "10.00"),
+            (12345.6, "12350"),
+            (99999.0, "1.000×10⁵"),
+            (123456.0, "1.235×10⁵"),
+            (1e6, "10⁶"),
+            (1e-6, "10⁻⁶"),
+            (0.00099999, "9.999×10⁻⁴"),
+            (0.001, "0.001"),
+            (-1.23456e-17, "−1.235×10⁻¹⁷"),
+            (f64::MIN_POSITIVE, "2.225×10⁻³⁰⁸"),
+            (f64::NAN, "not a number"),
+            (f64::NEG_INFINITY, "−∞"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(Short::new(value, 4).text(), expected, "{value:?}");
+        }
+    }
+
+    #[test]
+    fn exact_numbers_read_back_bit_for_bit() {
+        for value in [0.1, 1e-6, -0.0, 1.0, 123456789.0, 1e300, 5e-324, f64::MAX, f64::INFINITY, 0.1 + 0.2] {
+            let read: f64 = exact(value).parse().expect("a number");
+            assert_eq!(read.to_bits(), value.to_bits(), "{value:?}");
+        }
+        assert_eq!(exact(f64::NAN), "NaN");
+        assert_eq!(exact(3.0), "3");
+    }
+}

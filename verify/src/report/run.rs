@@ -1,0 +1,212 @@
+//! A whole run: the chapters in reading order and where they come from.
+
+use std::collections::HashSet;
+
+use crate::evidence::{Cell, Check, Evidence, Outcome};
+
+/// What one study contributed.
+#[derive(Debug, Clone, Default)]
+pub struct Chapter {
+    /// Stable identifier and anchor: `linear-drag`.
+    pub id: String,
+    /// Heading.
+    pub title: String,
+    /// The question that the chapter answers.
+    pub question: String,
+    /// Where the question comes from: `[S24] §3`.
+    pub source: String,
+    /// What was found; whatever there was up to an error.
+    pub evidence: Evidence,
+    /// Why the study broke off, where it did.
+    pub error: Option<String>,
+}
+
+/// Everything that the report shows.
+#[derive(Debug, Clone)]
+pub struct Run {
+    pub(super) chapters: Vec<Chapter>,
+    pub(super) provenance: Vec<(String, String)>,
+}
+
+impl Run {
+    /// Puts the chapters together and adds a last one, `report`, that audits them: identifiers serve as anchors and file
+    /// names, so they must be unique and plain; tables must be rectangular; a figure must name the table of its data; and a
+    /// result that is not a number must be left empty and explained. A repeated identifier is made unique, so that
+    /// nothing is lost.
+    ///
+    /// `provenance` lists versions, parameters and seeds in the order shown.
+    pub fn new(mut chapters: Vec<Chapter>, provenance: Vec<(String, String)>) -> Self {
+        let repeated = make_unique(&mut chapters);
+        let checks = vec![
+            decide("unique-ids", "No two chapters, tables, figures or checks share an identifier", repeated),
+            decide(
+                "plain-ids",
+                "Identifiers of chapters and tables serve as file names and anchors",
+                odd_ids(&chapters),
+            ),
+            decide("rectangular", "Every row of a table is as long as its header", ragged_rows(&chapters)),
+            decide("numbers", "Every number in a table is one", not_numbers(&chapters)),
+            decide("data", "Every figure names the table that holds its data", figures_without_data(&chapters)),
+        ];
+        chapters.push(Chapter {
+            id: AUDIT.into(),
+            title: "The report itself".into(),
+            question: "Is this report complete and sound in itself?".into(),
+            evidence: Evidence { checks, ..Evidence::default() },
+            ..Chapter::default()
+        });
+        Self { chapters, provenance }
+    }
+
+    /// The chapters in reading order, the audit last.
+    pub fn chapters(&self) -> &[Chapter] {
+        &self.chapters
+    }
+
+    /// Checks by outcome over all chapters.
+    pub fn counts(&self) -> Counts {
+        self.chapters.iter().fold(Counts::default(), |sum, chapter| sum.plus(Counts::of(chapter)))
+    }
+
+    /// The checks with this outcome in reading order.
+    pub fn checks_that(&self, outcome: Outcome) -> impl Iterator<Item = (&Chapter, &Check)> {
+        let checks = |chapter| move |check| (chapter, check);
+        self.chapters
+            .iter()
+            .flat_map(move |chapter| chapter.evidence.checks.iter().map(checks(chapter)))
+            .filter(move |(_, check): &(&Chapter, &Check)| check.outcome == outcome)
+    }
+}
+
+/// Number of checks by outcome.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counts {
+    /// Checks that held.
+    pub pass: usize,
+    /// Checks that did not hold.
+    pub fail: usize,
+    /// Checks that the data could not decide.
+    pub inconclusive: usize,
+    /// Checks that could not run here.
+    pub not_run: usize,
+    /// Chapters whose study broke off with an error.
+    pub broken: usize,
+}
+
+impl Counts {
+    /// The checks of one chapter.
+    pub fn of(chapter: &Chapter) -> Self {
+        let count = |outcome| chapter.evidence.checks.iter().filter(|check| check.outcome == outcome).count();
+        Self {
+            pass: count(Outcome::Pass),
+            fail: count(Outcome::Fail),
+            inconclusive: count(Outcome::Inconclusive),
+            not_run: count(Outcome::NotRun),
+            broken: usize::from(chapter.error.is_some()),
+        }
+    }
+
+    /// No check failed and no study broke off.
+    pub fn is_ok(self) -> bool {
+        self.fail == 0 && self.broken == 0
+    }
+
+    /// All checks, whatever came of them.
+    pub fn checks(self) -> usize {
+        self.pass + self.fail + self.inconclusive + self.not_run
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            pass: self.pass + other.pass,
+            fail: self.fail + other.fail,
+            inconclusive: self.inconclusive + other.inconclusive,
+            not_run: self.not_run + other.not_run,
+            broken: self.broken + other.broken,
+        }
+    }
+}
+
+const AUDIT: &str = "report";
+
+fn decide(id: &str, statement: &str, defects: Vec<String>) -> Check {
+    Check {
+        id: id.into(),
+        statement: statement.into(),
+        outcome: if defects.is_empty() { Outcome::Pass } else { Outcome::Fail },
+        measured: Some(defects.len() as f64),
+        required: "0 exceptions".into(),
+        reason: defects.join("; "),
+    }
+}
+
+/// Appends `-2`, `-3`, … to identifiers seen before, and lists them.
+fn make_unique(chapters: &mut [Chapter]) -> Vec<String> {
+    let mut repeated = Vec::new();
+    let mut claim = |seen: &mut HashSet<String>, id: &mut String| {
+        if seen.insert(id.clone()) {
+            return;
+        }
+        repeated.push(format!("`{id}`"));
+        let fresh = (2..).map(|n| format!("{id}-{n}")).find(|name| !seen.contains(name));
+        *id = fresh.unwrap_or_default();
+        seen.insert(id.clone());
+    };
+    // The audit's own chapter comes later and must find its name free.
+    let mut chapter_ids = HashSet::from([AUDIT.to_owned()]);
+    let (mut table_ids, mut figure_ids) = (HashSet::new(), HashSet::new());
+    for chapter in chapters {
+        claim(&mut chapter_ids, &mut chapter.id);
+        let mut check_ids = HashSet::new();
+        chapter.evidence.checks.iter_mut().for_each(|check| claim(&mut check_ids, &mut check.id));
+        chapter.evidence.tables.iter_mut().for_each(|table| claim(&mut table_ids, &mut table.id));
+        chapter.evidence.figures.iter_mut().for_each(|figure| claim(&mut figure_ids, &mut figure.id));
+    }
+    repeated
+}
+
+fn odd_ids(chapters: &[Chapter]) -> Vec<String> {
+    let is_plain = |id: &str| {
+        id.starts_with(|c: char| c.is_ascii_alphanumeric())
+            && id.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+    };
+    let tables = chapters.iter().flat_map(|chapter| &chapter.evidence.tables).map(|table| &table.id);
+    chapters
+        .iter()
+        .map(|chapter| &chapter.id)
+        .chain(tables)
+        .filter(|id| !is_plain(id))
+        .map(|id| format!("`{id}`"))
+        .collect()
+}
+
+fn ragged_rows(chapters: &[Chapter]) -> Vec<String> {
+    let tables = chapters.iter().flat_map(|chapter| &chapter.evidence.tables);
+    tables
+        .filter_map(|table| {
+            let count = table.rows.iter().filter(|row| row.len() != table.columns.len()).count();
+            (count > 0).then(|| format!("{count} in `{}`", table.id))
+        })
+        .collect()
+}
+
+fn not_numbers(chapters: &[Chapter]) -> Vec<String> {
+    let tables = chapters.iter().flat_map(|chapter| &chapter.evidence.tables);
+    tables
+        .filter_map(|table| {
+            let cells = table.rows.iter().flatten();
+            let count = cells.filter(|cell| matches!(cell, Cell::Number(value) if value.is_nan())).count();
+            (count > 0).then(|| format!("{count} in `{}`", table.id))
+        })
+        .collect()
+}
+
+fn figures_without_data(chapters: &[Chapter]) -> Vec<String> {
+    let ids: HashSet<_> =
+        chapters.iter().flat_map(|chapter| &chapter.evidence.tables).map(|table| table.id.as_str()).collect();
+    let figures = chapters.iter().flat_map(|chapter| &chapter.evidence.figures);
+    figures
+        .filter(|figure| !ids.contains(figure.data.as_str()))
+        .map(|figure| format!("`{}` names `{}`", figure.id, figure.data))
+        .collect()
+}
