@@ -184,8 +184,8 @@ fn layout(panel: &Panel, x: &Scale, y: &Scale, plots: &[Plot]) -> Layout {
         .with_width(WIDTH)
         .with_height(HEIGHT)
         .with_theme(theme)
-        .with_x_label(&panel.x.label)
-        .with_y_label(&panel.y.label)
+        .with_x_label(label(&panel.x))
+        .with_y_label(label(&panel.y))
         .with_x_label_wrap(52)
         .with_y_label_wrap(38)
         .with_label_size(14)
@@ -203,6 +203,11 @@ fn layout(panel: &Panel, x: &Scale, y: &Scale, plots: &[Plot]) -> Layout {
     layout.log_x = x.log;
     layout.log_y = y.log;
     layout
+}
+
+/// kuva escapes markup, lets control characters pass and typesets what stands between dollars.
+fn label(axis: &Axis) -> String {
+    axis.label.replace(char::is_control, "\u{fffd}").replace('$', "\\$")
 }
 
 /// kuva's drawing under an opening tag that scales and that names it for those who cannot see it.

@@ -1,0 +1,564 @@
+//! The report on made-up evidence with everything in it that can go wrong. The page is left in the target's `tmp/report` for a
+//! look.
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use verify::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Outcome, Panel, Series, Table};
+use verify::report::{self, Chapter, Run};
+
+const NASTY: &str = "<script>alert(\"1\" & '2')</script> ]]> `a < b` | \u{1}\u{7} λ→∞ 𝓛 \\ *x* ${y}";
+
+fn check(id: &str, outcome: Outcome, measured: Option<f64>) -> Check {
+    Check {
+        id: id.into(),
+        statement: format!("The order of `{id}` on the damped pendulum is 2"),
+        outcome,
+        measured,
+        required: "2.00 ± 0.05".into(),
+        reason: if outcome == Outcome::Pass {
+            String::new()
+        } else {
+            "slope over 6 of 9 points; 3 at the floor".into()
+        },
+    }
+}
+
+fn log_axis(label: &str) -> Axis {
+    Axis { label: label.into(), log: true, limits: None }
+}
+
+fn linear_axis(label: &str) -> Axis {
+    Axis { label: label.into(), log: false, limits: None }
+}
+
+fn series(label: &str, mark: Mark, points: impl IntoIterator<Item = (f64, f64)>) -> Series {
+    Series { label: label.into(), points: points.into_iter().collect(), mark }
+}
+
+fn order_panel(title: &str, floor: f64) -> Panel {
+    let steps = || (0..12).map(|k| 0.5f64.powi(k));
+    let methods = [
+        ("Method I", 2),
+        ("Method II", 2),
+        ("implicit Euler", 1),
+        ("RK4", 4),
+        ("trapezoidal rule", 2),
+        ("implicit midpoint", 2),
+        ("SDIRK2", 2),
+        ("BDF2", 2),
+        ("p_n = 0", 2),
+    ];
+    let curves = methods.iter().enumerate().map(|(index, (method, order))| {
+        let constant = 0.4 / (index + 1) as f64;
+        series(method, Mark::LineMarkers, steps().map(move |h| (h, (constant * h.powi(*order)).max(floor))))
+    });
+    let guides = [
+        series("slope 2", Mark::Guide, steps().map(|h| (h, 0.8 * h * h))),
+        series("slope 4", Mark::Guide, steps().map(|h| (h, 0.2 * h.powi(4)))),
+    ];
+    Panel {
+        title: title.into(),
+        x: log_axis("h / s"),
+        y: log_axis("max |error|"),
+        series: curves.chain(guides).collect(),
+        field: None,
+    }
+}
+
+fn stability_panel() -> Panel {
+    let x: Vec<f64> = (0..81).map(|i| -8.0 + 0.15 * f64::from(i)).collect();
+    let y: Vec<f64> = (0..81).map(|j| -6.0 + 0.15 * f64::from(j)).collect();
+    // |R(z)| of Method I for normal systems, z = x + iy.
+    let amplification = |x: f64, y: f64| (1.0 + y * y).sqrt() / (1.0 - x + 0.5 * (x * x + y * y)).abs();
+    let values = y.iter().map(|&b| x.iter().map(|&a| amplification(a, b)).collect()).collect();
+    Panel {
+        title: "Method I, |R(z)|".into(),
+        x: linear_axis("Re z"),
+        y: linear_axis("Im z"),
+        series: vec![series("imaginary axis", Mark::Guide, [(0.0, -6.0), (0.0, 6.0)])],
+        field: Some(Field {
+            x,
+            y,
+            values,
+            levels: vec![0.1, 0.3, 1.0],
+            bands: ["|R| < 0.1", "0.1 to 0.3", "0.3 to 1", "|R| ≥ 1"].map(Into::into).to_vec(),
+            contours: true,
+        }),
+    }
+}
+
+fn basin_panel() -> Panel {
+    let x: Vec<f64> = (0..41).map(|i| 10f64.powf(-2.0 + 0.1 * f64::from(i))).collect();
+    let y: Vec<f64> = (0..31).map(|j| 0.1 * f64::from(j)).collect();
+    let class = |product: f64| match product {
+        p if p > 20.0 => f64::NAN,
+        p if p > 2.0 => 2.0,
+        _ => 0.0,
+    };
+    let values = y.iter().map(|&v| x.iter().map(|&h| class(h * v)).collect()).collect();
+    Panel {
+        title: "Basin of the right root".into(),
+        x: log_axis("h / s"),
+        y: linear_axis("v₀"),
+        series: vec![series("h v₀ = 2", Mark::Line, x.iter().map(|h| (*h, 2.0 / h)))],
+        field: Some(Field {
+            x,
+            y,
+            values,
+            levels: vec![0.5, 1.5],
+            bands: ["right root", "lost branch", "spurious root"].map(Into::into).to_vec(),
+            contours: false,
+        }),
+    }
+}
+
+fn odd_panels() -> Vec<Panel> {
+    let trap = |title: &str, x: Axis, y: Axis, label: &str, mark: Mark, points: &[(f64, f64)]| Panel {
+        title: title.into(),
+        x,
+        y,
+        series: vec![series(label, mark, points.iter().copied())],
+        field: None,
+    };
+    let (log, linear) = (|| log_axis("h"), || linear_axis("t"));
+    let (nan, inf) = (f64::NAN, f64::INFINITY);
+    let bad = [(0.0, 1.0), (-1.0, 2.0), (1e-3, nan), (1e-2, inf), (0.1, 1e-12), (1.0, 0.0), (10.0, 3e-12)];
+    let far = [(0.0, 1e-9), (1.0, 1e9), (2.0, 1e299)];
+    let decay = (0..200).map(|i| 0.05 * f64::from(i)).map(|t| (t, (-t).exp()));
+    let growth = (0..11).map(|n| (f64::from(n), (-1.3f64).powi(n)));
+    let wave = (0..50_000).map(|i| 2e-4 * f64::from(i)).map(|t| (t, (100.0 * t).sin()));
+    vec![
+        trap("Zeros, NaN and ∞ on log axes", log(), log(), "bad", Mark::LineMarkers, &bad),
+        trap("One point", log(), log(), "one", Mark::Markers, &[(0.1, 1e-300)]),
+        trap("No points", linear(), linear(), "none", Mark::Line, &[]),
+        trap("A constant, by a line", linear(), linear(), "constant", Mark::Line, &[(0.0, 1.0), (1.0, 1.0)]),
+        trap(NASTY, linear_axis(NASTY), log_axis(NASTY), NASTY, Mark::Line, &far),
+        Panel {
+            x: Axis { limits: Some((0.0, 10.0)), ..linear_axis("t / s") },
+            y: Axis { limits: Some((-1.5, 1.5)), ..linear_axis("v(t)") },
+            series: vec![
+                series("exp(−t)", Mark::Guide, decay),
+                series("grows", Mark::LineMarkers, growth),
+                series("long", Mark::Line, wave),
+            ],
+            ..Panel::default()
+        },
+    ]
+}
+
+fn table(id: &str, columns: &[&str], rows: Vec<Vec<Cell>>, shown: bool) -> Table {
+    Table {
+        id: id.into(),
+        caption: format!("Errors of `{id}` at the paper's steps."),
+        columns: columns.iter().map(|name| (*name).into()).collect(),
+        rows,
+        shown,
+    }
+}
+
+fn text(text: &str) -> Cell {
+    Cell::Text(text.into())
+}
+
+fn linear_drag() -> Chapter {
+    let numbers = [0.1, -1e-6, 1.0 / 3.0, f64::INFINITY, 2.0, 5e-324, f64::MAX, 123456.789];
+    let row = |(n, value): (usize, &f64)| {
+        let status = if value.is_finite() { "ok" } else { NASTY };
+        vec![
+            text("damped-pendulum"),
+            Cell::Number(*value),
+            text("linear(-1,1)"),
+            Cell::Integer(n as i64 - 3),
+            text(status),
+        ]
+    };
+    let mut rows: Vec<_> = numbers.iter().enumerate().map(row).collect();
+    let lost = text("lost its branch at t = 1.25");
+    rows.push(vec![text("quadratic-drag"), Cell::Empty, text("method-ii"), Cell::Empty, lost]);
+    let errors = table("figure-2", &["problem", "max_error", "method", "steps", "status"], rows, true);
+    let note = "Method I overtakes RK4 at `h = 1.54`; below that RK4 is ahead by several orders of magnitude.";
+    Chapter {
+        id: "linear-drag".into(),
+        title: "Linear drag".into(),
+        question: "Do the closures reproduce their closed forms, and how large is the error at the paper's steps?"
+            .into(),
+        source: "[S24] §4, Figs 1–2".into(),
+        evidence: Evidence {
+            checks: vec![check("closed-form", Outcome::Pass, Some(3.3e-16)), check("cvode", Outcome::NotRun, None)],
+            tables: vec![errors, table("empty", &["h"], Vec::new(), true)],
+            figures: vec![
+                figure("figure-2", 2, vec![order_panel("Linear drag", 1e-16), order_panel("Damped pendulum", 1e-13)]),
+                figure("stability", 2, vec![stability_panel(), basin_panel()]),
+            ],
+            notes: vec![note.into()],
+        },
+        error: None,
+    }
+}
+
+fn figure(id: &str, columns: usize, panels: Vec<Panel>) -> Figure {
+    Figure {
+        id: id.into(),
+        caption: "Maximum error against the step. The curves follow the guide `slope 2` until roundoff.".into(),
+        data: "figure-2".into(),
+        panels,
+        columns,
+    }
+}
+
+fn orders() -> Chapter {
+    let passed = (0..20).map(|n| check(&format!("order/method-{n}"), Outcome::Pass, Some(2.0 + 1e-3 * f64::from(n))));
+    let mut checks: Vec<_> = passed.collect();
+    checks.push(check("order/linear(-1, 1)/van-der-pol", Outcome::Fail, Some(1.0423)));
+    checks.push(check("order/bdf2", Outcome::Inconclusive, Some(f64::NAN)));
+    let many = (0..60).map(|n| vec![Cell::Integer(n), Cell::Number(0.1f64.powi(n as i32))]).collect();
+    Chapter {
+        id: "orders".into(),
+        title: "Orders of accuracy".into(),
+        question: "Is every method of the order that it claims?".into(),
+        evidence: Evidence {
+            checks,
+            tables: vec![table("series", &["n", "value"], many, true), table("loose", &["n"], Vec::new(), false)],
+            figures: vec![figure("odd", 3, odd_panels())],
+            notes: Vec::new(),
+        },
+        ..Chapter::default()
+    }
+}
+
+fn nasty() -> Chapter {
+    Chapter {
+        id: "nasty".into(),
+        title: NASTY.into(),
+        question: NASTY.into(),
+        source: NASTY.into(),
+        evidence: Evidence {
+            checks: vec![Check {
+                id: NASTY.into(),
+                statement: NASTY.into(),
+                outcome: Outcome::Fail,
+                measured: Some(f64::INFINITY),
+                required: NASTY.into(),
+                reason: format!("{NASTY} {}", "long".repeat(200)),
+            }],
+            tables: vec![table("figure 3/../x", &[NASTY], vec![vec![text(NASTY)]], true)],
+            figures: Vec::new(),
+            notes: vec![NASTY.into()],
+        },
+        error: Some(format!("diverged at t = 3\nwith {NASTY}")),
+    }
+}
+
+fn synthetic() -> Run {
+    let provenance = [("lsvi", "0.1.0"), ("SUNDIALS", "6.4.1"), ("parameters", NASTY)];
+    let provenance = provenance.map(|(key, value)| (key.into(), value.into())).to_vec();
+    Run::new(vec![linear_drag(), orders(), nasty()], provenance)
+}
+
+/// A path of its own for each test, with nothing there.
+fn fresh(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&path);
+    path
+}
+
+fn written(name: &str) -> PathBuf {
+    let path = fresh(name);
+    report::write(&synthetic(), &path).expect("the report is written");
+    path
+}
+
+fn read(path: &Path, name: &str) -> String {
+    fs::read_to_string(path.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+struct Tag {
+    name: String,
+    attributes: Vec<(String, String)>,
+    closes: bool,
+    is_empty: bool,
+}
+
+/// The tags in order; panics on stray brackets, unquoted attributes, unescaped ampersands and control characters.
+fn tags(markup: &str) -> Vec<Tag> {
+    let mut tags = Vec::new();
+    let mut rest = markup;
+    while let Some((before, tail)) = rest.split_once('<') {
+        assert!(!before.contains('>'), "stray > in {before:?}");
+        assert_escaped(before);
+        rest = tail;
+        if let Some(comment) = rest.strip_prefix("!--") {
+            rest = comment.split_once("-->").expect("a closed comment").1;
+            continue;
+        }
+        if rest.starts_with(['!', '?']) {
+            rest = rest.split_once('>').expect("a closed declaration").1;
+            continue;
+        }
+        let closes = rest.starts_with('/');
+        rest = rest.trim_start_matches('/');
+        let end = rest.find(|c: char| c.is_whitespace() || c == '>' || c == '/').expect("a tag's end");
+        let name = rest[..end].to_owned();
+        assert!(name.chars().all(|c| c.is_ascii_alphanumeric()), "odd tag {name:?}");
+        rest = &rest[end..];
+        let mut attributes = Vec::new();
+        let is_empty = loop {
+            rest = rest.trim_start();
+            if let Some(tail) = rest.strip_prefix("/>") {
+                rest = tail;
+                break true;
+            }
+            if let Some(tail) = rest.strip_prefix('>') {
+                rest = tail;
+                break false;
+            }
+            let (key, tail) = rest.split_once("=\"").expect("a quoted attribute");
+            assert!(key.chars().all(|c| c.is_ascii_alphanumeric() || c == '-'), "odd attribute {key:?}");
+            let (value, tail) = tail.split_once('"').expect("a closed quote");
+            assert!(!value.contains('<'), "< in {value:?}");
+            assert_escaped(value);
+            attributes.push((key.to_owned(), unescape(value)));
+            rest = tail;
+        };
+        let is_raw = !closes && ["script", "style"].contains(&name.as_str());
+        if is_raw {
+            rest = &rest[rest.find(&format!("</{name}>")).expect("a closed script or style")..];
+        }
+        tags.push(Tag { name, attributes, closes, is_empty });
+    }
+    tags
+}
+
+fn assert_escaped(text: &str) {
+    for tail in text.split('&').skip(1) {
+        let name = tail.split_once(';').expect("an entity's end").0;
+        assert!(["amp", "lt", "gt", "quot", "apos", "#39"].contains(&name), "unescaped & before {tail:?}");
+    }
+    assert!(!text.chars().any(|c| c.is_control() && c != '\n'), "control character in {text:?}");
+}
+
+fn unescape(text: &str) -> String {
+    let text = text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"");
+    text.replace("&#39;", "'").replace("&apos;", "'").replace("&amp;", "&")
+}
+
+fn assert_balanced(tags: &[Tag], void: &[&str]) {
+    let mut open = Vec::new();
+    for tag in tags {
+        if tag.closes {
+            assert_eq!(open.pop(), Some(&tag.name), "closes what is not open; open: {open:?}");
+        } else if !tag.is_empty && !void.contains(&tag.name.as_str()) {
+            open.push(&tag.name);
+        }
+    }
+    assert!(open.is_empty(), "left open: {open:?}");
+}
+
+#[test]
+fn the_page_is_well_formed_and_its_links_lead_somewhere() {
+    let path = written("report");
+    let html = read(&path, "index.html");
+    let tags = tags(&html);
+    assert_balanced(&tags, &["meta", "link"]);
+    let attributes: Vec<_> = tags.iter().flat_map(|tag| &tag.attributes).collect();
+    let values = |key: &str| -> Vec<&str> {
+        attributes.iter().filter(|(name, _)| name == key).map(|(_, value)| value.as_str()).collect()
+    };
+    let ids: HashSet<_> = values("id").into_iter().collect();
+    assert_eq!(ids.len(), values("id").len(), "repeated ids");
+    assert!(ids.iter().all(|id| !id.is_empty() && !id.contains(char::is_whitespace)));
+    let links = values("href");
+    for link in &links {
+        match link.strip_prefix('#') {
+            Some(anchor) => assert!(ids.contains(anchor), "#{anchor} leads nowhere"),
+            None => assert!(link.starts_with("data:") || path.join(link).is_file(), "no file {link}"),
+        }
+    }
+    for reference in values("aria-labelledby").into_iter().flat_map(str::split_whitespace) {
+        assert!(ids.contains(reference), "labelled by {reference}, which is not there");
+    }
+    for reference in html.split("url(#").skip(1).map(|tail| tail.split(')').next().unwrap_or_default()) {
+        assert!(ids.contains(reference), "clipped by {reference}, which is not there");
+    }
+    for anchor in ["linear-drag", "linear-drag/closed-form", "table:figure-2", "figure:figure-2", "report/numbers"] {
+        assert!(ids.contains(anchor), "no anchor {anchor}");
+    }
+    for file in ["data/figure-2.csv", "data/loose.csv", "results.json", "junit.xml", "report.md"] {
+        assert!(links.contains(&file), "no link to {file}");
+    }
+    // Namespaces are names, not addresses.
+    let addresses = html.replace("http://www.w3.org/", "");
+    assert!(!addresses.contains("http:") && !addresses.contains("https:"), "the page asks the network");
+}
+
+#[test]
+fn figures_say_what_they_leave_out_and_draw_only_numbers() {
+    let html = read(&written("figures"), "index.html");
+    // Two of the seven bad points have a place on logarithmic axes.
+    assert!(html.contains("Without 5 points"));
+    assert_eq!(html.matches("Nothing to draw").count(), 1);
+    let shapes = ["d", "x", "y", "x1", "y1", "x2", "y2", "cx", "cy", "width", "height", "points"];
+    for (key, value) in tags(&html).iter().flat_map(|tag| &tag.attributes) {
+        let is_shape = shapes.contains(&key.as_str());
+        assert!(!is_shape || !(value.contains("NaN") || value.contains("inf")), "{key}={value:?}");
+    }
+    // A series of fifty thousand points must not become as many vertices.
+    assert!(html.len() < 500_000, "{} bytes", html.len());
+}
+
+#[test]
+fn junit_counts_what_it_lists() {
+    let xml = read(&written("junit"), "junit.xml");
+    let tags = tags(&xml);
+    assert_balanced(&tags, &[]);
+    let opened = |name: &str| tags.iter().filter(|tag| tag.name == name && !tag.closes).count();
+    let root = tags.iter().find(|tag| tag.name == "testsuites").expect("a root");
+    let declared = |key: &str| {
+        let count = root.attributes.iter().find(|(name, _)| name == key).expect("a count");
+        count.1.parse::<usize>().expect("a number")
+    };
+    let listed = [opened("testcase"), opened("failure"), opened("error"), opened("skipped")];
+    assert_eq!(["tests", "failures", "errors", "skipped"].map(declared), listed);
+    // Two made-up failures and the odd table name that the audit finds.
+    assert_eq!(listed[1..], [3, 1, 2]);
+    assert_eq!(opened("testsuite"), 4);
+}
+
+#[test]
+fn tables_read_back_from_csv() {
+    let path = written("csv");
+    let run = synthetic();
+    let table = &run.chapters()[0].evidence.tables[0];
+    let mut reader = csv::Reader::from_path(path.join("data/figure-2.csv")).expect("the file");
+    assert_eq!(reader.headers().expect("a header").iter().collect::<Vec<_>>(), table.columns);
+    let records: Vec<_> = reader.records().map(|record| record.expect("a record")).collect();
+    assert_eq!(records.len(), table.rows.len());
+    for (record, row) in records.iter().zip(&table.rows) {
+        assert_eq!(record.len(), row.len());
+        for (field, cell) in record.iter().zip(row) {
+            match cell {
+                Cell::Text(text) => assert_eq!(field, text),
+                Cell::Number(value) => assert_eq!(field.parse().map(f64::to_bits), Ok(value.to_bits()), "{field}"),
+                Cell::Integer(value) => assert_eq!(field.parse(), Ok(*value)),
+                Cell::Empty => assert_eq!(field, ""),
+            }
+        }
+    }
+    assert!(path.join("data/figure~20~3~2f~..~2f~x.csv").is_file(), "an odd identifier stays within data/");
+}
+
+#[test]
+fn results_hold_every_check_and_no_silent_null() {
+    let text = read(&written("json"), "results.json");
+    let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let counts = synthetic().counts();
+    assert_eq!(value["schema"], 1);
+    assert_eq!(value["counts"]["fail"], counts.fail);
+    let chapters = value["chapters"].as_array().expect("chapters");
+    let checks: usize = chapters.iter().map(|chapter| chapter["checks"].as_array().map_or(0, Vec::len)).sum();
+    assert_eq!(checks, counts.checks());
+    assert_eq!(chapters[1]["checks"][21]["measured"], "NaN");
+    assert_eq!(chapters[1]["checks"][20]["outcome"], "fail");
+    let rows = &chapters[0]["tables"][0]["rows"];
+    assert_eq!(rows[3][1], "inf");
+    assert_eq!(rows[5][1].as_f64(), Some(5e-324));
+    assert!(rows[8][1].is_null());
+    assert!(chapters[1]["tables"][1]["rows"].is_null(), "data behind a figure stand in their file");
+}
+
+/// Within one table, every row has as many cells as the header.
+fn assert_rectangular(markdown: &str) {
+    let mut header = None;
+    for line in markdown.lines() {
+        let cells = line.replace("\\|", "").matches('|').count();
+        if line.starts_with('|') {
+            assert_eq!(*header.get_or_insert(cells), cells, "{line}");
+        } else {
+            header = None;
+        }
+    }
+}
+
+#[test]
+fn markdown_fits_a_comment_and_escapes_its_tables() {
+    let markdown = read(&written("markdown"), "report.md");
+    assert!(markdown.len() < 65_536, "{} bytes", markdown.len());
+    assert!(!markdown.contains("<script>"));
+    assert_eq!(markdown.matches("<details>").count(), markdown.matches("</details>").count());
+    let failures = markdown.find("## Fail (3)").expect("the failures");
+    assert!(failures < markdown.find("## Details").expect("the details"));
+    assert_rectangular(&markdown);
+}
+
+#[test]
+fn markdown_of_a_very_long_run_is_cut() {
+    let checks = (0..2000).map(|n| check(&format!("c{n}"), Outcome::Fail, Some(1.0))).collect();
+    let evidence = Evidence { checks, ..Evidence::default() };
+    let chapter = Chapter { id: "long".into(), title: "Long".into(), evidence, ..Chapter::default() };
+    let path = fresh("cut");
+    report::write(&Run::new(vec![chapter], Vec::new()), &path).expect("the report is written");
+    let markdown = read(&path, "report.md");
+    assert!(markdown.len() < 65_536, "{} bytes", markdown.len());
+    assert!(markdown.contains("more, see `index.html`"));
+}
+
+#[test]
+fn the_summary_fits_a_terminal() {
+    let plain = report::summary(&synthetic(), false);
+    assert!(plain.lines().all(|line| line.chars().count() <= 80), "{plain}");
+    assert!(plain.lines().count() <= 24, "{plain}");
+    assert!(!plain.contains(|c: char| c.is_control() && c != '\n'), "{plain:?}");
+    assert!(report::summary(&synthetic(), true).contains("\u{1b}[31m"));
+}
+
+#[test]
+fn the_audit_finds_what_it_looks_for() {
+    let ragged = table("t", &["a", "b"], vec![vec![Cell::Number(f64::NAN)]], true);
+    let chapter = Chapter {
+        id: "report".into(),
+        evidence: Evidence {
+            checks: vec![check("c", Outcome::Pass, None), check("c", Outcome::Pass, None)],
+            tables: vec![ragged.clone(), Table { id: "a/b".into(), ..ragged }],
+            figures: vec![Figure { data: "nowhere".into(), ..figure("f", 1, Vec::new()) }],
+            notes: Vec::new(),
+        },
+        ..Chapter::default()
+    };
+    let run = Run::new(vec![chapter], Vec::new());
+    let failed: Vec<_> = run.checks_that(Outcome::Fail).map(|(chapter, check)| (&*chapter.id, &*check.id)).collect();
+    assert_eq!(failed, ["unique-ids", "plain-ids", "rectangular", "numbers", "data"].map(|id| ("report", id)));
+    assert_eq!(run.chapters()[0].id, "report-2", "the audit keeps its name");
+    assert_eq!(run.chapters()[0].evidence.checks[1].id, "c-2");
+    assert!(!run.counts().is_ok());
+    assert!(Run::new(Vec::new(), Vec::new()).counts().is_ok());
+}
+
+#[test]
+fn a_second_run_replaces_the_first_and_touches_nothing_else() {
+    let path = written("replace");
+    let html = read(&path, "index.html");
+    fs::write(path.join("data/mine.csv"), "kept").expect("a file of the user's");
+    report::write(&synthetic(), &path).expect("the report is written");
+    assert_eq!(read(&path, "index.html"), html, "the output is deterministic");
+    report::write(&Run::new(Vec::new(), Vec::new()), &path).expect("the report is written");
+    let names = |path: &Path| {
+        let entries = fs::read_dir(path).expect("a directory").map(|entry| entry.expect("an entry").file_name());
+        let mut names: Vec<_> = entries.map(|name| name.to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(&path), ["data", "index.html", "junit.xml", "report.md", "results.json"]);
+    assert_eq!(names(&path.join("data")), ["mine.csv"]);
+}
+
+#[test]
+fn what_cannot_be_written_is_named() {
+    let path = fresh("unwritable");
+    fs::create_dir_all(&path).expect("a directory");
+    fs::write(path.join("data"), "a file in the way").expect("a file");
+    let error = report::write(&synthetic(), &path).expect_err("data is a file");
+    assert!(error.to_string().contains("data"), "{error}");
+    assert_eq!(fs::read_dir(&path).expect("a directory").count(), 1, "nothing half-written is left");
+}
