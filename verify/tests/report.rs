@@ -125,13 +125,13 @@ fn odd_panels() -> Vec<Panel> {
     let (log, linear) = (|| log_axis("h"), || linear_axis("t"));
     let (nan, inf) = (f64::NAN, f64::INFINITY);
     let bad = [(0.0, 1.0), (-1.0, 2.0), (1e-3, nan), (1e-2, inf), (0.1, 1e-12), (1.0, 0.0), (10.0, 3e-12)];
-    let far = [(0.0, 1e-9), (1.0, 1e9), (2.0, 1e299)];
+    let far = [(0.0, 1e-9), (1.0, 1e9), (2.0, 1e100)];
     let decay = (0..200).map(|i| 0.05 * f64::from(i)).map(|t| (t, (-t).exp()));
     let growth = (0..11).map(|n| (f64::from(n), (-1.3f64).powi(n)));
     let wave = (0..50_000).map(|i| 2e-4 * f64::from(i)).map(|t| (t, (100.0 * t).sin()));
     vec![
         trap("Zeros, NaN and ∞ on log axes", log(), log(), "bad", Mark::LineMarkers, &bad),
-        trap("One point", log(), log(), "one", Mark::Markers, &[(0.1, 1e-300)]),
+        trap("One point", log(), log(), "one", Mark::Markers, &[(0.1, 3e-100)]),
         trap("No points", linear(), linear(), "none", Mark::Line, &[]),
         trap("A constant, by a line", linear(), linear(), "constant", Mark::Line, &[(0.0, 1.0), (1.0, 1.0)]),
         trap(NASTY, linear_axis(NASTY), log_axis(NASTY), NASTY, Mark::Line, &far),

@@ -94,7 +94,11 @@ fn number(value: f64) -> String {
         None => short.mantissa.clone(),
         Some(exponent) => {
             let power = format!("10<sup>{}</sup>", exponent.to_string().replace('-', "−"));
-            if short.mantissa == "1" { power } else { format!("{}×{power}", short.mantissa) }
+            match short.mantissa.as_str() {
+                "1" => power,
+                "−1" => format!("−{power}"),
+                mantissa => format!("{mantissa}×{power}"),
+            }
         }
     };
     let class = if value.is_nan() { "number odd" } else { "number" };
@@ -369,7 +373,7 @@ fn write_figure(out: &mut String, figure: &Figure, count: &mut usize) {
             let _ = write!(out, "<p class=\"title\">{}</p>", inline(&panel.title));
         }
         let styles: Vec<_> = panel.series.iter().map(|series| legend.style(&series.label, series.mark)).collect();
-        match plot::panel(panel, &styles, &format!("{id}-{}", index + 1)) {
+        match plot::panel(panel, &styles, &format!("{id}-{}", index + 1), columns) {
             Some(drawing) => {
                 out.push_str(&drawing.svg);
                 if drawing.dropped > 0 {
@@ -442,10 +446,14 @@ impl<'a> Legend<'a> {
         }
         out.push_str("<ul class=\"legend\">");
         for (label, color) in &self.bands {
-            let _ = write!(out, "<li><span class=\"band\" style=\"background:{color}\"></span>{}</li>", inline(label));
+            let _ = write!(
+                out,
+                "<li><span class=\"band\" style=\"background:{color}\"></span><span>{}</span></li>",
+                inline(label)
+            );
         }
         for (label, style) in named {
-            let _ = write!(out, "<li>{}{}</li>", style.swatch(), inline(label));
+            let _ = write!(out, "<li>{}<span>{}</span></li>", style.swatch(), inline(label));
         }
         out.push_str("</ul>\n");
     }

@@ -49,10 +49,11 @@ impl Short {
 
     /// Plain text: `1.234×10⁻⁵`.
     pub(super) fn text(&self) -> String {
-        match self.exponent {
-            None => self.mantissa.clone(),
-            Some(exponent) if self.mantissa == "1" => power_of_ten(exponent),
-            Some(exponent) => format!("{}×{}", self.mantissa, power_of_ten(exponent)),
+        match (self.exponent, self.mantissa.as_str()) {
+            (None, mantissa) => mantissa.into(),
+            (Some(exponent), "1") => power_of_ten(exponent),
+            (Some(exponent), "−1") => format!("−{}", power_of_ten(exponent)),
+            (Some(exponent), mantissa) => format!("{mantissa}×{}", power_of_ten(exponent)),
         }
     }
 }
@@ -88,7 +89,9 @@ mod tests {
             (123456.0, "1.235×10⁵"),
             (1e6, "10⁶"),
             (1e-6, "10⁻⁶"),
-            (0.00099999, "9.999×10⁻⁴"),
+            (-1e-6, "−10⁻⁶"),
+            (0.00099999, "0.001000"),
+            (0.0009999, "9.999×10⁻⁴"),
             (0.001, "0.001"),
             (-1.23456e-17, "−1.235×10⁻¹⁷"),
             (f64::MIN_POSITIVE, "2.225×10⁻³⁰⁸"),

@@ -13,15 +13,22 @@ use kuva::plot::scatter::MarkerShape;
 use kuva::plot::{ContourPlot, LinePlot, ScatterPlot};
 use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout, TickFormat};
 use kuva::render::plots::Plot;
-use kuva::render::render::{PathData, Primitive, Scene, render_multiple};
+use kuva::render::render::{PathData, Primitive, Scene, TextAnchor, render_multiple};
+use kuva::render::render_utils::{auto_nice_range, generate_ticks, generate_ticks_log, wrap_text};
 use kuva::render::theme::Theme;
 
 use super::number::{Short, power_of_ten};
 use super::text::escape;
 use crate::evidence::{Axis, Field, Mark, Panel, Series};
 
-const WIDTH: f64 = 460.0;
-const HEIGHT: f64 = 350.0;
+/// Width and height of a panel in a figure with this many in a row: the more, the smaller, so that the lettering keeps its
+/// size on a wide page.
+fn size(columns: usize) -> (f64, f64) {
+    if columns > 2 { (370.0, 300.0) } else { (470.0, 350.0) }
+}
+
+const LABEL_SIZE: f64 = 14.0;
+const TICK_SIZE: f64 = 13.0;
 
 /// Colour, dash and marker of a series, by its place in the figure's legend.
 #[derive(Clone, Copy, PartialEq)]
@@ -125,8 +132,9 @@ pub(super) struct Drawing {
     pub(super) dropped: usize,
 }
 
-/// Draws a panel; `id` becomes part of the identifiers inside. `None` if nothing in it can be drawn.
-pub(super) fn panel(panel: &Panel, styles: &[Style], id: &str) -> Option<Drawing> {
+/// Draws a panel of a figure with so many columns; `id` becomes part of the identifiers inside. `None` if nothing in it can be
+/// drawn.
+pub(super) fn panel(panel: &Panel, styles: &[Style], id: &str, columns: usize) -> Option<Drawing> {
     let (x, y) = scales(panel)?;
     let mut plots = Vec::new();
     if let Some(field) = panel.field.as_ref().filter(|field| field.contours) {
@@ -136,7 +144,7 @@ pub(super) fn panel(panel: &Panel, styles: &[Style], id: &str) -> Option<Drawing
     // Markers lie over all lines.
     let mut markers = Vec::new();
     for (series, style) in panel.series.iter().zip(styles) {
-        let runs = runs(series, &x, &y);
+        let runs = runs(panel, series, &x, &y);
         dropped += series.points.len() - runs.iter().map(Vec::len).sum::<usize>();
         if let Some(marker) = style.marker() {
             let points = runs.iter().flatten().copied();
@@ -153,9 +161,10 @@ pub(super) fn panel(panel: &Panel, styles: &[Style], id: &str) -> Option<Drawing
         // A map alone: kuva needs something to draw axes around.
         plots.push(LinePlot::new().into());
     }
-    let layout = layout(panel, &x, &y, &plots);
+    let (layout, y_label) = layout(panel, &x, &y, &plots, size(columns));
     let cells = panel.field.as_ref().map(|field| cells(field, &x, &y, &ComputedLayout::from_layout(&layout)));
     let mut scene = render_multiple(plots, layout);
+    scene.elements.extend(y_label);
     let at = scene.elements.iter().position(|element| matches!(element, Primitive::ClipStart { .. }));
     scene.elements.splice(at.map_or(0..0, |at| at + 1..at + 1), cells.unwrap_or_default());
     Some(Drawing { svg: embed(&scene, panel, id), dropped })
@@ -169,7 +178,23 @@ fn line(run: Vec<(f64, f64)>, style: Style) -> Plot {
     })
 }
 
-fn layout(panel: &Panel, x: &Scale, y: &Scale, plots: &[Plot]) -> Layout {
+/// The layout and the label of the vertical axis. kuva reserves room for tick labels as it would write them, not as they are
+/// written here, so the left margin and the label beside it are set here.
+fn layout(panel: &Panel, x: &Scale, y: &Scale, plots: &[Plot], size: (f64, f64)) -> (Layout, Vec<Primitive>) {
+    let lines = wrap_text(&label(&panel.y), (size.1 / 8.0) as usize);
+    let line_height = 1.2 * LABEL_SIZE;
+    let left = line_height * lines.len() as f64 + y.tick_width() + 16.0;
+    let label_of_y = lines.into_iter().enumerate().map(|(index, content)| Primitive::Text {
+        x: LABEL_SIZE + line_height * index as f64,
+        y: 0.45 * size.1,
+        content,
+        size: LABEL_SIZE as u32,
+        anchor: TextAnchor::Middle,
+        rotate: Some(-90.0),
+        bold: false,
+        color: None,
+    });
+
     let color = |name: &str| format!("var(--{name})");
     let theme = Theme {
         background: "none".into(),
@@ -181,28 +206,33 @@ fn layout(panel: &Panel, x: &Scale, y: &Scale, plots: &[Plot]) -> Layout {
         ..Theme::default()
     };
     let mut layout = Layout::auto_from_plots(plots)
-        .with_width(WIDTH)
-        .with_height(HEIGHT)
+        .with_width(size.0)
+        .with_height(size.1)
         .with_theme(theme)
         .with_x_label(label(&panel.x))
-        .with_y_label(label(&panel.y))
-        .with_x_label_wrap(52)
-        .with_y_label_wrap(38)
-        .with_label_size(14)
-        .with_tick_size(13)
+        .with_x_label_wrap((size.0 / 9.0) as usize)
+        .with_label_size(LABEL_SIZE as u32)
+        .with_tick_size(TICK_SIZE as u32)
+        .with_ticks(TICKS)
         .with_x_label_overlap(AxisLabelOverlap::Thin)
         .with_grid_line_width(0.7)
-        .with_x_tick_format(x.tick_format(7))
-        .with_y_tick_format(y.tick_format(9))
+        .with_x_tick_format(TickFormat::Custom(Arc::new(x.tick_label(7))))
+        .with_y_tick_format(TickFormat::Custom(Arc::new(y.tick_label(9))))
         .with_x_axis_min(x.low)
         .with_x_axis_max(x.high)
         .with_y_axis_min(y.low)
         .with_y_axis_max(y.high);
+    if x.has_minor_ticks() && y.has_minor_ticks() {
+        layout = layout.with_minor_ticks(9);
+    }
     layout.show_legend = false;
     layout.show_colorbar = false;
     layout.log_x = x.log;
     layout.log_y = y.log;
-    layout
+    layout.force_margin_left = Some(left);
+    // Room for the half of the last tick's label that reaches beyond the axis.
+    layout.force_margin_right = Some(20.0);
+    (layout, label_of_y.collect())
 }
 
 /// kuva escapes markup, lets control characters pass and typesets what stands between dollars.
@@ -257,83 +287,86 @@ struct Scale {
     decade: i32,
 }
 
-/// Decade at which logarithmic axes begin for kuva: points forty decades below still fall where they should.
-const FIRST_DECADE: i32 = 50;
-/// Farther apart than any two errors, and safe from overflow.
-const MAX_DECADES: i32 = 200;
+/// Major ticks on a linear axis, about.
+const TICKS: usize = 6;
 
 impl Scale {
     /// `None` if no value has a place on the axis.
     fn new(axis: &Axis, values: impl Iterator<Item = f64>, is_tight: bool) -> Option<Self> {
-        let linear = Self { log: false, low: 0.0, high: 1.0, decade: 0 };
+        let (low, high) = axis.limits.or_else(|| range(values))?;
+        if !holds(axis, low) || !holds(axis, high) || low > high {
+            return None;
+        }
+        let is_tight = (is_tight || axis.limits.is_some()) && low < high;
         if axis.log {
-            let unshifted = Self { log: true, decade: FIRST_DECADE, ..linear };
-            let (low, high) = axis.limits.or_else(|| range(values.filter(|value| unshifted.holds(*value))))?;
-            if low.is_nan() || low <= 0.0 || high.is_nan() || high <= 0.0 {
-                return None;
-            }
             let (mut first, mut last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
             if first == last {
                 (first, last) = (first - 1, last + 1);
             }
-            let scale = Self { decade: first.max(last - MAX_DECADES), ..unshifted };
-            let decade = |exponent: i32| scale.shifted(f64::from(exponent));
-            Some(match axis.limits.is_some() || is_tight {
-                true if low < high => {
-                    Self { low: scale.shifted(low.log10()), high: scale.shifted(high.log10()), ..scale }
-                }
-                _ => Self { low: decade(scale.decade), high: decade(last), ..scale },
-            })
-        } else {
-            let (low, high) = axis.limits.or_else(|| range(values.filter(|value| linear.holds(*value))))?;
-            let pad = if low == high { low.abs().max(1.0) * 0.1 } else { 0.0 };
-            if axis.limits.is_some() || is_tight {
-                return Some(Self { low: low - pad, high: high + pad, ..linear });
-            }
-            let margin = 0.03 * (high - low);
-            let (low, high) = kuva::render::render_utils::auto_nice_range(low - pad - margin, high + pad + margin, 6);
-            Some(Self { low, high, ..linear })
+            // A little beyond the decades, so that markers on them are drawn whole.
+            let (span, margin) = (f64::from(last - first), 0.03 * f64::from(last - first));
+            let scale = Self { log: true, low: 10f64.powf(-margin), high: 10f64.powf(span + margin), decade: first };
+            return Some(match is_tight {
+                true => Self { low: scale.place(low), high: scale.place(high), ..scale },
+                false => scale,
+            });
         }
+        let margin = if low == high { 0.1 * low.abs().max(1.0) } else { 0.03 * (high - low) };
+        let (low, high) = if is_tight { (low, high) } else { auto_nice_range(low - margin, high + margin, TICKS) };
+        Some(Self { log: false, low, high, decade: 0 })
     }
 
-    /// Whether the axis has a place for a value. Beyond 1e300 the span itself could overflow.
-    fn holds(&self, value: f64) -> bool {
-        value.abs() < 1e300 && (!self.log || value > 0.0)
+    /// Where kuva is told to draw a value that the axis has a place for.
+    fn place(&self, value: f64) -> f64 {
+        if self.log { 10f64.powf(value.log10() - f64::from(self.decade)) } else { value }
     }
 
-    fn place(&self, value: f64) -> Option<f64> {
-        self.holds(value).then(|| if self.log { self.shifted(value.log10()) } else { value })
-    }
-
-    fn shifted(&self, exponent: f64) -> f64 {
-        10f64.powf(exponent - f64::from(self.decade) + f64::from(FIRST_DECADE))
+    /// Whether nine parts between two ticks are 2, 3, … 9 times the lower one, and not too many. On fewer decades kuva puts ticks
+    /// at 2 and 5 of its own accord.
+    fn has_minor_ticks(&self) -> bool {
+        self.log && (1e2..1e8).contains(&(self.high / self.low))
     }
 
     /// Labels at most about `count` ticks of a logarithmic axis.
-    fn tick_format(&self, count: i32) -> TickFormat {
-        if !self.log {
-            return TickFormat::Custom(Arc::new(|value: f64| {
+    fn tick_label(&self, count: i32) -> impl Fn(f64) -> String + Send + Sync + use<> {
+        let (log, first) = (self.log, self.decade);
+        let last = first + if log { self.high.log10().floor() as i32 } else { 0 };
+        let stride = ((last - first + count - 1) / count).max(1);
+        let is_plain = first >= -3 && last <= 3;
+        move |value: f64| {
+            if !log {
                 // Ticks are sums of steps; six digits are what they are meant to be.
-                let meant = format!("{value:.5e}").parse().unwrap_or(value);
-                Short::new(meant, 6).text()
-            }));
-        }
-        let (decade, last) = (self.decade, self.high.log10().round() as i32 - FIRST_DECADE + self.decade);
-        let stride = (last - decade + count - 1) / count;
-        let is_plain = decade >= -3 && last <= 3;
-        TickFormat::Custom(Arc::new(move |value: f64| {
-            let exponent = (value.log10() + 1e-9).floor() as i32;
-            let leading = (value / 10f64.powi(exponent)).round();
-            let exponent = exponent - FIRST_DECADE + decade;
+                return Short::new(format!("{value:.5e}").parse().unwrap_or(value), 6).text();
+            }
+            let decade = (value.log10() + 1e-9).floor();
+            let leading = (value / 10f64.powf(decade)).round();
+            let exponent = decade as i32 + first;
             match leading == 1.0 {
-                true if exponent.rem_euclid(stride.max(1)) != 0 => String::new(),
+                true if exponent.rem_euclid(stride) != 0 => String::new(),
                 true if !is_plain => power_of_ten(exponent),
                 false if !is_plain => format!("{leading}×{}", power_of_ten(exponent)),
                 // Through text, since ten to a negative power is not exact.
                 _ => Short::new(format!("{leading}e{exponent}").parse().unwrap_or(leading), 4).text(),
             }
-        }))
+        }
     }
+
+    /// Width of the widest label of a vertical axis.
+    fn tick_width(&self) -> f64 {
+        let ticks = match self.log {
+            true => generate_ticks_log(self.low, self.high),
+            false => generate_ticks(self.low, self.high, TICKS),
+        };
+        // Digits of common sans-serif faces are 0.64 em wide at most, raised ones two thirds of that.
+        let width = |c: char| if c.is_ascii() || c == '−' || c == '×' { 0.64 } else { 0.43 };
+        let widths = ticks.into_iter().map(self.tick_label(9)).map(|label| label.chars().map(width).sum());
+        TICK_SIZE * widths.fold(0.0, f64::max)
+    }
+}
+
+/// Whether an axis has a place for a value. Within these bounds no span between two values overflows.
+fn holds(axis: &Axis, value: f64) -> bool {
+    if axis.log { (1e-140..1e140).contains(&value) } else { value.abs() < 1e140 }
 }
 
 fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
@@ -344,21 +377,25 @@ fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 }
 
 fn scales(panel: &Panel) -> Option<(Scale, Scale)> {
-    let points = || panel.series.iter().flat_map(|series| &series.points);
-    let grid = |of: fn(&Field) -> &Vec<f64>| panel.field.iter().flat_map(of).copied();
-    let is_map = panel.field.is_some();
-    // A map fills its axes; series on it do not widen them.
-    let x: Vec<_> = if is_map { grid(|field| &field.x).collect() } else { points().map(|point| point.0).collect() };
-    let y: Vec<_> = if is_map { grid(|field| &field.y).collect() } else { points().map(|point| point.1).collect() };
-    Some((Scale::new(&panel.x, x.into_iter(), is_map)?, Scale::new(&panel.y, y.into_iter(), is_map)?))
+    if let Some(field) = &panel.field {
+        // A map fills its axes; series on it do not widen them.
+        let scale = |axis: &Axis, grid: &[f64]| Scale::new(axis, grid.iter().copied(), true);
+        return Some((scale(&panel.x, &field.x)?, scale(&panel.y, &field.y)?));
+    }
+    let points = || panel.series.iter().flat_map(|series| &series.points).filter(|point| has_place(panel, point));
+    let x = Scale::new(&panel.x, points().map(|point| point.0), false)?;
+    let y = Scale::new(&panel.y, points().map(|point| point.1), false)?;
+    points().next().map(|_| (x, y))
+}
+
+fn has_place(panel: &Panel, point: &(f64, f64)) -> bool {
+    holds(&panel.x, point.0) && holds(&panel.y, point.1)
 }
 
 /// The stretches of a series between points that have no place on the axes.
-fn runs(series: &Series, x: &Scale, y: &Scale) -> Vec<Vec<(f64, f64)>> {
-    let place = |&(a, b): &(f64, f64)| Some((x.place(a)?, y.place(b)?));
-    let placed: Vec<_> = series.points.iter().map(place).collect();
-    let runs = placed.split(Option::is_none).map(|run| run.iter().flatten().copied().collect::<Vec<_>>());
-    runs.filter(|run| !run.is_empty()).collect()
+fn runs(panel: &Panel, series: &Series, x: &Scale, y: &Scale) -> Vec<Vec<(f64, f64)>> {
+    let runs = series.points.split(|point| !has_place(panel, point)).filter(|run| !run.is_empty());
+    runs.map(|run| run.iter().map(|point| (x.place(point.0), y.place(point.1))).collect()).collect()
 }
 
 /// A line of very many points, cut to its first, last, lowest and highest within every block: what a screen can show.
@@ -382,7 +419,7 @@ fn thinned(run: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 fn contours(field: &Field, x: &Scale, y: &Scale) -> Plot {
-    let places = |values: &[f64], scale: &Scale| values.iter().filter_map(|value| scale.place(*value)).collect();
+    let places = |values: &[f64], scale: &Scale| values.iter().map(|value| scale.place(*value)).collect();
     let plot = ContourPlot::new()
         .with_grid(field.values.clone(), places(&field.x, x), places(&field.y, y))
         .with_levels(&field.levels)
@@ -399,8 +436,8 @@ fn cells(field: &Field, x: &Scale, y: &Scale, computed: &ComputedLayout) -> Vec<
         let last = positions.last().into_iter().copied();
         first.chain(middle).chain(last).collect::<Vec<_>>()
     };
-    let across = edges(field.x.iter().filter_map(|value| Some(computed.map_x(x.place(*value)?))).collect());
-    let down = edges(field.y.iter().filter_map(|value| Some(computed.map_y(y.place(*value)?))).collect());
+    let across = edges(field.x.iter().map(|value| computed.map_x(x.place(*value))).collect());
+    let down = edges(field.y.iter().map(|value| computed.map_y(y.place(*value))).collect());
     let band = |value: &f64| value.is_finite().then(|| field.levels.partition_point(|level| level <= value));
     let mut paths = vec![String::new(); field.levels.len() + 1];
     for (row, height) in field.values.iter().zip(down.windows(2)) {
