@@ -492,13 +492,19 @@ fn markdown_fits_a_comment_and_escapes_its_tables() {
     assert_rectangular(&markdown);
 }
 
+fn very_long() -> Run {
+    let chapter = |n: u32| {
+        let checks = (0..100).map(|m| check(&format!("c{m}"), Outcome::Fail, Some(1.0))).collect();
+        let evidence = Evidence { checks, ..Evidence::default() };
+        Chapter { id: format!("long-{n}"), title: "Long".into(), evidence, ..Chapter::default() }
+    };
+    Run::new((0..30).map(chapter).collect(), Vec::new())
+}
+
 #[test]
 fn markdown_of_a_very_long_run_is_cut() {
-    let checks = (0..2000).map(|n| check(&format!("c{n}"), Outcome::Fail, Some(1.0))).collect();
-    let evidence = Evidence { checks, ..Evidence::default() };
-    let chapter = Chapter { id: "long".into(), title: "Long".into(), evidence, ..Chapter::default() };
     let path = fresh("cut");
-    report::write(&Run::new(vec![chapter], Vec::new()), &path).expect("the report is written");
+    report::write(&very_long(), &path).expect("the report is written");
     let markdown = read(&path, "report.md");
     assert!(markdown.len() < 65_536, "{} bytes", markdown.len());
     assert!(markdown.contains("more, see `index.html`"));
@@ -506,10 +512,12 @@ fn markdown_of_a_very_long_run_is_cut() {
 
 #[test]
 fn the_summary_fits_a_terminal() {
-    let plain = report::summary(&synthetic(), false);
-    assert!(plain.lines().all(|line| line.chars().count() <= 80), "{plain}");
-    assert!(plain.lines().count() <= 24, "{plain}");
-    assert!(!plain.contains(|c: char| c.is_control() && c != '\n'), "{plain:?}");
+    for run in [synthetic(), very_long(), Run::new(Vec::new(), Vec::new())] {
+        let plain = report::summary(&run, false);
+        assert!(plain.lines().all(|line| line.chars().count() <= 80), "{plain}");
+        assert!(plain.lines().count() <= 24, "{plain}");
+        assert!(!plain.contains(|c: char| c.is_control() && c != '\n'), "{plain:?}");
+    }
     assert!(report::summary(&synthetic(), true).contains("\u{1b}[31m"));
 }
 

@@ -8,9 +8,9 @@ use super::verdict;
 use crate::evidence::Outcome;
 
 const WIDTH: usize = 80;
-/// Rows of each list, so that the whole fits one screen of 24 lines twice over at worst.
-const MAX_CHAPTERS: usize = 24;
-const MAX_POINTS: usize = 8;
+/// Lines for chapters and for what did not pass, so that the whole fits a screen of 24 lines.
+const MAX_CHAPTERS: usize = 12;
+const MAX_POINTS: usize = 5;
 
 /// Whether standard output wants colour: a terminal, `NO_COLOR` unset or empty (<https://no-color.org>) and `TERM` not
 /// `dumb`.
@@ -34,7 +34,7 @@ pub fn summary(run: &Run, color: bool) -> String {
     if chapters.len() > MAX_CHAPTERS {
         let _ = writeln!(out, "… and {} more chapters", chapters.len() - MAX_CHAPTERS);
     }
-    line(&mut out, "All", counts, color);
+    line(&mut out, "All", Counts { broken: 0, ..counts }, color);
     points(&mut out, run, color);
     let style = if counts.is_ok() { GREEN } else { RED };
     let _ = writeln!(out, "\n{}", paint(&verdict::headline(counts), style, color));
@@ -49,9 +49,9 @@ fn line(out: &mut String, title: &str, counts: Counts, color: bool) {
     let _ = writeln!(
         out,
         "{} {} {} {} {}",
-        pad(title, 38),
+        if counts.broken > 0 { pad(title, 26) + " (broke off)" } else { pad(title, 38) },
         number(counts.pass, 8, GREEN),
-        if counts.broken > 0 { paint(&format!("{:>8}", "broken"), RED, color) } else { number(counts.fail, 8, RED) },
+        number(counts.fail, 8, RED),
         number(counts.inconclusive, 13, YELLOW),
         number(counts.not_run, 8, YELLOW)
     );
