@@ -128,6 +128,13 @@ pub struct Field {
     pub contours: bool,
 }
 
+impl Field {
+    /// Whether there is one value for every point of the grid.
+    pub fn is_rectangular(&self) -> bool {
+        self.values.len() == self.y.len() && self.values.iter().all(|row| row.len() == self.x.len())
+    }
+}
+
 /// An axis.
 #[derive(Debug, Clone, Default)]
 pub struct Axis {

@@ -72,7 +72,9 @@ fn stability_panel() -> Panel {
     let y: Vec<f64> = (0..81).map(|j| -6.0 + 0.15 * f64::from(j)).collect();
     // |R(z)| of Method I for normal systems, z = x + iy.
     let amplification = |x: f64, y: f64| (1.0 + y * y).sqrt() / (1.0 - x + 0.5 * (x * x + y * y)).abs();
-    let values = y.iter().map(|&b| x.iter().map(|&a| amplification(a, b)).collect()).collect();
+    let mut values: Vec<Vec<_>> = y.iter().map(|&b| x.iter().map(|&a| amplification(a, b)).collect()).collect();
+    // A pole within the white region and a hole in the dark one.
+    (values[40][60], values[40][3]) = (f64::INFINITY, f64::NAN);
     Panel {
         title: "Method I, |R(z)|".into(),
         x: linear_axis("Re z"),
@@ -524,12 +526,14 @@ fn the_summary_fits_a_terminal() {
 #[test]
 fn the_audit_finds_what_it_looks_for() {
     let ragged = table("t", &["a", "b"], vec![vec![Cell::Number(f64::NAN)]], true);
+    let mut short_map = stability_panel();
+    short_map.field.as_mut().expect("a map").values.pop();
     let chapter = Chapter {
         id: "report".into(),
         evidence: Evidence {
             checks: vec![check("c", Outcome::Pass, None), check("c", Outcome::Pass, None)],
             tables: vec![ragged.clone(), Table { id: "a/b".into(), ..ragged }],
-            figures: vec![Figure { data: "nowhere".into(), ..figure("f", 1, Vec::new()) }],
+            figures: vec![Figure { data: "nowhere".into(), ..figure("f", 1, vec![short_map]) }],
             notes: Vec::new(),
         },
         ..Chapter::default()
@@ -538,6 +542,9 @@ fn the_audit_finds_what_it_looks_for() {
     let failed: Vec<_> = run.checks_that(Outcome::Fail).map(|(chapter, check)| (&*chapter.id, &*check.id)).collect();
     assert_eq!(failed, ["unique-ids", "plain-ids", "rectangular", "numbers", "data"].map(|id| ("report", id)));
     assert_eq!(run.chapters()[0].id, "report-2", "the audit keeps its name");
+    let rectangular = &run.chapters()[1].evidence.checks[2];
+    assert_eq!(rectangular.reason, "1 in `t`; 1 in `a/b`; a map in figure `f`");
+    report::write(&run, &fresh("audit")).expect("defects do not stop the report");
     assert_eq!(run.chapters()[0].evidence.checks[1].id, "c-2");
     assert!(!run.counts().is_ok());
     assert!(Run::new(Vec::new(), Vec::new()).counts().is_ok());

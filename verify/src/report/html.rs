@@ -414,10 +414,11 @@ impl<'a> Legend<'a> {
         let (mut guides, mut curves) = (0, 0);
         for panel in &figure.panels {
             for series in &panel.series {
-                if legend.entries.iter().any(|(label, _)| *label == series.label) {
+                let is_guide = series.mark == Mark::Guide;
+                if legend.find(&series.label, is_guide).is_some() {
                     continue;
                 }
-                let counter = if series.mark == Mark::Guide { &mut guides } else { &mut curves };
+                let counter = if is_guide { &mut guides } else { &mut curves };
                 legend.entries.push((&series.label, Style::new(*counter, series.mark)));
                 *counter += 1;
             }
@@ -434,9 +435,13 @@ impl<'a> Legend<'a> {
         legend
     }
 
+    fn find(&self, label: &str, is_guide: bool) -> Option<Style> {
+        let is_it = |(entry, style): &&(&str, Style)| *entry == label && style.is_guide() == is_guide;
+        self.entries.iter().find(is_it).map(|(_, style)| *style)
+    }
+
     fn style(&self, label: &str, mark: Mark) -> Style {
-        let entry = self.entries.iter().find(|(entry, _)| *entry == label);
-        entry.map_or(Style::new(0, mark), |(_, style)| *style)
+        self.find(label, mark == Mark::Guide).unwrap_or(Style::new(0, mark)).with_mark(mark)
     }
 
     fn write(&self, out: &mut String) {

@@ -73,7 +73,7 @@ impl Style {
     }
 
     fn width(self) -> f64 {
-        if self.mark == Mark::Guide { 1.2 } else { 1.9 }
+        if self.is_guide() { 1.2 } else { 1.9 }
     }
 
     fn marker(self) -> Option<MarkerShape> {
@@ -84,6 +84,15 @@ impl Style {
 
     fn has_line(self) -> bool {
         self.mark != Mark::Markers
+    }
+
+    /// The same colour for another mark.
+    pub(super) fn with_mark(self, mark: Mark) -> Self {
+        Self { mark, ..self }
+    }
+
+    pub(super) fn is_guide(self) -> bool {
+        self.mark == Mark::Guide
     }
 
     /// A small drawing of the style for a legend.
@@ -378,6 +387,9 @@ fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 
 fn scales(panel: &Panel) -> Option<(Scale, Scale)> {
     if let Some(field) = &panel.field {
+        if !field.is_rectangular() {
+            return None;
+        }
         // A map fills its axes; series on it do not widen them.
         let scale = |axis: &Axis, grid: &[f64]| Scale::new(axis, grid.iter().copied(), true);
         return Some((scale(&panel.x, &field.x)?, scale(&panel.y, &field.y)?));
@@ -420,8 +432,12 @@ fn thinned(run: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 
 fn contours(field: &Field, x: &Scale, y: &Scale) -> Plot {
     let places = |values: &[f64], scale: &Scale| values.iter().map(|value| scale.place(*value)).collect();
+    // A pole or a hole is above every level; interpolating towards it must not end in a coordinate that is not a number.
+    let bounded =
+        |value: &f64| if value.is_nan() { f64::MAX / 2.0 } else { value.clamp(f64::MIN / 2.0, f64::MAX / 2.0) };
+    let values = field.values.iter().map(|row| row.iter().map(bounded).collect()).collect();
     let plot = ContourPlot::new()
-        .with_grid(field.values.clone(), places(&field.x, x), places(&field.y, y))
+        .with_grid(values, places(&field.x, x), places(&field.y, y))
         .with_levels(&field.levels)
         .with_line_color("var(--ink)")
         .with_line_width(1.0);

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::evidence::{Cell, Check, Evidence, Outcome};
+use crate::evidence::{Cell, Check, Evidence, Outcome, Panel};
 
 /// What one study contributed.
 #[derive(Debug, Clone, Default)]
@@ -44,7 +44,11 @@ impl Run {
                 "Identifiers of chapters and tables serve as file names and anchors",
                 odd_ids(&chapters),
             ),
-            decide("rectangular", "Every row of a table is as long as its header", ragged_rows(&chapters)),
+            decide(
+                "rectangular",
+                "Every row of a table is as long as its header, every map as large as its grid",
+                ragged_rows(&chapters),
+            ),
             decide(
                 "numbers",
                 "No number in a table is `NaN`; a result that does not exist is left empty",
@@ -185,13 +189,15 @@ fn odd_ids(chapters: &[Chapter]) -> Vec<String> {
 }
 
 fn ragged_rows(chapters: &[Chapter]) -> Vec<String> {
-    let tables = chapters.iter().flat_map(|chapter| &chapter.evidence.tables);
-    tables
-        .filter_map(|table| {
-            let count = table.rows.iter().filter(|row| row.len() != table.columns.len()).count();
-            (count > 0).then(|| format!("{count} in `{}`", table.id))
-        })
-        .collect()
+    let evidence = || chapters.iter().map(|chapter| &chapter.evidence);
+    let tables = evidence().flat_map(|evidence| &evidence.tables).filter_map(|table| {
+        let count = table.rows.iter().filter(|row| row.len() != table.columns.len()).count();
+        (count > 0).then(|| format!("{count} in `{}`", table.id))
+    });
+    let is_ragged = |panel: &Panel| panel.field.as_ref().is_some_and(|field| !field.is_rectangular());
+    let figures =
+        evidence().flat_map(|evidence| &evidence.figures).filter(|figure| figure.panels.iter().any(is_ragged));
+    tables.chain(figures.map(|figure| format!("a map in figure `{}`", figure.id))).collect()
 }
 
 fn not_numbers(chapters: &[Chapter]) -> Vec<String> {
