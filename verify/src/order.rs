@@ -1,20 +1,72 @@
 //! The order of a method on a problem, measured against a reference.
 
+use std::fmt;
+
 use rayon::prelude::*;
 
 use crate::measure::order::{OrderFit, Sample, fit};
 use crate::methods::{Method, OrderPlan};
 use crate::problems::{Principle, Problem};
-use crate::references::{Reference, ReferenceError};
-use crate::run::{distance, run};
+use crate::references::{Reference, ReferenceError, by_name};
+use crate::run::{distance, max_norm, run};
 
 /// What the errors are measured against.
 #[derive(Debug, Clone, Copy)]
 pub enum Truth {
     /// The exact solution.
     Exact,
+    /// The solution tabulated to double precision.
+    Tabulated,
     /// A numerical reference with its own error bound.
     Numerical(&'static dyn Reference),
+}
+
+/// A kind of truth, by the name that the command line gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// `exact`: the solution in closed form, or tabulated to double precision.
+    Exact,
+    /// `cvode`.
+    Cvode,
+    /// `diffsol`.
+    Diffsol,
+}
+
+impl Source {
+    /// The exact solution where one is known, else the first library that is compiled in.
+    pub fn default_for(problem: &dyn Problem, method: &dyn Method) -> Self {
+        let horizon = problem.order_plan(method).horizon;
+        if (problem.limit(method.principle()).exact)(horizon).is_some() || problem.tabulated(horizon).is_some() {
+            Self::Exact
+        } else if cfg!(feature = "cvode") {
+            Self::Cvode
+        } else {
+            Self::Diffsol
+        }
+    }
+
+    /// The solver of this kind that is most accurate on `problem`.
+    pub fn truth(self, problem: &dyn Problem) -> Truth {
+        let name = match (self, problem.is_stiff()) {
+            (Self::Exact, _) if problem.exact(0.0).is_none() => return Truth::Tabulated,
+            (Self::Exact, _) => return Truth::Exact,
+            (Self::Cvode, true) => "cvode-bdf",
+            (Self::Cvode, false) => "cvode-adams",
+            (Self::Diffsol, true) => "diffsol-bdf",
+            (Self::Diffsol, false) => "diffsol-tsit45",
+        };
+        by_name(name).map_or(Truth::Exact, Truth::Numerical)
+    }
+}
+
+impl fmt::Display for Truth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exact => f.write_str("exact"),
+            Self::Tabulated => f.write_str("tabulated"),
+            Self::Numerical(reference) => f.write_str(reference.name()),
+        }
+    }
 }
 
 /// Why an order could not be measured at all.
@@ -46,8 +98,12 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
     let (end, bound) = match truth {
         Truth::Exact => {
             let end = (limit.exact)(horizon).ok_or(OrderError::NoExact)?;
-            // A handful of elementary functions, each to an ulp or two.
-            let bound = 8.0 * f64::EPSILON * distance(&end, &vec![0.0; end.len()]);
+            let bound = 8.0 * f64::EPSILON * max_norm(&end); // a handful of elementary functions, each to an ulp or two
+            (end, bound)
+        }
+        Truth::Tabulated => {
+            let end = problem.tabulated(horizon).ok_or(OrderError::NoExact)?;
+            let bound = f64::EPSILON * max_norm(&end); // rounded from 25 digits
             (end, bound)
         }
         Truth::Numerical(reference) => {
@@ -55,7 +111,7 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
             (sampled.states.swap_remove(0), sampled.bound[0])
         }
     };
-    let size = distance(&end, &vec![0.0; end.len()]).max(distance(&limit.initial, &vec![0.0; limit.initial.len()]));
+    let size = max_norm(&end).max(max_norm(&limit.initial));
     let samples: Vec<Sample> = steps
         .into_par_iter()
         .map(|h| match run(problem, method, h, horizon, |_| {}) {

@@ -18,6 +18,7 @@ pub(super) const IMPLICIT_EULER: Spec = Spec {
             tableau: Tableau::implicit_euler,
         })
     }),
+    examples: &["implicit-euler"],
 };
 
 pub(super) const RK4: Spec = Spec {
@@ -32,6 +33,7 @@ pub(super) const RK4: Spec = Spec {
             tableau: Tableau::rk4,
         })
     }),
+    examples: &["rk4"],
 };
 
 pub(super) const TRAPEZOIDAL: Spec = Spec {
@@ -46,6 +48,7 @@ pub(super) const TRAPEZOIDAL: Spec = Spec {
             tableau: Tableau::trapezoidal,
         })
     }),
+    examples: &["trapezoidal"],
 };
 
 pub(super) const IMPLICIT_MIDPOINT: Spec = Spec {
@@ -60,6 +63,7 @@ pub(super) const IMPLICIT_MIDPOINT: Spec = Spec {
             tableau: Tableau::implicit_midpoint,
         })
     }),
+    examples: &["implicit-midpoint"],
 };
 
 pub(super) const SDIRK2: Spec = Spec {
@@ -74,12 +78,14 @@ pub(super) const SDIRK2: Spec = Spec {
             tableau: Tableau::sdirk2,
         })
     }),
+    examples: &["sdirk2"],
 };
 
 pub(super) const BDF2: Spec = Spec {
     form: "bdf2",
     summary: "second-order backward differentiation, started by SDIRK2, L-stable",
     build: Build::Plain(|| Box::new(Bdf2Method)),
+    examples: &["bdf2"],
 };
 
 #[derive(Debug)]

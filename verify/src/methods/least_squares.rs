@@ -12,18 +12,21 @@ pub(super) const METHOD_I: Spec = Spec {
     form: "method-i",
     summary: "p_{n+1} = 0, Eq. (22): order 2, L-stable on symmetric dissipative systems",
     build: Build::Plain(|| Box::new(LinearClosure { name: Some("method-i"), alpha: 0.0, beta: 1.0 })),
+    examples: &["method-i"],
 };
 
 pub(super) const METHOD_II: Spec = Spec {
     form: "method-ii",
     summary: "p_{n+1} = p_n, Eq. (25): order 2, the trapezoidal rule on linear problems",
     build: Build::Plain(|| Box::new(LinearClosure { name: Some("method-ii"), alpha: -1.0, beta: 1.0 })),
+    examples: &["method-ii"],
 };
 
 pub(super) const EXPLICIT_MOMENTUM: Spec = Spec {
     form: "explicit-momentum",
     summary: "p_n = 0, Eq. (21): order 2, explicit on scalar linear problems",
     build: Build::Plain(|| Box::new(LinearClosure { name: Some("explicit-momentum"), alpha: 1.0, beta: 0.0 })),
+    examples: &["explicit-momentum"],
 };
 
 pub(super) const LINEAR: Spec = Spec {
@@ -38,12 +41,14 @@ pub(super) const LINEAR: Spec = Spec {
         })?;
         Ok(Box::new(LinearClosure { name: None, alpha, beta }))
     }),
+    examples: &["linear(-0.5,1)"],
 };
 
 pub(super) const CONVENTIONAL: Spec = Spec {
     form: "conventional",
     summary: "position–momentum form from p_0 = 0, Eq. (8): unstable on dissipative systems",
     build: Build::Plain(|| Box::new(Conventional)),
+    examples: &["conventional"],
 };
 
 #[derive(Debug)]

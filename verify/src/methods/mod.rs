@@ -69,10 +69,9 @@ pub struct OrderPlan {
 }
 
 impl OrderPlan {
-    /// The nominal order at t = 2 from h = 0.2 down: twelve halvings of a factor √2 for low orders, fewer where the error
-    /// reaches roundoff.
+    /// The nominal order at t = 2, from h = 0.2 down; from 0.1 for orders above 2, whose error terms settle later.
     pub fn nominal(method: &dyn Method) -> Self {
-        Self::at(method, 2.0, 0.2)
+        Self::at(method, 2.0, if method.order() > 2 { 0.1 } else { 0.2 })
     }
 
     /// The nominal order at t = `horizon` from h = `coarsest` down.
@@ -107,6 +106,8 @@ pub struct Spec {
     pub summary: &'static str,
     /// Makes the method.
     pub build: Build,
+    /// Calls of it that the studies run, one for each kind of argument.
+    pub examples: &'static [&'static str],
 }
 
 /// How a method is made of the call that names it.
@@ -155,6 +156,12 @@ pub fn parse(text: &str) -> Result<Box<dyn Method>, NameError> {
     }
 }
 
+/// One or more methods of every entry, for studies that run them all.
+pub fn examples() -> Vec<Box<dyn Method>> {
+    // Examples are part of the registry, and a test parses every one of them.
+    ALL.iter().flat_map(|spec| spec.examples).filter_map(|call| parse(call).ok()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,9 +169,11 @@ mod tests {
     #[test]
     fn every_method_is_found_by_its_canonical_name() {
         for spec in ALL {
-            let call = spec.form.replace("ALPHA", "-0.5").replace("BETA", "1");
-            let method = parse(&call).expect("registered");
-            assert_eq!(parse(&method.name()).expect("canonical").name(), method.name());
+            assert!(!spec.examples.is_empty(), "{} has no example", spec.form);
+            for call in spec.examples {
+                let method = parse(call).expect("registered");
+                assert_eq!(parse(&method.name()).expect("canonical").name(), method.name());
+            }
         }
         assert!(matches!(parse("methodi"), Err(NameError::Unknown { suggestion: Some(s), .. }) if s == "method-i"));
         assert!(matches!(parse("linear(0,0)"), Err(NameError::Form { .. })));

@@ -2,7 +2,7 @@
 
 use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
 
-use super::{Problem, Spec};
+use super::{Problem, Spec, tabulated};
 use crate::names::Parameter;
 use crate::references::Ode;
 
@@ -20,10 +20,14 @@ pub(super) const SPEC: Spec = Spec {
     },
 };
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct DampedPendulum {
     damping: f64,
     start: [f64; 2],
+}
+
+impl DampedPendulum {
+    const DEFAULT: Self = Self { damping: 0.2, start: [1.0, 0.0] };
 }
 
 impl Rhs for DampedPendulum {
@@ -63,5 +67,8 @@ impl Problem for DampedPendulum {
     }
     fn ode(&self) -> &dyn Ode {
         self
+    }
+    fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
+        (*self == Self::DEFAULT).then(|| tabulated::lookup("damped-pendulum", t)).flatten()
     }
 }

@@ -10,6 +10,7 @@ mod poiseuille_ansatz;
 pub mod poiseuille_series;
 mod prothero_robinson;
 mod quadratic_drag;
+mod tabulated;
 mod van_der_pol;
 
 use std::fmt;
@@ -46,16 +47,27 @@ pub trait Problem: fmt::Debug + Send + Sync {
         None
     }
 
+    /// The solution at a few times, known to double precision from a computation in 40 digits.
+    fn tabulated(&self, _t: f64) -> Option<Vec<f64>> {
+        None
+    }
+
     /// What a method's solutions tend to as h → 0: the solution of [`ode`](Self::ode), unless no path makes the
     /// residual of the Lagrangian vanish.
     fn limit(&self, _principle: Principle) -> Limit<'_> {
         let exact = Box::new(|t| self.exact(t));
-        Limit { ode: self.ode(), initial: self.initial(), exact, order: None, reason: "the equation itself" }
+        let reason = "the equation itself";
+        Limit { name: "equation", ode: self.ode(), initial: self.initial(), exact, order: None, reason }
     }
 
     /// How the order of `method` is to be measured here: nominal unless the problem declares otherwise.
     fn order_plan(&self, method: &dyn Method) -> OrderPlan {
         OrderPlan::nominal(method)
+    }
+
+    /// Why `method` cannot reach the horizon here, however small its steps, where that is known: a failure that is asserted.
+    fn breakdown(&self, _method: &dyn Method) -> Option<&'static str> {
+        None
     }
 
     /// Whether explicit references would need steps far below the solution's own scale.
@@ -84,12 +96,14 @@ pub enum Principle {
 
 /// The limit of a method as h → 0: an ODE, whose first components are those of the problem.
 pub struct Limit<'a> {
+    /// Its name, one for each different equation of a problem.
+    pub name: &'static str,
     /// The equation, for the references.
     pub ode: &'a dyn Ode,
     /// Its state at t = 0.
     pub initial: Vec<f64>,
     /// Its solution, where it is known.
-    pub exact: Box<dyn Fn(f64) -> Option<Vec<f64>> + 'a>,
+    pub exact: Box<dyn Fn(f64) -> Option<Vec<f64>> + Sync + 'a>,
     /// The order to which methods of higher nominal order are reduced, where they are.
     pub order: Option<f64>,
     /// Why this equation and this order.

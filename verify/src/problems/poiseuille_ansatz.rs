@@ -176,23 +176,35 @@ impl Problem for PoiseuilleAnsatz {
         match principle {
             Principle::Equation => {
                 let (reason, exact) = relaxation("the reduced equation of the parameter `reduction`", self.reduced());
-                Limit { ode: self.reduced(), initial, exact: Box::new(exact), order: None, reason }
+                let name = match self.reduction {
+                    Reduction::Averaged => "averaged",
+                    Reduction::Galerkin => "galerkin",
+                };
+                Limit { name, ode: self.reduced(), initial, exact: Box::new(exact), order: None, reason }
             }
             Principle::MomentumZero => {
                 let reason = "p = ∂L/∂v̇ → 0 is the Galerkin equation, and ∂L/∂v does not vanish on its solutions, because \
                               the Lagrangian (37) keeps a remainder that no v(t) removes";
                 let (reason, exact) = relaxation(reason, &self.galerkin);
-                Limit { ode: &self.galerkin, initial, exact: Box::new(exact), order: Some(1.0), reason }
+                Limit {
+                    name: "galerkin",
+                    ode: &self.galerkin,
+                    initial,
+                    exact: Box::new(exact),
+                    order: Some(1.0),
+                    reason,
+                }
             }
             Principle::MomentumConserved => {
                 let reason = "∂L/∂v = 0 is the domain-averaged equation (41)";
                 let (reason, exact) = relaxation(reason, &self.averaged);
-                Limit { ode: &self.averaged, initial, exact: Box::new(exact), order: None, reason }
+                Limit { name: "averaged", ode: &self.averaged, initial, exact: Box::new(exact), order: None, reason }
             }
             Principle::EulerLagrange => {
                 let (k, steady) = (7.5_f64.sqrt(), 0.5 * self.gamma);
                 let (w, rate) = (self.v0 - steady, -2.5 * (self.v0 - steady));
                 Limit {
+                    name: "euler-lagrange",
                     ode: &self.euler_lagrange,
                     initial: vec![self.v0, rate],
                     exact: Box::new(move |t| Some(vec![steady + w * (k * t).cosh() + rate / k * (k * t).sinh()])),

@@ -2,7 +2,8 @@
 
 use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
 
-use super::{Problem, Spec};
+use super::{Principle, Problem, Spec, tabulated};
+use crate::methods::{Method, OrderPlan};
 use crate::names::Parameter;
 use crate::references::Ode;
 
@@ -17,10 +18,14 @@ pub(super) const SPEC: Spec = Spec {
     build: |p| Ok(Box::new(VanDerPol { mu: p.number("mu")?, start: [p.number("x0")?, p.number("y0")?] })),
 };
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct VanDerPol {
     mu: f64,
     start: [f64; 2],
+}
+
+impl VanDerPol {
+    const DEFAULT: Self = Self { mu: 1.0, start: [2.0, 0.0] };
 }
 
 impl Rhs for VanDerPol {
@@ -61,7 +66,23 @@ impl Problem for VanDerPol {
     fn ode(&self) -> &dyn Ode {
         self
     }
+    fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
+        (*self == Self::DEFAULT).then(|| tabulated::lookup("van-der-pol", t)).flatten()
+    }
     fn is_stiff(&self) -> bool {
         self.mu > 20.0
+    }
+    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
+        let conserves = method.principle() == Principle::MomentumConserved;
+        (conserves && *self == Self::DEFAULT).then_some(
+            "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J = 2μxy + 1 vanishes, at t = 0.16; the branch ends soon after",
+        )
+    }
+    /// Method II is measured before its breakdown.
+    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
+        match self.breakdown(method) {
+            Some(_) => OrderPlan::at(method, 0.1, 0.01),
+            None => OrderPlan::nominal(method),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The studies, one file each: a question, the computation that answers it, and what it found.
 
+mod cross_check;
 mod orders;
 
 use std::error::Error;
@@ -25,7 +26,7 @@ pub struct Study {
 pub type StudyError = Box<dyn Error + Send + Sync>;
 
 /// All studies, in the order of the report.
-pub const ALL: &[Study] = &[orders::STUDY];
+pub const ALL: &[Study] = &[orders::STUDY, cross_check::STUDY];
 
 /// What a study is given: a place to report progress.
 #[derive(Clone, Copy)]

@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
-use crate::evidence::Evidence;
-use crate::measure::order::OrderFit;
-use crate::methods::{self, Method};
-use crate::order::{Truth, measure};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use crate::measure::order::{OrderFit, Reason, Sample, Verdict};
+use crate::methods;
+use crate::order::{OrderError, Source, Truth, measure};
 use crate::problems;
 
 pub(super) const STUDY: Study = Study {
@@ -17,9 +17,173 @@ pub(super) const STUDY: Study = Study {
     run,
 };
 
+/// One pair of problem and method.
+struct Measured {
+    problem: &'static str,
+    method: String,
+    truth: Truth,
+    fit: Result<OrderFit, OrderError>,
+}
+
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    let _ = (context, measure, methods::ALL, problems::ALL);
-    let _: Option<(OrderFit, Truth, Box<dyn Method>)> = None;
-    let _ = [0].par_iter();
-    Ok(Evidence::default())
+    let pairs: Vec<_> = problems::ALL
+        .iter()
+        .flat_map(|spec| methods::examples().into_iter().map(move |method| (spec.name, method)))
+        .collect();
+    (context.announce)(pairs.len() as u64);
+    let measured: Vec<Measured> = pairs
+        .into_par_iter()
+        .map(|(name, method)| {
+            let problem = problems::build(name, &[])?;
+            let truth = Source::default_for(&*problem, &*method).truth(&*problem);
+            let fit = measure(&*problem, &*method, truth);
+            (context.tick)();
+            Ok(Measured { problem: name, method: method.name(), truth, fit })
+        })
+        .collect::<Result<_, StudyError>>()?;
+    Ok(Evidence {
+        checks: measured.iter().map(check).collect(),
+        tables: vec![orders(&measured), points(&measured)],
+        figures: vec![figure(&measured)],
+        notes: vec![
+            "An order is fitted over the step sizes where the local slopes agree and the error stands clear of its floor; \
+             a verdict needs at least four of them, is two-sided, and is inconclusive where the data do not decide. Linear \
+             problems super-converge and hide mistakes: the orders that count are those on `quadratic-drag`, `logistic`, \
+             `damped-pendulum` and `van-der-pol`."
+                .into(),
+            "Two reductions are declared. On the Poiseuille ansatz the Lagrangian (37) keeps a remainder that no path \
+             removes, and every closure but Method II is of first order there. On `prothero-robinson` with hλ ≫ 1 the \
+             error of Method I is h|v″|/(2λ), of first order like implicit Euler's, where the trapezoidal rule keeps its \
+             second."
+                .into(),
+        ],
+    })
+}
+
+fn check(pair: &Measured) -> Check {
+    let (outcome, measured, required, reason) = match &pair.fit {
+        Ok(fit) => {
+            let required = format!("{} ± {}", fit.expected.order, fit.expected.band);
+            (fit.verdict.into(), fit.line.map(|line| line.slope), required, fit.reason.clone())
+        }
+        Err(error) => (Verdict::Inconclusive.into(), None, String::new(), error.to_string()),
+    };
+    Check {
+        id: format!("{}/{}", pair.problem, pair.method),
+        statement: format!("{} converges on {} with its order, against {}", pair.method, pair.problem, pair.truth),
+        outcome,
+        measured,
+        required,
+        reason,
+    }
+}
+
+fn orders(measured: &[Measured]) -> Table {
+    let rows = measured.iter().filter_map(|pair| {
+        let fit = pair.fit.as_ref().ok()?;
+        let line =
+            |f: fn(&crate::measure::order::Line) -> f64| fit.line.as_ref().map_or(Cell::Empty, |l| Cell::Number(f(l)));
+        Some(vec![
+            Cell::Text(pair.problem.into()),
+            Cell::Text(pair.method.clone()),
+            Cell::Text(pair.truth.to_string()),
+            Cell::Number(fit.expected.order),
+            line(|l| l.slope),
+            line(|l| l.stderr),
+            line(|l| l.r_squared),
+            Cell::Integer(fit.kept.len() as i64),
+            Cell::Integer((fit.kept.len() + fit.dropped.len()) as i64),
+            Cell::Text(format!("{:?}", fit.verdict).to_lowercase()),
+        ])
+    });
+    Table {
+        id: "orders".into(),
+        caption: "Fitted order of every method on every problem, with its standard error and the points it rests on."
+            .into(),
+        columns: [
+            "problem",
+            "method",
+            "reference",
+            "expected",
+            "order",
+            "stderr",
+            "r_squared",
+            "points",
+            "of",
+            "verdict",
+        ]
+        .map(Into::into)
+        .to_vec(),
+        rows: rows.collect(),
+        shown: true,
+    }
+}
+
+fn points(measured: &[Measured]) -> Table {
+    let mut rows = Vec::new();
+    for pair in measured {
+        let Ok(fit) = &pair.fit else { continue };
+        let mut all: Vec<(&Sample, String)> = fit.kept.iter().map(|sample| (sample, "kept".into())).collect();
+        all.extend(fit.dropped.iter().map(|(sample, reason)| {
+            let words = match reason {
+                Reason::PreAsymptotic => "pre-asymptotic".into(),
+                Reason::AtFloor => "at the floor".into(),
+                Reason::StepFailed(why) => why.clone(),
+            };
+            (sample, words)
+        }));
+        all.sort_by(|a, b| b.0.h.total_cmp(&a.0.h));
+        for (sample, use_) in all {
+            let value = |f: fn(&crate::measure::order::Measured) -> f64| match &sample.result {
+                Ok(m) if f(m).is_finite() => Cell::Number(f(m)),
+                _ => Cell::Empty,
+            };
+            rows.push(vec![
+                Cell::Text(pair.problem.into()),
+                Cell::Text(pair.method.clone()),
+                Cell::Number(sample.h),
+                value(|m| m.error),
+                value(|m| m.floor),
+                Cell::Text(use_),
+            ]);
+        }
+    }
+    Table {
+        id: "order-points".into(),
+        caption: "Errors behind the fitted orders, and what became of each point.".into(),
+        columns: ["problem", "method", "h", "error", "floor", "use"].map(Into::into).to_vec(),
+        rows,
+        shown: false,
+    }
+}
+
+fn figure(measured: &[Measured]) -> Figure {
+    let panels = problems::ALL
+        .iter()
+        .map(|spec| Panel {
+            title: spec.name.into(),
+            x: Axis { label: "h".into(), log: true, limits: None },
+            y: Axis { label: "error at the end".into(), log: true, limits: None },
+            series: measured
+                .iter()
+                .filter(|pair| pair.problem == spec.name)
+                .filter_map(|pair| {
+                    let fit = pair.fit.as_ref().ok()?;
+                    let all = fit.kept.iter().chain(fit.dropped.iter().map(|(sample, _)| sample));
+                    let mut points: Vec<(f64, f64)> =
+                        all.filter_map(|sample| Some((sample.h, sample.result.as_ref().ok()?.error))).collect();
+                    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                    Some(Series { label: pair.method.clone(), points, mark: Mark::LineMarkers })
+                })
+                .collect(),
+            ..Panel::default()
+        })
+        .collect();
+    Figure {
+        id: "orders".into(),
+        caption: "Error at the end of the interval against the step size; the slope is the order.".into(),
+        data: "order-points".into(),
+        panels,
+        columns: 2,
+    }
 }

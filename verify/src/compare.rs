@@ -1,0 +1,204 @@
+//! Every solver of a problem against every other: methods ↔ exact ↔ CVODE ↔ diffsol.
+
+use rayon::prelude::*;
+
+use crate::evidence::{Cell, Check, Evidence, Outcome, Table};
+use crate::methods::{self, Method, Stability};
+use crate::problems::{Limit, Principle, Problem};
+use crate::references::{self, Reference, ReferenceError};
+use crate::run::{RunError, distance, max_norm, run};
+
+/// Sample times, equally spaced, the last at the horizon.
+const SAMPLES: usize = 4;
+
+/// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`].
+const STEPS: usize = 1024;
+
+/// States at the sample times, and a bound on their error.
+struct Answer {
+    states: Vec<Vec<f64>>,
+    bound: f64,
+}
+
+/// Why a solver gave no answer.
+enum Gap {
+    NotRun(String),
+    Failed(String),
+    /// It failed, as the problem declares that it must.
+    BrokeDown(String),
+}
+
+impl From<ReferenceError> for Gap {
+    fn from(error: ReferenceError) -> Self {
+        match error {
+            ReferenceError::Unavailable(_) => Self::NotRun(error.to_string()),
+            _ => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+/// A solver and what it gave.
+type Solved = (String, Result<Answer, Gap>);
+
+/// Solves `problem`, named `name`, by every reference and every method that applies, and holds each answer against the
+/// truth: the exact solution where it is known, else the reference with the smallest bound.
+///
+/// A reference gives its own error bound. A method's is twice the error that its runs with h and h/2 predict,
+/// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's.
+pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
+    let horizon = problem.horizon();
+    let mut table = Table {
+        id: format!("cross-check-{name}"),
+        caption: format!(
+            "Solvers of {name} at {SAMPLES} times up to t = {horizon}: largest difference to the truth, and the bound on it \
+             that the solver itself gives."
+        ),
+        columns: ["equation", "solver", "truth", "difference", "bound", "status"].map(Into::into).to_vec(),
+        rows: Vec::new(),
+        shown: true,
+    };
+    let mut checks = Vec::new();
+    for (limit, methods) in by_equation(problem) {
+        let times: Vec<f64> = (1..=SAMPLES).map(|k| horizon * k as f64 / SAMPLES as f64).collect();
+        let mut solved: Vec<Solved> = references::all()
+            .into_par_iter()
+            .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
+            .collect();
+        solved.par_extend(methods.into_par_iter().map(|method| (method.name(), by_method(problem, &*method, &times))));
+        let truth = truth(problem, &limit, &times, &solved);
+        for (solver, answer) in &solved {
+            let judged = judge(answer, truth.as_ref());
+            let number = |x: Option<f64>| x.map_or(Cell::Empty, Cell::Number);
+            let truth_name = truth.as_ref().map_or("none", |(name, _)| name);
+            table.rows.push(vec![
+                Cell::Text(limit.name.into()),
+                Cell::Text(solver.clone()),
+                Cell::Text(truth_name.into()),
+                number(judged.difference),
+                number(judged.bound),
+                Cell::Text(judged.status.clone()),
+            ]);
+            checks.push(Check {
+                id: format!("{name}/{}/{solver}", limit.name),
+                statement: format!("{solver} agrees with {truth_name} on {name}, {}", limit.reason),
+                outcome: judged.outcome,
+                measured: judged.difference,
+                required: judged.bound.map_or_else(String::new, |bound| format!("≤ {bound:.1e}")),
+                reason: judged.status,
+            });
+        }
+    }
+    Evidence { checks, tables: vec![table], ..Evidence::default() }
+}
+
+/// The methods, grouped by the equation that they converge to.
+fn by_equation(problem: &dyn Problem) -> Vec<(Limit<'_>, Vec<Box<dyn Method>>)> {
+    let principles =
+        [Principle::Equation, Principle::MomentumZero, Principle::MomentumConserved, Principle::EulerLagrange];
+    let mut groups: Vec<(Limit<'_>, Vec<Box<dyn Method>>)> = Vec::new();
+    for principle in principles {
+        let limit = problem.limit(principle);
+        let methods = methods::examples().into_iter().filter(|method| method.principle() == principle);
+        match groups.iter_mut().find(|(known, _)| known.name == limit.name) {
+            Some((_, group)) => group.extend(methods),
+            None => groups.push((limit, methods.collect())),
+        }
+    }
+    groups
+}
+
+fn by_reference(
+    reference: &dyn Reference,
+    problem: &dyn Problem,
+    limit: &Limit<'_>,
+    times: &[f64],
+) -> Result<Answer, Gap> {
+    if problem.is_stiff() && !reference.stiff_ok() {
+        return Err(Gap::NotRun("the problem is stiff, the solver is not made for that".into()));
+    }
+    let sampled = reference.solve(limit.ode, 0.0, &limit.initial, times)?;
+    let bound = sampled.bound.iter().fold(0.0_f64, |m, b| m.max(*b));
+    Ok(Answer { states: sampled.states, bound })
+}
+
+fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Result<Answer, Gap> {
+    if problem.is_stiff() && method.stability() == Stability::Unstable {
+        return Err(Gap::NotRun("the method's own solutions grow like the problem's transients decay".into()));
+    }
+    let sampled = |steps: usize| -> Result<Vec<Vec<f64>>, RunError> {
+        let (mut states, mut count) = (Vec::with_capacity(times.len()), 0);
+        let horizon = times[times.len() - 1];
+        run(problem, method, horizon / steps as f64, horizon, |state| {
+            if count > 0 && count % (steps / times.len()) == 0 {
+                states.push(state.q.clone());
+            }
+            count += 1;
+        })?;
+        Ok(states)
+    };
+    let breakdown = problem.breakdown(method);
+    let failed = |error: RunError| match (error, breakdown) {
+        (RunError::Build(error), _) => Gap::NotRun(error.to_string()),
+        (error, Some(reason)) => Gap::BrokeDown(format!("{error}; as declared: {reason}")),
+        (error, None) => Gap::Failed(error.to_string()),
+    };
+    let coarse = sampled(STEPS).map_err(failed)?;
+    let fine = sampled(2 * STEPS).map_err(failed)?;
+    if let Some(reason) = breakdown {
+        return Err(Gap::Failed(format!("reaches the end, against what is declared: {reason}")));
+    }
+    let cap = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
+    let order = f64::from(method.order()).min(cap);
+    let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(order) - 1.0);
+    let carried = if method.principle() == Principle::EulerLagrange { 2.0 * STEPS as f64 } else { 1.0 };
+    let size = fine.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
+    let roundoff = f64::EPSILON * size * 2.0 * STEPS as f64 * carried;
+    Ok(Answer { states: fine, bound: 2.0 * predicted + roundoff })
+}
+
+/// The name of the truth and its answer; `None` where nothing was solved.
+fn truth(problem: &dyn Problem, limit: &Limit<'_>, times: &[f64], solved: &[Solved]) -> Option<(String, Answer)> {
+    let exact: Option<Vec<Vec<f64>>> = times.iter().map(|t| (limit.exact)(*t)).collect();
+    let tabulated = || times.iter().map(|t| problem.tabulated(*t)).collect::<Option<Vec<_>>>();
+    let known = exact.map(|states| ("exact", states)).or_else(|| Some(("tabulated", tabulated()?)));
+    if let Some((name, states)) = known {
+        // A few elementary functions, each to an ulp or two, of numbers no larger than the largest state.
+        let bound = 16.0 * f64::EPSILON * states.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
+        return Some((name.into(), Answer { states, bound }));
+    }
+    let references = solved.iter().filter(|(name, _)| references::by_name(name).is_some());
+    let answered = references.filter_map(|(name, answer)| answer.as_ref().ok().map(|answer| (name, answer)));
+    let (name, best) = answered.min_by(|a, b| a.1.bound.total_cmp(&b.1.bound))?;
+    Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound }))
+}
+
+/// The decision on one answer.
+struct Judged {
+    difference: Option<f64>,
+    bound: Option<f64>,
+    outcome: Outcome,
+    status: String,
+}
+
+fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judged {
+    let without = |outcome, status: &str| Judged { difference: None, bound: None, outcome, status: status.into() };
+    let (answer, (_, truth)) = match (answer, truth) {
+        (Err(Gap::NotRun(reason)), _) => return without(Outcome::NotRun, &format!("not run: {reason}")),
+        (Err(Gap::BrokeDown(reason)), _) => return without(Outcome::Pass, reason),
+        (Err(Gap::Failed(reason)), _) => return without(Outcome::Fail, reason),
+        (Ok(_), None) => return without(Outcome::Inconclusive, "there is nothing to compare with"),
+        (Ok(answer), Some(truth)) => (answer, truth),
+    };
+    let difference = largest_distance(&answer.states, &truth.states);
+    let bound = answer.bound + truth.bound;
+    let (outcome, status) = if difference <= bound {
+        (Outcome::Pass, "agrees")
+    } else {
+        (Outcome::Fail, "differs by more than the bounds allow")
+    };
+    Judged { difference: Some(difference), bound: Some(bound), outcome, status: status.into() }
+}
+
+fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| distance(a, b)).fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) })
+}
