@@ -58,6 +58,60 @@ pub enum InputError {
         /// Coefficient of p_{n+1}.
         beta: f64,
     },
+    /// Fewer nodes, or a lower degree, than a method needs.
+    #[error("{what}: {found} is fewer than {least}")]
+    TooFew {
+        /// What is counted.
+        what: &'static str,
+        /// Least usable number.
+        least: usize,
+        /// Number that was given.
+        found: usize,
+    },
+    /// A node outside the step.
+    #[error("node {index} = {value} is not in the unit interval")]
+    NodeRange {
+        /// Which node.
+        index: usize,
+        /// The offending value.
+        value: f64,
+    },
+    /// Two nodes that agree to within rounding.
+    #[error("nodes {first} and {second} coincide at {value}")]
+    CoincidentNodes {
+        /// One node.
+        first: usize,
+        /// The other.
+        second: usize,
+        /// Where they are; the ends of a step count as nodes.
+        value: f64,
+    },
+    /// A configuration that violates a holonomic constraint.
+    #[error("the configuration violates the constraint: f[{index}] = {value:e}")]
+    OffConstraint {
+        /// Which component of f.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A momentum whose velocity leaves the constraint.
+    #[error(
+        "the momentum violates the hidden constraint: its velocity leaves f = 0, and component {index} has {value:e} too much"
+    )]
+    OffHiddenConstraint {
+        /// Component of the momentum that differs most from its projection.
+        index: usize,
+        /// By how much.
+        value: f64,
+    },
+    /// Constraints whose gradients are linearly dependent.
+    #[error("{count} constraints have gradients of rank {rank}")]
+    RedundantConstraints {
+        /// Number of constraints.
+        count: usize,
+        /// Rank of their gradients.
+        rank: usize,
+    },
     /// A homogeneous function of the momenta that vanishes on no line.
     #[error("the homogeneous closure F(p_n, p_{{n+1}}) changes sign on no line through the origin")]
     NoLine,
@@ -70,6 +124,9 @@ pub enum SolveError {
     /// The derivative of the step equation is singular however short the step: the closure determines nothing.
     #[error("the closure determines no next state: its derivative is singular however short the step")]
     Singular,
+    /// The mass matrix ∂²L/∂v² is singular: the momentum determines no velocity.
+    #[error("the mass matrix, the second derivative of L in the velocity, is singular at the present state")]
+    SingularMass,
     /// The solution that is continuous in the step size ends in a fold before the step is complete.
     #[error("the branch of solutions that starts at the present state ends at a step of {reached:e}")]
     BranchLost {

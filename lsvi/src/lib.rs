@@ -36,6 +36,7 @@
 pub mod classic;
 pub mod closure;
 pub mod discrete;
+pub mod quadrature;
 
 mod autodiff;
 mod error;
