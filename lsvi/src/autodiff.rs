@@ -1,5 +1,13 @@
 //! Derivatives by forward-mode automatic differentiation, from one generic definition.
 
+mod constraint;
+mod force;
+mod lagrangian;
+
+pub use constraint::{AutoConstraint, ConstraintFn};
+pub use force::{AutoForce, ForceFn};
+pub use lagrangian::{AutoLagrangian, LagrangianFn};
+
 use std::cell::RefCell;
 
 use num_dual::{Dual64, DualNum, HyperDual64};

@@ -4,7 +4,8 @@
 //!
 //! - A [`Lagrangian`] L(t, q, v): of mechanics, or [`LeastSquares`] of any first-order system v̇ = f(t, v), a [`VectorField`].
 //! - A [`DiscreteLegendre`](discrete::DiscreteLegendre) transform: the momenta at the two ends of a step, from a discrete
-//!   Lagrangian such as [`Trapezoidal`](discrete::Trapezoidal) or [`Midpoint`](discrete::Midpoint).
+//!   Lagrangian such as [`Trapezoidal`](discrete::Trapezoidal), [`Midpoint`](discrete::Midpoint) or
+//!   [`Galerkin`](discrete::Galerkin), or from a fitted path, [`PathFitted`](discrete::PathFitted).
 //! - A [`Closure`](closure::Closure) of the momenta: position–momentum, or the (α, β) family with [`method_i`] and [`method_ii`].
 //! - A [`Variational`] integrator of the two, stepped along a [`Trajectory`] like the [`classic`] yardsticks.
 //!
@@ -39,6 +40,7 @@ pub mod discrete;
 pub mod quadrature;
 
 mod autodiff;
+mod constraint;
 mod error;
 mod integrator;
 mod lagrangian;
@@ -47,10 +49,13 @@ mod newton;
 mod variational;
 mod vector_field;
 
-pub use autodiff::{AutoDiff, Rhs, Scalar};
+pub use autodiff::{
+    AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, LagrangianFn, Rhs, Scalar,
+};
+pub use constraint::Constraint;
 pub use error::{InputError, SolveError, StepError};
 pub use integrator::{Grid, GridStep, Integrator, OneStep, State, Trajectory, Work};
-pub use lagrangian::{HessianWeights, Lagrangian, LeastSquares};
+pub use lagrangian::{EulerLagrange, Force, Forced, HessianWeights, Lagrangian, LeastSquares, MotionWeights};
 pub use linalg::Jacobian;
 pub use variational::{Variational, least_squares, method_i, method_ii, position_momentum};
 pub use vector_field::VectorField;

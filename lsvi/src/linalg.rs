@@ -57,6 +57,15 @@ impl Jacobian {
     }
 }
 
+/// Adds `scale` times `block` to the entries of `out` from (row, column) on.
+pub(crate) fn add_block(out: &mut DMatrix<f64>, (row, column): (usize, usize), scale: f64, block: &DMatrix<f64>) {
+    for (j, entries) in block.column_iter().enumerate() {
+        for (i, x) in entries.iter().enumerate() {
+            out[(row + i, column + j)] += scale * x;
+        }
+    }
+}
+
 /// The matrix has a pivot that is zero, or lost in the rounding of its own row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SingularMatrix;

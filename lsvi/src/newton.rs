@@ -21,6 +21,8 @@ pub(crate) trait System {
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]);
     /// Adds ∂F/∂x to the zero matrix `out`.
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian);
+    /// Replaces a first guess by the solution at h = 0, where the branch starts; unless they are the same.
+    fn origin(&self, _x: &mut [f64]) {}
 }
 
 /// Counts of the work done in steps.
@@ -56,13 +58,16 @@ impl Newton {
         }
     }
 
-    /// Replaces `x`, the state from which the branch starts, by its continuation to step size `h`.
+    /// Replaces `x`, a first guess, by the continuation of the branch from h = 0 to step size `h`.
     pub(crate) fn solve(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         debug_assert_eq!(x.len(), system.dim());
         self.origin.copy_from_slice(x);
         match self.attempt(system, h, x) {
             Ok(()) => Ok(()),
-            Err(first) => self.follow_branch(system, h, x, first),
+            Err(first) => {
+                system.origin(&mut self.origin);
+                self.follow_branch(system, h, x, first)
+            }
         }
     }
 
@@ -104,7 +109,7 @@ impl Newton {
     ///
     /// It stops on the increment: a residual cancels like ε |q| / h and has no threshold of its own. With the ratio θ of the
     /// last two increments δ, the error left after an increment is at most θ/(1 − θ) δ.
-    fn attempt(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+    pub(crate) fn attempt(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         let mut last = f64::INFINITY;
         for iterations in 1..=ITERATIONS {
             system.residual(h, x, &mut self.increment);

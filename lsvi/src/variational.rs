@@ -1,11 +1,13 @@
 //! The variational integrator: a discrete Legendre transform stepped by a closure.
 
+use nalgebra::DMatrix;
+
 use crate::closure::{Closure, Linear, PositionMomentum};
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights, Trapezoidal};
-use crate::error::{StepError, check_step, check_vector};
+use crate::error::{SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::lagrangian::LeastSquares;
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, Lu};
 use crate::newton::{Newton, System, Work};
 use crate::vector_field::VectorField;
 
@@ -29,6 +31,11 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     /// The discrete Legendre transform.
     pub fn discrete(&mut self) -> &mut D {
         &mut self.discrete
+    }
+
+    /// The unknowns of the last step: the interior values of its path, then q₁.
+    pub fn unknowns(&self) -> &[f64] {
+        &self.unknowns
     }
 }
 
@@ -68,10 +75,9 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
 
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
         let at = Interval { t: self.t, h };
-        let (interior, end) = out.split_at_mut(self.discrete.interior());
-        self.discrete.stationarity(at, self.q0, x, interior);
-        self.discrete.momentum(at, self.q0, x, self.closure.weights(h), end);
+        self.discrete.equations(at, self.q0, x, self.closure.weights(h), out);
         let carried = self.closure.carried();
+        let end = &mut out[self.discrete.interior()..];
         end.iter_mut().zip(self.p0).for_each(|(o, p)| *o -= carried * p);
     }
 
@@ -79,6 +85,15 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
         let at = Interval { t: self.t, h };
         self.discrete.add_derivative(at, self.q0, x, self.closure.weights(h), out);
     }
+
+    fn origin(&self, x: &mut [f64]) {
+        repeat(self.q0, x);
+    }
+}
+
+/// Writes copies of `q` into all of `x`.
+fn repeat(q: &[f64], x: &mut [f64]) {
+    x.chunks_exact_mut(q.len()).for_each(|values| values.copy_from_slice(q));
 }
 
 impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
@@ -97,17 +112,74 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
 
 impl<D: DiscreteLegendre, C: Closure> OneStep for Variational<D, C> {
     fn step(&mut self, t: f64, h: f64, q: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
+        self.solve(t, h, q, p)?;
+        self.finish(Interval { t, h }, q, p);
+        Ok(())
+    }
+}
+
+impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
+    /// Takes a [`step`](OneStep::step) and returns its derivative ∂(q₁, p₁)/∂(q₀, p₀), 2n × 2n, by implicit differentiation.
+    ///
+    /// # Errors
+    /// [`StepError`] as for a step, or where the derivative of the step equations is singular at their solution.
+    pub fn step_with_tangent(
+        &mut self,
+        t: f64,
+        h: f64,
+        q: &mut [f64],
+        p: &mut [f64],
+    ) -> Result<DMatrix<f64>, StepError> {
+        self.solve(t, h, q, p)?;
+        let (at, n, unknowns) = (Interval { t, h }, q.len(), self.unknowns.len());
+        let interior = unknowns - n;
+        let equations = self.closure.weights(h);
+        let mut in_unknowns = Jacobian::zeros(unknowns);
+        self.discrete.add_derivative(at, q, &self.unknowns, equations, &mut in_unknowns);
+        // The derivatives of x in (q₀, p₀): those of −(stationarity, α p₀ + β p₁ − σ p), then solved for x.
+        let mut x = DMatrix::zeros(unknowns, 2 * n);
+        let mut in_start = DMatrix::zeros(unknowns, n);
+        self.discrete.add_start_derivative(at, q, &self.unknowns, equations, &mut in_start);
+        x.columns_mut(0, n).copy_from(&-&in_start);
+        (0..n).for_each(|i| x[(interior + i, n + i)] = self.closure.carried());
+        let mut lu = Lu::new(unknowns);
+        lu.factor(&in_unknowns).map_err(|_| StepError::Solve { t, h, source: SolveError::Singular })?;
+        for mut column in x.column_iter_mut() {
+            lu.solve(column.as_mut_slice());
+        }
+        in_unknowns.clear();
+        self.discrete.add_derivative(at, q, &self.unknowns, MomentumWeights::END, &mut in_unknowns);
+        in_start.fill(0.0);
+        self.discrete.add_start_derivative(at, q, &self.unknowns, MomentumWeights::END, &mut in_start);
+        let mut tangent = DMatrix::zeros(2 * n, 2 * n);
+        tangent.rows_mut(0, n).copy_from(&x.rows(interior, n));
+        tangent.rows_mut(n, n).copy_from(&(in_unknowns.as_dense().rows(interior, n) * &x));
+        let mut momentum_in_q0 = tangent.view_mut((n, 0), (n, n));
+        momentum_in_q0 += in_start.rows(interior, n);
+        self.finish(at, q, p);
+        Ok(tangent)
+    }
+
+    /// Finds the unknowns of the step.
+    fn solve(&mut self, t: f64, h: f64, q: &[f64], p: &[f64]) -> Result<(), StepError> {
         let n = self.discrete.dim();
         check_step(h)?;
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
-        let at = Interval { t, h };
-        self.discrete.predict(at, q, p, &mut self.unknowns);
+        let failed = |source| StepError::Solve { t, h, source };
+        if self.closure.carried() == 0.0 {
+            repeat(q, &mut self.unknowns);
+        } else {
+            self.discrete.predict(Interval { t, h }, q, p, &mut self.unknowns).map_err(failed)?;
+        }
         let mut equations = StepEquations { discrete: &mut self.discrete, closure: &self.closure, t, q0: q, p0: p };
-        self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(|source| StepError::Solve { t, h, source })?;
+        self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(failed)
+    }
+
+    /// Replaces (q₀, p₀) by (q₁, p₁).
+    fn finish(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) {
         self.discrete.momentum(at, q, &self.unknowns, MomentumWeights::END, p);
-        q.copy_from_slice(&self.unknowns[self.unknowns.len() - n..]);
+        q.copy_from_slice(&self.unknowns[self.discrete.interior()..]);
         self.newton.work.steps += 1;
-        Ok(())
     }
 }

@@ -1,6 +1,10 @@
 //! Wendlandt and Marsden's discrete Lagrangian: straight path, midpoint rule.
 
-use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant};
+use nalgebra::DMatrix;
+
+use super::velocity::Velocity;
+use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
+use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::Jacobian;
 
@@ -15,13 +19,28 @@ pub struct Midpoint<L> {
     velocity: Vec<f64>,
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
+    block: Jacobian,
+    velocity_of: Velocity,
 }
 
 impl<L: Lagrangian> Midpoint<L> {
     /// Discretises `lagrangian`.
     pub fn new(lagrangian: L) -> Self {
         let zeros = vec![0.0; lagrangian.dim()];
-        Self { lagrangian, middle: zeros.clone(), velocity: zeros.clone(), dl_dq: zeros.clone(), dl_dv: zeros }
+        Self {
+            velocity_of: Velocity::new(zeros.len()),
+            block: Jacobian::zeros(zeros.len()),
+            lagrangian,
+            middle: zeros.clone(),
+            velocity: zeros.clone(),
+            dl_dq: zeros.clone(),
+            dl_dv: zeros,
+        }
+    }
+
+    /// The Lagrangian.
+    pub fn lagrangian(&self) -> &L {
+        &self.lagrangian
     }
 
     fn place(&mut self, at: Interval, q0: &[f64], q1: &[f64]) -> f64 {
@@ -38,6 +57,12 @@ impl<L: Lagrangian> DiscreteLegendre for Midpoint<L> {
         self.lagrangian.dim()
     }
 
+    fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+        let v = self.velocity_of.of(&self.lagrangian, at.t, q0, p0)?;
+        straight(at.h, q0, v, x);
+        Ok(())
+    }
+
     fn momentum(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut [f64]) {
         let t = self.place(at, q0, q1);
         self.lagrangian.gradient(t, &self.middle, &self.velocity, &mut self.dl_dq, &mut self.dl_dv);
@@ -52,6 +77,22 @@ impl<L: Lagrangian> DiscreteLegendre for Midpoint<L> {
         let (sum, difference) = (w.alpha + w.beta, w.beta - w.alpha);
         let c = HessianWeights { qq: 0.25 * at.h * difference, qv: 0.5 * difference, vq: 0.5 * sum, vv: sum / at.h };
         self.lagrangian.add_hessian(t, &self.middle, &self.velocity, c, out);
+    }
+
+    fn add_start_derivative(
+        &mut self,
+        at: Interval,
+        q0: &[f64],
+        q1: &[f64],
+        w: MomentumWeights,
+        out: &mut DMatrix<f64>,
+    ) {
+        let t = self.place(at, q0, q1);
+        let (sum, difference) = (w.alpha + w.beta, w.beta - w.alpha);
+        let c = HessianWeights { qq: 0.25 * at.h * difference, qv: -0.5 * difference, vq: 0.5 * sum, vv: -sum / at.h };
+        self.block.clear();
+        self.lagrangian.add_hessian(t, &self.middle, &self.velocity, c, &mut self.block);
+        *out += self.block.as_dense();
     }
 }
 

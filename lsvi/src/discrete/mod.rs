@@ -3,12 +3,23 @@
 //! A discrete Lagrangian L_d(q₀, q₁) approximates the action over one step; its discrete Legendre transforms are the
 //! momenta p₀ = −D₁L_d and p₁ = D₂L_d at the two ends (Eqs. (5), (6); \[MW01\]). That is all that a closure needs to know.
 
+mod galerkin;
+mod kong_yang_circle;
 mod midpoint;
+mod path;
+mod path_fitted;
 mod trapezoidal;
+mod velocity;
 
+pub use galerkin::Galerkin;
+pub use kong_yang_circle::KongYangCircle;
 pub use midpoint::Midpoint;
+pub use path_fitted::PathFitted;
 pub use trapezoidal::Trapezoidal;
 
+use nalgebra::DMatrix;
+
+use crate::error::SolveError;
 use crate::linalg::Jacobian;
 
 /// The time interval [t, t + h] of a step.
@@ -44,26 +55,61 @@ pub trait DiscreteLegendre {
     /// Degrees of freedom n.
     fn dim(&self) -> usize;
 
-    /// Number of interior unknowns, fixed by as many [`stationarity`](Self::stationarity) conditions.
+    /// Number of interior unknowns, fixed by as many conditions of stationarity.
     fn interior(&self) -> usize {
         0
     }
 
-    /// Writes a first guess of the unknowns; the configuration itself unless overridden.
-    fn predict(&mut self, _at: Interval, q0: &[f64], _p0: &[f64], x: &mut [f64]) {
-        for values in x.chunks_exact_mut(q0.len()) {
-            values.copy_from_slice(q0);
-        }
-    }
-
-    /// Writes the conditions on the interior values, which vanish on a solution.
-    fn stationarity(&mut self, _at: Interval, _q0: &[f64], _x: &[f64], _out: &mut [f64]) {}
+    /// Writes a first guess of the unknowns from the momentum p₀.
+    ///
+    /// # Errors
+    /// [`SolveError::SingularMass`] if the momentum determines no velocity.
+    fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError>;
 
     /// Writes α p₀ + β p₁, combined before rounding can cancel what the two have in common.
     fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]);
 
-    /// Adds the derivatives in x of (stationarity, α p₀ + β p₁), in this order, to `out`.
+    /// Writes the conditions of stationarity, which vanish on a solution, and after them α p₀ + β p₁.
+    fn equations(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
+        self.momentum(at, q0, x, w, out);
+    }
+
+    /// Adds the derivatives of the [`equations`](Self::equations) in x to `out`.
     fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian);
+
+    /// Adds the derivatives of the [`equations`](Self::equations) in q₀ to `out`, which has n columns.
+    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut DMatrix<f64>);
+}
+
+impl<D: DiscreteLegendre + ?Sized> DiscreteLegendre for Box<D> {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+    fn interior(&self) -> usize {
+        (**self).interior()
+    }
+    fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+        (**self).predict(at, q0, p0, x)
+    }
+    fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
+        (**self).momentum(at, q0, x, w, out);
+    }
+    fn equations(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
+        (**self).equations(at, q0, x, w, out);
+    }
+    fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
+        (**self).add_derivative(at, q0, x, w, out);
+    }
+    fn add_start_derivative(
+        &mut self,
+        at: Interval,
+        q0: &[f64],
+        x: &[f64],
+        w: MomentumWeights,
+        out: &mut DMatrix<f64>,
+    ) {
+        (**self).add_start_derivative(at, q0, x, w, out);
+    }
 }
 
 /// A discrete Legendre transform that comes from a discrete Lagrangian.
@@ -76,5 +122,12 @@ pub trait DiscreteLagrangian: DiscreteLegendre {
 fn secant(h: f64, q0: &[f64], q1: &[f64], out: &mut [f64]) {
     for ((d, a), b) in out.iter_mut().zip(q0).zip(q1) {
         *d = (b - a) / h;
+    }
+}
+
+/// Writes the end q₀ + h v of the straight path.
+fn straight(h: f64, q0: &[f64], v: &[f64], out: &mut [f64]) {
+    for ((o, q), v) in out.iter_mut().zip(q0).zip(v) {
+        *o = q + h * v;
     }
 }

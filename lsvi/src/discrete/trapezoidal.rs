@@ -1,6 +1,10 @@
 //! MacKay's discrete Lagrangian: straight path, trapezoidal rule, Eqs. (9), (18).
 
-use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant};
+use nalgebra::DMatrix;
+
+use super::velocity::Velocity;
+use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
+use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::Jacobian;
 
@@ -13,13 +17,22 @@ pub struct Trapezoidal<L> {
     velocity: Vec<f64>,
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
+    block: Jacobian,
+    velocity_of: Velocity,
 }
 
 impl<L: Lagrangian> Trapezoidal<L> {
     /// Discretises `lagrangian`.
     pub fn new(lagrangian: L) -> Self {
         let zeros = vec![0.0; lagrangian.dim()];
-        Self { lagrangian, velocity: zeros.clone(), dl_dq: zeros.clone(), dl_dv: zeros }
+        Self {
+            velocity_of: Velocity::new(zeros.len()),
+            block: Jacobian::zeros(zeros.len()),
+            lagrangian,
+            velocity: zeros.clone(),
+            dl_dq: zeros.clone(),
+            dl_dv: zeros,
+        }
     }
 
     /// The Lagrangian.
@@ -31,6 +44,12 @@ impl<L: Lagrangian> Trapezoidal<L> {
 impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
     fn dim(&self) -> usize {
         self.lagrangian.dim()
+    }
+
+    fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+        let v = self.velocity_of.of(&self.lagrangian, at.t, q0, p0)?;
+        straight(at.h, q0, v, x);
+        Ok(())
     }
 
     fn momentum(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut [f64]) {
@@ -53,6 +72,24 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         let end = HessianWeights { qq: 0.5 * at.h * w.beta, qv: 0.5 * w.beta, vq: common, vv: common / at.h };
         self.lagrangian.add_hessian(at.t, q0, &self.velocity, start, out);
         self.lagrangian.add_hessian(at.t + at.h, q1, &self.velocity, end, out);
+    }
+
+    fn add_start_derivative(
+        &mut self,
+        at: Interval,
+        q0: &[f64],
+        q1: &[f64],
+        w: MomentumWeights,
+        out: &mut DMatrix<f64>,
+    ) {
+        secant(at.h, q0, q1, &mut self.velocity);
+        let common = 0.5 * (w.alpha + w.beta);
+        let start = HessianWeights { qq: -0.5 * at.h * w.alpha, qv: 0.5 * w.alpha, vq: common, vv: -common / at.h };
+        let end = HessianWeights { qv: -0.5 * w.beta, vv: -common / at.h, ..Default::default() };
+        self.block.clear();
+        self.lagrangian.add_hessian(at.t, q0, &self.velocity, start, &mut self.block);
+        self.lagrangian.add_hessian(at.t + at.h, q1, &self.velocity, end, &mut self.block);
+        *out += self.block.as_dense();
     }
 }
 

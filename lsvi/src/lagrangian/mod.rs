@@ -1,7 +1,11 @@
 //! Lagrangians L(t, q, v) of a configuration q and its velocity v = q̇.
 
+mod euler_lagrange;
+mod forced;
 mod least_squares;
 
+pub use euler_lagrange::{EulerLagrange, MotionWeights};
+pub use forced::{Force, Forced};
 pub use least_squares::LeastSquares;
 
 use crate::linalg::Jacobian;
@@ -35,6 +39,21 @@ pub trait Lagrangian {
 
     /// Adds `c.qq` L_qq + `c.qv` L_qv + `c.vq` L_vq + `c.vv` L_vv to `out`, where (L_qv)_ij = ∂²L/∂q_i∂v_j.
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian);
+}
+
+impl<L: Lagrangian + ?Sized> Lagrangian for &L {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+    fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
+        (**self).value(t, q, v)
+    }
+    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        (**self).gradient(t, q, v, dl_dq, dl_dv);
+    }
+    fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        (**self).add_hessian(t, q, v, c, out);
+    }
 }
 
 impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {

@@ -1,0 +1,206 @@
+//! Galerkin variational integrators: polynomial path, any quadrature ([MW01]).
+
+use std::ops::RangeInclusive;
+
+use nalgebra::DMatrix;
+
+use super::path::{Path, Point};
+use super::velocity::Velocity;
+use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights};
+use crate::error::{InputError, SolveError};
+use crate::lagrangian::{HessianWeights, Lagrangian};
+use crate::linalg::{Jacobian, add_block};
+use crate::quadrature::{LagrangeBasis, Quadrature};
+
+/// L_d = h Σ b_i L(t₀ + c_i h, u(c_i), u̇(c_i)) at a path u of degree s that makes it stationary.
+///
+/// The unknowns are the values of u at the Lobatto nodes of the step, and p is tested against linear functions: with
+/// ψ(c) = β c − α (1 − c), α p₀ + β p₁ = Σ b_i [h ψ(c_i) L_q + (α + β) L_v]. On a stationary path that is −α D₁L_d + β D₂L_d,
+/// and what the two momenta have in common never appears.
+///
+/// Symplectic for every Lagrangian. On mechanics, order 2s with the s Gauss or the s + 1 Lobatto nodes.
+/// s = 1 is [`Midpoint`](super::Midpoint) with the Gauss node and [`Trapezoidal`](super::Trapezoidal) with the Lobatto nodes.
+#[derive(Debug)]
+pub struct Galerkin<L> {
+    lagrangian: L,
+    path: Path,
+    weights: Vec<f64>,
+    velocity_of: Velocity,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    dl_dq: Vec<f64>,
+    dl_dv: Vec<f64>,
+    block: Jacobian,
+}
+
+/// The second derivatives of L, and the powers of d/dt on the test and trial functions that go with them.
+const BLOCKS: [(HessianWeights, bool, bool); 4] = {
+    let none = HessianWeights { qq: 0.0, qv: 0.0, vq: 0.0, vv: 0.0 };
+    [
+        (HessianWeights { qq: 1.0, ..none }, false, false),
+        (HessianWeights { qv: 1.0, ..none }, false, true),
+        (HessianWeights { vq: 1.0, ..none }, true, false),
+        (HessianWeights { vv: 1.0, ..none }, true, true),
+    ]
+};
+
+impl<L: Lagrangian> Galerkin<L> {
+    /// Discretises `lagrangian` by paths of degree s with the given quadrature.
+    ///
+    /// # Errors
+    /// [`InputError::TooFew`] if s = 0 or the rule has fewer than s nodes, which cannot determine a path of degree s.
+    pub fn new(lagrangian: L, degree: usize, quadrature: &Quadrature) -> Result<Self, InputError> {
+        let found = quadrature.nodes().len();
+        if found < degree {
+            return Err(InputError::TooFew { what: "quadrature nodes", least: degree, found });
+        }
+        if degree == 0 {
+            return Err(InputError::TooFew { what: "degree of the path", least: 1, found: degree });
+        }
+        let basis = LagrangeBasis::new(Quadrature::lobatto(degree + 1)?.nodes())?;
+        let zeros = vec![0.0; lagrangian.dim()];
+        Ok(Self {
+            path: Path::new(&basis, quadrature.nodes()),
+            weights: quadrature.weights().to_vec(),
+            velocity_of: Velocity::new(zeros.len()),
+            block: Jacobian::zeros(zeros.len()),
+            lagrangian,
+            q: zeros.clone(),
+            v: zeros.clone(),
+            dl_dq: zeros.clone(),
+            dl_dv: zeros,
+        })
+    }
+
+    /// Degree s with the s Gauss nodes: order 2s.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub fn gauss(lagrangian: L, degree: usize) -> Result<Self, InputError> {
+        Self::new(lagrangian, degree, &Quadrature::gauss(degree)?)
+    }
+
+    /// Degree s with the s + 1 Lobatto nodes: order 2s.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub fn lobatto(lagrangian: L, degree: usize) -> Result<Self, InputError> {
+        Self::new(lagrangian, degree, &Quadrature::lobatto(degree + 1)?)
+    }
+
+    /// The Lagrangian.
+    pub fn lagrangian(&self) -> &L {
+        &self.lagrangian
+    }
+
+    /// Writes the conditions that belong to the given control values, the last one being α p₀ + β p₁.
+    fn conditions(
+        &mut self,
+        at: Interval,
+        q0: &[f64],
+        x: &[f64],
+        w: MomentumWeights,
+        rows: RangeInclusive<usize>,
+        out: &mut [f64],
+    ) {
+        out.fill(0.0);
+        for (point, b) in self.path.points.iter().zip(&self.weights) {
+            point.place(at.h, q0, x, &mut self.q, &mut self.v);
+            self.lagrangian.gradient(point.time(at), &self.q, &self.v, &mut self.dl_dq, &mut self.dl_dv);
+            for (row, out) in rows.clone().zip(out.chunks_exact_mut(q0.len())) {
+                let (value, slope) = test_function(point, row, w);
+                for ((o, lq), lv) in out.iter_mut().zip(&self.dl_dq).zip(&self.dl_dv) {
+                    *o += b * (at.h * value * lq + slope * lv);
+                }
+            }
+        }
+    }
+
+    /// Adds the derivatives of all conditions in the given control values.
+    fn assemble(
+        &mut self,
+        at: Interval,
+        q0: &[f64],
+        x: &[f64],
+        w: MomentumWeights,
+        columns: RangeInclusive<usize>,
+        out: &mut DMatrix<f64>,
+    ) {
+        let n = q0.len();
+        for (point, b) in self.path.points.iter().zip(&self.weights) {
+            point.place(at.h, q0, x, &mut self.q, &mut self.v);
+            for (which, test_slope, trial_slope) in BLOCKS {
+                self.block.clear();
+                self.lagrangian.add_hessian(point.time(at), &self.q, &self.v, which, &mut self.block);
+                for row in 1..=self.path.degree() {
+                    let (value, slope) = test_function(point, row, w);
+                    let test = b * if test_slope { slope } else { at.h * value };
+                    for (column, trial) in columns.clone().enumerate() {
+                        let trial = if trial_slope { point.first[trial] / at.h } else { point.value[trial] };
+                        add_block(out, ((row - 1) * n, column * n), test * trial, self.block.as_dense());
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Value and derivative of the test function of a row: φ_j inside, and ψ = β c − α (1 − c) for the momenta.
+fn test_function(point: &Point, row: usize, w: MomentumWeights) -> (f64, f64) {
+    if row + 1 == point.value.len() {
+        (w.beta * point.c - w.alpha * (1.0 - point.c), w.alpha + w.beta)
+    } else {
+        (point.value[row], point.first[row])
+    }
+}
+
+impl<L: Lagrangian> DiscreteLegendre for Galerkin<L> {
+    fn dim(&self) -> usize {
+        self.lagrangian.dim()
+    }
+
+    fn interior(&self) -> usize {
+        (self.path.degree() - 1) * self.dim()
+    }
+
+    fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+        let v = self.velocity_of.of(&self.lagrangian, at.t, q0, p0)?;
+        self.path.straight(at.h, q0, v, x);
+        Ok(())
+    }
+
+    fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
+        let last = self.path.degree();
+        self.conditions(at, q0, x, w, last..=last, out);
+    }
+
+    fn equations(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
+        self.conditions(at, q0, x, w, 1..=self.path.degree(), out);
+    }
+
+    fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
+        self.assemble(at, q0, x, w, 1..=self.path.degree(), out.as_dense_mut());
+    }
+
+    fn add_start_derivative(
+        &mut self,
+        at: Interval,
+        q0: &[f64],
+        x: &[f64],
+        w: MomentumWeights,
+        out: &mut DMatrix<f64>,
+    ) {
+        self.assemble(at, q0, x, w, 0..=0, out);
+    }
+}
+
+impl<L: Lagrangian> DiscreteLagrangian for Galerkin<L> {
+    fn action(&mut self, at: Interval, q0: &[f64], x: &[f64]) -> f64 {
+        let mut action = 0.0;
+        for (point, b) in self.path.points.iter().zip(&self.weights) {
+            point.place(at.h, q0, x, &mut self.q, &mut self.v);
+            action += at.h * b * self.lagrangian.value(point.time(at), &self.q, &self.v);
+        }
+        action
+    }
+}

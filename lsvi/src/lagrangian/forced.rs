@@ -1,0 +1,90 @@
+//! Non-conservative forces by the discrete Lagrange–d'Alembert principle ([MW01]).
+
+use std::cell::RefCell;
+
+use super::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
+use crate::error::InputError;
+use crate::linalg::Jacobian;
+
+/// A generalized force F(t, q, v) with its exact derivatives, in n degrees of freedom.
+pub trait Force {
+    /// Degrees of freedom n.
+    fn dim(&self) -> usize;
+
+    /// Writes F(t, q, v).
+    fn force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]);
+
+    /// Adds `in_q` ∂F/∂q + `in_v` ∂F/∂v to `out`.
+    fn add_derivative(&self, t: f64, q: &[f64], v: &[f64], in_q: f64, in_v: f64, out: &mut Jacobian);
+}
+
+/// A Lagrangian whose ∂L/∂q carries the force F besides.
+///
+/// The Lagrange–d'Alembert principle δ∫L dt + ∫F·δq dt = 0 puts F wherever the variation of the action has ∂L/∂q. So every
+/// discretisation of this pair has the discrete forces that its own quadrature gives, F⁻ in p₀ and F⁺ in p₁; the midpoint
+/// rule for instance h/2 F in each.
+/// The [`value`](Lagrangian::value), and with it the action, is that of L alone.
+#[derive(Debug)]
+pub struct Forced<L, F> {
+    lagrangian: L,
+    force: F,
+    scratch: RefCell<Vec<f64>>,
+}
+
+impl<L: Lagrangian, F: Force> Forced<L, F> {
+    /// Applies `force` to the motions of `lagrangian`.
+    ///
+    /// # Errors
+    /// [`InputError::Dimension`] if the two differ in their degrees of freedom.
+    pub fn new(lagrangian: L, force: F) -> Result<Self, InputError> {
+        let (expected, found) = (lagrangian.dim(), force.dim());
+        if found != expected {
+            return Err(InputError::Dimension { what: "force", expected, found });
+        }
+        Ok(Self { lagrangian, force, scratch: RefCell::new(vec![0.0; expected]) })
+    }
+
+    fn add_force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        let f = &mut *self.scratch.borrow_mut();
+        self.force.force(t, q, v, f);
+        out.iter_mut().zip(f).for_each(|(o, f)| *o += *f);
+    }
+
+    fn add_force_derivative(&self, t: f64, q: &[f64], v: &[f64], in_q: f64, in_v: f64, out: &mut Jacobian) {
+        if in_q != 0.0 || in_v != 0.0 {
+            self.force.add_derivative(t, q, v, in_q, in_v, out);
+        }
+    }
+}
+
+impl<L: Lagrangian, F: Force> Lagrangian for Forced<L, F> {
+    fn dim(&self) -> usize {
+        self.lagrangian.dim()
+    }
+
+    fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
+        self.lagrangian.value(t, q, v)
+    }
+
+    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        self.lagrangian.gradient(t, q, v, dl_dq, dl_dv);
+        self.add_force(t, q, v, dl_dq);
+    }
+
+    fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        self.lagrangian.add_hessian(t, q, v, c, out);
+        self.add_force_derivative(t, q, v, c.qq, c.qv, out);
+    }
+}
+
+impl<L: EulerLagrange, F: Force> EulerLagrange for Forced<L, F> {
+    fn residual(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], out: &mut [f64]) {
+        self.lagrangian.residual(t, q, v, a, out);
+        self.add_force(t, q, v, out);
+    }
+
+    fn add_residual_derivative(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], c: MotionWeights, out: &mut Jacobian) {
+        self.lagrangian.add_residual_derivative(t, q, v, a, c, out);
+        self.add_force_derivative(t, q, v, c.q, c.v, out);
+    }
+}

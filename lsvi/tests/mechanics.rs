@@ -1,0 +1,376 @@
+//! Integrators of Lagrangian mechanics against closed forms, exact derivatives, each other and their order.
+
+mod systems;
+
+use approx::assert_abs_diff_eq;
+use lsvi::discrete::{
+    DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, KongYangCircle, Midpoint, MomentumWeights, PathFitted,
+    Trapezoidal,
+};
+use lsvi::quadrature::{NodeFamily, Quadrature};
+use lsvi::{
+    AutoForce, AutoLagrangian, EulerLagrange, Forced, Jacobian, Lagrangian, LagrangianFn, MotionWeights, OneStep,
+    State, Trajectory, position_momentum,
+};
+use nalgebra::{DMatrix, DVector};
+use systems::{ChargedParticle, Damping, DoublePendulum, Driven, Oscillator, Pendulum};
+
+const EPS: f64 = f64::EPSILON;
+
+/// The derivative of `f` at `x` by central differences of step e: error e²/6 f‴ + ε f/e.
+fn differences(f: &mut dyn FnMut(&[f64]) -> Vec<f64>, x: &[f64], e: f64) -> DMatrix<f64> {
+    let columns: Vec<DVector<f64>> = (0..x.len())
+        .map(|j| {
+            let mut at = |shift: f64| {
+                let mut x = x.to_vec();
+                x[j] += shift;
+                DVector::from_vec(f(&x))
+            };
+            (at(e) - at(-e)) / (2.0 * e)
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
+}
+
+fn assert_close(a: &DMatrix<f64>, b: &DMatrix<f64>, tolerance: f64, what: &str) {
+    let scale = b.amax().max(1.0);
+    assert!((a - b).amax() <= tolerance * scale, "{what}: {a} is not {b}");
+}
+
+/// Every discretisation in this crate of one Lagrangian.
+fn discretisations<'a, L: EulerLagrange>(l: &'a L) -> Vec<(String, Box<dyn DiscreteLegendre + 'a>)> {
+    let mut all: Vec<(String, Box<dyn DiscreteLegendre + 'a>)> =
+        vec![("trapezoidal".into(), Box::new(Trapezoidal::new(l))), ("midpoint".into(), Box::new(Midpoint::new(l)))];
+    for m in 2..=4 {
+        let nodes = NodeFamily::Equispaced.interior(m).expect("m ≥ 2");
+        all.push((format!("path-fitted({m})"), Box::new(PathFitted::new(l, &nodes).expect("nodes"))));
+        all.push((format!("path-fitted-bernstein({m})"), Box::new(PathFitted::bernstein(l, &nodes).expect("nodes"))));
+    }
+    for s in 1..=4 {
+        all.push((format!("galerkin-gauss({s})"), Box::new(Galerkin::gauss(l, s).expect("s ≥ 1"))));
+        all.push((format!("galerkin-lobatto({s})"), Box::new(Galerkin::lobatto(l, s).expect("s ≥ 1"))));
+        let radau = Quadrature::radau(s + 1).expect("n ≥ 1");
+        all.push((format!("galerkin-radau({s})"), Box::new(Galerkin::new(l, s, &radau).expect("s ≥ 1"))));
+    }
+    all
+}
+
+#[test]
+fn euler_lagrange_expression_is_the_defect_of_motion() {
+    let (t, q, v, a) = (0.3, [0.7, -0.4], [0.5, 0.9], [-1.1, 0.2]);
+    let l = AutoLagrangian::new(Driven);
+    let gradient = |t: f64, q: &[f64], v: &[f64]| {
+        let (mut lq, mut lv) = (vec![0.0; 2], vec![0.0; 2]);
+        l.gradient(t, q, v, &mut lq, &mut lv);
+        (lq, lv)
+    };
+    // d/dt ∂L/∂v along q(t + e) = q + e v + e² a/2.
+    let momentum = |e: f64| {
+        let qe: Vec<f64> = (0..2).map(|i| q[i] + e * v[i] + 0.5 * e * e * a[i]).collect();
+        let ve: Vec<f64> = (0..2).map(|i| v[i] + e * a[i]).collect();
+        gradient(t + e, &qe, &ve).1
+    };
+    let rate = differences(&mut |e| momentum(e[0]), &[0.0], 1e-5);
+    let mut expression = vec![0.0; 2];
+    l.residual(t, &q, &v, &a, &mut expression);
+    for i in 0..2 {
+        // Differences with e = 1e-5: e² + ε/e, times third derivatives of order 10.
+        assert_abs_diff_eq!(expression[i], gradient(t, &q, &v).0[i] - rate[i], epsilon = 1e-8);
+    }
+    let value = |q: &[f64], v: &[f64], a: &[f64]| {
+        let mut out = vec![0.0; 2];
+        l.residual(t, q, v, a, &mut out);
+        out
+    };
+    let exact = |c: MotionWeights| {
+        let mut out = Jacobian::zeros(2);
+        l.add_residual_derivative(t, &q, &v, &a, c, &mut out);
+        out.as_dense().clone()
+    };
+    let none = MotionWeights::default();
+    let in_q = differences(&mut |q| value(q, &v, &a), &q, 1e-5);
+    assert_close(&exact(MotionWeights { q: 1.0, ..none }), &in_q, 1e-8, "E_q");
+    let in_v = differences(&mut |v| value(&q, v, &a), &v, 1e-5);
+    assert_close(&exact(MotionWeights { v: 1.0, ..none }), &in_v, 1e-8, "E_v");
+    let in_a = differences(&mut |a| value(&q, &v, a), &a, 1e-5);
+    assert_close(&exact(MotionWeights { a: 1.0, ..none }), &in_a, 1e-8, "E_a");
+    let all = 0.5 * in_q - 2.0 * in_v + 3.0 * in_a;
+    assert_close(&exact(MotionWeights { q: 0.5, v: -2.0, a: 3.0 }), &all, 1e-8, "combination");
+}
+
+#[test]
+fn derivatives_of_every_discretisation_are_exact() {
+    let driven = AutoLagrangian::new(Driven);
+    let damped = Forced::new(AutoLagrangian::new(Driven), AutoForce::new(Damping { dim: 2, rate: 0.7 })).expect("2");
+    let mut all = discretisations(&driven);
+    all.extend(discretisations(&damped));
+    all.push(("kong-yang-circle".into(), Box::new(KongYangCircle::new(2))));
+    for (name, mut d) in all {
+        let at = Interval { t: 0.3, h: 0.4 };
+        let w = MomentumWeights { alpha: 0.7, beta: -1.3 };
+        let q0 = [0.7, -0.4];
+        let unknowns = d.interior() + d.dim();
+        let x: Vec<f64> = (0..unknowns).map(|i| q0[i % 2] + 0.1 * (1.7 * i as f64).sin()).collect();
+        let mut out = vec![0.0; unknowns];
+        let mut equations = |q0: &[f64], x: &[f64]| {
+            d.equations(at, q0, x, w, &mut out);
+            out.clone()
+        };
+        let in_x = differences(&mut |x| equations(&q0, x), &x, 1e-5);
+        let in_q0 = differences(&mut |q0| equations(q0, &x), &q0, 1e-5);
+        let mut exact = Jacobian::zeros(unknowns);
+        d.add_derivative(at, &q0, &x, w, &mut exact);
+        // Velocities of these paths are of order 1, their differences at 1e-5 good to 1e-8 of the largest entry.
+        assert_close(exact.as_dense(), &in_x, 1e-8, &name);
+        let mut exact = DMatrix::zeros(unknowns, 2);
+        d.add_start_derivative(at, &q0, &x, w, &mut exact);
+        assert_close(&exact, &in_q0, 1e-8, &name);
+    }
+}
+
+/// R in x_{k+1} = R x_k − x_{k−1} and the determinant of the one-step map (q, p) on the oscillator.
+fn recurrence(method: &mut dyn OneStep, tau: f64) -> (f64, f64) {
+    let mut column = |q: f64, p: f64| {
+        let (mut q, mut p) = ([q], [p]);
+        method.step(0.0, tau, &mut q, &mut p).expect("linear");
+        (q[0], p[0])
+    };
+    let (a, b) = (column(1.0, 0.0), column(0.0, 1.0));
+    (a.0 + b.1, a.0 * b.1 - a.1 * b.0)
+}
+
+#[test]
+fn oscillator_recurrences_are_those_of_the_paper() {
+    let l = AutoLagrangian::new(Oscillator);
+    let fitted = |m, family| Box::new(position_momentum(PathFitted::on(&l, family, m).expect("m ≥ 2")));
+    type Closed = fn(f64) -> f64;
+    // s = τ²; where the recurrence is stable, |R| < 2.
+    let cases: [(Box<dyn OneStep>, Closed); 8] = [
+        (fitted(2, NodeFamily::Equispaced), |s| (16.0 - 6.0 * s) / (8.0 + s)),
+        (Box::new(position_momentum(Midpoint::new(&l))), |s| (8.0 - 2.0 * s) / (4.0 + s)),
+        (fitted(3, NodeFamily::Equispaced), |s| (22.0 * s * s - 468.0 * s + 972.0) / (2.0 * s * s + 9.0 * s + 486.0)),
+        (fitted(4, NodeFamily::Equispaced), |s| {
+            (-150.0 * s.powi(3) + 9616.0 * s * s - 142848.0 * s + 294912.0)
+                / (9.0 * s.powi(3) - 184.0 * s * s + 2304.0 * s + 147456.0)
+        }),
+        (fitted(3, NodeFamily::Gauss), |s| (14.0 * s * s - 384.0 * s + 864.0) / (s * s + 24.0 * s + 432.0)),
+        (fitted(4, NodeFamily::Gauss), |s| {
+            (-26.0 * s.powi(3) + 2736.0 * s * s - 53280.0 * s + 115200.0)
+                / (s.powi(3) + 48.0 * s * s + 2160.0 * s + 57600.0)
+        }),
+        (Box::new(position_momentum(Trapezoidal::new(&l))), |s| 2.0 - s),
+        (Box::new(position_momentum(Galerkin::gauss(&l, 1).expect("s ≥ 1"))), |s| (8.0 - 2.0 * s) / (4.0 + s)),
+    ];
+    for (mut method, closed) in cases {
+        for tau in (1..=40).map(|i| 0.1 * f64::from(i)) {
+            let (trace, determinant) = recurrence(&mut *method, tau);
+            let exact = closed(tau * tau);
+            // The step equations lose up to m⁴/τ² of differentiation twice, with m ≤ 4 and τ ≥ 0.1, times a few ε.
+            let epsilon = 4.0 * EPS * (1.0 + 256.0 / (tau * tau)) * (1.0 + exact.abs());
+            assert_abs_diff_eq!(trace, exact, epsilon = epsilon);
+            assert_abs_diff_eq!(determinant, 1.0, epsilon = epsilon * (1.0 + exact.abs()));
+        }
+    }
+}
+
+#[test]
+fn bernstein_and_lagrange_paths_are_one_method() {
+    for m in 2..=5 {
+        let nodes = NodeFamily::Equispaced.interior(m).expect("m ≥ 2");
+        let l = AutoLagrangian::new(DoublePendulum);
+        let mut lagrange = position_momentum(PathFitted::new(&l, &nodes).expect("nodes"));
+        let mut bernstein = position_momentum(PathFitted::bernstein(&l, &nodes).expect("nodes"));
+        let (mut a, mut b) = (([1.0, 2.0], [0.3, -0.2]), ([1.0, 2.0], [0.3, -0.2]));
+        for k in 0..5 {
+            lagrange.step(0.1 * f64::from(k), 0.1, &mut a.0, &mut a.1).expect("short step");
+            bernstein.step(0.1 * f64::from(k), 0.1, &mut b.0, &mut b.1).expect("short step");
+        }
+        for i in 0..2 {
+            // Rounding of x, ε, is magnified by m²/h in a velocity; a few steps add up.
+            assert_abs_diff_eq!(a.0[i], b.0[i], epsilon = 1e3 * EPS);
+            assert_abs_diff_eq!(a.1[i], b.1[i], epsilon = 5e3 * EPS);
+        }
+    }
+}
+
+#[test]
+fn galerkin_of_degree_1_is_midpoint_and_trapezoidal() {
+    let l = AutoLagrangian::new(Driven);
+    let pairs: [(Box<dyn OneStep>, Box<dyn OneStep>); 2] = [
+        (
+            Box::new(position_momentum(Galerkin::gauss(&l, 1).expect("s = 1"))),
+            Box::new(position_momentum(Midpoint::new(&l))),
+        ),
+        (
+            Box::new(position_momentum(Galerkin::lobatto(&l, 1).expect("s = 1"))),
+            Box::new(position_momentum(Trapezoidal::new(&l))),
+        ),
+    ];
+    for (mut one, mut other) in pairs {
+        let (mut a, mut b) = (([0.7, -0.4], [0.2, 0.5]), ([0.7, -0.4], [0.2, 0.5]));
+        one.step(0.2, 0.1, &mut a.0, &mut a.1).expect("short step");
+        other.step(0.2, 0.1, &mut b.0, &mut b.1).expect("short step");
+        for i in 0..2 {
+            assert_abs_diff_eq!(a.0[i], b.0[i], epsilon = 16.0 * EPS);
+            assert_abs_diff_eq!(a.1[i], b.1[i], epsilon = 64.0 * EPS);
+        }
+    }
+}
+
+/// The momenta −D₁L_d and D₂L_d of a Galerkin step by differences of its action with the path fixed to be stationary.
+#[test]
+fn galerkin_momenta_are_the_derivatives_of_the_action() {
+    let l = AutoLagrangian::new(Driven);
+    let quadratures = [Quadrature::gauss(3), Quadrature::lobatto(4), Quadrature::radau(3), Quadrature::gauss(4)];
+    for quadrature in quadratures {
+        let mut method = position_momentum(Galerkin::new(&l, 3, &quadrature.expect("nodes")).expect("s = 3"));
+        let at = Interval { t: 0.3, h: 0.2 };
+        let (q0, p0) = ([0.7, -0.4], [0.2, 0.5]);
+        let (mut q1, mut p1) = (q0, p0);
+        let x = {
+            method.step(at.t, at.h, &mut q1, &mut p1).expect("short step");
+            method.unknowns().to_vec()
+        };
+        // Where the interior is stationary, moving q₁ alone has the effect of D₂L_d.
+        let d = method.discrete();
+        let mut action = |q0: &[f64], x: &[f64]| vec![d.action(at, q0, x)];
+        let in_x = differences(&mut |x| action(&q0, x), &x, 1e-5);
+        let in_q0 = differences(&mut |q0| action(q0, &x), &q0, 1e-5);
+        for i in 0..2 {
+            // e²/6 times third derivatives of h L, h (5/h)³ L_vvv where φ′ ≤ 5, and ε/e.
+            assert_abs_diff_eq!(in_x[4 + i], p1[i], epsilon = 1e-7);
+            assert_abs_diff_eq!(-in_q0[i], p0[i], epsilon = 1e-7);
+            assert_abs_diff_eq!(in_x[i], 0.0, epsilon = 1e-7);
+            assert_abs_diff_eq!(in_x[2 + i], 0.0, epsilon = 1e-7);
+        }
+    }
+}
+
+/// ‖DΦᵀ Ω DΦ − Ω‖ of one step.
+fn symplecticity_defect<D: DiscreteLegendre>(discrete: D, h: f64, q: &[f64], p: &[f64]) -> f64 {
+    let mut method = position_momentum(discrete);
+    let n = q.len();
+    let tangent = method.step_with_tangent(0.0, h, &mut q.to_vec(), &mut p.to_vec()).expect("short step");
+    let mut omega = DMatrix::zeros(2 * n, 2 * n);
+    for i in 0..n {
+        omega[(i, n + i)] = 1.0;
+        omega[(n + i, i)] = -1.0;
+    }
+    (tangent.transpose() * &omega * &tangent - &omega).amax()
+}
+
+#[test]
+fn tangents_are_the_derivatives_of_steps() {
+    let l = AutoLagrangian::new(ChargedParticle);
+    for (name, discrete) in discretisations(&l) {
+        let mut method = position_momentum(discrete);
+        let state = [0.6, -0.3, 0.4, 0.8];
+        let mut step = |s: &[f64]| {
+            let (mut q, mut p) = (s[..2].to_vec(), s[2..].to_vec());
+            method.step(0.0, 0.3, &mut q, &mut p).expect("short step");
+            [q, p].concat()
+        };
+        let expected = differences(&mut step, &state, 1e-5);
+        let (mut q, mut p) = (state[..2].to_vec(), state[2..].to_vec());
+        let tangent = method.step_with_tangent(0.0, 0.3, &mut q, &mut p).expect("short step");
+        assert_close(&tangent, &expected, 1e-8, &name);
+    }
+}
+
+/// Rounding of a tangent: differentiation m²/h ≤ 200 against entries of order 1, both ways.
+const SYMPLECTIC: f64 = 1e4 * EPS;
+
+#[test]
+fn galerkin_is_symplectic_for_every_lagrangian() {
+    let (particle, double) = (AutoLagrangian::new(ChargedParticle), AutoLagrangian::new(DoublePendulum));
+    for s in 1..=4 {
+        for h in [0.1, 0.2] {
+            let (q, p) = ([0.6, -0.3], [0.4, 0.8]);
+            for defect in [
+                symplecticity_defect(Galerkin::gauss(&particle, s).expect("s ≥ 1"), h, &q, &p),
+                symplecticity_defect(Galerkin::lobatto(&particle, s).expect("s ≥ 1"), h, &q, &p),
+                symplecticity_defect(Galerkin::gauss(&double, s).expect("s ≥ 1"), h, &q, &p),
+                symplecticity_defect(Galerkin::lobatto(&double, s).expect("s ≥ 1"), h, &q, &p),
+            ] {
+                assert!(defect < SYMPLECTIC, "s = {s}, h = {h}: {defect:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn path_fitting_is_symplectic_for_separable_lagrangians_on_gauss_nodes_only() {
+    let l = AutoLagrangian::new(systems::HenonHeiles);
+    let (q, p) = ([0.1, -0.2], [0.4, 0.3]);
+    for m in 2..=5 {
+        let defect = symplecticity_defect(PathFitted::on(&l, NodeFamily::Gauss, m).expect("m ≥ 2"), 0.2, &q, &p);
+        assert!(defect < SYMPLECTIC, "m = {m}: {defect:e}");
+    }
+    // Others have a defect of the size of their local error, here far above rounding.
+    for family in [NodeFamily::Equispaced, NodeFamily::Lobatto, NodeFamily::Chebyshev] {
+        for m in 3..=4 {
+            let defect = symplecticity_defect(PathFitted::on(&l, family, m).expect("m ≥ 2"), 0.4, &q, &p);
+            assert!(defect > 100.0 * SYMPLECTIC, "{family:?}, m = {m}: {defect:e}");
+        }
+    }
+}
+
+#[test]
+fn path_fitting_is_not_symplectic_in_a_magnetic_field() {
+    let l = AutoLagrangian::new(ChargedParticle);
+    let (q, p) = ([0.6, -0.3], [0.4, 0.8]);
+    for (m, exponent) in [(2, 3.0), (3, 5.0), (4, 7.0)] {
+        let defect = |h| symplecticity_defect(PathFitted::on(&l, NodeFamily::Gauss, m).expect("m ≥ 2"), h, &q, &p);
+        let slope = (defect(0.4) / defect(0.2)).log2();
+        assert!((slope - exponent).abs() < 0.3, "m = {m}: the defect falls like h^{slope:.2}");
+    }
+}
+
+/// Order between steps h and h/2 at t = 2 from 2 rad at rest, against a Galerkin solution of order 16.
+fn order<D: DiscreteLegendre>(mut discrete: impl FnMut() -> D, h: f64, initial: &State, truth: &[f64]) -> f64 {
+    let mut error = |h: f64| {
+        let trajectory = Trajectory::new(position_momentum(discrete()), initial.clone(), h, 2.0).expect("valid");
+        let end = trajectory.observe(|_| {}).expect("solvable");
+        let difference = end.q.iter().chain(&end.p).zip(truth).map(|(a, b)| (a - b).abs());
+        difference.fold(0.0, f64::max)
+    };
+    (error(h) / error(0.5 * h)).log2()
+}
+
+fn truth<L: LagrangianFn>(l: &AutoLagrangian<L>, initial: &State) -> Vec<f64> {
+    let method = position_momentum(Galerkin::gauss(l, 8).expect("s ≥ 1"));
+    let end = Trajectory::new(method, initial.clone(), 0.1, 2.0).expect("valid").observe(|_| {}).expect("solvable");
+    [end.q, end.p].concat()
+}
+
+#[test]
+fn orders_on_the_pendulum() {
+    let l = AutoLagrangian::new(Pendulum);
+    let initial = State::new(0.0, vec![2.0]);
+    let truth = truth(&l, &initial);
+    let mut wrong = Vec::new();
+    let mut check = |name: String, measured: f64, expected: usize| {
+        if (measured - expected as f64).abs() > 0.25 {
+            wrong.push(format!("{name}: {measured:.2} instead of {expected}"));
+        }
+    };
+    let families = [NodeFamily::Equispaced, NodeFamily::Gauss, NodeFamily::Lobatto, NodeFamily::Chebyshev];
+    for family in families {
+        for m in 2..=5 {
+            let expected = if family == NodeFamily::Gauss { 2 * (m - 1) } else { 2 * (m / 2) };
+            let h = if expected > 4 { 0.25 } else { 0.1 };
+            let measured = order(|| PathFitted::on(&l, family, m).expect("m ≥ 2"), h, &initial, &truth);
+            check(format!("{family:?}({m})"), measured, expected);
+        }
+    }
+    for s in 1..=3 {
+        let h = if s > 2 { 0.4 } else { 0.1 };
+        let gauss = order(|| Galerkin::gauss(&l, s).expect("s ≥ 1"), h, &initial, &truth);
+        check(format!("galerkin-gauss({s})"), gauss, 2 * s);
+        let lobatto = order(|| Galerkin::lobatto(&l, s).expect("s ≥ 1"), h, &initial, &truth);
+        check(format!("galerkin-lobatto({s})"), lobatto, 2 * s);
+    }
+    check("midpoint".into(), order(|| Midpoint::new(&l), 0.1, &initial, &truth), 2);
+    check("stormer-verlet".into(), order(|| Trapezoidal::new(&l), 0.1, &initial, &truth), 2);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
