@@ -1,13 +1,37 @@
 //! Every golden, one line each.
 
 use super::{Golden, Row, Tolerance, Truth};
+use crate::order;
 use crate::problems::poiseuille_series;
+use crate::studies::{self, Context};
 use std::error::Error;
 
 /// All goldens.
 #[must_use]
 pub fn all() -> Vec<Golden> {
-    vec![Golden::new("poiseuille-series", poiseuille_series)]
+    vec![Golden::new("poiseuille-series", poiseuille_series), Golden::new("orders", orders)]
+}
+
+/// The fitted orders of every pair whose truth is exact or tabulated.
+fn orders() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> {
+    let mut rows = Vec::new();
+    for pair in studies::orders::measure_all(&Context::SILENT)? {
+        if matches!(pair.truth, order::Truth::Numerical(_)) {
+            continue;
+        }
+        let fit = pair.fit?;
+        let key = format!("{} {}", pair.problem, pair.method);
+        rows.push(match fit.line {
+            Some(line) => {
+                let tolerance = Tolerance::absolute(0.01, "roundoff moves the finest error used by a tenth at most");
+                let truth =
+                    Truth { value: fit.expected.order, allowance: fit.expected.band, source: "theory".to_owned() };
+                Row::number(key, line.slope, tolerance).with_truth(truth)
+            }
+            None => Row::text(key, fit.reason),
+        });
+    }
+    Ok(rows)
 }
 
 fn poiseuille_series() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> {

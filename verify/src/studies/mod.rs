@@ -1,7 +1,7 @@
 //! The studies, one file each: a question, the computation that answers it, and what it found.
 
 mod cross_check;
-mod orders;
+pub(crate) mod orders;
 
 use std::error::Error;
 

@@ -17,21 +17,22 @@ pub(super) const STUDY: Study = Study {
     run,
 };
 
-/// One pair of problem and method.
-struct Measured {
-    problem: &'static str,
-    method: String,
-    truth: Truth,
-    fit: Result<OrderFit, OrderError>,
+/// The order of one method on one problem.
+pub(crate) struct Measured {
+    pub(crate) problem: &'static str,
+    pub(crate) method: String,
+    pub(crate) truth: Truth,
+    pub(crate) fit: Result<OrderFit, OrderError>,
 }
 
-fn run(context: &Context) -> Result<Evidence, StudyError> {
+/// Measures every method on every problem.
+pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError> {
     let pairs: Vec<_> = problems::ALL
         .iter()
         .flat_map(|spec| methods::examples().into_iter().map(move |method| (spec.name, method)))
         .collect();
     (context.announce)(pairs.len() as u64);
-    let measured: Vec<Measured> = pairs
+    pairs
         .into_par_iter()
         .map(|(name, method)| {
             let problem = problems::build(name, &[])?;
@@ -40,7 +41,11 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             (context.tick)();
             Ok(Measured { problem: name, method: method.name(), truth, fit })
         })
-        .collect::<Result<_, StudyError>>()?;
+        .collect()
+}
+
+fn run(context: &Context) -> Result<Evidence, StudyError> {
+    let measured = measure_all(context)?;
     Ok(Evidence {
         checks: measured.iter().map(check).collect(),
         tables: vec![orders(&measured), points(&measured)],
