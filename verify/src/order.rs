@@ -22,13 +22,13 @@ pub enum Truth {
 }
 
 /// A kind of truth, by the name that the command line gives it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Source {
-    /// `exact`: the solution in closed form, or tabulated to double precision.
+    /// The exact solution, in closed form or tabulated to double precision.
     Exact,
-    /// `cvode`.
+    /// SUNDIALS CVODE at tight tolerances.
     Cvode,
-    /// `diffsol`.
+    /// diffsol at tight tolerances.
     Diffsol,
 }
 
@@ -45,10 +45,11 @@ impl Source {
         }
     }
 
-    /// The solver of this kind that is most accurate on `problem`.
-    pub fn truth(self, problem: &dyn Problem) -> Truth {
+    /// What this kind is for `method` on `problem`: the exact solution in its better form, or the most accurate solver.
+    pub fn truth(self, problem: &dyn Problem, method: &dyn Method) -> Truth {
+        let is_tabulated = || problem.tabulated(problem.order_plan(method).horizon).is_some();
         let name = match (self, problem.is_stiff()) {
-            (Self::Exact, _) if problem.exact(0.0).is_none() => return Truth::Tabulated,
+            (Self::Exact, _) if is_tabulated() => return Truth::Tabulated,
             (Self::Exact, _) => return Truth::Exact,
             (Self::Cvode, true) => "cvode-bdf",
             (Self::Cvode, false) => "cvode-adams",

@@ -1,5 +1,7 @@
 //! One run of one method on one problem.
 
+use std::ops::ControlFlow;
+
 use lsvi::{InputError, State, StepError, Trajectory};
 
 use crate::methods::{BuildError, Method};
@@ -35,14 +37,33 @@ pub fn run(
     t_end: f64,
     mut observe: impl FnMut(&State),
 ) -> Result<State, RunError> {
+    run_while(problem, method, h, t_end, |state| {
+        observe(state);
+        ControlFlow::Continue(())
+    })
+}
+
+/// The same, but ends early, without error, once `observe` breaks.
+///
+/// # Errors
+/// As for [`run`].
+pub fn run_while(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    h: f64,
+    t_end: f64,
+    mut observe: impl FnMut(&State) -> ControlFlow<()>,
+) -> Result<State, RunError> {
     let initial = State::new(0.0, problem.initial());
     let mut trajectory = Trajectory::new(method.build(problem)?, initial, h, t_end)?;
-    observe(trajectory.state());
-    while let Some(state) = trajectory.step()? {
+    let mut flow = observe(trajectory.state());
+    while flow.is_continue()
+        && let Some(state) = trajectory.step()?
+    {
         if state.q.iter().any(|x| !x.is_finite()) {
             return Err(RunError::NonFinite(state.t));
         }
-        observe(state);
+        flow = observe(state);
     }
     Ok(trajectory.state().clone())
 }

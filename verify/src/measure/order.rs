@@ -15,6 +15,8 @@
 //!    band. Errors that grow at each of the last refinements, or into
 //!    overflow, **fail**, window or not.
 
+use std::fmt;
+
 use crate::evidence::Outcome;
 
 /// Fewest points in a fit: three local slopes to agree, two degrees of freedom for the standard error.
@@ -102,6 +104,16 @@ pub enum Reason {
     StepFailed(String),
 }
 
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::PreAsymptotic => f.write_str("pre-asymptotic"),
+            Self::AtFloor => f.write_str("at the floor"),
+            Self::StepFailed(why) => f.write_str(why),
+        }
+    }
+}
+
 /// The decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
@@ -167,6 +179,16 @@ pub struct OrderFit {
     pub verdict: Verdict,
     /// The decision in words, with its numbers.
     pub reason: String,
+}
+
+impl OrderFit {
+    /// All points, coarse to fine, with the reason why one is not in the fit.
+    pub fn points(&self) -> Vec<(&Sample, Option<&Reason>)> {
+        let dropped = self.dropped.iter().map(|(sample, reason)| (sample, Some(reason)));
+        let mut points: Vec<_> = self.kept.iter().map(|sample| (sample, None)).chain(dropped).collect();
+        points.sort_by(|a, b| b.0.h.total_cmp(&a.0.h));
+        points
+    }
 }
 
 /// A usable point in logarithms.

@@ -134,9 +134,20 @@ pub const ALL: &[Spec] = &[
     prothero_robinson::SPEC,
 ];
 
-/// Other names: alias, name, and the parameter that it sets.
-const ALIASES: &[(&str, &str, (&str, &str))] =
-    &[("poiseuille-galerkin", "poiseuille-ansatz", ("reduction", "galerkin"))];
+/// Another name for a problem with one parameter set.
+#[derive(Debug, Clone, Copy)]
+pub struct Alias {
+    /// The other name.
+    pub name: &'static str,
+    /// The problem's own name.
+    pub problem: &'static str,
+    /// The parameter and its value.
+    pub set: (&'static str, &'static str),
+}
+
+/// All other names.
+pub const ALIASES: &[Alias] =
+    &[Alias { name: "poiseuille-galerkin", problem: "poiseuille-ansatz", set: ("reduction", "galerkin") }];
 
 /// The problem `name` with the parameters `set`.
 ///
@@ -145,12 +156,12 @@ const ALIASES: &[(&str, &str, (&str, &str))] =
 pub fn build(name: &str, set: &[(String, String)]) -> Result<Box<dyn Problem>, NameError> {
     let mut set = set.to_vec();
     let mut target = name;
-    if let Some((_, aliased, (parameter, value))) = ALIASES.iter().find(|(alias, ..)| *alias == name) {
-        target = aliased;
-        set.insert(0, ((*parameter).into(), (*value).into()));
+    if let Some(alias) = ALIASES.iter().find(|alias| alias.name == name) {
+        target = alias.problem;
+        set.insert(0, (alias.set.0.into(), alias.set.1.into()));
     }
     let spec = ALL.iter().find(|spec| spec.name == target).ok_or_else(|| {
-        let known = ALL.iter().map(|spec| spec.name).chain(ALIASES.iter().map(|(alias, ..)| *alias));
+        let known = ALL.iter().map(|spec| spec.name).chain(ALIASES.iter().map(|alias| alias.name));
         NameError::unknown("problem", name, known)
     })?;
     (spec.build)(&Parameters::new(spec.parameters, &set)?)

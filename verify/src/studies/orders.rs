@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
-use crate::measure::order::{OrderFit, Reason, Sample, Verdict};
+use crate::measure::order::{OrderFit, Verdict};
 use crate::methods;
 use crate::order::{OrderError, Source, Truth, measure};
 use crate::problems;
@@ -36,7 +36,7 @@ pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError
         .into_par_iter()
         .map(|(name, method)| {
             let problem = problems::build(name, &[])?;
-            let truth = Source::default_for(&*problem, &*method).truth(&*problem);
+            let truth = Source::default_for(&*problem, &*method).truth(&*problem, &*method);
             let fit = measure(&*problem, &*method, truth);
             (context.tick)();
             Ok(Measured { problem: name, method: method.name(), truth, fit })
@@ -128,17 +128,7 @@ fn points(measured: &[Measured]) -> Table {
     let mut rows = Vec::new();
     for pair in measured {
         let Ok(fit) = &pair.fit else { continue };
-        let mut all: Vec<(&Sample, String)> = fit.kept.iter().map(|sample| (sample, "kept".into())).collect();
-        all.extend(fit.dropped.iter().map(|(sample, reason)| {
-            let words = match reason {
-                Reason::PreAsymptotic => "pre-asymptotic".into(),
-                Reason::AtFloor => "at the floor".into(),
-                Reason::StepFailed(why) => why.clone(),
-            };
-            (sample, words)
-        }));
-        all.sort_by(|a, b| b.0.h.total_cmp(&a.0.h));
-        for (sample, use_) in all {
+        for (sample, reason) in fit.points() {
             let value = |f: fn(&crate::measure::order::Measured) -> f64| match &sample.result {
                 Ok(m) if f(m).is_finite() => Cell::Number(f(m)),
                 _ => Cell::Empty,
@@ -149,7 +139,7 @@ fn points(measured: &[Measured]) -> Table {
                 Cell::Number(sample.h),
                 value(|m| m.error),
                 value(|m| m.floor),
-                Cell::Text(use_),
+                Cell::Text(reason.map_or_else(|| "kept".into(), ToString::to_string)),
             ]);
         }
     }

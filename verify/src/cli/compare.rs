@@ -1,0 +1,73 @@
+//! `compare`: every solver of a problem against every other.
+
+use std::io::{self, Write};
+
+use verify::compare::cross_check;
+use verify::evidence::{Cell, Evidence, Outcome, Table};
+
+use super::Status;
+use super::args::ProblemArgs;
+use super::error::Failure;
+use super::layout::{left, paragraph, right, significant, width};
+use super::output::Output;
+
+/// Solve a problem by every method and reference and compare the answers.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Each solver gives a bound on its own error: the references from two tolerances,
+the methods from two step sizes. Its answer must be no further from the truth,
+the exact solution or the best reference, than the bounds of both allow.
+
+Examples:
+  verify compare --problem logistic
+  verify compare --problem poiseuille-galerkin --set gamma=1
+
+Exit status: 0 all agree, 1 some do not, 2 bad usage.")]
+pub(super) struct Args {
+    #[command(flatten)]
+    problem: ProblemArgs,
+}
+
+pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let problem = args.problem.build()?;
+    let evidence = cross_check(&args.problem.name, &*problem);
+    show(&evidence, out).map_err(Failure::Output)?;
+    let has_failed = evidence.checks.iter().any(|check| check.outcome == Outcome::Fail);
+    Ok(if has_failed { Status::Failed } else { Status::Ok })
+}
+
+fn show(evidence: &Evidence, out: &mut impl Write) -> io::Result<()> {
+    for table in &evidence.tables {
+        paragraph(out, "", 0, &table.caption)?;
+        writeln!(out)?;
+        show_table(table, out)?;
+    }
+    let count = |outcome| evidence.checks.iter().filter(|check| check.outcome == outcome).count();
+    let [pass, fail, open, not_run] = [Outcome::Pass, Outcome::Fail, Outcome::Inconclusive, Outcome::NotRun].map(count);
+    writeln!(out, "\n{pass} agree, {fail} do not, {open} inconclusive, {not_run} not run")
+}
+
+/// Columns as wide as their cells, numbers to the right; the last is text and takes what is left of the line.
+fn show_table(table: &Table, out: &mut impl Write) -> io::Result<()> {
+    let rows: Vec<Vec<String>> = table.rows.iter().map(|row| row.iter().map(text).collect()).collect();
+    let is_number = |j: usize| table.rows.iter().any(|row| matches!(row[j], Cell::Number(_) | Cell::Integer(_)));
+    let last = table.columns.len() - 1;
+    let widths: Vec<usize> = (0..last)
+        .map(|j| rows.iter().map(|row| &row[j]).chain([&table.columns[j]]).map(|s| width(s)).max().unwrap_or(0))
+        .collect();
+    for row in [&table.columns].into_iter().chain(&rows) {
+        let cells = (0..last).map(|j| if is_number(j) { right(&row[j], widths[j]) } else { left(&row[j], widths[j]) });
+        let label: String = cells.map(|cell| cell + "  ").collect();
+        paragraph(out, &label, width(&label), &row[last])?;
+    }
+    Ok(())
+}
+
+fn text(cell: &Cell) -> String {
+    match cell {
+        Cell::Text(text) => text.clone(),
+        Cell::Number(x) => significant(*x, 2),
+        Cell::Integer(n) => n.to_string(),
+        Cell::Empty => "—".into(),
+    }
+}

@@ -1,0 +1,86 @@
+//! What can go wrong, the exit status that says so, and a hint at the remedy.
+
+use std::io;
+use std::path::PathBuf;
+
+use lsvi::{InputError, SolveError, StepError};
+use verify::golden::GoldenError;
+use verify::methods::BuildError;
+use verify::names::NameError;
+use verify::order::OrderError;
+use verify::references::ReferenceError;
+use verify::report::ReportError;
+use verify::run::RunError;
+
+/// Why a command did not run to its end.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Failure {
+    #[error(transparent)]
+    Name(#[from] NameError),
+    #[error("{problem} by {method}: {source}")]
+    Run { problem: String, method: String, source: RunError },
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    #[error(transparent)]
+    Order(#[from] OrderError),
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+    #[error("cannot write {}: {source}", path.display())]
+    Write { path: PathBuf, source: io::Error },
+    #[error("cannot write to standard output: {0}")]
+    Output(#[source] io::Error),
+}
+
+impl Failure {
+    /// Exit status: 2 where the command asks for something that does not exist, 1 where it was tried and failed. `golden` is
+    /// like diff(1), where 1 says that files differ and 2 that they could not be compared.
+    pub(super) fn status(&self) -> u8 {
+        match self {
+            Self::Name(_)
+            | Self::Build(_)
+            | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
+            | Self::Order(OrderError::NoExact)
+            | Self::Golden(_) => 2,
+            _ => 1,
+        }
+    }
+
+    pub(super) fn hint(&self) -> Option<String> {
+        let text = match self {
+            Self::Name(error) => return name_hint(error),
+            Self::Run { source, .. } => return run_hint(source).map(str::to_owned),
+            Self::Order(OrderError::NoExact) => "`--reference cvode` or `--reference diffsol`",
+            Self::Order(OrderError::Reference(ReferenceError::Unavailable(_))) => {
+                "build with the feature `cvode`, or use `--reference diffsol`"
+            }
+            _ => return None,
+        };
+        Some(text.into())
+    }
+}
+
+fn name_hint(error: &NameError) -> Option<String> {
+    match error {
+        NameError::Unknown { kind: "parameter", .. } => {
+            Some("`verify list problems` shows the parameters of each problem".into())
+        }
+        NameError::Unknown { kind, .. } => Some(format!("`verify list` shows every {kind}")),
+        NameError::Value { .. } => Some("`verify list problems` says what a parameter means".into()),
+        _ => None,
+    }
+}
+
+fn run_hint(error: &RunError) -> Option<&'static str> {
+    match error {
+        RunError::Input(InputError::StepSize(_)) => Some("for example `--h 0.1`"),
+        RunError::Input(InputError::EndTime { .. }) => Some("runs start at t = 0; for example `--t-end 10`"),
+        RunError::Input(InputError::Unresolvable { .. }) => Some("use a larger `--h`"),
+        RunError::Step(StepError::Solve { source: SolveError::Singular, .. }) => {
+            Some("no step size helps; another method may: `verify list methods`")
+        }
+        RunError::Step(_) | RunError::NonFinite(_) => Some("a smaller `--h` may help"),
+        _ => None,
+    }
+}

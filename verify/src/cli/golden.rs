@@ -1,0 +1,57 @@
+//! `golden`: the frozen numbers.
+
+use std::env;
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use verify::golden::{self, Action, GoldenError};
+
+use super::Status;
+use super::error::Failure;
+use super::output::Output;
+
+/// Hold the golden files against what the code computes now.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A golden row has a value, a tolerance, its provenance and where known the truth.
+A value that is wrong is never written, and a file that no golden produces
+counts as a difference.
+
+Examples:
+  verify golden check
+  verify golden diff       each row that differs, toward or away from the truth
+  verify golden refresh    the same, then write the files
+
+Exit status: 0 nothing differs, or all was refreshed, 1 otherwise, 2 trouble
+with the files or bad usage.")]
+pub(super) struct Args {
+    #[command(subcommand)]
+    command: Command,
+
+    /// The golden files [default: golden/ of the workspace]
+    #[arg(long, global = true)]
+    dir: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, Subcommand)]
+enum Command {
+    /// Say of each golden whether it holds
+    Check,
+    /// Show the rows that differ
+    Diff,
+    /// Show the rows that differ, then bring the files up to date
+    Refresh,
+}
+
+pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let action = match args.command {
+        Command::Check => Action::Check,
+        Command::Diff => Action::Diff,
+        Command::Refresh => Action::Refresh,
+    };
+    let dir = match &args.dir {
+        Some(dir) => dir.clone(),
+        None => golden::find_dir(&env::current_dir().map_err(GoldenError::Output)?)?,
+    };
+    Ok(if golden::run(action, &dir, &golden::all(), out)? { Status::Ok } else { Status::Failed })
+}

@@ -1,0 +1,93 @@
+//! `list`: what there is, by name.
+
+use std::io::{self, Write};
+
+use clap::ValueEnum;
+use verify::{methods, problems, references, studies};
+
+use super::Status;
+use super::error::Failure;
+use super::layout::{left, paragraph};
+use super::output::Output;
+
+/// Show the problems, methods, references and studies by name.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Examples:
+  verify list             everything
+  verify list problems    names, equations, and parameters with their defaults
+  verify list methods     names as `--method` takes them")]
+pub(super) struct Args {
+    /// problems, methods, references or studies; all if not given
+    #[arg(hide_possible_values = true)]
+    kind: Option<Kind>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    Problems,
+    Methods,
+    References,
+    Studies,
+}
+
+pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let one = |kind, out: &mut Output| match kind {
+        Kind::Problems => list_problems(out),
+        Kind::Methods => list_methods(out),
+        Kind::References => list_references(out),
+        Kind::Studies => list_studies(out),
+    };
+    let all = |out: &mut Output| -> io::Result<()> {
+        for (i, kind) in Kind::value_variants().iter().enumerate() {
+            let heading = kind.to_possible_value().map_or_else(String::new, |value| value.get_name().to_uppercase());
+            writeln!(out, "{}{heading}\n", if i == 0 { "" } else { "\n" })?;
+            one(*kind, out)?;
+        }
+        Ok(())
+    };
+    match args.kind {
+        Some(kind) => one(kind, out),
+        None => all(out),
+    }
+    .map_err(Failure::Output)?;
+    Ok(Status::Ok)
+}
+
+fn list_problems(out: &mut Output) -> io::Result<()> {
+    for spec in problems::ALL {
+        writeln!(out, "{}", spec.name)?;
+        paragraph(out, "", 4, spec.summary)?;
+        for parameter in spec.parameters {
+            let label = format!("    {}", left(&format!("{}={}", parameter.name, parameter.default), 20));
+            paragraph(out, &label, 26, parameter.meaning)?;
+        }
+        for alias in problems::ALIASES.iter().filter(|alias| alias.problem == spec.name) {
+            let (parameter, value) = alias.set;
+            writeln!(out, "    also called {} with {parameter}={value}", alias.name)?;
+        }
+    }
+    Ok(())
+}
+
+fn list_methods(out: &mut Output) -> io::Result<()> {
+    methods::ALL.iter().try_for_each(|spec| paragraph(out, spec.form, 20, spec.summary))
+}
+
+fn list_references(out: &mut Output) -> io::Result<()> {
+    paragraph(out, "exact", 20, "the solution in closed form or tabulated, where the problem has one")?;
+    for reference in references::all() {
+        let library = reference.library().unwrap_or_else(|| "not compiled in: needs the feature `cvode`".into());
+        let use_for = if reference.stiff_ok() { "stiff and non-stiff problems" } else { "non-stiff problems" };
+        paragraph(out, reference.name(), 20, &format!("{library}; {use_for}"))?;
+    }
+    Ok(())
+}
+
+fn list_studies(out: &mut Output) -> io::Result<()> {
+    for study in studies::ALL {
+        paragraph(out, study.id, 20, &format!("{}. {}", study.title, study.source))?;
+        paragraph(out, "", 20, study.question)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! Arguments, subcommands, exit statuses.
+
+mod args;
+mod compare;
+mod error;
+mod golden;
+mod layout;
+mod list;
+mod order;
+mod output;
+mod replacement;
+mod report;
+mod solve;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use error::Failure;
+use output::Output;
+
+/// Integrate, measure and verify: the methods of lsvi on the papers' problems
+/// against exact solutions, CVODE and diffsol.
+#[derive(Debug, Parser)]
+#[command(version, verbatim_doc_comment, arg_required_else_help = true, after_help = AFTER_HELP)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  verify list problems
+  verify solve --problem logistic --method method-i --h 0.1 --t-end 10
+  verify order --problem van-der-pol --method bdf2
+  verify report
+
+Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage;
+`order` has 3 for an inconclusive measurement.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Report(report::Args),
+    List(list::Args),
+    Solve(solve::Args),
+    Order(order::Args),
+    Compare(compare::Args),
+    Golden(golden::Args),
+}
+
+/// What became of a command that ran to its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Status {
+    /// All is well.
+    Ok,
+    /// A check failed.
+    Failed,
+    /// The data do not decide.
+    Inconclusive,
+}
+
+impl From<Status> for ExitCode {
+    fn from(status: Status) -> Self {
+        Self::from(match status {
+            Status::Ok => 0,
+            Status::Failed => 1,
+            Status::Inconclusive => 3,
+        })
+    }
+}
+
+pub(crate) fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let mut out = Output::stdout();
+    let result = match cli.command {
+        Command::Report(args) => report::run(&args, &mut out),
+        Command::List(args) => list::run(&args, &mut out),
+        Command::Solve(args) => solve::run(&args, &mut out),
+        Command::Order(args) => order::run(&args, &mut out),
+        Command::Compare(args) => compare::run(&args, &mut out),
+        Command::Golden(args) => golden::run(&args, &mut out),
+    };
+    // What was printed until an error stands, and comes before the message.
+    match out.flush().map_err(Failure::Output).and(result) {
+        Ok(status) => status.into(),
+        Err(failure) => {
+            // Nobody can be told where standard error is closed too.
+            let _ = writeln!(io::stderr(), "error: {failure}");
+            if let Some(hint) = failure.hint() {
+                let _ = writeln!(io::stderr(), "hint: {hint}");
+            }
+            ExitCode::from(failure.status())
+        }
+    }
+}

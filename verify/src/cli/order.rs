@@ -1,0 +1,184 @@
+//! `order`: an order of accuracy, measured.
+
+use std::io::{self, Write};
+
+use clap::ValueEnum;
+use serde::Serialize;
+use verify::evidence::Outcome;
+use verify::measure::order::{OrderFit, Reason, Sample, Verdict};
+use verify::methods;
+use verify::order::{Source, Truth, measure};
+
+use super::Status;
+use super::args::ProblemArgs;
+use super::error::Failure;
+use super::layout::{number, paragraph, right, significant};
+use super::output::Output;
+
+/// Measure the order of a method on a problem and judge it.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+The errors at the end of a run are fitted against h. The verdict is pass, fail
+or inconclusive: the order must be the expected one within a two-sided band,
+and the table says which points decided and why the others did not. The order
+expected belongs to the pair of method and problem; where it is not the nominal
+one, the reason is given.
+
+The default reference is the exact solution where it is known, else CVODE (or
+diffsol in a build without it). A solver is run at two tolerances; the bound on
+its error that follows is part of an error's floor.
+
+JSON, one object: problem, method, reference, expected {order, band},
+declared {nominal, reason} or null, slope, stderr, r_squared (null where there
+is no fit), verdict (pass, fail, inconclusive), reason, and points, coarse to
+fine, each {h, error, floor, local_order, kept, reason}. error and floor are
+null where the run failed. local_order is taken with the next coarser point;
+null where there is none. reason says why a point was dropped, else it is null.
+
+Examples:
+  verify order --problem quadratic-drag --method method-i
+  verify order --problem van-der-pol --method rk4 --reference diffsol
+  verify order --problem logistic --method bdf2 --format json
+
+Exit status: 0 pass, 1 fail, 2 bad usage, 3 inconclusive.")]
+pub(super) struct Args {
+    #[command(flatten)]
+    problem: ProblemArgs,
+
+    /// Name of the method; `verify list methods` shows all
+    #[arg(long, value_name = "M")]
+    method: String,
+
+    /// What errors are measured against
+    #[arg(long, value_name = "R", value_enum)]
+    reference: Option<Source>,
+
+    /// Form of the result
+    #[arg(long, value_name = "FORM", value_enum, default_value_t = Format::Table)]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Table,
+    Json,
+}
+
+pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let problem = args.problem.build()?;
+    let method = methods::parse(&args.method)?;
+    // A method that does not apply would otherwise show as a failure at each step size.
+    method.build(&*problem)?;
+    let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
+    let truth = source.truth(&*problem, &*method);
+    let fit = measure(&*problem, &*method, truth)?;
+    let result = Measurement::new(&args.problem.name, method.name(), truth, &fit);
+    match args.format {
+        Format::Table => result.write_table(out),
+        Format::Json => result.write_json(out),
+    }
+    .map_err(Failure::Output)?;
+    Ok(match fit.verdict {
+        Verdict::Pass => Status::Ok,
+        Verdict::Fail => Status::Failed,
+        Verdict::Inconclusive => Status::Inconclusive,
+    })
+}
+
+/// The result in the form that JSON has; the help states the schema.
+#[derive(Debug, Serialize)]
+struct Measurement<'a> {
+    problem: &'a str,
+    method: String,
+    reference: String,
+    expected: Expected,
+    declared: Option<Declared<'a>>,
+    slope: Option<f64>,
+    stderr: Option<f64>,
+    r_squared: Option<f64>,
+    verdict: Outcome,
+    reason: &'a str,
+    points: Vec<Point>,
+}
+
+#[derive(Debug, Serialize)]
+struct Expected {
+    order: f64,
+    band: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Declared<'a> {
+    nominal: f64,
+    reason: &'a str,
+}
+
+#[derive(Debug, Serialize)]
+struct Point {
+    h: f64,
+    error: Option<f64>,
+    floor: Option<f64>,
+    local_order: Option<f64>,
+    kept: bool,
+    reason: Option<String>,
+}
+
+impl<'a> Measurement<'a> {
+    fn new(problem: &'a str, method: String, truth: Truth, fit: &'a OrderFit) -> Self {
+        let point = |(sample, reason): (&Sample, Option<&Reason>)| {
+            let measured = sample.result.as_ref().ok();
+            Point {
+                h: sample.h,
+                error: measured.map(|m| m.error),
+                floor: measured.map(|m| m.floor),
+                local_order: fit.local_slopes.iter().find(|local| local.fine == sample.h).map(|local| local.slope),
+                kept: reason.is_none(),
+                reason: reason.map(Reason::to_string),
+            }
+        };
+        let declared = fit.expected.declared.as_ref();
+        Self {
+            problem,
+            method,
+            reference: truth.to_string(),
+            expected: Expected { order: fit.expected.order, band: fit.expected.band },
+            declared: declared.map(|d| Declared { nominal: d.nominal, reason: &d.reason }),
+            slope: fit.line.map(|line| line.slope),
+            stderr: fit.line.map(|line| line.stderr),
+            r_squared: fit.line.map(|line| line.r_squared),
+            verdict: fit.verdict.into(),
+            reason: &fit.reason,
+            points: fit.points().into_iter().map(point).collect(),
+        }
+    }
+
+    fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
+        serde_json::to_writer_pretty(&mut *out, self)?;
+        writeln!(out)
+    }
+
+    fn write_table(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "{} on {}, errors against {}\n", self.method, self.problem, self.reference)?;
+        writeln!(out, "{:>11} {:>11} {:>9} {:>7}  in the fit", "h", "error", "floor", "order")?;
+        for point in &self.points {
+            let cell = |x: Option<f64>, digits| x.map_or_else(|| "—".into(), |x| significant(x, digits));
+            let order = point.local_order.map_or_else(|| "—".into(), |x| format!("{x:.3}"));
+            let label = format!(
+                "{} {} {} {}  ",
+                right(&number(point.h), 11),
+                right(&cell(point.error, 5), 11),
+                right(&cell(point.floor, 2), 9),
+                right(&order, 7)
+            );
+            let fate = point.reason.as_ref().map_or_else(|| "yes".into(), |reason| format!("no: {reason}"));
+            paragraph(out, &label, 43, &fate)?;
+        }
+        writeln!(out)?;
+        let verdict = match self.verdict {
+            Outcome::Pass => "PASS",
+            Outcome::Fail => "FAIL",
+            Outcome::Inconclusive | Outcome::NotRun => "INCONCLUSIVE",
+        };
+        paragraph(out, &format!("{verdict}: "), verdict.len() + 2, self.reason)
+    }
+}

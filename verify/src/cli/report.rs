@@ -1,0 +1,143 @@
+//! `report`: every study, one report.
+
+use std::any::Any;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+use verify::names::NameError;
+use verify::references;
+use verify::report::{self, Chapter, Run};
+use verify::studies::{self, Context, Study};
+
+use super::Status;
+use super::error::Failure;
+use super::output::Output;
+
+/// Run every study and write the report.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Writes index.html (one self-contained file), report.md, results.json, junit.xml
+and data/*.csv, and ends with a summary. A study that breaks off is reported as
+such; the others still run.
+
+Examples:
+  verify report
+  verify report --out /tmp/report --only orders
+
+Exit status: 0 no check failed, 1 a check failed or a study broke off, 2 bad
+usage.")]
+pub(super) struct Args {
+    /// Directory to write to
+    #[arg(long, value_name = "DIR", default_value = "target/report")]
+    out: PathBuf,
+
+    /// Run this study alone; repeatable, see `verify list studies`
+    #[arg(long, value_name = "STUDY")]
+    only: Vec<String>,
+}
+
+pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let studies = selected(&args.only)?;
+    let run = Run::new(chapters(&studies), provenance());
+    report::write(&run, &args.out)?;
+    let summary = report::summary(&run, report::wants_color());
+    write!(out, "{summary}").map_err(Failure::Output)?;
+    writeln!(out, "The report is in {}", args.out.join("index.html").display()).map_err(Failure::Output)?;
+    Ok(if run.counts().is_ok() { Status::Ok } else { Status::Failed })
+}
+
+/// The studies of these names in the order of the report; all of them if there are none.
+fn selected(names: &[String]) -> Result<Vec<Study>, NameError> {
+    let ids = || studies::ALL.iter().map(|study| study.id);
+    if let Some(name) = names.iter().find(|name| ids().all(|id| id != *name)) {
+        return Err(NameError::unknown("study", name, ids()));
+    }
+    let is_selected = |study: &&Study| names.is_empty() || names.iter().any(|name| name == study.id);
+    Ok(studies::ALL.iter().filter(is_selected).copied().collect())
+}
+
+/// Runs the studies side by side, with their progress on a terminal.
+fn chapters(studies: &[Study]) -> Vec<Chapter> {
+    // Hidden where standard error is no terminal.
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed}") {
+        bar.set_style(style);
+    }
+    let (announce, tick) = (|count| bar.inc_length(count), || bar.inc(1));
+    let context = Context { announce: &announce, tick: &tick };
+    let chapters = studies.par_iter().map(|study| chapter(study, &context)).collect();
+    bar.finish_and_clear();
+    chapters
+}
+
+/// What a study found, or why it broke off: one broken study must not take the others with it.
+fn chapter(study: &Study, context: &Context) -> Chapter {
+    let result = catch_unwind(AssertUnwindSafe(|| (study.run)(context)));
+    let (evidence, error) = match result {
+        Ok(Ok(evidence)) => (evidence, None),
+        Ok(Err(error)) => (Default::default(), Some(error.to_string())),
+        Err(payload) => (Default::default(), Some(format!("it panicked: {}", panic_message(&*payload)))),
+    };
+    Chapter {
+        id: study.id.into(),
+        title: study.title.into(),
+        question: study.question.into(),
+        source: study.source.into(),
+        evidence,
+        error,
+    }
+}
+
+fn panic_message(payload: &(dyn Any + Send)) -> &str {
+    let text = payload.downcast_ref::<String>().map(String::as_str);
+    text.or(payload.downcast_ref::<&str>().copied()).unwrap_or("no message")
+}
+
+/// What the numbers were computed with.
+fn provenance() -> Vec<(String, String)> {
+    let library = |name| references::by_name(name).and_then(|reference| reference.library());
+    [
+        ("verify", env!("CARGO_PKG_VERSION").to_owned()),
+        ("compiler", env!("VERIFY_RUSTC").to_owned()),
+        ("target", env!("VERIFY_TARGET").to_owned()),
+        ("profile", env!("VERIFY_PROFILE").to_owned()),
+        ("CVODE", library("cvode-bdf").unwrap_or_else(|| "not compiled in (feature `cvode`)".into())),
+        ("diffsol", library("diffsol-bdf").unwrap_or_else(|| "not compiled in".into())),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use verify::evidence::Evidence;
+
+    #[test]
+    fn a_study_that_breaks_off_leaves_the_others_alone() {
+        let study = |id, run| Study { id, title: "", question: "", source: "", run };
+        let studies = [
+            study("fails", |_| Err("no luck".into())),
+            study("panics", |_| panic!("index {} out of range", 7)),
+            study("works", |context| {
+                (context.announce)(1);
+                (context.tick)();
+                Ok(Evidence { notes: vec!["found".into()], ..Evidence::default() })
+            }),
+        ];
+        let chapters = chapters(&studies);
+        let errors: Vec<_> = chapters.iter().map(|chapter| chapter.error.as_deref()).collect();
+        assert_eq!(errors, [Some("no luck"), Some("it panicked: index 7 out of range"), None]);
+        assert_eq!(chapters[2].evidence.notes, ["found"]);
+    }
+
+    #[test]
+    fn provenance_is_known() {
+        for (name, value) in provenance() {
+            assert!(!value.is_empty() && value != "unknown", "{name}: {value}");
+        }
+    }
+}

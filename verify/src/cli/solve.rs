@@ -1,0 +1,208 @@
+//! `solve`: one method on one problem, as rows.
+
+mod table;
+
+use std::io::{self, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use lsvi::{Grid, State};
+use verify::methods::{self, Method};
+use verify::problems::Problem;
+use verify::run::{RunError, distance, run_while};
+
+use super::Status;
+use super::args::ProblemArgs;
+use super::error::Failure;
+use super::layout::{number, plain};
+use super::output::Output;
+use super::replacement::Replacement;
+use table::Table;
+
+/// Integrate a problem and show or write the solution, a row per step.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Rows run from t = 0 to the end time; where the step size does not divide it,
+the last step is shorter. Columns: t, the components, and where an exact
+solution is known error, the largest error of a component.
+
+With --csv the numbers read back as the same doubles. A solve that fails leaves
+FILE as it was; rows already sent to standard output stand.
+
+Examples:
+  verify solve --problem logistic --method method-i --h 0.1 --t-end 10
+  verify solve --problem van-der-pol --set mu=5 --method bdf2 \\
+      --h 0.01 --t-end 20 --csv van-der-pol.csv
+  verify solve --problem linear-drag --method 'linear(-0.5,1)' --h 0.1 \\
+      --t-end 1 --csv - | head
+
+Exit status: 0 solved, 1 the solve failed on the way, 2 bad usage.")]
+pub(super) struct Args {
+    #[command(flatten)]
+    problem: ProblemArgs,
+
+    /// Name of the method; `verify list methods` shows all
+    #[arg(long, value_name = "M")]
+    method: String,
+
+    /// Step size
+    #[arg(long, allow_negative_numbers = true)]
+    h: f64,
+
+    /// End time
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    t_end: f64,
+
+    /// Write every row to FILE, or to standard output for `-`
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let solve = Solve::new(args)?;
+    match &args.csv {
+        None => solve.show(out),
+        Some(path) if path.as_os_str() == "-" => solve.stream(out),
+        Some(path) => solve.write(path, out),
+    }?;
+    Ok(Status::Ok)
+}
+
+/// A request that makes sense.
+struct Solve<'a> {
+    args: &'a Args,
+    problem: Box<dyn Problem>,
+    method: Box<dyn Method>,
+    has_exact: bool,
+}
+
+/// A row of the result: the state, and its error where the exact solution exists.
+type Row<'a> = (&'a State, Option<f64>);
+
+/// What the rows come to.
+#[derive(Debug, Default)]
+struct Summary {
+    rows: usize,
+    t: f64,
+    /// The largest error and its time.
+    largest: Option<(f64, f64)>,
+}
+
+impl<'a> Solve<'a> {
+    fn new(args: &'a Args) -> Result<Self, Failure> {
+        let problem = args.problem.build()?;
+        let method = methods::parse(&args.method)?;
+        let solve = Self { args, has_exact: problem.exact(0.0).is_some(), problem, method };
+        // Before anything is written.
+        Grid::new(0.0, args.h, args.t_end).map_err(|error| solve.failed(error.into()))?;
+        Ok(solve)
+    }
+
+    fn failed(&self, source: RunError) -> Failure {
+        Failure::Run { problem: self.args.problem.name.clone(), method: self.method.name(), source }
+    }
+
+    /// Column names: `t`, the components, `error`.
+    fn columns(&self) -> Vec<&str> {
+        let error = self.has_exact.then_some("error");
+        ["t"].into_iter().chain(self.problem.components().iter().copied()).chain(error).collect()
+    }
+
+    /// Integrates and hands every row to `observe`, until that breaks or fails.
+    fn follow(&self, mut observe: impl FnMut(Row) -> io::Result<ControlFlow<()>>) -> Result<Summary, Stop> {
+        let mut summary = Summary::default();
+        let mut io = Ok(());
+        let Args { h, t_end, .. } = *self.args;
+        let solved = run_while(&*self.problem, &*self.method, h, t_end, |state| {
+            let error = self.problem.exact(state.t).map(|exact| distance(&state.q, &exact));
+            summary.add(state.t, error);
+            observe((state, error)).unwrap_or_else(|error| {
+                io = Err(error);
+                ControlFlow::Break(())
+            })
+        });
+        io.map_err(Stop::Io)?;
+        solved.map_err(|source| Stop::Failed(self.failed(source)))?;
+        Ok(summary)
+    }
+
+    fn show(&self, out: &mut Output) -> Result<(), Failure> {
+        let mut table = Table::new(self.columns(), self.has_exact);
+        let result = self.follow(|row| {
+            table.push(row);
+            Ok(ControlFlow::Continue(()))
+        });
+        // The rows up to a failure tell where it came from.
+        table.write(out).map_err(Failure::Output)?;
+        let summary = result.map_err(|stop| stop.at(Failure::Output))?;
+        writeln!(out, "{summary}").map_err(Failure::Output)
+    }
+
+    fn stream(&self, out: &mut Output) -> Result<(), Failure> {
+        let mut csv = self.csv(out).map_err(Failure::Output)?;
+        let result = self.follow(|row| {
+            self.write_row(&mut csv, row)?;
+            Ok(if csv.get_ref().is_closed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        });
+        csv.flush().map_err(Failure::Output)?;
+        result.map(drop).map_err(|stop| stop.at(Failure::Output))
+    }
+
+    fn write(&self, path: &Path, out: &mut Output) -> Result<(), Failure> {
+        let unwritable = |source| Failure::Write { path: path.to_owned(), source };
+        let mut csv = Replacement::create(path).and_then(|file| self.csv(file)).map_err(unwritable)?;
+        let summary = self
+            .follow(|row| self.write_row(&mut csv, row).map(ControlFlow::Continue))
+            .map_err(|stop| stop.at(unwritable))?;
+        let file = csv.into_inner().map_err(|error| unwritable(error.into_error()))?;
+        file.commit().map_err(unwritable)?;
+        writeln!(out, "{} rows written to {}\n{summary}", summary.rows, path.display()).map_err(Failure::Output)
+    }
+
+    fn csv<W: Write>(&self, writer: W) -> io::Result<csv::Writer<W>> {
+        let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(writer);
+        csv.write_record(self.columns())?;
+        Ok(csv)
+    }
+
+    fn write_row<W: Write>(&self, csv: &mut csv::Writer<W>, (state, error): Row) -> io::Result<()> {
+        if self.has_exact { csv.serialize((state.t, &state.q, error)) } else { csv.serialize((state.t, &state.q)) }?;
+        Ok(())
+    }
+}
+
+/// Why the rows ended early.
+enum Stop {
+    Io(io::Error),
+    Failed(Failure),
+}
+
+impl Stop {
+    /// The failure, where `io` says what could not be written.
+    fn at(self, io: impl FnOnce(io::Error) -> Failure) -> Failure {
+        match self {
+            Self::Io(error) => io(error),
+            Self::Failed(failure) => failure,
+        }
+    }
+}
+
+impl Summary {
+    fn add(&mut self, t: f64, error: Option<f64>) {
+        self.rows += 1;
+        self.t = t;
+        if let Some(error) = error.filter(|error| self.largest.is_none_or(|(largest, _)| *error > largest)) {
+            self.largest = Some((error, t));
+        }
+    }
+}
+
+impl std::fmt::Display for Summary {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} steps to t = {}", self.rows - 1, plain(self.t))?;
+        match self.largest {
+            Some((error, t)) => write!(f, "; largest error {} at t = {}", number(error), plain(t)),
+            None => write!(f, "; no exact solution is known"),
+        }
+    }
+}

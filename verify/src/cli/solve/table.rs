@@ -1,0 +1,72 @@
+//! The rows of a solve on one screen.
+
+use std::io::{self, Write};
+
+use lsvi::State;
+
+use super::Row;
+use crate::cli::layout::{WIDTH, number, plain, right};
+
+/// Rows kept: they fit on a screen of 24 lines with the heading and the summary.
+const ROWS: usize = 18;
+
+/// Columns of a terminal that one column of numbers takes.
+const COLUMN: usize = 13;
+
+/// At most [`ROWS`] rows, evenly thinned, and the last. What is kept is bounded, however many rows come.
+pub(super) struct Table<'a> {
+    columns: Vec<&'a str>,
+    has_error: bool,
+    count: usize,
+    stride: usize,
+    kept: Vec<(State, Option<f64>)>,
+    last: Option<(State, Option<f64>)>,
+}
+
+impl<'a> Table<'a> {
+    pub(super) fn new(columns: Vec<&'a str>, has_error: bool) -> Self {
+        Self { columns, has_error, count: 0, stride: 1, kept: Vec::new(), last: None }
+    }
+
+    pub(super) fn push(&mut self, (state, error): Row) {
+        if !self.count.is_multiple_of(self.stride) {
+            self.last = Some((state.clone(), error));
+        } else {
+            self.last = None;
+            self.kept.push((state.clone(), error));
+        }
+        self.count += 1;
+        if self.kept.len() > ROWS {
+            // The row at hand, of an even number, stays.
+            let mut number = 0;
+            self.kept.retain(|_| {
+                number += 1;
+                number % 2 == 1
+            });
+            self.stride *= 2;
+        }
+    }
+
+    pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        let extra = 1 + usize::from(self.has_error);
+        let components = self.columns.len() - extra;
+        let shown = components.min(WIDTH / COLUMN - extra);
+        let line = |cells: &mut dyn Iterator<Item = String>| -> String {
+            cells.map(|cell| right(&cell, COLUMN)).collect::<String>()[1..].to_owned()
+        };
+        let headings = self.columns[..=shown].iter().chain(&self.columns[1 + components..]);
+        writeln!(out, "{}", line(&mut headings.map(|name| (*name).to_owned())))?;
+        for (state, error) in self.kept.iter().chain(&self.last) {
+            let numbers = [plain(state.t)].into_iter().chain(state.q[..shown].iter().copied().map(number));
+            let error = self.has_error.then(|| error.map_or_else(String::new, number));
+            writeln!(out, "{}", line(&mut numbers.chain(error)))?;
+        }
+        if shown < components {
+            writeln!(out, "and {} more components; `--csv FILE` writes them all", components - shown)?;
+        }
+        if self.stride > 1 {
+            writeln!(out, "1 row of {} is shown, out of {}; `--csv FILE` writes them all", self.stride, self.count)?;
+        }
+        Ok(())
+    }
+}
