@@ -1,4 +1,5 @@
 //! Pure functions from numbers to verdicts; no solver is called here.
 
+pub mod amplification;
 pub mod order;
 pub mod richardson;

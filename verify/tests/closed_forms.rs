@@ -1,0 +1,68 @@
+//! One live step of every closure equals its closed form.
+
+use lsvi::closure::Linear;
+use lsvi::{AutoDiff, OneStep, Rhs, Scalar, least_squares};
+use nalgebra::{Complex, Matrix2, Vector2};
+use proptest::prelude::*;
+use verify::measure::amplification::Amplification;
+
+/// v̇ = A v in the plane.
+struct Plane(Matrix2<f64>);
+
+impl Rhs for Plane {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[0] * self.0[(0, 0)] + v[1] * self.0[(0, 1)];
+        dv[1] = v[0] * self.0[(1, 0)] + v[1] * self.0[(1, 1)];
+    }
+}
+
+fn live(a: Matrix2<f64>, h: f64, closure: Amplification, v: Vector2<f64>) -> Result<Vector2<f64>, TestCaseError> {
+    let fail = |error: String| TestCaseError::fail(format!("{closure:?}, h = {h}: {error}"));
+    let linear = Linear::new(closure.alpha, closure.beta).map_err(|error| fail(error.to_string()))?;
+    let (mut q, mut p) = ([v[0], v[1]], [0.0; 2]);
+    let mut method = least_squares(AutoDiff::new(Plane(a)), linear);
+    method.step(0.0, h, &mut q, &mut p).map_err(|error| fail(error.to_string()))?;
+    Ok(Vector2::from(q))
+}
+
+fn closure() -> impl Strategy<Value = Amplification> {
+    let named = prop::sample::select(vec![(1.0, 0.0), (0.0, 1.0), (-1.0, 1.0), (0.5, 0.5), (-0.5, 1.0)]);
+    prop_oneof![named, (-2.0..2.0, -2.0..2.0)].prop_map(|(alpha, beta)| Amplification { alpha, beta })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    /// Rotation and scaling, λ = x + iy: the plane is the complex numbers.
+    #[test]
+    fn complex_plane(closure in closure(), log_h in -6.0..6.0_f64, angle in 0.0..std::f64::consts::TAU) {
+        let (h, lambda) = (10_f64.powf(log_h), Complex::from_polar(1.0, angle));
+        let z = h * lambda;
+        prop_assume!(!closure.is_singular(z));
+        let a = Matrix2::new(lambda.re, -lambda.im, lambda.im, lambda.re);
+        let v = live(a, h, closure, Vector2::new(1.0, 0.0))?;
+        let error = (Complex::new(v[0], v[1]) - closure.factor(z)).norm();
+        let tolerance = closure.live_tolerance(z);
+        prop_assert!(error <= tolerance, "R({z}) is missed by {error:e}, more than {tolerance:e}");
+    }
+
+    /// Symmetric matrices: an orthonormal basis of real factors.
+    #[test]
+    fn symmetric_systems(closure in closure(), log_h in -6.0..6.0_f64, angle in 0.0..3.0_f64, l in -1.0..1.0_f64) {
+        let h = 10_f64.powf(log_h);
+        let basis = nalgebra::Rotation2::new(angle).into_inner();
+        let spectrum = Vector2::new(l, -1.0);
+        let factors = spectrum.map(|l| Complex::new(h * l, 0.0));
+        prop_assume!(factors.iter().all(|z| !closure.is_singular(*z)));
+        let a = basis * Matrix2::from_diagonal(&spectrum) * basis.transpose();
+        let v = live(a, h, closure, basis * Vector2::new(0.6, 0.8))?;
+        let exact = basis * Vector2::new(0.6, 0.8).zip_map(&factors, |c, z| c * closure.factor(z).re);
+        // The entries of `a` and of the step's matrix mix the two: roundoff of the larger term reaches the smaller divisor.
+        let terms = factors.map(|z| closure.live_tolerance(z) * closure.denominator(z).norm() + f64::EPSILON * z.norm_sqr());
+        let tolerance = 4.0 * terms.max() / factors.map(|z| closure.denominator(z).norm()).min();
+        prop_assert!((v - exact).norm() <= tolerance, "{} more than {tolerance:e}", (v - exact).norm());
+    }
+}
