@@ -40,22 +40,26 @@ pub mod discrete;
 pub mod quadrature;
 
 mod autodiff;
+mod constrained;
 mod constraint;
 mod error;
 mod integrator;
 mod lagrangian;
 mod linalg;
 mod newton;
+mod two_step;
 mod variational;
 mod vector_field;
 
 pub use autodiff::{
     AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, LagrangianFn, Rhs, Scalar,
 };
+pub use constrained::Constrained;
 pub use constraint::Constraint;
 pub use error::{InputError, SolveError, StepError};
 pub use integrator::{Grid, GridStep, Integrator, OneStep, State, Trajectory, Work};
 pub use lagrangian::{EulerLagrange, Force, Forced, HessianWeights, Lagrangian, LeastSquares, MotionWeights};
 pub use linalg::Jacobian;
+pub use two_step::TwoStep;
 pub use variational::{Variational, least_squares, method_i, method_ii, position_momentum};
 pub use vector_field::VectorField;

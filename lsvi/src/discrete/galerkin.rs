@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::path::{Path, Point};
 use super::velocity::Velocity;
-use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights};
+use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, SolveError};
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::{Jacobian, add_block};
@@ -191,6 +191,18 @@ impl<L: Lagrangian> DiscreteLegendre for Galerkin<L> {
         out: &mut DMatrix<f64>,
     ) {
         self.assemble(at, q0, x, w, 0..=0, out);
+    }
+}
+
+/// Constraints hold at the Lobatto nodes of the path, where its unknowns are.
+impl<L: Lagrangian> Constrainable for Galerkin<L> {
+    fn mechanics(&self) -> &dyn Lagrangian {
+        &self.lagrangian
+    }
+
+    fn reaction_weight(&self, node: usize, w: MomentumWeights) -> f64 {
+        let c = self.path.abscissae[node];
+        w.beta * c - w.alpha * (1.0 - c)
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::velocity::Velocity;
-use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
+use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
 use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::Jacobian;
@@ -100,5 +100,11 @@ impl<L: Lagrangian> DiscreteLagrangian for Midpoint<L> {
     fn action(&mut self, at: Interval, q0: &[f64], q1: &[f64]) -> f64 {
         let t = self.place(at, q0, q1);
         at.h * self.lagrangian.value(t, &self.middle, &self.velocity)
+    }
+}
+
+impl<L: Lagrangian> Constrainable for Midpoint<L> {
+    fn mechanics(&self) -> &dyn Lagrangian {
+        &self.lagrangian
     }
 }

@@ -20,6 +20,7 @@ pub use trapezoidal::Trapezoidal;
 use nalgebra::DMatrix;
 
 use crate::error::SolveError;
+use crate::lagrangian::Lagrangian;
 use crate::linalg::Jacobian;
 
 /// The time interval [t, t + h] of a step.
@@ -116,6 +117,37 @@ impl<D: DiscreteLegendre + ?Sized> DiscreteLegendre for Box<D> {
 pub trait DiscreteLagrangian: DiscreteLegendre {
     /// L_d, the approximate action of the step with unknowns `x`.
     fn action(&mut self, at: Interval, q0: &[f64], x: &[f64]) -> f64;
+}
+
+/// What [`Constrained`](crate::Constrained) needs to know of a discretisation of mechanics: where inside a step it holds
+/// the constraints, and what their reactions there do to the momenta.
+///
+/// Nodes are counted from 1 to m − 1; each has a condition of stationarity, to which the reaction adds an impulse.
+pub trait Constrainable: DiscreteLegendre {
+    /// The Lagrangian.
+    fn mechanics(&self) -> &dyn Lagrangian;
+
+    /// The weight of the control value `j`, 0 for q₀ and m for q₁, in the position of the path at `node`.
+    fn position_weight(&self, node: usize, j: usize) -> f64 {
+        if node == j { 1.0 } else { 0.0 }
+    }
+
+    /// The weight of an impulse at `node` in α p₀ + β p₁.
+    fn reaction_weight(&self, _node: usize, _w: MomentumWeights) -> f64 {
+        0.0
+    }
+}
+
+impl<D: Constrainable + ?Sized> Constrainable for Box<D> {
+    fn mechanics(&self) -> &dyn Lagrangian {
+        (**self).mechanics()
+    }
+    fn position_weight(&self, node: usize, j: usize) -> f64 {
+        (**self).position_weight(node, j)
+    }
+    fn reaction_weight(&self, node: usize, w: MomentumWeights) -> f64 {
+        (**self).reaction_weight(node, w)
+    }
 }
 
 /// Writes the velocity (q₁ − q₀)/h of the straight path.

@@ -7,7 +7,7 @@ use crate::quadrature::Basis;
 #[derive(Debug)]
 pub(super) struct Path {
     /// The control values of the path x(c) = c.
-    abscissae: Vec<f64>,
+    pub(super) abscissae: Vec<f64>,
     pub(super) points: Vec<Point>,
 }
 

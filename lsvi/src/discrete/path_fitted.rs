@@ -6,9 +6,9 @@ use nalgebra::DMatrix;
 
 use super::path::Path;
 use super::velocity::Velocity;
-use super::{DiscreteLegendre, Interval, MomentumWeights};
+use super::{Constrainable, DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, SolveError};
-use crate::lagrangian::{EulerLagrange, HessianWeights, MotionWeights};
+use crate::lagrangian::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
 use crate::linalg::{Jacobian, add_block};
 use crate::quadrature::{Basis, BernsteinBasis, LagrangeBasis, NodeFamily};
 
@@ -194,5 +194,16 @@ impl<L: EulerLagrange> DiscreteLegendre for PathFitted<L> {
         out: &mut DMatrix<f64>,
     ) {
         self.assemble(at, q0, x, w, 0..=0, out);
+    }
+}
+
+/// Constraints hold at the interior nodes, where their reactions act; the momenta are those of the path itself.
+impl<L: EulerLagrange> Constrainable for PathFitted<L> {
+    fn mechanics(&self) -> &dyn Lagrangian {
+        &self.lagrangian
+    }
+
+    fn position_weight(&self, node: usize, j: usize) -> f64 {
+        self.path.points[node].value[j]
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::velocity::Velocity;
-use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
+use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
 use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::Jacobian;
@@ -98,5 +98,11 @@ impl<L: Lagrangian> DiscreteLagrangian for Trapezoidal<L> {
         secant(at.h, q0, q1, &mut self.velocity);
         let ends = [(at.t, q0), (at.t + at.h, q1)];
         0.5 * at.h * ends.map(|(t, q)| self.lagrangian.value(t, q, &self.velocity)).iter().sum::<f64>()
+    }
+}
+
+impl<L: Lagrangian> Constrainable for Trapezoidal<L> {
+    fn mechanics(&self) -> &dyn Lagrangian {
+        &self.lagrangian
     }
 }

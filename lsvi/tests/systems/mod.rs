@@ -129,3 +129,16 @@ impl ForceFn for Damping {
         }
     }
 }
+
+/// A free particle of unit mass.
+pub(crate) struct Free {
+    pub(crate) dim: usize,
+}
+impl LagrangianFn for Free {
+    fn dim(&self) -> usize {
+        self.dim
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, _q: &[T], v: &[T]) -> T {
+        v.iter().map(|&v| v * v * 0.5).sum::<T>()
+    }
+}

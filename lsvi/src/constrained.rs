@@ -1,0 +1,397 @@
+//! Integrators of mechanics with holonomic constraints.
+
+use nalgebra::DMatrix;
+
+use crate::constraint::Constraint;
+use crate::discrete::{Constrainable, Interval, MomentumWeights};
+use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
+use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
+use crate::lagrangian::{HessianWeights, Lagrangian};
+use crate::linalg::{Jacobian, add_block};
+use crate::newton::{Newton, System, Work};
+
+/// The position–momentum form of a discretisation on the constraint f(q) = 0, by multipliers at the nodes.
+///
+/// With G = ∂f/∂q, one step from (q₀, p₀) finds the path, its end q₁ and the multipliers of
+///
+/// - stationarity at each interior node of the discretisation with an impulse Gᵀλ there, and f = 0 at the node,
+/// - −D₁L_d = p₀ − G(q₀)ᵀΛ and f(q₁) = 0,
+///
+/// and then removes from p₁ = D₂L_d the part Gᵀμ whose velocity would leave the constraint: G ∂H/∂p = 0 at (q₁, p₁).
+/// For [`Trapezoidal`](crate::discrete::Trapezoidal) that is the RATTLE method, for
+/// [`Galerkin`](crate::discrete::Galerkin) its generalisation of order 2s; both are symplectic on the constraint.
+/// [`PathFitted`](crate::discrete::PathFitted) keeps the order that it has without constraints.
+#[derive(Debug)]
+pub struct Constrained<D, K> {
+    discrete: D,
+    constraint: K,
+    newton: Newton,
+    unknowns: Vec<f64>,
+    tangent: Tangent,
+    scratch: Scratch,
+}
+
+/// A momentum, to be projected on the hidden constraint, and its velocity.
+#[derive(Debug)]
+struct Tangent {
+    newton: Newton,
+    p: Vec<f64>,
+    /// (v, μ) of [`Projection`].
+    velocity: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct Scratch {
+    /// G at q₀, and at the place in hand.
+    at_start: DMatrix<f64>,
+    gradient: DMatrix<f64>,
+    position: Vec<f64>,
+    reaction: Vec<f64>,
+    dl_dq: Vec<f64>,
+    block: Jacobian,
+    path: Jacobian,
+}
+
+impl<D: Constrainable, K: Constraint> Constrained<D, K> {
+    /// Holds the motions of `discrete` on `constraint`.
+    ///
+    /// # Errors
+    /// [`InputError::Dimension`] if the two differ in their degrees of freedom, [`InputError::RedundantConstraints`] if there
+    /// are more constraints than those.
+    pub fn new(discrete: D, constraint: K) -> Result<Self, InputError> {
+        let (n, m) = (discrete.dim(), constraint.count());
+        if constraint.dim() != n {
+            return Err(InputError::Dimension { what: "constraint", expected: n, found: constraint.dim() });
+        }
+        if m > n {
+            return Err(InputError::RedundantConstraints { count: m, rank: n });
+        }
+        let path = discrete.interior() + n;
+        let unknowns = path + path / n * m;
+        let scratch = Scratch {
+            at_start: DMatrix::zeros(m, n),
+            gradient: DMatrix::zeros(m, n),
+            position: vec![0.0; n],
+            reaction: vec![0.0; n],
+            dl_dq: vec![0.0; n],
+            block: Jacobian::zeros(n),
+            path: Jacobian::zeros(path),
+        };
+        Ok(Self {
+            discrete,
+            constraint,
+            newton: Newton::new(unknowns),
+            unknowns: vec![0.0; unknowns],
+            tangent: Tangent { newton: Newton::new(n + m), p: vec![0.0; n], velocity: vec![0.0; n + m] },
+            scratch,
+        })
+    }
+
+    /// The discretisation.
+    pub fn discrete(&mut self) -> &mut D {
+        &mut self.discrete
+    }
+
+    /// Replaces `p` by its projection on the hidden constraint, the momentum of a velocity with G v = 0.
+    ///
+    /// # Errors
+    /// [`StepError`] if the vectors are unusable, the constraints redundant at `q`, or ∂²L/∂v² singular along them.
+    pub fn project(&mut self, t: f64, q: &[f64], p: &mut [f64]) -> Result<(), StepError> {
+        let n = self.discrete.dim();
+        check_vector("q", q, n)?;
+        check_vector("p", p, n)?;
+        self.tangent.start(p);
+        let lagrangian = self.discrete.mechanics();
+        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, t, q)?;
+        p.copy_from_slice(&self.tangent.p);
+        Ok(())
+    }
+
+    /// Refuses a state that is off the constraint by more than half of all digits.
+    fn check_consistency(&mut self, t: f64, h: f64, q: &[f64]) -> Result<(), StepError> {
+        let lagrangian = self.discrete.mechanics();
+        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, t, q)?;
+        let scratch = &mut self.scratch;
+        let tolerance = f64::EPSILON.sqrt();
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let off = scratch.reaction.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        if let Some((index, &value)) = off.filter(|(_, r)| r.abs() > tolerance * norm(&self.tangent.p)) {
+            return Err(InputError::OffHiddenConstraint { index, value }.into());
+        }
+        let length = norm(q) + h * norm(&self.tangent.velocity[..q.len()]);
+        let values = &mut scratch.reaction[..self.constraint.count()];
+        self.constraint.value(q, values);
+        for (index, &value) in values.iter().enumerate() {
+            // |f| / |∇f| is the distance from the constraint.
+            if value.is_nan() || value.abs() > tolerance * length * scratch.gradient.row(index).norm() {
+                return Err(InputError::OffConstraint { index, value }.into());
+            }
+        }
+        scratch.at_start.copy_from(&scratch.gradient);
+        Ok(())
+    }
+}
+
+impl Tangent {
+    /// Takes up a momentum, without a guess of its velocity.
+    fn start(&mut self, p: &[f64]) {
+        self.p.copy_from_slice(p);
+        self.velocity.fill(0.0);
+    }
+
+    /// Finds (v, μ) at `q` and subtracts Gᵀμ, left in `scratch.reaction`, from `p`.
+    fn project(
+        &mut self,
+        lagrangian: &dyn Lagrangian,
+        constraint: &impl Constraint,
+        scratch: &mut Scratch,
+        t: f64,
+        q: &[f64],
+    ) -> Result<(), StepError> {
+        let (n, count) = (q.len(), constraint.count());
+        constraint.jacobian(q, &mut scratch.gradient);
+        let mut projection = Projection { lagrangian, scratch, t, q, p: &self.p };
+        let solved = self.newton.attempt(&mut projection, 1.0, &mut self.velocity);
+        if let Err(mut source) = solved {
+            if source == SolveError::Singular {
+                let rank = scratch.gradient.rank(n as f64 * f64::EPSILON * scratch.gradient.amax());
+                if rank < count {
+                    return Err(InputError::RedundantConstraints { count, rank }.into());
+                }
+                source = SolveError::SingularMass;
+            }
+            return Err(StepError::Solve { t, h: 0.0, source });
+        }
+        set_reaction(&scratch.gradient, &self.velocity[n..], 1.0, &mut scratch.reaction);
+        self.p.iter_mut().zip(&scratch.reaction).for_each(|(p, r)| *p -= r);
+        Ok(())
+    }
+}
+
+/// Writes `scale` Gᵀλ.
+fn set_reaction(gradient: &DMatrix<f64>, multipliers: &[f64], scale: f64, out: &mut [f64]) {
+    for (o, column) in out.iter_mut().zip(gradient.column_iter()) {
+        *o = scale * column.iter().zip(multipliers).map(|(g, l)| g * l).sum::<f64>();
+    }
+}
+
+/// Adds `scale` Gᵀ to the entries of `out` from (row, column) on.
+fn add_transposed(out: &mut DMatrix<f64>, (row, column): (usize, usize), scale: f64, gradient: &DMatrix<f64>) {
+    for (i, entries) in gradient.column_iter().enumerate() {
+        for (k, g) in entries.iter().enumerate() {
+            out[(row + i, column + k)] += scale * g;
+        }
+    }
+}
+
+/// L_v(v) + Gᵀμ = p and G v = 0 for (v, μ).
+struct Projection<'a> {
+    lagrangian: &'a dyn Lagrangian,
+    scratch: &'a mut Scratch,
+    t: f64,
+    q: &'a [f64],
+    p: &'a [f64],
+}
+
+impl System for Projection<'_> {
+    fn dim(&self) -> usize {
+        let (m, n) = self.scratch.gradient.shape();
+        m + n
+    }
+
+    fn residual(&mut self, _: f64, x: &[f64], out: &mut [f64]) {
+        let Scratch { gradient, reaction, dl_dq, .. } = &mut *self.scratch;
+        let (v, multipliers) = x.split_at(self.q.len());
+        let (momentum, hidden) = out.split_at_mut(v.len());
+        self.lagrangian.gradient(self.t, self.q, v, dl_dq, momentum);
+        set_reaction(gradient, multipliers, 1.0, reaction);
+        for ((o, r), p) in momentum.iter_mut().zip(reaction).zip(self.p) {
+            *o += *r - p;
+        }
+        for (o, row) in hidden.iter_mut().zip(gradient.row_iter()) {
+            *o = row.iter().zip(v).map(|(g, v)| g * v).sum();
+        }
+    }
+
+    fn derivative(&mut self, _: f64, x: &[f64], out: &mut Jacobian) {
+        let Scratch { gradient, block, .. } = &mut *self.scratch;
+        let (out, n) = (out.as_dense_mut(), self.q.len());
+        block.clear();
+        let mass = HessianWeights { vv: 1.0, ..Default::default() };
+        self.lagrangian.add_hessian(self.t, self.q, &x[..n], mass, block);
+        add_block(out, (0, 0), 1.0, block.as_dense());
+        add_transposed(out, (0, n), 1.0, gradient);
+        add_block(out, (n, 0), 1.0, gradient);
+    }
+}
+
+/// The equations of one step in (interior values, q₁, multipliers at the interior nodes, Λ).
+///
+/// A reaction is the impulse Gᵀλ/h: then λ is of the size of a displacement, and so is its rounding.
+struct StepEquations<'a, D, K> {
+    discrete: &'a mut D,
+    constraint: &'a K,
+    scratch: &'a mut Scratch,
+    t: f64,
+    q0: &'a [f64],
+    p0: &'a [f64],
+}
+
+impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
+    /// Degree of the path and length of its unknowns.
+    fn path(&self) -> (usize, usize) {
+        let unknowns = self.discrete.interior() + self.q0.len();
+        (unknowns / self.q0.len(), unknowns)
+    }
+
+    /// Sets `position` and `gradient` to those of an interior node.
+    fn place(&mut self, node: usize, x: &[f64]) {
+        let position = &mut self.scratch.position;
+        position.copy_from_slice(self.q0);
+        for (j, values) in x.chunks_exact(self.q0.len()).enumerate() {
+            let weight = self.discrete.position_weight(node, j + 1);
+            for ((o, x), q) in position.iter_mut().zip(values).zip(self.q0) {
+                *o += weight * (x - q);
+            }
+        }
+        self.constraint.jacobian(position, &mut self.scratch.gradient);
+    }
+
+    /// Writes p₁ = D₂L_d of a solution.
+    fn end_momentum(&mut self, h: f64, y: &[f64], out: &mut [f64]) {
+        let (m, (degree, unknowns)) = (self.constraint.count(), self.path());
+        let (x, multipliers) = y.split_at(unknowns);
+        self.discrete.momentum(Interval { t: self.t, h }, self.q0, x, MomentumWeights::END, out);
+        for node in 1..degree {
+            let weight = self.discrete.reaction_weight(node, MomentumWeights::END);
+            self.place(node, x);
+            let Scratch { gradient, reaction, .. } = &mut *self.scratch;
+            set_reaction(gradient, &multipliers[(node - 1) * m..node * m], weight / h, reaction);
+            out.iter_mut().zip(reaction).for_each(|(o, r)| *o += *r);
+        }
+    }
+}
+
+impl<D: Constrainable, K: Constraint> System for StepEquations<'_, D, K> {
+    fn dim(&self) -> usize {
+        let (degree, unknowns) = self.path();
+        unknowns + degree * self.constraint.count()
+    }
+
+    fn residual(&mut self, h: f64, y: &[f64], out: &mut [f64]) {
+        let (n, m, (degree, unknowns)) = (self.q0.len(), self.constraint.count(), self.path());
+        let (x, multipliers) = y.split_at(unknowns);
+        let (equations, constraints) = out.split_at_mut(unknowns);
+        let at = Interval { t: self.t, h };
+        self.discrete.equations(at, self.q0, x, MomentumWeights::START, equations);
+        let (stationarity, momentum) = equations.split_at_mut(unknowns - n);
+        momentum.iter_mut().zip(self.p0).for_each(|(o, p)| *o -= p);
+        for node in 1..degree {
+            let own = (node - 1) * m..node * m;
+            self.place(node, x);
+            let Scratch { gradient, position, reaction, .. } = &mut *self.scratch;
+            self.constraint.value(position, &mut constraints[own.clone()]);
+            set_reaction(gradient, &multipliers[own], h.recip(), reaction);
+            let weight = self.discrete.reaction_weight(node, MomentumWeights::START);
+            for (i, r) in reaction.iter().enumerate() {
+                stationarity[(node - 1) * n + i] += r;
+                momentum[i] += weight * r;
+            }
+        }
+        let own = (degree - 1) * m..;
+        self.constraint.value(&x[unknowns - n..], &mut constraints[own.clone()]);
+        set_reaction(&self.scratch.at_start, &multipliers[own], h.recip(), &mut self.scratch.reaction);
+        momentum.iter_mut().zip(&self.scratch.reaction).for_each(|(o, r)| *o += r);
+    }
+
+    fn derivative(&mut self, h: f64, y: &[f64], out: &mut Jacobian) {
+        let (n, m, (degree, unknowns)) = (self.q0.len(), self.constraint.count(), self.path());
+        let (x, multipliers) = y.split_at(unknowns);
+        let (end, out) = (unknowns - n, out.as_dense_mut());
+        self.scratch.path.clear();
+        let at = Interval { t: self.t, h };
+        self.discrete.add_derivative(at, self.q0, x, MomentumWeights::START, &mut self.scratch.path);
+        add_block(out, (0, 0), 1.0, self.scratch.path.as_dense());
+        for node in 1..degree {
+            self.place(node, x);
+            let Scratch { gradient, position, block, .. } = &mut *self.scratch;
+            let (row, own) = ((node - 1) * n, unknowns + (node - 1) * m);
+            let weight = self.discrete.reaction_weight(node, MomentumWeights::START);
+            block.clear();
+            self.constraint.add_curvature(position, &multipliers[(node - 1) * m..node * m], h.recip(), block);
+            for j in 1..=degree {
+                let inside = self.discrete.position_weight(node, j);
+                let column = (j - 1) * n;
+                add_block(out, (row, column), inside, block.as_dense());
+                add_block(out, (end, column), weight * inside, block.as_dense());
+                add_block(out, (own, column), inside, gradient);
+            }
+            add_transposed(out, (row, own), h.recip(), gradient);
+            add_transposed(out, (end, own), weight / h, gradient);
+        }
+        let own = unknowns + (degree - 1) * m;
+        add_transposed(out, (end, own), h.recip(), &self.scratch.at_start);
+        self.constraint.jacobian(&x[end..], &mut self.scratch.gradient);
+        add_block(out, (own, end), 1.0, &self.scratch.gradient);
+    }
+
+    fn origin(&self, y: &mut [f64]) {
+        let (x, multipliers) = y.split_at_mut(self.path().1);
+        x.chunks_exact_mut(self.q0.len()).for_each(|values| values.copy_from_slice(self.q0));
+        multipliers.fill(0.0);
+    }
+}
+
+impl<D: Constrainable, K: Constraint> Integrator for Constrained<D, K> {
+    fn dim(&self) -> usize {
+        self.discrete.dim()
+    }
+
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+        advance_one_step(self, state, grid)
+    }
+
+    fn work(&self) -> Work {
+        let (steps, projections) = (self.newton.work, self.tangent.newton.work);
+        Work {
+            steps: steps.steps,
+            residuals: steps.residuals + projections.residuals,
+            factorizations: steps.factorizations + projections.factorizations,
+        }
+    }
+}
+
+impl<D: Constrainable, K: Constraint> OneStep for Constrained<D, K> {
+    fn step(&mut self, t: f64, h: f64, q: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
+        let n = self.discrete.dim();
+        check_step(h)?;
+        check_vector("q", q, n)?;
+        check_vector("p", p, n)?;
+        self.tangent.start(p);
+        self.check_consistency(t, h, q)?;
+        let at = Interval { t, h };
+        let path = self.discrete.interior() + n;
+        let mut equations = StepEquations {
+            discrete: &mut self.discrete,
+            constraint: &self.constraint,
+            scratch: &mut self.scratch,
+            t,
+            q0: q,
+            p0: p,
+        };
+        equations.origin(&mut self.unknowns);
+        // A mass matrix that is singular across the constraint only leaves the configuration itself as a first guess.
+        if equations.discrete.predict(at, q, p, &mut self.unknowns[..path]).is_err() {
+            equations.origin(&mut self.unknowns);
+        }
+        self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(|source| StepError::Solve { t, h, source })?;
+        equations.end_momentum(h, &self.unknowns, &mut self.tangent.p);
+        let q1 = &self.unknowns[path - n..path];
+        let lagrangian = self.discrete.mechanics();
+        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, t + h, q1)?;
+        q.copy_from_slice(q1);
+        p.copy_from_slice(&self.tangent.p);
+        self.newton.work.steps += 1;
+        Ok(())
+    }
+}
