@@ -9,11 +9,11 @@ use lsvi::discrete::{
 };
 use lsvi::quadrature::{NodeFamily, Quadrature};
 use lsvi::{
-    AutoForce, AutoLagrangian, EulerLagrange, Forced, Jacobian, Lagrangian, LagrangianFn, MotionWeights, OneStep,
-    State, Trajectory, position_momentum,
+    AutoForce, AutoLagrangian, EulerLagrange, Forced, InputError, Jacobian, Lagrangian, LagrangianFn, MotionWeights,
+    OneStep, SolveError, State, StepError, Trajectory, TwoStep, position_momentum,
 };
 use nalgebra::{DMatrix, DVector};
-use systems::{ChargedParticle, Damping, DoublePendulum, Driven, Oscillator, Pendulum};
+use systems::{ChargedParticle, Damping, Degenerate, DoublePendulum, Driven, Oscillator, Pendulum};
 
 const EPS: f64 = f64::EPSILON;
 
@@ -373,4 +373,92 @@ fn orders_on_the_pendulum() {
     check("midpoint".into(), order(|| Midpoint::new(&l), 0.1, &initial, &truth), 2);
     check("stormer-verlet".into(), order(|| Trapezoidal::new(&l), 0.1, &initial, &truth), 2);
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn forced_motions_keep_the_order() {
+    let l = Forced::new(AutoLagrangian::new(Pendulum), AutoForce::new(Damping { dim: 1, rate: 0.3 })).expect("1");
+    let initial = State::new(0.0, vec![2.0]);
+    // L_v = v: the first-order system is q̇ = p, ṗ = −sin q − 0.3 (1 + q²) p, by the classical method with 20000 steps.
+    let (mut y, n) = ([2.0, 0.0], 20_000);
+    let h = 2.0 / f64::from(n);
+    let f = |y: [f64; 2]| [y[1], -y[0].sin() - 0.3 * (1.0 + y[0] * y[0]) * y[1]];
+    for _ in 0..n {
+        let shifted = |k: [f64; 2], c: f64| [y[0] + c * h * k[0], y[1] + c * h * k[1]];
+        let k1 = f(y);
+        let k2 = f(shifted(k1, 0.5));
+        let k3 = f(shifted(k2, 0.5));
+        let k4 = f(shifted(k3, 1.0));
+        for i in 0..2 {
+            y[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+        }
+    }
+    let check = |name: &str, measured: f64, expected: f64| {
+        assert!((measured - expected).abs() < 0.25, "{name}: {measured:.2} instead of {expected}");
+    };
+    check("midpoint", order(|| Midpoint::new(&l), 0.1, &initial, &y), 2.0);
+    check("trapezoidal", order(|| Trapezoidal::new(&l), 0.1, &initial, &y), 2.0);
+    check("galerkin-gauss(2)", order(|| Galerkin::gauss(&l, 2).expect("s"), 0.1, &initial, &y), 4.0);
+    check("galerkin-lobatto(2)", order(|| Galerkin::lobatto(&l, 2).expect("s"), 0.1, &initial, &y), 4.0);
+    let fitted = |family, m| PathFitted::on(&l, family, m).expect("m ≥ 2");
+    check("path-fitted(2)", order(|| fitted(NodeFamily::Equispaced, 2), 0.1, &initial, &y), 2.0);
+    check("path-fitted(3,gauss)", order(|| fitted(NodeFamily::Gauss, 3), 0.1, &initial, &y), 4.0);
+}
+
+/// From x₁ of the one-step form both forms make the same trajectory; from another x₁ they make the recurrence's.
+#[test]
+fn two_step_form_is_the_one_step_form() {
+    let l = AutoLagrangian::new(Driven);
+    for (name, discrete) in discretisations(&l) {
+        let mut one = position_momentum(discrete);
+        let h = 0.1;
+        let (q0, mut q, mut p) = ([0.7, -0.4], [0.7, -0.4], [0.2, 0.5]);
+        one.step(0.0, h, &mut q, &mut p).expect("short step");
+        let index = discretisations(&l).iter().position(|(other, _)| *other == name).expect("the same list");
+        let mut two = TwoStep::new(discretisations(&l).swap_remove(index).1);
+        let (mut before, mut now) = (q0, q);
+        for k in 1..5 {
+            let t = h * f64::from(k);
+            let mut between = [0.0; 2];
+            two.momentum(t - h, h, &before, &now, &mut between).expect("short step");
+            for i in 0..2 {
+                // Rounding ε of the configurations is 1/h times that, and m² more, in the momentum between them.
+                assert_abs_diff_eq!(between[i], p[i], epsilon = 2e3 * EPS);
+                assert_abs_diff_eq!(now[i], q[i], epsilon = 1e3 * EPS);
+            }
+            one.step(t, h, &mut q, &mut p).expect("short step");
+            two.step(t, h, &mut before, &mut now).expect("short step");
+        }
+    }
+    let oscillator = AutoLagrangian::new(Oscillator);
+    let mut scheme = TwoStep::new(PathFitted::on(&oscillator, NodeFamily::Equispaced, 2).expect("m ≥ 2"));
+    let (mut before, mut now) = ([1.0], [1.0948]);
+    scheme.step(0.1, 0.1, &mut before, &mut now).expect("linear");
+    assert_abs_diff_eq!(now[0], (16.0 - 0.06) / 8.01 * 1.0948 - 1.0, epsilon = 64.0 * EPS);
+}
+
+#[test]
+fn bad_input_has_typed_errors() {
+    let l = AutoLagrangian::new(Pendulum);
+    let nodes = |c: &[f64]| PathFitted::new(&l, c).err();
+    assert!(matches!(nodes(&[]), Some(InputError::TooFew { least: 1, .. })));
+    assert!(matches!(nodes(&[0.5, 1.5]), Some(InputError::NodeRange { .. })));
+    assert!(matches!(nodes(&[0.5, f64::NAN]), Some(InputError::NodeRange { .. })));
+    assert!(matches!(nodes(&[0.5, 0.5]), Some(InputError::CoincidentNodes { .. })));
+    assert!(matches!(nodes(&[0.0, 0.5]), Some(InputError::CoincidentNodes { .. })));
+    assert!(matches!(PathFitted::bernstein(&l, &[1.0]), Err(InputError::CoincidentNodes { .. })));
+    assert!(matches!(PathFitted::on(&l, NodeFamily::Gauss, 1), Err(InputError::TooFew { .. })));
+    assert!(matches!(Galerkin::gauss(&l, 0), Err(InputError::TooFew { .. })));
+    let rule = Quadrature::gauss(2).expect("n ≥ 1");
+    assert!(matches!(Galerkin::new(&l, 3, &rule), Err(InputError::TooFew { least: 3, found: 2, .. })));
+    let two = AutoForce::new(Damping { dim: 2, rate: 1.0 });
+    let expected = InputError::Dimension { what: "force", expected: 1, found: 2 };
+    assert_eq!(Forced::new(AutoLagrangian::new(Pendulum), two).err(), Some(expected));
+    let degenerate = AutoLagrangian::new(Degenerate);
+    for (name, discrete) in discretisations(&degenerate) {
+        let (mut q, mut p) = ([0.3, 0.4], [0.1, 0.2]);
+        let result = position_momentum(discrete).step(0.0, 0.1, &mut q, &mut p);
+        let singular = matches!(result, Err(StepError::Solve { source: SolveError::SingularMass, .. }));
+        assert!(singular && q == [0.3, 0.4] && p == [0.1, 0.2], "{name}: {result:?}");
+    }
 }

@@ -1,0 +1,115 @@
+//! No step allocates.
+
+mod systems;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use lsvi::discrete::{Constrainable, DiscreteLegendre, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
+use lsvi::quadrature::NodeFamily;
+use lsvi::{
+    AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, Constrained, Forced, OneStep, Rhs, Scalar, TwoStep, method_i,
+    method_ii, position_momentum,
+};
+use systems::{Damping, DoublePendulum, Falling, Sphere};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is passed on to the system's allocator unchanged; counting touches no memory that it manages.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller upholds the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: `pointer` came from `System.alloc` with this layout.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// Allocations of ten calls, after one call that may set things up.
+fn allocations(mut step: impl FnMut()) -> u64 {
+    step();
+    let before = ALLOCATIONS.get();
+    (0..10).for_each(|_| step());
+    ALLOCATIONS.get() - before
+}
+
+fn assert_allocation_free(name: &str, method: &mut dyn OneStep, q0: &[f64], p0: &[f64]) {
+    let (mut q, mut p) = (q0.to_vec(), p0.to_vec());
+    let count = allocations(|| {
+        q.copy_from_slice(q0);
+        p.copy_from_slice(p0);
+        method.step(0.0, 0.05, &mut q, &mut p).expect("short step");
+    });
+    assert_eq!(count, 0, "{name}");
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| drop(std::hint::black_box(vec![1.0]))), 10);
+}
+
+#[test]
+fn steps_of_mechanics_do_not_allocate() {
+    let free = AutoLagrangian::new(DoublePendulum);
+    let damped = Forced::new(&free, AutoForce::new(Damping { dim: 2, rate: 0.1 })).expect("2");
+    let discretisations: Vec<Box<dyn DiscreteLegendre>> = vec![
+        Box::new(Trapezoidal::new(&free)),
+        Box::new(Midpoint::new(&free)),
+        Box::new(Galerkin::gauss(&free, 3).expect("s ≥ 1")),
+        Box::new(PathFitted::on(&free, NodeFamily::Gauss, 4).expect("m ≥ 2")),
+        Box::new(PathFitted::bernstein(&free, &[0.2, 0.7]).expect("nodes")),
+        Box::new(Galerkin::lobatto(&damped, 2).expect("s ≥ 1")),
+        Box::new(PathFitted::on(&damped, NodeFamily::Equispaced, 3).expect("m ≥ 2")),
+    ];
+    for (index, discrete) in discretisations.into_iter().enumerate() {
+        assert_allocation_free(&index.to_string(), &mut position_momentum(discrete), &[1.0, 2.0], &[0.1, 0.2]);
+    }
+    let mut printed = position_momentum(KongYangCircle::new(2));
+    assert_allocation_free("kong-yang-circle", &mut printed, &[1.0, 0.0], &[0.0, 1.0]);
+    let mut two_step = TwoStep::new(PathFitted::on(&free, NodeFamily::Gauss, 4).expect("m ≥ 2"));
+    let (mut before, mut now) = ([1.0, 2.0], [1.0, 2.0]);
+    let count = allocations(|| two_step.step(0.0, 0.05, &mut before, &mut now).expect("short step"));
+    assert_eq!(count, 0, "two steps");
+}
+
+#[test]
+fn steps_on_constraints_do_not_allocate() {
+    let l = AutoLagrangian::new(Falling { dim: 3 });
+    let discretisations: Vec<Box<dyn Constrainable>> = vec![
+        Box::new(Trapezoidal::new(&l)),
+        Box::new(Galerkin::gauss(&l, 3).expect("s ≥ 1")),
+        Box::new(PathFitted::bernstein(&l, &[0.2, 0.7]).expect("nodes")),
+    ];
+    for (index, discrete) in discretisations.into_iter().enumerate() {
+        let sphere = AutoConstraint::new(Sphere { dim: 3 });
+        let mut method = Constrained::new(discrete, sphere).expect("dimensions fit");
+        assert_allocation_free(&index.to_string(), &mut method, &[0.6, 0.0, -0.8], &[0.4, 1.0, 0.3]);
+    }
+}
+
+#[test]
+fn steps_of_least_squares_do_not_allocate() {
+    struct VanDerPol;
+    impl Rhs for VanDerPol {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = v[1];
+            dv[1] = (-v[0] * v[0] + 1.0) * v[1] - v[0];
+        }
+    }
+    assert_allocation_free("method I", &mut method_i(AutoDiff::new(VanDerPol)), &[2.0, 0.0], &[0.0, 0.0]);
+    assert_allocation_free("method II", &mut method_ii(AutoDiff::new(VanDerPol)), &[2.0, 0.0], &[0.0, 0.0]);
+}
