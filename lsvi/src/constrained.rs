@@ -102,7 +102,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         check_vector("p", p, n)?;
         self.tangent.start(p);
         let lagrangian = self.discrete.mechanics();
-        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, t, q)?;
+        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, (t, 0.0), q)?;
         p.copy_from_slice(&self.tangent.p);
         Ok(())
     }
@@ -110,7 +110,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
     /// Refuses a state that is off the constraint by more than half of all digits.
     fn check_consistency(&mut self, t: f64, h: f64, q: &[f64]) -> Result<(), StepError> {
         let lagrangian = self.discrete.mechanics();
-        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, t, q)?;
+        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, (t, h), q)?;
         let scratch = &mut self.scratch;
         let tolerance = f64::EPSILON.sqrt();
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -145,7 +145,7 @@ impl Tangent {
         lagrangian: &dyn Lagrangian,
         constraint: &impl Constraint,
         scratch: &mut Scratch,
-        t: f64,
+        (t, h): (f64, f64),
         q: &[f64],
     ) -> Result<(), StepError> {
         let (n, count) = (q.len(), constraint.count());
@@ -160,7 +160,7 @@ impl Tangent {
                 }
                 source = SolveError::SingularMass;
             }
-            return Err(StepError::Solve { t, h: 0.0, source });
+            return Err(StepError::Solve { t, h, source });
         }
         set_reaction(&scratch.gradient, &self.velocity[n..], 1.0, &mut scratch.reaction);
         self.p.iter_mut().zip(&scratch.reaction).for_each(|(p, r)| *p -= r);
@@ -388,10 +388,97 @@ impl<D: Constrainable, K: Constraint> OneStep for Constrained<D, K> {
         equations.end_momentum(h, &self.unknowns, &mut self.tangent.p);
         let q1 = &self.unknowns[path - n..path];
         let lagrangian = self.discrete.mechanics();
-        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, t + h, q1)?;
+        self.tangent.project(lagrangian, &self.constraint, &mut self.scratch, (t + h, h), q1)?;
         q.copy_from_slice(q1);
         p.copy_from_slice(&self.tangent.p);
         self.newton.work.steps += 1;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::autodiff::{AutoConstraint, AutoLagrangian, ConstraintFn, LagrangianFn, Scalar};
+    use crate::discrete::{Galerkin, PathFitted};
+
+    /// Nothing in it quadratic, and it depends on time.
+    struct Body;
+    impl LagrangianFn for Body {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
+            let mass = (q[0] * q[1] + t).sin() + 2.0;
+            mass * (v[0] * v[0] + v[1] * v[1]) * 0.5 + (v[2] * v[2] + 1.0).sqrt() + q[2] * v[0] - q[2].cos()
+        }
+    }
+
+    struct Curve;
+    impl ConstraintFn for Curve {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn count(&self) -> usize {
+            2
+        }
+        fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+            out[0] = q[0] * q[0] + q[1] * q[1] * 2.0 + q[2].sin() - 1.0;
+            out[1] = q[0] * q[1] * q[2] - 0.1;
+        }
+    }
+
+    /// The largest difference between the derivative of `system` at `y` and central differences, relative to its entries.
+    fn defect(system: &mut impl System, h: f64, y: &[f64]) -> f64 {
+        let n = system.dim();
+        let mut exact = Jacobian::zeros(n);
+        system.derivative(h, y, &mut exact);
+        let (e, mut plus, mut minus, mut x) = (1e-5, vec![0.0; n], vec![0.0; n], y.to_vec());
+        let mut worst = 0.0_f64;
+        for j in 0..n {
+            x[j] = y[j] + e;
+            system.residual(h, &x, &mut plus);
+            x[j] = y[j] - e;
+            system.residual(h, &x, &mut minus);
+            x[j] = y[j];
+            for i in 0..n {
+                worst = worst.max((exact.as_dense()[(i, j)] - (plus[i] - minus[i]) / (2.0 * e)).abs());
+            }
+        }
+        worst / exact.as_dense().amax()
+    }
+
+    fn check(discrete: impl Constrainable) {
+        let mut method = Constrained::new(discrete, AutoConstraint::new(Curve)).expect("dimensions fit");
+        let q0 = [0.5, 0.4, 0.3];
+        let mut wave = (0..).map(|i| 0.1 * (1.7 * f64::from(i)).sin());
+        let y: Vec<f64> =
+            method.unknowns.iter().enumerate().map(|(i, _)| q0[i % 3] + wave.next().unwrap_or(0.0)).collect();
+        method.constraint.jacobian(&q0, &mut method.scratch.at_start);
+        let mut equations = StepEquations {
+            discrete: &mut method.discrete,
+            constraint: &method.constraint,
+            scratch: &mut method.scratch,
+            t: 0.2,
+            q0: &q0,
+            p0: &[0.1, 0.2, 0.3],
+        };
+        // Differences of step 1e-5: e² + ε/e relative to third derivatives of the size of the largest entry.
+        let step = defect(&mut equations, 0.4, &y);
+        assert!(step < 1e-8, "{step:e}");
+        let lagrangian = method.discrete.mechanics();
+        method.constraint.jacobian(&q0, &mut method.scratch.gradient);
+        let mut projection =
+            Projection { lagrangian, scratch: &mut method.scratch, t: 0.2, q: &q0, p: &[0.1, 0.2, 0.3] };
+        let hidden = defect(&mut projection, 1.0, &y[..5]);
+        assert!(hidden < 1e-8, "{hidden:e}");
+    }
+
+    #[test]
+    fn derivatives_of_the_step_equations_are_exact() {
+        let l = AutoLagrangian::new(Body);
+        check(Galerkin::gauss(&l, 3).expect("s ≥ 1"));
+        check(PathFitted::new(&l, &[0.3, 0.8]).expect("nodes"));
+        check(PathFitted::bernstein(&l, &[0.3, 0.8]).expect("nodes"));
     }
 }
