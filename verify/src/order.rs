@@ -24,7 +24,7 @@ pub enum Truth {
 /// A kind of truth, by the name that the command line gives it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Source {
-    /// The exact solution, in closed form or tabulated to double precision.
+    /// The solution in closed form, or tabulated to double precision.
     Exact,
     /// SUNDIALS CVODE at tight tolerances.
     Cvode,

@@ -18,7 +18,13 @@ pub(super) enum Failure {
     #[error(transparent)]
     Name(#[from] NameError),
     #[error("{problem} by {method}: {source}")]
-    Run { problem: String, method: String, source: RunError },
+    Run {
+        problem: String,
+        method: String,
+        source: RunError,
+        /// Why the method cannot succeed on the problem, where that is known.
+        breakdown: Option<&'static str>,
+    },
     #[error(transparent)]
     Build(#[from] BuildError),
     #[error(transparent)]
@@ -50,6 +56,7 @@ impl Failure {
     pub(super) fn hint(&self) -> Option<String> {
         let text = match self {
             Self::Name(error) => return name_hint(error),
+            Self::Run { source: RunError::Step(_) | RunError::NonFinite(_), breakdown: Some(reason), .. } => reason,
             Self::Run { source, .. } => return run_hint(source).map(str::to_owned),
             Self::Order(OrderError::NoExact) => "`--reference cvode` or `--reference diffsol`",
             Self::Order(OrderError::Reference(ReferenceError::Unavailable(_))) => {

@@ -49,12 +49,12 @@ pub(super) struct Args {
     #[arg(long, value_name = "M")]
     method: String,
 
-    /// What errors are measured against
-    #[arg(long, value_name = "R", value_enum)]
+    /// What errors are measured against: exact, cvode, diffsol
+    #[arg(long, value_name = "R", value_enum, hide_possible_values = true)]
     reference: Option<Source>,
 
-    /// Form of the result
-    #[arg(long, value_name = "FORM", value_enum, default_value_t = Format::Table)]
+    /// Form of the result: table or json
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = Format::Table)]
     format: Format,
 }
 

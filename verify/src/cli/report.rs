@@ -34,7 +34,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "DIR", default_value = "target/report")]
     out: PathBuf,
 
-    /// Run this study alone; repeatable, see `verify list studies`
+    /// Run this study alone; see `verify list studies`
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
 }
@@ -46,7 +46,11 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let summary = report::summary(&run, report::wants_color());
     write!(out, "{summary}").map_err(Failure::Output)?;
     writeln!(out, "The report is in {}", args.out.join("index.html").display()).map_err(Failure::Output)?;
-    Ok(if run.counts().is_ok() { Status::Ok } else { Status::Failed })
+    Ok(status(&run))
+}
+
+fn status(run: &Run) -> Status {
+    if run.counts().is_ok() { Status::Ok } else { Status::Failed }
 }
 
 /// The studies of these names in the order of the report; all of them if there are none.
@@ -132,6 +136,9 @@ mod tests {
         let errors: Vec<_> = chapters.iter().map(|chapter| chapter.error.as_deref()).collect();
         assert_eq!(errors, [Some("no luck"), Some("it panicked: index 7 out of range"), None]);
         assert_eq!(chapters[2].evidence.notes, ["found"]);
+        let works = chapters[2].clone();
+        assert_eq!(status(&Run::new(vec![works], vec![])), Status::Ok);
+        assert_eq!(status(&Run::new(chapters, vec![])), Status::Failed);
     }
 
     #[test]

@@ -46,11 +46,11 @@ pub(super) struct Args {
     method: String,
 
     /// Step size
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, allow_hyphen_values = true)]
     h: f64,
 
     /// End time
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
     t_end: f64,
 
     /// Write every row to FILE, or to standard output for `-`
@@ -99,7 +99,8 @@ impl<'a> Solve<'a> {
     }
 
     fn failed(&self, source: RunError) -> Failure {
-        Failure::Run { problem: self.args.problem.name.clone(), method: self.method.name(), source }
+        let breakdown = self.problem.breakdown(&*self.method);
+        Failure::Run { problem: self.args.problem.name.clone(), method: self.method.name(), source, breakdown }
     }
 
     /// Column names: `t`, the components, `error`.

@@ -1,0 +1,505 @@
+//! The command line, as a user runs it: names, columns, exit statuses, messages.
+
+use std::fs;
+use std::io::Read;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+use verify::names::Parameter;
+use verify::{methods, problems, references, run, studies};
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
+    command.args(arguments).env("NO_COLOR", "1");
+    command
+}
+
+fn verify(arguments: &[&str]) -> Output {
+    command(arguments).output().expect("the program starts")
+}
+
+fn stdout(output: &Output) -> &str {
+    std::str::from_utf8(&output.stdout).expect("UTF-8")
+}
+
+fn stderr(output: &Output) -> &str {
+    std::str::from_utf8(&output.stderr).expect("UTF-8")
+}
+
+/// Runs words separated by blanks and returns exit status, standard output and standard error.
+fn say(line: &str) -> (i32, String, String) {
+    let output = verify(&line.split_whitespace().collect::<Vec<_>>());
+    (output.status.code().expect("no signal"), stdout(&output).into(), stderr(&output).into())
+}
+
+/// A fresh directory for one test.
+fn directory(name: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("cli").join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).expect("writable");
+    path
+}
+
+fn columns(text: &str) -> usize {
+    let is_mark = |c: &char| ('\u{300}'..='\u{36f}').contains(c);
+    text.chars().filter(|c| !is_mark(c)).count()
+}
+
+#[track_caller]
+fn fits_a_terminal(text: &str) {
+    for line in text.lines() {
+        assert!(columns(line) <= 80, "{} columns: {line}", columns(line));
+    }
+}
+
+/// Header and rows of a CSV text.
+fn table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let header = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+    let rows = reader.deserialize().collect::<Result<Vec<Vec<f64>>, _>>().expect("numbers");
+    (header, rows)
+}
+
+#[test]
+fn help_teaches_and_fits() {
+    for name in ["", "report", "list", "solve", "order", "compare", "golden"] {
+        for flag in ["--help", "-h"] {
+            let (status, text, _) = say(&format!("{name} {flag}"));
+            assert_eq!(status, 0, "{name}");
+            assert!(text.contains("Examples:\n  verify "), "{name}: no example");
+            fits_a_terminal(&text);
+        }
+    }
+    let (status, text, _) = say("golden diff --help");
+    assert_eq!(status, 0);
+    fits_a_terminal(&text);
+}
+
+/// Every `verify …` line in the help is a command that the program accepts.
+#[test]
+fn examples_in_the_help_work() {
+    let directory = directory("examples");
+    let mut count = 0;
+    for name in ["", "list", "solve", "order", "compare"] {
+        let (_, text, _) = say(&format!("{name} --help"));
+        let (_, examples) = text.split_once("Examples:\n").expect("examples");
+        let (examples, _) = examples.split_once("\n\n").unwrap_or((examples, ""));
+        for line in examples.replace(" \\\n     ", "").lines() {
+            // Explanations stand behind three blanks, pipes are the shell's. The report has a test of its own.
+            let line = line.trim().split("   ").next().unwrap_or_default().split('|').next().unwrap_or_default();
+            let arguments: Vec<_> = line.split_whitespace().skip(1).map(|word| word.trim_matches('\'')).collect();
+            if arguments != ["report"] {
+                let output = command(&arguments).current_dir(&directory).output().expect("starts");
+                assert_eq!(output.status.code(), Some(0), "{line}: {}", stderr(&output));
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 12, "only {count} examples found");
+}
+
+#[test]
+fn lists_name_everything() {
+    let (status, all, _) = say("list");
+    assert_eq!(status, 0);
+    fits_a_terminal(&all);
+    let names = |kind: &str| say(&format!("list {kind}")).1;
+    let named = |text: &str, name: &str| text.lines().any(|line| line.split_whitespace().next() == Some(name));
+    for spec in problems::ALL {
+        assert!(named(&names("problems"), spec.name), "{}", spec.name);
+        for Parameter { name, default, .. } in spec.parameters {
+            assert!(named(&all, &format!("{name}={default}")), "{name}");
+        }
+    }
+    let methods_text = names("methods");
+    methods::ALL.iter().for_each(|spec| assert!(named(&methods_text, spec.form), "{}", spec.form));
+    let references_text = names("references");
+    references::all().iter().for_each(|reference| assert!(named(&references_text, reference.name())));
+    let studies_text = names("studies");
+    studies::ALL.iter().for_each(|study| assert!(named(&studies_text, study.id)));
+    let (status, _, message) = say("list problem");
+    assert_eq!(status, 2);
+    assert!(message.contains("problems"), "{message}");
+}
+
+/// Every method solves every problem; the numbers of the file read back as the very doubles of the run.
+#[test]
+fn csv_has_the_columns_and_the_numbers_of_the_run() {
+    for spec in problems::ALL {
+        for method in methods::examples() {
+            let problem = problems::build(spec.name, &[]).expect("defaults");
+            let (h, t_end) = if problem.is_stiff() { (1e-4, 1e-3) } else { (0.03, 0.1) };
+            let (name, h_text, t_text) = (method.name(), h.to_string(), t_end.to_string());
+            let arguments =
+                ["solve", "--problem", spec.name, "--method", &name, "--h", &h_text, "--t-end", &t_text, "--csv", "-"];
+            let output = verify(&arguments);
+            assert_eq!(output.status.code(), Some(0), "{} by {name}: {}", spec.name, stderr(&output));
+            let (header, rows) = table(stdout(&output));
+            let mut expected_header = vec!["t"];
+            expected_header.extend(problem.components());
+            expected_header.extend(problem.exact(0.0).map(|_| "error"));
+            assert_eq!(header, expected_header);
+            let mut expected = Vec::new();
+            run::run(&*problem, &*method, h, t_end, |state| {
+                let error = problem.exact(state.t).map(|exact| run::distance(&state.q, &exact));
+                expected.push([state.t].into_iter().chain(state.q.iter().copied()).chain(error).collect::<Vec<_>>());
+            })
+            .expect("solvable");
+            assert_eq!(rows, expected, "{} by {name}", spec.name);
+        }
+    }
+}
+
+#[test]
+fn rows_run_from_zero_to_the_end_by_a_shortened_last_step() {
+    let times = |line: &str| -> Vec<f64> {
+        let (status, text, message) = say(line);
+        assert_eq!((status, message.as_str()), (0, ""));
+        table(&text).1.iter().map(|row| row[0]).collect()
+    };
+    let solve = "solve --problem logistic --method method-i --csv -";
+    assert_eq!(times(&format!("{solve} --h 0.3 --t-end 1")), [0.0, 0.3, 0.6, 3.0 * 0.3, 1.0]);
+    assert_eq!(times(&format!("{solve} --h 0.5 --t-end 1")), [0.0, 0.5, 1.0]);
+    assert_eq!(times(&format!("{solve} --h 3 --t-end 1")), [0.0, 1.0]);
+    assert_eq!(times(&format!("{solve} --h 3 --t-end 0")), [0.0]);
+}
+
+#[test]
+fn parameters_and_arguments_reach_the_computation() {
+    let rows = |arguments: &[&str]| {
+        let mut all = vec!["solve", "--h", "0.1", "--t-end", "0.1", "--csv", "-"];
+        all.extend(arguments);
+        let output = verify(&all);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        table(stdout(&output)).1
+    };
+    let plain = rows(&["--problem", "logistic", "--method", "linear(-0.001,25)"]);
+    assert_eq!(rows(&["--problem", "logistic", "--method", "linear( -1e-3 , +2.5E1 )"]), plain);
+    assert_ne!(rows(&["--problem", "logistic", "--method", "linear(0.5,1)"]), plain);
+    let set = rows(&["--problem", "linear-drag", "--method", "rk4", "--set", "v0=-1", "--set", "lambda = 2"]);
+    assert_eq!(set[0][1], -1.0);
+    assert!((set[1][1] + (-0.2_f64).exp()).abs() < 1e-5, "{set:?}");
+    let euler = |problem: &str, set: &str| rows(&["--problem", problem, "--method", "implicit-euler", "--set", set]);
+    // One implicit Euler step of v̇ = k (γ − 2v) from 0 with γ = 2: 2kh/(1 + 2kh), k = 3/2 averaged, 5/4 Galerkin.
+    for (problem, set, k) in [
+        ("poiseuille-ansatz", "gamma=2", 1.5),
+        ("poiseuille-ansatz", "reduction=galerkin", 1.25),
+        ("poiseuille-galerkin", "gamma=2", 1.25),
+    ] {
+        let v = euler(problem, set)[1][1];
+        assert!((v - 0.2 * k / (1.0 + 0.2 * k)).abs() < 4.0 * f64::EPSILON, "{problem} {set}: {v}");
+    }
+}
+
+#[test]
+fn bad_usage_is_status_2_with_a_message() {
+    let solve = "solve --problem logistic --method method-i --h 0.1 --t-end 1";
+    for (line, words) in [
+        (
+            "solve --problem logistik --method rk4 --h 0.1 --t-end 1",
+            "unknown problem `logistik`; did you mean `logistic`?",
+        ),
+        (
+            "solve --problem logistic --method metod-i --h 0.1 --t-end 1",
+            "unknown method `metod-i`; did you mean `method-i`?",
+        ),
+        (&format!("{solve} --set lamda=1"), "unknown parameter `lamda`; did you mean `lambda`?"),
+        (&format!("{solve} --set lambda=quick"), "lambda = quick: not a finite number"),
+        (&format!("{solve} --set lambda"), "expected name=value"),
+        ("solve --problem logistic --method linear(0,0) --h 0.1 --t-end 1", "linear(0,0)"),
+        ("solve --problem logistic --method linear(1) --h 0.1 --t-end 1", "linear(ALPHA,BETA)"),
+        ("solve --problem logistic --method rk4 --h 0 --t-end 1", "step size h = 0 must be positive"),
+        ("solve --problem logistic --method rk4 --h -1e-3 --t-end 1", "step size h = -0.001 must be positive"),
+        ("solve --problem logistic --method rk4 --h NaN --t-end 1", "step size h = NaN must be positive"),
+        ("solve --problem logistic --method rk4 --h 1e-30 --t-end 1", "cannot resolve"),
+        ("solve --problem logistic --method rk4 --h 0.1 --t-end -1", "end time -1 must be"),
+        ("solve --problem logistic --method rk4 --h 0.1 --t-end inf", "end time inf must be"),
+        ("solve --problem logistic --method rk4 --h fast --t-end 1", "--h"),
+        ("solve --problem logistic --method rk4 --t-end 1", "--h"),
+        ("order --problem logistic --method rk4 --reference cvod", "cvode"),
+        ("order --problem van-der-pol --set mu=2 --method rk4 --reference exact", "no exact solution"),
+        ("compare --problem kepler", "unknown problem `kepler`"),
+        ("report --only order", "unknown study `order`; did you mean `orders`?"),
+        ("golden", "Usage: verify golden"),
+        ("golden chek", "check"),
+        ("slove", "solve"),
+        ("", "Usage: verify"),
+    ] {
+        let (status, out, message) = say(line);
+        assert_eq!((status, out.as_str()), (2, ""), "{line}: {message}");
+        assert!(message.contains(words), "{line}: {message}");
+        assert!(!message.contains("panicked"), "{message}");
+    }
+    let (_, _, message) = say("solve --problem logistic --method rk4 --h 0 --t-end 1");
+    assert_eq!(message.lines().nth(1), Some("hint: for example `--h 0.1`"));
+}
+
+/// Method II on the van der Pol oscillator loses its branch soon after t = 0.16.
+const BREAKS_OFF: &str = "solve --problem van-der-pol --method method-ii --h 0.001 --t-end 5";
+
+#[test]
+fn a_solve_that_fails_says_where_and_leaves_no_file() {
+    let directory = directory("failure");
+    let path = directory.join("out.csv");
+    let to_file = format!("{BREAKS_OFF} --csv {}", path.display());
+    let entries = || fs::read_dir(&directory).expect("readable").count();
+
+    let (status, out, message) = say(&to_file);
+    assert_eq!((status, out.as_str()), (1, ""));
+    assert!(message.starts_with("error: van-der-pol by method-ii: step from t = 0."), "{message}");
+    assert!(message.contains("branch of solutions") && message.contains("\nhint: "), "{message}");
+    assert_eq!(entries(), 0, "a file was left behind");
+
+    fs::write(&path, "precious").expect("writable");
+    assert_eq!(say(&to_file).0, 1);
+    assert_eq!(fs::read_to_string(&path).expect("still there"), "precious");
+    assert_eq!(entries(), 1, "a file was left behind");
+
+    // To standard output, the rows before the failure stand, and the last one is where the message says.
+    let (status, out, message) = say(&format!("{BREAKS_OFF} --csv -"));
+    assert_eq!(status, 1);
+    let (_, rows) = table(&out);
+    let last = rows.last().expect("rows")[0];
+    assert!(rows.len() > 100 && message.contains(&format!("step from t = {last} ")), "{last}: {message}");
+
+    // So do the rows of the table.
+    let (status, out, message) = say(BREAKS_OFF);
+    assert_eq!(status, 1);
+    assert!(out.lines().count() > 10 && message.starts_with("error: "), "{out}{message}");
+    fits_a_terminal(&out);
+
+    // On the very first step there is nothing but the initial state.
+    let (status, out, message) = say("solve --problem quadratic-drag --method method-ii --h 1 --t-end 5 --csv -");
+    assert_eq!((status, out.as_str()), (1, "t,v,error\n0.0,1.0,0.0\n"));
+    assert!(message.contains("step from t = 0 with h = 1"), "{message}");
+}
+
+#[test]
+fn a_solve_that_succeeds_replaces_the_file_and_says_what_it_wrote() {
+    let directory = directory("success");
+    let path = directory.join("out.csv");
+    fs::write(&path, "old").expect("writable");
+    let solve = "solve --problem logistic --method method-i --h 0.1 --t-end 10 --csv";
+    let (status, out, message) = say(&format!("{solve} {}", path.display()));
+    assert_eq!((status, message.as_str()), (0, ""));
+    assert!(out.starts_with("101 rows written to "), "{out}");
+    let text = fs::read_to_string(&path).expect("written");
+    assert_eq!(text, say(&format!("{solve} -")).1);
+    assert_eq!(fs::read_dir(&directory).expect("readable").count(), 1, "a file was left behind");
+
+    let (_, rows) = table(&text);
+    let largest = rows.iter().map(|row| row[2]).fold(0.0, f64::max);
+    assert!(out.contains(&format!("100 steps to t = 10; largest error {largest:.5e}")), "{out}");
+
+    #[cfg(unix)]
+    {
+        // A link is followed, not replaced, and a device is written to, not renamed over.
+        let link = directory.join("link.csv");
+        std::os::unix::fs::symlink(&path, &link).expect("writable");
+        assert_eq!(say(&format!("{solve} {} --set v0=0.5", link.display())).0, 0);
+        assert!(link.is_symlink());
+        assert_ne!(fs::read_to_string(&path).expect("written"), text);
+        assert_eq!(say(&format!("{solve} /dev/null")).0, 0);
+        assert!(!fs::metadata("/dev/null").expect("there").is_file());
+    }
+}
+
+#[test]
+fn what_cannot_be_written_is_status_1() {
+    let directory = directory("unwritable");
+    let inside = directory.join("missing/out.csv").display().to_string();
+    let solve = "solve --problem logistic --method rk4 --h 0.1 --t-end 1 --csv";
+    for path in [inside, directory.display().to_string()] {
+        let (status, out, message) = say(&format!("{solve} {path}"));
+        assert_eq!((status, out.as_str()), (1, ""), "{message}");
+        assert!(message.starts_with(&format!("error: cannot write {path}: ")), "{message}");
+    }
+    let file = directory.join("file");
+    fs::write(&file, "").expect("writable");
+    let (status, _, message) = say(&format!("report --only orders --out {}/report", file.display()));
+    assert_eq!(status, 1);
+    assert!(message.starts_with("error: cannot write "), "{message}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_reported() {
+    for line in ["list", "solve --problem logistic --method rk4 --h 0.1 --t-end 1 --csv -"] {
+        let full = fs::File::options().write(true).open("/dev/full").expect("Linux has it");
+        let output = command(&line.split(' ').collect::<Vec<_>>()).stdout(full).output().expect("starts");
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).starts_with("error: cannot write to standard output: "), "{}", stderr(&output));
+    }
+}
+
+/// A reader who has seen enough ends a solve of a billion steps, without a complaint.
+#[test]
+fn a_closed_pipe_is_no_error() {
+    for line in ["solve --problem logistic --method rk4 --h 1e-8 --t-end 10 --csv -", "list", "--help"] {
+        let arguments: Vec<_> = line.split(' ').collect();
+        let mut child = command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+        let mut first = [0; 2];
+        child.stdout.take().expect("piped").read_exact(&mut first).expect("some output");
+        let output = child.wait_with_output().expect("ends");
+        assert_eq!((output.status.code(), stderr(&output)), (Some(0), ""), "{line}");
+    }
+}
+
+#[test]
+fn a_table_is_one_screen_however_many_rows() {
+    for (h, steps) in [("0.5", 4), ("0.1", 20), ("0.001", 2000), ("0.0009", 2223)] {
+        let (status, out, _) = say(&format!("solve --problem logistic --method method-i --h {h} --t-end 2"));
+        assert_eq!(status, 0);
+        fits_a_terminal(&out);
+        let lines: Vec<_> = out.lines().collect();
+        assert!(lines.len() <= 23, "{out}");
+        assert_eq!(lines[0].split_whitespace().collect::<Vec<_>>(), ["t", "v", "error"]);
+        assert_eq!(lines[1].split_whitespace().collect::<Vec<_>>(), ["0", "0.100000", "0"]);
+        let rows: Vec<f64> =
+            lines[1..].iter().filter_map(|line| line.trim_start().split("  ").next()?.parse().ok()).collect();
+        assert!(rows.is_sorted() && rows.last() == Some(&2.0), "{out}");
+        assert!(lines[lines.len() - 1].starts_with(&format!("{steps} steps to t = 2; largest error ")), "{out}");
+        assert_eq!(out.contains("writes them all"), rows.len() <= steps);
+    }
+}
+
+#[test]
+fn order_passes_fails_or_cannot_tell() {
+    let (status, out, _) = say("order --problem quadratic-drag --method method-i");
+    assert_eq!(status, 0, "{out}");
+    assert!(out.starts_with("method-i on quadratic-drag, errors against exact\n"));
+    assert!(out.contains("\nPASS: order ") && out.contains(" is 2 ± 0.1"), "{out}");
+    fits_a_terminal(&out);
+
+    // The local error of the trapezoidal rule is −h³v⃛/12, and on v̇ = v(1 − v) it adds up to a multiple of
+    // ∫ v⃛/v̇ dt = T − 6(v(T) − v₀). Where that vanishes at T = 2 the rule is of order 4, which is not 2.
+    let v0 = 1.0 / 3.0 - (1.0 / 9.0 - 1.0 / (3.0 * (2_f64.exp() - 1.0))).sqrt();
+    let (status, out, _) = say(&format!("order --problem logistic --set v0={v0} --method trapezoidal"));
+    assert_eq!(status, 1, "{out}");
+    assert!(out.contains("\nFAIL: order 4.0") && out.contains("is not 2 ± 0.1"), "{out}");
+
+    // The steady state is met exactly at every step size.
+    let (status, out, _) = say("order --problem logistic --set v0=1 --method trapezoidal");
+    assert_eq!(status, 3, "{out}");
+    assert!(out.contains("\nINCONCLUSIVE: ") && out.contains("no: at the floor"), "{out}");
+    fits_a_terminal(&out);
+}
+
+#[test]
+fn order_as_json_keeps_to_its_schema() {
+    let json = |line: &str| -> (i32, serde_json::Value) {
+        let (status, out, message) = say(&format!("order --format json {line}"));
+        (status, serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}{message}")))
+    };
+    let (status, value) = json("--problem prothero-robinson --method method-i --reference diffsol");
+    assert_eq!(status, 0);
+    let keys: Vec<_> = value.as_object().expect("an object").keys().map(String::as_str).collect();
+    let mut expected =
+        ["problem", "method", "reference", "expected", "declared", "slope", "stderr", "r_squared"].to_vec();
+    expected.extend(["verdict", "reason", "points"]);
+    expected.sort_unstable();
+    assert_eq!(keys, expected);
+    assert_eq!(value["problem"], "prothero-robinson");
+    assert_eq!(value["reference"], "diffsol-bdf");
+    assert_eq!((value["expected"]["order"].as_f64(), value["declared"]["nominal"].as_f64()), (Some(1.0), Some(2.0)));
+    assert_eq!(value["verdict"], "pass");
+
+    let (status, value) = json("--problem logistic --method rk4");
+    assert_eq!((status, &value["verdict"], &value["declared"]), (0, &"pass".into(), &serde_json::Value::Null));
+    let points = value["points"].as_array().expect("a list");
+    let h: Vec<f64> = points.iter().map(|point| point["h"].as_f64().expect("a number")).collect();
+    assert!(h.is_sorted_by(|a, b| a > b), "{h:?}");
+    assert!(points[0]["local_order"].is_null());
+    for point in points {
+        assert_eq!(point["kept"].as_bool(), Some(point["reason"].is_null()), "{point}");
+        assert!(point["error"].as_f64() >= Some(0.0) && point["floor"].as_f64() >= Some(0.0), "{point}");
+    }
+    // A local order is that of its own point and the next coarser one.
+    let (coarse, fine) = (&points[1], &points[2]);
+    let of = |key: &str| coarse[key].as_f64().expect("a number") / fine[key].as_f64().expect("a number");
+    let local = fine["local_order"].as_f64().expect("a number");
+    assert!((of("error").ln() / of("h").ln() - local).abs() < 1e-9, "{local}");
+
+    let (status, value) = json("--problem logistic --set v0=1 --method rk4");
+    assert_eq!((status, &value["verdict"], &value["slope"]), (3, &"inconclusive".into(), &serde_json::Value::Null));
+}
+
+#[test]
+fn order_takes_the_reference_that_is_asked_for() {
+    let reference = |line: &str| say(&format!("order {line}")).1.lines().next().unwrap_or_default().to_owned();
+    let drag = "--problem quadratic-drag --method method-i";
+    assert!(reference(drag).ends_with("against exact"));
+    assert!(reference(&format!("{drag} --reference diffsol")).ends_with("against diffsol-tsit45"));
+    let default = reference("--problem van-der-pol --set mu=2 --method rk4");
+    if cfg!(feature = "cvode") {
+        assert!(default.ends_with("against cvode-adams"), "{default}");
+        assert!(reference(&format!("{drag} --reference cvode")).ends_with("against cvode-adams"));
+    } else {
+        assert!(default.ends_with("against diffsol-tsit45"), "{default}");
+        let (status, _, message) = say(&format!("order {drag} --reference cvode"));
+        assert_eq!(status, 1);
+        assert!(message.contains("not compiled in") && message.contains("hint: "), "{message}");
+    }
+    // Every closure has a limit of its own on the ansatz; with another start than rest none of them is tabulated.
+    for method in ["method-i", "method-ii", "rk4"] {
+        let line = format!("--problem poiseuille-ansatz --set v0=0.5 --method {method}");
+        assert_eq!(say(&format!("order {line}")).0, 0, "{method}");
+    }
+    // The solution of v̇ = v² from 1 ends at t = 1, before the horizon.
+    let (status, out, message) = say("order --problem quadratic-drag --set lambda=-1 --method rk4");
+    assert_eq!((status, out.as_str()), (1, ""));
+    assert!(message.contains("stopped at t = 0.99999"), "{message}");
+}
+
+#[test]
+fn compare_shows_every_solver() {
+    let (status, out, _) = say("compare --problem quadratic-drag");
+    assert_eq!(status, 0, "{out}");
+    fits_a_terminal(&out);
+    let names = methods::examples().into_iter().map(|method| method.name());
+    for name in names.chain(references::all().iter().map(|reference| reference.name().to_owned())) {
+        let line = out.lines().find(|line| line.split_whitespace().nth(1) == Some(&name));
+        assert!(line.is_some_and(|line| line.contains("agrees") || line.contains("not ")), "{name}: {out}");
+    }
+    assert!(out.lines().last().is_some_and(|line| line.contains(" 0 do not")), "{out}");
+}
+
+#[test]
+fn goldens_are_checked_shown_and_refreshed() {
+    let (status, out, _) = say("golden check");
+    assert_eq!(status, 0, "{out}");
+    let directory = directory("golden");
+    let at = |action: &str| say(&format!("golden {action} --dir {}", directory.display()));
+    assert_eq!(at("check").0, 1, "nothing there yet");
+    assert_eq!(at("diff").0, 1);
+    assert_eq!(at("refresh").0, 0);
+    assert_eq!(at("check").0, 0);
+    fs::write(directory.join("orphan.txt"), "").expect("writable");
+    assert_eq!(at("check").0, 1);
+    let (status, _, message) = at("refresh");
+    assert_eq!(status, 2, "trouble is not a difference");
+    assert!(message.contains("orphan.txt is no golden file"), "{message}");
+    let output = command(&["golden", "check"]).current_dir("/").output().expect("starts");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("--dir"), "{}", stderr(&output));
+}
+
+/// Two reports are the same to the byte, and complete.
+#[test]
+fn a_report_is_written_and_reproducible() {
+    let directory = directory("report");
+    let report = |name: &str| {
+        let out = directory.join(name);
+        let (status, text, message) = say(&format!("report --only orders --out {}", out.display()));
+        assert_eq!((status, message.as_str()), (0, ""), "{text}");
+        fits_a_terminal(text.trim_end().rsplit_once('\n').expect("lines").0);
+        assert!(text.contains("Orders of accuracy"));
+        let names = ["index.html", "report.md", "results.json", "junit.xml", "data/orders.csv"];
+        names.map(|name| fs::read_to_string(out.join(name)).unwrap_or_else(|error| panic!("{name}: {error}")))
+    };
+    let first = report("first");
+    assert_eq!(first, report("second"));
+    for (_, version) in [("rustc", "rustc 1."), ("diffsol", "diffsol 0.")] {
+        assert!(first[0].contains(version) && first[2].contains(version), "{version}");
+    }
+}
