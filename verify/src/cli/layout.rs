@@ -103,6 +103,6 @@ mod tests {
         assert!(lines[0].starts_with("  label   v̇= v̇=") && lines[1].starts_with("          v̇="));
         assert_eq!(lines.len(), 2);
         assert!(lines.iter().all(|line| width(line) <= WIDTH));
-        assert_eq!(width(lines[0]), 78 + 1);
+        assert_eq!(width(lines[0]), 10 + 23 * 3 - 1);
     }
 }

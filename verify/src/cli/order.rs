@@ -49,7 +49,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "M")]
     method: String,
 
-    /// What errors are measured against: exact, cvode, diffsol
+    /// Measure errors against exact, cvode or diffsol
     #[arg(long, value_name = "R", value_enum, hide_possible_values = true)]
     reference: Option<Source>,
 
