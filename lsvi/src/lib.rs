@@ -63,3 +63,8 @@ pub use linalg::Jacobian;
 pub use two_step::TwoStep;
 pub use variational::{Variational, least_squares, method_i, method_ii, position_momentum};
 pub use vector_field::VectorField;
+
+/// The program in the README runs.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
