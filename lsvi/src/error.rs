@@ -128,13 +128,13 @@ pub enum SolveError {
     #[error("the mass matrix, the second derivative of L in the velocity, is singular at the present state")]
     SingularMass,
     /// The solution that is continuous in the step size ends in a fold before the step is complete.
-    #[error("the branch of solutions that starts at the present state ends at a step of {reached:e}")]
+    #[error("the branch of solutions that starts at the present state ends at a step of {reached:.4e}")]
     BranchLost {
         /// Longest step for which the branch was found.
         reached: f64,
     },
     /// Newton's iteration did not converge.
-    #[error("Newton's iteration did not converge: last increment {increment:e} after {iterations} iterations")]
+    #[error("Newton's iteration did not converge: last increment {increment:.1e} after {iterations} iterations")]
     Diverged {
         /// Iterations spent.
         iterations: u32,

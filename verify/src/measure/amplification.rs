@@ -68,7 +68,7 @@ mod tests {
             close(factor(1.0, 0.0), 1.0 - h + 0.5 * h * h); // (21)
             close(factor(0.0, 1.0), 1.0 / (1.0 + h + 0.5 * h * h)); // (22)
             close(factor(-1.0, 1.0), (1.0 - 0.5 * h) / (1.0 + 0.5 * h)); // (25)
-            let (a, b) = (0.3, -1.7);
+            let (a, b) = (0.3, 1.7); // no pole for h > 0
             let printed = (a + b - a * h + 0.5 * a * h * h) / (a + b + b * h + 0.5 * b * h * h); // (27)
             close(factor(a, b), printed);
         }

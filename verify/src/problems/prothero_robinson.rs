@@ -76,6 +76,9 @@ impl Problem for ProtheroRobinson {
     /// time scale 1/λ.
     fn order_plan(&self, method: &dyn Method) -> OrderPlan {
         let fast = |horizon: f64| OrderPlan::at(method, horizon / self.lambda, 0.25 / self.lambda);
+        if !self.is_stiff() {
+            return OrderPlan::at(method, 2.0, 0.2 / self.lambda.abs().max(1.0));
+        }
         match (method.stability(), method.stiff_order()) {
             (Stability::Unstable, _) => fast(4.0),
             (Stability::Conditional, _) | (_, None) => fast(10.0),
