@@ -20,14 +20,15 @@ impl Amplification {
     /// R(z).
     pub fn factor(self, z: Complex<f64>) -> Complex<f64> {
         let m = 0.5 * z.norm_sqr();
-        let numerator = Complex::new(self.alpha * (1.0 + z.re + m) + self.beta, self.beta * z.im);
+        // α + β is summed first: for Method II it cancels exactly.
+        let numerator = Complex::new(self.alpha + self.beta + self.alpha * (z.re + m), self.beta * z.im);
         numerator / self.denominator(z)
     }
 
     /// The denominator D of R, h times the derivative of the step equation.
     pub fn denominator(self, z: Complex<f64>) -> Complex<f64> {
         let m = 0.5 * z.norm_sqr();
-        Complex::new(self.alpha + self.beta * (1.0 - z.re + m), -self.alpha * z.im)
+        Complex::new(self.alpha + self.beta + self.beta * (m - z.re), -self.alpha * z.im)
     }
 
     /// Whether R has a pole so near to z that the step is singular in double precision.
