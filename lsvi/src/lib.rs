@@ -8,6 +8,7 @@
 //!   [`Galerkin`](discrete::Galerkin), or from a fitted path, [`PathFitted`](discrete::PathFitted).
 //! - A [`Closure`](closure::Closure) of the momenta: position–momentum, or the (α, β) family with [`method_i`] and [`method_ii`].
 //! - A [`Variational`] integrator of the two, stepped along a [`Trajectory`] like the [`classic`] yardsticks.
+//! - In mechanics also [`Forced`] motions, and [`Constrained`] ones on f(q) = 0.
 //!
 //! # Notation
 //!

@@ -36,7 +36,7 @@ impl LagrangianFn for DoublePendulum {
     }
 }
 
-/// A plane particle in the magnetic field B = 2 + 4r²/… of the vector potential (1 + r²)(−y, x), and a quartic well.
+/// A plane particle in the magnetic field B = 2 + 4r² of the vector potential (1 + r²)(−y, x), and a quartic well.
 pub(crate) struct ChargedParticle;
 impl LagrangianFn for ChargedParticle {
     fn dim(&self) -> usize {
