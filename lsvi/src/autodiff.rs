@@ -12,7 +12,9 @@ use std::cell::RefCell;
 
 use num_dual::{Dual64, DualNum, HyperDual64};
 
-use crate::linalg::Jacobian;
+use crate::coloring::Coloring;
+use crate::linalg::{Jacobian, Structure};
+use crate::mass::Mass;
 use crate::vector_field::VectorField;
 
 /// Numbers that a generic definition computes with: `f64` and dual numbers over it.
@@ -38,6 +40,21 @@ pub trait Rhs {
     /// Number of unknowns.
     fn dim(&self) -> usize;
 
+    /// Where ∂f_i/∂v_j may differ from zero, as [`VectorField::structure`].
+    fn structure(&self) -> Structure {
+        Structure::Dense
+    }
+
+    /// The matrix M of M v̇ = f, as [`VectorField::mass`].
+    fn mass(&self) -> Mass {
+        Mass::Identity
+    }
+
+    /// Whether f(t, v) = A v + g(t) with a constant A, as [`VectorField::is_linear`].
+    fn is_linear(&self) -> bool {
+        false
+    }
+
     /// Writes f(t, v) into `dv`; both have length [`dim`](Self::dim).
     fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]);
 }
@@ -46,17 +63,33 @@ impl<F: Rhs> Rhs for &F {
     fn dim(&self) -> usize {
         (**self).dim()
     }
+    fn structure(&self) -> Structure {
+        (**self).structure()
+    }
+    fn mass(&self) -> Mass {
+        (**self).mass()
+    }
+    fn is_linear(&self) -> bool {
+        (**self).is_linear()
+    }
     fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
         (**self).rhs(t, v, dv);
     }
 }
 
-/// Makes a [`VectorField`] of an [`Rhs`]: the Jacobian in n sweeps, the curvature in n(n + 1)/2.
+/// Makes a [`VectorField`] of an [`Rhs`].
+///
+/// With g groups of columns that share no row (n for a dense Jacobian, `lower + upper + 1` for a band) the Jacobian takes
+/// g + 1 sweeps and the curvature g(g + 1)/2. The extra sweep differentiates along all columns at once, which shows an f
+/// that does not have the declared structure; its Jacobian is then found column by column, so that it is refused.
 #[derive(Debug)]
 pub struct AutoDiff<F> {
     field: F,
+    structure: Structure,
+    coloring: Coloring,
     first: RefCell<Sweep<Dual64>>,
     second: RefCell<Sweep<HyperDual64>>,
+    row_check: RefCell<Vec<RowCheck>>,
 }
 
 #[derive(Debug)]
@@ -77,16 +110,53 @@ impl<T: Scalar> Sweep<T> {
     }
 }
 
+/// Σ_j J_ij s_j and Σ_j |J_ij s_j| of the entries found in row i.
+#[derive(Debug, Clone, Copy, Default)]
+struct RowCheck {
+    sum: f64,
+    size: f64,
+}
+
+impl RowCheck {
+    /// Whether the sweep along s gives the same row sum but for the rounding of two evaluations.
+    fn agrees(self, sweep: f64) -> bool {
+        // Intermediate terms of f may exceed the entries; a structural entry shows far above this.
+        const RELATIVE: f64 = 1e-8;
+        sweep.is_nan() || (sweep - self.sum).abs() <= RELATIVE * self.size.max(sweep.abs() * f64::EPSILON.sqrt())
+    }
+}
+
+/// Directions without small integer relations between their components, so that entries do not cancel.
+fn direction(j: usize) -> f64 {
+    1.0 + 0.5 * ((j + 1) as f64).sin()
+}
+
 impl<F: Rhs> AutoDiff<F> {
     /// Wraps `field`.
     pub fn new(field: F) -> Self {
         let dim = field.dim();
-        Self { first: Sweep::new(dim), second: Sweep::new(dim), field }
+        let structure = field.structure();
+        Self {
+            first: Sweep::new(dim),
+            second: Sweep::new(dim),
+            row_check: RefCell::new(vec![RowCheck::default(); dim]),
+            coloring: Coloring::new(dim, &structure),
+            structure,
+            field,
+        }
     }
 
     /// The definition that is differentiated.
     pub fn inner(&self) -> &F {
         &self.field
+    }
+
+    /// Whether the derivative along [`direction`] is that of the entries in `row_check`.
+    fn has_declared_structure(&self, t: f64, sweep: &mut Sweep<Dual64>, row_check: &[RowCheck]) -> bool {
+        sweep.v.iter_mut().enumerate().for_each(|(j, x)| x.eps = direction(j));
+        self.field.rhs(t, &sweep.v, &mut sweep.dv);
+        sweep.v.iter_mut().for_each(|x| x.eps = 0.0);
+        row_check.iter().zip(&sweep.dv).all(|(row, f)| row.agrees(f.eps))
     }
 }
 
@@ -95,19 +165,49 @@ impl<F: Rhs> VectorField for AutoDiff<F> {
         self.field.dim()
     }
 
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+
+    fn mass(&self) -> Mass {
+        self.field.mass()
+    }
+
+    fn is_linear(&self) -> bool {
+        self.field.is_linear()
+    }
+
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
         self.field.rhs(t, v, dv);
     }
 
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
         let sweep = &mut *self.first.borrow_mut();
+        let row_check = &mut *self.row_check.borrow_mut();
+        row_check.fill(RowCheck::default());
         sweep.seed(v);
+        for c in 0..self.coloring.groups() {
+            self.coloring.columns(c).for_each(|j| sweep.v[j].eps = 1.0);
+            self.field.rhs(t, &sweep.v, &mut sweep.dv);
+            self.coloring.columns(c).for_each(|j| sweep.v[j].eps = 0.0);
+            for (i, j) in self.coloring.entries(c) {
+                let entry = sweep.dv[i].eps;
+                if entry != 0.0 {
+                    out.add(i, j, scale * entry);
+                    row_check[i].sum += entry * direction(j);
+                    row_check[i].size += (entry * direction(j)).abs();
+                }
+            }
+        }
+        if self.structure == Structure::Dense || self.has_declared_structure(t, sweep, row_check) {
+            return;
+        }
         for j in 0..v.len() {
             sweep.v[j].eps = 1.0;
             self.field.rhs(t, &sweep.v, &mut sweep.dv);
             sweep.v[j].eps = 0.0;
             for (i, f) in sweep.dv.iter().enumerate() {
-                if f.eps != 0.0 {
+                if self.structure.rows(v.len(), j).all(|row| row != i) {
                     out.add(i, j, scale * f.eps);
                 }
             }
@@ -117,21 +217,25 @@ impl<F: Rhs> VectorField for AutoDiff<F> {
     fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
         let sweep = &mut *self.second.borrow_mut();
         sweep.seed(v);
-        for j in 0..v.len() {
-            sweep.v[j].eps1 = 1.0;
-            for k in 0..=j {
-                sweep.v[k].eps2 = 1.0;
+        for c in 0..self.coloring.groups() {
+            self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 1.0);
+            for d in 0..=c {
+                self.coloring.columns(d).for_each(|k| sweep.v[k].eps2 = 1.0);
                 self.field.rhs(t, &sweep.v, &mut sweep.dv);
-                sweep.v[k].eps2 = 0.0;
-                let c: f64 = sweep.dv.iter().zip(w).map(|(f, w)| w * f.eps1eps2).sum();
-                if c != 0.0 {
-                    out.add(j, k, scale * c);
-                    if j != k {
-                        out.add(k, j, scale * c);
+                self.coloring.columns(d).for_each(|k| sweep.v[k].eps2 = 0.0);
+                for (i, j) in self.coloring.entries(c) {
+                    let (Some(k), entry) = (self.coloring.column(d, i), scale * w[i] * sweep.dv[i].eps1eps2) else {
+                        continue;
+                    };
+                    if entry != 0.0 {
+                        out.add(j, k, entry);
+                        if c != d {
+                            out.add(k, j, entry);
+                        }
                     }
                 }
             }
-            sweep.v[j].eps1 = 0.0;
+            self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 0.0);
         }
     }
 }

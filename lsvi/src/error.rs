@@ -47,6 +47,24 @@ pub enum InputError {
         /// The offending value.
         value: f64,
     },
+    /// A position outside the matrix that a sparsity pattern describes.
+    #[error("entry ({row}, {column}) lies outside a matrix of order {dim}")]
+    Position {
+        /// Its row.
+        row: usize,
+        /// Its column.
+        column: usize,
+        /// Order of the matrix.
+        dim: usize,
+    },
+    /// A matrix with an entry where its declared structure has none.
+    #[error("entry ({row}, {column}) lies outside the declared structure of the mass matrix")]
+    OutsideStructure {
+        /// Row of the entry.
+        row: usize,
+        /// Column of the entry.
+        column: usize,
+    },
     /// A metric that is not symmetric positive definite.
     #[error("the metric is not symmetric positive definite: {0}")]
     Metric(String),
@@ -140,6 +158,14 @@ pub enum SolveError {
         iterations: u32,
         /// Max norm of the last increment.
         increment: f64,
+    },
+    /// A derivative where the declared structure has none.
+    #[error("the derivative of component {row} by component {column} lies outside the declared structure")]
+    OutsideStructure {
+        /// Row of the entry.
+        row: usize,
+        /// Column of the entry.
+        column: usize,
     },
     /// The equations produced NaN or infinity.
     #[error("the equations are not finite at the present state")]

@@ -6,7 +6,7 @@
 //! followed in h from a step so short that they do, and the end of the branch, a fold, is an error.
 
 use crate::error::SolveError;
-use crate::linalg::{Jacobian, Lu, max_norm};
+use crate::linalg::{Jacobian, Lu, Structure, max_norm};
 
 /// Required ratio of successive increments: Newton–Kantorovich gives uniqueness for quadratic contraction from ½.
 const CONTRACTION: f64 = 0.5;
@@ -49,9 +49,15 @@ pub(crate) struct Newton {
 
 impl Newton {
     pub(crate) fn new(dim: usize) -> Self {
+        Self::with_structure(dim, &Structure::Dense)
+    }
+
+    /// For systems whose derivative has the given structure.
+    pub(crate) fn with_structure(dim: usize, structure: &Structure) -> Self {
+        let jacobian = Jacobian::with_structure(dim, structure);
         Self {
-            jacobian: Jacobian::zeros(dim),
-            lu: Lu::new(dim),
+            lu: Lu::of(&jacobian),
+            jacobian,
             increment: vec![0.0; dim],
             origin: vec![0.0; dim],
             work: Work::default(),
@@ -120,7 +126,7 @@ impl Newton {
             self.jacobian.clear();
             system.derivative(h, x, &mut self.jacobian);
             self.work.factorizations += 1;
-            self.lu.factor(&self.jacobian).map_err(|_| SolveError::Singular)?;
+            self.lu.factor(&self.jacobian)?;
             self.lu.solve(&mut self.increment);
             let delta = max_norm(&self.increment);
             if !delta.is_finite() {

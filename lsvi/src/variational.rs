@@ -142,8 +142,8 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         self.discrete.add_start_derivative(at, q, &self.unknowns, equations, &mut in_start);
         x.columns_mut(0, n).copy_from(&-&in_start);
         (0..n).for_each(|i| x[(interior + i, n + i)] = self.closure.carried());
-        let mut lu = Lu::new(unknowns);
-        lu.factor(&in_unknowns).map_err(|_| StepError::Solve { t, h, source: SolveError::Singular })?;
+        let mut lu = Lu::of(&in_unknowns);
+        lu.factor(&in_unknowns).map_err(|error| StepError::Solve { t, h, source: error.into() })?;
         for mut column in x.column_iter_mut() {
             lu.solve(column.as_mut_slice());
         }

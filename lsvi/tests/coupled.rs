@@ -136,7 +136,7 @@ fn automatic_derivatives_are_the_ones_by_hand() {
         3,
         &[-3.0 * v[0] * v[0], v[2], v[1], v[2] * c, -2.0, v[0] * c, 2.0 * v[0] * v[1], v[0] * v[0], -1.0],
     );
-    approx::assert_abs_diff_eq!(jacobian.as_dense(), &(2.0 * by_hand), epsilon = 8.0 * f64::EPSILON);
+    approx::assert_abs_diff_eq!(&jacobian.to_dense(), &(2.0 * by_hand), epsilon = 8.0 * f64::EPSILON);
     let w = DVector::from_vec(vec![1.0, -2.0, 0.5]);
     let mut curvature = Jacobian::zeros(3);
     field.add_curvature(0.5, &v, w.as_slice(), 1.0, &mut curvature);
@@ -157,7 +157,7 @@ fn automatic_derivatives_are_the_ones_by_hand() {
             zz * w[1],
         ],
     );
-    approx::assert_abs_diff_eq!(curvature.as_dense(), &by_hand, epsilon = 16.0 * f64::EPSILON);
+    approx::assert_abs_diff_eq!(&curvature.to_dense(), &by_hand, epsilon = 16.0 * f64::EPSILON);
 }
 
 #[test]

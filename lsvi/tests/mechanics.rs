@@ -85,7 +85,7 @@ fn euler_lagrange_expression_is_the_defect_of_motion() {
     let exact = |c: MotionWeights| {
         let mut out = Jacobian::zeros(2);
         l.add_residual_derivative(t, &q, &v, &a, c, &mut out);
-        out.as_dense().clone()
+        out.to_dense()
     };
     let none = MotionWeights::default();
     let in_q = differences(&mut |q| value(q, &v, &a), &q, 1e-5);
@@ -121,7 +121,7 @@ fn derivatives_of_every_discretisation_are_exact() {
         let mut exact = Jacobian::zeros(unknowns);
         d.add_derivative(at, &q0, &x, w, &mut exact);
         // Velocities of these paths are of order 1, their differences at 1e-5 good to 1e-8 of the largest entry.
-        assert_close(exact.as_dense(), &in_x, 1e-8, &name);
+        assert_close(&exact.to_dense(), &in_x, 1e-8, &name);
         let mut exact = DMatrix::zeros(unknowns, 2);
         d.add_start_derivative(at, &q0, &x, w, &mut exact);
         assert_close(&exact, &in_q0, 1e-8, &name);

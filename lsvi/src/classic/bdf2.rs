@@ -3,6 +3,7 @@
 use crate::error::{StepError, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, OneStep, State};
 use crate::linalg::Jacobian;
+use crate::mass::Mass;
 use crate::newton::{Newton, System, Work};
 use crate::vector_field::VectorField;
 
@@ -10,12 +11,13 @@ use super::{RungeKutta, Tableau};
 
 /// BDF2 with variable steps, order 2, A-stable at constant steps; the first step is taken by SDIRK2.
 ///
-/// With ω = h_n/h_{n−1}: v_{n+1} − (1+ω)²/(1+2ω) v_n + ω²/(1+2ω) v_{n−1} = h (1+ω)/(1+2ω) f(t_{n+1}, v_{n+1}).
+/// With ω = h_n/h_{n−1}: M [v_{n+1} − (1+ω)²/(1+2ω) v_n + ω²/(1+2ω) v_{n−1}] = h (1+ω)/(1+2ω) f(t_{n+1}, v_{n+1}).
 /// A state that is not the one it returned last starts it anew.
 #[derive(Debug)]
 pub struct Bdf2<F> {
     first: RungeKutta<F>,
     newton: Newton,
+    mass: Mass,
     /// The end and size of the last step; `None` before the first.
     last: Option<GridStep>,
     before: Vec<f64>,
@@ -28,7 +30,8 @@ impl<F: VectorField> Bdf2<F> {
     pub fn new(field: F) -> Self {
         let zeros = vec![0.0; field.dim()];
         Self {
-            newton: Newton::new(field.dim()),
+            newton: Newton::with_structure(field.dim(), &field.structure()),
+            mass: field.mass(),
             first: RungeKutta::new(field, Tableau::sdirk2()),
             last: None,
             before: zeros.clone(),
@@ -40,6 +43,7 @@ impl<F: VectorField> Bdf2<F> {
 
 struct BdfEquation<'a, F> {
     field: &'a F,
+    mass: &'a Mass,
     t: f64,
     last_h: f64,
     now: &'a [f64],
@@ -63,15 +67,15 @@ impl<F: VectorField> System for BdfEquation<'_, F> {
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
         let (past, gamma) = self.coefficients(h);
         self.field.rhs(self.t + h, x, out);
-        for (((o, x), now), before) in out.iter_mut().zip(x).zip(self.now).zip(self.before) {
-            // (1+ω)²/(1+2ω) = 1 + ω²/(1+2ω): differences, so that small steps do not cancel.
-            *o = (x - now) - past * (now - before) - gamma * *o;
-        }
+        out.iter_mut().for_each(|o| *o *= -gamma);
+        // (1+ω)²/(1+2ω) = 1 + ω²/(1+2ω): differences, so that small steps do not cancel.
+        self.mass.add_difference(1.0, x, self.now, out);
+        self.mass.add_difference(-past, self.now, self.before, out);
     }
 
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian) {
         let (_, gamma) = self.coefficients(h);
-        (0..x.len()).for_each(|i| out.add(i, i, 1.0));
+        self.mass.add_to(1.0, out);
         self.field.add_jacobian(self.t + h, x, -gamma, out);
     }
 }
@@ -85,12 +89,13 @@ impl<F: VectorField> Integrator for Bdf2<F> {
         let Some(step) = grid.next(state.t) else { return Ok(()) };
         let (t, h) = (state.t, step.h);
         check_vector("v", &state.q, self.now.len())?;
+        self.mass.check(self.now.len())?;
         let last = self.last.take().filter(|last| last.t == t && self.now == state.q);
         self.next.copy_from_slice(&state.q);
         match last {
             Some(last) => {
-                let (now, before) = (&self.now, &self.before);
-                let mut equation = BdfEquation { field: self.first.field(), t, last_h: last.h, now, before };
+                let (field, mass, now, before) = (self.first.field(), &self.mass, &self.now, &self.before);
+                let mut equation = BdfEquation { field, mass, t, last_h: last.h, now, before };
                 self.newton.solve(&mut equation, h, &mut self.next).map_err(|source| StepError::Solve {
                     t,
                     h,

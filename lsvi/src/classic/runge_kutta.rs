@@ -3,6 +3,7 @@
 use crate::error::{SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::Jacobian;
+use crate::mass::{Mass, MassInverse};
 use crate::newton::{Newton, System, Work};
 use crate::vector_field::VectorField;
 
@@ -54,13 +55,15 @@ impl Tableau {
     }
 }
 
-/// The Runge–Kutta method of a [`Tableau`], its implicit stages solved one after the other.
+/// The Runge–Kutta method of a [`Tableau`] on M v̇ = f(t, v), its implicit stages solved one after the other.
 ///
-/// An implicit stage Y_i = v + h Σ_{j<i} a_ij k_j + h a_ii f(t + c_i h, Y_i) is solved for Y_i, and its slope is taken from
-/// the equation, not from f, which would multiply the error of Y_i by h|f_v|.
+/// An implicit stage M (Y_i − v) = h Σ_{j<i} a_ij k_j + h a_ii f(t + c_i h, Y_i) is solved for Y_i, and its slope k_i = M Ẏ_i
+/// is taken from the equation, not from f, which would multiply the error of Y_i by h|f_v|.
 #[derive(Debug)]
 pub struct RungeKutta<F> {
     field: F,
+    mass: Mass,
+    mass_inverse: MassInverse,
     tableau: Tableau,
     newton: Newton,
     slopes: Vec<Vec<f64>>,
@@ -73,7 +76,9 @@ impl<F: VectorField> RungeKutta<F> {
     pub fn new(field: F, tableau: Tableau) -> Self {
         let n = field.dim();
         Self {
-            newton: Newton::new(n),
+            newton: Newton::with_structure(n, &field.structure()),
+            mass_inverse: MassInverse::new(&field.mass()),
+            mass: field.mass(),
             slopes: vec![vec![0.0; n]; tableau.b.len()],
             known: vec![0.0; n],
             stage: vec![0.0; n],
@@ -87,9 +92,10 @@ impl<F: VectorField> RungeKutta<F> {
     }
 }
 
-/// Y − v − s (known/h + a f(t + c s, Y)) = 0 for a step of size s; `known` is h Σ a_ij k_j at the full step h.
+/// M (Y − v) − s (known/h + a f(t + c s, Y)) = 0 for a step of size s; `known` is h Σ a_ij k_j at the full step h.
 struct StageEquation<'a, F> {
     field: &'a F,
+    mass: &'a Mass,
     t: f64,
     a: f64,
     c: f64,
@@ -106,13 +112,14 @@ impl<F: VectorField> System for StageEquation<'_, F> {
     fn residual(&mut self, s: f64, y: &[f64], out: &mut [f64]) {
         self.field.rhs(self.t + self.c * s, y, out);
         let fraction = s / self.full;
-        for (((o, y), v), k) in out.iter_mut().zip(y).zip(self.v).zip(self.known) {
-            *o = y - v - fraction * k - s * self.a * *o;
+        for (o, k) in out.iter_mut().zip(self.known) {
+            *o = -fraction * k - s * self.a * *o;
         }
+        self.mass.add_difference(1.0, y, self.v, out);
     }
 
     fn derivative(&mut self, s: f64, y: &[f64], out: &mut Jacobian) {
-        (0..y.len()).for_each(|i| out.add(i, i, 1.0));
+        self.mass.add_to(1.0, out);
         self.field.add_jacobian(self.t + self.c * s, y, -s * self.a, out);
     }
 }
@@ -135,6 +142,8 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], _p: &mut [f64]) -> Result<(), StepError> {
         check_step(h)?;
         check_vector("v", v, self.known.len())?;
+        self.mass.check(self.known.len())?;
+        let failed = |source| StepError::Solve { t, h, source };
         let tableau = &self.tableau;
         for (i, row) in tableau.a.iter().enumerate() {
             self.known.fill(0.0);
@@ -146,6 +155,9 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
             }
             let (a, c, slope) = (row[i], tableau.c[i], &mut rest[0]);
             if a == 0.0 {
+                if i > 0 {
+                    self.mass_inverse.solve(&mut self.known).map_err(failed)?;
+                }
                 for ((y, v), k) in self.stage.iter_mut().zip(v.iter()).zip(&self.known) {
                     *y = v + k;
                 }
@@ -154,22 +166,29 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
                 continue;
             }
             self.stage.copy_from_slice(v);
-            let mut equation = StageEquation { field: &self.field, t, a, c, v, known: &self.known, full: h };
-            self.newton.solve(&mut equation, h, &mut self.stage).map_err(|source| StepError::Solve { t, h, source })?;
-            for (((s, y), v), k) in slope.iter_mut().zip(&self.stage).zip(v.iter()).zip(&self.known) {
-                *s = (y - v - k) / (h * a);
+            let (field, mass, known) = (&self.field, &self.mass, &self.known);
+            let mut equation = StageEquation { field, mass, t, a, c, v, known, full: h };
+            self.newton.solve(&mut equation, h, &mut self.stage).map_err(failed)?;
+            for (s, k) in slope.iter_mut().zip(&self.known) {
+                *s = -k;
             }
+            self.mass.add_difference(1.0, &self.stage, v, slope);
+            slope.iter_mut().for_each(|s| *s /= h * a);
         }
         if !tableau.is_stiffly_accurate() {
-            self.stage.copy_from_slice(v);
+            self.known.fill(0.0);
             for (b, k) in tableau.b.iter().zip(&self.slopes) {
-                for (y, k) in self.stage.iter_mut().zip(k) {
-                    *y += h * b * k;
+                for (sum, k) in self.known.iter_mut().zip(k) {
+                    *sum += h * b * k;
                 }
+            }
+            self.mass_inverse.solve(&mut self.known).map_err(failed)?;
+            for ((y, v), k) in self.stage.iter_mut().zip(v.iter()).zip(&self.known) {
+                *y = v + k;
             }
         }
         if self.stage.iter().any(|y| !y.is_finite()) {
-            return Err(StepError::Solve { t, h, source: SolveError::NonFinite });
+            return Err(failed(SolveError::NonFinite));
         }
         v.copy_from_slice(&self.stage);
         self.newton.work.steps += 1;

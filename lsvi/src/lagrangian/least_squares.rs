@@ -7,38 +7,89 @@ use nalgebra::{Cholesky, DMatrix};
 use super::{HessianWeights, Lagrangian};
 use crate::error::InputError;
 use crate::linalg::Jacobian;
+use crate::mass::Mass;
 use crate::vector_field::VectorField;
 
-/// L(t, v, v̇) = ½ (v̇ − f)ᵀ W (v̇ − f), Eq. (15); W = I unless a metric is given.
+/// L(t, v, v̇) = ½ rᵀ W r of the residual r = M v̇ − f, Eq. (15); W = M⁻¹ unless a metric is given.
 ///
-/// Its action is least, and zero, on the solutions of v̇ = f(t, v), where the conjugate momentum p = W (v̇ − f) vanishes.
-/// Another metric is another method: W is part of the statement of the problem.
+/// Its action is least, and zero, on the solutions of M v̇ = f(t, v), where the conjugate momentum p = M W r vanishes.
+/// Another metric is another method: W is part of the statement of the problem. The natural metric M⁻¹ does not depend
+/// on how the equations are multiplied by M: with it L = ½ (v̇ − M⁻¹f)ᵀ M (v̇ − M⁻¹f).
 #[derive(Debug)]
 pub struct LeastSquares<F> {
     field: F,
-    metric: Option<DMatrix<f64>>,
+    weights: Weights,
     scratch: RefCell<Scratch>,
+}
+
+/// W, W M and M W M; `None` for the identity.
+#[derive(Debug)]
+struct Weights {
+    mass: Mass,
+    w: Option<DMatrix<f64>>,
+    wm: Option<DMatrix<f64>>,
+    mwm: Option<DMatrix<f64>>,
 }
 
 #[derive(Debug)]
 struct Scratch {
     residual: Vec<f64>,
-    weighted_residual: Vec<f64>,
+    /// W r.
+    weighted: Vec<f64>,
     jacobian: Jacobian,
-    weighted: DMatrix<f64>,
+    /// W J.
+    wj: DMatrix<f64>,
+    /// M W J.
+    mwj: DMatrix<f64>,
+}
+
+/// A symmetric positive definite M as a dense matrix, or NaN: then every step fails as not finite.
+fn dense(mass: &Mass, n: usize) -> DMatrix<f64> {
+    let mut m = Jacobian::zeros(n);
+    mass.add_to(1.0, &mut m);
+    let usable = mass.check(n).is_ok() && check_metric(m.as_dense()).is_ok();
+    if usable { m.to_dense() } else { DMatrix::from_element(n, n, f64::NAN) }
+}
+
+/// Refuses a square matrix that is not symmetric positive definite.
+fn check_metric(w: &DMatrix<f64>) -> Result<(), InputError> {
+    for j in 0..w.ncols() {
+        for i in 0..=j {
+            let (a, b) = (w[(i, j)], w[(j, i)]);
+            // Symmetric to rounding: a product such as M⁻¹ need not be so to the last bit.
+            let tolerance = 8.0 * f64::EPSILON * (w[(i, i)].abs() + w[(j, j)].abs());
+            if !a.is_finite() || !b.is_finite() || (a - b).abs() > tolerance {
+                return Err(InputError::Metric(format!("entries ({i}, {j}) are {a} and {b}")));
+            }
+        }
+    }
+    match Cholesky::new(w.clone()) {
+        Some(_) => Ok(()),
+        None => Err(InputError::Metric("it has no Cholesky factor".into())),
+    }
 }
 
 impl<F: VectorField> LeastSquares<F> {
-    /// The Euclidean residual norm, W = I.
+    /// The residual in its natural norm, W = M⁻¹. If M is not symmetric positive definite, every step of a method fails
+    /// as not finite.
     pub fn new(field: F) -> Self {
         let n = field.dim();
         let scratch = Scratch {
             residual: vec![0.0; n],
-            weighted_residual: vec![0.0; n],
+            weighted: vec![0.0; n],
             jacobian: Jacobian::zeros(n),
-            weighted: DMatrix::zeros(n, n),
+            wj: DMatrix::zeros(n, n),
+            mwj: DMatrix::zeros(n, n),
         };
-        Self { field, metric: None, scratch: RefCell::new(scratch) }
+        let weights = match field.mass() {
+            Mass::Identity => Weights { mass: Mass::Identity, w: None, wm: None, mwm: None },
+            mass => {
+                let m = dense(&mass, n);
+                let w = Cholesky::new(m.clone()).map_or_else(|| m.clone(), |factor| factor.inverse());
+                Weights { mass, w: Some(w), wm: None, mwm: Some(m) }
+            }
+        };
+        Self { field, weights, scratch: RefCell::new(scratch) }
     }
 
     /// Measures the residual in the metric `w`, an n × n symmetric positive definite matrix.
@@ -50,20 +101,16 @@ impl<F: VectorField> LeastSquares<F> {
         if let Some(&found) = [w.nrows(), w.ncols()].iter().find(|&&m| m != n) {
             return Err(InputError::Dimension { what: "metric", expected: n, found });
         }
-        for j in 0..n {
-            for i in 0..=j {
-                let (a, b) = (w[(i, j)], w[(j, i)]);
-                // Symmetric to rounding: a product such as M⁻¹ need not be so to the last bit.
-                let tolerance = 8.0 * f64::EPSILON * (w[(i, i)].abs() + w[(j, j)].abs());
-                if !a.is_finite() || !b.is_finite() || (a - b).abs() > tolerance {
-                    return Err(InputError::Metric(format!("entries ({i}, {j}) are {a} and {b}")));
-                }
+        check_metric(&w)?;
+        let weights = match self.field.mass() {
+            Mass::Identity => Weights { mass: Mass::Identity, wm: Some(w.clone()), mwm: Some(w.clone()), w: Some(w) },
+            mass => {
+                let m = dense(&mass, n);
+                let wm = &w * &m;
+                Weights { mass, mwm: Some(m.tr_mul(&wm)), wm: Some(wm), w: Some(w) }
             }
-        }
-        if Cholesky::new(w.clone()).is_none() {
-            return Err(InputError::Metric("it has no Cholesky factor".into()));
-        }
-        Ok(Self { metric: Some(w), ..self })
+        };
+        Ok(Self { weights, ..self })
     }
 
     /// The field f.
@@ -72,32 +119,24 @@ impl<F: VectorField> LeastSquares<F> {
     }
 }
 
-impl Scratch {
-    /// Writes W (v̇ − f(t, v)) into `out`.
-    fn momentum<F: VectorField>(
-        &mut self,
-        of: (&F, &Option<DMatrix<f64>>),
-        t: f64,
-        v: &[f64],
-        rate: &[f64],
-        out: &mut [f64],
-    ) {
-        let (field, metric) = of;
-        field.rhs(t, v, &mut self.residual);
-        for (r, d) in self.residual.iter_mut().zip(rate) {
-            *r = d - *r;
-        }
-        match metric {
-            None => out.copy_from_slice(&self.residual),
-            Some(w) => {
-                out.fill(0.0);
-                for (column, r) in w.column_iter().zip(&self.residual) {
-                    for (o, x) in out.iter_mut().zip(column.iter()) {
-                        *o += x * r;
-                    }
-                }
+/// Writes Aᵀ x into `out`, A = I if it is not given.
+fn mul_transpose(a: Option<&DMatrix<f64>>, x: &[f64], out: &mut [f64]) {
+    match a {
+        None => out.copy_from_slice(x),
+        Some(a) => {
+            for (o, column) in out.iter_mut().zip(a.column_iter()) {
+                *o = column.iter().zip(x).map(|(a, x)| a * x).sum();
             }
         }
+    }
+}
+
+impl Scratch {
+    /// Sets r = M v̇ − f(t, v).
+    fn set_residual<F: VectorField>(&mut self, field: &F, mass: &Mass, t: f64, v: &[f64], rate: &[f64]) {
+        field.rhs(t, v, &mut self.residual);
+        self.residual.iter_mut().for_each(|r| *r = -*r);
+        mass.mul_add(1.0, rate, &mut self.residual);
     }
 
     fn set_jacobian<F: VectorField>(&mut self, field: &F, t: f64, v: &[f64]) {
@@ -112,52 +151,59 @@ impl<F: VectorField> Lagrangian for LeastSquares<F> {
     }
 
     fn value(&self, t: f64, v: &[f64], rate: &[f64]) -> f64 {
-        let mut p = vec![0.0; self.dim()];
-        let scratch = &mut *self.scratch.borrow_mut();
-        scratch.momentum((&self.field, &self.metric), t, v, rate, &mut p);
-        0.5 * p.iter().zip(&scratch.residual).map(|(p, r)| p * r).sum::<f64>()
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_residual(&self.field, &self.weights.mass, t, v, rate);
+        mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
+        0.5 * s.weighted.iter().zip(&s.residual).map(|(w, r)| w * r).sum::<f64>()
     }
 
-    /// ∂L/∂v = −Jᵀ W r and ∂L/∂v̇ = W r.
+    /// ∂L/∂v = −Jᵀ W r and ∂L/∂v̇ = M W r.
     fn gradient(&self, t: f64, v: &[f64], rate: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
-        let scratch = &mut *self.scratch.borrow_mut();
-        scratch.momentum((&self.field, &self.metric), t, v, rate, dl_dv);
-        scratch.set_jacobian(&self.field, t, v);
-        for (out, column) in dl_dq.iter_mut().zip(scratch.jacobian.as_dense().column_iter()) {
-            *out = -column.iter().zip(dl_dv.iter()).map(|(j, p)| j * p).sum::<f64>();
-        }
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_residual(&self.field, &self.weights.mass, t, v, rate);
+        mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
+        mul_transpose(self.weights.wm.as_ref(), &s.residual, dl_dv);
+        s.set_jacobian(&self.field, t, v);
+        mul_transpose(Some(s.jacobian.as_dense()), &s.weighted, dl_dq);
+        dl_dq.iter_mut().for_each(|x| *x = -*x);
     }
 
-    /// L_vv = JᵀWJ − Σ (Wr)_i ∂²f_i, L_vv̇ = −JᵀW, L_v̇v = −WJ, L_v̇v̇ = W.
+    /// L_vv = JᵀWJ − Σ (Wr)_i ∂²f_i, L_vv̇ = −JᵀWM, L_v̇v = −MWJ, L_v̇v̇ = MWM.
     fn add_hessian(&self, t: f64, v: &[f64], rate: &[f64], c: HessianWeights, out: &mut Jacobian) {
         let n = self.dim();
-        let scratch = &mut *self.scratch.borrow_mut();
-        scratch.set_jacobian(&self.field, t, v);
-        let j = scratch.jacobian.as_dense();
-        let wj = match &self.metric {
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_jacobian(&self.field, t, v);
+        let j = s.jacobian.as_dense();
+        let mwj = match &self.weights.wm {
             None => j,
-            Some(w) => {
-                scratch.weighted.gemm(1.0, w, j, 0.0);
-                &scratch.weighted
+            Some(wm) => {
+                s.mwj.gemm_tr(1.0, wm, j, 0.0);
+                &s.mwj
             }
         };
         let h = out.as_dense_mut();
-        match &self.metric {
-            Some(w) if c.vv != 0.0 => h.zip_apply(w, |o, w| *o += c.vv * w),
+        match &self.weights.mwm {
+            Some(mwm) if c.vv != 0.0 => h.zip_apply(mwm, |o, x| *o += c.vv * x),
             None if c.vv != 0.0 => (0..n).for_each(|i| h[(i, i)] += c.vv),
             _ => {}
         }
         for a in 0..n {
             for b in 0..n {
-                h[(a, b)] -= c.vq * wj[(a, b)] + c.qv * wj[(b, a)];
+                h[(a, b)] -= c.vq * mwj[(a, b)] + c.qv * mwj[(b, a)];
             }
         }
         if c.qq != 0.0 {
+            let wj = match &self.weights.w {
+                None => j,
+                Some(w) => {
+                    s.wj.gemm(1.0, w, j, 0.0);
+                    &s.wj
+                }
+            };
             h.gemm_tr(c.qq, j, wj, 1.0);
-            let mut p = std::mem::take(&mut scratch.weighted_residual);
-            scratch.momentum((&self.field, &self.metric), t, v, rate, &mut p);
-            self.field.add_curvature(t, v, &p, -c.qq, out);
-            scratch.weighted_residual = p;
+            s.set_residual(&self.field, &self.weights.mass, t, v, rate);
+            mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
+            self.field.add_curvature(t, v, &s.weighted, -c.qq, out);
         }
     }
 }

@@ -1,0 +1,56 @@
+//! Groups of columns of a Jacobian that share no row, so that one sweep of differentiation serves them all.
+
+use crate::linalg::Structure;
+
+/// Columns that no row meets twice, in as few groups as a greedy search finds: `lower + upper + 1` for a band.
+#[derive(Debug)]
+pub(crate) struct Coloring {
+    dim: usize,
+    /// The group of each column.
+    color: Vec<usize>,
+    /// The column that row i meets in group c, at `c * dim + i`.
+    column: Vec<Option<usize>>,
+}
+
+impl Coloring {
+    pub(crate) fn new(dim: usize, structure: &Structure) -> Self {
+        let mut column: Vec<Option<usize>> = Vec::new();
+        let color = (0..dim)
+            .map(|j| {
+                let groups = column.len() / dim;
+                let free = |c: &usize| structure.rows(dim, j).all(|i| column[c * dim + i].is_none());
+                let c = match structure {
+                    Structure::Dense => groups,
+                    _ => (0..groups).find(free).unwrap_or(groups),
+                };
+                if c == groups {
+                    column.resize((c + 1) * dim, None);
+                }
+                structure.rows(dim, j).for_each(|i| column[c * dim + i] = Some(j));
+                c
+            })
+            .collect();
+        Self { dim, color, column }
+    }
+
+    /// Number of groups.
+    pub(crate) fn groups(&self) -> usize {
+        self.column.len() / self.dim.max(1)
+    }
+
+    /// The columns of group `c`.
+    pub(crate) fn columns(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
+        self.color.iter().enumerate().filter(move |(_, color)| **color == c).map(|(j, _)| j)
+    }
+
+    /// The column of group `c` that each row meets, as (row, column).
+    pub(crate) fn entries(&self, c: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let rows = &self.column[c * self.dim..(c + 1) * self.dim];
+        rows.iter().enumerate().filter_map(|(i, j)| j.map(|j| (i, j)))
+    }
+
+    /// The column of group `c` that row `i` meets.
+    pub(crate) fn column(&self, c: usize, i: usize) -> Option<usize> {
+        self.column[c * self.dim + i]
+    }
+}

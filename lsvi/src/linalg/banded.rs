@@ -1,0 +1,180 @@
+//! Band matrices and their LU factors with partial pivoting.
+
+use super::{FactorError, row_scale};
+
+/// A square band matrix, stored by columns: entry (i, j) is at `upper + i − j` of column j.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Band {
+    dim: usize,
+    lower: usize,
+    upper: usize,
+    values: Vec<f64>,
+}
+
+impl Band {
+    pub(super) fn zeros(dim: usize, lower: usize, upper: usize) -> Self {
+        let widest = dim.saturating_sub(1);
+        let (lower, upper) = (lower.min(widest), upper.min(widest));
+        Self { dim, lower, upper, values: vec![0.0; dim * (lower + upper + 1)] }
+    }
+
+    pub(super) fn dim(&self) -> usize {
+        self.dim
+    }
+
+    pub(super) fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    #[inline]
+    fn index(&self, i: usize, j: usize) -> Option<usize> {
+        let inside = i < self.dim && j < self.dim && i <= j + self.lower && j <= i + self.upper;
+        inside.then(|| j * (self.lower + self.upper + 1) + self.upper + i - j)
+    }
+
+    #[inline]
+    pub(super) fn get(&self, i: usize, j: usize) -> Option<f64> {
+        self.index(i, j).map(|k| self.values[k])
+    }
+
+    #[inline]
+    pub(super) fn get_mut(&mut self, i: usize, j: usize) -> Option<&mut f64> {
+        self.index(i, j).map(|k| &mut self.values[k])
+    }
+
+    /// The entries (i, x) of column `j`.
+    #[inline]
+    pub(super) fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let first = j.saturating_sub(self.upper);
+        let last = (j + self.lower + 1).min(self.dim);
+        let start = j * (self.lower + self.upper + 1) + self.upper + first - j;
+        (first..last).zip(self.values[start..start + last - first].iter().copied())
+    }
+}
+
+/// P D A = L U of a band matrix, D the row scaling; row interchanges widen the upper band of U to `lower + upper`.
+#[derive(Debug)]
+pub(crate) struct BandLu {
+    dim: usize,
+    lower: usize,
+    /// Upper bandwidth of U: its column j is at `reach + i − j`, the multipliers of L below.
+    reach: usize,
+    factors: Vec<f64>,
+    /// How far below the diagonal the pivot of each column was found.
+    pivots: Vec<usize>,
+    row_scale: Vec<f64>,
+}
+
+impl BandLu {
+    pub(super) fn new(a: &Band) -> Self {
+        let reach = a.lower + a.upper;
+        Self {
+            dim: a.dim,
+            lower: a.lower,
+            reach,
+            factors: vec![0.0; a.dim * (a.lower + reach + 1)],
+            pivots: vec![0; a.dim],
+            row_scale: vec![0.0; a.dim],
+        }
+    }
+
+    pub(super) fn factor(&mut self, a: &Band) -> Result<(), FactorError> {
+        let (n, lower, reach) = (self.dim, self.lower, self.reach);
+        let height = lower + reach + 1;
+        self.row_scale.fill(0.0);
+        for j in 0..n {
+            for (i, x) in a.column(j) {
+                let largest = self.row_scale[i];
+                self.row_scale[i] = if x.is_nan() { f64::INFINITY } else { largest.max(x.abs()) };
+            }
+        }
+        for s in &mut self.row_scale {
+            *s = row_scale(*s)?;
+        }
+        self.factors.fill(0.0);
+        for j in 0..n {
+            let column = &mut self.factors[j * height..(j + 1) * height];
+            for (i, x) in a.column(j) {
+                column[reach + i - j] = x * self.row_scale[i];
+            }
+        }
+        // Each pivot is the result of at most `reach` updates by multipliers of size ≤ 1.
+        let lost = (reach + 1) as f64 * f64::EPSILON;
+        let mut last = 0;
+        for j in 0..n {
+            let below = lower.min(n - 1 - j);
+            let (done, rest) = self.factors.split_at_mut((j + 1) * height);
+            let column = &mut done[j * height + reach..j * height + reach + below + 1];
+            let mut pivot = 0;
+            for (i, x) in column.iter().enumerate().skip(1) {
+                if x.abs() > column[pivot].abs() {
+                    pivot = i;
+                }
+            }
+            let usable = column[pivot].abs() > lost;
+            if !usable {
+                return Err(FactorError::Singular);
+            }
+            self.pivots[j] = pivot;
+            column.swap(0, pivot);
+            let inverse = column[0].recip();
+            column[1..].iter_mut().for_each(|x| *x *= inverse);
+            // Row j + pivot reaches `upper` beyond its own diagonal.
+            last = (j + pivot + (reach - lower)).max(last).min(n - 1);
+            for (k, target) in rest.chunks_exact_mut(height).take(last - j).enumerate() {
+                let target = &mut target[reach - k - 1..reach - k + below];
+                target.swap(0, pivot);
+                let factor = target[0];
+                if factor != 0.0 {
+                    for (x, l) in target[1..].iter_mut().zip(&column[1..]) {
+                        *x -= l * factor;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn solve(&self, b: &mut [f64]) {
+        let (n, lower, reach) = (self.dim, self.lower, self.reach);
+        let height = lower + reach + 1;
+        for (x, s) in b.iter_mut().zip(&self.row_scale) {
+            *x *= s;
+        }
+        for (j, column) in self.factors.chunks_exact(height).enumerate() {
+            let below = lower.min(n - 1 - j);
+            b.swap(j, j + self.pivots[j]);
+            let x = b[j];
+            for (b, l) in b[j + 1..=j + below].iter_mut().zip(&column[reach + 1..]) {
+                *b -= l * x;
+            }
+        }
+        for (j, column) in self.factors.chunks_exact(height).enumerate().rev() {
+            let above = reach.min(j);
+            b[j] /= column[reach];
+            let x = b[j];
+            for (b, u) in b[j - above..j].iter_mut().zip(&column[reach - above..reach]) {
+                *b -= u * x;
+            }
+        }
+    }
+
+    pub(super) fn solve_transpose(&self, b: &mut [f64]) {
+        let (n, lower, reach) = (self.dim, self.lower, self.reach);
+        let height = lower + reach + 1;
+        for (j, column) in self.factors.chunks_exact(height).enumerate() {
+            let above = reach.min(j);
+            let known: f64 = b[j - above..j].iter().zip(&column[reach - above..reach]).map(|(b, u)| b * u).sum();
+            b[j] = (b[j] - known) / column[reach];
+        }
+        for (j, column) in self.factors.chunks_exact(height).enumerate().rev() {
+            let below = lower.min(n - 1 - j);
+            let known: f64 = b[j + 1..=j + below].iter().zip(&column[reach + 1..]).map(|(b, l)| b * l).sum();
+            b[j] -= known;
+            b.swap(j, j + self.pivots[j]);
+        }
+        for (x, s) in b.iter_mut().zip(&self.row_scale) {
+            *x *= s;
+        }
+    }
+}

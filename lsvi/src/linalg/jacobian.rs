@@ -1,0 +1,161 @@
+//! A square matrix of derivatives in the storage that its structure asks for.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use super::banded::Band;
+use super::sparse::Sparse;
+use super::structure::{Pattern, Structure};
+
+/// A square matrix of derivatives, ∂F_i/∂x_j.
+///
+/// Fields and Lagrangians add their entries to it; what it is stored as is its own business.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Jacobian {
+    entries: Entries,
+    /// The first entry that was added where the structure has none.
+    outside: Option<(usize, usize)>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Entries {
+    Dense(DMatrix<f64>),
+    Banded(Band),
+    Sparse(Sparse),
+}
+
+impl Jacobian {
+    /// The dense zero matrix of order `dim`.
+    pub fn zeros(dim: usize) -> Self {
+        Self { entries: Entries::Dense(DMatrix::zeros(dim, dim)), outside: None }
+    }
+
+    /// The zero matrix of order `dim` with room for the entries of `structure`, as far as they lie in the matrix.
+    pub fn with_structure(dim: usize, structure: &Structure) -> Self {
+        let entries = match structure {
+            Structure::Dense => return Self::zeros(dim),
+            Structure::Banded { lower, upper } => Entries::Banded(Band::zeros(dim, *lower, *upper)),
+            Structure::Sparse(pattern) if pattern.dim() == dim => Entries::Sparse(Sparse::zeros(Arc::clone(pattern))),
+            Structure::Sparse(_) => {
+                let inside = (0..dim).flat_map(|j| structure.rows(dim, j).map(move |i| (i, j)));
+                // Positions filtered by `dim` are never refused.
+                let pattern = Pattern::new(dim, inside).ok();
+                pattern.map_or_else(
+                    || Entries::Dense(DMatrix::zeros(dim, dim)),
+                    |p| Entries::Sparse(Sparse::zeros(p.into())),
+                )
+            }
+        };
+        Self { entries, outside: None }
+    }
+
+    /// Order of the matrix.
+    pub fn dim(&self) -> usize {
+        match &self.entries {
+            Entries::Dense(a) => a.nrows(),
+            Entries::Banded(a) => a.dim(),
+            Entries::Sparse(a) => a.pattern().dim(),
+        }
+    }
+
+    /// Sets every entry to zero.
+    pub fn clear(&mut self) {
+        self.outside = None;
+        match &mut self.entries {
+            Entries::Dense(a) => a.fill(0.0),
+            Entries::Banded(a) => a.values_mut().fill(0.0),
+            Entries::Sparse(a) => a.values_mut().fill(0.0),
+        }
+    }
+
+    /// Adds `x` to entry (i, j).
+    ///
+    /// Where the structure has no such entry, a nonzero `x` spoils the matrix: solving with it fails with
+    /// [`SolveError::OutsideStructure`](crate::SolveError::OutsideStructure).
+    #[inline]
+    pub fn add(&mut self, i: usize, j: usize, x: f64) {
+        let entry = match &mut self.entries {
+            Entries::Dense(a) => a.get_mut((i, j)),
+            Entries::Banded(a) => a.get_mut(i, j),
+            Entries::Sparse(a) => a.get_mut(i, j),
+        };
+        match entry {
+            Some(entry) => *entry += x,
+            None if x != 0.0 && self.outside.is_none() => self.outside = Some((i, j)),
+            None => {}
+        }
+    }
+
+    /// Entry (i, j); zero where the structure has none.
+    pub fn get(&self, i: usize, j: usize) -> f64 {
+        match &self.entries {
+            Entries::Dense(a) => a.get((i, j)).copied(),
+            Entries::Banded(a) => a.get(i, j),
+            Entries::Sparse(a) => a.get(i, j),
+        }
+        .unwrap_or(0.0)
+    }
+
+    /// A copy as a dense matrix.
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        let mut dense = DMatrix::zeros(self.dim(), self.dim());
+        self.for_each(|i, j, x| dense[(i, j)] = x);
+        dense
+    }
+
+    /// The entries of a dense matrix.
+    ///
+    /// # Panics
+    /// If the matrix is not dense.
+    pub(crate) fn as_dense(&self) -> &DMatrix<f64> {
+        match &self.entries {
+            Entries::Dense(a) => a,
+            _ => panic!("the matrix is not dense"),
+        }
+    }
+
+    /// The entries of a dense matrix, to be written.
+    ///
+    /// # Panics
+    /// If the matrix is not dense.
+    pub(crate) fn as_dense_mut(&mut self) -> &mut DMatrix<f64> {
+        match &mut self.entries {
+            Entries::Dense(a) => a,
+            _ => panic!("the matrix is not dense"),
+        }
+    }
+
+    pub(super) fn entries(&self) -> &Entries {
+        &self.entries
+    }
+
+    /// The first entry that was added where the structure has none.
+    pub(crate) fn outside(&self) -> Option<(usize, usize)> {
+        self.outside
+    }
+
+    /// Shows every stored entry (i, j, x) to `visit`, column by column.
+    #[inline]
+    pub(crate) fn for_each(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        match &self.entries {
+            Entries::Dense(a) => {
+                for (j, column) in a.column_iter().enumerate() {
+                    column.iter().enumerate().for_each(|(i, &x)| visit(i, j, x));
+                }
+            }
+            Entries::Banded(a) => (0..a.dim()).for_each(|j| a.column(j).for_each(|(i, x)| visit(i, j, x))),
+            Entries::Sparse(a) => (0..a.pattern().dim()).for_each(|j| a.column(j).for_each(|(i, x)| visit(i, j, x))),
+        }
+    }
+
+    /// Adds `scale` A x to `out`.
+    pub(crate) fn mul_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
+        self.for_each(|i, j, a| out[i] += scale * a * x[j]);
+    }
+
+    /// Adds `scale` Aᵀ x to `out`.
+    pub(crate) fn mul_transpose_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
+        self.for_each(|i, j, a| out[j] += scale * a * x[i]);
+    }
+}

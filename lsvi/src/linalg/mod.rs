@@ -1,0 +1,120 @@
+//! Derivative matrices and the solution of linear systems with them, without allocation once set up.
+
+mod banded;
+mod condition;
+mod dense;
+mod jacobian;
+mod sparse;
+mod structure;
+
+pub use jacobian::Jacobian;
+pub use structure::{Pattern, Structure};
+
+pub(crate) use condition::inverse_norm;
+
+use nalgebra::DMatrix;
+
+use crate::error::SolveError;
+use banded::BandLu;
+use dense::DenseLu;
+use jacobian::Entries;
+use sparse::SparseLu;
+
+/// Why a matrix has no usable factors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FactorError {
+    /// A pivot is zero, not finite, or lost in the rounding of its own row.
+    Singular,
+    /// An entry was added where the declared structure has none.
+    OutsideStructure { row: usize, column: usize },
+}
+
+impl From<FactorError> for SolveError {
+    fn from(error: FactorError) -> Self {
+        match error {
+            FactorError::Singular => Self::Singular,
+            FactorError::OutsideStructure { row, column } => Self::OutsideStructure { row, column },
+        }
+    }
+}
+
+/// LU factors of a [`Jacobian`] with partial pivoting and row scaling, in storage that is allocated once.
+///
+/// Rows are scaled by powers of two to a largest entry near 1, so that a pivot at roundoff means linear dependence and
+/// not a small unit of measurement.
+#[derive(Debug)]
+pub(crate) enum Lu {
+    Dense(DenseLu),
+    Banded(BandLu),
+    Sparse(SparseLu),
+}
+
+impl Lu {
+    /// Storage for the factors of matrices stored as `a` is.
+    pub(crate) fn of(a: &Jacobian) -> Self {
+        match a.entries() {
+            Entries::Dense(a) => Self::Dense(DenseLu::new(a.nrows())),
+            Entries::Banded(a) => Self::Banded(BandLu::new(a)),
+            Entries::Sparse(a) => Self::Sparse(SparseLu::new(a)),
+        }
+    }
+
+    /// Factors a copy of `a`, which is stored as the matrix given to [`of`](Self::of).
+    pub(crate) fn factor(&mut self, a: &Jacobian) -> Result<(), FactorError> {
+        if let Some((row, column)) = a.outside() {
+            return Err(FactorError::OutsideStructure { row, column });
+        }
+        match (self, a.entries()) {
+            (Self::Dense(lu), Entries::Dense(a)) => lu.factor(a),
+            (Self::Banded(lu), Entries::Banded(a)) => lu.factor(a),
+            (Self::Sparse(lu), Entries::Sparse(a)) => lu.factor(a),
+            (lu, _) => {
+                *lu = Self::of(a);
+                lu.factor(a)
+            }
+        }
+    }
+
+    /// Overwrites `b` with the solution of A x = b.
+    pub(crate) fn solve(&mut self, b: &mut [f64]) {
+        match self {
+            Self::Dense(lu) => lu.solve(b),
+            Self::Banded(lu) => lu.solve(b),
+            Self::Sparse(lu) => lu.solve(b),
+        }
+    }
+
+    /// Overwrites `b` with the solution of Aᵀ x = b.
+    pub(crate) fn solve_transpose(&mut self, b: &mut [f64]) {
+        match self {
+            Self::Dense(lu) => lu.solve_transpose(b),
+            Self::Banded(lu) => lu.solve_transpose(b),
+            Self::Sparse(lu) => lu.solve_transpose(b),
+        }
+    }
+}
+
+/// Adds `scale` times `block` to the entries of `out` from (row, column) on.
+pub(crate) fn add_block(out: &mut DMatrix<f64>, (row, column): (usize, usize), scale: f64, block: &DMatrix<f64>) {
+    for (j, entries) in block.column_iter().enumerate() {
+        for (i, x) in entries.iter().enumerate() {
+            out[(row + i, column + j)] += scale * x;
+        }
+    }
+}
+
+/// The power of two nearest 1/`largest`, by which a row with that largest entry is scaled.
+fn row_scale(largest: f64) -> Result<f64, FactorError> {
+    if largest == 0.0 || !largest.is_finite() {
+        return Err(FactorError::Singular);
+    }
+    Ok(largest.log2().round().exp2().recip())
+}
+
+/// Largest absolute component; NaN if any component is NaN.
+pub(crate) fn max_norm(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,180 @@
+//! Sparse matrices and their LU factors, the column ordering found once.
+
+use std::fmt;
+use std::sync::Arc;
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::perm::PermRef;
+use faer::sparse::linalg::colamd;
+use faer::sparse::linalg::lu::simplicial::{self, SimplicialLu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par};
+
+use super::structure::Pattern;
+use super::{FactorError, row_scale};
+
+/// A square sparse matrix with a fixed pattern.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sparse {
+    pattern: Arc<Pattern>,
+    values: Vec<f64>,
+}
+
+impl Sparse {
+    pub(super) fn zeros(pattern: Arc<Pattern>) -> Self {
+        Self { values: vec![0.0; pattern.entries()], pattern }
+    }
+
+    pub(super) fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    pub(super) fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    #[inline]
+    pub(super) fn get(&self, i: usize, j: usize) -> Option<f64> {
+        self.pattern.index(i, j).map(|k| self.values[k])
+    }
+
+    #[inline]
+    pub(super) fn get_mut(&mut self, i: usize, j: usize) -> Option<&mut f64> {
+        self.pattern.index(i, j).map(|k| &mut self.values[k])
+    }
+
+    /// The entries (i, x) of column `j`.
+    #[inline]
+    pub(super) fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let start = self.pattern.starts()[j];
+        let rows = self.pattern.column(j);
+        rows.iter().copied().zip(self.values[start..start + rows.len()].iter().copied())
+    }
+}
+
+/// P D A Q = L U with the columns ordered once for little fill (COLAMD) and partial pivoting in rows.
+///
+/// Storage grows while pivoting finds more fill than before, then no more.
+pub(crate) struct SparseLu {
+    pattern: Arc<Pattern>,
+    column_order: Permutation,
+    row_order: Permutation,
+    scaled: Vec<f64>,
+    row_scale: Vec<f64>,
+    factors: SimplicialLu<usize, f64>,
+    scratch: MemBuffer,
+}
+
+#[derive(Debug)]
+struct Permutation {
+    forward: Vec<usize>,
+    inverse: Vec<usize>,
+}
+
+impl Permutation {
+    fn identity(dim: usize) -> Self {
+        Self { forward: (0..dim).collect(), inverse: (0..dim).collect() }
+    }
+
+    fn as_ref(&self) -> PermRef<'_, usize> {
+        PermRef::new_checked(&self.forward, &self.inverse, self.forward.len())
+    }
+}
+
+impl fmt::Debug for SparseLu {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SparseLu").field("column_order", &self.column_order).finish_non_exhaustive()
+    }
+}
+
+fn symbolic(pattern: &Pattern) -> SymbolicSparseColMatRef<'_, usize> {
+    let n = pattern.dim();
+    SymbolicSparseColMatRef::new_checked(n, n, pattern.starts(), None, pattern.rows())
+}
+
+impl SparseLu {
+    pub(super) fn new(a: &Sparse) -> Self {
+        let pattern = Arc::clone(&a.pattern);
+        let n = pattern.dim();
+        let mut column_order = Permutation::identity(n);
+        let mut scratch = MemBuffer::new(colamd::order_scratch::<usize>(n, n, pattern.entries()));
+        let (forward, inverse) = (&mut column_order.forward, &mut column_order.inverse);
+        let stack = MemStack::new(&mut scratch);
+        if colamd::order(forward, inverse, symbolic(&pattern), Default::default(), stack).is_err() {
+            // The order decides the fill only.
+            column_order = Permutation::identity(n);
+        }
+        let requirement = StackReq::any_of(&[
+            simplicial::factorize_simplicial_numeric_lu_scratch::<usize, f64>(n, n),
+            simplicial::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq),
+            simplicial::solve_transpose_in_place_scratch::<usize, f64>(n, 1, Par::Seq),
+        ]);
+        Self {
+            column_order,
+            row_order: Permutation::identity(n),
+            scaled: vec![0.0; pattern.entries()],
+            row_scale: vec![0.0; n],
+            factors: SimplicialLu::new(),
+            scratch: MemBuffer::new(requirement),
+            pattern,
+        }
+    }
+
+    pub(super) fn factor(&mut self, a: &Sparse) -> Result<(), FactorError> {
+        self.row_scale.fill(0.0);
+        for (&i, x) in self.pattern.rows().iter().zip(&a.values) {
+            let largest = self.row_scale[i];
+            self.row_scale[i] = if x.is_nan() { f64::INFINITY } else { largest.max(x.abs()) };
+        }
+        for s in &mut self.row_scale {
+            *s = row_scale(*s)?;
+        }
+        for ((scaled, &i), x) in self.scaled.iter_mut().zip(self.pattern.rows()).zip(&a.values) {
+            *scaled = x * self.row_scale[i];
+        }
+        simplicial::factorize_simplicial_numeric_lu(
+            &mut self.row_order.forward,
+            &mut self.row_order.inverse,
+            &mut self.factors,
+            SparseColMatRef::new(symbolic(&self.pattern), &self.scaled),
+            self.column_order.as_ref(),
+            MemStack::new(&mut self.scratch),
+        )
+        .map_err(|_| FactorError::Singular)?;
+        let u = self.factors.u_factor_unsorted();
+        let usable = (0..self.pattern.dim()).all(|j| {
+            // The pivot comes last in its column, after as many updates as there are entries above it.
+            let column = u.val_of_col(j);
+            column.last().is_some_and(|pivot| pivot.abs() > column.len() as f64 * f64::EPSILON)
+        });
+        if usable { Ok(()) } else { Err(FactorError::Singular) }
+    }
+
+    pub(super) fn solve(&mut self, b: &mut [f64]) {
+        for (x, s) in b.iter_mut().zip(&self.row_scale) {
+            *x *= s;
+        }
+        self.factors.solve_in_place_with_conj(
+            self.row_order.as_ref(),
+            self.column_order.as_ref(),
+            Conj::No,
+            MatMut::from_column_major_slice_mut(b, self.pattern.dim(), 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+    }
+
+    pub(super) fn solve_transpose(&mut self, b: &mut [f64]) {
+        self.factors.solve_transpose_in_place_with_conj(
+            self.row_order.as_ref(),
+            self.column_order.as_ref(),
+            Conj::No,
+            MatMut::from_column_major_slice_mut(b, self.pattern.dim(), 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+        for (x, s) in b.iter_mut().zip(&self.row_scale) {
+            *x *= s;
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Mass matrices M of systems M v̇ = f(t, v).
+
+use crate::error::{InputError, SolveError, check_vector};
+use crate::linalg::{Jacobian, Lu};
+
+/// The constant matrix M of a system M v̇ = f(t, v).
+///
+/// Implicit methods take a singular M, which makes some equations algebraic; explicit stages need its inverse, and
+/// least-squares methods need it symmetric positive definite, because they measure the residual M v̇ − f in M⁻¹.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub enum Mass {
+    /// M = I.
+    #[default]
+    Identity,
+    /// A diagonal M of length n.
+    Diagonal(Vec<f64>),
+    /// Any M of order n, its entries within the [`structure`](crate::VectorField::structure) of the field.
+    Matrix(Jacobian),
+}
+
+impl Mass {
+    /// Refuses a matrix of another order or with entries outside its own structure.
+    pub(crate) fn check(&self, dim: usize) -> Result<(), InputError> {
+        match self {
+            Self::Identity => Ok(()),
+            Self::Diagonal(m) => check_vector("mass", m, dim),
+            Self::Matrix(m) if m.dim() != dim => {
+                Err(InputError::Dimension { what: "mass", expected: dim, found: m.dim() })
+            }
+            Self::Matrix(m) => match m.outside() {
+                Some((row, column)) => Err(InputError::OutsideStructure { row, column }),
+                None => Ok(()),
+            },
+        }
+    }
+
+    /// Adds `scale` M to `out`.
+    pub(crate) fn add_to(&self, scale: f64, out: &mut Jacobian) {
+        self.for_each(out.dim(), |i, j, m| out.add(i, j, scale * m));
+    }
+
+    /// Adds `scale` M (x − y) to `out`.
+    pub(crate) fn add_difference(&self, scale: f64, x: &[f64], y: &[f64], out: &mut [f64]) {
+        match self {
+            Self::Identity => {
+                for ((o, x), y) in out.iter_mut().zip(x).zip(y) {
+                    *o += scale * (x - y);
+                }
+            }
+            _ => self.for_each(out.len(), |i, j, m| out[i] += scale * m * (x[j] - y[j])),
+        }
+    }
+
+    /// Adds `scale` M x to `out`.
+    pub(crate) fn mul_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
+        self.for_each(out.len(), |i, j, m| out[i] += scale * m * x[j]);
+    }
+
+    /// Shows every entry (i, j, m) of M, of order `dim`, to `visit`.
+    #[inline]
+    pub(crate) fn for_each(&self, dim: usize, mut visit: impl FnMut(usize, usize, f64)) {
+        match self {
+            Self::Identity => (0..dim).for_each(|i| visit(i, i, 1.0)),
+            Self::Diagonal(m) => m.iter().enumerate().for_each(|(i, &m)| visit(i, i, m)),
+            Self::Matrix(m) => m.for_each(visit),
+        }
+    }
+}
+
+/// The factors of a mass matrix.
+#[derive(Debug)]
+pub(crate) enum MassInverse {
+    Identity,
+    Reciprocals(Vec<f64>),
+    Factors(Lu),
+    Missing(SolveError),
+}
+
+impl MassInverse {
+    pub(crate) fn new(mass: &Mass) -> Self {
+        match mass {
+            Mass::Identity => Self::Identity,
+            Mass::Diagonal(m) if m.contains(&0.0) => Self::Missing(SolveError::Singular),
+            Mass::Diagonal(m) => Self::Reciprocals(m.iter().map(|m| m.recip()).collect()),
+            Mass::Matrix(m) => {
+                let mut lu = Lu::of(m);
+                match lu.factor(m) {
+                    Ok(()) => Self::Factors(lu),
+                    Err(error) => Self::Missing(error.into()),
+                }
+            }
+        }
+    }
+
+    /// Overwrites `b` with M⁻¹ b.
+    pub(crate) fn solve(&mut self, b: &mut [f64]) -> Result<(), SolveError> {
+        match self {
+            Self::Identity => {}
+            Self::Reciprocals(m) => b.iter_mut().zip(m).for_each(|(b, m)| *b *= *m),
+            Self::Factors(lu) => lu.solve(b),
+            Self::Missing(error) => return Err(error.clone()),
+        }
+        Ok(())
+    }
+}
