@@ -130,6 +130,9 @@ pub enum InputError {
         /// Rank of their gradients.
         rank: usize,
     },
+    /// A formulation of the step that does not fit the system.
+    #[error("{0}")]
+    Formulation(&'static str),
     /// A homogeneous function of the momenta that vanishes on no line.
     #[error("the homogeneous closure F(p_n, p_{{n+1}}) changes sign on no line through the origin")]
     NoLine,

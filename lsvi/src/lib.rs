@@ -49,6 +49,7 @@ mod integrator;
 mod lagrangian;
 mod linalg;
 mod mass;
+mod method_i;
 mod newton;
 mod two_step;
 mod variational;
@@ -64,8 +65,9 @@ pub use integrator::{Grid, GridStep, Integrator, OneStep, State, Trajectory, Wor
 pub use lagrangian::{EulerLagrange, Force, Forced, HessianWeights, Lagrangian, LeastSquares, MotionWeights};
 pub use linalg::{Jacobian, Pattern, Structure};
 pub use mass::Mass;
+pub use method_i::{Formulation, MethodI, method_i};
 pub use two_step::TwoStep;
-pub use variational::{Variational, least_squares, method_i, method_ii, position_momentum};
+pub use variational::{Variational, least_squares, method_ii, position_momentum};
 pub use vector_field::VectorField;
 
 /// The program in the README runs.

@@ -34,6 +34,19 @@ impl Mass {
         }
     }
 
+    /// Refuses a matrix that is no metric: one that is not symmetric positive definite.
+    pub(crate) fn check_metric(&self, dim: usize) -> Result<(), InputError> {
+        self.check(dim)?;
+        match self {
+            Self::Identity => Ok(()),
+            Self::Diagonal(m) => match m.iter().position(|&m| m <= 0.0) {
+                Some(i) => Err(InputError::Metric(format!("entry ({i}, {i}) is {}", m[i]))),
+                None => Ok(()),
+            },
+            Self::Matrix(m) => m.check_metric(),
+        }
+    }
+
     /// Adds `scale` M to `out`.
     pub(crate) fn add_to(&self, scale: f64, out: &mut Jacobian) {
         self.for_each(out.dim(), |i, j, m| out.add(i, j, scale * m));

@@ -19,7 +19,7 @@ const SHORTEST: f64 = 1e-10;
 pub(crate) trait System {
     fn dim(&self) -> usize;
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]);
-    /// Adds ∂F/∂x to the zero matrix `out`.
+    /// Adds ∂F/∂x to the zero matrix `out`, at the (h, x) where the residual was evaluated last.
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian);
     /// Replaces a first guess by the solution at h = 0, where the branch starts; unless they are the same.
     fn origin(&self, _x: &mut [f64]) {}

@@ -39,11 +39,6 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     }
 }
 
-/// Method I, p₁ = 0: Eq. (22) on v̇ = −v, second order, L-stable on symmetric dissipative systems.
-pub fn method_i<F: VectorField>(field: F) -> Variational<Trapezoidal<LeastSquares<F>>, Linear> {
-    least_squares(field, Linear::METHOD_I)
-}
-
 /// Method II, p₁ = p₀: Eq. (25) on v̇ = −v. It has no equation where f_v = 0.
 pub fn method_ii<F: VectorField>(field: F) -> Variational<Trapezoidal<LeastSquares<F>>, Linear> {
     least_squares(field, Linear::METHOD_II)

@@ -16,13 +16,13 @@ pub(super) struct Velocity {
 
 impl Velocity {
     pub(super) fn new(dim: usize) -> Self {
-        let zeros = vec![0.0; dim];
+        let (zeros, mass) = (vec![0.0; dim], Jacobian::zeros(dim));
         Self {
             rest: zeros.clone(),
             dl_dq: zeros.clone(),
             velocity: zeros,
-            mass: Jacobian::zeros(dim),
-            lu: Lu::new(dim),
+            lu: Lu::of(&mass),
+            mass,
         }
     }
 

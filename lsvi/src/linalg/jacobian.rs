@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
+use faer::Side;
+use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::DMatrix;
 
+use super::FactorError;
 use super::banded::Band;
 use super::sparse::Sparse;
 use super::structure::{Pattern, Structure};
+use crate::error::InputError;
 
 /// A square matrix of derivatives, ∂F_i/∂x_j.
 ///
@@ -130,9 +134,19 @@ impl Jacobian {
         &self.entries
     }
 
+    /// Refuses a matrix that was given an entry outside its structure.
+    pub(crate) fn check_structure(&self) -> Result<(), FactorError> {
+        self.outside.map_or(Ok(()), |(row, column)| Err(FactorError::OutsideStructure { row, column }))
+    }
+
     /// The first entry that was added where the structure has none.
     pub(crate) fn outside(&self) -> Option<(usize, usize)> {
         self.outside
+    }
+
+    /// Takes over from `other`, whose entries were added, that it was given one outside its structure.
+    pub(crate) fn inherit_outside(&mut self, other: &Self) {
+        self.outside = self.outside.or(other.outside);
     }
 
     /// Shows every stored entry (i, j, x) to `visit`, column by column.
@@ -149,6 +163,28 @@ impl Jacobian {
         }
     }
 
+    /// Refuses a matrix that is not symmetric positive definite.
+    pub(crate) fn check_metric(&self) -> Result<(), InputError> {
+        let n = self.dim();
+        let (mut asymmetric, mut triplets) = (None, Vec::new());
+        self.for_each(|i, j, a| {
+            let b = self.get(j, i);
+            // Symmetric to rounding: a product such as M⁻¹ need not be so to the last bit.
+            let tolerance = 8.0 * f64::EPSILON * (self.get(i, i).abs() + self.get(j, j).abs());
+            let symmetric = (a - b).abs() <= tolerance;
+            if !symmetric {
+                asymmetric = Some(format!("entries ({i}, {j}) and its mirror image are {a} and {b}"));
+            }
+            triplets.push(Triplet::new(i, j, a));
+        });
+        if let Some(what) = asymmetric {
+            return Err(InputError::Metric(what));
+        }
+        let definite = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &triplets)
+            .is_ok_and(|matrix| matrix.sp_cholesky(Side::Lower).is_ok());
+        if definite { Ok(()) } else { Err(InputError::Metric("it has no Cholesky factor".into())) }
+    }
+
     /// Adds `scale` A x to `out`.
     pub(crate) fn mul_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
         self.for_each(|i, j, a| out[i] += scale * a * x[j]);
@@ -157,5 +193,13 @@ impl Jacobian {
     /// Adds `scale` Aᵀ x to `out`.
     pub(crate) fn mul_transpose_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
         self.for_each(|i, j, a| out[j] += scale * a * x[i]);
+    }
+}
+
+impl From<DMatrix<f64>> for Jacobian {
+    /// The dense matrix `a`, which must be square.
+    fn from(a: DMatrix<f64>) -> Self {
+        debug_assert!(a.is_square());
+        Self { entries: Entries::Dense(a), outside: None }
     }
 }

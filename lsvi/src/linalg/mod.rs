@@ -61,9 +61,7 @@ impl Lu {
 
     /// Factors a copy of `a`, which is stored as the matrix given to [`of`](Self::of).
     pub(crate) fn factor(&mut self, a: &Jacobian) -> Result<(), FactorError> {
-        if let Some((row, column)) = a.outside() {
-            return Err(FactorError::OutsideStructure { row, column });
-        }
+        a.check_structure()?;
         match (self, a.entries()) {
             (Self::Dense(lu), Entries::Dense(a)) => lu.factor(a),
             (Self::Banded(lu), Entries::Banded(a)) => lu.factor(a),

@@ -33,6 +33,24 @@ impl Structure {
         Ok(Self::Sparse(Arc::new(Pattern::new(dim, positions)?)))
     }
 
+    /// The structure of AᵀA for A of this structure and order `dim`.
+    pub(crate) fn gram(&self, dim: usize) -> Self {
+        match self {
+            Self::Dense => Self::Dense,
+            Self::Banded { lower, upper } => {
+                let width = lower.saturating_add(*upper);
+                Self::Banded { lower: width, upper: width }
+            }
+            Self::Sparse(_) => {
+                let mut columns = vec![Vec::new(); dim];
+                (0..dim).for_each(|j| self.rows(dim, j).for_each(|i| columns[i].push(j)));
+                let pairs = columns.iter().flat_map(|row| row.iter().flat_map(|&j| row.iter().map(move |&k| (j, k))));
+                // All positions are below dim.
+                Self::sparse(dim, pairs).unwrap_or_default()
+            }
+        }
+    }
+
     /// The rows of column `j` that may have entries in a matrix of order `dim`, in ascending order.
     pub(crate) fn rows(&self, dim: usize, j: usize) -> impl Iterator<Item = usize> + '_ {
         let (range, list) = match self {

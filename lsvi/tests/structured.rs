@@ -1,0 +1,265 @@
+//! Systems with dense, banded and sparse Jacobians: the same steps in every structure and formulation.
+
+mod fields;
+
+use approx::assert_abs_diff_eq;
+use fields::{As, Burgers, Line, Plane, Walls};
+use lsvi::classic::{Bdf2, RungeKutta, Tableau};
+use lsvi::closure::Linear;
+use lsvi::{
+    AutoDiff, Formulation, InputError, Integrator, Jacobian, LeastSquares, Mass, MethodI, OneStep, SolveError, State,
+    StepError, Structure, Trajectory, VectorField, method_i,
+};
+
+const FORMULATIONS: [Formulation; 3] = [Formulation::Augmented, Formulation::Twisted, Formulation::CONJUGATE_GRADIENTS];
+
+fn wave(n: usize) -> Vec<f64> {
+    (0..n).map(|i| (0.3 * i as f64).sin() + 0.2 * (1.7 * i as f64).cos()).collect()
+}
+
+fn end(method: impl Integrator, v: Vec<f64>, h: f64, t_end: f64) -> Vec<f64> {
+    Trajectory::new(method, State::new(0.0, v), h, t_end).expect("usable").observe(|_| {}).expect("solvable").q
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// The positions of a band as a sparsity pattern.
+fn sparse_band(n: usize, lower: usize, upper: usize) -> Structure {
+    let band = (0..n).flat_map(|i| (i.saturating_sub(lower)..(i + upper + 1).min(n)).map(move |j| (i, j)));
+    Structure::sparse(n, band).expect("inside")
+}
+
+/// Two runs of m steps whose linear systems have condition number κ differ by at most m κ n ε times their size.
+fn assert_same(a: &[f64], b: &[f64], steps: f64, condition: f64, what: &str) {
+    let bound = steps * condition * a.len() as f64 * f64::EPSILON;
+    assert!(distance(a, b) <= bound, "{what}: {:e} > {bound:e}", distance(a, b));
+}
+
+#[test]
+fn yardsticks_are_the_same_in_every_structure() {
+    let n = 30;
+    let field = Line::new(n, 3.0, Walls::Dirichlet);
+    let structures = [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse_band(n, 1, 1)];
+    let h = 0.1;
+    // κ(I − h A) ≤ 1 + 4h/dx².
+    let condition = 1.0 + 4.0 * h * 31.0 * 31.0;
+    for tableau in [Tableau::implicit_euler(), Tableau::trapezoidal(), Tableau::implicit_midpoint(), Tableau::sdirk2()]
+    {
+        let [dense, banded, sparse] =
+            structures.clone().map(|s| end(RungeKutta::new(As(s, &field), tableau.clone()), wave(n), h, 1.0));
+        assert_same(&dense, &banded, 10.0, condition, "banded");
+        assert_same(&dense, &sparse, 10.0, condition, "sparse");
+    }
+    let [dense, banded, sparse] = structures.map(|s| end(Bdf2::new(As(s, &field)), wave(n), h, 1.0));
+    assert_same(&dense, &banded, 10.0, condition, "banded");
+    assert_same(&dense, &sparse, 10.0, condition, "sparse");
+}
+
+#[test]
+fn method_i_is_the_same_in_every_structure_and_formulation() {
+    let n = 30;
+    for (peclet, walls) in [(0.0, Walls::Dirichlet), (0.0, Walls::Neumann), (20.0, Walls::Dirichlet)] {
+        let field = Line::new(n, peclet, walls);
+        let h = 0.01;
+        // κ(I + BᵀB) ≤ 1 + ‖B‖², ‖B‖ ≤ 1 + h (4/dx² + peclet/dx).
+        let condition = (1.0 + h * (4.0 * 31.0 * 31.0 + peclet * 31.0_f64)).powi(2);
+        let dense = end(method_i(As(Structure::Dense, &field)), wave(n), h, 0.1);
+        assert_same(&dense, &end(method_i(&field), wave(n), h, 0.1), 10.0, condition, "banded");
+        let sparse = method_i(As(sparse_band(n, 1, 1), &field));
+        assert_same(&dense, &end(sparse, wave(n), h, 0.1), 10.0, condition, "sparse");
+        for formulation in FORMULATIONS {
+            let method = MethodI::with_formulation(&field, formulation).expect("fits");
+            assert_same(&dense, &end(method, wave(n), h, 0.1), 10.0, condition, &format!("{formulation:?}"));
+        }
+    }
+}
+
+#[test]
+fn nonlinear_method_i_is_the_same_in_every_structure_and_iteration() {
+    let (n, h) = (24, 0.02);
+    let field = AutoDiff::new(Burgers { cells: n, viscosity: 0.05 });
+    let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 25.0).sin()).collect();
+    let dense = end(method_i(As(Structure::Dense, &field)), v.clone(), h, 0.2);
+    // ‖B‖ ≤ 1 + h (4 ν/dx² + 1/dx).
+    let condition = (1.0 + h * (4.0 * 0.05 * 625.0 + 25.0_f64)).powi(2);
+    assert_same(&dense, &end(method_i(&field), v.clone(), h, 0.2), 10.0, condition, "banded");
+    let sparse = method_i(As(sparse_band(n, 1, 1), &field));
+    assert_same(&dense, &end(sparse, v.clone(), h, 0.2), 10.0, condition, "sparse");
+    for formulation in FORMULATIONS {
+        let method = MethodI::with_formulation(&field, formulation).expect("fits");
+        assert_same(&dense, &end(method, v.clone(), h, 0.2), 10.0, condition, &format!("{formulation:?}"));
+    }
+}
+
+/// On the eigenvectors of the five-point Laplacian a step of Method I multiplies by 1/(1 − z + z²/2).
+#[test]
+fn plane_modes_decay_as_the_linear_theory_says() {
+    let side = 12;
+    let field = Plane { side };
+    let mode = |k: usize, i: usize| (std::f64::consts::PI * (k * (i + 1)) as f64 / (side + 1) as f64).sin();
+    let eigenvalue = |k: usize| {
+        let s = (0.5 * std::f64::consts::PI * k as f64 / (side + 1) as f64).sin() * 2.0 * (side + 1) as f64;
+        -s * s
+    };
+    let h = 0.02;
+    for (k, l) in [(1, 1), (3, 2), (12, 12)] {
+        let v: Vec<f64> = (0..side * side).map(|p| mode(k, p % side) * mode(l, p / side)).collect();
+        let z = h * (eigenvalue(k) + eigenvalue(l));
+        let factor = 1.0 / (1.0 - z + 0.5 * z * z);
+        let methods = [
+            method_i(&field),
+            MethodI::with_formulation(&field, Formulation::Augmented).expect("fits"),
+            MethodI::with_formulation(&field, Formulation::CONJUGATE_GRADIENTS).expect("fits"),
+        ];
+        for mut method in methods {
+            let (mut q, mut p) = (v.clone(), vec![0.0; v.len()]);
+            method.step(0.0, h, &mut q, &mut p).expect("solvable");
+            // The condition number of I + BᵀB is below (1 + 8 h (side + 1)²)².
+            let bound = 144.0 * f64::EPSILON * (1.0 + 8.0 * h * 169.0_f64).powi(2);
+            q.iter().zip(&v).for_each(|(q, v)| assert_abs_diff_eq!(*q, factor * v, epsilon = bound));
+        }
+    }
+}
+
+/// With M given, M v̇ = f in the natural metric is v̇ = M⁻¹f in the metric M, which a change of variables v = M^(−½) w makes
+/// Euclidean: for diagonal M the method on w is Method I of w' = M^(−½) f(M^(−½) w).
+#[test]
+fn the_natural_metric_does_not_depend_on_the_variables() {
+    let n = 20;
+    let weights: Vec<f64> = (0..n).map(|i| 1.0 + 0.5 * (i as f64).sin()).collect();
+    let plain = Line::new(n, 5.0, Walls::Dirichlet);
+    let massive = plain.clone().with_mass(Mass::Diagonal(weights.clone()));
+    let scaled = plain.scaled(&weights.iter().map(|m| m.sqrt().recip()).collect::<Vec<_>>());
+    let (h, steps) = (0.01, 10.0);
+    let condition = 3.0 * (2.0 + h * (4.0 * 441.0 + 100.0_f64)).powi(2);
+    let w: Vec<f64> = wave(n).iter().zip(&weights).map(|(v, m)| v * m.sqrt()).collect();
+    let mut expected = end(method_i(&scaled), w, h, 0.1);
+    expected.iter_mut().zip(&weights).for_each(|(w, m)| *w /= m.sqrt());
+    for formulation in FORMULATIONS {
+        let method = MethodI::with_formulation(&massive, formulation).expect("fits");
+        assert_same(&expected, &end(method, wave(n), h, 0.1), steps, condition, &format!("{formulation:?}"));
+    }
+    // The same through the Lagrangian, for M as a matrix, and where the metric is given instead.
+    let mut matrix = Jacobian::with_structure(n, &Structure::Banded { lower: 0, upper: 0 });
+    weights.iter().enumerate().for_each(|(i, &m)| matrix.add(i, i, m));
+    let massive = plain.with_mass(Mass::Matrix(matrix));
+    assert_same(&expected, &end(method_i(&massive), wave(n), h, 0.1), steps, condition, "matrix");
+    let dense = As(Structure::Dense, &massive);
+    assert_same(&expected, &end(method_i(&dense), wave(n), h, 0.1), steps, condition, "dense");
+    let inverse = nalgebra::DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 / weights[i] } else { 0.0 });
+    let given = LeastSquares::new(&dense).with_metric(inverse).expect("definite");
+    let method = lsvi::Variational::new(lsvi::discrete::Trapezoidal::new(given), Linear::METHOD_I);
+    assert_same(&expected, &end(method, wave(n), h, 0.1), steps, condition, "given metric");
+}
+
+/// A tridiagonal mass matrix, as of linear elements, gives the yardsticks the solution of v̇ = M⁻¹f.
+#[test]
+fn yardsticks_solve_with_the_mass_matrix() {
+    let n = 16;
+    let mut mass = Jacobian::with_structure(n, &Structure::Banded { lower: 1, upper: 1 });
+    for i in 0..n {
+        mass.add(i, i, 2.0 / 3.0);
+        if i > 0 {
+            mass.add(i, i - 1, 1.0 / 6.0);
+            mass.add(i - 1, i, 1.0 / 6.0);
+        }
+    }
+    let field = Line::new(n, 0.0, Walls::Dirichlet).without_source().with_mass(Mass::Matrix(mass));
+    // The discrete sine of wave number 1: f = −μ v and M v = m v.
+    let angle = std::f64::consts::PI / 17.0;
+    let v: Vec<f64> = (1..=n).map(|i| (angle * i as f64).sin()).collect();
+    let rate = -(2.0 * 17.0 * (0.5 * angle).sin()).powi(2) / (2.0 / 3.0 + angle.cos() / 3.0);
+    // RK4 is stable: h |λ_max| ≤ 5e-4 · 12 · 17² < 2.78.
+    let (h, t_end) = (5e-4, 0.1);
+    let z = h * rate;
+    let growths = [
+        (Tableau::implicit_euler(), 1.0 / (1.0 - z)),
+        (Tableau::trapezoidal(), (1.0 + 0.5 * z) / (1.0 - 0.5 * z)),
+        (Tableau::implicit_midpoint(), (1.0 + 0.5 * z) / (1.0 - 0.5 * z)),
+        (Tableau::rk4(), 1.0 + z + z * z / 2.0 + z.powi(3) / 6.0 + z.powi(4) / 24.0),
+    ];
+    for (tableau, growth) in growths {
+        let result = end(RungeKutta::new(&field, tableau), v.clone(), h, t_end);
+        // 200 steps, each with the rounding errors of h M⁻¹A of size h |λ_max| < 2.
+        let bound = 200.0 * 16.0 * 2.0 * f64::EPSILON;
+        result.iter().zip(&v).for_each(|(r, v)| assert_abs_diff_eq!(*r, growth.powi(200) * v, epsilon = bound));
+    }
+}
+
+#[test]
+fn an_entry_outside_the_declared_structure_is_refused() {
+    let n = 10;
+    let v = wave(n);
+    let narrow = Structure::Banded { lower: 1, upper: 0 };
+    let expect = |result: Result<(), StepError>| {
+        let Err(StepError::Solve { source: SolveError::OutsideStructure { row, column }, .. }) = result else {
+            panic!("{result:?}");
+        };
+        assert_eq!(column, row + 1);
+    };
+    fn step(mut method: impl OneStep, v: &[f64]) -> Result<(), StepError> {
+        method.step(0.0, 0.1, &mut v.to_vec(), &mut vec![0.0; v.len()])
+    }
+    let linear = As(narrow.clone(), Line::new(n, 1.0, Walls::Dirichlet));
+    let automatic = AutoDiff::new(As(narrow, Burgers { cells: n, viscosity: 0.1 }));
+    expect(step(RungeKutta::new(&linear, Tableau::implicit_euler()), &v));
+    expect(step(RungeKutta::new(&automatic, Tableau::implicit_euler()), &v));
+    expect(step(method_i(&linear), &v));
+    expect(step(method_i(&automatic), &v));
+    for formulation in FORMULATIONS {
+        expect(step(MethodI::with_formulation(&linear, formulation).expect("fits"), &v));
+        expect(step(MethodI::with_formulation(&automatic, formulation).expect("fits"), &v));
+    }
+    // A pattern of another order has no room for the entries beyond.
+    let small = Structure::sparse(4, [(0, 1), (1, 0)]).expect("inside");
+    let result = step(method_i(As(small, Line::new(n, 0.0, Walls::Dirichlet))), &v);
+    assert!(matches!(result, Err(StepError::Solve { source: SolveError::OutsideStructure { .. }, .. })), "{result:?}");
+}
+
+#[test]
+fn refuses_unusable_formulations_and_masses() {
+    let line = || Line::new(5, 0.0, Walls::Dirichlet);
+    let refused = |field: &dyn VectorField, formulation| MethodI::with_formulation(field, formulation).err();
+    let dense = As(Structure::Dense, line());
+    assert!(matches!(refused(&dense, Formulation::Twisted), Some(InputError::Formulation(_))));
+    for tolerance in [0.0, -1.0, 1.0, f64::NAN] {
+        let formulation = Formulation::ConjugateGradients { tolerance };
+        assert!(matches!(refused(&line(), formulation), Some(InputError::Formulation(_))));
+    }
+    let matrix = |entries: &[(usize, usize, f64)]| {
+        let mut m = Jacobian::with_structure(5, &Structure::Banded { lower: 1, upper: 1 });
+        (0..5).for_each(|i| m.add(i, i, 1.0));
+        entries.iter().for_each(|&(i, j, x)| m.add(i, j, x));
+        Mass::Matrix(m)
+    };
+    let masses = [
+        (Mass::Diagonal(vec![1.0; 4]), "length"),
+        (Mass::Diagonal(vec![1.0, 1.0, 0.0, 1.0, 1.0]), "definite"),
+        (matrix(&[(0, 1, 0.5)]), "symmetric"),
+        (matrix(&[(0, 1, 1.5), (1, 0, 1.5)]), "definite"),
+        (matrix(&[(0, 4, 0.1)]), "outside"),
+    ];
+    for (mass, what) in masses {
+        let field = line().with_mass(mass);
+        assert!(refused(&field, Formulation::Augmented).is_some(), "{what}");
+        let result = method_i(&field).step(0.0, 0.1, &mut wave(5), &mut [0.0; 5]);
+        assert!(matches!(result, Err(StepError::Input(_))), "{what}: {result:?}");
+        let dense = As(Structure::Dense, &field);
+        let result = method_i(&dense).step(0.0, 0.1, &mut wave(5), &mut [0.0; 5]);
+        assert!(result.is_err(), "{what}");
+    }
+    assert!(Structure::sparse(3, [(0, 3)]).is_err());
+}
+
+/// A singular M makes an equation algebraic; explicit stages have no use for it.
+#[test]
+fn a_singular_mass_is_for_implicit_methods() {
+    let field = Line::new(3, 0.0, Walls::Dirichlet).without_source().with_mass(Mass::Diagonal(vec![1.0, 0.0, 1.0]));
+    let mut v = vec![1.0, 0.0, 1.0];
+    RungeKutta::new(&field, Tableau::implicit_euler()).step(0.0, 0.1, &mut v, &mut []).expect("solvable");
+    assert_abs_diff_eq!(2.0 * v[1], v[0] + v[2], epsilon = 1e-14);
+    let result = RungeKutta::new(&field, Tableau::rk4()).step(0.0, 0.1, &mut v, &mut []);
+    assert!(matches!(result, Err(StepError::Solve { source: SolveError::Singular, .. })), "{result:?}");
+}
