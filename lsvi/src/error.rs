@@ -130,6 +130,9 @@ pub enum InputError {
         /// Rank of their gradients.
         rank: usize,
     },
+    /// A tolerance that is not a positive finite number.
+    #[error("tolerance {0} must be positive and finite")]
+    Tolerance(f64),
     /// A formulation of the step that does not fit the system.
     #[error("{0}")]
     Formulation(&'static str),

@@ -39,6 +39,7 @@ pub mod classic;
 pub mod closure;
 pub mod discrete;
 pub mod quadrature;
+pub mod steady;
 
 mod autodiff;
 mod coloring;

@@ -186,6 +186,7 @@ impl Jacobian {
     }
 
     /// Adds `scale` A x to `out`.
+    #[cfg(test)]
     pub(crate) fn mul_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
         self.for_each(|i, j, a| out[i] += scale * a * x[j]);
     }

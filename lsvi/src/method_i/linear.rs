@@ -9,8 +9,8 @@ use crate::mass::Mass;
 use crate::newton::Work;
 use crate::vector_field::VectorField;
 
-/// Largest condition number at which the squared one costs no more than half of the digits of a double.
-const TWISTED_CONDITION: f64 = 1.0 / (f64::EPSILON * 67_108_864.0);
+/// Largest condition number of M + BᵀM⁻¹B, 1/√ε, at which rounding leaves half of the digits at worst.
+const TWISTED_CONDITION: f64 = 67_108_864.0;
 
 /// Method I on f = A v + g: with M y = h g₁ − B v₁,
 /// M y + B v₁ = h g₁ and Bᵀ y − M v₁ = −[2 M + h (A − Aᵀ)] v₀ − h g₀.

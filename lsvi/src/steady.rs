@@ -1,0 +1,181 @@
+//! Steady states by marching in time.
+//!
+//! A method can rest where the system does not: the fixed points of Method I satisfy (2 M − h f_vᵀ) M⁻¹ f = 0, which holds at
+//! every steady state, and at others where h f_v has an eigenvalue 2. A resting state is therefore judged by f.
+
+use thiserror::Error;
+
+use crate::error::{InputError, StepError};
+use crate::integrator::{OneStep, State};
+use crate::linalg::{Jacobian, max_norm};
+use crate::vector_field::VectorField;
+
+/// A state with f(t, v) = 0 up to `residual`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Steady {
+    /// The state.
+    pub state: State,
+    /// Max norm of f there, in its units.
+    pub residual: f64,
+    /// Steps taken.
+    pub steps: u64,
+}
+
+/// Why no steady state was found.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SteadyError {
+    /// The arguments are unusable.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A step could not be taken.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// The method rests where the system does not.
+    #[error("spurious steady state: the method rests at t = {t}, where |f| = {residual:e} exceeds {allowed:e}")]
+    Spurious {
+        /// Time at which it rests.
+        t: f64,
+        /// Where it rests.
+        v: Vec<f64>,
+        /// Max norm of f there.
+        residual: f64,
+        /// What was allowed.
+        allowed: f64,
+    },
+    /// The state still moves after the last step.
+    #[error("no steady state after {steps} steps: |f| = {residual:e}")]
+    NotReached {
+        /// Steps taken.
+        steps: u64,
+        /// Max norm of f at the last state.
+        residual: f64,
+    },
+}
+
+/// |f(t, v)| in the max norm.
+///
+/// # Errors
+/// [`SteadyError::Spurious`] if it exceeds `tolerance`, in the units of f, and what the rounding of v and of the terms of f
+/// explains.
+pub fn check(field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<f64, SteadyError> {
+    Probe::new(field).check(field, t, v, tolerance)
+}
+
+/// Steps `method`, an integrator of `field`, with steps of size `h` until |f| ≤ `tolerance` or the state rests.
+///
+/// # Errors
+/// [`SteadyError::Spurious`] if the state rests with a larger |f|, [`SteadyError::NotReached`] after `most` steps,
+/// [`SteadyError::Step`] if a step fails, and [`SteadyError::Input`] if `tolerance` is not a number above 0.
+pub fn march(
+    mut method: impl OneStep,
+    field: &impl VectorField,
+    mut state: State,
+    h: f64,
+    tolerance: f64,
+    most: u64,
+) -> Result<Steady, SteadyError> {
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(InputError::Tolerance(tolerance).into());
+    }
+    let mut probe = Probe::new(field);
+    let mut before = state.q.clone();
+    let (start, mut residual) = (state.t, f64::INFINITY);
+    for steps in 1..=most {
+        before.copy_from_slice(&state.q);
+        method.step(state.t, h, &mut state.q, &mut state.p)?;
+        state.t = start + steps as f64 * h;
+        residual = probe.residual(field, state.t, &state.q);
+        let change = before.iter().zip(&state.q).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let rests = change <= 4.0 * f64::EPSILON * max_norm(&state.q);
+        if residual <= tolerance || rests {
+            let residual = probe.check(field, state.t, &state.q, tolerance)?;
+            return Ok(Steady { state, residual, steps });
+        }
+    }
+    Err(SteadyError::NotReached { steps: most, residual })
+}
+
+/// Work space for f and its rounding errors.
+struct Probe {
+    f: Vec<f64>,
+    terms: Vec<f64>,
+    jacobian: Jacobian,
+}
+
+impl Probe {
+    fn new(field: &impl VectorField) -> Self {
+        let n = field.dim();
+        Self { f: vec![0.0; n], terms: vec![0.0; n], jacobian: Jacobian::with_structure(n, &field.structure()) }
+    }
+
+    fn residual(&mut self, field: &impl VectorField, t: f64, v: &[f64]) -> f64 {
+        field.rhs(t, v, &mut self.f);
+        max_norm(&self.f)
+    }
+
+    fn check(&mut self, field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<f64, SteadyError> {
+        let residual = self.residual(field, t, v);
+        self.jacobian.clear();
+        field.add_jacobian(t, v, 1.0, &mut self.jacobian);
+        // A resting v is known to a few ε |v|, which f amplifies to Σ_j |J_ij| ε |v_j|, as its own terms do.
+        self.terms.fill(0.0);
+        let size = max_norm(v);
+        self.jacobian.for_each(|i, _, x| self.terms[i] += x.abs() * size);
+        let allowed = tolerance.max(16.0 * f64::EPSILON * max_norm(&self.terms));
+        if residual <= allowed {
+            Ok(residual)
+        } else {
+            Err(SteadyError::Spurious { t, v: v.to_vec(), residual, allowed })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AutoDiff, Rhs, Scalar, method_i};
+
+    /// v̇ = γ − v²: steady at √γ; Method I also rests where 2 + 2 h v = 0.
+    struct QuadraticDrag {
+        drive: f64,
+    }
+
+    impl Rhs for QuadraticDrag {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = -v[0] * v[0] + self.drive;
+        }
+    }
+
+    #[test]
+    fn marches_to_the_steady_state() {
+        let field = AutoDiff::new(QuadraticDrag { drive: 2.0 });
+        let steady = march(method_i(&field), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 1000).expect("steady");
+        assert!(steady.residual <= 1e-12);
+        // |v − √2| ≈ |f|/(2√2).
+        approx::assert_abs_diff_eq!(steady.state.q[0], 2.0_f64.sqrt(), epsilon = 1e-12);
+        let few = march(method_i(&field), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 3);
+        assert!(matches!(few, Err(SteadyError::NotReached { steps: 3, .. })), "{few:?}");
+        let zero = march(method_i(&field), &field, State::new(0.0, vec![1.0]), 0.3, 0.0, 3);
+        assert!(matches!(zero, Err(SteadyError::Input(InputError::Tolerance(_)))), "{zero:?}");
+    }
+
+    #[test]
+    fn accepts_what_rounding_leaves_of_f() {
+        let field = AutoDiff::new(QuadraticDrag { drive: 2.0 });
+        march(method_i(&field), &field, State::new(0.0, vec![1.0]), 0.3, 1e-300, 1000).expect("steady to rounding");
+    }
+
+    #[test]
+    fn refuses_the_spurious_steady_state() {
+        let field = AutoDiff::new(QuadraticDrag { drive: 0.0 });
+        let h = 0.5;
+        let result = march(method_i(&field), &field, State::new(0.0, vec![-1.9]), h, 1e-10, 1000);
+        let Err(SteadyError::Spurious { v, residual, .. }) = result else { panic!("{result:?}") };
+        approx::assert_abs_diff_eq!(v[0], -1.0 / h, epsilon = 1e-14);
+        approx::assert_abs_diff_eq!(residual, 1.0 / (h * h), epsilon = 1e-13);
+    }
+}
