@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::closure::{Closure, Linear, PositionMomentum};
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights, Trapezoidal};
-use crate::error::{SolveError, StepError, check_step, check_vector};
+use crate::error::{StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::lagrangian::LeastSquares;
 use crate::linalg::{Jacobian, Lu};

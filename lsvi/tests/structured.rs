@@ -263,3 +263,28 @@ fn a_singular_mass_is_for_implicit_methods() {
     let result = RungeKutta::new(&field, Tableau::rk4()).step(0.0, 0.1, &mut v, &mut []);
     assert!(matches!(result, Err(StepError::Solve { source: SolveError::Singular, .. })), "{result:?}");
 }
+
+/// Steps up to a hundred times the time in which the front forms: the damped iteration finds the root of Newton's branch.
+#[test]
+fn gauss_newton_and_newton_agree_on_long_steps() {
+    let n = 40;
+    let field = AutoDiff::new(Burgers { cells: n, viscosity: 0.01 });
+    let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 41.0).sin()).collect();
+    for h in [0.1, 1.0, 10.0, 100.0] {
+        let (mut expected, mut p) = (v.clone(), vec![0.0; n]);
+        method_i(&field).step(0.0, h, &mut expected, &mut p).expect("on the branch");
+        for formulation in FORMULATIONS {
+            let mut method = MethodI::with_formulation(&field, formulation).expect("fits");
+            let mut q = v.clone();
+            method.step(0.0, h, &mut q, &mut p).expect("convergent");
+            // Both stop at increments of a few ε; the augmented condition number is below 1 + h (4 ν/dx² + 1/dx).
+            assert_same(
+                &q,
+                &expected,
+                1.0,
+                1.0 + h * (4.0 * 0.01 * 1681.0 + 41.0),
+                &format!("h = {h}, {formulation:?}"),
+            );
+        }
+    }
+}

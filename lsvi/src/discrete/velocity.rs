@@ -17,13 +17,7 @@ pub(super) struct Velocity {
 impl Velocity {
     pub(super) fn new(dim: usize) -> Self {
         let (zeros, mass) = (vec![0.0; dim], Jacobian::zeros(dim));
-        Self {
-            rest: zeros.clone(),
-            dl_dq: zeros.clone(),
-            velocity: zeros,
-            lu: Lu::of(&mass),
-            mass,
-        }
+        Self { rest: zeros.clone(), dl_dq: zeros.clone(), velocity: zeros, lu: Lu::of(&mass), mass }
     }
 
     /// L_vv⁻¹ (p − L_v) at v = 0: one Newton step, exact for Lagrangians quadratic in the velocity.

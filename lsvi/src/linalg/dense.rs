@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::{FactorError, row_scale};
 
 /// Largest order at which plain elimination is faster than the blocked one.
-const SMALL: usize = 8;
+const SMALL: usize = 16;
 
 /// P D A = L U of a dense matrix, D the row scaling.
 pub(crate) struct DenseLu {

@@ -101,12 +101,13 @@ pub(crate) fn add_block(out: &mut DMatrix<f64>, (row, column): (usize, usize), s
     }
 }
 
-/// The power of two nearest 1/`largest`, by which a row with that largest entry is scaled.
+/// The power of two by which a row with the given largest entry is scaled to one in [1, 2).
 fn row_scale(largest: f64) -> Result<f64, FactorError> {
     if largest == 0.0 || !largest.is_finite() {
         return Err(FactorError::Singular);
     }
-    Ok(largest.log2().round().exp2().recip())
+    let exponent = largest.max(f64::MIN_POSITIVE).to_bits() & f64::INFINITY.to_bits();
+    Ok(f64::from_bits(exponent).recip())
 }
 
 /// Largest absolute component; NaN if any component is NaN.
