@@ -85,7 +85,7 @@ impl Mass {
 pub(crate) enum MassInverse {
     Identity,
     Reciprocals(Vec<f64>),
-    Factors(Lu),
+    Factors(Box<Lu>),
     Missing(SolveError),
 }
 
@@ -98,7 +98,7 @@ impl MassInverse {
             Mass::Matrix(m) => {
                 let mut lu = Lu::of(m);
                 match lu.factor(m) {
-                    Ok(()) => Self::Factors(lu),
+                    Ok(()) => Self::Factors(Box::new(lu)),
                     Err(error) => Self::Missing(error.into()),
                 }
             }

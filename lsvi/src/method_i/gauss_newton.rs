@@ -20,6 +20,8 @@ const STRONGEST: f64 = 1e18;
 #[derive(Debug)]
 pub(super) struct GaussNewton {
     matrix: StepMatrix,
+    /// μ of the next step.
+    damping: f64,
     b: Jacobian,
     mass_inverse: MassInverse,
     f0: Vec<f64>,
@@ -37,6 +39,7 @@ impl GaussNewton {
         let zeros = vec![0.0; dim];
         Self {
             matrix: StepMatrix::new(dim, structure, mass, formulation),
+            damping: 0.0,
             b: Jacobian::with_structure(dim, structure),
             mass_inverse: MassInverse::new(mass),
             f0: zeros.clone(),
@@ -86,7 +89,8 @@ impl GaussNewton {
     ) -> Result<(), SolveError> {
         system.field.rhs(at.t, v0, &mut self.f0);
         v.copy_from_slice(v0);
-        let (mut damping, mut last) = (0.0_f64, f64::INFINITY);
+        self.damping = 0.0;
+        let mut last = f64::INFINITY;
         let mut action = self.action(&system, at, v0, v)?;
         for _ in 0..ITERATIONS {
             work.residuals += 1;
@@ -98,7 +102,7 @@ impl GaussNewton {
             self.b.check_structure()?;
             self.gradient.copy_from_slice(&self.start);
             self.b.mul_transpose_add(1.0, &self.work, &mut self.gradient);
-            let (delta, next) = self.descend(&system, at, v0, v, action, &mut damping, work)?;
+            let (delta, next) = self.descend(&system, at, v0, v, action, work)?;
             v.copy_from_slice(&self.trial);
             action = next;
             let roundoff = f64::EPSILON * max_norm(v).max(max_norm(v0));
@@ -106,7 +110,7 @@ impl GaussNewton {
             // Linear convergence by θ leaves θ/(1 − θ) δ; below √ε φ is flat to rounding and only stagnation is left.
             let converged = delta <= 4.0 * roundoff || (theta < 1.0 && theta * delta <= (1.0 - theta) * roundoff);
             let stagnates = theta >= 1.0 && last <= f64::EPSILON.sqrt() * roundoff / f64::EPSILON;
-            if damping == 0.0 && (converged || stagnates) {
+            if self.damping == 0.0 && (converged || stagnates) {
                 return Ok(());
             }
             last = delta;
@@ -115,7 +119,6 @@ impl GaussNewton {
     }
 
     /// Sets the trial point to one of lower φ, and returns the increment's max norm and the new φ.
-    #[allow(clippy::too_many_arguments)]
     fn descend<F: VectorField>(
         &mut self,
         system: &System<'_, F>,
@@ -123,11 +126,10 @@ impl GaussNewton {
         v0: &[f64],
         v: &[f64],
         action: f64,
-        damping: &mut f64,
         work: &mut Work,
     ) -> Result<(f64, f64), SolveError> {
-        while *damping < STRONGEST {
-            self.matrix.factor(system.mass, &self.b, *damping)?;
+        while self.damping < STRONGEST {
+            self.matrix.factor(system.mass, &self.b, self.damping)?;
             work.factorizations += 1;
             self.work.fill(0.0);
             for (d, g) in self.increment.iter_mut().zip(&self.gradient) {
@@ -141,7 +143,7 @@ impl GaussNewton {
             self.work.fill(0.0);
             system.mass.mul_add(1.0, &self.increment, &mut self.work);
             let predicted =
-                -0.5 * dot(&self.gradient, &self.increment) + 0.5 * *damping * dot(&self.increment, &self.work);
+                -0.5 * dot(&self.gradient, &self.increment) + 0.5 * self.damping * dot(&self.increment, &self.work);
             let trial = std::mem::take(&mut self.trial);
             let next = self.action(system, at, v0, &trial);
             self.trial = trial;
@@ -150,9 +152,9 @@ impl GaussNewton {
             let flat = predicted <= 64.0 * f64::EPSILON * action;
             let ratio = (action - next) / predicted;
             if flat || ratio > 0.75 {
-                *damping = if *damping > 1.0 { *damping / 8.0 } else { 0.0 };
-            } else if !(ratio > 0.25) {
-                *damping = (8.0 * *damping).max(1.0);
+                self.damping = if self.damping > 1.0 { self.damping / 8.0 } else { 0.0 };
+            } else if ratio.is_nan() || ratio <= 0.25 {
+                self.damping = (8.0 * self.damping).max(1.0);
             }
             if flat || ratio > 1e-4 {
                 return Ok((delta, next));

@@ -105,9 +105,9 @@ impl<F: VectorField> System<'_, F> {
 /// The step equations with their work space.
 #[derive(Debug)]
 enum Equations {
-    Linear(LinearStep),
-    Newton(FullNewton),
-    GaussNewton(GaussNewton),
+    Linear(Box<LinearStep>),
+    Newton(Box<FullNewton>),
+    GaussNewton(Box<GaussNewton>),
 }
 
 impl Equations {
@@ -137,13 +137,15 @@ impl<F: VectorField> Structured<F> {
         let refused = mass.check_metric(n);
         let equations = match solver {
             Solver::GaussNewton(formulation) if !field.is_linear() => {
-                Equations::GaussNewton(GaussNewton::new(n, &structure, &mass, formulation))
+                Equations::GaussNewton(Box::new(GaussNewton::new(n, &structure, &mass, formulation)))
             }
             Solver::GaussNewton(formulation) => {
-                Equations::Linear(LinearStep::new(n, &structure, &mass, Some(formulation)))
+                Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, Some(formulation))))
             }
-            Solver::Auto if field.is_linear() => Equations::Linear(LinearStep::new(n, &structure, &mass, None)),
-            Solver::Auto => Equations::Newton(FullNewton::new(n, &structure, &mass)),
+            Solver::Auto if field.is_linear() => {
+                Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, None)))
+            }
+            Solver::Auto => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass))),
         };
         Self { field, mass, refused, equations, next: vec![0.0; n], work: Work::default() }
     }

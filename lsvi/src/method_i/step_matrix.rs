@@ -49,9 +49,9 @@ impl Formulation {
 /// The system M y + B x = a, Bᵀ y − (1 + μ) M x = −b of a step: (M + μM + BᵀM⁻¹B) x = b + BᵀM⁻¹a.
 #[derive(Debug)]
 pub(super) enum StepMatrix {
-    Augmented(Augmented),
+    Augmented(Box<Augmented>),
     Twisted(Twisted),
-    ConjugateGradients(ConjugateGradients),
+    ConjugateGradients(Box<ConjugateGradients>),
 }
 
 impl StepMatrix {
@@ -62,9 +62,9 @@ impl StepMatrix {
                 Self::Twisted(Twisted::new(dim, lower.saturating_add(*upper)))
             }
             (Formulation::ConjugateGradients { tolerance }, _) => {
-                Self::ConjugateGradients(ConjugateGradients::new(dim, structure, mass, tolerance))
+                Self::ConjugateGradients(Box::new(ConjugateGradients::new(dim, structure, mass, tolerance)))
             }
-            _ => Self::Augmented(Augmented::new(dim, structure, mass)),
+            _ => Self::Augmented(Box::new(Augmented::new(dim, structure, mass))),
         }
     }
 
