@@ -76,6 +76,17 @@ pub enum InputError {
         /// Coefficient of p_{n+1}.
         beta: f64,
     },
+    /// A rate to fit that is not positive and finite.
+    #[error("the decay rate {0} must be positive and finite")]
+    Rate(f64),
+    /// A range of steps that is empty, negative or unbounded.
+    #[error("[{from}, {to}] is no range of positive step sizes")]
+    StepRange {
+        /// Its lower end.
+        from: f64,
+        /// Its upper end.
+        to: f64,
+    },
     /// Fewer nodes, or a lower degree, than a method needs.
     #[error("{what}: {found} is fewer than {least}")]
     TooFew {

@@ -1,5 +1,6 @@
 //! Closures: the condition on the discrete momenta that makes one step a solvable system.
 
+mod fitted;
 mod homogeneous;
 mod linear;
 mod position_momentum;
