@@ -7,8 +7,9 @@
 //!   Lagrangian such as [`Trapezoidal`](discrete::Trapezoidal), [`Midpoint`](discrete::Midpoint) or
 //!   [`Galerkin`](discrete::Galerkin), or from a fitted path, [`PathFitted`](discrete::PathFitted).
 //! - A [`Closure`](closure::Closure) of the momenta: position–momentum, or the (α, β) family with [`method_i`] and [`method_ii`].
-//! - A [`Variational`] integrator of the two, stepped along a [`Trajectory`] like the [`classic`] yardsticks.
 //! - In mechanics also [`Forced`] motions, and [`Constrained`] ones on f(q) = 0.
+//! - A [`Variational`] integrator of the two, or a [`Window`] of steps found together, stepped along a [`Trajectory`] like
+//!   the [`classic`] yardsticks.
 //!
 //! # Notation
 //!
@@ -55,6 +56,7 @@ mod newton;
 mod two_step;
 mod variational;
 mod vector_field;
+mod window;
 
 pub use autodiff::{
     AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, LagrangianFn, Rhs, Scalar,
@@ -70,6 +72,7 @@ pub use method_i::{Formulation, MethodI, method_i};
 pub use two_step::TwoStep;
 pub use variational::{Variational, least_squares, method_ii, position_momentum};
 pub use vector_field::VectorField;
+pub use window::Window;
 
 /// The program in the README runs.
 #[cfg(doctest)]

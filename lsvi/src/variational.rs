@@ -55,12 +55,12 @@ pub fn position_momentum<D: DiscreteLegendre>(discrete: D) -> Variational<D, Pos
 }
 
 /// The equations of one step for a given (t, q₀, p₀).
-struct StepEquations<'a, D, C> {
-    discrete: &'a mut D,
-    closure: &'a C,
-    t: f64,
-    q0: &'a [f64],
-    p0: &'a [f64],
+pub(crate) struct StepEquations<'a, D, C> {
+    pub(crate) discrete: &'a mut D,
+    pub(crate) closure: &'a C,
+    pub(crate) t: f64,
+    pub(crate) q0: &'a [f64],
+    pub(crate) p0: &'a [f64],
 }
 
 impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
@@ -87,7 +87,7 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
 }
 
 /// Writes copies of `q` into all of `x`.
-fn repeat(q: &[f64], x: &mut [f64]) {
+pub(crate) fn repeat(q: &[f64], x: &mut [f64]) {
     x.chunks_exact_mut(q.len()).for_each(|values| values.copy_from_slice(q));
 }
 

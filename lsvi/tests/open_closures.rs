@@ -1,0 +1,199 @@
+//! Closures fitted to a rate, and windows of steps found together.
+
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use lsvi::closure::Linear;
+use lsvi::discrete::{DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, MomentumWeights, Trapezoidal};
+use lsvi::{
+    AutoDiff, InputError, Integrator, LeastSquares, Rhs, Scalar, SolveError, State, StepError, Trajectory, Window,
+    least_squares, method_i,
+};
+
+struct Decay {
+    rate: f64,
+}
+
+impl Rhs for Decay {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[0] * -self.rate;
+    }
+}
+
+/// Nonlinear, coupled and forced, with a Jacobian that is not symmetric.
+struct Coupled;
+
+impl Rhs for Coupled {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[1] - v[0].powi(3);
+        dv[1] = -v[0].sin() - v[1] * 0.5 + t.cos();
+    }
+}
+
+fn discrete<F: Rhs>(field: F) -> Trapezoidal<LeastSquares<AutoDiff<F>>> {
+    Trapezoidal::new(LeastSquares::new(AutoDiff::new(field)))
+}
+
+/// All states of a run from `start`, the first included.
+fn states(method: impl Integrator, start: &[f64], h: f64, t_end: f64) -> Vec<State> {
+    let mut all = Vec::new();
+    let trajectory = Trajectory::new(method, State::new(0.0, start.to_vec()), h, t_end).expect("valid input");
+    trajectory.observe(|state| all.push(state.clone())).expect("solvable");
+    all
+}
+
+#[test]
+fn the_fitted_closure_is_exact_for_its_rate() {
+    for (rate, h) in [(1.0_f64, 1e-3), (3.0, 0.2), (1.0, 2.0), (50.0, 0.4), (1e3, 1.0)] {
+        let closure = Linear::fitted(rate).expect("positive");
+        let end = states(least_squares(AutoDiff::new(Decay { rate }), closure), &[1.0], h, h);
+        // θ − 1 is z/2 to within a rounding of 1: ε/z in z, so ε of the step.
+        assert_abs_diff_eq!(end[1].q[0], (-rate * h).exp(), epsilon = 8.0 * f64::EPSILON);
+    }
+}
+
+#[test]
+fn a_window_of_one_step_is_method_i() {
+    let window = Window::new(discrete(Coupled), 1).expect("a length");
+    let (a, b) =
+        (states(window, &[1.0, -0.5], 0.3, 2.0), states(method_i(AutoDiff::new(Coupled)), &[1.0, -0.5], 0.3, 2.0));
+    assert_eq!(a.len(), b.len());
+    for (a, b) in a.iter().zip(&b) {
+        assert_eq!(a.t, b.t);
+        // Both stop within a few roundings of the root; so do the seven steps before.
+        (0..2).for_each(|i| assert_abs_diff_eq!(a.q[i], b.q[i], epsilon = 32.0 * f64::EPSILON));
+    }
+}
+
+/// Largest violation of the conditions of a window from state `first` to state `last` of a trajectory.
+fn defect(discrete: &mut impl DiscreteLegendre, states: &[State], (first, last): (usize, usize)) -> f64 {
+    let (mut end, mut start) = ([0.0; 2], [0.0; 2]);
+    let mut largest = 0.0_f64;
+    for i in first + 1..=last {
+        let at = |i: usize| Interval { t: states[i].t, h: states[i + 1].t - states[i].t };
+        discrete.momentum(at(i - 1), &states[i - 1].q, &states[i].q, MomentumWeights::END, &mut end);
+        start.fill(0.0);
+        if i < last {
+            discrete.momentum(at(i), &states[i].q, &states[i + 1].q, MomentumWeights::START, &mut start);
+        }
+        (0..2).for_each(|k| largest = largest.max((end[k] - start[k]).abs()));
+        // The momentum that the state carries is the one at the end of its step.
+        (0..2).for_each(|k| assert_abs_diff_eq!(states[i].p[k], end[k], epsilon = 1e-13));
+    }
+    largest
+}
+
+#[test]
+fn windows_keep_the_discrete_euler_lagrange_equations_inside_and_end_without_momentum() {
+    // 2.0 = 6 · 0.3 + 0.2: windows of four steps, then of two and the short one.
+    let all = states(Window::new(discrete(Coupled), 4).expect("a length"), &[1.0, -0.5], 0.3, 2.0);
+    assert_eq!(all.len(), 8);
+    // Momenta cancel like ε|q|/h, in two dozen operations.
+    let roundoff = 32.0 * f64::EPSILON / 0.2;
+    for window in [(0, 4), (4, 7)] {
+        assert!(defect(&mut discrete(Coupled), &all, window) < roundoff);
+    }
+    // They do not hold where two windows meet: the momentum starts anew.
+    assert!(defect(&mut discrete(Coupled), &all, (0, 7)) > 1e-5);
+    let whole = states(Window::new(discrete(Coupled), 7).expect("a length"), &[1.0, -0.5], 0.3, 2.0);
+    assert!(defect(&mut discrete(Coupled), &whole, (0, 7)) < roundoff);
+    // A window longer than the interval is the interval.
+    let longer = states(Window::new(discrete(Coupled), 12).expect("a length"), &[1.0, -0.5], 0.3, 2.0);
+    for (a, b) in whole.iter().zip(&longer) {
+        (0..2).for_each(|i| assert_abs_diff_eq!(a.q[i], b.q[i], epsilon = 32.0 * f64::EPSILON));
+    }
+}
+
+#[test]
+fn the_whole_interval_has_the_least_action() {
+    let mut discrete_lagrangian = discrete(Coupled);
+    let mut action = |states: &[State]| -> f64 {
+        let steps = states.windows(2);
+        steps.map(|s| discrete_lagrangian.action(Interval { t: s[0].t, h: s[1].t - s[0].t }, &s[0].q, &s[1].q)).sum()
+    };
+    let whole = states(Window::new(discrete(Coupled), 20).expect("a length"), &[1.0, -0.5], 0.1, 2.0);
+    let least = action(&whole);
+    for (i, k, change) in [(1, 0, 1e-4), (7, 1, -1e-4), (13, 0, -1e-4), (20, 1, 1e-4)] {
+        let mut other = whole.clone();
+        other[i].q[k] += change;
+        // The second variation is ½ (2/h) change² to leading order, and at most a tenth of it is lost to the coupling.
+        assert_relative_eq!(
+            action(&other) - least,
+            change * change / if i == 20 { 0.2 } else { 0.1 },
+            max_relative = 0.2
+        );
+    }
+    let closure_i = states(method_i(AutoDiff::new(Coupled)), &[1.0, -0.5], 0.1, 2.0);
+    // Nearly all of the action is what a straight path leaves of v̇ = f, whatever its ends.
+    assert!(action(&closure_i) > (1.0 + 1e-4) * least);
+}
+
+/// On v̇ = −v the relative error of a window is K h³ [1/24 + (1 − e^{−2Kh})/(16Kh)] to leading order in h.
+#[test]
+fn the_mean_local_error_falls_from_method_i_s_to_a_quarter_of_it() {
+    for (steps, span) in [(1, 0.002), (4, 0.02), (200, 1.0_f64), (400, 4.0)] {
+        let h = span / f64::from(steps);
+        let window = Window::new(discrete(Decay { rate: 1.0 }), steps as usize).expect("a length");
+        let end = states(window, &[1.0], h, span);
+        let mean = (end[steps as usize].q[0] * span.exp() - 1.0) / f64::from(steps) / h.powi(3);
+        let law = 1.0 / 24.0 - (-2.0 * span).exp_m1() / (16.0 * span);
+        // The next term is smaller by a factor of order h.
+        assert_relative_eq!(mean, law, max_relative = 2.0 * h);
+    }
+}
+
+/// Windows of any discrete Lagrangian, here with interior unknowns: two steps of degree 2 against one stationary path.
+#[test]
+fn windows_eliminate_interior_values_too() {
+    let lobatto = || Galerkin::lobatto(LeastSquares::new(AutoDiff::new(Coupled)), 2).expect("a degree");
+    let error = |h: f64| {
+        let at =
+            |h: f64| states(Window::new(lobatto(), 3).expect("a length"), &[1.0, -0.5], h, 1.2).pop().expect("some").q;
+        let (coarse, fine) = (at(h), at(0.5 * h));
+        (coarse[0] - fine[0]).abs().max((coarse[1] - fine[1]).abs())
+    };
+    let ratio = error(0.0125) / error(0.00625);
+    assert!((14.0..17.0).contains(&ratio), "fourth order halves h to a sixteenth of the error, not 1/{ratio}");
+}
+
+#[test]
+fn a_state_that_was_changed_starts_a_new_window() {
+    let mut window = Window::new(discrete(Coupled), 4).expect("a length");
+    let grid = lsvi::Grid::new(0.0, 0.1, 1.0).expect("a grid");
+    let mut state = State::new(0.0, vec![1.0, -0.5]);
+    window.advance(&mut state, &grid).expect("solvable");
+    let (second, mut changed) = (state.clone(), state.clone());
+    changed.q[0] += 0.1;
+    window.advance(&mut changed, &grid).expect("solvable");
+    let mut fresh = State { q: vec![second.q[0] + 0.1, second.q[1]], ..second };
+    Window::new(discrete(Coupled), 4).expect("a length").advance(&mut fresh, &grid).expect("solvable");
+    assert_eq!(changed, fresh);
+}
+
+#[test]
+fn unusable_windows_are_refused_and_lost_branches_named() {
+    struct QuadraticDrag;
+    impl Rhs for QuadraticDrag {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = -v[0] * v[0];
+        }
+    }
+    assert!(matches!(Window::new(discrete(Coupled), 0), Err(InputError::TooFew { found: 0, .. })));
+    let mut trajectory = Trajectory::new(
+        Window::new(discrete(QuadraticDrag), 3).expect("a length"),
+        State::new(0.0, vec![1.0]),
+        5.0,
+        15.0,
+    )
+    .expect("valid input");
+    let result = trajectory.step().map(|_| ());
+    assert!(matches!(result, Err(StepError::Solve { source: SolveError::BranchLost { .. }, .. })), "{result:?}");
+    assert_eq!(trajectory.state(), &State::new(0.0, vec![1.0]));
+}
