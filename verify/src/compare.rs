@@ -93,8 +93,13 @@ pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
 
 /// The methods, grouped by the equation that they converge to.
 fn by_equation(problem: &dyn Problem) -> Vec<(Limit<'_>, Vec<Box<dyn Method>>)> {
-    let principles =
-        [Principle::Equation, Principle::MomentumZero, Principle::MomentumConserved, Principle::EulerLagrange];
+    let principles = [
+        Principle::Equation,
+        Principle::MomentumZero,
+        Principle::MomentumConserved,
+        Principle::MomentumDecaying,
+        Principle::EulerLagrange,
+    ];
     let mut groups: Vec<(Limit<'_>, Vec<Box<dyn Method>>)> = Vec::new();
     for principle in principles {
         let limit = problem.limit(principle);

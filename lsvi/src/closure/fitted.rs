@@ -8,7 +8,8 @@ impl Linear {
     ///
     /// With z = hλ, θ = [1 − (1 + z + z²/2) e^{−z}]/[1 − z + z²/2 − e^{−z}] = 1 − z/2 + z²/8 − …, between Method II for
     /// z → 0 and Method I for z → ∞. Other rates, and nonlinear problems, are solved to order 2. For h → 0 the condition is
-    /// J₀ᵀr₀ + J₁ᵀr₁ = λ p₀: where J has the eigenvalue λ/2, a growth, it determines nothing.
+    /// J₀ᵀr₀ + J₁ᵀr₁ = λ p₀, which determines nothing where J has the eigenvalue λ/2: a solution that meets such a point may
+    /// stay there, as at a steady state, so that λ should exceed twice the fastest growth.
     ///
     /// # Errors
     /// [`InputError::Rate`] unless λ is positive and finite.

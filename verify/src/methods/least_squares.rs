@@ -115,6 +115,6 @@ impl Method for Conventional {
     }
 }
 
-fn stepped<'a>(problem: &'a dyn Problem, closure: impl Closure + 'a) -> Box<dyn Integrator + 'a> {
+pub(super) fn stepped<'a>(problem: &'a dyn Problem, closure: impl Closure + 'a) -> Box<dyn Integrator + 'a> {
     Box::new(Variational::new(Trapezoidal::new(problem.lagrangian()), closure))
 }

@@ -2,6 +2,7 @@
 
 mod classic;
 mod least_squares;
+mod open_closures;
 
 use std::fmt;
 
@@ -23,6 +24,11 @@ pub trait Method: fmt::Debug + Send + Sync {
     /// of practical problems.
     fn stiff_order(&self) -> Option<u32> {
         Some(self.order())
+    }
+
+    /// Rows that one solution of its equations yields: more than one where several steps are found together.
+    fn rows_per_solve(&self) -> usize {
+        1
     }
 
     /// What it steps; decides the limit on a reduced Lagrangian.
@@ -133,6 +139,10 @@ pub const ALL: &[Spec] = &[
     least_squares::EXPLICIT_MOMENTUM,
     least_squares::CONVENTIONAL,
     least_squares::LINEAR,
+    open_closures::FITTED,
+    open_closures::FITTED_PADE,
+    open_closures::MINIMAX,
+    open_closures::WINDOW,
     classic::IMPLICIT_EULER,
     classic::RK4,
     classic::TRAPEZOIDAL,
@@ -177,6 +187,11 @@ mod tests {
         }
         assert!(matches!(parse("methodi"), Err(NameError::Unknown { suggestion: Some(s), .. }) if s == "method-i"));
         assert!(matches!(parse("linear(0,0)"), Err(NameError::Form { .. })));
+        for bad in
+            ["fitted(0)", "fitted(1,2)", "fitted-pade(-1)", "minimax(2,1)", "window(0)", "window(2.5)", "window(1e9)"]
+        {
+            assert!(matches!(parse(bad), Err(NameError::Form { .. })), "{bad}");
+        }
         assert!(matches!(parse("rk4(3)"), Err(NameError::Form { .. })));
         assert!(parse(" linear( -1e-3 , +2.5E1 ) ").is_ok());
     }

@@ -90,6 +90,8 @@ pub enum Principle {
     MomentumZero,
     /// The Lagrangian with a momentum that is conserved: ṗ → 0.
     MomentumConserved,
+    /// The Lagrangian with a momentum that decays at a rate of the method's own.
+    MomentumDecaying,
     /// The Lagrangian with p = 0 at the start only.
     EulerLagrange,
 }

@@ -195,7 +195,8 @@ impl Problem for PoiseuilleAnsatz {
                     reason,
                 }
             }
-            Principle::MomentumConserved => {
+            // Closures with a rate of their own do not apply: each would have an equation of its own.
+            Principle::MomentumConserved | Principle::MomentumDecaying => {
                 let reason = "∂L/∂v = 0 is the domain-averaged equation (41)";
                 let (reason, exact) = relaxation(reason, &self.averaged);
                 Limit { name: "averaged", ode: &self.averaged, initial, exact: Box::new(exact), order: None, reason }

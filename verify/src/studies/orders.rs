@@ -25,12 +25,14 @@ pub(crate) struct Measured {
     pub(crate) fit: Result<OrderFit, OrderError>,
 }
 
-/// Measures every method on every problem.
+/// Measures every method on every problem that it applies to.
 pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError> {
-    let pairs: Vec<_> = problems::ALL
-        .iter()
-        .flat_map(|spec| methods::examples().into_iter().map(move |method| (spec.name, method)))
-        .collect();
+    let mut pairs = Vec::new();
+    for spec in problems::ALL {
+        let problem = problems::build(spec.name, &[])?;
+        let applicable = methods::examples().into_iter().filter(|method| method.build(&*problem).is_ok());
+        pairs.extend(applicable.map(|method| (spec.name, method)));
+    }
     (context.announce)(pairs.len() as u64);
     pairs
         .into_par_iter()
