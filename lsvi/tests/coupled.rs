@@ -110,7 +110,7 @@ fn step_derivatives_are_exact() {
                 };
                 let difference = (moved(e) - moved(-e)) / (2.0 * e);
                 // Truncation e² p‴ and roundoff ε p/e are both below 1e-8 for derivatives of order 10.
-                let column = exact.as_dense().fixed_view::<3, 1>(0, j).into_owned();
+                let column = exact.to_dense().fixed_view::<3, 1>(0, j).into_owned();
                 approx::assert_abs_diff_eq!(column, difference, epsilon = 1e-8);
             }
         }
