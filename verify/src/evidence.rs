@@ -16,6 +16,12 @@ pub enum Outcome {
     NotRun,
 }
 
+impl From<bool> for Outcome {
+    fn from(holds: bool) -> Self {
+        if holds { Self::Pass } else { Self::Fail }
+    }
+}
+
 /// One statement decided by computation.
 #[derive(Debug, Clone, Serialize)]
 pub struct Check {
@@ -32,6 +38,42 @@ pub struct Check {
     pub required: String,
     /// Where the requirement comes from, or why the check failed, was inconclusive or did not run.
     pub reason: String,
+}
+
+impl Check {
+    /// A number that must lie in the closed interval from `low` to `high`; NaN does not.
+    pub fn within(
+        id: impl Into<String>,
+        statement: impl Into<String>,
+        measured: f64,
+        [low, high]: [f64; 2],
+        reason: impl Into<String>,
+    ) -> Self {
+        let required = match (low.is_finite(), high.is_finite()) {
+            (true, true) => format!("{:.6} ± {:.1e}", 0.5 * (low + high), 0.5 * (high - low)),
+            (false, _) => format!("≤ {high:.3e}"),
+            (_, false) => format!("≥ {low:.3e}"),
+        };
+        Self {
+            id: id.into(),
+            statement: statement.into(),
+            outcome: (low <= measured && measured <= high).into(),
+            measured: Some(measured),
+            required,
+            reason: reason.into(),
+        }
+    }
+
+    /// A number that must not exceed `bound`.
+    pub fn at_most(
+        id: impl Into<String>,
+        statement: impl Into<String>,
+        measured: f64,
+        bound: f64,
+        reason: impl Into<String>,
+    ) -> Self {
+        Self::within(id, statement, measured, [f64::NEG_INFINITY, bound], reason)
+    }
 }
 
 /// A table; also written as `data/<id>.csv` at full precision.

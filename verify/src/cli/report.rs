@@ -71,7 +71,7 @@ fn chapters(studies: &[Study]) -> Vec<Chapter> {
         bar.set_style(style);
     }
     let (announce, tick) = (|count| bar.inc_length(count), || bar.inc(1));
-    let context = Context { announce: &announce, tick: &tick };
+    let context = Context { announce: &announce, tick: &tick, max_steps: u64::MAX };
     let chapters = studies.par_iter().map(|study| chapter(study, &context)).collect();
     bar.finish_and_clear();
     chapters

@@ -9,7 +9,14 @@ use std::error::Error;
 /// All goldens.
 #[must_use]
 pub fn all() -> Vec<Golden> {
-    vec![Golden::new("poiseuille-series", poiseuille_series), Golden::new("orders", orders)]
+    vec![
+        Golden::new("closed-forms", studies::closed_forms::golden),
+        Golden::new("figure-2", studies::figures::figure_2),
+        Golden::new("figure-4", studies::figures::figure_4),
+        Golden::new("figure-7", studies::figures::figure_7),
+        Golden::new("orders", orders),
+        Golden::new("poiseuille-series", poiseuille_series),
+    ]
 }
 
 /// The fitted orders of every pair whose truth is exact or tabulated.

@@ -31,27 +31,30 @@ impl Amplification {
         Complex::new(self.alpha + self.beta + self.beta * (m - z.re), -self.alpha * z.im)
     }
 
-    /// Whether R has a pole so near to z that the step is singular in double precision.
+    /// Whether z is so near a pole of R that first-order error bounds do not hold: D loses six of its digits.
     pub fn is_singular(self, z: Complex<f64>) -> bool {
         let m = 0.5 * z.norm_sqr();
-        self.denominator(z).norm() < 1e-6 * (self.alpha.abs() + self.beta.abs()) * (1.0 + m)
+        let terms = (self.alpha + self.beta).abs() + self.beta.abs() * (m + z.re.abs()) + (self.alpha * z.im).abs();
+        self.denominator(z).norm() < 1e-6 * terms
     }
 
-    /// Bound on the error of a live step from |v₀| = 1, of backward-stable arithmetic.
+    /// Bound on the error of a live step from |v₀| = 1 on a normal system whose eigenvalues times h are `spectrum`.
     ///
     /// With residuals r₀ = d − λv₀, r₁ = d − λv₁ and d = (v₁ − v₀)/h, the step equation is
-    /// ½(α+β)(r₀ + r₁) + ½h(α λ̄ r₀ − β λ̄ r₁) = 0. Each product and sum in it is rounded a few times, the two ends are four
-    /// gradients of two components: 32 roundings of the sizes of the terms, not of the differences they cancel to. They
-    /// reach v₁ through the inverse of the equation's derivative, h/D. The formula itself is good to a few ulps, more near
-    /// D = 0, where it cancels likewise.
-    pub fn live_tolerance(self, z: Complex<f64>) -> f64 {
-        let (a, b, z_size) = (self.alpha.abs(), self.beta.abs(), z.norm());
-        let v1 = self.factor(z).norm();
+    /// ½(α+β)(r₀ + r₁) + ½h(α λ̄ r₀ − β λ̄ r₁) = 0. In the plane, each residual is rounded seven times, its product with λ̄
+    /// three times and the combination five times: 15 roundings of ε/2, of the sizes of the terms and not of the differences
+    /// they cancel to, twice as much for the absolute values of the entries of A, whose own rounding counts among them. They
+    /// reach v₁ through the inverse of the equation's derivative, h/D; Newton's iteration ends no sooner. The formula itself
+    /// rounds the same terms eight times in numerator and denominator. Together 23 ε.
+    pub fn live_tolerance(self, spectrum: &[Complex<f64>]) -> f64 {
+        let largest = |f: &dyn Fn(Complex<f64>) -> f64| spectrum.iter().map(|z| f(*z)).fold(0.0, f64::max);
+        let (z, v1) = (largest(&|z| z.norm()), largest(&|z| self.factor(z).norm()));
+        let inverse = largest(&|z| self.denominator(z).norm().recip());
         // Everything times h: d h = v₁ − v₀, h r = d h − z v.
         let dh = 1.0 + v1;
-        let (r0, r1) = (dh + z_size, dh + z_size * v1);
-        let size = 0.5 * ((a + b) * (r0 + r1) + z_size * (a * r0 + b * r1));
-        32.0 * f64::EPSILON * size / self.denominator(z).norm() + 4.0 * f64::EPSILON * v1
+        let (r0, r1) = (dh + z, dh + z * v1);
+        let (sum, a, b) = ((self.alpha + self.beta).abs(), self.alpha.abs(), self.beta.abs());
+        23.0 * f64::EPSILON * 0.5 * (sum * (r0 + r1) + z * (a * r0 + b * r1)) * inverse
     }
 }
 

@@ -64,6 +64,11 @@ impl PoiseuilleAnsatz {
         }
     }
 
+    /// The flow from rest under the pressure gradient γ.
+    pub fn from_rest(gamma: f64) -> Self {
+        Self::new(gamma, 0.0, Reduction::Averaged)
+    }
+
     fn reduced(&self) -> &Relaxation {
         match self.reduction {
             Reduction::Averaged => &self.averaged,

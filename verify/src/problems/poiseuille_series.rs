@@ -30,11 +30,19 @@ pub struct DomainError {
 /// # Errors
 /// [`DomainError`] for |y| > 1, t < 0, a non-finite γ or a NaN.
 pub fn velocity(gamma: f64, y: f64, t: f64) -> Result<f64, DomainError> {
-    if !(gamma.is_finite() && y.abs() <= 1.0 && t >= 0.0) {
-        return Err(DomainError { gamma, y, t });
-    }
-    let d = 1.0 - y.abs();
+    let d = distance(gamma, y, t)?;
     Ok(gamma * if t < CROSSOVER { images(d, t) } else { modes(d, t) })
+}
+
+/// The velocity by modes and by images, each at any time, for the study that holds the two against each other.
+pub(crate) fn by_modes_and_by_images(gamma: f64, y: f64, t: f64) -> Result<[f64; 2], DomainError> {
+    let d = distance(gamma, y, t)?;
+    Ok([gamma * modes(d, t), gamma * images(d, t)])
+}
+
+/// Distance from the nearer wall.
+fn distance(gamma: f64, y: f64, t: f64) -> Result<f64, DomainError> {
+    if gamma.is_finite() && y.abs() <= 1.0 && t >= 0.0 { Ok(1.0 - y.abs()) } else { Err(DomainError { gamma, y, t }) }
 }
 
 /// The steady profile ½γ(1 − y²).

@@ -1,7 +1,11 @@
 //! The studies, one file each: a question, the computation that answers it, and what it found.
 
+pub mod closed_forms;
 mod cross_check;
+pub(crate) mod figures;
 pub(crate) mod orders;
+mod poiseuille_maps;
+mod poiseuille_series;
 
 use std::error::Error;
 
@@ -26,18 +30,31 @@ pub struct Study {
 pub type StudyError = Box<dyn Error + Send + Sync>;
 
 /// All studies, in the order of the report.
-pub const ALL: &[Study] = &[orders::STUDY, cross_check::STUDY];
+pub const ALL: &[Study] = &[
+    closed_forms::STUDY,
+    orders::STUDY,
+    cross_check::STUDY,
+    figures::LINEAR_DRAG,
+    figures::QUADRATIC_DRAG,
+    poiseuille_series::STUDY,
+    poiseuille_maps::STUDY,
+    figures::POISEUILLE,
+];
 
-/// What a study is given: a place to report progress.
+/// What a study is given: a place to report progress, and how much it may compute.
 #[derive(Clone, Copy)]
 pub struct Context<'a> {
     /// Called with a number of pieces of work that are about to be done.
     pub announce: &'a (dyn Fn(u64) + Sync),
     /// Called after each of them.
     pub tick: &'a (dyn Fn() + Sync),
+    /// Runs of more steps than this are left out.
+    pub max_steps: u64,
 }
 
 impl Context<'_> {
     /// Reports nothing.
-    pub const SILENT: Context<'static> = Context { announce: &|_| {}, tick: &|| {} };
+    pub const SILENT: Context<'static> = Context { announce: &|_| {}, tick: &|| {}, max_steps: u64::MAX };
+    /// Reports nothing, and leaves out what takes long without optimisation.
+    pub const QUICK: Context<'static> = Context { max_steps: 10_000, ..Self::SILENT };
 }
