@@ -24,3 +24,21 @@ pub trait Constraint {
     /// Adds `scale` · Σ_k λ_k ∂²f_k/∂q² to `out`, n × n.
     fn add_curvature(&self, q: &[f64], multipliers: &[f64], scale: f64, out: &mut Jacobian);
 }
+
+impl<K: Constraint + ?Sized> Constraint for Box<K> {
+    fn dim(&self) -> usize {
+        (**self).dim()
+    }
+    fn count(&self) -> usize {
+        (**self).count()
+    }
+    fn value(&self, q: &[f64], out: &mut [f64]) {
+        (**self).value(q, out);
+    }
+    fn jacobian(&self, q: &[f64], out: &mut DMatrix<f64>) {
+        (**self).jacobian(q, out);
+    }
+    fn add_curvature(&self, q: &[f64], multipliers: &[f64], scale: f64, out: &mut Jacobian) {
+        (**self).add_curvature(q, multipliers, scale, out);
+    }
+}
