@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::evidence::{Cell, Check, Evidence, Outcome, Table};
 use crate::methods::{self, Method, Stability};
+use crate::order::roundoff;
 use crate::problems::{Limit, Principle, Problem};
 use crate::references::{self, Reference, ReferenceError};
 use crate::run::{RunError, distance, max_norm, run};
@@ -99,6 +100,7 @@ fn by_equation(problem: &dyn Problem) -> Vec<(Limit<'_>, Vec<Box<dyn Method>>)> 
         Principle::MomentumConserved,
         Principle::MomentumDecaying,
         Principle::EulerLagrange,
+        Principle::Hamilton,
     ];
     let mut groups: Vec<(Limit<'_>, Vec<Box<dyn Method>>)> = Vec::new();
     for principle in principles {
@@ -155,9 +157,8 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Resul
     let cap = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
     let order = f64::from(method.order()).min(cap);
     let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(order) - 1.0);
-    let carried = if method.principle() == Principle::EulerLagrange { 2.0 * STEPS as f64 } else { 1.0 };
     let size = fine.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
-    let roundoff = f64::EPSILON * size * 2.0 * STEPS as f64 * carried;
+    let roundoff = roundoff(method, size, 2.0 * STEPS as f64);
     Ok(Answer { states: fine, bound: 2.0 * predicted + roundoff })
 }
 

@@ -1,6 +1,7 @@
 //! Names given by users: registries, calls with arguments, parameters, and suggestions for mistyped ones.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use thiserror::Error;
 
@@ -187,6 +188,17 @@ impl Parameters {
         match self.number(name)? {
             x if x > 0.0 => Ok(x),
             x => Err(Self::refuse(name, &x.to_string(), "must be positive")),
+        }
+    }
+
+    /// The value of `name` in the half-open interval `range`.
+    ///
+    /// # Errors
+    /// [`NameError::Value`] if it lies outside or is no number.
+    pub fn within(&self, name: &str, range: Range<f64>) -> Result<f64, NameError> {
+        match self.number(name)? {
+            x if range.contains(&x) => Ok(x),
+            x => Err(Self::refuse(name, &x.to_string(), &format!("must lie in [{}, {})", range.start, range.end))),
         }
     }
 

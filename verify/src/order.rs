@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::measure::order::{OrderFit, Sample, fit};
 use crate::methods::{Method, OrderPlan};
-use crate::problems::{Principle, Problem};
+use crate::problems::Problem;
 use crate::references::{Reference, ReferenceError, by_name};
 use crate::run::{distance, max_norm, run};
 
@@ -84,8 +84,7 @@ pub enum OrderError {
 
 /// Measures the order at the end of the plan's horizon.
 ///
-/// The floor of each error is the bound of the reference plus the roundoff of N steps: N ε |v|, one rounding of the state
-/// per step; N² ε |q| where the state carries a momentum, whose error ε |q|/h in each step acts on all later ones.
+/// The floor of each error is the bound of the reference plus the [`roundoff`] of the steps.
 ///
 /// # Errors
 /// [`OrderError`] if there is no truth to measure against.
@@ -116,14 +115,15 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
     let samples: Vec<Sample> = steps
         .into_par_iter()
         .map(|h| match run(problem, method, h, horizon, |_| {}) {
-            Ok(state) => {
-                let steps = horizon / h;
-                let carried = if method.principle() == Principle::EulerLagrange { steps } else { 1.0 };
-                let roundoff = f64::EPSILON * size * steps * carried;
-                Sample::new(h, distance(&state.q, &end), bound + roundoff)
-            }
+            Ok(state) => Sample::new(h, distance(&state.q, &end), bound + roundoff(method, size, horizon / h)),
             Err(error) => Sample::failed(h, error.to_string()),
         })
         .collect();
     Ok(fit(&samples, &expectation))
+}
+
+/// The roundoff that N steps of `method` leave in states no larger than `size`: N ε |q|, one rounding of the state per step,
+/// and that of the momentum, where the state carries one.
+pub fn roundoff(method: &dyn Method, size: f64, steps: f64) -> f64 {
+    f64::EPSILON * size * (steps + method.momentum_roundoff(steps))
 }

@@ -242,17 +242,17 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
     OrderFit { line, local_slopes: slopes, kept, dropped, expected: expected.clone(), verdict, reason }
 }
 
-/// Step sizes for an order study over `horizon`, coarse to fine: h_k ≈ `coarsest`·2^{−k/2}, each dividing the horizon,
+/// Step sizes for an order study over `horizon`, coarse to fine: h_k ≈ `coarsest`·`ratio`^{−k}, each dividing the horizon,
 /// so that no run ends in a shortened step, and strictly decreasing. Empty unless both lengths are positive and finite.
 #[must_use]
-pub fn ladder(horizon: f64, coarsest: f64, count: usize) -> Vec<f64> {
+pub fn ladder(horizon: f64, coarsest: f64, ratio: f64, count: usize) -> Vec<f64> {
     if !(horizon > 0.0 && coarsest > 0.0 && (horizon / coarsest).is_finite()) {
         return Vec::new();
     }
     let mut steps = 0.0;
     (0..count)
         .map(|k| {
-            let nearest = (horizon / coarsest * 2_f64.powf(k as f64 / 2.0)).round();
+            let nearest = (horizon / coarsest * ratio.powf(k as f64)).round();
             steps = nearest.max(steps + 1.0);
             horizon / steps
         })

@@ -102,6 +102,12 @@ impl Method for Conventional {
         2
     }
 
+    /// An error ε |q|/h of p, a difference of q over h, acts on all later steps; as the motions of a least-squares
+    /// Lagrangian part exponentially, those of the first steps outweigh the others: N².
+    fn momentum_roundoff(&self, steps: f64) -> f64 {
+        steps * steps
+    }
+
     fn principle(&self) -> Principle {
         Principle::EulerLagrange
     }

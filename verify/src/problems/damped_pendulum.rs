@@ -1,8 +1,8 @@
 //! A pendulum with linear damping.
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoDiff, AutoForce, AutoLagrangian, ForceFn, Forced, LagrangianFn, Rhs, Scalar, VectorField};
 
-use super::{Problem, Spec, tabulated};
+use super::{Mechanics, Problem, Spec, tabulated};
 use crate::names::Parameter;
 use crate::references::Ode;
 
@@ -28,6 +28,29 @@ struct DampedPendulum {
 
 impl DampedPendulum {
     const DEFAULT: Self = Self { damping: 0.2, start: [1.0, 0.0] };
+}
+
+impl LagrangianFn for DampedPendulum {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        v[0] * v[0] * 0.5 + q[0].cos()
+    }
+}
+
+/// F = −c v.
+struct Drag {
+    damping: f64,
+}
+
+impl ForceFn for Drag {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn force<T: Scalar>(&self, _t: f64, _q: &[T], v: &[T], out: &mut [T]) {
+        out[0] = -v[0] * self.damping;
+    }
 }
 
 impl Rhs for DampedPendulum {
@@ -70,5 +93,10 @@ impl Problem for DampedPendulum {
     }
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         (*self == Self::DEFAULT).then(|| tabulated::lookup("damped-pendulum", t)).flatten()
+    }
+    /// The momentum is ω.
+    fn mechanics(&self) -> Option<Mechanics<'_>> {
+        let drag = AutoForce::new(Drag { damping: self.damping });
+        Forced::new(AutoLagrangian::new(self), drag).ok().map(Mechanics::new)
     }
 }

@@ -179,7 +179,7 @@ impl Problem for PoiseuilleAnsatz {
         };
         let initial = vec![self.v0];
         match principle {
-            Principle::Equation => {
+            Principle::Equation | Principle::Hamilton => {
                 let (reason, exact) = relaxation("the reduced equation of the parameter `reduction`", self.reduced());
                 let name = match self.reduction {
                     Reduction::Averaged => "averaged",

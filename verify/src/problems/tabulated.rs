@@ -1,4 +1,4 @@
-//! Solutions without closed form, computed in 40-digit arithmetic by `verify/data/tabulated.py`.
+//! Solutions without closed form, computed in 60-digit arithmetic by `verify/data/tabulated.py`.
 
 const TABLE: &str = include_str!("../../data/tabulated.csv");
 

@@ -1,9 +1,11 @@
+use std::f64::consts::SQRT_2;
+
 use super::*;
 use proptest::prelude::*;
 
 /// Errors `error(h)` on h = 2^{−k/2}, k < 12, from h = 0.1, with a common floor.
 fn samples(floor: f64, error: impl Fn(f64) -> f64) -> Vec<Sample> {
-    ladder(1.0, 0.1, 12).into_iter().map(|h| Sample::new(h, error(h), floor)).collect()
+    ladder(1.0, 0.1, SQRT_2, 12).into_iter().map(|h| Sample::new(h, error(h), floor)).collect()
 }
 
 fn verdict(samples: &[Sample], order: f64) -> Verdict {
@@ -223,17 +225,17 @@ fn drifting_slopes_are_inconclusive_not_failed() {
 
 #[test]
 fn the_ladder_divides_the_horizon_and_decreases() {
-    let h = ladder(10.0, 0.25, 9);
+    let h = ladder(10.0, 0.25, SQRT_2, 9);
     assert_eq!((h[0], h[2], h[8]), (0.25, 0.125, 0.25 / 16.0));
     for (horizon, coarsest) in [(10.0, 0.3), (1.0, 3.0), (2.0, 2.0)] {
-        let h = ladder(horizon, coarsest, 9);
+        let h = ladder(horizon, coarsest, 1.2, 9);
         assert!(h.windows(2).all(|w| w[1] < w[0]), "{h:?}");
         assert!(h.iter().all(|h| ((horizon / h).round() - horizon / h).abs() <= 1e-13), "{h:?}");
     }
     for (horizon, coarsest) in
         [(0.0, 0.1), (1.0, 0.0), (f64::NAN, 0.1), (1.0, f64::NAN), (1.0, -0.1), (f64::INFINITY, 1.0)]
     {
-        assert!(ladder(horizon, coarsest, 3).is_empty());
+        assert!(ladder(horizon, coarsest, 2.0, 3).is_empty());
     }
 }
 

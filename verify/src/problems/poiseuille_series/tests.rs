@@ -57,7 +57,7 @@ fn points_outside_of_the_channel_are_refused() {
 #[test]
 fn the_equation_is_satisfied_to_second_order_in_the_difference_step() {
     for (y, t) in [(0.3, 0.1), (-0.6, 1.0 / 36.0), (0.8, 0.5)] {
-        let samples: Vec<_> = order::ladder(1.0, 0.01, 10)
+        let samples: Vec<_> = order::ladder(1.0, 0.01, std::f64::consts::SQRT_2, 10)
             .into_iter()
             .map(|h| {
                 let u_t = (u(y, t + h) - u(y, t - h)) / (2.0 * h);
