@@ -4,6 +4,7 @@
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
+pub mod claims;
 pub mod compare;
 pub mod evidence;
 pub mod golden;
