@@ -3,7 +3,7 @@
 use crate::evidence::{Cell, Table};
 use crate::methods;
 use crate::problems::{self, Problem};
-use crate::run::run;
+use crate::run::{distance, run};
 use crate::studies::StudyError;
 
 /// The horizon of the figures of \[S24\].
@@ -33,9 +33,47 @@ pub(super) fn max_error(
     Ok(if result.is_ok() { worst } else { f64::INFINITY })
 }
 
+/// All states of a run, the initial one first, up to the first that fails or is not finite.
+pub(super) fn trajectory(
+    problem: &dyn Problem,
+    method: &str,
+    h: f64,
+    horizon: f64,
+) -> Result<Vec<(f64, Vec<f64>)>, StudyError> {
+    let mut states = Vec::new();
+    let method = methods::parse(method)?;
+    // What has been seen until a failure is the result.
+    let _ = run(problem, &*method, h, horizon, |state| states.push((state.t, state.q.clone())));
+    Ok(states)
+}
+
+/// Largest distance of the first `n` components of a run from the exact solution; infinite if the run breaks off.
+pub(super) fn distance_from_exact(
+    problem: &dyn Problem,
+    method: &str,
+    h: f64,
+    horizon: f64,
+    n: usize,
+) -> Result<f64, StudyError> {
+    let states = trajectory(problem, method, h, horizon)?;
+    let reached = states.last().map_or(0.0, |(t, _)| *t);
+    if reached < horizon - 0.5 * h {
+        return Ok(f64::INFINITY);
+    }
+    states.iter().try_fold(0.0_f64, |worst, (t, state)| {
+        let exact = problem.exact(*t).ok_or("no exact solution is known")?;
+        Ok(worst.max(distance(&state[..n], &exact[..n])))
+    })
+}
+
 /// The first component after one step of size `h`, `None` if the step fails.
 pub(super) fn one_step(problem: &dyn Problem, method: &str, h: f64) -> Result<Option<f64>, StudyError> {
     Ok(run(problem, &*methods::parse(method)?, h, h, |_| {}).ok().map(|state| state.q[0]))
+}
+
+/// The state after one step of size `h`.
+pub(super) fn one_state(problem: &dyn Problem, method: &str, h: f64) -> Result<Vec<f64>, StudyError> {
+    Ok(run(problem, &*methods::parse(method)?, h, h, |_| {})?.q)
 }
 
 /// The growth factor R(h) of one step on v̇ = −v.

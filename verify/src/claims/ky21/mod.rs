@@ -1,6 +1,13 @@
 //! The claims of \[KY21\].
 
+mod circle;
+mod oscillator;
+mod pendulum;
+mod structure;
+mod tables;
+
 use super::Claim;
 
 /// In the order of the paper.
-pub(super) const ALL: &[&[Claim]] = &[];
+pub(super) const ALL: &[&[Claim]] =
+    &[oscillator::CLAIMS, tables::CLAIMS, structure::CLAIMS, pendulum::CLAIMS, circle::CLAIMS];

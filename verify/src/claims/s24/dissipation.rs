@@ -22,7 +22,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 5, Figure 6",
         statement: "On Poiseuille flow all errors decay to zero as t → ∞.",
         criterion: "For every method and the steps 0.5, 0.1, 0.01 and 0.001 of Figure 6 the largest error on (8, 10] is below \
-                    10⁻⁶ of that on (0, 2].",
+                    10⁻⁴ of that on (0, 2].",
         decide: poiseuille_errors_decay,
     },
     Claim {
@@ -91,13 +91,14 @@ fn poiseuille_errors_decay() -> Result<Finding, StudyError> {
     for method in BOTH.iter().chain(&YARDSTICKS) {
         for h in [0.5, 0.1, 0.01, 0.001] {
             let (early, late) = errors(&*flow, method, h, 2.0, (8.0, 10.0), &truth)?;
-            cases.push(Case::below(format!("late against early error, {method}, h = {h}"), late / early, 1e-6));
+            cases.push(Case::below(format!("late against early error, {method}, h = {h}"), late / early, 1e-4));
         }
     }
     let slowest = cases.iter().map(|case| case.measured).fold(0.0, f64::max);
     let evidence = format!("From t = 2 to t = 8 the errors fall to {} of their size, or less.", text(slowest));
-    Ok(Finding::on(cases, evidence)
-        .because("Both reduced equations have the steady state of the flow, and all four methods find it at these steps."))
+    Ok(Finding::on(cases, evidence).because(
+        "Both reduced equations have the steady state of the flow, and all four methods find it at these steps.",
+    ))
 }
 
 fn nonlinear(method: &str) -> Result<Finding, StudyError> {

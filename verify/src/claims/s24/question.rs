@@ -1,5 +1,7 @@
 //! What the paper leaves open: the best coefficients (α, β), and nonlinear conditions on the momenta.
 
+use std::f64::consts::PI;
+
 use lsvi::closure::{Closure, line_of};
 
 use crate::claims::measure::{self, growth, text};
@@ -96,9 +98,10 @@ fn coefficients() -> Result<Finding, StudyError> {
     behind.shown = false;
     let figure = Figure {
         id: "claims-theta".into(),
-        caption: "Largest one-step error on v̇ = −v over step sizes up to a bound, against θ = −α/β. Method I is at the left \
+        caption:
+            "Largest one-step error on v̇ = −v over step sizes up to a bound, against θ = −α/β. Method I is at the left \
                   edge, Method II at the right."
-            .into(),
+                .into(),
         data: "claims-theta".into(),
         panels: vec![Panel {
             x: Axis { label: "θ = −α/β".into(), ..Axis::default() },
@@ -134,15 +137,16 @@ fn homogeneous() -> Result<Finding, StudyError> {
         let line = line_of(f, (0.9, 1.0))?.weights(1.0);
         let degree = (f(2.0, 0.6) / f(1.0, 0.3)).log2();
         for scale in [1e-3, 1.0, 1e3] {
-            // A point of the line, and F on it relative to its size beside it.
+            // A point of the line, and F there relative to its largest value at the same distance from the origin.
             let (a, b) = (scale * line.beta, -scale * line.alpha);
-            let size = [(a, -b), (a, 0.0), (0.0, b)].map(|(x, y)| f(x, y).abs()).into_iter().fold(0.0, f64::max);
+            let around = (0..16).map(|i| (0.125 * PI * f64::from(i)).sin_cos());
+            let size = around.map(|(x, y)| f(a.hypot(b) * x, a.hypot(b) * y).abs()).fold(0.0, f64::max);
             let what = format!("|F| relative on the line of {name}, degree {degree}, scale {scale:e}");
             cases.push(Case::below(what, f(a, b).abs() / size, 1e-14));
         }
         ratios.push(format!("{} ({name})", text(line.alpha / line.beta)));
     }
-    let evidence = format!("The lines nearest to α = β have α/β = {}.", ratios.join(", "));
+    let evidence = format!("The lines nearest to α/β = 0.9 have α/β = {}.", ratios.join(", "));
     Ok(Finding::answer(cases, evidence)
         .holds_where("For a scalar unknown. For systems F would have to be a vector of conditions, which Eq. (28) is not.")
         .because(

@@ -1,8 +1,8 @@
 //! Whether the closed schemes are symplectic.
 
+use lsvi::Variational;
 use lsvi::closure::{Closure, Linear, PositionMomentum};
 use lsvi::discrete::Trapezoidal;
-use lsvi::Variational;
 
 use crate::claims::measure::{problem, text};
 use crate::claims::{Case, Claim, Finding};
@@ -52,20 +52,20 @@ fn conventional() -> Result<Finding, StudyError> {
     let found = determinants("conventional", || PositionMomentum)?;
     let worst = found.iter().map(|(_, det)| (det - 1.0).abs()).fold(0.0, f64::max);
     let evidence = format!("The determinant differs from 1 by {} at most.", text(worst));
-    Ok(Finding::on(area_kept(found), evidence)
-        .because("It is the map that the discrete Lagrangian generates. On these problems it is also the unstable one, S24-a."))
+    Ok(Finding::on(area_kept(found), evidence).because(
+        "It is the map that the discrete Lagrangian generates. On these problems it is also the unstable one, S24-a.",
+    ))
 }
 
 fn closed() -> Result<Finding, StudyError> {
     let mut found = determinants("method-i", || Linear::METHOD_I)?;
     found.extend(determinants("method-ii", || Linear::METHOD_II)?);
     let largest = found.iter().map(|(_, det)| det.abs()).fold(0.0, f64::max);
-    let evidence = format!("The determinant is {} at most: a step collapses every area of the (v, p) plane.", text(largest));
-    Ok(Finding::on(area_kept(found), evidence)
-        .holds_where("For the conventional map only, S24-m-1.")
-        .because(
-            "A closure discards p_n: a step is a map of v alone, and (v₁, p₁) does not depend on p₀. That the motion on \
+    let evidence =
+        format!("No determinant exceeds {}: a step collapses every area of the (v, p) plane.", text(largest));
+    Ok(Finding::on(area_kept(found), evidence).holds_where("For the conventional map only, S24-m-1.").because(
+        "A closure discards p_n: a step is a map of v alone, and (v₁, p₁) does not depend on p₀. That the motion on \
              p = 0 encloses no area is true of every one-step method for v, implicit Euler included, and conserves \
              nothing. What makes Method I useful is least squares, not symplecticity.",
-        ))
+    ))
 }
