@@ -223,4 +223,23 @@ pub struct Evidence {
     pub figures: Vec<Figure>,
     /// Findings in words, a paragraph each, `inline code` allowed.
     pub notes: Vec<String>,
+    /// Parts with a heading each, after everything else.
+    pub sections: Vec<Section>,
+}
+
+/// A part of a chapter with a heading and an anchor of its own.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Section {
+    /// Stable identifier and anchor, unique in the report: `S24-a`. Cells of tables that hold it link here.
+    pub id: String,
+    /// Heading.
+    pub title: String,
+    /// A word set off beside the heading, such as a verdict; may be empty.
+    pub mark: String,
+    /// Labelled paragraphs, `inline code` allowed.
+    pub paragraphs: Vec<(String, String)>,
+    /// Ids of the chapter's figures that are shown here.
+    pub figures: Vec<String>,
+    /// Ids of the chapter's tables that are shown here.
+    pub tables: Vec<String>,
 }

@@ -1,28 +1,63 @@
-//! The claims are complete, and their verdicts are the recorded ones.
+//! The claims are complete and sound, and their verdicts follow from what is measured.
 
-use verify::claims;
+use std::collections::HashSet;
+
+use verify::claims::{self, Verdict};
 
 #[test]
-fn show() {
+fn every_claim_of_both_papers_is_there_once() {
+    let claims = claims::all();
+    let ids: HashSet<_> = claims.iter().map(|claim| claim.id).collect();
+    assert_eq!(ids.len(), claims.len(), "an identifier is used twice");
+    let letters = |paper: &str| -> Vec<String> {
+        let prefix = format!("{paper}-");
+        let mut letters: Vec<_> = ids.iter().filter_map(|id| id.strip_prefix(&prefix)).map(str::to_owned).collect();
+        letters.sort();
+        letters.iter_mut().for_each(|id| id.truncate(1));
+        letters.dedup();
+        letters
+    };
+    let alphabet = |last: char| ('a'..=last).map(String::from).collect::<Vec<_>>();
+    assert_eq!(letters("S24"), alphabet('p'));
+    assert_eq!(letters("KY21"), alphabet('h'));
+    // The parts of a claim are numbered from 1 on.
+    for id in &ids {
+        let Some((claim, part)) = id.rsplit_once('-').filter(|(_, part)| part.parse::<u32>().is_ok()) else { continue };
+        assert!(!ids.contains(claim), "{claim} has parts and stands alone");
+        let part: u32 = part.parse().expect("just parsed");
+        assert!((1..=part).all(|n| ids.contains(format!("{claim}-{n}").as_str())), "{id} has no predecessor");
+    }
+}
+
+#[test]
+fn every_claim_says_where_it_stands_and_how_it_is_judged() {
+    for claim in claims::all() {
+        let paper = claim.id.split('-').next().unwrap_or_default();
+        assert!(claim.source.starts_with(&format!("[{paper}]")), "{}: {}", claim.id, claim.source);
+        assert!(claim.statement.ends_with(['.', '?']) && claim.criterion.ends_with('.'), "{}", claim.id);
+    }
+}
+
+#[test]
+fn every_claim_is_decided_by_numbers_and_explained() {
     for (claim, finding) in claims::judge(&|| {}) {
-        match finding {
-            Ok(f) => {
-                println!(
-                    "{} {} — {}\n   {}\n   W: {:?}\n   M: {:?}",
-                    claim.id,
-                    f.verdict().word(),
-                    claim.statement,
-                    f.evidence,
-                    f.where_it_holds,
-                    f.mechanism
+        let finding = finding.as_ref().unwrap_or_else(|error| panic!("{}: {error}", claim.id));
+        assert!(finding.is_sound(), "{}: {:?}", claim.id, finding.cases());
+        assert!(finding.evidence.ends_with('.') && finding.evidence.contains(char::is_numeric), "{}", claim.id);
+        let is_question = claim.statement.ends_with('?');
+        match finding.verdict() {
+            Verdict::Confirmed => assert!(!is_question, "{}", claim.id),
+            Verdict::Qualified | Verdict::Refuted => {
+                assert!(
+                    !is_question && finding.where_it_holds.is_some() && finding.mechanism.is_some(),
+                    "{}",
+                    claim.id
                 );
-                for c in f.cases() {
-                    if !c.holds() {
-                        println!("      FAILS {c:?}");
-                    }
-                }
             }
-            Err(e) => println!("{} ERROR {e}", claim.id),
+            Verdict::Answered | Verdict::Open => assert!(is_question, "{}", claim.id),
         }
+        // Cases are told apart by what they measure.
+        let what: HashSet<_> = finding.cases().iter().map(|case| &case.what).collect();
+        assert_eq!(what.len(), finding.cases().len(), "{}", claim.id);
     }
 }

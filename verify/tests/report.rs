@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use verify::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Outcome, Panel, Series, Table};
+use verify::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Outcome, Panel, Section, Series, Table};
 use verify::report::{self, Chapter, Run};
 
 const NASTY: &str = "<script>alert(\"1\" & '2')</script> ]]> `a < b` | \u{1}\u{7} λ→∞ 𝓛 \\ *x* ${y}";
@@ -195,6 +195,14 @@ fn linear_drag() -> Chapter {
                 figure("stability", 2, vec![stability_panel(), basin_panel()]),
             ],
             notes: vec![note.into()],
+            sections: vec![Section {
+                id: "S00-a".into(),
+                title: "The figure has a place of its own".into(),
+                mark: "confirmed".into(),
+                paragraphs: vec![("Evidence".into(), "A slope of 2 at `h < 1`.".into())],
+                figures: vec!["stability".into()],
+                tables: vec!["empty".into()],
+            }],
         },
         error: None,
     }
@@ -224,7 +232,7 @@ fn orders() -> Chapter {
             checks,
             tables: vec![table("series", &["n", "value"], many, true), table("loose", &["n"], Vec::new(), false)],
             figures: vec![figure("odd", 3, odd_panels())],
-            notes: Vec::new(),
+            ..Evidence::default()
         },
         ..Chapter::default()
     }
@@ -246,8 +254,15 @@ fn nasty() -> Chapter {
                 reason: format!("{NASTY} {}", "long".repeat(200)),
             }],
             tables: vec![table("figure 3/../x", &[NASTY], vec![vec![text(NASTY)]], true)],
-            figures: Vec::new(),
             notes: vec![NASTY.into()],
+            sections: vec![Section {
+                id: "odd <b>".into(),
+                title: NASTY.into(),
+                mark: NASTY.into(),
+                paragraphs: vec![(NASTY.into(), NASTY.into())],
+                ..Section::default()
+            }],
+            ..Evidence::default()
         },
         error: Some(format!("diverged at t = 3\nwith {NASTY}")),
     }
@@ -534,13 +549,14 @@ fn the_audit_finds_what_it_looks_for() {
             checks: vec![check("c", Outcome::Pass, None), check("c", Outcome::Pass, None)],
             tables: vec![ragged.clone(), Table { id: "a/b".into(), ..ragged }],
             figures: vec![Figure { data: "nowhere".into(), ..figure("f", 1, vec![short_map]) }],
-            notes: Vec::new(),
+            sections: vec![Section { id: "s".into(), tables: vec!["lost".into()], ..Section::default() }],
+            ..Evidence::default()
         },
         ..Chapter::default()
     };
     let run = Run::new(vec![chapter], Vec::new());
     let failed: Vec<_> = run.checks_that(Outcome::Fail).map(|(chapter, check)| (&*chapter.id, &*check.id)).collect();
-    assert_eq!(failed, ["unique-ids", "plain-ids", "rectangular", "numbers", "data"].map(|id| ("report", id)));
+    assert_eq!(failed, ["unique-ids", "plain-ids", "rectangular", "numbers", "data", "parts"].map(|id| ("report", id)));
     assert_eq!(run.chapters()[0].id, "report-2", "the audit keeps its name");
     let rectangular = &run.chapters()[1].evidence.checks[2];
     assert_eq!(rectangular.reason, "1 in `t`; 1 in `a/b`; a map in figure `f`");

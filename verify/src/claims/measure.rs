@@ -131,7 +131,7 @@ pub(super) fn text(x: f64) -> String {
     let size = x.abs();
     let signed = |digits: String| digits.replace('-', "−");
     if !x.is_finite() {
-        return if x > 0.0 { "∞".into() } else { signed(x.to_string()) };
+        return if x > 0.0 { "∞ (a step fails)".into() } else { signed(x.to_string()) };
     }
     match size {
         0.0 => "0".into(),
@@ -161,7 +161,7 @@ mod tests {
         let cases = [(0.0, "0"), (1.518_37, "1.518"), (12.345, "12.3"), (-0.012_345, "−0.0123"), (31415.9, "3.14e4")];
         cases.iter().for_each(|(x, expected)| assert_eq!(text(*x), *expected));
         assert_eq!(text(-2.5e-7), "−2.50e−7");
-        assert_eq!(text(f64::INFINITY), "∞");
+        assert_eq!(text(f64::INFINITY), "∞ (a step fails)");
     }
 
     #[test]

@@ -205,9 +205,14 @@ impl Finding {
     }
 }
 
-/// All claims in the order of the papers.
-pub fn all() -> impl Iterator<Item = &'static Claim> {
-    s24::ALL.iter().chain(ky21::ALL).flat_map(|group| group.iter())
+/// All claims, paper by paper in the order of their identifiers.
+pub fn all() -> Vec<&'static Claim> {
+    let of = |groups: &'static [&'static [Claim]]| {
+        let mut claims: Vec<_> = groups.iter().flat_map(|group| group.iter()).collect();
+        claims.sort_by_key(|claim| claim.id);
+        claims
+    };
+    [of(s24::ALL), of(ky21::ALL)].concat()
 }
 
 /// A claim with what came of it.
@@ -217,8 +222,7 @@ pub type Judged = (&'static Claim, Result<Finding, String>);
 pub fn judge(tick: &(dyn Fn() + Sync)) -> &'static [Judged] {
     static JUDGED: OnceLock<Vec<Judged>> = OnceLock::new();
     JUDGED.get_or_init(|| {
-        let claims: Vec<_> = all().collect();
-        let judged = claims.into_par_iter().map(|claim| {
+        let judged = all().into_par_iter().map(|claim| {
             let finding = (claim.decide)().map_err(|error| error.to_string());
             tick();
             (claim, finding)

@@ -1,6 +1,7 @@
 //! Every golden, one line each.
 
 use super::{Golden, Row, Tolerance, Truth};
+use crate::claims;
 use crate::order;
 use crate::problems::poiseuille_series;
 use crate::studies::{self, Context};
@@ -16,6 +17,7 @@ pub fn all() -> Vec<Golden> {
         Golden::new("figure-7", studies::figures::figure_7),
         Golden::new("orders", orders),
         Golden::new("poiseuille-series", poiseuille_series),
+        Golden::new("claims", claims::verdicts),
     ]
 }
 

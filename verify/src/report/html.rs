@@ -7,7 +7,7 @@ use super::plot::{self, Style};
 use super::run::{Chapter, Counts, Run};
 use super::text::{anchor, data_file, escape, inline_html as inline};
 use super::verdict;
-use crate::evidence::{Cell, Check, Figure, Mark, Outcome, Table};
+use crate::evidence::{Cell, Check, Evidence, Figure, Mark, Outcome, Section, Table};
 
 /// Longer tables scroll within the page.
 const TALL_TABLE: usize = 30;
@@ -211,8 +211,13 @@ fn write_chapter(out: &mut String, position: usize, chapter: &Chapter, numbers: 
         let _ = writeln!(out, "<p>{}</p>", inline(note));
     }
     write_checks(out, chapter);
-    evidence.figures.iter().for_each(|figure| write_figure(out, figure, &mut numbers.figures));
-    evidence.tables.iter().filter(|table| table.shown).for_each(|table| write_table(out, table, &mut numbers.tables));
+    let sections = &evidence.sections;
+    let is_placed = |id: &str| sections.iter().any(|s| s.tables.iter().chain(&s.figures).any(|part| part == id));
+    let figures = evidence.figures.iter().filter(|figure| !is_placed(&figure.id));
+    figures.for_each(|figure| write_figure(out, figure, &mut numbers.figures));
+    let tables = evidence.tables.iter().filter(|table| table.shown && !is_placed(&table.id));
+    tables.for_each(|table| write_table(out, table, sections, &mut numbers.tables));
+    sections.iter().for_each(|section| write_section(out, section, evidence, numbers));
     // Data that no figure of the chapter links to.
     let is_loose = |table: &&Table| !table.shown && evidence.figures.iter().all(|figure| figure.data != table.id);
     let loose: Vec<_> = evidence.tables.iter().filter(is_loose).collect();
@@ -228,6 +233,35 @@ fn write_chapter(out: &mut String, position: usize, chapter: &Chapter, numbers: 
             );
         }
         out.push_str("</ul>\n");
+    }
+    out.push_str("</section>\n");
+}
+
+fn write_section(out: &mut String, section: &Section, evidence: &Evidence, numbers: &mut Numbers) {
+    let id = escape(&anchor(&section.id));
+    let mark = match section.mark.as_str() {
+        "" => String::new(),
+        mark => format!(" <span class=\"mark {0}\">{0}</span>", escape(mark)),
+    };
+    let _ = writeln!(
+        out,
+        "<section class=\"part\" id=\"{id}\"><h3><span class=\"ordinal\">{}</span> {}{mark} {}</h3>",
+        escape(&section.id),
+        inline(&section.title),
+        permalink(&id, "section")
+    );
+    if !section.paragraphs.is_empty() {
+        out.push_str("<dl>\n");
+        for (label, text) in &section.paragraphs {
+            let _ = writeln!(out, "<dt>{}</dt><dd>{}</dd>", inline(label), inline(text));
+        }
+        out.push_str("</dl>\n");
+    }
+    for figure in evidence.figures.iter().filter(|figure| section.figures.contains(&figure.id)) {
+        write_figure(out, figure, &mut numbers.figures);
+    }
+    for table in evidence.tables.iter().filter(|table| table.shown && section.tables.contains(&table.id)) {
+        write_table(out, table, &evidence.sections, &mut numbers.tables);
     }
     out.push_str("</section>\n");
 }
@@ -304,7 +338,7 @@ fn data_link(id: &str) -> String {
     format!("<a class=\"data\" href=\"{file}\">{file}</a>")
 }
 
-fn write_table(out: &mut String, table: &Table, count: &mut usize) {
+fn write_table(out: &mut String, table: &Table, sections: &[Section], count: &mut usize) {
     *count += 1;
     let id = table_anchor(table);
     let tall = if table.rows.len() > TALL_TABLE { " tall" } else { "" };
@@ -341,6 +375,13 @@ fn write_table(out: &mut String, table: &Table, count: &mut usize) {
         for (column, cell) in row.iter().enumerate() {
             let align = align(column);
             let _ = match cell {
+                Cell::Text(text) if sections.iter().any(|section| section.id == *text) => {
+                    let id = escape(&anchor(text));
+                    write!(out, "<td{align}><a class=\"part\" href=\"#{id}\">{}</a></td>", escape(text))
+                }
+                Cell::Text(text) if sections.iter().any(|section| section.mark == *text) && !text.is_empty() => {
+                    write!(out, "<td{align}><span class=\"mark {0}\">{0}</span></td>", escape(text))
+                }
                 Cell::Text(text) => write!(out, "<td{align}>{}</td>", inline(text)),
                 Cell::Number(value) => write!(out, "<td{align}{}>{}</td>", sort_key(*value), number(*value)),
                 Cell::Integer(value) => write!(

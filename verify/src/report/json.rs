@@ -17,6 +17,7 @@
 //!                 rows is null for a table behind a figure, which stands in its file alone
 //!   figures[]     id, caption, data (the id of a table)
 //!   notes[]       paragraphs
+//!   sections[]    id, title, mark, paragraphs ([[label, text], …]), figures and tables (ids)
 //! ```
 //!
 //! A cell is a string, a number or null for an empty one. Numbers read back as the same `f64`; one that is not finite is the
@@ -26,7 +27,7 @@ use serde::Serialize;
 
 use super::run::{Counts, Run};
 use super::text::data_file;
-use crate::evidence::{Cell, Check};
+use crate::evidence::{Cell, Check, Section};
 
 /// Version of the schema described at the head of this file.
 const SCHEMA: u32 = 1;
@@ -51,6 +52,7 @@ struct ChapterResults<'a> {
     tables: Vec<TableResults<'a>>,
     figures: Vec<FigureResults<'a>>,
     notes: &'a [String],
+    sections: &'a [Section],
 }
 
 #[derive(Serialize)]
@@ -97,6 +99,7 @@ pub(super) fn document(run: &Run) -> Result<String, serde_json::Error> {
             tables: tables.collect(),
             figures: figures.collect(),
             notes: &evidence.notes,
+            sections: &evidence.sections,
         }
     });
     let results =

@@ -98,7 +98,10 @@ fn chapter_details(chapter: &Chapter) -> String {
         out.push_str("\n| | Check | Measured | Required |\n|:--|:--|--:|:--|\n");
         evidence.checks.iter().for_each(|check| check_row(&mut out, check));
     }
-    evidence.tables.iter().filter(|table| table.shown).for_each(|table| show_table(&mut out, table));
+    // The details of sections are in `index.html`.
+    let is_detail = |table: &&Table| evidence.sections.iter().any(|section| section.tables.contains(&table.id));
+    let shown = evidence.tables.iter().filter(|table| table.shown && !is_detail(table));
+    shown.for_each(|table| show_table(&mut out, table));
     out.push_str("\n</details>\n");
     out
 }

@@ -38,10 +38,10 @@ impl Run {
     pub fn new(mut chapters: Vec<Chapter>, provenance: Vec<(String, String)>) -> Self {
         let repeated = make_unique(&mut chapters);
         let checks = vec![
-            decide("unique-ids", "No two chapters, tables, figures or checks share an identifier", repeated),
+            decide("unique-ids", "No two chapters, sections, tables, figures or checks share an identifier", repeated),
             decide(
                 "plain-ids",
-                "Identifiers of chapters and tables serve as file names and anchors",
+                "Identifiers of chapters, sections and tables serve as file names and anchors",
                 odd_ids(&chapters),
             ),
             decide(
@@ -55,6 +55,7 @@ impl Run {
                 not_numbers(&chapters),
             ),
             decide("data", "Every figure names the table that holds its data", figures_without_data(&chapters)),
+            decide("parts", "Every section names tables and figures of its chapter", sections_without_parts(&chapters)),
         ];
         chapters.push(Chapter {
             id: AUDIT.into(),
@@ -169,6 +170,7 @@ fn make_unique(chapters: &mut [Chapter]) -> Vec<String> {
         chapter.evidence.checks.iter_mut().for_each(|check| claim(&mut check_ids, &mut check.id));
         chapter.evidence.tables.iter_mut().for_each(|table| claim(&mut table_ids, &mut table.id));
         chapter.evidence.figures.iter_mut().for_each(|figure| claim(&mut figure_ids, &mut figure.id));
+        chapter.evidence.sections.iter_mut().for_each(|section| claim(&mut chapter_ids, &mut section.id));
     }
     repeated
 }
@@ -179,10 +181,12 @@ fn odd_ids(chapters: &[Chapter]) -> Vec<String> {
             && id.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
     };
     let tables = chapters.iter().flat_map(|chapter| &chapter.evidence.tables).map(|table| &table.id);
+    let sections = chapters.iter().flat_map(|chapter| &chapter.evidence.sections).map(|section| &section.id);
     chapters
         .iter()
         .map(|chapter| &chapter.id)
         .chain(tables)
+        .chain(sections)
         .filter(|id| !is_plain(id))
         .map(|id| format!("`{id}`"))
         .collect()
@@ -209,6 +213,18 @@ fn not_numbers(chapters: &[Chapter]) -> Vec<String> {
             (count > 0).then(|| format!("{count} in `{}`", table.id))
         })
         .collect()
+}
+
+fn sections_without_parts(chapters: &[Chapter]) -> Vec<String> {
+    let mut missing = Vec::new();
+    for Evidence { tables, figures, sections, .. } in chapters.iter().map(|chapter| &chapter.evidence) {
+        for section in sections {
+            let lost_tables = section.tables.iter().filter(|id| tables.iter().all(|table| table.id != **id));
+            let lost_figures = section.figures.iter().filter(|id| figures.iter().all(|figure| figure.id != **id));
+            missing.extend(lost_tables.chain(lost_figures).map(|id| format!("`{}` names `{id}`", section.id)));
+        }
+    }
+    missing
 }
 
 fn figures_without_data(chapters: &[Chapter]) -> Vec<String> {

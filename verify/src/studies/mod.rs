@@ -1,5 +1,6 @@
 //! The studies, one file each: a question, the computation that answers it, and what it found.
 
+mod claims;
 pub mod closed_forms;
 mod cross_check;
 pub(crate) mod figures;
@@ -31,6 +32,7 @@ pub type StudyError = Box<dyn Error + Send + Sync>;
 
 /// All studies, in the order of the report.
 pub const ALL: &[Study] = &[
+    claims::STUDY,
     closed_forms::STUDY,
     orders::STUDY,
     cross_check::STUDY,

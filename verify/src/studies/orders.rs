@@ -64,6 +64,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              second."
                 .into(),
         ],
+        ..Evidence::default()
     })
 }
 

@@ -8,6 +8,6 @@ mod tables;
 
 use super::Claim;
 
-/// In the order of the paper.
+/// By subject.
 pub(super) const ALL: &[&[Claim]] =
     &[oscillator::CLAIMS, tables::CLAIMS, structure::CLAIMS, pendulum::CLAIMS, circle::CLAIMS];

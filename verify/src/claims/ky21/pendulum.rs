@@ -40,7 +40,7 @@ fn lagrange(first: [f64; 2]) -> Vec<f64> {
     for k in 1..STEPS {
         let (before, now) = (theta[k - 1], theta[k]);
         let bar = inside(before, now);
-        let next = root(now - 1.0, now + 1.0, |next| before + 6.0 * now + next - 4.0 * (inside(now, next) + bar));
+        let next = root(now - 1.0, now + 1.0, |next| 4.0 * (inside(now, next) + bar) - before - 6.0 * now - next);
         theta.push(next);
     }
     theta

@@ -114,7 +114,7 @@ fn symplecticity() -> Result<Finding, StudyError> {
     Ok(Finding::on(cases, evidence)
         .holds_where(
             "For degree 2 and, with Gauss nodes in place of equispaced ones, every degree, where L = ½ẋᵀMẋ − V(x) with \
-             constant M. In one degree of freedom and on every linear problem the defect hides.",
+             constant M. On linear problems the defect hides: KY21-a.",
         )
         .because(
             "Taking the Euler–Lagrange equation to hold at the nodes replaces an integral by zero in the derivative of L_d; \

@@ -10,7 +10,7 @@ mod structure;
 
 use super::Claim;
 
-/// In the order of the paper.
+/// By subject.
 pub(super) const ALL: &[&[Claim]] = &[
     stability::CLAIMS,
     drag::CLAIMS,
