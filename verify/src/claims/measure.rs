@@ -140,7 +140,22 @@ pub(super) fn text(x: f64) -> String {
             let decimals = (leading - size.log10().floor() as i32).max(0);
             signed(format!("{x:.*}", decimals as usize))
         }
-        _ => signed(format!("{x:.2e}")),
+        _ => {
+            let scientific = format!("{x:.2e}");
+            let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+            signed(format!("{mantissa}×10{}", exponent.chars().map(superscript).collect::<String>()))
+        }
+    }
+}
+
+fn superscript(c: char) -> char {
+    match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        // The other digits follow ⁰ in their order.
+        digit => digit.to_digit(10).and_then(|d| char::from_u32('⁰' as u32 + d)).unwrap_or(digit),
     }
 }
 
@@ -158,9 +173,9 @@ mod tests {
 
     #[test]
     fn numbers_in_sentences_are_short() {
-        let cases = [(0.0, "0"), (1.518_37, "1.518"), (12.345, "12.3"), (-0.012_345, "−0.0123"), (31415.9, "3.14e4")];
+        let cases = [(0.0, "0"), (1.518_37, "1.518"), (12.345, "12.3"), (-0.012_345, "−0.0123"), (31415.9, "3.14×10⁴")];
         cases.iter().for_each(|(x, expected)| assert_eq!(text(*x), *expected));
-        assert_eq!(text(-2.5e-7), "−2.50e−7");
+        assert_eq!(text(-2.5e-7), "−2.50×10⁻⁷");
         assert_eq!(text(f64::INFINITY), "∞ (a step fails)");
     }
 

@@ -11,6 +11,8 @@ use crate::evidence::{Cell, Check, Evidence, Figure, Mark, Outcome, Section, Tab
 
 /// Longer tables scroll within the page.
 const TALL_TABLE: usize = 30;
+/// Cells with longer texts want columns that do not shrink to a word.
+const LONG_TEXT: usize = 80;
 /// Passed checks beyond this many in a chapter are folded.
 const MANY_CHECKS: usize = 12;
 
@@ -342,6 +344,8 @@ fn write_table(out: &mut String, table: &Table, sections: &[Section], count: &mu
     *count += 1;
     let id = table_anchor(table);
     let tall = if table.rows.len() > TALL_TABLE { " tall" } else { "" };
+    let is_prose = |cell: &Cell| matches!(cell, Cell::Text(text) if text.len() > LONG_TEXT);
+    let prose = if table.rows.iter().flatten().any(is_prose) { " prose" } else { "" };
     let _ = writeln!(
         out,
         "<div class=\"table\" id=\"{id}\"><p class=\"caption\" id=\"{id}-caption\"><b>Table {count}.</b> {} {} {}</p>",
@@ -356,7 +360,7 @@ fn write_table(out: &mut String, table: &Table, sections: &[Section], count: &mu
     let _ = write!(
         out,
         "<div class=\"scroll{tall}\" tabindex=\"0\" role=\"region\" aria-labelledby=\"{id}-caption\">\
-         <table class=\"sortable\" aria-labelledby=\"{id}-caption\"><thead><tr>"
+         <table class=\"sortable{prose}\" aria-labelledby=\"{id}-caption\"><thead><tr>"
     );
     let right: Vec<_> = (0..table.columns.len()).map(|column| is_numeric(table, column)).collect();
     let align = |column: usize| if right.get(column) == Some(&true) { " class=\"right\"" } else { "" };

@@ -166,8 +166,8 @@ fn notes(judged: &[Judged]) -> Vec<String> {
             of(Verdict::Open)
         ),
         "Should you use Method I for a stiff parabolic problem? It is stable and damps what is stiff (`S24-b-1`, `S24-b-2`), and \
-         at equal step size it has about twice the error of the trapezoidal rule and four times that of SDIRK2, which damps too \
-         (`S24-n-1`). Its lead on Poiseuille flow comes from the projection, not from time integration (`S24-j`). On strongly \
+         at equal step size it has about twice the error of the trapezoidal rule, which does not damp, and at equal work that of \
+         SDIRK2, which does (`S24-n-1`). Its lead on Poiseuille flow comes from the projection, not from time integration (`S24-j`). On strongly \
          nonlinear or non-normal problems neither it nor Method II is unconditionally stable (`S24-b-1`, `S24-h-1`, `S24-h-2`)."
             .into(),
         "Should you use the path-fitted integrator with three interior points, degree 4 on equispaced nodes? It is of order 4, \

@@ -81,7 +81,7 @@ fn as_printed() -> Result<Finding, StudyError> {
     Ok(Finding::on(cases, evidence)
         .holds_where("Nowhere; see KY21-h-2 for what does work.")
         .because(format!(
-            "The constraint holds at the interior node only, and nothing holds q_{{k+1}} on the circle: the radial mode of \
+            "The constraint holds at the interior node only, and nothing holds qₖ₊₁ on the circle: the radial mode of \
              the recurrence has the multiplier −(3 + 2√2) = {} in the limit of small steps, and uniform motion, which \
              satisfies (23) up to τ⁴/16 only, excites it. As printed, (23) also lacks the square roots in its denominators.",
             text(predicted)
@@ -125,7 +125,7 @@ fn with_nodal_multipliers() -> Result<Finding, StudyError> {
         text(order)
     );
     Ok(Finding::on(cases, evidence).because(
-        "f(x_{k+1}) = 0 with a multiplier at the node, p_k⁻ − p_k⁺ = Λ_k ∇f(x_k), is the discrete Lagrange–d'Alembert \
+        "f(xₖ₊₁) = 0 with a multiplier at the node, pₖ⁻ − pₖ⁺ = Λₖ ∇f(xₖ), is the discrete Lagrange–d'Alembert \
          principle that (5) states; (23) drops it.",
     ))
 }

@@ -41,8 +41,14 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
 ];
 
-/// R(τ) as printed, by method.
-pub(super) const PRINTED: [(&str, &str, fn(f64) -> f64); 4] = [
+/// Number of a recurrence, method that gives it, and R as a function of τ².
+type Printed = (&'static str, &'static str, fn(f64) -> f64);
+
+/// A problem with parameters, the number of its coordinates and the steps to take.
+type Setting = (&'static str, &'static [(&'static str, &'static str)], usize, &'static [f64]);
+
+/// The recurrences as printed.
+pub(super) const PRINTED: [Printed; 4] = [
     ("(16)", "path-fitted(2)", |s| (16.0 - 6.0 * s) / (8.0 + s)),
     ("(17)", "midpoint-vi", |s| (8.0 - 2.0 * s) / (4.0 + s)),
     ("(18)", "path-fitted(3)", |s| (22.0 * s * s - 468.0 * s + 972.0) / (2.0 * s * s + 9.0 * s + 486.0)),
@@ -89,7 +95,7 @@ fn recurrences() -> Result<Finding, StudyError> {
 
 fn at_equal_order() -> Result<Finding, StudyError> {
     let mut cases = Vec::new();
-    let settings: [(&str, &[(&str, &str)], usize, &[f64]); 3] = [
+    let settings: [Setting; 3] = [
         ("harmonic-oscillator", &[], 1, &[0.05, 0.1, 0.2, 0.4, 1.0, 2.0, 3.0]),
         ("pendulum", &[], 1, &[0.05, 0.1, 0.2, 0.4]),
         ("kepler", &[("eccentricity", "0.3")], 2, &[0.05, 0.1, 0.2, 0.4]),

@@ -128,7 +128,7 @@ fn nonlinear(method: &str) -> Result<Finding, StudyError> {
         )));
     }
     Ok(finding.because(
-        "p_{n+1} = p_n imposes J₀ᵀr₀ + J₁ᵀr₁ = 0, weighted with Jacobians that differ between the ends of the step. It is \
+        "pₙ₊₁ = pₙ imposes J₀ᵀr₀ + J₁ᵀr₁ = 0, weighted with Jacobians that differ between the ends of the step. It is \
          the trapezoidal rule where they are equal; here its good root ends at a smaller step than Method I's.",
     ))
 }

@@ -93,7 +93,7 @@ fn large_steps(method: &str) -> Result<Finding, StudyError> {
     let finding = Finding::on(cases, evidence);
     let finding = match loses {
         None => finding.because(format!(
-            "R(h) = 1/(1 + h + h²/2) tends to 0 like e^{{−h}} does, only more slowly; RK4's polynomial turns upwards \
+            "R(h) = 1/(1 + h + h²/2) tends to 0 like exp(−h) does, only more slowly; RK4's polynomial turns upwards \
              and is unstable beyond h = {}.",
             text(threshold("|R| of RK4", 2.0, 4.0, |h| Ok(measure::growth("rk4", h)?.abs() - 1.0))?)
         )),
@@ -229,10 +229,7 @@ fn quadratic_against_runge_kutta() -> Result<Finding, StudyError> {
         }
     }
     let evidence = format!(
-        "At h = 1 the errors are {} (Method I), {} (Method II) and {} (RK4); at h = 0.1 {}, {} and {}.",
-        text(quadratic(BOTH[0], 1.0)?),
-        text(quadratic(BOTH[1], 1.0)?),
-        text(quadratic("rk4", 1.0)?),
+        "At h = 0.1 the errors are {} (Method I), {} (Method II) and {} (RK4).",
         text(quadratic(BOTH[0], 0.1)?),
         text(quadratic(BOTH[1], 0.1)?),
         text(quadratic("rk4", 0.1)?)

@@ -22,9 +22,9 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-p-2",
         source: "[S24] Section 3, Eq. (28)",
-        statement: "Does a nonlinear homogeneous condition F(p_n, p_{n+1}) = 0 do better?",
+        statement: "Does a nonlinear homogeneous condition F(pₙ, pₙ₊₁) = 0 do better?",
         criterion: "For a scalar unknown each of several homogeneous F of degrees 2 to 4 has, to rounding, the same line as \
-                    zero set, α p_n + β p_{n+1} = 0, at every scale of the momenta: it is a linear closure.",
+                    zero set, α pₙ + β pₙ₊₁ = 0, at every scale of the momenta: it is a linear closure.",
         decide: homogeneous,
     },
 ];
@@ -118,7 +118,7 @@ fn coefficients() -> Result<Finding, StudyError> {
         )
         .because(
             "For constant α + β ≠ 0 all members have the same leading local error h³/6, so that for small h only θ → 1 \
-             helps, which gives up damping: R(∞) = −θ. With θ(h) = 1 − h/2 + h²/8 − … the growth factor is e^{−h} itself.",
+             helps, which gives up damping: R(∞) = −θ. With θ(h) = 1 − h/2 + h²/8 − … the growth factor is exp(−h) itself.",
         )
         .with_table(table)
         .with_figure(figure, behind))
@@ -127,10 +127,10 @@ fn coefficients() -> Result<Finding, StudyError> {
 fn homogeneous() -> Result<Finding, StudyError> {
     type Condition = fn(f64, f64) -> f64;
     let conditions: [(&str, Condition); 4] = [
-        ("p_n p_{n+1} + p_{n+1}²", |a, b| a * b + b * b),
-        ("p_n³ + p_{n+1}³", |a, b| a.powi(3) + b.powi(3)),
-        ("p_{n+1}³ − ½ p_n² p_{n+1} + p_n³", |a, b| b.powi(3) - 0.5 * a * a * b + a.powi(3)),
-        ("p_{n+1}⁴ − 2 p_n p_{n+1}³", |a, b| b.powi(4) - 2.0 * a * b.powi(3)),
+        ("pₙ pₙ₊₁ + pₙ₊₁²", |a, b| a * b + b * b),
+        ("pₙ³ + pₙ₊₁³", |a, b| a.powi(3) + b.powi(3)),
+        ("pₙ₊₁³ − ½ pₙ² pₙ₊₁ + pₙ³", |a, b| b.powi(3) - 0.5 * a * a * b + a.powi(3)),
+        ("pₙ₊₁⁴ − 2 pₙ pₙ₊₁³", |a, b| b.powi(4) - 2.0 * a * b.powi(3)),
     ];
     let (mut cases, mut ratios) = (Vec::new(), Vec::new());
     for (name, f) in conditions {

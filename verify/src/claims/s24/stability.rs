@@ -13,8 +13,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-a",
         source: "[S24] Section 3, after Eq. (20)",
-        statement: "Stepped in the conventional way, with p_n carried along, the trapezoidal least-squares Lagrangian is unstable.",
-        criterion: "On v̇ = −v the spectral radius of the live map (v_n, p_n) → (v_{n+1}, p_{n+1}) exceeds 1 for every h from 0.001 to 1000.",
+        statement: "Stepped in the conventional way, with pₙ carried along, the trapezoidal least-squares Lagrangian is unstable.",
+        criterion: "On v̇ = −v the spectral radius of the live map (vₙ, pₙ) → (vₙ₊₁, pₙ₊₁) exceeds 1 for every h from 0.001 to 1000.",
         decide: conventional_map,
     },
     Claim {
@@ -43,7 +43,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-c-2",
         source: "[S24] Section 3, after Eq. (25)",
-        statement: "Method II oscillates about the steady state at finite h, and v_{n+1} → −v_n as h → ∞.",
+        statement: "Method II oscillates about the steady state at finite h, and vₙ₊₁ → −vₙ as h → ∞.",
         criterion: "One live step on v̇ = −v changes the sign of v for every h from 0.01 to 10⁶, and v₁/v₀ is within 5/h of −1 \
                     for h ≥ 100.",
         decide: method_ii_oscillates,
@@ -73,8 +73,8 @@ fn conventional_map() -> Result<Finding, StudyError> {
         text(most)
     );
     Ok(Finding::on(cases, evidence).because(format!(
-        "The map is symplectic, so that its two multipliers are reciprocal: e^{{±2 asinh(h/2)}}, met to {} by the live \
-         steps. The second-order equation v̈ = v has the solution e^t beside e^{{−t}}, and rounding is enough to excite it.",
+        "The map is symplectic, so that its two multipliers are reciprocal: exp(±2 asinh(h/2)), met to {} by the live \
+         steps. The second-order equation v̈ = v has the solution exp(t) beside exp(−t), and rounding is enough to excite it.",
         text(deviation)
     )))
 }
@@ -134,7 +134,7 @@ fn method_i_finds_the_steady_state() -> Result<Finding, StudyError> {
     }
     let evidence = format!("One step of h = 10⁶ leaves {} of v₀, that is {}/h².", text(last), text(last * 1e12));
     Ok(Finding::on(cases, evidence).because(
-        "R = 1/(1 + h + h²/2) → 0: p_{n+1} = 0 includes the residual at the end of the step, in which f dominates. On \
+        "R = 1/(1 + h + h²/2) → 0: pₙ₊₁ = 0 includes the residual at the end of the step, in which f dominates. On \
          nonlinear problems the fixed points are those of (2I − hJᵀ) f = 0, of which the steady states are not all.",
     ))
 }

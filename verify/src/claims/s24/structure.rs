@@ -12,7 +12,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-m-1",
         source: "[S24] Eq. (8)",
-        statement: "The conventional map (v_n, p_n) → (v_{n+1}, p_{n+1}) is symplectic.",
+        statement: "The conventional map (vₙ, pₙ) → (vₙ₊₁, pₙ₊₁) is symplectic.",
         criterion: "The determinant of the derivative of a live step is 1 to rounding, on linear and on quadratic drag.",
         decide: conventional,
     },
@@ -64,7 +64,7 @@ fn closed() -> Result<Finding, StudyError> {
     let evidence =
         format!("No determinant exceeds {}: a step collapses every area of the (v, p) plane.", text(largest));
     Ok(Finding::on(area_kept(found), evidence).holds_where("For the conventional map only, S24-m-1.").because(
-        "A closure discards p_n: a step is a map of v alone, and (v₁, p₁) does not depend on p₀. That the motion on \
+        "A closure discards pₙ: a step is a map of v alone, and (v₁, p₁) does not depend on p₀. That the motion on \
              p = 0 encloses no area is true of every one-step method for v, implicit Euler included, and conserves \
              nothing. What makes Method I useful is least squares, not symplecticity.",
     ))
