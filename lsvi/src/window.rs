@@ -8,7 +8,7 @@ use crate::closure::Linear;
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, State};
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, Structure};
 use crate::newton::{Newton, System, Work};
 use crate::variational::{StepEquations, repeat};
 
@@ -17,7 +17,8 @@ use crate::variational::{StepEquations, repeat};
 /// These are the discrete Euler–Lagrange equations D₂L_d(q_{i−1}, q_i) + D₁L_d(q_i, q_{i+1}) = 0 between the steps and
 /// p_K = 0 at the end. K = 1 is Method I; a K that spans the whole interval is the only closure of a least-squares
 /// Lagrangian that keeps the discrete Euler–Lagrange equations throughout. The rows of a window are handed out one by one,
-/// with their momenta; the last window of a grid is as short as it must be.
+/// with their momenta; the last window of a grid is as short as it must be. The equations are block tridiagonal, and the
+/// cost is proportional to K.
 #[derive(Debug)]
 pub struct Window<D> {
     discrete: D,
@@ -54,9 +55,12 @@ impl<D: DiscreteLegendre> Window<D> {
         }
         let n = discrete.dim();
         let m = discrete.interior() + n;
+        // A step is coupled to the ends of the steps beside it.
+        let width = (m + n).min(length * m).saturating_sub(1);
+        let structure = Structure::Banded { lower: width, upper: width };
         Ok(Self {
             discrete,
-            newton: Newton::new(length * m),
+            newton: Newton::with_structure(length * m, &structure),
             march: Newton::new(m),
             unknowns: vec![0.0; length * m],
             steps: Vec::with_capacity(length),

@@ -13,6 +13,7 @@ pub mod methods;
 pub mod names;
 pub mod order;
 pub mod problems;
+mod propagator;
 pub mod references;
 pub mod report;
 pub mod run;

@@ -3,3 +3,4 @@
 pub mod amplification;
 pub mod order;
 pub mod richardson;
+pub mod stability;

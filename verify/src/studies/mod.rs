@@ -5,8 +5,10 @@ pub mod closed_forms;
 mod cross_check;
 pub(crate) mod figures;
 pub(crate) mod orders;
+mod parts;
 mod poiseuille_maps;
 mod poiseuille_series;
+mod stability;
 
 use std::error::Error;
 
@@ -41,6 +43,7 @@ pub const ALL: &[Study] = &[
     poiseuille_series::STUDY,
     poiseuille_maps::STUDY,
     figures::POISEUILLE,
+    stability::STUDY,
 ];
 
 /// What a study is given: a place to report progress, and how much it may compute.

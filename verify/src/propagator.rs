@@ -1,0 +1,116 @@
+//! Linear systems v̇ = Av and what a method makes of them, from live steps of size 1: A stands for hA.
+
+use lsvi::{InputError, Jacobian, State, StepError, Trajectory, VectorField};
+use nalgebra::{Complex, DMatrix};
+
+use crate::methods::{BuildError, Method};
+use crate::problems::Problem;
+use crate::references::Ode;
+
+/// Why there is no propagator.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ProbeError {
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error(transparent)]
+    Step(#[from] StepError),
+    #[error("{0} chooses its own steps")]
+    OwnSteps(String),
+}
+
+/// v̇ = Av from the first unit vector.
+#[derive(Debug)]
+struct LinearSystem<'a>(&'a DMatrix<f64>);
+
+impl VectorField for LinearSystem<'_> {
+    fn dim(&self) -> usize {
+        self.0.nrows()
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        for (i, dv) in dv.iter_mut().enumerate() {
+            *dv = v.iter().enumerate().map(|(j, v)| self.0[(i, j)] * v).sum();
+        }
+    }
+    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        for j in 0..self.0.ncols() {
+            (0..self.0.nrows()).for_each(|i| out.add(i, j, scale * self.0[(i, j)]));
+        }
+    }
+    fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
+}
+
+impl Ode for LinearSystem<'_> {
+    fn dim(&self) -> usize {
+        self.0.nrows()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        VectorField::rhs(self, t, v, dv);
+    }
+    fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        for j in 0..self.0.ncols() {
+            (0..self.0.nrows()).for_each(|i| add(i, j, self.0[(i, j)]));
+        }
+    }
+}
+
+impl Problem for LinearSystem<'_> {
+    fn components(&self) -> &'static [&'static str] {
+        &["v"]
+    }
+    fn initial(&self) -> Vec<f64> {
+        let mut v = vec![0.0; self.0.nrows()];
+        v[0] = 1.0;
+        v
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(LinearSystem(self.0))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+}
+
+/// The first `count` rows of `method` on v̇ = Av from the unit vector of component `start`, the initial state first.
+///
+/// # Errors
+/// [`ProbeError`] if the method does not apply, a step fails, or steps are not of size 1.
+fn rows(method: &dyn Method, a: &DMatrix<f64>, start: usize, count: usize) -> Result<Vec<Vec<f64>>, ProbeError> {
+    let problem = LinearSystem(a);
+    let mut v = vec![0.0; a.nrows()];
+    v[start] = 1.0;
+    let mut trajectory = Trajectory::new(method.build(&problem)?, State::new(0.0, v), 1.0, (count - 1) as f64)?;
+    let mut rows = vec![trajectory.state().q.clone()];
+    while let Some(state) = trajectory.step()? {
+        if state.t != rows.len() as f64 {
+            return Err(ProbeError::OwnSteps(method.name()));
+        }
+        rows.push(state.q.clone());
+    }
+    Ok(rows)
+}
+
+/// The matrix by which `method` multiplies the state in one step of v̇ = Av.
+///
+/// # Errors
+/// As for [`rows`].
+pub(crate) fn propagator(method: &dyn Method, a: &DMatrix<f64>) -> Result<DMatrix<f64>, ProbeError> {
+    let mut matrix = DMatrix::zeros(a.nrows(), a.nrows());
+    for (j, mut column) in matrix.column_iter_mut().enumerate() {
+        column.copy_from_slice(&rows(method, a, j, 2)?[1]);
+    }
+    Ok(matrix)
+}
+
+/// The amplitudes w₀ = 1, w₁, w₂, w₃ of v̇ = zv at the ends of as many solutions of the equations of `method`, which sees it
+/// as the real system with the normal matrix ((x, −y), (y, x)), z = x + iy.
+///
+/// # Errors
+/// As for [`rows`].
+pub(crate) fn amplitudes(method: &dyn Method, z: Complex<f64>) -> Result<[Complex<f64>; 4], ProbeError> {
+    let a = DMatrix::from_row_slice(2, 2, &[z.re, -z.im, z.im, z.re]);
+    let stride = method.rows_per_solve();
+    let rows = rows(method, &a, 0, 3 * stride + 1)?;
+    Ok([0, 1, 2, 3].map(|k| Complex::new(rows[k * stride][0], rows[k * stride][1])))
+}
