@@ -300,7 +300,7 @@ mod tests {
                 ode.rhs(0.0, state, &mut rate);
                 let mut jacobian = Jacobian::zeros(2 * n);
                 ode.jacobian(0.0, state, &mut |i, j, x| jacobian.add(i, j, x));
-                let row = |i: usize| (0..2 * n).map(|j| jacobian.as_dense()[(i, j)] * rate[j]).collect::<Vec<_>>();
+                let row = |i: usize| (0..2 * n).map(|j| jacobian.get(i, j) * rate[j]).collect::<Vec<_>>();
                 let a: Vec<f64> = (0..n).map(|i| row(i).iter().sum()).collect();
                 let v = &rate[..n];
                 let (mut dl_dq, mut dl_dv) = (vec![0.0; n], vec![0.0; n]);
@@ -317,7 +317,7 @@ mod tests {
                     let dot = |x: &[f64]| gradient.iter().zip(x).map(|(g, x)| g * x).sum::<f64>();
                     let mut curvature = Jacobian::zeros(n);
                     constraint.add_curvature(q, &[1.0], 1.0, &mut curvature);
-                    let bend: f64 = (0..n * n).map(|k| v[k / n] * v[k % n] * curvature.as_dense()[(k / n, k % n)]).sum();
+                    let bend: f64 = (0..n * n).map(|k| v[k / n] * v[k % n] * curvature.get(k / n, k % n)).sum();
                     let scale = scale * gradient.amax();
                     prop_assert!((bend + dot(&a)).abs() <= scale, "{name}: f̈ = {:e}", bend + dot(&a));
                     let multiplier = dot(&balance) / gradient.norm_squared();

@@ -230,7 +230,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     (context.tick)();
     let table = table(&printed);
     let figure = figure(&printed);
-    Ok(Evidence { checks, tables: vec![table], figures: vec![figure], notes: notes() })
+    Ok(Evidence { checks, tables: vec![table], figures: vec![figure], notes: notes(), ..Evidence::default() })
 }
 
 fn check(id: &str, statement: impl Into<String>, samples: &[Sample]) -> Check {

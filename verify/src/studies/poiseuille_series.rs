@@ -76,6 +76,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              1 − ⅓ + ⅕ − … = π/4 cut after N terms, and wrong by 1/(πN) of the velocity however small that is."
                 .into(),
         ],
+        ..Evidence::default()
     })
 }
 

@@ -191,6 +191,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         tables: vec![classes, map, along, family_table],
         figures: vec![regions, axes, family_figure],
         notes: notes(),
+        ..Evidence::default()
     })
 }
 

@@ -56,6 +56,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
                 .into(),
             "The third closure, p_n = 0, is an explicit method: it grows for h > 2 and stands still at h = 2.".into(),
         ],
+        ..Evidence::default()
     })
 }
 

@@ -68,6 +68,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              reduced equations start too fast: the centre of the flow accelerates by γ = 2, the ansatz by 5/2 or 3."
                 .into(),
         ],
+        ..Evidence::default()
     })
 }
 

@@ -85,6 +85,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              p_n = 0 has the spurious steady state hv = 1, from which the run starts: it never moves."
                 .into(),
         ],
+        ..Evidence::default()
     })
 }
 
