@@ -5,6 +5,7 @@ use lsvi::quadrature::Quadrature;
 use super::{HORIZON, METHODS, PAPERS, Plan, Sweep, maps};
 use crate::evidence::{Cell, Check, Evidence, Figure, Table};
 use crate::problems::poiseuille_series::{SLOWEST_DECAY_RATE, velocity};
+use crate::run::max_norm;
 use crate::studies::{Context, Study, StudyError};
 
 pub(in crate::studies) const STUDY: Study = Study {
@@ -113,8 +114,8 @@ fn papers_pairing(sweep: &Sweep) -> Vec<Check> {
     let others = || PAPERS.into_iter().filter(|method| *method != "method-i");
     let mut checks = Vec::new();
     for h in sweep.steps() {
-        let best = others().map(|method| sweep.error(AVERAGED, method, h)).fold(f64::INFINITY, f64::min);
-        let ratio = sweep.error(AVERAGED, "method-i", h) / best;
+        let ratio =
+            max_norm(&others().map(|method| sweep.ratio(AVERAGED, ("method-i", method), h)).collect::<Vec<_>>());
         checks.push(Check::at_most(
             format!("method-i-leads-{h}"),
             format!("at h = {h} Method I has a smaller error than implicit Euler and RK4 on the averaged equation, and Method II"),
@@ -210,7 +211,7 @@ impl Floors {
 
     fn compute() -> Result<Self, StudyError> {
         let flow = sampled(20_000, |t| Ok(velocity(GAMMA, 0.0, t)?))?;
-        let of_rate = |rate: f64| flow.iter().map(|(t, u)| (-(-rate * t).exp_m1() - u).abs()).fold(0.0, f64::max);
+        let of_rate = |rate: f64| max_norm(&flow.iter().map(|(t, u)| -(-rate * t).exp_m1() - u).collect::<Vec<_>>());
         // The distance as a function of the rate has one minimum between the two: too slow early, too fast late.
         let (mut low, mut high) = (1.5, AVERAGED_RATE);
         for _ in 0..50 {
@@ -233,7 +234,7 @@ impl Floors {
             slowest: of_rate(SLOWEST_DECAY_RATE),
             best: of_rate(best_rate),
             best_rate,
-            projection: projected.into_iter().map(|(_, d)| d).fold(0.0, f64::max),
+            projection: max_norm(&projected.into_iter().map(|(_, d)| d).collect::<Vec<_>>()),
         })
     }
 

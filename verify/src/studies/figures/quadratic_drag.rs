@@ -92,7 +92,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 /// The first of two methods has the smaller error at all step sizes up to `coarsest`.
 fn ordered(sweep: &Sweep, (better, worse): (&'static str, &'static str), coarsest: f64) -> Check {
     let ratios = sweep.steps().filter(|h| *h <= coarsest).map(|h| (h, sweep.ratio(PROBLEM, (better, worse), h)));
-    let (at, ratio) = ratios.fold((0.0, 0.0), |worst, one| if one.1 <= worst.1 { worst } else { one });
+    let (at, ratio) = ratios.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((f64::NAN, f64::NAN));
     Check::at_most(
         format!("{better}-before-{worse}"),
         format!("{better} has a smaller error than {worse} at every step size up to {coarsest}"),
