@@ -4,6 +4,7 @@ mod claims;
 pub mod closed_forms;
 mod cross_check;
 pub(crate) mod figures;
+mod non_normal;
 pub(crate) mod orders;
 mod parts;
 mod poiseuille_maps;
@@ -44,6 +45,7 @@ pub const ALL: &[Study] = &[
     poiseuille_maps::STUDY,
     figures::POISEUILLE,
     stability::STUDY,
+    non_normal::STUDY,
 ];
 
 /// What a study is given: a place to report progress, and how much it may compute.
