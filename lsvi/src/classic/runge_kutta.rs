@@ -43,6 +43,15 @@ impl Tableau {
         Self::new(vec![vec![gamma], vec![1.0 - gamma, gamma]], vec![1.0 - gamma, gamma])
     }
 
+    /// TR-BDF2: the trapezoidal rule to (2 − √2) h, then second-order backward differentiation, order 2, L-stable
+    /// (\[HW96\] IV.6). Both implicit stages have the same diagonal entry.
+    pub fn tr_bdf2() -> Self {
+        let diagonal = 1.0 - 0.5 * std::f64::consts::SQRT_2;
+        let weight = 0.25 * std::f64::consts::SQRT_2;
+        let last = vec![weight, weight, diagonal];
+        Self::new(vec![vec![0.0], vec![diagonal, diagonal], last.clone()], last)
+    }
+
     /// The classical explicit Runge–Kutta method, order 4.
     pub fn rk4() -> Self {
         let a = vec![vec![0.0], vec![0.5, 0.0], vec![0.0, 0.5, 0.0], vec![0.0, 0.0, 1.0, 0.0]];

@@ -81,6 +81,21 @@ pub(super) const SDIRK2: Spec = Spec {
     examples: &["sdirk2"],
 };
 
+pub(super) const TR_BDF2: Spec = Spec {
+    form: "tr-bdf2",
+    summary: "trapezoidal rule, then backward differentiation in one step: order 2, L-stable",
+    build: Build::Plain(|| {
+        Box::new(OneStepMethod {
+            name: "tr-bdf2",
+            order: 2,
+            stability: Stability::Damping,
+            stiff_order: Some(2),
+            tableau: Tableau::tr_bdf2,
+        })
+    }),
+    examples: &["tr-bdf2"],
+};
+
 pub(super) const BDF2: Spec = Spec {
     form: "bdf2",
     summary: "second-order backward differentiation, started by SDIRK2, L-stable",

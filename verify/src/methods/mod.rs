@@ -1,6 +1,7 @@
 //! The methods under test, by name.
 
 mod classic;
+pub(crate) mod high_order;
 mod least_squares;
 mod mechanics;
 mod open_closures;
@@ -158,11 +159,13 @@ pub const ALL: &[Spec] = &[
     open_closures::FITTED_PADE,
     open_closures::MINIMAX,
     open_closures::WINDOW,
+    high_order::LS_GALERKIN,
     classic::IMPLICIT_EULER,
     classic::RK4,
     classic::TRAPEZOIDAL,
     classic::IMPLICIT_MIDPOINT,
     classic::SDIRK2,
+    classic::TR_BDF2,
     classic::BDF2,
     mechanics::PATH_FITTED,
     mechanics::PATH_FITTED_BERNSTEIN,
@@ -219,6 +222,23 @@ mod tests {
         for good in ["path-fitted(4,gauss)", "path-fitted(5,lobatto)", "path-fitted( 6 , chebyshev )"] {
             assert_eq!(parse(good).expect("registered").name(), good.replace(' ', ""));
         }
+        for bad in [
+            "ls-galerkin(0,gauss,1)",
+            "ls-galerkin(7,gauss,7)",
+            "ls-galerkin(2,gauss,4)",
+            "ls-galerkin(2,gauss,1)",
+            "ls-galerkin(1,lobatto,1)",
+            "ls-galerkin(2.5,gauss,3)",
+            "ls-galerkin(2,gauss)",
+            "ls-galerkin(2,gauss,3,iii)",
+            "ls-galerkin(2,gauss,3,0:0)",
+            "ls-galerkin(2,gauss,3,NaN:1)",
+        ] {
+            assert!(matches!(parse(bad), Err(NameError::Form { .. })), "{bad}");
+        }
+        assert!(
+            matches!(parse("ls-galerkin(2,gaus,2)"), Err(NameError::Unknown { suggestion: Some(s), .. }) if s == "gauss")
+        );
         assert!(matches!(parse("rk4(3)"), Err(NameError::Form { .. })));
         assert!(parse(" linear( -1e-3 , +2.5E1 ) ").is_ok());
     }

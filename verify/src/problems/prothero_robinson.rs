@@ -1,5 +1,7 @@
 //! Prothero and Robinson's problem: a smooth solution that attracts its neighbours at rate λ ([HW96] IV.15).
 
+use std::f64::consts::SQRT_2;
+
 use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
 
 use super::{Problem, Spec};
@@ -17,12 +19,14 @@ pub(super) const SPEC: Spec = Spec {
     build: |p| Ok(Box::new(ProtheroRobinson { lambda: p.number("lambda")?, v0: p.number("v0")? })),
 };
 
-/// The order at t = 4 from h = 0.4 down by factors of √2, in even numbers of steps: undamped errors alternate in sign, and
-/// a dozen step sizes let them die out at the fine end.
-fn smooth(method: &dyn Method, count: i32) -> OrderPlan {
-    let steps = (0..count).map(|k| 4.0 / (2.0 * (5.0 * 2_f64.powf(0.5 * f64::from(k))).round())).collect();
-    OrderPlan { steps, ..OrderPlan::at(method, 4.0, 0.4) }
+/// The order at t = 4 in even numbers of steps: `coarsest` and on, `count` of them, finer by `ratio` each.
+fn smooth(method: &dyn Method, coarsest: f64, ratio: f64, count: i32) -> OrderPlan {
+    let pairs = 2.0 / coarsest;
+    let steps = (0..count).map(|k| 4.0 / (2.0 * (pairs * ratio.powi(k)).round())).collect();
+    OrderPlan { steps, ..OrderPlan::at(method, 4.0, coarsest) }
 }
+
+const REDUCTION: &str = "hλ ≫ 1: the error is the defect of cos t divided by λ, not by 1/h";
 
 #[derive(Debug)]
 struct ProtheroRobinson {
@@ -82,9 +86,14 @@ impl Problem for ProtheroRobinson {
         match (method.stability(), method.stiff_order()) {
             (Stability::Unstable, _) => fast(4.0),
             (Stability::Conditional, _) | (_, None) => fast(10.0),
-            (_, Some(order)) if order == method.order() => smooth(method, 12),
-            (_, Some(order)) => smooth(method, 8)
-                .declared(f64::from(order), "hλ ≫ 1: the error is the defect of cos t divided by λ, not by 1/h"),
+            // Undamped errors alternate in sign, and a dozen step sizes let them die out at the fine end.
+            (Stability::Neutral, Some(order)) if order == method.order() => smooth(method, 0.4, SQRT_2, 12),
+            // High orders change over from one limit to the other early: they are taken well before hλ = 30.
+            (_, Some(order)) if method.order() > 2 => {
+                smooth(method, 0.2, SQRT_2.sqrt(), 8).declared(f64::from(order), REDUCTION)
+            }
+            (_, Some(order)) if order == method.order() => smooth(method, 0.4, SQRT_2, 8),
+            (_, Some(order)) => smooth(method, 0.4, SQRT_2, 8).declared(f64::from(order), REDUCTION),
         }
     }
 }

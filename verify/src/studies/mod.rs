@@ -5,6 +5,7 @@ pub mod closed_forms;
 mod cross_check;
 pub(crate) mod figures;
 mod non_normal;
+mod high_order;
 pub(crate) mod orders;
 mod parts;
 mod poiseuille_maps;
@@ -46,6 +47,7 @@ pub const ALL: &[Study] = &[
     figures::POISEUILLE,
     stability::STUDY,
     non_normal::STUDY,
+    high_order::STUDY,
 ];
 
 /// What a study is given: a place to report progress, and how much it may compute.

@@ -59,7 +59,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              `damped-pendulum` and `van-der-pol`."
                 .into(),
             "Two reductions are declared. On the Poiseuille ansatz the Lagrangian (37) keeps a remainder that no path \
-             removes, and every closure but Method II is of first order there. On `prothero-robinson` with hλ ≫ 1 the \
+             removes: every closure but Method II is of first order there, and Method II of second whatever the path. On `prothero-robinson` with hλ ≫ 1 the \
              error of Method I is h|v″|/(2λ), of first order like implicit Euler's, where the trapezoidal rule keeps its \
              second."
                 .into(),
