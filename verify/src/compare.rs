@@ -104,11 +104,15 @@ fn by_equation(problem: &dyn Problem) -> Vec<(Limit<'_>, Vec<Box<dyn Method>>)> 
     ];
     let mut groups: Vec<(Limit<'_>, Vec<Box<dyn Method>>)> = Vec::new();
     for principle in principles {
+        let mut suited = methods::examples_for(problem);
+        suited.retain(|method| method.principle() == principle);
+        if suited.is_empty() {
+            continue;
+        }
         let limit = problem.limit(principle);
-        let methods = methods::examples().into_iter().filter(|method| method.principle() == principle);
         match groups.iter_mut().find(|(known, _)| known.name == limit.name) {
-            Some((_, group)) => group.extend(methods),
-            None => groups.push((limit, methods.collect())),
+            Some((_, group)) => group.extend(suited),
+            None => groups.push((limit, suited)),
         }
     }
     groups

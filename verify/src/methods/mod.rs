@@ -197,6 +197,15 @@ pub fn examples() -> Vec<Box<dyn Method>> {
     ALL.iter().flat_map(|spec| spec.examples).filter_map(|call| parse(call).ok()).collect()
 }
 
+/// The examples that say something about `problem`: those that can be built, and the least-squares closures only where the
+/// motion has no invariant, since they are made for systems that dissipate.
+pub fn examples_for(problem: &dyn Problem) -> Vec<Box<dyn Method>> {
+    let conservative = !problem.invariants().is_empty();
+    let suits =
+        |method: &dyn Method| !conservative || matches!(method.principle(), Principle::Equation | Principle::Hamilton);
+    examples().into_iter().filter(|method| suits(&**method) && method.build(problem).is_ok()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -106,7 +106,13 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let mut checks: Vec<Check> = found.iter().map(check_search).collect();
     checks.extend(dissipative_checks);
     checks.push(rivals_damp(&found)?);
-    Ok(Evidence { checks, tables: vec![matrices(&found), norms, runs], figures: vec![figure], notes: notes(&found) })
+    Ok(Evidence {
+        checks,
+        tables: vec![matrices(&found), norms, runs],
+        figures: vec![figure],
+        notes: notes(&found),
+        ..Evidence::default()
+    })
 }
 
 fn check_search(found: &Found) -> Check {

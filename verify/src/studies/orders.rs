@@ -30,8 +30,7 @@ pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError
     let mut pairs = Vec::new();
     for spec in problems::ALL {
         let problem = problems::build(spec.name, &[])?;
-        let applicable = methods::examples().into_iter().filter(|method| method.build(&*problem).is_ok());
-        pairs.extend(applicable.map(|method| (spec.name, method)));
+        pairs.extend(methods::examples_for(&*problem).into_iter().map(|method| (spec.name, method)));
     }
     (context.announce)(pairs.len() as u64);
     pairs
