@@ -173,6 +173,13 @@ impl Method for Mechanical {
         random_walk(coefficients.unwrap_or(f64::INFINITY), steps)
     }
 
+    fn discretise<'a>(
+        &self,
+        lagrangian: Box<dyn EulerLagrange + 'a>,
+    ) -> Option<Result<Box<dyn Constrainable + 'a>, InputError>> {
+        Some(self.0.discretise(lagrangian))
+    }
+
     fn principle(&self) -> Principle {
         Principle::Hamilton
     }

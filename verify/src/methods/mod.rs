@@ -9,7 +9,8 @@ mod open_closures;
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
-use lsvi::Integrator;
+use lsvi::discrete::Constrainable;
+use lsvi::{EulerLagrange, InputError, Integrator};
 
 use crate::measure::order::{Expectation, ladder};
 use crate::names::{Call, NameError};
@@ -43,6 +44,18 @@ pub trait Method: fmt::Debug + Send + Sync {
     /// none.
     fn momentum_roundoff(&self, _steps: f64) -> f64 {
         0.0
+    }
+
+    /// The discrete Legendre transform that it steps in mechanics, where it is one of those, for what its trajectories do not
+    /// show.
+    ///
+    /// # Errors
+    /// [`InputError`] for a degree without nodes.
+    fn discretise<'a>(
+        &self,
+        _lagrangian: Box<dyn EulerLagrange + 'a>,
+    ) -> Option<Result<Box<dyn Constrainable + 'a>, InputError>> {
+        None
     }
 
     /// What it steps; decides the limit on a reduced Lagrangian.

@@ -11,6 +11,12 @@ mod parts;
 mod poiseuille_maps;
 mod poiseuille_series;
 mod stability;
+mod constraints;
+mod long_runs;
+mod mechanics;
+mod oscillator;
+mod symplecticity;
+mod work_precision;
 
 use std::error::Error;
 
@@ -48,6 +54,11 @@ pub const ALL: &[Study] = &[
     stability::STUDY,
     non_normal::STUDY,
     high_order::STUDY,
+    oscillator::STUDY,
+    symplecticity::STUDY,
+    long_runs::STUDY,
+    constraints::STUDY,
+    work_precision::STUDY,
 ];
 
 /// What a study is given: a place to report progress, and how much it may compute.

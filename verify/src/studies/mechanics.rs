@@ -1,0 +1,77 @@
+//! What the studies of mechanics share.
+
+use lsvi::closure::PositionMomentum;
+use lsvi::discrete::Constrainable;
+use lsvi::{Variational, position_momentum};
+use nalgebra::DMatrix;
+
+use super::StudyError;
+use crate::evidence::{Cell, Check, Outcome, Table};
+use crate::methods::{self, Method};
+use crate::problems::{self, Principle, Problem};
+
+/// A step of a named method, with its derivative.
+pub(super) type Map<'a> = Variational<Box<dyn Constrainable + 'a>, PositionMomentum>;
+
+/// Path fitting of degree 2 and the examples of every variational integrator of mechanics.
+pub(super) fn integrators() -> Result<Vec<Box<dyn Method>>, StudyError> {
+    let mut all = vec![methods::parse("path-fitted(2)")?];
+    all.extend(methods::examples().into_iter().filter(|method| method.principle() == Principle::Hamilton));
+    Ok(all)
+}
+
+/// The problem `name` with some parameters set.
+pub(super) fn problem(name: &str, set: &[(&str, &str)]) -> Result<Box<dyn Problem>, StudyError> {
+    let set: Vec<(String, String)> = set.iter().map(|(name, value)| ((*name).into(), (*value).into())).collect();
+    Ok(problems::build(name, &set)?)
+}
+
+/// The discretisation of `problem` by `method`.
+pub(super) fn discretise<'a>(
+    method: &dyn Method,
+    problem: &'a dyn Problem,
+) -> Result<Box<dyn Constrainable + 'a>, StudyError> {
+    let system = problem.mechanics().ok_or("the problem has no Lagrangian of mechanics")?;
+    Ok(method.discretise(system.lagrangian).ok_or("the method discretises no Lagrangian")??)
+}
+
+/// The derivative DΦ of one step of size `h` from the state (q, p).
+pub(super) fn tangent(map: &mut Map, h: f64, state: &[f64]) -> Result<DMatrix<f64>, StudyError> {
+    let (mut q, mut p) = (state.to_vec(), state[state.len() / 2..].to_vec());
+    q.truncate(p.len());
+    Ok(map.step_with_tangent(0.0, h, &mut q, &mut p)?)
+}
+
+/// The step of `method` on `problem`.
+pub(super) fn map<'a>(method: &dyn Method, problem: &'a dyn Problem) -> Result<Map<'a>, StudyError> {
+    Ok(position_momentum(discretise(method, problem)?))
+}
+
+/// The check that `measured` is no larger than `bound`; a NaN is.
+pub(super) fn at_most(id: String, statement: String, measured: f64, bound: f64, reason: &str) -> Check {
+    let outcome = if measured <= bound { Outcome::Pass } else { Outcome::Fail };
+    decided(id, statement, outcome, measured, format!("≤ {bound:.2e}"), reason)
+}
+
+/// The check that `measured` is no smaller than `bound`; a NaN is.
+pub(super) fn at_least(id: String, statement: String, measured: f64, bound: f64, reason: &str) -> Check {
+    let outcome = if measured >= bound { Outcome::Pass } else { Outcome::Fail };
+    decided(id, statement, outcome, measured, format!("≥ {bound:.2e}"), reason)
+}
+
+fn decided(id: String, statement: String, outcome: Outcome, measured: f64, required: String, reason: &str) -> Check {
+    let reason = match outcome {
+        Outcome::Fail => format!("{measured:.3e} is not {required}: {reason}"),
+        _ => reason.into(),
+    };
+    Check { id, statement, outcome, measured: Some(measured), required, reason }
+}
+
+pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cell>>, shown: bool) -> Table {
+    let columns = columns.iter().map(|name| (*name).into()).collect();
+    Table { id: id.into(), caption: caption.into(), columns, rows, shown }
+}
+
+pub(super) fn text(text: impl Into<String>) -> Cell {
+    Cell::Text(text.into())
+}
