@@ -134,10 +134,15 @@ fn as_printed(evidence: &mut Evidence) -> Result<(), StudyError> {
             errors.push((step, state.q[0].hypot(state.q[1]) - 1.0));
             step += 1.0;
             // Beyond, it is far from the circle, and the step equations need not be solvable.
-            if errors.last().is_some_and(|e| e.1.abs() > 0.3) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if errors.last().is_some_and(|e| e.1.abs() > 0.3) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         })?;
         // The ratio of the last two errors that are still small against the circle and large against what feeds them.
-        let ratio = errors.windows(2).rev().find(|pair| pair[1].1.abs() < 1e-3).map_or(f64::NAN, |pair| pair[1].1 / pair[0].1);
+        let ratio =
+            errors.windows(2).rev().find(|pair| pair[1].1.abs() < 1e-3).map_or(f64::NAN, |pair| pair[1].1 / pair[0].1);
         let visible = errors.iter().find(|e| e.1.abs() > 1e-2).map(|e| e.0 as i64);
         summary.push(vec![
             Cell::Number(tau),

@@ -195,7 +195,8 @@ fn line(windows: &[(f64, f64, f64)]) -> (f64, f64) {
 
 fn drift_table(drifts: &[Drift]) -> crate::evidence::Table {
     let rows = drifts.iter().map(|d| {
-        let (change, rounding) = d.momentum.map_or((Cell::Empty, Cell::Empty), |m| (Cell::Number(m.0), Cell::Number(m.1)));
+        let (change, rounding) =
+            d.momentum.map_or((Cell::Empty, Cell::Empty), |m| (Cell::Number(m.0), Cell::Number(m.1)));
         let largest = d.windows.iter().map(|w| w.2).fold(0.0, f64::max);
         let numbers = [largest, d.slope, d.stderr, d.significance(), d.relative].map(Cell::Number);
         let mut row = vec![text(d.problem), text(d.method.as_str())];
@@ -242,7 +243,8 @@ fn drift_figure(drifts: &[Drift]) -> Figure {
     });
     Figure {
         id: "drift".into(),
-        caption: "Largest energy error in each window of time: level where it stays bounded, rising where it drifts.".into(),
+        caption: "Largest energy error in each window of time: level where it stays bounded, rising where it drifts."
+            .into(),
         data: "drift-windows".into(),
         panels: panels.collect(),
         columns: 2,
@@ -287,7 +289,8 @@ fn reversibility(evidence: &mut Evidence) -> Result<(), StudyError> {
             rows.push(vec![text(name), text(label), Cell::Number(h), Cell::Number(defect), Cell::Number(rounding)]);
         }
     }
-    let caption = "Distance from where it started after a step, a reversal of the momentum, another step and another reversal.";
+    let caption =
+        "Distance from where it started after a step, a reversal of the momentum, another step and another reversal.";
     let columns = ["problem", "method", "h", "defect", "rounding"];
     evidence.tables.push(table("reversibility", caption, &columns, rows, true));
     Ok(())
@@ -299,8 +302,10 @@ fn pendulum(evidence: &mut Evidence) -> Result<(), StudyError> {
     let libration = problem("pendulum", &[])?;
     let steps = 1000.0;
     for degree in [2, 3, 4] {
-        let (lagrange, bernstein) =
-            (methods::parse(&format!("path-fitted({degree})"))?, methods::parse(&format!("path-fitted-bernstein({degree})"))?);
+        let (lagrange, bernstein) = (
+            methods::parse(&format!("path-fitted({degree})"))?,
+            methods::parse(&format!("path-fitted-bernstein({degree})"))?,
+        );
         let mut one = Vec::new();
         integrate(&*libration, &*lagrange, tau, steps * tau, |state| one.push(state.q.clone()))?;
         let mut states = one.iter();
@@ -311,7 +316,9 @@ fn pendulum(evidence: &mut Evidence) -> Result<(), StudyError> {
         let roundoff = lagrange.momentum_roundoff(steps) + bernstein.momentum_roundoff(steps);
         evidence.checks.push(at_most(
             format!("pendulum/bernstein-{degree}"),
-            format!("Path fitting of degree {degree} is the same in Lagrange's and in Bernstein's form over {steps} steps"),
+            format!(
+                "Path fitting of degree {degree} is the same in Lagrange's and in Bernstein's form over {steps} steps"
+            ),
             worst,
             f64::EPSILON * roundoff * 2.0,
             "independent roundings of q ≤ 2 in each step, four deviations of what they add up to",
@@ -324,7 +331,12 @@ fn pendulum(evidence: &mut Evidence) -> Result<(), StudyError> {
     integrate(&*libration, &*method, tau, 30.0, |state| {
         solution.push((state.t, state.q[0]));
         exact.extend(libration.exact(state.t).map(|q| (state.t, q[0])));
-        rows.push(vec![text("libration from 2 rad"), Cell::Number(state.t), Cell::Number(state.q[0]), Cell::Number(state.q[1])]);
+        rows.push(vec![
+            text("libration from 2 rad"),
+            Cell::Number(state.t),
+            Cell::Number(state.q[0]),
+            Cell::Number(state.q[1]),
+        ]);
     })?;
     let mut portrait = Vec::new();
     for (q0, p0) in [("0.5", "0"), ("1", "0"), ("2", "0"), ("3", "0"), ("-3.1", "1"), ("3.1", "-1")] {
@@ -358,7 +370,13 @@ fn pendulum(evidence: &mut Evidence) -> Result<(), StudyError> {
     let points: Vec<(f64, f64)> =
         largest.iter().enumerate().map(|(i, e)| ((i as f64 + 0.5) * horizon / parts as f64, *e)).collect();
     let energies = points.iter().map(|(t, e)| vec![Cell::Number(*t), Cell::Number(*e)]).collect();
-    evidence.tables.push(table("pendulum-orbits", "Orbits of the pendulum by (21).", &["orbit", "t", "q", "p"], rows, false));
+    evidence.tables.push(table(
+        "pendulum-orbits",
+        "Orbits of the pendulum by (21).",
+        &["orbit", "t", "q", "p"],
+        rows,
+        false,
+    ));
     let caption = "Largest energy error of (21) on the pendulum in each hundredth of 10⁵ steps.";
     evidence.tables.push(table("pendulum-energy", caption, &["t", "largest"], energies, false));
     let plain = |label: &str| Axis { label: label.into(), ..Axis::default() };

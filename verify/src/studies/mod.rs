@@ -2,19 +2,19 @@
 
 mod claims;
 pub mod closed_forms;
+mod constraints;
 mod cross_check;
 pub(crate) mod figures;
 mod high_order;
+mod long_runs;
+mod mechanics;
 mod non_normal;
 pub(crate) mod orders;
+mod oscillator;
 mod parts;
 mod poiseuille_maps;
 mod poiseuille_series;
 mod stability;
-mod constraints;
-mod long_runs;
-mod mechanics;
-mod oscillator;
 mod symplecticity;
 mod work_precision;
 

@@ -22,9 +22,7 @@ type ClosedForm = (&'static str, &'static str, fn(f64) -> f64);
 const CLOSED_FORMS: [ClosedForm; 7] = [
     ("path-fitted(2)", "[KY21] (16)", |s| (16.0 - 6.0 * s) / (8.0 + s)),
     ("midpoint-vi", "[KY21] (17)", |s| (8.0 - 2.0 * s) / (4.0 + s)),
-    ("path-fitted(3)", "[KY21] (18)", |s| {
-        ((22.0 * s - 468.0) * s + 972.0) / ((2.0 * s + 9.0) * s + 486.0)
-    }),
+    ("path-fitted(3)", "[KY21] (18)", |s| ((22.0 * s - 468.0) * s + 972.0) / ((2.0 * s + 9.0) * s + 486.0)),
     ("path-fitted(4)", "[KY21] (19)", |s| {
         (((-150.0 * s + 9616.0) * s - 142_848.0) * s + 294_912.0) / (((9.0 * s - 184.0) * s + 2304.0) * s + 147_456.0)
     }),
@@ -62,7 +60,9 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         let worst = recurrences.iter().filter(|row| row.method == name).map(|row| row.defect / row.bound);
         checks.push(at_most(
             format!("recurrence/{name}"),
-            format!("Every step of {STEPS} of the two-step form of {name} is the recurrence {source}, for all stable τ"),
+            format!(
+                "Every step of {STEPS} of the two-step form of {name} is the recurrence {source}, for all stable τ"
+            ),
             worst.fold(0.0, f64::max),
             1.0,
             "defect over its rounding: ε |x| times the sum of squares of the coefficients in the momentum",
@@ -121,6 +121,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              and the midpoint rule are stable for all τ."
                 .into(),
         ],
+        ..Evidence::default()
     })
 }
 
@@ -250,7 +251,9 @@ fn recurrence_table(rows: &[Recurrence]) -> Table {
     });
     table(
         "oscillator-recurrences",
-        &format!("Largest |x_{{k+1}} − R(τ) x_k + x_{{k−1}}| of {STEPS} live steps of the two-step form, and its rounding."),
+        &format!(
+            "Largest |x_{{k+1}} − R(τ) x_k + x_{{k−1}}| of {STEPS} live steps of the two-step form, and its rounding."
+        ),
         &["method", "recurrence", "tau", "defect", "bound"],
         rows.collect(),
         true,
@@ -274,7 +277,8 @@ fn figure(series: Vec<Series>) -> Figure {
     };
     Figure {
         id: "oscillator-trace".into(),
-        caption: "R(τ) of the recurrences; the exact one is 2 cos τ. A method is stable between the two dashed lines.".into(),
+        caption: "R(τ) of the recurrences; the exact one is 2 cos τ. A method is stable between the two dashed lines."
+            .into(),
         data: "oscillator-trace".into(),
         panels: vec![panel("Path fitting", fitted), panel("Classical and Galerkin", others)],
         columns: 2,

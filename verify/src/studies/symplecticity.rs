@@ -86,6 +86,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              by construction does not hold."
                 .into(),
         ],
+        ..Evidence::default()
     })
 }
 

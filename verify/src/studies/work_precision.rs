@@ -63,7 +63,9 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     });
     let reached = table(
         "work-at-accuracy",
-        &format!("Work for an error of {TARGET:e} after one period, interpolated; empty where no run of the ladder is that accurate."),
+        &format!(
+            "Work for an error of {TARGET:e} after one period, interpolated; empty where no run of the ladder is that accurate."
+        ),
         &["method", "steps", "residuals", "factorizations"],
         reached.collect(),
         true,
@@ -108,6 +110,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              degree, moving the nodes from equispaced to Gauss costs nothing and gains orders."
                 .into(),
         ],
+        ..Evidence::default()
     })
 }
 
