@@ -122,12 +122,15 @@ fn lists_name_everything() {
     assert!(message.contains("problems"), "{message}");
 }
 
-/// Every method solves every problem; the numbers of the file read back as the very doubles of the run.
+/// Every method solves every problem that it applies to; the numbers of the file read back as the very doubles of the run.
 #[test]
 fn csv_has_the_columns_and_the_numbers_of_the_run() {
     for spec in problems::ALL {
         for method in methods::examples() {
             let problem = problems::build(spec.name, &[]).expect("defaults");
+            if method.build(&*problem).is_err() {
+                continue;
+            }
             let (h, t_end) = if problem.is_stiff() { (1e-4, 1e-3) } else { (0.03, 0.1) };
             let (name, h_text, t_text) = (method.name(), h.to_string(), t_end.to_string());
             let arguments =
@@ -218,7 +221,7 @@ fn bad_usage_is_status_2_with_a_message() {
         ("solve --problem logistic --method rk4 --t-end 1", "--h"),
         ("order --problem logistic --method rk4 --reference cvod", "cvode"),
         ("order --problem van-der-pol --set mu=2 --method rk4 --reference exact", "no exact solution"),
-        ("compare --problem kepler", "unknown problem `kepler`"),
+        ("compare --problem keppler", "unknown problem `keppler`; did you mean `kepler`?"),
         ("report --only order", "unknown study `order`; did you mean `orders`?"),
         ("golden", "Usage: verify golden"),
         ("golden chek", "check"),
@@ -456,7 +459,8 @@ fn compare_shows_every_solver() {
     let (status, out, _) = say("compare --problem quadratic-drag");
     assert_eq!(status, 0, "{out}");
     fits_a_terminal(&out);
-    let names = methods::examples().into_iter().map(|method| method.name());
+    let applies = |method: &Box<dyn methods::Method>| method.principle() != problems::Principle::Hamilton;
+    let names = methods::examples().into_iter().filter(applies).map(|method| method.name());
     for name in names.chain(references::all().iter().map(|reference| reference.name().to_owned())) {
         let line = out.lines().find(|line| line.split_whitespace().nth(1) == Some(&name));
         assert!(line.is_some_and(|line| line.contains("agrees") || line.contains("not ")), "{name}: {out}");

@@ -7,7 +7,7 @@ use verify::{methods, problems, references, studies};
 
 use super::Status;
 use super::error::Failure;
-use super::layout::{left, paragraph};
+use super::layout::{left, paragraph, width};
 use super::output::Output;
 
 /// Show the problems, methods, references and studies by name.
@@ -71,7 +71,8 @@ fn list_problems(out: &mut Output) -> io::Result<()> {
 }
 
 fn list_methods(out: &mut Output) -> io::Result<()> {
-    methods::ALL.iter().try_for_each(|spec| paragraph(out, spec.form, 20, spec.summary))
+    let longest = methods::ALL.iter().map(|spec| width(spec.form)).max().unwrap_or(0);
+    methods::ALL.iter().try_for_each(|spec| paragraph(out, spec.form, longest + 2, spec.summary))
 }
 
 fn list_references(out: &mut Output) -> io::Result<()> {

@@ -302,3 +302,27 @@ impl<I: Integrator> Integrator for PhaseSpace<I> {
         self.integrator.work()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::methods::parse;
+    use crate::problems;
+
+    #[test]
+    fn methods_say_what_a_problem_lacks() {
+        let reason = |problem: &str, method: &str| {
+            let problem = problems::build(problem, &[]).expect("defaults are valid");
+            let error = parse(method).expect("registered").build(&*problem).err();
+            error.map(|error| error.to_string())
+        };
+        for method in ["midpoint-vi", "path-fitted(3)", "kong-yang-circle"] {
+            let message = reason("logistic", method).expect("no mechanics");
+            assert!(message.contains(method) && message.contains("without a Lagrangian of mechanics"), "{message}");
+        }
+        for problem in ["kepler", "spherical-pendulum"] {
+            assert!(reason(problem, "kong-yang-circle").is_some_and(|message| message.contains("circle")));
+        }
+        assert_eq!(reason("circle", "kong-yang-circle"), None);
+        assert_eq!(reason("damped-pendulum", "galerkin-lobatto(3)"), None);
+    }
+}

@@ -99,8 +99,12 @@ impl Problem for Kepler {
     fn order_plan(&self, method: &dyn Method) -> OrderPlan {
         match method.principle() {
             Principle::Equation | Principle::Hamilton => self.nominal_plan(method),
-            _ => OrderPlan::at(method, 1.0, 0.05),
+            _ => OrderPlan::at(method, 0.5, 0.025),
         }
+    }
+    /// Before closures with ṗ = −(λ/2) p degenerate where Jᵀ has the eigenvalue λ/2: for λ = 4 at r³ = ½, t = 0.66.
+    fn horizon(&self) -> f64 {
+        0.6
     }
     fn long_run(&self) -> (f64, f64) {
         (2.0, 0.25)

@@ -28,8 +28,10 @@ impl<'a> Mechanics<'a> {
 pub struct Invariant<'a> {
     /// Its name in tables and figures.
     pub name: &'static str,
-    value: Box<dyn Fn(&[f64]) -> f64 + Sync + 'a>,
+    value: Box<Value<'a>>,
 }
+
+type Value<'a> = dyn Fn(&[f64]) -> f64 + Sync + 'a;
 
 impl<'a> Invariant<'a> {
     pub(super) fn new(name: &'static str, value: impl Fn(&[f64]) -> f64 + Sync + 'a) -> Self {
@@ -41,3 +43,6 @@ impl<'a> Invariant<'a> {
         (self.value)(state)
     }
 }
+
+#[cfg(test)]
+mod tests;

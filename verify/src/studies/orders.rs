@@ -13,7 +13,7 @@ pub(super) const STUDY: Study = Study {
     id: "orders",
     title: "Orders of accuracy",
     question: "Does every method converge with the order it should, on every problem?",
-    source: "[S24] Sections 3–5",
+    source: "[S24] Sections 3–5, [KY21], [MW01]",
     run,
 };
 
@@ -55,12 +55,17 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             "An order is fitted over the step sizes where the local slopes agree and the error stands clear of its floor; \
              a verdict needs at least four of them, is two-sided, and is inconclusive where the data do not decide. Linear \
              problems super-converge and hide mistakes: the orders that count are those on `quadratic-drag`, `logistic`, \
-             `damped-pendulum` and `van-der-pol`."
+             `damped-pendulum` and `van-der-pol`, and in mechanics those on `kepler`, `henon-heiles`, `double-pendulum`, \
+             `charged-particle` and `spherical-pendulum`."
                 .into(),
             "Two reductions are declared. On the Poiseuille ansatz the Lagrangian (37) keeps a remainder that no path \
              removes: every closure but Method II is of first order there, and Method II of second whatever the path. On `prothero-robinson` with hλ ≫ 1 the \
              error of Method I is h|v″|/(2λ), of first order like implicit Euler's, where the trapezoidal rule keeps its \
              second."
+                .into(),
+            "One super-convergence is declared. A path fitted at an even number of symmetric nodes leaves a defect along an \
+             even derivative of q. In uniform motion on a `circle` that is radial and goes into the multiplier, so that two \
+             orders are gained there, and nowhere else."
                 .into(),
         ],
         ..Evidence::default()
