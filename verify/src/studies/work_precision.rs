@@ -27,7 +27,7 @@ const YARDSTICKS: [&str; 4] = ["rk4", "implicit-midpoint", "trapezoidal", "sdirk
 const STEPS: [u32; 6] = [32, 64, 128, 256, 512, 1024];
 
 /// Accuracy at which methods are compared.
-const TARGET: f64 = 1e-2;
+const TARGET: f64 = 1e-3;
 
 struct Curve {
     method: String,
