@@ -4,10 +4,11 @@ use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
-use super::mechanics::{at_most, integrators, problem, table, text};
+use super::mechanics::{integrators, problem, text};
+use super::parts::{data, table};
 use super::symplecticity::is_symplectic;
 use super::{Context, Study, StudyError};
-use crate::evidence::{Axis, Cell, Evidence, Figure, Mark, Panel, Series};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
 use crate::methods::{self, Method};
 use crate::run::run_while;
 
@@ -68,13 +69,19 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         // |q|² − 1 of a q that is known to a few ε: what Newton's iteration leaves and the rounding of q itself.
         let place = 64.0 * f64::EPSILON;
         let statement = format!("{method} holds |q| = 1 on {problem}");
-        evidence.checks.push(at_most(format!("position/{on}"), statement, *position, place, "64 roundings of q"));
+        evidence.checks.push(Check::at_most(
+            format!("position/{on}"),
+            statement,
+            *position,
+            place,
+            "64 roundings of q",
+        ));
         let statement = format!("{method} holds q · p = 0 on {problem}");
-        evidence.checks.push(at_most(format!("hidden/{on}"), statement, *hidden, place, "64 roundings of p"));
+        evidence.checks.push(Check::at_most(format!("hidden/{on}"), statement, *hidden, place, "64 roundings of p"));
         if keeps_momentum(method) {
             let statement = format!("{method} keeps the angular momentum on {problem}");
             let reason = "independent roundings of the momentum, four deviations of their sum";
-            evidence.checks.push(at_most(format!("momentum/{on}"), statement, *momentum, *rounding, reason));
+            evidence.checks.push(Check::at_most(format!("momentum/{on}"), statement, *momentum, *rounding, reason));
         }
     }
     let rows = kept.iter().map(|k| {
@@ -83,12 +90,11 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     });
     evidence.tables.push(table(
         "constraints",
-        &format!(
+        format!(
             "Largest ||q|² − 1|, |q · p|, change of the angular momentum and of the energy up to t = {HORIZON} with h = {H}, working form."
         ),
         &["problem", "method", "position", "hidden", "momentum", "energy"],
         rows.collect(),
-        true,
     ));
     as_printed(&mut evidence)?;
     Ok(evidence)
@@ -151,7 +157,7 @@ fn as_printed(evidence: &mut Evidence) -> Result<(), StudyError> {
             visible.map_or(Cell::Empty, Cell::Integer),
         ]);
         if tau <= 0.02 {
-            evidence.checks.push(at_most(
+            evidence.checks.push(Check::at_most(
                 format!("growth/tau-{tau}"),
                 format!("A radial error of (23) is multiplied by −(3 + 2√2) per step, τ = {tau}"),
                 (ratio / -predicted - 1.0).abs(),
@@ -161,7 +167,7 @@ fn as_printed(evidence: &mut Evidence) -> Result<(), StudyError> {
             ));
         }
         let steps = visible.unwrap_or(i64::MAX) as f64;
-        evidence.checks.push(at_most(
+        evidence.checks.push(Check::at_most(
             format!("visible/tau-{tau}"),
             format!("|q| under (23) is off by more than a hundredth within 20 steps, τ = {tau}"),
             steps,
@@ -183,9 +189,8 @@ fn as_printed(evidence: &mut Evidence) -> Result<(), StudyError> {
          |q| is off by a hundredth.",
         &columns,
         summary,
-        true,
     ));
-    evidence.tables.push(table("circle-radius", "|q| − 1 under (23).", &["tau", "step", "error"], rows, false));
+    evidence.tables.push(data("circle-radius", "|q| − 1 under (23).", &["tau", "step", "error"], rows));
     evidence.figures.push(Figure {
         id: "circle-radius".into(),
         caption: "Distance from the circle under (23) as printed. The slope does not depend on the step size.".into(),

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use lsvi::{State, Trajectory};
 use rayon::prelude::*;
 
-use super::mechanics::{at_least, at_most, integrators, problem, table, text};
+use super::mechanics::{integrators, problem, text};
+use super::parts::{data, table};
 use super::symplecticity::is_symplectic;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
@@ -151,7 +152,7 @@ impl Drift {
         let significance = self.significance();
         if self.symplectic {
             let drifting = if significance < SIGNIFICANT { 0.0 } else { self.relative };
-            checks.push(at_most(
+            checks.push(Check::at_most(
                 format!("drift/{problem}/{method}"),
                 format!("The energy of {method} does not drift on {problem}"),
                 drifting,
@@ -160,11 +161,11 @@ impl Drift {
                  last oscillations leaves some of it",
             ));
         } else if *problem == "asymmetric-pendulum" || method == "rk4" {
-            checks.push(at_least(
+            checks.push(Check::within(
                 format!("drift/{problem}/{method}"),
                 format!("The energy of {method} drifts on {problem}"),
                 significance,
-                SIGNIFICANT,
+                [SIGNIFICANT, f64::INFINITY],
                 "slope over its standard error",
             ));
         }
@@ -172,10 +173,16 @@ impl Drift {
             let (id, l) = (format!("momentum/{problem}/{method}"), "angular momentum");
             checks.push(if self.symplectic {
                 let statement = format!("{method} keeps the {l} of {problem}");
-                at_most(id, statement, change, rounding, "independent roundings of the momentum, four deviations")
+                Check::at_most(
+                    id,
+                    statement,
+                    change,
+                    rounding,
+                    "independent roundings of the momentum, four deviations",
+                )
             } else {
                 let statement = format!("{method} does not keep the {l} of {problem}");
-                at_least(id, statement, change, 10.0 * rounding, "ten times the rounding")
+                Check::within(id, statement, change, [10.0 * rounding, f64::INFINITY], "ten times the rounding")
             });
         }
         checks
@@ -210,7 +217,6 @@ fn drift_table(drifts: &[Drift]) -> crate::evidence::Table {
          the slope adds up to in units of the oscillation; and the change of the angular momentum with its rounding.",
         &["problem", "method", "largest", "slope", "stderr", "significance", "relative", "momentum", "rounding"],
         rows.collect(),
-        true,
     )
 }
 
@@ -222,7 +228,7 @@ fn window_table(drifts: &[Drift]) -> crate::evidence::Table {
         })
     });
     let columns = ["problem", "method", "t", "mean", "largest"];
-    table("drift-windows", "Mean and largest energy error in each window.", &columns, rows.collect(), false)
+    data("drift-windows", "Mean and largest energy error in each window.", &columns, rows.collect())
 }
 
 fn drift_figure(drifts: &[Drift]) -> Figure {
@@ -282,9 +288,15 @@ fn reversibility(evidence: &mut Evidence) -> Result<(), StudyError> {
             let id = format!("reversible/{name}/{label}");
             evidence.checks.push(if DISSIPATIVE.contains(&label.as_str()) {
                 let statement = format!("{label} is not reversible on {name}");
-                at_least(id, statement, defect, 1e3 * rounding, "a thousand roundings")
+                Check::within(id, statement, defect, [1e3 * rounding, f64::INFINITY], "a thousand roundings")
             } else {
-                at_most(id, format!("{label} is reversible on {name}"), defect, rounding, "rounding of two steps")
+                Check::at_most(
+                    id,
+                    format!("{label} is reversible on {name}"),
+                    defect,
+                    rounding,
+                    "rounding of two steps",
+                )
             });
             rows.push(vec![text(name), text(label), Cell::Number(h), Cell::Number(defect), Cell::Number(rounding)]);
         }
@@ -292,7 +304,7 @@ fn reversibility(evidence: &mut Evidence) -> Result<(), StudyError> {
     let caption =
         "Distance from where it started after a step, a reversal of the momentum, another step and another reversal.";
     let columns = ["problem", "method", "h", "defect", "rounding"];
-    evidence.tables.push(table("reversibility", caption, &columns, rows, true));
+    evidence.tables.push(table("reversibility", caption, &columns, rows));
     Ok(())
 }
 
@@ -314,7 +326,7 @@ fn pendulum(evidence: &mut Evidence) -> Result<(), StudyError> {
             worst = worst.max(states.next().map_or(f64::NAN, |other| distance(&state.q, other)));
         })?;
         let roundoff = lagrange.momentum_roundoff(steps) + bernstein.momentum_roundoff(steps);
-        evidence.checks.push(at_most(
+        evidence.checks.push(Check::at_most(
             format!("pendulum/bernstein-{degree}"),
             format!(
                 "Path fitting of degree {degree} is the same in Lagrange's and in Bernstein's form over {steps} steps"
@@ -343,12 +355,14 @@ fn pendulum(evidence: &mut Evidence) -> Result<(), StudyError> {
         let orbit = problem("pendulum", &[("q0", q0), ("p0", p0)])?;
         let mut points = Vec::new();
         integrate(&*orbit, &*method, tau, 30.0, |state| {
-            let angle = (state.q[0] + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU;
-            points.push((angle, state.q[1]));
-            let numbers = [state.t, angle, state.q[1]].map(Cell::Number);
-            rows.push([text(format!("q₀ = {q0}, p₀ = {p0}"))].into_iter().chain(numbers).collect());
+            // A rotation leaves the portrait after one turn.
+            if state.q[0].abs() <= 0.5 * TAU {
+                points.push((state.q[0], state.q[1]));
+                let numbers = [state.t, state.q[0], state.q[1]].map(Cell::Number);
+                rows.push([text(format!("q₀ = {q0}, p₀ = {p0}"))].into_iter().chain(numbers).collect());
+            }
         })?;
-        portrait.push(Series { label: format!("({q0}, {p0})"), points, mark: Mark::Markers });
+        portrait.push(Series { label: format!("from ({q0}, {p0})"), points, mark: Mark::Line });
     }
     let invariants = libration.invariants();
     let energy = invariants.first().ok_or("the pendulum has no energy")?;
@@ -360,9 +374,9 @@ fn pendulum(evidence: &mut Evidence) -> Result<(), StudyError> {
         largest[part] = largest[part].max((energy.value(&state.q) - start).abs());
     })?;
     let most = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
-    evidence.checks.push(at_most(
-        "pendulum/energy".into(),
-        "The energy error of (21) over the last tenth of 10⁵ steps is that over the first tenth".into(),
+    evidence.checks.push(Check::at_most(
+        "pendulum/energy",
+        "The energy error of (21) over the last tenth of 10⁵ steps is that over the first tenth",
         most(&largest[parts - parts / 10..]) / most(&largest[..parts / 10]),
         1.01,
         "a bounded error has the same maximum; in 1600 periods sampled at 84 phases each it is met to better than a hundredth",
@@ -370,32 +384,22 @@ fn pendulum(evidence: &mut Evidence) -> Result<(), StudyError> {
     let points: Vec<(f64, f64)> =
         largest.iter().enumerate().map(|(i, e)| ((i as f64 + 0.5) * horizon / parts as f64, *e)).collect();
     let energies = points.iter().map(|(t, e)| vec![Cell::Number(*t), Cell::Number(*e)]).collect();
-    evidence.tables.push(table(
-        "pendulum-orbits",
-        "Orbits of the pendulum by (21).",
-        &["orbit", "t", "q", "p"],
-        rows,
-        false,
-    ));
+    evidence.tables.push(data("pendulum-orbits", "Orbits of the pendulum by (21).", &["orbit", "t", "q", "p"], rows));
     let caption = "Largest energy error of (21) on the pendulum in each hundredth of 10⁵ steps.";
-    evidence.tables.push(table("pendulum-energy", caption, &["t", "largest"], energies, false));
+    evidence.tables.push(data("pendulum-energy", caption, &["t", "largest"], energies));
     let plain = |label: &str| Axis { label: label.into(), ..Axis::default() };
-    let panel = |title: &str, x: &str, y: &str, series| Panel {
-        title: title.into(),
-        x: plain(x),
-        y: plain(y),
-        series,
-        field: None,
-    };
+    let panel =
+        |title: &str, x: &str, y: Axis, series| Panel { title: title.into(), x: plain(x), y, series, field: None };
+    let from_zero = Axis { limits: Some((0.0, 1.5 * most(&largest))), ..plain("largest energy error") };
     let curve = |label: &str, points, mark| Series { label: label.into(), points, mark };
     evidence.figures.push(Figure {
         id: "pendulum".into(),
         caption: format!("The pendulum by path fitting of degree 2, (21) or (22), with τ = {tau}: the solution, orbits in phase space, and the energy error over 10⁵ steps."),
         data: "pendulum-orbits".into(),
         panels: vec![
-            panel("Solution", "t", "q", vec![curve("(21)", solution, Mark::Markers), curve("exact", exact, Mark::Line)]),
-            panel("Phase portrait", "q", "p", portrait),
-            panel("Energy", "t", "largest energy error", vec![curve("(21)", points, Mark::Line)]),
+            panel("Solution", "t", plain("q"), vec![curve("(21)", solution, Mark::Line), curve("exact", exact, Mark::Guide)]),
+            panel("Phase portrait", "q", plain("p"), portrait),
+            panel("Energy", "t", from_zero, vec![curve("(21)", points, Mark::Line)]),
         ],
         columns: 2,
     });

@@ -6,7 +6,7 @@ use lsvi::{Variational, position_momentum};
 use nalgebra::DMatrix;
 
 use super::StudyError;
-use crate::evidence::{Cell, Check, Outcome, Table};
+use crate::evidence::Cell;
 use crate::methods::{self, Method};
 use crate::problems::{self, Principle, Problem};
 
@@ -45,31 +45,6 @@ pub(super) fn tangent(map: &mut Map, h: f64, state: &[f64]) -> Result<DMatrix<f6
 /// The step of `method` on `problem`.
 pub(super) fn map<'a>(method: &dyn Method, problem: &'a dyn Problem) -> Result<Map<'a>, StudyError> {
     Ok(position_momentum(discretise(method, problem)?))
-}
-
-/// The check that `measured` is no larger than `bound`; a NaN is.
-pub(super) fn at_most(id: String, statement: String, measured: f64, bound: f64, reason: &str) -> Check {
-    let outcome = if measured <= bound { Outcome::Pass } else { Outcome::Fail };
-    decided(id, statement, outcome, measured, format!("≤ {bound:.2e}"), reason)
-}
-
-/// The check that `measured` is no smaller than `bound`; a NaN is.
-pub(super) fn at_least(id: String, statement: String, measured: f64, bound: f64, reason: &str) -> Check {
-    let outcome = if measured >= bound { Outcome::Pass } else { Outcome::Fail };
-    decided(id, statement, outcome, measured, format!("≥ {bound:.2e}"), reason)
-}
-
-fn decided(id: String, statement: String, outcome: Outcome, measured: f64, required: String, reason: &str) -> Check {
-    let reason = match outcome {
-        Outcome::Fail => format!("{measured:.3e} is not {required}: {reason}"),
-        _ => reason.into(),
-    };
-    Check { id, statement, outcome, measured: Some(measured), required, reason }
-}
-
-pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cell>>, shown: bool) -> Table {
-    let columns = columns.iter().map(|name| (*name).into()).collect();
-    Table { id: id.into(), caption: caption.into(), columns, rows, shown }
 }
 
 pub(super) fn text(text: impl Into<String>) -> Cell {

@@ -2,7 +2,8 @@
 
 use lsvi::TwoStep;
 
-use super::mechanics::{Map, at_most, discretise, integrators, map, problem, table, tangent, text};
+use super::mechanics::{Map, discretise, integrators, map, problem, tangent, text};
+use super::parts::{data, table};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::methods::{self, Method};
@@ -58,7 +59,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             recurrences.push(recurrence(&*method, &*oscillator, (source, closed), tau)?);
         }
         let worst = recurrences.iter().filter(|row| row.method == name).map(|row| row.defect / row.bound);
-        checks.push(at_most(
+        checks.push(Check::at_most(
             format!("recurrence/{name}"),
             format!(
                 "Every step of {STEPS} of the two-step form of {name} is the recurrence {source}, for all stable τ"
@@ -98,15 +99,13 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             recurrence_table(&recurrences),
             table(
                 "oscillator-stability",
-                &format!(
+                format!(
                     "Intervals of τ = ωh in which the integrators are stable on the oscillator, |R(τ)| ≤ 2, up to τ = \
                      {LARGEST}; an interval without an end goes on beyond."
                 ),
                 &["method", "interval", "from", "to"],
-                stability,
-                true,
-            ),
-            table("oscillator-trace", "R(τ), the trace of the derivative of one step.", &["method", "tau", "trace"], traces, false),
+                stability),
+            data("oscillator-trace", "R(τ), the trace of the derivative of one step.", &["method", "tau", "trace"], traces),
         ],
         figures: vec![figure(panel)],
         notes: vec![
@@ -214,7 +213,7 @@ fn boundaries(name: &str, source: &str, closed: fn(f64) -> f64, intervals: &[(f6
         excess.abs() > 1e-9 && inside(*tau) != (excess < 0.0)
     });
     let disagreements = wrong.count() as f64;
-    at_most(
+    Check::at_most(
         format!("stability/{name}"),
         format!("The intervals of stability of {name} are those in which {source} has |R| ≤ 2, at 6000 values of τ"),
         disagreements,
@@ -235,9 +234,9 @@ fn touching(all: &[Box<dyn Method>], oscillator: &dyn Problem) -> Result<Check, 
             }
         }
     }
-    Ok(at_most(
-        "stability/unconditional".into(),
-        "The midpoint rule and the Galerkin integrators on Gauss nodes are stable for every τ, up to 1000".into(),
+    Ok(Check::at_most(
+        "stability/unconditional",
+        "The midpoint rule and the Galerkin integrators on Gauss nodes are stable for every τ, up to 1000",
         worst,
         64.0 * f64::EPSILON,
         "|R| − 2: they are Gauss collocation, with R = 2 cos θ; the trace has some sixty roundings",
@@ -251,18 +250,17 @@ fn recurrence_table(rows: &[Recurrence]) -> Table {
     });
     table(
         "oscillator-recurrences",
-        &format!(
-            "Largest |x_{{k+1}} − R(τ) x_k + x_{{k−1}}| of {STEPS} live steps of the two-step form, and its rounding."
-        ),
+        format!("Largest |xₖ₊₁ − R(τ) xₖ + xₖ₋₁| of {STEPS} live steps of the two-step form, and its rounding."),
         &["method", "recurrence", "tau", "defect", "bound"],
         rows.collect(),
-        true,
     )
 }
 
 fn figure(series: Vec<Series>) -> Figure {
     let (fitted, others): (Vec<Series>, Vec<Series>) = series.into_iter().partition(|s| s.label.starts_with("path"));
     let panel = |title: &str, mut series: Vec<Series>| {
+        let exact = (0..=200).map(|i| f64::from(i) * 0.04).map(|tau| (tau, 2.0 * tau.cos())).collect();
+        series.push(Series { label: "exact: 2 cos τ".into(), points: exact, mark: Mark::Guide });
         for level in [-2.0, 2.0] {
             let points = vec![(0.0, level), (8.0, level)];
             series.push(Series { label: format!("R = {level}"), points, mark: Mark::Guide });
@@ -277,8 +275,7 @@ fn figure(series: Vec<Series>) -> Figure {
     };
     Figure {
         id: "oscillator-trace".into(),
-        caption: "R(τ) of the recurrences; the exact one is 2 cos τ. A method is stable between the two dashed lines."
-            .into(),
+        caption: "R(τ) of the recurrences; a method is stable where |R| ≤ 2. The exact R is 2 cos τ.".into(),
         data: "oscillator-trace".into(),
         panels: vec![panel("Path fitting", fitted), panel("Classical and Galerkin", others)],
         columns: 2,

@@ -3,7 +3,8 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::mechanics::{at_most, integrators, map, problem, table, tangent, text};
+use super::mechanics::{integrators, map, problem, tangent, text};
+use super::parts::{data, table};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
 use crate::measure::order::{Expectation, OrderFit, Sample, fit};
@@ -82,7 +83,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              on every system. Path fitting has one only by the grace of its nodes: with Gauss nodes, of which the single \
              midpoint of degree 2 is the first, and only where L = ½ vᵀMv − V(q) with constant M. On any other nodes, \
              and on Gauss nodes in a magnetic field or with a mass that depends on the configuration, the defect is of the \
-             size of the local error, τ^{r+1} for a method of order r. The claim that path-fitted integrators are symplectic \
+             size of the local error, a power r + 1 of h for a method of order r. The claim that path-fitted integrators are symplectic \
              by construction does not hold."
                 .into(),
         ],
@@ -137,12 +138,12 @@ fn check(row: &Row) -> Check {
         None => {
             let worst = row.points.iter().map(|(_, defect, rounding)| defect / rounding).fold(0.0, f64::max);
             let statement = format!("{method} is symplectic on {problem}");
-            at_most(id, statement, worst, 1.0, "largest defect over its rounding, of 21 step sizes")
+            Check::at_most(id, statement, worst, 1.0, "largest defect over its rounding, of 21 step sizes")
         }
         Some(fit) => Check {
             id,
             statement: format!(
-                "{method} is not symplectic on {problem}, with a defect of τ to the power {}",
+                "{method} is not symplectic on {problem}, with a defect of h to the power {}",
                 fit.expected.order
             ),
             outcome: fit.verdict.into(),
@@ -172,7 +173,6 @@ fn summary(rows: &[Row]) -> crate::evidence::Table {
         "Defect of symplecticity of one step of size h, the rounding of its computation, and the power of h with which it falls.",
         &["problem", "method", "h", "defect", "rounding", "power", "kind"],
         rows.collect(),
-        true,
     )
 }
 
@@ -184,7 +184,7 @@ fn points(rows: &[Row]) -> crate::evidence::Table {
         })
     });
     let columns = ["problem", "method", "h", "defect", "rounding"];
-    table("symplecticity-points", "Defects at all step sizes.", &columns, rows.collect(), false)
+    data("symplecticity-points", "Defects at all step sizes.", &columns, rows.collect())
 }
 
 fn figure(rows: &[Row]) -> Figure {

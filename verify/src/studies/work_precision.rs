@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use lsvi::{State, Trajectory, Work};
 use rayon::prelude::*;
 
-use super::mechanics::{at_most, integrators, problem, table, text};
+use super::mechanics::{integrators, problem, text};
+use super::parts::{data, table};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
 use crate::methods::{self, Method};
@@ -56,19 +57,18 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         })
     });
     let columns = ["method", "steps", "residuals", "factorizations", "error"];
-    let data = table("work-precision", "Work and error of every run.", &columns, rows.collect(), false);
+    let data = data("work-precision", "Work and error of every run.", &columns, rows.collect());
     let reached = curves.iter().map(|curve| {
         let count = |f| work_at(curve, f).map_or(Cell::Empty, Cell::Number);
         vec![text(curve.method.as_str()), count(|w| w.steps), count(|w| w.residuals), count(|w| w.factorizations)]
     });
     let reached = table(
         "work-at-accuracy",
-        &format!(
+        format!(
             "Work for an error of {TARGET:e} after one period, interpolated; empty where no run of the ladder is that accurate."
         ),
         &["method", "steps", "residuals", "factorizations"],
         reached.collect(),
-        true,
     );
     let panel = |label: &str, count: fn(&Work) -> u64| Panel {
         x: Axis { label: label.into(), log: true, limits: None },
@@ -142,7 +142,7 @@ fn cheaper(curves: &[Curve], cheap: &str, dear: &str) -> Check {
         work_at(curve, |work| work.residuals).or(last)
     };
     let ratio = work(cheap).zip(work(dear)).map_or(f64::NAN, |(cheap, dear)| cheap / dear);
-    at_most(
+    Check::at_most(
         format!("{cheap}-against-{dear}"),
         format!("{cheap} needs fewer evaluations than {dear} for an error of {TARGET:e}"),
         ratio,
