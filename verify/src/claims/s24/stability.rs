@@ -1,12 +1,14 @@
 //! Stability on linear problems: the conventional map, Methods I and II.
 
-use lsvi::closure::Linear;
 use lsvi::discrete::Trapezoidal;
-use lsvi::{Jacobian, OneStep, VectorField, least_squares, position_momentum};
-use nalgebra::Matrix3;
+use lsvi::position_momentum;
+use nalgebra::DMatrix;
 
 use crate::claims::measure::{growth, problem, text, threshold};
 use crate::claims::{Case, Claim, Finding};
+use crate::measure::stability::{Uniform, numerical_abscissa, spectral_abscissa, spectral_radius};
+use crate::methods::{self, Method};
+use crate::propagator::propagator;
 use crate::studies::StudyError;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -80,18 +82,19 @@ fn conventional_map() -> Result<Finding, StudyError> {
 }
 
 fn method_i_is_stable() -> Result<Finding, StudyError> {
-    let (cases, found) = stability_cases("method-i", || Linear::METHOD_I)?;
+    let (cases, found) = stability_cases("method-i")?;
     let Some(worst) = found.worst else {
-        return Ok(Finding::on(cases, format!("No counterexample among {} matrices.", found.tried)));
+        return Ok(Finding::on(cases, format!("No counterexample among {} matrices.", TRIED)));
     };
+    let method = methods::parse("method-i")?;
     let first = threshold("the radius of the counterexample crosses 1", 1e-3, worst.h, |h| {
-        Ok(radius(&worst.a, h, Linear::METHOD_I)? - 1.0)
+        Ok(radius(&worst.a, h, &*method)? - 1.0)
     })?;
     let row = |i: usize| format!("({}, {}, {})", text(worst.a[(i, 0)]), text(worst.a[(i, 1)]), text(worst.a[(i, 2)]));
     let evidence = format!(
         "Scalars and rotations contract at every h. Of {} stable 3 × 3 matrices, {} are amplified at some h; the worst has \
          spectral radius {} at h = {}.",
-        found.tried,
+        TRIED,
         found.amplified,
         text(worst.radius),
         text(worst.h)
@@ -109,16 +112,16 @@ fn method_i_is_stable() -> Result<Finding, StudyError> {
             row(1),
             row(2),
             text(-MARGIN),
-            text(worst.symmetric),
+            text(numerical_abscissa(&worst.a)),
             text(first)
         )))
 }
 
 fn method_ii_is_stable() -> Result<Finding, StudyError> {
-    let (cases, found) = stability_cases("method-ii", || Linear::METHOD_II)?;
+    let (cases, found) = stability_cases("method-ii")?;
     let evidence = format!(
         "All steps on v̇ = −v and on rotations contract; of {} stable 3 × 3 matrices {} are amplified.",
-        found.tried, found.amplified
+        TRIED, found.amplified
     );
     Ok(Finding::on(cases, evidence).because(
         "On linear problems with an invertible matrix Method II is the trapezoidal rule, which is stable wherever the \
@@ -159,107 +162,67 @@ fn method_ii_oscillates() -> Result<Finding, StudyError> {
 
 /// What the search found.
 struct Search {
-    tried: usize,
     amplified: usize,
     worst: Option<Amplified>,
 }
 
 /// A stable matrix that a method amplifies.
 struct Amplified {
-    a: Matrix3<f64>,
+    a: DMatrix<f64>,
     h: f64,
     radius: f64,
-    symmetric: f64,
 }
 
 /// Roundings of a 3 × 3 step whose matrix has a condition number up to a few thousand.
 const ROUNDOFF: f64 = 1e-12;
+/// Matrices in the search; the study of non-normal systems looks harder.
+const TRIED: usize = 400;
+/// Their eigenvalues are left of minus this.
+const MARGIN: f64 = 0.1;
 
-fn stability_cases(method: &str, closure: fn() -> Linear) -> Result<(Vec<Case>, Search), StudyError> {
+fn stability_cases(name: &str) -> Result<(Vec<Case>, Search), StudyError> {
+    let method = methods::parse(name)?;
     let mut cases = Vec::new();
     for h in STEPS {
-        cases.push(Case::below(format!("|v₁/v₀| on v̇ = −v, h = {h}"), growth(method, h)?.abs(), 1.0));
+        cases.push(Case::below(format!("|v₁/v₀| on v̇ = −v, h = {h}"), growth(name, h)?.abs(), 1.0));
     }
     for (damping, turning) in [(1.0, 1.0), (1.0, 10.0), (0.01, 1.0), (1e-3, 100.0)] {
+        let rotation = DMatrix::from_row_slice(2, 2, &[-damping, -turning, turning, -damping]);
         for h in [0.01, 0.1, 1.0, 10.0, 1e3] {
-            let radius = radius(&rotation(damping, turning), h, closure())?;
+            let radius = radius(&rotation, h, &*method)?;
             cases.push(Case::below(format!("spectral radius, rotation −{damping} ± {turning}i, h = {h}"), radius, 1.0));
         }
     }
-    let search = search(closure)?;
+    let search = search(&*method)?;
     let worst = search.worst.as_ref().map_or(1.0, |worst| worst.radius);
     cases.push(Case::below("largest spectral radius over the stable 3 × 3 matrices", worst, 1.0 + ROUNDOFF));
     Ok((cases, search))
 }
 
-/// v̇ = (−damping ± i turning) v in the plane, and a third component that decays alone.
-fn rotation(damping: f64, turning: f64) -> Matrix3<f64> {
-    Matrix3::new(-damping, -turning, 0.0, turning, -damping, 0.0, 0.0, 0.0, -1.0)
-}
-
-/// Matrices in the search.
-const TRIED: usize = 400;
-/// Their eigenvalues are left of minus this.
-const MARGIN: f64 = 0.1;
-
 /// Steps of three sizes on matrices with entries uniform in (−10, 10), shifted to the left.
-fn search(closure: fn() -> Linear) -> Result<Search, StudyError> {
-    let mut seed = 1_u64;
-    // Knuth's linear congruential generator; its upper bits are good enough to spread matrices about.
-    let mut uniform = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        20.0 * ((seed >> 11) as f64 / (1_u64 << 53) as f64) - 10.0
-    };
-    let mut found = Search { tried: TRIED, amplified: 0, worst: None };
+fn search(method: &dyn Method) -> Result<Search, StudyError> {
+    let mut random = Uniform::new(1);
+    let mut found = Search { amplified: 0, worst: None };
     for _ in 0..TRIED {
-        let random = Matrix3::from_fn(|_, _| uniform());
-        let abscissa = random.complex_eigenvalues().iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
-        let a = random - Matrix3::identity() * (abscissa + MARGIN);
-        let mut here: Option<(f64, f64)> = None;
+        let random = DMatrix::from_fn(3, 3, |_, _| 10.0 * random.next().unwrap_or_default());
+        let a = &random - DMatrix::identity(3, 3) * (spectral_abscissa(&random) + MARGIN);
+        let mut here: Option<Amplified> = None;
         for h in [0.05, 0.1, 0.2] {
-            let radius = radius(&a, h, closure())?;
-            if radius > here.map_or(1.0 + ROUNDOFF, |(_, r)| r) {
-                here = Some((h, radius));
+            let radius = radius(&a, h, method)?;
+            if radius > here.as_ref().map_or(1.0 + ROUNDOFF, |here| here.radius) {
+                here = Some(Amplified { a: a.clone(), h, radius });
             }
         }
-        let Some((h, radius)) = here else { continue };
+        let Some(here) = here else { continue };
         found.amplified += 1;
-        if found.worst.as_ref().is_none_or(|worst| radius > worst.radius) {
-            let symmetric = (0.5 * (a + a.transpose())).symmetric_eigenvalues().max();
-            found.worst = Some(Amplified { a, h, radius, symmetric });
+        if found.worst.as_ref().is_none_or(|worst| here.radius > worst.radius) {
+            found.worst = Some(here);
         }
     }
     Ok(found)
 }
 
 /// Spectral radius of one live step on v̇ = Av.
-fn radius(a: &Matrix3<f64>, h: f64, closure: Linear) -> Result<f64, StudyError> {
-    let mut method = least_squares(LinearSystem(*a), closure);
-    let mut map = Matrix3::identity();
-    for mut column in map.column_iter_mut() {
-        let mut v = [column[0], column[1], column[2]];
-        method.step(0.0, h, &mut v, &mut [0.0; 3])?;
-        column.copy_from_slice(&v);
-    }
-    Ok(map.complex_eigenvalues().iter().map(|z| z.norm()).fold(0.0, f64::max))
-}
-
-/// v̇ = Av.
-struct LinearSystem(Matrix3<f64>);
-
-impl VectorField for LinearSystem {
-    fn dim(&self) -> usize {
-        3
-    }
-    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
-        for (i, dv) in dv.iter_mut().enumerate() {
-            *dv = (0..3).map(|j| self.0[(i, j)] * v[j]).sum();
-        }
-    }
-    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
-        for i in 0..3 {
-            (0..3).for_each(|j| out.add(i, j, scale * self.0[(i, j)]));
-        }
-    }
-    fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
+fn radius(a: &DMatrix<f64>, h: f64, method: &dyn Method) -> Result<f64, StudyError> {
+    Ok(spectral_radius(&propagator(method, &(h * a))?))
 }
