@@ -320,7 +320,8 @@ fn figure(printed: &[(&str, Vec<Sample>)]) -> Figure {
     Figure {
         id: "closed-forms".into(),
         caption:
-            "Error of a live step on v̇ = −v against its closed form: in units of its bound, and relative to the result."
+            "Largest error of a live step on v̇ = −v against its closed form, over several starts: relative to the \
+                  result v_{n+1}, and to the state v_n before the step."
                 .into(),
         data: "closed-forms".into(),
         panels: vec![
