@@ -136,6 +136,7 @@ fn odd_panels() -> Vec<Panel> {
         trap("One point", log(), log(), "one", Mark::Markers, &[(0.1, 3e-100)]),
         trap("No points", linear(), linear(), "none", Mark::Line, &[]),
         trap("A constant, by a line", linear(), linear(), "constant", Mark::Line, &[(0.0, 1.0), (1.0, 1.0)]),
+        Panel { title: "A map alone".into(), series: Vec::new(), y: linear(), ..basin_panel() },
         trap(NASTY, linear_axis(NASTY), log_axis(NASTY), NASTY, Mark::Line, &far),
         Panel {
             x: Axis { limits: Some((0.0, 10.0)), ..linear_axis("t / s") },

@@ -167,8 +167,8 @@ pub(super) fn panel(panel: &Panel, styles: &[Style], id: &str, columns: usize) -
     }
     plots.append(&mut markers);
     if plots.is_empty() {
-        // A map alone: kuva needs something to draw axes around.
-        plots.push(LinePlot::new().into());
+        // A map alone: kuva needs something to draw axes around, and points on them where they are logarithmic.
+        plots.push(LinePlot::new().with_data([(x.low, y.low), (x.high, y.high)]).with_color("none").into());
     }
     let (layout, y_label) = layout(panel, &x, &y, &plots, size(columns));
     let cells = panel.field.as_ref().map(|field| cells(field, &x, &y, &ComputedLayout::from_layout(&layout)));

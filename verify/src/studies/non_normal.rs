@@ -281,7 +281,7 @@ fn example_runs(a: &DMatrix<f64>) -> Result<(Figure, Table), StudyError> {
             .into(),
         data: "non-normal-example".into(),
         panels: vec![
-            panel("a run", linear_axis("number of steps", None), log_axis("|v|"), runs),
+            panel("a run", linear_axis("number of steps", Some((0.0, STEPS as f64))), log_axis("|v|"), runs),
             panel("over the step size", log_axis("h"), linear_axis("spectral radius", Some((0.0, 1.5))), radii),
         ],
         columns: 2,

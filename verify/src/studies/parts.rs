@@ -39,9 +39,11 @@ pub(super) fn check(
     reason: impl Into<String>,
 ) -> Check {
     let (holds, required) = match required {
-        Required::AtMost(bound) => (measured <= bound, format!("≤ {bound:.4e}")),
-        Required::AtLeast(bound) => (measured >= bound, format!("≥ {bound:.4e}")),
-        Required::Within(low, high) => ((low..=high).contains(&measured), format!("in [{low:.4}, {high:.4}]")),
+        Required::AtMost(bound) => (measured <= bound, format!("≤ {}", text(bound))),
+        Required::AtLeast(bound) => (measured >= bound, format!("≥ {}", text(bound))),
+        Required::Within(low, high) => {
+            ((low..=high).contains(&measured), format!("in [{}, {}]", text(low), text(high)))
+        }
     };
     Check {
         id: id.into(),
@@ -59,4 +61,14 @@ pub(super) enum Required {
     AtMost(f64),
     AtLeast(f64),
     Within(f64, f64),
+}
+
+/// A bound in the shortest form: one a little beyond 1 shows by how much.
+fn text(bound: f64) -> String {
+    let excess = bound - 1.0;
+    match bound.abs() {
+        _ if excess != 0.0 && excess.abs() < 1e-4 => format!("1 + {excess:.0e}"),
+        0.0 | 1e-3..1e5 => bound.to_string(),
+        _ => format!("{bound:.2e}"),
+    }
 }
