@@ -144,6 +144,16 @@ pub enum InputError {
     /// A tolerance that is not a positive finite number.
     #[error("tolerance {0} must be positive and finite")]
     Tolerance(f64),
+    /// A time outside the last step.
+    #[error("t = {t} is not in the last step, from {from} to {to}")]
+    Outside {
+        /// The offending time.
+        t: f64,
+        /// Start of the last step; NaN before the first.
+        from: f64,
+        /// Its end.
+        to: f64,
+    },
     /// A formulation of the step that does not fit the system.
     #[error("{0}")]
     Formulation(&'static str),
@@ -205,6 +215,14 @@ pub enum StepError {
         h: f64,
         /// Why.
         source: SolveError,
+    },
+    /// An adaptive method found no step size that meets its tolerance.
+    #[error("the step size fell to h = {h:e} at t = {t}: the tolerance cannot be met there")]
+    StepUnderflow {
+        /// Time at the beginning of the step.
+        t: f64,
+        /// Step size that was tried last.
+        h: f64,
     },
 }
 

@@ -36,6 +36,7 @@
 //! - \[HW96\] E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer, 1996.
 #![forbid(unsafe_code)]
 
+pub mod adaptive;
 pub mod classic;
 pub mod closure;
 pub mod discrete;

@@ -6,6 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use fields::{As, Burgers, Line, Plane, Walls};
+use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::{AutoDiff, Formulation, Integrator, MethodI, State, Structure, Trajectory, VectorField, method_i};
 
@@ -53,6 +54,8 @@ fn steps_allocate_nothing() {
     for field in fields {
         assert_eq!(allocations(method_i(field)), 0);
         assert_eq!(allocations(Bdf2::new(field)), 0);
+        let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+        assert_eq!(allocations(Radau::new(field, tolerances).expect("valid")), 0);
         for tableau in [Tableau::implicit_euler(), Tableau::trapezoidal(), Tableau::sdirk2()] {
             assert_eq!(allocations(RungeKutta::new(field, tableau)), 0);
         }

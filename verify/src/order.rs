@@ -77,6 +77,9 @@ pub enum OrderError {
     /// The problem has no exact solution.
     #[error("no exact solution is known; choose a numerical reference")]
     NoExact,
+    /// The method chooses its steps itself.
+    #[error("{0} chooses its steps itself: its errors follow the tolerance, not h")]
+    Adaptive(String),
     /// The reference failed.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
@@ -89,6 +92,9 @@ pub enum OrderError {
 /// # Errors
 /// [`OrderError`] if there is no truth to measure against.
 pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Result<OrderFit, OrderError> {
+    if method.is_adaptive() {
+        return Err(OrderError::Adaptive(method.name()));
+    }
     let mut plan = problem.order_plan(method);
     let limit = problem.limit(method.principle());
     if let Some(order) = limit.order.filter(|order| *order < plan.expectation.order) {

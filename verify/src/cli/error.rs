@@ -27,6 +27,10 @@ pub(super) enum Failure {
     },
     #[error(transparent)]
     Build(#[from] BuildError),
+    #[error("{0} needs a step size")]
+    NoStepSize(String),
+    #[error("{0} takes steps of one size and no tolerance")]
+    NoTolerances(String),
     #[error(transparent)]
     Order(#[from] OrderError),
     #[error(transparent)]
@@ -46,8 +50,10 @@ impl Failure {
         match self {
             Self::Name(_)
             | Self::Build(_)
+            | Self::NoStepSize(_)
+            | Self::NoTolerances(_)
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
-            | Self::Order(OrderError::NoExact)
+            | Self::Order(OrderError::NoExact | OrderError::Adaptive(_))
             | Self::Golden(_) => 2,
             _ => 1,
         }
@@ -57,6 +63,8 @@ impl Failure {
         let text = match self {
             Self::Name(error) => return name_hint(error),
             Self::Run { source: RunError::Step(_) | RunError::NonFinite(_), breakdown: Some(reason), .. } => reason,
+            Self::NoStepSize(_) => "for example `--h 0.1`",
+            Self::NoTolerances(_) => "`radau-adaptive` is adaptive",
             Self::Run { source, .. } => return run_hint(source).map(str::to_owned),
             Self::Order(OrderError::NoExact) => "`--reference cvode` or `--reference diffsol`",
             Self::Order(OrderError::Reference(ReferenceError::Unavailable(_))) => {
@@ -86,6 +94,9 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         RunError::Input(InputError::Unresolvable { .. }) => Some("use a larger `--h`"),
         RunError::Step(StepError::Solve { source: SolveError::Singular, .. }) => {
             Some("no step size helps; another method may: `verify list methods`")
+        }
+        RunError::Step(StepError::StepUnderflow { .. }) => {
+            Some("the solution may end there; else a larger `--rtol` may help")
         }
         RunError::Step(_) | RunError::NonFinite(_) => Some("a smaller `--h` may help"),
         _ => None,

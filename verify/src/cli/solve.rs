@@ -6,8 +6,10 @@ use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use lsvi::adaptive::Tolerances;
 use lsvi::{Grid, State};
-use verify::methods::{self, Method};
+use verify::methods::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
+use verify::methods::{self, BuildError, Method};
 use verify::problems::Problem;
 use verify::run::{RunError, distance, run_while};
 
@@ -23,7 +25,7 @@ use table::Table;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Rows run from t = 0 to the end time; where the step size does not divide it,
-the last step is shorter. Columns: t, the components, and where an exact
+the last step is shorter. An adaptive method gives a row per accepted step. Columns: t, the components, and where an exact
 solution is known error, the largest error of a component.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
@@ -33,6 +35,8 @@ Examples:
   verify solve --problem logistic --method method-i --h 0.1 --t-end 10
   verify solve --problem van-der-pol --set mu=5 --method bdf2 \\
       --h 0.01 --t-end 20 --csv van-der-pol.csv
+  verify solve --problem van-der-pol --set mu=1000 --method radau-adaptive \\
+      --rtol 1e-8 --t-end 2000
   verify solve --problem linear-drag --method 'linear(-0.5,1)' --h 0.1 \\
       --t-end 1 --csv - | head
 
@@ -45,9 +49,17 @@ pub(super) struct Args {
     #[arg(long, value_name = "M")]
     method: String,
 
-    /// Step size
+    /// Step size; for an adaptive method the longest, and optional
     #[arg(long, allow_hyphen_values = true)]
-    h: f64,
+    h: Option<f64>,
+
+    /// Relative tolerance of an adaptive method
+    #[arg(long, value_name = "TOL", allow_hyphen_values = true)]
+    rtol: Option<f64>,
+
+    /// Absolute tolerance of an adaptive method
+    #[arg(long, value_name = "TOL", allow_hyphen_values = true)]
+    atol: Option<f64>,
 
     /// End time
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
@@ -73,6 +85,7 @@ struct Solve<'a> {
     args: &'a Args,
     problem: Box<dyn Problem>,
     method: Box<dyn Method>,
+    h: f64,
     has_exact: bool,
 }
 
@@ -91,10 +104,22 @@ struct Summary {
 impl<'a> Solve<'a> {
     fn new(args: &'a Args) -> Result<Self, Failure> {
         let problem = args.problem.build()?;
-        let method = methods::parse(&args.method)?;
-        let solve = Self { args, has_exact: problem.exact(0.0).is_some(), problem, method };
+        let method = with_tolerances(methods::parse(&args.method)?, args)?;
+        let h = match args.h {
+            Some(h) => h,
+            // As long as it likes; an interval of length 0 has no steps.
+            None if method.is_adaptive() => {
+                if args.t_end > 0.0 {
+                    args.t_end
+                } else {
+                    1.0
+                }
+            }
+            None => return Err(Failure::NoStepSize(method.name())),
+        };
+        let solve = Self { args, has_exact: problem.exact(0.0).is_some(), problem, method, h };
         // Before anything is written.
-        Grid::new(0.0, args.h, args.t_end).map_err(|error| solve.failed(error.into()))?;
+        Grid::new(0.0, h, args.t_end).map_err(|error| solve.failed(error.into()))?;
         Ok(solve)
     }
 
@@ -113,8 +138,7 @@ impl<'a> Solve<'a> {
     fn follow(&self, mut observe: impl FnMut(Row) -> io::Result<ControlFlow<()>>) -> Result<Summary, Stop> {
         let mut summary = Summary::default();
         let mut io = Ok(());
-        let Args { h, t_end, .. } = *self.args;
-        let solved = run_while(&*self.problem, &*self.method, h, t_end, |state| {
+        let solved = run_while(&*self.problem, &*self.method, self.h, self.args.t_end, |state| {
             let error = self.problem.exact(state.t).map(|exact| distance(&state.q, &exact));
             summary.add(state.t, error);
             observe((state, error)).unwrap_or_else(|error| {
@@ -170,6 +194,16 @@ impl<'a> Solve<'a> {
         if self.has_exact { csv.serialize((state.t, &state.q, error)) } else { csv.serialize((state.t, &state.q)) }?;
         Ok(())
     }
+}
+
+/// The method with the tolerances that were given.
+fn with_tolerances(method: Box<dyn Method>, args: &Args) -> Result<Box<dyn Method>, Failure> {
+    if args.rtol.is_none() && args.atol.is_none() {
+        return Ok(method);
+    }
+    let tolerances = Tolerances::new(args.rtol.unwrap_or(DEFAULT_RTOL), args.atol.unwrap_or(DEFAULT_ATOL))
+        .map_err(|error| BuildError { method: method.name(), reason: error.to_string() })?;
+    method.with_tolerances(tolerances).ok_or_else(|| Failure::NoTolerances(method.name()))
 }
 
 /// Why the rows ended early.

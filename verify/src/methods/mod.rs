@@ -1,5 +1,6 @@
 //! The methods under test, by name.
 
+pub mod adaptive;
 mod classic;
 pub(crate) mod high_order;
 mod least_squares;
@@ -9,6 +10,7 @@ mod open_closures;
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
+use lsvi::adaptive::Tolerances;
 use lsvi::discrete::Constrainable;
 use lsvi::{EulerLagrange, InputError, Integrator};
 
@@ -63,6 +65,16 @@ pub trait Method: fmt::Debug + Send + Sync {
 
     /// What limits its step size on stiff problems.
     fn stability(&self) -> Stability;
+
+    /// Whether it chooses its steps itself, and takes a given h as the longest.
+    fn is_adaptive(&self) -> bool {
+        false
+    }
+
+    /// The same method with other tolerances, if it is adaptive.
+    fn with_tolerances(&self, _tolerances: Tolerances) -> Option<Box<dyn Method>> {
+        None
+    }
 
     /// The integrator for `problem`.
     ///
@@ -173,6 +185,7 @@ pub const ALL: &[Spec] = &[
     open_closures::MINIMAX,
     open_closures::WINDOW,
     high_order::LS_GALERKIN,
+    adaptive::RADAU,
     classic::IMPLICIT_EULER,
     classic::RK4,
     classic::TRAPEZOIDAL,
@@ -204,10 +217,11 @@ pub fn parse(text: &str) -> Result<Box<dyn Method>, NameError> {
     }
 }
 
-/// One or more methods of every entry, for studies that run them all.
+/// One or more methods of every entry, for studies that run them all with steps of their choice: none of the adaptive ones.
 pub fn examples() -> Vec<Box<dyn Method>> {
     // Examples are part of the registry, and a test parses every one of them.
-    ALL.iter().flat_map(|spec| spec.examples).filter_map(|call| parse(call).ok()).collect()
+    let methods = ALL.iter().flat_map(|spec| spec.examples).filter_map(|call| parse(call).ok());
+    methods.filter(|method| !method.is_adaptive()).collect()
 }
 
 /// The examples that say something about `problem`: those that can be built, and the least-squares closures only where the

@@ -1,0 +1,232 @@
+//! Adaptive integration against exact solutions and against itself at tighter tolerances.
+
+mod fields;
+
+use fields::{As, Line, Walls};
+use lsvi::adaptive::{Radau, Tolerances};
+use lsvi::{AutoDiff, InputError, Mass, Rhs, Scalar, SolveError, State, StepError, Structure, Trajectory, VectorField};
+
+struct VanDerPol {
+    mu: f64,
+}
+impl Rhs for VanDerPol {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[1];
+        dv[1] = (-v[0] * v[0] + 1.0) * v[1] * self.mu - v[0];
+    }
+}
+
+/// v̇ = −λ (v − cos t) − sin t.
+struct ProtheroRobinson {
+    lambda: f64,
+}
+impl Rhs for ProtheroRobinson {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = (v[0] - t.cos()) * -self.lambda - t.sin();
+    }
+}
+
+/// Robertson's reaction; with `algebraic` its third equation is the conservation of mass.
+struct Robertson {
+    algebraic: bool,
+}
+impl Rhs for Robertson {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn mass(&self) -> Mass {
+        if self.algebraic { Mass::Diagonal(vec![1.0, 1.0, 0.0]) } else { Mass::Identity }
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        let (slow, fast) = (v[0] * -0.04 + v[1] * v[2] * 1e4, v[1] * v[1] * 3e7);
+        dv[0] = slow;
+        dv[1] = -slow - fast;
+        dv[2] = if self.algebraic { v[0] + v[1] + v[2] - 1.0 } else { fast };
+    }
+}
+
+/// v̇ = v², v = 1/(1 − t).
+struct BlowUp;
+impl Rhs for BlowUp {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[0] * v[0];
+    }
+}
+
+fn radau<F: VectorField>(field: F, rtol: f64, atol: f64) -> Radau<F> {
+    Radau::new(field, Tolerances::new(rtol, atol).expect("positive")).expect("a valid field")
+}
+
+/// The state at `end` and the steps to it.
+fn solve<F: VectorField>(field: F, v: &[f64], end: f64, rtol: f64, atol: f64) -> (Vec<f64>, u64) {
+    let mut method = radau(field, rtol, atol);
+    let state = Trajectory::new(&mut method, State::new(0.0, v.to_vec()), end, end).expect("valid").observe(|_| {});
+    let state = state.expect("solvable");
+    assert_eq!(state.t, end);
+    (state.q, lsvi::Integrator::work(&method).steps)
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+}
+
+/// The largest error of v = cos t in a run to t = 20, and the steps.
+fn smooth_run(tolerance: f64) -> (f64, f64) {
+    let mut method = radau(AutoDiff::new(ProtheroRobinson { lambda: 1.0 }), tolerance, tolerance);
+    let mut largest = 0.0_f64;
+    Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 20.0, 20.0)
+        .expect("valid")
+        .observe(|state| largest = largest.max((state.q[0] - state.t.cos()).abs()))
+        .expect("solvable");
+    (largest, lsvi::Integrator::work(&method).steps as f64)
+}
+
+/// On a smooth problem the error is the fifth power of the mean step.
+#[test]
+fn the_error_is_of_order_five() {
+    let ((coarse, few), (fine, many)) = (smooth_run(1e-6), smooth_run(1e-11));
+    let order = (coarse / fine).ln() / (many / few).ln();
+    // The tolerance varies the steps along the run, and the shares of the steps with it: half an order.
+    assert!((order - 5.0).abs() < 0.5, "order {order} from {coarse:e} in {few} and {fine:e} in {many} steps");
+}
+
+/// Errors on van der Pol's limit cycle grow with the phase, by less than an order of magnitude up to t = 10.
+#[test]
+fn errors_are_near_the_tolerance() {
+    let field = AutoDiff::new(VanDerPol { mu: 1.0 });
+    let (truth, _) = solve(&field, &[2.0, 0.0], 10.0, 1e-13, 1e-13);
+    for tolerance in [1e-5, 1e-7, 1e-9] {
+        let (end, _) = solve(&field, &[2.0, 0.0], 10.0, tolerance, tolerance);
+        let error = distance(&end, &truth);
+        assert!(error < 10.0 * tolerance, "{error:e} at {tolerance:e}");
+    }
+}
+
+/// Where hλ ≫ 1 the error has the order of the estimate, and what the estimate is held to bounds it: 0.1 rtol^(2/3) of
+/// 1 + |v| ≤ 2.
+#[test]
+fn stiff_transients_cost_no_more_than_smooth_solutions() {
+    for lambda in [1e3, 1e6, 1e9] {
+        for tolerance in [1e-4, 1e-8] {
+            let field = AutoDiff::new(ProtheroRobinson { lambda });
+            let (end, steps) = solve(field, &[0.0], 10.0, tolerance, tolerance);
+            let error = (end[0] - 10_f64.cos()).abs();
+            assert!(error < 0.2 * tolerance.powf(2.0 / 3.0), "λ = {lambda:e}: {error:e} at {tolerance:e}");
+            // An explicit method needs λ t/3 steps.
+            assert!(steps < 300, "λ = {lambda:e}: {steps} steps");
+        }
+    }
+}
+
+/// Eight decades of time scales, as differential equations and with the conservation law as an algebraic one.
+#[test]
+fn robertson_with_and_without_the_algebraic_equation() {
+    let start = [1.0, 0.0, 0.0];
+    let (truth, _) = solve(AutoDiff::new(Robertson { algebraic: false }), &start, 1e4, 1e-11, 1e-15);
+    for algebraic in [false, true] {
+        let (end, steps) = solve(AutoDiff::new(Robertson { algebraic }), &start, 1e4, 1e-6, 1e-10);
+        for (a, b) in end.iter().zip(&truth) {
+            // Errors of the slow variables do not grow: a few tolerances.
+            assert!((a - b).abs() <= 1e-5 * b.abs(), "{end:?} and {truth:?}");
+        }
+        assert!((end.iter().sum::<f64>() - 1.0).abs() < 1e-10);
+        assert!(steps < 200, "{steps} steps");
+    }
+}
+
+/// Dense, banded and sparse storage take the same steps; stiff van der Pol needs few factorizations.
+#[test]
+fn structures_agree_and_factors_are_reused() {
+    let line = Line::new(20, 1.0, Walls::Dirichlet);
+    let start: Vec<f64> = (1..=20).map(|i| (std::f64::consts::PI * f64::from(i) / 21.0).sin()).collect();
+    let (banded, steps) = solve(&line, &start, 1.0, 1e-6, 1e-8);
+    let pattern: Vec<(usize, usize)> = (1..20).flat_map(|i| [(i, i - 1), (i - 1, i)]).collect();
+    for structure in [Structure::Dense, Structure::sparse(20, pattern).expect("inside")] {
+        let (other, count) = solve(As(structure, &line), &start, 1.0, 1e-6, 1e-8);
+        assert_eq!(count, steps);
+        // Roundoff of each stiff solve, some 40 steps of it.
+        assert!(distance(&other, &banded) < 1e-12);
+    }
+    let mut method = radau(AutoDiff::new(VanDerPol { mu: 1000.0 }), 1e-6, 1e-6);
+    let end = Trajectory::new(&mut method, State::new(0.0, vec![2.0, 0.0]), 2000.0, 2000.0).expect("valid");
+    end.observe(|_| {}).expect("solvable");
+    let work = lsvi::Integrator::work(&method);
+    assert!(work.steps < 700 && work.factorizations < work.steps + 2 * method.rejected(), "{work:?}");
+}
+
+#[test]
+fn steps_end_at_stop_times_and_the_solution_is_dense() {
+    let mut method = radau(AutoDiff::new(ProtheroRobinson { lambda: 10.0 }), 1e-8, 1e-8);
+    let stops = [3.0, 1.0, 1.25];
+    method.stop_at(&stops).expect("finite");
+    assert!(matches!(method.interpolate(0.0, &mut [0.0]), Err(InputError::Outside { .. })));
+    assert!(matches!(method.stop_at(&[f64::NAN]), Err(InputError::NonFinite { .. })));
+    method.stop_at(&stops).expect("finite");
+    let (mut state, grid) = (State::new(0.0, vec![1.0]), lsvi::Grid::new(0.0, 0.7, 4.0).expect("valid"));
+    let (mut ends, mut before) = (Vec::new(), 0.0);
+    while grid.next(state.t).is_some() {
+        lsvi::Integrator::advance(&mut method, &mut state, &grid).expect("solvable");
+        assert!(state.t - before <= 0.7 + 1e-12);
+        for k in 0..=4 {
+            let t = before + (state.t - before) * 0.25 * f64::from(k);
+            let mut v = [0.0];
+            method.interpolate(t, &mut v).expect("inside the step");
+            // The polynomial of degree 3 has its error |v⁗| h⁴/4! · max |Π (c − cᵢ)| of 0.02 on top of that of the ends.
+            let allowed = 1e-7 + 0.02 / 24.0 * (state.t - before).powi(4);
+            assert!((v[0] - t.cos()).abs() < allowed, "{} at t = {t}", v[0] - t.cos());
+        }
+        let mut v = [0.0];
+        method.interpolate(state.t, &mut v).expect("the end");
+        assert_eq!(v[0], state.q[0]);
+        before = state.t;
+        ends.push(state.t);
+    }
+    for stop in stops {
+        assert!(ends.contains(&stop), "{stop} is not among {ends:?}");
+    }
+    assert_eq!(ends.last(), Some(&4.0));
+    assert!(matches!(method.interpolate(4.1, &mut [0.0]), Err(InputError::Outside { .. })));
+    assert!(matches!(method.interpolate(4.0, &mut []), Err(InputError::Dimension { .. })));
+}
+
+#[test]
+fn what_cannot_be_solved_is_a_typed_error() {
+    for bad in [0.0, -1e-6, f64::NAN, f64::INFINITY] {
+        assert!(matches!(Tolerances::new(bad, 1e-6), Err(InputError::Tolerance(_))));
+        assert!(matches!(Tolerances::new(1e-6, bad), Err(InputError::Tolerance(_))));
+    }
+    let mut state = State::new(0.0, vec![1.0]);
+    let grid = lsvi::Grid::new(0.0, 2.0, 2.0).expect("valid");
+    let mut method = radau(AutoDiff::new(BlowUp), 1e-6, 1e-6);
+    let error = loop {
+        let before = state.clone();
+        if let Err(error) = lsvi::Integrator::advance(&mut method, &mut state, &grid) {
+            assert_eq!(state, before);
+            break error;
+        }
+    };
+    match error {
+        StepError::StepUnderflow { t, h } => {
+            assert!((t - 1.0).abs() < 1e-5 && h <= 8.0 * f64::EPSILON * t, "t = {t}, h = {h:e}");
+        }
+        StepError::Solve { t, source: SolveError::NonFinite, .. } => assert!((t - 1.0).abs() < 1e-5, "t = {t}"),
+        other => panic!("{other}"),
+    }
+    let outside = As(Structure::Banded { lower: 0, upper: 0 }, VanDerPol { mu: 1.0 });
+    let mut method = radau(AutoDiff::new(outside), 1e-6, 1e-6);
+    let mut state = State::new(0.0, vec![2.0, 0.0]);
+    let error = lsvi::Integrator::advance(&mut method, &mut state, &grid).expect_err("an entry outside");
+    assert!(matches!(error, StepError::Solve { source: SolveError::OutsideStructure { .. }, .. }), "{error}");
+    let mut nan = State::new(0.0, vec![f64::NAN, 0.0]);
+    let error = lsvi::Integrator::advance(&mut method, &mut nan, &grid).expect_err("not a number");
+    assert!(matches!(error, StepError::Input(InputError::NonFinite { .. })), "{error}");
+}
