@@ -199,6 +199,11 @@ impl Finding {
         &self.cases
     }
 
+    /// How many comparisons hold: `9 of 10`.
+    pub fn score(&self) -> String {
+        format!("{} of {}", self.cases.iter().filter(|case| case.holds()).count(), self.cases.len())
+    }
+
     /// Every number is one, so that the verdict rests on comparisons that were made.
     pub fn is_sound(&self) -> bool {
         !self.cases.is_empty() && self.cases.iter().all(Case::is_sound)
@@ -231,16 +236,24 @@ pub fn judge(tick: &(dyn Fn() + Sync)) -> &'static [Judged] {
     })
 }
 
-/// The verdicts as rows of a golden.
+/// The verdicts as rows of a golden, with the number of comparisons that hold: within a qualified claim a change of what
+/// is measured shows only there.
 ///
 /// # Errors
 /// The first claim that could not be decided.
 pub fn verdicts() -> Result<Vec<Row>, StudyError> {
-    let row = |(claim, finding): &Judged| match finding {
-        Ok(finding) => Ok(Row::text(claim.id, finding.verdict().word())),
-        Err(error) => Err(format!("{}: {error}", claim.id).into()),
-    };
-    judge(&|| {}).iter().map(row).collect()
+    let mut rows = Vec::new();
+    for (claim, finding) in judge(&|| {}) {
+        let finding = finding.as_ref().map_err(|error| format!("{}: {error}", claim.id))?;
+        rows.push(Row::text(claim.id, finding.verdict().word()));
+        rows.push(Row::text(comparisons(claim), finding.score()));
+    }
+    Ok(rows)
+}
+
+/// Key of the golden row with a claim's [`Finding::score`].
+pub fn comparisons(claim: &Claim) -> String {
+    format!("{} comparisons", claim.id)
 }
 
 #[cfg(test)]

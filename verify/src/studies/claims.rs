@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::{Context, Study, StudyError};
-use crate::claims::{self, Case, Claim, Finding, Judged, Required, Verdict};
+use crate::claims::{self, Claim, Finding, Judged, Required, Verdict};
 use crate::evidence::{Cell, Check, Evidence, Outcome, Section, Table};
 use crate::golden::{self, Value};
 
@@ -51,37 +51,34 @@ fn recorded() -> Option<Result<HashMap<String, String>, String>> {
 }
 
 fn check((claim, finding): &Judged, recorded: Option<&Result<HashMap<String, String>, String>>) -> Check {
-    let word = finding.as_ref().map_or("undecided", |finding| finding.verdict().word());
+    let found = finding.as_ref().map(|finding| format!("{}, {}", finding.verdict().word(), finding.score()));
     let old = match recorded {
-        Some(Ok(verdicts)) => Ok(verdicts.get(claim.id).map_or("no verdict", String::as_str)),
+        Some(Ok(rows)) => {
+            let of = |key: &str| rows.get(key).map_or("nothing", String::as_str);
+            Ok(format!("{}, {}", of(claim.id), of(&claims::comparisons(claim))))
+        }
         Some(Err(error)) => Err((Outcome::Fail, error.clone())),
         None => Err((Outcome::NotRun, "the recorded verdicts are in the repository, and this is not run there".into())),
     };
-    let (outcome, reason) = match (finding, &old) {
-        (Err(error), _) => (Outcome::Fail, error.clone()),
-        (Ok(finding), _) if !finding.is_sound() => (Outcome::Fail, "a measured number is `NaN`".into()),
+    let (outcome, reason) = match (&found, &old) {
+        (Err(error), _) => (Outcome::Fail, (*error).clone()),
+        (Ok(_), _) if finding.as_ref().is_ok_and(|finding| !finding.is_sound()) => {
+            (Outcome::Fail, "a measured number is `NaN`".into())
+        }
         (Ok(_), Err((outcome, reason))) => (*outcome, reason.clone()),
-        (Ok(finding), Ok(old)) => {
-            let (holding, all) = count(finding.cases());
-            let outcome = if *old == word { Outcome::Pass } else { Outcome::Fail };
-            (outcome, format!("{holding} of {all} comparisons come out as claimed"))
+        (Ok(found), Ok(old)) => {
+            let outcome = if found == old { Outcome::Pass } else { Outcome::Fail };
+            (outcome, format!("{found} comparisons come out as claimed"))
         }
     };
     Check {
         id: claim.id.into(),
-        statement: format!("{}: the verdict is {word}, as recorded", claim.id),
+        statement: format!("{}: verdict and comparisons are the recorded ones", claim.id),
         outcome,
-        measured: finding.as_ref().ok().map(|finding| {
-            let (holding, all) = count(finding.cases());
-            holding as f64 / all.max(1) as f64
-        }),
-        required: old.map_or_else(|_| String::new(), str::to_owned),
+        measured: None,
+        required: old.unwrap_or_default(),
         reason,
     }
-}
-
-fn count(cases: &[Case]) -> (usize, usize) {
-    (cases.iter().filter(|case| case.holds()).count(), cases.len())
 }
 
 fn text(text: &str) -> Cell {
@@ -135,9 +132,8 @@ fn section((claim, finding): &Judged) -> Section {
     let mut section = Section { id: (*id).into(), title: (*statement).into(), ..Section::default() };
     match finding {
         Ok(finding) => {
-            let (holding, all) = count(finding.cases());
             section.mark = finding.verdict().word().into();
-            paragraphs.push(("Evidence", format!("{} {holding} of {all} comparisons hold.", finding.evidence)));
+            paragraphs.push(("Evidence", format!("{} {} comparisons hold.", finding.evidence, finding.score())));
             paragraphs.extend(finding.where_it_holds.clone().map(|text| ("Where it holds", text)));
             paragraphs.extend(finding.mechanism.clone().map(|text| ("Why", text)));
             section.figures = finding.figures.iter().map(|figure| figure.id.clone()).collect();
