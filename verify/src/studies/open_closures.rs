@@ -71,9 +71,11 @@ fn one_step() -> Result<Part, StudyError> {
         let problem = problems::build("linear-drag", &[])?;
         let exact = problem.exact(2.0).ok_or("linear drag has an exact solution")?;
         let method = methods::parse(name)?;
-        let samples = ladder(2.0, 0.2, 9).into_iter().map(|h| match run(&*problem, &*method, h, 2.0, |_| {}) {
-            Ok(state) => Sample::new(h, distance(&state.q, &exact), f64::EPSILON * 2.0 / h),
-            Err(error) => Sample::failed(h, error.to_string()),
+        let samples = ladder(2.0, 0.2, std::f64::consts::SQRT_2, 9).into_iter().map(|h| {
+            match run(&*problem, &*method, h, 2.0, |_| {}) {
+                Ok(state) => Sample::new(h, distance(&state.q, &exact), f64::EPSILON * 2.0 / h),
+                Err(error) => Sample::failed(h, error.to_string()),
+            }
         });
         let fitted = fit(&samples.collect::<Vec<_>>(), &Expectation::new(expected, 0.1));
         Ok(Check {
