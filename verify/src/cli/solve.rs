@@ -25,8 +25,9 @@ use table::Table;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Rows run from t = 0 to the end time; where the step size does not divide it,
-the last step is shorter. An adaptive method gives a row per accepted step. Columns: t, the components, and where an exact
-solution is known error, the largest error of a component.
+the last step is shorter. An adaptive method gives a row per accepted step.
+Columns: t, the components, and where an exact solution is known error, the
+largest error of a component.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
@@ -49,7 +50,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "M")]
     method: String,
 
-    /// Step size; for an adaptive method the longest, and optional
+    /// Step size (adaptive methods: the longest, optional)
     #[arg(long, allow_hyphen_values = true)]
     h: Option<f64>,
 

@@ -9,7 +9,6 @@ mod high_order;
 mod long_runs;
 mod mechanics;
 mod non_normal;
-mod nonlinear_stability;
 mod open_closures;
 pub(crate) mod orders;
 mod oscillator;
@@ -55,7 +54,6 @@ pub const ALL: &[Study] = &[
     figures::POISEUILLE,
     stability::STUDY,
     non_normal::STUDY,
-    nonlinear_stability::STUDY,
     open_closures::STUDY,
     high_order::STUDY,
     oscillator::STUDY,
