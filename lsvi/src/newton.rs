@@ -4,6 +4,12 @@
 //! right one is continuous in h from x = x₀ at h = 0. A start from x₀ whose increments contract from the first one on by
 //! [`CONTRACTION`] finds it: in that ball (Newton–Kantorovich) the root is unique. Where they do not contract, the root is
 //! followed in h from a step so short that they do, and the end of the branch, a fold, is an error.
+//!
+//! Contraction at h alone is not enough: where ∂F/∂x at x₀ is singular for some shorter step, the root nearest to x₀ may be
+//! another one. On the branch det ∂F/∂x cannot change its sign, so that a root where the sign is not the one that it has for
+//! h → 0 is refused. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is
+//! told by a second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative. A nonlinear
+//! equation whose state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
 
 use crate::error::SolveError;
 use crate::linalg::{Jacobian, Lu, Structure, max_norm};
@@ -12,8 +18,13 @@ use crate::linalg::{Jacobian, Lu, Structure, max_norm};
 const CONTRACTION: f64 = 0.5;
 /// Iterations of one attempt; quadratic contraction from ½ needs at most seven to reach roundoff.
 const ITERATIONS: u32 = 12;
+/// A part of the step at which det ∂F/∂x has the sign it has for h → 0: no rate of a problem reaches it.
+const SHORT: f64 = 1e-18;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
 const SHORTEST: f64 = 1e-10;
+/// Attempts on the pieces of one continuation. A fold takes log₂(1/SHORTEST) halvings, and the branch before it few more;
+/// more than that is the crawl of an equation whose derivative is wrong.
+const PIECES: u32 = 500;
 
 /// A square system F(h, x) = 0 that depends on the step size h.
 pub(crate) trait System {
@@ -23,6 +34,10 @@ pub(crate) trait System {
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian);
     /// Replaces a first guess by the solution at h = 0, where the branch starts; unless they are the same.
     fn origin(&self, _x: &mut [f64]) {}
+    /// Whether the sign of det ∂F/∂x for h → 0 is the same for every step.
+    fn keeps_orientation(&self) -> bool {
+        false
+    }
 }
 
 /// Counts of the work done in steps.
@@ -44,6 +59,8 @@ pub(crate) struct Newton {
     increment: Vec<f64>,
     /// Start, and in a continuation the last point on the branch.
     origin: Vec<f64>,
+    /// Sign of det ∂F/∂x for h → 0, found at the first solution; NaN where it is not the same for every step, or not known.
+    orientation: Option<f64>,
     pub(crate) work: Work,
 }
 
@@ -60,6 +77,7 @@ impl Newton {
             jacobian,
             increment: vec![0.0; dim],
             origin: vec![0.0; dim],
+            orientation: None,
             work: Work::default(),
         }
     }
@@ -68,6 +86,11 @@ impl Newton {
     pub(crate) fn solve(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         debug_assert_eq!(x.len(), system.dim());
         self.origin.copy_from_slice(x);
+        if self.orientation.is_none() {
+            system.origin(&mut self.origin);
+            self.orientation = Some(self.orientation_at(system, SHORT * h));
+            self.origin.copy_from_slice(x);
+        }
         match self.attempt(system, h, x) {
             Ok(()) => Ok(()),
             Err(first) => {
@@ -75,6 +98,17 @@ impl Newton {
                 self.follow_branch(system, h, x, first)
             }
         }
+    }
+
+    /// The sign of det ∂F/∂x at (h, origin); NaN if it varies, or cannot be known.
+    fn orientation_at(&mut self, system: &mut impl System, h: f64) -> f64 {
+        if !system.keeps_orientation() {
+            return f64::NAN;
+        }
+        system.residual(h, &self.origin, &mut self.increment);
+        self.jacobian.clear();
+        system.derivative(h, &self.origin, &mut self.jacobian);
+        self.lu.factor(&self.jacobian).map_or(f64::NAN, |()| self.lu.sign())
     }
 
     /// Follows the branch from its origin in pieces of h, halved where Newton's iteration does not contract.
@@ -87,7 +121,10 @@ impl Newton {
     ) -> Result<(), SolveError> {
         let mut failure = first;
         let (mut reached, mut piece) = (0.0, 0.5 * h);
-        while reached < h {
+        for _ in 0..PIECES {
+            if reached >= h {
+                return Ok(());
+            }
             let target = if reached + piece >= h { h } else { reached + piece };
             x.copy_from_slice(&self.origin);
             match self.attempt(system, target, x) {
@@ -108,7 +145,7 @@ impl Newton {
                 return Err(SolveError::BranchLost { reached });
             }
         }
-        Ok(())
+        Err(failure)
     }
 
     /// Newton's iteration from `x`, which must contract from the start.
@@ -138,16 +175,27 @@ impl Newton {
             let roundoff = f64::EPSILON * max_norm(x).max(max_norm(&self.origin));
             let theta = if last.is_finite() { delta / last } else { 1.0 };
             if delta <= 4.0 * roundoff || (theta < CONTRACTION && theta * delta <= roundoff) {
-                return Ok(());
+                return self.accept(iterations, theta, delta);
             }
             if last.is_finite() && theta > CONTRACTION {
                 // Ill-conditioned equations stagnate above ε |x|, after contraction has reached √ε |x|.
                 let stagnates = last <= f64::EPSILON.sqrt() * max_norm(x).max(max_norm(&self.origin));
-                return if stagnates { Ok(()) } else { Err(SolveError::Diverged { iterations, increment: delta }) };
+                let diverged = Err(SolveError::Diverged { iterations, increment: delta });
+                return if stagnates { self.accept(iterations, theta, delta) } else { diverged };
             }
             last = delta;
         }
         Err(SolveError::Diverged { iterations: ITERATIONS, increment: last })
+    }
+
+    /// Accepts the root that the last increments `delta`, in the ratio `theta`, have led to, unless it is on another branch.
+    fn accept(&self, iterations: u32, theta: f64, increment: f64) -> Result<(), SolveError> {
+        let at_rest = iterations == 1;
+        let affine = iterations == 2 && theta <= f64::EPSILON.sqrt();
+        if !at_rest && !affine && self.orientation == Some(-self.lu.sign()) {
+            return Err(SolveError::Diverged { iterations, increment });
+        }
+        Ok(())
     }
 }
 
@@ -178,6 +226,28 @@ mod tests {
             // The root's condition number is 1/(2√(1 − h)) ≤ 500.
             approx::assert_abs_diff_eq!(x[0], 1.0 - (1.0 - h).sqrt(), epsilon = 500.0 * 4.0 * f64::EPSILON);
         }
+    }
+
+    /// x² − 2x + h = 0 with a derivative that says nothing.
+    struct Wrong;
+
+    impl System for Wrong {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            Fold.residual(h, x, out);
+        }
+        fn derivative(&mut self, _: f64, _: &[f64], out: &mut Jacobian) {
+            out.add(0, 0, 0.9);
+        }
+    }
+
+    #[test]
+    fn gives_up_on_a_wrong_derivative() {
+        let mut newton = Newton::new(1);
+        assert!(newton.solve(&mut Wrong, 0.5, &mut [0.0]).is_err());
+        assert!(newton.work.residuals <= u64::from(PIECES * ITERATIONS));
     }
 
     #[test]

@@ -84,6 +84,12 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
     fn origin(&self, x: &mut [f64]) {
         repeat(self.q0, x);
     }
+
+    /// The derivative tends to (α + β) L_vv/h, unless α + β → 0.
+    fn keeps_orientation(&self) -> bool {
+        let w = self.closure.weights(0.0);
+        (w.alpha + w.beta).abs() > f64::EPSILON * (w.alpha.abs() + w.beta.abs())
+    }
 }
 
 /// Writes copies of `q` into all of `x`.

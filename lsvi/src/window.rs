@@ -221,6 +221,10 @@ impl<D: DiscreteLegendre> System for WindowEquations<'_, D> {
     fn origin(&self, x: &mut [f64]) {
         repeat(self.q0, x);
     }
+
+    fn keeps_orientation(&self) -> bool {
+        true
+    }
 }
 
 /// Adds `scale` times `block` to the entries of `out` from (row, column) on.

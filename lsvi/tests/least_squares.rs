@@ -162,3 +162,27 @@ fn refuses_unusable_input() {
     assert!(matches!(Linear::new(0.0, 0.0), Err(InputError::Closure { .. })));
     assert!(matches!(Linear::new(f64::NAN, 1.0), Err(InputError::Closure { .. })));
 }
+
+/// Logistic growth with large steps: F = v₁ − v₀ − h v₁(1 − v₁) has a root on either side of 0, and Newton's iteration from
+/// v₀ contracts to the negative one where 1 − h + 2 h v₀ < 0. The branch from h = 0 is the positive one.
+#[test]
+fn implicit_steps_keep_to_the_branch_beyond_a_singular_derivative_at_the_start() {
+    struct Logistic;
+    impl Rhs for Logistic {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = v[0] - v[0] * v[0];
+        }
+    }
+    for (h, v0) in [(5.9375, 0.03125), (3.0, 0.01), (6.0, 0.3), (1.5, 0.1), (100.0, 0.2)] {
+        let mut method = RungeKutta::new(AutoDiff::new(Logistic), Tableau::implicit_euler());
+        let v1 = one_step(&mut method, h, v0, 0.0).expect("the branch has no fold").0;
+        let root = (h - 1.0 + ((h - 1.0).powi(2) + 4.0 * h * v0).sqrt()) / (2.0 * h);
+        assert_abs_diff_eq!(v1, root, epsilon = 8.0 * f64::EPSILON);
+    }
+    // The state at rest is unstable, and still a solution.
+    let mut method = RungeKutta::new(AutoDiff::new(Logistic), Tableau::implicit_euler());
+    assert_eq!(one_step(&mut method, 6.0, 0.0, 0.0).expect("a state at rest").0, 0.0);
+}

@@ -15,6 +15,9 @@ const SAMPLES: usize = 4;
 /// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`].
 const STEPS: usize = 1024;
 
+/// Largest bound, relative to the size of the truth, that an agreement is worth anything with: two digits.
+const RESOLVED: f64 = 1e-2;
+
 /// States at the sample times, and a bound on their error.
 struct Answer {
     states: Vec<Vec<f64>>,
@@ -45,7 +48,8 @@ type Solved = (String, Result<Answer, Gap>);
 /// truth: the exact solution where it is known, else the reference with the smallest bound.
 ///
 /// A reference gives its own error bound. A method's is twice the error that its runs with h and h/2 predict,
-/// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's.
+/// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's, and the bound
+/// must be small beside the solution, lest a run that diverges agree with everything.
 pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
     let horizon = problem.horizon();
     let mut table = Table {
@@ -201,8 +205,11 @@ fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judg
     };
     let difference = largest_distance(&answer.states, &truth.states);
     let bound = answer.bound + truth.bound;
-    let (outcome, status) = if difference <= bound {
+    let size = truth.states.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
+    let (outcome, status) = if difference <= bound && bound <= RESOLVED * size {
         (Outcome::Pass, "agrees")
+    } else if difference <= bound {
+        (Outcome::Inconclusive, "agrees, but the bounds are too wide to tell")
     } else {
         (Outcome::Fail, "differs by more than the bounds allow")
     };
@@ -211,4 +218,25 @@ fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judg
 
 fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| distance(a, b)).fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The outcome for an answer and a bound on it, where the truth is 1 exactly.
+    fn outcome(answer: f64, bound: f64) -> Outcome {
+        let truth = ("exact".to_owned(), Answer { states: vec![vec![1.0]], bound: 0.0 });
+        judge(&Ok(Answer { states: vec![vec![answer]], bound }), Some(&truth)).outcome
+    }
+
+    #[test]
+    fn only_a_small_bound_can_agree() {
+        assert_eq!(outcome(1.001, 2e-3), Outcome::Pass);
+        assert_eq!(outcome(1.003, 2e-3), Outcome::Fail);
+        assert_eq!(outcome(f64::NAN, 2e-3), Outcome::Fail);
+        assert_eq!(outcome(5e19, 9.8e19), Outcome::Inconclusive);
+        assert_eq!(outcome(1.0, f64::INFINITY), Outcome::Inconclusive);
+        assert_eq!(outcome(1.0, f64::NAN), Outcome::Fail);
+    }
 }

@@ -78,6 +78,10 @@ impl<F: VectorField> System for BdfEquation<'_, F> {
         self.mass.add_to(1.0, out);
         self.field.add_jacobian(self.t + h, x, -gamma, out);
     }
+
+    fn keeps_orientation(&self) -> bool {
+        true
+    }
 }
 
 impl<F: VectorField> Integrator for Bdf2<F> {

@@ -131,6 +131,10 @@ impl<F: VectorField> System for StageEquation<'_, F> {
         self.mass.add_to(1.0, out);
         self.field.add_jacobian(self.t + self.c * s, y, -s * self.a, out);
     }
+
+    fn keeps_orientation(&self) -> bool {
+        true
+    }
 }
 
 impl<F: VectorField> Integrator for RungeKutta<F> {

@@ -135,6 +135,12 @@ impl BandLu {
         Ok(())
     }
 
+    pub(super) fn sign(&self) -> f64 {
+        let height = self.lower + self.reach + 1;
+        let pivots = self.factors.chunks_exact(height).map(|column| column[self.reach]);
+        super::sign(pivots, self.pivots.iter().filter(|pivot| **pivot != 0).count())
+    }
+
     pub(super) fn solve(&self, b: &mut [f64]) {
         let (n, lower, reach) = (self.dim, self.lower, self.reach);
         let height = lower + reach + 1;

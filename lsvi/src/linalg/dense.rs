@@ -20,6 +20,8 @@ pub(crate) struct DenseLu {
     /// The row permutation; for small matrices the row that was exchanged with row j.
     forward: Vec<usize>,
     inverse: Vec<usize>,
+    /// Number of exchanges of rows.
+    exchanges: usize,
     scratch: MemBuffer,
 }
 
@@ -39,6 +41,7 @@ impl DenseLu {
             row_scale: vec![1.0; dim],
             forward: vec![0; dim],
             inverse: vec![0; dim],
+            exchanges: 0,
             scratch: MemBuffer::new(requirement),
         }
     }
@@ -55,15 +58,22 @@ impl DenseLu {
         }
         if n <= SMALL {
             eliminate(n, self.factors.as_mut_slice(), &mut self.forward);
+            self.exchanges = self.forward[..n].iter().enumerate().filter(|(k, pivot)| k != *pivot).count();
         } else {
             let matrix = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
             let stack = MemStack::new(&mut self.scratch);
-            factor::lu_in_place(matrix, &mut self.forward, &mut self.inverse, Par::Seq, stack, Default::default());
+            let (info, _) =
+                factor::lu_in_place(matrix, &mut self.forward, &mut self.inverse, Par::Seq, stack, Default::default());
+            self.exchanges = info.transposition_count;
         }
         // Backward error of elimination: each pivot is exact for a matrix perturbed by at most n ε of its scaled rows.
         let lost = n as f64 * f64::EPSILON;
         let usable = (0..n).all(|i| self.factors[(i, i)].abs() > lost);
         if usable { Ok(()) } else { Err(FactorError::Singular) }
+    }
+
+    pub(super) fn sign(&self) -> f64 {
+        super::sign((0..self.row_scale.len()).map(|i| self.factors[(i, i)]), self.exchanges)
     }
 
     pub(super) fn solve(&mut self, b: &mut [f64]) {

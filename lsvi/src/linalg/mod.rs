@@ -73,6 +73,15 @@ impl Lu {
         }
     }
 
+    /// The sign of det A of the matrix that was factored last; NaN for sparse ones, whose permutations are not kept.
+    pub(crate) fn sign(&self) -> f64 {
+        match self {
+            Self::Dense(lu) => lu.sign(),
+            Self::Banded(lu) => lu.sign(),
+            Self::Sparse(_) => f64::NAN,
+        }
+    }
+
     /// Overwrites `b` with the solution of A x = b.
     pub(crate) fn solve(&mut self, b: &mut [f64]) {
         match self {
@@ -99,6 +108,12 @@ pub(crate) fn add_block(out: &mut DMatrix<f64>, (row, column): (usize, usize), s
             out[(row + i, column + j)] += scale * x;
         }
     }
+}
+
+/// The sign of a determinant from the pivots and the number of exchanges of rows.
+fn sign(pivots: impl Iterator<Item = f64>, exchanges: usize) -> f64 {
+    let start = if exchanges.is_multiple_of(2) { 1.0 } else { -1.0 };
+    pivots.fold(start, |sign: f64, pivot| sign * pivot.signum())
 }
 
 /// The power of two by which a row with the given largest entry is scaled to one in [1, 2).

@@ -47,6 +47,25 @@ fn solves_in_every_structure() {
     }
 }
 
+/// The sign of the determinant by nalgebra, for the matrix and for two of its rows exchanged.
+#[test]
+fn knows_the_sign_of_the_determinant() {
+    for n in [1, 2, 3, 7, 9, 40] {
+        for structure in [Structure::Dense, Structure::Banded { lower: 2, upper: 4 }] {
+            let mut a = Jacobian::with_structure(n, &structure);
+            fill(&mut a, &structure);
+            let mut lu = Lu::of(&a);
+            lu.factor(&a).expect("regular");
+            let sign = a.to_dense().determinant().signum();
+            assert_eq!(lu.sign(), sign, "n = {n}, {structure:?}");
+            let mut negated = Jacobian::with_structure(n, &structure);
+            a.for_each(|i, j, x| negated.add(i, j, if i == 0 { -x } else { x }));
+            lu.factor(&negated).expect("regular");
+            assert_eq!(lu.sign(), -sign, "n = {n}, {structure:?}");
+        }
+    }
+}
+
 #[test]
 fn solves_badly_scaled_rows() {
     for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }] {

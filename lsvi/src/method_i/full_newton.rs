@@ -120,4 +120,8 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
         s.curvature.for_each(|j, k, x| out.add(first(j), second(k), x));
         out.inherit_outside(&s.curvature);
     }
+
+    fn keeps_orientation(&self) -> bool {
+        true
+    }
 }
