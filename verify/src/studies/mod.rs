@@ -4,6 +4,7 @@ mod claims;
 pub mod closed_forms;
 mod constraints;
 mod cross_check;
+mod error_control;
 pub(crate) mod figures;
 mod high_order;
 mod long_runs;
@@ -56,6 +57,7 @@ pub const ALL: &[Study] = &[
     non_normal::STUDY,
     open_closures::STUDY,
     high_order::STUDY,
+    error_control::STUDY,
     oscillator::STUDY,
     symplecticity::STUDY,
     long_runs::STUDY,
