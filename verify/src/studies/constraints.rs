@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::mechanics::{integrators, problem, text};
 use super::parts::{data, table};
-use super::symplecticity::is_symplectic;
+use super::symplecticity::{Kind, is_symplectic};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
 use crate::methods::{self, Method};
@@ -103,7 +103,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 /// The momentum map is kept where the reactions leave a discrete action: by the Galerkin and classical methods, and by path
 /// fitting on Gauss nodes.
 fn keeps_momentum(method: &str) -> bool {
-    is_symplectic(method, true)
+    is_symplectic(method, Kind::Separable)
 }
 
 fn keep(name: &'static str, method: &dyn Method) -> Result<Kept, StudyError> {

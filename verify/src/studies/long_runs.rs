@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::mechanics::{integrators, problem, text};
 use super::parts::{data, table};
-use super::symplecticity::is_symplectic;
+use super::symplecticity::{Kind, is_symplectic};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
 use crate::methods::{self, Method};
@@ -132,7 +132,7 @@ impl Drift {
         let rounding = 4.0 * steps.sqrt() * slopes * f64::EPSILON / setting.h;
         Ok(Self {
             problem: setting.name,
-            symplectic: is_symplectic(&method.name(), true) && method.name() != "rk4",
+            symplectic: is_symplectic(&method.name(), Kind::Separable) && method.name() != "rk4",
             method: method.name(),
             windows,
             slope,

@@ -2,7 +2,7 @@
 
 use lsvi::closure::PositionMomentum;
 use lsvi::discrete::Constrainable;
-use lsvi::{Variational, position_momentum};
+use lsvi::{Constrained, Constraint, InputError, Jacobian, Variational, position_momentum};
 use nalgebra::DMatrix;
 
 use super::StudyError;
@@ -45,6 +45,38 @@ pub(super) fn tangent(map: &mut Map, h: f64, state: &[f64]) -> Result<DMatrix<f6
 /// The step of `method` on `problem`.
 pub(super) fn map<'a>(method: &dyn Method, problem: &'a dyn Problem) -> Result<Map<'a>, StudyError> {
     Ok(position_momentum(discretise(method, problem)?))
+}
+
+/// A step of a named method under the constraints of its problem, with its derivative.
+pub(super) type HeldMap<'a> = Constrained<Box<dyn Constrainable + 'a>, Box<dyn Constraint + 'a>>;
+
+/// The step of `method` on `problem`, if it has constraints.
+pub(super) fn held_map<'a>(method: &dyn Method, problem: &'a dyn Problem) -> Option<Result<HeldMap<'a>, StudyError>> {
+    let constraint = problem.mechanics()?.constraint?;
+    Some(discretise(method, problem).and_then(|discrete| Ok(Constrained::new(discrete, constraint)?)))
+}
+
+/// The orthogonal projector on the vectors (δq, δp) that are tangent to f(q) = 0, G p = 0 at `state`: to the cotangent bundle
+/// of the constraint for a Lagrangian ½ |v|² − V(q).
+pub(super) fn tangent_projector(constraint: &dyn Constraint, state: &[f64]) -> Result<DMatrix<f64>, StudyError> {
+    let (n, m) = (constraint.dim(), constraint.count());
+    let (q, p) = state.split_at(n);
+    let mut gradient = DMatrix::zeros(m, n);
+    constraint.jacobian(q, &mut gradient);
+    let mut differential = DMatrix::zeros(2 * m, 2 * n);
+    differential.view_mut((0, 0), (m, n)).copy_from(&gradient);
+    differential.view_mut((m, n), (m, n)).copy_from(&gradient);
+    for k in 0..m {
+        let unit: Vec<f64> = (0..m).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+        let mut curvature = Jacobian::zeros(n);
+        constraint.add_curvature(q, &unit, 1.0, &mut curvature);
+        for i in 0..n {
+            differential[(m + k, i)] = (0..n).map(|j| curvature.get(i, j) * p[j]).sum();
+        }
+    }
+    let normal = (&differential * differential.transpose()).cholesky();
+    let normal = normal.ok_or(InputError::RedundantConstraints { count: m, rank: 0 })?;
+    Ok(DMatrix::identity(2 * n, 2 * n) - differential.transpose() * normal.solve(&differential))
 }
 
 pub(super) fn text(text: impl Into<String>) -> Cell {
