@@ -72,7 +72,7 @@ pub(super) const GALERKIN_GAUSS: Spec = Spec {
         let degree = degree(call, "galerkin-gauss(D)", 1, 1)?;
         Ok(Box::new(Mechanical(Discretisation::GalerkinGauss { degree })))
     }),
-    examples: &["galerkin-gauss(2)", "galerkin-gauss(3)"],
+    examples: &["galerkin-gauss(2)", "galerkin-gauss(3)", "galerkin-gauss(4)"],
 };
 
 pub(super) const GALERKIN_LOBATTO: Spec = Spec {

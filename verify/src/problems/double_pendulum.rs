@@ -121,8 +121,9 @@ impl Problem for DoublePendulum {
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         (*self == Self::DEFAULT).then(|| tabulated::lookup("double-pendulum", t)).flatten()
     }
-    fn long_run(&self) -> (f64, f64) {
-        (5.0, 0.5)
+    /// By t = 2 the motion has magnified the next coefficients of the error more than the leading one.
+    fn high_order_horizon(&self) -> f64 {
+        0.5
     }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
         Some(Mechanics::new(AutoLagrangian::new(self)))

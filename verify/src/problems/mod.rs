@@ -91,17 +91,16 @@ pub trait Problem: fmt::Debug + Send + Sync {
     /// The nominal order, at a horizon that suits its size.
     fn nominal_plan(&self, method: &dyn Method) -> OrderPlan {
         if method.principle() == Principle::Hamilton && method.order() > 4 {
-            let (horizon, coarsest) = self.long_run();
-            OrderPlan::at(method, horizon, coarsest)
+            OrderPlan::at(method, self.high_order_horizon(), 0.5)
         } else {
             OrderPlan::nominal(method)
         }
     }
 
-    /// The horizon and the coarsest step at which orders above 4 are measured in mechanics: so large that errors stand
-    /// clear of roundoff, and so small that they have settled.
-    fn long_run(&self) -> (f64, f64) {
-        (10.0, 1.0)
+    /// The horizon at which orders above 4 are measured in mechanics, with steps from ½ down, since smaller ones are soon at
+    /// roundoff. It decides whether an order can be told; slopes that have not settled are no order.
+    fn high_order_horizon(&self) -> f64 {
+        2.0
     }
 
     /// Why `method` cannot reach the horizon here, however small its steps, where that is known: a failure that is asserted.

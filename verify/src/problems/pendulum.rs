@@ -90,9 +90,6 @@ impl Problem for Pendulum {
     fn ode(&self) -> &dyn Ode {
         self
     }
-    fn long_run(&self) -> (f64, f64) {
-        (7.0, 1.0)
-    }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
         Some(Mechanics::new(AutoLagrangian::new(self)))
     }

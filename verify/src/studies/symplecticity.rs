@@ -24,14 +24,14 @@ pub(super) const STUDY: Study = Study {
 struct Setting {
     name: &'static str,
     set: &'static [(&'static str, &'static str)],
-    kind: Kind,
+    system: System,
     /// The coarsest step.
     coarsest: f64,
 }
 
 /// What decides whether a method is symplectic on a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum System {
     /// L = ½ |v|² − V(q), with constraints or without.
     Separable,
     /// A magnetic field, or a mass that depends on q.
@@ -43,13 +43,23 @@ pub(super) enum Kind {
 }
 
 const SETTINGS: [Setting; 7] = [
-    Setting { name: "asymmetric-pendulum", set: &[], kind: Kind::Separable, coarsest: 0.2 },
-    Setting { name: "henon-heiles", set: &[("y0", "-0.2"), ("px0", "0.3")], kind: Kind::Separable, coarsest: 0.8 },
-    Setting { name: "kepler", set: &[], kind: Kind::Separable, coarsest: 0.2 },
-    Setting { name: "charged-particle", set: &[("y0", "-0.3"), ("vx0", "0.2")], kind: Kind::General, coarsest: 0.4 },
-    Setting { name: "double-pendulum", set: &[("p10", "0.3"), ("p20", "-0.2")], kind: Kind::General, coarsest: 0.4 },
-    Setting { name: "circle", set: &[], kind: Kind::Circular, coarsest: 0.4 },
-    Setting { name: "spherical-pendulum", set: &[("dtheta0", "0.3")], kind: Kind::Separable, coarsest: 0.4 },
+    Setting { name: "asymmetric-pendulum", set: &[], system: System::Separable, coarsest: 0.2 },
+    Setting { name: "henon-heiles", set: &[("y0", "-0.2"), ("px0", "0.3")], system: System::Separable, coarsest: 0.8 },
+    Setting { name: "kepler", set: &[], system: System::Separable, coarsest: 0.2 },
+    Setting {
+        name: "charged-particle",
+        set: &[("y0", "-0.3"), ("vx0", "0.2")],
+        system: System::General,
+        coarsest: 0.4,
+    },
+    Setting {
+        name: "double-pendulum",
+        set: &[("p10", "0.3"), ("p20", "-0.2")],
+        system: System::General,
+        coarsest: 0.4,
+    },
+    Setting { name: "circle", set: &[], system: System::Circular, coarsest: 0.4 },
+    Setting { name: "spherical-pendulum", set: &[("dtheta0", "0.3")], system: System::Separable, coarsest: 0.4 },
 ];
 
 /// The methods are symmetric, so that their defects have odd powers of h only and the next orders are two away: a tenth of
@@ -116,15 +126,15 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 }
 
 /// Whether theory says that the method is symplectic here.
-pub(super) fn is_symplectic(method: &str, kind: Kind) -> bool {
+pub(super) fn is_symplectic(method: &str, system: System) -> bool {
     let gauss = method == "path-fitted(2)" || method.ends_with("gauss)");
-    !method.starts_with("path-fitted") || kind == Kind::Circular || (kind == Kind::Separable && gauss)
+    !method.starts_with("path-fitted") || system == System::Circular || (system == System::Separable && gauss)
 }
 
 fn measure(setting: &Setting, method: &dyn Method) -> Result<Row, StudyError> {
     let problem = problem(setting.name, setting.set)?;
     let states = states(&*problem)?;
-    let symplectic = is_symplectic(&method.name(), setting.kind);
+    let symplectic = is_symplectic(&method.name(), setting.system);
     let mut points = Vec::new();
     for h in (0..STEPS).map(|k| setting.coarsest * (-0.25 * f64::from(k)).exp2()) {
         let (defect, rounding) = defect(&*problem, method, h, &states)?;
