@@ -4,7 +4,7 @@
 //! all hold, it is confirmed; some hold, it is qualified, and the finding says where; none holds, it is refuted. A question
 //! that a paper leaves open is answered if the cases that establish the answer hold, and stays open otherwise.
 
-mod ky21;
+pub(crate) mod ky21;
 mod measure;
 mod s24;
 
@@ -249,6 +249,16 @@ pub fn verdicts() -> Result<Vec<Row>, StudyError> {
         rows.push(Row::text(comparisons(claim), finding.score()));
     }
     Ok(rows)
+}
+
+/// The table `id` of a finding.
+///
+/// # Errors
+/// If no claim that could be decided has such a table.
+pub(crate) fn table(id: &str) -> Result<&'static Table, StudyError> {
+    let findings = judge(&|| {}).iter().filter_map(|(_, finding)| finding.as_ref().ok());
+    let table = findings.flat_map(|finding| &finding.tables).find(|table| table.id == id);
+    table.ok_or_else(|| format!("no claim has a table {id}").into())
 }
 
 /// Key of the golden row with a claim's [`Finding::score`].

@@ -11,6 +11,7 @@ mod compare;
 mod file;
 mod registry;
 mod store;
+pub(crate) mod table;
 
 pub use command::{Action, run};
 pub use compare::{Change, Difference, NumericComparator, compare};

@@ -18,6 +18,14 @@ pub fn all() -> Vec<Golden> {
         Golden::new("orders", orders),
         Golden::new("poiseuille-series", poiseuille_series),
         Golden::new("claims", claims::verdicts),
+        Golden::new("ky21-table-1", || claims::ky21::table_golden("ky21-table-1")),
+        Golden::new("ky21-table-2", || claims::ky21::table_golden("ky21-table-2")),
+        Golden::new("path-fitted-orders", claims::ky21::orders_golden),
+        Golden::new("oscillator-stability", studies::oscillator::golden),
+        Golden::new("symplecticity", studies::symplecticity::golden),
+        Golden::new("long-runs", studies::long_runs::golden),
+        Golden::new("constraints", studies::constraints::golden),
+        Golden::new("circle-growth", studies::constraints::growth_golden),
     ]
 }
 

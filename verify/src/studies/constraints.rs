@@ -9,6 +9,7 @@ use super::parts::{data, table};
 use super::symplecticity::{System, is_symplectic};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
+use crate::golden::{self, Row, Tolerance, Truth};
 use crate::methods::{self, Method};
 use crate::run::run_while;
 
@@ -24,6 +25,9 @@ pub(super) const STUDY: Study = Study {
 const H: f64 = 0.1;
 const HORIZON: f64 = 20.0;
 
+/// |q|² − 1 of a q that is known to a few ε: what Newton's iteration leaves and the rounding of q itself.
+const PLACE: f64 = 64.0 * f64::EPSILON;
+
 /// What the runs leave of f(q) = 0, of its derivative and of the angular momentum.
 struct Kept {
     problem: &'static str,
@@ -36,20 +40,25 @@ struct Kept {
     rounding: f64,
 }
 
-fn run(context: &Context) -> Result<Evidence, StudyError> {
+/// Every integrator on both problems.
+fn keep_all(context: &Context) -> Result<Vec<Kept>, StudyError> {
     let mut pairs = Vec::new();
     for name in ["circle", "spherical-pendulum"] {
         pairs.extend(integrators()?.into_iter().map(|method| (name, method)));
     }
     (context.announce)(pairs.len() as u64);
-    let kept: Vec<Kept> = pairs
+    pairs
         .into_par_iter()
         .map(|(name, method)| {
             let kept = keep(name, &*method);
             (context.tick)();
             kept
         })
-        .collect::<Result<_, StudyError>>()?;
+        .collect()
+}
+
+fn run(context: &Context) -> Result<Evidence, StudyError> {
+    let kept = keep_all(context)?;
     let mut evidence = Evidence {
         notes: vec![
             "The working form holds f = 0 at the end of every step by a multiplier at the node and removes from the momentum \
@@ -66,21 +75,18 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     };
     for Kept { problem, method, position, hidden, momentum, rounding, .. } in &kept {
         let on = format!("{problem}/{method}");
-        // |q|² − 1 of a q that is known to a few ε: what Newton's iteration leaves and the rounding of q itself.
-        let place = 64.0 * f64::EPSILON;
         let statement = format!("{method} holds |q| = 1 on {problem}");
         evidence.checks.push(Check::at_most(
             format!("position/{on}"),
             statement,
             *position,
-            place,
+            PLACE,
             "64 roundings of q",
         ));
         let statement = format!("{method} holds q · p = 0 on {problem}");
-        evidence.checks.push(Check::at_most(format!("hidden/{on}"), statement, *hidden, place, "64 roundings of p"));
-        let system = if *problem == "circle" { System::Circular } else { System::Separable };
+        evidence.checks.push(Check::at_most(format!("hidden/{on}"), statement, *hidden, PLACE, "64 roundings of p"));
         let id = format!("momentum/{on}");
-        evidence.checks.push(if is_symplectic(method, system) {
+        evidence.checks.push(if keeps_momentum(problem, method) {
             let statement = format!("{method} keeps the angular momentum on {problem}");
             let reason = "independent roundings of the momentum, four deviations of their sum";
             Check::at_most(id, statement, *momentum, *rounding, reason)
@@ -103,6 +109,11 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     ));
     as_printed(&mut evidence)?;
     Ok(evidence)
+}
+
+/// A symplectic method keeps the angular momentum of both problems; on the circle all do, see [`System::Circular`].
+fn keeps_momentum(problem: &str, method: &str) -> bool {
+    is_symplectic(method, if problem == "circle" { System::Circular } else { System::Separable })
 }
 
 fn keep(name: &'static str, method: &dyn Method) -> Result<Kept, StudyError> {
@@ -212,4 +223,48 @@ fn as_printed(evidence: &mut Evidence) -> Result<(), StudyError> {
         columns: 1,
     });
     Ok(())
+}
+
+/// Rows of the golden `constraints`.
+pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
+    let mut rows = Vec::new();
+    for Kept { problem, method, position, hidden, momentum, energy, rounding } in keep_all(&Context::SILENT)? {
+        let mut push = |what: &str, value: f64, atol: f64, vanishes: bool| {
+            let row = Row::number(
+                format!("{problem} {method} {what}"),
+                value,
+                Tolerance::absolute(atol, "rounding of the run"),
+            );
+            let truth = Truth { value: 0.0, allowance: atol, source: "held, or kept".into() };
+            rows.push(if vanishes { row.with_truth(truth) } else { row });
+        };
+        push("position", position, PLACE, true);
+        push("hidden", hidden, PLACE, true);
+        push("momentum", momentum, rounding, keeps_momentum(problem, &method));
+        // On the circle the energy is that of the angular momentum.
+        push("energy", energy, rounding, problem == "circle");
+    }
+    Ok(rows)
+}
+
+/// Rows of the golden `circle-growth`.
+pub(crate) fn growth_golden() -> Result<Vec<Row>, StudyError> {
+    let mut evidence = Evidence::default();
+    as_printed(&mut evidence)?;
+    let table = evidence.tables.iter().find(|table| table.id == "circle-growth").ok_or("the table is gone")?;
+    Ok(golden::table::rows(table, &["tau"], &["first", "ratio", "visible_at"], |entry| {
+        let tau = entry.number("tau").unwrap_or(f64::NAN);
+        // A few roundings of |q| relative to the first error, with which all later ones grow.
+        let rtol = 8.0 * f64::EPSILON * 32.0 / tau.powi(4);
+        let tolerance = Tolerance::relative(rtol, "roundings of |q| over the first error");
+        let truth = match entry.column {
+            "first" => Some(Truth { value: 1.0, allowance: tau * tau + rtol, source: "−τ⁴/32".into() }),
+            "ratio" if tau <= 0.02 => {
+                let value = -(3.0 + 8.0_f64.sqrt());
+                Some(Truth { value, allowance: 0.01 * value.abs(), source: "−(3 + 2√2) for small angles".into() })
+            }
+            _ => None,
+        };
+        (tolerance, truth)
+    }))
 }

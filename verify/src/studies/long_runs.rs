@@ -10,6 +10,7 @@ use super::parts::{data, table};
 use super::symplecticity::{System, is_symplectic};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
+use crate::golden::{Row, Tolerance, Truth};
 use crate::methods::{self, Method};
 use crate::problems::Problem;
 use crate::run::{distance, max_norm, run as integrate};
@@ -326,7 +327,7 @@ const PENDULUM_STEPS: u64 = 100_000;
 const STARTS: [(&str, &str); 3] = [("1", "0"), ("2", "0"), ("-3", "1")];
 
 /// Of these runs, one state in so many is drawn.
-const DRAWN: usize = 499;
+const DRAWN: usize = 997;
 
 /// The pendulum of [KY21]: (21) against (22), portraits and energies over many steps.
 fn pendulum(evidence: &mut Evidence, steps: u64) -> Result<(), StudyError> {
@@ -497,4 +498,26 @@ fn level_curves() -> Result<Vec<Series>, StudyError> {
         curves.push(Series { label: "exact".into(), points, mark: Mark::Guide });
     }
     Ok(curves)
+}
+
+/// Rows of the golden `long-runs`: the largest energy errors in 1000 steps, and the change of angular momenta.
+pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
+    let mut rows = Vec::new();
+    for setting in &SETTINGS {
+        for method in integrators()? {
+            let drift = Drift::measure(setting, &*method, 1000)?;
+            let key = |what: &str| format!("{} {} {what}", drift.problem, drift.method);
+            let tolerance = || Tolerance::absolute(drift.rounding, "the rounding of the steps");
+            let largest = drift.windows.iter().map(|w| w.2).fold(0.0, f64::max);
+            rows.push(Row::number(key("energy error"), largest, tolerance()));
+            let Some(change) = drift.momentum else { continue };
+            let row = Row::number(key("change of the angular momentum"), change, tolerance());
+            rows.push(if drift.kind == Kind::Symplectic {
+                row.with_truth(Truth { value: 0.0, allowance: drift.rounding, source: "Noether's theorem".into() })
+            } else {
+                row
+            });
+        }
+    }
+    Ok(rows)
 }

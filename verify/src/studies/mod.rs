@@ -2,22 +2,22 @@
 
 mod claims;
 pub mod closed_forms;
-mod constraints;
+pub(crate) mod constraints;
 mod cross_check;
 mod error_control;
 pub(crate) mod figures;
 mod high_order;
-mod long_runs;
+pub(crate) mod long_runs;
 mod mechanics;
 mod non_normal;
 mod open_closures;
 pub(crate) mod orders;
-mod oscillator;
+pub(crate) mod oscillator;
 mod parts;
 mod poiseuille_maps;
 mod poiseuille_series;
 mod stability;
-mod symplecticity;
+pub(crate) mod symplecticity;
 mod work_precision;
 
 use std::error::Error;

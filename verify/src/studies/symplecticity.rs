@@ -7,6 +7,7 @@ use super::mechanics::{held_map, integrators, map, problem, tangent, tangent_pro
 use super::parts::{data, table};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
+use crate::golden::{self, Tolerance, Truth};
 use crate::measure::order::{Expectation, OrderFit, Sample, fit};
 use crate::methods::{self, Method};
 use crate::problems::Problem;
@@ -84,20 +85,25 @@ struct Row {
     fit: Option<OrderFit>,
 }
 
-fn run(context: &Context) -> Result<Evidence, StudyError> {
+/// Every integrator in every setting.
+fn measure_all(context: &Context) -> Result<Vec<Row>, StudyError> {
     let mut pairs = Vec::new();
     for setting in &SETTINGS {
         pairs.extend(integrators()?.into_iter().map(|method| (setting, method)));
     }
     (context.announce)(pairs.len() as u64);
-    let rows: Vec<Row> = pairs
+    pairs
         .into_par_iter()
         .map(|(setting, method)| {
             let row = measure(setting, &*method);
             (context.tick)();
             row
         })
-        .collect::<Result<_, StudyError>>()?;
+        .collect()
+}
+
+fn run(context: &Context) -> Result<Evidence, StudyError> {
+    let rows = measure_all(context)?;
     Ok(Evidence {
         checks: rows.iter().map(check).collect(),
         tables: vec![summary(&rows), points(&rows)],
@@ -270,4 +276,22 @@ fn figure(rows: &[Row]) -> Figure {
         panels: panels.collect(),
         columns: 2,
     }
+}
+
+/// Rows of the golden `symplecticity`: the power of h of each defect.
+pub(crate) fn golden() -> Result<Vec<golden::Row>, StudyError> {
+    let rows = measure_all(&Context::SILENT)?.into_iter().map(|row| {
+        let key = format!("{} {}", row.problem, row.method);
+        match row.fit {
+            None => golden::Row::text(key, "symplectic"),
+            Some(OrderFit { line: None, reason, .. }) => golden::Row::text(key, reason),
+            Some(OrderFit { line: Some(line), expected, .. }) => {
+                let tolerance = Tolerance::absolute(0.01, "roundoff moves the finest defect used by a tenth at most");
+                let source = "theory: the order of the method and one more".to_owned();
+                let truth = Truth { value: expected.order, allowance: expected.band, source };
+                golden::Row::number(key, line.slope, tolerance).with_truth(truth)
+            }
+        }
+    });
+    Ok(rows.collect())
 }

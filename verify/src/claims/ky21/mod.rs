@@ -8,6 +8,9 @@ mod tables;
 
 use super::Claim;
 
+pub(crate) use oscillator::orders_golden;
+pub(crate) use tables::table_golden;
+
 /// By subject.
 pub(super) const ALL: &[&[Claim]] =
     &[oscillator::CLAIMS, tables::CLAIMS, structure::CLAIMS, pendulum::CLAIMS, circle::CLAIMS];

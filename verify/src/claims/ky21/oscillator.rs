@@ -2,6 +2,8 @@
 
 use crate::claims::measure::{distance_from_exact, one_state, problem, table, text, threshold};
 use crate::claims::{Case, Claim, Finding};
+use crate::golden::table::rows;
+use crate::golden::{Row, Tolerance, Truth};
 use crate::studies::StudyError;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -211,4 +213,24 @@ fn bernstein() -> Result<Finding, StudyError> {
         "Both bases span the polynomials of degree m, and the conditions on the path do not mention a basis: it is one \
          method in two coordinates for every Lagrangian, (21) and (22) included.",
     ))
+}
+
+/// Rows of the golden `path-fitted-orders`: orders and errors by degree, on the pendulum.
+pub(crate) fn orders_golden() -> Result<Vec<Row>, StudyError> {
+    let table = crate::claims::table("claims-path-fitted-orders")?;
+    let values = ["order_equispaced", "error_equispaced", "order_gauss", "error_gauss"];
+    Ok(rows(table, &["degree"], &values, |entry| {
+        let degree = entry.number("degree").unwrap_or(f64::NAN);
+        let order = match entry.column {
+            "order_equispaced" => 2.0 * (degree / 2.0).floor(),
+            "order_gauss" => 2.0 * (degree - 1.0),
+            // Forty steps at most, each with roundings of numbers up to 2 that differentiation magnifies m² times.
+            _ => {
+                let rounding = 40.0 * degree * degree * 2.0 * f64::EPSILON;
+                return (Tolerance::absolute(rounding, "roundings of the steps"), None);
+            }
+        };
+        let truth = Truth { value: order, allowance: 0.3, source: "theory, between two steps".into() };
+        (Tolerance::absolute(0.01, "roundoff moves the finer error by a hundredth at most"), Some(truth))
+    }))
 }
