@@ -11,7 +11,7 @@ use crate::linalg::{Jacobian, Lu, add_block};
 use crate::newton::System;
 
 impl<D: Constrainable, K: Constraint> Constrained<D, K> {
-    /// Takes a [`step`](OneStep::step) and returns its derivative ∂(q₁, p₁)/∂(q₀, p₀), 2n × 2n, by implicit differentiation.
+    /// Takes a [`step`](crate::OneStep::step) and returns its derivative ∂(q₁, p₁)/∂(q₀, p₀), 2n × 2n, by implicit differentiation.
     ///
     /// The equations of the step make sense off the constraint too; on vectors tangent to f(q) = 0, G ∂H/∂p = 0, whose
     /// images are tangent again, this is the derivative of the map that the method is.

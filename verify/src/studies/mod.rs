@@ -80,5 +80,5 @@ impl Context<'_> {
     /// Reports nothing.
     pub const SILENT: Context<'static> = Context { announce: &|_| {}, tick: &|| {}, max_steps: u64::MAX };
     /// Reports nothing, and leaves out what takes long without optimisation.
-    pub const QUICK: Context<'static> = Context { max_steps: 10_000, ..Self::SILENT };
+    pub const QUICK: Context<'static> = Context { max_steps: 20_000, ..Self::SILENT };
 }
