@@ -22,6 +22,8 @@ const RESOLVED: f64 = 1e-2;
 struct Answer {
     states: Vec<Vec<f64>>,
     bound: f64,
+    /// Why it must be wrong, as the problem declares.
+    astray: Option<&'static str>,
 }
 
 /// Why a solver gave no answer.
@@ -133,7 +135,7 @@ fn by_reference(
     }
     let sampled = reference.solve(limit.ode, 0.0, &limit.initial, times)?;
     let bound = sampled.bound.iter().fold(0.0_f64, |m, b| m.max(*b));
-    Ok(Answer { states: sampled.states, bound })
+    Ok(Answer { states: sampled.states, bound, astray: None })
 }
 
 fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Result<Answer, Gap> {
@@ -159,15 +161,12 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Resul
     };
     let coarse = sampled(STEPS).map_err(failed)?;
     let fine = sampled(2 * STEPS).map_err(failed)?;
-    if let Some(reason) = breakdown {
-        return Err(Gap::Failed(format!("reaches the end, against what is declared: {reason}")));
-    }
     let cap = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
     let order = f64::from(method.order()).min(cap);
     let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(order) - 1.0);
     let size = fine.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
     let roundoff = roundoff(method, size, 2.0 * STEPS as f64);
-    Ok(Answer { states: fine, bound: 2.0 * predicted + roundoff })
+    Ok(Answer { states: fine, bound: 2.0 * predicted + roundoff, astray: breakdown })
 }
 
 /// The name of the truth and its answer; `None` where nothing was solved.
@@ -178,12 +177,12 @@ fn truth(problem: &dyn Problem, limit: &Limit<'_>, times: &[f64], solved: &[Solv
     if let Some((name, states)) = known {
         // A few elementary functions, each to an ulp or two, of numbers no larger than the largest state.
         let bound = 16.0 * f64::EPSILON * states.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
-        return Some((name.into(), Answer { states, bound }));
+        return Some((name.into(), Answer { states, bound, astray: None }));
     }
     let references = solved.iter().filter(|(name, _)| references::by_name(name).is_some());
     let answered = references.filter_map(|(name, answer)| answer.as_ref().ok().map(|answer| (name, answer)));
     let (name, best) = answered.min_by(|a, b| a.1.bound.total_cmp(&b.1.bound))?;
-    Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound }))
+    Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound, astray: None }))
 }
 
 /// The decision on one answer.
@@ -206,14 +205,15 @@ fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judg
     let difference = largest_distance(&answer.states, &truth.states);
     let bound = answer.bound + truth.bound;
     let size = truth.states.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
-    let (outcome, status) = if difference <= bound && bound <= RESOLVED * size {
-        (Outcome::Pass, "agrees")
-    } else if difference <= bound {
-        (Outcome::Inconclusive, "agrees, but the bounds are too wide to tell")
-    } else {
-        (Outcome::Fail, "differs by more than the bounds allow")
+    let (near, resolved) = (difference <= bound, bound <= RESOLVED * size);
+    let (outcome, status) = match (near && resolved, answer.astray) {
+        (true, None) => (Outcome::Pass, "agrees".into()),
+        (true, Some(reason)) => (Outcome::Fail, format!("agrees, against what is declared: {reason}")),
+        (false, Some(reason)) => (Outcome::Pass, format!("goes astray, as declared: {reason}")),
+        (false, None) if near => (Outcome::Inconclusive, "agrees, but the bounds are too wide to tell".into()),
+        (false, None) => (Outcome::Fail, "differs by more than the bounds allow".into()),
     };
-    Judged { difference: Some(difference), bound: Some(bound), outcome, status: status.into() }
+    Judged { difference: Some(difference), bound: Some(bound), outcome, status }
 }
 
 fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
@@ -225,9 +225,13 @@ mod tests {
     use super::*;
 
     /// The outcome for an answer and a bound on it, where the truth is 1 exactly.
+    fn outcome_where(astray: Option<&'static str>, answer: f64, bound: f64) -> Outcome {
+        let truth = ("exact".to_owned(), Answer { states: vec![vec![1.0]], bound: 0.0, astray: None });
+        judge(&Ok(Answer { states: vec![vec![answer]], bound, astray }), Some(&truth)).outcome
+    }
+
     fn outcome(answer: f64, bound: f64) -> Outcome {
-        let truth = ("exact".to_owned(), Answer { states: vec![vec![1.0]], bound: 0.0 });
-        judge(&Ok(Answer { states: vec![vec![answer]], bound }), Some(&truth)).outcome
+        outcome_where(None, answer, bound)
     }
 
     #[test]
@@ -238,5 +242,14 @@ mod tests {
         assert_eq!(outcome(5e19, 9.8e19), Outcome::Inconclusive);
         assert_eq!(outcome(1.0, f64::INFINITY), Outcome::Inconclusive);
         assert_eq!(outcome(1.0, f64::NAN), Outcome::Fail);
+    }
+
+    /// A declared failure must happen.
+    #[test]
+    fn what_must_go_astray_fails_if_it_agrees() {
+        let astray = |answer, bound| outcome_where(Some("it must"), answer, bound);
+        assert_eq!(astray(1.001, 2e-3), Outcome::Fail);
+        assert_eq!(astray(1.003, 2e-3), Outcome::Pass);
+        assert_eq!(astray(5e19, 9.8e19), Outcome::Pass);
     }
 }

@@ -1,7 +1,7 @@
 //! Names given by users: registries, calls with arguments, parameters, and suggestions for mistyped ones.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use thiserror::Error;
 
@@ -200,6 +200,16 @@ impl Parameters {
             x if range.contains(&x) => Ok(x),
             x => Err(Self::refuse(name, &x.to_string(), &format!("must lie in [{}, {})", range.start, range.end))),
         }
+    }
+
+    /// The value of `name` as a whole number in `range`.
+    ///
+    /// # Errors
+    /// [`NameError::Value`] if it is none.
+    pub fn count(&self, name: &str, range: RangeInclusive<usize>) -> Result<usize, NameError> {
+        let value = self.text(name)?;
+        let whole = || format!("must be a whole number from {} to {}", range.start(), range.end());
+        value.parse().ok().filter(|n| range.contains(n)).ok_or_else(|| Self::refuse(name, value, &whole()))
     }
 
     /// The value of `name`, one of `choices`.

@@ -80,6 +80,9 @@ pub enum OrderError {
     /// The method chooses its steps itself.
     #[error("{0} chooses its steps itself: its errors follow the tolerance, not h")]
     Adaptive(String),
+    /// The problem's plan says that there is nothing to measure, and why.
+    #[error("the order is not measured: {0}")]
+    Unmeasured(&'static str),
     /// The reference failed.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
@@ -100,7 +103,10 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
     if let Some(order) = limit.order.filter(|order| *order < plan.expectation.order) {
         plan = plan.declared(order, limit.reason);
     }
-    let OrderPlan { expectation, horizon, steps } = plan;
+    let OrderPlan { expectation, horizon, steps, unmeasured } = plan;
+    if let Some(reason) = unmeasured {
+        return Err(OrderError::Unmeasured(reason));
+    }
     let (end, bound) = match truth {
         Truth::Exact => {
             let end = (limit.exact)(horizon).ok_or(OrderError::NoExact)?;

@@ -6,11 +6,11 @@ use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use lsvi::Grid;
 use lsvi::adaptive::Tolerances;
-use lsvi::{Grid, State};
 use verify::methods::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
 use verify::methods::{self, BuildError, Method};
-use verify::problems::Problem;
+use verify::problems::{Problem, component_names};
 use verify::run::{RunError, distance, run_while};
 
 use super::Status;
@@ -90,8 +90,8 @@ struct Solve<'a> {
     has_exact: bool,
 }
 
-/// A row of the result: the state, and its error where the exact solution exists.
-type Row<'a> = (&'a State, Option<f64>);
+/// A row of the result: time, observed components, and their error where the exact solution exists.
+type Row<'a> = (f64, &'a [f64], Option<f64>);
 
 /// What the rows come to.
 #[derive(Debug, Default)]
@@ -130,9 +130,9 @@ impl<'a> Solve<'a> {
     }
 
     /// Column names: `t`, the components, `error`.
-    fn columns(&self) -> Vec<&str> {
-        let error = self.has_exact.then_some("error");
-        ["t"].into_iter().chain(self.problem.components().iter().copied()).chain(error).collect()
+    fn columns(&self) -> Vec<String> {
+        let error = self.has_exact.then(|| "error".to_owned());
+        ["t".to_owned()].into_iter().chain(component_names(&*self.problem)).chain(error).collect()
     }
 
     /// Integrates and hands every row to `observe`, until that breaks or fails.
@@ -140,9 +140,10 @@ impl<'a> Solve<'a> {
         let mut summary = Summary::default();
         let mut io = Ok(());
         let solved = run_while(&*self.problem, &*self.method, self.h, self.args.t_end, |state| {
-            let error = self.problem.exact(state.t).map(|exact| distance(&state.q, &exact));
+            let values = self.problem.observe(state.t, &state.q);
+            let error = self.problem.exact(state.t).map(|exact| distance(&values, &exact));
             summary.add(state.t, error);
-            observe((state, error)).unwrap_or_else(|error| {
+            observe((state.t, &values, error)).unwrap_or_else(|error| {
                 io = Err(error);
                 ControlFlow::Break(())
             })
@@ -191,8 +192,8 @@ impl<'a> Solve<'a> {
         Ok(csv)
     }
 
-    fn write_row<W: Write>(&self, csv: &mut csv::Writer<W>, (state, error): Row) -> io::Result<()> {
-        if self.has_exact { csv.serialize((state.t, &state.q, error)) } else { csv.serialize((state.t, &state.q)) }?;
+    fn write_row<W: Write>(&self, csv: &mut csv::Writer<W>, (t, values, error): Row) -> io::Result<()> {
+        if self.has_exact { csv.serialize((t, values, error)) } else { csv.serialize((t, values)) }?;
         Ok(())
     }
 }

@@ -111,6 +111,8 @@ pub struct OrderPlan {
     pub horizon: f64,
     /// The step sizes, coarse to fine.
     pub steps: Vec<f64>,
+    /// Why nothing is measured, where that is so.
+    pub unmeasured: Option<&'static str>,
 }
 
 impl OrderPlan {
@@ -124,7 +126,31 @@ impl OrderPlan {
     pub fn at(method: &dyn Method, horizon: f64, coarsest: f64) -> Self {
         let order = f64::from(method.order());
         let steps = ladder(horizon, coarsest, SQRT_2.min(4_f64.powf(order.recip())), LADDER);
-        Self { expectation: Expectation::new(order, ORDER_BAND), horizon, steps }
+        Self { expectation: Expectation::new(order, ORDER_BAND), horizon, steps, unmeasured: None }
+    }
+
+    /// The nominal order on a problem with rates up to `fastest`: at t = `horizon` from h = `coarsest` down, but within the
+    /// limit of stability for methods that have one.
+    pub fn stiff(method: &dyn Method, horizon: f64, coarsest: f64, fastest: f64) -> Self {
+        match method.stability() {
+            Stability::Unstable => Self::at(method, horizon.min(6.0 / fastest), coarsest.min(1.0 / fastest)),
+            Stability::Conditional => Self::at(method, horizon.min(6.0 / fastest), coarsest.min(1.5 / fastest)),
+            _ => Self::at(method, horizon, coarsest),
+        }
+    }
+
+    /// As [`stiff`](Self::stiff), on a problem whose solution is so smooth that explicit methods of high order commit errors near
+    /// roundoff wherever they are stable.
+    pub fn smooth(method: &dyn Method, horizon: f64, coarsest: f64, fastest: f64) -> Self {
+        if method.stability() == Stability::Conditional && method.order() > 2 {
+            return Self::unmeasured(method, "wherever the method is stable, its error is near roundoff");
+        }
+        Self::stiff(method, horizon, coarsest, fastest)
+    }
+
+    /// No order is measured, for a reason.
+    pub fn unmeasured(method: &dyn Method, reason: &'static str) -> Self {
+        Self { unmeasured: Some(reason), ..Self::nominal(method) }
     }
 
     /// Expects `order` instead, for a reason.

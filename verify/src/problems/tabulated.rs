@@ -1,15 +1,21 @@
-//! Solutions without closed form, computed in 60-digit arithmetic by `verify/data/tabulated.py`.
+//! Solutions without closed form, computed in 36 and more digits by the scripts beside the tables.
 
-const TABLE: &str = include_str!("../../data/tabulated.csv");
+const TABLES: [&str; 2] = [include_str!("../../data/tabulated.csv"), include_str!("../../data/stiff.csv")];
 
-/// The state of the default problem `name` at time `t`, rounded to doubles, if it is tabulated.
+/// The state at time `t` of the default problem `name`, or of `name parameter=value …`, rounded to doubles, if it is tabulated.
 pub(super) fn lookup(name: &str, t: f64) -> Option<Vec<f64>> {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(TABLE.as_bytes());
-    let rows = reader.deserialize::<(String, f64, usize, f64)>().filter_map(Result::ok);
+    let rows = TABLES.into_iter().flat_map(rows).filter_map(Result::ok);
     let mut components: Vec<(usize, f64)> =
         rows.filter(|(problem, time, ..)| problem == name && *time == t).map(|(_, _, i, value)| (i, value)).collect();
     components.sort_by_key(|(i, _)| *i);
     (!components.is_empty()).then(|| components.into_iter().map(|(_, value)| value).collect())
+}
+
+/// Problem, time, component, value.
+type Row = (String, f64, usize, f64);
+
+fn rows(table: &'static str) -> impl Iterator<Item = Result<Row, csv::Error>> {
+    csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(table.as_bytes()).into_deserialize()
 }
 
 #[cfg(test)]
@@ -18,15 +24,15 @@ mod tests {
 
     #[test]
     fn every_row_is_readable_and_states_are_whole() {
-        let rows = TABLE.lines().filter(|line| !line.starts_with('#')).count() - 1;
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(TABLE.as_bytes());
-        let parsed: Vec<(String, f64, usize, f64)> =
-            reader.deserialize().map(|row| row.expect("well-formed")).collect();
-        assert_eq!(parsed.len(), rows);
-        for (name, t, ..) in &parsed {
-            let problem = super::super::build(name, &[]).expect("registered");
-            assert_eq!(lookup(name, *t).map(|v| v.len()), Some(problem.initial().len()), "{name} at t = {t}");
-            assert_eq!(problem.tabulated(*t), lookup(name, *t));
+        for table in TABLES {
+            let lines = table.lines().filter(|line| !line.starts_with('#')).count() - 1;
+            let parsed: Vec<Row> = rows(table).map(|row| row.expect("well-formed")).collect();
+            assert_eq!(parsed.len(), lines);
+            for (name, t, ..) in &parsed {
+                let problem = super::super::build_setting(name).expect("registered");
+                assert_eq!(lookup(name, *t).map(|v| v.len()), Some(problem.initial().len()), "{name} at t = {t}");
+                assert_eq!(problem.tabulated(*t), lookup(name, *t));
+            }
         }
         assert_eq!(lookup("van-der-pol", 0.123), None);
     }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Series, Table};
 use crate::measure::order::{OrderFit, Verdict};
 use crate::methods;
 use crate::order::{OrderError, Source, Truth, measure};
@@ -29,14 +29,14 @@ pub(crate) struct Measured {
 pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError> {
     let mut pairs = Vec::new();
     for spec in problems::ALL {
-        let problem = problems::build(spec.name, &[])?;
+        let problem = problems::small(spec.name)?;
         pairs.extend(methods::examples_for(&*problem).into_iter().map(|method| (spec.name, method)));
     }
     (context.announce)(pairs.len() as u64);
     pairs
         .into_par_iter()
         .map(|(name, method)| {
-            let problem = problems::build(name, &[])?;
+            let problem = problems::small(name)?;
             let truth = Source::default_for(&*problem, &*method).truth(&*problem, &*method);
             let fit = measure(&*problem, &*method, truth);
             (context.tick)();
@@ -78,6 +78,7 @@ fn check(pair: &Measured) -> Check {
             let required = format!("{} ± {}", fit.expected.order, fit.expected.band);
             (fit.verdict.into(), fit.line.map(|line| line.slope), required, fit.reason.clone())
         }
+        Err(error @ OrderError::Unmeasured(_)) => (Outcome::NotRun, None, String::new(), error.to_string()),
         Err(error) => (Verdict::Inconclusive.into(), None, String::new(), error.to_string()),
     };
     Check {

@@ -2,8 +2,6 @@
 
 use std::io::{self, Write};
 
-use lsvi::State;
-
 use super::Row;
 use crate::cli::layout::{WIDTH, number, plain, right};
 
@@ -14,26 +12,30 @@ const ROWS: usize = 18;
 const COLUMN: usize = 13;
 
 /// At most [`ROWS`] rows, evenly thinned, and the last. What is kept is bounded, however many rows come.
-pub(super) struct Table<'a> {
-    columns: Vec<&'a str>,
+pub(super) struct Table {
+    columns: Vec<String>,
     has_error: bool,
     count: usize,
     stride: usize,
-    kept: Vec<(State, Option<f64>)>,
-    last: Option<(State, Option<f64>)>,
+    kept: Vec<Kept>,
+    last: Option<Kept>,
 }
 
-impl<'a> Table<'a> {
-    pub(super) fn new(columns: Vec<&'a str>, has_error: bool) -> Self {
+/// A [`Row`] of its own.
+type Kept = (f64, Vec<f64>, Option<f64>);
+
+impl Table {
+    pub(super) fn new(columns: Vec<String>, has_error: bool) -> Self {
         Self { columns, has_error, count: 0, stride: 1, kept: Vec::new(), last: None }
     }
 
-    pub(super) fn push(&mut self, (state, error): Row) {
+    pub(super) fn push(&mut self, (t, values, error): Row) {
+        let row = (t, values.to_vec(), error);
         if !self.count.is_multiple_of(self.stride) {
-            self.last = Some((state.clone(), error));
+            self.last = Some(row);
         } else {
             self.last = None;
-            self.kept.push((state.clone(), error));
+            self.kept.push(row);
         }
         self.count += 1;
         if self.kept.len() > ROWS {
@@ -55,9 +57,9 @@ impl<'a> Table<'a> {
             cells.map(|cell| right(&cell, COLUMN)).collect::<String>()[1..].to_owned()
         };
         let headings = self.columns[..=shown].iter().chain(&self.columns[1 + components..]);
-        writeln!(out, "{}", line(&mut headings.map(|name| (*name).to_owned())))?;
-        for (state, error) in self.kept.iter().chain(&self.last) {
-            let numbers = [plain(state.t)].into_iter().chain(state.q[..shown].iter().copied().map(number));
+        writeln!(out, "{}", line(&mut headings.cloned()))?;
+        for (t, values, error) in self.kept.iter().chain(&self.last) {
+            let numbers = [plain(*t)].into_iter().chain(values[..shown].iter().copied().map(number));
             let error = self.has_error.then(|| error.map_or_else(String::new, number));
             writeln!(out, "{}", line(&mut numbers.chain(error)))?;
         }
