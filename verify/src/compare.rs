@@ -12,8 +12,10 @@ use crate::run::{RunError, distance, max_norm, run};
 /// Sample times, equally spaced, the last at the horizon.
 const SAMPLES: usize = 4;
 
-/// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`].
+/// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`]; doubled up to [`MOST_STEPS`] until the bound resolves
+/// the solution.
 const STEPS: usize = 1024;
+const MOST_STEPS: usize = 8 * STEPS;
 
 /// Largest bound, relative to the size of the truth, that an agreement is worth anything with: two digits.
 const RESOLVED: f64 = 1e-2;
@@ -159,14 +161,25 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Resul
         (error, Some(reason)) => Gap::BrokeDown(format!("{error}; as declared: {reason}")),
         (error, None) => Gap::Failed(error.to_string()),
     };
-    let coarse = sampled(STEPS).map_err(failed)?;
-    let fine = sampled(2 * STEPS).map_err(failed)?;
     let cap = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
     let order = f64::from(method.order()).min(cap);
-    let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(order) - 1.0);
-    let size = fine.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
-    let roundoff = roundoff(method, size, 2.0 * STEPS as f64);
-    Ok(Answer { states: fine, bound: 2.0 * predicted + roundoff, astray: breakdown })
+    let (mut steps, mut coarse) = (STEPS, sampled(STEPS).map_err(failed)?);
+    loop {
+        steps *= 2;
+        let fine = sampled(steps).map_err(failed)?;
+        let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(order) - 1.0);
+        let size = largest(&fine);
+        let bound = 2.0 * predicted + roundoff(method, size, steps as f64);
+        if bound <= RESOLVED * size || breakdown.is_some() || steps > MOST_STEPS {
+            return Ok(Answer { states: fine, bound, astray: breakdown });
+        }
+        coarse = fine;
+    }
+}
+
+/// The largest component of all states.
+fn largest(states: &[Vec<f64>]) -> f64 {
+    states.iter().map(|v| max_norm(v)).fold(0.0, f64::max)
 }
 
 /// The name of the truth and its answer; `None` where nothing was solved.
@@ -176,7 +189,7 @@ fn truth(problem: &dyn Problem, limit: &Limit<'_>, times: &[f64], solved: &[Solv
     let known = exact.map(|states| ("exact", states)).or_else(|| Some(("tabulated", tabulated()?)));
     if let Some((name, states)) = known {
         // A few elementary functions, each to an ulp or two, of numbers no larger than the largest state.
-        let bound = 16.0 * f64::EPSILON * states.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
+        let bound = 16.0 * f64::EPSILON * largest(&states);
         return Some((name.into(), Answer { states, bound, astray: None }));
     }
     let references = solved.iter().filter(|(name, _)| references::by_name(name).is_some());
@@ -204,8 +217,7 @@ fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judg
     };
     let difference = largest_distance(&answer.states, &truth.states);
     let bound = answer.bound + truth.bound;
-    let size = truth.states.iter().map(|v| max_norm(v)).fold(0.0, f64::max);
-    let (near, resolved) = (difference <= bound, bound <= RESOLVED * size);
+    let (near, resolved) = (difference <= bound, bound <= RESOLVED * largest(&truth.states));
     let (outcome, status) = match (near && resolved, answer.astray) {
         (true, None) => (Outcome::Pass, "agrees".into()),
         (true, Some(reason)) => (Outcome::Fail, format!("agrees, against what is declared: {reason}")),

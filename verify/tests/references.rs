@@ -465,6 +465,17 @@ fn the_registry_names_every_reference_once() {
     assert!(by_name("cvode").is_none());
 }
 
+/// Before anything is allocated.
+#[test]
+fn systems_too_large_for_a_dense_matrix_are_refused() {
+    const DIM: usize = 1 << 20;
+    let large = system(DIM, |_, v, dv| dv.copy_from_slice(v), |_, _, _| ());
+    for r in available() {
+        let answer = r.solve(&large, 0.0, &vec![0.0; DIM], &[1.0]);
+        assert!(matches!(answer, Err(ReferenceError::Input(reason)) if reason.contains("1048576")), "{}", r.name());
+    }
+}
+
 /// The library's version is a number, from the library that runs.
 #[test]
 fn the_libraries_state_their_versions() {

@@ -2,9 +2,9 @@
 
 use lsvi::closure::{Closure, Linear};
 use lsvi::discrete::Trapezoidal;
-use lsvi::{Integrator, Variational, position_momentum};
+use lsvi::{Integrator, Structure, Variational, VectorField, method_i, position_momentum};
 
-use super::{Build, BuildError, Method, Spec, Stability};
+use super::{Build, BuildError, Method, Spec, Stability, check_filled};
 use crate::names::NameError;
 use crate::problems::{Principle, Problem};
 
@@ -58,6 +58,12 @@ struct LinearClosure {
     beta: f64,
 }
 
+impl LinearClosure {
+    fn is_method_i(&self) -> bool {
+        self.alpha == 0.0
+    }
+}
+
 impl Method for LinearClosure {
     fn name(&self) -> String {
         self.name.map_or_else(|| format!("linear({:?},{:?})", self.alpha, self.beta), str::to_owned)
@@ -83,7 +89,16 @@ impl Method for LinearClosure {
         }
     }
 
+    fn filled(&self, problem: &dyn Problem) -> usize {
+        if self.is_method_i() { 0 } else { problem.ode().dim() }
+    }
+
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        check_filled(self, problem)?;
+        let field = problem.field();
+        if self.is_method_i() && !matches!(field.structure(), Structure::Dense) {
+            return Ok(Box::new(method_i(field)));
+        }
         let closure = Linear::new(self.alpha, self.beta)
             .map_err(|error| BuildError { method: self.name(), reason: error.to_string() })?;
         Ok(stepped(problem, closure))
@@ -116,7 +131,12 @@ impl Method for Conventional {
         Stability::Unstable
     }
 
+    fn filled(&self, problem: &dyn Problem) -> usize {
+        problem.ode().dim()
+    }
+
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        check_filled(self, problem)?;
         Ok(Box::new(position_momentum(Trapezoidal::new(problem.lagrangian()))))
     }
 }

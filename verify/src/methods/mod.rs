@@ -76,10 +76,16 @@ pub trait Method: fmt::Debug + Send + Sync {
         None
     }
 
+    /// Order of the largest matrix that a step on `problem` fills although it is banded or sparse; 0 for methods that follow
+    /// the structure of the Jacobian.
+    fn filled(&self, _problem: &dyn Problem) -> usize {
+        0
+    }
+
     /// The integrator for `problem`.
     ///
     /// # Errors
-    /// [`BuildError`] if the method does not apply.
+    /// [`BuildError`] if the method does not apply, or would fill more memory than can be asked for.
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError>;
 }
 
@@ -139,11 +145,14 @@ impl OrderPlan {
         }
     }
 
-    /// As [`stiff`](Self::stiff), on a problem whose solution is so smooth that explicit methods of high order commit errors near
-    /// roundoff wherever they are stable.
+    /// As [`stiff`](Self::stiff), on a problem whose solution is smooth: orders above 2 settle where h resolves the fastest
+    /// rates, and errors are near roundoff there.
     pub fn smooth(method: &dyn Method, horizon: f64, coarsest: f64, fastest: f64) -> Self {
-        if method.stability() == Stability::Conditional && method.order() > 2 {
-            return Self::unmeasured(method, "wherever the method is stable, its error is near roundoff");
+        if method.order() > 2 {
+            return Self::unmeasured(
+                method,
+                "where h is small enough for the order to show, the error is near roundoff",
+            );
         }
         Self::stiff(method, horizon, coarsest, fastest)
     }
@@ -168,6 +177,22 @@ pub struct BuildError {
     pub method: String,
     /// Why it does not apply.
     pub reason: String,
+}
+
+/// Largest order of a dense matrix: it takes 128 MB, and a step needs a few of them.
+const MAX_FILLED: usize = 4096;
+
+/// Refuses `problem` where `method` would fill larger matrices than [`MAX_FILLED`].
+fn check_filled(method: &dyn Method, problem: &dyn Problem) -> Result<(), BuildError> {
+    let order = method.filled(problem);
+    if order <= MAX_FILLED {
+        return Ok(());
+    }
+    let reason = format!(
+        "it fills matrices of order {order}, more than {MAX_FILLED}; method-i, radau-adaptive and the classical methods \
+         follow the structure of the Jacobian"
+    );
+    Err(BuildError { method: method.name(), reason })
 }
 
 /// An entry of the registry.
@@ -250,18 +275,23 @@ pub fn examples() -> Vec<Box<dyn Method>> {
     methods.filter(|method| !method.is_adaptive()).collect()
 }
 
-/// The examples that say something about `problem`: those that can be built, and the least-squares closures only where the
-/// motion has no invariant, since they are made for systems that dissipate.
+/// Largest order of a matrix that is filled in the studies of every pair of method and problem, for the sake of time.
+const CHEAP: usize = 24;
+
+/// The examples that say something about `problem`: those that can be built, fill no large matrices, and are least-squares closures only where the motion has no invariant, since those are made for systems that
+/// dissipate.
 pub fn examples_for(problem: &dyn Problem) -> Vec<Box<dyn Method>> {
     let conservative = !problem.invariants().is_empty();
     let suits =
         |method: &dyn Method| !conservative || matches!(method.principle(), Principle::Equation | Principle::Hamilton);
-    examples().into_iter().filter(|method| suits(&**method) && method.build(problem).is_ok()).collect()
+    let cheap = |method: &dyn Method| method.filled(problem) <= CHEAP;
+    examples().into_iter().filter(|m| suits(&**m) && cheap(&**m) && m.build(problem).is_ok()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::problems;
 
     #[test]
     fn every_method_is_found_by_its_canonical_name() {
@@ -303,5 +333,22 @@ mod tests {
         );
         assert!(matches!(parse("rk4(3)"), Err(NameError::Form { .. })));
         assert!(parse(" linear( -1e-3 , +2.5E1 ) ").is_ok());
+    }
+
+    /// What would not fit into memory is refused before it is allocated; structure makes room.
+    #[test]
+    fn large_systems_are_refused_where_matrices_are_filled() {
+        let problem = problems::build_setting("channel-couette cells=20000").expect("banded");
+        for name in ["method-ii", "conventional", "minimax(0.1,1)", "fitted(1)", "window(2)", "ls-galerkin(2,radau,2)"]
+        {
+            let error = parse(name).expect("registered").build(&*problem).map(|_| ()).expect_err("too large");
+            assert!(error.reason.contains("more than 4096"), "{error}");
+        }
+        for name in ["method-i", "linear(0,2)", "radau-adaptive", "bdf2", "tr-bdf2"] {
+            let method = parse(name).expect("registered");
+            assert!(method.build(&*problem).is_ok(), "{name}");
+        }
+        let end = crate::run::run(&*problem, &*parse("method-i").expect("registered"), 0.1, 0.2, |_| {});
+        assert!(end.is_ok_and(|state| state.q.iter().all(|u| (0.0..1.0).contains(u))));
     }
 }

@@ -5,7 +5,7 @@ use lsvi::discrete::Trapezoidal;
 use lsvi::{InputError, Integrator, Window};
 
 use super::least_squares::stepped;
-use super::{Build, BuildError, Method, Spec, Stability};
+use super::{Build, BuildError, Method, Spec, Stability, check_filled};
 use crate::names::{Call, NameError};
 use crate::problems::{Principle, Problem};
 
@@ -93,7 +93,12 @@ impl Method for Fitted {
         Stability::Neutral
     }
 
+    fn filled(&self, problem: &dyn Problem) -> usize {
+        problem.ode().dim()
+    }
+
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        check_filled(self, problem)?;
         let unfit = |reason: String| BuildError { method: self.name(), reason };
         if problem.limit(Principle::MomentumZero).name != problem.limit(Principle::MomentumConserved).name {
             return Err(unfit("its Lagrangian keeps a remainder, and the limit would depend on LAMBDA".into()));
@@ -130,7 +135,12 @@ impl Method for Minimax {
         Stability::Neutral
     }
 
+    fn filled(&self, problem: &dyn Problem) -> usize {
+        problem.ode().dim()
+    }
+
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        check_filled(self, problem)?;
         let closure = Linear::minimax(self.from, self.to)
             .map_err(|error| BuildError { method: self.name(), reason: error.to_string() })?;
         Ok(stepped(problem, closure))
@@ -167,7 +177,12 @@ impl Method for WindowMethod {
         self.length
     }
 
+    fn filled(&self, problem: &dyn Problem) -> usize {
+        self.length.saturating_mul(problem.ode().dim())
+    }
+
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        check_filled(self, problem)?;
         let window = Window::new(Trapezoidal::new(problem.lagrangian()), self.length)
             .map_err(|error| BuildError { method: self.name(), reason: error.to_string() })?;
         Ok(Box::new(window))

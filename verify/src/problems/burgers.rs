@@ -3,7 +3,7 @@
 use lsvi::VectorField;
 
 use super::analytic::{Analytic, Curved};
-use super::{Limit, Principle, Problem, Spec};
+use super::{Limit, Principle, Problem, Spec, grows_on_a_grid};
 use crate::methods::{Method, OrderPlan};
 use crate::names::Parameter;
 use crate::references::Ode;
@@ -134,6 +134,9 @@ impl Problem for Burgers {
     }
     fn order_plan(&self, method: &dyn Method) -> OrderPlan {
         OrderPlan::smooth(method, 1.0, 0.1, self.fastest())
+    }
+    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
+        grows_on_a_grid(method)
     }
     fn is_stiff(&self) -> bool {
         self.fastest() > 100.0

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use lsvi::{Structure, VectorField};
 
 use super::analytic::{Analytic, Curved};
-use super::{Limit, Principle, Problem, Spec};
+use super::{Limit, Principle, Problem, Spec, grows_on_a_grid};
 use crate::methods::{Method, OrderPlan};
 use crate::names::Parameter;
 use crate::references::Ode;
@@ -14,10 +14,10 @@ pub(super) const SPEC: Spec = Spec {
     name: "heat-2d",
     summary: "u_t = ν (u_xx + u_yy) on the unit square, five-point formula; exact: two modes that decay",
     parameters: &[
-        Parameter { name: "cells", default: "16", meaning: "number of cells N along a side" },
+        Parameter { name: "cells", default: "8", meaning: "number of cells N along a side" },
         Parameter { name: "nu", default: "0.1", meaning: "diffusivity ν > 0" },
     ],
-    build: |p| Ok(Box::new(Heat { cells: p.count("cells", 2..=1024)?, nu: p.positive("nu")? })),
+    build: |p| Ok(Box::new(Heat { cells: p.count("cells", 2..=256)?, nu: p.positive("nu")? })),
 };
 
 /// Amplitude and wave numbers of the initial state, Σ a sin kπx sin lπy.
@@ -149,7 +149,10 @@ impl Problem for Heat {
         }
     }
     fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        OrderPlan::stiff(method, 1.0, 0.1, self.fastest())
+        OrderPlan::smooth(method, 1.0, 0.1, self.fastest())
+    }
+    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
+        grows_on_a_grid(method)
     }
     fn is_stiff(&self) -> bool {
         self.fastest() > 100.0

@@ -107,7 +107,7 @@ impl Problem for Hires {
     fn order_plan(&self, method: &dyn Method) -> OrderPlan {
         match self.breakdown(method) {
             Some(reason) => OrderPlan::unmeasured(method, reason),
-            None => OrderPlan::smooth(method, 0.5, 0.005, 20.0),
+            None => OrderPlan::smooth(method, 0.5, 0.01, 20.0),
         }
     }
     fn is_stiff(&self) -> bool {

@@ -6,20 +6,19 @@ use nalgebra::{Matrix2, Vector2};
 use super::analytic::{Analytic, Curved};
 use super::{Principle, Problem, Spec, tabulated};
 use crate::methods::{Method, OrderPlan};
-use crate::names::Parameter;
 use crate::references::Ode;
 
 pub(super) const SPEC: Spec = Spec {
     name: "pleiades",
     summary: "seven stars of masses 1…7 in a plane, 28 unknowns, not stiff; published end value at t = 3",
-    parameters: &[Parameter { name: "stars", default: "7", meaning: "7, or only the first 3 of them" }],
-    build: |p| Ok(Box::new(Pleiades { stars: p.choice("stars", &[("3", 3), ("7", 7)])? })),
+    parameters: &[],
+    build: |_| Ok(Box::new(Pleiades)),
 };
 
 #[derive(Debug)]
-struct Pleiades {
-    stars: usize,
-}
+struct Pleiades;
+
+const STARS: usize = 7;
 
 /// The mass of star i.
 fn mass(i: usize) -> f64 {
@@ -29,8 +28,8 @@ fn mass(i: usize) -> f64 {
 impl Pleiades {
     /// All pairs, with the vector from the first star to the second.
     fn pairs(&self, v: &[f64]) -> impl Iterator<Item = (usize, usize, Vector2<f64>)> {
-        let n = self.stars;
-        (0..n).flat_map(move |i| (0..i).map(move |j| (i, j, Vector2::new(v[j] - v[i], v[n + j] - v[n + i]))))
+        let between = |i: usize, j: usize| Vector2::new(v[j] - v[i], v[STARS + j] - v[STARS + i]);
+        (0..STARS).flat_map(move |i| (0..i).map(move |j| (i, j, between(i, j))))
     }
 }
 
@@ -49,31 +48,31 @@ fn hessian(a: Vector2<f64>, d: Vector2<f64>) -> Matrix2<f64> {
 
 impl Ode for Pleiades {
     fn dim(&self) -> usize {
-        4 * self.stars
+        4 * STARS
     }
     fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
-        let (rate, acceleration) = dv.split_at_mut(2 * self.stars);
-        rate.copy_from_slice(&v[2 * self.stars..]);
+        let (rate, acceleration) = dv.split_at_mut(2 * STARS);
+        rate.copy_from_slice(&v[2 * STARS..]);
         acceleration.fill(0.0);
         for (i, j, d) in self.pairs(v) {
             let pull = d / d.norm().powi(3);
             for c in 0..2 {
-                acceleration[c * self.stars + i] += mass(j) * pull[c];
-                acceleration[c * self.stars + j] -= mass(i) * pull[c];
+                acceleration[c * STARS + i] += mass(j) * pull[c];
+                acceleration[c * STARS + j] -= mass(i) * pull[c];
             }
         }
     }
     fn jacobian(&self, _t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
-        for k in 0..2 * self.stars {
-            add(k, 2 * self.stars + k, 1.0);
+        for k in 0..2 * STARS {
+            add(k, 2 * STARS + k, 1.0);
         }
         for (i, j, d) in self.pairs(v) {
             let slope = gradient(d);
             for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let x = slope[(a, b)];
                 for (star, pull) in [(i, mass(j)), (j, -mass(i))] {
-                    add((2 + a) * self.stars + star, b * self.stars + j, pull * x);
-                    add((2 + a) * self.stars + star, b * self.stars + i, -pull * x);
+                    add((2 + a) * STARS + star, b * STARS + j, pull * x);
+                    add((2 + a) * STARS + star, b * STARS + i, -pull * x);
                 }
             }
         }
@@ -83,11 +82,11 @@ impl Ode for Pleiades {
 impl Curved for Pleiades {
     fn curvature(&self, v: &[f64], w: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
         for (i, j, d) in self.pairs(v) {
-            let weight = |c: usize| mass(j) * w[(2 + c) * self.stars + i] - mass(i) * w[(2 + c) * self.stars + j];
+            let weight = |c: usize| mass(j) * w[(2 + c) * STARS + i] - mass(i) * w[(2 + c) * STARS + j];
             let bend = hessian(Vector2::new(weight(0), weight(1)), d);
             for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                 let x = bend[(a, b)];
-                let (ai, aj, bi, bj) = (a * self.stars + i, a * self.stars + j, b * self.stars + i, b * self.stars + j);
+                let (ai, aj, bi, bj) = (a * STARS + i, a * STARS + j, b * STARS + i, b * STARS + j);
                 add(ai, bi, x);
                 add(aj, bj, x);
                 add(ai, bj, -x);
@@ -99,18 +98,15 @@ impl Curved for Pleiades {
 
 impl Problem for Pleiades {
     fn components(&self) -> &'static [&'static str] {
-        match self.stars {
-            3 => &["x1", "x2", "x3", "y1", "y2", "y3", "vx1", "vx2", "vx3", "vy1", "vy2", "vy3"],
-            _ => &[
-                "x1", "x2", "x3", "x4", "x5", "x6", "x7", "y1", "y2", "y3", "y4", "y5", "y6", "y7", "vx1", "vx2",
-                "vx3", "vx4", "vx5", "vx6", "vx7", "vy1", "vy2", "vy3", "vy4", "vy5", "vy6", "vy7",
-            ],
-        }
+        &[
+            "x1", "x2", "x3", "x4", "x5", "x6", "x7", "y1", "y2", "y3", "y4", "y5", "y6", "y7", "vx1", "vx2", "vx3",
+            "vx4", "vx5", "vx6", "vx7", "vy1", "vy2", "vy3", "vy4", "vy5", "vy6", "vy7",
+        ]
     }
     fn initial(&self) -> Vec<f64> {
         let [x, y] = [[3.0, 3.0, -1.0, -3.0, 2.0, -2.0, 2.0], [3.0, -3.0, 2.0, 0.0, 0.0, -4.0, 4.0]];
         let [vx, vy] = [[0.0, 0.0, 0.0, 0.0, 0.0, 1.75, -1.5], [0.0, 0.0, 0.0, -1.25, 1.0, 0.0, 0.0]];
-        [x, y, vx, vy].iter().flat_map(|column| &column[..self.stars]).copied().collect()
+        [x, y, vx, vy].concat()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
         Box::new(Analytic(self))
@@ -119,24 +115,19 @@ impl Problem for Pleiades {
         self
     }
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
-        (self.stars == 7).then(|| tabulated::lookup("pleiades", t)).flatten()
+        tabulated::lookup("pleiades", t)
     }
     fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
-        match method.principle() {
-            Principle::MomentumConserved => Some(
-                "forces depend on differences of places alone: J is singular, and Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free",
-            ),
-            Principle::MomentumDecaying => Some(
-                "as h → 0 the closure is (½λ − Jᵀ)(r₀ + r₁) = 0, which leaves the residual free where ½λ is an eigenvalue of J",
-            ),
-            _ => None,
-        }
+        let conserves = method.principle() == Principle::MomentumConserved;
+        conserves.then_some(
+            "forces depend on differences of places alone: J is singular, and Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free",
+        )
     }
     /// Up to t = 1, before the first close encounter.
     fn order_plan(&self, method: &dyn Method) -> OrderPlan {
         match self.breakdown(method) {
             Some(reason) => OrderPlan::unmeasured(method, reason),
-            None => OrderPlan::at(method, 1.0, 0.1),
+            None => OrderPlan::at(method, 1.0, if method.order() > 2 { 0.05 } else { 0.1 }),
         }
     }
     fn horizon(&self) -> f64 {

@@ -1,4 +1,4 @@
-//! diffsol: BDF and Runge–Kutta methods in Rust, with dense linear algebra.
+//! diffsol: BDF and Runge–Kutta methods in Rust, with dense linear algebra, or sparse where the Jacobian is banded.
 //!
 //! It shares nothing with the methods under test but the package `nalgebra`.
 
@@ -6,15 +6,14 @@ use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use diffsol::{
-    DiffsolError, NalgebraContext, NalgebraLU, NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod,
-    OdeSolverStopReason, Op, Vector,
+    DefaultDenseMatrix, DiffsolError, FaerSparseLU, FaerSparseMat, LinearSolver, NalgebraLU, NalgebraMat, OdeBuilder,
+    OdeEquations, OdeSolverMethod, OdeSolverStopReason, Op, Vector, VectorRef,
 };
 
-use super::bound::{Run, solve_twice};
-use super::{Ode, Reference, ReferenceError, Sampled, Work, panic_text};
+use diffsol::matrix::MatrixRef;
 
-type Matrix = NalgebraMat<f64>;
-type Linear = NalgebraLU<f64>;
+use super::bound::{Run, solve_twice};
+use super::{Ode, Reference, ReferenceError, Sampled, Work, check_dense, panic_text};
 
 /// Steps allowed in a solve.
 const MAX_STEPS: usize = 5_000_000;
@@ -63,6 +62,7 @@ impl Reference for Diffsol {
     }
 
     fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError> {
+        check_dense(self.name, ode)?;
         solve_twice(ode, t0, v0, times, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
     }
 }
@@ -100,20 +100,31 @@ impl Diffsol {
     /// One solve. Panics inside diffsol or the system become errors.
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
         let reached = Cell::new(t0);
-        let solved = catch_unwind(AssertUnwindSafe(|| self.integrate(ode, v0, times, tolerance, &reached)))
+        let integrate = || match ode.bandwidths() {
+            Some(_) => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),
+            None => self.integrate::<NalgebraMat<f64>, NalgebraLU<f64>>(ode, v0, times, tolerance, &reached),
+        };
+        let solved = catch_unwind(AssertUnwindSafe(integrate))
             .unwrap_or_else(|payload| Err(format!("panicked: {}", panic_text(&*payload))));
         solved.map_err(|reason| ReferenceError::Solver { solver: self.name, t: reached.get(), reason })
     }
 
     /// Builds the problem and starts the method; `reached` holds the initial time and follows the solve.
-    fn integrate(
+    fn integrate<M, L>(
         &self,
         ode: &dyn Ode,
         v0: &[f64],
         times: &[f64],
         tolerance: f64,
         reached: &Cell<f64>,
-    ) -> Result<Run, String> {
+    ) -> Result<Run, String>
+    where
+        M: diffsol::Matrix<T = f64>,
+        M::V: DefaultDenseMatrix<T = f64, C = M::C>,
+        for<'b> &'b M::V: VectorRef<M::V>,
+        for<'b> &'b M: MatrixRef<M>,
+        L: LinearSolver<M>,
+    {
         let seen = Seen::default();
         let rhs = |v: &[f64], _: &[f64], t: f64, dv: &mut [f64]| {
             seen.rhs.set(seen.rhs.get() + 1);
@@ -129,7 +140,7 @@ impl Diffsol {
         // diffsol would choose a first step of NaN and never leave the initial time.
         rhs(v0, &[], reached.get(), &mut vec![0.0; v0.len()]);
         seen.check()?;
-        let mut problem = OdeBuilder::<Matrix>::new()
+        let mut problem = OdeBuilder::<M>::new()
             .t0(reached.get())
             .rtol(tolerance)
             .atol([tolerance])
@@ -140,9 +151,9 @@ impl Diffsol {
         problem.ode_options.max_nonlinear_solver_failures = MAX_FAILURES;
         let start = |e: DiffsolError| e.to_string();
         match self.method {
-            Method::Bdf => sample(problem.bdf::<Linear>().map_err(start)?, times, &seen, reached),
-            Method::TrBdf2 => sample(problem.tr_bdf2::<Linear>().map_err(start)?, times, &seen, reached),
-            Method::Esdirk34 => sample(problem.esdirk34::<Linear>().map_err(start)?, times, &seen, reached),
+            Method::Bdf => sample(problem.bdf::<L>().map_err(start)?, times, &seen, reached),
+            Method::TrBdf2 => sample(problem.tr_bdf2::<L>().map_err(start)?, times, &seen, reached),
+            Method::Esdirk34 => sample(problem.esdirk34::<L>().map_err(start)?, times, &seen, reached),
             Method::Tsit45 => sample(problem.tsit45().map_err(start)?, times, &seen, reached),
         }
     }
@@ -151,7 +162,8 @@ impl Diffsol {
 /// Steps to the last of `times` and interpolates the others from the step that passes them.
 fn sample<'a, E, S>(mut solver: S, times: &[f64], seen: &Seen, reached: &Cell<f64>) -> Result<Run, String>
 where
-    E: OdeEquations<T = f64, M = Matrix, V = NalgebraVec<f64>, C = NalgebraContext> + 'a,
+    E: OdeEquations<T = f64> + 'a,
+    E::V: DefaultDenseMatrix<T = f64, C = E::C>,
     S: OdeSolverMethod<'a, E>,
 {
     let mut run = Run::with_capacity(times.len());

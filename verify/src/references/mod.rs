@@ -41,6 +41,20 @@ pub trait Ode: Sync {
     }
 }
 
+/// Largest order of a dense matrix: it takes 128 MB.
+const MAX_DENSE: usize = 4096;
+
+/// Refuses systems whose Jacobian would be stored as a larger dense matrix than [`MAX_DENSE`].
+fn check_dense(solver: &str, ode: &dyn Ode) -> Result<(), ReferenceError> {
+    let n = ode.dim();
+    if ode.bandwidths().is_some() || n <= MAX_DENSE {
+        return Ok(());
+    }
+    let reason =
+        format!("{solver} would store a dense Jacobian of order {n}, more than {MAX_DENSE}; fewer cells will do");
+    Err(ReferenceError::Input(reason))
+}
+
 /// Work spent on a solve.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {

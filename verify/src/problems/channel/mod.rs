@@ -15,7 +15,7 @@ use self::band::Cholesky;
 use self::flow::Flow;
 use self::modes::Modes;
 use self::space::{Scheme, Shapes, Space};
-use super::{Limit, Principle, Problem, Spec};
+use super::{Limit, Principle, Problem, Spec, grows_on_a_grid};
 use crate::methods::{Method, OrderPlan};
 use crate::names::{NameError, Parameter, Parameters};
 use crate::references::Ode;
@@ -212,7 +212,10 @@ impl Problem for Channel {
         }
     }
     fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        OrderPlan::stiff(method, 1.0, 0.1, self.fastest())
+        OrderPlan::smooth(method, 1.0, 0.1, self.fastest())
+    }
+    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
+        grows_on_a_grid(method)
     }
     fn is_stiff(&self) -> bool {
         self.fastest() > 100.0

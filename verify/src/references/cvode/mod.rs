@@ -8,7 +8,7 @@ mod ffi;
 use self::callbacks::Callbacks;
 use self::ffi::{Formulas, Session};
 use super::bound::{Run, solve_twice};
-use super::{Ode, Reference, ReferenceError, Sampled};
+use super::{Ode, Reference, ReferenceError, Sampled, check_dense};
 
 /// CVODE with one of its two families of formulas.
 pub(super) struct Cvode {
@@ -37,6 +37,7 @@ impl Reference for Cvode {
     }
 
     fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError> {
+        check_dense(self.name, ode)?;
         solve_twice(ode, t0, v0, times, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
     }
 }
