@@ -331,7 +331,7 @@ fn what_cannot_be_written_is_status_1() {
     }
     let file = directory.join("file");
     fs::write(&file, "").expect("writable");
-    let (status, _, message) = say(&format!("report --only orders --out {}/report", file.display()));
+    let (status, _, message) = say(&format!("report --only symplecticity --out {}/report", file.display()));
     assert_eq!(status, 1);
     assert!(message.starts_with("error: cannot write "), "{message}");
 }
@@ -508,11 +508,11 @@ fn a_report_is_written_and_reproducible() {
     let directory = directory("report");
     let report = |name: &str| {
         let out = directory.join(name);
-        let (status, text, message) = say(&format!("report --only orders --out {}", out.display()));
+        let (status, text, message) = say(&format!("report --only symplecticity --out {}", out.display()));
         assert_eq!((status, message.as_str()), (0, ""), "{text}");
         fits_a_terminal(text.trim_end().rsplit_once('\n').expect("lines").0);
-        assert!(text.contains("Orders of accuracy"));
-        let names = ["index.html", "report.md", "results.json", "junit.xml", "data/orders.csv"];
+        assert!(text.contains("Symplecticity"));
+        let names = ["index.html", "report.md", "results.json", "junit.xml", "data/symplecticity.csv"];
         names.map(|name| fs::read_to_string(out.join(name)).unwrap_or_else(|error| panic!("{name}: {error}")))
     };
     let first = report("first");

@@ -282,7 +282,7 @@ fn write_checks(out: &mut String, chapter: &Chapter) {
         Outcome::NotRun => 2,
         Outcome::Pass => 3,
     });
-    let (open, passed): (Vec<_>, Vec<_>) = match checks.len() > MANY_CHECKS {
+    let (open, passed): (Vec<_>, Vec<_>) = match checks.len() > MANY_CHECKS || !chapter.evidence.sections.is_empty() {
         true => order.into_iter().partition(|check| check.outcome != Outcome::Pass),
         false => (order, Vec::new()),
     };

@@ -1,5 +1,6 @@
 //! The studies, one file each: a question, the computation that answers it, and what it found.
 
+mod answers;
 mod claims;
 pub mod closed_forms;
 pub(crate) mod constraints;
@@ -44,6 +45,7 @@ pub type StudyError = Box<dyn Error + Send + Sync>;
 
 /// All studies, in the order of the report.
 pub const ALL: &[Study] = &[
+    answers::STUDY,
     claims::STUDY,
     closed_forms::STUDY,
     orders::STUDY,

@@ -165,7 +165,12 @@ fn states(problem: &dyn Problem) -> Result<Vec<Vec<f64>>, StudyError> {
 /// ‖DΦᵀΩDΦ − Ω‖ of one step, the root mean square over `states`, and a bound on its rounding.
 ///
 /// Under constraints both forms are restricted to the tangent space of their cotangent bundle.
-fn defect(problem: &dyn Problem, method: &dyn Method, h: f64, states: &[Vec<f64>]) -> Result<(f64, f64), StudyError> {
+pub(super) fn defect(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    h: f64,
+    states: &[Vec<f64>],
+) -> Result<(f64, f64), StudyError> {
     let n = problem.initial().len() / 2;
     let mut omega = DMatrix::zeros(2 * n, 2 * n);
     for i in 0..n {
