@@ -237,6 +237,7 @@ fn bad_usage_is_status_2_with_a_message() {
         ("report --only order", "unknown study `order`; did you mean `orders`?"),
         ("golden", "Usage: verify golden"),
         ("golden chek", "check"),
+        ("golden check --only order", "orders"),
         ("slove", "solve"),
         ("", "Usage: verify"),
     ] {
@@ -483,10 +484,10 @@ fn compare_shows_every_solver() {
 #[test]
 fn goldens_are_checked_shown_and_refreshed() {
     // Whether they hold is for another test; here the directory must be found.
-    let (status, out, message) = say("golden check");
+    let (status, out, message) = say("golden check --only poiseuille-series");
     assert!(status < 2 && out.contains("poiseuille-series: ok"), "{out}{message}");
     let directory = directory("golden");
-    let at = |action: &str| say(&format!("golden {action} --dir {}", directory.display()));
+    let at = |action: &str| say(&format!("golden {action} --only poiseuille-series --dir {}", directory.display()));
     let (status, out, _) = at("diff");
     assert!(status == 1 && out.contains("poiseuille-series: no file"), "{out}");
     assert_eq!(at("refresh").0, 0);
@@ -497,7 +498,8 @@ fn goldens_are_checked_shown_and_refreshed() {
     let (status, _, message) = at("refresh");
     assert_eq!(status, 2, "trouble is not a difference");
     assert!(message.contains("orphan.txt is no golden file"), "{message}");
-    let output = command(&["golden", "check"]).current_dir("/").output().expect("starts");
+    let output =
+        command(&["golden", "check", "--only", "poiseuille-series"]).current_dir("/").output().expect("starts");
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("--dir"), "{}", stderr(&output));
 }

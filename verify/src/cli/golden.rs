@@ -4,7 +4,8 @@ use std::env;
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use verify::golden::{self, Action, GoldenError};
+use verify::golden::{self, Action, Golden, GoldenError};
+use verify::names::NameError;
 
 use super::Status;
 use super::error::Failure;
@@ -21,6 +22,7 @@ Examples:
   verify golden check
   verify golden diff       each row that differs, toward or away from the truth
   verify golden refresh    the same, then write the files
+  verify golden diff --only orders
 
 Exit status: 0 nothing differs, or all was refreshed, 1 otherwise, 2 trouble
 with the files or bad usage.")]
@@ -31,6 +33,10 @@ pub(super) struct Args {
     /// The golden files [default: golden/ of the workspace]
     #[arg(long, global = true)]
     dir: Option<PathBuf>,
+
+    /// This golden alone
+    #[arg(long, global = true, value_name = "NAME")]
+    only: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, Subcommand)]
@@ -53,5 +59,13 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         Some(dir) => dir.clone(),
         None => golden::find_dir(&env::current_dir().map_err(GoldenError::Output)?)?,
     };
-    Ok(if golden::run(action, &dir, &golden::all(), out)? { Status::Ok } else { Status::Failed })
+    let mut goldens = golden::all();
+    if let Some(only) = &args.only {
+        if !goldens.iter().any(|golden| golden.name == *only) {
+            return Err(NameError::unknown("golden", only, goldens.iter().map(|golden| golden.name.as_str())).into());
+        }
+        let select = |golden: Golden| if golden.name == *only { golden } else { golden.left_out() };
+        goldens = goldens.into_iter().map(select).collect();
+    }
+    Ok(if golden::run(action, &dir, &goldens, out)? { Status::Ok } else { Status::Failed })
 }

@@ -22,6 +22,7 @@ pub enum Action {
 /// [`GoldenError`] where the files or the output cannot be worked on.
 pub fn run(action: Action, dir: &Path, goldens: &[Golden], out: &mut dyn Write) -> Result<bool, GoldenError> {
     let inspection = inspect(dir, goldens)?;
+    let count = inspection.statuses().count();
     print(&inspection, action != Action::Check, out)?;
     if action == Action::Refresh {
         for line in inspection.apply()? {
@@ -29,14 +30,14 @@ pub fn run(action: Action, dir: &Path, goldens: &[Golden], out: &mut dyn Write) 
         }
         let wrong = inspection.statuses().filter(|(_, status)| !status.is_fit()).count();
         if wrong > 0 {
-            writeln!(out, "{wrong} of {} goldens were not refreshed", goldens.len())?;
+            writeln!(out, "{wrong} of {count} goldens were not refreshed")?;
         } else if inspection.is_clean() {
             writeln!(out, "nothing to refresh")?;
         }
         return Ok(wrong == 0);
     }
     if inspection.is_clean() {
-        writeln!(out, "all {} goldens hold", goldens.len())?;
+        writeln!(out, "all {count} goldens hold")?;
     } else if action == Action::Check {
         writeln!(out, "`golden diff` shows the rows, `golden refresh` accepts them")?;
     }

@@ -28,6 +28,7 @@ pub struct Golden {
     /// File stem: lower-case letters, digits and hyphens.
     pub name: String,
     rows: Box<Compute>,
+    is_left_out: bool,
 }
 
 type Compute = dyn Fn() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> + Send + Sync;
@@ -38,7 +39,13 @@ impl Golden {
         name: impl Into<String>,
         rows: impl Fn() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> + Send + Sync + 'static,
     ) -> Self {
-        Self { name: name.into(), rows: Box::new(rows) }
+        Self { name: name.into(), rows: Box::new(rows), is_left_out: false }
+    }
+
+    /// The same golden, not to be computed: its files are left as they are, and are no orphans.
+    #[must_use]
+    pub fn left_out(self) -> Self {
+        Self { is_left_out: true, ..self }
     }
 
     /// Computes the rows.

@@ -30,7 +30,7 @@ pub(super) const POISEUILLE: Spec = Spec {
     name: "channel-poiseuille",
     summary: "u_t = γ + ν u_yy from rest between walls at rest, N cells; exact flow (34)",
     parameters: &[CELLS, SCHEME, VISCOSITY, Parameter { name: "gamma", default: "2", meaning: "pressure gradient γ" }],
-    build: |p| Channel::new(p, |nu| Ok(Flow { nu, gamma: p.number("gamma")?, wall: 0.0, omega: 0.0 })),
+    build: |p| Channel::of(p, |nu| Ok(Flow { nu, gamma: p.number("gamma")?, wall: 0.0, omega: 0.0 })),
 };
 
 pub(super) const COUETTE: Spec = Spec {
@@ -42,7 +42,7 @@ pub(super) const COUETTE: Spec = Spec {
         VISCOSITY,
         Parameter { name: "wall", default: "1", meaning: "velocity W of the wall" },
     ],
-    build: |p| Channel::new(p, |nu| Ok(Flow { nu, gamma: 0.0, wall: p.number("wall")?, omega: 0.0 })),
+    build: |p| Channel::of(p, |nu| Ok(Flow { nu, gamma: 0.0, wall: p.number("wall")?, omega: 0.0 })),
 };
 
 pub(super) const WOMERSLEY: Spec = Spec {
@@ -55,7 +55,7 @@ pub(super) const WOMERSLEY: Spec = Spec {
         Parameter { name: "gamma", default: "2", meaning: "amplitude γ of the pressure gradient" },
         Parameter { name: "omega", default: "4", meaning: "angular frequency ω > 0" },
     ],
-    build: |p| Channel::new(p, |nu| Ok(Flow { nu, gamma: p.number("gamma")?, wall: 0.0, omega: p.positive("omega")? })),
+    build: |p| Channel::of(p, |nu| Ok(Flow { nu, gamma: p.number("gamma")?, wall: 0.0, omega: p.positive("omega")? })),
 };
 
 pub(super) const STOKES2: Spec = Spec {
@@ -68,7 +68,7 @@ pub(super) const STOKES2: Spec = Spec {
         Parameter { name: "wall", default: "1", meaning: "amplitude W of the wall's velocity" },
         Parameter { name: "omega", default: "4", meaning: "angular frequency ω > 0" },
     ],
-    build: |p| Channel::new(p, |nu| Ok(Flow { nu, gamma: 0.0, wall: p.number("wall")?, omega: p.positive("omega")? })),
+    build: |p| Channel::of(p, |nu| Ok(Flow { nu, gamma: 0.0, wall: p.number("wall")?, omega: p.positive("omega")? })),
 };
 
 /// Cells of the banded schemes for which states, matrices and their factors fit into a few hundred megabytes.
@@ -94,7 +94,7 @@ struct Channel {
 }
 
 impl Channel {
-    fn new(
+    fn of(
         parameters: &Parameters,
         flow: impl FnOnce(f64) -> Result<Flow, NameError>,
     ) -> Result<Box<dyn Problem>, NameError> {
