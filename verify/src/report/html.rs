@@ -172,7 +172,10 @@ fn summary(out: &mut String, run: &Run, counts: Counts) {
         if checks.is_empty() {
             continue;
         }
-        let _ = writeln!(out, "<h3>{} ({})</h3>\n<ul class=\"points\">", verdict::word(outcome), checks.len());
+        // What did not run has its reason beside it in the chapters; the rest is what a reader must see.
+        let folded = outcome == Outcome::NotRun && checks.len() > MANY_CHECKS;
+        let [open, close] = if folded { ["<details><summary>", "</summary>"] } else { ["<h3>", "</h3>"] };
+        let _ = writeln!(out, "{open}{} ({}){close}\n<ul class=\"points\">", verdict::word(outcome), checks.len());
         for (chapter, check) in checks {
             let _ = writeln!(
                 out,
@@ -182,7 +185,7 @@ fn summary(out: &mut String, run: &Run, counts: Counts) {
                 escape(&chapter.title)
             );
         }
-        out.push_str("</ul>\n");
+        out.push_str(if folded { "</ul></details>\n" } else { "</ul>\n" });
     }
     out.push_str("</section>\n");
 }
