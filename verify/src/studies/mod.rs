@@ -17,6 +17,7 @@ pub(crate) mod oscillator;
 mod parts;
 mod poiseuille_maps;
 mod poiseuille_series;
+mod published_values;
 mod stability;
 pub(crate) mod symplecticity;
 mod work_precision;
@@ -60,6 +61,7 @@ pub const ALL: &[Study] = &[
     open_closures::STUDY,
     high_order::STUDY,
     error_control::STUDY,
+    published_values::STUDY,
     oscillator::STUDY,
     symplecticity::STUDY,
     long_runs::STUDY,
