@@ -89,7 +89,8 @@ pub trait Method: fmt::Debug + Send + Sync {
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError>;
 }
 
-/// Half-width of the band around an expected order: a tenth of an order tells neighbouring orders apart by far.
+/// Half-width of the band around an expected order up to 4: a tenth of an order tells neighbouring orders apart by far.
+/// Above, steps lie closer together, so that the same deviations of errors from a power law make slopes p/4 times as wrong.
 const ORDER_BAND: f64 = 0.1;
 
 /// Step sizes in an order study.
@@ -132,7 +133,8 @@ impl OrderPlan {
     pub fn at(method: &dyn Method, horizon: f64, coarsest: f64) -> Self {
         let order = f64::from(method.order());
         let steps = ladder(horizon, coarsest, SQRT_2.min(4_f64.powf(order.recip())), LADDER);
-        Self { expectation: Expectation::new(order, ORDER_BAND), horizon, steps, unmeasured: None }
+        let band = ORDER_BAND * (order / 4.0).max(1.0);
+        Self { expectation: Expectation::new(order, band), horizon, steps, unmeasured: None }
     }
 
     /// The nominal order on a problem with rates up to `fastest`: at t = `horizon` from h = `coarsest` down, but within the
