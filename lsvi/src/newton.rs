@@ -7,7 +7,7 @@
 //!
 //! Contraction at h alone is not enough: where ∂F/∂x at x₀ is singular for some shorter step, the root nearest to x₀ may be
 //! another one. On the branch det ∂F/∂x cannot change its sign, so that a root where the sign is not the one that it has for
-//! h → 0 is refused. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is
+//! h → 0 is refused, and so is one found from a start where it is not. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is
 //! told by a second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative. A nonlinear
 //! equation whose state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
 
@@ -153,7 +153,7 @@ impl Newton {
     /// It stops on the increment: a residual cancels like ε |q| / h and has no threshold of its own. With the ratio θ of the
     /// last two increments δ, the error left after an increment is at most θ/(1 − θ) δ.
     pub(crate) fn attempt(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
-        let mut last = f64::INFINITY;
+        let (mut last, mut start) = (f64::INFINITY, f64::NAN);
         for iterations in 1..=ITERATIONS {
             system.residual(h, x, &mut self.increment);
             self.work.residuals += 1;
@@ -164,6 +164,9 @@ impl Newton {
             system.derivative(h, x, &mut self.jacobian);
             self.work.factorizations += 1;
             self.lu.factor(&self.jacobian)?;
+            if iterations == 1 {
+                start = self.lu.sign();
+            }
             self.lu.solve(&mut self.increment);
             let delta = max_norm(&self.increment);
             if !delta.is_finite() {
@@ -175,24 +178,25 @@ impl Newton {
             let roundoff = f64::EPSILON * max_norm(x).max(max_norm(&self.origin));
             let theta = if last.is_finite() { delta / last } else { 1.0 };
             if delta <= 4.0 * roundoff || (theta < CONTRACTION && theta * delta <= roundoff) {
-                return self.accept(iterations, theta, delta);
+                return self.accept(start, iterations, theta, delta);
             }
             if last.is_finite() && theta > CONTRACTION {
                 // Ill-conditioned equations stagnate above ε |x|, after contraction has reached √ε |x|.
                 let stagnates = last <= f64::EPSILON.sqrt() * max_norm(x).max(max_norm(&self.origin));
                 let diverged = Err(SolveError::Diverged { iterations, increment: delta });
-                return if stagnates { self.accept(iterations, theta, delta) } else { diverged };
+                return if stagnates { self.accept(start, iterations, theta, delta) } else { diverged };
             }
             last = delta;
         }
         Err(SolveError::Diverged { iterations: ITERATIONS, increment: last })
     }
 
-    /// Accepts the root that the last increments `delta`, in the ratio `theta`, have led to, unless it is on another branch.
-    fn accept(&self, iterations: u32, theta: f64, increment: f64) -> Result<(), SolveError> {
+    /// Accepts the root that the last increments `delta`, in the ratio `theta`, have led to, unless it is on another branch
+    /// or ∂F/∂x, whose determinant had the sign `start` at first, was singular on the way there.
+    fn accept(&self, start: f64, iterations: u32, theta: f64, increment: f64) -> Result<(), SolveError> {
         let at_rest = iterations == 1;
         let affine = iterations == 2 && theta <= f64::EPSILON.sqrt();
-        if !at_rest && !affine && self.orientation == Some(-self.lu.sign()) {
+        if !at_rest && !affine && [start, self.lu.sign()].iter().any(|sign| self.orientation == Some(-sign)) {
             return Err(SolveError::Diverged { iterations, increment });
         }
         Ok(())

@@ -163,19 +163,45 @@ fn refuses_unusable_input() {
     assert!(matches!(Linear::new(f64::NAN, 1.0), Err(InputError::Closure { .. })));
 }
 
+struct Logistic;
+impl Rhs for Logistic {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[0] - v[0] * v[0];
+    }
+}
+
+/// From these starts the derivative of Method I's equation has the wrong sign at v₀, and Newton's iteration contracts to a
+/// root near 0, at once and on the right side of a singular derivative. The branch, followed here in 4000 pieces, goes up.
+#[test]
+fn method_i_keeps_to_the_branch_where_the_start_is_beyond_a_singular_derivative() {
+    for (h, v0) in [(4.40625, 0.609375), (3.46875, 0.515625), (4.96875, 0.609375)] {
+        let f = |v: f64| v - v * v;
+        let equation = |h: f64, v: f64| {
+            let d = (v - v0) / h;
+            d - f(v0) + (1.0 - h * (1.0 - 2.0 * v)) * (d - f(v))
+        };
+        let mut branch = v0;
+        for piece in 1..=4000 {
+            let h = h * f64::from(piece) / 4000.0;
+            for _ in 0..6 {
+                let slope = (equation(h, branch + 1e-6) - equation(h, branch - 1e-6)) / 2e-6;
+                branch -= equation(h, branch) / slope;
+            }
+        }
+        let v1 = one_step(&mut method_i(AutoDiff::new(Logistic)), h, v0, 0.0).expect("the branch has no fold").0;
+        // Newton's iteration with a slope good to 1e-9 leaves next to nothing.
+        assert_abs_diff_eq!(v1, branch, epsilon = 1e-12);
+        assert!(v1 > 0.9, "{v1}");
+    }
+}
+
 /// Logistic growth with large steps: F = v₁ − v₀ − h v₁(1 − v₁) has a root on either side of 0, and Newton's iteration from
 /// v₀ contracts to the negative one where 1 − h + 2 h v₀ < 0. The branch from h = 0 is the positive one.
 #[test]
 fn implicit_steps_keep_to_the_branch_beyond_a_singular_derivative_at_the_start() {
-    struct Logistic;
-    impl Rhs for Logistic {
-        fn dim(&self) -> usize {
-            1
-        }
-        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
-            dv[0] = v[0] - v[0] * v[0];
-        }
-    }
     for (h, v0) in [(5.9375, 0.03125), (3.0, 0.01), (6.0, 0.3), (1.5, 0.1), (100.0, 0.2)] {
         let mut method = RungeKutta::new(AutoDiff::new(Logistic), Tableau::implicit_euler());
         let v1 = one_step(&mut method, h, v0, 0.0).expect("the branch has no fold").0;

@@ -2,7 +2,7 @@
 
 use lsvi::closure::PositionMomentum;
 use lsvi::discrete::Constrainable;
-use lsvi::{Constrained, Constraint, InputError, Jacobian, Variational, position_momentum};
+use lsvi::{Constrained, Constraint, InputError, Variational, position_momentum};
 use nalgebra::DMatrix;
 
 use super::StudyError;
@@ -56,27 +56,21 @@ pub(super) fn held_map<'a>(method: &dyn Method, problem: &'a dyn Problem) -> Opt
     Some(discretise(method, problem).and_then(|discrete| Ok(Constrained::new(discrete, constraint)?)))
 }
 
-/// The orthogonal projector on the vectors (δq, δp) that are tangent to f(q) = 0, G p = 0 at `state`: to the cotangent bundle
-/// of the constraint for a Lagrangian ½ |v|² − V(q).
-pub(super) fn tangent_projector(constraint: &dyn Constraint, state: &[f64]) -> Result<DMatrix<f64>, StudyError> {
+/// The orthogonal projector on the vectors (δq, δp) with G δq = 0 and G δp = 0 at `q`.
+///
+/// It takes the place of one on the cotangent bundle of the constraint, whose vectors differ from these by some Gᵀc in δp:
+/// a step takes such a change of the momentum up into its multiplier, and Ω does not see it where G δq = 0.
+pub(super) fn tangent_projector(constraint: &dyn Constraint, q: &[f64]) -> Result<DMatrix<f64>, StudyError> {
     let (n, m) = (constraint.dim(), constraint.count());
-    let (q, p) = state.split_at(n);
     let mut gradient = DMatrix::zeros(m, n);
     constraint.jacobian(q, &mut gradient);
-    let mut differential = DMatrix::zeros(2 * m, 2 * n);
-    differential.view_mut((0, 0), (m, n)).copy_from(&gradient);
-    differential.view_mut((m, n), (m, n)).copy_from(&gradient);
-    for k in 0..m {
-        let unit: Vec<f64> = (0..m).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
-        let mut curvature = Jacobian::zeros(n);
-        constraint.add_curvature(q, &unit, 1.0, &mut curvature);
-        for i in 0..n {
-            differential[(m + k, i)] = (0..n).map(|j| curvature.get(i, j) * p[j]).sum();
-        }
-    }
-    let normal = (&differential * differential.transpose()).cholesky();
+    let normal = (&gradient * gradient.transpose()).cholesky();
     let normal = normal.ok_or(InputError::RedundantConstraints { count: m, rank: 0 })?;
-    Ok(DMatrix::identity(2 * n, 2 * n) - differential.transpose() * normal.solve(&differential))
+    let along = DMatrix::identity(n, n) - gradient.transpose() * normal.solve(&gradient);
+    let mut projector = DMatrix::zeros(2 * n, 2 * n);
+    projector.view_mut((0, 0), (n, n)).copy_from(&along);
+    projector.view_mut((n, n), (n, n)).copy_from(&along);
+    Ok(projector)
 }
 
 pub(super) fn text(text: impl Into<String>) -> Cell {

@@ -11,6 +11,7 @@ mod high_order;
 pub(crate) mod long_runs;
 mod mechanics;
 mod non_normal;
+mod nonlinear_stability;
 mod open_closures;
 pub(crate) mod orders;
 pub(crate) mod oscillator;
@@ -58,6 +59,7 @@ pub const ALL: &[Study] = &[
     figures::POISEUILLE,
     stability::STUDY,
     non_normal::STUDY,
+    nonlinear_stability::STUDY,
     open_closures::STUDY,
     high_order::STUDY,
     error_control::STUDY,

@@ -111,8 +111,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         notes: vec![
             "The defect is the Frobenius norm of DΦᵀΩDΦ − Ω in the canonical (q, p), where the derivative DΦ of a live step is \
              exact, by implicit differentiation. It is the root mean square over eight states of a motion. Under a constraint \
-             both forms are restricted to the vectors tangent to its cotangent bundle, f(q) = 0 and G q̇ = 0, which a step \
-             takes to vectors tangent to it again."
+             both forms are restricted to the vectors tangent to it, G δq = 0; the part of δp along the reactions enters neither."
                 .into(),
             "The Galerkin integrators and the two classical ones come from a discrete Lagrangian, and their defect is rounding \
              on every system. Path fitting has one only by the grace of its nodes: with Gauss nodes, of which the single \
@@ -185,7 +184,7 @@ pub(super) fn defect(
                 let (mut q, mut p) = (state[..n].to_vec(), state[n..].to_vec());
                 let tangent = map?.step_with_tangent(0.0, h, &mut q, &mut p)?;
                 let constraint = problem.mechanics().and_then(|system| system.constraint);
-                (tangent, tangent_projector(&*constraint.ok_or("the constraint is gone")?, state)?)
+                (tangent, tangent_projector(&*constraint.ok_or("the constraint is gone")?, &state[..n])?)
             }
         };
         let tangent = tangent * &projector;
