@@ -133,7 +133,7 @@ impl OrderPlan {
     pub fn at(method: &dyn Method, horizon: f64, coarsest: f64) -> Self {
         let order = f64::from(method.order());
         let steps = ladder(horizon, coarsest, SQRT_2.min(4_f64.powf(order.recip())), LADDER);
-        let band = ORDER_BAND * (order / 4.0).max(1.0);
+        let band = ORDER_BAND.max(order / 40.0);
         Self { expectation: Expectation::new(order, band), horizon, steps, unmeasured: None }
     }
 
