@@ -1,15 +1,18 @@
 //! The studies, one file each: a question, the computation that answers it, and what it found.
 
 mod answers;
+mod channel_orders;
 mod claims;
 pub mod closed_forms;
 pub(crate) mod constraints;
+mod couette_large_steps;
 mod cross_check;
 mod error_control;
 pub(crate) mod figures;
 mod high_order;
 pub(crate) mod long_runs;
 mod mechanics;
+mod metrics;
 mod non_normal;
 mod nonlinear_stability;
 mod open_closures;
@@ -58,8 +61,11 @@ pub const ALL: &[Study] = &[
     poiseuille_maps::STUDY,
     figures::POISEUILLE,
     stability::STUDY,
+    channel_orders::STUDY,
+    couette_large_steps::STUDY,
     non_normal::STUDY,
     nonlinear_stability::STUDY,
+    metrics::STUDY,
     open_closures::STUDY,
     high_order::STUDY,
     error_control::STUDY,
