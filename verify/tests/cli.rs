@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use verify::names::Parameter;
@@ -79,6 +79,10 @@ fn help_teaches_and_fits() {
 #[test]
 fn examples_in_the_help_work() {
     let directory = directory("examples");
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    for model in ["van-der-pol.ds", "predator-prey.ds"] {
+        fs::copy(models.join(model), directory.join(model)).expect("readable");
+    }
     let mut count = 0;
     for name in ["", "list", "solve", "order", "compare"] {
         let (_, text, _) = say(&format!("{name} --help"));

@@ -1,28 +1,54 @@
 //! Arguments that several subcommands share.
 
+use std::io;
+use std::path::PathBuf;
+
 use clap::Args;
-use verify::names::NameError;
+use verify::problems::model::{CAVEAT, Model};
 use verify::problems::{self, Problem};
 
-/// A problem and its parameters.
+use super::error::Failure;
+use super::layout::paragraph;
+use super::output::Output;
+
+/// A problem or a model, and its parameters.
 #[derive(Debug, Args)]
 pub(super) struct ProblemArgs {
     /// Name of the problem; `verify list problems` shows all
-    #[arg(long = "problem", value_name = "P")]
-    pub(super) name: String,
+    #[arg(long = "problem", value_name = "P", required_unless_present = "model")]
+    name: Option<String>,
 
-    /// Set a parameter of the problem; repeatable
+    /// A first-order system of your own in DiffSL instead
+    #[arg(long, value_name = "FILE", conflicts_with = "name")]
+    model: Option<PathBuf>,
+
+    /// Set a parameter, or an input of the model; repeatable
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, allow_hyphen_values = true)]
     set: Vec<(String, String)>,
 }
 
 impl ProblemArgs {
-    pub(super) fn build(&self) -> Result<Box<dyn Problem>, NameError> {
-        problems::build(&self.name, &self.set)
+    /// The problem and its name; measurements on a model end at `horizon`.
+    pub(super) fn build(&self, horizon: Option<f64>) -> Result<(String, Box<dyn Problem>), Failure> {
+        if let Some(path) = &self.model {
+            let model = Model::load(path, &self.set, horizon)?;
+            return Ok((model.name().into(), Box::new(model)));
+        }
+        let name = self.name.clone().unwrap_or_default();
+        let problem = problems::build(&name, &self.set)?;
+        Ok((name, problem))
+    }
+
+    /// Says below a judgement that a model has no second source.
+    pub(super) fn write_caveat(&self, out: &mut Output) -> io::Result<()> {
+        match self.model {
+            Some(_) => paragraph(out, "\nNote: ", 6, CAVEAT),
+            None => Ok(()),
+        }
     }
 }
 
-fn assignment(text: &str) -> Result<(String, String), String> {
+pub(super) fn assignment(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("expected name=value")?;
     Ok((name.trim().to_owned(), value.trim().to_owned()))
 }

@@ -21,17 +21,22 @@ the exact solution or the best reference, than the bounds of both allow.
 Examples:
   verify compare --problem logistic
   verify compare --problem poiseuille-galerkin --set gamma=1
+  verify compare --model predator-prey.ds --t-end 10
 
 Exit status: 0 all agree, 1 some do not, 2 bad usage.")]
 pub(super) struct Args {
     #[command(flatten)]
     problem: ProblemArgs,
+
+    /// End time, for a model
+    #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
+    t_end: Option<f64>,
 }
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
-    let problem = args.problem.build()?;
-    let evidence = cross_check(&args.problem.name, &*problem);
-    show(&evidence, out).map_err(Failure::Output)?;
+    let (name, problem) = args.problem.build(args.t_end)?;
+    let evidence = cross_check(&name, &*problem);
+    show(&evidence, out).and_then(|()| args.problem.write_caveat(out)).map_err(Failure::Output)?;
     let has_failed = evidence.checks.iter().any(|check| check.outcome == Outcome::Fail);
     Ok(if has_failed { Status::Failed } else { Status::Ok })
 }

@@ -8,6 +8,7 @@ use verify::golden::GoldenError;
 use verify::methods::BuildError;
 use verify::names::NameError;
 use verify::order::OrderError;
+use verify::problems::model::ModelError;
 use verify::references::ReferenceError;
 use verify::report::ReportError;
 use verify::run::RunError;
@@ -17,6 +18,8 @@ use verify::run::RunError;
 pub(super) enum Failure {
     #[error(transparent)]
     Name(#[from] NameError),
+    #[error(transparent)]
+    Model(#[from] ModelError),
     #[error("{problem} by {method}: {source}")]
     Run {
         problem: String,
@@ -49,6 +52,7 @@ impl Failure {
     pub(super) fn status(&self) -> u8 {
         match self {
             Self::Name(_)
+            | Self::Model(_)
             | Self::Build(_)
             | Self::NoStepSize(_)
             | Self::NoTolerances(_)
@@ -63,6 +67,12 @@ impl Failure {
         let text = match self {
             Self::Name(error) => return name_hint(error),
             Self::Run { source: RunError::Step(_) | RunError::NonFinite(_), breakdown: Some(reason), .. } => reason,
+            Self::Build(_) | Self::Run { source: RunError::Build(_), .. } => {
+                "`verify list methods` says what each method is for; `method-i` takes every first-order system"
+            }
+            Self::Model(ModelError::Compile(_)) => {
+                "the language is described at https://martinjrobins.github.io/diffsl"
+            }
             Self::NoStepSize(_) => "for example `--h 0.1`",
             Self::NoTolerances(_) => "`radau-adaptive` is adaptive",
             Self::Run { source, .. } => return run_hint(source).map(str::to_owned),

@@ -39,6 +39,7 @@ Examples:
   verify order --problem quadratic-drag --method method-i
   verify order --problem van-der-pol --method rk4 --reference diffsol
   verify order --problem logistic --method bdf2 --format json
+  verify order --model van-der-pol.ds --method method-i --t-end 5
 
 Exit status: 0 pass, 1 fail, 2 bad usage, 3 inconclusive.")]
 pub(super) struct Args {
@@ -53,6 +54,10 @@ pub(super) struct Args {
     #[arg(long, value_name = "R", value_enum, hide_possible_values = true)]
     reference: Option<Source>,
 
+    /// End time, for a model
+    #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
+    t_end: Option<f64>,
+
     /// Form of the result: table or json
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Format::Table)]
     format: Format,
@@ -65,16 +70,16 @@ enum Format {
 }
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
-    let problem = args.problem.build()?;
+    let (name, problem) = args.problem.build(args.t_end)?;
     let method = methods::parse(&args.method)?;
     // A method that does not apply would otherwise show as a failure at each step size.
     method.build(&*problem)?;
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
     let truth = source.truth(&*problem, &*method);
     let fit = measure(&*problem, &*method, truth)?;
-    let result = Measurement::new(&args.problem.name, method.name(), truth, &fit);
+    let result = Measurement::new(&name, method.name(), truth, &fit);
     match args.format {
-        Format::Table => result.write_table(out),
+        Format::Table => result.write_table(out).and_then(|()| args.problem.write_caveat(out)),
         Format::Json => result.write_json(out),
     }
     .map_err(Failure::Output)?;

@@ -7,12 +7,15 @@ use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
+use verify::evidence::Evidence;
 use verify::names::NameError;
+use verify::problems::model::Model;
 use verify::references;
 use verify::report::{self, Chapter, Run};
-use verify::studies::{self, Context, Study};
+use verify::studies::{self, Context, Study, StudyError};
 
 use super::Status;
+use super::args::assignment;
 use super::error::Failure;
 use super::output::Output;
 
@@ -26,6 +29,7 @@ such; the others still run.
 Examples:
   verify report
   verify report --out /tmp/report --only orders
+  verify report --model van-der-pol.ds --set mu=2 --t-end 5
 
 Exit status: 0 no check failed, 1 a check failed or a study broke off, 2 bad
 usage.")]
@@ -34,6 +38,18 @@ pub(super) struct Args {
     #[arg(long, value_name = "DIR", default_value = "target/report")]
     out: PathBuf,
 
+    /// Add a chapter on your own first-order system in DiffSL
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+
+    /// Set an input of the model; repeatable
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, requires = "model", allow_hyphen_values = true)]
+    set: Vec<(String, String)>,
+
+    /// End time of the chapter on the model
+    #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
+    t_end: Option<f64>,
+
     /// Run this study alone; see `verify list studies`
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
@@ -41,7 +57,9 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let studies = selected(&args.only)?;
-    let run = Run::new(chapters(&studies), provenance());
+    // Before the studies, so that a mistake in the file does not cost their time.
+    let model = args.model.as_ref().map(|path| Model::load(path, &args.set, args.t_end)).transpose()?;
+    let run = Run::new(chapters(&studies, model.as_ref()), provenance());
     report::write(&run, &args.out)?;
     let summary = report::summary(&run, report::wants_color());
     write!(out, "{summary}").map_err(Failure::Output)?;
@@ -64,7 +82,7 @@ fn selected(names: &[String]) -> Result<Vec<Study>, NameError> {
 }
 
 /// Runs the studies side by side, with their progress on a terminal.
-fn chapters(studies: &[Study]) -> Vec<Chapter> {
+fn chapters(studies: &[Study], model: Option<&Model>) -> Vec<Chapter> {
     // Hidden where standard error is no terminal.
     let bar = ProgressBar::new(0);
     if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed}") {
@@ -72,19 +90,15 @@ fn chapters(studies: &[Study]) -> Vec<Chapter> {
     }
     let (announce, tick) = (|count| bar.inc_length(count), || bar.inc(1));
     let context = Context { announce: &announce, tick: &tick, max_steps: u64::MAX };
-    let chapters = studies.par_iter().map(|study| chapter(study, &context)).collect();
+    let mut chapters: Vec<_> = studies.par_iter().map(|study| chapter(study, &context)).collect();
+    // First comes what the reader asked for.
+    chapters.splice(0..0, model.map(|model| model_chapter(model, &context)));
     bar.finish_and_clear();
     chapters
 }
 
-/// What a study found, or why it broke off: one broken study must not take the others with it.
 fn chapter(study: &Study, context: &Context) -> Chapter {
-    let result = catch_unwind(AssertUnwindSafe(|| (study.run)(context)));
-    let (evidence, error) = match result {
-        Ok(Ok(evidence)) => (evidence, None),
-        Ok(Err(error)) => (Default::default(), Some(error.to_string())),
-        Err(payload) => (Default::default(), Some(format!("it panicked: {}", panic_message(&*payload)))),
-    };
+    let (evidence, error) = unless_it_breaks_off(|| (study.run)(context));
     Chapter {
         id: study.id.into(),
         title: study.title.into(),
@@ -92,6 +106,27 @@ fn chapter(study: &Study, context: &Context) -> Chapter {
         source: study.source.into(),
         evidence,
         error,
+    }
+}
+
+fn model_chapter(model: &Model, context: &Context) -> Chapter {
+    let (evidence, error) = unless_it_breaks_off(|| Ok(studies::model::examine(model, context)));
+    Chapter {
+        id: studies::model::ID.into(),
+        title: format!("The model {}", model.name()),
+        question: studies::model::QUESTION.into(),
+        source: "a model file in DiffSL".into(),
+        evidence,
+        error,
+    }
+}
+
+/// What a study found, or why it broke off: one broken study must not take the others with it.
+fn unless_it_breaks_off(run: impl FnOnce() -> Result<Evidence, StudyError>) -> (Evidence, Option<String>) {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(evidence)) => (evidence, None),
+        Ok(Err(error)) => (Evidence::default(), Some(error.to_string())),
+        Err(payload) => (Evidence::default(), Some(format!("it panicked: {}", panic_message(&*payload)))),
     }
 }
 
@@ -118,7 +153,6 @@ fn provenance() -> Vec<(String, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use verify::evidence::Evidence;
 
     #[test]
     fn a_study_that_breaks_off_leaves_the_others_alone() {
@@ -132,7 +166,7 @@ mod tests {
                 Ok(Evidence { notes: vec!["found".into()], ..Evidence::default() })
             }),
         ];
-        let chapters = chapters(&studies);
+        let chapters = chapters(&studies, None);
         let errors: Vec<_> = chapters.iter().map(|chapter| chapter.error.as_deref()).collect();
         assert_eq!(errors, [Some("no luck"), Some("it panicked: index 7 out of range"), None]);
         assert_eq!(chapters[2].evidence.notes, ["found"]);

@@ -40,6 +40,8 @@ Examples:
       --rtol 1e-8 --t-end 2000
   verify solve --problem linear-drag --method 'linear(-0.5,1)' --h 0.1 \\
       --t-end 1 --csv - | head
+  verify solve --model van-der-pol.ds --set mu=2 --method method-i \\
+      --h 0.01 --t-end 20
 
 Exit status: 0 solved, 1 the solve failed on the way, 2 bad usage.")]
 pub(super) struct Args {
@@ -84,6 +86,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
 /// A request that makes sense.
 struct Solve<'a> {
     args: &'a Args,
+    name: String,
     problem: Box<dyn Problem>,
     method: Box<dyn Method>,
     h: f64,
@@ -104,8 +107,10 @@ struct Summary {
 
 impl<'a> Solve<'a> {
     fn new(args: &'a Args) -> Result<Self, Failure> {
-        let problem = args.problem.build()?;
+        let (name, problem) = args.problem.build(None)?;
         let method = with_tolerances(methods::parse(&args.method)?, args)?;
+        // Before anything is written, as is the check of the grid.
+        method.build(&*problem)?;
         let h = match args.h {
             Some(h) => h,
             // As long as it likes; an interval of length 0 has no steps.
@@ -118,15 +123,14 @@ impl<'a> Solve<'a> {
             }
             None => return Err(Failure::NoStepSize(method.name())),
         };
-        let solve = Self { args, has_exact: problem.exact(0.0).is_some(), problem, method, h };
-        // Before anything is written.
+        let solve = Self { args, name, has_exact: problem.exact(0.0).is_some(), problem, method, h };
         Grid::new(0.0, h, args.t_end).map_err(|error| solve.failed(error.into()))?;
         Ok(solve)
     }
 
     fn failed(&self, source: RunError) -> Failure {
         let breakdown = self.problem.breakdown(&*self.method);
-        Failure::Run { problem: self.args.problem.name.clone(), method: self.method.name(), source, breakdown }
+        Failure::Run { problem: self.name.clone(), method: self.method.name(), source, breakdown }
     }
 
     /// Column names: `t`, the components, `error`.

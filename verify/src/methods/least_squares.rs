@@ -4,7 +4,7 @@ use lsvi::closure::{Closure, Linear};
 use lsvi::discrete::Trapezoidal;
 use lsvi::{Integrator, Structure, Variational, VectorField, method_i, position_momentum};
 
-use super::{Build, BuildError, Method, Spec, Stability, check_filled};
+use super::{Build, BuildError, Method, Spec, Stability, check_filled, require_curvature};
 use crate::names::NameError;
 use crate::problems::{Principle, Problem};
 
@@ -95,6 +95,9 @@ impl Method for LinearClosure {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         check_filled(self, problem)?;
+        if self.principle() == Principle::MomentumConserved {
+            require_curvature(self, problem)?;
+        }
         let field = problem.field();
         if self.is_method_i() && !matches!(field.structure(), Structure::Dense) {
             return Ok(Box::new(method_i(field)));

@@ -290,6 +290,17 @@ pub fn examples_for(problem: &dyn Problem) -> Vec<Box<dyn Method>> {
     examples().into_iter().filter(|m| suits(&**m) && cheap(&**m) && m.build(problem).is_ok()).collect()
 }
 
+/// Refuses a problem without second derivatives, for closures with α + β = 0: their derivative is of the size of
+/// J = ∂f/∂v, and where J is singular the curvature of f decides where the branch of roots goes, and that it ends.
+/// Without it an iteration runs on, to a root of another branch.
+fn require_curvature(method: &dyn Method, problem: &dyn Problem) -> Result<(), BuildError> {
+    if problem.has_curvature() {
+        return Ok(());
+    }
+    let reason = "where ∂f/∂v is singular, second derivatives of f tell which root is the right one, and they are not known here";
+    Err(BuildError { method: method.name(), reason: reason.into() })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -20,6 +20,7 @@ mod kepler;
 mod linear_drag;
 mod logistic;
 mod mechanics;
+pub mod model;
 mod non_normal;
 mod oregonator;
 mod pendulum;
@@ -62,6 +63,12 @@ pub trait Problem: fmt::Debug + Send + Sync {
 
     /// The right-hand side that the methods under test integrate.
     fn field(&self) -> Box<dyn VectorField + '_>;
+
+    /// Whether [`field`](Self::field) knows its second derivatives. Without them the least-squares methods iterate like Gauss
+    /// and Newton.
+    fn has_curvature(&self) -> bool {
+        true
+    }
 
     /// The Lagrangian that the variational methods discretise; the least-squares one unless the problem has its own.
     fn lagrangian(&self) -> Box<dyn Lagrangian + '_> {

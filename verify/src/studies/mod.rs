@@ -13,6 +13,7 @@ mod high_order;
 pub(crate) mod long_runs;
 mod mechanics;
 mod metrics;
+pub mod model;
 mod non_normal;
 mod nonlinear_stability;
 mod open_closures;

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Series, Table};
 use crate::measure::order::{OrderFit, Verdict};
-use crate::methods;
+use crate::methods::{self, Method};
 use crate::order::{OrderError, Source, Truth, measure};
-use crate::problems;
+use crate::problems::{self, Problem};
 
 pub(super) const STUDY: Study = Study {
     id: "orders",
@@ -19,10 +19,16 @@ pub(super) const STUDY: Study = Study {
 
 /// The order of one method on one problem.
 pub(crate) struct Measured {
-    pub(crate) problem: &'static str,
+    pub(crate) problem: String,
     pub(crate) method: String,
     pub(crate) truth: Truth,
     pub(crate) fit: Result<OrderFit, OrderError>,
+}
+
+/// Measures the order of `method` on `problem`, against the best truth that there is.
+pub(super) fn measure_one(name: &str, problem: &dyn Problem, method: &dyn Method) -> Measured {
+    let truth = Source::default_for(problem, method).truth(problem, method);
+    Measured { problem: name.into(), method: method.name(), truth, fit: measure(problem, method, truth) }
 }
 
 /// Measures every method on every problem that it applies to.
@@ -37,10 +43,9 @@ pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError
         .into_par_iter()
         .map(|(name, method)| {
             let problem = problems::small(name)?;
-            let truth = Source::default_for(&*problem, &*method).truth(&*problem, &*method);
-            let fit = measure(&*problem, &*method, truth);
+            let measured = measure_one(name, &*problem, &*method);
             (context.tick)();
-            Ok(Measured { problem: name, method: method.name(), truth, fit })
+            Ok(measured)
         })
         .collect()
 }
@@ -48,9 +53,7 @@ pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let measured = measure_all(context)?;
     Ok(Evidence {
-        checks: measured.iter().map(check).collect(),
-        tables: vec![orders(&measured), points(&measured)],
-        figures: vec![figure(&measured)],
+        figures: vec![figure(&measured, problems::ALL.iter().map(|spec| spec.name))],
         notes: vec![
             "An order is fitted over the step sizes where the local slopes agree and the error stands clear of its floor; \
              a verdict needs at least four of them, is two-sided, and is inconclusive where the data do not decide. Linear \
@@ -68,8 +71,17 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              orders are gained there, and nowhere else."
                 .into(),
         ],
-        ..Evidence::default()
+        ..report(&measured)
     })
+}
+
+/// The checks and the tables.
+pub(super) fn report(measured: &[Measured]) -> Evidence {
+    Evidence {
+        checks: measured.iter().map(check).collect(),
+        tables: vec![orders(measured), points(measured)],
+        ..Evidence::default()
+    }
 }
 
 fn check(pair: &Measured) -> Check {
@@ -97,7 +109,7 @@ fn orders(measured: &[Measured]) -> Table {
         let line =
             |f: fn(&crate::measure::order::Line) -> f64| fit.line.as_ref().map_or(Cell::Empty, |l| Cell::Number(f(l)));
         Some(vec![
-            Cell::Text(pair.problem.into()),
+            Cell::Text(pair.problem.clone()),
             Cell::Text(pair.method.clone()),
             Cell::Text(pair.truth.to_string()),
             Cell::Number(fit.expected.order),
@@ -142,7 +154,7 @@ fn points(measured: &[Measured]) -> Table {
                 _ => Cell::Empty,
             };
             rows.push(vec![
-                Cell::Text(pair.problem.into()),
+                Cell::Text(pair.problem.clone()),
                 Cell::Text(pair.method.clone()),
                 Cell::Number(sample.h),
                 value(|m| m.error),
@@ -160,16 +172,16 @@ fn points(measured: &[Measured]) -> Table {
     }
 }
 
-fn figure(measured: &[Measured]) -> Figure {
-    let panels = problems::ALL
-        .iter()
-        .map(|spec| Panel {
-            title: spec.name.into(),
+/// A panel for each problem of the given names.
+pub(super) fn figure<'a>(measured: &[Measured], names: impl Iterator<Item = &'a str>) -> Figure {
+    let panels = names
+        .map(|name| Panel {
+            title: name.into(),
             x: Axis { label: "h".into(), log: true, limits: None },
             y: Axis { label: "error at the end".into(), log: true, limits: None },
             series: measured
                 .iter()
-                .filter(|pair| pair.problem == spec.name)
+                .filter(|pair| pair.problem == name)
                 .filter_map(|pair| {
                     let fit = pair.fit.as_ref().ok()?;
                     let all = fit.kept.iter().chain(fit.dropped.iter().map(|(sample, _)| sample));

@@ -1,0 +1,146 @@
+//! Models in DiffSL: the examples are what they say, and mistakes are shown where they are.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use lsvi::Jacobian;
+use verify::evidence::Outcome;
+use verify::methods;
+use verify::problems::model::{Model, ModelError};
+use verify::problems::{self, Problem};
+use verify::studies::{self, Context};
+
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
+}
+
+fn load(name: &str, set: &[(&str, &str)]) -> Model {
+    let set: Vec<_> = set.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+    Model::load(&example(name), &set, Some(5.0)).expect("a valid model")
+}
+
+/// f and ∂f/∂v, row by row.
+fn derivatives(problem: &dyn Problem, t: f64, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let mut f = vec![0.0; v.len()];
+    problem.ode().rhs(t, v, &mut f);
+    let mut jacobian = Jacobian::zeros(v.len());
+    problem.ode().jacobian(t, v, &mut |i, j, x| jacobian.add(i, j, x));
+    let mut by_field = Jacobian::zeros(v.len());
+    problem.field().add_jacobian(t, v, 1.0, &mut by_field);
+    agree(by_field.to_dense().as_slice(), jacobian.to_dense().as_slice(), 15.0);
+    (f, jacobian.to_dense().transpose().as_slice().to_vec())
+}
+
+#[track_caller]
+fn agree(found: &[f64], expected: &[f64], size: f64) {
+    assert_eq!(found.len(), expected.len());
+    for (a, b) in found.iter().zip(expected) {
+        // A dozen operations on numbers no larger than `size`.
+        assert!((a - b).abs() <= 12.0 * f64::EPSILON * size, "{found:?} {expected:?}");
+    }
+}
+
+#[test]
+fn van_der_pol_is_the_built_in_problem() {
+    let set = [("mu".to_owned(), "3".to_owned())];
+    let (model, built_in) =
+        (load("van-der-pol.ds", &[("mu", "3")]), problems::build("van-der-pol", &set).expect("known"));
+    assert_eq!(model.components(), built_in.components());
+    assert_eq!(model.initial(), built_in.initial());
+    for v in [[2.0, 0.0], [0.3, -1.7], [-1.1, 0.4]] {
+        let (found, expected) = (derivatives(&model, 0.4, &v), derivatives(&*built_in, 0.4, &v));
+        agree(&found.0, &expected.0, 15.0);
+        agree(&found.1, &expected.1, 15.0);
+    }
+    assert!(!model.is_stiff() && load("van-der-pol.ds", &[("mu", "1000")]).is_stiff());
+}
+
+#[test]
+fn predator_prey_has_the_derivatives_of_its_equations() {
+    let model = load("predator-prey.ds", &[("yield", "0.5")]);
+    assert_eq!(model.components(), ["prey", "predators"]);
+    assert_eq!(model.initial(), [1.0, 0.5]);
+    let (t, [x, y]) = (0.7_f64, [1.3, 0.8]);
+    let supply = 1.0 + 0.3 * t.sin();
+    let (f, jacobian) = derivatives(&model, t, &[x, y]);
+    agree(&f, &[supply * x - x * y, 0.5 * x * y - y], 2.0);
+    agree(&jacobian, &[supply - y, -x, 0.5 * y, 0.5 * x - 1.0], 2.0);
+}
+
+/// Without second derivatives the methods keep their orders and agree with the libraries.
+#[test]
+fn every_method_is_judged_on_a_model() {
+    let model = load("van-der-pol.ds", &[]);
+    let evidence = studies::model::examine(&model, &Context::SILENT);
+    for check in &evidence.checks {
+        // The bound of the references leaves few points to the methods of order 4.
+        let is_known = check.outcome == Outcome::Pass || check.outcome == Outcome::Inconclusive;
+        assert!(is_known, "{}: {}", check.id, check.reason);
+    }
+    for name in ["van-der-pol/method-i", "van-der-pol/bdf2", "van-der-pol/equation/method-i"] {
+        let check = evidence.checks.iter().find(|check| check.id == name).expect(name);
+        assert_eq!(check.outcome, Outcome::Pass, "{name}: {}", check.reason);
+    }
+    assert!(evidence.notes.iter().any(|note| note.contains("one source")));
+}
+
+#[test]
+fn methods_that_need_more_than_a_model_has_refuse() {
+    let model = load("van-der-pol.ds", &[]);
+    for (method, reason) in [
+        ("method-ii", "second derivatives"),
+        ("ls-galerkin(1,lobatto,2,ii)", "second derivatives"),
+        ("path-fitted(3)", "Lagrangian of mechanics"),
+    ] {
+        let Err(error) = methods::parse(method).expect("known").build(&model) else { panic!("{method} was built") };
+        assert!(error.reason.contains(reason), "{error}");
+    }
+}
+
+/// Exit status and standard error of `verify order` on a model of this text.
+fn complain(name: &str, text: &str, more: &[&str]) -> (Option<i32>, String) {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("model");
+    fs::create_dir_all(&directory).expect("writable");
+    let file = format!("{name}.ds");
+    fs::write(directory.join(&file), text).expect("writable");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
+    command.current_dir(directory).args(["order", "--method", "method-i", "--model", &file]).args(more);
+    let output = command.output().expect("starts");
+    assert!(output.stdout.is_empty());
+    (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
+}
+
+#[test]
+fn a_mistake_is_shown_with_its_file_and_line() {
+    let valid = "in_i { a = 1 }\nu_i { x = 1 }\nF_i { -a * x }\n";
+    for (name, text, words) in [
+        ("syntax", "u_i { x = 1 }\nF_i { (x }\n", vec!["--> syntax.ds:2:10", "2 | F_i { (x }"]),
+        ("unknown", "u_i { x = 1 }\nF_i {\n  2 * z\n}\n", vec!["--> unknown.ds:3:7", "3 |   2 * z", "variable z"]),
+        ("call", "u_i { x = 1 }\nF_i { -x *\n foo(x) }\n", vec!["--> call.ds:3:2", "3 |  foo(x) }", "'foo'"]),
+        ("shape", "u_i { x = 1 }\nF_i { x, -x }\n", vec!["--> shape.ds:2:1", "2 | F_i { x, -x }", "same shape"]),
+        ("empty", "", vec!["empty.ds: missing 'u' array"]),
+        ("old", "in = [a]\nu_i { x = 1 }\nF_i { x }\n", vec!["old.ds: input list is no longer supported"]),
+        ("mass", "u_i { x = 1 }\ndudt_i { y = 0 }\nM_i { 2 * y }\nF_i { x }\n", vec!["mass.ds is not", "mass matrix"]),
+        ("event", "u_i { x = 1 }\nF_i { x }\nstop_i { x - 2 }\n", vec!["event.ds is not", "stop_i"]),
+        ("start", "u_i { x = log(0 - 1) }\nF_i { x }\n", vec!["x at t = 0 = NaN"]),
+        ("default", "in_i { a = 1 + 1 }\nu_i { x = 1 }\nF_i { a * x }\n", vec!["default of its input `a`"]),
+    ] {
+        let (status, message) = complain(name, text, &[]);
+        assert_eq!(status, Some(2), "{message}");
+        assert!(words.iter().all(|word| message.contains(word)), "{name}: {message}");
+        assert!(!message.contains("panicked"), "{message}");
+    }
+    for (more, words) in [
+        (["--set", "b=1"], "has no input `b`; it has a"),
+        (["--set", "a=fast"], "a = fast: not a finite number"),
+        (["--t-end", "-1"], "end time -1 must be positive"),
+        (["--reference", "exact"], "no exact solution is known"),
+        (["--problem", "logistic"], "cannot be used with"),
+    ] {
+        let (status, message) = complain("valid", valid, &more);
+        assert_eq!(status, Some(2), "{message}");
+        assert!(message.contains(words), "{message}");
+    }
+    assert!(matches!(Model::load(Path::new("no such file"), &[], None), Err(ModelError::Read { .. })));
+}
