@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use verify::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Outcome, Panel, Section, Series, Table};
-use verify::report::{self, Chapter, Run};
+use verify::report::{self, Chapter, ComparisonError, Earlier, Run};
 
 const NASTY: &str = "<script>alert(\"1\" & '2')</script> ]]> `a < b` | \u{1}\u{7} λ→∞ 𝓛 \\ *x* ${y}";
 
@@ -593,4 +593,126 @@ fn what_cannot_be_written_is_named() {
     let error = report::write(&synthetic(), &path).expect_err("data is a file");
     assert!(error.to_string().contains("data"), "{error}");
     assert_eq!(fs::read_dir(&path).expect("a directory").count(), 1, "nothing half-written is left");
+}
+
+/// A chapter of checks (id, outcome, measured, required), and of claims with their verdicts.
+fn dated(checks: &[(&str, Outcome, f64, &str)], claims: &[(&str, &str)]) -> Run {
+    let checks = checks.iter().map(|(id, outcome, measured, required)| Check {
+        required: (*required).into(),
+        ..check(id, *outcome, Some(*measured))
+    });
+    let rows = claims.iter().map(|(id, verdict)| vec![Cell::Text((*id).into()), Cell::Text((*verdict).into())]);
+    let evidence = Evidence {
+        checks: checks.collect(),
+        tables: vec![table("claims", &["id", "verdict"], rows.collect(), true)],
+        ..Evidence::default()
+    };
+    Run::new(vec![Chapter { id: "audit".into(), title: "Audit".into(), evidence, ..Chapter::default() }], Vec::new())
+}
+
+#[test]
+fn a_comparison_shows_what_changed_and_nothing_else() {
+    use Outcome::{Fail, Pass};
+    let path = fresh("compare-old");
+    let old = dated(
+        &[
+            ("same", Pass, 1e-16, "≤ 1e-12"),
+            ("within", Pass, 2.001, "2 ± 0.1"),
+            ("beyond", Pass, 2.0, "2 ± 0.1"),
+            ("unbounded", Pass, 100.0, "finite"),
+            ("nan", Fail, f64::NAN, "≤ 1"),
+            ("broken", Pass, 0.5, "≤ 1"),
+            ("lost", Pass, 0.5, "≤ 1"),
+        ],
+        &[("S24-a", "confirmed"), ("S24-b", "qualified"), ("S24-c", "open")],
+    );
+    report::write(&old, &path).expect("the report is written");
+    let earlier = Earlier::read(&path.join("results.json")).expect("of this program");
+
+    let summary = report::summary(&old.clone().compared_with(&earlier), false);
+    assert!(summary.contains("nothing changed since"), "{summary}");
+
+    let new = dated(
+        &[
+            ("fresh", Pass, 0.0, "≤ 1"),
+            ("same", Pass, 9e-16, "≤ 1e-12"),
+            ("within", Pass, 2.0109, "2 ± 0.1"),
+            ("beyond", Pass, 2.0111, "2 ± 0.1"),
+            ("unbounded", Pass, 111.0, "finite"),
+            ("nan", Fail, f64::NAN, "≤ 1"),
+            ("broken", Fail, 1.5, "≤ 1"),
+        ],
+        &[("S24-a", "confirmed"), ("S24-b", "refuted"), ("S24-d", "open")],
+    )
+    .compared_with(&earlier);
+    let path = fresh("compare-new");
+    report::write(&new, &path).expect("the report is written");
+    let markdown = read(&path, "report.md");
+    let (_, changes) = markdown.split_once("## Compared: ").expect("a section");
+    let changes: Vec<_> = changes.lines().filter_map(|line| line.strip_prefix("- **audit: ")).collect();
+    assert_eq!(
+        changes,
+        [
+            "S24-b** · verdict qualified → refuted",
+            "S24-d** · new verdict: open",
+            "S24-c** · verdict gone, it was open",
+            "fresh** · new: pass",
+            "beyond** · measured 2 → 2.011, required 2 ± 0.1",
+            "unbounded** · measured 100 → 111, required finite",
+            "broken** · pass → fail",
+            "lost** · gone, it was pass",
+        ]
+    );
+    let summary = report::summary(&new, false);
+    assert!(summary.contains("8 changes since") && summary.lines().all(|line| line.chars().count() <= 80), "{summary}");
+
+    // A study that was left out this time has not lost its checks.
+    let other = Run::new(Vec::new(), Vec::new()).compared_with(&earlier);
+    let summary = report::summary(&other, false);
+    assert!(summary.contains("nothing changed") && summary.contains("not in this run: audit"), "{summary}");
+}
+
+#[test]
+fn what_is_no_earlier_report_is_refused() {
+    let path = fresh("compare-bad");
+    fs::create_dir_all(&path).expect("writable");
+    let file = path.join("old.json");
+    assert!(matches!(Earlier::read(&file), Err(ComparisonError::Read { .. })));
+    for text in
+        ["", "[]", "{\"schema\": 1}", "{\"schema\": \"1\", \"chapters\": []}", "{\"schema\": 1, \"chapters\": [{}]}"]
+    {
+        fs::write(&file, text).expect("writable");
+        assert!(matches!(Earlier::read(&file), Err(ComparisonError::Malformed { .. })), "{text}");
+    }
+    fs::write(&file, "{\"schema\": 2, \"chapters\": 7}").expect("writable");
+    assert!(matches!(Earlier::read(&file), Err(ComparisonError::Schema { found: 2, .. })));
+}
+
+/// Names and meanings of schema 1: a field that is renamed, lost or retyped needs a new version.
+#[test]
+fn results_keep_to_their_schema() {
+    let value: serde_json::Value = serde_json::from_str(&read(&written("schema"), "results.json")).expect("JSON");
+    let keys =
+        |value: &serde_json::Value| -> Vec<String> { value.as_object().expect("an object").keys().cloned().collect() };
+    assert_eq!(keys(&value), ["chapters", "counts", "provenance", "schema"]);
+    assert_eq!(keys(&value["counts"]), ["broken", "fail", "inconclusive", "not_run", "pass"]);
+    let chapter = &value["chapters"][2];
+    let fields =
+        ["checks", "counts", "error", "figures", "id", "notes", "question", "sections", "source", "tables", "title"];
+    assert_eq!(keys(chapter), fields);
+    for chapter in value["chapters"].as_array().expect("chapters") {
+        for check in chapter["checks"].as_array().expect("checks") {
+            assert_eq!(keys(check), ["id", "measured", "outcome", "reason", "required", "statement"]);
+            assert!(["pass", "fail", "inconclusive", "not-run"].contains(&check["outcome"].as_str().expect("a word")));
+        }
+        for table in chapter["tables"].as_array().expect("tables") {
+            assert_eq!(keys(table), ["caption", "columns", "file", "id", "row_count", "rows"]);
+        }
+        for figure in chapter["figures"].as_array().expect("figures") {
+            assert_eq!(keys(figure), ["caption", "data", "id"]);
+        }
+        for section in chapter["sections"].as_array().expect("sections") {
+            assert_eq!(keys(section), ["figures", "id", "mark", "paragraphs", "tables", "title"]);
+        }
+    }
 }

@@ -10,7 +10,7 @@ use verify::names::NameError;
 use verify::order::OrderError;
 use verify::problems::model::ModelError;
 use verify::references::ReferenceError;
-use verify::report::ReportError;
+use verify::report::{ComparisonError, ReportError};
 use verify::run::RunError;
 
 /// Why a command did not run to its end.
@@ -39,6 +39,8 @@ pub(super) enum Failure {
     #[error(transparent)]
     Report(#[from] ReportError),
     #[error(transparent)]
+    Comparison(#[from] ComparisonError),
+    #[error(transparent)]
     Golden(#[from] GoldenError),
     #[error("cannot write {}: {source}", path.display())]
     Write { path: PathBuf, source: io::Error },
@@ -58,6 +60,7 @@ impl Failure {
             | Self::NoTolerances(_)
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
             | Self::Order(OrderError::NoExact | OrderError::Adaptive(_))
+            | Self::Comparison(_)
             | Self::Golden(_) => 2,
             _ => 1,
         }
@@ -73,6 +76,8 @@ impl Failure {
             Self::Model(ModelError::Compile(_)) => {
                 "the language is described at https://martinjrobins.github.io/diffsl"
             }
+            Self::Comparison(ComparisonError::Schema { .. }) => "write it again with this version: `verify report`",
+            Self::Comparison(ComparisonError::Malformed { .. }) => "`--compare` takes the results.json of a report",
             Self::NoStepSize(_) => "for example `--h 0.1`",
             Self::NoTolerances(_) => "`radau-adaptive` is adaptive",
             Self::Run { source, .. } => return run_hint(source).map(str::to_owned),

@@ -11,7 +11,7 @@ use verify::evidence::Evidence;
 use verify::names::NameError;
 use verify::problems::model::Model;
 use verify::references;
-use verify::report::{self, Chapter, Run};
+use verify::report::{self, Chapter, Earlier, Run};
 use verify::studies::{self, Context, Study, StudyError};
 
 use super::Status;
@@ -24,11 +24,17 @@ use super::output::Output;
 #[command(after_help = "\
 Writes index.html (one self-contained file), report.md, results.json, junit.xml
 and data/*.csv, and ends with a summary. A study that breaks off is reported as
-such; the others still run.
+such; the others still run. The schema of results.json is described in
+verify/doc/results.md.
+
+With --compare, the summary and report.md list what changed: checks that are
+new, gone, or have another outcome, values that moved by more than a tenth of
+what is allowed, and verdicts on claims.
 
 Examples:
   verify report
   verify report --out /tmp/report --only orders
+  verify report --compare main/results.json
   verify report --model van-der-pol.ds --set mu=2 --t-end 5
 
 Exit status: 0 no check failed, 1 a check failed or a study broke off, 2 bad
@@ -50,6 +56,10 @@ pub(super) struct Args {
     #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
     t_end: Option<f64>,
 
+    /// Show what changed since the report with this results.json
+    #[arg(long, value_name = "OLD.json")]
+    compare: Option<PathBuf>,
+
     /// Run this study alone; see `verify list studies`
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
@@ -59,7 +69,13 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let studies = selected(&args.only)?;
     // Before the studies, so that a mistake in the file does not cost their time.
     let model = args.model.as_ref().map(|path| Model::load(path, &args.set, args.t_end)).transpose()?;
+    // It may be the very file that this run is going to replace.
+    let earlier = args.compare.as_ref().map(|path| Earlier::read(path)).transpose()?;
     let run = Run::new(chapters(&studies, model.as_ref()), provenance());
+    let run = match &earlier {
+        Some(earlier) => run.compared_with(earlier),
+        None => run,
+    };
     report::write(&run, &args.out)?;
     let summary = report::summary(&run, report::wants_color());
     write!(out, "{summary}").map_err(Failure::Output)?;

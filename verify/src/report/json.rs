@@ -1,27 +1,4 @@
-//! `results.json`: the whole run for programs.
-//!
-//! Schema 1. A reader should refuse a `schema` that it does not know; fields may be added within a schema, never removed or
-//! given another meaning.
-//!
-//! ```text
-//! schema          1
-//! provenance      [[key, value], …] in the order shown
-//! counts          {pass, fail, inconclusive, not_run, broken} over all chapters
-//! chapters[]
-//!   id, title, question, source
-//!   error         why the study broke off, or null
-//!   counts        as above
-//!   checks[]      id, statement, outcome, measured, required, reason
-//!                 outcome is "pass", "fail", "inconclusive" or "not-run"
-//!   tables[]      id, caption, file, columns, row_count, rows
-//!                 rows is null for a table behind a figure, which stands in its file alone
-//!   figures[]     id, caption, data (the id of a table)
-//!   notes[]       paragraphs
-//!   sections[]    id, title, mark, paragraphs ([[label, text], …]), figures and tables (ids)
-//! ```
-//!
-//! A cell is a string, a number or null for an empty one. Numbers read back as the same `f64`; one that is not finite is the
-//! string `"NaN"`, `"inf"` or `"-inf"`. A check is known by the pair of its chapter's id and its own.
+#![doc = include_str!("../../doc/results.md")]
 
 use serde::Serialize;
 
@@ -29,8 +6,8 @@ use super::run::{Counts, Run};
 use super::text::data_file;
 use crate::evidence::{Cell, Check, Section};
 
-/// Version of the schema described at the head of this file.
-const SCHEMA: u32 = 1;
+/// Version of the schema that the file describes.
+pub(super) const SCHEMA: u32 = 1;
 
 #[derive(Serialize)]
 struct Results<'a> {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::comparison::Comparison;
 use super::number::Short;
 use super::run::{Chapter, Counts, Run};
 use super::text::inline_markdown as inline;
@@ -23,6 +24,9 @@ pub(super) fn document(run: &Run) -> String {
         row(&mut out, &title, Counts::of(chapter));
     }
     row(&mut out, "**All**", counts);
+    if let Some(comparison) = &run.comparison {
+        changes(&mut out, comparison);
+    }
     open_points(&mut out, run);
     details(&mut out, run);
     if !run.provenance.is_empty() {
@@ -38,6 +42,20 @@ pub(super) fn document(run: &Run) -> String {
 fn row(out: &mut String, title: &str, counts: Counts) {
     let Counts { pass, fail, inconclusive, not_run, .. } = counts;
     let _ = writeln!(out, "| {title} | {pass} | {fail} | {inconclusive} | {not_run} |");
+}
+
+fn changes(out: &mut String, comparison: &Comparison) {
+    let _ = write!(out, "\n## Compared: {}\n\n", inline(&comparison.headline()));
+    for (index, change) in comparison.changes.iter().enumerate() {
+        if out.len() > MAX_LENGTH / 2 {
+            let _ = writeln!(out, "- … and {} more", comparison.changes.len() - index);
+            break;
+        }
+        let _ = writeln!(out, "- **{}** · {}", inline(&change.place), inline(&change.what));
+    }
+    if !comparison.not_run.is_empty() {
+        let _ = writeln!(out, "\nNot in this run: {}.", inline(&comparison.not_run.join(", ")));
+    }
 }
 
 /// Everything that did not pass, the failures first.

@@ -1,5 +1,6 @@
 //! Evidence as a report: HTML, Markdown, JSON, JUnit, CSV and a summary for the terminal. Nothing is computed here.
 
+mod comparison;
 mod csv;
 mod html;
 mod json;
@@ -15,6 +16,7 @@ mod verdict;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+pub use comparison::{ComparisonError, Earlier};
 pub use run::{Chapter, Counts, Run};
 pub use terminal::{summary, wants_color};
 

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::comparison::{Comparison, Earlier};
 use crate::evidence::{Cell, Check, Evidence, Outcome, Panel};
 
 /// What one study contributed.
@@ -26,6 +27,7 @@ pub struct Chapter {
 pub struct Run {
     pub(super) chapters: Vec<Chapter>,
     pub(super) provenance: Vec<(String, String)>,
+    pub(super) comparison: Option<Comparison>,
 }
 
 impl Run {
@@ -64,7 +66,13 @@ impl Run {
             evidence: Evidence { checks, ..Evidence::default() },
             ..Chapter::default()
         });
-        Self { chapters, provenance }
+        Self { chapters, provenance, comparison: None }
+    }
+
+    /// Adds what changed since an earlier run.
+    #[must_use]
+    pub fn compared_with(self, earlier: &Earlier) -> Self {
+        Self { comparison: Some(earlier.against(&self.chapters)), ..self }
     }
 
     /// The chapters in reading order, the audit last.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::io::IsTerminal;
 
+use super::comparison::Comparison;
 use super::run::{Counts, Run};
 use super::verdict;
 use crate::evidence::Outcome;
@@ -11,6 +12,8 @@ const WIDTH: usize = 80;
 /// Lines for chapters and for what did not pass, so that the whole fits a screen of 24 lines.
 const MAX_CHAPTERS: usize = 12;
 const MAX_POINTS: usize = 5;
+/// Lines for what changed since an earlier run.
+const MAX_CHANGES: usize = 12;
 
 /// Whether standard output wants colour: a terminal, `NO_COLOR` unset or empty (<https://no-color.org>) and `TERM` not
 /// `dumb`.
@@ -36,6 +39,9 @@ pub fn summary(run: &Run, color: bool) -> String {
     }
     line(&mut out, "All", Counts { broken: 0, ..counts }, color);
     points(&mut out, run, color);
+    if let Some(comparison) = &run.comparison {
+        changes(&mut out, comparison, color);
+    }
     let style = if counts.is_ok() { GREEN } else { RED };
     let _ = writeln!(out, "\n{}", paint(&verdict::headline(counts), style, color));
     out
@@ -76,6 +82,21 @@ fn points(out: &mut String, run: &Run, color: bool) {
     }
     if points.len() > MAX_POINTS {
         let _ = writeln!(out, "… and {} more in the report", points.len() - MAX_POINTS);
+    }
+}
+
+fn changes(out: &mut String, comparison: &Comparison, color: bool) {
+    let _ = writeln!(out, "\n{}", pad(&comparison.headline(), WIDTH).trim_end());
+    for change in comparison.changes.iter().take(MAX_CHANGES) {
+        let text = format!("Δ {}: {}", change.place, change.what);
+        let _ = writeln!(out, "{}", paint(pad(&text, WIDTH).trim_end(), YELLOW, color));
+    }
+    if comparison.changes.len() > MAX_CHANGES {
+        let _ = writeln!(out, "… and {} more in report.md", comparison.changes.len() - MAX_CHANGES);
+    }
+    if !comparison.not_run.is_empty() {
+        let _ =
+            writeln!(out, "{}", pad(&format!("not in this run: {}", comparison.not_run.join(", ")), WIDTH).trim_end());
     }
 }
 
