@@ -26,17 +26,23 @@ pub(super) const STUDY: Study = Study {
 /// A run: problem, step and number of steps.
 struct Setting {
     name: &'static str,
+    system: System,
     h: f64,
     steps: u64,
 }
 
 /// A constrained step costs as much as some ten of the others.
-const SETTINGS: [Setting; 4] = [
-    Setting { name: "asymmetric-pendulum", h: 0.5, steps: 100_000 },
-    Setting { name: "henon-heiles", h: 0.25, steps: 100_000 },
-    Setting { name: "kepler", h: 0.05, steps: 100_000 },
-    Setting { name: "spherical-pendulum", h: 0.1, steps: 10_000 },
+const SETTINGS: [Setting; 6] = [
+    Setting { name: "asymmetric-pendulum", system: System::Separable, h: 0.5, steps: 100_000 },
+    Setting { name: "henon-heiles", system: System::Separable, h: 0.25, steps: 100_000 },
+    Setting { name: "kepler", system: System::Separable, h: 0.05, steps: 100_000 },
+    Setting { name: "charged-particle", system: System::General, h: 0.2, steps: 50_000 },
+    Setting { name: CHAOTIC, system: System::General, h: 0.1, steps: 50_000 },
+    Setting { name: "spherical-pendulum", system: System::Separable, h: 0.1, steps: 10_000 },
 ];
+
+/// Its motion from (1, 2) rad is chaotic: reversibility protects no energy there, and roundings grow exponentially.
+const CHAOTIC: &str = "double-pendulum";
 
 /// A build for development takes a fifth of the steps, which are as much slower.
 const PART: u64 = if cfg!(debug_assertions) { 5 } else { 1 };
@@ -74,12 +80,14 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             "Energy errors are averaged over ten windows with a smooth weight, under which oscillations average out, and a \
              straight line is fitted to the means. What it adds up to over the run is compared with ten of its standard \
              errors and the rounding of the steps. The symplectic integrators do not drift by more. The others do on the \
-             rotating pendulum without symmetry. On Kepler's problem, Hénon and Heiles's and the spherical pendulum they \
-             do not: these orbits are mapped to themselves by a reversal of time, which the methods share."
+             rotating pendulum without symmetry. On Kepler's problem, Hénon and Heiles's, the charged particle and the spherical \
+             pendulum they do not: these orbits are mapped to themselves by a reversal of time, which the methods share. \
+             On the chaotic double pendulum there is no such protection, and no straight line to expect."
                 .into(),
             "Every variational integrator here is symmetric, and so reversible to rounding; the Runge–Kutta methods in the same table \
              are not, which shows that the test can fail. Angular momentum, as every quadratic invariant, is kept by path \
-             fitting on Gauss nodes, with a constraint or without; on equispaced ones of degree 3 or more it is not."
+             fitting on Gauss nodes, with a constraint or without; on equispaced ones of degree 3 or more it is not. In a magnetic \
+             field no path-fitted integrator keeps it, and the Galerkin integrators do."
                 .into(),
             "The Lagrange and Bernstein forms of path fitting, (21) and (22) for the pendulum, are one method in two \
              coordinates: their trajectories agree to accumulated rounding."
@@ -131,7 +139,7 @@ impl Drift {
     fn measure(setting: &Setting, method: &dyn Method, max_steps: u64) -> Result<Self, StudyError> {
         let problem = problem(setting.name, &[])?;
         let name = method.name();
-        let kind = match is_symplectic(&name, System::Separable) {
+        let kind = match is_symplectic(&name, setting.system) {
             _ if DISSIPATIVE.contains(&name.as_str()) => Kind::Dissipative,
             true => Kind::Symplectic,
             false => Kind::Symmetric,
@@ -190,13 +198,13 @@ impl Drift {
         let id = format!("drift/{problem}/{method}");
         let reason = "ten standard errors, and the rounding of the steps";
         let drifts = *kind == Kind::Dissipative || (*kind == Kind::Symmetric && *problem == "asymmetric-pendulum");
-        checks.push(if drifts {
+        if drifts {
             let statement = format!("The energy of {method} drifts on {problem} over {} steps", self.steps);
-            Check::within(id, statement, self.drift, [self.resolved(), f64::INFINITY], reason)
-        } else {
+            checks.push(Check::within(id, statement, self.drift, [self.resolved(), f64::INFINITY], reason));
+        } else if *kind == Kind::Symplectic || *problem != CHAOTIC {
             let statement = format!("The energy of {method} does not drift on {problem} over {} steps", self.steps);
-            Check::at_most(id, statement, self.drift, self.resolved(), reason)
-        });
+            checks.push(Check::at_most(id, statement, self.drift, self.resolved(), reason));
+        }
         if let Some(change) = self.momentum {
             let (id, l) = (format!("momentum/{problem}/{method}"), "angular momentum");
             checks.push(if *kind == Kind::Symplectic {
@@ -510,7 +518,7 @@ fn level_curves() -> Result<Vec<Series>, StudyError> {
 /// Rows of the golden `long-runs`: the largest energy errors in 1000 steps, and the change of angular momenta.
 pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
-    for setting in &SETTINGS {
+    for setting in SETTINGS.iter().filter(|setting| setting.name != CHAOTIC) {
         for method in distinct()? {
             let drift = Drift::measure(setting, &*method, 1000)?;
             let key = |what: &str| format!("{} {} {what}", drift.problem, drift.method);
