@@ -9,6 +9,7 @@ mod markdown;
 mod number;
 mod plot;
 mod run;
+mod svg;
 mod terminal;
 mod text;
 mod verdict;

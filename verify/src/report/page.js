@@ -14,7 +14,8 @@ for (const table of document.querySelectorAll('table.sortable, table.checks')) {
       const key = (row) => {
         const cell = row.cells[column];
         if (!cell) return '';
-        return 'value' in cell.dataset ? Number(cell.dataset.value) : cell.textContent.trim();
+        const number = cell.dataset.value ?? cell.querySelector('.number')?.title ?? '';
+        return number === '' || isNaN(number) ? cell.textContent.trim() : Number(number);
       };
       const compare = (a, b) => {
         if (a === '' || b === '') return (a === '') - (b === '');

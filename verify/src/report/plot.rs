@@ -18,6 +18,7 @@ use kuva::render::render_utils::{auto_nice_range, generate_ticks, generate_ticks
 use kuva::render::theme::Theme;
 
 use super::number::{Short, power_of_ten};
+use super::svg::compact;
 use super::text::escape;
 use crate::evidence::{Axis, Field, Mark, Panel, Series};
 
@@ -265,11 +266,12 @@ fn embed(scene: &Scene, panel: &Panel, id: &str) -> String {
     };
     format!(
         "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-labelledby=\"{id}-title {id}-desc\"><title id=\"{id}-title\">{}</title>\
-         <desc id=\"{id}-desc\">{}</desc>{stable}",
+         <desc id=\"{id}-desc\">{}</desc>{}",
         scene.width,
         scene.height,
         escape(&title),
-        escape(&description(panel))
+        escape(&description(panel)),
+        compact(&stable)
     )
 }
 
