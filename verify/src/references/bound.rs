@@ -26,11 +26,13 @@ const FINE: f64 = 1e-12;
 const PROBES: usize = 4;
 
 /// One solve at one tolerance.
-pub(super) struct Run {
-    states: Vec<Vec<f64>>,
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// The state at each time.
+    pub states: Vec<Vec<f64>>,
     steps: Vec<u64>,
     /// Work of the whole solve.
-    pub(super) work: Work,
+    pub work: Work,
 }
 
 impl Run {

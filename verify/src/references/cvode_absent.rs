@@ -1,6 +1,6 @@
 //! Stands in for CVODE where it is not compiled in, so that a report can name what did not run.
 
-use super::{Ode, Reference, ReferenceError, Sampled};
+use super::{Ode, Reference, ReferenceError, Run};
 
 /// CVODE, not compiled in.
 pub(super) struct Cvode {
@@ -26,7 +26,7 @@ impl Reference for Cvode {
         None
     }
 
-    fn solve(&self, _: &dyn Ode, _: f64, _: &[f64], _: &[f64]) -> Result<Sampled, ReferenceError> {
+    fn run(&self, _: &dyn Ode, _: f64, _: &[f64], _: &[f64], _: f64) -> Result<Run, ReferenceError> {
         Err(ReferenceError::Unavailable(self.name))
     }
 }

@@ -12,8 +12,8 @@ use diffsol::{
 
 use diffsol::matrix::MatrixRef;
 
-use super::bound::{Run, solve_twice};
-use super::{Ode, Reference, ReferenceError, Sampled, Work, check_dense, panic_text};
+use super::Run;
+use super::{Ode, Reference, ReferenceError, Work, panic_text};
 
 /// Steps allowed in a solve.
 const MAX_STEPS: usize = 5_000_000;
@@ -61,9 +61,16 @@ impl Reference for Diffsol {
         Some(format!("diffsol {}", locked_version("diffsol").unwrap_or("of unknown version")))
     }
 
-    fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError> {
-        check_dense(self.name, ode)?;
-        solve_twice(ode, t0, v0, times, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
+    /// One solve. Panics inside diffsol or the system become errors.
+    fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
+        let reached = Cell::new(t0);
+        let integrate = || match ode.bandwidths() {
+            Some(_) => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),
+            None => self.integrate::<NalgebraMat<f64>, NalgebraLU<f64>>(ode, v0, times, tolerance, &reached),
+        };
+        let solved = catch_unwind(AssertUnwindSafe(integrate))
+            .unwrap_or_else(|payload| Err(format!("panicked: {}", panic_text(&*payload))));
+        solved.map_err(|reason| ReferenceError::Solver { solver: self.name, t: reached.get(), reason })
     }
 }
 
@@ -97,18 +104,6 @@ impl Seen {
 }
 
 impl Diffsol {
-    /// One solve. Panics inside diffsol or the system become errors.
-    fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
-        let reached = Cell::new(t0);
-        let integrate = || match ode.bandwidths() {
-            Some(_) => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),
-            None => self.integrate::<NalgebraMat<f64>, NalgebraLU<f64>>(ode, v0, times, tolerance, &reached),
-        };
-        let solved = catch_unwind(AssertUnwindSafe(integrate))
-            .unwrap_or_else(|payload| Err(format!("panicked: {}", panic_text(&*payload))));
-        solved.map_err(|reason| ReferenceError::Solver { solver: self.name, t: reached.get(), reason })
-    }
-
     /// Builds the problem and starts the method; `reached` holds the initial time and follows the solve.
     fn integrate<M, L>(
         &self,

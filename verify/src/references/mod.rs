@@ -11,6 +11,8 @@ mod cvode;
 mod cvode;
 mod diffsol;
 
+pub use bound::Run;
+
 use std::any::Any;
 use std::fmt;
 
@@ -114,11 +116,20 @@ pub trait Reference: Sync {
     /// The library behind it and its version, such as `SUNDIALS 6.4.1`; `None` where it is not compiled in.
     fn library(&self) -> Option<String>;
 
-    /// Solves from `(t0, v0)` and samples at `times` (not decreasing, each ≥ t0).
+    /// Solves from `(t0, v0)` once, with this relative and absolute tolerance; `times` as for [`solve`](Self::solve).
+    ///
+    /// # Errors
+    /// [`ReferenceError`] if the solver fails.
+    fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError>;
+
+    /// Solves from `(t0, v0)` and samples at `times` (not decreasing, each ≥ t0), with a bound on the error.
     ///
     /// # Errors
     /// [`ReferenceError`] if the solver fails, or if the request is malformed.
-    fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError>;
+    fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError> {
+        check_dense(self.name(), ode)?;
+        bound::solve_twice(ode, t0, v0, times, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
+    }
 }
 
 impl fmt::Debug for dyn Reference {

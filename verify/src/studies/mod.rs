@@ -20,6 +20,7 @@ mod open_closures;
 pub(crate) mod orders;
 pub(crate) mod oscillator;
 mod parts;
+mod peers;
 mod poiseuille_maps;
 mod poiseuille_series;
 mod published_values;
@@ -71,6 +72,7 @@ pub const ALL: &[Study] = &[
     high_order::STUDY,
     error_control::STUDY,
     published_values::STUDY,
+    peers::STUDY,
     oscillator::STUDY,
     symplecticity::STUDY,
     long_runs::STUDY,

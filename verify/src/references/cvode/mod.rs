@@ -7,8 +7,8 @@ mod ffi;
 
 use self::callbacks::Callbacks;
 use self::ffi::{Formulas, Session};
-use super::bound::{Run, solve_twice};
-use super::{Ode, Reference, ReferenceError, Sampled, check_dense};
+use super::Run;
+use super::{Ode, Reference, ReferenceError};
 
 /// CVODE with one of its two families of formulas.
 pub(super) struct Cvode {
@@ -36,13 +36,6 @@ impl Reference for Cvode {
         Some(format!("SUNDIALS {}", ffi::version()))
     }
 
-    fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError> {
-        check_dense(self.name, ode)?;
-        solve_twice(ode, t0, v0, times, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
-    }
-}
-
-impl Cvode {
     /// One solve. CVODE interpolates the samples with the polynomial of the step's own order; only the last is a stop time, so
     /// that f is never evaluated beyond it.
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
