@@ -44,7 +44,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "DIR", default_value = "target/report")]
     out: PathBuf,
 
-    /// Add a chapter on your own first-order system in DiffSL
+    /// Add a chapter on your own system, in DiffSL
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
 
@@ -56,7 +56,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
     t_end: Option<f64>,
 
-    /// Show what changed since the report with this results.json
+    /// Show what changed since an earlier results.json
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
 

@@ -27,11 +27,19 @@ const FIXED: [&str; 5] = ["method-i", "trapezoidal", "tr-bdf2", "ls-galerkin(2,r
 /// Steps in a run.
 const STEPS: [u32; 7] = [8, 16, 32, 64, 128, 256, 512];
 
-/// Settings: name, parameters, horizon, and whether fixed steps of any use resolve it.
-const SETTINGS: [(&str, &[(&str, &str)], f64, bool); 3] = [
-    ("channel-poiseuille", &[("cells", "64")], 1.0, true),
-    ("van-der-pol", &[], 2.0, true),
-    ("van-der-pol", &[("mu", "1000")], 2000.0, false),
+/// A problem that all solvers are given.
+struct Setting {
+    name: &'static str,
+    set: &'static [(&'static str, &'static str)],
+    horizon: f64,
+    /// Whether as many fixed steps as [`STEPS`] resolve it.
+    fixed: bool,
+}
+
+const SETTINGS: [Setting; 3] = [
+    Setting { name: "channel-poiseuille", set: &[("cells", "64")], horizon: 1.0, fixed: true },
+    Setting { name: "van-der-pol", set: &[], horizon: 2.0, fixed: true },
+    Setting { name: "van-der-pol", set: &[("mu", "1000")], horizon: 2000.0, fixed: false },
 ];
 
 struct Point {
@@ -43,8 +51,8 @@ struct Point {
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     (context.announce)(SETTINGS.len() as u64);
-    let measured = SETTINGS.par_iter().map(|(name, set, horizon, fixed)| {
-        let points = measure(&*problem(name, set)?, *horizon, *fixed);
+    let measured = SETTINGS.par_iter().map(|setting| {
+        let points = measure(&*problem(setting.name, setting.set)?, setting.horizon, setting.fixed);
         (context.tick)();
         points
     });
@@ -52,7 +60,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let mut evidence = Evidence { notes: notes(), ..Evidence::default() };
     let mut rows = Vec::new();
     let mut panels = Vec::new();
-    for ((name, set, _, _), (points, absent)) in SETTINGS.iter().zip(&measured) {
+    for (Setting { name, set, .. }, (points, absent)) in SETTINGS.iter().zip(&measured) {
         let title = set.iter().fold((*name).to_owned(), |title, (key, value)| format!("{title} {key}={value}"));
         for (label, count) in [("evaluations", 1), ("factorizations", 2)] {
             let curves = points.chunk_by(|a, b| a.solver == b.solver).map(|run| {
