@@ -225,6 +225,8 @@ pub struct Evidence {
     pub notes: Vec<String>,
     /// Parts with a heading each, after everything else.
     pub sections: Vec<Section>,
+    /// Measured times in seconds by what took them; they differ from run to run and stand in `timings.json` alone.
+    pub timings: Vec<(String, f64)>,
 }
 
 /// A part of a chapter with a heading and an anchor of its own.

@@ -183,12 +183,14 @@ fn linear_drag() -> Chapter {
     let errors = table("figure-2", &["problem", "max_error", "method", "steps", "status"], rows, true);
     let note = "Method I overtakes RK4 at `h = 1.54`; below that RK4 is ahead by several orders of magnitude.";
     Chapter {
+        seconds: 0.0,
         id: "linear-drag".into(),
         title: "Linear drag".into(),
         question: "Do the closures reproduce their closed forms, and how large is the error at the paper's steps?"
             .into(),
         source: "[S24] §4, Figs 1–2".into(),
         evidence: Evidence {
+            timings: vec![("a run".into(), 0.5)],
             checks: vec![check("closed-form", Outcome::Pass, Some(3.3e-16)), check("cvode", Outcome::NotRun, None)],
             tables: vec![errors, table("empty", &["h"], Vec::new(), true)],
             figures: vec![
@@ -241,6 +243,7 @@ fn orders() -> Chapter {
 
 fn nasty() -> Chapter {
     Chapter {
+        seconds: 0.0,
         id: "nasty".into(),
         title: NASTY.into(),
         question: NASTY.into(),
@@ -581,7 +584,7 @@ fn a_second_run_replaces_the_first_and_touches_nothing_else() {
         names.sort();
         names
     };
-    assert_eq!(names(&path), ["data", "index.html", "junit.xml", "report.md", "results.json"]);
+    assert_eq!(names(&path), ["data", "index.html", "junit.xml", "report.md", "results.json", "timings.json"]);
     assert_eq!(names(&path.join("data")), ["mine.csv"]);
 }
 

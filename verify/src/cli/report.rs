@@ -4,6 +4,7 @@ use std::any::Any;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
+use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
@@ -114,6 +115,7 @@ fn chapters(studies: &[Study], model: Option<&Model>) -> Vec<Chapter> {
 }
 
 fn chapter(study: &Study, context: &Context) -> Chapter {
+    let start = Instant::now();
     let (evidence, error) = unless_it_breaks_off(|| (study.run)(context));
     Chapter {
         id: study.id.into(),
@@ -122,10 +124,12 @@ fn chapter(study: &Study, context: &Context) -> Chapter {
         source: study.source.into(),
         evidence,
         error,
+        seconds: start.elapsed().as_secs_f64(),
     }
 }
 
 fn model_chapter(model: &Model, context: &Context) -> Chapter {
+    let start = Instant::now();
     let (evidence, error) = unless_it_breaks_off(|| Ok(studies::model::examine(model, context)));
     Chapter {
         id: studies::model::ID.into(),
@@ -134,6 +138,7 @@ fn model_chapter(model: &Model, context: &Context) -> Chapter {
         source: "a model file in DiffSL".into(),
         evidence,
         error,
+        seconds: start.elapsed().as_secs_f64(),
     }
 }
 

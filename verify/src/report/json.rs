@@ -84,6 +84,17 @@ pub(super) fn document(run: &Run) -> Result<String, serde_json::Error> {
     Ok(serde_json::to_string_pretty(&results)? + "\n")
 }
 
+/// `timings.json`: the measured times, apart from all that a second run reproduces.
+pub(super) fn timings(run: &Run) -> Result<String, serde_json::Error> {
+    let of = |chapter: &super::Chapter| {
+        let runs: serde_json::Map<String, serde_json::Value> =
+            chapter.evidence.timings.iter().map(|(what, seconds)| (what.clone(), (*seconds).into())).collect();
+        serde_json::json!({ "id": chapter.id, "seconds": chapter.seconds, "runs": runs })
+    };
+    let chapters: Vec<_> = run.chapters().iter().map(of).collect();
+    serde_json::to_string_pretty(&serde_json::json!({ "schema": SCHEMA, "chapters": chapters }))
+}
+
 /// The data files that an earlier `results.json` lists, so that those no longer written can be removed; none if it cannot
 /// be read.
 pub(super) fn files_listed(text: &str) -> Vec<String> {

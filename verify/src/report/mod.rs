@@ -46,7 +46,7 @@ pub enum ReportError {
     Json(#[from] serde_json::Error),
 }
 
-/// Writes `index.html`, `report.md`, `results.json`, `junit.xml` and `data/<table>.csv` into `directory`, which is created
+/// Writes `index.html`, `report.md`, `results.json`, `timings.json`, `junit.xml` and `data/<table>.csv` into `directory`, which is created
 /// where missing.
 ///
 /// The files are complete before the first one takes its place, each by renaming. Data files that the directory's earlier
@@ -84,6 +84,7 @@ fn documents(run: &Run) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     files.push(("junit.xml".into(), junit::document(run).into_bytes()));
     files.push(("report.md".into(), markdown::document(run).into_bytes()));
     files.push(("results.json".into(), json::document(run)?.into_bytes()));
+    files.push(("timings.json".into(), json::timings(run)?.into_bytes()));
     files.push(("index.html".into(), html::document(run).into_bytes()));
     Ok(files)
 }

@@ -20,6 +20,8 @@ pub struct Chapter {
     pub evidence: Evidence,
     /// Why the study broke off, where it did.
     pub error: Option<String>,
+    /// Seconds from its beginning to its end, side by side with other studies.
+    pub seconds: f64,
 }
 
 /// Everything that the report shows.

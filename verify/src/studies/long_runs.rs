@@ -36,8 +36,9 @@ const SETTINGS: [Setting; 6] = [
     Setting { name: "asymmetric-pendulum", system: System::Separable, h: 0.5, steps: 100_000 },
     Setting { name: "henon-heiles", system: System::Separable, h: 0.25, steps: 100_000 },
     Setting { name: "kepler", system: System::Separable, h: 0.05, steps: 100_000 },
-    Setting { name: "charged-particle", system: System::General, h: 0.2, steps: 50_000 },
-    Setting { name: CHAOTIC, system: System::General, h: 0.1, steps: 50_000 },
+    Setting { name: "charged-particle", system: System::General, h: 0.2, steps: 20_000 },
+    // With h = 0.1 the shortest times of this motion are not resolved, and degree 3 drifts by as much as can be seen.
+    Setting { name: CHAOTIC, system: System::General, h: 0.05, steps: 50_000 },
     Setting { name: "spherical-pendulum", system: System::Separable, h: 0.1, steps: 10_000 },
 ];
 
@@ -144,7 +145,7 @@ impl Drift {
             true => Kind::Symplectic,
             false => Kind::Symmetric,
         };
-        // A tenth of the run takes half of the energy of what dissipates.
+        // What dissipates leaves the straight line before long.
         let steps = (setting.steps / PART).min(max_steps) / if kind == Kind::Dissipative { 10 } else { 1 };
         let invariants = problem.invariants();
         let energy = invariants.iter().find(|i| i.name == "energy").ok_or("the problem has no energy")?;
@@ -197,7 +198,9 @@ impl Drift {
         let mut checks = Vec::new();
         let id = format!("drift/{problem}/{method}");
         let reason = "ten standard errors, and the rounding of the steps";
-        let drifts = *kind == Kind::Dissipative || (*kind == Kind::Symmetric && *problem == "asymmetric-pendulum");
+        // Nor does what dissipates drift along a line in chaos: by episodes.
+        let drifts = (*kind == Kind::Dissipative && *problem != CHAOTIC)
+            || (*kind == Kind::Symmetric && *problem == "asymmetric-pendulum");
         if drifts {
             let statement = format!("The energy of {method} drifts on {problem} over {} steps", self.steps);
             checks.push(Check::within(id, statement, self.drift, [self.resolved(), f64::INFINITY], reason));

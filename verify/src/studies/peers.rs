@@ -1,5 +1,7 @@
 //! Work against error beside the solvers of other libraries, on stiff and parabolic problems.
 
+use std::time::Instant;
+
 use lsvi::adaptive::Tolerances;
 use lsvi::{State, Trajectory};
 use rayon::prelude::*;
@@ -47,6 +49,8 @@ struct Point {
     setting: f64,
     counts: [u64; 3],
     error: f64,
+    /// Of one run, beside others.
+    seconds: f64,
 }
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
@@ -59,22 +63,22 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let measured = measured.collect::<Result<Vec<_>, StudyError>>()?;
     let mut evidence = Evidence { notes: notes(), ..Evidence::default() };
     let mut rows = Vec::new();
-    let mut panels = Vec::new();
+    let (mut panels, mut timed) = (Vec::new(), Vec::new());
     for (Setting { name, set, .. }, (points, absent)) in SETTINGS.iter().zip(&measured) {
         let title = set.iter().fold((*name).to_owned(), |title, (key, value)| format!("{title} {key}={value}"));
-        for (label, count) in [("evaluations", 1), ("factorizations", 2)] {
+        let panel = |label: &str, work: fn(&Point) -> f64| {
             let curves = points.chunk_by(|a, b| a.solver == b.solver).map(|run| {
-                let curve = run.iter().map(|p| (p.counts[count] as f64, p.error)).collect();
+                let curve = run.iter().map(|p| (work(p), p.error)).collect();
                 series(run[0].solver.clone(), curve, Mark::LineMarkers)
             });
-            panels.push(Panel {
-                title: title.clone(),
-                x: log_axis(label),
-                y: log_axis("error at the end"),
-                series: curves.collect(),
-                ..Panel::default()
-            });
-        }
+            let (x, y) = (log_axis(label), log_axis("error at the end"));
+            Panel { title: title.clone(), x, y, series: curves.collect(), ..Panel::default() }
+        };
+        panels.push(panel("evaluations", |p| p.counts[1] as f64));
+        panels.push(panel("factorizations", |p| p.counts[2] as f64));
+        timed.push(panel("seconds, measured once", |p| p.seconds));
+        let timings = points.iter().map(|p| (format!("{title} {} {:e}", p.solver, p.setting), p.seconds));
+        evidence.timings.extend(timings);
         rows.extend(points.iter().map(|p| {
             let start = [text(&title), text(&p.solver), Cell::Number(p.setting), Cell::Number(p.error)];
             start.into_iter().chain(p.counts.map(|count| Cell::Integer(count as i64))).collect::<Vec<_>>()
@@ -104,6 +108,15 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     evidence.tables.push(data("peers", caption, &columns, rows));
     let (id, data) = ("peers".into(), "peers".into());
     evidence.figures.push(Figure { id, caption: caption.into(), data, panels, columns: 2 });
+    evidence.figures.push(Figure {
+        id: "peers-times".into(),
+        caption: "The same errors against time, as measured on the machine that made this page, beside other computations: not \
+                  reproducible. The times are in `timings.json`."
+            .into(),
+        data: "peers".into(),
+        panels: timed,
+        columns: 3,
+    });
     Ok(evidence)
 }
 
@@ -127,11 +140,13 @@ fn measure(problem: &dyn Problem, horizon: f64, fixed: bool) -> Result<(Vec<Poin
     for name in FIXED.iter().filter(|_| fixed) {
         for steps in STEPS {
             let mut integrator = methods::parse(name)?.build(problem)?;
+            let begun = Instant::now();
             let (start, h) = (State::new(0.0, problem.initial()), horizon / f64::from(steps));
             let end = Trajectory::new(&mut integrator, start, h, horizon)?.observe(|_| ())?;
             let (work, error) = (integrator.work(), distance(&end.q, &truth));
             let counts = [work.steps, work.residuals, work.factorizations];
-            points.push(Point { solver: (*name).into(), setting: h, counts, error });
+            let seconds = begun.elapsed().as_secs_f64();
+            points.push(Point { solver: (*name).into(), setting: h, counts, error, seconds });
         }
     }
     let tolerances: Vec<f64> = (6..=18).map(|k| 10_f64.powf(-0.5 * f64::from(k))).collect();
@@ -139,11 +154,13 @@ fn measure(problem: &dyn Problem, horizon: f64, fixed: bool) -> Result<(Vec<Poin
         let adaptive = methods::parse("radau-adaptive")?.with_tolerances(Tolerances::new(*tolerance, *tolerance)?);
         let method = adaptive.ok_or("it is adaptive")?;
         let mut integrator = method.build(problem)?;
+        let begun = Instant::now();
         let start = State::new(0.0, problem.initial());
         let end = Trajectory::new(&mut integrator, start, horizon, horizon)?.observe(|_| ())?;
         let (work, error) = (integrator.work(), distance(&end.q, &truth));
         let counts = [work.steps, work.residuals, work.factorizations];
-        points.push(Point { solver: "radau-adaptive".into(), setting: *tolerance, counts, error });
+        let seconds = begun.elapsed().as_secs_f64();
+        points.push(Point { solver: "radau-adaptive".into(), setting: *tolerance, counts, error, seconds });
     }
     let mut absent = Vec::new();
     for reference in references::all().into_iter().filter(|reference| reference.stiff_ok()) {
@@ -169,10 +186,12 @@ fn peer(
     truth: &[f64],
 ) -> Result<Point, ReferenceError> {
     let limit = problem.limit(Principle::MomentumZero);
+    let begun = Instant::now();
     let run = reference.run(limit.ode, 0.0, &limit.initial, &[horizon], tolerance)?;
     let error = run.states.last().map_or(f64::NAN, |state| distance(state, truth));
     let counts = [run.work.steps, run.work.rhs, run.work.factorizations];
-    Ok(Point { solver: reference.name().into(), setting: tolerance, counts, error })
+    let seconds = begun.elapsed().as_secs_f64();
+    Ok(Point { solver: reference.name().into(), setting: tolerance, counts, error, seconds })
 }
 
 fn notes() -> Vec<String> {
