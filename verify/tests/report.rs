@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use verify::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Outcome, Panel, Section, Series, Table};
 use verify::report::{self, Chapter, ComparisonError, Earlier, Run};
@@ -718,4 +719,38 @@ fn results_keep_to_their_schema() {
             assert_eq!(keys(section), ["figures", "id", "mark", "paragraphs", "tables", "title"]);
         }
     }
+}
+
+/// The page with nasty text in it, in a real browser: its scripts run, nothing is said on the console, and every link within
+/// it leads somewhere. Where there is no Chromium, nothing is tested, which is said.
+#[test]
+fn a_browser_shows_the_page_without_complaint() {
+    let path = written("browser");
+    let profile = path.join("profile");
+    let output = Command::new("chromium")
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
+        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
+        .args(["--enable-logging=stderr", "--v=0", "--virtual-time-budget=2000", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("file://{}", path.canonicalize().expect("written").join("index.html").display()))
+        .output();
+    let output = match output {
+        Ok(output) if output.status.success() => output,
+        Ok(output) => return eprintln!("not run: chromium ended with {}", output.status),
+        Err(error) => return eprintln!("not run: chromium: {error}"),
+    };
+    let said = String::from_utf8_lossy(&output.stderr);
+    let complaints: Vec<&str> = said.lines().filter(|line| line.contains("CONSOLE")).collect();
+    assert!(complaints.is_empty(), "{complaints:#?}");
+    let page = String::from_utf8_lossy(&output.stdout);
+    let attribute = |name: &str| -> Vec<String> {
+        let opening = format!(" {name}=\"");
+        page.split(&opening).skip(1).filter_map(|rest| Some(rest.split_once('"')?.0.to_owned())).collect()
+    };
+    let ids: HashSet<String> = attribute("id").into_iter().collect();
+    let links: Vec<String> =
+        attribute("href").iter().filter_map(|to| to.strip_prefix('#').map(str::to_owned)).collect();
+    assert!(links.len() > 10, "{} links", links.len());
+    assert!(links.iter().all(|link| ids.contains(link)), "{links:?}");
+    assert!(page.matches("<svg").count() >= 3);
 }
