@@ -7,9 +7,10 @@
 //!
 //! Contraction at h alone is not enough: where ∂F/∂x at x₀ is singular for some shorter step, the root nearest to x₀ may be
 //! another one. On the branch det ∂F/∂x cannot change its sign, so that a root where the sign is not the one that it has for
-//! h → 0 is refused, and so is one found from a start where it is not. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is
-//! told by a second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative. A nonlinear
-//! equation whose state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
+//! h → 0 is refused, and so is one found from a start where it is not. Only an affine equation keeps its one root beyond a
+//! pole, where the determinant changes its sign: it is told by a second increment of less than √ε of the first, which leaves
+//! room for an ill-conditioned derivative. A nonlinear equation whose state is as small as √ε of its nonlinear scale is taken
+//! for one, as it behaves like one.
 
 use crate::error::SolveError;
 use crate::linalg::{Jacobian, Lu, Structure, max_norm};

@@ -337,6 +337,8 @@ fn malformed_requests_are_refused() {
                 Err(ReferenceError::Input(reason)) => assert!(reason.contains(says), "{}: {reason}", r.name()),
                 other => panic!("{}: {other:?}", r.name()),
             }
+            let once = r.run(&decay(), t0, v0, times, 1e-6);
+            assert!(matches!(once, Err(ReferenceError::Input(_))), "{}: {once:?}", r.name());
         }
     };
     refused(&[1.0, 2.0], 0.0, &[1.0], "2 components, the system 1");

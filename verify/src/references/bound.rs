@@ -99,7 +99,8 @@ fn max_norm(v: &[f64]) -> f64 {
     v.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
-fn check(ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<(), ReferenceError> {
+/// Refuses what no solver may be given.
+pub(super) fn check(ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<(), ReferenceError> {
     let refuse = |reason: String| Err(ReferenceError::Input(reason));
     if ode.dim() == 0 {
         return refuse("the system has no unknowns".into());

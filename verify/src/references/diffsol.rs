@@ -12,8 +12,8 @@ use diffsol::{
 
 use diffsol::matrix::MatrixRef;
 
-use super::Run;
 use super::{Ode, Reference, ReferenceError, Work, panic_text};
+use super::{Run, check};
 
 /// Steps allowed in a solve.
 const MAX_STEPS: usize = 5_000_000;
@@ -63,6 +63,7 @@ impl Reference for Diffsol {
 
     /// One solve. Panics inside diffsol or the system become errors.
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
+        check(self.name, ode, t0, v0, times)?;
         let reached = Cell::new(t0);
         let integrate = || match ode.bandwidths() {
             Some(_) => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),

@@ -46,6 +46,12 @@ pub trait Ode: Sync {
 /// Largest order of a dense matrix: it takes 128 MB.
 const MAX_DENSE: usize = 4096;
 
+/// Refuses what the solver must not be given: a malformed request, or one that would not fit into memory.
+fn check(solver: &str, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<(), ReferenceError> {
+    bound::check(ode, t0, v0, times)?;
+    check_dense(solver, ode)
+}
+
 /// Refuses systems whose Jacobian would be stored as a larger dense matrix than [`MAX_DENSE`].
 fn check_dense(solver: &str, ode: &dyn Ode) -> Result<(), ReferenceError> {
     let n = ode.dim();
@@ -119,7 +125,7 @@ pub trait Reference: Sync {
     /// Solves from `(t0, v0)` once, with this relative and absolute tolerance; `times` as for [`solve`](Self::solve).
     ///
     /// # Errors
-    /// [`ReferenceError`] if the solver fails.
+    /// [`ReferenceError`] if the solver fails, or if the request is malformed.
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError>;
 
     /// Solves from `(t0, v0)` and samples at `times` (not decreasing, each ≥ t0), with a bound on the error.
@@ -127,7 +133,6 @@ pub trait Reference: Sync {
     /// # Errors
     /// [`ReferenceError`] if the solver fails, or if the request is malformed.
     fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError> {
-        check_dense(self.name(), ode)?;
         bound::solve_twice(ode, t0, v0, times, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
     }
 }

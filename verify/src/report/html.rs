@@ -135,7 +135,8 @@ fn contents(out: &mut String, run: &Run) {
         );
     }
     out.push_str("</ol>\n<p><a href=\"#_provenance\">Provenance</a> · <a href=\"results.json\">results.json</a> · ");
-    out.push_str("<a href=\"timings.json\">timings.json</a> · <a href=\"junit.xml\">junit.xml</a> · <a href=\"report.md\">report.md</a></p>\n</nav>\n");
+    out.push_str("<a href=\"timings.json\">timings.json</a> · <a href=\"junit.xml\">junit.xml</a> · ");
+    out.push_str("<a href=\"report.md\">report.md</a></p>\n</nav>\n");
 }
 
 fn summary(out: &mut String, run: &Run, counts: Counts) {

@@ -7,8 +7,8 @@ mod ffi;
 
 use self::callbacks::Callbacks;
 use self::ffi::{Formulas, Session};
-use super::Run;
 use super::{Ode, Reference, ReferenceError};
+use super::{Run, check};
 
 /// CVODE with one of its two families of formulas.
 pub(super) struct Cvode {
@@ -39,6 +39,7 @@ impl Reference for Cvode {
     /// One solve. CVODE interpolates the samples with the polynomial of the step's own order; only the last is a stop time, so
     /// that f is never evaluated beyond it.
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
+        check(self.name, ode, t0, v0, times)?;
         let callbacks = Callbacks::new(ode, v0.len());
         let failed =
             |t: f64, call: String| ReferenceError::Solver { solver: self.name, t, reason: callbacks.explain(&call) };
