@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use crate::evidence::{Cell, Check, Evidence, Outcome, Table};
-use crate::methods::{self, Method, Stability};
+use crate::method::{self, Method, Stability};
 use crate::order::roundoff;
-use crate::problems::{Limit, Principle, Problem};
-use crate::references::{self, Reference, ReferenceError};
+use crate::problem::{Limit, Principle, Problem};
+use crate::reference::{self, Reference, ReferenceError};
 use crate::run::{RunError, distance, max_norm, run};
 
 /// Sample times, equally spaced, the last at the horizon.
@@ -69,7 +69,7 @@ pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
     let mut checks = Vec::new();
     for (limit, methods) in by_equation(problem) {
         let times: Vec<f64> = (1..=SAMPLES).map(|k| horizon * k as f64 / SAMPLES as f64).collect();
-        let mut solved: Vec<Solved> = references::all()
+        let mut solved: Vec<Solved> = reference::all()
             .into_par_iter()
             .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
             .collect();
@@ -112,7 +112,7 @@ fn by_equation(problem: &dyn Problem) -> Vec<(Limit<'_>, Vec<Box<dyn Method>>)> 
     ];
     let mut groups: Vec<(Limit<'_>, Vec<Box<dyn Method>>)> = Vec::new();
     for principle in principles {
-        let mut suited = methods::examples_for(problem);
+        let mut suited = method::examples_for(problem);
         suited.retain(|method| method.principle() == principle);
         if suited.is_empty() {
             continue;
@@ -192,7 +192,7 @@ fn truth(problem: &dyn Problem, limit: &Limit<'_>, times: &[f64], solved: &[Solv
         let bound = 16.0 * f64::EPSILON * largest(&states);
         return Some((name.into(), Answer { states, bound, astray: None }));
     }
-    let references = solved.iter().filter(|(name, _)| references::by_name(name).is_some());
+    let references = solved.iter().filter(|(name, _)| reference::by_name(name).is_some());
     let answered = references.filter_map(|(name, answer)| answer.as_ref().ok().map(|answer| (name, answer)));
     let (name, best) = answered.min_by(|a, b| a.1.bound.total_cmp(&b.1.bound))?;
     Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound, astray: None }))

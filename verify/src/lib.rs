@@ -4,17 +4,17 @@
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
-pub mod claims;
+pub mod chapter;
+pub mod claim;
 pub mod compare;
 pub mod evidence;
 pub mod golden;
 pub mod measure;
-pub mod methods;
+pub mod method;
 pub mod names;
 pub mod order;
-pub mod problems;
+pub mod problem;
 mod propagator;
-pub mod references;
+pub mod reference;
 pub mod report;
 pub mod run;
-pub mod studies;

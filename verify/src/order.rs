@@ -5,9 +5,9 @@ use std::fmt;
 use rayon::prelude::*;
 
 use crate::measure::order::{OrderFit, Sample, fit};
-use crate::methods::{Method, OrderPlan};
-use crate::problems::Problem;
-use crate::references::{Reference, ReferenceError, by_name};
+use crate::method::{Method, OrderPlan};
+use crate::problem::Problem;
+use crate::reference::{Reference, ReferenceError, by_name};
 use crate::run::{distance, max_norm, run};
 
 /// What the errors are measured against.

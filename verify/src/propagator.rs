@@ -3,9 +3,9 @@
 use lsvi::{InputError, Jacobian, State, StepError, Trajectory, VectorField};
 use nalgebra::{Complex, DMatrix};
 
-use crate::methods::{BuildError, Method};
-use crate::problems::Problem;
-use crate::references::Ode;
+use crate::method::{BuildError, Method};
+use crate::problem::Problem;
+use crate::reference::Ode;
 
 /// Why there is no propagator.
 #[derive(Debug, thiserror::Error)]

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use lsvi::{InputError, State, StepError, Trajectory};
 
-use crate::methods::{BuildError, Method};
-use crate::problems::Problem;
+use crate::method::{BuildError, Method};
+use crate::problem::Problem;
 
 /// Why a run gave no trajectory, or only part of one.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use verify::claims::{self, Verdict};
+use verify::claim::{self, Verdict};
 
 #[test]
 fn every_claim_of_both_papers_is_there_once() {
-    let claims = claims::all();
+    let claims = claim::all();
     let ids: HashSet<_> = claims.iter().map(|claim| claim.id).collect();
     assert_eq!(ids.len(), claims.len(), "an identifier is used twice");
     let letters = |paper: &str| -> Vec<String> {
@@ -31,7 +31,7 @@ fn every_claim_of_both_papers_is_there_once() {
 
 #[test]
 fn every_claim_says_where_it_stands_and_how_it_is_judged() {
-    for claim in claims::all() {
+    for claim in claim::all() {
         let paper = claim.id.split('-').next().unwrap_or_default();
         assert!(claim.source.starts_with(&format!("[{paper}]")), "{}: {}", claim.id, claim.source);
         assert!(claim.statement.ends_with(['.', '?']) && claim.criterion.ends_with('.'), "{}", claim.id);
@@ -40,7 +40,7 @@ fn every_claim_says_where_it_stands_and_how_it_is_judged() {
 
 #[test]
 fn every_claim_is_decided_by_numbers_and_explained() {
-    for (claim, finding) in claims::judge(&|| {}) {
+    for (claim, finding) in claim::judge(&|| {}) {
         let finding = finding.as_ref().unwrap_or_else(|error| panic!("{}: {error}", claim.id));
         assert!(finding.is_sound(), "{}: {:?}", claim.id, finding.cases());
         assert!(finding.evidence.ends_with('.') && finding.evidence.contains(char::is_numeric), "{}", claim.id);

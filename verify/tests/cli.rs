@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use verify::names::Parameter;
-use verify::{methods, problems, references, run, studies};
+use verify::{chapter, method, problem, reference, run};
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
@@ -109,18 +109,18 @@ fn lists_name_everything() {
     fits_a_terminal(&all);
     let names = |kind: &str| say(&format!("list {kind}")).1;
     let named = |text: &str, name: &str| text.lines().any(|line| line.split_whitespace().next() == Some(name));
-    for spec in problems::ALL {
+    for spec in problem::ALL {
         assert!(named(&names("problems"), spec.name), "{}", spec.name);
         for Parameter { name, default, .. } in spec.parameters {
             assert!(named(&all, &format!("{name}={default}")), "{name}");
         }
     }
     let methods_text = names("methods");
-    methods::ALL.iter().for_each(|spec| assert!(named(&methods_text, spec.form), "{}", spec.form));
+    method::ALL.iter().for_each(|spec| assert!(named(&methods_text, spec.form), "{}", spec.form));
     let references_text = names("references");
-    references::all().iter().for_each(|reference| assert!(named(&references_text, reference.name())));
+    reference::all().iter().for_each(|reference| assert!(named(&references_text, reference.name())));
     let studies_text = names("studies");
-    studies::ALL.iter().for_each(|study| assert!(named(&studies_text, study.id)));
+    chapter::ALL.iter().for_each(|study| assert!(named(&studies_text, study.id)));
     let (status, _, message) = say("list problem");
     assert_eq!(status, 2);
     assert!(message.contains("problems"), "{message}");
@@ -129,9 +129,9 @@ fn lists_name_everything() {
 /// Every method solves every problem that it applies to; the numbers of the file read back as the very doubles of the run.
 #[test]
 fn csv_has_the_columns_and_the_numbers_of_the_run() {
-    for spec in problems::ALL {
-        for method in methods::examples() {
-            let problem = problems::small(spec.name).expect("defaults");
+    for spec in problem::ALL {
+        for method in method::examples() {
+            let problem = problem::small(spec.name).expect("defaults");
             if method.build(&*problem).is_err() {
                 continue;
             }
@@ -140,7 +140,7 @@ fn csv_has_the_columns_and_the_numbers_of_the_run() {
             let arguments =
                 ["solve", "--problem", spec.name, "--method", &name, "--h", &h_text, "--t-end", &t_text, "--csv", "-"];
             let settings =
-                problems::small_settings(spec.name).into_iter().map(|(name, value)| format!("--set={name}={value}"));
+                problem::small_settings(spec.name).into_iter().map(|(name, value)| format!("--set={name}={value}"));
             let settings: Vec<String> = settings.collect();
             let output = verify(&arguments.into_iter().chain(settings.iter().map(String::as_str)).collect::<Vec<_>>());
             let mut expected = Vec::new();
@@ -157,7 +157,7 @@ fn csv_has_the_columns_and_the_numbers_of_the_run() {
             assert_eq!(output.status.code(), Some(0), "{} by {name}: {}", spec.name, stderr(&output));
             let (header, rows) = table(stdout(&output));
             let mut expected_header = vec!["t".to_owned()];
-            expected_header.extend(problems::component_names(&*problem));
+            expected_header.extend(problem::component_names(&*problem));
             expected_header.extend(problem.exact(0.0).map(|_| "error".to_owned()));
             assert_eq!(header, expected_header);
             assert_eq!(rows, expected, "{} by {name}", spec.name);
@@ -476,9 +476,9 @@ fn compare_shows_every_solver() {
     let (status, out, _) = say("compare --problem quadratic-drag");
     assert_eq!(status, 0, "{out}");
     fits_a_terminal(&out);
-    let problem = problems::build("quadratic-drag", &[]).unwrap();
-    let names = methods::examples_for(&*problem).into_iter().map(|method| method.name());
-    for name in names.chain(references::all().iter().map(|reference| reference.name().to_owned())) {
+    let problem = problem::build("quadratic-drag", &[]).unwrap();
+    let names = method::examples_for(&*problem).into_iter().map(|method| method.name());
+    for name in names.chain(reference::all().iter().map(|reference| reference.name().to_owned())) {
         let line = out.lines().find(|line| line.split_whitespace().nth(1) == Some(&name));
         assert!(line.is_some_and(|line| line.contains("agrees") || line.contains("not ")), "{name}: {out}");
     }

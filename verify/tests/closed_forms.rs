@@ -4,9 +4,9 @@ use lsvi::closure::Linear;
 use lsvi::{OneStep, least_squares};
 use nalgebra::{Complex, Matrix2, Vector2};
 use proptest::prelude::*;
+use verify::chapter::closed_forms::step_in_plane;
 use verify::measure::amplification::Amplification;
-use verify::problems;
-use verify::studies::closed_forms::step_in_plane;
+use verify::problem;
 
 fn live(a: Matrix2<f64>, h: f64, closure: Amplification, v: Vector2<f64>) -> Result<Vector2<f64>, TestCaseError> {
     let fail = |error: String| TestCaseError::fail(format!("{closure:?}, h = {h}: {error}"));
@@ -33,7 +33,7 @@ proptest! {
             (-1.0, 1.0) => (1.0 - 0.5 * h) / (1.0 + 0.5 * h),
             _ => (alpha + beta - alpha * h + 0.5 * alpha * h * h) / (alpha + beta + beta * h + 0.5 * beta * h * h),
         };
-        let drag = problems::build("linear-drag", &[]).expect("registered");
+        let drag = problem::build("linear-drag", &[]).expect("registered");
         let (mut q, mut p) = ([v], [0.0]);
         let mut method = least_squares(drag.field(), Linear::new(alpha, beta).expect("not both zero"));
         method.step(0.0, h, &mut q, &mut p).map_err(|error| TestCaseError::fail(error.to_string()))?;

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use lsvi::Jacobian;
+use verify::chapter::{self, Context};
 use verify::evidence::Outcome;
-use verify::methods;
-use verify::problems::model::{Model, ModelError};
-use verify::problems::{self, Problem};
-use verify::studies::{self, Context};
+use verify::method;
+use verify::problem::model::{Model, ModelError};
+use verify::problem::{self, Problem};
 
 fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
@@ -45,7 +45,7 @@ fn agree(found: &[f64], expected: &[f64], size: f64) {
 fn van_der_pol_is_the_built_in_problem() {
     let set = [("mu".to_owned(), "3".to_owned())];
     let (model, built_in) =
-        (load("van-der-pol.ds", &[("mu", "3")]), problems::build("van-der-pol", &set).expect("known"));
+        (load("van-der-pol.ds", &[("mu", "3")]), problem::build("van-der-pol", &set).expect("known"));
     assert_eq!(model.components(), built_in.components());
     assert_eq!(model.initial(), built_in.initial());
     for v in [[2.0, 0.0], [0.3, -1.7], [-1.1, 0.4]] {
@@ -72,7 +72,7 @@ fn predator_prey_has_the_derivatives_of_its_equations() {
 #[test]
 fn every_method_is_judged_on_a_model() {
     let model = load("van-der-pol.ds", &[]);
-    let evidence = studies::model::examine(&model, &Context::SILENT);
+    let evidence = chapter::model::examine(&model, &Context::SILENT);
     for check in &evidence.checks {
         // The bound of the references leaves few points to the methods of order 4.
         let is_known = check.outcome == Outcome::Pass || check.outcome == Outcome::Inconclusive;
@@ -93,7 +93,7 @@ fn methods_that_need_more_than_a_model_has_refuse() {
         ("ls-galerkin(1,lobatto,2,ii)", "second derivatives"),
         ("path-fitted(3)", "Lagrangian of mechanics"),
     ] {
-        let Err(error) = methods::parse(method).expect("known").build(&model) else { panic!("{method} was built") };
+        let Err(error) = method::parse(method).expect("known").build(&model) else { panic!("{method} was built") };
         assert!(error.reason.contains(reason), "{error}");
     }
 }

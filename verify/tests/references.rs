@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use verify::references::{Ode, Reference, ReferenceError, Sampled, all, by_name};
+use verify::reference::{Ode, Reference, ReferenceError, Sampled, all, by_name};
 
 /// A system from two closures.
 struct System<F, J> {

@@ -1,7 +1,7 @@
 //! Every check of every study holds.
 
+use verify::chapter::{ALL, Context};
 use verify::evidence::Outcome;
-use verify::studies::{ALL, Context};
 
 #[test]
 fn every_check_of_every_study_holds() {

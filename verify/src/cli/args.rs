@@ -4,8 +4,8 @@ use std::io;
 use std::path::PathBuf;
 
 use clap::Args;
-use verify::problems::model::{CAVEAT, Model};
-use verify::problems::{self, Problem};
+use verify::problem::model::{CAVEAT, Model};
+use verify::problem::{self, Problem};
 
 use super::error::Failure;
 use super::layout::paragraph;
@@ -35,7 +35,7 @@ impl ProblemArgs {
             return Ok((model.name().into(), Box::new(model)));
         }
         let name = self.name.clone().unwrap_or_default();
-        let problem = problems::build(&name, &self.set)?;
+        let problem = problem::build(&name, &self.set)?;
         Ok((name, problem))
     }
 

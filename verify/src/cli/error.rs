@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use lsvi::{InputError, SolveError, StepError};
 use verify::golden::GoldenError;
-use verify::methods::BuildError;
+use verify::method::BuildError;
 use verify::names::NameError;
 use verify::order::OrderError;
-use verify::problems::model::ModelError;
-use verify::references::ReferenceError;
+use verify::problem::model::ModelError;
+use verify::reference::ReferenceError;
 use verify::report::{ComparisonError, ReportError};
 use verify::run::RunError;
 

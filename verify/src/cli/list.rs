@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use clap::ValueEnum;
-use verify::{methods, problems, references, studies};
+use verify::{chapter, method, problem, reference};
 
 use super::Status;
 use super::error::Failure;
@@ -55,14 +55,14 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
 }
 
 fn list_problems(out: &mut Output) -> io::Result<()> {
-    for spec in problems::ALL {
+    for spec in problem::ALL {
         writeln!(out, "{}", spec.name)?;
         paragraph(out, "", 4, spec.summary)?;
         for parameter in spec.parameters {
             let label = format!("    {}", left(&format!("{}={}", parameter.name, parameter.default), 20));
             paragraph(out, &label, 26, parameter.meaning)?;
         }
-        for alias in problems::ALIASES.iter().filter(|alias| alias.problem == spec.name) {
+        for alias in problem::ALIASES.iter().filter(|alias| alias.problem == spec.name) {
             let (parameter, value) = alias.set;
             writeln!(out, "    also called {} with {parameter}={value}", alias.name)?;
         }
@@ -71,13 +71,13 @@ fn list_problems(out: &mut Output) -> io::Result<()> {
 }
 
 fn list_methods(out: &mut Output) -> io::Result<()> {
-    let longest = methods::ALL.iter().map(|spec| width(spec.form)).max().unwrap_or(0);
-    methods::ALL.iter().try_for_each(|spec| paragraph(out, spec.form, longest + 2, spec.summary))
+    let longest = method::ALL.iter().map(|spec| width(spec.form)).max().unwrap_or(0);
+    method::ALL.iter().try_for_each(|spec| paragraph(out, spec.form, longest + 2, spec.summary))
 }
 
 fn list_references(out: &mut Output) -> io::Result<()> {
     paragraph(out, "exact", 20, "the solution in closed form or tabulated, where the problem has one")?;
-    for reference in references::all() {
+    for reference in reference::all() {
         let library = reference.library().unwrap_or_else(|| "not compiled in: needs the feature `cvode`".into());
         let use_for = if reference.stiff_ok() { "stiff and non-stiff problems" } else { "non-stiff problems" };
         paragraph(out, reference.name(), 20, &format!("{library}; {use_for}"))?;
@@ -86,7 +86,7 @@ fn list_references(out: &mut Output) -> io::Result<()> {
 }
 
 fn list_studies(out: &mut Output) -> io::Result<()> {
-    for study in studies::ALL {
+    for study in chapter::ALL {
         paragraph(out, study.id, 20, &format!("{}. {}", study.title, study.source))?;
         paragraph(out, "", 20, study.question)?;
     }

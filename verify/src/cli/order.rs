@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 use verify::evidence::Outcome;
 use verify::measure::order::{OrderFit, Reason, Sample, Verdict};
-use verify::methods;
+use verify::method;
 use verify::order::{Source, Truth, measure};
 
 use super::Status;
@@ -71,7 +71,7 @@ enum Format {
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let (name, problem) = args.problem.build(args.t_end)?;
-    let method = methods::parse(&args.method)?;
+    let method = method::parse(&args.method)?;
     // A method that does not apply would otherwise show as a failure at each step size.
     method.build(&*problem)?;
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));

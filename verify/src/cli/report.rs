@@ -8,12 +8,12 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
+use verify::chapter::{self, Context, Study, StudyError};
 use verify::evidence::Evidence;
 use verify::names::NameError;
-use verify::problems::model::Model;
-use verify::references;
+use verify::problem::model::Model;
+use verify::reference;
 use verify::report::{self, Chapter, Earlier, Run};
-use verify::studies::{self, Context, Study, StudyError};
 
 use super::Status;
 use super::args::assignment;
@@ -90,12 +90,12 @@ fn status(run: &Run) -> Status {
 
 /// The studies of these names in the order of the report; all of them if there are none.
 fn selected(names: &[String]) -> Result<Vec<Study>, NameError> {
-    let ids = || studies::ALL.iter().map(|study| study.id);
+    let ids = || chapter::ALL.iter().map(|study| study.id);
     if let Some(name) = names.iter().find(|name| ids().all(|id| id != *name)) {
         return Err(NameError::unknown("study", name, ids()));
     }
     let is_selected = |study: &&Study| names.is_empty() || names.iter().any(|name| name == study.id);
-    Ok(studies::ALL.iter().filter(is_selected).copied().collect())
+    Ok(chapter::ALL.iter().filter(is_selected).copied().collect())
 }
 
 /// Runs the studies side by side, with their progress on a terminal.
@@ -130,11 +130,11 @@ fn chapter(study: &Study, context: &Context) -> Chapter {
 
 fn model_chapter(model: &Model, context: &Context) -> Chapter {
     let start = Instant::now();
-    let (evidence, error) = unless_it_breaks_off(|| Ok(studies::model::examine(model, context)));
+    let (evidence, error) = unless_it_breaks_off(|| Ok(chapter::model::examine(model, context)));
     Chapter {
-        id: studies::model::ID.into(),
+        id: chapter::model::ID.into(),
         title: format!("The model {}", model.name()),
-        question: studies::model::QUESTION.into(),
+        question: chapter::model::QUESTION.into(),
         source: "a model file in DiffSL".into(),
         evidence,
         error,
@@ -158,7 +158,7 @@ fn panic_message(payload: &(dyn Any + Send)) -> &str {
 
 /// What the numbers were computed with.
 fn provenance() -> Vec<(String, String)> {
-    let library = |name| references::by_name(name).and_then(|reference| reference.library());
+    let library = |name| reference::by_name(name).and_then(|reference| reference.library());
     [
         ("verify", env!("CARGO_PKG_VERSION").to_owned()),
         ("compiler", env!("VERIFY_RUSTC").to_owned()),

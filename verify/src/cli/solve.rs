@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 
 use lsvi::Grid;
 use lsvi::adaptive::Tolerances;
-use verify::methods::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
-use verify::methods::{self, BuildError, Method};
-use verify::problems::{Problem, component_names};
+use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
+use verify::method::{self, BuildError, Method};
+use verify::problem::{Problem, component_names};
 use verify::run::{RunError, distance, run_while};
 
 use super::Status;
@@ -108,7 +108,7 @@ struct Summary {
 impl<'a> Solve<'a> {
     fn new(args: &'a Args) -> Result<Self, Failure> {
         let (name, problem) = args.problem.build(None)?;
-        let method = with_tolerances(methods::parse(&args.method)?, args)?;
+        let method = with_tolerances(method::parse(&args.method)?, args)?;
         // Before anything is written, as is the check of the grid.
         method.build(&*problem)?;
         let h = match args.h {

@@ -1,38 +1,38 @@
 //! Every golden, one line each.
 
 use super::{Golden, Row, Tolerance, Truth};
-use crate::claims;
+use crate::chapter::{self, Context};
+use crate::claim;
 use crate::order;
-use crate::problems::poiseuille_series;
-use crate::studies::{self, Context};
+use crate::problem::poiseuille_series;
 use std::error::Error;
 
 /// All goldens.
 #[must_use]
 pub fn all() -> Vec<Golden> {
     vec![
-        Golden::new("closed-forms", studies::closed_forms::golden),
-        Golden::new("figure-2", studies::figures::figure_2),
-        Golden::new("figure-4", studies::figures::figure_4),
-        Golden::new("figure-7", studies::figures::figure_7),
+        Golden::new("closed-forms", chapter::closed_forms::golden),
+        Golden::new("figure-2", chapter::figures::figure_2),
+        Golden::new("figure-4", chapter::figures::figure_4),
+        Golden::new("figure-7", chapter::figures::figure_7),
         Golden::new("orders", orders),
         Golden::new("poiseuille-series", poiseuille_series),
-        Golden::new("claims", claims::verdicts),
-        Golden::new("ky21-table-1", || claims::ky21::table_golden("ky21-table-1")),
-        Golden::new("ky21-table-2", || claims::ky21::table_golden("ky21-table-2")),
-        Golden::new("path-fitted-orders", claims::ky21::orders_golden),
-        Golden::new("oscillator-stability", studies::oscillator::golden),
-        Golden::new("symplecticity", studies::symplecticity::golden),
-        Golden::new("long-runs", studies::long_runs::golden),
-        Golden::new("constraints", studies::constraints::golden),
-        Golden::new("circle-growth", studies::constraints::growth_golden),
+        Golden::new("claims", claim::verdicts),
+        Golden::new("ky21-table-1", || claim::ky21::table_golden("ky21-table-1")),
+        Golden::new("ky21-table-2", || claim::ky21::table_golden("ky21-table-2")),
+        Golden::new("path-fitted-orders", claim::ky21::orders_golden),
+        Golden::new("oscillator-stability", chapter::oscillator::golden),
+        Golden::new("symplecticity", chapter::symplecticity::golden),
+        Golden::new("long-runs", chapter::long_runs::golden),
+        Golden::new("constraints", chapter::constraints::golden),
+        Golden::new("circle-growth", chapter::constraints::growth_golden),
     ]
 }
 
 /// The fitted orders of every pair whose truth is exact or tabulated.
 fn orders() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> {
     let mut rows = Vec::new();
-    for pair in studies::orders::measure_all(&Context::SILENT)? {
+    for pair in chapter::orders::measure_all(&Context::SILENT)? {
         if matches!(pair.truth, order::Truth::Numerical(_)) {
             continue;
         }

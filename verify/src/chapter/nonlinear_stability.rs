@@ -1,0 +1,403 @@
+//! Where nonlinear problems end up: the right steady state, another one, or a step equation without a solution.
+
+use std::ops::ControlFlow;
+
+use lsvi::{SolveError, StepError};
+use rayon::prelude::*;
+
+use super::parts::{Required, check, data, linear_axis, log_axis, number, series, table};
+use super::{Context, Study, StudyError};
+use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Table};
+use crate::method::{self, Method};
+use crate::problem::{self, Problem};
+use crate::run::{RunError, run, run_while};
+
+pub(super) const STUDY: Study = Study {
+    id: "nonlinear-stability",
+    title: "Stability on nonlinear problems",
+    question: "From which initial values, and with which steps, does a run reach the right steady state?",
+    source: "[S24] Sections 3 and 4, Eq. (30); claims b, g, h",
+    run: study,
+};
+
+/// What becomes of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fate {
+    /// It approaches the steady state of the problem that attracts the solution.
+    Right,
+    /// It settles where f ≠ 0, or at a steady state that repels the solution.
+    Wrong,
+    /// A step equation has no solution on the branch that starts at the present state.
+    NoStep,
+    /// It has settled nowhere within [`STEPS`], or is not finite.
+    Unsettled,
+}
+
+/// Steps of a run at most.
+const STEPS: usize = 2000;
+/// Values of each of h and v₀.
+const GRID: u32 = 32;
+const METHODS: [&str; 4] = ["method-i", "method-ii", "implicit-euler", "trapezoidal"];
+
+/// A problem with a steady state that attracts all solutions from v₀ > 0, and the (h, v₀) to start from.
+struct Arena {
+    problem: &'static str,
+    equation: &'static str,
+    /// The attracting steady state.
+    right: f64,
+    /// The repelling one that runs may end at.
+    wrong: Option<f64>,
+    /// How near to it a run counts as there, as a part of the initial distance.
+    near: f64,
+    h: Vec<f64>,
+    v0: Vec<f64>,
+    axes: fn() -> [Axis; 2],
+    /// What the curves are, for the caption.
+    marked: &'static str,
+}
+
+fn arenas() -> [Arena; 2] {
+    let grid = |at: fn(f64) -> f64| (0..GRID).map(|i| at((f64::from(i) + 0.5) / f64::from(GRID))).collect();
+    [
+        Arena {
+            problem: "quadratic-drag",
+            equation: "v̇ = −v²",
+            right: 0.0,
+            wrong: None,
+            // The solution decays like 1/t: a tenth is reached in 9/(h v₀) steps.
+            near: 0.1,
+            h: grid(|s| 10_f64.powf(2.0 * s - 1.0)),
+            v0: grid(|s| 10_f64.powf(2.0 * s - 1.0)),
+            axes: || [log_axis("h"), log_axis("v₀")],
+            marked: " The first step of Method I has a solution below the dashed line.",
+        },
+        Arena {
+            problem: "logistic",
+            equation: "v̇ = v (1 − v)",
+            right: 1.0,
+            wrong: Some(0.0),
+            near: 1e-6,
+            h: grid(|s| 6.0 * s),
+            v0: grid(|s| 0.01 * 300_f64.powf(s)),
+            axes: || [linear_axis("h", Some((0.0, 6.0))), log_axis("v₀")],
+            marked: " Below the spurious steady state v = ½ − 1/h Method I goes to 0 instead of 1; the dashed line is the fold of \
+                     its first step.",
+        },
+    ]
+}
+
+fn problem(name: &str, v0: f64) -> Result<Box<dyn Problem>, StudyError> {
+    Ok(problem::build(name, &[("v0".into(), v0.to_string())])?)
+}
+
+impl Arena {
+    fn fate(&self, method: &dyn Method, h: f64, v0: f64) -> Result<Fate, StudyError> {
+        let problem = problem(self.problem, v0)?;
+        let (mut fate, mut last) = (Fate::Unsettled, f64::NAN);
+        let result = run_while(&*problem, method, h, STEPS as f64 * h, |state| {
+            let v = state.q[0];
+            let distance = (v - self.right).abs();
+            if distance <= self.near * (v0 - self.right).abs() || distance < 1e-9 {
+                fate = Fate::Right;
+            } else if (v - last).abs() <= 1e-12 * v.abs() || self.wrong.is_some_and(|wrong| (v - wrong).abs() < 1e-9) {
+                fate = Fate::Wrong;
+            }
+            last = v;
+            if fate == Fate::Unsettled { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        match result {
+            Ok(_) => Ok(fate),
+            Err(RunError::Step(StepError::Solve { .. })) => Ok(Fate::NoStep),
+            Err(RunError::NonFinite(_)) => Ok(Fate::Unsettled),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// The step size at which the first step of Method I from v₀ loses its branch, if it does below `longest`.
+    fn fold(&self, v0: f64, longest: f64) -> Result<Option<f64>, StudyError> {
+        match run(&*problem(self.problem, v0)?, &*method::parse("method-i")?, longest, longest, |_| {}) {
+            Err(RunError::Step(StepError::Solve { source: SolveError::BranchLost { reached }, .. })) => {
+                Ok(Some(reached))
+            }
+            Ok(_) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+/// The fates of one method, `fates[j][i]` at (h[i], v0[j]).
+struct Map {
+    method: &'static str,
+    fates: Vec<Vec<Fate>>,
+}
+
+impl Map {
+    /// The part of the starts with this fate.
+    fn share(&self, fate: Fate) -> f64 {
+        let all = self.fates.iter().flatten();
+        all.clone().filter(|f| **f == fate).count() as f64 / all.count() as f64
+    }
+}
+
+fn study(context: &Context) -> Result<Evidence, StudyError> {
+    (context.announce)(2 * METHODS.len() as u64);
+    let mut evidence = Evidence::default();
+    let mut shares = Vec::new();
+    for arena in arenas() {
+        let maps: Vec<Map> = METHODS
+            .par_iter()
+            .map(|name| {
+                let method = method::parse(name)?;
+                let row = |v0: &f64| arena.h.iter().map(|h| arena.fate(&*method, *h, *v0)).collect();
+                let fates = arena.v0.par_iter().map(row).collect::<Result<_, StudyError>>()?;
+                (context.tick)();
+                Ok(Map { method: name, fates })
+            })
+            .collect::<Result<_, StudyError>>()?;
+        // Beyond the picture, so that the curve reaches its edges.
+        let longest = 2.0 * arena.h[arena.h.len() - 1];
+        let folds = arena.v0.iter().map(|v0| Ok((arena.fold(*v0, longest)?, *v0)));
+        let fold: Vec<(f64, f64)> =
+            folds.filter_map(|r| r.map(|(h, v0)| Some((h?, v0))).transpose()).collect::<Result<_, StudyError>>()?;
+        evidence.checks.extend(checks(&arena, &maps, &fold));
+        shares.extend(maps.iter().map(|map| share_row(&arena, map)));
+        let (figure, table) = show(&arena, &maps, fold);
+        evidence.figures.push(figure);
+        evidence.tables.push(table);
+    }
+    evidence.checks.push(spurious_drag()?);
+    let (checks, factors) = spurious_logistic()?;
+    evidence.checks.extend(checks);
+    evidence.tables.push(factors);
+    evidence.checks.push(spurious_method_ii()?);
+    evidence.tables.insert(
+        0,
+        table(
+            "nonlinear-fates",
+            format!("What becomes of runs from a grid of {GRID} × {GRID} pairs (h, v₀), as parts of all of them."),
+            &["problem", "method", "right_steady_state", "wrong_steady_state", "no_step", "unsettled"],
+            shares,
+        ),
+    );
+    evidence.notes = notes();
+    Ok(evidence)
+}
+
+fn share_row(arena: &Arena, map: &Map) -> Vec<Cell> {
+    let names = [arena.problem, map.method].map(|name| Cell::Text(name.into()));
+    let shares = [Fate::Right, Fate::Wrong, Fate::NoStep, Fate::Unsettled].map(|fate| Cell::Number(map.share(fate)));
+    names.into_iter().chain(shares).collect()
+}
+
+fn checks(arena: &Arena, maps: &[Map], fold: &[(f64, f64)]) -> Vec<Check> {
+    let id = |what: &str| format!("{}/{what}", arena.problem);
+    let on = |what: &str| format!("On {} {what}", arena.equation);
+    let share =
+        |method: &str, fate| maps.iter().find(|map| map.method == method).map_or(f64::NAN, |map| map.share(fate));
+    let grid = format!("{GRID} × {GRID} pairs (h, v₀), runs of up to {STEPS} steps");
+    let mut checks = vec![
+        check(
+            id("implicit-euler"),
+            on("implicit Euler reaches the right steady state from every start: part of the starts"),
+            share("implicit-euler", Fate::Right),
+            Required::AtLeast(1.0),
+            grid.as_str(),
+        ),
+        check(
+            id("method-i"),
+            on("Method I does not, it is not unconditionally stable: part of the starts that reach it"),
+            share("method-i", Fate::Right),
+            Required::AtMost(0.99),
+            grid.as_str(),
+        ),
+    ];
+    if arena.problem == "quadratic-drag" {
+        let exact = drag_fold();
+        let deviation = fold.iter().map(|(h, v0)| (h * v0 / exact - 1.0).abs()).fold(0.0, f64::max);
+        checks.push(check(
+            id("fold"),
+            format!("Method I loses its branch at h v₀ = {exact:.6}, the fold of its cubic: largest relative deviation of live steps"),
+            if fold.is_empty() { f64::NAN } else { deviation },
+            // A fold is located to 1e-10 of the step; Newton's iteration gives up where √(distance) is at roundoff.
+            Required::AtMost(1e-8),
+            "2X³ + 3X² + (2 − 2W) X + W² − 2W = 0, X = h v₁, has a double root there",
+        ));
+        checks.push(check(
+            id("below-fold"),
+            on("every run of Method I that starts below the fold reaches the right steady state: starts that do not"),
+            mismatches(arena, maps, exact),
+            Required::AtMost(0.0),
+            grid.as_str(),
+        ));
+    }
+    checks
+}
+
+/// Starts of Method I whose fate is not decided by the side of the fold, h v₀ = `fold`.
+fn mismatches(arena: &Arena, maps: &[Map], fold: f64) -> f64 {
+    let Some(map) = maps.iter().find(|map| map.method == "method-i") else { return f64::NAN };
+    let mut count = 0;
+    for (v0, row) in arena.v0.iter().zip(&map.fates) {
+        for (h, fate) in arena.h.iter().zip(row) {
+            let expected = if h * v0 < fold { Fate::Right } else { Fate::NoStep };
+            count += usize::from(*fate != expected);
+        }
+    }
+    f64::from(u32::try_from(count).unwrap_or(u32::MAX))
+}
+
+/// W = h v₀ at the double root X of the cubic of Method I: W = 1 + 3X + 3X², by bisection.
+fn drag_fold() -> f64 {
+    let w = |x: f64| 1.0 + 3.0 * x + 3.0 * x * x;
+    let cubic = |x: f64| 2.0 * x.powi(3) + 3.0 * x * x + (2.0 - 2.0 * w(x)) * x + w(x) * (w(x) - 2.0);
+    let (mut low, mut high) = (0.1, 1.0);
+    while high - low > 4.0 * f64::EPSILON {
+        let middle = 0.5 * (low + high);
+        if (cubic(middle) < 0.0) == (cubic(low) < 0.0) { low = middle } else { high = middle }
+    }
+    w(low)
+}
+
+/// Solutions of v̇ = −v² from v₀ < 0 run away; Method I has a steady state there.
+fn spurious_drag() -> Result<Check, StudyError> {
+    let (h, v0) = (0.5, -1.0);
+    let end = run(&*problem("quadratic-drag", v0)?, &*method::parse("method-i")?, h, 200.0, |_| {});
+    let v = end.map_or(f64::NAN, |state| state.q[0]);
+    Ok(check(
+        "quadratic-drag/spurious",
+        "On v̇ = −v² Method I turns the runaway from v₀ = −1 into a steady state at v = −1/h, where f is not zero: distance",
+        (v + 1.0 / h).abs(),
+        Required::AtMost(1e-12),
+        "h = 0.5, 400 steps; fixed points satisfy (2 − hJ) f = 0, and hJ = 2 at v = −1/h",
+    ))
+}
+
+/// On logistic growth hJ = 2 at v = ½ − 1/h, between the two steady states if h > 2. A small distance from there is
+/// multiplied in each step by 4/(8 − h²), up to h = √8, where the branch of solutions leaves it.
+fn spurious_logistic() -> Result<(Vec<Check>, Table), StudyError> {
+    let method = method::parse("method-i")?;
+    let (mut checks, mut rows) = (Vec::new(), Vec::new());
+    for h in [2.2, 2.4, 2.6] {
+        let spurious = spurious_state(h);
+        let end = |v0: f64, steps: usize| -> Result<f64, StudyError> {
+            Ok(run(&*problem("logistic", v0)?, &*method, h, h * steps as f64, |_| {})?.q[0])
+        };
+        let distance = 1e-5;
+        let (predicted, factor) = (4.0 / (8.0 - h * h), (end(spurious + distance, 1)? - spurious) / distance);
+        let (below, above) = (end(0.9 * spurious, STEPS)?, end(1.1 * spurious, STEPS)?);
+        rows.push([h, spurious, predicted, factor, below, above].map(number).to_vec());
+        checks.push(check(
+            format!("logistic/factor-{h}"),
+            format!("On v̇ = v (1 − v) with h = {h} a step of Method I multiplies a small distance from v = ½ − 1/h by 4/(8 − h²): relative deviation"),
+            (factor / predicted - 1.0).abs(),
+            Required::AtMost(1e-3),
+            "from a distance of 10⁻⁵, times curvatures of order 10",
+        ));
+        checks.push(check(
+            format!("logistic/separatrix-{h}"),
+            format!(
+                "With h = {h} runs from a tenth above it end at 1, runs from a tenth below it at 0: largest distance"
+            ),
+            (above - 1.0).abs().max(below.abs()),
+            Required::AtMost(1e-12),
+            "2000 steps; 0 attracts for h > 2, where 1/(1 − h + h²/2) < 1",
+        ));
+    }
+    let caption = "Method I on v̇ = v (1 − v) near its spurious steady state: the factor of a small distance in one step, predicted and \
+                   of a live one, and where runs from 0.9 and 1.1 times the state end.";
+    let columns = ["h", "spurious", "predicted", "factor", "from_below", "from_above"];
+    Ok((checks, table("spurious-logistic", caption, &columns, rows)))
+}
+
+/// The fixed points of Method II satisfy J f = 0: v = ½ is one on logistic growth.
+fn spurious_method_ii() -> Result<Check, StudyError> {
+    let (h, v0) = (1.0, 0.5);
+    let end = run(&*problem("logistic", v0)?, &*method::parse("method-ii")?, h, STEPS as f64 * h, |_| {})?;
+    Ok(check(
+        "logistic/method-ii",
+        "On v̇ = v (1 − v) Method II stays at v = ½, where the growth is fastest: distance",
+        (end.q[0] - 0.5).abs(),
+        Required::AtMost(1e-12),
+        "h = 1, 2000 steps",
+    ))
+}
+
+/// hJ = 2 on logistic growth.
+fn spurious_state(h: f64) -> f64 {
+    0.5 - 1.0 / h
+}
+
+fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>) -> (Figure, Table) {
+    let panels = maps.iter().map(|map| {
+        let [x, y] = (arena.axes)();
+        let inside = |(h, _): &&(f64, f64)| *h <= arena.h[arena.h.len() - 1];
+        let marked = map.method == "method-i" && !fold.is_empty();
+        let curve = marked
+            .then(|| series("fold of the first step", fold.iter().filter(inside).copied().collect(), Mark::Guide));
+        let values = map.fates.iter().map(|row| row.iter().map(|fate| f64::from(*fate as u8)).collect()).collect();
+        let separatrix = (arena.problem == "logistic" && map.method == "method-i").then(|| {
+            let points =
+                (1..=40).map(|i| 2.0 + (8.0_f64.sqrt() - 2.0) * f64::from(i) / 40.0).map(|h| (h, spurious_state(h)));
+            series("v = ½ − 1/h", points.collect(), Mark::Line)
+        });
+        Panel {
+            title: map.method.into(),
+            x,
+            y,
+            series: curve.into_iter().chain(separatrix).collect(),
+            field: Some(Field {
+                x: arena.h.clone(),
+                y: arena.v0.clone(),
+                values,
+                levels: vec![0.5, 1.5, 2.5],
+                bands: ["right steady state", "wrong steady state", "no solution of a step", "unsettled"]
+                    .map(Into::into)
+                    .to_vec(),
+                contours: false,
+            }),
+        }
+    });
+    let id = format!("fates-{}", arena.problem);
+    let figure = Figure {
+        id: id.clone(),
+        caption: format!(
+            "What becomes of runs on {} over step size and initial value.{}",
+            arena.equation, arena.marked
+        ),
+        data: id.clone(),
+        panels: panels.collect(),
+        columns: 2,
+    };
+    let mut rows = Vec::new();
+    for map in maps {
+        for (v0, fates) in arena.v0.iter().zip(&map.fates) {
+            for (h, fate) in arena.h.iter().zip(fates) {
+                let fate = format!("{fate:?}").to_lowercase();
+                rows.push(vec![Cell::Text(map.method.into()), number(*h), number(*v0), Cell::Text(fate)]);
+            }
+        }
+    }
+    let caption = format!("What becomes of runs on {}.", arena.equation);
+    (figure, data(&id, caption, &["method", "h", "v0", "fate"], rows))
+}
+
+fn notes() -> Vec<String> {
+    vec![
+        format!(
+            "Method I is called unconditionally stable for nonlinear dissipative problems too. It is not. On v̇ = −v² its step is a \
+         cubic with the right root on the branch from the present state, and that branch ends in a fold at h v₀ = {:.3}: beyond, \
+         a step has no solution that continues it, and the integrator says so. Below, every run reaches the right steady \
+         state. The trapezoidal rule and Method II are no better; implicit Euler has a root for every step.",
+            drag_fold()
+        ),
+        "From a negative start, where solutions of v̇ = −v² run away, Method I goes to v = −1/h, a steady state of the scheme and \
+         not of the equation. On the logistic equation it has one at v = ½ − 1/h for h > 2, between the two true ones. It \
+         repels, and what starts below it goes to 0: the state that repels every solution attracts the scheme, which damps \
+         fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. Implicit Euler damps \
+         fast growth too, but the branch that it keeps to leads to 1 from every start."
+            .into(),
+        "Method II has a steady state of its own wherever f_v = 0, v = ½ on the logistic equation, and many runs alternate \
+         about it without end."
+            .into(),
+    ]
+}

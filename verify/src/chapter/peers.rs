@@ -1,0 +1,204 @@
+//! Work against error beside the solvers of other libraries, on stiff and parabolic problems.
+
+use std::time::Instant;
+
+use lsvi::adaptive::Tolerances;
+use lsvi::{State, Trajectory};
+use rayon::prelude::*;
+
+use super::mechanics::{problem, text};
+use super::parts::{Required, check, data, log_axis, series};
+use super::{Context, Study, StudyError};
+use crate::evidence::{Cell, Evidence, Figure, Mark, Outcome, Panel};
+use crate::problem::{Principle, Problem};
+use crate::reference::{self, ReferenceError};
+use crate::run::distance;
+use crate::{method, reference::Reference};
+
+pub(super) const STUDY: Study = Study {
+    id: "peers",
+    title: "Work beside CVODE and diffsol",
+    question: "How much work do the methods here need for an accuracy, and how much CVODE and diffsol?",
+    source: "fixed steps, and tolerances of the adaptive solvers",
+    run,
+};
+
+/// Methods with fixed steps.
+const FIXED: [&str; 5] = ["method-i", "trapezoidal", "tr-bdf2", "ls-galerkin(2,radau,2)", "ls-galerkin(2,gauss,2)"];
+
+/// Steps in a run.
+const STEPS: [u32; 7] = [8, 16, 32, 64, 128, 256, 512];
+
+/// A problem that all solvers are given.
+struct Setting {
+    name: &'static str,
+    set: &'static [(&'static str, &'static str)],
+    horizon: f64,
+    /// Whether as many fixed steps as [`STEPS`] resolve it.
+    fixed: bool,
+}
+
+const SETTINGS: [Setting; 3] = [
+    Setting { name: "channel-poiseuille", set: &[("cells", "64")], horizon: 1.0, fixed: true },
+    Setting { name: "van-der-pol", set: &[], horizon: 2.0, fixed: true },
+    Setting { name: "van-der-pol", set: &[("mu", "1000")], horizon: 2000.0, fixed: false },
+];
+
+struct Point {
+    solver: String,
+    setting: f64,
+    counts: [u64; 3],
+    error: f64,
+    /// Of one run, beside others.
+    seconds: f64,
+}
+
+fn run(context: &Context) -> Result<Evidence, StudyError> {
+    (context.announce)(SETTINGS.len() as u64);
+    let measured = SETTINGS.par_iter().map(|setting| {
+        let points = measure(&*problem(setting.name, setting.set)?, setting.horizon, setting.fixed);
+        (context.tick)();
+        points
+    });
+    let measured = measured.collect::<Result<Vec<_>, StudyError>>()?;
+    let mut evidence = Evidence { notes: notes(), ..Evidence::default() };
+    let mut rows = Vec::new();
+    let (mut panels, mut timed) = (Vec::new(), Vec::new());
+    for (Setting { name, set, .. }, (points, absent)) in SETTINGS.iter().zip(&measured) {
+        let title = set.iter().fold((*name).to_owned(), |title, (key, value)| format!("{title} {key}={value}"));
+        let panel = |label: &str, work: fn(&Point) -> f64| {
+            let curves = points.chunk_by(|a, b| a.solver == b.solver).map(|run| {
+                let curve = run.iter().map(|p| (work(p), p.error)).collect();
+                series(run[0].solver.clone(), curve, Mark::LineMarkers)
+            });
+            let (x, y) = (log_axis(label), log_axis("error at the end"));
+            Panel { title: title.clone(), x, y, series: curves.collect(), ..Panel::default() }
+        };
+        panels.push(panel("evaluations", |p| p.counts[1] as f64));
+        panels.push(panel("factorizations", |p| p.counts[2] as f64));
+        timed.push(panel("seconds, measured once", |p| p.seconds));
+        let timings = points.iter().map(|p| (format!("{title} {} {:e}", p.solver, p.setting), p.seconds));
+        evidence.timings.extend(timings);
+        rows.extend(points.iter().map(|p| {
+            let start = [text(&title), text(&p.solver), Cell::Number(p.setting), Cell::Number(p.error)];
+            start.into_iter().chain(p.counts.map(|count| Cell::Integer(count as i64))).collect::<Vec<_>>()
+        }));
+        let id = title.replace([' ', '='], "-");
+        let cheapest = |of: &dyn Fn(&str) -> bool| cheapest(points, of);
+        let ours = cheapest(&|solver| solver == "radau-adaptive");
+        let theirs = cheapest(&|solver| reference::by_name(solver).is_some());
+        let mut verdict = check(
+            format!("{id}/radau-adaptive"),
+            format!(
+                "{title}: factorizations of radau-adaptive over the fewest of any peer, for an error of {TARGET:e}"
+            ),
+            ours / theirs,
+            Required::AtMost(MOST),
+            "alike, with two factors a step, one of them of twice the order, that are kept over longer steps",
+        );
+        if !absent.is_empty() && theirs.is_infinite() {
+            verdict.outcome = Outcome::NotRun;
+            verdict.reason = absent.join("; ");
+        }
+        evidence.checks.push(verdict);
+    }
+    let caption = "Error at the end against evaluations of f, or of the step equations, and against factorizations of matrices: fixed \
+                   steps from 8 to 512 in a run, and tolerances from 1e-3 to 1e-9.";
+    let columns = ["problem", "solver", "h_or_tolerance", "error", "steps", "evaluations", "factorizations"];
+    evidence.tables.push(data("peers", caption, &columns, rows));
+    let (id, data) = ("peers".into(), "peers".into());
+    evidence.figures.push(Figure { id, caption: caption.into(), data, panels, columns: 2 });
+    evidence.figures.push(Figure {
+        id: "peers-times".into(),
+        caption: "The same errors against time, as measured on the machine that made this page, beside other computations: not \
+                  reproducible. The times are in `timings.json`."
+            .into(),
+        data: "peers".into(),
+        panels: timed,
+        columns: 3,
+    });
+    Ok(evidence)
+}
+
+/// Error at which the adaptive solvers are compared.
+const TARGET: f64 = 1e-5;
+
+/// Solvers within this factor of each other are alike: the count of one moves by as much from one tolerance to the next.
+const MOST: f64 = 2.0;
+
+/// Fewest factorizations of a run with an error below the target.
+fn cheapest(points: &[Point], of: &dyn Fn(&str) -> bool) -> f64 {
+    let reached = points.iter().filter(|p| of(&p.solver) && p.error <= TARGET && p.counts[2] > 0);
+    reached.map(|p| p.counts[2] as f64).fold(f64::INFINITY, f64::min)
+}
+
+/// The points of every solver, and why peers are absent.
+fn measure(problem: &dyn Problem, horizon: f64, fixed: bool) -> Result<(Vec<Point>, Vec<String>), StudyError> {
+    let limit = problem.limit(Principle::MomentumZero);
+    let truth = (limit.exact)(horizon).or_else(|| problem.tabulated(horizon)).ok_or("the solution is known")?;
+    let mut points = Vec::new();
+    for name in FIXED.iter().filter(|_| fixed) {
+        for steps in STEPS {
+            let mut integrator = method::parse(name)?.build(problem)?;
+            let begun = Instant::now();
+            let (start, h) = (State::new(0.0, problem.initial()), horizon / f64::from(steps));
+            let end = Trajectory::new(&mut integrator, start, h, horizon)?.observe(|_| ())?;
+            let (work, error) = (integrator.work(), distance(&end.q, &truth));
+            let counts = [work.steps, work.residuals, work.factorizations];
+            let seconds = begun.elapsed().as_secs_f64();
+            points.push(Point { solver: (*name).into(), setting: h, counts, error, seconds });
+        }
+    }
+    let tolerances: Vec<f64> = (6..=18).map(|k| 10_f64.powf(-0.5 * f64::from(k))).collect();
+    for tolerance in &tolerances {
+        let adaptive = method::parse("radau-adaptive")?.with_tolerances(Tolerances::new(*tolerance, *tolerance)?);
+        let method = adaptive.ok_or("it is adaptive")?;
+        let mut integrator = method.build(problem)?;
+        let begun = Instant::now();
+        let start = State::new(0.0, problem.initial());
+        let end = Trajectory::new(&mut integrator, start, horizon, horizon)?.observe(|_| ())?;
+        let (work, error) = (integrator.work(), distance(&end.q, &truth));
+        let counts = [work.steps, work.residuals, work.factorizations];
+        let seconds = begun.elapsed().as_secs_f64();
+        points.push(Point { solver: "radau-adaptive".into(), setting: *tolerance, counts, error, seconds });
+    }
+    let mut absent = Vec::new();
+    for reference in reference::all().into_iter().filter(|reference| reference.stiff_ok()) {
+        for tolerance in &tolerances {
+            match peer(reference, problem, horizon, *tolerance, &truth) {
+                Ok(point) => points.push(point),
+                Err(error @ ReferenceError::Unavailable(_)) => {
+                    absent.push(error.to_string());
+                    break;
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+    Ok((points, absent))
+}
+
+fn peer(
+    reference: &dyn Reference,
+    problem: &dyn Problem,
+    horizon: f64,
+    tolerance: f64,
+    truth: &[f64],
+) -> Result<Point, ReferenceError> {
+    let limit = problem.limit(Principle::MomentumZero);
+    let begun = Instant::now();
+    let run = reference.run(limit.ode, 0.0, &limit.initial, &[horizon], tolerance)?;
+    let error = run.states.last().map_or(f64::NAN, |state| distance(state, truth));
+    let counts = [run.work.steps, run.work.rhs, run.work.factorizations];
+    let seconds = begun.elapsed().as_secs_f64();
+    Ok(Point { solver: reference.name().into(), setting: tolerance, counts, error, seconds })
+}
+
+fn notes() -> Vec<String> {
+    vec![
+        "Evaluations are counted as each library counts them: of f in CVODE and diffsol, of the step equations here, one for each \
+         iteration of Newton's method, which for a method of s stages hold s values of f. A linear problem is factored once \
+         for a step size where its structure is known, so that fixed steps need one or two factorizations in a run."
+            .into(),
+    ]
+}

@@ -1,0 +1,152 @@
+//! Work against error on Kepler's problem.
+
+use std::f64::consts::TAU;
+
+use lsvi::{State, Trajectory, Work};
+use rayon::prelude::*;
+
+use super::mechanics::{integrators, problem, text};
+use super::parts::{data, table};
+use super::{Context, Study, StudyError};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
+use crate::method::{self, Method};
+use crate::problem::Problem;
+use crate::run::distance;
+
+pub(super) const STUDY: Study = Study {
+    id: "work-precision",
+    title: "Work against error",
+    question: "How much work does each method need for a given accuracy on Kepler's problem?",
+    source: "[KY21] Section 3.1: accuracy at equal order and at equal cost",
+    run,
+};
+
+/// Classical methods, on the equations of the first order.
+const YARDSTICKS: [&str; 4] = ["rk4", "implicit-midpoint", "trapezoidal", "sdirk2"];
+
+/// Steps per period.
+const STEPS: [u32; 6] = [32, 64, 128, 256, 512, 1024];
+
+/// Accuracy at which methods are compared.
+const TARGET: f64 = 1e-3;
+
+struct Curve {
+    method: String,
+    points: Vec<(Work, f64)>,
+}
+
+fn run(context: &Context) -> Result<Evidence, StudyError> {
+    let kepler = problem("kepler", &[])?;
+    let mut all = integrators()?;
+    for name in YARDSTICKS {
+        all.push(method::parse(name)?);
+    }
+    (context.announce)(all.len() as u64);
+    let curves: Vec<Curve> = all
+        .into_par_iter()
+        .map(|method| {
+            let curve = measure(&*kepler, &*method);
+            (context.tick)();
+            curve
+        })
+        .collect::<Result<_, StudyError>>()?;
+    let rows = curves.iter().flat_map(|curve| {
+        curve.points.iter().map(|(work, error)| {
+            let counts = [work.steps, work.residuals, work.factorizations].map(|count| Cell::Integer(count as i64));
+            [text(curve.method.as_str())].into_iter().chain(counts).chain([Cell::Number(*error)]).collect()
+        })
+    });
+    let columns = ["method", "steps", "residuals", "factorizations", "error"];
+    let data = data("work-precision", "Work and error of every run.", &columns, rows.collect());
+    let reached = curves.iter().map(|curve| {
+        let count = |f| work_at(curve, f).map_or(Cell::Empty, Cell::Number);
+        vec![text(curve.method.as_str()), count(|w| w.steps), count(|w| w.residuals), count(|w| w.factorizations)]
+    });
+    let reached = table(
+        "work-at-accuracy",
+        format!(
+            "Work for an error of {TARGET:e} after one period, interpolated; empty where no run of the ladder is that accurate."
+        ),
+        &["method", "steps", "residuals", "factorizations"],
+        reached.collect(),
+    );
+    let panel = |label: &str, count: fn(&Work) -> u64| Panel {
+        x: Axis { label: label.into(), log: true, limits: None },
+        y: Axis { label: "error in (q, p)".into(), log: true, limits: None },
+        series: curves
+            .iter()
+            .map(|curve| Series {
+                label: curve.method.clone(),
+                points: curve.points.iter().map(|(work, error)| (count(work) as f64, *error)).collect(),
+                mark: Mark::LineMarkers,
+            })
+            .collect(),
+        ..Panel::default()
+    };
+    let figure = Figure {
+        id: "work-precision".into(),
+        caption: "Error in (q, p) after one period of Kepler's problem, eccentricity 0.6, against steps and against evaluations of \
+                  the step equations, one for each iteration of Newton's method; rk4 evaluates the right-hand side instead."
+            .into(),
+        data: "work-precision".into(),
+        panels: vec![
+            panel("steps", |work| work.steps),
+            panel("evaluations of the step equations", |work| work.residuals),
+        ],
+        columns: 2,
+    };
+    Ok(Evidence {
+        checks: vec![
+            cheaper(&curves, "path-fitted(3,gauss)", "path-fitted(3)"),
+            cheaper(&curves, "path-fitted(4,gauss)", "path-fitted(4)"),
+            cheaper(&curves, "path-fitted(4,gauss)", "path-fitted(2)"),
+            cheaper(&curves, "galerkin-gauss(3)", "galerkin-gauss(2)"),
+        ],
+        tables: vec![reached, data],
+        figures: vec![figure],
+        notes: vec![
+            "Work is counted, not timed: steps, evaluations of the step equations and factorizations of their derivative. The \
+             equations of one step grow with the degree, so that evaluations compare methods of equal degree; within a \
+             degree, moving the nodes from equispaced to Gauss costs nothing and gains orders."
+                .into(),
+        ],
+        ..Evidence::default()
+    })
+}
+
+fn measure(kepler: &dyn Problem, method: &dyn Method) -> Result<Curve, StudyError> {
+    let mut points = Vec::new();
+    for steps in STEPS {
+        let mut integrator = method.build(kepler)?;
+        let start = State::new(0.0, kepler.initial());
+        let end = Trajectory::new(&mut integrator, start, TAU / f64::from(steps), TAU)?.observe(|_| ())?;
+        points.push((integrator.work(), distance(&end.q, &kepler.exact(TAU).ok_or("no exact solution is known")?)));
+    }
+    Ok(Curve { method: method.name(), points })
+}
+
+/// The work at which the error passes `TARGET`, on a straight line in logarithms.
+fn work_at(curve: &Curve, count: fn(&Work) -> u64) -> Option<f64> {
+    let pair = curve.points.windows(2).find(|pair| pair[0].1 > TARGET && pair[1].1 <= TARGET)?;
+    let part = (TARGET / pair[0].1).ln() / (pair[1].1 / pair[0].1).ln();
+    let [coarse, fine] = [count(&pair[0].0) as f64, count(&pair[1].0) as f64];
+    // An explicit method has no factorizations at all.
+    Some(if coarse == 0.0 { 0.0 } else { coarse * (fine / coarse).powf(part) })
+}
+
+fn cheaper(curves: &[Curve], cheap: &str, dear: &str) -> Check {
+    // The work of one that does not get there on the ladder is more than that of its last run.
+    let work = |name: &str| {
+        let curve = curves.iter().find(|curve| curve.method == name)?;
+        let last = curve.points.last().map(|(work, _)| work.residuals as f64);
+        work_at(curve, |work| work.residuals).or(last)
+    };
+    let ratio = work(cheap).zip(work(dear)).map_or(f64::NAN, |(cheap, dear)| cheap / dear);
+    Check::at_most(
+        format!("{cheap}-against-{dear}"),
+        format!("{cheap} needs fewer evaluations than {dear} for an error of {TARGET:e}"),
+        ratio,
+        1.0,
+        "ratio of the evaluations of the step equations; where the ladder ends before the accuracy, those of its last run count",
+    )
+}

@@ -1,0 +1,101 @@
+//! The schemes for the pendulum.
+
+use crate::chapter::StudyError;
+use crate::claim::measure::{problem, text, trajectory};
+use crate::claim::{Case, Claim, Finding};
+use crate::run::distance;
+
+pub(super) const CLAIMS: &[Claim] = &[Claim {
+    id: "KY21-g",
+    source: "[KY21] (21), (22), Figure 3",
+    statement: "The schemes (21) and (22) simulate the pendulum: they follow the motion and keep the energy.",
+    criterion: "(21) and (22), solved as printed, give the live trajectory of degree 2 to 10⁻¹⁰ over 100 steps of 0.1; on \
+                it the error at t = 10 is of second order to within 0.1, and the energy error on (90, 100] at most 1.1 \
+                times that on (0, 10].",
+    decide: schemes,
+}];
+
+const TAU: f64 = 0.1;
+const STEPS: usize = 100;
+
+/// The root of an increasing `f` in [`low`, `high`], by bisection to the last bit.
+fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            return middle;
+        }
+        if f(middle) < 0.0 { low = middle } else { high = middle }
+    }
+}
+
+/// (21): η from θ_k and θ_{k+1} by the first equation, where θ_{k+1} follows from the second.
+fn lagrange(first: [f64; 2]) -> Vec<f64> {
+    let mut theta = first.to_vec();
+    // 4/τ² (θ_k − 2η + θ_{k+1}) + sin η = 0 falls with η.
+    let inside = |a: f64, b: f64| {
+        let middle = 0.5 * (a + b);
+        root(middle - 1.0, middle + 1.0, |eta| -(4.0 / (TAU * TAU) * (a - 2.0 * eta + b) + eta.sin()))
+    };
+    for k in 1..STEPS {
+        let (before, now) = (theta[k - 1], theta[k]);
+        let bar = inside(before, now);
+        let next = root(now - 1.0, now + 1.0, |next| 4.0 * (inside(now, next) + bar) - before - 6.0 * now - next);
+        theta.push(next);
+    }
+    theta
+}
+
+/// (22): η̄ by the third equation, η by the second, θ_{k+1} by the first.
+fn bernstein(first: [f64; 2]) -> Vec<f64> {
+    let mut theta = first.to_vec();
+    let balance =
+        |a: f64, eta: f64, b: f64| 2.0 / (TAU * TAU) * (a - 2.0 * eta + b) + (0.25 * a + 0.5 * eta + 0.25 * b).sin();
+    for k in 1..STEPS {
+        let (before, now) = (theta[k - 1], theta[k]);
+        let middle = 0.5 * (before + now);
+        let bar = root(middle - 1.0, middle + 1.0, |eta| -balance(before, eta, now));
+        let eta = 2.0 * now - bar;
+        theta.push(root(now - 1.0, now + 1.0, |next| balance(now, eta, next)));
+    }
+    theta
+}
+
+fn schemes() -> Result<Finding, StudyError> {
+    let pendulum = problem("pendulum", &[])?;
+    let live = trajectory(&*pendulum, "path-fitted(2)", TAU, 100.0)?;
+    let angles: Vec<f64> = live.iter().take(STEPS + 1).map(|(_, y)| y[0]).collect();
+    let [first, second, ..] = angles[..] else { return Err("the run broke off".into()) };
+    let (mut cases, mut off) = (Vec::new(), Vec::new());
+    for (name, printed) in [("(21)", lagrange([first, second])), ("(22)", bernstein([first, second]))] {
+        let difference = distance(&printed, &angles);
+        off.push(text(difference));
+        cases.push(Case::below(format!("distance of {name} from the live trajectory"), difference, 1e-10));
+    }
+    let error = |tau: f64| -> Result<f64, StudyError> {
+        let run = trajectory(&*pendulum, "path-fitted(2)", tau, 10.0)?;
+        let (t, last) = run.last().ok_or("no state")?;
+        Ok(distance(last, &pendulum.exact(*t).ok_or("no exact solution is known")?))
+    };
+    let order = (error(0.05)? / error(0.025)?).log2();
+    cases.push(Case::between("order at t = 10", order, 1.9, 2.1));
+    let energy = |y: &[f64]| 0.5 * y[1] * y[1] - y[0].cos();
+    let start = energy(&pendulum.initial());
+    let worst = |from: f64, to: f64| {
+        let within = live.iter().filter(|(t, _)| *t > from && *t <= to + 0.5 * TAU);
+        within.map(|(_, y)| (energy(y) - start).abs()).fold(0.0, f64::max)
+    };
+    let (early, late) = (worst(0.0, 10.0), worst(90.0, 100.0));
+    cases.push(Case::below("late over early energy error", late / early, 1.1));
+    let evidence = format!(
+        "Printed and live schemes differ by {}; the order is {}, the energy error {} early and {} late.",
+        off.join(" and "),
+        text(order),
+        text(early),
+        text(late)
+    );
+    Ok(Finding::on(cases, evidence).because(
+        "(21) and (22) are one scheme in two coordinates, path fitting of degree 2; its single node is the Gauss node, and it \
+         is symplectic here.",
+    ))
+}

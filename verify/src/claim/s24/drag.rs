@@ -1,0 +1,238 @@
+//! Accuracy on linear and quadratic drag against implicit Euler and RK4.
+
+use crate::chapter::StudyError;
+use crate::claim::measure::{self, HORIZON, max_error, problem, sign_change, text, threshold};
+use crate::claim::{Case, Claim, Finding};
+use crate::evidence::{Axis, Figure, Mark, Panel, Series};
+
+use super::{BOTH, YARDSTICKS};
+
+pub(super) const CLAIMS: &[Claim] = &[
+    Claim {
+        id: "S24-d-1",
+        source: "[S24] Section 3, Figures 1 and 2",
+        statement: "On linear drag with h ≳ 1.5 Method I has smaller errors than implicit Euler and RK4.",
+        criterion: "The largest error on (0, 10] of live runs is smaller for every h from 1.55 (which rounds to 1.6) to 10.",
+        decide: || large_steps("method-i"),
+    },
+    Claim {
+        id: "S24-d-2",
+        source: "[S24] Section 3, Figures 1 and 2",
+        statement: "On linear drag with h ≳ 1.5 Method II has smaller errors than implicit Euler and RK4.",
+        criterion: "As for S24-d-1.",
+        decide: || large_steps("method-ii"),
+    },
+    Claim {
+        id: "S24-e-1",
+        source: "[S24] Section 3, Figures 1 and 2",
+        statement: "On linear drag with h ≲ 1.5 Methods I and II have errors smaller than implicit Euler's by several orders of \
+                    magnitude.",
+        criterion: "The largest error on (0, 10] of implicit Euler is at least 100 times that of Method I and of Method II for \
+                    every h from 0.002 to 1.5.",
+        decide: orders_of_magnitude,
+    },
+    Claim {
+        id: "S24-e-2",
+        source: "[S24] Section 3, Figures 1 and 2",
+        statement: "On linear drag with h ≲ 1.5 RK4 has smaller errors than Methods I and II.",
+        criterion: "The largest error on (0, 10] of RK4 is the smallest for every h from 0.01 to 1.45.",
+        decide: runge_kutta_wins,
+    },
+    Claim {
+        id: "S24-g-1",
+        source: "[S24] Section 4, Figures 3 and 4",
+        statement: "On quadratic drag Methods I and II generally have smaller errors than implicit Euler.",
+        criterion: "The largest error on (0, 10] is smaller than implicit Euler's for each of the two at every step of the \
+                    figures from 1 to 0.005.",
+        decide: quadratic_against_euler,
+    },
+    Claim {
+        id: "S24-g-2",
+        source: "[S24] Section 4, Figures 3 and 4",
+        statement: "On quadratic drag RK4 has smaller errors than Methods I and II at the smaller steps.",
+        criterion: "The largest error on (0, 10] of RK4 is the smallest at every step of the figures below 1.",
+        decide: quadratic_against_runge_kutta,
+    },
+];
+
+fn linear(method: &str, h: f64) -> Result<f64, StudyError> {
+    max_error(&*problem("linear-drag", &[])?, method, h, HORIZON, |t| (-t).exp())
+}
+
+fn quadratic(method: &str, h: f64) -> Result<f64, StudyError> {
+    max_error(&*problem("quadratic-drag", &[])?, method, h, HORIZON, |t| 1.0 / (1.0 + t))
+}
+
+/// Where the errors of two methods on linear drag are equal; below 1 the first is the larger.
+fn crossing(method: &str, rival: &str, low: f64, high: f64) -> Result<Option<f64>, StudyError> {
+    sign_change(low, high, |h| Ok(linear(method, h)? - linear(rival, h)?))
+}
+
+fn large_steps(method: &str) -> Result<Finding, StudyError> {
+    let mut cases = Vec::new();
+    for h in [1.55, 1.75, 2.0, 2.25, 2.5, 3.0, 5.0, 10.0] {
+        let error = linear(method, h)?;
+        for rival in YARDSTICKS {
+            let what = format!("largest error, h = {h}, against {rival}");
+            cases.push(Case::below(what, error, linear(rival, h)?));
+        }
+    }
+    let name = if method == BOTH[0] { "Method I" } else { "Method II" };
+    // Beyond h = 10/3 the runs have three points or fewer, and jumps where one is lost; the crossings lie below.
+    let overtakes = crossing(method, "rk4", 1.0, 2.4)?.ok_or("RK4 is not overtaken")?;
+    let loses = crossing(method, "implicit-euler", 2.0, 3.3)?;
+    let evidence = format!(
+        "At h = 2.5 the largest errors are {} ({name}), {} (implicit Euler) and {} (RK4); {name} overtakes RK4 at \
+         h = {}{}.",
+        text(linear(method, 2.5)?),
+        text(linear("implicit-euler", 2.5)?),
+        text(linear("rk4", 2.5)?),
+        text(overtakes),
+        loses.map_or_else(String::new, |h| format!(" and falls behind implicit Euler at h = {}", text(h)))
+    );
+    let finding = Finding::on(cases, evidence);
+    let finding = match loses {
+        None => finding.because(format!(
+            "R(h) = 1/(1 + h + h²/2) tends to 0 like exp(−h) does, only more slowly; RK4's polynomial turns upwards \
+             and is unstable beyond h = {}.",
+            text(threshold("|R| of RK4", 2.0, 4.0, |h| Ok(measure::growth("rk4", h)?.abs() - 1.0))?)
+        )),
+        Some(h) => finding.holds_where(format!("{} < h < {}.", text(overtakes), text(h))).because(
+            "R(h) = (1 − h/2)/(1 + h/2) tends to −1, while implicit Euler's 1/(1 + h) tends to 0 as the solution does.",
+        ),
+    };
+    if method == BOTH[0] { with_figure(finding, overtakes) } else { Ok(finding) }
+}
+
+/// Errors of the four methods against h, and where Method I overtakes RK4.
+fn with_figure(finding: Finding, overtakes: f64) -> Result<Finding, StudyError> {
+    let methods = [BOTH[0], BOTH[1], YARDSTICKS[0], YARDSTICKS[1]];
+    let steps: Vec<f64> = (0..=36).map(|i| 0.02 * 10_f64.powf(f64::from(i) / 14.0)).collect();
+    let (mut rows, mut series) = (Vec::new(), Vec::new());
+    for method in methods {
+        let points = steps.iter().map(|&h| Ok((h, linear(method, h)?))).collect::<Result<Vec<_>, StudyError>>()?;
+        rows.extend(points.iter().map(|(h, error)| (vec![method.into()], vec![*h, *error])));
+        series.push(Series { label: method.into(), points, mark: Mark::Line });
+    }
+    let here = linear(BOTH[0], overtakes)?;
+    series.push(Series {
+        label: format!("h = {}", text(overtakes)),
+        points: vec![(overtakes, here * 1e-3), (overtakes, here * 10.0)],
+        mark: Mark::Guide,
+    });
+    let mut data = measure::table(
+        "claims-linear-drag",
+        "Largest error on (0, 10] on linear drag.",
+        &["method", "h", "max_error"],
+        rows,
+    );
+    data.shown = false;
+    let figure = Figure {
+        id: "claims-linear-drag".into(),
+        caption: "Largest error on (0, 10] on linear drag. RK4 is the best up to the dashed line, Method I beyond it; \
+                  Method II ends up behind implicit Euler."
+            .into(),
+        data: "claims-linear-drag".into(),
+        panels: vec![Panel {
+            x: Axis { label: "step size h".into(), log: true, limits: None },
+            y: Axis { label: "largest error".into(), log: true, limits: Some((1e-9, 10.0)) },
+            series,
+            ..Panel::default()
+        }],
+        columns: 1,
+    };
+    Ok(finding.with_figure(figure, data))
+}
+
+fn orders_of_magnitude() -> Result<Finding, StudyError> {
+    let ratio =
+        |method: &str, h: f64| -> Result<f64, StudyError> { Ok(linear("implicit-euler", h)? / linear(method, h)?) };
+    let (mut cases, mut starts) = (Vec::new(), Vec::new());
+    for method in BOTH {
+        for h in [0.002, 0.01, 0.05, 0.1, 0.5, 1.0, 1.5] {
+            cases.push(Case::above(format!("error ratio, {method}, h = {h}"), ratio(method, h)?, 100.0));
+        }
+        starts.push(threshold(method, 0.01, 1.0, |h| Ok(ratio(method, h)? - 100.0))?);
+    }
+    let evidence = format!(
+        "Implicit Euler's error is {} and {} times that of Methods I and II at h = 1, {} and {} times at h = 0.1, {} and \
+         {} times at h = 0.01.",
+        text(ratio(BOTH[0], 1.0)?),
+        text(ratio(BOTH[1], 1.0)?),
+        text(ratio(BOTH[0], 0.1)?),
+        text(ratio(BOTH[1], 0.1)?),
+        text(ratio(BOTH[0], 0.01)?),
+        text(ratio(BOTH[1], 0.01)?)
+    );
+    Ok(Finding::on(cases, evidence)
+        .holds_where(format!(
+            "They are smaller at every h ≤ 1.5, by two orders of magnitude from h = {} (Method I) and h = {} (Method II) \
+             down.",
+            text(starts[0]),
+            text(starts[1])
+        ))
+        .because(
+            "Local errors h²/2 against h³/6 and h³/12: the ratios are 3/h and 6/h for small h, as between any method of \
+             first and any of second order.",
+        ))
+}
+
+fn runge_kutta_wins() -> Result<Finding, StudyError> {
+    let mut cases = Vec::new();
+    for method in BOTH {
+        for h in [0.01, 0.05, 0.1, 0.5, 1.0, 1.25, 1.45] {
+            let what = format!("largest error of rk4, h = {h}, against {method}");
+            cases.push(Case::below(what, linear("rk4", h)?, linear(method, h)?));
+        }
+    }
+    let crossings = [crossing(BOTH[0], "rk4", 1.0, 2.4)?, crossing(BOTH[1], "rk4", 1.0, 2.4)?];
+    let [Some(one), Some(two)] = crossings else { return Err("RK4 is not overtaken".into()) };
+    let evidence =
+        format!("RK4 is the best up to h = {} against Method I and h = {} against Method II.", text(one), text(two));
+    Ok(Finding::on(cases, evidence).because("RK4 is of fourth order, they are of second."))
+}
+
+/// The steps of Figures 3 and 4 but the smallest.
+const QUADRATIC_STEPS: [f64; 5] = [1.0, 0.1, 0.05, 0.01, 0.005];
+
+fn quadratic_against_euler() -> Result<Finding, StudyError> {
+    let mut cases = Vec::new();
+    for method in BOTH {
+        for h in QUADRATIC_STEPS {
+            let what = format!("largest error, {method}, h = {h}, against implicit-euler");
+            cases.push(Case::below(what, quadratic(method, h)?, quadratic("implicit-euler", h)?));
+        }
+    }
+    let ratio = |method: &str, h: f64| -> Result<f64, StudyError> {
+        Ok(quadratic("implicit-euler", h)? / quadratic(method, h)?)
+    };
+    let evidence = format!(
+        "Implicit Euler's error is {} times Method I's at h = 1, {} times at h = 0.1, {} times at h = 0.01; {} and {} times \
+         Method II's at the last two.",
+        text(ratio(BOTH[0], 1.0)?),
+        text(ratio(BOTH[0], 0.1)?),
+        text(ratio(BOTH[0], 0.01)?),
+        text(ratio(BOTH[1], 0.1)?),
+        text(ratio(BOTH[1], 0.01)?)
+    );
+    Ok(Finding::on(cases, evidence).holds_where("At every step but h = 1 with Method II.").because(
+        "At h v₀ = 1 two roots of Method II's step meet at v₁ = 0, and beyond there is none on the branch of v₀: S24-h-2.",
+    ))
+}
+
+fn quadratic_against_runge_kutta() -> Result<Finding, StudyError> {
+    let mut cases = Vec::new();
+    for method in BOTH {
+        for h in &QUADRATIC_STEPS[1..] {
+            let what = format!("largest error of rk4, h = {h}, against {method}");
+            cases.push(Case::below(what, quadratic("rk4", *h)?, quadratic(method, *h)?));
+        }
+    }
+    let evidence = format!(
+        "At h = 0.1 the errors are {} (Method I), {} (Method II) and {} (RK4).",
+        text(quadratic(BOTH[0], 0.1)?),
+        text(quadratic(BOTH[1], 0.1)?),
+        text(quadratic("rk4", 0.1)?)
+    );
+    Ok(Finding::on(cases, evidence).because("RK4 is of fourth order, they are of second."))
+}

@@ -1,0 +1,63 @@
+//! Methods that choose their steps.
+
+use lsvi::Integrator;
+use lsvi::adaptive::{Radau, Tolerances};
+
+use super::{Build, BuildError, Method, Spec, Stability};
+use crate::problem::{Principle, Problem};
+
+pub(super) const RADAU: Spec = Spec {
+    form: "radau-adaptive",
+    summary: "Radau IIA with three stages and adaptive steps: order 5, L-stable; --rtol, --atol, and --h as the longest step",
+    build: Build::Plain(|| Box::new(RadauMethod { tolerances: None })),
+    examples: &["radau-adaptive"],
+};
+
+/// Relative and absolute tolerance where none are given.
+pub const DEFAULT_RTOL: f64 = 1e-6;
+/// See [`DEFAULT_RTOL`].
+pub const DEFAULT_ATOL: f64 = 1e-9;
+
+#[derive(Debug)]
+struct RadauMethod {
+    tolerances: Option<Tolerances>,
+}
+
+impl Method for RadauMethod {
+    fn name(&self) -> String {
+        "radau-adaptive".into()
+    }
+
+    fn order(&self) -> u32 {
+        5
+    }
+
+    fn stiff_order(&self) -> Option<u32> {
+        None
+    }
+
+    fn principle(&self) -> Principle {
+        Principle::Equation
+    }
+
+    fn stability(&self) -> Stability {
+        Stability::Damping
+    }
+
+    fn is_adaptive(&self) -> bool {
+        true
+    }
+
+    fn with_tolerances(&self, tolerances: Tolerances) -> Option<Box<dyn Method>> {
+        Some(Box::new(Self { tolerances: Some(tolerances) }))
+    }
+
+    fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        let unfit = |error: lsvi::InputError| BuildError { method: self.name(), reason: error.to_string() };
+        let tolerances = match self.tolerances {
+            Some(tolerances) => tolerances,
+            None => Tolerances::new(DEFAULT_RTOL, DEFAULT_ATOL).map_err(unfit)?,
+        };
+        Ok(Box::new(Radau::new(problem.field(), tolerances).map_err(unfit)?))
+    }
+}

@@ -1,0 +1,149 @@
+//! The closures of the trapezoidal discrete Lagrangian, Eqs. (8), (21)–(27).
+
+use lsvi::closure::{Closure, Linear};
+use lsvi::discrete::Trapezoidal;
+use lsvi::{Integrator, Structure, Variational, VectorField, method_i, position_momentum};
+
+use super::{Build, BuildError, Method, Spec, Stability, check_filled, require_curvature};
+use crate::names::NameError;
+use crate::problem::{Principle, Problem};
+
+pub(super) const METHOD_I: Spec = Spec {
+    form: "method-i",
+    summary: "p_{n+1} = 0, Eq. (22): order 2, L-stable on symmetric dissipative systems",
+    build: Build::Plain(|| Box::new(LinearClosure { name: Some("method-i"), alpha: 0.0, beta: 1.0 })),
+    examples: &["method-i"],
+};
+
+pub(super) const METHOD_II: Spec = Spec {
+    form: "method-ii",
+    summary: "p_{n+1} = p_n, Eq. (25): order 2, the trapezoidal rule on linear problems",
+    build: Build::Plain(|| Box::new(LinearClosure { name: Some("method-ii"), alpha: -1.0, beta: 1.0 })),
+    examples: &["method-ii"],
+};
+
+pub(super) const EXPLICIT_MOMENTUM: Spec = Spec {
+    form: "explicit-momentum",
+    summary: "p_n = 0, Eq. (21): order 2, explicit on scalar linear problems",
+    build: Build::Plain(|| Box::new(LinearClosure { name: Some("explicit-momentum"), alpha: 1.0, beta: 0.0 })),
+    examples: &["explicit-momentum"],
+};
+
+pub(super) const LINEAR: Spec = Spec {
+    form: "linear(ALPHA,BETA)",
+    summary: "ALPHA p_n + BETA p_{n+1} = 0, Eq. (27): order 2, A-stable for |ALPHA| ≤ |BETA|",
+    build: Build::Arguments(|call| {
+        let [alpha, beta] = call.numbers("linear(ALPHA,BETA)")?;
+        Linear::new(alpha, beta).map_err(|error| NameError::Form {
+            call: call.to_string(),
+            form: "linear(ALPHA,BETA)".into(),
+            reason: error.to_string(),
+        })?;
+        Ok(Box::new(LinearClosure { name: None, alpha, beta }))
+    }),
+    examples: &["linear(-0.5,1)"],
+};
+
+pub(super) const CONVENTIONAL: Spec = Spec {
+    form: "conventional",
+    summary: "position–momentum form from p_0 = 0, Eq. (8): unstable on dissipative systems",
+    build: Build::Plain(|| Box::new(Conventional)),
+    examples: &["conventional"],
+};
+
+#[derive(Debug)]
+struct LinearClosure {
+    name: Option<&'static str>,
+    alpha: f64,
+    beta: f64,
+}
+
+impl LinearClosure {
+    fn is_method_i(&self) -> bool {
+        self.alpha == 0.0
+    }
+}
+
+impl Method for LinearClosure {
+    fn name(&self) -> String {
+        self.name.map_or_else(|| format!("linear({:?},{:?})", self.alpha, self.beta), str::to_owned)
+    }
+
+    fn order(&self) -> u32 {
+        2
+    }
+
+    fn stiff_order(&self) -> Option<u32> {
+        Some(if self.alpha + self.beta == 0.0 { 2 } else { 1 })
+    }
+
+    fn principle(&self) -> Principle {
+        if self.alpha + self.beta == 0.0 { Principle::MomentumConserved } else { Principle::MomentumZero }
+    }
+
+    fn stability(&self) -> Stability {
+        match (self.alpha.abs(), self.beta.abs()) {
+            (0.0, _) => Stability::Damping,
+            (a, b) if a <= b => Stability::Neutral,
+            _ => Stability::Conditional,
+        }
+    }
+
+    fn filled(&self, problem: &dyn Problem) -> usize {
+        if self.is_method_i() { 0 } else { problem.ode().dim() }
+    }
+
+    fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        check_filled(self, problem)?;
+        if self.principle() == Principle::MomentumConserved {
+            require_curvature(self, problem)?;
+        }
+        let field = problem.field();
+        if self.is_method_i() && !matches!(field.structure(), Structure::Dense) {
+            return Ok(Box::new(method_i(field)));
+        }
+        let closure = Linear::new(self.alpha, self.beta)
+            .map_err(|error| BuildError { method: self.name(), reason: error.to_string() })?;
+        Ok(stepped(problem, closure))
+    }
+}
+
+#[derive(Debug)]
+struct Conventional;
+
+impl Method for Conventional {
+    fn name(&self) -> String {
+        "conventional".into()
+    }
+
+    fn order(&self) -> u32 {
+        2
+    }
+
+    /// An error ε |q|/h of p, a difference of q over h, acts on all later steps; as the motions of a least-squares
+    /// Lagrangian part exponentially, those of the first steps outweigh the others: N².
+    fn momentum_roundoff(&self, steps: f64) -> f64 {
+        steps * steps
+    }
+
+    fn principle(&self) -> Principle {
+        Principle::EulerLagrange
+    }
+
+    fn stability(&self) -> Stability {
+        Stability::Unstable
+    }
+
+    fn filled(&self, problem: &dyn Problem) -> usize {
+        problem.ode().dim()
+    }
+
+    fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        check_filled(self, problem)?;
+        Ok(Box::new(position_momentum(Trapezoidal::new(problem.lagrangian()))))
+    }
+}
+
+pub(super) fn stepped<'a>(problem: &'a dyn Problem, closure: impl Closure + 'a) -> Box<dyn Integrator + 'a> {
+    Box::new(Variational::new(Trapezoidal::new(problem.lagrangian()), closure))
+}

@@ -1,0 +1,147 @@
+//! Burgers' equation with viscosity: a front that travels.
+
+use lsvi::VectorField;
+
+use super::analytic::{Analytic, Curved};
+use super::{Limit, Principle, Problem, Spec, grows_on_a_grid};
+use crate::method::{Method, OrderPlan};
+use crate::names::Parameter;
+use crate::reference::Ode;
+
+pub(super) const SPEC: Spec = Spec {
+    name: "burgers",
+    summary: "u_t + (u²/2)_x = ν u_xx on 0 < x < 1, central differences; exact: a front that travels",
+    parameters: &[
+        Parameter { name: "cells", default: "64", meaning: "number of cells N" },
+        Parameter { name: "nu", default: "0.1", meaning: "viscosity ν > 0" },
+        Parameter {
+            name: "speed",
+            default: "0.5",
+            meaning: "speed c of the front, the mean of u before and behind it",
+        },
+        Parameter { name: "jump", default: "0.5", meaning: "half the jump a of u across the front" },
+        Parameter { name: "x0", default: "0.25", meaning: "place of the front at t = 0" },
+    ],
+    build: |p| {
+        Ok(Box::new(Burgers {
+            cells: p.count("cells", 2..=1 << 19)?,
+            nu: p.positive("nu")?,
+            speed: p.number("speed")?,
+            jump: p.number("jump")?,
+            x0: p.number("x0")?,
+        }))
+    },
+};
+
+#[derive(Debug)]
+struct Burgers {
+    cells: usize,
+    nu: f64,
+    speed: f64,
+    jump: f64,
+    x0: f64,
+}
+
+impl Burgers {
+    /// u = c − a tanh(a (x − x₀ − ct)/2ν): Cole and Hopf's substitution u = −2ν φ_x/φ makes of it φ = e^{…} + e^{…}.
+    fn front(&self, x: f64, t: f64) -> f64 {
+        self.speed - self.jump * (0.5 * self.jump * (x - self.x0 - self.speed * t) / self.nu).tanh()
+    }
+
+    /// Interior grid points.
+    fn points(&self) -> impl Iterator<Item = f64> {
+        let n = self.cells;
+        (1..n).map(move |i| i as f64 / n as f64)
+    }
+
+    /// 1/2Δx and ν/Δx².
+    fn weights(&self) -> (f64, f64) {
+        let n = self.cells as f64;
+        (0.5 * n, self.nu * n * n)
+    }
+
+    /// The fastest rate of decay, 4ν/Δx².
+    fn fastest(&self) -> f64 {
+        4.0 * self.weights().1
+    }
+}
+
+impl Ode for Burgers {
+    fn dim(&self) -> usize {
+        self.cells - 1
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        let (half, nu) = self.weights();
+        let (left, right) = (self.front(0.0, t), self.front(1.0, t));
+        for i in 0..v.len() {
+            let before = if i == 0 { left } else { v[i - 1] };
+            let after = if i + 1 == v.len() { right } else { v[i + 1] };
+            dv[i] = 0.5 * half * (before * before - after * after) + nu * (before - 2.0 * v[i] + after);
+        }
+    }
+    fn jacobian(&self, _t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        let (half, nu) = self.weights();
+        for i in 0..v.len() {
+            add(i, i, -2.0 * nu);
+            if i > 0 {
+                add(i, i - 1, nu + half * v[i - 1]);
+                add(i - 1, i, nu - half * v[i]);
+            }
+        }
+    }
+    fn bandwidths(&self) -> Option<(usize, usize)> {
+        Some((1, 1))
+    }
+}
+
+impl Curved for Burgers {
+    fn curvature(&self, v: &[f64], w: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        let (half, _) = self.weights();
+        for j in 0..v.len() {
+            let before = if j == 0 { 0.0 } else { w[j - 1] };
+            let after = w.get(j + 1).copied().unwrap_or(0.0);
+            add(j, j, half * (after - before));
+        }
+    }
+}
+
+impl Problem for Burgers {
+    fn components(&self) -> &'static [&'static str] {
+        &["u"]
+    }
+    fn initial(&self) -> Vec<f64> {
+        self.points().map(|x| self.front(x, 0.0)).collect()
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(Analytic(self))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+    /// The solution of the partial differential equation.
+    fn exact(&self, t: f64) -> Option<Vec<f64>> {
+        Some(self.points().map(|x| self.front(x, t)).collect())
+    }
+    fn limit(&self, _principle: Principle) -> Limit<'_> {
+        Limit {
+            name: "semi-discrete",
+            ode: self,
+            initial: self.initial(),
+            exact: Box::new(|_| None),
+            order: None,
+            reason: "the equation discretised in space",
+        }
+    }
+    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
+        OrderPlan::smooth(method, 1.0, 0.1, self.fastest())
+    }
+    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
+        grows_on_a_grid(method)
+    }
+    fn is_stiff(&self) -> bool {
+        self.fastest() > 100.0
+    }
+    fn horizon(&self) -> f64 {
+        1.0
+    }
+}

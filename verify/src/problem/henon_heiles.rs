@@ -1,0 +1,108 @@
+//! Hénon and Heiles's system.
+
+use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+
+use super::{Invariant, Mechanics, Principle, Problem, Spec, tabulated};
+use crate::method::{Method, OrderPlan};
+use crate::names::Parameter;
+use crate::reference::Ode;
+
+pub(super) const SPEC: Spec = Spec {
+    name: "henon-heiles",
+    summary: "L = ½ |v|² − ½ |q|² − x²y + y³/3, [HLW06] I.3: energy is its only invariant",
+    parameters: &[
+        Parameter { name: "x0", default: "0.1", meaning: "initial x" },
+        Parameter { name: "y0", default: "0", meaning: "initial y" },
+        Parameter { name: "px0", default: "0", meaning: "initial momentum in x" },
+        Parameter { name: "py0", default: "0.5", meaning: "initial momentum in y" },
+    ],
+    build: |p| {
+        let start = [p.number("x0")?, p.number("y0")?, p.number("px0")?, p.number("py0")?];
+        Ok(Box::new(HenonHeiles { start }))
+    },
+};
+
+#[derive(Debug, PartialEq)]
+struct HenonHeiles {
+    start: [f64; 4],
+}
+
+impl HenonHeiles {
+    const DEFAULT: Self = Self { start: [0.1, 0.0, 0.0, 0.5] };
+}
+
+impl LagrangianFn for HenonHeiles {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        let (x2, y2) = (q[0] * q[0], q[1] * q[1]);
+        (v[0] * v[0] + v[1] * v[1] - x2 - y2) * 0.5 - x2 * q[1] + y2 * q[1] / 3.0
+    }
+}
+
+impl Rhs for HenonHeiles {
+    fn dim(&self) -> usize {
+        4
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, y: &[T], dy: &mut [T]) {
+        dy[0] = y[2];
+        dy[1] = y[3];
+        dy[2] = -y[0] - y[0] * y[1] * 2.0;
+        dy[3] = -y[1] - y[0] * y[0] + y[1] * y[1];
+    }
+}
+
+impl Ode for HenonHeiles {
+    fn dim(&self) -> usize {
+        4
+    }
+    fn rhs(&self, _t: f64, y: &[f64], dy: &mut [f64]) {
+        dy[0] = y[2];
+        dy[1] = y[3];
+        dy[2] = -y[0] * (1.0 + 2.0 * y[1]);
+        dy[3] = -y[1] - (y[0] - y[1]) * (y[0] + y[1]);
+    }
+    fn jacobian(&self, _t: f64, y: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        add(0, 2, 1.0);
+        add(1, 3, 1.0);
+        add(2, 0, -1.0 - 2.0 * y[1]);
+        add(2, 1, -2.0 * y[0]);
+        add(3, 0, -2.0 * y[0]);
+        add(3, 1, -1.0 + 2.0 * y[1]);
+    }
+}
+
+impl Problem for HenonHeiles {
+    fn components(&self) -> &'static [&'static str] {
+        &["x", "y", "px", "py"]
+    }
+    fn initial(&self) -> Vec<f64> {
+        self.start.to_vec()
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(AutoDiff::new(self))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+    /// Method II is measured before its equation, J₀ᵀr₀ + J₁ᵀr₁ = 0, degenerates where det J = 1 − 4|q|² vanishes, at t = 1.2.
+    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
+        match method.principle() {
+            Principle::MomentumConserved => OrderPlan::at(method, 0.5, 0.05),
+            _ => self.nominal_plan(method),
+        }
+    }
+    fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
+        (*self == Self::DEFAULT).then(|| tabulated::lookup("henon-heiles", t)).flatten()
+    }
+    fn mechanics(&self) -> Option<Mechanics<'_>> {
+        Some(Mechanics::new(AutoLagrangian::new(self)))
+    }
+    fn invariants(&self) -> Vec<Invariant<'_>> {
+        vec![Invariant::new("energy", |s| {
+            let [x, y, px, py] = [s[0], s[1], s[2], s[3]];
+            0.5 * (px * px + py * py + x * x + y * y) + x * x * y - y.powi(3) / 3.0
+        })]
+    }
+}

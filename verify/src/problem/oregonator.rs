@@ -1,0 +1,84 @@
+//! Field and Noyes's model of the oscillating reaction of Belousov and Zhabotinsky ([HW96] IV.10).
+
+use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+
+use super::{Principle, Problem, Spec, tabulated};
+use crate::method::{Method, OrderPlan};
+use crate::reference::Ode;
+
+pub(super) const SPEC: Spec = Spec {
+    name: "oregonator",
+    summary: "an oscillating reaction over five powers of ten; published end value at t = 360",
+    parameters: &[],
+    build: |_| Ok(Box::new(Oregonator)),
+};
+
+#[derive(Debug)]
+struct Oregonator;
+
+const S: f64 = 77.27;
+const W: f64 = 0.161;
+const Q: f64 = 8.375e-6;
+
+impl Rhs for Oregonator {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = (v[1] + v[0] * (-v[0] * Q - v[1] + 1.0)) * S;
+        dv[1] = (v[2] - (v[0] + 1.0) * v[1]) / S;
+        dv[2] = (v[0] - v[2]) * W;
+    }
+}
+
+impl Ode for Oregonator {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = S * (v[1] - v[0] * v[1] + v[0] - Q * v[0].powi(2));
+        dv[1] = (v[2] - v[1] - v[0] * v[1]) / S;
+        dv[2] = W * (v[0] - v[2]);
+    }
+    fn jacobian(&self, _t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        add(0, 0, S * (1.0 - 2.0 * Q * v[0] - v[1]));
+        add(0, 1, S * (1.0 - v[0]));
+        add(1, 0, -v[1] / S);
+        add(1, 1, -(1.0 + v[0]) / S);
+        add(1, 2, 1.0 / S);
+        add(2, 0, W);
+        add(2, 2, -W);
+    }
+}
+
+impl Problem for Oregonator {
+    fn components(&self) -> &'static [&'static str] {
+        &["x", "y", "z"]
+    }
+    fn initial(&self) -> Vec<f64> {
+        vec![1.0, 2.0, 3.0]
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(AutoDiff::new(self))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+    fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
+        tabulated::lookup("oregonator", t)
+    }
+    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
+        let conserves = method.principle() == Principle::MomentumConserved;
+        conserves.then_some("Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J vanishes, and the branch ends there")
+    }
+    /// x follows the others at the rate s (y − 1).
+    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
+        match self.breakdown(method) {
+            Some(_) => OrderPlan::at(method, 0.1, 0.002),
+            None => OrderPlan::smooth(method, 2.0, 0.02, S),
+        }
+    }
+    fn is_stiff(&self) -> bool {
+        true
+    }
+}

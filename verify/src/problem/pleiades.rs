@@ -1,0 +1,136 @@
+//! Seven stars in a plane that attract each other and pass close by ([HNW93] II.10).
+
+use lsvi::VectorField;
+use nalgebra::{Matrix2, Vector2};
+
+use super::analytic::{Analytic, Curved};
+use super::{Principle, Problem, Spec, tabulated};
+use crate::method::{Method, OrderPlan};
+use crate::reference::Ode;
+
+pub(super) const SPEC: Spec = Spec {
+    name: "pleiades",
+    summary: "seven stars of masses 1…7 in a plane, 28 unknowns, not stiff; published end value at t = 3",
+    parameters: &[],
+    build: |_| Ok(Box::new(Pleiades)),
+};
+
+#[derive(Debug)]
+struct Pleiades;
+
+const STARS: usize = 7;
+
+/// The mass of star i.
+fn mass(i: usize) -> f64 {
+    (i + 1) as f64
+}
+
+impl Pleiades {
+    /// All pairs, with the vector from the first star to the second.
+    fn pairs(&self, v: &[f64]) -> impl Iterator<Item = (usize, usize, Vector2<f64>)> {
+        let between = |i: usize, j: usize| Vector2::new(v[j] - v[i], v[STARS + j] - v[STARS + i]);
+        (0..STARS).flat_map(move |i| (0..i).map(move |j| (i, j, between(i, j))))
+    }
+}
+
+/// The first derivative of d/|d|³.
+fn gradient(d: Vector2<f64>) -> Matrix2<f64> {
+    let r2 = d.norm_squared();
+    (Matrix2::identity() - d * d.transpose() * (3.0 / r2)) / (r2 * r2.sqrt())
+}
+
+/// The second derivative of a·d/|d|³.
+fn hessian(a: Vector2<f64>, d: Vector2<f64>) -> Matrix2<f64> {
+    let (r2, along) = (d.norm_squared(), a.dot(&d));
+    let outer = a * d.transpose() + d * a.transpose() + Matrix2::identity() * along;
+    (d * d.transpose() * (5.0 * along / r2) - outer) * (3.0 / (r2 * r2 * r2.sqrt()))
+}
+
+impl Ode for Pleiades {
+    fn dim(&self) -> usize {
+        4 * STARS
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        let (rate, acceleration) = dv.split_at_mut(2 * STARS);
+        rate.copy_from_slice(&v[2 * STARS..]);
+        acceleration.fill(0.0);
+        for (i, j, d) in self.pairs(v) {
+            let pull = d / d.norm().powi(3);
+            for c in 0..2 {
+                acceleration[c * STARS + i] += mass(j) * pull[c];
+                acceleration[c * STARS + j] -= mass(i) * pull[c];
+            }
+        }
+    }
+    fn jacobian(&self, _t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        for k in 0..2 * STARS {
+            add(k, 2 * STARS + k, 1.0);
+        }
+        for (i, j, d) in self.pairs(v) {
+            let slope = gradient(d);
+            for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let x = slope[(a, b)];
+                for (star, pull) in [(i, mass(j)), (j, -mass(i))] {
+                    add((2 + a) * STARS + star, b * STARS + j, pull * x);
+                    add((2 + a) * STARS + star, b * STARS + i, -pull * x);
+                }
+            }
+        }
+    }
+}
+
+impl Curved for Pleiades {
+    fn curvature(&self, v: &[f64], w: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        for (i, j, d) in self.pairs(v) {
+            let weight = |c: usize| mass(j) * w[(2 + c) * STARS + i] - mass(i) * w[(2 + c) * STARS + j];
+            let bend = hessian(Vector2::new(weight(0), weight(1)), d);
+            for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let x = bend[(a, b)];
+                let (ai, aj, bi, bj) = (a * STARS + i, a * STARS + j, b * STARS + i, b * STARS + j);
+                add(ai, bi, x);
+                add(aj, bj, x);
+                add(ai, bj, -x);
+                add(aj, bi, -x);
+            }
+        }
+    }
+}
+
+impl Problem for Pleiades {
+    fn components(&self) -> &'static [&'static str] {
+        &[
+            "x1", "x2", "x3", "x4", "x5", "x6", "x7", "y1", "y2", "y3", "y4", "y5", "y6", "y7", "vx1", "vx2", "vx3",
+            "vx4", "vx5", "vx6", "vx7", "vy1", "vy2", "vy3", "vy4", "vy5", "vy6", "vy7",
+        ]
+    }
+    fn initial(&self) -> Vec<f64> {
+        let [x, y] = [[3.0, 3.0, -1.0, -3.0, 2.0, -2.0, 2.0], [3.0, -3.0, 2.0, 0.0, 0.0, -4.0, 4.0]];
+        let [vx, vy] = [[0.0, 0.0, 0.0, 0.0, 0.0, 1.75, -1.5], [0.0, 0.0, 0.0, -1.25, 1.0, 0.0, 0.0]];
+        [x, y, vx, vy].concat()
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(Analytic(self))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+    fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
+        tabulated::lookup("pleiades", t)
+    }
+    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
+        let conserves = method.principle() == Principle::MomentumConserved;
+        conserves.then_some(
+            "forces depend on differences of places alone: J is singular, and Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free",
+        )
+    }
+    /// Up to t = 1, before the first close encounter.
+    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
+        match self.breakdown(method) {
+            Some(reason) => OrderPlan::unmeasured(method, reason),
+            None => OrderPlan::at(method, 1.0, if method.order() > 2 { 0.05 } else { 0.1 }),
+        }
+    }
+    fn horizon(&self) -> f64 {
+        1.0
+    }
+}
