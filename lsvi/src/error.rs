@@ -197,6 +197,27 @@ pub enum SolveError {
     /// The equations produced NaN or infinity.
     #[error("the equations are not finite at the present state")]
     NonFinite,
+    /// A matrix is needed that the field does not assemble.
+    #[error("the field is matrix-free, and no matrix can be factored: give an iterative solver with a preconditioner")]
+    NotAssembled,
+    /// An iterative solution of a linear system did not reach its tolerance.
+    #[error("the linear solver stopped after {iterations} iterations with a relative residual of {residual:.1e}")]
+    Linear {
+        /// Iterations spent.
+        iterations: u32,
+        /// Norm of the residual relative to that of the right-hand side.
+        residual: f64,
+    },
+    /// Gauss–Newton iterations came to rest, or ran out, away from a minimum of the action.
+    #[error("the step came to rest after {iterations} iterations with |g| = {gradient:.1e}, |f| = {rate:.1e}")]
+    Stalled {
+        /// Iterations spent.
+        iterations: u32,
+        /// Norm of the gradient of the action relative to that at the present state.
+        gradient: f64,
+        /// Max norm of f at the last iterate.
+        rate: f64,
+    },
 }
 
 /// A step that could not be taken.

@@ -54,6 +54,8 @@ mod linalg;
 mod mass;
 mod method_i;
 mod newton;
+mod operator;
+mod pool;
 mod two_step;
 mod variational;
 mod vector_field;
@@ -68,11 +70,12 @@ pub use error::{InputError, SolveError, StepError};
 pub use integrator::{Grid, GridStep, Integrator, OneStep, State, Trajectory, Work};
 pub use lagrangian::{EulerLagrange, Force, Forced, HessianWeights, Lagrangian, LeastSquares, MotionWeights};
 pub use linalg::{Jacobian, Pattern, Structure};
-pub use mass::Mass;
+pub use mass::{Mass, MassOperator, SharedMass};
 pub use method_i::{Formulation, MethodI, method_i};
+pub use operator::{Factored, Operator, Preconditioner, StepOperator};
 pub use two_step::TwoStep;
 pub use variational::{Variational, least_squares, method_ii, position_momentum};
-pub use vector_field::VectorField;
+pub use vector_field::{VectorField, add_columns};
 pub use window::Window;
 
 /// The program in the README runs.

@@ -1,13 +1,18 @@
 //! Mass matrices M of systems M v̇ = f(t, v).
 
+use std::fmt;
+use std::sync::Arc;
+
 use crate::error::{InputError, SolveError, check_vector};
 use crate::linalg::{Jacobian, Lu};
+use crate::pool::Pool;
 
 /// The constant matrix M of a system M v̇ = f(t, v).
 ///
 /// Implicit methods take a singular M, which makes some equations algebraic; explicit stages need its inverse, and
 /// least-squares methods need it symmetric positive definite, because they measure the residual M v̇ − f in M⁻¹.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub enum Mass {
     /// M = I.
     #[default]
@@ -16,9 +21,55 @@ pub enum Mass {
     Diagonal(Vec<f64>),
     /// Any M of order n, its entries within the [`structure`](crate::VectorField::structure) of the field.
     Matrix(Jacobian),
+    /// M by what it does to vectors, made by [`Mass::operator`]: for the iterative solution of steps.
+    Operator(SharedMass),
+}
+
+/// A symmetric positive definite M that is known by its products and its own solver, as a discrete Laplacian CᵀC.
+pub trait MassOperator: fmt::Debug + Send + Sync {
+    /// Order n.
+    fn dim(&self) -> usize;
+
+    /// Writes M x.
+    fn apply(&self, x: &[f64], out: &mut [f64]);
+
+    /// Overwrites `b` with M⁻¹ b.
+    fn solve(&self, b: &mut [f64]);
+}
+
+/// A [`MassOperator`] with the work space of its products.
+#[derive(Debug, Clone)]
+pub struct SharedMass {
+    operator: Arc<dyn MassOperator>,
+    /// An argument and a product.
+    scratch: Arc<Pool<[Vec<f64>; 2]>>,
+}
+
+impl SharedMass {
+    /// Adds `scale` M d to `out`, d_i = `argument`(i).
+    fn add_product(&self, scale: f64, argument: impl Fn(usize) -> f64, out: &mut [f64]) {
+        self.scratch.with(|[x, product]| {
+            x.iter_mut().enumerate().for_each(|(i, x)| *x = argument(i));
+            self.operator.apply(x, product);
+            out.iter_mut().zip(product).for_each(|(o, p)| *o += scale * *p);
+        });
+    }
 }
 
 impl Mass {
+    /// M by its products and its own solver.
+    pub fn operator(operator: impl MassOperator + 'static) -> Self {
+        let n = operator.dim();
+        let scratch = Arc::new(Pool::new(move || [vec![0.0; n], vec![0.0; n]]));
+        Self::Operator(SharedMass { operator: Arc::new(operator), scratch })
+    }
+
+    /// Writes M x.
+    pub fn apply(&self, x: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        self.mul_add(1.0, x, out);
+    }
+
     /// Refuses a matrix of another order or with entries outside its own structure.
     pub(crate) fn check(&self, dim: usize) -> Result<(), InputError> {
         match self {
@@ -31,6 +82,10 @@ impl Mass {
                 Some((row, column)) => Err(InputError::OutsideStructure { row, column }),
                 None => Ok(()),
             },
+            Self::Operator(m) if m.operator.dim() != dim => {
+                Err(InputError::Dimension { what: "mass", expected: dim, found: m.operator.dim() })
+            }
+            Self::Operator(_) => Ok(()),
         }
     }
 
@@ -44,11 +99,16 @@ impl Mass {
                 None => Ok(()),
             },
             Self::Matrix(m) => m.check_metric(),
+            // Its author promises it.
+            Self::Operator(_) => Ok(()),
         }
     }
 
     /// Adds `scale` M to `out`.
     pub(crate) fn add_to(&self, scale: f64, out: &mut Jacobian) {
+        if let Self::Operator(_) = self {
+            out.set_missing();
+        }
         self.for_each(out.dim(), |i, j, m| out.add(i, j, scale * m));
     }
 
@@ -60,22 +120,27 @@ impl Mass {
                     *o += scale * (x - y);
                 }
             }
+            Self::Operator(m) => m.add_product(scale, |i| x[i] - y[i], out),
             _ => self.for_each(out.len(), |i, j, m| out[i] += scale * m * (x[j] - y[j])),
         }
     }
 
     /// Adds `scale` M x to `out`.
     pub(crate) fn mul_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
-        self.for_each(out.len(), |i, j, m| out[i] += scale * m * x[j]);
+        match self {
+            Self::Operator(m) => m.add_product(scale, |i| x[i], out),
+            _ => self.for_each(out.len(), |i, j, m| out[i] += scale * m * x[j]),
+        }
     }
 
-    /// Shows every entry (i, j, m) of M, of order `dim`, to `visit`.
+    /// Shows every entry (i, j, m) of M, of order `dim`, to `visit`; of an operator none is known.
     #[inline]
     pub(crate) fn for_each(&self, dim: usize, mut visit: impl FnMut(usize, usize, f64)) {
         match self {
             Self::Identity => (0..dim).for_each(|i| visit(i, i, 1.0)),
             Self::Diagonal(m) => m.iter().enumerate().for_each(|(i, &m)| visit(i, i, m)),
             Self::Matrix(m) => m.for_each(visit),
+            Self::Operator(_) => {}
         }
     }
 }
@@ -86,6 +151,7 @@ pub(crate) enum MassInverse {
     Identity,
     Reciprocals(Vec<f64>),
     Factors(Box<Lu>),
+    Operator(SharedMass),
     Missing(SolveError),
 }
 
@@ -102,6 +168,7 @@ impl MassInverse {
                     Err(error) => Self::Missing(error.into()),
                 }
             }
+            Mass::Operator(m) => Self::Operator(m.clone()),
         }
     }
 
@@ -111,6 +178,7 @@ impl MassInverse {
             Self::Identity => {}
             Self::Reciprocals(m) => b.iter_mut().zip(m).for_each(|(b, m)| *b *= *m),
             Self::Factors(lu) => lu.solve(b),
+            Self::Operator(m) => m.operator.solve(b),
             Self::Missing(error) => return Err(error.clone()),
         }
         Ok(())

@@ -1,17 +1,29 @@
 //! First-order systems M v̇ = f(t, v).
 
-use crate::linalg::{Jacobian, Structure};
+use auto_impl::auto_impl;
+
+use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::mass::Mass;
 
-/// A first-order system M v̇ = f(t, v) in n unknowns, with the derivatives that an exact Newton iteration needs.
+/// A first-order system M v̇ = f(t, v) in n unknowns, with the derivatives that implicit steps need.
 ///
 /// Implement it by hand, or implement [`Rhs`](crate::Rhs) once and let [`AutoDiff`](crate::AutoDiff) differentiate.
 /// Arguments have length n; times and states carry whatever units the problem has.
+///
+/// # Assembled or matrix-free
+/// A field with a dense, banded or sparse [`structure`](Self::structure) assembles its derivatives,
+/// [`add_jacobian`](Self::add_jacobian) and [`add_curvature`](Self::add_curvature); the products
+/// [`apply_jacobian`](Self::apply_jacobian), [`apply_transpose`](Self::apply_transpose) and
+/// [`apply_curvature`](Self::apply_curvature) follow from them. A field of structure [`Structure::MatrixFree`] gives the
+/// products instead, and its steps are solved by an iterative solver with a
+/// [`Preconditioner`](crate::Preconditioner); its `add_jacobian` may
+/// be [`add_columns`], which lets it run on every method while n is small.
+#[auto_impl(&, Box, Rc, Arc)]
 pub trait VectorField {
     /// Number of unknowns n.
     fn dim(&self) -> usize;
 
-    /// Where the Jacobian, and M, may have entries.
+    /// Where the Jacobian, and M, may have entries; or that the field has no assembled Jacobian.
     fn structure(&self) -> Structure {
         Structure::Dense
     }
@@ -34,53 +46,74 @@ pub trait VectorField {
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian);
 
     /// Adds `scale` · Σ_i w_i ∂²f_i/∂v_j∂v_k to `out` (j, k); nothing where f is linear in v.
+    ///
+    /// Left empty for a nonlinear f, Newton's method becomes Gauss–Newton's: a step converges linearly, by the ratio of the
+    /// curvature times the residual to the square of B = M − h f_v, and only closures with α + β ≠ 0 have an equation.
     fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian);
+
+    /// Writes J x, J = ∂f/∂v at (t, v).
+    ///
+    /// The default assembles J, which allocates; integrators use it of matrix-free fields only, where it has to be given.
+    /// A matrix-free field without it has products of NaN, and its steps fail as not finite.
+    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        assembled(self, out, |jacobian, out| {
+            self.add_jacobian(t, v, 1.0, jacobian);
+            jacobian.mul_add(1.0, x, out);
+        });
+    }
+
+    /// Writes Jᵀ w, otherwise as [`apply_jacobian`](Self::apply_jacobian). Least-squares methods need it.
+    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
+        assembled(self, out, |jacobian, out| {
+            self.add_jacobian(t, v, 1.0, jacobian);
+            jacobian.mul_transpose_add(1.0, w, out);
+        });
+    }
+
+    /// Writes Σ_i w_i (∂²f_i/∂v²) x, the derivative of Jᵀw in the direction x.
+    ///
+    /// The default of a matrix-free field is the central difference of [`apply_transpose`](Self::apply_transpose): exact to
+    /// about ε^⅔ where f is quadratic, as in the Navier–Stokes equations, and with a truncation error of that size elsewhere.
+    /// It allocates.
+    fn apply_curvature(&self, t: f64, v: &[f64], w: &[f64], x: &[f64], out: &mut [f64]) {
+        let size = max_norm(x);
+        if size == 0.0 || self.is_linear() {
+            return out.fill(0.0);
+        }
+        if self.structure() == Structure::MatrixFree {
+            let largest = max_norm(v);
+            let delta = f64::EPSILON.cbrt() * if largest > 0.0 { largest } else { 1.0 } / size;
+            let shifted = |sign: f64| v.iter().zip(x).map(|(v, x)| v + sign * delta * x).collect::<Vec<_>>();
+            let mut minus = vec![0.0; out.len()];
+            self.apply_transpose(t, &shifted(1.0), w, out);
+            self.apply_transpose(t, &shifted(-1.0), w, &mut minus);
+            return out.iter_mut().zip(&minus).for_each(|(o, m)| *o = (*o - m) / (2.0 * delta));
+        }
+        let mut curvature = Jacobian::with_structure(self.dim(), &self.structure().gram(self.dim()));
+        self.add_curvature(t, v, w, 1.0, &mut curvature);
+        out.fill(0.0);
+        curvature.mul_add(1.0, x, out);
+    }
 }
 
-impl<F: VectorField + ?Sized> VectorField for &F {
-    fn dim(&self) -> usize {
-        (**self).dim()
+/// Lets `multiply` work with a zero matrix of the structure of `field`; without one the product is NaN.
+fn assembled<F: VectorField + ?Sized>(field: &F, out: &mut [f64], multiply: impl FnOnce(&mut Jacobian, &mut [f64])) {
+    if field.structure() == Structure::MatrixFree {
+        return out.fill(f64::NAN);
     }
-    fn structure(&self) -> Structure {
-        (**self).structure()
-    }
-    fn mass(&self) -> Mass {
-        (**self).mass()
-    }
-    fn is_linear(&self) -> bool {
-        (**self).is_linear()
-    }
-    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        (**self).rhs(t, v, dv);
-    }
-    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
-        (**self).add_jacobian(t, v, scale, out);
-    }
-    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
-        (**self).add_curvature(t, v, w, scale, out);
-    }
+    out.fill(0.0);
+    multiply(&mut Jacobian::with_structure(field.dim(), &field.structure()), out);
 }
 
-impl<F: VectorField + ?Sized> VectorField for Box<F> {
-    fn dim(&self) -> usize {
-        (**self).dim()
-    }
-    fn structure(&self) -> Structure {
-        (**self).structure()
-    }
-    fn mass(&self) -> Mass {
-        (**self).mass()
-    }
-    fn is_linear(&self) -> bool {
-        (**self).is_linear()
-    }
-    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        (**self).rhs(t, v, dv);
-    }
-    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
-        (**self).add_jacobian(t, v, scale, out);
-    }
-    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
-        (**self).add_curvature(t, v, w, scale, out);
+/// Adds `scale` · J to `out` from the n products J e_j: [`VectorField::add_jacobian`] of a matrix-free field that is to run on
+/// methods with dense matrices too.
+pub fn add_columns<F: VectorField + ?Sized>(field: &F, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+    let n = field.dim();
+    let (mut unit, mut column) = (vec![0.0; n], vec![0.0; n]);
+    for j in 0..n {
+        unit[j] = 1.0;
+        field.apply_jacobian(t, v, &unit, &mut column);
+        unit[j] = 0.0;
+        column.iter().enumerate().for_each(|(i, x)| out.add(i, j, scale * x));
     }
 }

@@ -122,7 +122,7 @@ fn vectors(n: usize) -> [Vec<f64>; 3] {
 /// The structure of 2 × 2 blocks in place of entries.
 fn doubled(structure: &Structure, n: usize) -> Result<Structure, InputError> {
     Ok(match structure {
-        Structure::Dense => Structure::Dense,
+        Structure::Dense | Structure::MatrixFree => structure.clone(),
         Structure::Banded { lower, upper } => {
             let twice = |width: usize| width.saturating_mul(2).saturating_add(1);
             Structure::Banded { lower: twice(*lower), upper: twice(*upper) }

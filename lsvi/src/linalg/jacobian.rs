@@ -20,6 +20,8 @@ pub struct Jacobian {
     entries: Entries,
     /// The first entry that was added where the structure has none.
     outside: Option<(usize, usize)>,
+    /// Whether the matrix is not known by its entries, so that it cannot be factored.
+    is_missing: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +34,7 @@ pub(super) enum Entries {
 impl Jacobian {
     /// The dense zero matrix of order `dim`.
     pub fn zeros(dim: usize) -> Self {
-        Self { entries: Entries::Dense(DMatrix::zeros(dim, dim)), outside: None }
+        Self { entries: Entries::Dense(DMatrix::zeros(dim, dim)), outside: None, is_missing: false }
     }
 
     /// The zero matrix of order `dim` with room for the entries of `structure`, as far as they lie in the matrix.
@@ -41,17 +43,14 @@ impl Jacobian {
             Structure::Dense => return Self::zeros(dim),
             Structure::Banded { lower, upper } => Entries::Banded(Band::zeros(dim, *lower, *upper)),
             Structure::Sparse(pattern) if pattern.dim() == dim => Entries::Sparse(Sparse::zeros(Arc::clone(pattern))),
-            Structure::Sparse(_) => {
+            // The positions inside the matrix; of a matrix-free one there are none but the diagonal.
+            Structure::Sparse(_) | Structure::MatrixFree => {
                 let inside = (0..dim).flat_map(|j| structure.rows(dim, j).map(move |i| (i, j)));
-                // Positions filtered by `dim` are never refused.
-                let pattern = Pattern::new(dim, inside).ok();
-                pattern.map_or_else(
-                    || Entries::Dense(DMatrix::zeros(dim, dim)),
-                    |p| Entries::Sparse(Sparse::zeros(p.into())),
-                )
+                let pattern = Pattern::new(dim, inside).expect("all positions are below dim");
+                Entries::Sparse(Sparse::zeros(pattern.into()))
             }
         };
-        Self { entries, outside: None }
+        Self { entries, outside: None, is_missing: *structure == Structure::MatrixFree }
     }
 
     /// Order of the matrix.
@@ -134,8 +133,16 @@ impl Jacobian {
         &self.entries
     }
 
-    /// Refuses a matrix that was given an entry outside its structure.
+    /// Notes that what was to be added has no entries.
+    pub(crate) fn set_missing(&mut self) {
+        self.is_missing = true;
+    }
+
+    /// Refuses a matrix that was given an entry outside its structure, or is not known by its entries.
     pub(crate) fn check_structure(&self) -> Result<(), FactorError> {
+        if self.is_missing {
+            return Err(FactorError::NotAssembled);
+        }
         self.outside.map_or(Ok(()), |(row, column)| Err(FactorError::OutsideStructure { row, column }))
     }
 
@@ -186,7 +193,6 @@ impl Jacobian {
     }
 
     /// Adds `scale` A x to `out`.
-    #[cfg(test)]
     pub(crate) fn mul_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
         self.for_each(|i, j, a| out[i] += scale * a * x[j]);
     }
@@ -201,6 +207,6 @@ impl From<DMatrix<f64>> for Jacobian {
     /// The dense matrix `a`, which must be square.
     fn from(a: DMatrix<f64>) -> Self {
         debug_assert!(a.is_square());
-        Self { entries: Entries::Dense(a), outside: None }
+        Self { entries: Entries::Dense(a), outside: None, is_missing: false }
     }
 }

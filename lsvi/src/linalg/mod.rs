@@ -27,6 +27,8 @@ pub(crate) enum FactorError {
     Singular,
     /// An entry was added where the declared structure has none.
     OutsideStructure { row: usize, column: usize },
+    /// The matrix is known by its products only.
+    NotAssembled,
 }
 
 impl From<FactorError> for SolveError {
@@ -34,6 +36,7 @@ impl From<FactorError> for SolveError {
         match error {
             FactorError::Singular => Self::Singular,
             FactorError::OutsideStructure { row, column } => Self::OutsideStructure { row, column },
+            FactorError::NotAssembled => Self::NotAssembled,
         }
     }
 }

@@ -22,6 +22,8 @@ pub enum Structure {
     },
     /// The positions of a [`Pattern`].
     Sparse(Arc<Pattern>),
+    /// Not assembled: known by its products with vectors only.
+    MatrixFree,
 }
 
 impl Structure {
@@ -36,7 +38,7 @@ impl Structure {
     /// The structure of AᵀA for A of this structure and order `dim`.
     pub(crate) fn gram(&self, dim: usize) -> Self {
         match self {
-            Self::Dense => Self::Dense,
+            Self::Dense | Self::MatrixFree => self.clone(),
             Self::Banded { lower, upper } => {
                 let width = lower.saturating_add(*upper);
                 Self::Banded { lower: width, upper: width }
@@ -45,8 +47,7 @@ impl Structure {
                 let mut columns = vec![Vec::new(); dim];
                 (0..dim).for_each(|j| self.rows(dim, j).for_each(|i| columns[i].push(j)));
                 let pairs = columns.iter().flat_map(|row| row.iter().flat_map(|&j| row.iter().map(move |&k| (j, k))));
-                // All positions are below dim.
-                Self::sparse(dim, pairs).unwrap_or_default()
+                Self::sparse(dim, pairs).expect("all positions are below dim")
             }
         }
     }
@@ -59,7 +60,7 @@ impl Structure {
                 (j.saturating_sub(*upper)..j.saturating_add(*lower).saturating_add(1).min(dim), [].as_slice())
             }
             Self::Sparse(pattern) if j < pattern.dim => (0..0, pattern.column(j)),
-            Self::Sparse(_) => (0..0, [].as_slice()),
+            Self::Sparse(_) | Self::MatrixFree => (0..0, [].as_slice()),
         };
         range.chain(list.iter().copied().filter(move |&i| i < dim))
     }

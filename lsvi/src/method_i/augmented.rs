@@ -20,7 +20,7 @@ pub(super) fn structure_of(dim: usize, structure: &Structure, mass: &Mass, curva
         _ => 0,
     };
     match structure {
-        Structure::Dense => Structure::Dense,
+        Structure::Dense | Structure::MatrixFree => structure.clone(),
         Structure::Banded { .. } => {
             let of_mass = if matches!(mass, Mass::Matrix(_)) { width(structure) } else { 0 };
             let block = of_mass.max(curvature.map_or(0, width));
@@ -37,8 +37,7 @@ pub(super) fn structure_of(dim: usize, structure: &Structure, mass: &Mass, curva
             }
             positions
                 .extend(curvature.map(entries).unwrap_or_default().into_iter().map(|(j, k)| (first(j), second(k))));
-            // All positions are below 2 dim.
-            Structure::sparse(2 * dim, positions).unwrap_or_default()
+            Structure::sparse(2 * dim, positions).expect("all positions are below twice the order")
         }
     }
 }

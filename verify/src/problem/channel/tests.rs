@@ -160,7 +160,7 @@ fn the_field_and_the_reference_state_one_system() {
         let mass = match field.mass() {
             Mass::Matrix(m) => m.to_dense(),
             Mass::Diagonal(m) => nalgebra::DMatrix::from_diagonal(&m.into()),
-            Mass::Identity => unreachable!("every cell has a length"),
+            _ => unreachable!("every cell has a length"),
         };
         let mut jacobian = Jacobian::with_structure(n, &field.structure());
         field.add_jacobian(0.7, &v, 1.0, &mut jacobian);
