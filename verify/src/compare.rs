@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::evidence::{Cell, Check, Evidence, Outcome, Table};
+use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Table};
 use crate::method::{self, Method, Stability};
 use crate::order::roundoff;
 use crate::problem::{Limit, Principle, Problem};
@@ -92,7 +92,7 @@ pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
                 statement: format!("{solver} agrees with {truth_name} on {name}, {}", limit.reason),
                 outcome: judged.outcome,
                 measured: judged.difference,
-                required: judged.bound.map_or_else(String::new, |bound| format!("≤ {bound:.1e}")),
+                required: judged.bound.map(Requirement::AtMost),
                 reason: judged.status,
             });
         }

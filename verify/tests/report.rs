@@ -6,7 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use verify::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Outcome, Panel, Section, Series, Table};
+use verify::evidence::{
+    Axis, Cell, Check, Evidence, Field, Figure, Mark, Outcome, Panel, Requirement, Section, Series, Table,
+};
 use verify::report::{self, Chapter, ComparisonError, Earlier, Run};
 
 const NASTY: &str = "<script>alert(\"1\" & '2')</script> ]]> `a < b` | \u{1}\u{7} λ→∞ 𝓛 \\ *x* ${y}";
@@ -17,7 +19,7 @@ fn check(id: &str, outcome: Outcome, measured: Option<f64>) -> Check {
         statement: format!("The order of `{id}` on the damped pendulum is 2"),
         outcome,
         measured,
-        required: "2.00 ± 0.05".into(),
+        required: Some(Requirement::Near(2.0, 0.05)),
         reason: if outcome == Outcome::Pass {
             String::new()
         } else {
@@ -255,7 +257,7 @@ fn nasty() -> Chapter {
                 statement: NASTY.into(),
                 outcome: Outcome::Fail,
                 measured: Some(f64::INFINITY),
-                required: NASTY.into(),
+                required: None,
                 reason: format!("{NASTY} {}", "long".repeat(200)),
             }],
             tables: vec![table("figure 3/../x", &[NASTY], vec![vec![text(NASTY)]], true)],
@@ -476,7 +478,7 @@ fn results_hold_every_check_and_no_silent_null() {
     let text = read(&written("json"), "results.json");
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let counts = synthetic().counts();
-    assert_eq!(value["schema"], 1);
+    assert_eq!(value["schema"], 2);
     assert_eq!(value["counts"]["fail"], counts.fail);
     let chapters = value["chapters"].as_array().expect("chapters");
     let checks: usize = chapters.iter().map(|chapter| chapter["checks"].as_array().map_or(0, Vec::len)).sum();
@@ -600,11 +602,10 @@ fn what_cannot_be_written_is_named() {
 }
 
 /// A chapter of checks (id, outcome, measured, required), and of claims with their verdicts.
-fn dated(checks: &[(&str, Outcome, f64, &str)], claims: &[(&str, &str)]) -> Run {
-    let checks = checks.iter().map(|(id, outcome, measured, required)| Check {
-        required: (*required).into(),
-        ..check(id, *outcome, Some(*measured))
-    });
+fn dated(checks: &[(&str, Outcome, f64, Option<Requirement>)], claims: &[(&str, &str)]) -> Run {
+    let checks = checks
+        .iter()
+        .map(|(id, outcome, measured, required)| Check { required: *required, ..check(id, *outcome, Some(*measured)) });
     let rows = claims.iter().map(|(id, verdict)| vec![Cell::Text((*id).into()), Cell::Text((*verdict).into())]);
     let evidence = Evidence {
         checks: checks.collect(),
@@ -617,16 +618,18 @@ fn dated(checks: &[(&str, Outcome, f64, &str)], claims: &[(&str, &str)]) -> Run 
 #[test]
 fn a_comparison_shows_what_changed_and_nothing_else() {
     use Outcome::{Fail, Pass};
+    use Requirement::{AtMost, Near};
     let path = fresh("compare-old");
     let old = dated(
         &[
-            ("same", Pass, 1e-16, "≤ 1e-12"),
-            ("within", Pass, 2.001, "2 ± 0.1"),
-            ("beyond", Pass, 2.0, "2 ± 0.1"),
-            ("unbounded", Pass, 100.0, "finite"),
-            ("nan", Fail, f64::NAN, "≤ 1"),
-            ("broken", Pass, 0.5, "≤ 1"),
-            ("lost", Pass, 0.5, "≤ 1"),
+            ("same", Pass, 1e-16, Some(AtMost(1e-12))),
+            ("within", Pass, 2.001, Some(Near(2.0, 0.1))),
+            ("beyond", Pass, 2.0, Some(Near(2.0, 0.1))),
+            ("unbounded", Pass, 100.0, None),
+            ("nan", Fail, f64::NAN, Some(AtMost(1.0))),
+            ("broken", Pass, 0.5, Some(AtMost(1.0))),
+            ("tightened", Pass, 0.5, Some(AtMost(1.0))),
+            ("lost", Pass, 0.5, Some(AtMost(1.0))),
         ],
         &[("S24-a", "confirmed"), ("S24-b", "qualified"), ("S24-c", "open")],
     );
@@ -636,15 +639,27 @@ fn a_comparison_shows_what_changed_and_nothing_else() {
     let summary = report::summary(&old.clone().compared_with(&earlier), false);
     assert!(summary.contains("nothing changed since"), "{summary}");
 
+    // A file of the time when requirements were sentences.
+    let text = read(&path, "results.json").replace("\"schema\": 2", "\"schema\": 1");
+    let mut value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    for check in value["chapters"][0]["checks"].as_array_mut().expect("checks") {
+        check["required"] = "≤ 1.000e0".into();
+    }
+    let sentences = path.join("schema-1.json");
+    fs::write(&sentences, value.to_string()).expect("writable");
+    let summary = report::summary(&old.clone().compared_with(&Earlier::read(&sentences).expect("read still")), false);
+    assert!(summary.contains("nothing changed since"), "{summary}");
+
     let new = dated(
         &[
-            ("fresh", Pass, 0.0, "≤ 1"),
-            ("same", Pass, 9e-16, "≤ 1e-12"),
-            ("within", Pass, 2.0109, "2 ± 0.1"),
-            ("beyond", Pass, 2.0111, "2 ± 0.1"),
-            ("unbounded", Pass, 111.0, "finite"),
-            ("nan", Fail, f64::NAN, "≤ 1"),
-            ("broken", Fail, 1.5, "≤ 1"),
+            ("tightened", Pass, 0.5, Some(AtMost(0.6))),
+            ("fresh", Pass, 0.0, Some(AtMost(1.0))),
+            ("same", Pass, 9e-16, Some(AtMost(1e-12))),
+            ("within", Pass, 2.0109, Some(Near(2.0, 0.1))),
+            ("beyond", Pass, 2.0111, Some(Near(2.0, 0.1))),
+            ("unbounded", Pass, 111.0, None),
+            ("nan", Fail, f64::NAN, Some(AtMost(1.0))),
+            ("broken", Fail, 1.5, Some(AtMost(1.0))),
         ],
         &[("S24-a", "confirmed"), ("S24-b", "refuted"), ("S24-d", "open")],
     )
@@ -660,15 +675,16 @@ fn a_comparison_shows_what_changed_and_nothing_else() {
             "S24-b** · verdict qualified → refuted",
             "S24-d** · new verdict: open",
             "S24-c** · verdict gone, it was open",
+            "tightened** · required ≤ 1 → ≤ 0.6",
             "fresh** · new: pass",
             "beyond** · measured 2 → 2.011, required 2 ± 0.1",
-            "unbounded** · measured 100 → 111, required finite",
+            "unbounded** · measured 100 → 111, required nothing",
             "broken** · pass → fail",
             "lost** · gone, it was pass",
         ]
     );
     let summary = report::summary(&new, false);
-    assert!(summary.contains("8 changes since") && summary.lines().all(|line| line.chars().count() <= 80), "{summary}");
+    assert!(summary.contains("9 changes since") && summary.lines().all(|line| line.chars().count() <= 80), "{summary}");
 
     // A study that was left out this time has not lost its checks.
     let other = Run::new(Vec::new(), Vec::new()).compared_with(&earlier);
@@ -688,11 +704,11 @@ fn what_is_no_earlier_report_is_refused() {
         fs::write(&file, text).expect("writable");
         assert!(matches!(Earlier::read(&file), Err(ComparisonError::Malformed { .. })), "{text}");
     }
-    fs::write(&file, "{\"schema\": 2, \"chapters\": 7}").expect("writable");
-    assert!(matches!(Earlier::read(&file), Err(ComparisonError::Schema { found: 2, .. })));
+    fs::write(&file, "{\"schema\": 3, \"chapters\": 7}").expect("writable");
+    assert!(matches!(Earlier::read(&file), Err(ComparisonError::Schema { found: 3, .. })));
 }
 
-/// Names and meanings of schema 1: a field that is renamed, lost or retyped needs a new version.
+/// Names and meanings of schema 2: a field that is renamed, lost or retyped needs a new version.
 #[test]
 fn results_keep_to_their_schema() {
     let value: serde_json::Value = serde_json::from_str(&read(&written("schema"), "results.json")).expect("JSON");

@@ -7,9 +7,8 @@ use nalgebra::Complex;
 use rayon::prelude::*;
 
 use super::mechanics::{problem, text};
-use super::parts::{Required, check, number, table};
 use super::{Context, Study, StudyError, symplecticity};
-use crate::evidence::{Cell, Check, Evidence, Outcome, Section, Table};
+use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Section, Table};
 use crate::measure::amplification::Amplification;
 use crate::measure::order::{Expectation, Sample, fit, ladder};
 use crate::order::roundoff;
@@ -93,11 +92,11 @@ fn errors(
     let of = |setting: &Setting| columns.iter().map(|(_, method, pieces)| setting.error(method, *pieces)).collect();
     let errors = settings.iter().map(of).collect::<Result<Vec<Vec<f64>>, _>>()?;
     let rows = settings.iter().zip(&errors).map(|(setting, errors)| {
-        let start = [text(setting.name), number(setting.h), number(setting.t_end)];
-        start.into_iter().chain(errors.iter().copied().map(number)).collect()
+        let start = [text(setting.name), Cell::found(setting.h), Cell::found(setting.t_end)];
+        start.into_iter().chain(errors.iter().copied().map(Cell::found)).collect()
     });
     let names: Vec<&str> = ["problem", "h", "t_end"].into_iter().chain(columns.iter().map(|c| c.0)).collect();
-    Ok((table(id, caption, &names, rows.collect()), errors))
+    Ok((Table::new(id, caption, &names, rows.collect()), errors))
 }
 
 /// Least and largest ratio of column `a` to column `b`.
@@ -131,32 +130,32 @@ fn parabolic() -> Result<Answer, StudyError> {
     let (halved_low, halved_high) = ratios(&errors, 1, 5);
     let (radau, _) = ratios(&errors, 0, 6);
     let checks = vec![
-        check(
+        Check::new(
             "parabolic/ringing",
             "Couette flow, long steps: the trapezoidal rule's error over Method I's",
             ringing,
-            Required::AtLeast(10.0),
+            Requirement::AtLeast(10.0),
             "the wall's jump excites modes that the trapezoidal rule does not damp",
         ),
-        check(
+        Check::new(
             "parabolic/multistep",
             "Method I is more accurate than implicit Euler and BDF2 at equal h: largest ratio of errors",
             ratios(&errors, 0, 2).1.max(ratios(&errors, 0, 4).1),
-            Required::AtMost(1.0),
+            Requirement::AtMost(1.0),
             REASON,
         ),
-        check(
+        Check::new(
             "parabolic/tr-bdf2",
             "At equal work, two solves, Method I and TR-BDF2 are within a factor of 3: largest ratio of errors, either way",
             halved_high.max(halved_low.recip()),
-            Required::AtMost(3.0),
+            Requirement::AtMost(3.0),
             "Method I with h/2 against TR-BDF2 with h",
         ),
-        check(
+        Check::new(
             "parabolic/radau",
             "Radau IIA with two stages is more accurate by more than a digit: least ratio of Method I's error to its",
             radau,
-            Required::AtLeast(10.0),
+            Requirement::AtLeast(10.0),
             REASON,
         ),
     ];
@@ -168,13 +167,20 @@ fn parabolic() -> Result<Answer, StudyError> {
             (
                 "Answer",
                 format!(
-                    "It is sound: L-stable on symmetric dissipative problems, of second order, with banded and sparse Jacobians at a                      cost linear in the cells. Where data jump and steps are long its error is {ringing:.0} times smaller than the                      trapezoidal rule's, which rings; on a start from rest it is {smooth:.1} times larger at most. But it earns                      nothing that TR-BDF2 does not give for the same number of solves, from {halved_low:.2} to                      {halved_high:.2} times its error, and Radau IIA with two stages is {radau:.0} times as accurate at least."
+                    "It is sound: L-stable on symmetric dissipative problems, of second order, with banded and sparse \
+                     Jacobians at a cost linear in the cells. Where data jump and steps are long its error is {ringing:.0} \
+                     times smaller than the trapezoidal rule's, which rings; on a start from rest it is {smooth:.1} times \
+                     larger at most. But it earns nothing that TR-BDF2 does not give for the same number of solves, from \
+                     {halved_low:.2} to {halved_high:.2} times its error, and Radau IIA with two stages is {radau:.0} \
+                     times as accurate at least."
                 ),
             ),
             ("Take", "`tr-bdf2` or `ls-galerkin(2,radau,2)` with fixed steps, `radau-adaptive` with a tolerance.".into()),
             (
                 "Beware",
-                "The problem must be symmetric or nearly so: on non-normal systems Method I can grow where the solution decays,                  does not conserve linear invariants, and its result depends on the metric. Its steady states may be spurious;                  `lsvi::steady` refuses them."
+                "The problem must be symmetric or nearly so: on non-normal systems Method I can grow where the solution \
+                 decays, does not conserve linear invariants, and its result depends on the metric. Its steady states may \
+                 be spurious; `lsvi::steady` refuses them."
                     .into(),
             ),
         ],
@@ -200,18 +206,18 @@ fn smooth() -> Result<Answer, StudyError> {
     let (trapezoidal, midpoint) = (ratios(&errors, 0, 1), ratios(&errors, 0, 2));
     let (gauss, _) = ratios(&errors, 0, 3);
     let checks = vec![
-        check(
+        Check::new(
             "smooth/midpoint",
             "Method I is less accurate than the implicit midpoint rule: least ratio of their errors",
             midpoint.0,
-            Required::AtLeast(1.0),
+            Requirement::AtLeast(1.0),
             REASON,
         ),
-        check(
+        Check::new(
             "smooth/gauss",
             "Gauss collocation of order 4 is more accurate by two digits: least ratio of Method I's error to its",
             gauss,
-            Required::AtLeast(100.0),
+            Requirement::AtLeast(100.0),
             REASON,
         ),
     ];
@@ -223,13 +229,17 @@ fn smooth() -> Result<Answer, StudyError> {
             (
                 "Answer",
                 format!(
-                    "On smooth nonlinear problems at equal steps Method I makes {:.1} to {:.0} times the error of the trapezoidal                      rule and {:.1} to {:.1} times that of the implicit midpoint rule, all of second order with one nonlinear solve                      a step. Gauss collocation with two nodes is {:.0e} times as accurate at least. What Method I has and                      they have not is damping: R(∞) = 0 on symmetric problems.",
+                    "On smooth nonlinear problems at equal steps Method I makes {:.1} to {:.0} times the error of the \
+                     trapezoidal rule and {:.1} to {:.1} times that of the implicit midpoint rule, all of second order \
+                     with one nonlinear solve a step. Gauss collocation with two nodes is {:.0e} times as accurate at \
+                     least. What Method I has and they have not is damping: R(∞) = 0 on symmetric problems.",
                     trapezoidal.0, trapezoidal.1, midpoint.0, midpoint.1, gauss
                 ),
             ),
             (
                 "Take",
-                "`ls-galerkin(S,gauss,S)` for smooth problems. Gauss collocation is itself the least-squares method of its nodes,                  whatever the closure: the variational idea pays at high degree, not through the closure."
+                "`ls-galerkin(S,gauss,S)` for smooth problems. Gauss collocation is itself the least-squares method of its \
+                 nodes, whatever the closure: the variational idea pays at high degree, not through the closure."
                     .into(),
             ),
         ],
@@ -263,34 +273,35 @@ fn path_fitted() -> Result<Answer, StudyError> {
     let (error, defect) = of("path-fitted(4)");
     let (gauss, galerkin) = (error / of("path-fitted(4,gauss)").0, error / of("galerkin-gauss(3)").0);
     let checks = vec![
-        check(
+        Check::new(
             "path-fitted/gauss",
             "Moving the three points to Gauss' nodes gains more than a digit: ratio of the errors",
             gauss,
-            Required::AtLeast(10.0),
+            Requirement::AtLeast(10.0),
             REASON,
         ),
-        check(
+        Check::new(
             "path-fitted/galerkin",
             "galerkin-gauss(3) gains more than a digit: ratio of the errors",
             galerkin,
-            Required::AtLeast(10.0),
+            Requirement::AtLeast(10.0),
             REASON,
         ),
-        check(
+        Check::new(
             "path-fitted/defect",
             "The path-fitted step is not symplectic on the double pendulum: defect over that of galerkin-gauss(3)",
             defect / of("galerkin-gauss(3)").1,
-            Required::AtLeast(1e6),
+            Requirement::AtLeast(1e6),
             "one step of 0.2; the Galerkin step's defect is rounding",
         ),
     ];
     let rows = measured.iter().map(|(name, error, evaluations, defect)| {
-        vec![text(*name), number(*error), Cell::Integer(*evaluations as i64), number(*defect)]
+        vec![text(*name), Cell::found(*error), Cell::Integer(*evaluations as i64), Cell::found(*defect)]
     });
-    let table = table(
+    let table = Table::new(
         "answer-path-fitted-errors",
-        "Error after one period of Kepler's problem, eccentricity 0.6, in 200 steps, evaluations of the step equations for it, and          the defect of symplecticity of one step of 0.2 on the double pendulum.",
+        "Error after one period of Kepler's problem, eccentricity 0.6, in 200 steps, evaluations of the step equations for \
+         it, and the defect of symplecticity of one step of 0.2 on the double pendulum.",
         &["method", "error", "evaluations", "symplecticity_defect"],
         rows.collect(),
     );
@@ -302,7 +313,11 @@ fn path_fitted() -> Result<Answer, StudyError> {
             (
                 "Answer",
                 format!(
-                    "Not with equispaced points: it is of order 4, and at equal cost its error on Kepler's problem is {gauss:.0}                      times that of the same method on Gauss' nodes. Path fitting is symplectic on Gauss' nodes only, and there only                      where the mass is constant: on the double pendulum its defect is {defect:.0e}. The Galerkin                      integrator of degree 3 is {galerkin:.0} times as accurate for the same number of evaluations, and                      symplectic on every regular Lagrangian."
+                    "Not with equispaced points: it is of order 4, and at equal cost its error on Kepler's problem is \
+                     {gauss:.0} times that of the same method on Gauss' nodes. Path fitting is symplectic on Gauss' nodes \
+                     only, and there only where the mass is constant: on the double pendulum its defect is {defect:.0e}. \
+                     The Galerkin integrator of degree 3 is {galerkin:.0} times as accurate for the same number of \
+                     evaluations, and symplectic on every regular Lagrangian."
                 ),
             ),
             ("Take", "`galerkin-gauss(3)`; `stormer-verlet` where a cheap explicit step is enough.".into()),
@@ -339,15 +354,15 @@ fn trust() -> Result<Answer, StudyError> {
         "not pass" => found == "pass",
         wanted => found != wanted,
     });
-    let checks = vec![check(
+    let checks = vec![Check::new(
         "trust/controls",
         "The rules that judge this report refuse what is wrong: number of wrong answers",
         wrong.count() as f64,
-        Required::AtMost(0.0),
+        Requirement::AtMost(0.0),
         "negative controls, run each time",
     )];
     let rows = controls.iter().map(|(what, found, wanted)| vec![text(*what), text(found), text(*wanted)]);
-    let table = table(
+    let table = Table::new(
         "answer-trust-controls",
         "Right and wrong inputs given to the rules that judge orders and closed forms.",
         &["input", "verdict", "wanted"],
@@ -361,7 +376,11 @@ fn trust() -> Result<Answer, StudyError> {
             (
                 "Answer",
                 format!(
-                    "Every number is computed when the report is made: {} problems, {} methods, and besides exact solutions {}                      solvers of two libraries as references, which share no code with the integrators and state their own                      error bounds. Closed forms are held to bounds derived from conditioning, orders to two-sided bands, with a                      third verdict where the data do not decide; failures that theory predicts are asserted to happen.",
+                    "Every number is computed when the report is made: {} problems, {} methods, and besides exact \
+                     solutions {} solvers of two libraries as references, which share no code with the integrators and \
+                     state their own error bounds. Closed forms are held to bounds derived from conditioning, orders to \
+                     two-sided bands, with a third verdict where the data do not decide; failures that theory predicts are \
+                     asserted to happen.",
                     problem::ALL.len(),
                     method::ALL.len(),
                     reference::all().len()
@@ -369,7 +388,8 @@ fn trust() -> Result<Answer, StudyError> {
             ),
             (
                 "Reproduce",
-                "`scripts/report` makes this page and `scripts/test` runs every check; `verify order` and `verify solve` run any pair                  of problem and method."
+                "`scripts/report` makes this page and `scripts/test` runs every check; `verify order` and `verify solve` \
+                 run any pair of problem and method."
                     .into(),
             ),
         ],

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::parts::{Required, check, data, log_axis, series, table};
+use super::parts::order_check;
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Figure, Mark, Panel, Series};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::measure::order::{Expectation, OrderFit, Sample, Verdict, fit};
 use crate::method::{self, OrderPlan};
 use crate::order::{Source, Truth, measure};
@@ -71,14 +71,14 @@ fn curve(evidence: &mut Evidence, what: &str, label: &str, fit: &OrderFit) -> Se
     let mut points: Vec<(f64, f64)> = measured.collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     add_points(evidence, what, label, &points);
-    series(label, points, Mark::LineMarkers)
+    Series::new(label, points, Mark::LineMarkers)
 }
 
 fn add_points(evidence: &mut Evidence, what: &str, label: &str, points: &[(f64, f64)]) {
     const ID: &str = "channel-order-points";
     if !evidence.tables.iter().any(|table| table.id == ID) {
         let caption = "Errors behind the orders: of time steps h, of cells of length h, of N modes.";
-        evidence.tables.push(data(ID, caption, &["error_of", "case", "h_or_n", "error"], Vec::new()));
+        evidence.tables.push(Table::data(ID, caption, &["error_of", "case", "h_or_n", "error"], Vec::new()));
     }
     if let Some(table) = evidence.tables.iter_mut().find(|table| table.id == ID) {
         let row = |(h, e): &(f64, f64)| {
@@ -90,17 +90,6 @@ fn add_points(evidence: &mut Evidence, what: &str, label: &str, points: &[(f64, 
 
 fn short(flow: &str) -> &str {
     flow.trim_start_matches("channel-")
-}
-
-fn check_fit(id: String, statement: String, fit: &OrderFit) -> Check {
-    Check {
-        id,
-        statement,
-        outcome: fit.verdict.into(),
-        measured: fit.line.map(|line| line.slope),
-        required: format!("{} ± {}", fit.expected.order, fit.expected.band),
-        reason: fit.reason.clone(),
-    }
 }
 
 /// Orders in h at t = 1.
@@ -126,18 +115,18 @@ fn in_time(evidence: &mut Evidence) -> Result<Panel, StudyError> {
         curves.push(curve(evidence, "h at t = 1", short(flow), fit));
         // A wall that moves in time stiffens the forcing, and the order is approached slowly.
         let least = if *flow == FLOWS[3] { 1.9 } else { 1.95 };
-        evidence.checks.push(check(
+        evidence.checks.push(Check::new(
             format!("time/{flow}"),
             format!("Method I is of second order in h on {flow} at t = 1"),
             if fit.verdict == Verdict::Pass { slope } else { f64::NAN },
-            Required::Within(least, 2.1),
+            Requirement::Within(least, 2.1),
             fit.reason.clone(),
         ));
     }
     let caption = "Orders in h at t = 1 with 32 cells, against the exact solution of the system that is discretised in space. \
                    The trapezoidal rule's settles only where h damps the shortest waves, if the data excite them.";
-    evidence.tables.push(table("channel-time", caption, &["flow", "method", "order", "verdict"], rows));
-    let (x, y) = (log_axis("h"), log_axis("error at t = 1"));
+    evidence.tables.push(Table::new("channel-time", caption, &["flow", "method", "order", "verdict"], rows));
+    let (x, y) = (Axis::log("h"), Axis::log("error at t = 1"));
     Ok(Panel { title: "Method I in time".into(), x, y, series: curves, ..Panel::default() })
 }
 
@@ -174,11 +163,11 @@ fn maxima(evidence: &mut Evidence) -> Result<Panel, StudyError> {
         let slope = fit.line.map_or(Cell::Empty, |line| Cell::Number(line.slope));
         rows.push(vec![Cell::Text(flow.into()), Cell::Number(order), slope, Cell::Text(why.into())]);
         let statement = format!("The largest error of Method I over all steps on {flow} is of order {order}: {why}");
-        evidence.checks.push(check_fit(format!("maximum/{flow}"), statement, &fit));
+        evidence.checks.push(order_check(format!("maximum/{flow}"), statement, &fit));
     }
     let caption = "Orders in h of the largest error over all steps up to t = 1, with 128 cells, h from 0.1 to 1/160.";
-    evidence.tables.push(table("channel-maxima", caption, &["flow", "expected", "order", "why"], rows));
-    let (x, y) = (log_axis("h"), log_axis("largest error"));
+    evidence.tables.push(Table::new("channel-maxima", caption, &["flow", "expected", "order", "why"], rows));
+    let (x, y) = (Axis::log("h"), Axis::log("largest error"));
     Ok(Panel { title: "Method I, maximum over all steps".into(), x, y, series: curves, ..Panel::default() })
 }
 
@@ -210,15 +199,15 @@ fn in_space(evidence: &mut Evidence) -> Result<Panel, StudyError> {
             curves.push(curve(evidence, "cells at t = 1", scheme, fit));
         }
         let statement = format!("Scheme {scheme} is of order {order} in the length of a cell on {flow} at t = 1");
-        evidence.checks.push(check_fit(format!("space/{scheme}/{flow}"), statement, fit));
+        evidence.checks.push(order_check(format!("space/{scheme}/{flow}"), statement, fit));
         let slope = fit.line.map_or(Cell::Empty, |line| Cell::Number(line.slope));
         let range = format!("{}–{}", cells[0], cells[4]);
         rows.push(vec![Cell::Text((*scheme).into()), Cell::Text((*flow).into()), Cell::Text(range), slope]);
     }
     let caption =
         "Orders in the length of a cell at t = 1, of the exact solution of the discretised system against the flow.";
-    evidence.tables.push(table("channel-space", caption, &["scheme", "flow", "cells", "order"], rows));
-    let (x, y) = (log_axis("length of a cell"), log_axis("error in space"));
+    evidence.tables.push(Table::new("channel-space", caption, &["scheme", "flow", "cells", "order"], rows));
+    let (x, y) = (Axis::log("length of a cell"), Axis::log("error in space"));
     Ok(Panel { title: "Poiseuille in space".into(), x, y, series: curves, ..Panel::default() })
 }
 
@@ -234,17 +223,17 @@ fn by_modes(evidence: &mut Evidence) -> Result<Panel, StudyError> {
             points.push((modes as f64, errors.into_iter().fold(0.0, f64::max)));
         }
         let at_16 = points.iter().find(|(n, _)| *n == 16.0).map_or(f64::NAN, |(_, error)| *error);
-        evidence.checks.push(check(
+        evidence.checks.push(Check::new(
             format!("space/legendre/{flow}"),
             format!("Sixteen Legendre modes have {flow} to six digits at t = 0.1, 0.2, 0.5 and 1"),
             at_16,
-            Required::AtMost(1e-6),
+            Requirement::AtMost(1e-6),
             "the flow is analytic for t > 0",
         ));
         add_points(evidence, "modes, t ≥ 0.1", short(flow), &points);
-        curves.push(series(short(flow), points, Mark::LineMarkers));
+        curves.push(Series::new(short(flow), points, Mark::LineMarkers));
     }
-    let (x, y) = (log_axis("modes"), log_axis("error in space, t ≥ 0.1"));
+    let (x, y) = (Axis::log("modes"), Axis::log("error in space, t ≥ 0.1"));
     Ok(Panel { title: "Legendre modes".into(), x, y, series: curves, ..Panel::default() })
 }
 
@@ -258,8 +247,8 @@ fn without_diffusion(evidence: &mut Evidence) -> Result<(), StudyError> {
         // ∫ φ (u_t − γ) = 0 gives γt (1 − (−q)ⁿ), q = 2 − √3, at the n-th point from a wall. The first one overshoots; the true
         // flow there is below the steady γ times its distance to the wall, 2/N.
         let overshoot = 2.0 * (3.0 - 3_f64.sqrt());
-        let bounds = Required::Within(overshoot - 4.0 / cells as f64, overshoot);
-        evidence.checks.push(check(
+        let bounds = Requirement::Within(overshoot - 4.0 / cells as f64, overshoot);
+        evidence.checks.push(Check::new(
             format!("space/strong-linear/{cells}"),
             format!(
                 "Linear elements in the strong form fail: with {cells} cells the error at t = 1 is that of γt, no diffusion"
@@ -270,7 +259,7 @@ fn without_diffusion(evidence: &mut Evidence) -> Result<(), StudyError> {
         ));
     }
     let caption = "Error of linear elements in the strong form on channel-poiseuille at t = 1: the finer, the worse.";
-    evidence.tables.push(table("channel-strong-linear", caption, &["cells", "error"], rows));
+    evidence.tables.push(Table::new("channel-strong-linear", caption, &["cells", "error"], rows));
     Ok(())
 }
 
@@ -282,7 +271,7 @@ fn ansatz(evidence: &mut Evidence) -> Result<(), StudyError> {
     let statement = format!("With one shape function Method I is of first order in h, at t = {horizon}");
     let first = Expectation::new(1.0, planned.expected.band);
     let samples: Vec<_> = planned.points().into_iter().map(|(sample, _)| sample.clone()).collect();
-    evidence.checks.push(check_fit("time/poiseuille-ansatz".into(), statement, &fit(&samples, &first)));
+    evidence.checks.push(order_check("time/poiseuille-ansatz", statement, &fit(&samples, &first)));
     Ok(())
 }
 

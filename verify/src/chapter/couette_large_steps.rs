@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::parts::{Required, check, data, linear_axis, series, table};
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Evidence, Figure, Mark, Panel};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::method;
 use crate::problem::{self, Problem};
 use crate::run::{distance, run};
@@ -106,60 +105,60 @@ fn contest(evidence: &mut Evidence) -> Result<(), StudyError> {
     };
     let [impulsive, first, smooth] = CASES.map(|(_, label, _)| label);
     evidence.checks.extend([
-        check(
+        Check::new(
             "impulsive/trapezoidal-rings",
             "The trapezoidal rule still rings at t = 1: its error over Method I's, least over N and h",
             -worst(impulsive, &|e| -e[1] / e[0]),
-            Required::AtLeast(10.0),
+            Requirement::AtLeast(10.0),
             "R(∞) = −1: what the wall excites stays, with alternating sign; Method I has R(∞) = 0",
         ),
-        check(
+        Check::new(
             "impulsive/implicit-euler",
             "Implicit Euler is less accurate than Method I at t = 1: least ratio of the errors",
             -worst(impulsive, &|e| -e[4] / e[0]),
-            Required::AtLeast(2.0),
+            Requirement::AtLeast(2.0),
             "first order against second",
         ),
-        check(
+        Check::new(
             "impulsive/tr-bdf2",
             "TR-BDF2 is the better one at t = 1: the largest ratio of its error to Method I's",
             worst(impulsive, &|e| e[2] / e[0]),
-            Required::AtMost(1.0),
+            Requirement::AtMost(1.0),
             "it is L-stable as well, with error constant (4 − 3√2)/6 = −0.04 for Method I's 1/6",
         ),
-        check(
+        Check::new(
             "first/method-i",
             "The first step of Method I has an error that no N and h make small: the least of them",
             -worst(first, &|e| -e[0]),
-            Required::AtLeast(1e-2),
+            Requirement::AtLeast(1e-2),
             "the layer at the wall is √h wide and the step does not resolve it",
         ),
-        check(
+        Check::new(
             "first/best",
             "After the first step Method I is the best of all: its error over that of the next, largest over N and h",
             worst(first, &|e| e[0] / e[1..].iter().copied().fold(f64::INFINITY, f64::min)),
-            Required::AtMost(0.5),
+            Requirement::AtMost(0.5),
             "for z < 0, |R(z) − e^z| is at most 0.07 for Method I and 0.2 for implicit Euler",
         ),
-        check(
+        Check::new(
             "smooth/trapezoidal",
             "On smooth data the trapezoidal rule is the better one: Method I's error over its, least over N and h",
             -worst(smooth, &|e| -e[0] / e[1]),
-            Required::AtLeast(1.2),
+            Requirement::AtLeast(1.2),
             "the defects are h²(¼ Jᵀv″ − v‴/12) and −h² v‴/12",
         ),
-        check(
+        Check::new(
             "smooth/tr-bdf2",
             "On smooth data TR-BDF2 is better still: its error over the trapezoidal rule's, largest over N and h",
             worst(smooth, &|e| e[2] / e[1]),
-            Required::AtMost(1.0),
+            Requirement::AtMost(1.0),
             "error constant −0.04 for −1/12",
         ),
     ]);
     let caption =
         "Largest error in the channel with large steps, against the exact flow. The last column names the best method.";
     let columns = [&["case", "cells", "h"], METHODS.as_slice(), &["best"]].concat();
-    evidence.tables.push(table("couette-contest", caption, &columns, rows));
+    evidence.tables.push(Table::new("couette-contest", caption, &columns, rows));
     Ok(())
 }
 
@@ -181,7 +180,7 @@ fn profiles(evidence: &mut Evidence) -> Result<(), StudyError> {
                 vec![Cell::Integer(cells as i64), Cell::Text(label.into()), Cell::Number(*y), Cell::Number(*u)]
             };
             rows.extend(points.iter().map(row));
-            series(label, points, mark)
+            Series::new(label, points, mark)
         };
         let mut curves = Vec::new();
         for method in METHODS {
@@ -189,13 +188,13 @@ fn profiles(evidence: &mut Evidence) -> Result<(), StudyError> {
             curves.push(record(method, &end.q, Mark::Line));
         }
         curves.push(record("exact", &problem.exact(END).ok_or("the flow is known")?, Mark::Guide));
-        let (title, x, y) = (format!("N = {cells}"), linear_axis("y", None), linear_axis("u", None));
+        let (title, x, y) = (format!("N = {cells}"), Axis::linear("y"), Axis::linear("u"));
         panels.push(Panel { title, x, y, series: curves, ..Panel::default() });
     }
     let caption = "Couette flow at t = 1 after ten steps of h = 0.1, at the forty points next to the wall that was set in \
                    motion: the trapezoidal rule still carries the jump, with a sign that alternates from step to step, and the \
                    more of it the finer the grid; the others lie on the exact flow.";
-    evidence.tables.push(data("couette-profiles", caption, &["cells", "method", "y", "u"], rows));
+    evidence.tables.push(Table::data("couette-profiles", caption, &["cells", "method", "y", "u"], rows));
     let (id, caption, data) = ("couette-profiles".into(), caption.into(), "couette-profiles".into());
     evidence.figures.push(Figure { id, caption, data, panels, columns: 3 });
     Ok(())

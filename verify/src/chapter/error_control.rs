@@ -6,9 +6,9 @@ use lsvi::discrete::{DiscreteLagrangian, Galerkin, Interval};
 use lsvi::quadrature::Quadrature;
 use lsvi::{OneStep, State, Trajectory, Variational};
 
-use super::parts::{Required, check, data, log_axis, series};
+use super::parts::order_check;
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Figure, Mark, Panel};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::measure::order::{Expectation, Sample, fit};
 use crate::method;
 use crate::problem::{self, Problem};
@@ -60,42 +60,42 @@ fn tolerances(evidence: &mut Evidence) -> Result<(), StudyError> {
         }
         let worst = |exponent: f64| points.iter().map(|(tol, e)| e / tol.powf(exponent)).fold(0.0, f64::max);
         if name == STIFF {
-            evidence.checks.push(check(
+            evidence.checks.push(Check::new(
                 format!("tolerance/{name}/exceeded"),
                 format!("The error of radau-adaptive on {name}, which is stiff, exceeds its tolerance: largest ratio of the two"),
                 worst(1.0),
-                Required::AtLeast(KEPT),
+                Requirement::AtLeast(KEPT),
                 "the estimate is held to 0.1 tol^{2/3}, and the error of a stiff component is as large as its estimate",
             ));
-            evidence.checks.push(check(
+            evidence.checks.push(Check::new(
                 format!("tolerance/{name}"),
                 format!("The error of radau-adaptive on {name} stays below tol^{{2/3}}: largest ratio of the two"),
                 worst(2.0 / 3.0),
-                Required::AtMost(1.0),
+                Requirement::AtMost(1.0),
                 "a digit above what the estimate is held to",
             ));
         } else {
-            evidence.checks.push(check(
+            evidence.checks.push(Check::new(
                 format!("tolerance/{name}"),
                 format!(
                     "The error of radau-adaptive on {name} at the end keeps its tolerance: largest ratio of the two"
                 ),
                 worst(1.0),
-                Required::AtMost(KEPT),
+                Requirement::AtMost(KEPT),
                 "tolerances from 1e-2 to 1e-10, the relative and the absolute one the same",
             ));
         }
-        curves.push(series(name, points, Mark::LineMarkers));
+        curves.push(Series::new(name, points, Mark::LineMarkers));
     }
     let guide = |label: &str, exponent: f64| {
         let ends = [1e-10_f64, 1e-2].map(|tolerance| (tolerance, tolerance.powf(exponent)));
-        series(label, ends.to_vec(), Mark::Guide)
+        Series::new(label, ends.to_vec(), Mark::Guide)
     };
     curves.extend([guide("error = tolerance", 1.0), guide("error = tolerance^(2/3)", 2.0 / 3.0)]);
     let caption = "Error of radau-adaptive at the end of the run against its tolerance, relative and absolute alike.";
     let columns = ["problem", "tolerance", "error", "steps", "evaluations", "factorizations"];
-    evidence.tables.push(data("tolerances", caption, &columns, rows));
-    let axes = (log_axis("tolerance"), log_axis("error at the end"));
+    evidence.tables.push(Table::data("tolerances", caption, &columns, rows));
+    let axes = (Axis::log("tolerance"), Axis::log("error at the end"));
     evidence.figures.push(Figure {
         id: "tolerances".into(),
         caption: caption.into(),
@@ -147,42 +147,41 @@ fn actions(evidence: &mut Evidence) -> Result<(), StudyError> {
             let measurable = if degree < 3 { 2 } else { 1 };
             for (what, words, samples, order) in orders.into_iter().take(measurable) {
                 let fitted = fit(samples, &Expectation::new(order.into(), 0.1));
-                evidence.checks.push(Check {
-                    id: id(what),
-                    statement: format!("{words} of {method} on {name} is of order {order}"),
-                    outcome: fitted.verdict.into(),
-                    measured: fitted.line.map(|line| line.slope),
-                    required: format!("{order} ± 0.1"),
-                    reason: fitted.reason,
-                });
+                let statement = format!("{words} of {method} on {name} is of order {order}");
+                evidence.checks.push(order_check(id(what), statement, &fitted));
             }
-            evidence.checks.push(check(
+            evidence.checks.push(Check::new(
                 id("bound"),
                 format!("√(2 h L_d) of {method} on {name} is no less than the error of the step: least ratio"),
                 least,
-                Required::AtLeast(1.0),
+                Requirement::AtLeast(1.0),
                 "steps from 0.5 to 0.004 with an error above roundoff",
             ));
             let collocation = one_step(&*problem, degree + 1, degree + 1, 0.1)?;
-            evidence.checks.push(check(
+            evidence.checks.push(Check::new(
                 id("collocation"),
                 format!("With as many nodes as degrees, {}, the action on {name} is zero", degree + 1),
                 collocation.indicator,
-                Required::AtMost(f64::from((degree + 1) * (degree + 1) * 4) * floor),
+                Requirement::AtMost(f64::from((degree + 1) * (degree + 1) * 4) * floor),
                 "the residual vanishes at the nodes, up to rounding",
             ));
             for (what, samples, mark) in [("√(2 h L_d)", indicators, Mark::Guide), ("error", errors, Mark::LineMarkers)]
             {
                 let measured = samples.iter().filter_map(|s| Some((s.h, s.result.as_ref().ok()?)));
                 let points = measured.filter(|(_, m)| m.error > m.floor).map(|(h, m)| (h, m.error));
-                curves.push(series(format!("{name}, {what}"), points.collect(), mark));
+                curves.push(Series::new(format!("{name}, {what}"), points.collect(), mark));
             }
         }
-        let (title, x, y) = (format!("degree {degree}"), log_axis("h"), log_axis("indicator, error of one step"));
+        let (title, x, y) = (format!("degree {degree}"), Axis::log("h"), Axis::log("indicator, error of one step"));
         panels.push(Panel { title, x, y, series: curves, ..Panel::default() });
     }
     let caption = "The action's √(2 h L_d), dashed, and the true error of the first step of ls-galerkin(s,lobatto,s+1), Method I.";
-    evidence.tables.push(data("action-indicator", caption, &["problem", "degree", "h", "indicator", "error"], rows));
+    evidence.tables.push(Table::data(
+        "action-indicator",
+        caption,
+        &["problem", "degree", "h", "indicator", "error"],
+        rows,
+    ));
     let (id, caption, data) = ("action-indicator".into(), caption.into(), "action-indicator".into());
     evidence.figures.push(Figure { id, caption, data, panels, columns: 3 });
     Ok(())
@@ -210,9 +209,15 @@ fn one_step(problem: &dyn Problem, degree: u32, nodes: u32, h: f64) -> Result<St
 
 fn notes() -> Vec<String> {
     vec![
-        "`radau-adaptive` makes errors of the size of its tolerance where the problem is not stiff. Its estimate is of order 3 and          its solution of order 5, and to make up for that the estimate is held to 0.1 tol^{2/3}; on a stiff component, whose          error is as large as the estimate, that is what remains. Ask for a smaller tolerance there: 1e-9 gives six digits."
+        "`radau-adaptive` makes errors of the size of its tolerance where the problem is not stiff. Its estimate is of \
+         order 3 and its solution of order 5, and to make up for that the estimate is held to 0.1 tol^{2/3}; on a stiff \
+         component, whose error is as large as the estimate, that is what remains. Ask for a smaller tolerance there: 1e-9 \
+         gives six digits."
             .into(),
-        "The least-squares action of a step measures its residual. `√(2 h L_d)` bounds the error of the step from above, at no          cost beyond the step, but it falls with `h^{s+1}` and the error with `h^{2s+1}`: for s = 1 it is a useful estimate,          and for paths of higher degree a pessimistic one. With as many nodes as degrees it is zero and says nothing."
+        "The least-squares action of a step measures its residual. `√(2 h L_d)` bounds the error of the step from above, \
+         at no cost beyond the step, but it falls with `h^{s+1}` and the error with `h^{2s+1}`: for s = 1 it is a useful \
+         estimate, and for paths of higher degree a pessimistic one. With as many nodes as degrees it is zero and says \
+         nothing."
             .into(),
     ]
 }

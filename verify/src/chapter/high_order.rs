@@ -8,7 +8,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Outcome, Table};
+use crate::evidence::{Cell, Check, Evidence, Requirement, Table};
 use crate::measure::order::Verdict;
 use crate::method::Method;
 use crate::method::high_order::{Family, LsGalerkin};
@@ -236,45 +236,36 @@ impl Linearised {
 
     fn checks(&self) -> Vec<Check> {
         let name = self.method.name();
-        let check = |what: &str, statement: String, good: bool, measured: f64, required: String| Check {
-            id: format!("{what}/{name}"),
-            statement,
-            outcome: if good { Outcome::Pass } else { Outcome::Fail },
-            measured: Some(measured),
-            required,
-            reason: "one step of the integrator on v̇ = λv".into(),
+        let check = |what: &str, statement: String, measured: f64, required| {
+            Check::new(format!("{what}/{name}"), statement, measured, required, "one step of the integrator on v̇ = λv")
         };
         let (order, infinity) = (self.expected_order(), self.expected_infinity());
         let mut checks = vec![
             check(
                 "linear-order",
                 format!("{name} has order {order} on v̇ = λv"),
-                self.order == order,
                 self.slope,
-                format!("{order}, to the nearest whole number"),
+                Requirement::Near(f64::from(order), 0.5),
             ),
             check(
                 "infinity",
                 format!("R(∞) of {name} is {infinity:.4}"),
-                (self.infinity - infinity).abs() <= self.far_tolerance(),
                 self.infinity,
-                format!("{infinity:.6} ± {:.1e}", self.far_tolerance()),
+                Requirement::Near(infinity, self.far_tolerance()),
             ),
             check(
                 "a-stability",
                 format!("|R| ≤ 1 at all samples of the left half-plane for {name}"),
-                self.is_a_stable(),
                 self.largest,
-                format!("≤ 1 + {ROUNDOFF:e}"),
+                Requirement::AtMost(1.0 + ROUNDOFF),
             ),
         ];
         if let Some(pade) = self.pade_constant() {
             checks.push(check(
                 "error-constant",
                 format!("the error constant of {name} is that of its Padé approximation"),
-                (self.constant - pade).abs() <= self.constant_bound,
                 self.constant,
-                format!("{pade:.6e} ± {:.1e}", self.constant_bound),
+                Requirement::Near(pade, self.constant_bound),
             ));
         }
         checks
@@ -305,7 +296,7 @@ impl Nonlinear {
             statement: format!("{} has order {} on van-der-pol", method.name(), method.order()),
             outcome: self.verdict.into(),
             measured: self.slope,
-            required: format!("{} ± 0.1", method.order()),
+            required: Some(Requirement::Near(f64::from(method.order()), 0.1)),
             reason: self.reason.clone(),
         }
     }
@@ -372,14 +363,13 @@ fn collocates(family: Family, degree: usize) -> Result<Check, StudyError> {
     let difference = distance(&v, &collocation_step(&family.rule(degree)?, h, &start)?);
     // The least-squares equations have the square of the condition of collocation, s⁴, and a few roundings per node.
     let tolerance = 32.0 * (degree as f64).powi(4) * f64::EPSILON;
-    Ok(Check {
-        id: format!("collocation/{}", method.name()),
-        statement: format!("{} is the collocation method of its nodes", method.name()),
-        outcome: if difference <= tolerance { Outcome::Pass } else { Outcome::Fail },
-        measured: Some(difference),
-        required: format!("≤ {tolerance:.1e}"),
-        reason: "a step on van der Pol's oscillator against the Runge–Kutta method with a_ij = ∫₀^{c_i} l_j".into(),
-    })
+    Ok(Check::at_most(
+        format!("collocation/{}", method.name()),
+        format!("{} is the collocation method of its nodes", method.name()),
+        difference,
+        tolerance,
+        "a step on van der Pol's oscillator against the Runge–Kutta method with a_ij = ∫₀^{c_i} l_j",
+    ))
 }
 
 /// A step of the collocation Runge–Kutta method with the nodes of `rule`: Newton's iteration on all stages at once.

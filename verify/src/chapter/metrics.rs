@@ -5,9 +5,9 @@ use lsvi::discrete::Trapezoidal;
 use lsvi::{Jacobian, LeastSquares, OneStep, Variational, VectorField};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::parts::{Required, check, data, log_axis, series, table};
+use super::parts::order_check;
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Figure, Mark, Panel};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::measure::order::{Expectation, Sample, fit};
 use crate::problem;
 use crate::run::distance;
@@ -113,36 +113,36 @@ fn invariant(evidence: &mut Evidence) -> Result<(), StudyError> {
             rows.push(vec![Cell::Text(name.into()), Cell::Number(h), Cell::Number(end[0]), Cell::Number(drift)]);
             drifts.push((h, drift));
         }
-        evidence.checks.push(check(
+        evidence.checks.push(Check::new(
             format!("propagator/{name}"),
             format!("Ten steps in the {name} metric are those of the closed propagator, hλ from 0.01 to 1e4"),
             departure,
-            Required::AtMost(2e-7),
+            Requirement::AtMost(2e-7),
             "[I + (I − hÂ)(I − hA)]⁻¹ [I + hA + I − hÂ] with the adjoint Â = W⁻¹AᵀW; its condition grows like (hλ)² = 1e8: ten roundings of that size",
         ));
         let largest = drifts.iter().map(|(_, drift)| *drift).fold(0.0, f64::max);
         evidence.checks.push(if name == BALANCED {
-            check(
+            Check::new(
                 "invariant/balanced",
                 "In the metric of A and A + B the sum is conserved: largest drift in ten steps, hλ from 0.01 to 1e4",
                 largest,
-                Required::AtMost(2e-11),
+                Requirement::AtMost(2e-11),
                 "cᵀv is conserved where A W⁻¹c = 0; ten roundings times hλ = 1e4",
             )
         } else {
-            check(
+            Check::new(
                 "invariant/euclidean",
                 "In the Euclidean metric A + B drifts: largest drift in ten steps",
                 largest,
-                Required::AtLeast(0.1),
+                Requirement::AtLeast(0.1),
                 "A W⁻¹c ≠ 0 for c = (1, 1)",
             )
         });
-        curves.push(series(name, drifts, Mark::LineMarkers));
+        curves.push(Series::new(name, drifts, Mark::LineMarkers));
     }
     let caption = "A decays into B at rate λ = 1: A after ten steps of Method I from (1, 0), and the drift of A + B.";
-    evidence.tables.push(table("metric-drift", caption, &["metric", "h", "a", "drift"], rows));
-    let (x, y) = (log_axis("hλ"), log_axis("|A + B − 1|"));
+    evidence.tables.push(Table::new("metric-drift", caption, &["metric", "h", "a", "drift"], rows));
+    let (x, y) = (Axis::log("hλ"), Axis::log("|A + B − 1|"));
     evidence.figures.push(Figure {
         id: "metric-drift".into(),
         caption: "Drift of the conserved sum A + B after ten steps of Method I, in two metrics of the residual.".into(),
@@ -167,24 +167,24 @@ fn covariance(evidence: &mut Evidence) -> Result<(), StudyError> {
         let elsewhere = solve(LinearField(t * a * inverse), &Matrix2::identity(), moved, 0.5, steps)?;
         let back = inverse * Vector2::from_vec(elsewhere);
         let in_metric = solve(LinearField(a), &(t.transpose() * t), start, 0.5, steps)?;
-        evidence.checks.push(check(
+        evidence.checks.push(Check::new(
             format!("covariance/{name}"),
             format!("Changing unknowns by a {name} T is the same as measuring in TᵀT: difference of the solutions"),
             distance(back.as_slice(), &in_metric),
-            Required::AtMost(roundoff),
+            Requirement::AtMost(roundoff),
             "|T r|² = rᵀ TᵀT r",
         ));
         let change = distance(back.as_slice(), plain.as_slice());
         let statement = format!("By a {name} of the unknowns the solution of Method I changes");
         evidence.checks.push(if name == "rotation" {
             let statement = format!("{statement} not at all");
-            check("metric/rotation", statement, change, Required::AtMost(roundoff), "TᵀT = I")
+            Check::new("metric/rotation", statement, change, Requirement::AtMost(roundoff), "TᵀT = I")
         } else {
-            check(
+            Check::new(
                 format!("metric/{name}"),
                 statement,
                 change,
-                Required::AtLeast(1e-3),
+                Requirement::AtLeast(1e-3),
                 "another metric, another method",
             )
         });
@@ -214,25 +214,19 @@ fn nonlinear(evidence: &mut Evidence) -> Result<(), StudyError> {
             }
         }
         let fitted = fit(&samples, &Expectation::new(2.0, 0.1));
-        evidence.checks.push(Check {
-            id: format!("order/{name}"),
-            statement: format!("Method I is of second order on van-der-pol in the {name} metric"),
-            outcome: fitted.verdict.into(),
-            measured: fitted.line.map(|line| line.slope),
-            required: "2 ± 0.1".into(),
-            reason: fitted.reason,
-        });
+        let statement = format!("Method I is of second order on van-der-pol in the {name} metric");
+        evidence.checks.push(order_check(format!("order/{name}"), statement, &fitted));
     }
     let ratio = DVector::from_vec(finest).as_slice().windows(2).map(|e| e[1] / e[0]).sum::<f64>();
-    evidence.checks.push(check(
+    evidence.checks.push(Check::new(
         "order/errors-differ",
         "The errors on van-der-pol differ by the metric: |log₁₀| of the ratio at h = 1/160",
         ratio.log10().abs(),
-        Required::AtLeast(0.05),
+        Requirement::AtLeast(0.05),
         "the leading error is h²(¼ W⁻¹JᵀW v″ − v‴/12)",
     ));
     let caption = "Error of Method I on van-der-pol at t = 2 in two metrics.";
-    evidence.tables.push(data("metric-orders", caption, &["metric", "h", "error"], rows));
+    evidence.tables.push(Table::data("metric-orders", caption, &["metric", "h", "error"], rows));
     Ok(())
 }
 

@@ -3,9 +3,8 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::parts::{Required, check, data, linear_axis, log_axis, number, series, table};
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Figure, Mark, Panel, Table};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::measure::stability::{Uniform, numerical_abscissa, spectral_abscissa, spectral_norm, spectral_radius};
 use crate::method::{self, Method};
 use crate::propagator::propagator;
@@ -120,19 +119,19 @@ fn check_search(found: &Found) -> Check {
         "{ASCENTS} ascents from the best of {RANDOM} random matrices in {CHANGES} changes, seed {SEED}, live steps of h = 1"
     );
     if found.order == 2 {
-        return check(
+        return Check::new(
             "search/2",
             "No stable 2 × 2 system is amplified by Method I: largest spectral radius found",
             found.radius,
-            Required::AtMost(1.0 + ROUNDOFF),
+            Requirement::AtMost(1.0 + ROUNDOFF),
             reason,
         );
     }
-    check(
+    Check::new(
         format!("search/{}", found.order),
         format!("Method I amplifies some stable {0} × {0} system: largest spectral radius found", found.order),
         found.radius,
-        Required::AtLeast(1.0 + 1e-3),
+        Requirement::AtLeast(1.0 + 1e-3),
         reason,
     )
 }
@@ -146,11 +145,11 @@ fn rivals_damp(found: &[Found]) -> Result<Check, StudyError> {
             largest = largest.max(spectral_radius(&propagator(&*method, &found.matrix)?));
         }
     }
-    Ok(check(
+    Ok(Check::new(
         "rivals",
         "A-stable Runge–Kutta methods damp all of these systems: largest spectral radius",
         largest,
-        Required::AtMost(1.0),
+        Requirement::AtMost(1.0),
         "the eigenvalues of R(hA) are R(hλ); trapezoidal rule, implicit midpoint, implicit Euler and SDIRK2",
     ))
 }
@@ -183,29 +182,29 @@ fn dissipative_systems(method_i: &dyn Method, rule: &dyn Method) -> Result<(Vec<
     }
     let reason = format!("{TRIED} random matrices −BᵀB + K, K skew, of each of the orders 2, 3 and 4, seed {SEED}");
     let checks = vec![
-        check(
+        Check::new(
             "dissipative/radius",
             "Where the symmetric part of A is negative semidefinite Method I is stable: largest spectral radius",
             radius,
-            Required::AtMost(1.0 + ROUNDOFF),
+            Requirement::AtMost(1.0 + ROUNDOFF),
             reason.clone(),
         ),
-        check(
+        Check::new(
             "dissipative/norm",
             "Even there one step of Method I may lengthen v, which the solution never does: largest norm of a step",
             norm,
-            Required::AtLeast(1.0 + 1e-3),
+            Requirement::AtLeast(1.0 + 1e-3),
             reason.clone(),
         ),
-        check(
+        Check::new(
             "dissipative/rule",
             "The trapezoidal rule lengthens no v on these systems: largest norm of a step",
             rule_norm,
-            Required::AtMost(1.0 + ROUNDOFF),
+            Requirement::AtMost(1.0 + ROUNDOFF),
             reason,
         ),
     ];
-    let table = table(
+    let table = Table::new(
         "non-normal-norms",
         "Among random systems with a negative semidefinite symmetric part, those that one step of Method I lengthens most: \
          largest eigenvalue of the symmetric part, spectral radius and norm of the step, and the trapezoidal rule's norm.",
@@ -232,7 +231,7 @@ fn matrices(found: &[Found]) -> Table {
             Cell::Number(found.radius),
         ]
     };
-    table(
+    Table::new(
         "non-normal-matrices",
         "The matrices hA, rows separated by semicolons, that Method I amplifies most in the search: largest real part of an \
          eigenvalue, largest eigenvalue of the symmetric part, and spectral radius of a live step.",
@@ -254,12 +253,17 @@ fn example_runs(a: &DMatrix<f64>) -> Result<(Figure, Table), StudyError> {
         let mut curve = Vec::new();
         for n in 0..=STEPS {
             curve.push((n as f64, v.norm()));
-            rows.push(vec![Cell::Text("run".into()), Cell::Text(name.into()), number(n as f64), number(v.norm())]);
+            rows.push(vec![
+                Cell::Text("run".into()),
+                Cell::Text(name.into()),
+                Cell::found(n as f64),
+                Cell::found(v.norm()),
+            ]);
             v = &step * v;
         }
         let mark = if name == "exact" { Mark::Guide } else { Mark::Line };
         // What has decayed beyond ten digits says no more.
-        runs.push(series(name, curve.into_iter().filter(|(_, size)| *size > 1e-10).collect(), mark));
+        runs.push(Series::new(name, curve.into_iter().filter(|(_, size)| *size > 1e-10).collect(), mark));
     }
     for name in SHOWN {
         let method = method::parse(name)?;
@@ -268,11 +272,16 @@ fn example_runs(a: &DMatrix<f64>) -> Result<(Figure, Table), StudyError> {
             let scale = 10_f64.powf(f64::from(k) / 15.0);
             let radius = spectral_radius(&propagator(&*method, &(scale * a))?);
             curve.push((scale, radius));
-            rows.push(vec![Cell::Text("step".into()), Cell::Text(name.into()), number(scale), number(radius)]);
+            rows.push(vec![
+                Cell::Text("step".into()),
+                Cell::Text(name.into()),
+                Cell::found(scale),
+                Cell::found(radius),
+            ]);
         }
-        radii.push(series(name, curve, Mark::Line));
+        radii.push(Series::new(name, curve, Mark::Line));
     }
-    radii.push(series("1", vec![(0.01, 1.0), (100.0, 1.0)], Mark::Guide));
+    radii.push(Series::new("1", vec![(0.01, 1.0), (100.0, 1.0)], Mark::Guide));
     let panel = |title: &str, x, y, series| Panel { title: title.into(), x, y, series, field: None };
     let figure = Figure {
         id: "non-normal-example".into(),
@@ -281,14 +290,14 @@ fn example_runs(a: &DMatrix<f64>) -> Result<(Figure, Table), StudyError> {
             .into(),
         data: "non-normal-example".into(),
         panels: vec![
-            panel("a run", linear_axis("number of steps", Some((0.0, STEPS as f64))), log_axis("|v|"), runs),
-            panel("over the step size", log_axis("h"), linear_axis("spectral radius", Some((0.0, 1.5))), radii),
+            panel("a run", Axis::linear("number of steps").between(0.0, STEPS as f64), Axis::log("|v|"), runs),
+            panel("over the step size", Axis::log("h"), Axis::linear("spectral radius").between(0.0, 1.5), radii),
         ],
         columns: 2,
     };
     let caption =
         "Length |v| by number of steps, and spectral radius of a step by step size, of the stable 3 × 3 system.";
-    Ok((figure, data("non-normal-example", caption, &["part", "method", "steps_or_h", "value"], rows)))
+    Ok((figure, Table::data("non-normal-example", caption, &["part", "method", "steps_or_h", "value"], rows)))
 }
 
 fn notes(found: &[Found]) -> Vec<String> {

@@ -5,9 +5,8 @@ use std::ops::ControlFlow;
 use lsvi::{SolveError, StepError};
 use rayon::prelude::*;
 
-use super::parts::{Required, check, data, linear_axis, log_axis, number, series, table};
 use super::{Context, Study, StudyError};
-use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Table};
+use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::method::{self, Method};
 use crate::problem::{self, Problem};
 use crate::run::{RunError, run, run_while};
@@ -68,7 +67,7 @@ fn arenas() -> [Arena; 2] {
             near: 0.1,
             h: grid(|s| 10_f64.powf(2.0 * s - 1.0)),
             v0: grid(|s| 10_f64.powf(2.0 * s - 1.0)),
-            axes: || [log_axis("h"), log_axis("v₀")],
+            axes: || [Axis::log("h"), Axis::log("v₀")],
             marked: " The first step of Method I has a solution below the dashed line.",
         },
         Arena {
@@ -79,7 +78,7 @@ fn arenas() -> [Arena; 2] {
             near: 1e-6,
             h: grid(|s| 6.0 * s),
             v0: grid(|s| 0.01 * 300_f64.powf(s)),
-            axes: || [linear_axis("h", Some((0.0, 6.0))), log_axis("v₀")],
+            axes: || [Axis::linear("h").between(0.0, 6.0), Axis::log("v₀")],
             marked: " Below the spurious steady state v = ½ − 1/h Method I goes to 0 instead of 1; the dashed line is the fold of \
                      its first step.",
         },
@@ -172,7 +171,7 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
     evidence.checks.push(spurious_method_ii()?);
     evidence.tables.insert(
         0,
-        table(
+        Table::new(
             "nonlinear-fates",
             format!("What becomes of runs from a grid of {GRID} × {GRID} pairs (h, v₀), as parts of all of them."),
             &["problem", "method", "right_steady_state", "wrong_steady_state", "no_step", "unsettled"],
@@ -196,37 +195,37 @@ fn checks(arena: &Arena, maps: &[Map], fold: &[(f64, f64)]) -> Vec<Check> {
         |method: &str, fate| maps.iter().find(|map| map.method == method).map_or(f64::NAN, |map| map.share(fate));
     let grid = format!("{GRID} × {GRID} pairs (h, v₀), runs of up to {STEPS} steps");
     let mut checks = vec![
-        check(
+        Check::new(
             id("implicit-euler"),
             on("implicit Euler reaches the right steady state from every start: part of the starts"),
             share("implicit-euler", Fate::Right),
-            Required::AtLeast(1.0),
+            Requirement::AtLeast(1.0),
             grid.as_str(),
         ),
-        check(
+        Check::new(
             id("method-i"),
             on("Method I does not, it is not unconditionally stable: part of the starts that reach it"),
             share("method-i", Fate::Right),
-            Required::AtMost(0.99),
+            Requirement::AtMost(0.99),
             grid.as_str(),
         ),
     ];
     if arena.problem == "quadratic-drag" {
         let exact = drag_fold();
         let deviation = fold.iter().map(|(h, v0)| (h * v0 / exact - 1.0).abs()).fold(0.0, f64::max);
-        checks.push(check(
+        checks.push(Check::new(
             id("fold"),
             format!("Method I loses its branch at h v₀ = {exact:.6}, the fold of its cubic: largest relative deviation of live steps"),
             if fold.is_empty() { f64::NAN } else { deviation },
             // A fold is located to 1e-10 of the step; Newton's iteration gives up where √(distance) is at roundoff.
-            Required::AtMost(1e-8),
+            Requirement::AtMost(1e-8),
             "2X³ + 3X² + (2 − 2W) X + W² − 2W = 0, X = h v₁, has a double root there",
         ));
-        checks.push(check(
+        checks.push(Check::new(
             id("below-fold"),
             on("every run of Method I that starts below the fold reaches the right steady state: starts that do not"),
             mismatches(arena, maps, exact),
-            Required::AtMost(0.0),
+            Requirement::AtMost(0.0),
             grid.as_str(),
         ));
     }
@@ -263,11 +262,11 @@ fn spurious_drag() -> Result<Check, StudyError> {
     let (h, v0) = (0.5, -1.0);
     let end = run(&*problem("quadratic-drag", v0)?, &*method::parse("method-i")?, h, 200.0, |_| {});
     let v = end.map_or(f64::NAN, |state| state.q[0]);
-    Ok(check(
+    Ok(Check::new(
         "quadratic-drag/spurious",
         "On v̇ = −v² Method I turns the runaway from v₀ = −1 into a steady state at v = −1/h, where f is not zero: distance",
         (v + 1.0 / h).abs(),
-        Required::AtMost(1e-12),
+        Requirement::AtMost(1e-12),
         "h = 0.5, 400 steps; fixed points satisfy (2 − hJ) f = 0, and hJ = 2 at v = −1/h",
     ))
 }
@@ -285,39 +284,39 @@ fn spurious_logistic() -> Result<(Vec<Check>, Table), StudyError> {
         let distance = 1e-5;
         let (predicted, factor) = (4.0 / (8.0 - h * h), (end(spurious + distance, 1)? - spurious) / distance);
         let (below, above) = (end(0.9 * spurious, STEPS)?, end(1.1 * spurious, STEPS)?);
-        rows.push([h, spurious, predicted, factor, below, above].map(number).to_vec());
-        checks.push(check(
+        rows.push([h, spurious, predicted, factor, below, above].map(Cell::found).to_vec());
+        checks.push(Check::new(
             format!("logistic/factor-{h}"),
             format!("On v̇ = v (1 − v) with h = {h} a step of Method I multiplies a small distance from v = ½ − 1/h by 4/(8 − h²): relative deviation"),
             (factor / predicted - 1.0).abs(),
-            Required::AtMost(1e-3),
+            Requirement::AtMost(1e-3),
             "from a distance of 10⁻⁵, times curvatures of order 10",
         ));
-        checks.push(check(
+        checks.push(Check::new(
             format!("logistic/separatrix-{h}"),
             format!(
                 "With h = {h} runs from a tenth above it end at 1, runs from a tenth below it at 0: largest distance"
             ),
             (above - 1.0).abs().max(below.abs()),
-            Required::AtMost(1e-12),
+            Requirement::AtMost(1e-12),
             "2000 steps; 0 attracts for h > 2, where 1/(1 − h + h²/2) < 1",
         ));
     }
     let caption = "Method I on v̇ = v (1 − v) near its spurious steady state: the factor of a small distance in one step, predicted and \
                    of a live one, and where runs from 0.9 and 1.1 times the state end.";
     let columns = ["h", "spurious", "predicted", "factor", "from_below", "from_above"];
-    Ok((checks, table("spurious-logistic", caption, &columns, rows)))
+    Ok((checks, Table::new("spurious-logistic", caption, &columns, rows)))
 }
 
 /// The fixed points of Method II satisfy J f = 0: v = ½ is one on logistic growth.
 fn spurious_method_ii() -> Result<Check, StudyError> {
     let (h, v0) = (1.0, 0.5);
     let end = run(&*problem("logistic", v0)?, &*method::parse("method-ii")?, h, STEPS as f64 * h, |_| {})?;
-    Ok(check(
+    Ok(Check::new(
         "logistic/method-ii",
         "On v̇ = v (1 − v) Method II stays at v = ½, where the growth is fastest: distance",
         (end.q[0] - 0.5).abs(),
-        Required::AtMost(1e-12),
+        Requirement::AtMost(1e-12),
         "h = 1, 2000 steps",
     ))
 }
@@ -333,12 +332,12 @@ fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>) -> (Figure, Table) {
         let inside = |(h, _): &&(f64, f64)| *h <= arena.h[arena.h.len() - 1];
         let marked = map.method == "method-i" && !fold.is_empty();
         let curve = marked
-            .then(|| series("fold of the first step", fold.iter().filter(inside).copied().collect(), Mark::Guide));
+            .then(|| Series::new("fold of the first step", fold.iter().filter(inside).copied().collect(), Mark::Guide));
         let values = map.fates.iter().map(|row| row.iter().map(|fate| f64::from(*fate as u8)).collect()).collect();
         let separatrix = (arena.problem == "logistic" && map.method == "method-i").then(|| {
             let points =
                 (1..=40).map(|i| 2.0 + (8.0_f64.sqrt() - 2.0) * f64::from(i) / 40.0).map(|h| (h, spurious_state(h)));
-            series("v = ½ − 1/h", points.collect(), Mark::Line)
+            Series::new("v = ½ − 1/h", points.collect(), Mark::Line)
         });
         Panel {
             title: map.method.into(),
@@ -373,12 +372,12 @@ fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>) -> (Figure, Table) {
         for (v0, fates) in arena.v0.iter().zip(&map.fates) {
             for (h, fate) in arena.h.iter().zip(fates) {
                 let fate = format!("{fate:?}").to_lowercase();
-                rows.push(vec![Cell::Text(map.method.into()), number(*h), number(*v0), Cell::Text(fate)]);
+                rows.push(vec![Cell::Text(map.method.into()), Cell::found(*h), Cell::found(*v0), Cell::Text(fate)]);
             }
         }
     }
     let caption = format!("What becomes of runs on {}.", arena.equation);
-    (figure, data(&id, caption, &["method", "h", "v0", "fate"], rows))
+    (figure, Table::data(&id, caption, &["method", "h", "v0", "fate"], rows))
 }
 
 fn notes() -> Vec<String> {

@@ -3,9 +3,9 @@
 use lsvi::closure::{Closure, Linear};
 use rayon::prelude::*;
 
-use super::parts::{Required, check, data, linear_axis, log_axis, number, series, table};
+use super::parts::order_check;
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Figure, Mark, Panel, Table};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::measure::order::{Expectation, Sample, fit, ladder};
 use crate::method;
 use crate::problem::{self, Problem};
@@ -57,13 +57,13 @@ fn one_step() -> Result<Part, StudyError> {
         for k in 0..=72 {
             let h = 10_f64.powf(f64::from(k) / 24.0 - 1.5);
             let error = (amplification(name, h)? - (-h).exp()).abs();
-            rows.push(vec![Cell::Text(name.into()), number(h), number(error)]);
+            rows.push(vec![Cell::Text(name.into()), Cell::found(h), Cell::found(error)]);
             points.push((h, error));
         }
         if name == "fitted(1)" {
             largest_fitted = points.iter().map(|p| p.1).fold(0.0, f64::max);
         } else {
-            curves.push(series(name, points, Mark::Line));
+            curves.push(Series::new(name, points, Mark::Line));
         }
     }
     // At the finest h of each run, where only roundoff and the order are left.
@@ -78,14 +78,8 @@ fn one_step() -> Result<Part, StudyError> {
             }
         });
         let fitted = fit(&samples.collect::<Vec<_>>(), &Expectation::new(expected, 0.1));
-        Ok(Check {
-            id: format!("order/{name}"),
-            statement: format!("{name} is of order {expected} on v̇ = −v at t = 2"),
-            outcome: fitted.verdict.into(),
-            measured: fitted.line.map(|line| line.slope),
-            required: format!("{expected} ± 0.1"),
-            reason: fitted.reason,
-        })
+        let statement = format!("{name} is of order {expected} on v̇ = −v at t = 2");
+        Ok(order_check(format!("order/{name}"), statement, &fitted))
     };
     let figure = Figure {
         id: "closure-errors".into(),
@@ -94,15 +88,15 @@ fn one_step() -> Result<Part, StudyError> {
                   exactly fitted closure lies at roundoff, below the picture."
                 .into(),
         data: "closure-errors".into(),
-        panels: vec![Panel { x: log_axis("h"), y: log_axis("error of one step"), series: curves, ..Panel::default() }],
+        panels: vec![Panel { x: Axis::log("h"), y: Axis::log("error of one step"), series: curves, ..Panel::default() }],
         columns: 1,
     };
     let checks = vec![
-        check(
+        Check::new(
             "fitted/exact",
             "The closure fitted to λ = 1 is exact on v̇ = −v for every step size: largest error of one step",
             largest_fitted,
-            Required::AtMost(8.0 * f64::EPSILON),
+            Requirement::AtMost(8.0 * f64::EPSILON),
             "73 step sizes from 0.03 to 30, a few roundings of a number below 1",
         ),
         order("fitted-pade(1)", 3.0)?,
@@ -111,7 +105,7 @@ fn one_step() -> Result<Part, StudyError> {
     let caption = "Error of one step on v̇ = −v.";
     Ok(Part {
         checks,
-        tables: vec![data("closure-errors", caption, &["method", "h", "error"], rows)],
+        tables: vec![Table::data("closure-errors", caption, &["method", "h", "error"], rows)],
         figure: Some(figure),
     })
 }
@@ -151,30 +145,30 @@ fn constants() -> Result<Part, StudyError> {
     let rows: Vec<[f64; 9]> = rows.collect::<Result<_, StudyError>>()?;
     let over = |f: fn(&[f64; 9]) -> f64| rows.iter().map(f).fold(0.0, f64::max);
     let checks = vec![
-        check(
+        Check::new(
             "minimax/equal",
             "The two extreme errors of the minimax constant are equal, over live steps: largest relative difference",
             over(|r| (r[4] + r[3]).abs() / r[4]),
             // 300 samples miss a maximum by an eighth of the squared spacing, below 0.07 h, times curvature over height.
-            Required::AtMost(2e-3),
+            Requirement::AtMost(2e-3),
             "the error falls everywhere as θ grows, so that equality marks the best θ",
         ),
-        check(
+        Check::new(
             "minimax/best",
             "Constants on either side of it are worse: largest ratio of its error to the better neighbour's",
             over(|r| r[4].max(-r[3]) / r[5]),
-            Required::AtMost(1.0),
+            Requirement::AtMost(1.0),
             "θ and 1 − θ changed by two parts in a hundred",
         ),
-        check(
+        Check::new(
             "minimax/rivals",
             "It is better than Methods I and II over every range tried: largest ratio of its error to the better of theirs",
             over(|r| r[4].max(-r[3]) / r[6].min(r[7])),
-            Required::AtMost(1.0),
+            Requirement::AtMost(1.0),
             "live steps on v̇ = −v",
         ),
     ];
-    let table = table(
+    let table = Table::new(
         "minimax-constants",
         "The constant θ = −α/β with the least largest error of one step on v̇ = −v over a range of steps, its extreme errors, and \
          the largest errors of others over the same range.",
@@ -227,23 +221,23 @@ fn beyond_one_rate() -> Result<Part, StudyError> {
         for (worst, error) in worst.iter_mut().zip(&errors[3..6]) {
             *worst = worst.max(error / rule);
         }
-        let cells = errors.into_iter().map(number);
-        rows.push([Cell::Text(name.into()), number(h), number(horizon)].into_iter().chain(cells).collect());
+        let cells = errors.into_iter().map(Cell::found);
+        rows.push([Cell::Text(name.into()), Cell::found(h), Cell::found(horizon)].into_iter().chain(cells).collect());
     }
     let columns: Vec<&str> = ["problem", "h", "t_end"].into_iter().chain(METHODS).collect();
-    let table = table(
+    let table = Table::new(
         "closures-beyond",
         "Errors at the end of a run; empty where a step has no solution. Fitting pays where its rate is the problem's, and goes \
          wrong altogether where an eigenvalue of the Jacobian passes λ/2, as for `fitted(1)` on `van-der-pol`.",
         &columns,
         rows,
     );
-    let check = check(
+    let check = Check::new(
         "fitted/no-cure",
         "Each fitted closure loses to the better of the trapezoidal and the midpoint rule on some problem: least of their largest \
          ratios of errors",
         worst.into_iter().fold(f64::INFINITY, f64::min),
-        Required::AtLeast(1.0),
+        Requirement::AtLeast(1.0),
         "`fitted(1)`, `fitted(4)`, `fitted-pade(4)` on the problems of the table",
     );
     Ok(Part { checks: vec![check], tables: vec![table], figure: None })
@@ -277,11 +271,12 @@ fn windows() -> Result<Part, StudyError> {
             rows.push([steps, h, span, mean, law(span)].map(Cell::Number).to_vec());
             points.push((span, mean));
         }
-        curves.push(series(format!("window(K), h = {h}"), points, Mark::LineMarkers));
+        curves.push(Series::new(format!("window(K), h = {h}"), points, Mark::LineMarkers));
     }
     let spans: Vec<f64> = (0..=40).map(|k| 10_f64.powf(f64::from(k) / 15.0 - 1.5)).filter(|s| *s < 30.0).collect();
-    let guide =
-        |label: &str, f: &dyn Fn(f64) -> f64| series(label, spans.iter().map(|s| (*s, f(*s))).collect(), Mark::Guide);
+    let guide = |label: &str, f: &dyn Fn(f64) -> f64| {
+        Series::new(label, spans.iter().map(|s| (*s, f(*s))).collect(), Mark::Guide)
+    };
     curves.push(guide("1/24 + (1 − exp(−2Kh))/(16Kh)", &law));
     curves.push(guide("Method I, 1/6", &|_| 1.0 / 6.0));
     curves.push(guide("trapezoidal rule, 1/12", &|_| 1.0 / 12.0));
@@ -291,23 +286,23 @@ fn windows() -> Result<Part, StudyError> {
             .into(),
         data: "windows".into(),
         panels: vec![Panel {
-            x: log_axis("Kh"),
-            y: linear_axis("mean local error / h³", Some((0.0, 0.2))),
+            x: Axis::log("Kh"),
+            y: Axis::linear("mean local error / h³").between(0.0, 0.2),
             series: curves,
             ..Panel::default()
         }],
         columns: 1,
     };
-    let check = check(
+    let check = Check::new(
         "windows/law",
         "The mean local error of window(K) on v̇ = −v is h³[1/24 + (1 − exp(−2Kh))/(16Kh)]: largest relative deviation, divided by h²",
         deviation,
         // The law is the leading term; by the symmetry of the action under reversal of time the next is smaller by order h².
-        Required::AtMost(1.0),
+        Requirement::AtMost(1.0),
         "K from 1 to 256 at h = 0.1 and 0.03",
     );
     let caption = "Mean local error of windows of K steps on v̇ = −v, in units of h³.";
-    let table = data("windows", caption, &["k", "h", "kh", "mean_error", "law"], rows);
+    let table = Table::data("windows", caption, &["k", "h", "kh", "mean_error", "law"], rows);
     Ok(Part { checks: vec![check], tables: vec![table], figure: Some(figure) })
 }
 

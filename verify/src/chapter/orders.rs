@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Series, Table};
-use crate::measure::order::{OrderFit, Verdict};
+use crate::measure::order::OrderFit;
 use crate::method::{self, Method};
 use crate::order::{OrderError, Source, Truth, measure};
 use crate::problem::{self, Problem};
@@ -85,21 +86,12 @@ pub(super) fn report(measured: &[Measured]) -> Evidence {
 }
 
 fn check(pair: &Measured) -> Check {
-    let (outcome, measured, required, reason) = match &pair.fit {
-        Ok(fit) => {
-            let required = format!("{} ± {}", fit.expected.order, fit.expected.band);
-            (fit.verdict.into(), fit.line.map(|line| line.slope), required, fit.reason.clone())
-        }
-        Err(error @ OrderError::Unmeasured(_)) => (Outcome::NotRun, None, String::new(), error.to_string()),
-        Err(error) => (Verdict::Inconclusive.into(), None, String::new(), error.to_string()),
-    };
-    Check {
-        id: format!("{}/{}", pair.problem, pair.method),
-        statement: format!("{} converges on {} with its order, against {}", pair.method, pair.problem, pair.truth),
-        outcome,
-        measured,
-        required,
-        reason,
+    let id = format!("{}/{}", pair.problem, pair.method);
+    let statement = format!("{} converges on {} with its order, against {}", pair.method, pair.problem, pair.truth);
+    match &pair.fit {
+        Ok(fit) => order_check(id, statement, fit),
+        Err(error @ OrderError::Unmeasured(_)) => Check::undecided(id, statement, Outcome::NotRun, error.to_string()),
+        Err(error) => Check::undecided(id, statement, Outcome::Inconclusive, error.to_string()),
     }
 }
 

@@ -3,7 +3,6 @@
 use lsvi::TwoStep;
 
 use super::mechanics::{Map, discretise, integrators, map, problem, tangent, text};
-use super::parts::{data, table};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{Row, Tolerance, Truth};
@@ -112,7 +111,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         checks,
         tables: vec![
             recurrence_table(&recurrences),
-            table(
+            Table::new(
                 "oscillator-stability",
                 format!(
                     "Intervals of τ = ωh in which the integrators are stable on the oscillator, |R(τ)| ≤ 2, up to τ = \
@@ -120,7 +119,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
                 ),
                 &["method", "interval", "from", "to"],
                 stability),
-            data("oscillator-trace", "R(τ), the trace of the derivative of one step.", &["method", "tau", "trace"], traces),
+            Table::data("oscillator-trace", "R(τ), the trace of the derivative of one step.", &["method", "tau", "trace"], traces),
             motion,
         ],
         figures: vec![curves, figure(panel)],
@@ -297,7 +296,7 @@ fn motion(oscillator: &dyn Problem) -> Result<(Figure, Table), StudyError> {
         columns: 2,
     };
     let caption = "Solutions and energies of (16)–(19) on the oscillator.";
-    Ok((figure, data("oscillator-motion", caption, &["scheme", "t", "x", "p", "energy"], rows)))
+    Ok((figure, Table::data("oscillator-motion", caption, &["scheme", "t", "x", "p", "energy"], rows)))
 }
 
 fn recurrence_table(rows: &[Recurrence]) -> Table {
@@ -305,7 +304,7 @@ fn recurrence_table(rows: &[Recurrence]) -> Table {
         let numbers = [row.tau, row.defect, row.bound].map(Cell::Number);
         [text(row.method.as_str()), text(row.source)].into_iter().chain(numbers).collect()
     });
-    table(
+    Table::new(
         "oscillator-recurrences",
         format!("Largest |xₖ₊₁ − R(τ) xₖ + xₖ₋₁| of {STEPS} live steps of the two-step form, and its rounding."),
         &["method", "recurrence", "tau", "defect", "bound"],

@@ -7,9 +7,8 @@ use lsvi::{State, Trajectory};
 use rayon::prelude::*;
 
 use super::mechanics::{problem, text};
-use super::parts::{Required, check, data, log_axis, series};
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Evidence, Figure, Mark, Outcome, Panel};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Table};
 use crate::problem::{Principle, Problem};
 use crate::reference::{self, ReferenceError};
 use crate::run::distance;
@@ -69,9 +68,9 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         let panel = |label: &str, work: fn(&Point) -> f64| {
             let curves = points.chunk_by(|a, b| a.solver == b.solver).map(|run| {
                 let curve = run.iter().map(|p| (work(p), p.error)).collect();
-                series(run[0].solver.clone(), curve, Mark::LineMarkers)
+                Series::new(run[0].solver.clone(), curve, Mark::LineMarkers)
             });
-            let (x, y) = (log_axis(label), log_axis("error at the end"));
+            let (x, y) = (Axis::log(label), Axis::log("error at the end"));
             Panel { title: title.clone(), x, y, series: curves.collect(), ..Panel::default() }
         };
         panels.push(panel("evaluations", |p| p.counts[1] as f64));
@@ -87,13 +86,13 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         let cheapest = |of: &dyn Fn(&str) -> bool| cheapest(points, of);
         let ours = cheapest(&|solver| solver == "radau-adaptive");
         let theirs = cheapest(&|solver| reference::by_name(solver).is_some());
-        let mut verdict = check(
+        let mut verdict = Check::new(
             format!("{id}/radau-adaptive"),
             format!(
                 "{title}: factorizations of radau-adaptive over the fewest of any peer, for an error of {TARGET:e}"
             ),
             ours / theirs,
-            Required::AtMost(MOST),
+            Requirement::AtMost(MOST),
             "alike, with two factors a step, one of them of twice the order, that are kept over longer steps",
         );
         if !absent.is_empty() && theirs.is_infinite() {
@@ -105,7 +104,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let caption = "Error at the end against evaluations of f, or of the step equations, and against factorizations of matrices: fixed \
                    steps from 8 to 512 in a run, and tolerances from 1e-3 to 1e-9.";
     let columns = ["problem", "solver", "h_or_tolerance", "error", "steps", "evaluations", "factorizations"];
-    evidence.tables.push(data("peers", caption, &columns, rows));
+    evidence.tables.push(Table::data("peers", caption, &columns, rows));
     let (id, data) = ("peers".into(), "peers".into());
     evidence.figures.push(Figure { id, caption: caption.into(), data, panels, columns: 2 });
     evidence.figures.push(Figure {

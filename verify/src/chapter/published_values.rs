@@ -5,9 +5,8 @@ use lsvi::{State, Trajectory};
 use rayon::prelude::*;
 
 use super::mechanics::text;
-use super::parts::{Required, check, number, table};
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Evidence};
+use crate::evidence::{Cell, Check, Evidence, Requirement, Table};
 use crate::method;
 use crate::problem::{self, Published};
 
@@ -42,18 +41,18 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let mut rows_of_table = Vec::new();
     for row in rows.collect::<Result<Vec<_>, _>>()? {
         let id = row.source.to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), "-");
-        evidence.checks.push(check(
+        evidence.checks.push(Check::new(
             format!("{id}/published"),
             format!("The values of {} at t = {} stand: fewest digits of a component", row.problem, row.t),
             row.stand,
-            Required::AtLeast(STAND),
+            Requirement::AtLeast(STAND),
             "against 40-digit arithmetic",
         ));
-        evidence.checks.push(check(
+        evidence.checks.push(Check::new(
             format!("{id}/radau-adaptive"),
             format!("radau-adaptive finds them: fewest digits of a component on {}", row.problem),
             row.found,
-            Required::AtLeast(DIGITS),
+            Requirement::AtLeast(DIGITS),
             format!("relative tolerance {TOLERANCE:e}"),
         ));
         rows_of_table.push(vec![
@@ -62,12 +61,12 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             text(row.source),
             Cell::Integer(row.components as i64),
             Cell::Integer(row.printed as i64),
-            number(row.stand),
-            number(row.found),
+            Cell::found(row.stand),
+            Cell::found(row.found),
             Cell::Integer(row.steps as i64),
         ]);
     }
-    evidence.tables.push(table(
+    evidence.tables.push(Table::new(
         "published-values",
         format!(
             "Published solutions at their end times. Digits are −log₁₀ of the largest relative error of a component, against \

@@ -5,9 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 use nalgebra::Complex;
 use rayon::prelude::*;
 
-use super::parts::{Required, check, data, linear_axis, log_axis, number, series, table};
 use super::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Field, Figure, Mark, Panel, Table};
+use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::measure::stability::growth;
 use crate::method::{self, Method, Stability};
 use crate::propagator::amplitudes;
@@ -90,20 +89,24 @@ impl Profile {
     fn check(&self) -> Check {
         let (claim, measured, required) = match self.declared {
             Stability::Damping if self.is_a_stable() => {
-                ("is A-stable and damps at infinity", self.far, Required::AtMost(DAMPED))
+                ("is A-stable and damps at infinity", self.far, Requirement::AtMost(DAMPED))
             }
             Stability::Neutral if self.is_a_stable() => {
-                ("is A-stable and does not damp at infinity", self.far, Required::AtLeast(DAMPED))
+                ("is A-stable and does not damp at infinity", self.far, Requirement::AtLeast(DAMPED))
             }
-            Stability::Damping | Stability::Neutral => ("is A-stable", self.largest, Required::AtMost(1.0 + ROUNDOFF)),
+            Stability::Damping | Stability::Neutral => {
+                ("is A-stable", self.largest, Requirement::AtMost(1.0 + ROUNDOFF))
+            }
             Stability::Conditional if self.is_a_stable() => {
-                ("is not A-stable", self.largest, Required::AtLeast(1.0 + ROUNDOFF))
+                ("is not A-stable", self.largest, Requirement::AtLeast(1.0 + ROUNDOFF))
             }
-            Stability::Conditional => ("is stable for small steps only", self.real, Required::Within(0.1, 100.0)),
-            Stability::Unstable => ("is stable on no part of the negative real axis", self.real, Required::AtMost(0.0)),
+            Stability::Conditional => ("is stable for small steps only", self.real, Requirement::Within(0.1, 100.0)),
+            Stability::Unstable => {
+                ("is stable on no part of the negative real axis", self.real, Requirement::AtMost(0.0))
+            }
         };
         let reason = "live steps over the left half-plane, |hλ| from 10⁻² to 10⁴ in 40 radii and 13 directions";
-        check(format!("class/{}", self.name), format!("{} {claim}", self.name), measured, required, reason)
+        Check::new(format!("class/{}", self.name), format!("{} {claim}", self.name), measured, required, reason)
     }
 
     fn row(&self) -> Vec<Cell> {
@@ -169,7 +172,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let mut checks: Vec<Check> = profiles.iter().map(Profile::check).collect();
     checks.extend(family.checks());
     checks.extend(known_limits(&profiles));
-    let classes = table(
+    let classes = Table::new(
         "stability",
         "What a search with live steps on v̇ = λv finds: the largest growth for Re hλ ≤ 0 and where it is met, the growth at \
          |hλ| = 10⁶, and the stable parts of the negative real and the imaginary axis, counted from 0.",
@@ -230,9 +233,9 @@ fn regions(subjects: &[Box<dyn Method>], context: &Context) -> (Figure, Table) {
         .collect();
     let panels = subjects.iter().zip(&maps).map(|(method, values)| Panel {
         title: method.name(),
-        x: linear_axis("Re hλ", None),
-        y: linear_axis("Im hλ", None),
-        series: vec![series("Re hλ = 0", vec![(0.0, 0.0), (0.0, 6.0)], Mark::Guide)],
+        x: Axis::linear("Re hλ"),
+        y: Axis::linear("Im hλ"),
+        series: vec![Series::new("Re hλ = 0", vec![(0.0, 0.0), (0.0, 6.0)], Mark::Guide)],
         field: Some(Field {
             x: x.clone(),
             y: y.clone(),
@@ -257,12 +260,12 @@ fn regions(subjects: &[Box<dyn Method>], context: &Context) -> (Figure, Table) {
     let mut rows = Vec::new();
     for (j, y) in y.iter().enumerate() {
         for (i, x) in x.iter().enumerate() {
-            let values = maps.iter().map(|map| number(map[j][i]));
+            let values = maps.iter().map(|map| Cell::found(map[j][i]));
             rows.push([*x, *y].map(Cell::Number).into_iter().chain(values).collect());
         }
     }
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-    (figure, data("stability-regions", "Growth |R| of one step on v̇ = λv by method.", &columns, rows))
+    (figure, Table::data("stability-regions", "Growth |R| of one step on v̇ = λv by method.", &columns, rows))
 }
 
 /// Growth along the negative real and the imaginary axis.
@@ -284,15 +287,17 @@ fn along_axes() -> Result<(Figure, Table), StudyError> {
         for (method, curve) in methods.iter().zip(&curves) {
             let name = || Cell::Text(method.name());
             rows.extend(
-                curve.iter().map(|(r, growth)| vec![Cell::Text(title.into()), name(), number(*r), number(*growth)]),
+                curve
+                    .iter()
+                    .map(|(r, growth)| vec![Cell::Text(title.into()), name(), Cell::found(*r), Cell::found(*growth)]),
             );
         }
-        let drawn = methods.iter().zip(curves).map(|(method, points)| series(method.name(), points, Mark::Line));
-        let one = series("|R| = 1", vec![(radii[0], 1.0), (radii[radii.len() - 1], 1.0)], Mark::Guide);
+        let drawn = methods.iter().zip(curves).map(|(method, points)| Series::new(method.name(), points, Mark::Line));
+        let one = Series::new("|R| = 1", vec![(radii[0], 1.0), (radii[radii.len() - 1], 1.0)], Mark::Guide);
         panels.push(Panel {
             title: title.into(),
-            x: log_axis(label),
-            y: log_axis("|R| for each step"),
+            x: Axis::log(label),
+            y: Axis::log("|R| for each step"),
             series: drawn.chain([one]).collect(),
             field: None,
         });
@@ -307,7 +312,10 @@ fn along_axes() -> Result<(Figure, Table), StudyError> {
         panels,
         columns: 2,
     };
-    Ok((figure, data("stability-axes", "Growth |R| along two rays.", &["axis", "method", "radius", "growth"], rows)))
+    Ok((
+        figure,
+        Table::data("stability-axes", "Growth |R| along two rays.", &["axis", "method", "radius", "growth"], rows),
+    ))
 }
 
 /// The closures (α, β) by the ratio α/β.
@@ -336,18 +344,18 @@ impl Family {
         // R(∞) = α/β up to terms of order 1/|z|, with a factor of at most 4.
         let at_infinity = self.members.iter().map(|(ratio, _, far)| (far - ratio.abs()).abs()).fold(0.0, f64::max);
         [
-            check(
+            Check::new(
                 "theorem/a-stable",
                 "The closure (α, β) is A-stable if and only if |α| ≤ |β|: members for which the search disagrees",
                 disagreeing as f64,
-                Required::AtMost(0.0),
+                Requirement::AtMost(0.0),
                 format!("{} ratios α/β from −1.5 to 1.5", self.members.len()),
             ),
-            check(
+            Check::new(
                 "theorem/infinity",
                 "|R(∞)| = |α/β|, so that the closure damps at infinity if and only if α = 0: largest deviation",
                 at_infinity,
-                Required::AtMost(10.0 / FAR),
+                Requirement::AtMost(10.0 / FAR),
                 "at hλ = −10⁶, where the next term is of order 1/|hλ|",
             ),
         ]
@@ -356,12 +364,12 @@ impl Family {
     fn show(&self) -> (Figure, Table) {
         let curve = |f: fn(&(f64, f64, f64)) -> f64| self.members.iter().map(|m| (m.0, f(m))).collect();
         let panel = Panel {
-            x: linear_axis("α/β", None),
-            y: linear_axis("|R|", Some((0.0, 2.0))),
+            x: Axis::linear("α/β"),
+            y: Axis::linear("|R|").between(0.0, 2.0),
             series: vec![
-                series("largest |R| for Re hλ ≤ 0", curve(|m| m.1.min(2.0)), Mark::LineMarkers),
-                series("|R| at hλ = −10⁶", curve(|m| m.2), Mark::Line),
-                series("|R| = 1", vec![(-1.5, 1.0), (1.5, 1.0)], Mark::Guide),
+                Series::new("largest |R| for Re hλ ≤ 0", curve(|m| m.1.min(2.0)), Mark::LineMarkers),
+                Series::new("|R| at hλ = −10⁶", curve(|m| m.2), Mark::Line),
+                Series::new("|R| = 1", vec![(-1.5, 1.0), (1.5, 1.0)], Mark::Guide),
             ],
             ..Panel::default()
         };
@@ -376,7 +384,15 @@ impl Family {
         };
         let rows = self.members.iter().map(|(a, b, c)| [*a, *b, *c].map(Cell::Number).to_vec()).collect();
         let caption = "Largest growth for Re hλ ≤ 0 and growth at hλ = −10⁶ of the closures (α, β).";
-        (figure, data("stability-family", caption, &["alpha_over_beta", "largest_growth", "growth_at_infinity"], rows))
+        (
+            figure,
+            Table::data(
+                "stability-family",
+                caption,
+                &["alpha_over_beta", "largest_growth", "growth_at_infinity"],
+                rows,
+            ),
+        )
     }
 }
 
@@ -391,9 +407,9 @@ fn known_limits(profiles: &[Profile]) -> Vec<Check> {
         let profile = profiles.iter().find(|profile| profile.name == name)?;
         let found = if axis == "imaginary axis" { profile.imaginary } else { profile.real };
         // Where |R| = 1 is crossed with a slope of order 1, the allowance for roundoff moves the limit by as much.
-        let required = Required::Within(exact - 1e-6, exact + 1e-6);
+        let required = Requirement::Within(exact - 1e-6, exact + 1e-6);
         let statement = format!("{name} is stable on the {axis} up to {exact:.6}");
-        Some(check(format!("limit/{name}/{axis}"), statement, found, required, source))
+        Some(Check::new(format!("limit/{name}/{axis}"), statement, found, required, source))
     };
     known.into_iter().filter_map(find).collect()
 }

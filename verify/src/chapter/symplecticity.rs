@@ -4,9 +4,9 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::mechanics::{held_map, integrators, map, problem, tangent, tangent_projector, text};
-use super::parts::{data, table};
+use super::parts::order_check;
 use super::{Context, Study, StudyError};
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{self, Tolerance, Truth};
 use crate::measure::order::{Expectation, OrderFit, Sample, fit};
 use crate::method::{self, Method};
@@ -208,17 +208,11 @@ fn check(row: &Row) -> Check {
             let statement = format!("{method} is symplectic on {problem}");
             Check::at_most(id, statement, worst, 1.0, "largest defect over its rounding, of 21 step sizes")
         }
-        Some(fit) => Check {
-            id,
-            statement: format!(
-                "{method} is not symplectic on {problem}, with a defect of h to the power {}",
-                fit.expected.order
-            ),
-            outcome: fit.verdict.into(),
-            measured: fit.line.map(|line| line.slope),
-            required: format!("{} ± {}", fit.expected.order, fit.expected.band),
-            reason: fit.reason.clone(),
-        },
+        Some(fit) => {
+            let power = fit.expected.order;
+            let statement = format!("{method} is not symplectic on {problem}, with a defect of h to the power {power}");
+            order_check(id, statement, fit)
+        }
     }
 }
 
@@ -236,7 +230,7 @@ fn summary(rows: &[Row]) -> crate::evidence::Table {
             text(if row.fit.is_none() { "symplectic" } else { "not symplectic" }),
         ]
     });
-    table(
+    Table::new(
         "symplecticity",
         "Defect of symplecticity of one step of size h, the rounding of its computation, and the power of h with which it falls.",
         &["problem", "method", "h", "defect", "rounding", "power", "kind"],
@@ -252,7 +246,7 @@ fn points(rows: &[Row]) -> crate::evidence::Table {
         })
     });
     let columns = ["problem", "method", "h", "defect", "rounding"];
-    data("symplecticity-points", "Defects at all step sizes.", &columns, rows.collect())
+    Table::data("symplecticity-points", "Defects at all step sizes.", &columns, rows.collect())
 }
 
 fn figure(rows: &[Row]) -> Figure {

@@ -6,9 +6,8 @@ use lsvi::{State, Trajectory, Work};
 use rayon::prelude::*;
 
 use super::mechanics::{integrators, problem, text};
-use super::parts::{data, table};
 use super::{Context, Study, StudyError};
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::method::{self, Method};
 use crate::problem::Problem;
 use crate::run::distance;
@@ -57,12 +56,12 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         })
     });
     let columns = ["method", "steps", "residuals", "factorizations", "error"];
-    let data = data("work-precision", "Work and error of every run.", &columns, rows.collect());
+    let data = Table::data("work-precision", "Work and error of every run.", &columns, rows.collect());
     let reached = curves.iter().map(|curve| {
         let count = |f| work_at(curve, f).map_or(Cell::Empty, Cell::Number);
         vec![text(curve.method.as_str()), count(|w| w.steps), count(|w| w.residuals), count(|w| w.factorizations)]
     });
-    let reached = table(
+    let reached = Table::new(
         "work-at-accuracy",
         format!(
             "Work for an error of {TARGET:e} after one period, interpolated; empty where no run of the ladder is that accurate."

@@ -1,7 +1,7 @@
 //! What several claims measure.
 
 use crate::chapter::StudyError;
-use crate::evidence::{Cell, Table};
+use crate::evidence::{Cell, Table, number};
 use crate::method;
 use crate::problem::{self, Problem};
 use crate::run::{distance, run};
@@ -113,50 +113,19 @@ pub(super) fn threshold(
 
 /// A table of numbers with a text in front of each row.
 pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<(Vec<String>, Vec<f64>)>) -> Table {
-    let cell = |x: f64| if x.is_nan() { Cell::Empty } else { Cell::Number(x) };
     let row = |(texts, numbers): (Vec<String>, Vec<f64>)| {
-        texts.into_iter().map(Cell::Text).chain(numbers.into_iter().map(cell)).collect()
+        texts.into_iter().map(Cell::Text).chain(numbers.into_iter().map(Cell::found)).collect()
     };
-    Table {
-        id: id.into(),
-        caption: caption.into(),
-        columns: columns.iter().map(|name| (*name).into()).collect(),
-        rows: rows.into_iter().map(row).collect(),
-        shown: true,
-    }
+    Table::new(id, caption, columns, rows.into_iter().map(row).collect())
 }
 
 /// A number for a sentence: three significant digits, four from 1 to 2.
 pub(super) fn text(x: f64) -> String {
-    let size = x.abs();
-    let signed = |digits: String| digits.replace('-', "−");
-    if !x.is_finite() {
-        return if x > 0.0 { "∞ (a step fails)".into() } else { signed(x.to_string()) };
+    if x == f64::INFINITY {
+        return "∞ (a step fails)".into();
     }
-    match size {
-        0.0 => "0".into(),
-        0.01..10_000.0 => {
-            let leading = if (1.0..2.0).contains(&size) { 3 } else { 2 };
-            let decimals = (leading - size.log10().floor() as i32).max(0);
-            signed(format!("{x:.*}", decimals as usize))
-        }
-        _ => {
-            let scientific = format!("{x:.2e}");
-            let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
-            signed(format!("{mantissa}×10{}", exponent.chars().map(superscript).collect::<String>()))
-        }
-    }
-}
-
-fn superscript(c: char) -> char {
-    match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        // The other digits follow ⁰ in their order.
-        digit => digit.to_digit(10).and_then(|d| char::from_u32('⁰' as u32 + d)).unwrap_or(digit),
-    }
+    let digits = if (1.0..2.0).contains(&x.abs()) { 4 } else { 3 };
+    number::Short::new(x, digits).text()
 }
 
 #[cfg(test)]
@@ -175,7 +144,7 @@ mod tests {
     fn numbers_in_sentences_are_short() {
         let cases = [(0.0, "0"), (1.518_37, "1.518"), (12.345, "12.3"), (-0.012_345, "−0.0123"), (31415.9, "3.14×10⁴")];
         cases.iter().for_each(|(x, expected)| assert_eq!(text(*x), *expected));
-        assert_eq!(text(-2.5e-7), "−2.50×10⁻⁷");
+        assert_eq!(text(-2.5e-7), "−2.5×10⁻⁷");
         assert_eq!(text(f64::INFINITY), "∞ (a step fails)");
     }
 

@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 use crate::chapter::StudyError;
-use crate::evidence::{Figure, Table};
+use crate::evidence::{Figure, Requirement, Table};
 use crate::golden::Row;
 
 /// A statement of a paper and how it is decided.
@@ -67,52 +67,33 @@ pub struct Case {
     /// The number; infinite where there is no solution to measure, never `NaN`.
     pub measured: f64,
     /// What it is compared with.
-    pub required: Required,
-}
-
-/// What a claim says about a number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Required {
-    /// Less than the bound.
-    Below(f64),
-    /// Greater than the bound.
-    Above(f64),
-    /// In the closed interval.
-    Between(f64, f64),
+    pub required: Requirement,
 }
 
 impl Case {
     /// `measured` < `bound`.
     pub fn below(what: impl Into<String>, measured: f64, bound: f64) -> Self {
-        Self { what: what.into(), measured, required: Required::Below(bound) }
+        Self { what: what.into(), measured, required: Requirement::Below(bound) }
     }
 
     /// `measured` > `bound`.
     pub fn above(what: impl Into<String>, measured: f64, bound: f64) -> Self {
-        Self { what: what.into(), measured, required: Required::Above(bound) }
+        Self { what: what.into(), measured, required: Requirement::Above(bound) }
     }
 
     /// `low` ≤ `measured` ≤ `high`.
     pub fn between(what: impl Into<String>, measured: f64, low: f64, high: f64) -> Self {
-        Self { what: what.into(), measured, required: Required::Between(low, high) }
+        Self { what: what.into(), measured, required: Requirement::Within(low, high) }
     }
 
     /// Whether the comparison comes out as claimed; never for `NaN`.
     pub fn holds(&self) -> bool {
-        match self.required {
-            Required::Below(bound) => self.measured < bound,
-            Required::Above(bound) => self.measured > bound,
-            Required::Between(low, high) => (low..=high).contains(&self.measured),
-        }
+        self.required.is_met_by(self.measured)
     }
 
     /// Neither the measured number nor the bound is `NaN`.
     fn is_sound(&self) -> bool {
-        let bound = match self.required {
-            Required::Below(bound) | Required::Above(bound) => bound,
-            Required::Between(low, high) => low + high,
-        };
-        !self.measured.is_nan() && !bound.is_nan()
+        !self.measured.is_nan() && !self.required.bounds().any(f64::is_nan)
     }
 }
 
@@ -204,9 +185,14 @@ impl Finding {
         format!("{} of {}", self.cases.iter().filter(|case| case.holds()).count(), self.cases.len())
     }
 
+    /// How many comparisons lack a number, on either side; all of a finding without any, which rests on nothing.
+    pub fn unsound(&self) -> usize {
+        self.cases.iter().filter(|case| !case.is_sound()).count().max(usize::from(self.cases.is_empty()))
+    }
+
     /// Every number is one, so that the verdict rests on comparisons that were made.
     pub fn is_sound(&self) -> bool {
-        !self.cases.is_empty() && self.cases.iter().all(Case::is_sound)
+        self.unsound() == 0
     }
 }
 
@@ -246,7 +232,7 @@ pub fn verdicts() -> Result<Vec<Row>, StudyError> {
     for (claim, finding) in judge(&|| {}) {
         let finding = finding.as_ref().map_err(|error| format!("{}: {error}", claim.id))?;
         rows.push(Row::text(claim.id, finding.verdict().word()));
-        rows.push(Row::text(comparisons(claim), finding.score()));
+        rows.push(Row::text(format!("{} comparisons", claim.id), finding.score()));
     }
     Ok(rows)
 }
@@ -259,11 +245,6 @@ pub(crate) fn table(id: &str) -> Result<&'static Table, StudyError> {
     let findings = judge(&|| {}).iter().filter_map(|(_, finding)| finding.as_ref().ok());
     let table = findings.flat_map(|finding| &finding.tables).find(|table| table.id == id);
     table.ok_or_else(|| format!("no claim has a table {id}").into())
-}
-
-/// Key of the golden row with a claim's [`Finding::score`].
-pub fn comparisons(claim: &Claim) -> String {
-    format!("{} comparisons", claim.id)
 }
 
 #[cfg(test)]
@@ -286,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_case_that_is_not_a_number_neither_holds_nor_is_sound() {
-        for required in [Required::Below(1.0), Required::Above(1.0), Required::Between(0.0, 1.0)] {
+        for required in [Requirement::Below(1.0), Requirement::Above(1.0), Requirement::Within(0.0, 1.0)] {
             let case = Case { what: String::new(), measured: f64::NAN, required };
             assert!(!case.holds() && !case.is_sound());
         }

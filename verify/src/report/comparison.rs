@@ -8,13 +8,13 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::json::SCHEMA;
-use super::number::Short;
 use super::run::Chapter;
 use super::verdict;
-use crate::evidence::{Cell, Check, Outcome};
+use crate::evidence::number::short;
+use crate::evidence::{Cell, Check, Outcome, Requirement};
 
-/// The part of what a requirement allows (`≤ b`: b, `a ± b`: b) that a measured value may move without mention; of the
-/// value itself where no bound is stated. Roundoff moves a value within its bound from build to build, by less.
+/// The part of a requirement's [scale](Requirement::scale) that a measured value may move without mention; of the value
+/// itself where nothing is required. Roundoff moves a value within its bound from build to build, by less.
 const NOTABLE: f64 = 0.1;
 
 /// The table of the claims' verdicts, with the columns `id` and `verdict`.
@@ -76,6 +76,8 @@ struct EarlierCheck {
     outcome: Outcome,
     /// A number, its name where it is not finite, or null.
     measured: Value,
+    /// A requirement or null; a sentence in files of schema 1, which is not compared.
+    required: Value,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -99,7 +101,8 @@ impl Earlier {
         let malformed = |source| ComparisonError::Malformed { path: path.into(), source };
         // The version first: another schema need not have the same fields.
         let Version { schema } = serde_json::from_str(&text).map_err(malformed)?;
-        if schema != SCHEMA {
+        // Schema 1 differs in what is required of a check only, which was a sentence.
+        if ![1, SCHEMA].contains(&schema) {
             return Err(ComparisonError::Schema { path: path.into(), found: schema });
         }
         let results = serde_json::from_str(&text).map_err(malformed)?;
@@ -190,6 +193,10 @@ fn compare(old: &EarlierChapter, new: &Chapter, changes: &mut Vec<Change>) {
                 if let Some(what) = moved(number(&was.measured), is) {
                     note(&id, what);
                 }
+                let required: Option<Requirement> = serde_json::from_value(was.required.clone()).ok();
+                if let Some(required) = required.filter(|required| Some(*required) != is.required) {
+                    note(&id, format!("required {required} → {}", is.required_text()));
+                }
             }
             (None, Some(is)) => note(&id, format!("new: {}", word(is.outcome))),
             (Some(was), None) => note(&id, format!("gone, it was {}", word(was.outcome))),
@@ -210,23 +217,18 @@ fn pairs<A: Copy, B>(old: Vec<(String, A)>, new: Vec<(String, B)>) -> Vec<(Strin
 
 /// What a measured value did, if it moved by more than is [`NOTABLE`].
 fn moved(was: Option<f64>, check: &Check) -> Option<String> {
-    let show = |x: Option<f64>| x.map_or_else(|| "none".into(), |x| Short::new(x, 4).text());
-    let text = || Some(format!("measured {} → {}, required {}", show(was), show(check.measured), check.required));
+    let show = |x: Option<f64>| x.map_or_else(|| "none".into(), short);
+    let required = check.required.map_or_else(|| "nothing".into(), |required| required.to_string());
+    let text = || Some(format!("measured {} → {}, required {required}", show(was), show(check.measured)));
     match (was, check.measured) {
         (None, None) => None,
         (Some(was), Some(is)) => {
-            let scale = allowance(&check.required).unwrap_or(was.abs());
+            let scale = check.required.map_or(was.abs(), Requirement::scale);
             let is_same = was == is || was.is_nan() && is.is_nan() || (is - was).abs() <= NOTABLE * scale;
             if is_same { None } else { text() }
         }
         _ => text(),
     }
-}
-
-/// b of a requirement `≤ b`, `≥ b` or `a ± b`.
-fn allowance(required: &str) -> Option<f64> {
-    let (_, bound) = required.split_once(['≤', '≥', '±'])?;
-    bound.trim().parse().ok().map(f64::abs)
 }
 
 fn number(value: &Value) -> Option<f64> {

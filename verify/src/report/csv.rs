@@ -4,7 +4,7 @@
 //! exponents as in `1e-6`. An empty cell means that there is no value, and another column says why; `inf`, `-inf` and
 //! `NaN` are written as such, since an empty cell would hide them.
 
-use super::number::exact;
+use crate::evidence::number::exact;
 use crate::evidence::{Cell, Table};
 
 pub(super) fn table(table: &Table) -> Result<Vec<u8>, csv::Error> {

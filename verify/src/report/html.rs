@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::number::{Short, exact};
 use super::plot::{self, Style};
 use super::run::{Chapter, Counts, Run};
 use super::text::{anchor, data_file, escape, inline_html as inline};
 use super::verdict;
+use crate::evidence::number::{Short, exact};
 use crate::evidence::{Cell, Check, Evidence, Figure, Mark, Outcome, Section, Table};
 
 /// Longer tables scroll within the page.
@@ -320,7 +320,7 @@ fn check_table(out: &mut String, chapter: &Chapter, checks: &[&Check]) {
             inline(&check.statement),
             permalink(&id, "check"),
             check.measured.map(sort_key).unwrap_or_default(),
-            inline(&check.required)
+            escape(&check.required_text())
         );
     }
     out.push_str("</tbody></table></div>\n");

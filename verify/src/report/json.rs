@@ -7,7 +7,7 @@ use super::text::data_file;
 use crate::evidence::{Cell, Check, Section};
 
 /// Version of the schema that the file describes.
-pub(super) const SCHEMA: u32 = 1;
+pub(super) const SCHEMA: u32 = 2;
 
 #[derive(Serialize)]
 struct Results<'a> {

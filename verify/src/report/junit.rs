@@ -6,9 +6,9 @@
 
 use std::fmt::Write;
 
-use super::number::exact;
 use super::run::{Chapter, Counts, Run};
 use super::text::escape;
+use crate::evidence::number::exact;
 use crate::evidence::{Check, Outcome};
 
 pub(super) fn document(run: &Run) -> String {
@@ -62,7 +62,7 @@ fn suite(out: &mut String, chapter: &Chapter) {
 fn message(check: &Check) -> String {
     let mut text = format!("{}.", check.statement.trim_end_matches('.'));
     if let Some(measured) = check.measured {
-        let _ = write!(text, " Measured {}, required {}.", exact(measured), check.required);
+        let _ = write!(text, " Measured {}, required {}.", exact(measured), check.required_text());
     }
     if !check.reason.is_empty() {
         let _ = write!(text, " {}", check.reason);

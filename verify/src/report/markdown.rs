@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::comparison::Comparison;
-use super::number::Short;
 use super::run::{Chapter, Counts, Run};
 use super::text::inline_markdown as inline;
 use super::verdict;
+use crate::evidence::number::short;
 use crate::evidence::{Cell, Check, Outcome, Table};
 
 /// GitHub cuts comments at 65 536 characters; what goes beyond is in `index.html`.
@@ -81,7 +81,7 @@ fn open_points(out: &mut String, run: &Run) {
             }
             let _ = write!(out, "- **{}** · {}", inline(&chapter.title), inline(&check.statement));
             if let Some(measured) = check.measured {
-                let _ = write!(out, ": {}, required {}", Short::new(measured, 4).text(), inline(&check.required));
+                let _ = write!(out, ": {}, required {}", short(measured), check.required_text());
             }
             if !check.reason.is_empty() {
                 let _ = write!(out, ". {}", inline(&check.reason));
@@ -125,10 +125,10 @@ fn chapter_details(chapter: &Chapter) -> String {
 }
 
 fn check_row(out: &mut String, check: &Check) {
-    let measured = check.measured.map(|value| Short::new(value, 4).text()).unwrap_or_default();
+    let measured = check.measured.map(short).unwrap_or_default();
     let (symbol, word) = (verdict::symbol(check.outcome), verdict::word(check.outcome));
     let _ =
-        writeln!(out, "| {symbol} {word} | {} | {measured} | {} |", inline(&check.statement), inline(&check.required));
+        writeln!(out, "| {symbol} {word} | {} | {measured} | {} |", inline(&check.statement), check.required_text());
 }
 
 fn show_table(out: &mut String, table: &Table) {
@@ -144,7 +144,7 @@ fn show_table(out: &mut String, table: &Table) {
         for cell in row {
             let text = match cell {
                 Cell::Text(text) => inline(text),
-                Cell::Number(value) => Short::new(*value, 4).text(),
+                Cell::Number(value) => short(*value),
                 Cell::Integer(value) => value.to_string(),
                 Cell::Empty => String::new(),
             };

@@ -6,7 +6,6 @@ mod html;
 mod json;
 mod junit;
 mod markdown;
-mod number;
 mod plot;
 mod run;
 mod svg;

@@ -17,9 +17,9 @@ use kuva::render::render::{PathData, Primitive, Scene, TextAnchor, render_multip
 use kuva::render::render_utils::{auto_nice_range, generate_ticks, generate_ticks_log, wrap_text};
 use kuva::render::theme::Theme;
 
-use super::number::{Short, power_of_ten};
 use super::svg::compact;
 use super::text::escape;
+use crate::evidence::number::{Short, power_of_ten};
 use crate::evidence::{Axis, Field, Mark, Panel, Series};
 
 /// Width and height of a panel in a figure with this many in a row: the more, the smaller, so that the lettering keeps its

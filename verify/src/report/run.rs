@@ -58,6 +58,12 @@ impl Run {
                 "No number in a table is `NaN`; a result that does not exist is left empty",
                 not_numbers(&chapters),
             ),
+            decide("requirements", "Some number fails each requirement, and some number meets it", vacuous(&chapters)),
+            decide(
+                "spacing",
+                "No text has two blanks in a row, such as a broken line leaves behind",
+                runs_of_blanks(&chapters),
+            ),
             decide("data", "Every figure names the table that holds its data", figures_without_data(&chapters)),
             decide("parts", "Every section names tables and figures of its chapter", sections_without_parts(&chapters)),
         ];
@@ -149,14 +155,7 @@ impl Counts {
 const AUDIT: &str = "report";
 
 fn decide(id: &str, statement: &str, defects: Vec<String>) -> Check {
-    Check {
-        id: id.into(),
-        statement: statement.into(),
-        outcome: if defects.is_empty() { Outcome::Pass } else { Outcome::Fail },
-        measured: Some(defects.len() as f64),
-        required: "no exception".into(),
-        reason: defects.join("; "),
-    }
+    Check::at_most(id, statement, defects.len() as f64, 0.0, defects.join("; "))
 }
 
 /// Appends `-2`, `-3`, … to identifiers seen before, and lists them.
@@ -223,6 +222,20 @@ fn not_numbers(chapters: &[Chapter]) -> Vec<String> {
             (count > 0).then(|| format!("{count} in `{}`", table.id))
         })
         .collect()
+}
+
+fn vacuous(chapters: &[Chapter]) -> Vec<String> {
+    let checks = chapters.iter().flat_map(|chapter| &chapter.evidence.checks);
+    let cannot_fail = |check: &&Check| check.required.is_some_and(|required| !required.can_fail());
+    checks.filter(cannot_fail).map(|check| format!("`{}`", check.id)).collect()
+}
+
+fn runs_of_blanks(chapters: &[Chapter]) -> Vec<String> {
+    let texts = chapters.iter().flat_map(|chapter| {
+        let heads = [&chapter.title, &chapter.question, &chapter.source];
+        heads.into_iter().chain(chapter.evidence.texts())
+    });
+    texts.filter(|text| text.contains("  ")).map(|text| format!("“{text}”")).collect()
 }
 
 fn sections_without_parts(chapters: &[Chapter]) -> Vec<String> {

@@ -162,11 +162,11 @@ fn small_steps(sweep: &Sweep) -> Vec<Check> {
 fn explicit_momentum_grows(sweep: &Sweep) -> Check {
     let h = 2.5;
     let errors = PAPERS.map(|method| sweep.error(PROBLEM, method, h));
-    Check::within(
+    Check::at_least(
         "explicit-momentum-grows",
         "p_n = 0 is unstable at h = 2.5: its largest error exceeds that of all four others",
         sweep.error(PROBLEM, "explicit-momentum", h) / max_norm(&errors),
-        [1.0, f64::INFINITY],
+        1.0,
         "|1 − h + h²/2| > 1 for h > 2.",
     )
 }

@@ -1,7 +1,32 @@
-//! Numbers as text: short for the page, exact for files.
+//! Numbers as text, everywhere the same: short for people, exact for files.
+
+use serde::Serializer;
+
+/// JSON has no word for a number that is not finite; it becomes the string `NaN`, `inf` or `-inf`, never `null`.
+pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    if value.is_finite() { serializer.serialize_f64(*value) } else { serializer.collect_str(value) }
+}
+
+/// Four significant digits: `1.234×10⁻⁵`.
+pub fn short(value: f64) -> String {
+    Short::new(value, 4).text()
+}
+
+/// A bound: as it was chosen if that takes six digits at most, and otherwise four digits of it. One a little beyond 1 shows
+/// by how much.
+pub fn bound(value: f64) -> String {
+    let excess = value - 1.0;
+    match excess != 0.0 && excess.abs() < 1e-4 {
+        true => format!("1 {} {}", if excess > 0.0 { '+' } else { '−' }, Short::new(excess.abs(), 1).text()),
+        false => {
+            let is_exact = |digits: usize| format!("{value:.*e}", digits - 1).parse() == Ok(value);
+            Short::new(value, if !is_exact(4) && is_exact(6) { 6 } else { 4 }).text()
+        }
+    }
+}
 
 /// Shortest text that reads back as the same number: `0.1`, `1e-6`, `inf`, `NaN`.
-pub(super) fn exact(value: f64) -> String {
+pub(crate) fn exact(value: f64) -> String {
     // Rust's `{:?}` round-trips and switches to exponents at 1e16 and 1e-5, but keeps `.0` on whole numbers.
     let text = format!("{value:?}");
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
@@ -9,16 +34,16 @@ pub(super) fn exact(value: f64) -> String {
 
 /// A number cut to `digits` significant digits, apart into its decimal mantissa and power of ten.
 #[derive(Debug, PartialEq)]
-pub(super) struct Short {
+pub(crate) struct Short {
     /// Digits with a proper minus sign, or the name of a value that is not finite.
-    pub(super) mantissa: String,
+    pub(crate) mantissa: String,
     /// Power of ten to multiply by, where the number is too large or too small to be written out.
-    pub(super) exponent: Option<i32>,
+    pub(crate) exponent: Option<i32>,
 }
 
 impl Short {
     /// Trailing zeros stay only where digits were cut: `2` is two exactly, `2.000` was rounded.
-    pub(super) fn new(value: f64, digits: usize) -> Self {
+    pub(crate) fn new(value: f64, digits: usize) -> Self {
         if value.is_nan() {
             return Self { mantissa: "not a number".into(), exponent: None };
         }
@@ -48,7 +73,7 @@ impl Short {
     }
 
     /// Plain text: `1.234×10⁻⁵`.
-    pub(super) fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         match (self.exponent, self.mantissa.as_str()) {
             (None, mantissa) => mantissa.into(),
             (Some(exponent), "1") => power_of_ten(exponent),
@@ -59,7 +84,7 @@ impl Short {
 }
 
 /// `10⁻⁵`.
-pub(super) fn power_of_ten(exponent: i32) -> String {
+pub(crate) fn power_of_ten(exponent: i32) -> String {
     let raised = |c| match c {
         '-' => '⁻',
         '1' => '¹',
@@ -101,6 +126,14 @@ mod tests {
         for (value, expected) in cases {
             assert_eq!(Short::new(value, 4).text(), expected, "{value:?}");
         }
+    }
+
+    #[test]
+    fn bounds_show_what_was_chosen() {
+        let cases = [(1.0, "1"), (0.3, "0.3"), (10.0, "10"), (0.0123456, "0.0123456"), (1.0 / 3.0, "0.3333")];
+        cases.iter().for_each(|(value, text)| assert_eq!(bound(*value), *text));
+        assert_eq!(bound(1.0 + 1e-7), "1 + 10⁻⁷");
+        assert_eq!(bound(1.0 - 2e-5), "1 − 2×10⁻⁵");
     }
 
     #[test]

@@ -1,0 +1,72 @@
+//! What was found: checks, tables and figures. Chapters fill these in, the report renders them; neither knows the other.
+
+mod check;
+mod figure;
+pub mod number;
+mod requirement;
+mod table;
+
+pub use check::{Check, Outcome};
+pub use figure::{Axis, Field, Figure, Mark, Panel, Series};
+pub use requirement::Requirement;
+pub use table::{Cell, Table};
+
+use serde::Serialize;
+
+/// All that a study found.
+#[derive(Debug, Clone, Default)]
+pub struct Evidence {
+    /// Decisions.
+    pub checks: Vec<Check>,
+    /// Tables.
+    pub tables: Vec<Table>,
+    /// Figures.
+    pub figures: Vec<Figure>,
+    /// Findings in words, a paragraph each, `inline code` allowed.
+    pub notes: Vec<String>,
+    /// Parts with a heading each, after everything else.
+    pub sections: Vec<Section>,
+    /// Measured times in seconds by what took them; they differ from run to run and stand in `timings.json` alone.
+    pub timings: Vec<(String, f64)>,
+}
+
+impl Evidence {
+    /// Every text that a reader meets.
+    pub fn texts(&self) -> impl Iterator<Item = &String> {
+        let checks = self.checks.iter().flat_map(|check| [&check.statement, &check.reason]);
+        let tables = self.tables.iter().flat_map(|table| {
+            let cells = table.rows.iter().flatten().filter_map(|cell| match cell {
+                Cell::Text(text) => Some(text),
+                _ => None,
+            });
+            [&table.caption].into_iter().chain(cells)
+        });
+        let panels = self.figures.iter().flat_map(|figure| &figure.panels).flat_map(|panel| {
+            let labels = panel.series.iter().map(|series| &series.label);
+            [&panel.title, &panel.x.label, &panel.y.label].into_iter().chain(labels)
+        });
+        let sections = self.sections.iter().flat_map(|section| {
+            let paragraphs = section.paragraphs.iter().flat_map(|(label, text)| [label, text]);
+            [&section.title, &section.mark].into_iter().chain(paragraphs)
+        });
+        let captions = self.figures.iter().map(|figure| &figure.caption);
+        checks.chain(tables).chain(captions).chain(panels).chain(&self.notes).chain(sections)
+    }
+}
+
+/// A part of a chapter with a heading and an anchor of its own.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Section {
+    /// Stable identifier and anchor, unique in the report: `S24-a`. Cells of tables that hold it link here.
+    pub id: String,
+    /// Heading.
+    pub title: String,
+    /// A word set off beside the heading, such as a verdict; may be empty.
+    pub mark: String,
+    /// Labelled paragraphs, `inline code` allowed.
+    pub paragraphs: Vec<(String, String)>,
+    /// Ids of the chapter's figures that are shown here.
+    pub figures: Vec<String>,
+    /// Ids of the chapter's tables that are shown here.
+    pub tables: Vec<String>,
+}
