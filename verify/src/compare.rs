@@ -3,11 +3,13 @@
 use rayon::prelude::*;
 
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Table};
-use crate::method::{self, Method, Stability};
+use crate::kinds::{Principle, Stability};
+use crate::method::Method;
 use crate::order::roundoff;
-use crate::problem::{Limit, Principle, Problem};
+use crate::problem::{Limit, Problem};
 use crate::reference::{self, Reference, ReferenceError};
 use crate::run::{RunError, distance, max_norm, run};
+use crate::theory::{breakdown, methods_for};
 
 /// Sample times, equally spaced, the last at the horizon.
 const SAMPLES: usize = 4;
@@ -102,17 +104,9 @@ pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
 
 /// The methods, grouped by the equation that they converge to.
 fn by_equation(problem: &dyn Problem) -> Vec<(Limit<'_>, Vec<Box<dyn Method>>)> {
-    let principles = [
-        Principle::Equation,
-        Principle::MomentumZero,
-        Principle::MomentumConserved,
-        Principle::MomentumDecaying,
-        Principle::EulerLagrange,
-        Principle::Hamilton,
-    ];
     let mut groups: Vec<(Limit<'_>, Vec<Box<dyn Method>>)> = Vec::new();
-    for principle in principles {
-        let mut suited = method::examples_for(problem);
+    for principle in Principle::ALL {
+        let mut suited = methods_for(problem);
         suited.retain(|method| method.principle() == principle);
         if suited.is_empty() {
             continue;
@@ -155,7 +149,7 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Resul
         })?;
         Ok(states)
     };
-    let breakdown = problem.breakdown(method);
+    let breakdown = breakdown(problem, method);
     let failed = |error: RunError| match (error, breakdown) {
         (RunError::Build(error), _) => Gap::NotRun(error.to_string()),
         (error, Some(reason)) => Gap::BrokeDown(format!("{error}; as declared: {reason}")),

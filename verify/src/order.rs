@@ -5,10 +5,11 @@ use std::fmt;
 use rayon::prelude::*;
 
 use crate::measure::order::{OrderFit, Sample, fit};
-use crate::method::{Method, OrderPlan};
+use crate::method::Method;
 use crate::problem::Problem;
 use crate::reference::{Reference, ReferenceError, by_name};
 use crate::run::{distance, max_norm, run};
+use crate::theory::{OrderPlan, order_plan};
 
 /// What the errors are measured against.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +36,7 @@ pub enum Source {
 impl Source {
     /// The exact solution where one is known, else the first library that is compiled in.
     pub fn default_for(problem: &dyn Problem, method: &dyn Method) -> Self {
-        let horizon = problem.order_plan(method).horizon;
+        let horizon = order_plan(problem, method).horizon;
         if (problem.limit(method.principle()).exact)(horizon).is_some() || problem.tabulated(horizon).is_some() {
             Self::Exact
         } else if cfg!(feature = "cvode") {
@@ -47,7 +48,7 @@ impl Source {
 
     /// What this kind is for `method` on `problem`: the exact solution in its better form, or the most accurate solver.
     pub fn truth(self, problem: &dyn Problem, method: &dyn Method) -> Truth {
-        let is_tabulated = || problem.tabulated(problem.order_plan(method).horizon).is_some();
+        let is_tabulated = || problem.tabulated(order_plan(problem, method).horizon).is_some();
         let name = match (self, problem.is_stiff()) {
             (Self::Exact, _) if is_tabulated() => return Truth::Tabulated,
             (Self::Exact, _) => return Truth::Exact,
@@ -95,10 +96,10 @@ pub enum OrderError {
 /// # Errors
 /// [`OrderError`] if there is no truth to measure against.
 pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Result<OrderFit, OrderError> {
-    if method.is_adaptive() {
+    if method.traits().is_adaptive {
         return Err(OrderError::Adaptive(method.name()));
     }
-    let mut plan = problem.order_plan(method);
+    let mut plan = order_plan(problem, method);
     let limit = problem.limit(method.principle());
     if let Some(order) = limit.order.filter(|order| *order < plan.expectation.order) {
         plan = plan.declared(order, limit.reason);

@@ -110,7 +110,7 @@ pub(crate) fn propagator(method: &dyn Method, a: &DMatrix<f64>) -> Result<DMatri
 /// As for [`rows`].
 pub(crate) fn amplitudes(method: &dyn Method, z: Complex<f64>) -> Result<[Complex<f64>; 4], ProbeError> {
     let a = DMatrix::from_row_slice(2, 2, &[z.re, -z.im, z.im, z.re]);
-    let stride = method.rows_per_solve();
+    let stride = method.traits().rows_per_solve;
     let rows = rows(method, &a, 0, 3 * stride + 1)?;
     Ok([0, 1, 2, 3].map(|k| Complex::new(rows[k * stride][0], rows[k * stride][1])))
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use verify::names::Parameter;
-use verify::{chapter, method, problem, reference, run};
+use verify::{chapter, method, problem, reference, run, theory};
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
@@ -149,7 +149,7 @@ fn csv_has_the_columns_and_the_numbers_of_the_run() {
                 let error = problem.exact(state.t).map(|exact| run::distance(&values, &exact));
                 expected.push([state.t].into_iter().chain(values).chain(error).collect::<Vec<_>>());
             });
-            if solved.is_err() && problem.breakdown(&*method).is_some() {
+            if solved.is_err() && theory::breakdown(&*problem, &*method).is_some() {
                 assert_eq!(output.status.code(), Some(1), "{} by {name}: {}", spec.name, stderr(&output));
                 continue;
             }
@@ -477,7 +477,7 @@ fn compare_shows_every_solver() {
     assert_eq!(status, 0, "{out}");
     fits_a_terminal(&out);
     let problem = problem::build("quadratic-drag", &[]).unwrap();
-    let names = method::examples_for(&*problem).into_iter().map(|method| method.name());
+    let names = theory::methods_for(&*problem).into_iter().map(|method| method.name());
     for name in names.chain(reference::all().iter().map(|reference| reference.name().to_owned())) {
         let line = out.lines().find(|line| line.split_whitespace().nth(1) == Some(&name));
         assert!(line.is_some_and(|line| line.contains("agrees") || line.contains("not ")), "{name}: {out}");

@@ -9,10 +9,11 @@ use rayon::prelude::*;
 use super::mechanics::{problem, text};
 use super::{Context, Study, StudyError, symplecticity};
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Section, Table};
+use crate::kinds::Principle;
 use crate::measure::amplification::Amplification;
 use crate::measure::order::{Expectation, Sample, fit, ladder};
 use crate::order::roundoff;
-use crate::problem::{self, Principle, Problem};
+use crate::problem::{self, Problem};
 use crate::run::{self, distance};
 use crate::{method, reference};
 

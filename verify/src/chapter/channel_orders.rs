@@ -5,11 +5,13 @@ use rayon::prelude::*;
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::kinds::Principle;
 use crate::measure::order::{Expectation, OrderFit, Sample, Verdict, fit};
-use crate::method::{self, OrderPlan};
+use crate::method;
 use crate::order::{Source, Truth, measure};
-use crate::problem::{self, Principle, Problem};
+use crate::problem::{self, Problem};
 use crate::run::{distance, run};
+use crate::theory::order_plan;
 
 pub(super) const STUDY: Study = Study {
     id: "channel-orders",
@@ -267,7 +269,7 @@ fn without_diffusion(evidence: &mut Evidence) -> Result<(), StudyError> {
 fn ansatz(evidence: &mut Evidence) -> Result<(), StudyError> {
     let (problem, method) = (problem::build("poiseuille-ansatz", &[])?, method::parse("method-i")?);
     let planned = measure(&*problem, &*method, Source::Exact.truth(&*problem, &*method))?;
-    let OrderPlan { horizon, .. } = problem.order_plan(&*method);
+    let horizon = order_plan(&*problem, &*method).horizon;
     let statement = format!("With one shape function Method I is of first order in h, at t = {horizon}");
     let first = Expectation::new(1.0, planned.expected.band);
     let samples: Vec<_> = planned.points().into_iter().map(|(sample, _)| sample.clone()).collect();

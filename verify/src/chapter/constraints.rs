@@ -5,12 +5,13 @@ use std::ops::ControlFlow;
 use rayon::prelude::*;
 
 use super::mechanics::{integrators, problem, text};
-use super::symplecticity::{System, is_symplectic};
+
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{self, Row, Tolerance, Truth};
 use crate::method::{self, Method};
 use crate::run::run_while;
+use crate::theory::is_symplectic;
 
 pub(super) const STUDY: Study = Study {
     id: "constraints",
@@ -35,6 +36,8 @@ struct Kept {
     hidden: f64,
     momentum: f64,
     energy: f64,
+    /// Whether the angular momentum is kept, as by every symplectic method.
+    symplectic: bool,
     /// Rounding of the momentum over the run.
     rounding: f64,
 }
@@ -72,7 +75,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         ],
         ..Evidence::default()
     };
-    for Kept { problem, method, position, hidden, momentum, rounding, .. } in &kept {
+    for Kept { problem, method, position, hidden, momentum, symplectic, rounding, .. } in &kept {
         let on = format!("{problem}/{method}");
         let statement = format!("{method} holds |q| = 1 on {problem}");
         evidence.checks.push(Check::at_most(
@@ -85,7 +88,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         let statement = format!("{method} holds q · p = 0 on {problem}");
         evidence.checks.push(Check::at_most(format!("hidden/{on}"), statement, *hidden, PLACE, "64 roundings of p"));
         let id = format!("momentum/{on}");
-        evidence.checks.push(if keeps_momentum(problem, method) {
+        evidence.checks.push(if *symplectic {
             let statement = format!("{method} keeps the angular momentum on {problem}");
             let reason = "independent roundings of the momentum, four deviations of their sum";
             Check::at_most(id, statement, *momentum, *rounding, reason)
@@ -110,11 +113,6 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     Ok(evidence)
 }
 
-/// A symplectic method keeps the angular momentum of both problems; on the circle all do, see [`System::Circular`].
-fn keeps_momentum(problem: &str, method: &str) -> bool {
-    is_symplectic(method, if problem == "circle" { System::Circular } else { System::Separable })
-}
-
 fn keep(name: &'static str, method: &dyn Method) -> Result<Kept, StudyError> {
     let problem = problem(name, &[])?;
     let start = problem.initial();
@@ -133,7 +131,8 @@ fn keep(name: &'static str, method: &dyn Method) -> Result<Kept, StudyError> {
         energy = energy.max(change("energy", &state.q));
     })?;
     let rounding = 4.0 * (HORIZON / H).sqrt() * (1.0 + method.momentum_roundoff(1.0)) * f64::EPSILON / H;
-    Ok(Kept { problem: name, method: method.name(), position, hidden, momentum, energy, rounding })
+    let symplectic = is_symplectic(&*problem, method).ok_or("the problem has no Lagrangian of mechanics")?;
+    Ok(Kept { problem: name, method: method.name(), position, hidden, momentum, energy, symplectic, rounding })
 }
 
 /// (23) as printed: its radial error at each step.
@@ -227,7 +226,9 @@ fn as_printed(evidence: &mut Evidence) -> Result<(), StudyError> {
 /// Rows of the golden `constraints`.
 pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
-    for Kept { problem, method, position, hidden, momentum, energy, rounding } in keep_all(&Context::SILENT)? {
+    for Kept { problem, method, position, hidden, momentum, energy, symplectic, rounding } in
+        keep_all(&Context::SILENT)?
+    {
         let mut push = |what: &str, value: f64, atol: f64, vanishes: bool| {
             let row = Row::number(
                 format!("{problem} {method} {what}"),
@@ -239,7 +240,7 @@ pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
         };
         push("position", position, PLACE, true);
         push("hidden", hidden, PLACE, true);
-        push("momentum", momentum, rounding, keeps_momentum(problem, &method));
+        push("momentum", momentum, rounding, symplectic);
         // On the circle the energy is that of the angular momentum.
         push("energy", energy, rounding, problem == "circle");
     }

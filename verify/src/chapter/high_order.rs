@@ -15,6 +15,7 @@ use crate::method::high_order::{Family, LsGalerkin};
 use crate::order::{Source, measure};
 use crate::problem;
 use crate::run::distance;
+use crate::theory::breakdown;
 
 pub(super) const STUDY: Study = Study {
     id: "high-order",
@@ -282,7 +283,7 @@ struct Nonlinear {
 impl Nonlinear {
     fn of(method: LsGalerkin) -> Result<Option<Self>, StudyError> {
         let problem = problem::build("van-der-pol", &[])?;
-        if method.order() > MEASURABLE || problem.breakdown(&method).is_some() {
+        if method.order() > MEASURABLE || breakdown(&*problem, &method).is_some() {
             return Ok(None);
         }
         let truth = Source::default_for(&*problem, &method).truth(&*problem, &method);

@@ -6,13 +6,14 @@ use lsvi::{State, Trajectory};
 use rayon::prelude::*;
 
 use super::mechanics::{integrators, problem, text};
-use super::symplecticity::{System, is_symplectic};
+
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{Row, Tolerance, Truth};
 use crate::method::{self, Method};
 use crate::problem::Problem;
 use crate::run::{distance, max_norm, run as integrate};
+use crate::theory::is_symplectic;
 
 pub(super) const STUDY: Study = Study {
     id: "long-runs",
@@ -25,20 +26,19 @@ pub(super) const STUDY: Study = Study {
 /// A run: problem, step and number of steps.
 struct Setting {
     name: &'static str,
-    system: System,
     h: f64,
     steps: u64,
 }
 
 /// A constrained step costs as much as some ten of the others.
 const SETTINGS: [Setting; 6] = [
-    Setting { name: "asymmetric-pendulum", system: System::Separable, h: 0.5, steps: 100_000 },
-    Setting { name: "henon-heiles", system: System::Separable, h: 0.25, steps: 100_000 },
-    Setting { name: "kepler", system: System::Separable, h: 0.05, steps: 100_000 },
-    Setting { name: "charged-particle", system: System::General, h: 0.2, steps: 20_000 },
+    Setting { name: "asymmetric-pendulum", h: 0.5, steps: 100_000 },
+    Setting { name: "henon-heiles", h: 0.25, steps: 100_000 },
+    Setting { name: "kepler", h: 0.05, steps: 100_000 },
+    Setting { name: "charged-particle", h: 0.2, steps: 20_000 },
     // With h = 0.1 the shortest times of this motion are not resolved, and degree 3 drifts by as much as can be seen.
-    Setting { name: CHAOTIC, system: System::General, h: 0.05, steps: 50_000 },
-    Setting { name: "spherical-pendulum", system: System::Separable, h: 0.1, steps: 10_000 },
+    Setting { name: CHAOTIC, h: 0.05, steps: 50_000 },
+    Setting { name: "spherical-pendulum", h: 0.1, steps: 10_000 },
 ];
 
 /// Its motion from (1, 2) rad is chaotic: reversibility protects no energy there, and roundings grow exponentially.
@@ -103,10 +103,10 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     Ok(evidence)
 }
 
-/// The integrators, without Bernstein's form, which is Lagrange's.
+/// The integrators, without those that restate another, as Bernstein's form of path fitting does Lagrange's.
 fn distinct() -> Result<Vec<Box<dyn Method>>, StudyError> {
     let mut all = integrators()?;
-    all.retain(|method| !method.name().starts_with("path-fitted-bernstein"));
+    all.retain(|method| method.traits().restates.is_none());
     Ok(all)
 }
 
@@ -139,10 +139,11 @@ impl Drift {
     fn measure(setting: &Setting, method: &dyn Method, max_steps: u64) -> Result<Self, StudyError> {
         let problem = problem(setting.name, &[])?;
         let name = method.name();
-        let kind = match is_symplectic(&name, setting.system) {
-            _ if DISSIPATIVE.contains(&name.as_str()) => Kind::Dissipative,
-            true => Kind::Symplectic,
-            false => Kind::Symmetric,
+        let symplectic = is_symplectic(&*problem, method).ok_or("the problem has no Lagrangian of mechanics")?;
+        let kind = match (symplectic, method.traits().is_reversible) {
+            (true, _) => Kind::Symplectic,
+            (false, true) => Kind::Symmetric,
+            (false, false) => Kind::Dissipative,
         };
         // What dissipates leaves the straight line before long.
         let steps = (setting.steps / PART).min(max_steps) / if kind == Kind::Dissipative { 10 } else { 1 };
@@ -315,7 +316,7 @@ fn reversibility(evidence: &mut Evidence) -> Result<(), StudyError> {
             // Two steps, each with roundings of a state of order 1 magnified by Λ/h in the momentum.
             let rounding = 16.0 * f64::EPSILON * (1.0 + method.momentum_roundoff(1.0)) / h;
             let id = format!("reversible/{name}/{label}");
-            evidence.checks.push(if DISSIPATIVE.contains(&label.as_str()) {
+            evidence.checks.push(if !method.traits().is_reversible {
                 let statement = format!("{label} is not reversible on {name}");
                 Check::at_least(id, statement, defect, 1e3 * rounding, "a thousand roundings")
             } else {

@@ -7,8 +7,9 @@ use nalgebra::DMatrix;
 
 use super::StudyError;
 use crate::evidence::Cell;
+use crate::kinds::Principle;
 use crate::method::{self, Method};
-use crate::problem::{self, Principle, Problem};
+use crate::problem::{self, Problem};
 
 /// A step of a named method, with its derivative.
 pub(super) type Map<'a> = Variational<Box<dyn Constrainable + 'a>, PositionMomentum>;

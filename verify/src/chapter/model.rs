@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::{Context, orders};
 use crate::compare::cross_check;
 use crate::evidence::Evidence;
-use crate::method;
 use crate::problem::model::{CAVEAT, Model};
+use crate::theory::methods_for;
 
 /// Anchor of the chapter.
 pub const ID: &str = "model";
@@ -16,7 +16,7 @@ pub const QUESTION: &str = "Does every method converge with its order on this mo
 
 /// What is to be said on `model`: orders of accuracy and cross-checks.
 pub fn examine(model: &Model, context: &Context) -> Evidence {
-    let methods = method::examples_for(model);
+    let methods = methods_for(model);
     (context.announce)(methods.len() as u64 + 1);
     let measured: Vec<_> = methods
         .into_par_iter()

@@ -209,7 +209,7 @@ fn beyond_one_rate() -> Result<Part, StudyError> {
     for name in PROBLEMS {
         let problem = problem::build(name, &[])?;
         let h = if name == "van-der-pol" { 0.01 } else { 0.1 };
-        let horizon = problem.order_plan(&*method::parse("method-i")?).horizon;
+        let horizon = problem.facts().window.horizon;
         let truth = truth(&*problem, horizon)?;
         let error = |method: &str| -> Result<f64, StudyError> {
             // A step that fails leaves no error.

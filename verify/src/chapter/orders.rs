@@ -6,9 +6,10 @@ use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Series, Table};
 use crate::measure::order::OrderFit;
-use crate::method::{self, Method};
+use crate::method::Method;
 use crate::order::{OrderError, Source, Truth, measure};
 use crate::problem::{self, Problem};
+use crate::theory::methods_for;
 
 pub(super) const STUDY: Study = Study {
     id: "orders",
@@ -37,7 +38,7 @@ pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError
     let mut pairs = Vec::new();
     for spec in problem::ALL {
         let problem = problem::small(spec.name)?;
-        pairs.extend(method::examples_for(&*problem).into_iter().map(|method| (spec.name, method)));
+        pairs.extend(methods_for(&*problem).into_iter().map(|method| (spec.name, method)));
     }
     (context.announce)(pairs.len() as u64);
     pairs

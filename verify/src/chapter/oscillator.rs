@@ -6,6 +6,7 @@ use super::mechanics::{Map, discretise, integrators, map, problem, tangent, text
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{Row, Tolerance, Truth};
+use crate::kinds::{Stability, Symplecticity};
 use crate::method::{self, Method};
 use crate::problem::Problem;
 use crate::run::run as integrate;
@@ -91,7 +92,8 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             points.push((tau, trace));
             traces.push(vec![text(name.as_str()), Cell::Number(tau), Cell::Number(trace)]);
         }
-        panel.push(Series { label: name.clone(), points, mark: Mark::Line });
+        let fitted = method.traits().symplectic != Symplecticity::Always;
+        panel.push((fitted, Series { label: name.clone(), points, mark: Mark::Line }));
         stability.extend(intervals.iter().enumerate().map(|(i, (from, to))| {
             let end = if *to < LARGEST { Cell::Number(*to) } else { Cell::Empty };
             vec![text(name.as_str()), Cell::Integer(i as i64 + 1), Cell::Number(*from), end]
@@ -241,8 +243,7 @@ fn boundaries(name: &str, source: &str, closed: fn(f64) -> f64, intervals: &[(f6
 fn touching(all: &[Box<dyn Method>], oscillator: &dyn Problem) -> Result<Check, StudyError> {
     let mut worst = 0.0_f64;
     for method in all {
-        let name = method.name();
-        if name == "midpoint-vi" || name.starts_with("galerkin-gauss") {
+        if method.stability() == Stability::Neutral {
             let mut map = map(&**method, oscillator)?;
             for tau in [0.1, 1.0, 3.0, 10.0, 1e2, 1e3] {
                 worst = worst.max(tangent(&mut map, tau, &[1.0, 0.0])?.trace().abs() - 2.0);
@@ -312,8 +313,10 @@ fn recurrence_table(rows: &[Recurrence]) -> Table {
     )
 }
 
-fn figure(series: Vec<Series>) -> Figure {
-    let (fitted, others): (Vec<Series>, Vec<Series>) = series.into_iter().partition(|s| s.label.starts_with("path"));
+/// The traces of the methods, with whether each is one of path fitting, which alone have no discrete Lagrangian.
+fn figure(series: Vec<(bool, Series)>) -> Figure {
+    let of = |kind: bool| series.iter().filter(|s| s.0 == kind).map(|s| s.1.clone()).collect::<Vec<Series>>();
+    let (fitted, others) = (of(true), of(false));
     let panel = |title: &str, mut series: Vec<Series>| {
         let exact = (0..=200).map(|i| f64::from(i) * 0.04).map(|tau| (tau, 2.0 * tau.cos())).collect();
         series.push(Series { label: "exact: 2 cos τ".into(), points: exact, mark: Mark::Guide });

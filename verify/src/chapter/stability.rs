@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::kinds::Stability;
 use crate::measure::stability::growth;
-use crate::method::{self, Method, Stability};
+use crate::method::{self, Method};
 use crate::propagator::amplitudes;
 
 pub(super) const STUDY: Study = Study {
@@ -36,7 +37,7 @@ fn factor(method: &dyn Method, z: Complex<f64>) -> f64 {
 
 /// |R| for each row.
 fn factor_per_row(method: &dyn Method, z: Complex<f64>) -> f64 {
-    factor(method, z).powf((method.rows_per_solve() as f64).recip())
+    factor(method, z).powf((method.traits().rows_per_solve as f64).recip())
 }
 
 /// The methods that make steps of the given size on v̇ = Av.

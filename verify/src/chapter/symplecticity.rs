@@ -12,6 +12,7 @@ use crate::measure::order::{Expectation, OrderFit, Sample, fit};
 use crate::method::{self, Method};
 use crate::problem::Problem;
 use crate::run::run as integrate;
+use crate::theory::is_symplectic;
 
 pub(super) const STUDY: Study = Study {
     id: "symplecticity",
@@ -21,46 +22,22 @@ pub(super) const STUDY: Study = Study {
     run,
 };
 
-/// A problem, the states on whose motion it is measured at, and what it is.
+/// A problem, and the states on whose motion it is measured at.
 struct Setting {
     name: &'static str,
     set: &'static [(&'static str, &'static str)],
-    system: System,
     /// The coarsest step.
     coarsest: f64,
 }
 
-/// What decides whether a method is symplectic on a problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum System {
-    /// L = ½ |v|² − V(q), with constraints or without.
-    Separable,
-    /// A magnetic field, or a mass that depends on q.
-    General,
-    /// Free motion round a circle. A step commutes with rotations, so that it takes (θ, l) to (θ + φ(l), g(l)); where it
-    /// commutes with reflections and is reversible too, g(g(l)) = l, and g, being near the identity, is the identity.
-    /// Such a map keeps the area and l whatever its φ.
-    Circular,
-}
-
 const SETTINGS: [Setting; 7] = [
-    Setting { name: "asymmetric-pendulum", set: &[], system: System::Separable, coarsest: 0.2 },
-    Setting { name: "henon-heiles", set: &[("y0", "-0.2"), ("px0", "0.3")], system: System::Separable, coarsest: 0.8 },
-    Setting { name: "kepler", set: &[], system: System::Separable, coarsest: 0.2 },
-    Setting {
-        name: "charged-particle",
-        set: &[("y0", "-0.3"), ("vx0", "0.2")],
-        system: System::General,
-        coarsest: 0.4,
-    },
-    Setting {
-        name: "double-pendulum",
-        set: &[("p10", "0.3"), ("p20", "-0.2")],
-        system: System::General,
-        coarsest: 0.4,
-    },
-    Setting { name: "circle", set: &[], system: System::Circular, coarsest: 0.4 },
-    Setting { name: "spherical-pendulum", set: &[("dtheta0", "0.3")], system: System::Separable, coarsest: 0.4 },
+    Setting { name: "asymmetric-pendulum", set: &[], coarsest: 0.2 },
+    Setting { name: "henon-heiles", set: &[("y0", "-0.2"), ("px0", "0.3")], coarsest: 0.8 },
+    Setting { name: "kepler", set: &[], coarsest: 0.2 },
+    Setting { name: "charged-particle", set: &[("y0", "-0.3"), ("vx0", "0.2")], coarsest: 0.4 },
+    Setting { name: "double-pendulum", set: &[("p10", "0.3"), ("p20", "-0.2")], coarsest: 0.4 },
+    Setting { name: "circle", set: &[], coarsest: 0.4 },
+    Setting { name: "spherical-pendulum", set: &[("dtheta0", "0.3")], coarsest: 0.4 },
 ];
 
 /// The methods are symmetric, so that their defects have odd powers of h only and the next orders are two away: a tenth of
@@ -130,16 +107,10 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     })
 }
 
-/// Whether theory says that the method is symplectic here.
-pub(super) fn is_symplectic(method: &str, system: System) -> bool {
-    let gauss = method == "path-fitted(2)" || method.ends_with("gauss)");
-    !method.starts_with("path-fitted") || system == System::Circular || (system == System::Separable && gauss)
-}
-
 fn measure(setting: &Setting, method: &dyn Method) -> Result<Row, StudyError> {
     let problem = problem(setting.name, setting.set)?;
     let states = states(&*problem)?;
-    let symplectic = is_symplectic(&method.name(), setting.system);
+    let symplectic = is_symplectic(&*problem, method).ok_or("the problem has no Lagrangian of mechanics")?;
     let mut points = Vec::new();
     for h in (0..STEPS).map(|k| setting.coarsest * (-0.25 * f64::from(k)).exp2()) {
         let (defect, rounding) = defect(&*problem, method, h, &states)?;

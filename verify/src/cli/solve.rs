@@ -12,6 +12,7 @@ use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
 use verify::method::{self, BuildError, Method};
 use verify::problem::{Problem, component_names};
 use verify::run::{RunError, distance, run_while};
+use verify::theory::breakdown;
 
 use super::Status;
 use super::args::ProblemArgs;
@@ -114,7 +115,7 @@ impl<'a> Solve<'a> {
         let h = match args.h {
             Some(h) => h,
             // As long as it likes; an interval of length 0 has no steps.
-            None if method.is_adaptive() => {
+            None if method.traits().is_adaptive => {
                 if args.t_end > 0.0 {
                     args.t_end
                 } else {
@@ -129,7 +130,7 @@ impl<'a> Solve<'a> {
     }
 
     fn failed(&self, source: RunError) -> Failure {
-        let breakdown = self.problem.breakdown(&*self.method);
+        let breakdown = breakdown(&*self.problem, &*self.method);
         Failure::Run { problem: self.name.clone(), method: self.method.name(), source, breakdown }
     }
 

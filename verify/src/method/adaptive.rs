@@ -3,8 +3,9 @@
 use lsvi::Integrator;
 use lsvi::adaptive::{Radau, Tolerances};
 
-use super::{Build, BuildError, Method, Spec, Stability};
-use crate::problem::{Principle, Problem};
+use super::{Build, BuildError, Method, Spec, Traits};
+use crate::kinds::{Principle, Stability};
+use crate::problem::Problem;
 
 pub(super) const RADAU: Spec = Spec {
     form: "radau-adaptive",
@@ -28,24 +29,9 @@ impl Method for RadauMethod {
         "radau-adaptive".into()
     }
 
-    fn order(&self) -> u32 {
-        5
-    }
-
-    fn stiff_order(&self) -> Option<u32> {
-        None
-    }
-
-    fn principle(&self) -> Principle {
-        Principle::Equation
-    }
-
-    fn stability(&self) -> Stability {
-        Stability::Damping
-    }
-
-    fn is_adaptive(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        let traits = Traits::new(5, Principle::Equation, Stability::Damping);
+        Traits { stiff_order: None, is_adaptive: true, ..traits }
     }
 
     fn with_tolerances(&self, tolerances: Tolerances) -> Option<Box<dyn Method>> {

@@ -3,8 +3,9 @@
 use lsvi::Integrator;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 
-use super::{Build, BuildError, Method, Spec, Stability};
-use crate::problem::{Principle, Problem};
+use super::{Build, BuildError, Method, Spec, Traits};
+use crate::kinds::{Principle, Stability, Symplecticity};
+use crate::problem::Problem;
 
 pub(super) const IMPLICIT_EULER: Spec = Spec {
     form: "implicit-euler",
@@ -12,10 +13,8 @@ pub(super) const IMPLICIT_EULER: Spec = Spec {
     build: Build::Plain(|| {
         Box::new(OneStepMethod {
             name: "implicit-euler",
-            order: 1,
-            stability: Stability::Damping,
-            stiff_order: Some(1),
             tableau: Tableau::implicit_euler,
+            traits: equation(1, Stability::Damping),
         })
     }),
     examples: &["implicit-euler"],
@@ -27,10 +26,8 @@ pub(super) const RK4: Spec = Spec {
     build: Build::Plain(|| {
         Box::new(OneStepMethod {
             name: "rk4",
-            order: 4,
-            stability: Stability::Conditional,
-            stiff_order: None,
             tableau: Tableau::rk4,
+            traits: Traits { stiff_order: None, ..equation(4, Stability::Conditional) },
         })
     }),
     examples: &["rk4"],
@@ -42,10 +39,8 @@ pub(super) const TRAPEZOIDAL: Spec = Spec {
     build: Build::Plain(|| {
         Box::new(OneStepMethod {
             name: "trapezoidal",
-            order: 2,
-            stability: Stability::Neutral,
-            stiff_order: Some(2),
             tableau: Tableau::trapezoidal,
+            traits: Traits { is_reversible: true, ..equation(2, Stability::Neutral) },
         })
     }),
     examples: &["trapezoidal"],
@@ -57,10 +52,12 @@ pub(super) const IMPLICIT_MIDPOINT: Spec = Spec {
     build: Build::Plain(|| {
         Box::new(OneStepMethod {
             name: "implicit-midpoint",
-            order: 2,
-            stability: Stability::Neutral,
-            stiff_order: Some(2),
             tableau: Tableau::implicit_midpoint,
+            traits: Traits {
+                symplectic: Symplecticity::Always,
+                is_reversible: true,
+                ..equation(2, Stability::Neutral)
+            },
         })
     }),
     examples: &["implicit-midpoint"],
@@ -72,10 +69,8 @@ pub(super) const SDIRK2: Spec = Spec {
     build: Build::Plain(|| {
         Box::new(OneStepMethod {
             name: "sdirk2",
-            order: 2,
-            stability: Stability::Damping,
-            stiff_order: None,
             tableau: Tableau::sdirk2,
+            traits: Traits { stiff_order: None, ..equation(2, Stability::Damping) },
         })
     }),
     examples: &["sdirk2"],
@@ -85,13 +80,7 @@ pub(super) const TR_BDF2: Spec = Spec {
     form: "tr-bdf2",
     summary: "trapezoidal rule, then backward differentiation in one step: order 2, L-stable",
     build: Build::Plain(|| {
-        Box::new(OneStepMethod {
-            name: "tr-bdf2",
-            order: 2,
-            stability: Stability::Damping,
-            stiff_order: Some(2),
-            tableau: Tableau::tr_bdf2,
-        })
+        Box::new(OneStepMethod { name: "tr-bdf2", tableau: Tableau::tr_bdf2, traits: equation(2, Stability::Damping) })
     }),
     examples: &["tr-bdf2"],
 };
@@ -103,13 +92,16 @@ pub(super) const BDF2: Spec = Spec {
     examples: &["bdf2"],
 };
 
+/// Of a method of order `order` for the equation itself.
+fn equation(order: u32, stability: Stability) -> Traits {
+    Traits::new(order, Principle::Equation, stability)
+}
+
 #[derive(Debug)]
 struct OneStepMethod {
     name: &'static str,
-    order: u32,
-    stability: Stability,
-    stiff_order: Option<u32>,
     tableau: fn() -> Tableau,
+    traits: Traits,
 }
 
 impl Method for OneStepMethod {
@@ -117,20 +109,8 @@ impl Method for OneStepMethod {
         self.name.into()
     }
 
-    fn order(&self) -> u32 {
-        self.order
-    }
-
-    fn stiff_order(&self) -> Option<u32> {
-        self.stiff_order
-    }
-
-    fn principle(&self) -> Principle {
-        Principle::Equation
-    }
-
-    fn stability(&self) -> Stability {
-        self.stability
+    fn traits(&self) -> Traits {
+        self.traits.clone()
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
@@ -146,16 +126,8 @@ impl Method for Bdf2Method {
         "bdf2".into()
     }
 
-    fn order(&self) -> u32 {
-        2
-    }
-
-    fn principle(&self) -> Principle {
-        Principle::Equation
-    }
-
-    fn stability(&self) -> Stability {
-        Stability::Damping
+    fn traits(&self) -> Traits {
+        equation(2, Stability::Damping)
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {

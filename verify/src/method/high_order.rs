@@ -5,9 +5,10 @@ use lsvi::discrete::Galerkin;
 use lsvi::quadrature::Quadrature;
 use lsvi::{InputError, Integrator, Variational};
 
-use super::{Build, BuildError, Method, Spec, Stability, check_filled, require_curvature};
+use super::{Build, BuildError, Method, Spec, Traits, check_filled, require_curvature};
+use crate::kinds::{Principle, Stability, Symplecticity};
 use crate::names::{Call, NameError};
-use crate::problem::{Principle, Problem};
+use crate::problem::Problem;
 
 pub(super) const LS_GALERKIN: Spec = Spec {
     form: "ls-galerkin(S,gauss|lobatto|radau,R)",
@@ -108,6 +109,40 @@ impl LsGalerkin {
     fn conserves(self) -> bool {
         self.alpha + self.beta == 0.0
     }
+
+    /// Collocation has the order of its quadrature, true least squares 2s.
+    fn nominal_order(self) -> u32 {
+        let twice = 2 * self.degree as u32;
+        match (self.is_collocation(), self.family) {
+            (true, Family::Radau) => twice - 1,
+            (true, Family::Lobatto) => twice - 2,
+            _ => twice,
+        }
+    }
+
+    /// Known for s ≤ 2; above, terms of relative size s²/(hλ) blur it at any λ that leaves the error above roundoff.
+    fn stiff_order(self) -> Option<u32> {
+        let collocation = self.is_collocation();
+        match (self.degree, self.family) {
+            (1, Family::Gauss) => Some(2),
+            (1, Family::Radau) if collocation => Some(1),
+            (1, Family::Radau) => Some(2),
+            (1, Family::Lobatto) => Some(if self.conserves() { 2 } else { 1 }),
+            (2, Family::Lobatto) => Some(2),
+            (2, Family::Radau) if collocation => Some(2),
+            _ => None,
+        }
+    }
+
+    fn stability_class(self) -> Stability {
+        let (a, b) = (self.alpha.abs(), self.beta.abs());
+        match self.family {
+            Family::Radau if self.is_collocation() => Stability::Damping,
+            Family::Lobatto if !self.is_collocation() && a == 0.0 => Stability::Damping,
+            _ if self.is_collocation() || a <= b => Stability::Neutral,
+            _ => Stability::Conditional,
+        }
+    }
 }
 
 impl Method for LsGalerkin {
@@ -121,41 +156,15 @@ impl Method for LsGalerkin {
         format!("ls-galerkin({degree},{},{nodes}{closure})", family.name())
     }
 
-    /// Collocation has the order of its quadrature, true least squares 2s.
-    fn order(&self) -> u32 {
-        let twice = 2 * self.degree as u32;
-        match (self.is_collocation(), self.family) {
-            (true, Family::Radau) => twice - 1,
-            (true, Family::Lobatto) => twice - 2,
-            _ => twice,
-        }
-    }
-
-    fn principle(&self) -> Principle {
-        if self.conserves() { Principle::MomentumConserved } else { Principle::MomentumZero }
-    }
-
-    /// Known for s ≤ 2; above, terms of relative size s²/(hλ) blur it at any λ that leaves the error above roundoff.
-    fn stiff_order(&self) -> Option<u32> {
-        let collocation = self.is_collocation();
-        match (self.degree, self.family) {
-            (1, Family::Gauss) => Some(2),
-            (1, Family::Radau) if collocation => Some(1),
-            (1, Family::Radau) => Some(2),
-            (1, Family::Lobatto) => Some(if self.conserves() { 2 } else { 1 }),
-            (2, Family::Lobatto) => Some(2),
-            (2, Family::Radau) if collocation => Some(2),
-            _ => None,
-        }
-    }
-
-    fn stability(&self) -> Stability {
-        let (a, b) = (self.alpha.abs(), self.beta.abs());
-        match self.family {
-            Family::Radau if self.is_collocation() => Stability::Damping,
-            Family::Lobatto if !self.is_collocation() && a == 0.0 => Stability::Damping,
-            _ if self.is_collocation() || a <= b => Stability::Neutral,
-            _ => Stability::Conditional,
+    fn traits(&self) -> Traits {
+        let principle = if self.conserves() { Principle::MomentumConserved } else { Principle::MomentumZero };
+        let is_gauss = self.is_collocation() && self.family == Family::Gauss;
+        let symmetric_nodes = self.family != Family::Radau;
+        Traits {
+            stiff_order: self.stiff_order(),
+            symplectic: if is_gauss { Symplecticity::Always } else { Symplecticity::Never },
+            is_reversible: symmetric_nodes && (self.is_collocation() || self.alpha.abs() == self.beta.abs()),
+            ..Traits::new(self.nominal_order(), principle, self.stability_class())
         }
     }
 

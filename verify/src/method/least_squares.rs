@@ -4,9 +4,10 @@ use lsvi::closure::{Closure, Linear};
 use lsvi::discrete::Trapezoidal;
 use lsvi::{Integrator, Structure, Variational, VectorField, method_i, position_momentum};
 
-use super::{Build, BuildError, Method, Spec, Stability, check_filled, require_curvature};
+use super::{Build, BuildError, Method, Spec, Traits, check_filled, require_curvature};
+use crate::kinds::{Principle, Stability};
 use crate::names::NameError;
-use crate::problem::{Principle, Problem};
+use crate::problem::Problem;
 
 pub(super) const METHOD_I: Spec = Spec {
     form: "method-i",
@@ -69,24 +70,17 @@ impl Method for LinearClosure {
         self.name.map_or_else(|| format!("linear({:?},{:?})", self.alpha, self.beta), str::to_owned)
     }
 
-    fn order(&self) -> u32 {
-        2
-    }
-
-    fn stiff_order(&self) -> Option<u32> {
-        Some(if self.alpha + self.beta == 0.0 { 2 } else { 1 })
-    }
-
-    fn principle(&self) -> Principle {
-        if self.alpha + self.beta == 0.0 { Principle::MomentumConserved } else { Principle::MomentumZero }
-    }
-
-    fn stability(&self) -> Stability {
-        match (self.alpha.abs(), self.beta.abs()) {
-            (0.0, _) => Stability::Damping,
-            (a, b) if a <= b => Stability::Neutral,
+    fn traits(&self) -> Traits {
+        let conserves = self.alpha + self.beta == 0.0;
+        let principle = if conserves { Principle::MomentumConserved } else { Principle::MomentumZero };
+        let (a, b) = (self.alpha.abs(), self.beta.abs());
+        let stability = match a {
+            0.0 => Stability::Damping,
+            _ if a <= b => Stability::Neutral,
             _ => Stability::Conditional,
-        }
+        };
+        let stiff_order = Some(if conserves { 2 } else { 1 });
+        Traits { stiff_order, is_reversible: a == b, ..Traits::new(2, principle, stability) }
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {
@@ -116,22 +110,14 @@ impl Method for Conventional {
         "conventional".into()
     }
 
-    fn order(&self) -> u32 {
-        2
+    fn traits(&self) -> Traits {
+        Traits::new(2, Principle::EulerLagrange, Stability::Unstable)
     }
 
     /// An error ε |q|/h of p, a difference of q over h, acts on all later steps; as the motions of a least-squares
     /// Lagrangian part exponentially, those of the first steps outweigh the others: N².
     fn momentum_roundoff(&self, steps: f64) -> f64 {
         steps * steps
-    }
-
-    fn principle(&self) -> Principle {
-        Principle::EulerLagrange
-    }
-
-    fn stability(&self) -> Stability {
-        Stability::Unstable
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {

@@ -4,9 +4,10 @@ use lsvi::discrete::{Constrainable, Galerkin, KongYangCircle, Midpoint, PathFitt
 use lsvi::quadrature::{LagrangeBasis, NodeFamily};
 use lsvi::{Constrained, EulerLagrange, Grid, InputError, Integrator, State, StepError, Work, position_momentum};
 
-use super::{Build, BuildError, Method, Spec, Stability};
+use super::{Build, BuildError, Method, Spec, Traits};
+use crate::kinds::{Principle, Stability, Symplecticity};
 use crate::names::{Call, NameError};
-use crate::problem::{Mechanics, Principle, Problem};
+use crate::problem::{Mechanics, Problem};
 
 pub(super) const PATH_FITTED: Spec = Spec {
     form: "path-fitted(M)",
@@ -135,25 +136,35 @@ impl Method for Mechanical {
         }
     }
 
-    fn order(&self) -> u32 {
+    /// Every node family is symmetric. A path has a discrete Lagrangian where its defect vanishes at Gauss nodes, of which the
+    /// midpoint of degree 2 is one; an even number m − 1 of other symmetric nodes leaves a defect along an even derivative of q.
+    fn traits(&self) -> Traits {
         use Discretisation as D;
-        let order = match self.0 {
-            D::PathFitted { degree, family: NodeFamily::Gauss } => 2 * (degree - 1),
-            D::PathFitted { degree, .. } | D::Bernstein { degree } => 2 * (degree / 2),
-            D::Midpoint | D::StormerVerlet => 2,
-            D::GalerkinGauss { degree } | D::GalerkinLobatto { degree } => 2 * degree,
+        let fitted = |degree: usize, family: NodeFamily| {
+            let is_gauss = family == NodeFamily::Gauss || degree == 2;
+            let order = if family == NodeFamily::Gauss { 2 * (degree - 1) } else { 2 * (degree / 2) };
+            let symplectic = if is_gauss { Symplecticity::ConstantMass } else { Symplecticity::Never };
+            (order, symplectic, !is_gauss && degree % 2 == 1, None)
         };
-        order as u32
-    }
-
-    /// The defect that an even number m − 1 of symmetric nodes leaves is along an even derivative of q, which is radial.
-    fn circular_order(&self) -> u32 {
-        let radial = match self.0 {
-            Discretisation::PathFitted { degree, family } => family != NodeFamily::Gauss && degree % 2 == 1,
-            Discretisation::Bernstein { degree } => degree % 2 == 1,
-            _ => false,
+        let (order, symplectic, has_even_defect, restates) = match self.0 {
+            D::PathFitted { degree, family } => fitted(degree, family),
+            D::Bernstein { degree } => {
+                let lagrange = Mechanical(D::PathFitted { degree, family: NodeFamily::Equispaced });
+                let (order, symplectic, has_even_defect, _) = fitted(degree, NodeFamily::Equispaced);
+                (order, symplectic, has_even_defect, Some(lagrange.name()))
+            }
+            D::Midpoint | D::StormerVerlet => (2, Symplecticity::Always, false, None),
+            D::GalerkinGauss { degree } | D::GalerkinLobatto { degree } => {
+                (2 * degree, Symplecticity::Always, false, None)
+            }
         };
-        if radial { self.order() + 2 } else { self.order() }
+        // Gauss collocation is A-stable; the others are implicit to be accurate, not stable.
+        let stability = match self.0 {
+            D::Midpoint | D::GalerkinGauss { .. } => Stability::Neutral,
+            _ => Stability::Conditional,
+        };
+        let traits = Traits::new(order as u32, Principle::Hamilton, stability);
+        Traits { symplectic, is_reversible: true, has_even_defect, restates, ..traits }
     }
 
     /// Λ N^{3/2} with Λ² = Σ_j l_j′(1)², the squares of the coefficients of the unknowns in h ∂L/∂v at the end of a fitted path;
@@ -180,16 +191,8 @@ impl Method for Mechanical {
         Some(self.0.discretise(lagrangian))
     }
 
-    fn principle(&self) -> Principle {
-        Principle::Hamilton
-    }
-
-    fn stability(&self) -> Stability {
-        Stability::Conditional
-    }
-
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
-        let Mechanics { lagrangian, constraint } = mechanics_of(problem, self)?;
+        let Mechanics { lagrangian, constraint, .. } = mechanics_of(problem, self)?;
         let refuse = |error: InputError| BuildError { method: self.name(), reason: error.to_string() };
         let discrete = self.0.discretise(lagrangian).map_err(refuse)?;
         Ok(match constraint {
@@ -225,22 +228,16 @@ impl Method for CircleScheme {
         "kong-yang-circle".into()
     }
 
-    /// That of its truncation error: it does not converge.
-    fn order(&self) -> u32 {
-        2
+    /// The order is that of its truncation error: it does not converge. Its momenta are derivatives of one function of both
+    /// ends, symmetric in them.
+    fn traits(&self) -> Traits {
+        let traits = Traits::new(2, Principle::Hamilton, Stability::Unstable);
+        Traits { symplectic: Symplecticity::Always, is_reversible: true, ..traits }
     }
 
     /// p₁ = (3q₁ + q₀ − 4η)/h.
     fn momentum_roundoff(&self, steps: f64) -> f64 {
         random_walk(5.0, steps)
-    }
-
-    fn principle(&self) -> Principle {
-        Principle::Hamilton
-    }
-
-    fn stability(&self) -> Stability {
-        Stability::Unstable
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {

@@ -6,40 +6,41 @@ pub(crate) mod high_order;
 mod least_squares;
 mod mechanics;
 mod open_closures;
+mod traits;
 
-use std::f64::consts::SQRT_2;
 use std::fmt;
 
 use lsvi::adaptive::Tolerances;
 use lsvi::discrete::Constrainable;
 use lsvi::{EulerLagrange, InputError, Integrator};
 
-use crate::measure::order::{Expectation, ladder};
+pub use traits::Traits;
+
+use crate::kinds::{Principle, Stability};
 use crate::names::{Call, NameError};
-use crate::problem::{Principle, Problem};
+use crate::problem::Problem;
 
 /// A method, named and with its arguments.
 pub trait Method: fmt::Debug + Send + Sync {
     /// The canonical name, arguments included.
     fn name(&self) -> String;
 
-    /// Nominal order of accuracy on smooth nonlinear problems.
-    fn order(&self) -> u32;
+    /// What is known of it.
+    fn traits(&self) -> Traits;
 
-    /// Order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15); `None` where the error is no power of h at the stiffness
-    /// of practical problems.
-    fn stiff_order(&self) -> Option<u32> {
-        Some(self.order())
+    /// Its nominal [order](Traits::order).
+    fn order(&self) -> u32 {
+        self.traits().order
     }
 
-    /// Rows that one solution of its equations yields: more than one where several steps are found together.
-    fn rows_per_solve(&self) -> usize {
-        1
+    /// What it [steps](Traits::principle).
+    fn principle(&self) -> Principle {
+        self.traits().principle
     }
 
-    /// Order on uniform motion round a circle that is held by a constraint, where radial defects vanish in the multiplier.
-    fn circular_order(&self) -> u32 {
-        self.order()
+    /// What limits its [step size](Traits::stability).
+    fn stability(&self) -> Stability {
+        self.traits().stability
     }
 
     /// What the momentum that the state carries adds to the roundoff of N steps, in units of ε |q|; nothing where it carries
@@ -60,17 +61,6 @@ pub trait Method: fmt::Debug + Send + Sync {
         None
     }
 
-    /// What it steps; decides the limit on a reduced Lagrangian.
-    fn principle(&self) -> Principle;
-
-    /// What limits its step size on stiff problems.
-    fn stability(&self) -> Stability;
-
-    /// Whether it chooses its steps itself, and takes a given h as the longest.
-    fn is_adaptive(&self) -> bool {
-        false
-    }
-
     /// The same method with other tolerances, if it is adaptive.
     fn with_tolerances(&self, _tolerances: Tolerances) -> Option<Box<dyn Method>> {
         None
@@ -87,88 +77,6 @@ pub trait Method: fmt::Debug + Send + Sync {
     /// # Errors
     /// [`BuildError`] if the method does not apply, or would fill more memory than can be asked for.
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError>;
-}
-
-/// Half-width of the band around an expected order up to 4: a tenth of an order tells neighbouring orders apart by far.
-/// Above, steps lie closer together, so that the same deviations of errors from a power law make slopes p/4 times as wrong.
-const ORDER_BAND: f64 = 0.1;
-
-/// Step sizes in an order study.
-const LADDER: usize = 13;
-
-/// What limits the step size on a stiff decaying problem.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Stability {
-    /// Nothing, and stiff components are damped: R(∞) = 0.
-    Damping,
-    /// Nothing, but stiff components are not damped: |R(∞)| = 1.
-    Neutral,
-    /// h|λ| must stay of order 1.
-    Conditional,
-    /// No step size: solutions grow where those of the problem decay.
-    Unstable,
-}
-
-/// How the order of a method on a problem is measured, and what it should be.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OrderPlan {
-    /// The order and its band.
-    pub expectation: Expectation,
-    /// End of the integration.
-    pub horizon: f64,
-    /// The step sizes, coarse to fine.
-    pub steps: Vec<f64>,
-    /// Why nothing is measured, where that is so.
-    pub unmeasured: Option<&'static str>,
-}
-
-impl OrderPlan {
-    /// The nominal order at t = 2, from h = 0.2 down; from 0.1 for orders above 2, whose error terms settle later.
-    pub fn nominal(method: &dyn Method) -> Self {
-        Self::at(method, 2.0, if method.order() > 2 { 0.1 } else { 0.2 })
-    }
-
-    /// The nominal order p at t = `horizon` from h = `coarsest` down, by factors √2; for p > 4 by 4^{1/p}, a quarter of the
-    /// error at a time, because a high order is soon at roundoff.
-    pub fn at(method: &dyn Method, horizon: f64, coarsest: f64) -> Self {
-        let order = f64::from(method.order());
-        let steps = ladder(horizon, coarsest, SQRT_2.min(4_f64.powf(order.recip())), LADDER);
-        let band = ORDER_BAND.max(order / 40.0);
-        Self { expectation: Expectation::new(order, band), horizon, steps, unmeasured: None }
-    }
-
-    /// The nominal order on a problem with rates up to `fastest`: at t = `horizon` from h = `coarsest` down, but within the
-    /// limit of stability for methods that have one.
-    pub fn stiff(method: &dyn Method, horizon: f64, coarsest: f64, fastest: f64) -> Self {
-        match method.stability() {
-            Stability::Unstable => Self::at(method, horizon.min(6.0 / fastest), coarsest.min(1.0 / fastest)),
-            Stability::Conditional => Self::at(method, horizon.min(6.0 / fastest), coarsest.min(1.5 / fastest)),
-            _ => Self::at(method, horizon, coarsest),
-        }
-    }
-
-    /// As [`stiff`](Self::stiff), on a problem whose solution is smooth: orders above 2 settle where h resolves the fastest
-    /// rates, and errors are near roundoff there.
-    pub fn smooth(method: &dyn Method, horizon: f64, coarsest: f64, fastest: f64) -> Self {
-        if method.order() > 2 {
-            return Self::unmeasured(
-                method,
-                "where h is small enough for the order to show, the error is near roundoff",
-            );
-        }
-        Self::stiff(method, horizon, coarsest, fastest)
-    }
-
-    /// No order is measured, for a reason.
-    pub fn unmeasured(method: &dyn Method, reason: &'static str) -> Self {
-        Self { unmeasured: Some(reason), ..Self::nominal(method) }
-    }
-
-    /// Expects `order` instead, for a reason.
-    #[must_use]
-    pub fn declared(self, order: f64, reason: &str) -> Self {
-        Self { expectation: self.expectation.declared(order, reason), ..self }
-    }
 }
 
 /// A method that does not apply to a problem.
@@ -274,20 +182,7 @@ pub fn parse(text: &str) -> Result<Box<dyn Method>, NameError> {
 pub fn examples() -> Vec<Box<dyn Method>> {
     // Examples are part of the registry, and a test parses every one of them.
     let methods = ALL.iter().flat_map(|spec| spec.examples).filter_map(|call| parse(call).ok());
-    methods.filter(|method| !method.is_adaptive()).collect()
-}
-
-/// Largest order of a matrix that is filled in the studies of every pair of method and problem, for the sake of time.
-const CHEAP: usize = 24;
-
-/// The examples that say something about `problem`: those that can be built, fill no large matrices, and are least-squares closures only where the motion has no invariant, since those are made for systems that
-/// dissipate.
-pub fn examples_for(problem: &dyn Problem) -> Vec<Box<dyn Method>> {
-    let conservative = !problem.invariants().is_empty();
-    let suits =
-        |method: &dyn Method| !conservative || matches!(method.principle(), Principle::Equation | Principle::Hamilton);
-    let cheap = |method: &dyn Method| method.filled(problem) <= CHEAP;
-    examples().into_iter().filter(|m| suits(&**m) && cheap(&**m) && m.build(problem).is_ok()).collect()
+    methods.filter(|method| !method.traits().is_adaptive).collect()
 }
 
 /// Refuses a problem without second derivatives, for closures with α + β = 0: their derivative is of the size of

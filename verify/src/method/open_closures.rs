@@ -5,9 +5,10 @@ use lsvi::discrete::Trapezoidal;
 use lsvi::{InputError, Integrator, Window};
 
 use super::least_squares::stepped;
-use super::{Build, BuildError, Method, Spec, Stability, check_filled};
+use super::{Build, BuildError, Method, Spec, Traits, check_filled};
+use crate::kinds::{Principle, Stability};
 use crate::names::{Call, NameError};
-use crate::problem::{Principle, Problem};
+use crate::problem::Problem;
 
 pub(super) const FITTED: Spec = Spec {
     form: "fitted(LAMBDA)",
@@ -81,16 +82,8 @@ impl Method for Fitted {
         format!("{}({:?})", self.name, self.rate)
     }
 
-    fn order(&self) -> u32 {
-        2
-    }
-
-    fn principle(&self) -> Principle {
-        Principle::MomentumDecaying
-    }
-
-    fn stability(&self) -> Stability {
-        Stability::Neutral
+    fn traits(&self) -> Traits {
+        Traits::new(2, Principle::MomentumDecaying, Stability::Neutral)
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {
@@ -119,20 +112,8 @@ impl Method for Minimax {
         format!("minimax({:?},{:?})", self.from, self.to)
     }
 
-    fn order(&self) -> u32 {
-        2
-    }
-
-    fn stiff_order(&self) -> Option<u32> {
-        Some(1)
-    }
-
-    fn principle(&self) -> Principle {
-        Principle::MomentumZero
-    }
-
-    fn stability(&self) -> Stability {
-        Stability::Neutral
+    fn traits(&self) -> Traits {
+        Traits { stiff_order: Some(1), ..Traits::new(2, Principle::MomentumZero, Stability::Neutral) }
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {
@@ -157,24 +138,9 @@ impl Method for WindowMethod {
         format!("window({})", self.length)
     }
 
-    fn order(&self) -> u32 {
-        2
-    }
-
-    fn stiff_order(&self) -> Option<u32> {
-        Some(1)
-    }
-
-    fn principle(&self) -> Principle {
-        Principle::MomentumZero
-    }
-
-    fn stability(&self) -> Stability {
-        Stability::Damping
-    }
-
-    fn rows_per_solve(&self) -> usize {
-        self.length
+    fn traits(&self) -> Traits {
+        let traits = Traits::new(2, Principle::MomentumZero, Stability::Damping);
+        Traits { stiff_order: Some(1), rows_per_solve: self.length, ..traits }
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {

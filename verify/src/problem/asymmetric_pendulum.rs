@@ -2,7 +2,8 @@
 
 use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
 
-use super::{Invariant, Mechanics, Problem, Spec, tabulated};
+use super::{Facts, Invariant, Mechanics, Problem, Spec, tabulated};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -74,12 +75,13 @@ impl Problem for AsymmetricPendulum {
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         (*self == Self::DEFAULT).then(|| tabulated::lookup("asymmetric-pendulum", t)).flatten()
     }
-    /// By t = 2 the leading coefficient of the error has been through zero, and the next one bends the slopes by a tenth.
-    fn high_order_horizon(&self) -> f64 {
-        0.5
+    /// By t = 2 the leading coefficient of a high-order error has been through zero, and the next one bends the slopes by a
+    /// tenth.
+    fn facts(&self) -> Facts {
+        Facts { high_order_horizon: 0.5, ..Facts::default() }
     }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
-        Some(Mechanics::new(AutoLagrangian::new(self)))
+        Some(Mechanics::new(System::ConstantMass, AutoLagrangian::new(self)))
     }
     fn invariants(&self) -> Vec<Invariant<'_>> {
         vec![Invariant::new("energy", |y| 0.5 * y[1].powi(2) - y[0].cos() + 0.2 * (2.0 * y[0]).sin())]

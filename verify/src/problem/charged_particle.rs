@@ -3,6 +3,7 @@
 use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
 
 use super::{Invariant, Mechanics, Problem, Spec, tabulated};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -125,7 +126,7 @@ impl Problem for ChargedParticle {
         (*self == Self::DEFAULT).then(|| tabulated::lookup("charged-particle", t)).flatten()
     }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
-        Some(Mechanics::new(AutoLagrangian::new(self)))
+        Some(Mechanics::new(System::General, AutoLagrangian::new(self)))
     }
     fn invariants(&self) -> Vec<Invariant<'_>> {
         vec![

@@ -4,7 +4,7 @@ use lsvi::{AutoConstraint, AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, 
 
 use super::unit_sphere::UnitSphere;
 use super::{Invariant, Mechanics, Problem, Spec};
-use crate::method::{Method, OrderPlan};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -82,26 +82,13 @@ impl Problem for Circle {
     }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
         let circle = AutoConstraint::new(UnitSphere { dim: 2 });
-        Some(Mechanics::new(AutoLagrangian::new(self)).constrained(circle))
+        Some(Mechanics::new(System::Circular, AutoLagrangian::new(self)).constrained(circle))
     }
     fn invariants(&self) -> Vec<Invariant<'_>> {
         vec![
             Invariant::new("energy", |y| 0.5 * (y[2].powi(2) + y[3].powi(2))),
             Invariant::new("angular momentum", |y| y[0] * y[3] - y[1] * y[2]),
         ]
-    }
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        // Errors of steps that are found together settle at a fraction of the step.
-        let together = method.rows_per_solve() > 1;
-        let plan = if together { OrderPlan::at(method, 1.0, 0.05) } else { self.nominal_plan(method) };
-        let order = method.circular_order();
-        if order == method.order() {
-            return plan;
-        }
-        plan.declared(
-            f64::from(order),
-            "the leading defect is along an even derivative of q, radial, and goes into the multiplier",
-        )
     }
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
         let (sin, cos) = (self.omega * t).sin_cos();

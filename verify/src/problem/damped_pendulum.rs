@@ -3,6 +3,7 @@
 use lsvi::{AutoDiff, AutoForce, AutoLagrangian, ForceFn, Forced, LagrangianFn, Rhs, Scalar, VectorField};
 
 use super::{Mechanics, Problem, Spec, tabulated};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -97,6 +98,6 @@ impl Problem for DampedPendulum {
     /// The momentum is ω.
     fn mechanics(&self) -> Option<Mechanics<'_>> {
         let drag = AutoForce::new(Drag { damping: self.damping });
-        Forced::new(AutoLagrangian::new(self), drag).ok().map(Mechanics::new)
+        Forced::new(AutoLagrangian::new(self), drag).ok().map(|forced| Mechanics::new(System::Forced, forced))
     }
 }

@@ -2,8 +2,8 @@
 
 use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
 
-use super::{Invariant, Mechanics, Principle, Problem, Spec, tabulated};
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Invariant, Mechanics, Problem, Singular, Spec, Window, tabulated};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -111,22 +111,21 @@ impl Problem for DoublePendulum {
     fn ode(&self) -> &dyn Ode {
         self
     }
-    /// Method II is measured before its equation, J₀ᵀr₀ + J₁ᵀr₁ = 0, degenerates where det J vanishes, at t = 0.9.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        match method.principle() {
-            Principle::MomentumConserved => OrderPlan::at(method, 0.5, 0.05),
-            _ => self.nominal_plan(method),
+    /// By t = 2 the motion has magnified the next coefficients of the error more than the leading one.
+    fn facts(&self) -> Facts {
+        let reason = "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J vanishes, at t = 0.9";
+        let before = Some(Window { horizon: 0.5, coarsest: 0.05 });
+        Facts {
+            high_order_horizon: 0.5,
+            singular: (*self == Self::DEFAULT).then_some(Singular { reason, before }),
+            ..Facts::default()
         }
     }
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         (*self == Self::DEFAULT).then(|| tabulated::lookup("double-pendulum", t)).flatten()
     }
-    /// By t = 2 the motion has magnified the next coefficients of the error more than the leading one.
-    fn high_order_horizon(&self) -> f64 {
-        0.5
-    }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
-        Some(Mechanics::new(AutoLagrangian::new(self)))
+        Some(Mechanics::new(System::General, AutoLagrangian::new(self)))
     }
     fn invariants(&self) -> Vec<Invariant<'_>> {
         vec![Invariant::new("energy", |y| {

@@ -3,6 +3,7 @@
 use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
 
 use super::{Invariant, Mechanics, Problem, Spec};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -73,7 +74,7 @@ impl Problem for HarmonicOscillator {
         self
     }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
-        Some(Mechanics::new(AutoLagrangian::new(self)))
+        Some(Mechanics::new(System::ConstantMass, AutoLagrangian::new(self)))
     }
     fn invariants(&self) -> Vec<Invariant<'_>> {
         vec![Invariant::new("energy", |y| 0.5 * (y[1].powi(2) + (self.omega * y[0]).powi(2)))]

@@ -2,8 +2,8 @@
 
 use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
 
-use super::{Invariant, Mechanics, Principle, Problem, Spec, tabulated};
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Invariant, Mechanics, Problem, Singular, Spec, Window, tabulated};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -86,18 +86,16 @@ impl Problem for HenonHeiles {
     fn ode(&self) -> &dyn Ode {
         self
     }
-    /// Method II is measured before its equation, J₀ᵀr₀ + J₁ᵀr₁ = 0, degenerates where det J = 1 − 4|q|² vanishes, at t = 1.2.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        match method.principle() {
-            Principle::MomentumConserved => OrderPlan::at(method, 0.5, 0.05),
-            _ => self.nominal_plan(method),
-        }
+    fn facts(&self) -> Facts {
+        let reason = "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J = 1 − 4|q|² vanishes, at t = 1.2";
+        let before = Some(Window { horizon: 0.5, coarsest: 0.05 });
+        Facts { singular: (*self == Self::DEFAULT).then_some(Singular { reason, before }), ..Facts::default() }
     }
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         (*self == Self::DEFAULT).then(|| tabulated::lookup("henon-heiles", t)).flatten()
     }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
-        Some(Mechanics::new(AutoLagrangian::new(self)))
+        Some(Mechanics::new(System::ConstantMass, AutoLagrangian::new(self)))
     }
     fn invariants(&self) -> Vec<Invariant<'_>> {
         vec![Invariant::new("energy", |s| {

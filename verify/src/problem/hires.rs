@@ -2,8 +2,7 @@
 
 use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
 
-use super::{Principle, Problem, Spec, tabulated};
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Problem, Singular, Spec, Stiffness, Window, tabulated};
 use crate::reference::Ode;
 
 pub(super) const SPEC: Spec = Spec {
@@ -97,17 +96,15 @@ impl Problem for Hires {
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         tabulated::lookup("hires", t)
     }
-    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
-        let conserves = method.principle() == Principle::MomentumConserved;
-        conserves.then_some(
-            "y₇ + y₈ is conserved: J is singular, and Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free along its null vector",
-        )
-    }
     /// Rates are the 10 of y₃ and up to 280 (y₆ + y₈), which stays of that size on the interval.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        match self.breakdown(method) {
-            Some(reason) => OrderPlan::unmeasured(method, reason),
-            None => OrderPlan::smooth(method, 0.5, 0.01, 20.0),
+    fn facts(&self) -> Facts {
+        let reason =
+            "y₇ + y₈ is conserved: J is singular, and Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free along its null vector";
+        Facts {
+            window: Window { horizon: 0.5, coarsest: 0.01 },
+            stiffness: Stiffness::Transient(20.0),
+            singular: Some(Singular { reason, before: None }),
+            ..Facts::default()
         }
     }
     fn is_stiff(&self) -> bool {

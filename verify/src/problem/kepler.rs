@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
 
-use super::{Invariant, Mechanics, Principle, Problem, Spec};
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Invariant, Mechanics, Problem, Singular, Spec, Window};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -95,24 +95,25 @@ impl Problem for Kepler {
     fn ode(&self) -> &dyn Ode {
         self
     }
-    /// The error terms of least-squares methods settle late near the pericentre.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        match method.principle() {
-            Principle::Equation | Principle::Hamilton => self.nominal_plan(method),
-            _ => OrderPlan::at(method, 0.5, 0.025),
+    /// Orders are told past the pericentre, whose singularities, at ± 0.3 i from it for e = 0.6, make the error: the terms of
+    /// least-squares methods settle late near it, and the rest of the orbit adds roundoff to high orders. J has the eigenvalues
+    /// ±√(2/r³).
+    fn facts(&self) -> Facts {
+        let window = Window { horizon: 0.5, coarsest: 0.025 };
+        let reason = "as h → 0 the closure is (½λ − Jᵀ)(r₀ + r₁) = 0, which leaves the residual free where r³ = 8/λ²";
+        Facts {
+            high_order_horizon: 0.5,
+            least_squares: Some(window),
+            growing: Some(Singular { reason, before: Some(window) }),
+            ..Facts::default()
         }
     }
     /// Before closures with ṗ = −(λ/2) p degenerate where Jᵀ has the eigenvalue λ/2: for λ = 4 at r³ = ½, t = 0.66.
     fn horizon(&self) -> f64 {
         0.6
     }
-    /// Past the pericentre: its singularities, at ± 0.3 i from it for e = 0.6, make the error, and the rest of the orbit adds
-    /// roundoff.
-    fn high_order_horizon(&self) -> f64 {
-        0.5
-    }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
-        Some(Mechanics::new(AutoLagrangian::new(self)))
+        Some(Mechanics::new(System::ConstantMass, AutoLagrangian::new(self)))
     }
     /// Energy, angular momentum, and the direction of the pericentre: p × l − q/|q|.
     fn invariants(&self) -> Vec<Invariant<'_>> {

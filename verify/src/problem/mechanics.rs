@@ -2,10 +2,14 @@
 
 use lsvi::{Constraint, EulerLagrange};
 
+use crate::kinds::System;
+
 /// A mechanical system: a Lagrangian L(t, q, v) in n degrees of freedom, with constraints where it has them.
 ///
 /// The state of its [`Problem`](super::Problem) is (q, p) with p = ∂L/∂v, 2n components.
 pub struct Mechanics<'a> {
+    /// Its class.
+    pub system: System,
     /// L with its Euler–Lagrange equations; a force, where there is one, is part of them ([`lsvi::Forced`]).
     pub lagrangian: Box<dyn EulerLagrange + 'a>,
     /// Holonomic constraints f(q) = 0. In the equations of the problem the multipliers are eliminated by f̈ = 0.
@@ -13,9 +17,9 @@ pub struct Mechanics<'a> {
 }
 
 impl<'a> Mechanics<'a> {
-    /// The motions of `lagrangian` in all of space.
-    pub(super) fn new(lagrangian: impl EulerLagrange + 'a) -> Self {
-        Self { lagrangian: Box::new(lagrangian), constraint: None }
+    /// The motions of `lagrangian`, a system of the class `system`, in all of space.
+    pub(super) fn new(system: System, lagrangian: impl EulerLagrange + 'a) -> Self {
+        Self { system, lagrangian: Box::new(lagrangian), constraint: None }
     }
 
     /// The same on the manifold f(q) = 0.

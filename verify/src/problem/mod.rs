@@ -12,6 +12,7 @@ mod circle;
 mod damped_pendulum;
 mod double_pendulum;
 mod elliptic;
+mod facts;
 mod harmonic_oscillator;
 mod heat_2d;
 mod henon_heiles;
@@ -40,11 +41,12 @@ use std::fmt;
 
 use lsvi::{Lagrangian, LeastSquares, VectorField};
 
+pub use facts::{Facts, Singular, Stiffness, Window};
 pub use mechanics::{Invariant, Mechanics};
 pub use poiseuille_ansatz::PoiseuilleAnsatz;
 pub use published::{Published, published};
 
-use crate::method::{Method, OrderPlan, Stability};
+use crate::kinds::Principle;
 use crate::names::{NameError, Parameter, Parameters};
 use crate::reference::Ode;
 
@@ -106,30 +108,9 @@ pub trait Problem: fmt::Debug + Send + Sync {
         Limit { name: "equation", ode: self.ode(), initial: self.initial(), exact, order: None, reason }
     }
 
-    /// How the order of `method` is to be measured here: nominal unless the problem declares otherwise.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        self.nominal_plan(method)
-    }
-
-    /// The nominal order, at a horizon that suits its size.
-    fn nominal_plan(&self, method: &dyn Method) -> OrderPlan {
-        if method.principle() == Principle::Hamilton && method.order() > 4 {
-            OrderPlan::at(method, self.high_order_horizon(), 0.5)
-        } else {
-            OrderPlan::nominal(method)
-        }
-    }
-
-    /// The horizon at which orders above 4 are measured in mechanics, with steps from ½ down, since smaller ones are soon at
-    /// roundoff. It decides whether an order can be told; slopes that have not settled are no order.
-    fn high_order_horizon(&self) -> f64 {
-        2.0
-    }
-
-    /// Why `method` cannot reach the horizon here, or not on the solution, however small its steps, where that is known: a
-    /// failure that is asserted.
-    fn breakdown(&self, _method: &dyn Method) -> Option<&'static str> {
-        None
+    /// What is known of the solution: the default is a problem that is not stiff, on a time scale of order 1.
+    fn facts(&self) -> Facts {
+        Facts::default()
     }
 
     /// Whether explicit references would need steps far below the solution's own scale.
@@ -141,23 +122,6 @@ pub trait Problem: fmt::Debug + Send + Sync {
     fn horizon(&self) -> f64 {
         2.0
     }
-}
-
-/// Which principle a method steps: it decides what the method converges to where the residual cannot vanish.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Principle {
-    /// The differential equation itself.
-    Equation,
-    /// The Lagrangian with a momentum set to zero: p → 0.
-    MomentumZero,
-    /// The Lagrangian with a momentum that is conserved: ṗ → 0.
-    MomentumConserved,
-    /// The Lagrangian with a momentum that decays at a rate of the method's own.
-    MomentumDecaying,
-    /// The Lagrangian with p = 0 at the start only.
-    EulerLagrange,
-    /// The Lagrangian of mechanics from a given (q, p): Hamilton's principle, or Lagrange and d'Alembert's.
-    Hamilton,
 }
 
 /// The limit of a method as h → 0: an ODE, whose first components are those of the problem.
@@ -174,12 +138,6 @@ pub struct Limit<'a> {
     pub order: Option<f64>,
     /// Why this equation and this order.
     pub reason: &'static str,
-}
-
-/// The breakdown of unstable methods on an equation of diffusion.
-fn grows_on_a_grid(method: &dyn Method) -> Option<&'static str> {
-    let grows = method.stability() == Stability::Unstable;
-    grows.then_some("the method's own solutions grow as fast as the shortest waves of the grid decay")
 }
 
 /// An entry of the registry.

@@ -19,8 +19,7 @@ use diffsl::parser::parse_ds_string;
 use diffsl::{Compiler, CraneliftJitModule};
 use lsvi::{Jacobian, VectorField};
 
-use super::Problem;
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Problem, Window};
 use crate::reference::Ode;
 
 /// What every judgement on a model has to say.
@@ -169,9 +168,9 @@ impl Problem for Model {
         &self.equations
     }
 
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        let coarsest = self.horizon / if method.order() > 2 { 20.0 } else { 10.0 };
-        OrderPlan::at(method, self.horizon, coarsest)
+    fn facts(&self) -> Facts {
+        let window = Window { horizon: self.horizon, coarsest: 0.1 * self.horizon };
+        Facts { window, ..Facts::default() }
     }
 
     fn is_stiff(&self) -> bool {

@@ -2,8 +2,7 @@
 
 use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
 
-use super::{Principle, Problem, Spec, tabulated};
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Problem, Singular, Spec, Stiffness, Window, tabulated};
 use crate::reference::Ode;
 
 pub(super) const SPEC: Spec = Spec {
@@ -67,15 +66,14 @@ impl Problem for Oregonator {
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         tabulated::lookup("oregonator", t)
     }
-    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
-        let conserves = method.principle() == Principle::MomentumConserved;
-        conserves.then_some("Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J vanishes, and the branch ends there")
-    }
     /// x follows the others at the rate s (y − 1).
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        match self.breakdown(method) {
-            Some(_) => OrderPlan::at(method, 0.1, 0.002),
-            None => OrderPlan::smooth(method, 2.0, 0.02, S),
+    fn facts(&self) -> Facts {
+        let reason = "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J vanishes, and the branch ends there";
+        Facts {
+            window: Window { horizon: 2.0, coarsest: 0.02 },
+            stiffness: Stiffness::Transient(S),
+            singular: Some(Singular { reason, before: Some(Window { horizon: 0.1, coarsest: 0.002 }) }),
+            ..Facts::default()
         }
     }
     fn is_stiff(&self) -> bool {

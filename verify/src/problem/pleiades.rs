@@ -4,8 +4,7 @@ use lsvi::VectorField;
 use nalgebra::{Matrix2, Vector2};
 
 use super::analytic::{Analytic, Curved};
-use super::{Principle, Problem, Spec, tabulated};
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Problem, Singular, Spec, Window, tabulated};
 use crate::reference::Ode;
 
 pub(super) const SPEC: Spec = Spec {
@@ -117,17 +116,14 @@ impl Problem for Pleiades {
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         tabulated::lookup("pleiades", t)
     }
-    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
-        let conserves = method.principle() == Principle::MomentumConserved;
-        conserves.then_some(
-            "forces depend on differences of places alone: J is singular, and Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free",
-        )
-    }
     /// Up to t = 1, before the first close encounter.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        match self.breakdown(method) {
-            Some(reason) => OrderPlan::unmeasured(method, reason),
-            None => OrderPlan::at(method, 1.0, if method.order() > 2 { 0.05 } else { 0.1 }),
+    fn facts(&self) -> Facts {
+        let reason =
+            "forces depend on differences of places alone: J is singular, and Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free";
+        Facts {
+            window: Window { horizon: 1.0, coarsest: 0.1 },
+            singular: Some(Singular { reason, before: None }),
+            ..Facts::default()
         }
     }
     fn horizon(&self) -> f64 {

@@ -2,7 +2,8 @@
 
 use lsvi::{AutoDiff, HessianWeights, Jacobian, Lagrangian, Rhs, Scalar, VectorField};
 
-use super::{Limit, Principle, Problem, Spec, poiseuille_series};
+use super::{Limit, Problem, Spec, poiseuille_series};
+use crate::kinds::Principle;
 use crate::names::Parameter;
 use crate::reference::Ode;
 

@@ -1,11 +1,8 @@
 //! Prothero and Robinson's problem: a smooth solution that attracts its neighbours at rate λ ([HW96] IV.15).
 
-use std::f64::consts::SQRT_2;
-
 use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
 
-use super::{Problem, Spec};
-use crate::method::{Method, OrderPlan, Stability};
+use super::{Facts, Problem, Spec, Stiffness, Window};
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -18,15 +15,6 @@ pub(super) const SPEC: Spec = Spec {
     ],
     build: |p| Ok(Box::new(ProtheroRobinson { lambda: p.number("lambda")?, v0: p.number("v0")? })),
 };
-
-/// The order at t = 4 in even numbers of steps: `coarsest` and on, `count` of them, finer by `ratio` each.
-fn smooth(method: &dyn Method, coarsest: f64, ratio: f64, count: i32) -> OrderPlan {
-    let pairs = 2.0 / coarsest;
-    let steps = (0..count).map(|k| 4.0 / (2.0 * (pairs * ratio.powi(k)).round())).collect();
-    OrderPlan { steps, ..OrderPlan::at(method, 4.0, coarsest) }
-}
-
-const REDUCTION: &str = "hλ ≫ 1: the error is the defect of cos t divided by λ, not by 1/h";
 
 #[derive(Debug)]
 struct ProtheroRobinson {
@@ -75,25 +63,11 @@ impl Problem for ProtheroRobinson {
     fn is_stiff(&self) -> bool {
         self.lambda > 100.0
     }
-
-    /// Methods with a stiff order are measured where h resolves cos t and not the transient, hλ ≫ 1; the others on the
-    /// time scale 1/λ.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        let fast = |horizon: f64| OrderPlan::at(method, horizon / self.lambda, 0.25 / self.lambda);
-        if !self.is_stiff() {
-            return OrderPlan::at(method, 2.0, 0.2 / self.lambda.abs().max(1.0));
+    fn facts(&self) -> Facts {
+        if self.is_stiff() {
+            return Facts { stiffness: Stiffness::Forced(self.lambda), ..Facts::default() };
         }
-        match (method.stability(), method.stiff_order()) {
-            (Stability::Unstable, _) => fast(4.0),
-            (Stability::Conditional, _) | (_, None) => fast(10.0),
-            // Undamped errors alternate in sign, and a dozen step sizes let them die out at the fine end.
-            (Stability::Neutral, Some(order)) if order == method.order() => smooth(method, 0.4, SQRT_2, 12),
-            // High orders change over from one limit to the other early: they are taken well before hλ = 30.
-            (_, Some(order)) if method.order() > 2 => {
-                smooth(method, 0.2, SQRT_2.sqrt(), 8).declared(f64::from(order), REDUCTION)
-            }
-            (_, Some(order)) if order == method.order() => smooth(method, 0.4, SQRT_2, 8),
-            (_, Some(order)) => smooth(method, 0.4, SQRT_2, 8).declared(f64::from(order), REDUCTION),
-        }
+        let window = Window { horizon: 2.0, coarsest: 0.2 / self.lambda.abs().max(1.0) };
+        Facts { window, ..Facts::default() }
     }
 }

@@ -2,8 +2,7 @@
 
 use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
 
-use super::{Principle, Problem, Spec, tabulated};
-use crate::method::{Method, OrderPlan, Stability};
+use super::{Facts, Problem, Singular, Spec, Stiffness, Window, tabulated};
 use crate::reference::Ode;
 
 pub(super) const SPEC: Spec = Spec {
@@ -64,25 +63,17 @@ impl Problem for Robertson {
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         tabulated::lookup("robertson", t)
     }
-    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
-        match method.principle() {
-            Principle::MomentumConserved => {
-                Some("two columns of J vanish where b = c = 0, so that Jᵀr₀ + Jᵀr₁ = 0 lets b and c stay 0")
-            }
-            Principle::MomentumDecaying => Some(
-                "as h → 0 the closure is (½λ − Jᵀ)(r₀ + r₁) = 0, which leaves the residual free where ½λ is an eigenvalue of J",
-            ),
-            _ => None,
-        }
-    }
-    /// b follows the others at the rate 6·10⁷ b, some 2·10³.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        match self.breakdown(method) {
-            Some(reason) => OrderPlan::unmeasured(method, reason),
-            None if method.stability() == Stability::Unstable => {
-                OrderPlan::unmeasured(method, "its error, in b of size 4e-5, is near the roundoff that momenta carry")
-            }
-            None => OrderPlan::smooth(method, 0.4, 0.002, 2e3),
+    /// b follows the others at the rate 6·10⁷ b, some 2·10³. Beside the solution, at b = −λ/(1.2·10⁸), J has the eigenvalue ½λ.
+    fn facts(&self) -> Facts {
+        let singular = "two columns of J vanish where b = c = 0, so that Jᵀr₀ + Jᵀr₁ = 0 lets b and c stay 0";
+        let growing = "as h → 0 the closure is (½λ − Jᵀ)(r₀ + r₁) = 0, which leaves the residual free where ½λ is an eigenvalue \
+                       of J: beside the start, at b = −λ/(1.2·10⁸)";
+        Facts {
+            window: Window { horizon: 0.4, coarsest: 0.002 },
+            stiffness: Stiffness::Transient(2e3),
+            singular: Some(Singular { reason: singular, before: None }),
+            growing: Some(Singular { reason: growing, before: None }),
+            ..Facts::default()
         }
     }
     fn is_stiff(&self) -> bool {

@@ -4,6 +4,7 @@ use lsvi::{AutoConstraint, AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, 
 
 use super::unit_sphere::UnitSphere;
 use super::{Invariant, Mechanics, Problem, Spec, tabulated};
+use crate::kinds::System;
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -108,7 +109,7 @@ impl Problem for SphericalPendulum {
     }
     fn mechanics(&self) -> Option<Mechanics<'_>> {
         let sphere = AutoConstraint::new(UnitSphere { dim: 3 });
-        Some(Mechanics::new(AutoLagrangian::new(self)).constrained(sphere))
+        Some(Mechanics::new(System::ConstantMass, AutoLagrangian::new(self)).constrained(sphere))
     }
     fn invariants(&self) -> Vec<Invariant<'_>> {
         vec![

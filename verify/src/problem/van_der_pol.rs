@@ -2,8 +2,7 @@
 
 use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
 
-use super::{Principle, Problem, Spec, tabulated};
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Problem, Singular, Spec, Window, tabulated};
 use crate::names::Parameter;
 use crate::reference::Ode;
 
@@ -77,17 +76,10 @@ impl Problem for VanDerPol {
     fn is_stiff(&self) -> bool {
         self.mu > 20.0
     }
-    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
-        let conserves = method.principle() == Principle::MomentumConserved;
-        (conserves && *self == Self::DEFAULT).then_some(
-            "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J = 2μxy + 1 vanishes, at t = 0.16; the branch ends soon after",
-        )
-    }
-    /// Method II is measured before its breakdown.
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        match self.breakdown(method) {
-            Some(_) => OrderPlan::at(method, 0.1, 0.01),
-            None => OrderPlan::nominal(method),
-        }
+    fn facts(&self) -> Facts {
+        let reason = "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J = 2μxy + 1 vanishes, at t = 0.16; the branch ends \
+                      soon after";
+        let before = Some(Window { horizon: 0.1, coarsest: 0.01 });
+        Facts { singular: (*self == Self::DEFAULT).then_some(Singular { reason, before }), ..Facts::default() }
     }
 }

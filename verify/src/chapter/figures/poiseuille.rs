@@ -5,6 +5,8 @@ use lsvi::quadrature::Quadrature;
 use super::{HORIZON, METHODS, PAPERS, Plan, Sweep, maps};
 use crate::chapter::{Context, Study, StudyError};
 use crate::evidence::{Cell, Check, Evidence, Figure, Table};
+use crate::kinds::{Principle, Stability};
+use crate::method;
 use crate::problem::poiseuille_series::{SLOWEST_DECAY_RATE, velocity};
 use crate::run::max_norm;
 
@@ -164,14 +166,24 @@ fn same_equation(sweep: &Sweep) -> Vec<Check> {
 
 /// Bound on how far a run of `method` strays from the solution of its limiting equation: the leading error term of its factor
 /// R = e^{−λh + c h^k}, |c| h^{k−1} t e^{−λt} ≤ |c| h^{k−1}/(λe), and half of that again.
+///
+/// R is that of Method I's Galerkin equation, implicit Euler, (1 + z/2)/(1 − z/2) or the exponential's polynomial of degree
+/// four; NaN for any other method.
 fn drift(method: &str, h: f64) -> f64 {
-    let (c, rate, k): (f64, f64, i32) = match method {
-        "method-i" | "explicit-momentum" => (0.625, GALERKIN_RATE, 2),
-        "implicit-euler" => (4.5, AVERAGED_RATE, 2),
-        "rk4" => (AVERAGED_RATE.powi(5) / 120.0, AVERAGED_RATE, 5),
-        _ => (AVERAGED_RATE.powi(3) / 12.0, AVERAGED_RATE, 3),
+    let traits = method::parse(method).map(|method| method.traits());
+    let (c, rate, k): (f64, f64, i32) = match traits.map(|traits| (traits.principle, traits.order, traits.stability)) {
+        Ok((Principle::MomentumZero, ..)) => (0.625, GALERKIN_RATE, 2),
+        Ok((Principle::Equation, 1, _)) => (AVERAGED_RATE.powi(2) / 2.0, AVERAGED_RATE, 2),
+        Ok((_, 2, Stability::Neutral)) => (AVERAGED_RATE.powi(3) / 12.0, AVERAGED_RATE, 3),
+        Ok((Principle::Equation, 4, _)) => (AVERAGED_RATE.powi(5) / 120.0, AVERAGED_RATE, 5),
+        _ => return f64::NAN,
     };
     1.5 * c * h.powi(k - 1) / (rate * std::f64::consts::E)
+}
+
+/// Whether a method sets a momentum of the Lagrangian (37) to zero, and so approximates the Galerkin equation.
+fn is_galerkin(method: &str) -> bool {
+    method::parse(method).is_ok_and(|method| method.principle() == Principle::MomentumZero)
 }
 
 /// Every run ends at the floor of its equation: the distance of the equation's solution from the flow.
@@ -179,8 +191,8 @@ fn at_the_floor(sweep: &Sweep, floors: &Floors) -> Vec<Check> {
     let finest = sweep.steps().last().unwrap_or(HORIZON);
     let runs = sweep.runs.iter().filter(|run| run.h == finest);
     runs.map(|run| {
-        let is_galerkin = run.problem == GALERKIN || matches!(run.method, "method-i" | "explicit-momentum");
-        let (name, floor) = if is_galerkin { ("Galerkin", floors.galerkin) } else { ("averaged", floors.averaged) };
+        let galerkin = run.problem == GALERKIN || is_galerkin(run.method);
+        let (name, floor) = if galerkin { ("Galerkin", floors.galerkin) } else { ("averaged", floors.averaged) };
         // The largest error over grid points misses the maximum by at most ½h times the slope, which is below 2.
         let slack = drift(run.method, finest) + finest + Floors::SAMPLING;
         let error = run.largest.as_ref().map_or(f64::NAN, |largest| largest.error);

@@ -15,8 +15,8 @@ use self::band::Cholesky;
 use self::flow::Flow;
 use self::modes::Modes;
 use self::space::{Scheme, Shapes, Space};
-use super::{Limit, Principle, Problem, Spec, grows_on_a_grid};
-use crate::method::{Method, OrderPlan};
+use super::{Facts, Limit, Problem, Spec, Stiffness, Window};
+use crate::kinds::Principle;
 use crate::names::{NameError, Parameter, Parameters};
 use crate::reference::Ode;
 
@@ -211,11 +211,9 @@ impl Problem for Channel {
             reason: "the equation discretised in space",
         }
     }
-    fn order_plan(&self, method: &dyn Method) -> OrderPlan {
-        OrderPlan::smooth(method, 1.0, 0.1, self.fastest())
-    }
-    fn breakdown(&self, method: &dyn Method) -> Option<&'static str> {
-        grows_on_a_grid(method)
+    fn facts(&self) -> Facts {
+        let window = Window { horizon: 1.0, coarsest: 0.1 };
+        Facts { window, stiffness: Stiffness::Transient(self.fastest()), ..Facts::default() }
     }
     fn is_stiff(&self) -> bool {
         self.fastest() > 100.0

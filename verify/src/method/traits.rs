@@ -1,0 +1,47 @@
+//! What is known of a method, as data.
+
+use crate::kinds::{Principle, Stability, Symplecticity};
+
+/// The attributes of a method, from which [`theory`](crate::theory) derives what it does on a problem.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Traits {
+    /// Nominal order of accuracy on smooth nonlinear problems.
+    pub order: u32,
+    /// Order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15); `None` where the error is no power of h at the stiffness of
+    /// practical problems.
+    pub stiff_order: Option<u32>,
+    /// What it steps; decides the limit on a reduced Lagrangian.
+    pub principle: Principle,
+    /// What limits its step size on stiff problems.
+    pub stability: Stability,
+    /// On which mechanical systems it preserves the symplectic form.
+    pub symplectic: Symplecticity,
+    /// Whether a step of −h undoes one of h, so that a motion retraces its path when its momentum is reversed.
+    pub is_reversible: bool,
+    /// Whether the leading defect of its path is along an even derivative of q.
+    pub has_even_defect: bool,
+    /// Rows that one solution of its equations yields: more than one where several steps are found together.
+    pub rows_per_solve: usize,
+    /// Whether it chooses its steps itself, and takes a given h as the longest.
+    pub is_adaptive: bool,
+    /// The method whose steps it takes with other unknowns, where it does.
+    pub restates: Option<String>,
+}
+
+impl Traits {
+    /// A method of order `order`, at hλ ≫ 1 too, that steps `principle`, one row at a time; neither symplectic nor reversible.
+    pub(super) fn new(order: u32, principle: Principle, stability: Stability) -> Self {
+        Self {
+            order,
+            stiff_order: Some(order),
+            principle,
+            stability,
+            symplectic: Symplecticity::Never,
+            is_reversible: false,
+            has_even_defect: false,
+            rows_per_solve: 1,
+            is_adaptive: false,
+            restates: None,
+        }
+    }
+}

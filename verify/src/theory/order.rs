@@ -1,0 +1,145 @@
+//! How an order is measured, and what it should be.
+
+use std::f64::consts::SQRT_2;
+
+use super::breakdown::free_residual;
+use crate::kinds::{Principle, Stability, System};
+use crate::measure::order::{Expectation, ladder};
+use crate::method::{Method, Traits};
+use crate::problem::{Facts, Problem, Stiffness, Window};
+
+/// Half-width of the band around an expected order up to 4: a tenth of an order tells neighbouring orders apart by far.
+/// Above, steps lie closer together, so that the same deviations of errors from a power law make slopes p/4 times as wrong.
+const ORDER_BAND: f64 = 0.1;
+
+/// Step sizes in an order study.
+const LADDER: usize = 13;
+
+/// How the order of a method on a problem is measured, and what it should be.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrderPlan {
+    /// The order and its band.
+    pub expectation: Expectation,
+    /// End of the integration.
+    pub horizon: f64,
+    /// The step sizes, coarse to fine.
+    pub steps: Vec<f64>,
+    /// Why nothing is measured, where that is so.
+    pub unmeasured: Option<&'static str>,
+}
+
+impl OrderPlan {
+    /// The order p in `window`, with steps finer by factors √2; for p > 4 by 4^{1/p}, a quarter of the error at a time,
+    /// because a high order is soon at roundoff.
+    fn new(order: u32, Window { horizon, coarsest }: Window) -> Self {
+        let order = f64::from(order);
+        let steps = ladder(horizon, coarsest, SQRT_2.min(4_f64.powf(order.recip())), LADDER);
+        let band = ORDER_BAND.max(order / 40.0);
+        Self { expectation: Expectation::new(order, band), horizon, steps, unmeasured: None }
+    }
+
+    /// In a window for second order: the error terms of higher ones settle later.
+    fn settled(order: u32, window: Window) -> Self {
+        let coarsest = if order > 2 { 0.5 * window.coarsest } else { window.coarsest };
+        Self::new(order, Window { coarsest, ..window })
+    }
+
+    /// No order is measured, for a reason.
+    fn unmeasured(order: u32, window: Window, reason: &'static str) -> Self {
+        Self { unmeasured: Some(reason), ..Self::new(order, window) }
+    }
+
+    /// Expects `order` instead, for a reason.
+    #[must_use]
+    pub fn declared(self, order: f64, reason: &str) -> Self {
+        Self { expectation: self.expectation.declared(order, reason), ..self }
+    }
+}
+
+/// How the order of `method` on `problem` is to be measured.
+pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
+    let (facts, traits) = (problem.facts(), method.traits());
+    if let Some(singular) = free_residual(problem, method) {
+        return match singular.before {
+            Some(window) => OrderPlan::settled(traits.order, window),
+            None => OrderPlan::unmeasured(traits.order, facts.window, singular.reason),
+        };
+    }
+    let plan = match facts.stiffness {
+        Stiffness::None => regular(&facts, &traits),
+        Stiffness::Transient(rate) => transient(facts.window, rate, &traits),
+        Stiffness::Forced(rate) => forced(rate, &traits),
+    };
+    let circular = problem.mechanics().is_some_and(|mechanics| mechanics.system == System::Circular);
+    if circular && traits.has_even_defect {
+        let order = f64::from(traits.order + 2);
+        return plan.declared(
+            order,
+            "the leading defect is along an even derivative of q, radial, and goes into the multiplier",
+        );
+    }
+    plan
+}
+
+/// The nominal order, where the solution sets the scale of time.
+fn regular(facts: &Facts, traits: &Traits) -> OrderPlan {
+    match traits.principle {
+        // Smaller steps are soon at roundoff.
+        Principle::Hamilton if traits.order > 4 => {
+            OrderPlan::new(traits.order, Window { horizon: facts.high_order_horizon, coarsest: 0.5 })
+        }
+        Principle::Equation | Principle::Hamilton => OrderPlan::settled(traits.order, facts.window),
+        _ => OrderPlan::settled(traits.order, facts.least_squares.unwrap_or(facts.window)),
+    }
+}
+
+/// The nominal order where transients decay at rates up to `fastest`: within the limit of stability for methods that have
+/// one.
+fn transient(window: Window, fastest: f64, traits: &Traits) -> OrderPlan {
+    let Window { horizon, coarsest } = window;
+    let within = |limit: f64| Window { horizon: horizon.min(6.0 / fastest), coarsest: coarsest.min(limit / fastest) };
+    if traits.order > 2 {
+        let reason = "where h is small enough for the order to show, the error is near roundoff";
+        return OrderPlan::unmeasured(traits.order, window, reason);
+    }
+    match traits.stability {
+        Stability::Unstable if fastest > 1e3 => OrderPlan::unmeasured(
+            traits.order,
+            window,
+            "its error, in b of size 4e-5, is near the roundoff that momenta carry",
+        ),
+        Stability::Unstable => OrderPlan::new(traits.order, within(1.0)),
+        Stability::Conditional => OrderPlan::new(traits.order, within(1.5)),
+        Stability::Damping | Stability::Neutral => OrderPlan::new(traits.order, window),
+    }
+}
+
+const REDUCTION: &str = "hλ ≫ 1: the error is the defect of the smooth solution divided by λ, not by 1/h";
+
+/// The order on a smooth solution, with time scale 1, to which others are attracted at `rate`.
+///
+/// Methods with a stiff order are measured where h resolves the solution and not the attraction, h·rate ≫ 1, the others on
+/// the time scale 1/rate.
+fn forced(rate: f64, traits: &Traits) -> OrderPlan {
+    let fast = |horizon: f64| OrderPlan::new(traits.order, Window { horizon: horizon / rate, coarsest: 0.25 / rate });
+    let slow = |coarsest: f64, ratio: f64, count: i32| {
+        let steps = even_steps(4.0, coarsest, ratio, count);
+        OrderPlan { steps, ..OrderPlan::new(traits.order, Window { horizon: 4.0, coarsest }) }
+    };
+    match (traits.stability, traits.stiff_order) {
+        (Stability::Unstable, _) => fast(4.0),
+        (Stability::Conditional, _) | (_, None) => fast(10.0),
+        // Undamped errors alternate in sign, (−1)ⁿ, and a dozen step sizes let them die out at the fine end.
+        (Stability::Neutral, Some(order)) if order == traits.order => slow(0.4, SQRT_2, 12),
+        // High orders change over from one limit to the other early: they are taken well before h·rate = 30.
+        (_, Some(order)) if traits.order > 2 => slow(0.2, SQRT_2.sqrt(), 8).declared(f64::from(order), REDUCTION),
+        (_, Some(order)) if order == traits.order => slow(0.4, SQRT_2, 8),
+        (_, Some(order)) => slow(0.4, SQRT_2, 8).declared(f64::from(order), REDUCTION),
+    }
+}
+
+/// `count` step sizes that divide `horizon` into even numbers of steps: `coarsest` and on, finer by `ratio` each.
+fn even_steps(horizon: f64, coarsest: f64, ratio: f64, count: i32) -> Vec<f64> {
+    let pairs = 0.5 * horizon / coarsest;
+    (0..count).map(|k| horizon / (2.0 * (pairs * ratio.powi(k)).round())).collect()
+}
