@@ -1,7 +1,6 @@
 //! Holonomic constraints: orders against reduced coordinates, constraint and momentum to rounding, typed errors.
 
-mod systems;
-
+use crate::systems::{Degenerate, Falling, Free, Pendulum, Sphere};
 use approx::assert_abs_diff_eq;
 use lsvi::discrete::{Constrainable, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
@@ -9,7 +8,6 @@ use lsvi::{
     AutoConstraint, AutoLagrangian, Constrained, ConstraintFn, InputError, OneStep, Scalar, SolveError, State,
     StepError, Trajectory, TwoStep, position_momentum,
 };
-use systems::{Degenerate, Falling, Free, Pendulum, Sphere};
 
 const EPS: f64 = f64::EPSILON;
 

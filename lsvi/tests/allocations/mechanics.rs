@@ -1,48 +1,13 @@
-//! No step allocates.
+//! No step of mechanics or of small dense systems allocates.
 
-mod systems;
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use crate::allocations;
+use crate::systems::{Damping, DoublePendulum, Falling, Sphere};
 use lsvi::discrete::{Constrainable, DiscreteLegendre, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
     AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, Constrained, Forced, OneStep, Rhs, Scalar, TwoStep, method_i,
     method_ii, position_momentum,
 };
-use systems::{Damping, DoublePendulum, Falling, Sphere};
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call is passed on to the system's allocator unchanged; counting touches no memory that it manages.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller upholds the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: `pointer` came from `System.alloc` with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
-/// Allocations of ten calls, after one call that may set things up.
-fn allocations(mut step: impl FnMut()) -> u64 {
-    step();
-    let before = ALLOCATIONS.get();
-    (0..10).for_each(|_| step());
-    ALLOCATIONS.get() - before
-}
 
 fn assert_allocation_free(name: &str, method: &mut dyn OneStep, q0: &[f64], p0: &[f64]) {
     let (mut q, mut p) = (q0.to_vec(), p0.to_vec());
@@ -52,11 +17,6 @@ fn assert_allocation_free(name: &str, method: &mut dyn OneStep, q0: &[f64], p0: 
         method.step(0.0, 0.05, &mut q, &mut p).expect("short step");
     });
     assert_eq!(count, 0, "{name}");
-}
-
-#[test]
-fn the_counter_counts() {
-    assert_eq!(allocations(|| drop(std::hint::black_box(vec![1.0]))), 10);
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Integrators of Lagrangian mechanics against closed forms, exact derivatives, each other and their order.
 
-mod systems;
-
+use crate::systems::{ChargedParticle, Damping, Degenerate, DoublePendulum, Driven, Oscillator, Pendulum};
 use approx::assert_abs_diff_eq;
 use lsvi::discrete::{
     DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, KongYangCircle, Midpoint, MomentumWeights, PathFitted,
@@ -13,7 +12,6 @@ use lsvi::{
     OneStep, SolveError, State, StepError, Trajectory, TwoStep, position_momentum,
 };
 use nalgebra::{DMatrix, DVector};
-use systems::{ChargedParticle, Damping, Degenerate, DoublePendulum, Driven, Oscillator, Pendulum};
 
 const EPS: f64 = f64::EPSILON;
 
@@ -300,7 +298,7 @@ fn galerkin_is_symplectic_for_every_lagrangian() {
 
 #[test]
 fn path_fitting_is_symplectic_for_separable_lagrangians_on_gauss_nodes_only() {
-    let l = AutoLagrangian::new(systems::HenonHeiles);
+    let l = AutoLagrangian::new(crate::systems::HenonHeiles);
     let (q, p) = ([0.1, -0.2], [0.4, 0.3]);
     for m in 2..=5 {
         let defect = symplecticity_defect(PathFitted::on(&l, NodeFamily::Gauss, m).expect("m ≥ 2"), 0.2, &q, &p);

@@ -1,11 +1,9 @@
 //! Fields by products with their derivatives.
 
-mod fields;
-
 use std::cell::Cell;
 
+use crate::fields::Burgers;
 use approx::assert_abs_diff_eq;
-use fields::Burgers;
 use lsvi::classic::{RungeKutta, Tableau};
 use lsvi::{
     AutoDiff, Jacobian, Mass, MassOperator, OneStep, SolveError, StepError, Structure, VectorField, add_columns,

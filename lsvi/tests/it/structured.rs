@@ -1,9 +1,7 @@
 //! Systems with dense, banded and sparse Jacobians: the same steps in every structure and formulation.
 
-mod fields;
-
+use crate::fields::{As, Burgers, Line, Plane, Walls};
 use approx::assert_abs_diff_eq;
-use fields::{As, Burgers, Line, Plane, Walls};
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::{

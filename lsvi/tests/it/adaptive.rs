@@ -1,8 +1,6 @@
 //! Adaptive integration against exact solutions and against itself at tighter tolerances.
 
-mod fields;
-
-use fields::{As, Line, Walls};
+use crate::fields::{As, Line, Walls};
 use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::{AutoDiff, InputError, Mass, Rhs, Scalar, SolveError, State, StepError, Structure, Trajectory, VectorField};
 

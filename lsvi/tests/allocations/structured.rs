@@ -1,0 +1,40 @@
+//! Steps allocate nothing once the first has set up factors.
+
+use crate::allocations;
+use crate::fields::{As, Burgers, Line, Plane, Walls};
+use lsvi::adaptive::{Radau, Tolerances};
+use lsvi::classic::{Bdf2, RungeKutta, Tableau};
+use lsvi::{AutoDiff, Formulation, Integrator, MethodI, State, Structure, Trajectory, VectorField, method_i};
+
+/// Allocations of ten steps after the first two.
+fn of_steps(method: impl Integrator) -> u64 {
+    let n = method.dim();
+    let v = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / (n + 1) as f64).sin()).collect();
+    let mut trajectory = Trajectory::new(method, State::new(0.0, v), 0.01, 1.0).expect("usable");
+    let mut step = || assert!(trajectory.step().expect("solvable").is_some());
+    step();
+    allocations(step)
+}
+
+#[test]
+fn steps_allocate_nothing() {
+    let line = Line::new(20, 1.0, Walls::Dirichlet);
+    let plane = Plane { side: 6 };
+    let burgers = AutoDiff::new(Burgers { cells: 20, viscosity: 0.1 });
+    let fields: [&dyn VectorField; 5] =
+        [&line, &plane, &burgers, &As(Structure::Dense, &line), &As(Structure::Dense, &burgers)];
+    for field in fields {
+        assert_eq!(of_steps(method_i(field)), 0);
+        assert_eq!(of_steps(Bdf2::new(field)), 0);
+        let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+        assert_eq!(of_steps(Radau::new(field, tolerances).expect("valid")), 0);
+        for tableau in [Tableau::implicit_euler(), Tableau::trapezoidal(), Tableau::sdirk2()] {
+            assert_eq!(of_steps(RungeKutta::new(field, tableau)), 0);
+        }
+        for formulation in [Formulation::Augmented, Formulation::Twisted, Formulation::CONJUGATE_GRADIENTS] {
+            if let Ok(method) = MethodI::with_formulation(field, formulation) {
+                assert_eq!(of_steps(method), 0, "{formulation:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! What the library promises, on systems small enough to know the answer; one binary, so that they are linked once.
+
+mod adaptive;
+mod constraints;
+mod coupled;
+mod fields;
+mod formulations;
+mod high_order;
+mod least_squares;
+mod mechanics;
+mod open_closures;
+mod seam;
+mod structured;
+mod systems;
