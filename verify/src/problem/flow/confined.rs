@@ -1,0 +1,194 @@
+//! Flows in a rectangle as systems M ψ̇ = Cᵀ F(C ψ).
+
+use std::cell::RefCell;
+use std::fmt;
+
+use lsvi::{Jacobian, Mass, Structure, VectorField};
+
+use super::momentum::{acceleration, derivatives};
+use super::staggered::{Component, Rectangle, Space};
+
+/// What a flow in a rectangle is given: values on the boundary, and a force.
+pub(super) trait Given: fmt::Debug + Send + Sync {
+    /// The stream function on the boundary.
+    fn stream(&self, _at: [f64; 2], _t: f64) -> f64 {
+        0.0
+    }
+
+    /// Its derivative in time.
+    fn stream_rate(&self, _at: [f64; 2], _t: f64) -> f64 {
+        0.0
+    }
+
+    /// The velocity on the boundary, of which the tangential component is used.
+    fn velocity(&self, _at: [f64; 2], _t: f64) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    /// The force, where there is one.
+    fn force(&self, _at: [f64; 2], _t: f64) -> Option<[f64; 2]> {
+        None
+    }
+}
+
+/// Velocities in the space of discretely divergence-free ones, moved by the momentum equation tested in that space.
+///
+/// The unknowns are values ψ of the stream function, w = E (ψ; d(t)) the velocities, and M ψ̇ = Cᵀ (F(w) − ẇ_d): without a
+/// pressure, which no test function sees. M = CᵀC makes the natural metric of the residual that of the kinetic energy.
+#[derive(Debug)]
+pub(super) struct Confined {
+    pub(super) space: Space,
+    pub(super) nu: f64,
+    pub(super) given: Box<dyn Given>,
+    mass: Jacobian,
+}
+
+impl Confined {
+    pub(super) fn new(rectangle: Rectangle, nu: f64, given: Box<dyn Given>) -> Self {
+        let space = Space::new(rectangle);
+        let mass = space.mass();
+        Self { space, nu, given, mass }
+    }
+
+    /// Writes the boundary's data at time t: ψ, then the tangential velocities.
+    pub(super) fn data(&self, t: f64, data: &mut [f64]) {
+        let (stream, tangential) = data.split_at_mut(self.space.boundary.len());
+        for (d, at) in stream.iter_mut().zip(&self.space.boundary) {
+            *d = self.given.stream(*at, t);
+        }
+        for (d, wall) in tangential.iter_mut().zip(&self.space.walls) {
+            *d = self.given.velocity(wall.point, t)[usize::from(wall.component == Component::V)];
+        }
+    }
+
+    /// Their rates, of which those of the tangential velocities are not needed.
+    fn data_rate(&self, t: f64, rate: &mut [f64]) {
+        for (d, at) in rate.iter_mut().zip(&self.space.boundary) {
+            *d = self.given.stream_rate(*at, t);
+        }
+    }
+
+    /// The padded velocities of a state.
+    pub(super) fn velocities(&self, t: f64, psi: &[f64]) -> Vec<f64> {
+        let mut data = vec![0.0; self.space.data()];
+        self.data(t, &mut data);
+        let mut w = vec![0.0; 2 * self.space.padded];
+        self.space.velocities(psi, Some(&data), &mut w);
+        w
+    }
+
+    pub(super) fn field(&self) -> Field<'_> {
+        let space = &self.space;
+        let scratch = Scratch {
+            data: vec![0.0; space.data()],
+            rate: vec![0.0; space.data()],
+            velocities: vec![0.0; 2 * space.padded],
+            direction: vec![0.0; 2 * space.padded],
+            image: vec![0.0; 2 * space.padded],
+        };
+        Field { flow: self, scratch: RefCell::new(scratch) }
+    }
+}
+
+/// The system of a [`Confined`] flow with its work space.
+pub(super) struct Field<'a> {
+    flow: &'a Confined,
+    scratch: RefCell<Scratch>,
+}
+
+struct Scratch {
+    data: Vec<f64>,
+    rate: Vec<f64>,
+    velocities: Vec<f64>,
+    /// C x, or C y in the transpose.
+    direction: Vec<f64>,
+    image: Vec<f64>,
+}
+
+impl Scratch {
+    fn set_velocities(&mut self, flow: &Confined, t: f64, psi: &[f64]) {
+        flow.data(t, &mut self.data);
+        flow.space.velocities(psi, Some(&self.data), &mut self.velocities);
+    }
+}
+
+impl Field<'_> {
+    /// Writes J x into `out`.
+    pub(super) fn apply(&self, t: f64, psi: &[f64], x: &[f64], out: &mut [f64]) {
+        let (flow, space) = (self.flow, &self.flow.space);
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_velocities(flow, t, psi);
+        space.velocities(x, None, &mut s.direction);
+        out.fill(0.0);
+        let image = space.faces.iter().map(|face| {
+            let at = space.neighbours(face);
+            let a = derivatives(space, flow.nu, &s.velocities, face);
+            at.iter().zip(a).map(|(&q, a)| a * s.direction[q]).sum()
+        });
+        space.test(image, out);
+    }
+
+    /// Writes Jᵀ y into `out`.
+    pub(super) fn apply_transpose(&self, t: f64, psi: &[f64], y: &[f64], out: &mut [f64]) {
+        let (flow, space) = (self.flow, &self.flow.space);
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_velocities(flow, t, psi);
+        s.image.fill(0.0);
+        let area = space.area();
+        for face in &space.faces {
+            let tested: f64 = area * space.unknowns(face.at).map(|(k, e)| e * y[k]).sum::<f64>();
+            let a = derivatives(space, flow.nu, &s.velocities, face);
+            for (q, a) in space.neighbours(face).into_iter().zip(a) {
+                s.image[q] += a * tested;
+            }
+        }
+        out.fill(0.0);
+        space.add_transpose(&s.image, out);
+    }
+}
+
+impl VectorField for Field<'_> {
+    fn dim(&self) -> usize {
+        self.flow.space.dim
+    }
+
+    fn structure(&self) -> Structure {
+        self.flow.space.structure.clone()
+    }
+
+    fn mass(&self) -> Mass {
+        Mass::Matrix(self.flow.mass.clone())
+    }
+
+    fn rhs(&self, t: f64, psi: &[f64], out: &mut [f64]) {
+        let (flow, space) = (self.flow, &self.flow.space);
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_velocities(flow, t, psi);
+        flow.data_rate(t, &mut s.rate);
+        out.fill(0.0);
+        let accelerations = space.faces.iter().map(|face| {
+            let force = flow.given.force(face.point, t).map_or(0.0, |f| f[usize::from(face.component == Component::V)]);
+            acceleration(space, flow.nu, &s.velocities, face) + force - space.lifted(face, &s.rate)
+        });
+        space.test(accelerations, out);
+    }
+
+    fn add_jacobian(&self, t: f64, psi: &[f64], scale: f64, out: &mut Jacobian) {
+        let (flow, space) = (self.flow, &self.flow.space);
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_velocities(flow, t, psi);
+        let area = scale * space.area();
+        for face in &space.faces {
+            let a = derivatives(space, flow.nu, &s.velocities, face);
+            for (q, a) in space.neighbours(face).into_iter().zip(a) {
+                for (l, of) in space.unknowns(q) {
+                    space.unknowns(face.at).for_each(|(k, test)| out.add(k, l, area * test * a * of));
+                }
+            }
+        }
+    }
+
+    fn add_curvature(&self, _t: f64, _psi: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {
+        // Not given: the methods iterate like Gauss and Newton.
+    }
+}

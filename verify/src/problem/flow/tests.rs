@@ -1,0 +1,154 @@
+use lsvi::{Jacobian, Mass, VectorField};
+use nalgebra::DVector;
+
+use super::confined::{Confined, Given};
+use super::staggered::{Closed, Rectangle};
+
+/// A lid in motion, and a boundary through which the fluid flows where `through` is not zero.
+#[derive(Debug)]
+struct Boundary {
+    lid: f64,
+    through: f64,
+}
+
+impl Given for Boundary {
+    fn stream(&self, [x, y]: [f64; 2], t: f64) -> f64 {
+        self.through * ((1.3 * x + t).sin() * y + x * x * y * y)
+    }
+    fn stream_rate(&self, [x, y]: [f64; 2], t: f64) -> f64 {
+        self.through * (1.3 * x + t).cos() * y
+    }
+    fn velocity(&self, [x, y]: [f64; 2], t: f64) -> [f64; 2] {
+        let lid = if y == 1.0 { self.lid } else { 0.0 };
+        [lid + self.through * ((1.3 * x + t).sin() + 2.0 * x * x * y), self.through * (x - y)]
+    }
+}
+
+fn flow(closed: Closed, lid: f64, through: f64) -> Confined {
+    let rectangle = Rectangle { origin: [0.0, 0.0], size: [1.5, 1.0], cells: [7, 5], closed };
+    Confined::new(rectangle, 0.03, Box::new(Boundary { lid, through }))
+}
+
+fn all() -> [Confined; 3] {
+    [flow(Closed::Sides, 1.0, 0.0), flow(Closed::Sides, 1.0, 1.0), flow(Closed::Walls, 1.0, 0.0)]
+}
+
+/// Numbers in (−1, 1) without pattern.
+fn noise(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    (0..n).map(|_| next()).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[test]
+fn the_transposed_product_is_the_adjoint() {
+    for flow in all() {
+        let (field, n) = (flow.field(), flow.space.dim);
+        let (v, x, y) = (noise(n, 1), noise(n, 2), noise(n, 3));
+        let (mut jx, mut jty) = (vec![0.0; n], vec![0.0; n]);
+        field.apply(0.3, &v, &x, &mut jx);
+        field.apply_transpose(0.3, &v, &y, &mut jty);
+        let (a, b) = (dot(&y, &jx), dot(&jty, &x));
+        let size = dot(&y, &y).sqrt() * dot(&jx, &jx).sqrt();
+        assert!((a - b).abs() <= 1e-12 * size, "{a} and {b}");
+    }
+}
+
+#[test]
+fn the_products_are_those_of_the_assembled_jacobian() {
+    for flow in all() {
+        let (field, n) = (flow.field(), flow.space.dim);
+        let (v, x) = (noise(n, 4), noise(n, 5));
+        let mut jacobian = Jacobian::with_structure(n, &field.structure());
+        field.add_jacobian(0.3, &v, 1.0, &mut jacobian);
+        let jacobian = jacobian.to_dense();
+        let (mut jx, mut jtx) = (vec![0.0; n], vec![0.0; n]);
+        field.apply(0.3, &v, &x, &mut jx);
+        field.apply_transpose(0.3, &v, &x, &mut jtx);
+        let x = DVector::from(x);
+        let (a, b) = (&jacobian * &x - DVector::from(jx), jacobian.tr_mul(&x) - DVector::from(jtx));
+        // Nine terms of four corners each.
+        let tolerance = 64.0 * f64::EPSILON * jacobian.amax();
+        assert!(a.amax() <= tolerance && b.amax() <= tolerance, "{} {} {tolerance}", a.amax(), b.amax());
+    }
+}
+
+/// f is quadratic in ψ, so that its central difference is its derivative, up to rounding.
+#[test]
+fn the_jacobian_is_the_derivative() {
+    for flow in all() {
+        let (field, n) = (flow.field(), flow.space.dim);
+        let (v, x) = (noise(n, 6), noise(n, 7));
+        let moved = |s: f64| -> Vec<f64> {
+            let at: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + s * x).collect();
+            let mut f = vec![0.0; n];
+            field.rhs(0.3, &at, &mut f);
+            f
+        };
+        let mut jx = vec![0.0; n];
+        field.apply(0.3, &v, &x, &mut jx);
+        let (above, below) = (moved(1.0), moved(-1.0));
+        let size = jx.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for (j, (a, b)) in jx.iter().zip(above.iter().zip(&below)) {
+            assert!((j - 0.5 * (a - b)).abs() <= 1e-12 * size, "{j} {}", 0.5 * (a - b));
+        }
+    }
+}
+
+/// ψᵀf is the work of viscosity alone where no fluid crosses the boundary and nothing moves there.
+#[test]
+fn convection_does_no_work() {
+    for closed in [Closed::Sides, Closed::Walls] {
+        let rectangle = Rectangle { origin: [0.0, 0.0], size: [1.5, 1.0], cells: [7, 5], closed };
+        let still = || Box::new(Boundary { lid: 0.0, through: 0.0 });
+        let flow = Confined::new(rectangle, 0.0, still());
+        let v = noise(flow.space.dim, 8);
+        let mut f = vec![0.0; flow.space.dim];
+        flow.field().rhs(0.0, &v, &mut f);
+        let size: f64 = f.iter().zip(&v).map(|(f, v)| (f * v).abs()).sum();
+        assert!(size > 1.0 && dot(&v, &f).abs() <= 1e-14 * size, "{} of {size}", dot(&v, &f));
+
+        // Viscosity takes energy: with ν alone, ψᵀf < 0, and the form is symmetric.
+        let viscous = Confined::new(rectangle, 1.0, still());
+        let (zero, x, y) = (vec![0.0; v.len()], noise(v.len(), 9), noise(v.len(), 10));
+        let (mut jx, mut jy) = (f.clone(), f.clone());
+        viscous.field().apply(0.0, &zero, &x, &mut jx);
+        viscous.field().apply(0.0, &zero, &y, &mut jy);
+        assert!(dot(&x, &jx) < 0.0);
+        assert!((dot(&y, &jx) - dot(&x, &jy)).abs() <= 1e-12 * (dot(&x, &jx) * dot(&y, &jy)).sqrt());
+    }
+}
+
+#[test]
+fn the_flux_out_of_every_cell_is_zero() {
+    use super::staggered::Component::{U, V};
+    for flow in all() {
+        let w = flow.velocities(0.3, &noise(flow.space.dim, 11));
+        let ([nx, ny], [dx, dy]) = (flow.space.rectangle.cells, flow.space.rectangle.spacing());
+        for (i, j) in (0..nx as isize).flat_map(|i| (0..ny as isize).map(move |j| (i, j))) {
+            let at = |c, i, j| w[flow.space.place(c, i, j)];
+            let flux = dy * (at(U, i + 1, j) - at(U, i, j)) + dx * (at(V, i, j + 1) - at(V, i, j));
+            assert!(flux.abs() <= 16.0 * f64::EPSILON, "{flux} at ({i}, {j})");
+        }
+    }
+}
+
+#[test]
+fn the_mass_matrix_is_the_kinetic_energy() {
+    for flow in [flow(Closed::Sides, 1.0, 0.0), flow(Closed::Walls, 1.0, 0.0)] {
+        let v = noise(flow.space.dim, 12);
+        let Mass::Matrix(mass) = flow.field().mass() else { panic!("not a matrix") };
+        let x = DVector::from(v.clone());
+        let w = flow.velocities(0.0, &v);
+        let energy: f64 = flow.space.faces.iter().map(|face| w[face.at].powi(2)).sum::<f64>() * flow.space.area();
+        let form = x.dot(&(mass.to_dense() * &x));
+        assert!((form - energy).abs() <= 1e-13 * energy, "{form} {energy}");
+    }
+}
