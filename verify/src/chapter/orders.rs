@@ -36,7 +36,7 @@ pub(super) fn measure_one(name: &str, problem: &dyn Problem, method: &dyn Method
 /// Measures every method on every problem that it applies to.
 pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError> {
     let mut pairs = Vec::new();
-    for spec in problem::ALL {
+    for spec in problem::paired() {
         let problem = problem::small(spec.name)?;
         pairs.extend(methods_for(&*problem).into_iter().map(|method| (spec.name, method)));
     }
@@ -55,7 +55,7 @@ pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let measured = measure_all(context)?;
     Ok(Evidence {
-        figures: vec![figure(&measured, problem::ALL.iter().map(|spec| spec.name))],
+        figures: vec![figure(&measured, problem::paired().map(|spec| spec.name))],
         notes: vec![
             "An order is fitted over the step sizes where the local slopes agree and the error stands clear of its floor; \
              a verdict needs at least four of them, is two-sided, and is inconclusive where the data do not decide. Linear \

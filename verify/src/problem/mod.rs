@@ -183,7 +183,16 @@ pub const ALL: &[Spec] = &[
     channel::STOKES2,
     burgers::SPEC,
     heat_2d::SPEC,
+    flow::CAVITY,
+    flow::MANUFACTURED,
+    flow::CHANNEL,
+    flow::KOVASZNAY,
 ];
+
+/// The problems that every method is run on: all but the flows, which have studies of their own.
+pub fn paired() -> impl Iterator<Item = &'static Spec> {
+    ALL.iter().filter(|spec| !flow::NAMES.contains(&spec.name))
+}
 
 /// Another name for a problem with one parameter set.
 #[derive(Debug, Clone, Copy)]
@@ -219,6 +228,10 @@ const SMALL: &[(&str, &str, &str)] = &[
     ("channel-stokes2", "cells", "8"),
     ("burgers", "cells", "8"),
     ("heat-2d", "cells", "5"),
+    ("cavity", "cells", "6"),
+    ("cavity-manufactured", "cells", "6"),
+    ("channel-2d", "cells", "4"),
+    ("kovasznay", "cells", "6"),
 ];
 
 /// The parameters that make the problem `name` small, where it is large.

@@ -10,7 +10,7 @@ use super::staggered::{Component, Rectangle, Space};
 
 /// What a flow in a rectangle is given: values on the boundary, and a force.
 pub(super) trait Given: fmt::Debug + Send + Sync {
-    /// The stream function on the boundary.
+    /// The stream function: on the boundary, and everywhere at t = 0.
     fn stream(&self, _at: [f64; 2], _t: f64) -> f64 {
         0.0
     }
@@ -27,6 +27,11 @@ pub(super) trait Given: fmt::Debug + Send + Sync {
 
     /// The force, where there is one.
     fn force(&self, _at: [f64; 2], _t: f64) -> Option<[f64; 2]> {
+        None
+    }
+
+    /// The velocity, where it is known.
+    fn exact(&self, _at: [f64; 2], _t: f64) -> Option<[f64; 2]> {
         None
     }
 }
@@ -112,41 +117,6 @@ impl Scratch {
     }
 }
 
-impl Field<'_> {
-    /// Writes J x into `out`.
-    pub(super) fn apply(&self, t: f64, psi: &[f64], x: &[f64], out: &mut [f64]) {
-        let (flow, space) = (self.flow, &self.flow.space);
-        let s = &mut *self.scratch.borrow_mut();
-        s.set_velocities(flow, t, psi);
-        space.velocities(x, None, &mut s.direction);
-        out.fill(0.0);
-        let image = space.faces.iter().map(|face| {
-            let at = space.neighbours(face);
-            let a = derivatives(space, flow.nu, &s.velocities, face);
-            at.iter().zip(a).map(|(&q, a)| a * s.direction[q]).sum()
-        });
-        space.test(image, out);
-    }
-
-    /// Writes Jᵀ y into `out`.
-    pub(super) fn apply_transpose(&self, t: f64, psi: &[f64], y: &[f64], out: &mut [f64]) {
-        let (flow, space) = (self.flow, &self.flow.space);
-        let s = &mut *self.scratch.borrow_mut();
-        s.set_velocities(flow, t, psi);
-        s.image.fill(0.0);
-        let area = space.area();
-        for face in &space.faces {
-            let tested: f64 = area * space.unknowns(face.at).map(|(k, e)| e * y[k]).sum::<f64>();
-            let a = derivatives(space, flow.nu, &s.velocities, face);
-            for (q, a) in space.neighbours(face).into_iter().zip(a) {
-                s.image[q] += a * tested;
-            }
-        }
-        out.fill(0.0);
-        space.add_transpose(&s.image, out);
-    }
-}
-
 impl VectorField for Field<'_> {
     fn dim(&self) -> usize {
         self.flow.space.dim
@@ -168,7 +138,8 @@ impl VectorField for Field<'_> {
         out.fill(0.0);
         let accelerations = space.faces.iter().map(|face| {
             let force = flow.given.force(face.point, t).map_or(0.0, |f| f[usize::from(face.component == Component::V)]);
-            acceleration(space, flow.nu, &s.velocities, face) + force - space.lifted(face, &s.rate)
+            let around = space.neighbours(face).map(|q| s.velocities[q]);
+            acceleration(space.step(face.component), flow.nu, around) + force - space.lifted(face, &s.rate)
         });
         space.test(accelerations, out);
     }
@@ -179,8 +150,9 @@ impl VectorField for Field<'_> {
         s.set_velocities(flow, t, psi);
         let area = scale * space.area();
         for face in &space.faces {
-            let a = derivatives(space, flow.nu, &s.velocities, face);
-            for (q, a) in space.neighbours(face).into_iter().zip(a) {
+            let at = space.neighbours(face);
+            let a = derivatives(space.step(face.component), flow.nu, at.map(|q| s.velocities[q]));
+            for (q, a) in at.into_iter().zip(a) {
                 for (l, of) in space.unknowns(q) {
                     space.unknowns(face.at).for_each(|(k, test)| out.add(k, l, area * test * a * of));
                 }
@@ -188,7 +160,56 @@ impl VectorField for Field<'_> {
         }
     }
 
-    fn add_curvature(&self, _t: f64, _psi: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {
-        // Not given: the methods iterate like Gauss and Newton.
+    fn add_curvature(&self, _t: f64, _psi: &[f64], y: &[f64], scale: f64, out: &mut Jacobian) {
+        let space = &self.flow.space;
+        let second: [[[f64; 9]; 9]; 2] = [Component::U, Component::V].map(|component| {
+            std::array::from_fn(|b| {
+                let unit = std::array::from_fn(|a| f64::from(u8::from(a == b)));
+                derivatives(space.step(component), 0.0, unit)
+            })
+        });
+        for face in &space.faces {
+            let tested: f64 = scale * space.area() * space.unknowns(face.at).map(|(k, e)| e * y[k]).sum::<f64>();
+            let at = space.neighbours(face);
+            for (q, row) in at.iter().zip(&second[usize::from(face.component == Component::V)]) {
+                for (r, a) in at.iter().zip(row).filter(|(_, a)| **a != 0.0) {
+                    for (k, e) in space.unknowns(*q) {
+                        space.unknowns(*r).for_each(|(l, g)| out.add(k, l, tested * a * e * g));
+                    }
+                }
+            }
+        }
+    }
+
+    fn apply_jacobian(&self, t: f64, psi: &[f64], x: &[f64], out: &mut [f64]) {
+        let (flow, space) = (self.flow, &self.flow.space);
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_velocities(flow, t, psi);
+        space.velocities(x, None, &mut s.direction);
+        out.fill(0.0);
+        let image = space.faces.iter().map(|face| {
+            let at = space.neighbours(face);
+            let a = derivatives(space.step(face.component), flow.nu, at.map(|q| s.velocities[q]));
+            at.iter().zip(a).map(|(&q, a)| a * s.direction[q]).sum()
+        });
+        space.test(image, out);
+    }
+
+    fn apply_transpose(&self, t: f64, psi: &[f64], y: &[f64], out: &mut [f64]) {
+        let (flow, space) = (self.flow, &self.flow.space);
+        let s = &mut *self.scratch.borrow_mut();
+        s.set_velocities(flow, t, psi);
+        s.image.fill(0.0);
+        let area = space.area();
+        for face in &space.faces {
+            let tested: f64 = area * space.unknowns(face.at).map(|(k, e)| e * y[k]).sum::<f64>();
+            let at = space.neighbours(face);
+            let a = derivatives(space.step(face.component), flow.nu, at.map(|q| s.velocities[q]));
+            for (q, a) in at.into_iter().zip(a) {
+                s.image[q] += a * tested;
+            }
+        }
+        out.fill(0.0);
+        space.add_transpose(&s.image, out);
     }
 }

@@ -82,6 +82,8 @@ pub(super) struct Space {
     /// Padded velocities of one component.
     pub(super) padded: usize,
     pub(super) dim: usize,
+    /// Where the unknowns are; the flow rate is on the upper wall.
+    pub(super) corners: Vec<[f64; 2]>,
     pub(super) faces: Vec<Face>,
     /// Corners at which the boundary gives the stream function.
     pub(super) boundary: Vec<[f64; 2]>,
@@ -104,9 +106,26 @@ impl Space {
             entries.extend_from_slice(row);
             starts.push(entries.len());
         }
+        let mut unknowns = vec![[0.0; 2]; builder.dim];
+        for (c, corner) in builder.corners.iter().enumerate() {
+            if let Corner::Unknown(k) = corner {
+                unknowns[*k] = rectangle.point((c % (nx + 1)) as f64, (c / (nx + 1)) as f64);
+            }
+        }
         let Builder { dim, faces, boundary, walls, .. } = builder;
-        let mut space =
-            Self { rectangle, stride, padded, dim, faces, boundary, walls, starts, entries, structure: Structure::Dense };
+        let mut space = Self {
+            rectangle,
+            stride,
+            padded,
+            dim,
+            corners: unknowns,
+            faces,
+            boundary,
+            walls,
+            starts,
+            entries,
+            structure: Structure::Dense,
+        };
         space.structure = space.pattern();
         space
     }
@@ -173,23 +192,19 @@ impl Space {
         mass
     }
 
-    /// Steps in the padded velocities along the face's own direction and across it, and where its own component and the
-    /// other one begin.
-    pub(super) fn directions(&self, component: Component) -> Directions {
+    /// The spacings along the direction of a component and across it.
+    pub(super) fn step(&self, component: Component) -> [f64; 2] {
         let [dx, dy] = self.rectangle.spacing();
-        match component {
-            Component::U => {
-                Directions { along: 1, across: self.stride, step: [dx, dy], own: 0, other: self.padded }
-            }
-            Component::V => {
-                Directions { along: self.stride, across: 1, step: [dy, dx], own: self.padded, other: 0 }
-            }
-        }
+        if component == Component::U { [dx, dy] } else { [dy, dx] }
     }
 
-    /// The nine padded velocities on which the acceleration of `face` depends.
+    /// Where the nine velocities are on which the acceleration of `face` depends, in the order of
+    /// [`acceleration`](super::momentum::acceleration).
     pub(super) fn neighbours(&self, face: &Face) -> [usize; 9] {
-        let Directions { along, across, own, other, .. } = self.directions(face.component);
+        let (along, across, own, other) = match face.component {
+            Component::U => (1, self.stride, 0, self.padded),
+            Component::V => (self.stride, 1, self.padded, 0),
+        };
         let (p, q) = (face.at, face.at - own + other);
         [p, p + along, p - along, p + across, p - across, q - along + across, q + across, q - along, q]
     }
@@ -208,24 +223,10 @@ impl Space {
         // Every position belongs to two unknowns.
         Structure::sparse(self.dim, positions).unwrap_or_default()
     }
-
-    /// Where the velocities of cell face (i, j) are kept: u at (i, j + ½), v at (i + ½, j).
-    pub(super) fn place(&self, component: Component, i: isize, j: isize) -> usize {
-        place(self.stride, self.padded, component, i, j)
-    }
 }
 
-/// The stencil of one component.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Directions {
-    pub(super) along: usize,
-    pub(super) across: usize,
-    pub(super) step: [f64; 2],
-    pub(super) own: usize,
-    pub(super) other: usize,
-}
-
-fn place(stride: usize, padded: usize, component: Component, i: isize, j: isize) -> usize {
+/// Where the velocity of cell face (i, j) is kept: u at (i, j + ½), v at (i + ½, j).
+pub(super) fn place(stride: usize, padded: usize, component: Component, i: isize, j: isize) -> usize {
     let own = if component == Component::U { 0 } else { padded };
     own + (j + 1) as usize * stride + (i + 1) as usize
 }
@@ -235,7 +236,7 @@ struct Builder {
     stride: usize,
     padded: usize,
     dim: usize,
-    /// By columns of the grid.
+    /// Row by row.
     corners: Vec<Corner>,
     boundary: Vec<[f64; 2]>,
     walls: Vec<Wall>,

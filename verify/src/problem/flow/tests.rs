@@ -53,7 +53,7 @@ fn the_transposed_product_is_the_adjoint() {
         let (field, n) = (flow.field(), flow.space.dim);
         let (v, x, y) = (noise(n, 1), noise(n, 2), noise(n, 3));
         let (mut jx, mut jty) = (vec![0.0; n], vec![0.0; n]);
-        field.apply(0.3, &v, &x, &mut jx);
+        field.apply_jacobian(0.3, &v, &x, &mut jx);
         field.apply_transpose(0.3, &v, &y, &mut jty);
         let (a, b) = (dot(&y, &jx), dot(&jty, &x));
         let size = dot(&y, &y).sqrt() * dot(&jx, &jx).sqrt();
@@ -70,7 +70,7 @@ fn the_products_are_those_of_the_assembled_jacobian() {
         field.add_jacobian(0.3, &v, 1.0, &mut jacobian);
         let jacobian = jacobian.to_dense();
         let (mut jx, mut jtx) = (vec![0.0; n], vec![0.0; n]);
-        field.apply(0.3, &v, &x, &mut jx);
+        field.apply_jacobian(0.3, &v, &x, &mut jx);
         field.apply_transpose(0.3, &v, &x, &mut jtx);
         let x = DVector::from(x);
         let (a, b) = (&jacobian * &x - DVector::from(jx), jacobian.tr_mul(&x) - DVector::from(jtx));
@@ -93,7 +93,7 @@ fn the_jacobian_is_the_derivative() {
             f
         };
         let mut jx = vec![0.0; n];
-        field.apply(0.3, &v, &x, &mut jx);
+        field.apply_jacobian(0.3, &v, &x, &mut jx);
         let (above, below) = (moved(1.0), moved(-1.0));
         let size = jx.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         for (j, (a, b)) in jx.iter().zip(above.iter().zip(&below)) {
@@ -119,8 +119,8 @@ fn convection_does_no_work() {
         let viscous = Confined::new(rectangle, 1.0, still());
         let (zero, x, y) = (vec![0.0; v.len()], noise(v.len(), 9), noise(v.len(), 10));
         let (mut jx, mut jy) = (f.clone(), f.clone());
-        viscous.field().apply(0.0, &zero, &x, &mut jx);
-        viscous.field().apply(0.0, &zero, &y, &mut jy);
+        viscous.field().apply_jacobian(0.0, &zero, &x, &mut jx);
+        viscous.field().apply_jacobian(0.0, &zero, &y, &mut jy);
         assert!(dot(&x, &jx) < 0.0);
         assert!((dot(&y, &jx) - dot(&x, &jy)).abs() <= 1e-12 * (dot(&x, &jx) * dot(&y, &jy)).sqrt());
     }
@@ -133,7 +133,7 @@ fn the_flux_out_of_every_cell_is_zero() {
         let w = flow.velocities(0.3, &noise(flow.space.dim, 11));
         let ([nx, ny], [dx, dy]) = (flow.space.rectangle.cells, flow.space.rectangle.spacing());
         for (i, j) in (0..nx as isize).flat_map(|i| (0..ny as isize).map(move |j| (i, j))) {
-            let at = |c, i, j| w[flow.space.place(c, i, j)];
+            let at = |c, i, j| w[super::staggered::place(flow.space.stride, flow.space.padded, c, i, j)];
             let flux = dy * (at(U, i + 1, j) - at(U, i, j)) + dx * (at(V, i, j + 1) - at(V, i, j));
             assert!(flux.abs() <= 16.0 * f64::EPSILON, "{flux} at ({i}, {j})");
         }
@@ -150,5 +150,25 @@ fn the_mass_matrix_is_the_kinetic_energy() {
         let energy: f64 = flow.space.faces.iter().map(|face| w[face.at].powi(2)).sum::<f64>() * flow.space.area();
         let form = x.dot(&(mass.to_dense() * &x));
         assert!((form - energy).abs() <= 1e-13 * energy, "{form} {energy}");
+    }
+}
+
+/// Jᵀw is affine in ψ, so that its central difference is the curvature, up to rounding.
+#[test]
+fn the_curvature_is_the_derivative_of_the_transposed_product() {
+    for flow in all() {
+        let (field, n) = (flow.field(), flow.space.dim);
+        let (v, w, x) = (noise(n, 13), noise(n, 14), noise(n, 15));
+        let mut curvature = Jacobian::zeros(n);
+        field.add_curvature(0.3, &v, &w, 1.0, &mut curvature);
+        let by_entries = curvature.to_dense() * DVector::from(x.clone());
+        let moved = |s: f64| {
+            let at: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + s * x).collect();
+            let mut out = vec![0.0; n];
+            field.apply_transpose(0.3, &at, &w, &mut out);
+            DVector::from(out)
+        };
+        let difference = 0.5 * (moved(1.0) - moved(-1.0));
+        assert!((&by_entries - &difference).amax() <= 1e-12 * by_entries.amax());
     }
 }

@@ -1,0 +1,216 @@
+//! The flows in a rectangle once more, for the references: ψ̇ = M⁻¹ f by loops over the corners.
+
+use std::sync::OnceLock;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::confined::Given;
+use super::staggered::{Closed, Rectangle};
+use crate::reference::Ode;
+
+/// The system written out: velocities from differences of ψ, the momentum equation in fluxes through the sides of the cell
+/// round each face, and its circulation round every corner.
+#[derive(Debug)]
+pub(super) struct ByHand<'a> {
+    pub(super) rectangle: Rectangle,
+    pub(super) nu: f64,
+    pub(super) given: &'a dyn Given,
+    /// M⁻¹, dense: the references are given small systems only.
+    pub(super) inverse: &'a OnceLock<DMatrix<f64>>,
+}
+
+/// Distance of two corners in one direction beyond which neither sees the other.
+const REACH: usize = 2;
+
+impl ByHand<'_> {
+    fn periodic(&self) -> bool {
+        self.rectangle.closed == Closed::Walls
+    }
+
+    /// Unknown corners along x.
+    fn columns(&self) -> usize {
+        self.rectangle.cells[0] - usize::from(!self.periodic())
+    }
+
+    /// The unknown at corner (i, j), where there is one.
+    fn unknown(&self, i: isize, j: isize) -> Option<usize> {
+        let [nx, ny] = self.rectangle.cells.map(|n| n as isize);
+        if self.periodic() {
+            return match j {
+                0 => None,
+                j if j == ny => Some((nx * (ny - 1)) as usize),
+                j => Some(((j - 1) * nx + i.rem_euclid(nx)) as usize),
+            };
+        }
+        let inside = i > 0 && i < nx && j > 0 && j < ny;
+        inside.then(|| ((j - 1) * (nx - 1) + i - 1) as usize)
+    }
+
+    fn corner(&self, i: isize, j: isize) -> [f64; 2] {
+        self.rectangle.point(i as f64, j as f64)
+    }
+
+    /// ψ at a corner, and what its rate is without the unknowns.
+    fn psi(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+        self.unknown(i, j).map_or_else(|| self.given.stream(self.corner(i, j), t), |k| v[k])
+    }
+
+    fn psi_rate(&self, t: f64, i: isize, j: isize) -> f64 {
+        self.unknown(i, j).map_or_else(|| self.given.stream_rate(self.corner(i, j), t), |_| 0.0)
+    }
+
+    /// u at (i, j + ½), continued beyond the walls.
+    fn u(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+        let ny = self.rectangle.cells[1] as isize;
+        if j < 0 || j >= ny {
+            let (inside, wall) = if j < 0 { (0, 0) } else { (ny - 1, ny) };
+            return 2.0 * self.given.velocity(self.corner(i, wall), t)[0] - self.u(t, v, i, inside);
+        }
+        (self.psi(t, v, i, j + 1) - self.psi(t, v, i, j)) / self.rectangle.spacing()[1]
+    }
+
+    /// v at (i + ½, j).
+    fn v(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+        let nx = self.rectangle.cells[0] as isize;
+        if !self.periodic() && (i < 0 || i >= nx) {
+            let (inside, wall) = if i < 0 { (0, 0) } else { (nx - 1, nx) };
+            return 2.0 * self.given.velocity(self.corner(wall, j), t)[1] - self.v(t, v, inside, j);
+        }
+        (self.psi(t, v, i, j) - self.psi(t, v, i + 1, j)) / self.rectangle.spacing()[0]
+    }
+
+    fn force(&self, t: f64, i: f64, j: f64) -> [f64; 2] {
+        self.given.force(self.rectangle.point(i, j), t).unwrap_or([0.0; 2])
+    }
+
+    /// u_t at (i, j + ½) but for the pressure.
+    fn u_rate(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+        let [dx, dy] = self.rectangle.spacing();
+        let flux_x = |i: isize| {
+            let (a, b) = (self.u(t, v, i, j), self.u(t, v, i + 1, j));
+            0.25 * (a + b) * (a + b) - self.nu * (b - a) / dx
+        };
+        let flux_y = |j: isize| {
+            let (a, b) = (self.u(t, v, i, j - 1), self.u(t, v, i, j));
+            0.25 * (a + b) * (self.v(t, v, i - 1, j) + self.v(t, v, i, j)) - self.nu * (b - a) / dy
+        };
+        let [force, _] = self.force(t, i as f64, j as f64 + 0.5);
+        let given = (self.psi_rate(t, i, j + 1) - self.psi_rate(t, i, j)) / dy;
+        (flux_x(i - 1) - flux_x(i)) / dx + (flux_y(j) - flux_y(j + 1)) / dy + force - given
+    }
+
+    /// v_t at (i + ½, j) but for the pressure.
+    fn v_rate(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+        let [dx, dy] = self.rectangle.spacing();
+        let flux_x = |i: isize| {
+            let (a, b) = (self.v(t, v, i - 1, j), self.v(t, v, i, j));
+            0.25 * (a + b) * (self.u(t, v, i, j - 1) + self.u(t, v, i, j)) - self.nu * (b - a) / dx
+        };
+        let flux_y = |j: isize| {
+            let (a, b) = (self.v(t, v, i, j), self.v(t, v, i, j + 1));
+            0.25 * (a + b) * (a + b) - self.nu * (b - a) / dy
+        };
+        let [_, force] = self.force(t, i as f64 + 0.5, j as f64);
+        let given = (self.psi_rate(t, i, j) - self.psi_rate(t, i + 1, j)) / dx;
+        (flux_x(i) - flux_x(i + 1)) / dx + (flux_y(j - 1) - flux_y(j)) / dy + force - given
+    }
+
+    /// f: the circulation of the accelerations round each corner, in the area of a cell.
+    fn circulations(&self, t: f64, v: &[f64]) -> Vec<f64> {
+        let ([dx, dy], [nx, ny]) = (self.rectangle.spacing(), self.rectangle.cells);
+        let (columns, first) = (self.columns(), isize::from(!self.periodic()));
+        let along: Vec<Vec<f64>> = (0..ny as isize)
+            .map(|j| (first..first + columns as isize).map(|i| self.u_rate(t, v, i, j)).collect())
+            .collect();
+        let across: Vec<Vec<f64>> =
+            (1..ny as isize).map(|j| (0..nx as isize).map(|i| self.v_rate(t, v, i, j)).collect()).collect();
+        let mut f = Vec::with_capacity(self.dim());
+        for j in 0..ny - 1 {
+            for i in 0..columns {
+                let (right, left) = if self.periodic() { (i, (i + nx - 1) % nx) } else { (i + 1, i) };
+                f.push(dx * (along[j][i] - along[j + 1][i]) + dy * (across[j][right] - across[j][left]));
+            }
+        }
+        if self.periodic() {
+            f.push(dx * along[ny - 1].iter().sum::<f64>());
+        }
+        f
+    }
+
+    /// The five-point formula, and on the upper wall of a channel the sum over its corners, times the area of a cell.
+    fn inverse(&self) -> &DMatrix<f64> {
+        self.inverse.get_or_init(|| {
+            let [dx, dy] = self.rectangle.spacing();
+            let n = self.dim();
+            let mut m = DMatrix::zeros(n, n);
+            for j in 1..self.rectangle.cells[1] as isize {
+                for i in 0..=self.columns() as isize {
+                    let Some(k) = self.unknown(i, j).filter(|_| i < self.rectangle.cells[0] as isize) else { continue };
+                    m[(k, k)] += 2.0 * (dy / dx + dx / dy);
+                    for (i, j, weight) in
+                        [(i - 1, j, dy / dx), (i + 1, j, dy / dx), (i, j - 1, dx / dy), (i, j + 1, dx / dy)]
+                    {
+                        let Some(l) = self.unknown(i, j) else { continue };
+                        m[(k, l)] -= weight;
+                        if self.periodic() && j == self.rectangle.cells[1] as isize {
+                            m[(l, k)] -= weight;
+                            m[(l, l)] += weight;
+                        }
+                    }
+                }
+            }
+            // Diagonally dominant with a boundary where ψ is given: positive definite.
+            Cholesky::new(m).map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |factor| factor.inverse())
+        })
+    }
+
+    /// Groups of unknowns of which no two have an effect on the same corner.
+    fn independent(&self) -> Vec<Vec<usize>> {
+        if self.periodic() {
+            return (0..self.dim()).map(|k| vec![k]).collect();
+        }
+        let (period, columns) = (2 * REACH + 1, self.columns());
+        let mut groups = vec![Vec::new(); period * period];
+        (0..self.dim()).for_each(|k| groups[k / columns % period * period + k % columns % period].push(k));
+        groups
+    }
+}
+
+impl Ode for ByHand<'_> {
+    fn dim(&self) -> usize {
+        let [nx, ny] = self.rectangle.cells;
+        if self.periodic() { nx * (ny - 1) + 1 } else { (nx - 1) * (ny - 1) }
+    }
+
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        let f = DVector::from(self.circulations(t, v));
+        dv.copy_from_slice((self.inverse() * f).as_slice());
+    }
+
+    /// f is quadratic, so that its central differences with any step are its derivatives.
+    fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        let (columns, inverse) = (self.columns(), self.inverse());
+        let mut moved = v.to_vec();
+        for group in self.independent() {
+            let mut at = |step: f64| {
+                group.iter().for_each(|&k| moved[k] = v[k] + step);
+                let f = self.circulations(t, &moved);
+                group.iter().for_each(|&k| moved[k] = v[k]);
+                f
+            };
+            let (above, below) = (at(1.0), at(-1.0));
+            for &k in &group {
+                let near = |i: &usize| {
+                    let apart = |a: usize, b: usize| a.abs_diff(b) <= REACH;
+                    self.periodic() || (apart(i % columns, k % columns) && apart(i / columns, k / columns))
+                };
+                for i in (0..v.len()).filter(near) {
+                    let f = 0.5 * (above[i] - below[i]);
+                    if f != 0.0 {
+                        inverse.column(i).iter().enumerate().for_each(|(row, m)| add(row, k, m * f));
+                    }
+                }
+            }
+        }
+    }
+}
