@@ -125,11 +125,11 @@ impl ByHand<'_> {
         let across: Vec<Vec<f64>> =
             (1..ny as isize).map(|j| (0..nx as isize).map(|i| self.v_rate(t, v, i, j)).collect()).collect();
         let mut f = Vec::with_capacity(self.dim());
-        for j in 0..ny - 1 {
-            for i in 0..columns {
+        for (pair, across) in along.windows(2).zip(&across) {
+            f.extend((0..columns).map(|i| {
                 let (right, left) = if self.periodic() { (i, (i + nx - 1) % nx) } else { (i + 1, i) };
-                f.push(dx * (along[j][i] - along[j + 1][i]) + dy * (across[j][right] - across[j][left]));
-            }
+                dx * (pair[0][i] - pair[1][i]) + dy * (across[right] - across[left])
+            }));
         }
         if self.periodic() {
             f.push(dx * along[ny - 1].iter().sum::<f64>());
