@@ -17,6 +17,7 @@ pub mod order;
 pub mod problem;
 mod propagator;
 pub mod reference;
+pub mod replacement;
 pub mod report;
 pub mod run;
 pub mod theory;

@@ -14,7 +14,7 @@ pub(super) const STUDY: Study = Study {
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     (context.announce)(claim::all().len() as u64);
-    let judged = claim::judge(context.tick);
+    let judged = &claim::judge(context.tick);
     let mut evidence = Evidence {
         checks: judged.iter().map(check).collect(),
         tables: vec![verdicts(judged), cases(judged)],

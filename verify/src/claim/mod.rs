@@ -8,7 +8,8 @@ pub(crate) mod ky21;
 mod measure;
 mod s24;
 
-use std::sync::OnceLock;
+use std::collections::HashMap;
+use std::sync::{LazyLock, OnceLock};
 
 use rayon::prelude::*;
 
@@ -207,19 +208,23 @@ pub fn all() -> Vec<&'static Claim> {
 }
 
 /// A claim with what came of it.
-pub type Judged = (&'static Claim, Result<Finding, String>);
+pub type Judged = (&'static Claim, &'static Result<Finding, String>);
 
-/// Decides every claim, once in a process; `tick` is called after each.
-pub fn judge(tick: &(dyn Fn() + Sync)) -> &'static [Judged] {
-    static JUDGED: OnceLock<Vec<Judged>> = OnceLock::new();
-    JUDGED.get_or_init(|| {
-        let judged = all().into_par_iter().map(|claim| {
-            let finding = (claim.decide)().map_err(|error| error.to_string());
-            tick();
-            (claim, finding)
-        });
-        judged.collect()
-    })
+/// What came of a claim, computed once in a process.
+pub fn finding(claim: &'static Claim) -> &'static Result<Finding, String> {
+    static FINDINGS: LazyLock<HashMap<&str, OnceLock<Result<Finding, String>>>> =
+        LazyLock::new(|| all().into_iter().map(|claim| (claim.id, OnceLock::new())).collect());
+    FINDINGS[claim.id].get_or_init(|| (claim.decide)().map_err(|error| error.to_string()))
+}
+
+/// Decides every claim; `tick` is called after each.
+pub fn judge(tick: &(dyn Fn() + Sync)) -> Vec<Judged> {
+    let judged = all().into_par_iter().map(|claim| {
+        let finding = finding(claim);
+        tick();
+        (claim, finding)
+    });
+    judged.collect()
 }
 
 /// The verdicts as rows of a golden, with the number of comparisons that hold: within a qualified claim a change of what
@@ -242,7 +247,7 @@ pub fn verdicts() -> Result<Vec<Row>, StudyError> {
 /// # Errors
 /// If no claim that could be decided has such a table.
 pub(crate) fn table(id: &str) -> Result<&'static Table, StudyError> {
-    let findings = judge(&|| {}).iter().filter_map(|(_, finding)| finding.as_ref().ok());
+    let findings = judge(&|| {}).into_iter().filter_map(|(_, finding)| finding.as_ref().ok());
     let table = findings.flat_map(|finding| &finding.tables).find(|table| table.id == id);
     table.ok_or_else(|| format!("no claim has a table {id}").into())
 }

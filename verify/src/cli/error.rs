@@ -96,7 +96,9 @@ fn name_hint(error: &NameError) -> Option<String> {
         NameError::Unknown { kind: "parameter", .. } => {
             Some("`verify list problems` shows the parameters of each problem".into())
         }
-        NameError::Unknown { kind, .. } => Some(format!("`verify list` shows every {kind}")),
+        NameError::Unknown { kind: kind @ ("problem" | "method" | "reference" | "study" | "golden"), .. } => {
+            Some(format!("`verify list` shows every {kind}"))
+        }
         NameError::Value { .. } => Some("`verify list problems` says what a parameter means".into()),
         _ => None,
     }

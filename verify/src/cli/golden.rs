@@ -4,7 +4,7 @@ use std::env;
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use verify::golden::{self, Action, Golden, GoldenError};
+use verify::golden::{self, Action, GoldenError};
 use verify::names::NameError;
 
 use super::Status;
@@ -16,7 +16,8 @@ use super::output::Output;
 #[command(after_help = "\
 A golden row has a value, a tolerance, its provenance and where known the truth.
 A value that is wrong is never written, and a file that no golden produces
-counts as a difference.
+counts as a difference, unless --only names the golden to look at. A test that
+fails leaves what it computed beside the file, for `cargo insta review`.
 
 Examples:
   verify golden check
@@ -34,7 +35,7 @@ pub(super) struct Args {
     #[arg(long, global = true)]
     dir: Option<PathBuf>,
 
-    /// This golden alone
+    /// This golden alone; see `verify list goldens`
     #[arg(long, global = true, value_name = "NAME")]
     only: Option<String>,
 }
@@ -42,10 +43,13 @@ pub(super) struct Args {
 #[derive(Debug, Clone, Copy, Subcommand)]
 enum Command {
     /// Say of each golden whether it holds
+    #[command(after_help = "Examples:\n  verify golden check\n  verify golden check --only figure-2")]
     Check,
     /// Show the rows that differ
+    #[command(after_help = "Examples:\n  verify golden diff\n  verify golden diff --only orders")]
     Diff,
     /// Show the rows that differ, then bring the files up to date
+    #[command(after_help = "Examples:\n  verify golden refresh\n  verify golden refresh --only orders")]
     Refresh,
 }
 
@@ -59,13 +63,10 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         Some(dir) => dir.clone(),
         None => golden::find_dir(&env::current_dir().map_err(GoldenError::Output)?)?,
     };
-    let mut goldens = golden::all();
-    if let Some(only) = &args.only {
-        if !goldens.iter().any(|golden| golden.name == *only) {
-            return Err(NameError::unknown("golden", only, goldens.iter().map(|golden| golden.name.as_str())).into());
-        }
-        let select = |golden: Golden| if golden.name == *only { golden } else { golden.left_out() };
-        goldens = goldens.into_iter().map(select).collect();
+    let goldens = golden::all();
+    let is_unknown = |only: &&String| goldens.iter().all(|golden| golden.name != **only);
+    if let Some(only) = args.only.as_ref().filter(is_unknown) {
+        return Err(NameError::unknown("golden", only, goldens.iter().map(|golden| golden.name.as_str())).into());
     }
-    Ok(if golden::run(action, &dir, &goldens, out)? { Status::Ok } else { Status::Failed })
+    Ok(if golden::run(action, &dir, &goldens, args.only.as_deref(), out)? { Status::Ok } else { Status::Failed })
 }

@@ -3,14 +3,14 @@
 use std::io::{self, Write};
 
 use clap::ValueEnum;
-use verify::{chapter, method, problem, reference};
+use verify::{chapter, golden, method, problem, reference};
 
 use super::Status;
 use super::error::Failure;
 use super::layout::{left, paragraph, width};
 use super::output::Output;
 
-/// Show the problems, methods, references and studies by name.
+/// Show the problems, methods, references, studies and goldens by name.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -18,7 +18,7 @@ Examples:
   verify list problems    names, equations, and parameters with their defaults
   verify list methods     names as `--method` takes them")]
 pub(super) struct Args {
-    /// problems, methods, references or studies; all if not given
+    /// problems, methods, references, studies or goldens; all if not given
     #[arg(hide_possible_values = true)]
     kind: Option<Kind>,
 }
@@ -29,6 +29,7 @@ enum Kind {
     Methods,
     References,
     Studies,
+    Goldens,
 }
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
@@ -37,6 +38,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         Kind::Methods => list_methods(out),
         Kind::References => list_references(out),
         Kind::Studies => list_studies(out),
+        Kind::Goldens => golden::all().iter().try_for_each(|golden| writeln!(out, "{}", golden.name)),
     };
     let all = |out: &mut Output| -> io::Result<()> {
         for (i, kind) in Kind::value_variants().iter().enumerate() {

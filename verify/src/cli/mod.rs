@@ -8,7 +8,6 @@ mod layout;
 mod list;
 mod order;
 mod output;
-mod replacement;
 mod report;
 mod solve;
 

@@ -19,8 +19,8 @@ use super::args::ProblemArgs;
 use super::error::Failure;
 use super::layout::{number, plain};
 use super::output::Output;
-use super::replacement::Replacement;
 use table::Table;
+use verify::replacement::Replacement;
 
 /// Integrate a problem and show or write the solution, a row per step.
 #[derive(Debug, clap::Args)]

@@ -1,6 +1,6 @@
 //! `golden check`, `golden diff` and `golden refresh`.
 
-use super::{Golden, GoldenError, Inspection, Status, inspect};
+use super::{Golden, GoldenError, Inspection, Status, inspect, strays};
 use std::io::Write;
 use std::path::Path;
 
@@ -15,13 +15,26 @@ pub enum Action {
     Refresh,
 }
 
-/// Runs `action` on `goldens` kept in `dir` and reports to `out`. Returns whether all is well: for a refresh, whether it
+/// Runs `action` on the goldens kept in `dir`, or on the one called `only`, and reports to `out`. Files that belong to no
+/// golden count where all goldens are looked at, and are not touched otherwise. Returns whether all is well: for a refresh, whether it
 /// left nothing to do; otherwise, whether every golden holds.
 ///
 /// # Errors
 /// [`GoldenError`] where the files or the output cannot be worked on.
-pub fn run(action: Action, dir: &Path, goldens: &[Golden], out: &mut dyn Write) -> Result<bool, GoldenError> {
-    let inspection = inspect(dir, goldens)?;
+pub fn run(
+    action: Action,
+    dir: &Path,
+    goldens: &[Golden],
+    only: Option<&str>,
+    out: &mut dyn Write,
+) -> Result<bool, GoldenError> {
+    let inspection = match only {
+        Some(name) => match goldens.iter().find(|golden| golden.name == name) {
+            Some(golden) => inspect(dir, std::slice::from_ref(golden))?,
+            None => return Err(GoldenError::Unknown(name.to_owned())),
+        },
+        None => inspect(dir, goldens)?.with_strays(strays(dir, goldens)?),
+    };
     let count = inspection.statuses().count();
     print(&inspection, action != Action::Check, out)?;
     if action == Action::Refresh {
@@ -37,7 +50,10 @@ pub fn run(action: Action, dir: &Path, goldens: &[Golden], out: &mut dyn Write) 
         return Ok(wrong == 0);
     }
     if inspection.is_clean() {
-        writeln!(out, "all {count} goldens hold")?;
+        match count {
+            1 => writeln!(out, "the golden holds")?,
+            _ => writeln!(out, "all {count} goldens hold")?,
+        }
     } else if action == Action::Check {
         writeln!(out, "`golden diff` shows the rows, `golden refresh` accepts them")?;
     }
@@ -51,7 +67,12 @@ fn print(inspection: &Inspection, rows: bool, out: &mut dyn Write) -> Result<(),
             Status::Same => writeln!(out, "{name}: ok")?,
             Status::Changed(_) => writeln!(out, "{name}: differs ({count})")?,
             Status::Missing(_) => writeln!(out, "{name}: no file")?,
-            Status::Malformed(error, _) => writeln!(out, "{name}: malformed, {error}")?,
+            Status::Malformed(faults, _) => {
+                writeln!(out, "{name}: malformed ({}), differs ({count})", faults.len())?;
+                for fault in faults {
+                    writeln!(out, "  {fault}")?;
+                }
+            }
             Status::Failed(error) => writeln!(out, "{name}: cannot be computed, {error}")?,
         }
         // A golden that cannot be frozen says why in every case.
@@ -61,8 +82,13 @@ fn print(inspection: &Inspection, rows: bool, out: &mut dyn Write) -> Result<(),
             }
         }
     }
-    for orphan in &inspection.orphans {
-        writeln!(out, "{}: orphan, no golden produces it", orphan.display())?;
+    for stray in inspection.strays() {
+        let why = if stray.to_string_lossy().contains(".snap.new") {
+            "left to review: `cargo insta review`, or `golden refresh`"
+        } else {
+            "orphan, no golden produces it"
+        };
+        writeln!(out, "{}: {why}", stray.display())?;
     }
     Ok(())
 }

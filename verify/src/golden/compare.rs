@@ -212,13 +212,9 @@ pub struct NumericComparator;
 
 impl Comparator for NumericComparator {
     fn matches(&self, reference: &Snapshot, test: &Snapshot) -> bool {
-        match (read(reference), read(test)) {
-            (Ok(old), Ok(new)) => {
-                let new: Vec<Row> = new.into_iter().map(|r| r.row).collect();
-                compare(&old, &new).is_empty()
-            }
-            _ => false,
-        }
+        let ((old, faults), (new, new_faults)) = (read(reference), read(test));
+        let new: Vec<Row> = new.into_iter().map(|r| r.row).collect();
+        faults.is_empty() && new_faults.is_empty() && compare(&old, &new).is_empty()
     }
 
     fn dyn_clone(&self) -> Box<dyn Comparator> {
@@ -226,7 +222,7 @@ impl Comparator for NumericComparator {
     }
 }
 
-fn read(snapshot: &Snapshot) -> Result<Vec<Recorded>, Malformed> {
+fn read(snapshot: &Snapshot) -> (Vec<Recorded>, Vec<Malformed>) {
     match snapshot.contents() {
         SnapshotContents::Binary(Some(bytes)) => parse(bytes),
         SnapshotContents::Binary(None) => parse(&[]),

@@ -63,49 +63,68 @@ fn quote(field: String) -> String {
     if field.contains([',', '"', '\n', '\r']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field }
 }
 
-/// Reads the bytes of a golden file, with `\n` or `\r\n`.
-///
-/// # Errors
-/// [`Malformed`] with the line at fault.
-pub fn parse(bytes: &[u8]) -> Result<Vec<Recorded>, Malformed> {
+/// Reads the bytes of a golden file, with `\n` or `\r\n`: the rows that can be read, and the lines that cannot.
+#[must_use]
+pub fn parse(bytes: &[u8]) -> (Vec<Recorded>, Vec<Malformed>) {
     let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
-    let mut rows = Vec::new();
+    let (mut rows, mut faults) = (Vec::new(), Vec::new());
     let mut keys = HashSet::new();
     let mut header = false;
     for record in reader.records() {
-        let record = record.map_err(|error| Malformed {
-            line: error.position().map_or(1, csv::Position::line),
-            what: error.to_string(),
-            hint: RESTORE,
-        })?;
+        let record = match record {
+            Ok(record) => record,
+            Err(error) => {
+                let line = error.position().map_or(1, csv::Position::line);
+                faults.push(Malformed { line, what: error.to_string(), hint: RESTORE });
+                continue;
+            }
+        };
         let line = record.position().map_or(1, csv::Position::line);
-        let malformed = |what: String, hint| Malformed { line, what, hint };
-        if !header {
-            header = true;
-            if let Some(missing) = COLUMNS.iter().find(|c| !record.iter().any(|field| field == **c)) {
-                return Err(malformed(format!("there is no column `{missing}`"), RESTORE));
+        let marker = ["<<<<<<<", "|||||||", "=======", ">>>>>>>"].iter().find(|marker| record[0].starts_with(**marker));
+        let read = match marker {
+            Some(marker) => Err((format!("the marker `{marker}` of a merge"), "settle the merge")),
+            None if !header => {
+                header = true;
+                match read_header(&record) {
+                    Ok(()) => continue,
+                    // Rows of unknown columns mean nothing.
+                    Err((what, hint)) => return (Vec::new(), vec![Malformed { line, what, hint }]),
+                }
             }
-            if record != COLUMNS[..] {
-                return Err(malformed(format!("the columns are not {}", COLUMNS.join(",")), RESTORE));
+            None => read_row(&record),
+        };
+        match read {
+            Ok(recorded) if keys.insert(recorded.row.key.clone()) => rows.push(recorded),
+            Ok(Recorded { row, .. }) => {
+                let what = format!("the key `{}` stands there twice", row.key);
+                faults.push(Malformed { line, what, hint: RESTORE });
             }
-            continue;
+            Err((what, hint)) => faults.push(Malformed { line, what, hint }),
         }
-        if record.len() != COLUMNS.len() {
-            let what = format!("{} fields, not {}", record.len(), COLUMNS.len());
-            return Err(malformed(what, "a comma is missing, or a text with a comma has lost its quotes"));
-        }
-        let recorded = read_row(&record).map_err(|(what, hint)| malformed(what, hint))?;
-        if !keys.insert(recorded.row.key.clone()) {
-            return Err(malformed(format!("the key `{}` stands there twice", recorded.row.key), RESTORE));
-        }
-        rows.push(recorded);
     }
-    if header { Ok(rows) } else { Err(Malformed { line: 1, what: "the file is empty".to_owned(), hint: RESTORE }) }
+    if !header {
+        faults.push(Malformed { line: 1, what: "the file is empty".to_owned(), hint: RESTORE });
+    }
+    (rows, faults)
+}
+
+fn read_header(record: &StringRecord) -> Result<(), Fault> {
+    if let Some(missing) = COLUMNS.iter().find(|c| !record.iter().any(|field| field == **c)) {
+        return Err((format!("there is no column `{missing}`"), RESTORE));
+    }
+    if record != COLUMNS[..] {
+        return Err((format!("the columns are not {}", COLUMNS.join(",")), RESTORE));
+    }
+    Ok(())
 }
 
 type Fault = (String, &'static str);
 
 fn read_row(record: &StringRecord) -> Result<Recorded, Fault> {
+    if record.len() != COLUMNS.len() {
+        let what = format!("{} fields, not {}", record.len(), COLUMNS.len());
+        return Err((what, "a comma is missing, or a text with a comma has lost its quotes"));
+    }
     let key = record[0].to_owned();
     if record.iter().skip(2).all(str::is_empty) {
         return Ok(Recorded { row: Row::text(key, &record[1]), distance: None });

@@ -4,7 +4,9 @@
 //! metadata is `NAME.snap`). It guards against change, and where a truth is known also against freezing a wrong number: a
 //! value further from the truth than its allowance fails even if the file agrees with it, and is never written.
 //!
-//! The command line ([`run`]) and the tests (insta, through [`NumericComparator`]) share one comparison, [`compare`].
+//! The command line ([`run`]) and the tests (insta, through [`NumericComparator`]) share one comparison, [`compare`]. A test
+//! that fails leaves `NAME.snap.new` beside the file, which `cargo insta review` shows and accepts; `golden refresh` does the
+//! same for all at once, and says of every number whether it moved toward the truth.
 
 mod command;
 mod compare;
@@ -17,7 +19,7 @@ pub use command::{Action, run};
 pub use compare::{Change, Difference, NumericComparator, compare};
 pub use file::{Malformed, Recorded, parse, render};
 pub use registry::all;
-pub use store::{Inspection, Status, find_dir, inspect};
+pub use store::{Inspection, Status, find_dir, inspect, strays};
 
 use std::error::Error;
 use std::fmt;
@@ -28,7 +30,6 @@ pub struct Golden {
     /// File stem: lower-case letters, digits and hyphens.
     pub name: String,
     rows: Box<Compute>,
-    is_left_out: bool,
 }
 
 type Compute = dyn Fn() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> + Send + Sync;
@@ -39,13 +40,7 @@ impl Golden {
         name: impl Into<String>,
         rows: impl Fn() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> + Send + Sync + 'static,
     ) -> Self {
-        Self { name: name.into(), rows: Box::new(rows), is_left_out: false }
-    }
-
-    /// The same golden, not to be computed: its files are left as they are, and are no orphans.
-    #[must_use]
-    pub fn left_out(self) -> Self {
-        Self { is_left_out: true, ..self }
+        Self { name: name.into(), rows: Box::new(rows) }
     }
 
     /// Computes the rows.
@@ -169,14 +164,17 @@ pub enum GoldenError {
     /// Two goldens of one name.
     #[error("two goldens are called `{0}`")]
     Duplicate(String),
+    /// No golden of this name.
+    #[error("no golden is called `{0}`")]
+    Unknown(String),
     /// No workspace above the current directory.
-    #[error("no Cargo workspace in {0} or above it; name the golden directory with --dir")]
+    #[error("no Cargo workspace in {} or above it; name the golden directory with --dir", .0.display())]
     NoWorkspace(PathBuf),
     /// A file that `golden refresh` will not remove.
-    #[error("{0} is no golden file: move it away, or name the golden directory with --dir")]
+    #[error("{} is no golden file: move it away, or name the golden directory with --dir", .0.display())]
     Foreign(PathBuf),
     /// A file could not be read, written or removed.
-    #[error("{path}: {source}")]
+    #[error("{}: {source}", path.display())]
     Io {
         /// Which file.
         path: PathBuf,

@@ -1,5 +1,7 @@
 //! The directory of golden files: what is in it, what ought to be, and bringing the two together.
 
+use crate::replacement::Replacement;
+
 use super::{Change, Golden, GoldenError, Malformed, Row, compare, parse, render};
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,7 +9,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// insta's metadata of a snapshot kept as a `.csv` beside it.
-const METADATA: &str = "---\nsource: verify/tests/goldens.rs\nextension: csv\nsnapshot_kind: binary\n---\n";
+const METADATA: &str = "---\nsource: verify/tests/evidence.rs\nextension: csv\nsnapshot_kind: binary\n---\n";
 
 /// What became of one golden.
 #[derive(Debug)]
@@ -18,8 +20,8 @@ pub enum Status {
     Changed(Vec<Change>),
     /// There is no file; the changes name its rows as new, and what is wrong with them.
     Missing(Vec<Change>),
-    /// The file cannot be read; the changes are those against an empty file.
-    Malformed(Malformed, Vec<Change>),
+    /// Some lines of the file cannot be read; the changes are those against the rest.
+    Malformed(Vec<Malformed>, Vec<Change>),
     /// The rows could not be computed.
     Failed(String),
 }
@@ -46,8 +48,7 @@ impl Status {
 pub struct Inspection {
     dir: PathBuf,
     goldens: Vec<Inspected>,
-    /// Files that no golden produces.
-    pub orphans: Vec<PathBuf>,
+    strays: Vec<PathBuf>,
 }
 
 #[derive(Debug)]
@@ -57,8 +58,7 @@ struct Inspected {
     status: Status,
 }
 
-/// Holds every golden against its file in `dir`, and looks for files that none of them produces. Hidden files and
-/// `README.md` are left alone.
+/// Holds every one of these goldens against its file in `dir`, and looks at no other file.
 ///
 /// # Errors
 /// [`GoldenError`] for a bad or repeated name, or a file that the system does not let us read.
@@ -73,9 +73,6 @@ pub fn inspect(dir: &Path, goldens: &[Golden]) -> Result<Inspection, GoldenError
         if !names.insert(name.clone()) {
             return Err(GoldenError::Duplicate(name));
         }
-        if golden.is_left_out {
-            continue;
-        }
         let (rows, status) = match golden.rows() {
             Ok(rows) => {
                 let status = status(dir, &name, &rows)?;
@@ -85,10 +82,16 @@ pub fn inspect(dir: &Path, goldens: &[Golden]) -> Result<Inspection, GoldenError
         };
         inspected.push(Inspected { name, rows, status });
     }
-    let expected: BTreeSet<String> = names.iter().flat_map(|name| file_names(name)).collect();
-    let orphans =
-        listing(dir)?.into_iter().filter(|file| !expected.contains(file)).map(|file| dir.join(file)).collect();
-    Ok(Inspection { dir: dir.to_owned(), goldens: inspected, orphans })
+    Ok(Inspection { dir: dir.to_owned(), goldens: inspected, strays: Vec::new() })
+}
+
+/// The files in `dir` that none of these goldens produces. Hidden files and `README.md` belong there.
+///
+/// # Errors
+/// [`GoldenError::Io`] if the directory cannot be read.
+pub fn strays(dir: &Path, goldens: &[Golden]) -> Result<Vec<PathBuf>, GoldenError> {
+    let expected: BTreeSet<String> = goldens.iter().flat_map(|golden| file_names(&golden.name)).collect();
+    Ok(listing(dir)?.into_iter().filter(|file| !expected.contains(file)).map(|file| dir.join(file)).collect())
 }
 
 /// The golden directory of the workspace that contains `start`.
@@ -104,6 +107,17 @@ pub fn find_dir(start: &Path) -> Result<PathBuf, GoldenError> {
 }
 
 impl Inspection {
+    /// The same with files that belong to no golden, which make it unclean and which [`Self::apply`] removes.
+    #[must_use]
+    pub fn with_strays(self, strays: Vec<PathBuf>) -> Self {
+        Self { strays, ..self }
+    }
+
+    /// Files that belong to no golden.
+    pub fn strays(&self) -> &[PathBuf] {
+        &self.strays
+    }
+
     /// Name and status of every golden.
     pub fn statuses(&self) -> impl Iterator<Item = (&str, &Status)> {
         self.goldens.iter().map(|g| (g.name.as_str(), &g.status))
@@ -112,20 +126,18 @@ impl Inspection {
     /// Whether every golden agrees with its file and no file is left over.
     #[must_use]
     pub fn is_clean(&self) -> bool {
-        self.orphans.is_empty() && self.goldens.iter().all(|g| matches!(g.status, Status::Same))
+        self.strays.is_empty() && self.goldens.iter().all(|g| matches!(g.status, Status::Same))
     }
 
-    /// Writes the goldens that differ, each by a temporary file and a rename, and removes orphans. Goldens that are wrong
+    /// Writes the goldens that differ, each by a temporary file and a rename, and removes strays. Goldens that are wrong
     /// ([`Status::is_fit`]) keep their old file. Returns what was done, a line each.
     ///
     /// # Errors
-    /// [`GoldenError::Foreign`], before anything is touched, if an orphan is no snapshot: `dir` may be another directory
+    /// [`GoldenError::Foreign`], before anything is touched, if a stray is no snapshot: `dir` may be another directory
     /// than was meant. [`GoldenError::Io`] at the first file that cannot be written or removed.
     pub fn apply(&self) -> Result<Vec<String>, GoldenError> {
-        if let Some(foreign) = self
-            .orphans
-            .iter()
-            .find(|orphan| !orphan.file_name().unwrap_or_default().to_string_lossy().contains(".snap"))
+        if let Some(foreign) =
+            self.strays.iter().find(|stray| !stray.file_name().unwrap_or_default().to_string_lossy().contains(".snap"))
         {
             return Err(GoldenError::Foreign(foreign.clone()));
         }
@@ -144,9 +156,9 @@ impl Inspection {
             replace(&self.dir, &metadata, METADATA)?;
             done.push(format!("wrote {csv}: {} rows", rows.len()));
         }
-        for orphan in &self.orphans {
-            fs::remove_file(orphan).map_err(io(orphan))?;
-            done.push(format!("removed {}", orphan.file_name().unwrap_or_default().display()));
+        for stray in &self.strays {
+            fs::remove_file(stray).map_err(io(stray))?;
+            done.push(format!("removed {}", stray.file_name().unwrap_or_default().display()));
         }
         Ok(done)
     }
@@ -163,12 +175,12 @@ fn status(dir: &Path, name: &str, rows: &[Row]) -> Result<Status, GoldenError> {
         return Ok(Status::Missing(compare(&[], rows)));
     }
     let bytes = fs::read(&csv).map_err(io(&csv))?;
-    Ok(match parse(&bytes) {
-        Err(malformed) => Status::Malformed(malformed, compare(&[], rows)),
-        Ok(old) => match compare(&old, rows) {
-            changes if changes.is_empty() => Status::Same,
-            changes => Status::Changed(changes),
-        },
+    let (old, faults) = parse(&bytes);
+    let changes = compare(&old, rows);
+    Ok(match (faults.is_empty(), changes.is_empty()) {
+        (false, _) => Status::Malformed(faults, changes),
+        (true, true) => Status::Same,
+        (true, false) => Status::Changed(changes),
     })
 }
 
@@ -188,9 +200,8 @@ fn listing(dir: &Path) -> Result<BTreeSet<String>, GoldenError> {
 }
 
 fn replace(dir: &Path, file: &str, text: &str) -> Result<(), GoldenError> {
-    let (path, temporary) = (dir.join(file), dir.join(format!(".{file}.{}", std::process::id())));
-    fs::write(&temporary, text).map_err(io(&temporary))?;
-    fs::rename(&temporary, &path).map_err(io(&path))
+    let path = dir.join(file);
+    Replacement::write(&path, text.as_bytes()).map_err(io(&path))
 }
 
 fn io(path: &Path) -> impl FnOnce(std::io::Error) -> GoldenError {

@@ -57,15 +57,16 @@ pub fn write(run: &Run, directory: &Path) -> Result<(), ReportError> {
     let files = documents(run)?;
     let stale = stale_files(directory, &files);
     create(&directory.join("data"))?;
-    let staging = Staging(directory.join(format!(".partial-{}", std::process::id())));
-    create(&staging.0.join("data"))?;
+    let staging = tempfile::Builder::new().prefix(".partial-").tempdir_in(directory);
+    let staging = staging.map_err(|source| ReportError::Write { path: directory.into(), source })?;
+    create(&staging.path().join("data"))?;
     for (name, content) in &files {
-        let path = staging.0.join(name);
+        let path = staging.path().join(name);
         fs::write(&path, content).map_err(|source| ReportError::Write { path, source })?;
     }
     for (name, _) in &files {
         let path = directory.join(name);
-        fs::rename(staging.0.join(name), &path).map_err(|source| ReportError::Write { path, source })?;
+        fs::rename(staging.path().join(name), &path).map_err(|source| ReportError::Write { path, source })?;
     }
     for path in stale {
         fs::remove_file(&path).map_err(|source| ReportError::Write { path, source })?;
@@ -97,14 +98,4 @@ fn stale_files(directory: &Path, files: &[(String, Vec<u8>)]) -> Vec<PathBuf> {
 
 fn create(path: &Path) -> Result<(), ReportError> {
     fs::create_dir_all(path).map_err(|source| ReportError::Write { path: path.into(), source })
-}
-
-/// A directory of unfinished files, removed whatever happens.
-struct Staging(PathBuf);
-
-impl Drop for Staging {
-    fn drop(&mut self) {
-        // Nothing can be done about a failure here, and the report itself is either complete or reported as failed.
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }

@@ -1,4 +1,4 @@
-//! The golden files hold, and the machinery that keeps them catches whatever can go wrong with them.
+//! The machinery that keeps the golden files catches whatever can go wrong with them.
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -12,7 +12,7 @@ fn workspace_dir() -> PathBuf {
 /// Runs the command line's action; returns whether all is well, and what was printed.
 fn run(action: Action, dir: &Path, goldens: &[Golden]) -> (bool, String) {
     let mut out = Vec::new();
-    let ok = golden::run(action, dir, goldens, &mut out).unwrap();
+    let ok = golden::run(action, dir, goldens, None, &mut out).unwrap();
     (ok, String::from_utf8(out).unwrap())
 }
 
@@ -25,21 +25,6 @@ fn assert_with_insta(dir: &Path, golden: &Golden) {
     settings.set_comparator(Box::new(NumericComparator));
     let csv = golden::render(&golden.rows().unwrap());
     settings.bind(|| insta::assert_binary_snapshot!(&format!("{}.csv", golden.name), csv.into_bytes()));
-}
-
-#[test]
-fn every_golden_holds_and_none_is_left_over() {
-    // Computed once for both.
-    let compute = |golden: Golden| {
-        let rows = golden.rows().unwrap_or_else(|error| panic!("{}: {error}", golden.name));
-        Golden::new(golden.name.clone(), move || Ok(rows.clone()))
-    };
-    let goldens: Vec<Golden> = golden::all().into_iter().map(compute).collect();
-    let (ok, printed) = run(Action::Diff, &workspace_dir(), &goldens);
-    assert!(ok, "{printed}");
-    for golden in &goldens {
-        assert_with_insta(&workspace_dir(), golden);
-    }
 }
 
 /// A directory of its own for one test, with the golden `sample` of [`sample_rows`] in it.
@@ -87,7 +72,7 @@ fn edit(dir: &Path, change: impl Fn(&str) -> String) {
 fn holds(dir: &Path, rows: Vec<Row>) -> bool {
     let golden = sample(rows);
     let (ok, printed) = run(Action::Check, dir, std::slice::from_ref(&golden));
-    assert_eq!(ok, printed.contains("all 1 goldens hold"), "{printed}");
+    assert_eq!(ok, printed.contains("the golden holds"), "{printed}");
     let insta = catch_unwind(AssertUnwindSafe(|| assert_with_insta(dir, &golden))).is_ok();
     assert_eq!(ok, insta, "insta and the command line disagree: {printed}");
     ok
@@ -233,7 +218,7 @@ fn orphans_fail_and_a_refresh_removes_them() {
     // What is no snapshot is reported, but never removed.
     fs::write(dir.join("thesis.csv"), "").unwrap();
     assert!(run(Action::Check, &dir, &golden).1.contains("thesis.csv: orphan"));
-    assert!(golden::run(Action::Refresh, &dir, &golden, &mut Vec::new()).is_err());
+    assert!(golden::run(Action::Refresh, &dir, &golden, None, &mut Vec::new()).is_err());
     fs::remove_file(dir.join("thesis.csv")).unwrap();
     // A golden that cannot be computed keeps its file, and fails.
     let failing = [Golden::new("sample", || Err("the solver stopped".into()))];
@@ -267,6 +252,52 @@ fn a_damaged_file_is_refused_with_its_line_and_can_be_refreshed() {
 }
 
 #[test]
+fn one_bad_line_hides_no_change_of_another() {
+    let dir = fixture("bad-line");
+    edit(&dir, |text| text.replace("zero,0.0,0.0,1e-12", "zero,O.O,0.0,1e-12"));
+    let (ok, printed) = run(Action::Diff, &dir, &[sample(with_value(1, 0.9155))]);
+    assert!(!ok && printed.contains("line 4: `O.O` in column `value` is not a number"), "{printed}");
+    assert!(printed.contains("old  0.916\n    new  0.9155"), "the readable rows are compared: {printed}");
+    assert_eq!(printed.matches("new row").count(), 1, "{printed}");
+}
+
+#[test]
+fn both_sides_of_a_merge_are_read() {
+    let dir = fixture("merge");
+    edit(&dir, |text| {
+        let line = text.lines().nth(2).expect("a second row").to_owned();
+        let theirs = line.replace("0.916", "0.917");
+        text.replace(&line, &format!("<<<<<<< HEAD\n{line}\n=======\n{theirs}\n>>>>>>> theirs"))
+    });
+    let (ok, printed) = run(Action::Diff, &dir, &[sample(sample_rows())]);
+    assert!(!ok && printed.contains("line 3: the marker `<<<<<<<` of a merge (settle the merge)"), "{printed}");
+    assert!(printed.contains("line 6: the key `catalan` stands there twice"), "{printed}");
+    assert!(!printed.contains("new row") && !printed.contains("vanished"), "{printed}");
+}
+
+#[test]
+fn only_one_golden_is_touched_where_one_is_named() {
+    let dir = fixture("only");
+    let other = || Golden::new("other", || Ok(sample_rows()));
+    let only = |action, name| {
+        let mut out = Vec::new();
+        let ok = golden::run(action, &dir, &[sample(with_value(1, 0.9155)), other()], Some(name), &mut out);
+        (ok.map_err(|error| error.to_string()), String::from_utf8(out).unwrap())
+    };
+    fs::write(dir.join("stray.snap.csv"), "").unwrap();
+    let before = fs::read(dir.join("sample.snap.csv")).unwrap();
+    for action in [Action::Diff, Action::Refresh] {
+        let (ok, printed) = only(action, "other");
+        assert_eq!(ok, Ok(action == Action::Refresh));
+        assert!(!printed.contains("sample") && !printed.contains("stray"), "{printed}");
+    }
+    assert!(dir.join("stray.snap.csv").is_file() && dir.join("other.snap.csv").is_file());
+    assert_eq!(fs::read(dir.join("sample.snap.csv")).unwrap(), before);
+    assert_eq!(only(Action::Check, "other"), (Ok(true), "other: ok\nthe golden holds\n".into()));
+    assert_eq!(only(Action::Check, "nonsense").0, Err("no golden is called `nonsense`".into()));
+}
+
+#[test]
 fn a_distance_to_the_truth_that_was_edited_is_noticed() {
     let dir = fixture("distance");
     edit(&dir, |text| text.replace(&format!("{:?}", 0.916 - 0.915_965_594_177_219), "0.5"));
@@ -279,7 +310,7 @@ fn line_endings_do_not_matter_and_files_round_trip() {
     let dir = fixture("line-endings");
     let text = fs::read_to_string(dir.join("sample.snap.csv")).unwrap();
     assert!(!text.contains('\r'));
-    let rows: Vec<Row> = golden::parse(text.as_bytes()).unwrap().into_iter().map(|r| r.row).collect();
+    let rows: Vec<Row> = golden::parse(text.as_bytes()).0.into_iter().map(|r| r.row).collect();
     assert_eq!(rows, sample_rows());
     edit(&dir, |text| text.replace('\n', "\r\n"));
     assert!(holds(&dir, sample_rows()));
@@ -294,7 +325,7 @@ fn names_are_file_stems_and_used_once() {
     assert!(golden::inspect(&dir, &[sample(vec![]), sample(vec![])]).is_err());
     let inspection = golden::inspect(&dir, &[Golden::new("other", || Ok(sample_rows()))]).unwrap();
     assert!(matches!(inspection.statuses().next(), Some(("other", Status::Missing(changes))) if changes.len() == 4));
-    assert_eq!(inspection.orphans.len(), 2);
+    assert_eq!(golden::strays(&dir, &[Golden::new("other", || Ok(vec![]))]).unwrap().len(), 2);
 }
 
 #[test]

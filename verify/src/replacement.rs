@@ -1,0 +1,82 @@
+//! A file that appears whole or not at all.
+
+use std::fs::File;
+#[cfg(unix)]
+use std::fs::Permissions;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+/// Writes beside the target and takes its place when [committed](Self::commit); dropped before that, it leaves the target
+/// as it was. What is no regular file (`/dev/null`, a pipe) is written to directly.
+#[derive(Debug)]
+pub struct Replacement(Kind);
+
+#[derive(Debug)]
+enum Kind {
+    Direct(File),
+    Beside(NamedTempFile, PathBuf),
+}
+
+impl Replacement {
+    /// Begins to replace the file at `path`, or to create it.
+    ///
+    /// # Errors
+    /// If the directory cannot be written to.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        // A link stays a link: the file that it leads to is replaced.
+        let target = if path.exists() { path.canonicalize()? } else { path.to_owned() };
+        if target.exists() && !target.is_file() {
+            return Ok(Self(Kind::Direct(File::options().write(true).open(&target)?)));
+        }
+        let name = target.file_name().ok_or(io::ErrorKind::InvalidFilename)?.to_string_lossy().into_owned();
+        let directory = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let prefix = format!(".{name}.");
+        let mut builder = Builder::new();
+        builder.prefix(&prefix).suffix(".partial");
+        // Whoever the user's mask allows to may read it, as with any file.
+        #[cfg(unix)]
+        builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+        let file = builder.tempfile_in(directory)?;
+        Ok(Self(Kind::Beside(file, target)))
+    }
+
+    /// Puts the new file in the place of the old one.
+    ///
+    /// # Errors
+    /// If what was written cannot be stored or renamed.
+    pub fn commit(mut self) -> io::Result<()> {
+        self.flush()?;
+        match self.0 {
+            Kind::Direct(_) => Ok(()),
+            Kind::Beside(file, target) => file.persist(target).map(drop).map_err(|error| error.error),
+        }
+    }
+
+    /// Replaces the contents of the file at `path`.
+    ///
+    /// # Errors
+    /// If it cannot be written; it is as it was then.
+    pub fn write(path: &Path, contents: &[u8]) -> io::Result<()> {
+        let mut file = Self::create(path)?;
+        file.write_all(contents)?;
+        file.commit()
+    }
+}
+
+impl Write for Replacement {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.0 {
+            Kind::Direct(file) => file.write(bytes),
+            Kind::Beside(file, _) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.0 {
+            Kind::Direct(file) => file.flush(),
+            Kind::Beside(file, _) => file.flush(),
+        }
+    }
+}

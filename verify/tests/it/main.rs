@@ -1,0 +1,10 @@
+//! What the program promises, in one binary, so that it is linked once. What it finds is tested by name in `evidence.rs`.
+
+mod claims;
+mod cli;
+mod closed_forms;
+mod goldens;
+mod model;
+mod readme;
+mod references;
+mod report;
