@@ -8,7 +8,9 @@ use std::hint::black_box;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use lsvi::classic::{RungeKutta, Tableau};
-use lsvi::{Formulation, Jacobian, MethodI, OneStep, Structure, VectorField};
+use lsvi::closure::Linear;
+use lsvi::solver::{Augmented, Iterative, StepSolver, Twisted};
+use lsvi::{Factored, Jacobian, LeastSquaresStep, OneStep, Structure, VectorField};
 
 const CELLS: [usize; 4] = [64, 256, 1024, 4096];
 
@@ -80,50 +82,51 @@ fn bench(bencher: Bencher, mut method: impl OneStep, h: impl Fn(u32) -> f64) {
     });
 }
 
-fn formulation(bencher: Bencher, cells: usize, formulation: Formulation, vary: f64) {
+fn solver(bencher: Bencher, cells: usize, solver: impl StepSolver + 'static, vary: f64) {
     let field = Heat { cells, linear: true };
     let h = field.step_size();
-    let method = MethodI::with_formulation(field, formulation).expect("fits");
+    let method = LeastSquaresStep::with_solver(field, Linear::METHOD_I, solver).expect("fits");
     bench(bencher, method, |count| h * (1.0 + vary * f64::from(count % 2)));
 }
 
 #[divan::bench(args = CELLS)]
 fn augmented_reused(bencher: Bencher, cells: usize) {
-    formulation(bencher, cells, Formulation::Augmented, 0.0);
+    solver(bencher, cells, Augmented::new(), 0.0);
 }
 
 #[divan::bench(args = CELLS)]
 fn augmented_factored(bencher: Bencher, cells: usize) {
-    formulation(bencher, cells, Formulation::Augmented, 0.01);
+    solver(bencher, cells, Augmented::new(), 0.01);
 }
 
 #[divan::bench(args = CELLS)]
 fn twisted_reused(bencher: Bencher, cells: usize) {
-    formulation(bencher, cells, Formulation::Twisted, 0.0);
+    solver(bencher, cells, Twisted::new(), 0.0);
 }
 
 #[divan::bench(args = CELLS)]
 fn twisted_factored(bencher: Bencher, cells: usize) {
-    formulation(bencher, cells, Formulation::Twisted, 0.01);
+    solver(bencher, cells, Twisted::new(), 0.01);
 }
 
 #[divan::bench(args = CELLS)]
 fn conjugate_gradients_reused(bencher: Bencher, cells: usize) {
-    formulation(bencher, cells, Formulation::ConjugateGradients { tolerance: 1e-6 }, 0.0);
+    let iterative = Iterative::new(Factored::default()).with_tolerance(1e-6).expect("in (0, 1)");
+    solver(bencher, cells, iterative, 0.0);
 }
 
 #[divan::bench(args = CELLS)]
 fn newton(bencher: Bencher, cells: usize) {
     let field = Heat { cells, linear: false };
     let h = field.step_size();
-    bench(bencher, lsvi::method_i(field), |_| h);
+    bench(bencher, lsvi::method_i(field).expect("usable"), |_| h);
 }
 
 #[divan::bench(args = CELLS)]
 fn implicit_euler(bencher: Bencher, cells: usize) {
     let field = Heat { cells, linear: false };
     let h = field.step_size();
-    bench(bencher, RungeKutta::new(field, Tableau::implicit_euler()), |_| h);
+    bench(bencher, RungeKutta::new(field, Tableau::implicit_euler()).expect("usable"), |_| h);
 }
 
 /// Thomas's algorithm for (I − h A) v₁ = v₀ with constant coefficients: the least that an implicit step can cost.

@@ -28,7 +28,7 @@ impl Rhs for Burgers {
 fn main() -> Result<(), lsvi::StepError> {
     let field = AutoDiff::new(Burgers { viscosity: 0.005, cells: 2000 });
     let sine = (1..=2000).map(|i| (std::f64::consts::PI * f64::from(i) / 2001.0).sin()).collect();
-    let mut trajectory = Trajectory::new(method_i(&field), State::new(0.0, sine), 0.01, 1.0)?;
+    let mut trajectory = Trajectory::new(method_i(&field)?, State::new(0.0, sine), 0.01, 1.0)?;
     while let Some(state) = trajectory.step()? {
         println!("{:.2}  max v = {:.6}", state.t, state.q.iter().fold(0.0, |m: f64, v| m.max(*v)));
     }

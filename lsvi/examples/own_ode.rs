@@ -22,7 +22,7 @@ impl Rhs for Oscillator {
 }
 
 fn main() -> Result<(), StepError> {
-    let method = method_i(AutoDiff::new(Oscillator { stiffness: 0.5, drag: 0.3 }));
+    let method = method_i(AutoDiff::new(Oscillator { stiffness: 0.5, drag: 0.3 }))?;
     let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 0.05, 10.0)?;
     // Each step lends the next state; nothing is allocated on the way.
     while let Some(state) = trajectory.step()? {

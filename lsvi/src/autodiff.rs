@@ -8,13 +8,12 @@ pub use constraint::{AutoConstraint, ConstraintFn};
 pub use force::{AutoForce, ForceFn};
 pub use lagrangian::{AutoLagrangian, LagrangianFn};
 
-use std::cell::RefCell;
-
 use num_dual::{Dual64, DualNum, HyperDual64};
 
 use crate::coloring::Coloring;
 use crate::linalg::{Jacobian, Structure};
 use crate::mass::Mass;
+use crate::pool::Pool;
 use crate::vector_field::VectorField;
 
 /// Numbers that a generic definition computes with: `f64` and dual numbers over it.
@@ -87,9 +86,9 @@ pub struct AutoDiff<F> {
     field: F,
     structure: Structure,
     coloring: Coloring,
-    first: RefCell<Sweep<Dual64>>,
-    second: RefCell<Sweep<HyperDual64>>,
-    row_check: RefCell<Vec<RowCheck>>,
+    first: Pool<Sweep<Dual64>>,
+    second: Pool<Sweep<HyperDual64>>,
+    row_check: Pool<Vec<RowCheck>>,
 }
 
 #[derive(Debug)]
@@ -99,8 +98,8 @@ struct Sweep<T> {
 }
 
 impl<T: Scalar> Sweep<T> {
-    fn new(dim: usize) -> RefCell<Self> {
-        RefCell::new(Self { v: vec![T::from(0.0); dim], dv: vec![T::from(0.0); dim] })
+    fn new(dim: usize) -> Pool<Self> {
+        Pool::new(move || Self { v: vec![T::from(0.0); dim], dv: vec![T::from(0.0); dim] })
     }
 
     fn seed(&mut self, v: &[f64]) {
@@ -139,7 +138,7 @@ impl<F: Rhs> AutoDiff<F> {
         Self {
             first: Sweep::new(dim),
             second: Sweep::new(dim),
-            row_check: RefCell::new(vec![RowCheck::default(); dim]),
+            row_check: Pool::new(move || vec![RowCheck::default(); dim]),
             coloring: Coloring::new(dim, &structure),
             structure,
             field,
@@ -158,32 +157,16 @@ impl<F: Rhs> AutoDiff<F> {
         sweep.v.iter_mut().for_each(|x| x.eps = 0.0);
         row_check.iter().zip(&sweep.dv).all(|(row, f)| row.agrees(f.eps))
     }
-}
 
-impl<F: Rhs> VectorField for AutoDiff<F> {
-    fn dim(&self) -> usize {
-        self.field.dim()
-    }
-
-    fn structure(&self) -> Structure {
-        self.structure.clone()
-    }
-
-    fn mass(&self) -> Mass {
-        self.field.mass()
-    }
-
-    fn is_linear(&self) -> bool {
-        self.field.is_linear()
-    }
-
-    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        self.field.rhs(t, v, dv);
-    }
-
-    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
-        let sweep = &mut *self.first.borrow_mut();
-        let row_check = &mut *self.row_check.borrow_mut();
+    /// [`VectorField::add_jacobian`] with work space.
+    fn sweep_jacobian(
+        &self,
+        sweep: &mut Sweep<Dual64>,
+        row_check: &mut [RowCheck],
+        (t, v): (f64, &[f64]),
+        scale: f64,
+        out: &mut Jacobian,
+    ) {
         row_check.fill(RowCheck::default());
         sweep.seed(v);
         for c in 0..self.coloring.groups() {
@@ -213,29 +196,65 @@ impl<F: Rhs> VectorField for AutoDiff<F> {
             }
         }
     }
+}
+
+impl<F: Rhs> VectorField for AutoDiff<F> {
+    fn dim(&self) -> usize {
+        self.field.dim()
+    }
+
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+
+    fn mass(&self) -> Mass {
+        self.field.mass()
+    }
+
+    fn is_linear(&self) -> bool {
+        self.field.is_linear()
+    }
+
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.field.rhs(t, v, dv);
+    }
+
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.first.with(|sweep| self.row_check.with(|rows| self.sweep_jacobian(sweep, rows, (t, v), scale, out)));
+    }
+
+    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.first.with(|sweep| {
+            sweep.seed(v);
+            sweep.v.iter_mut().zip(x).for_each(|(dual, x)| dual.eps = *x);
+            self.field.rhs(t, &sweep.v, &mut sweep.dv);
+            out.iter_mut().zip(&sweep.dv).for_each(|(o, f)| *o = f.eps);
+        });
+    }
 
     fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
-        let sweep = &mut *self.second.borrow_mut();
-        sweep.seed(v);
-        for c in 0..self.coloring.groups() {
-            self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 1.0);
-            for d in 0..=c {
-                self.coloring.columns(d).for_each(|k| sweep.v[k].eps2 = 1.0);
-                self.field.rhs(t, &sweep.v, &mut sweep.dv);
-                self.coloring.columns(d).for_each(|k| sweep.v[k].eps2 = 0.0);
-                for (i, j) in self.coloring.entries(c) {
-                    let (Some(k), entry) = (self.coloring.column(d, i), scale * w[i] * sweep.dv[i].eps1eps2) else {
-                        continue;
-                    };
-                    if entry != 0.0 {
-                        out.add(j, k, entry);
-                        if c != d {
-                            out.add(k, j, entry);
+        self.second.with(|sweep| {
+            sweep.seed(v);
+            for c in 0..self.coloring.groups() {
+                self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 1.0);
+                for d in 0..=c {
+                    self.coloring.columns(d).for_each(|k| sweep.v[k].eps2 = 1.0);
+                    self.field.rhs(t, &sweep.v, &mut sweep.dv);
+                    self.coloring.columns(d).for_each(|k| sweep.v[k].eps2 = 0.0);
+                    for (i, j) in self.coloring.entries(c) {
+                        let (Some(k), entry) = (self.coloring.column(d, i), scale * w[i] * sweep.dv[i].eps1eps2) else {
+                            continue;
+                        };
+                        if entry != 0.0 {
+                            out.add(j, k, entry);
+                            if c != d {
+                                out.add(k, j, entry);
+                            }
                         }
                     }
                 }
+                self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 0.0);
             }
-            self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 0.0);
-        }
+        });
     }
 }

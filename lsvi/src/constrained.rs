@@ -364,11 +364,7 @@ impl<D: Constrainable, K: Constraint> Integrator for Constrained<D, K> {
 
     fn work(&self) -> Work {
         let (steps, projections) = (self.newton.work, self.projector.newton.work);
-        Work {
-            steps: steps.steps,
-            residuals: steps.residuals + projections.residuals,
-            factorizations: steps.factorizations + projections.factorizations,
-        }
+        Work { steps: steps.steps, ..steps + projections }
     }
 }
 

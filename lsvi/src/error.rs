@@ -68,6 +68,11 @@ pub enum InputError {
     /// A metric that is not symmetric positive definite.
     #[error("the metric is not symmetric positive definite: {0}")]
     Metric(String),
+    /// A mass matrix without an inverse, for a method with explicit stages.
+    #[error(
+        "the mass matrix is singular, and explicit stages need its inverse: use a method with implicit stages only"
+    )]
+    SingularMass,
     /// Closure coefficients that define no condition.
     #[error("closure coefficients (alpha, beta) = ({alpha}, {beta}) define no condition")]
     Closure {
@@ -154,9 +159,14 @@ pub enum InputError {
         /// Its end.
         to: f64,
     },
-    /// A formulation of the step that does not fit the system.
+    /// A linear solver that does not fit the system.
     #[error("{0}")]
-    Formulation(&'static str),
+    Solver(&'static str),
+    /// A field or a mass without entries, for a method that factors matrices.
+    #[error(
+        "the field is matrix-free, and the method factors matrices: give it an iterative solver with a preconditioner"
+    )]
+    NotAssembled,
     /// A homogeneous function of the momenta that vanishes on no line.
     #[error("the homogeneous closure F(p_n, p_{{n+1}}) changes sign on no line through the origin")]
     NoLine,

@@ -158,7 +158,7 @@ impl<I: Integrator + ?Sized> Integrator for Box<I> {
 /// #     fn dim(&self) -> usize { 1 }
 /// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
 /// # }
-/// let mut method = method_i(AutoDiff::new(Decay));
+/// let mut method = method_i(AutoDiff::new(Decay))?;
 /// let mut trajectory = Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 0.1, 1.0)?;
 /// while let Some(state) = trajectory.step()? {
 ///     println!("{:.1} {:.6}", state.t, state.q[0]);

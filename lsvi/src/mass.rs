@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::error::{InputError, SolveError, check_vector};
+use crate::error::{InputError, check_vector};
 use crate::linalg::{Jacobian, Lu};
 use crate::pool::Pool;
 
@@ -57,7 +57,8 @@ impl SharedMass {
 }
 
 impl Mass {
-    /// M by its products and its own solver.
+    /// M by its products and its own solver. Its field is then matrix-free, whatever structure it declares, and should
+    /// [give its products](crate::VectorField::apply_jacobian).
     pub fn operator(operator: impl MassOperator + 'static) -> Self {
         let n = operator.dim();
         let scratch = Arc::new(Pool::new(move || [vec![0.0; n], vec![0.0; n]]));
@@ -152,35 +153,30 @@ pub(crate) enum MassInverse {
     Reciprocals(Vec<f64>),
     Factors(Box<Lu>),
     Operator(SharedMass),
-    Missing(SolveError),
 }
 
 impl MassInverse {
-    pub(crate) fn new(mass: &Mass) -> Self {
-        match mass {
+    pub(crate) fn new(mass: &Mass) -> Result<Self, InputError> {
+        Ok(match mass {
             Mass::Identity => Self::Identity,
-            Mass::Diagonal(m) if m.contains(&0.0) => Self::Missing(SolveError::Singular),
+            Mass::Diagonal(m) if m.contains(&0.0) => return Err(InputError::SingularMass),
             Mass::Diagonal(m) => Self::Reciprocals(m.iter().map(|m| m.recip()).collect()),
             Mass::Matrix(m) => {
                 let mut lu = Lu::of(m);
-                match lu.factor(m) {
-                    Ok(()) => Self::Factors(Box::new(lu)),
-                    Err(error) => Self::Missing(error.into()),
-                }
+                lu.factor(m).map_err(|_| InputError::SingularMass)?;
+                Self::Factors(Box::new(lu))
             }
             Mass::Operator(m) => Self::Operator(m.clone()),
-        }
+        })
     }
 
     /// Overwrites `b` with M⁻¹ b.
-    pub(crate) fn solve(&mut self, b: &mut [f64]) -> Result<(), SolveError> {
+    pub(crate) fn solve(&mut self, b: &mut [f64]) {
         match self {
             Self::Identity => {}
             Self::Reciprocals(m) => b.iter_mut().zip(m).for_each(|(b, m)| *b *= *m),
             Self::Factors(lu) => lu.solve(b),
             Self::Operator(m) => m.operator.solve(b),
-            Self::Missing(error) => return Err(error.clone()),
         }
-        Ok(())
     }
 }

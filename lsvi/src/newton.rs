@@ -12,6 +12,8 @@
 //! room for an ill-conditioned derivative. A nonlinear equation whose state is as small as √ε of its nonlinear scale is taken
 //! for one, as it behaves like one.
 
+use std::ops::Add;
+
 use crate::error::SolveError;
 use crate::linalg::{Jacobian, Lu, Structure, max_norm};
 
@@ -48,8 +50,23 @@ pub struct Work {
     pub steps: u64,
     /// Evaluations of a step equation, or of f in an explicit stage.
     pub residuals: u64,
-    /// Derivative matrices built, factored and solved with.
+    /// Derivative matrices built, factored and solved with; linearisations where nothing is factored.
     pub factorizations: u64,
+    /// Inner iterations of iterative linear solvers.
+    pub inner: u64,
+}
+
+impl Add for Work {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            steps: self.steps + other.steps,
+            residuals: self.residuals + other.residuals,
+            factorizations: self.factorizations + other.factorizations,
+            inner: self.inner + other.inner,
+        }
+    }
 }
 
 /// Work space and counters of the iteration; nothing is allocated after `new`.

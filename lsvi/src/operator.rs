@@ -48,7 +48,6 @@ pub struct StepOperator<'a> {
 
 impl<'a> StepOperator<'a> {
     /// B of a field with the given mass matrix, and the same as a matrix if it was assembled.
-    #[allow(dead_code)] // The iterative solvers use it.
     pub(crate) fn new(
         field: &'a dyn VectorField,
         mass: &'a Mass,
@@ -135,6 +134,11 @@ pub trait Preconditioner {
 
     /// Overwrites `x` with P⁻ᵀ x.
     fn solve_transpose(&mut self, x: &mut [f64]);
+
+    /// Whether P is the B that it was set up for, but for rounding. Products with B can then be spared.
+    fn is_exact(&self) -> bool {
+        false
+    }
 }
 
 impl<P: Preconditioner + ?Sized> Preconditioner for Box<P> {
@@ -146,6 +150,9 @@ impl<P: Preconditioner + ?Sized> Preconditioner for Box<P> {
     }
     fn solve_transpose(&mut self, x: &mut [f64]) {
         (**self).solve_transpose(x);
+    }
+    fn is_exact(&self) -> bool {
+        (**self).is_exact()
     }
 }
 
@@ -169,5 +176,9 @@ impl Preconditioner for Factored {
         if let Some(lu) = &mut self.0 {
             lu.solve_transpose(x);
         }
+    }
+
+    fn is_exact(&self) -> bool {
+        true
     }
 }

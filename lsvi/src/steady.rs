@@ -153,27 +153,29 @@ mod tests {
     #[test]
     fn marches_to_the_steady_state() {
         let field = AutoDiff::new(QuadraticDrag { drive: 2.0 });
-        let steady = march(method_i(&field), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 1000).expect("steady");
+        let steady = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 1000)
+            .expect("steady");
         assert!(steady.residual <= 1e-12);
         // |v − √2| ≈ |f|/(2√2).
         approx::assert_abs_diff_eq!(steady.state.q[0], 2.0_f64.sqrt(), epsilon = 1e-12);
-        let few = march(method_i(&field), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 3);
+        let few = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 3);
         assert!(matches!(few, Err(SteadyError::NotReached { steps: 3, .. })), "{few:?}");
-        let zero = march(method_i(&field), &field, State::new(0.0, vec![1.0]), 0.3, 0.0, 3);
+        let zero = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 0.0, 3);
         assert!(matches!(zero, Err(SteadyError::Input(InputError::Tolerance(_)))), "{zero:?}");
     }
 
     #[test]
     fn accepts_what_rounding_leaves_of_f() {
         let field = AutoDiff::new(QuadraticDrag { drive: 2.0 });
-        march(method_i(&field), &field, State::new(0.0, vec![1.0]), 0.3, 1e-300, 1000).expect("steady to rounding");
+        march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-300, 1000)
+            .expect("steady to rounding");
     }
 
     #[test]
     fn refuses_the_spurious_steady_state() {
         let field = AutoDiff::new(QuadraticDrag { drive: 0.0 });
         let h = 0.5;
-        let result = march(method_i(&field), &field, State::new(0.0, vec![-1.9]), h, 1e-10, 1000);
+        let result = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![-1.9]), h, 1e-10, 1000);
         let Err(SteadyError::Spurious { v, residual, .. }) = result else { panic!("{result:?}") };
         approx::assert_abs_diff_eq!(v[0], -1.0 / h, epsilon = 1e-14);
         approx::assert_abs_diff_eq!(residual, 1.0 / (h * h), epsilon = 1e-13);

@@ -2,14 +2,12 @@
 
 use nalgebra::DMatrix;
 
-use crate::closure::{Closure, Linear, PositionMomentum};
-use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights, Trapezoidal};
+use crate::closure::{Closure, PositionMomentum};
+use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
-use crate::lagrangian::LeastSquares;
 use crate::linalg::{Jacobian, Lu};
 use crate::newton::{Newton, System, Work};
-use crate::vector_field::VectorField;
 
 /// One step solves the stationarity conditions and the closure together for the interior values and q₁, then sets
 /// p₁ = D₂L_d, Eqs. (6), (8).
@@ -37,16 +35,6 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     pub fn unknowns(&self) -> &[f64] {
         &self.unknowns
     }
-}
-
-/// Method II, p₁ = p₀: Eq. (25) on v̇ = −v. It has no equation where f_v = 0.
-pub fn method_ii<F: VectorField>(field: F) -> Variational<Trapezoidal<LeastSquares<F>>, Linear> {
-    least_squares(field, Linear::METHOD_II)
-}
-
-/// A linear closure of the trapezoidal least-squares Lagrangian of `field`, Eqs. (26), (27).
-pub fn least_squares<F: VectorField>(field: F, closure: Linear) -> Variational<Trapezoidal<LeastSquares<F>>, Linear> {
-    Variational::new(Trapezoidal::new(LeastSquares::new(field)), closure)
 }
 
 /// The position–momentum form of a discrete Legendre transform, Eq. (8).

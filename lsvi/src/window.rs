@@ -262,11 +262,6 @@ impl<D: DiscreteLegendre> Integrator for Window<D> {
     }
 
     fn work(&self) -> Work {
-        let march = self.march.work;
-        Work {
-            residuals: self.work.residuals + march.residuals,
-            factorizations: self.work.factorizations + march.factorizations,
-            ..self.work
-        }
+        Work { steps: self.work.steps, ..self.work + self.march.work }
     }
 }

@@ -1,12 +1,11 @@
 //! Lagrangians from one generic definition.
 
-use std::cell::RefCell;
-
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 
 use super::Scalar;
 use crate::lagrangian::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
 use crate::linalg::Jacobian;
+use crate::pool::Pool;
 
 /// A Lagrangian L(t, q, v), written once for every [`Scalar`].
 ///
@@ -45,9 +44,9 @@ impl<F: LagrangianFn> LagrangianFn for &F {
 #[derive(Debug)]
 pub struct AutoLagrangian<F> {
     function: F,
-    first: RefCell<Point<Dual64>>,
-    second: RefCell<Point<HyperDual64>>,
-    third: RefCell<Point<HyperHyperDual64>>,
+    first: Pool<Point<Dual64>>,
+    second: Pool<Point<HyperDual64>>,
+    third: Pool<Point<HyperHyperDual64>>,
 }
 
 /// The arguments of L with their infinitesimal parts.
@@ -58,8 +57,8 @@ struct Point<T> {
 }
 
 impl<T: Scalar> Point<T> {
-    fn new(dim: usize) -> RefCell<Self> {
-        RefCell::new(Self { q: vec![T::from(0.0); dim], v: vec![T::from(0.0); dim] })
+    fn new(dim: usize) -> Pool<Self> {
+        Pool::new(move || Self { q: vec![T::from(0.0); dim], v: vec![T::from(0.0); dim] })
     }
 
     fn seed(&mut self, q: &[f64], v: &[f64]) {
@@ -91,80 +90,82 @@ impl<F: LagrangianFn> Lagrangian for AutoLagrangian<F> {
     }
 
     fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
-        let x = &mut *self.first.borrow_mut();
-        let t = Dual64::from(t);
-        x.seed(q, v);
-        for i in 0..q.len() {
-            x.q[i].eps = 1.0;
-            dl_dq[i] = self.function.lagrangian(t, &x.q, &x.v).eps;
-            x.q[i].eps = 0.0;
-            x.v[i].eps = 1.0;
-            dl_dv[i] = self.function.lagrangian(t, &x.q, &x.v).eps;
-            x.v[i].eps = 0.0;
-        }
+        self.first.with(|x| {
+            let t = Dual64::from(t);
+            x.seed(q, v);
+            for i in 0..q.len() {
+                x.q[i].eps = 1.0;
+                dl_dq[i] = self.function.lagrangian(t, &x.q, &x.v).eps;
+                x.q[i].eps = 0.0;
+                x.v[i].eps = 1.0;
+                dl_dv[i] = self.function.lagrangian(t, &x.q, &x.v).eps;
+                x.v[i].eps = 0.0;
+            }
+        });
     }
 
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
-        let x = &mut *self.second.borrow_mut();
-        let t = HyperDual64::from(t);
-        x.seed(q, v);
-        for i in 0..q.len() {
-            if c.qq != 0.0 {
-                x.q[i].eps1 = 1.0;
-                for j in 0..=i {
-                    x.q[j].eps2 = 1.0;
-                    add_symmetric(out, (i, j), c.qq * self.function.lagrangian(t, &x.q, &x.v).eps1eps2);
-                    x.q[j].eps2 = 0.0;
+        self.second.with(|x| {
+            let t = HyperDual64::from(t);
+            x.seed(q, v);
+            for i in 0..q.len() {
+                if c.qq != 0.0 {
+                    x.q[i].eps1 = 1.0;
+                    for j in 0..=i {
+                        x.q[j].eps2 = 1.0;
+                        add_symmetric(out, (i, j), c.qq * self.function.lagrangian(t, &x.q, &x.v).eps1eps2);
+                        x.q[j].eps2 = 0.0;
+                    }
+                    x.q[i].eps1 = 0.0;
                 }
-                x.q[i].eps1 = 0.0;
-            }
-            x.v[i].eps1 = 1.0;
-            if c.qv != 0.0 || c.vq != 0.0 {
-                for j in 0..q.len() {
-                    x.q[j].eps2 = 1.0;
-                    let mixed = self.function.lagrangian(t, &x.q, &x.v).eps1eps2;
-                    x.q[j].eps2 = 0.0;
-                    out.add(i, j, c.vq * mixed);
-                    out.add(j, i, c.qv * mixed);
+                x.v[i].eps1 = 1.0;
+                if c.qv != 0.0 || c.vq != 0.0 {
+                    for j in 0..q.len() {
+                        x.q[j].eps2 = 1.0;
+                        let mixed = self.function.lagrangian(t, &x.q, &x.v).eps1eps2;
+                        x.q[j].eps2 = 0.0;
+                        out.add(i, j, c.vq * mixed);
+                        out.add(j, i, c.qv * mixed);
+                    }
                 }
-            }
-            if c.vv != 0.0 {
-                for j in 0..=i {
-                    x.v[j].eps2 = 1.0;
-                    add_symmetric(out, (i, j), c.vv * self.function.lagrangian(t, &x.q, &x.v).eps1eps2);
-                    x.v[j].eps2 = 0.0;
+                if c.vv != 0.0 {
+                    for j in 0..=i {
+                        x.v[j].eps2 = 1.0;
+                        add_symmetric(out, (i, j), c.vv * self.function.lagrangian(t, &x.q, &x.v).eps1eps2);
+                        x.v[j].eps2 = 0.0;
+                    }
                 }
+                x.v[i].eps1 = 0.0;
             }
-            x.v[i].eps1 = 0.0;
-        }
+        });
     }
 }
 
 impl<F: LagrangianFn> EulerLagrange for AutoLagrangian<F> {
     /// d/dt ∂L/∂v is the derivative of ∂L/∂v in the direction (1, v, a) of the motion.
     fn residual(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], out: &mut [f64]) {
-        {
-            let x = &mut *self.first.borrow_mut();
+        self.first.with(|x| {
             x.seed(q, v);
             for (i, out) in out.iter_mut().enumerate() {
                 x.q[i].eps = 1.0;
                 *out = self.function.lagrangian(Dual64::from(t), &x.q, &x.v).eps;
                 x.q[i].eps = 0.0;
             }
-        }
-        let x = &mut *self.second.borrow_mut();
-        let mut t = HyperDual64::from(t);
-        x.seed(q, v);
-        t.eps2 = 1.0;
-        for i in 0..q.len() {
-            x.q[i].eps2 = v[i];
-            x.v[i].eps2 = a[i];
-        }
-        for (i, out) in out.iter_mut().enumerate() {
-            x.v[i].eps1 = 1.0;
-            *out -= self.function.lagrangian(t, &x.q, &x.v).eps1eps2;
-            x.v[i].eps1 = 0.0;
-        }
+        });
+        self.second.with(|x| {
+            let mut t = HyperDual64::from(t);
+            x.seed(q, v);
+            t.eps2 = 1.0;
+            for i in 0..q.len() {
+                x.q[i].eps2 = v[i];
+                x.v[i].eps2 = a[i];
+            }
+            for (i, out) in out.iter_mut().enumerate() {
+                x.v[i].eps1 = 1.0;
+                *out -= self.function.lagrangian(t, &x.q, &x.v).eps1eps2;
+                x.v[i].eps1 = 0.0;
+            }
+        });
     }
 
     /// With D = d/dt along the motion: E_q = L_qq − D L_vq, E_v = L_qv − L_vq − D L_vv, E_a = −L_vv.
@@ -172,35 +173,36 @@ impl<F: LagrangianFn> EulerLagrange for AutoLagrangian<F> {
         if c.q != 0.0 {
             self.add_hessian(t, q, v, HessianWeights { qq: c.q, ..Default::default() }, out);
         }
-        let x = &mut *self.third.borrow_mut();
-        let mut t = HyperHyperDual64::from(t);
-        x.seed(q, v);
-        t.eps3 = 1.0;
-        for i in 0..q.len() {
-            x.q[i].eps3 = v[i];
-            x.v[i].eps3 = a[i];
-        }
-        for i in 0..q.len() {
-            x.v[i].eps1 = 1.0;
-            if c.q != 0.0 || c.v != 0.0 {
-                for j in 0..q.len() {
-                    x.q[j].eps2 = 1.0;
-                    let mixed = self.function.lagrangian(t, &x.q, &x.v);
-                    x.q[j].eps2 = 0.0;
-                    out.add(i, j, -c.q * mixed.eps1eps2eps3 - c.v * mixed.eps1eps2);
-                    out.add(j, i, c.v * mixed.eps1eps2);
-                }
+        self.third.with(|x| {
+            let mut t = HyperHyperDual64::from(t);
+            x.seed(q, v);
+            t.eps3 = 1.0;
+            for i in 0..q.len() {
+                x.q[i].eps3 = v[i];
+                x.v[i].eps3 = a[i];
             }
-            if c.v != 0.0 || c.a != 0.0 {
-                for j in 0..=i {
-                    x.v[j].eps2 = 1.0;
-                    let mass = self.function.lagrangian(t, &x.q, &x.v);
-                    x.v[j].eps2 = 0.0;
-                    add_symmetric(out, (i, j), -c.v * mass.eps1eps2eps3 - c.a * mass.eps1eps2);
+            for i in 0..q.len() {
+                x.v[i].eps1 = 1.0;
+                if c.q != 0.0 || c.v != 0.0 {
+                    for j in 0..q.len() {
+                        x.q[j].eps2 = 1.0;
+                        let mixed = self.function.lagrangian(t, &x.q, &x.v);
+                        x.q[j].eps2 = 0.0;
+                        out.add(i, j, -c.q * mixed.eps1eps2eps3 - c.v * mixed.eps1eps2);
+                        out.add(j, i, c.v * mixed.eps1eps2);
+                    }
                 }
+                if c.v != 0.0 || c.a != 0.0 {
+                    for j in 0..=i {
+                        x.v[j].eps2 = 1.0;
+                        let mass = self.function.lagrangian(t, &x.q, &x.v);
+                        x.v[j].eps2 = 0.0;
+                        add_symmetric(out, (i, j), -c.v * mass.eps1eps2eps3 - c.a * mass.eps1eps2);
+                    }
+                }
+                x.v[i].eps1 = 0.0;
             }
-            x.v[i].eps1 = 0.0;
-        }
+        });
     }
 }
 

@@ -1,12 +1,14 @@
 //! The two-step backward differentiation formula.
 
-use crate::error::{StepError, check_vector};
+use crate::error::{InputError, StepError, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, OneStep, State};
 use crate::linalg::Jacobian;
 use crate::mass::Mass;
 use crate::newton::{Newton, System, Work};
+use crate::solver::StepSolver;
 use crate::vector_field::VectorField;
 
+use super::stage::{InexactStage, StageSolver, Stages};
 use super::{RungeKutta, Tableau};
 
 /// BDF2 with variable steps, order 2, A-stable at constant steps; the first step is taken by SDIRK2.
@@ -16,7 +18,7 @@ use super::{RungeKutta, Tableau};
 #[derive(Debug)]
 pub struct Bdf2<F> {
     first: RungeKutta<F>,
-    newton: Newton,
+    stages: Stages,
     mass: Mass,
     /// The end and size of the last step; `None` before the first.
     last: Option<GridStep>,
@@ -26,13 +28,31 @@ pub struct Bdf2<F> {
 }
 
 impl<F: VectorField> Bdf2<F> {
-    /// The method for `field`.
-    pub fn new(field: F) -> Self {
-        let zeros = vec![0.0; field.dim()];
+    /// The method for `field`, its steps solved with factors.
+    ///
+    /// # Errors
+    /// As for [`RungeKutta::new`].
+    pub fn new(field: F) -> Result<Self, InputError> {
+        let stages = Stages::Factored(Box::new(Newton::with_structure(field.dim(), &field.structure())));
+        Ok(Self::with_stages(RungeKutta::new(field, Tableau::sdirk2())?, stages))
+    }
+
+    /// The method for `field`, its steps by an inexact Newton method with solvers that `solver` makes: one for the first step,
+    /// one for the others.
+    ///
+    /// # Errors
+    /// As for [`RungeKutta::with_solver`].
+    pub fn with_solver<S: StepSolver + 'static>(field: F, solver: impl Fn() -> S) -> Result<Self, InputError> {
+        let stages = Stages::Solved(Box::new(StageSolver::new(&field, solver())?));
+        Ok(Self::with_stages(RungeKutta::with_solver(field, Tableau::sdirk2(), solver())?, stages))
+    }
+
+    fn with_stages(first: RungeKutta<F>, stages: Stages) -> Self {
+        let zeros = vec![0.0; first.dim()];
         Self {
-            newton: Newton::with_structure(field.dim(), &field.structure()),
-            mass: field.mass(),
-            first: RungeKutta::new(field, Tableau::sdirk2()),
+            stages,
+            mass: first.field().mass(),
+            first,
             last: None,
             before: zeros.clone(),
             now: zeros.clone(),
@@ -84,6 +104,14 @@ impl<F: VectorField> System for BdfEquation<'_, F> {
     }
 }
 
+impl<F: VectorField> InexactStage for BdfEquation<'_, F> {
+    type Field = F;
+
+    fn at(&self, h: f64) -> (&F, &Mass, f64, f64) {
+        (self.field, self.mass, self.t + h, self.coefficients(h).1)
+    }
+}
+
 impl<F: VectorField> Integrator for Bdf2<F> {
     fn dim(&self) -> usize {
         self.now.len()
@@ -93,14 +121,13 @@ impl<F: VectorField> Integrator for Bdf2<F> {
         let Some(step) = grid.next(state.t) else { return Ok(()) };
         let (t, h) = (state.t, step.h);
         check_vector("v", &state.q, self.now.len())?;
-        self.mass.check(self.now.len())?;
         let last = self.last.take().filter(|last| last.t == t && self.now == state.q);
         self.next.copy_from_slice(&state.q);
         match last {
             Some(last) => {
                 let (field, mass, now, before) = (self.first.field(), &self.mass, &self.now, &self.before);
                 let mut equation = BdfEquation { field, mass, t, last_h: last.h, now, before };
-                self.newton.solve(&mut equation, h, &mut self.next).map_err(|source| StepError::Solve {
+                self.stages.solve(&mut equation, h, &mut self.next).map_err(|source| StepError::Solve {
                     t,
                     h,
                     source,
@@ -113,16 +140,12 @@ impl<F: VectorField> Integrator for Bdf2<F> {
         state.q.copy_from_slice(&self.next);
         state.t = step.t;
         self.last = Some(step);
-        self.newton.work.steps += 1;
+        self.stages.work_mut().steps += 1;
         Ok(())
     }
 
     fn work(&self) -> Work {
-        let (first, rest) = (self.first.work(), self.newton.work);
-        Work {
-            steps: rest.steps,
-            residuals: first.residuals + rest.residuals,
-            factorizations: first.factorizations + rest.factorizations,
-        }
+        let (first, rest) = (self.first.work(), self.stages.work());
+        Work { steps: rest.steps, ..first + rest }
     }
 }

@@ -1,10 +1,12 @@
 //! Runge–Kutta methods with lower triangular tableaux: explicit, diagonally implicit, and mixtures.
 
-use crate::error::{SolveError, StepError, check_step, check_vector};
+use super::stage::{InexactStage, StageSolver, Stages};
+use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse};
 use crate::newton::{Newton, System, Work};
+use crate::solver::{StepSolver, check_assembled};
 use crate::vector_field::VectorField;
 
 /// A lower triangular Butcher tableau; a zero on the diagonal makes a stage explicit.
@@ -58,6 +60,15 @@ impl Tableau {
         Self::new(a, vec![1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0])
     }
 
+    fn is_implicit(&self) -> bool {
+        self.a.iter().any(|row| row.last() != Some(&0.0))
+    }
+
+    /// Whether values are found from slopes.
+    fn needs_inverse(&self) -> bool {
+        self.a.iter().skip(1).any(|row| row.last() == Some(&0.0)) || !self.is_stiffly_accurate()
+    }
+
     /// Whether the last stage is the new value.
     fn is_stiffly_accurate(&self) -> bool {
         self.a.last().is_some_and(|row| *row == self.b)
@@ -72,28 +83,52 @@ impl Tableau {
 pub struct RungeKutta<F> {
     field: F,
     mass: Mass,
-    mass_inverse: MassInverse,
+    /// For explicit stages, and weights that are not those of the last stage.
+    mass_inverse: Option<MassInverse>,
     tableau: Tableau,
-    newton: Newton,
+    stages: Stages,
     slopes: Vec<Vec<f64>>,
     known: Vec<f64>,
     stage: Vec<f64>,
 }
 
 impl<F: VectorField> RungeKutta<F> {
-    /// The method with the given tableau.
-    pub fn new(field: F, tableau: Tableau) -> Self {
-        let n = field.dim();
-        Self {
-            newton: Newton::with_structure(n, &field.structure()),
-            mass_inverse: MassInverse::new(&field.mass()),
-            mass: field.mass(),
+    /// The method with the given tableau, its implicit stages solved with factors of M − a h f_v.
+    ///
+    /// # Errors
+    /// [`InputError`] if M does not fit the field, or is singular where its inverse is needed;
+    /// [`InputError::NotAssembled`] if there are no entries to factor: then give a solver.
+    pub fn new(field: F, tableau: Tableau) -> Result<Self, InputError> {
+        let (n, structure) = (field.dim(), field.structure());
+        if tableau.is_implicit() {
+            check_assembled(&structure, &field.mass())?;
+        }
+        Self::with_stages(field, tableau, Stages::Factored(Box::new(Newton::with_structure(n, &structure))))
+    }
+
+    /// The method with the given tableau, its implicit stages by an inexact Newton method with `solver`.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); [`InputError::NotAssembled`] or [`InputError::Solver`] if the solver does not fit.
+    pub fn with_solver(field: F, tableau: Tableau, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
+        let stages = StageSolver::new(&field, solver)?;
+        Self::with_stages(field, tableau, Stages::Solved(Box::new(stages)))
+    }
+
+    fn with_stages(field: F, tableau: Tableau, stages: Stages) -> Result<Self, InputError> {
+        let (n, mass) = (field.dim(), field.mass());
+        mass.check(n)?;
+        let mass_inverse = tableau.needs_inverse().then(|| MassInverse::new(&mass)).transpose()?;
+        Ok(Self {
+            stages,
+            mass_inverse,
+            mass,
             slopes: vec![vec![0.0; n]; tableau.b.len()],
             known: vec![0.0; n],
             stage: vec![0.0; n],
             field,
             tableau,
-        }
+        })
     }
 
     pub(super) fn field(&self) -> &F {
@@ -137,6 +172,14 @@ impl<F: VectorField> System for StageEquation<'_, F> {
     }
 }
 
+impl<F: VectorField> InexactStage for StageEquation<'_, F> {
+    type Field = F;
+
+    fn at(&self, s: f64) -> (&F, &Mass, f64, f64) {
+        (self.field, self.mass, self.t + self.c * s, s * self.a)
+    }
+}
+
 impl<F: VectorField> Integrator for RungeKutta<F> {
     fn dim(&self) -> usize {
         self.field.dim()
@@ -147,7 +190,7 @@ impl<F: VectorField> Integrator for RungeKutta<F> {
     }
 
     fn work(&self) -> Work {
-        self.newton.work
+        self.stages.work()
     }
 }
 
@@ -155,7 +198,6 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], _p: &mut [f64]) -> Result<(), StepError> {
         check_step(h)?;
         check_vector("v", v, self.known.len())?;
-        self.mass.check(self.known.len())?;
         let failed = |source| StepError::Solve { t, h, source };
         let tableau = &self.tableau;
         for (i, row) in tableau.a.iter().enumerate() {
@@ -168,20 +210,20 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
             }
             let (a, c, slope) = (row[i], tableau.c[i], &mut rest[0]);
             if a == 0.0 {
-                if i > 0 {
-                    self.mass_inverse.solve(&mut self.known).map_err(failed)?;
+                if let Some(inverse) = self.mass_inverse.as_mut().filter(|_| i > 0) {
+                    inverse.solve(&mut self.known);
                 }
                 for ((y, v), k) in self.stage.iter_mut().zip(v.iter()).zip(&self.known) {
                     *y = v + k;
                 }
                 self.field.rhs(t + c * h, &self.stage, slope);
-                self.newton.work.residuals += 1;
+                self.stages.work_mut().residuals += 1;
                 continue;
             }
             self.stage.copy_from_slice(v);
             let (field, mass, known) = (&self.field, &self.mass, &self.known);
             let mut equation = StageEquation { field, mass, t, a, c, v, known, full: h };
-            self.newton.solve(&mut equation, h, &mut self.stage).map_err(failed)?;
+            self.stages.solve(&mut equation, h, &mut self.stage).map_err(failed)?;
             for (s, k) in slope.iter_mut().zip(&self.known) {
                 *s = -k;
             }
@@ -195,7 +237,9 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
                     *sum += h * b * k;
                 }
             }
-            self.mass_inverse.solve(&mut self.known).map_err(failed)?;
+            if let Some(inverse) = &mut self.mass_inverse {
+                inverse.solve(&mut self.known);
+            }
             for ((y, v), k) in self.stage.iter_mut().zip(v.iter()).zip(&self.known) {
                 *y = v + k;
             }
@@ -204,7 +248,7 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
             return Err(failed(SolveError::NonFinite));
         }
         v.copy_from_slice(&self.stage);
-        self.newton.work.steps += 1;
+        self.stages.work_mut().steps += 1;
         Ok(())
     }
 }

@@ -43,6 +43,19 @@ impl Linear {
     }
 }
 
+impl Linear {
+    /// Whether this is p₁ = 0.
+    pub(crate) fn is_end_alone(&self) -> bool {
+        matches!(&self.0, Weights::Constant(w) if w.alpha == 0.0)
+    }
+
+    /// Whether α + β does not vanish for h → 0, so that the derivative of the closure tends to a multiple of M.
+    pub(crate) fn has_limit(&self) -> bool {
+        let w = self.weights(0.0);
+        (w.alpha + w.beta).abs() > f64::EPSILON * (w.alpha.abs() + w.beta.abs())
+    }
+}
+
 impl fmt::Debug for Linear {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.0 {

@@ -1,10 +1,9 @@
 //! Non-conservative forces by the discrete Lagrange–d'Alembert principle ([MW01]).
 
-use std::cell::RefCell;
-
 use super::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
 use crate::error::InputError;
 use crate::linalg::Jacobian;
+use crate::pool::Pool;
 
 /// A generalized force F(t, q, v) with its exact derivatives, in n degrees of freedom.
 pub trait Force {
@@ -28,7 +27,7 @@ pub trait Force {
 pub struct Forced<L, F> {
     lagrangian: L,
     force: F,
-    scratch: RefCell<Vec<f64>>,
+    scratch: Pool<Vec<f64>>,
 }
 
 impl<L: Lagrangian, F: Force> Forced<L, F> {
@@ -41,13 +40,14 @@ impl<L: Lagrangian, F: Force> Forced<L, F> {
         if found != expected {
             return Err(InputError::Dimension { what: "force", expected, found });
         }
-        Ok(Self { lagrangian, force, scratch: RefCell::new(vec![0.0; expected]) })
+        Ok(Self { lagrangian, force, scratch: Pool::new(move || vec![0.0; expected]) })
     }
 
     fn add_force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
-        let f = &mut *self.scratch.borrow_mut();
-        self.force.force(t, q, v, f);
-        out.iter_mut().zip(f).for_each(|(o, f)| *o += *f);
+        self.scratch.with(|f| {
+            self.force.force(t, q, v, f);
+            out.iter_mut().zip(f).for_each(|(o, f)| *o += *f);
+        });
     }
 
     fn add_force_derivative(&self, t: f64, q: &[f64], v: &[f64], in_q: f64, in_v: f64, out: &mut Jacobian) {

@@ -1,13 +1,12 @@
 //! The least-squares Lagrangian of a first-order system, Eq. (15).
 
-use std::cell::RefCell;
-
 use nalgebra::{Cholesky, DMatrix};
 
 use super::{HessianWeights, Lagrangian};
 use crate::error::InputError;
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, Structure};
 use crate::mass::Mass;
+use crate::pool::Pool;
 use crate::vector_field::VectorField;
 
 /// L(t, v, v̇) = ½ rᵀ W r of the residual r = M v̇ − f, Eq. (15); W = M⁻¹ unless a metric is given.
@@ -19,7 +18,7 @@ use crate::vector_field::VectorField;
 pub struct LeastSquares<F> {
     field: F,
     weights: Weights,
-    scratch: RefCell<Scratch>,
+    scratch: Pool<Scratch>,
 }
 
 /// W, W M and M W M; `None` for the identity.
@@ -43,22 +42,27 @@ struct Scratch {
     mwj: DMatrix<f64>,
 }
 
-/// A symmetric positive definite M as a dense matrix, or NaN: then every step fails as not finite.
-fn dense(mass: &Mass, n: usize) -> DMatrix<f64> {
-    if mass.check_metric(n).is_err() {
-        return DMatrix::from_element(n, n, f64::NAN);
-    }
+/// A symmetric positive definite M as a dense matrix.
+fn dense(mass: &Mass, n: usize) -> Result<DMatrix<f64>, InputError> {
+    mass.check_metric(n)?;
     let mut m = Jacobian::zeros(n);
     mass.add_to(1.0, &mut m);
-    m.to_dense()
+    m.check_structure().map_err(|_| InputError::NotAssembled)?;
+    Ok(m.to_dense())
 }
 
 impl<F: VectorField> LeastSquares<F> {
-    /// The residual in its natural norm, W = M⁻¹. If M is not symmetric positive definite, every step of a method fails
-    /// as not finite.
-    pub fn new(field: F) -> Self {
+    /// The residual in its natural norm, W = M⁻¹.
+    ///
+    /// # Errors
+    /// [`InputError::Metric`] or another if M is not symmetric positive definite; [`InputError::NotAssembled`] if the field is
+    /// matrix-free or M an operator.
+    pub fn new(field: F) -> Result<Self, InputError> {
         let n = field.dim();
-        let scratch = Scratch {
+        if field.structure() == Structure::MatrixFree {
+            return Err(InputError::NotAssembled);
+        }
+        let scratch = move || Scratch {
             residual: vec![0.0; n],
             weighted: vec![0.0; n],
             jacobian: Jacobian::zeros(n),
@@ -68,12 +72,13 @@ impl<F: VectorField> LeastSquares<F> {
         let weights = match field.mass() {
             Mass::Identity => Weights { mass: Mass::Identity, w: None, wm: None, mwm: None },
             mass => {
-                let m = dense(&mass, n);
-                let w = Cholesky::new(m.clone()).map_or_else(|| m.clone(), |factor| factor.inverse());
-                Weights { mass, w: Some(w), wm: None, mwm: Some(m) }
+                let m = dense(&mass, n)?;
+                let w =
+                    Cholesky::new(m.clone()).ok_or_else(|| InputError::Metric("it has no Cholesky factor".into()))?;
+                Weights { mass, w: Some(w.inverse()), wm: None, mwm: Some(m) }
             }
         };
-        Self { field, weights, scratch: RefCell::new(scratch) }
+        Ok(Self { field, weights, scratch: Pool::new(scratch) })
     }
 
     /// Measures the residual in the metric `w`, an n × n symmetric positive definite matrix.
@@ -89,7 +94,7 @@ impl<F: VectorField> LeastSquares<F> {
         let weights = match self.field.mass() {
             Mass::Identity => Weights { mass: Mass::Identity, wm: Some(w.clone()), mwm: Some(w.clone()), w: Some(w) },
             mass => {
-                let m = dense(&mass, n);
+                let m = dense(&mass, n)?;
                 let wm = &w * &m;
                 Weights { mass, mwm: Some(m.tr_mul(&wm)), wm: Some(wm), w: Some(w) }
             }
@@ -135,27 +140,40 @@ impl<F: VectorField> Lagrangian for LeastSquares<F> {
     }
 
     fn value(&self, t: f64, v: &[f64], rate: &[f64]) -> f64 {
-        let s = &mut *self.scratch.borrow_mut();
-        s.set_residual(&self.field, &self.weights.mass, t, v, rate);
-        mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
-        0.5 * s.weighted.iter().zip(&s.residual).map(|(w, r)| w * r).sum::<f64>()
+        self.scratch.with(|s| {
+            s.set_residual(&self.field, &self.weights.mass, t, v, rate);
+            mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
+            0.5 * s.weighted.iter().zip(&s.residual).map(|(w, r)| w * r).sum::<f64>()
+        })
     }
 
     /// ∂L/∂v = −Jᵀ W r and ∂L/∂v̇ = M W r.
     fn gradient(&self, t: f64, v: &[f64], rate: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
-        let s = &mut *self.scratch.borrow_mut();
-        s.set_residual(&self.field, &self.weights.mass, t, v, rate);
-        mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
-        mul_transpose(self.weights.wm.as_ref(), &s.residual, dl_dv);
-        s.set_jacobian(&self.field, t, v);
-        mul_transpose(Some(s.jacobian.as_dense()), &s.weighted, dl_dq);
-        dl_dq.iter_mut().for_each(|x| *x = -*x);
+        self.scratch.with(|s| {
+            s.set_residual(&self.field, &self.weights.mass, t, v, rate);
+            mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
+            mul_transpose(self.weights.wm.as_ref(), &s.residual, dl_dv);
+            s.set_jacobian(&self.field, t, v);
+            mul_transpose(Some(s.jacobian.as_dense()), &s.weighted, dl_dq);
+            dl_dq.iter_mut().for_each(|x| *x = -*x);
+        });
     }
 
     /// L_vv = JᵀWJ − Σ (Wr)_i ∂²f_i, L_vv̇ = −JᵀWM, L_v̇v = −MWJ, L_v̇v̇ = MWM.
     fn add_hessian(&self, t: f64, v: &[f64], rate: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        self.scratch.with(|s| self.add_hessian_with(s, (t, v, rate), c, out));
+    }
+}
+
+impl<F: VectorField> LeastSquares<F> {
+    fn add_hessian_with(
+        &self,
+        s: &mut Scratch,
+        (t, v, rate): (f64, &[f64], &[f64]),
+        c: HessianWeights,
+        out: &mut Jacobian,
+    ) {
         let n = self.dim();
-        let s = &mut *self.scratch.borrow_mut();
         s.set_jacobian(&self.field, t, v);
         let j = s.jacobian.as_dense();
         let mwj = match &self.weights.wm {

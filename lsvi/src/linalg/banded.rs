@@ -1,5 +1,6 @@
 //! Band matrices and their LU factors with partial pivoting.
 
+use super::structure::Structure;
 use super::{FactorError, row_scale};
 
 /// A square band matrix, stored by columns: entry (i, j) is at `upper + i − j` of column j.
@@ -20,6 +21,10 @@ impl Band {
 
     pub(super) fn dim(&self) -> usize {
         self.dim
+    }
+
+    pub(super) fn structure(&self) -> Structure {
+        Structure::Banded { lower: self.lower, upper: self.upper }
     }
 
     pub(super) fn values_mut(&mut self) -> &mut [f64] {

@@ -62,6 +62,16 @@ impl Jacobian {
         }
     }
 
+    /// Where the matrix has room for entries.
+    pub(crate) fn structure(&self) -> Structure {
+        match &self.entries {
+            _ if self.is_missing => Structure::MatrixFree,
+            Entries::Dense(_) => Structure::Dense,
+            Entries::Banded(a) => a.structure(),
+            Entries::Sparse(a) => Structure::Sparse(a.shared_pattern()),
+        }
+    }
+
     /// Sets every entry to zero.
     pub fn clear(&mut self) {
         self.outside = None;

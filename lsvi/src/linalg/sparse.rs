@@ -29,6 +29,10 @@ impl Sparse {
         &self.pattern
     }
 
+    pub(super) fn shared_pattern(&self) -> Arc<Pattern> {
+        Arc::clone(&self.pattern)
+    }
+
     pub(super) fn values_mut(&mut self) -> &mut [f64] {
         &mut self.values
     }

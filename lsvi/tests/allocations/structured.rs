@@ -1,10 +1,10 @@
 //! Steps allocate nothing once the first has set up factors.
 
 use crate::allocations;
-use crate::fields::{As, Burgers, Line, Plane, Walls};
+use crate::fields::{As, Burgers, By, Line, Plane, Walls};
 use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
-use lsvi::{AutoDiff, Formulation, Integrator, MethodI, State, Structure, Trajectory, VectorField, method_i};
+use lsvi::{AutoDiff, Integrator, State, Structure, Trajectory, VectorField, method_i};
 
 /// Allocations of ten steps after the first two.
 fn of_steps(method: impl Integrator) -> u64 {
@@ -24,16 +24,16 @@ fn steps_allocate_nothing() {
     let fields: [&dyn VectorField; 5] =
         [&line, &plane, &burgers, &As(Structure::Dense, &line), &As(Structure::Dense, &burgers)];
     for field in fields {
-        assert_eq!(of_steps(method_i(field)), 0);
-        assert_eq!(of_steps(Bdf2::new(field)), 0);
+        assert_eq!(of_steps(method_i(field).expect("usable")), 0);
+        assert_eq!(of_steps(Bdf2::new(field).expect("usable")), 0);
         let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
         assert_eq!(of_steps(Radau::new(field, tolerances).expect("valid")), 0);
         for tableau in [Tableau::implicit_euler(), Tableau::trapezoidal(), Tableau::sdirk2()] {
-            assert_eq!(of_steps(RungeKutta::new(field, tableau)), 0);
+            assert_eq!(of_steps(RungeKutta::new(field, tableau).expect("usable")), 0);
         }
-        for formulation in [Formulation::Augmented, Formulation::Twisted, Formulation::CONJUGATE_GRADIENTS] {
-            if let Ok(method) = MethodI::with_formulation(field, formulation) {
-                assert_eq!(of_steps(method), 0, "{formulation:?}");
+        for by in By::ALL {
+            if let Ok(method) = by.method_i(field) {
+                assert_eq!(of_steps(method), 0, "{by:?}");
             }
         }
     }

@@ -1,7 +1,37 @@
 //! Fields with banded and sparse Jacobians.
 #![allow(dead_code)] // Each test binary uses some of them.
 
-use lsvi::{Jacobian, Mass, Rhs, Scalar, Structure, VectorField};
+use lsvi::closure::Linear;
+use lsvi::solver::{Augmented, Iterative, StepSolver, Twisted};
+use lsvi::{Factored, InputError, Jacobian, LeastSquaresStep, Mass, Rhs, Scalar, Structure, VectorField};
+
+/// The linear solvers of a step, iterative ones to rounding error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum By {
+    Augmented,
+    Twisted,
+    ConjugateGradients,
+    Lsmr,
+}
+
+impl By {
+    pub(crate) const ALL: [Self; 4] = [Self::Augmented, Self::Twisted, Self::ConjugateGradients, Self::Lsmr];
+
+    pub(crate) fn solver(self) -> Box<dyn StepSolver> {
+        let rounding = |solver: Iterative<Factored>| Box::new(solver.with_tolerance(1e-15).expect("in (0, 1)"));
+        match self {
+            Self::Augmented => Box::new(Augmented::new()),
+            Self::Twisted => Box::new(Twisted::new()),
+            Self::ConjugateGradients => rounding(Iterative::new(Factored::default())),
+            Self::Lsmr => rounding(Iterative::lsmr(Factored::default())),
+        }
+    }
+
+    /// Method I by this solver.
+    pub(crate) fn method_i<F: VectorField>(self, field: F) -> Result<LeastSquaresStep<F>, InputError> {
+        LeastSquaresStep::with_solver(field, Linear::METHOD_I, self.solver())
+    }
+}
 
 /// A field with another declared structure.
 #[derive(Debug, Clone)]

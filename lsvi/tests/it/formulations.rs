@@ -1,11 +1,11 @@
-//! The digits that each formulation of a step of Method I keeps as h|λ| grows.
+//! The digits that each solver of a step of Method I keeps as h|λ| grows.
 //!
 //! The solution of (I + BᵀB) v₁ = 2 v₀ + h (A − Aᵀ) v₀ has a condition number of its own: relative perturbations of size ε of
 //! the entries of A change v₁ by about κ(augmented matrix) ε at most, and solving the normal equations as they stand risks
-//! κ(augmented)². What the formulations lose in fact is measured here against a solution with twice the digits.
+//! κ(augmented)². What the solvers lose in fact is measured here against a solution with twice the digits.
 
-use crate::fields::{As, Line, Walls};
-use lsvi::{Formulation, MethodI, OneStep, Structure, VectorField, method_i};
+use crate::fields::{As, By, Line, Walls};
+use lsvi::{OneStep, Structure, VectorField, method_i};
 use nalgebra::{DMatrix, DVector};
 
 /// hi + lo, |lo| ≤ ½ ulp(hi).
@@ -100,6 +100,7 @@ struct Row {
     augmented: f64,
     twisted: f64,
     conjugate_gradients: f64,
+    lsmr: f64,
     automatic: f64,
     /// I + BᵀB assembled and factored with pivoting.
     assembled: f64,
@@ -116,7 +117,7 @@ fn study(field: &Line) -> Vec<Row> {
         let h = 10.0_f64.powi(exponent) / largest;
         let (matrix, b) = augmented(field, h);
         let exact = exact_step(&matrix, &b, &v0);
-        let with = |f| error_of(MethodI::with_formulation(field, f).expect("fits"), h, &v0, &exact);
+        let with = |by: By| error_of(by.method_i(field).expect("fits"), h, &v0, &exact);
         let spectrum = matrix.symmetric_eigenvalues().abs();
         let v = DVector::from_column_slice(&v0);
         let image = &b * &v - 2.0 * &v;
@@ -124,11 +125,12 @@ fn study(field: &Line) -> Vec<Row> {
         let residual = matrix.lu().solve(&rhs).expect("regular");
         Row {
             condition: spectrum.max() / spectrum.min(),
-            augmented: with(Formulation::Augmented),
-            twisted: with(Formulation::Twisted),
-            conjugate_gradients: with(Formulation::CONJUGATE_GRADIENTS),
-            automatic: error_of(method_i(field), h, &v0, &exact),
-            assembled: error_of(method_i(As(Structure::Dense, field)), h, &v0, &exact),
+            augmented: with(By::Augmented),
+            twisted: with(By::Twisted),
+            conjugate_gradients: with(By::ConjugateGradients),
+            lsmr: with(By::Lsmr),
+            automatic: error_of(method_i(field).expect("usable"), h, &v0, &exact),
+            assembled: error_of(method_i(As(Structure::Dense, field)).expect("usable"), h, &v0, &exact),
             residual_unknown: relative_error(&residual.as_slice()[n..], &exact),
         }
     };
@@ -136,14 +138,15 @@ fn study(field: &Line) -> Vec<Row> {
 }
 
 fn print(name: &str, rows: &[Row]) {
-    println!("{name}\n  h|λ|   κ(aug)  augmented twisted  CG       auto     I+BᵀB    y=−hr₁");
+    println!("{name}\n  h|λ|   κ(aug)  augmented twisted  CG       LSMR     auto     I+BᵀB    y=−hr₁");
     for (row, exponent) in rows.iter().zip((0..).step_by(2)) {
         println!(
-            "  1e{exponent:02}  {:.1e}  {:.1e}  {:.1e}  {:.1e}  {:.1e}  {:.1e}  {:.1e}",
+            "  1e{exponent:02}  {:.1e}  {:.1e}  {:.1e}  {:.1e}  {:.1e}  {:.1e}  {:.1e}  {:.1e}",
             row.condition,
             row.augmented,
             row.twisted,
             row.conjugate_gradients,
+            row.lsmr,
             row.automatic,
             row.assembled,
             row.residual_unknown

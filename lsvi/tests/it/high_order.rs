@@ -19,7 +19,8 @@ impl Rhs for VanDerPol {
 type Rule = fn(usize) -> Result<Quadrature, InputError>;
 
 fn end(s: usize, rule: &Quadrature, closure: Linear, h: f64) -> Vec<f64> {
-    let discrete = Galerkin::new(LeastSquares::new(AutoDiff::new(VanDerPol)), s, rule).expect("enough nodes");
+    let discrete =
+        Galerkin::new(LeastSquares::new(AutoDiff::new(VanDerPol)).expect("usable"), s, rule).expect("enough nodes");
     let method = Variational::new(discrete, closure);
     let initial = State::new(0.0, vec![1.0, 0.5]);
     Trajectory::new(method, initial, h, 1.0).expect("valid").observe(|_| {}).expect("solvable").q

@@ -35,7 +35,7 @@ impl Rhs for Coupled {
 }
 
 fn discrete<F: Rhs>(field: F) -> Trapezoidal<LeastSquares<AutoDiff<F>>> {
-    Trapezoidal::new(LeastSquares::new(AutoDiff::new(field)))
+    Trapezoidal::new(LeastSquares::new(AutoDiff::new(field)).expect("usable"))
 }
 
 /// All states of a run from `start`, the first included.
@@ -50,7 +50,7 @@ fn states(method: impl Integrator, start: &[f64], h: f64, t_end: f64) -> Vec<Sta
 fn the_fitted_closure_is_exact_for_its_rate() {
     for (rate, h) in [(1.0_f64, 1e-3), (3.0, 0.2), (1.0, 2.0), (50.0, 0.4), (1e3, 1.0)] {
         let closure = Linear::fitted(rate).expect("positive");
-        let end = states(least_squares(AutoDiff::new(Decay { rate }), closure), &[1.0], h, h);
+        let end = states(least_squares(AutoDiff::new(Decay { rate }), closure).expect("usable"), &[1.0], h, h);
         // θ − 1 is z/2 to within a rounding of 1: ε/z in z, so ε of the step.
         assert_abs_diff_eq!(end[1].q[0], (-rate * h).exp(), epsilon = 8.0 * f64::EPSILON);
     }
@@ -59,8 +59,10 @@ fn the_fitted_closure_is_exact_for_its_rate() {
 #[test]
 fn a_window_of_one_step_is_method_i() {
     let window = Window::new(discrete(Coupled), 1).expect("a length");
-    let (a, b) =
-        (states(window, &[1.0, -0.5], 0.3, 2.0), states(method_i(AutoDiff::new(Coupled)), &[1.0, -0.5], 0.3, 2.0));
+    let (a, b) = (
+        states(window, &[1.0, -0.5], 0.3, 2.0),
+        states(method_i(AutoDiff::new(Coupled)).expect("usable"), &[1.0, -0.5], 0.3, 2.0),
+    );
     assert_eq!(a.len(), b.len());
     for (a, b) in a.iter().zip(&b) {
         assert_eq!(a.t, b.t);
@@ -127,7 +129,7 @@ fn the_whole_interval_has_the_least_action() {
             max_relative = 0.2
         );
     }
-    let closure_i = states(method_i(AutoDiff::new(Coupled)), &[1.0, -0.5], 0.1, 2.0);
+    let closure_i = states(method_i(AutoDiff::new(Coupled)).expect("usable"), &[1.0, -0.5], 0.1, 2.0);
     // Nearly all of the action is what a straight path leaves of v̇ = f, whatever its ends.
     assert!(action(&closure_i) > (1.0 + 1e-4) * least);
 }
@@ -149,7 +151,8 @@ fn the_mean_local_error_falls_from_method_i_s_to_a_quarter_of_it() {
 /// Windows of any discrete Lagrangian, here with interior unknowns: two steps of degree 2 against one stationary path.
 #[test]
 fn windows_eliminate_interior_values_too() {
-    let lobatto = || Galerkin::lobatto(LeastSquares::new(AutoDiff::new(Coupled)), 2).expect("a degree");
+    let lobatto =
+        || Galerkin::lobatto(LeastSquares::new(AutoDiff::new(Coupled)).expect("usable"), 2).expect("a degree");
     let error = |h: f64| {
         let at =
             |h: f64| states(Window::new(lobatto(), 3).expect("a length"), &[1.0, -0.5], h, 1.2).pop().expect("some").q;

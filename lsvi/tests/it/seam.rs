@@ -2,12 +2,17 @@
 
 use std::cell::Cell;
 
-use crate::fields::Burgers;
+use crate::fields::{As, Burgers, Line, Walls};
 use approx::assert_abs_diff_eq;
-use lsvi::classic::{RungeKutta, Tableau};
+use lsvi::classic::{Bdf2, RungeKutta, Tableau};
+use lsvi::closure::Linear;
+use lsvi::discrete::Trapezoidal;
+use lsvi::solver::{Augmented, Iterative};
 use lsvi::{
-    AutoDiff, Jacobian, Mass, MassOperator, OneStep, SolveError, StepError, Structure, VectorField, add_columns,
-    method_i,
+    AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, Forced, Grid, InputError, Integrator,
+    Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Operator, Preconditioner,
+    Scalar, SolveError, State, StepError, StepOperator, Structure, Trajectory, VectorField, Window, Work, add_columns,
+    least_squares, method_i, method_ii,
 };
 
 fn wave(n: usize, k: f64) -> Vec<f64> {
@@ -18,6 +23,12 @@ fn wave(n: usize, k: f64) -> Vec<f64> {
 struct Products<F> {
     field: F,
     applied: Cell<usize>,
+}
+
+impl<F> Products<F> {
+    fn new(field: F) -> Self {
+        Self { field, applied: Cell::new(0) }
+    }
 }
 
 impl<F: VectorField> VectorField for Products<F> {
@@ -70,7 +81,7 @@ fn products_follow_from_the_assembled_matrices() {
     field.apply_curvature(0.0, &v, &w, &x, &mut out);
     assert_abs_diff_eq!(column(&out), &curvature * column(&x), epsilon = bound);
     // f is quadratic, so that differences of products cost rounding only, ε/∛ε of the products.
-    let products = Products { field: &field, applied: Cell::new(0) };
+    let products = Products::new(&field);
     products.apply_curvature(0.0, &v, &w, &x, &mut out);
     let bound = 16.0 * f64::EPSILON.powf(2.0 / 3.0) * jacobian.amax();
     assert_abs_diff_eq!(column(&out), &curvature * column(&x), epsilon = bound);
@@ -115,20 +126,272 @@ impl VectorField for Massive {
 }
 
 #[test]
-fn factorisations_refuse_what_has_no_matrix() {
-    fn step(mut method: impl OneStep) -> Option<SolveError> {
-        let n = method.dim();
-        match method.step(0.0, 0.1, &mut wave(n, 0.3), &mut vec![0.0; n]) {
-            Err(StepError::Solve { source, .. }) => Some(source),
-            _ => None,
-        }
+fn constructors_refuse_what_has_no_matrix() {
+    let products = Products::new(burgers(6));
+    let refused = [
+        RungeKutta::new(&products, Tableau::implicit_euler()).err(),
+        RungeKutta::new(&Massive, Tableau::implicit_euler()).err(),
+        Bdf2::new(&products).err(),
+        method_i(&products).err(),
+        method_i(&Massive).err(),
+        LeastSquares::new(&products).err(),
+        LeastSquares::new(&Massive).err(),
+        LeastSquaresStep::with_solver(&products, Linear::METHOD_I, Augmented::new()).err(),
+    ];
+    for (i, error) in refused.into_iter().enumerate() {
+        assert_eq!(error, Some(InputError::NotAssembled), "{i}");
     }
-    let products = Products { field: burgers(6), applied: Cell::new(0) };
-    assert_eq!(step(RungeKutta::new(&products, Tableau::implicit_euler())), Some(SolveError::NotAssembled));
-    assert_eq!(step(RungeKutta::new(&Massive, Tableau::implicit_euler())), Some(SolveError::NotAssembled));
-    assert_eq!(step(method_i(&products)), Some(SolveError::NotAssembled));
+    let mut window =
+        Window::new(Trapezoidal::new(LeastSquares::new(As(Structure::Dense, &products)).expect("dense")), 2)
+            .expect("not empty");
+    let mut state = State::new(0.0, wave(6, 0.3));
+    window.advance(&mut state, &Grid::new(0.0, 0.1, 1.0).expect("a grid")).expect("its columns are its matrix");
     // An explicit method needs the inverse of M only.
     let mut v = [1.0; 3];
-    RungeKutta::new(&Massive, Tableau::rk4()).step(0.0, 0.1, &mut v, &mut []).expect("explicit");
+    RungeKutta::new(&Massive, Tableau::rk4()).expect("explicit").step(0.0, 0.1, &mut v, &mut []).expect("explicit");
     assert_abs_diff_eq!(v[0], (-0.1_f64).exp(), epsilon = 0.1_f64.powi(5) / 120.0);
+}
+
+/// A preconditioner of the user's: M − s ν d²/dx² by elimination in a band, without the convection.
+struct Diffusion {
+    viscosity: f64,
+    b: Option<Band>,
+    prepared: usize,
+}
+
+/// The elimination of a symmetric tridiagonal matrix with constant entries.
+struct Band {
+    off: f64,
+    pivots: Vec<f64>,
+}
+
+impl Diffusion {
+    fn new(viscosity: f64) -> Self {
+        Self { viscosity, b: None, prepared: 0 }
+    }
+}
+
+impl Preconditioner for Diffusion {
+    fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+        self.prepared += 1;
+        let n = b.dim();
+        let off = -b.s() * self.viscosity * ((n + 1) * (n + 1)) as f64;
+        let mut pivots = vec![1.0 - 2.0 * off; n];
+        (1..n).for_each(|i| pivots[i] -= off * off / pivots[i - 1]);
+        self.b = Some(Band { off, pivots });
+        Ok(())
+    }
+
+    fn solve(&mut self, x: &mut [f64]) {
+        let Some(Band { off, pivots }) = &self.b else { return };
+        (1..x.len()).for_each(|i| x[i] -= off / pivots[i - 1] * x[i - 1]);
+        for i in (0..x.len()).rev() {
+            let known = if i + 1 < x.len() { off * x[i + 1] } else { 0.0 };
+            x[i] = (x[i] - known) / pivots[i];
+        }
+    }
+
+    fn solve_transpose(&mut self, x: &mut [f64]) {
+        self.solve(x);
+    }
+}
+
+const VISCOSITY: f64 = 0.05;
+
+/// The end of ten steps and the work of them.
+fn run(mut method: impl OneStep, v: &[f64], h: f64) -> (Vec<f64>, Work) {
+    let (mut q, mut p) = (v.to_vec(), vec![0.0; v.len()]);
+    (0..10).for_each(|k| method.step(f64::from(k) * h, h, &mut q, &mut p).expect("solvable"));
+    (q, method.work())
+}
+
+fn sine(n: usize) -> Vec<f64> {
+    (1..=n).map(|i| (std::f64::consts::PI * i as f64 / (n + 1) as f64).sin()).collect()
+}
+
+fn assert_close(a: &[f64], b: &[f64], bound: f64, what: &str) {
+    let distance = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(distance <= bound, "{what}: {distance:e} > {bound:e}");
+}
+
+#[test]
+fn matrix_free_steps_are_those_with_factors() {
+    let (n, h) = (40, 0.02);
+    let (field, v) = (burgers(n), sine(n));
+    let products = Products::new(&field);
+    type Make = fn(Diffusion) -> Iterative<Diffusion>;
+    let solvers: [(&str, Make); 2] = [("conjugate gradients", Iterative::new), ("LSMR", Iterative::lsmr)];
+    for (name, make) in solvers {
+        let solver = || make(Diffusion::new(VISCOSITY)).with_tolerance(1e-12).expect("in (0, 1)");
+        for (alpha, beta) in [(0.0, 1.0), (-0.5, 1.0), (0.3, 1.0), (1.0, 0.0)] {
+            let closure = || Linear::new(alpha, beta).expect("not both zero");
+            // The explicit-momentum closure is unstable for h |λ| > 2: one short step of it.
+            let h = if beta == 0.0 { 1e-4 } else { h };
+            let (expected, _) = run(least_squares(&field, closure()).expect("banded"), &v, h);
+            let method = LeastSquaresStep::with_solver(&products, closure(), solver()).expect("matrix-free");
+            let (found, work) = run(method, &v, h);
+            // Ten steps to 1e-12 each, of a dissipative system.
+            assert_close(&found, &expected, 1e-10, &format!("{name}, ({alpha}, {beta})"));
+            assert!(work.inner > 0);
+        }
+        for tableau in [Tableau::implicit_euler(), Tableau::trapezoidal(), Tableau::tr_bdf2()] {
+            let (expected, _) = run(RungeKutta::new(&field, tableau.clone()).expect("banded"), &v, h);
+            let method = RungeKutta::with_solver(&products, tableau, solver()).expect("matrix-free");
+            assert_close(&run(method, &v, h).0, &expected, 1e-10, name);
+        }
+        let end = |method| {
+            let trajectory = Trajectory::new(method, State::new(0.0, v.clone()), h, 0.2).expect("usable");
+            trajectory.observe(|_| {}).expect("solvable").q
+        };
+        let expected = end(Bdf2::new(&products.field).expect("banded"));
+        let inexact = Bdf2::with_solver(&products, solver).expect("matrix-free");
+        let trajectory = Trajectory::new(inexact, State::new(0.0, v.clone()), h, 0.2).expect("usable");
+        assert_close(&trajectory.observe(|_| {}).expect("solvable").q, &expected, 1e-10, "BDF2");
+    }
+}
+
+/// Method II is α + β = 0: its equation is J₀ᵀr₀ + J₁ᵀr₁ = 0, h|λ| times as well conditioned for slow modes.
+#[test]
+fn method_ii_is_the_same_in_every_structure_and_matrix_free() {
+    let n = 30;
+    let line = Line::new(n, 5.0, Walls::Dirichlet);
+    let h = 0.01;
+    let (expected, _) = run(RungeKutta::new(&line, Tableau::trapezoidal()).expect("banded"), &wave(n, 0.3), h);
+    let band = (0..n).flat_map(|i| [(i, i), (i, (i + 1).min(n - 1)), (i, i.saturating_sub(1))]);
+    let structures = [Structure::Dense, line.structure(), Structure::sparse(n, band).expect("inside")];
+    // κ(JᵀB) ≤ κ(J) (1 + h |λ|): |λ| from 10 to 4·31².
+    let bound = 10.0 * n as f64 * f64::EPSILON * 400.0 * (1.0 + h * 4000.0);
+    for structure in structures {
+        let what = format!("{structure:?}");
+        let (found, _) = run(method_ii(As(structure, &line)).expect("assembled"), &wave(n, 0.3), h);
+        assert_close(&found, &expected, bound, &what);
+    }
+    let solver = Iterative::new(Diffusion::new(1.0)).with_tolerance(1e-12).expect("in (0, 1)");
+    let products = Products::new(&line);
+    let method = LeastSquaresStep::with_solver(&products, Linear::METHOD_II, solver).expect("matrix-free");
+    // The residual is solved to 1e-12; its derivative is as small as 2h|λ_min| ≈ 0.2.
+    assert_close(&run(method, &wave(n, 0.3), h).0, &expected, 1e-9, "matrix-free");
+}
+
+/// The momentum that a structured step leaves is that of the discrete Lagrangian.
+#[test]
+fn momenta_do_not_depend_on_the_structure() {
+    let (n, h) = (12, 0.02);
+    let (field, v) = (burgers(n), sine(n));
+    let products = Products::new(&field);
+    let closure = || Linear::new(-0.5, 1.0).expect("not both zero");
+    let solver = Iterative::new(Diffusion::new(VISCOSITY)).with_tolerance(1e-13).expect("in (0, 1)");
+    let mut methods: [Box<dyn OneStep>; 3] = [
+        Box::new(least_squares(As(Structure::Dense, &field), closure()).expect("dense")),
+        Box::new(least_squares(&field, closure()).expect("banded")),
+        Box::new(LeastSquaresStep::with_solver(&products, closure(), solver).expect("matrix-free")),
+    ];
+    let momenta = methods.each_mut().map(|method| {
+        let mut p = vec![0.0; n];
+        method.step(0.0, h, &mut v.clone(), &mut p).expect("solvable");
+        p
+    });
+    let size = momenta[0].iter().fold(0.0, |m: f64, p| m.max(p.abs()));
+    assert!(size > 1e-3, "{size:e}");
+    // p = M (v₁ − v₀)/h − f is a difference of terms of size 10.
+    assert_close(&momenta[1], &momenta[0], 1e-11, "banded");
+    assert_close(&momenta[2], &momenta[0], 1e-9, "matrix-free");
+}
+
+/// Preconditioned by all of B the spectrum is in (1, 2]; without the convection the count still does not grow with n.
+#[test]
+fn inner_iterations_do_not_grow_with_the_number_of_unknowns() {
+    let counts = [50, 100, 200, 400].map(|n| {
+        let field = AutoDiff::new(Burgers { cells: n, viscosity: VISCOSITY });
+        let products = Products::new(&field);
+        let solver = Iterative::new(Diffusion::new(VISCOSITY)).with_tolerance(1e-8).expect("in (0, 1)");
+        let method = LeastSquaresStep::with_solver(&products, Linear::METHOD_I, solver).expect("matrix-free");
+        run(method, &sine(n), 0.02).1.inner
+    });
+    assert!(counts[3] <= counts[0] + counts[0] / 4, "{counts:?}");
+}
+
+#[test]
+fn a_mass_that_is_an_operator_is_one() {
+    let (n, h) = (3, 0.3);
+    // 2 v̇ = −2v: Method I multiplies by 1/(1 + h + h²/2).
+    let solver = Iterative::new(NoPreconditioner);
+    let mut method = LeastSquaresStep::with_solver(Massive, Linear::METHOD_I, solver).expect("positive definite");
+    let (mut v, mut p) = (vec![1.0; n], vec![0.0; n]);
+    method.step(0.0, h, &mut v, &mut p).expect("solvable");
+    v.iter().for_each(|v| assert_abs_diff_eq!(*v, 1.0 / (1.0 + h + 0.5 * h * h), epsilon = 1e-9));
+}
+
+struct NoPreconditioner;
+
+impl Preconditioner for NoPreconditioner {
+    fn prepare(&mut self, _b: &StepOperator<'_>) -> Result<(), SolveError> {
+        Ok(())
+    }
+    fn solve(&mut self, _x: &mut [f64]) {}
+    fn solve_transpose(&mut self, _x: &mut [f64]) {}
+}
+
+/// Without a preconditioner, κ(I + BᵀB) ≈ (1 + 4 h ν n²)²: too many iterations, and a typed error.
+#[test]
+fn iterations_that_do_not_converge_say_so() {
+    let n = 2000;
+    let field = Products::new(AutoDiff::new(Burgers { cells: n, viscosity: 1.0 }));
+    for solver in [Iterative::new(NoPreconditioner), Iterative::lsmr(NoPreconditioner)] {
+        let mut method = LeastSquaresStep::with_solver(&field, Linear::METHOD_I, solver).expect("matrix-free");
+        let (start, mut v) = (sine(n).iter().map(|x| x + 0.1 * (700.0 * x).sin()).collect::<Vec<_>>(), vec![]);
+        v.clone_from(&start);
+        let result = method.step(0.0, 10.0, &mut v, &mut vec![0.0; n]);
+        let Err(StepError::Solve { source: SolveError::Linear { iterations, .. }, .. }) = result else {
+            panic!("{result:?}")
+        };
+        assert!(iterations >= 100);
+        assert_eq!(v, start);
+    }
+}
+
+#[test]
+fn fields_are_shared_between_threads() {
+    fn is_sync<T: Sync + Send>(_: &T) {}
+    is_sync(&burgers(3));
+    is_sync(&LeastSquares::new(burgers(3)).expect("dense"));
+    is_sync(&AutoLagrangian::new(Free));
+    is_sync(&Forced::new(AutoLagrangian::new(Free), AutoForce::new(Free)).expect("one"));
+    is_sync(&AutoConstraint::new(Free));
+    is_sync(&Mass::operator(Doubled(2)));
+    // An integrator works for one thread at a time, and may move between them.
+    fn is_send<T: Send>(_: &T) {}
+    is_send(&method_i(burgers(3)).expect("banded"));
+}
+
+struct Free;
+
+impl LagrangianFn for Free {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, _q: &[T], v: &[T]) -> T {
+        v[0] * v[0]
+    }
+}
+
+impl ForceFn for Free {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn force<T: Scalar>(&self, _t: f64, _q: &[T], v: &[T], out: &mut [T]) {
+        out[0] = -v[0];
+    }
+}
+
+impl ConstraintFn for Free {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn count(&self) -> usize {
+        1
+    }
+    fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+        out[0] = q[0];
+    }
 }

@@ -1,15 +1,14 @@
 //! Systems with dense, banded and sparse Jacobians: the same steps in every structure and formulation.
 
-use crate::fields::{As, Burgers, Line, Plane, Walls};
+use crate::fields::{As, Burgers, By, Line, Plane, Walls};
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
+use lsvi::solver::Iterative;
 use lsvi::{
-    AutoDiff, Formulation, InputError, Integrator, Jacobian, LeastSquares, Mass, MethodI, OneStep, SolveError, State,
-    StepError, Structure, Trajectory, VectorField, method_i,
+    AutoDiff, Factored, InputError, Integrator, Jacobian, LeastSquares, Mass, OneStep, SolveError, State, StepError,
+    Structure, Trajectory, VectorField, method_i,
 };
-
-const FORMULATIONS: [Formulation; 3] = [Formulation::Augmented, Formulation::Twisted, Formulation::CONJUGATE_GRADIENTS];
 
 fn wave(n: usize) -> Vec<f64> {
     (0..n).map(|i| (0.3 * i as f64).sin() + 0.2 * (1.7 * i as f64).cos()).collect()
@@ -45,12 +44,13 @@ fn yardsticks_are_the_same_in_every_structure() {
     let condition = 1.0 + 4.0 * h * 31.0 * 31.0;
     for tableau in [Tableau::implicit_euler(), Tableau::trapezoidal(), Tableau::implicit_midpoint(), Tableau::sdirk2()]
     {
-        let [dense, banded, sparse] =
-            structures.clone().map(|s| end(RungeKutta::new(As(s, &field), tableau.clone()), wave(n), h, 1.0));
+        let [dense, banded, sparse] = structures
+            .clone()
+            .map(|s| end(RungeKutta::new(As(s, &field), tableau.clone()).expect("usable"), wave(n), h, 1.0));
         assert_same(&dense, &banded, 10.0, condition, "banded");
         assert_same(&dense, &sparse, 10.0, condition, "sparse");
     }
-    let [dense, banded, sparse] = structures.map(|s| end(Bdf2::new(As(s, &field)), wave(n), h, 1.0));
+    let [dense, banded, sparse] = structures.map(|s| end(Bdf2::new(As(s, &field)).expect("usable"), wave(n), h, 1.0));
     assert_same(&dense, &banded, 10.0, condition, "banded");
     assert_same(&dense, &sparse, 10.0, condition, "sparse");
 }
@@ -63,13 +63,13 @@ fn method_i_is_the_same_in_every_structure_and_formulation() {
         let h = 0.01;
         // κ(I + BᵀB) ≤ 1 + ‖B‖², ‖B‖ ≤ 1 + h (4/dx² + peclet/dx).
         let condition = (1.0 + h * (4.0 * 31.0 * 31.0 + peclet * 31.0_f64)).powi(2);
-        let dense = end(method_i(As(Structure::Dense, &field)), wave(n), h, 0.1);
-        assert_same(&dense, &end(method_i(&field), wave(n), h, 0.1), 10.0, condition, "banded");
-        let sparse = method_i(As(sparse_band(n, 1, 1), &field));
+        let dense = end(method_i(As(Structure::Dense, &field)).expect("usable"), wave(n), h, 0.1);
+        assert_same(&dense, &end(method_i(&field).expect("usable"), wave(n), h, 0.1), 10.0, condition, "banded");
+        let sparse = method_i(As(sparse_band(n, 1, 1), &field)).expect("usable");
         assert_same(&dense, &end(sparse, wave(n), h, 0.1), 10.0, condition, "sparse");
-        for formulation in FORMULATIONS {
-            let method = MethodI::with_formulation(&field, formulation).expect("fits");
-            assert_same(&dense, &end(method, wave(n), h, 0.1), 10.0, condition, &format!("{formulation:?}"));
+        for by in By::ALL {
+            let method = by.method_i(&field).expect("fits");
+            assert_same(&dense, &end(method, wave(n), h, 0.1), 10.0, condition, &format!("{by:?}"));
         }
     }
 }
@@ -79,15 +79,15 @@ fn nonlinear_method_i_is_the_same_in_every_structure_and_iteration() {
     let (n, h) = (24, 0.02);
     let field = AutoDiff::new(Burgers { cells: n, viscosity: 0.05 });
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 25.0).sin()).collect();
-    let dense = end(method_i(As(Structure::Dense, &field)), v.clone(), h, 0.2);
+    let dense = end(method_i(As(Structure::Dense, &field)).expect("usable"), v.clone(), h, 0.2);
     // ‖B‖ ≤ 1 + h (4 ν/dx² + 1/dx).
     let condition = (1.0 + h * (4.0 * 0.05 * 625.0 + 25.0_f64)).powi(2);
-    assert_same(&dense, &end(method_i(&field), v.clone(), h, 0.2), 10.0, condition, "banded");
-    let sparse = method_i(As(sparse_band(n, 1, 1), &field));
+    assert_same(&dense, &end(method_i(&field).expect("usable"), v.clone(), h, 0.2), 10.0, condition, "banded");
+    let sparse = method_i(As(sparse_band(n, 1, 1), &field)).expect("usable");
     assert_same(&dense, &end(sparse, v.clone(), h, 0.2), 10.0, condition, "sparse");
-    for formulation in FORMULATIONS {
-        let method = MethodI::with_formulation(&field, formulation).expect("fits");
-        assert_same(&dense, &end(method, v.clone(), h, 0.2), 10.0, condition, &format!("{formulation:?}"));
+    for by in By::ALL {
+        let method = by.method_i(&field).expect("fits");
+        assert_same(&dense, &end(method, v.clone(), h, 0.2), 10.0, condition, &format!("{by:?}"));
     }
 }
 
@@ -107,9 +107,9 @@ fn plane_modes_decay_as_the_linear_theory_says() {
         let z = h * (eigenvalue(k) + eigenvalue(l));
         let factor = 1.0 / (1.0 - z + 0.5 * z * z);
         let methods = [
-            method_i(&field),
-            MethodI::with_formulation(&field, Formulation::Augmented).expect("fits"),
-            MethodI::with_formulation(&field, Formulation::CONJUGATE_GRADIENTS).expect("fits"),
+            method_i(&field).expect("usable"),
+            By::Augmented.method_i(&field).expect("fits"),
+            By::ConjugateGradients.method_i(&field).expect("fits"),
         ];
         for mut method in methods {
             let (mut q, mut p) = (v.clone(), vec![0.0; v.len()]);
@@ -133,21 +133,21 @@ fn the_natural_metric_does_not_depend_on_the_variables() {
     let (h, steps) = (0.01, 10.0);
     let condition = 3.0 * (2.0 + h * (4.0 * 441.0 + 100.0_f64)).powi(2);
     let w: Vec<f64> = wave(n).iter().zip(&weights).map(|(v, m)| v * m.sqrt()).collect();
-    let mut expected = end(method_i(&scaled), w, h, 0.1);
+    let mut expected = end(method_i(&scaled).expect("usable"), w, h, 0.1);
     expected.iter_mut().zip(&weights).for_each(|(w, m)| *w /= m.sqrt());
-    for formulation in FORMULATIONS {
-        let method = MethodI::with_formulation(&massive, formulation).expect("fits");
-        assert_same(&expected, &end(method, wave(n), h, 0.1), steps, condition, &format!("{formulation:?}"));
+    for by in By::ALL {
+        let method = by.method_i(&massive).expect("fits");
+        assert_same(&expected, &end(method, wave(n), h, 0.1), steps, condition, &format!("{by:?}"));
     }
     // The same through the Lagrangian, for M as a matrix, and where the metric is given instead.
     let mut matrix = Jacobian::with_structure(n, &Structure::Banded { lower: 0, upper: 0 });
     weights.iter().enumerate().for_each(|(i, &m)| matrix.add(i, i, m));
     let massive = plain.with_mass(Mass::Matrix(matrix));
-    assert_same(&expected, &end(method_i(&massive), wave(n), h, 0.1), steps, condition, "matrix");
+    assert_same(&expected, &end(method_i(&massive).expect("usable"), wave(n), h, 0.1), steps, condition, "matrix");
     let dense = As(Structure::Dense, &massive);
-    assert_same(&expected, &end(method_i(&dense), wave(n), h, 0.1), steps, condition, "dense");
+    assert_same(&expected, &end(method_i(&dense).expect("usable"), wave(n), h, 0.1), steps, condition, "dense");
     let inverse = nalgebra::DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 / weights[i] } else { 0.0 });
-    let given = LeastSquares::new(&dense).with_metric(inverse).expect("definite");
+    let given = LeastSquares::new(&dense).expect("usable").with_metric(inverse).expect("definite");
     let method = lsvi::Variational::new(lsvi::discrete::Trapezoidal::new(given), Linear::METHOD_I);
     assert_same(&expected, &end(method, wave(n), h, 0.1), steps, condition, "given metric");
 }
@@ -179,7 +179,7 @@ fn yardsticks_solve_with_the_mass_matrix() {
         (Tableau::rk4(), 1.0 + z + z * z / 2.0 + z.powi(3) / 6.0 + z.powi(4) / 24.0),
     ];
     for (tableau, growth) in growths {
-        let result = end(RungeKutta::new(&field, tableau), v.clone(), h, t_end);
+        let result = end(RungeKutta::new(&field, tableau).expect("usable"), v.clone(), h, t_end);
         // 200 steps, each with the rounding errors of h M⁻¹A of size h |λ_max| < 2.
         let bound = 200.0 * 16.0 * 2.0 * f64::EPSILON;
         result.iter().zip(&v).for_each(|(r, v)| assert_abs_diff_eq!(*r, growth.powi(200) * v, epsilon = bound));
@@ -202,29 +202,29 @@ fn an_entry_outside_the_declared_structure_is_refused() {
     }
     let linear = As(narrow.clone(), Line::new(n, 1.0, Walls::Dirichlet));
     let automatic = AutoDiff::new(As(narrow, Burgers { cells: n, viscosity: 0.1 }));
-    expect(step(RungeKutta::new(&linear, Tableau::implicit_euler()), &v));
-    expect(step(RungeKutta::new(&automatic, Tableau::implicit_euler()), &v));
-    expect(step(method_i(&linear), &v));
-    expect(step(method_i(&automatic), &v));
-    for formulation in FORMULATIONS {
-        expect(step(MethodI::with_formulation(&linear, formulation).expect("fits"), &v));
-        expect(step(MethodI::with_formulation(&automatic, formulation).expect("fits"), &v));
+    expect(step(RungeKutta::new(&linear, Tableau::implicit_euler()).expect("usable"), &v));
+    expect(step(RungeKutta::new(&automatic, Tableau::implicit_euler()).expect("usable"), &v));
+    expect(step(method_i(&linear).expect("usable"), &v));
+    expect(step(method_i(&automatic).expect("usable"), &v));
+    for by in By::ALL {
+        expect(step(by.method_i(&linear).expect("fits"), &v));
+        expect(step(by.method_i(&automatic).expect("fits"), &v));
     }
     // A pattern of another order has no room for the entries beyond.
     let small = Structure::sparse(4, [(0, 1), (1, 0)]).expect("inside");
-    let result = step(method_i(As(small, Line::new(n, 0.0, Walls::Dirichlet))), &v);
+    let result = step(method_i(As(small, Line::new(n, 0.0, Walls::Dirichlet))).expect("usable"), &v);
     assert!(matches!(result, Err(StepError::Solve { source: SolveError::OutsideStructure { .. }, .. })), "{result:?}");
 }
 
 #[test]
-fn refuses_unusable_formulations_and_masses() {
+fn unusable_solvers_and_masses_are_refused_at_once() {
     let line = || Line::new(5, 0.0, Walls::Dirichlet);
-    let refused = |field: &dyn VectorField, formulation| MethodI::with_formulation(field, formulation).err();
+    let refused = |field: &dyn VectorField, by: By| by.method_i(field).err();
     let dense = As(Structure::Dense, line());
-    assert!(matches!(refused(&dense, Formulation::Twisted), Some(InputError::Formulation(_))));
+    assert!(matches!(refused(&dense, By::Twisted), Some(InputError::Solver(_))));
     for tolerance in [0.0, -1.0, 1.0, f64::NAN] {
-        let formulation = Formulation::ConjugateGradients { tolerance };
-        assert!(matches!(refused(&line(), formulation), Some(InputError::Formulation(_))));
+        let solver = Iterative::new(Factored::default()).with_tolerance(tolerance);
+        assert!(matches!(solver.err(), Some(InputError::Tolerance(_))));
     }
     let matrix = |entries: &[(usize, usize, f64)]| {
         let mut m = Jacobian::with_structure(5, &Structure::Banded { lower: 1, upper: 1 });
@@ -241,12 +241,11 @@ fn refuses_unusable_formulations_and_masses() {
     ];
     for (mass, what) in masses {
         let field = line().with_mass(mass);
-        assert!(refused(&field, Formulation::Augmented).is_some(), "{what}");
-        let result = method_i(&field).step(0.0, 0.1, &mut wave(5), &mut [0.0; 5]);
-        assert!(matches!(result, Err(StepError::Input(_))), "{what}: {result:?}");
+        assert!(refused(&field, By::Augmented).is_some(), "{what}");
+        assert!(method_i(&field).is_err(), "{what}");
         let dense = As(Structure::Dense, &field);
-        let result = method_i(&dense).step(0.0, 0.1, &mut wave(5), &mut [0.0; 5]);
-        assert!(result.is_err(), "{what}");
+        assert!(method_i(&dense).is_err(), "{what}");
+        assert!(LeastSquares::new(&dense).is_err(), "{what}");
     }
     assert!(Structure::sparse(3, [(0, 3)]).is_err());
 }
@@ -256,10 +255,15 @@ fn refuses_unusable_formulations_and_masses() {
 fn a_singular_mass_is_for_implicit_methods() {
     let field = Line::new(3, 0.0, Walls::Dirichlet).without_source().with_mass(Mass::Diagonal(vec![1.0, 0.0, 1.0]));
     let mut v = vec![1.0, 0.0, 1.0];
-    RungeKutta::new(&field, Tableau::implicit_euler()).step(0.0, 0.1, &mut v, &mut []).expect("solvable");
+    RungeKutta::new(&field, Tableau::implicit_euler())
+        .expect("usable")
+        .step(0.0, 0.1, &mut v, &mut [])
+        .expect("solvable");
     assert_abs_diff_eq!(2.0 * v[1], v[0] + v[2], epsilon = 1e-14);
-    let result = RungeKutta::new(&field, Tableau::rk4()).step(0.0, 0.1, &mut v, &mut []);
-    assert!(matches!(result, Err(StepError::Solve { source: SolveError::Singular, .. })), "{result:?}");
+    for tableau in [Tableau::rk4(), Tableau::trapezoidal()] {
+        let explicit = tableau == Tableau::rk4();
+        assert_eq!(RungeKutta::new(&field, tableau).err(), explicit.then_some(InputError::SingularMass));
+    }
 }
 
 /// Steps up to a hundred times the time in which the front forms: the damped iteration finds the root of Newton's branch.
@@ -270,19 +274,13 @@ fn gauss_newton_and_newton_agree_on_long_steps() {
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 41.0).sin()).collect();
     for h in [0.1, 1.0, 10.0, 100.0] {
         let (mut expected, mut p) = (v.clone(), vec![0.0; n]);
-        method_i(&field).step(0.0, h, &mut expected, &mut p).expect("on the branch");
-        for formulation in FORMULATIONS {
-            let mut method = MethodI::with_formulation(&field, formulation).expect("fits");
+        method_i(&field).expect("usable").step(0.0, h, &mut expected, &mut p).expect("on the branch");
+        for by in By::ALL {
+            let mut method = by.method_i(&field).expect("fits");
             let mut q = v.clone();
             method.step(0.0, h, &mut q, &mut p).expect("convergent");
             // Both stop at increments of a few ε; the augmented condition number is below 1 + h (4 ν/dx² + 1/dx).
-            assert_same(
-                &q,
-                &expected,
-                1.0,
-                1.0 + h * (4.0 * 0.01 * 1681.0 + 41.0),
-                &format!("h = {h}, {formulation:?}"),
-            );
+            assert_same(&q, &expected, 1.0, 1.0 + h * (4.0 * 0.01 * 1681.0 + 41.0), &format!("h = {h}, {by:?}"));
         }
     }
 }

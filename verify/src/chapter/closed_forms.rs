@@ -82,14 +82,14 @@ pub fn step_in_plane(
     v: Vector2<f64>,
 ) -> Result<Vector2<f64>, StepError> {
     let (mut q, mut p) = ([v.x, v.y], [0.0; 2]);
-    least_squares(AutoDiff::new(Plane(a)), Linear::new(closure.alpha, closure.beta)?).step(0.0, h, &mut q, &mut p)?;
+    least_squares(AutoDiff::new(Plane(a)), Linear::new(closure.alpha, closure.beta)?)?.step(0.0, h, &mut q, &mut p)?;
     Ok(Vector2::from(q))
 }
 
 /// The factors by which live steps of size `h` multiply each of `starts` on v̇ = −v.
 pub(crate) fn live_factors(closure: Amplification, h: f64, starts: &[f64]) -> Result<Vec<f64>, StudyError> {
     let drag = problem::build("linear-drag", &[])?;
-    let mut method = least_squares(drag.field(), Linear::new(closure.alpha, closure.beta)?);
+    let mut method = least_squares(drag.field(), Linear::new(closure.alpha, closure.beta)?)?;
     starts
         .iter()
         .map(|v| {
@@ -251,7 +251,7 @@ fn check(id: &str, statement: impl Into<String>, samples: &[Sample]) -> Check {
 /// factor of e⁸⁰ on the decaying one.
 fn growth(h: f64) -> Result<Check, StudyError> {
     let drag = problem::build("linear-drag", &[])?;
-    let mut method = position_momentum(Trapezoidal::new(drag.lagrangian()));
+    let mut method = position_momentum(Trapezoidal::new(drag.lagrangian()?));
     let rate = 2.0 * (0.5 * h).asinh();
     let (mut q, mut p, mut before) = ([1.0], [0.0], 1.0);
     for _ in 0..(40.0 / rate).ceil() as u32 {

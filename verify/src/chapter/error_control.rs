@@ -196,7 +196,7 @@ struct Step {
 /// The first step of paths of the given degree on Lobatto's nodes, closed by Method I.
 fn one_step(problem: &dyn Problem, degree: u32, nodes: u32, h: f64) -> Result<Step, StudyError> {
     let q0 = problem.initial();
-    let discrete = Galerkin::new(problem.lagrangian(), degree as usize, &Quadrature::lobatto(nodes as usize)?)?;
+    let discrete = Galerkin::new(problem.lagrangian()?, degree as usize, &Quadrature::lobatto(nodes as usize)?)?;
     let mut method = Variational::new(discrete, Linear::METHOD_I);
     let (mut q, mut p) = (q0.clone(), vec![0.0; q0.len()]);
     method.step(0.0, h, &mut q, &mut p)?;

@@ -109,7 +109,7 @@ fn integrator<F: VectorField>(
     field: F,
 ) -> Result<Variational<Galerkin<LeastSquares<F>>, Linear>, InputError> {
     let rule = method.family.rule(method.nodes)?;
-    let discrete = Galerkin::new(LeastSquares::new(field), method.degree, &rule)?;
+    let discrete = Galerkin::new(LeastSquares::new(field)?, method.degree, &rule)?;
     Ok(Variational::new(discrete, Linear::new(method.alpha, method.beta)?))
 }
 

@@ -59,7 +59,7 @@ fn solve<F: VectorField>(
     steps: usize,
 ) -> Result<Vec<f64>, StudyError> {
     let metric = DMatrix::from_fn(2, 2, |i, j| w[(i, j)]);
-    let lagrangian = LeastSquares::new(field).with_metric(metric)?;
+    let lagrangian = LeastSquares::new(field)?.with_metric(metric)?;
     let mut method = Variational::new(Trapezoidal::new(lagrangian), Linear::METHOD_I);
     let (mut q, mut p) = (start.to_vec(), vec![0.0; 2]);
     for n in 0..steps {

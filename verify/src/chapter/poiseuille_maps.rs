@@ -29,7 +29,7 @@ fn samples() -> impl Iterator<Item = (f64, f64, f64)> {
 fn step(gamma: f64, closure: Linear, h: f64, v: f64) -> Result<f64, StudyError> {
     let problem = PoiseuilleAnsatz::from_rest(gamma);
     let (mut q, mut p) = ([v], [0.0]);
-    Variational::new(Trapezoidal::new(problem.lagrangian()), closure).step(0.0, h, &mut q, &mut p)?;
+    Variational::new(Trapezoidal::new(problem.lagrangian()?), closure).step(0.0, h, &mut q, &mut p)?;
     Ok(q[0])
 }
 
@@ -161,7 +161,7 @@ fn residual(gamma: f64, v: f64, rate: f64, y: f64) -> f64 {
 fn lagrangian() -> Result<Check, StudyError> {
     let mut ratios = Vec::new();
     for (gamma, v, rate) in samples().filter(|(.., rate)| *rate <= 1e3) {
-        let closed = PoiseuilleAnsatz::from_rest(gamma).lagrangian().value(0.0, &[v], &[rate]);
+        let closed = PoiseuilleAnsatz::from_rest(gamma).lagrangian()?.value(0.0, &[v], &[rate]);
         let quadrature = over_channel(|y| 0.5 * residual(gamma, v, rate, y).powi(2))?;
         let terms = (gamma.abs() + 2.0 * v.abs() + rate).powi(2);
         ratios.push((closed - quadrature).abs() / (16.0 * f64::EPSILON * terms));

@@ -114,7 +114,7 @@ impl Method for OneStepMethod {
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
-        Ok(Box::new(RungeKutta::new(problem.field(), (self.tableau)())))
+        Ok(Box::new(RungeKutta::new(problem.field(), (self.tableau)()).map_err(BuildError::of(self))?))
     }
 }
 
@@ -131,6 +131,6 @@ impl Method for Bdf2Method {
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
-        Ok(Box::new(Bdf2::new(problem.field())))
+        Ok(Box::new(Bdf2::new(problem.field()).map_err(BuildError::of(self))?))
     }
 }

@@ -180,7 +180,7 @@ impl Method for LsGalerkin {
         let unfit = |error: InputError| BuildError { method: self.name(), reason: error.to_string() };
         let closure = Linear::new(self.alpha, self.beta).map_err(unfit)?;
         let rule = self.family.rule(self.nodes).map_err(unfit)?;
-        let discrete = Galerkin::new(problem.lagrangian(), self.degree, &rule).map_err(unfit)?;
+        let discrete = Galerkin::new(problem.lagrangian().map_err(unfit)?, self.degree, &rule).map_err(unfit)?;
         Ok(Box::new(Variational::new(discrete, closure)))
     }
 }

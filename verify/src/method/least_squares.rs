@@ -94,11 +94,10 @@ impl Method for LinearClosure {
         }
         let field = problem.field();
         if self.is_method_i() && !matches!(field.structure(), Structure::Dense) {
-            return Ok(Box::new(method_i(field)));
+            return Ok(Box::new(method_i(field).map_err(BuildError::of(self))?));
         }
-        let closure = Linear::new(self.alpha, self.beta)
-            .map_err(|error| BuildError { method: self.name(), reason: error.to_string() })?;
-        Ok(stepped(problem, closure))
+        let closure = Linear::new(self.alpha, self.beta).map_err(BuildError::of(self))?;
+        stepped(self, problem, closure)
     }
 }
 
@@ -126,10 +125,16 @@ impl Method for Conventional {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         check_filled(self, problem)?;
-        Ok(Box::new(position_momentum(Trapezoidal::new(problem.lagrangian()))))
+        let lagrangian = problem.lagrangian().map_err(BuildError::of(self))?;
+        Ok(Box::new(position_momentum(Trapezoidal::new(lagrangian))))
     }
 }
 
-pub(super) fn stepped<'a>(problem: &'a dyn Problem, closure: impl Closure + 'a) -> Box<dyn Integrator + 'a> {
-    Box::new(Variational::new(Trapezoidal::new(problem.lagrangian()), closure))
+pub(super) fn stepped<'a>(
+    method: &dyn Method,
+    problem: &'a dyn Problem,
+    closure: impl Closure + 'a,
+) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+    let lagrangian = problem.lagrangian().map_err(BuildError::of(method))?;
+    Ok(Box::new(Variational::new(Trapezoidal::new(lagrangian), closure)))
 }

@@ -89,6 +89,13 @@ pub struct BuildError {
     pub reason: String,
 }
 
+impl BuildError {
+    /// What the library refuses to make of `method`.
+    fn of(method: &dyn Method) -> impl Fn(InputError) -> Self {
+        move |error| Self { method: method.name(), reason: error.to_string() }
+    }
+}
+
 /// Largest order of a dense matrix: it takes 128 MB, and a step needs a few of them.
 const MAX_FILLED: usize = 4096;
 

@@ -92,12 +92,12 @@ impl Method for Fitted {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         check_filled(self, problem)?;
-        let unfit = |reason: String| BuildError { method: self.name(), reason };
         if problem.limit(Principle::MomentumZero).name != problem.limit(Principle::MomentumConserved).name {
-            return Err(unfit("its Lagrangian keeps a remainder, and the limit would depend on LAMBDA".into()));
+            let reason = "its Lagrangian keeps a remainder, and the limit would depend on LAMBDA".into();
+            return Err(BuildError { method: self.name(), reason });
         }
-        let closure = (self.closure)(self.rate).map_err(|error| unfit(error.to_string()))?;
-        Ok(stepped(problem, closure))
+        let closure = (self.closure)(self.rate).map_err(BuildError::of(self))?;
+        stepped(self, problem, closure)
     }
 }
 
@@ -122,9 +122,8 @@ impl Method for Minimax {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         check_filled(self, problem)?;
-        let closure = Linear::minimax(self.from, self.to)
-            .map_err(|error| BuildError { method: self.name(), reason: error.to_string() })?;
-        Ok(stepped(problem, closure))
+        let closure = Linear::minimax(self.from, self.to).map_err(BuildError::of(self))?;
+        stepped(self, problem, closure)
     }
 }
 
@@ -149,8 +148,8 @@ impl Method for WindowMethod {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         check_filled(self, problem)?;
-        let window = Window::new(Trapezoidal::new(problem.lagrangian()), self.length)
-            .map_err(|error| BuildError { method: self.name(), reason: error.to_string() })?;
+        let lagrangian = problem.lagrangian().map_err(BuildError::of(self))?;
+        let window = Window::new(Trapezoidal::new(lagrangian), self.length).map_err(BuildError::of(self))?;
         Ok(Box::new(window))
     }
 }

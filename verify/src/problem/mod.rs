@@ -40,7 +40,7 @@ mod van_der_pol;
 
 use std::fmt;
 
-use lsvi::{Lagrangian, LeastSquares, VectorField};
+use lsvi::{InputError, Lagrangian, LeastSquares, VectorField};
 
 pub use facts::{Facts, Singular, Stiffness, Window};
 pub use mechanics::{Invariant, Mechanics};
@@ -74,8 +74,11 @@ pub trait Problem: fmt::Debug + Send + Sync {
     }
 
     /// The Lagrangian that the variational methods discretise; the least-squares one unless the problem has its own.
-    fn lagrangian(&self) -> Box<dyn Lagrangian + '_> {
-        Box::new(LeastSquares::new(self.field()))
+    ///
+    /// # Errors
+    /// [`InputError`] if the mass matrix of the field is no metric.
+    fn lagrangian(&self) -> Result<Box<dyn Lagrangian + '_>, InputError> {
+        Ok(Box::new(LeastSquares::new(self.field())?))
     }
 
     /// The mechanical system behind the equations, where there is one: the state is then (q, p), momenta after coordinates.

@@ -35,7 +35,7 @@ proptest! {
         };
         let drag = problem::build("linear-drag", &[]).expect("registered");
         let (mut q, mut p) = ([v], [0.0]);
-        let mut method = least_squares(drag.field(), Linear::new(alpha, beta).expect("not both zero"));
+        let mut method = least_squares(drag.field(), Linear::new(alpha, beta).expect("not both zero")).expect("usable");
         method.step(0.0, h, &mut q, &mut p).map_err(|error| TestCaseError::fail(error.to_string()))?;
         let (error, tolerance) = ((q[0] - factor * v).abs(), v * closure.live_tolerance(&[z]));
         prop_assert!(error <= tolerance, "h = {h}: {factor} is missed by {error:e}, more than {tolerance:e}");

@@ -151,7 +151,7 @@ fn against_rivals(method: &str) -> Result<Finding, StudyError> {
 /// Largest error on whole steps in (0, 10] of Method I's closure on the Galerkin discretisation of degree 2 with three
 /// Lobatto nodes; infinite if a step fails.
 fn galerkin(setting: &Setting, h: f64) -> Result<f64, StudyError> {
-    let discrete = Galerkin::lobatto(LeastSquares::new(setting.problem.field()), 2)?;
+    let discrete = Galerkin::lobatto(LeastSquares::new(setting.problem.field())?, 2)?;
     let method = Variational::new(discrete, Linear::METHOD_I);
     let mut worst = 0.0_f64;
     let end = h * (HORIZON / h + 1e-9).floor();

@@ -63,7 +63,7 @@ const STEPS: [f64; 10] = [1e-3, 1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 100.0, 1e3]
 
 fn conventional_map() -> Result<Finding, StudyError> {
     let drag = problem("linear-drag", &[])?;
-    let mut method = position_momentum(Trapezoidal::new(drag.lagrangian()));
+    let mut method = position_momentum(Trapezoidal::new(drag.lagrangian()?));
     let (mut cases, mut deviation) = (Vec::new(), 0.0_f64);
     for h in STEPS {
         let map = method.step_with_tangent(0.0, h, &mut [1.0], &mut [0.0])?;

@@ -33,7 +33,7 @@ fn determinants<C: Closure>(name: &str, closure: impl Fn() -> C) -> Result<Vec<(
     for drag in ["linear-drag", "quadratic-drag"] {
         let problem = problem(drag, &[])?;
         for h in [0.01, 0.1, 0.5] {
-            let mut method = Variational::new(Trapezoidal::new(problem.lagrangian()), closure());
+            let mut method = Variational::new(Trapezoidal::new(problem.lagrangian()?), closure());
             let map = method.step_with_tangent(0.0, h, &mut [1.0], &mut [0.0])?;
             found.push((format!("determinant, {name} on {drag}, h = {h}"), map.determinant()));
         }

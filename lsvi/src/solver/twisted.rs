@@ -1,19 +1,121 @@
 //! The normal equations of a band matrix by LDLᵀ from both ends at once.
 
-use crate::error::SolveError;
-use crate::linalg::Jacobian;
+use super::{Augmented, StepSolver};
+use crate::error::{InputError, SolveError};
+use crate::linalg::{Jacobian, Structure, inverse_norm};
 use crate::mass::Mass;
+use crate::operator::StepOperator;
 
 /// Values at the same distance from the two ends.
 type Lanes = [f64; 2];
 
-/// LDLᵀ factors of the band matrix (1 + μ) M + BᵀM⁻¹B, M diagonal, eliminated from both ends towards the middle.
+/// LDLᵀ factors of the band matrix (1 + μ) M + BᵀM⁻¹B of the normal equations, for banded f_v and diagonal M; LU factors of B
+/// for implicit stages.
+///
+/// The cheapest solver, with the condition number of B squared: for symmetric dissipative systems.
+#[derive(Debug, Default)]
+pub struct Twisted {
+    factors: Option<Factors>,
+    /// The damping of the factors, if they are those of the present B.
+    damping: Option<f64>,
+    /// M⁻¹a.
+    scaled: Vec<f64>,
+    stages: Augmented,
+}
+
+impl Twisted {
+    /// Factors are set up in the first step.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    fn factor(&mut self, b: &StepOperator<'_>, damping: f64) -> Result<&mut Factors, SolveError> {
+        let (matrix, mass) = (b.assembled().ok_or(SolveError::NotAssembled)?, b.mass());
+        if self.factors.is_none() {
+            let (Structure::Banded { lower, upper }, Mass::Identity | Mass::Diagonal(_)) = (matrix.structure(), mass)
+            else {
+                return Err(SolveError::NotAssembled);
+            };
+            self.factors = Some(Factors::new(matrix.dim(), lower + upper));
+            self.scaled = vec![0.0; matrix.dim()];
+        }
+        let factors = self.factors.as_mut().ok_or(SolveError::NotAssembled)?;
+        if self.damping != Some(damping) {
+            self.damping = None;
+            factors.factor(mass, matrix, damping)?;
+            self.damping = Some(damping);
+        }
+        Ok(factors)
+    }
+
+    /// An estimate of the condition number of M + BᵀM⁻¹B in the 1-norm; infinite if it has no factors.
+    pub(crate) fn condition(&mut self, b: &StepOperator<'_>, work: &mut [Vec<f64>; 2]) -> f64 {
+        let Ok(factors) = self.factor(b, 0.0) else { return f64::INFINITY };
+        let inverse = inverse_norm(|x| factors.solve(x), work);
+        b.assembled().map_or(f64::INFINITY, |matrix| inverse * normal_norm(b.mass(), matrix, work))
+    }
+}
+
+impl StepSolver for Twisted {
+    fn check(&self, structure: &Structure, mass: &Mass) -> Result<(), InputError> {
+        match (structure, mass) {
+            (Structure::Banded { .. }, Mass::Identity | Mass::Diagonal(_)) => Ok(()),
+            (Structure::Banded { .. }, _) => {
+                Err(InputError::Solver("twisted elimination needs a diagonal mass matrix"))
+            }
+            _ => Err(InputError::Solver("twisted elimination needs a banded structure")),
+        }
+    }
+
+    fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+        self.damping = None;
+        self.stages.prepare(b)
+    }
+
+    fn solve_stage(&mut self, b: &StepOperator<'_>, x: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
+        self.stages.solve_stage(b, x, tolerance)
+    }
+
+    fn solve_normal(
+        &mut self,
+        b: &StepOperator<'_>,
+        damping: f64,
+        a: Option<&[f64]>,
+        x: &mut [f64],
+        _tolerance: f64,
+    ) -> Result<u64, SolveError> {
+        self.factor(b, damping)?;
+        if let (Some(a), Some(matrix)) = (a, b.assembled()) {
+            self.scaled.copy_from_slice(a);
+            b.mass().for_each(a.len(), |i, _, m| self.scaled[i] /= m);
+            matrix.mul_transpose_add(1.0, &self.scaled, x);
+        }
+        self.factor(b, damping)?.solve(x);
+        Ok(0)
+    }
+}
+
+/// A bound of ‖M + BᵀM⁻¹B‖₁ for a diagonal M: the column sums of M + |B|ᵀM⁻¹|B|.
+fn normal_norm(mass: &Mass, b: &Jacobian, work: &mut [Vec<f64>; 2]) -> f64 {
+    let [rows, columns] = work;
+    rows.fill(0.0);
+    columns.fill(0.0);
+    b.for_each(|i, _, x| rows[i] += x.abs());
+    mass.for_each(b.dim(), |i, _, m| {
+        rows[i] /= m;
+        columns[i] += m;
+    });
+    b.for_each(|i, j, x| columns[j] += x.abs() * rows[i]);
+    columns.iter().fold(0.0, |largest, x| largest.max(*x))
+}
+
+/// The factors of (1 + μ) M + BᵀM⁻¹B, eliminated from both ends towards the middle.
 ///
 /// Elimination of a narrow band waits for each pivot in turn; two independent eliminations hide half of that. Lane 0 runs
 /// down from the first unknown and lane 1 up from the last; they meet in a block of `width` or `width` + 1 unknowns, which is
 /// factored by itself.
 #[derive(Debug)]
-pub(super) struct Twisted {
+struct Factors {
     dim: usize,
     width: usize,
     /// Unknowns eliminated in each lane.
@@ -27,9 +129,9 @@ pub(super) struct Twisted {
     diagonal: Vec<f64>,
 }
 
-impl Twisted {
+impl Factors {
     /// For products of order `dim` of half bandwidth `width`.
-    pub(super) fn new(dim: usize, width: usize) -> Self {
+    fn new(dim: usize, width: usize) -> Self {
         let width = width.min(dim.saturating_sub(1));
         let half = (dim - width.min(dim)) / 2;
         let middle = dim - 2 * half;
@@ -58,7 +160,7 @@ impl Twisted {
         }
     }
 
-    pub(super) fn factor(&mut self, mass: &Mass, b: &Jacobian, damping: f64) -> Result<(), SolveError> {
+    fn factor(&mut self, mass: &Mass, b: &Jacobian, damping: f64) -> Result<(), SolveError> {
         self.columns.fill([0.0; 2]);
         self.middle.fill(0.0);
         self.diagonal.fill(1.0);
@@ -116,7 +218,7 @@ impl Twisted {
     }
 
     /// Overwrites `b` with the solution.
-    pub(super) fn solve(&mut self, b: &mut [f64]) {
+    fn solve(&mut self, b: &mut [f64]) {
         let (half, width, size) = (self.half, self.width, self.dim - 2 * self.half);
         let last = self.dim - 1;
         for (k, lanes) in self.lanes.iter_mut().enumerate() {

@@ -1,0 +1,99 @@
+//! Implicit stages, solved with factors or by a solver of the user's.
+
+use crate::error::{InputError, SolveError};
+use crate::inexact::{InexactNewton, InexactSystem};
+use crate::linalg::{Jacobian, Structure};
+use crate::mass::Mass;
+use crate::newton::{Newton, System, Work};
+use crate::operator::StepOperator;
+use crate::solver::{StepSolver, assembled_structure};
+use crate::vector_field::VectorField;
+
+/// How the equations of stages are solved.
+#[derive(Debug)]
+pub(super) enum Stages {
+    Factored(Box<Newton>),
+    Solved(Box<StageSolver>),
+}
+
+impl Stages {
+    pub(super) fn work(&self) -> Work {
+        match self {
+            Self::Factored(newton) => newton.work,
+            Self::Solved(stages) => stages.newton.work,
+        }
+    }
+
+    pub(super) fn work_mut(&mut self) -> &mut Work {
+        match self {
+            Self::Factored(newton) => &mut newton.work,
+            Self::Solved(stages) => &mut stages.newton.work,
+        }
+    }
+
+    pub(super) fn solve(&mut self, stage: &mut impl InexactStage, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        match self {
+            Self::Factored(newton) => newton.solve(stage, h, x),
+            Self::Solved(stages) => {
+                let StageSolver { newton, solver, b } = &mut **stages;
+                newton.solve(&mut Solved { stage, solver: &mut **solver, b }, h, x)
+            }
+        }
+    }
+}
+
+/// An equation M x − s f(t, x) = known, whose derivative is a [`StepOperator`].
+pub(super) trait InexactStage: System {
+    type Field: VectorField;
+
+    /// The field, M, t and s of a step of size `h`.
+    fn at(&self, h: f64) -> (&Self::Field, &Mass, f64, f64);
+}
+
+#[derive(Debug)]
+pub(super) struct StageSolver {
+    newton: InexactNewton,
+    solver: Box<dyn StepSolver>,
+    /// B, unless the field is matrix-free.
+    b: Option<Jacobian>,
+}
+
+impl StageSolver {
+    pub(super) fn new(field: &impl VectorField, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
+        let (n, structure) = (field.dim(), assembled_structure(field));
+        solver.check(&structure, &field.mass())?;
+        Ok(Self {
+            newton: InexactNewton::new(n),
+            solver: Box::new(solver),
+            b: (structure != Structure::MatrixFree).then(|| Jacobian::with_structure(n, &structure)),
+        })
+    }
+}
+
+struct Solved<'a, S> {
+    stage: &'a mut S,
+    solver: &'a mut dyn StepSolver,
+    b: &'a mut Option<Jacobian>,
+}
+
+impl<S: InexactStage> InexactSystem for Solved<'_, S> {
+    fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+        self.stage.residual(h, x, out);
+    }
+
+    fn solve(&mut self, h: f64, x: &[f64], residual: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
+        if let Some(b) = self.b {
+            b.clear();
+            self.stage.derivative(h, x, b);
+            b.check_structure()?;
+        }
+        let (field, mass, t, s) = self.stage.at(h);
+        let b = StepOperator::new(field, mass, (t, x), s, self.b.as_ref());
+        self.solver.prepare(&b)?;
+        self.solver.solve_stage(&b, residual, tolerance)
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.solver.tolerance()
+    }
+}

@@ -1,0 +1,117 @@
+//! Newton's method with iteratively solved linear systems (inexact Newton).
+//!
+//! No determinant is known here, so that a root counts as on the branch of the present state for one reason alone: the
+//! increments contract from the first one on. Where they do not, the branch is followed in pieces of the step that are so short
+//! that they do. See [`crate::newton`] for what factors tell besides.
+
+use crate::error::SolveError;
+use crate::linalg::max_norm;
+use crate::newton::Work;
+
+/// Required ratio of successive increments.
+const CONTRACTION: f64 = 0.5;
+/// Iterations of one attempt: linear contraction by the least accurate inner solution reaches rounding in as many.
+const ITERATIONS: u32 = 40;
+/// Shortest piece of a continuation relative to what it has reached.
+const SHORTEST: f64 = 1e-6;
+/// Attempts on the pieces of one continuation.
+const PIECES: u32 = 200;
+
+/// The relative error of an inner solution that the outer iteration can use, where its residual has last fallen by `ratio`
+/// (S. Eisenstat, H. Walker, SIAM J. Sci. Comput. 17, 1996, choice 2); never so large that it spoils contraction.
+pub(crate) fn forcing(ratio: f64) -> f64 {
+    const LARGEST: f64 = 1e-2;
+    if ratio.is_finite() { (0.9 * ratio * ratio).clamp(f64::EPSILON, LARGEST) } else { LARGEST }
+}
+
+/// A square system F(h, x) = 0 with its own way of solving with ∂F/∂x.
+pub(crate) trait InexactSystem {
+    /// Writes F(h, x).
+    fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]);
+
+    /// Overwrites `b` with the solution y of ∂F/∂x y = b at the (h, x) of the last residual, to a relative error of
+    /// `tolerance`, and returns the number of inner iterations.
+    fn solve(&mut self, h: f64, x: &[f64], b: &mut [f64], tolerance: f64) -> Result<u64, SolveError>;
+
+    /// The error of the solution relative to its largest component that is good enough.
+    fn tolerance(&self) -> f64;
+}
+
+/// Work space and counters; nothing is allocated after `new`.
+#[derive(Debug)]
+pub(crate) struct InexactNewton {
+    increment: Vec<f64>,
+    origin: Vec<f64>,
+    pub(crate) work: Work,
+}
+
+impl InexactNewton {
+    pub(crate) fn new(dim: usize) -> Self {
+        Self { increment: vec![0.0; dim], origin: vec![0.0; dim], work: Work::default() }
+    }
+
+    /// Replaces `x`, the solution at h = 0, by that at `h`.
+    pub(crate) fn solve(&mut self, system: &mut impl InexactSystem, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        self.origin.copy_from_slice(x);
+        let Err(mut failure) = self.attempt(system, h, x) else { return Ok(()) };
+        let (mut reached, mut piece) = (0.0, 0.5 * h);
+        for _ in 0..PIECES {
+            if reached >= h {
+                return Ok(());
+            }
+            let target = if reached + piece >= h { h } else { reached + piece };
+            x.copy_from_slice(&self.origin);
+            match self.attempt(system, target, x) {
+                Ok(()) => {
+                    self.origin.copy_from_slice(x);
+                    reached = target;
+                    piece *= 2.0;
+                }
+                Err(error) => {
+                    failure = error;
+                    piece *= 0.5;
+                }
+            }
+            if piece < SHORTEST * h {
+                return Err(if reached > 0.0 { SolveError::BranchLost { reached } } else { failure });
+            }
+        }
+        Err(failure)
+    }
+
+    fn attempt(&mut self, system: &mut impl InexactSystem, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        let (mut last, mut before) = (f64::INFINITY, f64::NAN);
+        for iterations in 1..=ITERATIONS {
+            system.residual(h, x, &mut self.increment);
+            self.work.residuals += 1;
+            let size = self.increment.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if !size.is_finite() {
+                return Err(SolveError::NonFinite);
+            }
+            if size == 0.0 {
+                return Ok(());
+            }
+            self.work.factorizations += 1;
+            self.work.inner += system.solve(h, x, &mut self.increment, forcing(size / before))?;
+            before = size;
+            let delta = max_norm(&self.increment);
+            if !delta.is_finite() {
+                return Err(SolveError::NonFinite);
+            }
+            x.iter_mut().zip(&self.increment).for_each(|(x, d)| *x -= d);
+            let largest = max_norm(x).max(max_norm(&self.origin));
+            let enough = f64::EPSILON.max(system.tolerance()) * largest;
+            let theta = if last.is_finite() { delta / last } else { 1.0 };
+            if delta <= 4.0 * f64::EPSILON * largest || (theta < CONTRACTION && theta * delta <= (1.0 - theta) * enough)
+            {
+                return Ok(());
+            }
+            if last.is_finite() && theta > CONTRACTION {
+                let stagnates = last <= enough.max(f64::EPSILON.sqrt() * largest);
+                return if stagnates { Ok(()) } else { Err(SolveError::Diverged { iterations, increment: delta }) };
+            }
+            last = delta;
+        }
+        Err(SolveError::Diverged { iterations: ITERATIONS, increment: last })
+    }
+}

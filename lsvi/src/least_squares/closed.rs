@@ -1,0 +1,209 @@
+//! Newton's method for closures of any f by products, for iterative solvers.
+
+use super::System;
+use crate::closure::{Closure, Linear};
+use crate::discrete::Interval;
+use crate::error::{InputError, SolveError};
+use crate::inexact::{InexactNewton, InexactSystem};
+use crate::linalg::{Jacobian, Structure};
+use crate::mass::{Mass, MassInverse};
+use crate::newton::Work;
+use crate::operator::{Operator, StepOperator};
+use crate::solver::StepSolver;
+use crate::vector_field::VectorField;
+
+/// Newton's method for v₁ on (α + β) h (r₀ + r₁) + α h J₀ᵀM⁻¹ h r₀ − β h J₁ᵀM⁻¹ h r₁ = 0, 2h times the closure.
+///
+/// Its derivative (α + β)(M + B) + α h J₀ᵀ − β h J₁ᵀM⁻¹B − β h Σ_i (M⁻¹ h r₁)_i ∂²f_i is known by products only.
+#[derive(Debug)]
+pub(super) struct ClosedStep {
+    newton: InexactNewton,
+    solver: Box<dyn StepSolver>,
+    matrices: Option<Matrices>,
+    work: Scratch,
+}
+
+/// What there is to multiply with of a field that assembles its derivatives.
+#[derive(Debug)]
+struct Matrices {
+    start: Jacobian,
+    end: Jacobian,
+    b: Jacobian,
+    curvature: Jacobian,
+}
+
+#[derive(Debug)]
+struct Scratch {
+    mass_inverse: MassInverse,
+    f0: Vec<f64>,
+    /// M⁻¹ h r₀ and M⁻¹ h r₁.
+    d0: Vec<f64>,
+    d1: Vec<f64>,
+    product: Vec<f64>,
+    image: Vec<f64>,
+}
+
+struct Equation<'a, F> {
+    system: System<'a, F>,
+    closure: &'a Linear,
+    t: f64,
+    v0: &'a [f64],
+    solver: &'a mut dyn StepSolver,
+    matrices: &'a mut Option<Matrices>,
+    s: &'a mut Scratch,
+}
+
+impl ClosedStep {
+    pub(super) fn new(
+        dim: usize,
+        structure: &Structure,
+        mass: &Mass,
+        solver: Box<dyn StepSolver>,
+    ) -> Result<Self, InputError> {
+        let matrix = || Jacobian::with_structure(dim, structure);
+        let zeros = vec![0.0; dim];
+        Ok(Self {
+            newton: InexactNewton::new(dim),
+            solver,
+            matrices: (*structure != Structure::MatrixFree).then(|| Matrices {
+                start: matrix(),
+                end: matrix(),
+                b: matrix(),
+                curvature: Jacobian::with_structure(dim, &structure.gram(dim)),
+            }),
+            work: Scratch {
+                mass_inverse: MassInverse::new(mass)?,
+                f0: zeros.clone(),
+                d0: zeros.clone(),
+                d1: zeros.clone(),
+                product: zeros.clone(),
+                image: zeros,
+            },
+        })
+    }
+
+    pub(super) fn solve<F: VectorField>(
+        &mut self,
+        (system, closure): (System<'_, F>, &Linear),
+        at: Interval,
+        v0: &[f64],
+        v1: &mut [f64],
+        work: &mut Work,
+    ) -> Result<(), SolveError> {
+        system.field.rhs(at.t, v0, &mut self.work.f0);
+        if let Some(m) = &mut self.matrices {
+            m.start.clear();
+            system.field.add_jacobian(at.t, v0, 1.0, &mut m.start);
+            m.start.check_structure()?;
+        }
+        v1.copy_from_slice(v0);
+        let mut equation = Equation {
+            system,
+            closure,
+            t: at.t,
+            v0,
+            solver: &mut *self.solver,
+            matrices: &mut self.matrices,
+            s: &mut self.work,
+        };
+        let solved = self.newton.solve(&mut equation, at.h, v1);
+        *work = Work { steps: work.steps, ..self.newton.work };
+        solved
+    }
+
+    /// Writes p₁ at the solution.
+    pub(super) fn momentum<F: VectorField>(
+        &mut self,
+        system: System<'_, F>,
+        at: Interval,
+        v0: &[f64],
+        v1: &[f64],
+        p: &mut [f64],
+    ) {
+        let Self { solver, matrices, work: s, .. } = self;
+        let closure = &Linear::METHOD_I;
+        let mut equation = Equation { system, closure, t: at.t, v0, solver: &mut **solver, matrices, s };
+        equation.residual(at.h, v1, p);
+        p.iter_mut().for_each(|p| *p /= 2.0 * at.h);
+    }
+}
+
+/// Writes Jᵀ w by the matrix, if there is one.
+fn transpose(field: &impl VectorField, matrix: Option<&Jacobian>, (t, v): (f64, &[f64]), w: &[f64], out: &mut [f64]) {
+    match matrix {
+        Some(matrix) => matrix.apply_transpose(w, out),
+        None => field.apply_transpose(t, v, w, out),
+    }
+}
+
+impl<F: VectorField> InexactSystem for Equation<'_, F> {
+    fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+        let (System { field, mass }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
+        let common = w.alpha + w.beta;
+        if let Some(m) = &mut *self.matrices {
+            m.end.clear();
+            field.add_jacobian(self.t + h, x, 1.0, &mut m.end);
+        }
+        field.rhs(self.t + h, x, &mut s.d1);
+        for (((o, d0), d1), f0) in out.iter_mut().zip(&mut s.d0).zip(&mut s.d1).zip(&s.f0) {
+            *o = -common * h * (f0 + *d1);
+            *d0 = -h * f0;
+            *d1 *= -h;
+        }
+        mass.add_difference(2.0 * common, x, self.v0, out);
+        for d in [&mut s.d0, &mut s.d1] {
+            mass.add_difference(1.0, x, self.v0, d);
+            s.mass_inverse.solve(d);
+        }
+        let start = self.matrices.as_ref().map(|m| &m.start);
+        transpose(*field, start, (self.t, self.v0), &s.d0, &mut s.product);
+        out.iter_mut().zip(&s.product).for_each(|(o, p)| *o += w.alpha * h * p);
+        let end = self.matrices.as_ref().map(|m| &m.end);
+        transpose(*field, end, (self.t + h, x), &s.d1, &mut s.product);
+        out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
+    }
+
+    fn solve(&mut self, h: f64, x: &[f64], residual: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
+        let (System { field, mass }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
+        if let Some(Matrices { end, b, curvature, .. }) = &mut *self.matrices {
+            end.check_structure()?;
+            b.clear();
+            mass.add_to(1.0, b);
+            end.for_each(|i, j, x| b.add(i, j, -h * x));
+            b.check_structure()?;
+            curvature.clear();
+            field.add_curvature(self.t + h, x, &s.d1, 1.0, curvature);
+            curvature.check_structure()?;
+        }
+        let matrices = self.matrices.as_ref();
+        let b = StepOperator::new(*field, mass, (self.t + h, x), h, matrices.map(|m| &m.b));
+        self.solver.prepare(&b)?;
+        let (common, t, v0) = (w.alpha + w.beta, self.t, self.v0);
+        let mut derivative = |y: &[f64], out: &mut [f64]| {
+            b.apply(y, &mut s.image);
+            for (o, i) in out.iter_mut().zip(&s.image) {
+                *o = common * i;
+            }
+            mass.mul_add(common, y, out);
+            if w.alpha != 0.0 {
+                transpose(*field, matrices.map(|m| &m.start), (t, v0), y, &mut s.product);
+                out.iter_mut().zip(&s.product).for_each(|(o, p)| *o += w.alpha * h * p);
+            }
+            if w.beta != 0.0 {
+                s.mass_inverse.solve(&mut s.image);
+                transpose(*field, matrices.map(|m| &m.end), (t + h, x), &s.image, &mut s.product);
+                out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
+                match matrices {
+                    Some(m) => m.curvature.apply(y, &mut s.product),
+                    None => field.apply_curvature(t + h, x, &s.d1, y, &mut s.product),
+                }
+                out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
+            }
+        };
+        self.solver.solve_closure(&b, &mut derivative, residual, tolerance)
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.solver.tolerance()
+    }
+}

@@ -1,0 +1,197 @@
+//! Method I by Gauss–Newton iterations with Levenberg–Marquardt damping.
+
+use super::System;
+use crate::discrete::Interval;
+use crate::error::{InputError, SolveError};
+use crate::inexact::forcing;
+use crate::linalg::{Jacobian, Structure, max_norm};
+use crate::mass::{Mass, MassInverse};
+use crate::newton::Work;
+use crate::operator::{Operator, StepOperator};
+use crate::solver::StepSolver;
+use crate::vector_field::VectorField;
+
+/// The iteration converges linearly, by the ratio of the curvature of f times the residual to B.
+const ITERATIONS: u32 = 200;
+/// Damping beyond which a step is shorter than rounding.
+const STRONGEST: f64 = 1e18;
+
+/// Descent from v₀ to a minimum of φ = ½|h r₀|² + ½|h r₁|² in the norm of M⁻¹, 2h times the action.
+///
+/// The damped Gauss–Newton step solves ((1 + μ) M + BᵀM⁻¹B) δ = −g, g = h r₀ + BᵀM⁻¹ h r₁, no more accurately than the outer
+/// iteration can use.
+#[derive(Debug)]
+pub(super) struct GaussNewton {
+    solver: Box<dyn StepSolver>,
+    /// μ of the next step.
+    damping: f64,
+    /// B, unless the field is matrix-free.
+    b: Option<Jacobian>,
+    action: Action,
+    gradient: Vec<f64>,
+    increment: Vec<f64>,
+    trial: Vec<f64>,
+    work: Vec<f64>,
+}
+
+/// φ and what it is made of.
+#[derive(Debug)]
+struct Action {
+    mass_inverse: MassInverse,
+    f0: Vec<f64>,
+    /// h r₀ and h r₁ at the point of the last evaluation.
+    start: Vec<f64>,
+    end: Vec<f64>,
+    /// M⁻¹ h r₁.
+    dual: Vec<f64>,
+}
+
+impl Action {
+    fn at<F: VectorField>(
+        &mut self,
+        system: &System<'_, F>,
+        at: Interval,
+        v0: &[f64],
+        v: &[f64],
+    ) -> Result<f64, SolveError> {
+        system.field.rhs(at.t + at.h, v, &mut self.end);
+        self.end.iter_mut().for_each(|f| *f *= -at.h);
+        for (r, f) in self.start.iter_mut().zip(&self.f0) {
+            *r = -at.h * f;
+        }
+        let mut sum = 0.0;
+        for residual in [&mut self.start, &mut self.end] {
+            system.mass.add_difference(1.0, v, v0, residual);
+            self.dual.copy_from_slice(residual);
+            self.mass_inverse.solve(&mut self.dual);
+            sum += 0.5 * dot(residual, &self.dual);
+        }
+        Ok(sum)
+    }
+}
+
+impl GaussNewton {
+    pub(super) fn new(
+        dim: usize,
+        structure: &Structure,
+        mass: &Mass,
+        solver: Box<dyn StepSolver>,
+    ) -> Result<Self, InputError> {
+        let zeros = vec![0.0; dim];
+        Ok(Self {
+            solver,
+            damping: 0.0,
+            b: (*structure != Structure::MatrixFree).then(|| Jacobian::with_structure(dim, structure)),
+            action: Action {
+                mass_inverse: MassInverse::new(mass)?,
+                f0: zeros.clone(),
+                start: zeros.clone(),
+                end: zeros.clone(),
+                dual: zeros.clone(),
+            },
+            gradient: zeros.clone(),
+            increment: zeros.clone(),
+            trial: zeros.clone(),
+            work: zeros,
+        })
+    }
+
+    pub(super) fn solve<F: VectorField>(
+        &mut self,
+        system: System<'_, F>,
+        at: Interval,
+        v0: &[f64],
+        v: &mut [f64],
+        work: &mut Work,
+    ) -> Result<(), SolveError> {
+        system.field.rhs(at.t, v0, &mut self.action.f0);
+        v.copy_from_slice(v0);
+        self.damping = 0.0;
+        let (mut last, mut iterations) = (f64::INFINITY, 0);
+        // Norms of the gradient.
+        let (mut first, mut size) = (f64::NAN, f64::NAN);
+        let mut action = self.action.at(&system, at, v0, v)?;
+        while iterations < ITERATIONS {
+            iterations += 1;
+            work.residuals += 1;
+            if !action.is_finite() {
+                return Err(SolveError::NonFinite);
+            }
+            if let Some(b) = &mut self.b {
+                system.set_b(at.t + at.h, at.h, v, b);
+                b.check_structure()?;
+            }
+            let b = StepOperator::new(system.field, system.mass, (at.t + at.h, v), at.h, self.b.as_ref());
+            b.apply_transpose(&self.action.dual, &mut self.gradient);
+            self.gradient.iter_mut().zip(&self.action.start).for_each(|(g, r)| *g += r);
+            let before = std::mem::replace(&mut size, dot(&self.gradient, &self.gradient).sqrt());
+            first = if iterations == 1 { size } else { first };
+            if size == 0.0 {
+                return Ok(());
+            }
+            self.solver.prepare(&b)?;
+            work.factorizations += 1;
+            let tolerance = forcing(size / before);
+            let Some((delta, next)) = self.descend(&system, (at, v0), v, action, tolerance, work)? else { break };
+            v.copy_from_slice(&self.trial);
+            action = next;
+            let largest = max_norm(v).max(max_norm(v0));
+            let (roundoff, enough) = (f64::EPSILON * largest, f64::EPSILON.max(self.solver.tolerance()) * largest);
+            let theta = if last.is_finite() { delta / last } else { 1.0 };
+            // Linear convergence by θ leaves θ/(1 − θ) δ; below √ε φ is flat to rounding and only stagnation is left.
+            let converged = delta <= 4.0 * roundoff || (theta < 1.0 && theta * delta <= (1.0 - theta) * enough);
+            let stagnates = theta >= 1.0 && last <= f64::EPSILON.sqrt() * largest;
+            if self.damping == 0.0 && (converged || stagnates) {
+                return Ok(());
+            }
+            last = delta;
+        }
+        system.field.rhs(at.t + at.h, v, &mut self.work);
+        Err(SolveError::Stalled { iterations, gradient: size / first, rate: max_norm(&self.work) })
+    }
+
+    /// Sets the trial point to one of lower φ, and returns the increment's max norm and the new φ; `None` if no step is short
+    /// enough.
+    fn descend<F: VectorField>(
+        &mut self,
+        system: &System<'_, F>,
+        (at, v0): (Interval, &[f64]),
+        v: &[f64],
+        action: f64,
+        tolerance: f64,
+        work: &mut Work,
+    ) -> Result<Option<(f64, f64)>, SolveError> {
+        let b = StepOperator::new(system.field, system.mass, (at.t + at.h, v), at.h, self.b.as_ref());
+        while self.damping < STRONGEST {
+            for (d, g) in self.increment.iter_mut().zip(&self.gradient) {
+                *d = -g;
+            }
+            work.inner += self.solver.solve_normal(&b, self.damping, None, &mut self.increment, tolerance)?;
+            let delta = max_norm(&self.increment);
+            for ((trial, v), d) in self.trial.iter_mut().zip(v).zip(&self.increment) {
+                *trial = v + d;
+            }
+            system.mass.apply(&self.increment, &mut self.work);
+            let predicted =
+                -0.5 * dot(&self.gradient, &self.increment) + 0.5 * self.damping * dot(&self.increment, &self.work);
+            let next = self.action.at(system, at, v0, &self.trial)?;
+            // Differences of φ below its own rounding say nothing.
+            let flat = predicted <= 64.0 * f64::EPSILON * action;
+            let ratio = (action - next) / predicted;
+            if flat || ratio > 0.75 {
+                self.damping = if self.damping > 1.0 { self.damping / 8.0 } else { 0.0 };
+            } else if ratio.is_nan() || ratio <= 0.25 {
+                self.damping = (8.0 * self.damping).max(1.0);
+            }
+            if flat || ratio > 1e-4 {
+                return Ok(Some((delta, next)));
+            }
+            work.factorizations += 1;
+        }
+        Ok(None)
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

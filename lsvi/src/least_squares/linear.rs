@@ -1,0 +1,132 @@
+//! The step of Method I on a linear field, factored once for a step size.
+
+use super::System;
+use crate::discrete::Interval;
+use crate::error::SolveError;
+use crate::linalg::{Jacobian, Structure};
+use crate::mass::Mass;
+use crate::newton::Work;
+use crate::operator::{Factored, Operator, StepOperator};
+use crate::solver::{Augmented, Iterative, StepSolver, Twisted};
+use crate::vector_field::VectorField;
+
+/// Largest condition number of M + BᵀM⁻¹B, 1/√ε, at which rounding leaves half of the digits at worst.
+const TWISTED_CONDITION: f64 = 67_108_864.0;
+
+/// Method I on f = A v + g: with M y = h g₁ − B v₁,
+/// M y + B v₁ = h g₁ and Bᵀ y − M v₁ = −[2 M + h (A − Aᵀ)] v₀ − h g₀.
+///
+/// The right-hand side holds no product A v₀, whose rounding errors the slow modes would keep, and the solution is v₁ itself.
+#[derive(Debug)]
+pub(super) struct LinearStep {
+    solver: Box<dyn StepSolver>,
+    /// To be used in the place of `solver` where the condition number allows.
+    twisted: Option<Twisted>,
+    uses_twisted: bool,
+    /// B = M − h A of the step size `factored`, unless the field is matrix-free.
+    b: Option<Jacobian>,
+    factored: Option<f64>,
+    /// The entries (i, j, a_ij − a_ji) with i < j that are not zero, times −h.
+    skew: Vec<(usize, usize, f64)>,
+    zero: Vec<f64>,
+    upper: Vec<f64>,
+    estimate: [Vec<f64>; 2],
+}
+
+impl LinearStep {
+    /// With the given solver, or where there is none with the one that structure and condition number ask for.
+    pub(super) fn new(dim: usize, structure: &Structure, mass: &Mass, solver: Option<Box<dyn StepSolver>>) -> Self {
+        let chooses = solver.is_none() && matches!(structure, Structure::Banded { .. });
+        let fits = chooses && matches!(mass, Mass::Identity | Mass::Diagonal(_));
+        let solver = solver.unwrap_or_else(|| match structure {
+            Structure::Sparse(_) => Box::new(Iterative::to_rounding(Factored::default())),
+            _ => Box::new(Augmented::new()),
+        });
+        let zeros = vec![0.0; dim];
+        Self {
+            solver,
+            twisted: fits.then(Twisted::new),
+            uses_twisted: false,
+            b: (*structure != Structure::MatrixFree).then(|| Jacobian::with_structure(dim, structure)),
+            factored: None,
+            skew: Vec::new(),
+            zero: zeros.clone(),
+            upper: zeros.clone(),
+            estimate: [zeros.clone(), zeros],
+        }
+    }
+
+    fn factor<F: VectorField>(&mut self, system: &System<'_, F>, at: Interval) -> Result<(), SolveError> {
+        self.factored = None;
+        self.skew.clear();
+        if let Some(b) = &mut self.b {
+            system.set_b(at.t, at.h, &self.zero, b);
+            b.check_structure()?;
+            let b = &*b;
+            b.for_each(|i, j, x| {
+                let mirrored = b.get(j, i);
+                // The pair is met at its upper entry, or where that is zero at the lower one.
+                if i < j && x != 0.0 && x != mirrored {
+                    self.skew.push((i, j, x - mirrored));
+                } else if i > j && x != 0.0 && mirrored == 0.0 {
+                    self.skew.push((j, i, -x));
+                }
+            });
+        }
+        let b = StepOperator::new(system.field, system.mass, (at.t, &self.zero), at.h, self.b.as_ref());
+        self.uses_twisted = match &mut self.twisted {
+            Some(twisted) => {
+                twisted.prepare(&b)?;
+                twisted.condition(&b, &mut self.estimate) <= TWISTED_CONDITION
+            }
+            None => false,
+        };
+        if !self.uses_twisted {
+            self.solver.prepare(&b)?;
+        }
+        self.factored = Some(at.h);
+        Ok(())
+    }
+
+    pub(super) fn solve<F: VectorField>(
+        &mut self,
+        system: System<'_, F>,
+        at: Interval,
+        v0: &[f64],
+        v1: &mut [f64],
+        work: &mut Work,
+    ) -> Result<(), SolveError> {
+        if self.factored != Some(at.h) {
+            self.factor(&system, at)?;
+            work.factorizations += 1;
+        }
+        system.field.rhs(at.t, &self.zero, v1);
+        let b = StepOperator::new(system.field, system.mass, (at.t, &self.zero), at.h, self.b.as_ref());
+        v1.iter_mut().for_each(|g| *g *= at.h);
+        system.mass.mul_add(2.0, v0, v1);
+        if self.b.is_some() {
+            for &(i, j, x) in &self.skew {
+                v1[i] -= x * v0[j];
+                v1[j] += x * v0[i];
+            }
+        } else {
+            for (sign, transposed) in [(-1.0, false), (1.0, true)] {
+                if transposed {
+                    b.apply_transpose(v0, &mut self.upper)
+                } else {
+                    b.apply(v0, &mut self.upper)
+                }
+                v1.iter_mut().zip(&self.upper).for_each(|(v, x)| *v += sign * x);
+            }
+        }
+        system.field.rhs(at.t + at.h, &self.zero, &mut self.upper);
+        work.residuals += 1;
+        self.upper.iter_mut().for_each(|g| *g *= at.h);
+        let solver: &mut dyn StepSolver = match &mut self.twisted {
+            Some(twisted) if self.uses_twisted => twisted,
+            _ => &mut *self.solver,
+        };
+        work.inner += solver.solve_normal(&b, 0.0, Some(&self.upper), v1, 0.0)?;
+        if v1.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(SolveError::NonFinite) }
+    }
+}

@@ -1,0 +1,218 @@
+//! Linear closures of the trapezoidal least-squares Lagrangian: Methods I and II and the (α, β) family.
+//!
+//! In the natural metric M⁻¹ the action of one step is ¼h (r₀ᵀM⁻¹r₀ + r₁ᵀM⁻¹r₁), r = M (v₁ − v₀)/h − f, and with B = M − h f_v
+//!
+//! - 2h p₀ = h r₀ + h r₁ + h J₀ᵀM⁻¹ h r₀,
+//! - 2h p₁ = h r₀ + h r₁ − h J₁ᵀM⁻¹ h r₁ = h r₀ + B₁ᵀM⁻¹ h r₁.
+//!
+//! | f_v | closure | equation | solved by |
+//! |---|---|---|---|
+//! | dense | any | the momenta of [`Trapezoidal`] | Newton's method on [`Variational`] |
+//! | banded, sparse | any | augmented by y = −M⁻¹(M v₁ − h f₁), as well conditioned as B | Newton's method |
+//! | any, f linear | Method I | M y + B v₁, Bᵀy − M v₁ given | a [`StepSolver`], factored once |
+//! | any, with a solver | Method I | minimum of the action | Gauss–Newton and a [`StepSolver`] |
+//! | any, with a solver | any other | α p₀ + β p₁ = 0 | inexact Newton and a [`StepSolver`] |
+
+mod closed;
+mod gauss_newton;
+mod linear;
+mod newton;
+
+use closed::ClosedStep;
+use gauss_newton::GaussNewton;
+use linear::LinearStep;
+use newton::FullNewton;
+
+use crate::closure::Linear;
+use crate::discrete::{Interval, Trapezoidal};
+use crate::error::{InputError, StepError, check_step, check_vector};
+use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
+use crate::lagrangian::LeastSquares;
+use crate::linalg::{Jacobian, Structure};
+use crate::mass::Mass;
+use crate::newton::Work;
+use crate::solver::{StepSolver, assembled_structure};
+use crate::variational::Variational;
+use crate::vector_field::VectorField;
+
+/// Method I, p₁ = 0: Eq. (22) on v̇ = −v, second order, L-stable on symmetric dissipative systems.
+///
+/// # Errors
+/// As for [`LeastSquaresStep::new`].
+pub fn method_i<F: VectorField>(field: F) -> Result<LeastSquaresStep<F>, InputError> {
+    LeastSquaresStep::new(field, Linear::METHOD_I)
+}
+
+/// Method II, p₁ = p₀: Eq. (25) on v̇ = −v, the trapezoidal rule for linear f. It has no equation where f_v is singular.
+///
+/// # Errors
+/// As for [`LeastSquaresStep::new`].
+pub fn method_ii<F: VectorField>(field: F) -> Result<LeastSquaresStep<F>, InputError> {
+    LeastSquaresStep::new(field, Linear::METHOD_II)
+}
+
+/// A linear closure of the trapezoidal least-squares Lagrangian of `field`, Eqs. (26), (27).
+///
+/// # Errors
+/// As for [`LeastSquaresStep::new`].
+pub fn least_squares<F: VectorField>(field: F, closure: Linear) -> Result<LeastSquaresStep<F>, InputError> {
+    LeastSquaresStep::new(field, closure)
+}
+
+/// The integrator of M v̇ = f(t, v) by a linear closure of the trapezoidal least-squares Lagrangian in the natural metric M⁻¹.
+///
+/// A step costs in proportion to the entries of a banded or sparse [`structure`](VectorField::structure), and in proportion to
+/// the products of a matrix-free field. Another metric, or the derivative of a step, is for [`Variational`] with [`LeastSquares`], which
+/// is dense.
+#[derive(Debug)]
+pub struct LeastSquaresStep<F>(Kind<F>);
+
+#[derive(Debug)]
+enum Kind<F> {
+    Dense(Box<Variational<Trapezoidal<LeastSquares<F>>, Linear>>),
+    Structured(Box<Structured<F>>),
+}
+
+impl<F: VectorField> LeastSquaresStep<F> {
+    /// Solves by Newton's method with factors, on the branch that is continuous in h.
+    ///
+    /// # Errors
+    /// [`InputError::Metric`] if M is not symmetric positive definite, [`InputError::NotAssembled`] if the field is matrix-free
+    /// or M an operator: then give a solver.
+    pub fn new(field: F, closure: Linear) -> Result<Self, InputError> {
+        let (structure, mass) = (field.structure(), field.mass());
+        if structure == Structure::MatrixFree || matches!(mass, Mass::Operator(_)) {
+            return Err(InputError::NotAssembled);
+        }
+        mass.check_metric(field.dim())?;
+        Ok(Self(match structure {
+            Structure::Dense => {
+                Kind::Dense(Box::new(Variational::new(Trapezoidal::new(LeastSquares::new(field)?), closure)))
+            }
+            _ => Kind::Structured(Box::new(Structured::new(field, closure, None)?)),
+        }))
+    }
+
+    /// Solves the linear systems of a step with `solver`, whatever the structure of the field.
+    ///
+    /// Method I on a nonlinear f is then the Gauss–Newton iteration with Levenberg–Marquardt damping, which descends from v₀ to
+    /// a minimum of the action. It converges where Newton's method meets the end of its branch; for steps that long it may find
+    /// another minimum than the one continuous in h. Other closures are solved by an inexact Newton method, held to the branch
+    /// by its contraction alone.
+    ///
+    /// # Errors
+    /// [`InputError::Metric`] if M is not symmetric positive definite; [`InputError::NotAssembled`] or [`InputError::Solver`] if
+    /// the solver does not fit. A closure with α ≠ 0 needs one that [works with products](StepSolver::solve_closure), and fails
+    /// in the first step otherwise.
+    pub fn with_solver(field: F, closure: Linear, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
+        solver.check(&field.structure(), &field.mass())?;
+        field.mass().check_metric(field.dim())?;
+        Ok(Self(Kind::Structured(Box::new(Structured::new(field, closure, Some(Box::new(solver)))?))))
+    }
+}
+
+/// M v̇ = f(t, v).
+struct System<'a, F> {
+    field: &'a F,
+    mass: &'a Mass,
+}
+
+impl<F: VectorField> System<'_, F> {
+    /// Sets `b` to M − h f_v(t, v).
+    fn set_b(&self, t: f64, h: f64, v: &[f64], b: &mut Jacobian) {
+        b.clear();
+        self.mass.add_to(1.0, b);
+        self.field.add_jacobian(t, v, -h, b);
+    }
+}
+
+/// The step equations with their work space.
+#[derive(Debug)]
+enum Equations {
+    Linear(Box<LinearStep>),
+    Newton(Box<FullNewton>),
+    GaussNewton(Box<GaussNewton>),
+    Closed(Box<ClosedStep>),
+}
+
+#[derive(Debug)]
+struct Structured<F> {
+    field: F,
+    mass: Mass,
+    closure: Linear,
+    equations: Equations,
+    next: Vec<f64>,
+    work: Work,
+}
+
+impl<F: VectorField> Structured<F> {
+    fn new(field: F, closure: Linear, solver: Option<Box<dyn StepSolver>>) -> Result<Self, InputError> {
+        let (n, structure, mass) = (field.dim(), assembled_structure(&field), field.mass());
+        let is_method_i = closure.is_end_alone();
+        let equations = match solver {
+            solver if is_method_i && field.is_linear() => {
+                Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, solver)))
+            }
+            Some(solver) if is_method_i => {
+                Equations::GaussNewton(Box::new(GaussNewton::new(n, &structure, &mass, solver)?))
+            }
+            Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, &mass, solver)?)),
+            None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass)?)),
+        };
+        Ok(Self { field, mass, closure, equations, next: vec![0.0; n], work: Work::default() })
+    }
+
+    fn step(&mut self, t: f64, h: f64, v: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
+        check_step(h)?;
+        check_vector("q", v, self.next.len())?;
+        check_vector("p", p, self.next.len())?;
+        let (system, at) = (System { field: &self.field, mass: &self.mass }, Interval { t, h });
+        let (closure, next, work) = (&self.closure, &mut self.next, &mut self.work);
+        let solved = match &mut self.equations {
+            Equations::Linear(step) => step.solve(system, at, v, next, work),
+            Equations::GaussNewton(step) => step.solve(system, at, v, next, work),
+            Equations::Newton(step) => step.solve((system, closure), at, v, next, work),
+            Equations::Closed(step) => step.solve((system, closure), at, v, next, work),
+        };
+        solved.map_err(|source| StepError::Solve { t, h, source })?;
+        let system = System { field: &self.field, mass: &self.mass };
+        match &mut self.equations {
+            _ if self.closure.is_end_alone() => p.fill(0.0),
+            Equations::Newton(step) => step.momentum(system, at, v, p),
+            Equations::Closed(step) => step.momentum(system, at, v, &self.next, p),
+            _ => p.fill(0.0),
+        }
+        v.copy_from_slice(&self.next);
+        self.work.steps += 1;
+        Ok(())
+    }
+}
+
+impl<F: VectorField> Integrator for LeastSquaresStep<F> {
+    fn dim(&self) -> usize {
+        match &self.0 {
+            Kind::Dense(method) => method.dim(),
+            Kind::Structured(method) => method.next.len(),
+        }
+    }
+
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+        advance_one_step(self, state, grid)
+    }
+
+    fn work(&self) -> Work {
+        match &self.0 {
+            Kind::Dense(method) => method.work(),
+            Kind::Structured(method) => method.work,
+        }
+    }
+}
+
+impl<F: VectorField> OneStep for LeastSquaresStep<F> {
+    fn step(&mut self, t: f64, h: f64, q: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
+        match &mut self.0 {
+            Kind::Dense(method) => method.step(t, h, q, p),
+            Kind::Structured(method) => method.step(t, h, q, p),
+        }
+    }
+}
