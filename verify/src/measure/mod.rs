@@ -2,5 +2,6 @@
 
 pub mod amplification;
 pub mod order;
+pub mod refinement;
 pub mod richardson;
 pub mod stability;

@@ -1,0 +1,184 @@
+//! Quantities on grids, read from a table with a header.
+
+use std::collections::BTreeSet;
+use std::io::Read;
+
+use super::{Grid, Quantity};
+
+/// Where the spacing of the grids stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Spacing {
+    /// A column with the spacing or the step itself.
+    Step(String),
+    /// A column with the number N of cells in so many dimensions D: h = N^(−1/D).
+    Cells {
+        /// The column.
+        column: String,
+        /// The dimensions, 1 to 3.
+        dimension: u32,
+    },
+}
+
+/// A table that cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DataError {
+    /// The text is no table of comma-separated values.
+    #[error("not a table of comma-separated values: {0}")]
+    Csv(#[from] csv::Error),
+    /// There is no such column.
+    #[error("no column is named `{name}`; the columns are {known}")]
+    Column {
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
+    /// Two columns have the same name.
+    #[error("two columns are named `{0}`")]
+    Ambiguous(String),
+    /// A cell holds something that is no number.
+    #[error("line {line}, column `{column}`: `{text}` is not a number")]
+    Number {
+        /// The line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The cell.
+        text: String,
+    },
+    /// A spacing that is none.
+    #[error("line {line}, column `{column}`: {value} is no {what}, which is positive and finite")]
+    Spacing {
+        /// The line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// The cell.
+        value: String,
+        /// What it should be.
+        what: &'static str,
+    },
+    /// No row, or no column beside the spacing.
+    #[error("the table has {0}")]
+    Empty(&'static str),
+}
+
+/// Reads the `quantities` of the table, all columns beside the spacing where none is named.
+///
+/// Lines that start with `#` are comments. A cell that is empty, `NaN` or `-` is a missing value. The resolution of a quantity
+/// is half a unit of the last decimal place that any of its values shows.
+///
+/// # Errors
+/// [`DataError`] with line and column.
+pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Result<Vec<Quantity>, DataError> {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input);
+    let header: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+    let mut seen = BTreeSet::new();
+    if let Some(twice) = header.iter().find(|name| !seen.insert(name.as_str())) {
+        return Err(DataError::Ambiguous(twice.clone()));
+    }
+    let find = |name: &str| {
+        let known = || header.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        header
+            .iter()
+            .position(|column| column == name)
+            .ok_or_else(|| DataError::Column { name: name.into(), known: known() })
+    };
+    let (name, exponent, what) = match spacing {
+        Spacing::Step(column) => (column, 1.0, "step"),
+        Spacing::Cells { column, dimension } => (column, -1.0 / f64::from(*dimension), "number of cells"),
+    };
+    let own = find(name)?;
+    let columns: Vec<usize> = match quantities {
+        [] => (0..header.len()).filter(|column| *column != own).collect(),
+        names => names.iter().map(|name| find(name)).collect::<Result<_, _>>()?,
+    };
+    if columns.is_empty() {
+        return Err(DataError::Empty("no column beside the spacing"));
+    }
+    let mut found: Vec<Quantity> = columns
+        .iter()
+        .map(|column| Quantity { name: header[*column].clone(), grids: Vec::new(), resolution: f64::INFINITY })
+        .collect();
+    for record in reader.records() {
+        let record = record?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let cell = |column: usize| record.get(column).unwrap_or_default();
+        let number = |column: usize| {
+            let text = cell(column);
+            text.parse::<f64>().map_err(|_| DataError::Number {
+                line,
+                column: header[column].clone(),
+                text: text.into(),
+            })
+        };
+        let size = number(own)?;
+        if !(size > 0.0 && size.is_finite()) {
+            return Err(DataError::Spacing { line, column: name.clone(), value: cell(own).into(), what });
+        }
+        for (quantity, column) in found.iter_mut().zip(&columns) {
+            let value = if matches!(cell(*column), "" | "-") { None } else { Some(number(*column)?) };
+            if let Some(place) = value.filter(|v| v.is_finite()).and_then(|_| last_place(cell(*column))) {
+                quantity.resolution = quantity.resolution.min(0.5 * place);
+            }
+            quantity.grids.push(Grid { h: size.powf(exponent), value: value.filter(|v| v.is_finite()) });
+        }
+    }
+    if found[0].grids.is_empty() {
+        return Err(DataError::Empty("no rows"));
+    }
+    for quantity in found.iter_mut().filter(|quantity| quantity.resolution.is_infinite()) {
+        quantity.resolution = 0.0;
+    }
+    Ok(found)
+}
+
+/// The unit of the last digit of a decimal number: 10⁻⁵ for `0.97050`, 10⁻⁸ for `1.5e-7`.
+fn last_place(text: &str) -> Option<f64> {
+    let lower = text.to_ascii_lowercase();
+    let (mantissa, exponent) = lower.split_once('e').unwrap_or((&lower, "0"));
+    let decimals = mantissa.split_once('.').map_or(0, |(_, digits)| digits.len());
+    let exponent: i32 = exponent.parse().ok()?;
+    Some(10_f64.powi(exponent - i32::try_from(decimals).ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_digit_given_is_the_resolution() {
+        for (text, place) in [("0.97050", 1e-5), ("-6", 1.0), ("1.5e-7", 1e-8), ("2.0E+3", 1e2), (".5", 0.1)] {
+            let found = last_place(text).expect("a number");
+            assert!((found / place - 1.0).abs() < 1e-14, "{text}: {found}");
+        }
+    }
+
+    #[test]
+    fn cells_become_spacings_and_missing_values_stay_missing() {
+        let text = "# a study\ncells,drag,lift\n8000, 1.50,\n1000,1.6,NaN\n";
+        let spacing = Spacing::Cells { column: "cells".into(), dimension: 3 };
+        let read = read(text.as_bytes(), &spacing, &[]).expect("a table");
+        assert_eq!(read.len(), 2);
+        assert!((read[0].grids[0].h - 0.05).abs() < 1e-16 && (read[0].grids[1].h - 0.1).abs() < 1e-15);
+        assert_eq!(read[0].resolution, 0.005);
+        assert!(read[1].grids.iter().all(|grid| grid.value.is_none()));
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named_with_its_place() {
+        let step = || Spacing::Step("h".into());
+        let fails = |text: &str, spacing: Spacing, names: &[String]| {
+            read(text.as_bytes(), &spacing, names).map(|_| ()).expect_err(text).to_string()
+        };
+        assert_eq!(fails("h,u\n0.1,one\n", step(), &[]), "line 2, column `u`: `one` is not a number");
+        assert!(fails("h,u\n0.1,1\n0,2\n", step(), &[]).starts_with("line 3, column `h`: 0 is no step"));
+        assert!(fails("dx,u\n0.1,1\n", step(), &[]).contains("the columns are `dx`, `u`"));
+        assert!(fails("h,u\n0.1,1\n", step(), &["v".into()]).contains("no column is named `v`"));
+        assert!(fails("h,u,u\n0.1,1,2\n", step(), &[]).contains("two columns"));
+        assert!(fails("h,u\n0.1,1,2\n", step(), &[]).contains("comma-separated"));
+        assert!(fails("h,u\n", step(), &[]).contains("no rows"));
+        assert!(fails("h\n1\n", step(), &[]).contains("beside the spacing"));
+    }
+}

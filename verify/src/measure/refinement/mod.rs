@@ -1,0 +1,355 @@
+//! Convergence data from anywhere: the values of a quantity on several grids, its order, limit and uncertainty, and a verdict
+//! of three values.
+//!
+//! Values are taken to be φ(h) = φ₀ + C hᵖ(1 + o(1)). What can be said depends on what is given:
+//!
+//! - Three grids determine p, C and φ₀, and nothing is left to test them with. They **pass** where an order is expected and
+//!   found; another order than the expected one is *inconclusive*, since the grids may be too coarse.
+//! - From four grids on, the orders of successive triplets must agree. Settled at the expected order they **pass**, settled
+//!   at another one they **fail**.
+//! - With the exact value known the errors themselves are fitted, by the rules of [`order`](super::order).
+//!
+//! A difference counts where it is [`FLOOR_MARGIN`] times the resolution of the values, the half unit of the last digit that
+//! was given. Two grids, equal spacings, missing values, differences that vanish or alternate in sign decide nothing.
+
+pub mod data;
+pub mod least_squares;
+pub mod three_grids;
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::order::{Expectation, FLOOR_MARGIN, Line, Measured, Sample, Verdict, fit};
+use least_squares::LeastSquares;
+use three_grids::{Triplet, TripletError};
+
+/// Half-width of the band around an expected order, unless another one is asked for: orders come in halves where solutions are
+/// not smooth, and a quarter tells neighbouring halves apart.
+pub const BAND: f64 = 0.25;
+
+/// A value on a grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Spacing of the grid or size of the time step, > 0; only ratios matter.
+    pub h: f64,
+    /// Value of the quantity; `None` where it is missing or not a number.
+    pub value: Option<f64>,
+}
+
+/// A quantity on several grids, in any sequence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantity {
+    /// Its name.
+    pub name: String,
+    /// The grids.
+    pub grids: Vec<Grid>,
+    /// Half a unit of the last digit of its values; 0 for values of full precision.
+    pub resolution: f64,
+}
+
+/// What is asked of a quantity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Question {
+    /// The order that it should have.
+    pub expected: Option<f64>,
+    /// Largest distance from the expected order, and largest spread of settled orders.
+    pub band: f64,
+    /// Its exact value.
+    pub exact: Option<f64>,
+}
+
+impl Default for Question {
+    fn default() -> Self {
+        Self { expected: None, band: BAND, exact: None }
+    }
+}
+
+/// How a quantity behaves under refinement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Convergence {
+    /// Differences shrink and keep their sign.
+    Monotonic,
+    /// Differences shrink and alternate in sign.
+    Oscillatory,
+    /// Differences keep their sign and do not shrink.
+    Divergent,
+    /// Differences alternate in sign and do not shrink.
+    OscillatoryDivergent,
+    /// A difference is no larger than what the digits of the values resolve.
+    Unresolved,
+    /// The data do not tell: fewer than three usable grids.
+    Unknown,
+}
+
+impl fmt::Display for Convergence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Monotonic => "monotonic",
+            Self::Oscillatory => "oscillatory",
+            Self::Divergent => "divergent",
+            Self::OscillatoryDivergent => "oscillatory and divergent",
+            Self::Unresolved => "unresolved",
+            Self::Unknown => "unknown",
+        })
+    }
+}
+
+/// What the data say of a quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// Its behaviour on the three finest grids.
+    pub convergence: Convergence,
+    /// The order: of the fit to the errors where the exact value is known, else of the least-squares fit from four grids
+    /// on, else of the three grids; `None` where there is none, or several.
+    pub order: Option<f64>,
+    /// How far the order is uncertain: by the digits of the values, and by the scatter of a fit.
+    pub uncertainty: Option<f64>,
+    /// The limit for h → 0, from where the order is from.
+    pub extrapolated: Option<f64>,
+    /// Grid convergence index of the finest grid as a part of its value, 1.25 |e_a|/(r^p − 1), with the order of the three
+    /// finest grids.
+    pub gci: Option<f64>,
+    /// Triplets of neighbouring grids, coarse to fine.
+    pub triplets: Vec<Result<Triplet, TripletError>>,
+    /// Orders of the errors of neighbouring grids, coarse to fine, where the exact value is known.
+    pub pairs: Vec<f64>,
+    /// The fit of Eça and Hoekstra, from four grids on.
+    pub least_squares: Option<LeastSquares>,
+    /// The decision.
+    pub verdict: Verdict,
+    /// The decision in words.
+    pub reason: String,
+}
+
+impl Quantity {
+    /// Judges the quantity.
+    #[must_use]
+    pub fn judge(&self, question: &Question) -> Judgement {
+        let mut grids = self.grids.clone();
+        grids.sort_by(|a, b| a.h.total_cmp(&b.h));
+        if let Some(reason) = unusable(&grids) {
+            return Judgement::undecided(Convergence::Unknown, reason);
+        }
+        let points: Vec<(f64, f64)> = grids.iter().filter_map(|grid| Some((grid.h, grid.value?))).collect();
+        let triplets: Vec<_> =
+            points.windows(3).map(|p| Triplet::new([p[0], p[1], p[2]], self.resolution)).rev().collect();
+        let Some(finest) = triplets.last().copied() else {
+            let mut judgement =
+                Judgement::undecided(Convergence::Unknown, "two grids determine no order; a third one does".into());
+            if let Some(exact) = question.exact {
+                judgement.pairs = pair_orders(&points, exact);
+            }
+            return judgement;
+        };
+        let mut judgement = Judgement {
+            convergence: Convergence::of(&finest),
+            gci: finest.ok().map(|triplet| triplet.gci),
+            triplets,
+            least_squares: (points.len() >= 4).then(|| LeastSquares::fit(&points).ok()).flatten(),
+            ..Judgement::undecided(Convergence::Unknown, String::new())
+        };
+        match question.exact {
+            Some(exact) => judgement.decide_by_errors(&points, exact, self.resolution, question),
+            None => judgement.decide_by_differences(finest, question),
+        }
+        judgement
+    }
+}
+
+/// Why no order can be had of the sorted grids.
+fn unusable(grids: &[Grid]) -> Option<String> {
+    if let Some(grid) = grids.iter().find(|grid| !grid.value.is_some_and(f64::is_finite)) {
+        return Some(format!("the value on the grid of spacing {} is missing or not a number", grid.h));
+    }
+    if let Some(grid) = grids.iter().find(|grid| !(grid.h > 0.0 && grid.h.is_finite())) {
+        return Some(format!("the spacing {} is not positive", grid.h));
+    }
+    let equal = grids.windows(2).find(|pair| pair[1].h / pair[0].h <= 1.0 + 4.0 * f64::EPSILON);
+    equal.map(|pair| format!("two grids have the same spacing {}", pair[0].h)).or_else(|| {
+        (grids.len() < 2)
+            .then(|| format!("{} grids determine no order; three do", if grids.is_empty() { "no" } else { "single" }))
+    })
+}
+
+/// ln(e₂/e₁)/ln(h₂/h₁) of neighbouring grids, coarse to fine.
+fn pair_orders(points: &[(f64, f64)], exact: f64) -> Vec<f64> {
+    let slope = |p: &[(f64, f64)]| ((p[1].1 - exact).abs() / (p[0].1 - exact).abs()).ln() / (p[1].0 / p[0].0).ln();
+    points.windows(2).rev().map(slope).collect()
+}
+
+impl Convergence {
+    fn of(finest: &Result<Triplet, TripletError>) -> Self {
+        match finest {
+            Ok(triplet) if triplet.oscillates => Self::Oscillatory,
+            Ok(_) => Self::Monotonic,
+            Err(TripletError::Diverging { oscillates: true, .. }) => Self::OscillatoryDivergent,
+            Err(TripletError::Diverging { oscillates: false, .. }) => Self::Divergent,
+            Err(TripletError::Unresolved { .. }) => Self::Unresolved,
+            Err(TripletError::NoOrder { oscillates: true, .. } | TripletError::SeveralOrders { .. }) => {
+                Self::Oscillatory
+            }
+            Err(TripletError::NoOrder { .. }) => Self::Monotonic,
+        }
+    }
+}
+
+impl Judgement {
+    fn undecided(convergence: Convergence, reason: String) -> Self {
+        Self {
+            convergence,
+            order: None,
+            uncertainty: None,
+            extrapolated: None,
+            gci: None,
+            triplets: Vec::new(),
+            pairs: Vec::new(),
+            least_squares: None,
+            verdict: Verdict::Inconclusive,
+            reason,
+        }
+    }
+
+    fn set(&mut self, verdict: Verdict, reason: impl Into<String>) {
+        self.verdict = verdict;
+        self.reason = reason.into();
+    }
+
+    /// The verdict from the errors against a known value.
+    fn decide_by_errors(&mut self, points: &[(f64, f64)], exact: f64, resolution: f64, question: &Question) {
+        self.pairs = pair_orders(points, exact);
+        self.extrapolated = Some(exact);
+        let rounding = f64::EPSILON * exact.abs();
+        let sample = |&(h, value): &(f64, f64)| Sample {
+            h,
+            result: Ok(Measured { error: (value - exact).abs(), floor: resolution + rounding }),
+        };
+        let samples: Vec<_> = points.iter().map(sample).collect();
+        // Nothing expected, the slopes must settle at some order: at that of the finest pair.
+        let target = question.expected.or_else(|| self.pairs.last().copied()).unwrap_or(f64::NAN);
+        let fit = fit(&samples, &Expectation::new(target, question.band));
+        if let Some(Line { slope, stderr, .. }) = fit.line {
+            (self.order, self.uncertainty) = (Some(slope), Some(stderr));
+        }
+        self.set(fit.verdict, fit.reason);
+    }
+
+    /// The verdict from the differences between grids.
+    fn decide_by_differences(&mut self, finest: Result<Triplet, TripletError>, question: &Question) {
+        if let Some(fit) = self.least_squares.as_ref().and_then(|fit| fit.power) {
+            let rounding = finest.map_or(0.0, |triplet| triplet.uncertainty);
+            (self.order, self.uncertainty) = (Some(fit.order), Some(fit.stderr.hypot(rounding)));
+            self.extrapolated = Some(fit.limit);
+        } else if let Ok(triplet) = finest {
+            (self.order, self.uncertainty) = (Some(triplet.order), Some(triplet.uncertainty));
+            self.extrapolated = Some(triplet.limit);
+        }
+        let triplet = match finest {
+            Ok(triplet) => triplet,
+            Err(error) => {
+                let all_grow = |t: &Result<Triplet, TripletError>| matches!(t, Err(TripletError::Diverging { .. }));
+                let diverges = self.triplets.len() > 1 && self.triplets.iter().all(all_grow);
+                let verdict = if diverges { Verdict::Fail } else { Verdict::Inconclusive };
+                return self.set(verdict, error.to_string());
+            }
+        };
+        if triplet.oscillates {
+            return self.set(
+                Verdict::Inconclusive,
+                "the differences alternate in sign: the grids are not in the asymptotic range, and the order is formal",
+            );
+        }
+        let settled: Vec<f64> = settled(&self.triplets, question.band);
+        let own = triplet.uncertainty;
+        if own > question.band {
+            let reason =
+                format!("the digits of the values leave the order uncertain by {own:.2}, more than {}", question.band);
+            return self.set(Verdict::Inconclusive, reason);
+        }
+        match (question.expected, self.triplets.len(), settled.len()) {
+            (Some(expected), 1, _) if (triplet.order - expected).abs() + own <= question.band => {
+                let reason = format!(
+                    "order {:.3} ± {own:.3} on three grids, expected {expected} ± {}; nothing is left to test it with",
+                    triplet.order, question.band
+                );
+                self.set(Verdict::Pass, reason);
+            }
+            (Some(expected), 1, _) => {
+                let reason = format!(
+                    "order {:.3} ± {own:.3} where {expected} ± {} is expected: three grids do not tell a wrong order from grids \
+                     that are too coarse",
+                    triplet.order, question.band
+                );
+                self.set(Verdict::Inconclusive, reason);
+            }
+            (None, 1, _) => {
+                let reason = format!(
+                    "order {:.3} ± {own:.3}; three grids do not tell whether it has settled: a fourth does, or an expected order",
+                    triplet.order
+                );
+                self.set(Verdict::Inconclusive, reason);
+            }
+            (_, _, 0 | 1) => self.set(Verdict::Inconclusive, "the orders of successive triplets have not settled"),
+            (expected, ..) => {
+                let (low, high) =
+                    settled.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+                let range = if high - low < 5e-4 { format!("{low:.3}") } else { format!("{low:.3} to {high:.3}") };
+                let inside = |p: f64| (low - p).abs().max((high - p).abs()) <= question.band;
+                let outside = |p: f64| low > p + question.band || high < p - question.band;
+                let what = format!("order {range} on the {} finest triplets", settled.len());
+                match expected {
+                    None => self.set(Verdict::Pass, format!("{what}, settled; no order was expected")),
+                    Some(p) if inside(p) => {
+                        self.set(Verdict::Pass, format!("{what}, expected {p} ± {}", question.band))
+                    }
+                    Some(p) if outside(p) => {
+                        self.set(Verdict::Fail, format!("{what}, expected {p} ± {}", question.band))
+                    }
+                    Some(p) => self.set(
+                        Verdict::Inconclusive,
+                        format!("{what}, across the edge of the band {p} ± {}", question.band),
+                    ),
+                }
+            }
+        }
+    }
+}
+
+/// Orders of the longest run of triplets, counted from the finest, that converge monotonically with orders that agree to within
+/// `band`, each within its own uncertainty.
+fn settled(triplets: &[Result<Triplet, TripletError>], band: f64) -> Vec<f64> {
+    let (mut highest_low, mut lowest_high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut orders = Vec::new();
+    for triplet in triplets.iter().rev() {
+        let Ok(Triplet { order, uncertainty, oscillates: false, .. }) = triplet else { break };
+        highest_low = highest_low.max(order - uncertainty);
+        lowest_high = lowest_high.min(order + uncertainty);
+        if highest_low - lowest_high > band {
+            break;
+        }
+        orders.push(*order);
+    }
+    orders
+}
+
+/// The verdict on several quantities: all must settle.
+#[must_use]
+pub fn overall<'a>(judgements: impl IntoIterator<Item = &'a Judgement>) -> Verdict {
+    let verdicts: Vec<Verdict> = judgements.into_iter().map(|judgement| judgement.verdict).collect();
+    if verdicts.contains(&Verdict::Fail) {
+        Verdict::Fail
+    } else if verdicts.is_empty() || verdicts.contains(&Verdict::Inconclusive) {
+        Verdict::Inconclusive
+    } else {
+        Verdict::Pass
+    }
+}
+
+/// Least difference that values of `resolution` and size `value` resolve.
+pub(crate) fn least_difference(resolution: f64, value: f64) -> f64 {
+    FLOOR_MARGIN * (resolution + f64::EPSILON * value.abs())
+}
+
+#[cfg(test)]
+mod tests;

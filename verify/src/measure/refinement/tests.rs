@@ -1,0 +1,181 @@
+//! The published examples to their printed digits, and what must not pass.
+
+use super::*;
+use crate::measure::order::Verdict;
+use proptest::prelude::*;
+
+fn quantity(points: &[(f64, f64)], resolution: f64) -> Quantity {
+    let grids = points.iter().map(|(h, value)| Grid { h: *h, value: Some(*value) }).collect();
+    Quantity { name: "φ".into(), grids, resolution }
+}
+
+fn expecting(order: f64) -> Question {
+    Question { expected: Some(order), ..Question::default() }
+}
+
+/// `measured` rounds to `printed`, whose last digit has the given unit.
+fn prints_as(measured: f64, printed: f64, unit: f64) {
+    assert!((measured - printed).abs() <= 0.500_001 * unit, "{measured} does not round to {printed}");
+}
+
+/// J. W. Slater, Examining spatial (grid) convergence, NPARC Alliance CFD Verification and Validation Web Site: pressure
+/// recovery of a diffuser on three grids.
+#[test]
+fn the_pressure_recovery_of_the_nparc_tutorial() {
+    let points = [(1.0, 0.97050), (2.0, 0.96854), (4.0, 0.96178)];
+    let triplet = Triplet::new(points, 0.5e-5).expect("monotone");
+    prints_as(triplet.order, 1.786170, 1e-6);
+    prints_as(triplet.limit, 0.97130, 1e-5);
+    prints_as(100.0 * triplet.gci, 0.103083, 1e-6);
+    prints_as(100.0 * triplet.gci_coarse, 0.356249, 1e-6);
+    assert_eq!(quantity(&points, 0.5e-5).judge(&expecting(2.0)).verdict, Verdict::Pass);
+    // One unit of the last digit in each difference can move the order by 0.0095 at most.
+    assert!((0.005..0.01).contains(&triplet.uncertainty), "{}", triplet.uncertainty);
+}
+
+/// Celik et al., Table 1: three quantities behind a backward-facing step, 18000 cells on the finest grid.
+#[test]
+fn the_backward_facing_step_of_celik_et_al() {
+    struct Case {
+        cells: [f64; 3],
+        values: [f64; 3],
+        order: f64,
+        limit: (f64, f64),
+        percent: [Option<f64>; 3],
+        oscillates: bool,
+    }
+    let cases = [
+        Case {
+            cells: [18000.0, 8000.0, 4500.0],
+            values: [6.063, 5.972, 5.863],
+            order: 1.53,
+            limit: (6.1685, 1e-4),
+            percent: [Some(1.5), Some(1.7), Some(2.2)],
+            oscillates: false,
+        },
+        Case {
+            cells: [18000.0, 4500.0, 980.0],
+            values: [10.7880, 10.7250, 10.6050],
+            order: 0.75,
+            limit: (10.8801, 1e-4),
+            percent: [Some(0.6), None, Some(1.1)],
+            oscillates: false,
+        },
+        Case {
+            cells: [18000.0, 4500.0, 980.0],
+            values: [6.0042, 5.9624, 6.0909],
+            order: 1.51,
+            limit: (6.0269, 1e-4),
+            percent: [Some(0.7), Some(0.4), Some(0.5)],
+            oscillates: true,
+        },
+    ];
+    for case in cases {
+        let point = |i: usize| (case.cells[i].powf(-0.5), case.values[i]);
+        let points = [0, 1, 2].map(point);
+        let triplet = Triplet::new(points, 0.0).expect("an order");
+        prints_as(triplet.order, case.order, 0.01);
+        prints_as(triplet.limit, case.limit.0, case.limit.1);
+        let errors = [triplet.approximate_error, triplet.extrapolated_error, triplet.gci];
+        for (error, printed) in errors.into_iter().zip(case.percent) {
+            printed.iter().for_each(|printed| prints_as(100.0 * error, *printed, 0.1));
+        }
+        assert_eq!(triplet.oscillates, case.oscillates);
+        if case.oscillates {
+            let judgement = quantity(&points, 0.0).judge(&expecting(1.5));
+            assert_eq!(judgement.convergence, Convergence::Oscillatory);
+            assert_eq!(judgement.verdict, Verdict::Inconclusive);
+        }
+    }
+}
+
+/// Examples of the procedure of Eça and Hoekstra.
+#[test]
+fn the_least_squares_examples() {
+    let cells = [259_350.0_f64, 115_200.0, 48_600.0, 14_400.0];
+    let values = [0.23507, 0.23490, 0.23459, 0.23374];
+    let points: Vec<_> = cells.iter().zip(values).map(|(n, value)| (n.powf(-1.0 / 3.0), value)).collect();
+    let fit = LeastSquares::fit(&points).expect("a fit");
+    assert_eq!(fit.form, least_squares::Form::Power);
+    prints_as(fit.power.expect("monotone").order, 1.8957, 1e-4);
+    prints_as(fit.limit, 0.235325, 1e-6);
+    prints_as(fit.uncertainty, 3.200e-4, 1e-7);
+
+    let points = [(1.0 / 80.0, 1.52290), (1.0 / 60.0, 1.52382), (1.0 / 40.0, 1.52659)];
+    let fit = LeastSquares::fit(&points).expect("a fit");
+    assert_eq!(fit.form, least_squares::Form::Second);
+    prints_as(fit.limit, 1.52165, 1e-5);
+    prints_as(fit.uncertainty, 3.747e-3, 1e-6);
+}
+
+#[test]
+fn settled_orders_pass_and_wrong_ones_fail() {
+    let law = |p: f64| [0.1, 0.07, 0.05, 0.03, 0.02].map(|h: f64| (h, 2.0 - 0.7 * h.powf(p)));
+    for p in [0.5, 1.0, 1.5, 2.0, 4.0] {
+        let data = quantity(&law(p), 0.0);
+        let judgement = data.judge(&expecting(p));
+        assert_eq!(judgement.verdict, Verdict::Pass, "{}", judgement.reason);
+        assert!((judgement.order.expect("an order") - p).abs() < 1e-5);
+        assert!((judgement.extrapolated.expect("a limit") - 2.0).abs() < 1e-7);
+        assert_eq!(data.judge(&expecting(p + 0.5)).verdict, Verdict::Fail);
+        assert_eq!(data.judge(&Question::default()).verdict, Verdict::Pass);
+        let exact = Question { exact: Some(2.0), ..expecting(p) };
+        assert_eq!(data.judge(&exact).verdict, Verdict::Pass);
+        assert_eq!(data.judge(&Question { expected: Some(p + 0.5), ..exact }).verdict, Verdict::Fail);
+        // A bend of the order of the leading term on the coarsest grid alone leaves the finest triplets as they are.
+        let mut bent = law(p);
+        bent[0].1 += 0.3;
+        assert_eq!(quantity(&bent, 0.0).judge(&expecting(p)).verdict, Verdict::Pass);
+    }
+}
+
+/// What no data may do: pass by accident.
+#[test]
+fn nothing_passes_that_decides_nothing() {
+    let verdict = |points: &[(f64, f64)], resolution: f64, question: Question| {
+        let judgement = quantity(points, resolution).judge(&question);
+        assert_ne!(judgement.verdict, Verdict::Pass, "{points:?}: {}", judgement.reason);
+        assert!(!judgement.reason.is_empty());
+        judgement
+    };
+    let second = expecting(2.0);
+    verdict(&[], 0.0, second);
+    verdict(&[(1.0, 1.0)], 0.0, second);
+    verdict(&[(1.0, 1.0), (2.0, 1.3)], 0.0, second);
+    verdict(&[(1.0, 1.0), (2.0, 1.3)], 0.0, Question { exact: Some(0.9), ..second });
+    verdict(&[(1.0, 1.0), (1.0, 1.1), (2.0, 1.4)], 0.0, second);
+    verdict(&[(1.0, f64::NAN), (2.0, 1.1), (4.0, 1.5)], 0.0, second);
+    let identical = verdict(&[(1.0, 1.0), (2.0, 1.0), (4.0, 1.0)], 0.0, second);
+    assert_eq!(identical.convergence, Convergence::Unresolved);
+    // The finer pair agrees to rounding, the coarser does not.
+    verdict(&[(1.0, 1.0), (2.0, 1.0 + 2e-16), (4.0, 1.5)], 0.0, second);
+    // Four digits hide the order.
+    let hidden = verdict(&[(1.0, 1.0001), (2.0, 1.0004), (4.0, 1.0016)], 5e-5, second);
+    assert_eq!(hidden.convergence, Convergence::Unresolved);
+    // Three grids of a wrong order, of a diverging and of an oscillating sequence.
+    verdict(&[(1.0, 1.01), (2.0, 1.02), (4.0, 1.04)], 0.0, second);
+    assert_eq!(verdict(&[(1.0, 1.4), (2.0, 1.1), (4.0, 1.0)], 0.0, second).convergence, Convergence::Divergent);
+    let growing = verdict(&[(1.0, 0.6), (2.0, 1.1), (4.0, 1.0)], 0.0, second);
+    assert_eq!(growing.convergence, Convergence::OscillatoryDivergent);
+    // Growth on every triplet of five grids is a failure.
+    let grows: Vec<_> = [1.0, 2.0, 4.0, 8.0, 16.0].map(|h: f64| (h, 1.0 / h)).to_vec();
+    assert_eq!(verdict(&grows, 0.0, second).verdict, Verdict::Fail);
+    // No error at all is no order.
+    verdict(&[(1.0, 2.0), (2.0, 2.0), (4.0, 2.0), (8.0, 2.0)], 0.0, Question { exact: Some(2.0), ..second });
+    assert_eq!(overall([]), Verdict::Inconclusive);
+}
+
+/// The equation of alternating differences is solved where it holds, to rounding.
+#[test]
+fn orders_solve_their_equation() {
+    proptest!(|(p in 0.3..6.0_f64, r21 in 1.1..3.0_f64, r32 in 1.1..3.0_f64, f0 in -5.0..5.0_f64, c in 0.1..2.0_f64)| {
+        let hs = [1.0, r21, r21 * r32];
+        let points = hs.map(|h: f64| (h, f0 + c * h.powf(p)));
+        let triplet = Triplet::new(points, 0.0).expect("a power law");
+        // The differences carry rounding of the values, and the equation divides by ½ ln(r₂₁ r₃₂).
+        let size = points.iter().map(|p| p.1.abs()).fold(1.0, f64::max);
+        let fine = (points[1].1 - points[0].1).abs();
+        prop_assert!((triplet.order - p).abs() <= 20.0 * f64::EPSILON * size / fine / (r21 * r32).ln() + 1e-12);
+        prop_assert!((Triplet::asymptotic_ratio(points, p) - 1.0).abs() < 1e-6 * size / fine);
+    });
+}
