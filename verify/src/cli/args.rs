@@ -15,7 +15,7 @@ use super::output::Output;
 #[derive(Debug, Args)]
 pub(super) struct ProblemArgs {
     /// Name of the problem; `verify list problems` shows all
-    #[arg(long = "problem", value_name = "P", required_unless_present = "model")]
+    #[arg(long = "problem", value_name = "P")]
     name: Option<String>,
 
     /// A first-order system of your own in DiffSL instead
@@ -34,7 +34,9 @@ impl ProblemArgs {
             let model = Model::load(path, &self.set, horizon)?;
             return Ok((model.name().into(), Box::new(model)));
         }
-        let name = self.name.clone().unwrap_or_default();
+        let Some(name) = self.name.clone() else {
+            return Err(Failure::Incomplete("the command", "--problem NAME or --model FILE"));
+        };
         let problem = problem::build(&name, &self.set)?;
         Ok((name, problem))
     }

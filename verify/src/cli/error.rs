@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use lsvi::{InputError, SolveError, StepError};
 use verify::golden::GoldenError;
+use verify::measure::refinement::data::DataError;
 use verify::method::BuildError;
 use verify::names::NameError;
 use verify::order::OrderError;
@@ -42,6 +43,13 @@ pub(super) enum Failure {
     Comparison(#[from] ComparisonError),
     #[error(transparent)]
     Golden(#[from] GoldenError),
+    #[error("cannot read {}: {source}", path.display())]
+    Read { path: PathBuf, source: io::Error },
+    #[error("{}: {source}", path.display())]
+    Data { path: PathBuf, source: Box<DataError> },
+    /// An option, and what it needs beside it.
+    #[error("{0} needs {1}")]
+    Incomplete(&'static str, &'static str),
     #[error("cannot write {}: {source}", path.display())]
     Write { path: PathBuf, source: io::Error },
     #[error("cannot write to standard output: {0}")]
@@ -57,6 +65,9 @@ impl Failure {
             | Self::Model(_)
             | Self::Build(_)
             | Self::NoStepSize(_)
+            | Self::Read { .. }
+            | Self::Data { .. }
+            | Self::Incomplete(..)
             | Self::NoTolerances(_)
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
             | Self::Order(OrderError::NoExact | OrderError::Adaptive(_))

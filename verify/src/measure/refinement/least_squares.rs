@@ -32,6 +32,8 @@ pub struct Power {
     pub order: f64,
     /// Standard error of p from the scatter about the fit.
     pub stderr: f64,
+    /// Σ |∂p/∂φ_i|: by how much values that each move by one unit can move p, to first order.
+    pub sensitivity: f64,
     /// φ₀.
     pub limit: f64,
 }
@@ -117,8 +119,7 @@ impl LeastSquares {
         } else {
             3.0 * deviation / change * (error + deviation + distance)
         };
-        let power =
-            power.as_ref().map(|p| Power { order: p.order, stderr: p.stderr(&scaled), limit: p.coefficients[0] });
+        let power = power.as_ref().map(|fit| fit.power(&scaled));
         Ok(Self { power, form: fit.form, weighted: fit.weighted, limit, deviation, change, uncertainty })
     }
 }
@@ -176,16 +177,20 @@ impl Candidate {
         self.coefficients[0] + self.coefficients[1] * h.powf(self.order) + second
     }
 
-    /// σ √((JᵀJ)⁻¹)_pp of the power law, J = (1, h^p, α h^p ln h).
-    fn stderr(&self, points: &[(f64, f64)]) -> f64 {
+    /// The power law with what moves its order: δp is the last row of (JᵀJ)⁻¹Jᵀ times δφ, J = (1, h^p, α h^p ln h).
+    fn power(&self, points: &[(f64, f64)]) -> Power {
         let slope = |h: f64| h.powf(self.order);
         let jacobian = DMatrix::from_fn(points.len(), 3, |i, j| match j {
             0 => 1.0,
             1 => slope(points[i].0),
             _ => self.coefficients[1] * slope(points[i].0) * points[i].0.ln(),
         });
-        let gram = jacobian.transpose() * jacobian;
-        gram.try_inverse().map_or(f64::INFINITY, |inverse| self.deviation * inverse[(2, 2)].max(0.0).sqrt())
+        let (mut stderr, mut sensitivity) = (f64::INFINITY, f64::INFINITY);
+        if let Some(inverse) = (jacobian.transpose() * &jacobian).try_inverse() {
+            stderr = self.deviation * inverse[(2, 2)].max(0.0).sqrt();
+            sensitivity = (inverse * jacobian.transpose()).row(2).iter().map(|x| x.abs()).sum();
+        }
+        Power { order: self.order, stderr, sensitivity, limit: self.coefficients[0] }
     }
 }
 

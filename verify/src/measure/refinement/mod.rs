@@ -135,7 +135,7 @@ impl Quantity {
         let points: Vec<(f64, f64)> = grids.iter().filter_map(|grid| Some((grid.h, grid.value?))).collect();
         let triplets: Vec<_> =
             points.windows(3).map(|p| Triplet::new([p[0], p[1], p[2]], self.resolution)).rev().collect();
-        let Some(finest) = triplets.last().copied() else {
+        let Some(finest) = triplets.last() else {
             let mut judgement =
                 Judgement::undecided(Convergence::Unknown, "two grids determine no order; a third one does".into());
             if let Some(exact) = question.exact {
@@ -144,15 +144,15 @@ impl Quantity {
             return judgement;
         };
         let mut judgement = Judgement {
-            convergence: Convergence::of(&finest),
-            gci: finest.ok().map(|triplet| triplet.gci),
+            convergence: Convergence::of(finest),
+            gci: finest.as_ref().ok().map(|triplet| triplet.gci),
             triplets,
             least_squares: (points.len() >= 4).then(|| LeastSquares::fit(&points).ok()).flatten(),
             ..Judgement::undecided(Convergence::Unknown, String::new())
         };
         match question.exact {
             Some(exact) => judgement.decide_by_errors(&points, exact, self.resolution, question),
-            None => judgement.decide_by_differences(finest, question),
+            None => judgement.decide_by_differences(&points, self.resolution, question),
         }
         judgement
     }
@@ -235,102 +235,96 @@ impl Judgement {
         self.set(fit.verdict, fit.reason);
     }
 
-    /// The verdict from the differences between grids.
-    fn decide_by_differences(&mut self, finest: Result<Triplet, TripletError>, question: &Question) {
-        if let Some(fit) = self.least_squares.as_ref().and_then(|fit| fit.power) {
-            let rounding = finest.map_or(0.0, |triplet| triplet.uncertainty);
-            (self.order, self.uncertainty) = (Some(fit.order), Some(fit.stderr.hypot(rounding)));
-            self.extrapolated = Some(fit.limit);
-        } else if let Ok(triplet) = finest {
-            (self.order, self.uncertainty) = (Some(triplet.order), Some(triplet.uncertainty));
-            self.extrapolated = Some(triplet.limit);
-        }
-        let triplet = match finest {
-            Ok(triplet) => triplet,
-            Err(error) => {
-                let all_grow = |t: &Result<Triplet, TripletError>| matches!(t, Err(TripletError::Diverging { .. }));
-                let diverges = self.triplets.len() > 1 && self.triplets.iter().all(all_grow);
+    /// The verdict from the differences between grids, fine to coarse.
+    fn decide_by_differences(&mut self, points: &[(f64, f64)], resolution: f64, question: &Question) {
+        let triplet = match self.triplets.last() {
+            Some(Ok(triplet)) => *triplet,
+            Some(Err(error)) => {
+                let grows = |t: &Result<Triplet, TripletError>| matches!(t, Err(TripletError::Diverging { .. }));
+                let diverges = self.triplets.len() > 1 && self.triplets.iter().all(grows);
                 let verdict = if diverges { Verdict::Fail } else { Verdict::Inconclusive };
                 return self.set(verdict, error.to_string());
             }
+            None => return,
         };
+        (self.order, self.uncertainty) = (Some(triplet.order), Some(triplet.uncertainty));
+        self.extrapolated = Some(triplet.limit);
         if triplet.oscillates {
             return self.set(
                 Verdict::Inconclusive,
                 "the differences alternate in sign: the grids are not in the asymptotic range, and the order is formal",
             );
         }
-        let settled: Vec<f64> = settled(&self.triplets, question.band);
-        let own = triplet.uncertainty;
-        if own > question.band {
-            let reason =
-                format!("the digits of the values leave the order uncertain by {own:.2}, more than {}", question.band);
-            return self.set(Verdict::Inconclusive, reason);
+        let (count, settled) = (self.triplets.len(), settled(&self.triplets, question.band));
+        if count > 1 {
+            // Where not enough grids have settled, the order of all of them, for information.
+            let used = if settled > 1 { settled + 2 } else { points.len() };
+            let Some(power) = LeastSquares::fit(&points[..used]).ok().and_then(|fit| fit.power) else {
+                return self.set(Verdict::Inconclusive, "no power law fits the values");
+            };
+            self.order = Some(power.order);
+            self.uncertainty = Some(power.stderr.hypot(power.sensitivity * resolution));
+            self.extrapolated = Some(power.limit);
         }
-        match (question.expected, self.triplets.len(), settled.len()) {
-            (Some(expected), 1, _) if (triplet.order - expected).abs() + own <= question.band => {
-                let reason = format!(
-                    "order {:.3} ± {own:.3} on three grids, expected {expected} ± {}; nothing is left to test it with",
-                    triplet.order, question.band
-                );
-                self.set(Verdict::Pass, reason);
-            }
-            (Some(expected), 1, _) => {
-                let reason = format!(
-                    "order {:.3} ± {own:.3} where {expected} ± {} is expected: three grids do not tell a wrong order from grids \
-                     that are too coarse",
-                    triplet.order, question.band
-                );
-                self.set(Verdict::Inconclusive, reason);
-            }
-            (None, 1, _) => {
-                let reason = format!(
-                    "order {:.3} ± {own:.3}; three grids do not tell whether it has settled: a fourth does, or an expected order",
-                    triplet.order
-                );
-                self.set(Verdict::Inconclusive, reason);
-            }
-            (_, _, 0 | 1) => self.set(Verdict::Inconclusive, "the orders of successive triplets have not settled"),
-            (expected, ..) => {
-                let (low, high) =
-                    settled.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-                let range = if high - low < 5e-4 { format!("{low:.3}") } else { format!("{low:.3} to {high:.3}") };
-                let inside = |p: f64| (low - p).abs().max((high - p).abs()) <= question.band;
-                let outside = |p: f64| low > p + question.band || high < p - question.band;
-                let what = format!("order {range} on the {} finest triplets", settled.len());
-                match expected {
-                    None => self.set(Verdict::Pass, format!("{what}, settled; no order was expected")),
-                    Some(p) if inside(p) => {
-                        self.set(Verdict::Pass, format!("{what}, expected {p} ± {}", question.band))
-                    }
-                    Some(p) if outside(p) => {
-                        self.set(Verdict::Fail, format!("{what}, expected {p} ± {}", question.band))
-                    }
-                    Some(p) => self.set(
-                        Verdict::Inconclusive,
-                        format!("{what}, across the edge of the band {p} ± {}", question.band),
-                    ),
-                }
+        let (verdict, reason) = self.compare(count, settled, question);
+        self.set(verdict, reason);
+    }
+
+    /// The order found on so many triplets, of which the finest have settled, beside the expected one.
+    fn compare(&self, count: usize, settled: usize, question: &Question) -> (Verdict, String) {
+        let (order, own) = (self.order.unwrap_or(f64::NAN), self.uncertainty.unwrap_or(f64::NAN));
+        let Question { expected, band, .. } = *question;
+        let found = format!("order {order:.3} ± {own:.3}");
+        let grids = settled + 2;
+        if count > 1 && settled < 2 {
+            let reason = format!("the orders of successive triplets differ by more than {band}: they have not settled");
+            return (Verdict::Inconclusive, reason);
+        }
+        // Written so that a NaN decides nothing.
+        if !(own <= band) {
+            let reason =
+                format!("{found}, more than the band of {band}: more digits, or grids further apart, would tell");
+            return (Verdict::Inconclusive, reason);
+        }
+        match (expected, (order - expected.unwrap_or(order)).abs()) {
+            (None, _) if count == 1 => (
+                Verdict::Inconclusive,
+                format!("{found}; three grids do not tell whether it has settled: a fourth does, or an expected order"),
+            ),
+            (None, _) => (Verdict::Pass, format!("{found}, settled on {grids} grids; no order was expected")),
+            (Some(p), distance) if count == 1 && distance <= band => (
+                Verdict::Pass,
+                format!("{found} on three grids, expected {p} ± {band}; nothing is left to test it with"),
+            ),
+            (Some(p), _) if count == 1 => (
+                Verdict::Inconclusive,
+                format!(
+                    "{found}, expected {p} ± {band}: three grids do not tell a wrong order from grids that are too coarse"
+                ),
+            ),
+            (Some(p), distance) => {
+                let verdict = match distance {
+                    distance if distance <= band => Verdict::Pass,
+                    distance if distance - own > band => Verdict::Fail,
+                    _ => Verdict::Inconclusive,
+                };
+                (verdict, format!("{found}, settled on {grids} grids, expected {p} ± {band}"))
             }
         }
     }
 }
 
-/// Orders of the longest run of triplets, counted from the finest, that converge monotonically with orders that agree to within
+/// Length of the longest run of triplets, counted from the finest, that converge monotonically with orders that agree to within
 /// `band`, each within its own uncertainty.
-fn settled(triplets: &[Result<Triplet, TripletError>], band: f64) -> Vec<f64> {
+fn settled(triplets: &[Result<Triplet, TripletError>], band: f64) -> usize {
     let (mut highest_low, mut lowest_high) = (f64::NEG_INFINITY, f64::INFINITY);
-    let mut orders = Vec::new();
-    for triplet in triplets.iter().rev() {
-        let Ok(Triplet { order, uncertainty, oscillates: false, .. }) = triplet else { break };
+    let agrees = |triplet: &&Result<Triplet, TripletError>| {
+        let Ok(Triplet { order, uncertainty, oscillates: false, .. }) = triplet else { return false };
         highest_low = highest_low.max(order - uncertainty);
         lowest_high = lowest_high.min(order + uncertainty);
-        if highest_low - lowest_high > band {
-            break;
-        }
-        orders.push(*order);
-    }
-    orders
+        highest_low - lowest_high <= band
+    };
+    triplets.iter().rev().take_while(agrees).count()
 }
 
 /// The verdict on several quantities: all must settle.

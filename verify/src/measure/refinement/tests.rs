@@ -165,6 +165,14 @@ fn nothing_passes_that_decides_nothing() {
     assert_eq!(overall([]), Verdict::Inconclusive);
 }
 
+/// On grids of very unequal ratios the equation of alternating differences can have two solutions, which is said.
+#[test]
+fn several_formal_orders_are_named() {
+    let points = [(1.0, 0.0), (1.1, 1.0), (3.3, -4.0)];
+    assert!(matches!(Triplet::new(points, 0.0), Err(TripletError::SeveralOrders { low, high }) if low < high));
+    assert_eq!(quantity(&points, 0.0).judge(&expecting(1.0)).verdict, Verdict::Inconclusive);
+}
+
 /// The equation of alternating differences is solved where it holds, to rounding.
 #[test]
 fn orders_solve_their_equation() {

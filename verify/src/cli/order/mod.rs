@@ -1,19 +1,23 @@
 //! `order`: an order of accuracy, measured.
 
+mod data;
+
 use std::io::{self, Write};
 
 use clap::ValueEnum;
 use serde::Serialize;
 use verify::evidence::Outcome;
-use verify::measure::order::{OrderFit, Reason, Sample, Verdict};
+use verify::measure::order::{OrderFit, Reason, Sample};
 use verify::method;
 use verify::order::{Source, Truth, measure};
 
-use super::Status;
-use super::args::ProblemArgs;
-use super::error::Failure;
-use super::layout::{number, paragraph, right, significant};
-use super::output::Output;
+use data::DataArgs;
+
+use crate::cli::Status;
+use crate::cli::args::ProblemArgs;
+use crate::cli::error::Failure;
+use crate::cli::layout::{number, paragraph, right, significant};
+use crate::cli::output::Output;
 
 /// Measure the order of a method on a problem and judge it.
 #[derive(Debug, clap::Args)]
@@ -40,6 +44,20 @@ Examples:
   verify order --problem van-der-pol --method rk4 --reference diffsol
   verify order --problem logistic --method bdf2 --format json
   verify order --model van-der-pol.ds --method method-i --t-end 5
+  verify order --data drag.csv --cells cells --dimension 2 --expect 2
+
+With --data the table has a header; one column is the spacing of the grids (or
+their number of cells), each other one a quantity, lines with # are comments.
+Three grids give the order, the limit and the grid convergence index of Celik
+et al. (2008); four or more also the least squares of Eca and Hoekstra (2014)
+and the test whether the order has settled. Half a unit of the last digit given
+is the resolution of a value: differences below ten times that decide nothing.
+JSON, for one quantity: quantity, grids, order, order_uncertainty, extrapolated,
+gci_fine (a part of the value, 0.01 for 1 %), convergence (monotonic,
+oscillatory, divergent, oscillatory and divergent, unresolved, unknown),
+triplet_orders and pair_orders (coarse to fine), least_squares {form, weighted,
+limit, uncertainty} or null, verdict, reason; for several: verdict and
+quantities. What could not be found is null.
 
 Exit status: 0 pass, 1 fail, 2 bad usage, 3 inconclusive.")]
 pub(super) struct Args {
@@ -47,8 +65,8 @@ pub(super) struct Args {
     problem: ProblemArgs,
 
     /// Name of the method; `verify list methods` shows all
-    #[arg(long, value_name = "M")]
-    method: String,
+    #[arg(long, value_name = "M", required_unless_present = "data")]
+    method: Option<String>,
 
     /// Measure errors against exact, cvode or diffsol
     #[arg(long, value_name = "R", value_enum, hide_possible_values = true)]
@@ -58,20 +76,50 @@ pub(super) struct Args {
     #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
     t_end: Option<f64>,
 
-    /// Form of the result: table or json
+    /// Order to expect, in place of the one that theory has for the pair
+    #[arg(long, value_name = "P", value_parser = positive)]
+    expect: Option<f64>,
+
+    /// Largest distance from the expected order; 0.25 with --data
+    #[arg(long, value_name = "B", value_parser = positive)]
+    band: Option<f64>,
+
+    /// Form of the result: table, json or markdown
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Format::Table)]
     format: Format,
+
+    #[command(flatten)]
+    data: DataArgs,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+        _ => Err("expected a positive number".into()),
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     Table,
     Json,
+    Markdown,
+}
+
+fn outcome_word(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Pass => "PASS",
+        Outcome::Fail => "FAIL",
+        Outcome::Inconclusive | Outcome::NotRun => "INCONCLUSIVE",
+    }
 }
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    if let Some(path) = &args.data.data {
+        return data::run(path, &args.data, args.expect, args.band, args.format, out);
+    }
     let (name, problem) = args.problem.build(args.t_end)?;
-    let method = method::parse(&args.method)?;
+    let method = method::parse(args.method.as_deref().unwrap_or_default())?;
     // A method that does not apply would otherwise show as a failure at each step size.
     method.build(&*problem)?;
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
@@ -81,13 +129,10 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     match args.format {
         Format::Table => result.write_table(out).and_then(|()| args.problem.write_caveat(out)),
         Format::Json => result.write_json(out),
+        Format::Markdown => result.write_markdown(out),
     }
     .map_err(Failure::Output)?;
-    Ok(match fit.verdict {
-        Verdict::Pass => Status::Ok,
-        Verdict::Fail => Status::Failed,
-        Verdict::Inconclusive => Status::Inconclusive,
-    })
+    Ok(fit.verdict.into())
 }
 
 /// The result in the form that JSON has; the help states the schema.
@@ -162,6 +207,18 @@ impl<'a> Measurement<'a> {
         writeln!(out)
     }
 
+    /// A table of the points for a pull request, the verdict below.
+    fn write_markdown(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "`{}` on `{}`, errors against {}\n", self.method, self.problem, self.reference)?;
+        writeln!(out, "| h | error | order | in the fit |\n|---|---|---|---|")?;
+        for point in &self.points {
+            let cell = |x: Option<f64>| x.map_or_else(|| "—".into(), |x| significant(x, 4));
+            let fate = point.reason.as_ref().map_or_else(|| "yes".into(), |reason| format!("no: {reason}"));
+            writeln!(out, "| {} | {} | {} | {fate} |", number(point.h), cell(point.error), cell(point.local_order))?;
+        }
+        writeln!(out, "\n**{}**: {}", outcome_word(self.verdict), self.reason)
+    }
+
     fn write_table(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "{} on {}, errors against {}\n", self.method, self.problem, self.reference)?;
         writeln!(out, "{:>11} {:>11} {:>9} {:>7}  in the fit", "h", "error", "floor", "order")?;
@@ -179,11 +236,7 @@ impl<'a> Measurement<'a> {
             paragraph(out, &label, 43, &fate)?;
         }
         writeln!(out)?;
-        let verdict = match self.verdict {
-            Outcome::Pass => "PASS",
-            Outcome::Fail => "FAIL",
-            Outcome::Inconclusive | Outcome::NotRun => "INCONCLUSIVE",
-        };
+        let verdict = outcome_word(self.verdict);
         paragraph(out, &format!("{verdict}: "), verdict.len() + 2, self.reason)
     }
 }

@@ -1,0 +1,242 @@
+//! `order --data`: an order from a table of values on several grids.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+use verify::evidence::Outcome;
+use verify::measure::order::Verdict;
+use verify::measure::refinement::data::{Spacing, read};
+use verify::measure::refinement::least_squares::Form;
+use verify::measure::refinement::{BAND, Judgement, Quantity, Question, overall};
+
+use super::{Format, outcome_word};
+use crate::cli::Status;
+use crate::cli::error::Failure;
+use crate::cli::layout::{number, paragraph, right, significant};
+use crate::cli::output::Output;
+
+/// A table of values instead of a method and a problem.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Data of your own")]
+pub(super) struct DataArgs {
+    /// Judge a CSV table of values on several grids, one a row
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["name", "model", "method", "reference", "t_end"])]
+    pub(super) data: Option<PathBuf>,
+
+    /// Column with the spacing of the grid, or the time step
+    #[arg(long, value_name = "COLUMN", requires = "data", conflicts_with = "cells")]
+    step: Option<String>,
+
+    /// Column with the number of cells instead: h = N^(-1/D)
+    #[arg(long, value_name = "COLUMN", requires = "data")]
+    cells: Option<String>,
+
+    /// Dimension D of the grid
+    #[arg(long, value_name = "D", requires = "cells", value_parser = clap::value_parser!(u32).range(1..=3))]
+    dimension: Option<u32>,
+
+    /// Column to judge, repeatable; all but the spacing by default
+    #[arg(long, value_name = "COLUMN", requires = "data")]
+    quantity: Vec<String>,
+
+    /// Exact value of the quantity
+    #[arg(long, value_name = "VALUE", requires = "data", allow_hyphen_values = true)]
+    exact: Option<f64>,
+}
+
+impl DataArgs {
+    fn spacing(&self) -> Result<Spacing, Failure> {
+        match (&self.step, &self.cells, self.dimension) {
+            (Some(column), _, _) => Ok(Spacing::Step(column.clone())),
+            (_, Some(column), Some(dimension)) => Ok(Spacing::Cells { column: column.clone(), dimension }),
+            (_, Some(_), None) => Err(Failure::Incomplete("--cells", "--dimension 1, 2 or 3")),
+            _ => Err(Failure::Incomplete("--data", "--step COLUMN or --cells COLUMN --dimension D")),
+        }
+    }
+}
+
+/// Judges the table in `path`.
+pub(super) fn run(
+    path: &Path,
+    args: &DataArgs,
+    expected: Option<f64>,
+    band: Option<f64>,
+    format: Format,
+    out: &mut Output,
+) -> Result<Status, Failure> {
+    let file = File::open(path).map_err(|source| Failure::Read { path: path.into(), source })?;
+    let quantities = read(file, &args.spacing()?, &args.quantity)
+        .map_err(|source| Failure::Data { path: path.into(), source: Box::new(source) })?;
+    if args.exact.is_some() && quantities.len() > 1 {
+        return Err(Failure::Incomplete("--exact", "--quantity COLUMN, the one whose value it is"));
+    }
+    let question = Question { expected, band: band.unwrap_or(BAND), exact: args.exact };
+    let judgements: Vec<Judgement> = quantities.iter().map(|quantity| quantity.judge(&question)).collect();
+    let verdict = overall(&judgements);
+    let results: Vec<Summary<'_>> = quantities.iter().zip(&judgements).map(|(q, j)| Summary::new(q, j)).collect();
+    match format {
+        Format::Json => match &results[..] {
+            [result] => serde_json::to_writer_pretty(&mut *out, result).map_err(io::Error::from),
+            results => {
+                let all = serde_json::json!({ "verdict": Outcome::from(verdict), "quantities": results });
+                serde_json::to_writer_pretty(&mut *out, &all).map_err(io::Error::from)
+            }
+        }
+        .and_then(|()| writeln!(out)),
+        Format::Table => quantities.iter().zip(&judgements).try_for_each(|(q, j)| write_table(q, j, out)),
+        Format::Markdown => write_markdown(&results, out),
+    }
+    .map_err(Failure::Output)?;
+    Ok(verdict.into())
+}
+
+/// A value as it was given, cut to nine digits where it has more.
+fn given(x: f64) -> String {
+    let exact = x.to_string();
+    if exact.len() <= 12 { exact } else { significant(x, 9) }
+}
+
+/// One quantity as JSON has it; the help states the schema.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    quantity: &'a str,
+    grids: usize,
+    order: Option<f64>,
+    order_uncertainty: Option<f64>,
+    extrapolated: Option<f64>,
+    gci_fine: Option<f64>,
+    convergence: String,
+    triplet_orders: Vec<Option<f64>>,
+    pair_orders: &'a [f64],
+    least_squares: Option<Fitted>,
+    verdict: Outcome,
+    reason: &'a str,
+}
+
+#[derive(Debug, Serialize)]
+struct Fitted {
+    form: &'static str,
+    weighted: bool,
+    limit: f64,
+    uncertainty: f64,
+}
+
+impl<'a> Summary<'a> {
+    fn new(quantity: &'a Quantity, judgement: &'a Judgement) -> Self {
+        let fitted = judgement.least_squares.map(|fit| Fitted {
+            form: form_text(fit.form),
+            weighted: fit.weighted,
+            limit: fit.limit,
+            uncertainty: fit.uncertainty,
+        });
+        Self {
+            quantity: &quantity.name,
+            grids: quantity.grids.len(),
+            order: judgement.order,
+            order_uncertainty: judgement.uncertainty,
+            extrapolated: judgement.extrapolated,
+            gci_fine: judgement.gci,
+            convergence: judgement.convergence.to_string(),
+            triplet_orders: judgement.triplets.iter().map(|t| t.ok().map(|t| t.order)).collect(),
+            pair_orders: &judgement.pairs,
+            least_squares: fitted,
+            verdict: judgement.verdict.into(),
+            reason: &judgement.reason,
+        }
+    }
+}
+
+fn form_text(form: Form) -> &'static str {
+    match form {
+        Form::Power => "a + b h^p",
+        Form::First => "a + b h",
+        Form::Second => "a + b h^2",
+        Form::Both => "a + b h + c h^2",
+    }
+}
+
+fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
+    let mut grids = quantity.grids.clone();
+    grids.sort_by(|a, b| b.h.total_cmp(&a.h));
+    writeln!(out, "{}, {} grids\n", quantity.name, grids.len())?;
+    writeln!(out, "{:>12} {:>15} {:>12} {:>9}", "h", "value", "difference", "order")?;
+    for (i, grid) in grids.iter().enumerate() {
+        let before = i.checked_sub(1).and_then(|i| Some(grid.value? - grids[i].value?));
+        // With an exact value an order belongs to two grids, else to three.
+        let order = match judgement.pairs.is_empty() {
+            false => i.checked_sub(1).and_then(|i| judgement.pairs.get(i).copied()),
+            true => i.checked_sub(2).and_then(|i| judgement.triplets.get(i)?.ok().map(|t| t.order)),
+        };
+        let cell = |x: Option<f64>, digits: usize| x.map_or_else(|| "—".into(), |x| significant(x, digits));
+        writeln!(
+            out,
+            "{} {} {} {}",
+            right(&number(grid.h), 12),
+            right(&grid.value.map_or_else(|| "—".into(), given), 15),
+            right(&cell(before, 4), 12),
+            right(&cell(order, 4), 9)
+        )?;
+    }
+    writeln!(out)?;
+    let mut line = |name: &str, text: String| paragraph(out, &format!("{name}  "), 15, &text);
+    line("convergence", judgement.convergence.to_string())?;
+    if let Some(order) = judgement.order {
+        let uncertainty = judgement.uncertainty.map_or_else(String::new, |u| format!(" ± {}", significant(u, 2)));
+        line("order", format!("{}{uncertainty}", significant(order, 5)))?;
+    }
+    if let Some(limit) = judgement.extrapolated {
+        line("extrapolated", significant(limit, 8))?;
+    }
+    if let Some(gci) = judgement.gci {
+        line("GCI, fine", format!("{} % of the value (Celik et al. 2008)", significant(100.0 * gci, 6)))?;
+    }
+    if let Some(fit) = judgement.least_squares {
+        let weights = if fit.weighted { ", weighted" } else { "" };
+        let text = format!(
+            "{}{weights}: limit {}, uncertainty {} (Eça and Hoekstra 2014)",
+            form_text(fit.form),
+            significant(fit.limit, 8),
+            significant(fit.uncertainty, 4)
+        );
+        line("least squares", text)?;
+    }
+    writeln!(out)?;
+    let verdict = outcome_word(judgement.verdict.into());
+    paragraph(out, &format!("{verdict}: "), verdict.len() + 2, &judgement.reason)?;
+    writeln!(out)
+}
+
+fn write_markdown(results: &[Summary<'_>], out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "| quantity | grids | order | extrapolated | GCI, fine | convergence | verdict |")?;
+    writeln!(out, "|---|---|---|---|---|---|---|")?;
+    for result in results {
+        let cell = |x: Option<f64>, digits: usize| x.map_or_else(|| "—".into(), |x| significant(x, digits));
+        let verdict = serde_json::to_value(result.verdict)?;
+        writeln!(
+            out,
+            "| {} | {} | {} | {} | {} | {} | {}: {} |",
+            result.quantity,
+            result.grids,
+            cell(result.order, 4),
+            cell(result.extrapolated, 7),
+            result.gci_fine.map_or_else(|| "—".into(), |gci| format!("{} %", significant(100.0 * gci, 3))),
+            result.convergence,
+            verdict.as_str().unwrap_or_default(),
+            result.reason.replace('|', "\\|")
+        )?;
+    }
+    Ok(())
+}
+
+impl From<Verdict> for Status {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Pass => Self::Ok,
+            Verdict::Fail => Self::Failed,
+            Verdict::Inconclusive => Self::Inconclusive,
+        }
+    }
+}
