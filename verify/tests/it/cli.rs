@@ -528,3 +528,52 @@ fn a_report_is_written_and_reproducible() {
         assert!(first[0].contains(version) && first[2].contains(version), "{version}");
     }
 }
+
+/// The published examples from files, and answers to what decides nothing.
+#[test]
+fn order_judges_a_table_of_values() {
+    let dir = directory("order-data");
+    let write = |name: &str, text: &str| {
+        let path = dir.join(name);
+        fs::write(&path, text).expect("writable");
+        path.display().to_string()
+    };
+    let nparc = write("nparc.csv", "h,recovery\n1,0.97050\n2,0.96854\n4,0.96178\n");
+    let (code, out, _) = say(&format!("order --data {nparc} --step h --expect 2 --format json"));
+    let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!((code, json["verdict"].as_str(), json["convergence"].as_str()), (0, Some("pass"), Some("monotonic")));
+    let near = |key: &str, value: f64, unit: f64| {
+        let found = json[key].as_f64().expect("a number");
+        assert!((found - value).abs() <= 0.500_001 * unit, "{key}: {found}");
+    };
+    near("order", 1.786170, 1e-6);
+    near("extrapolated", 0.97130, 1e-5);
+    near("gci_fine", 0.00103083, 1e-8);
+
+    let cells = "cells,cd,cl\n259350,.23507,1.01\n115200,.23490,1.02\n48600,.23459,\n14400,.23374,1.09\n";
+    let cells = write("cells.csv", cells);
+    let of_cells = format!("order --data {cells} --cells cells --dimension 3 --expect 2");
+    let (code, out, _) = say(&format!("{of_cells} --quantity cd"));
+    fits_a_terminal(&out);
+    assert!(code == 0 && out.contains("3.200e-4") && out.contains("PASS"), "{out}");
+    // Every quantity must settle.
+    let (code, out, _) = say(&of_cells);
+    assert!(code == 3 && out.contains("is missing"), "{out}");
+    let (code, out, _) = say(&format!("{of_cells} --format markdown"));
+    assert!(code == 3 && out.lines().count() == 4, "{out}");
+
+    let refused = [
+        (format!("order --data {cells} --cells cells"), "--dimension"),
+        (format!("order --data {cells} --step h"), "the columns are"),
+        (format!("order --data {cells} --cells cells --dimension 4"), "4"),
+        (format!("order --data {cells} --cells cells --dimension 3 --exact 1"), "--quantity"),
+        (format!("order --data {cells} --cells cells --dimension 3 --expect NaN"), "positive"),
+        ("order --data nothing.csv --step h".to_owned(), "cannot read nothing.csv"),
+        (format!("order --data {} --step h", write("junk.csv", "h,u\n1,x\n")), "line 2, column `u`"),
+        ("order --method method-i".to_owned(), "--problem"),
+    ];
+    for (line, part) in refused {
+        let (code, out, err) = say(&line);
+        assert!(code == 2 && out.is_empty() && err.contains(part), "{line}: {code} {out} {err}");
+    }
+}
