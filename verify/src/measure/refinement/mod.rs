@@ -280,8 +280,7 @@ impl Judgement {
             let reason = format!("the orders of successive triplets differ by more than {band}: they have not settled");
             return (Verdict::Inconclusive, reason);
         }
-        // Written so that a NaN decides nothing.
-        if !(own <= band) {
+        if own.is_nan() || own > band {
             let reason =
                 format!("{found}, more than the band of {band}: more digits, or grids further apart, would tell");
             return (Verdict::Inconclusive, reason);

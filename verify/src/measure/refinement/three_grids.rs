@@ -89,8 +89,7 @@ impl Triplet {
         let [(h1, f1), (h2, f2), (h3, f3)] = points;
         let (fine, coarse, r21, r32) = (f2 - f1, f3 - f2, h2 / h1, h3 / h2);
         let least = least_difference(resolution, f1.abs().max(f2.abs()).max(f3.abs()));
-        // Written so that a NaN is unresolved too.
-        if !(fine.abs().min(coarse.abs()) > least) {
+        if fine.is_nan() || coarse.is_nan() || fine.abs().min(coarse.abs()) <= least {
             let difference = if fine.abs() > least { coarse } else { fine };
             return Err(TripletError::Unresolved { difference, least });
         }
