@@ -149,12 +149,52 @@ pub enum InputError {
     /// A tolerance that is not a positive finite number.
     #[error("tolerance {0} must be positive and finite")]
     Tolerance(f64),
+    /// A relative tolerance that no arithmetic in double precision can keep, or no number at all.
+    #[error("relative tolerance {rtol:e} must be between {least:.1e}, ten roundings of double precision, and 1")]
+    RelativeTolerance {
+        /// The offending tolerance.
+        rtol: f64,
+        /// The least that can be kept.
+        least: f64,
+    },
+    /// An absolute tolerance that is negative or not finite.
+    #[error("absolute tolerance {atol:e} of component {index} must be finite and not negative")]
+    AbsoluteTolerance {
+        /// Which component.
+        index: usize,
+        /// The offending tolerance.
+        atol: f64,
+    },
+    /// A setting of an adaptive method outside its range.
+    #[error("{what} = {value} must be {range}")]
+    Setting {
+        /// Which setting.
+        what: &'static str,
+        /// The offending value.
+        value: f64,
+        /// What it must be.
+        range: &'static str,
+    },
+    /// Numbers of stages that the adaptive method does not have.
+    #[error("stages from {fewest} to {most}: the method has 3, 5 or 7")]
+    Stages {
+        /// The least number that was asked for.
+        fewest: usize,
+        /// The largest.
+        most: usize,
+    },
+    /// A time within a step, before any step was taken.
+    #[error("no step has been taken that could contain t = {t}")]
+    NoStep {
+        /// The time that was asked for.
+        t: f64,
+    },
     /// A time outside the last step.
     #[error("t = {t} is not in the last step, from {from} to {to}")]
     Outside {
         /// The offending time.
         t: f64,
-        /// Start of the last step; NaN before the first.
+        /// Start of the last step.
         from: f64,
         /// Its end.
         to: f64,
@@ -254,6 +294,14 @@ pub enum StepError {
         t: f64,
         /// Step size that was tried last.
         h: f64,
+    },
+    /// An adaptive method used up the steps that it was allowed.
+    #[error("at t = {t} all of the {limit} steps that are allowed have been tried")]
+    TooManySteps {
+        /// Time that was reached.
+        t: f64,
+        /// The limit.
+        limit: u64,
     },
 }
 

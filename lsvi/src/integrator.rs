@@ -193,6 +193,16 @@ impl<I: Integrator> Trajectory<I> {
         self.integrator.work()
     }
 
+    /// The integrator, for what it alone can tell.
+    pub fn integrator(&self) -> &I {
+        &self.integrator
+    }
+
+    /// The integrator, to be given other settings.
+    pub fn integrator_mut(&mut self) -> &mut I {
+        &mut self.integrator
+    }
+
     /// Takes one step and lends the state at its end; `None` once t_end is reached.
     ///
     /// # Errors

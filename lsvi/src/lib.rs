@@ -34,6 +34,7 @@
 //! - \[MW01\] J. Marsden and M. West, *Discrete mechanics and variational integrators*, Acta Numerica 10, 2001.
 //! - \[HLW06\] E. Hairer, C. Lubich and G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer, 2006.
 //! - \[HW96\] E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer, 1996.
+//! - \[HW99\] E. Hairer and G. Wanner, *Stiff differential equations solved by Radau methods*, J. Comput. Appl. Math. 111, 1999.
 #![forbid(unsafe_code)]
 
 pub mod adaptive;

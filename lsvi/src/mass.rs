@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::error::{InputError, check_vector};
-use crate::linalg::{Jacobian, Lu};
+use crate::linalg::{FactorError, Jacobian, Lu};
 use crate::pool::Pool;
 
 /// The constant matrix M of a system M v̇ = f(t, v).
@@ -88,6 +88,16 @@ impl Mass {
             }
             Self::Operator(_) => Ok(()),
         }
+    }
+
+    /// Refuses a matrix with an entry where `a`, of the same order, has none, and one without entries.
+    pub(crate) fn check_within(&self, a: &Jacobian) -> Result<(), InputError> {
+        let mut union = a.clone();
+        self.add_to(1.0, &mut union);
+        union.check_structure().map_err(|error| match error {
+            FactorError::OutsideStructure { row, column } => InputError::OutsideStructure { row, column },
+            _ => InputError::NotAssembled,
+        })
     }
 
     /// Refuses a matrix that is no metric: one that is not symmetric positive definite.

@@ -1,90 +1,165 @@
-//! The three-stage Radau IIA method in the basis that decouples its stages ([HW96] IV.8).
+//! Radau IIA methods in the basis that decouples their stages ([HW96] IV.8).
 
-use nalgebra::{Complex, Matrix3};
+use std::sync::OnceLock;
+
+use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::InputError;
 use crate::quadrature::{LagrangeBasis, Quadrature};
 
-/// Nodes, and A⁻¹ = T Λ T⁻¹ with Λ = diag(γ, [[α, β], [−β, α]]).
+/// The method with S nodes, S odd: A⁻¹ = T Λ T⁻¹ with one real eigenvalue and (S − 1)/2 pairs,
+/// Λ = diag(γ, [[α, β], [−β, α]], …).
 #[derive(Debug)]
-pub(super) struct Coefficients {
-    /// 0 and the nodes c₁, c₂, 1: where a collocation polynomial that starts at 0 has values.
-    pub(super) points: [f64; 4],
+pub(super) struct Coefficients<const S: usize> {
+    pub(super) nodes: [f64; S],
+    /// A⁻¹: from the values of a polynomial that starts at 0 to its derivatives at the nodes.
+    pub(super) inverse: [[f64; S]; S],
     pub(super) gamma: f64,
-    pub(super) alpha: f64,
-    pub(super) beta: f64,
-    pub(super) t: Matrix3<f64>,
-    pub(super) t_inverse: Matrix3<f64>,
-    /// The embedded estimate is (γ M/h − J)⁻¹ (f₀ + M Σ eᵢ Zᵢ/h).
-    pub(super) estimate: [f64; 3],
+    /// α − iβ of each pair.
+    pub(super) pairs: Vec<Complex<f64>>,
+    pub(super) t: [[f64; S]; S],
+    pub(super) t_inverse: [[f64; S]; S],
+    /// The embedded estimate is (γ M/h − J)⁻¹ (f₀ + M Σ eᵢ Zᵢ/h), where h f₀ + Σ eᵢ Zᵢ is h f₀ less the slope of the
+    /// collocation polynomial at the start: it is of order S.
+    pub(super) estimate: [f64; S],
+    /// 1/Πₖ (cⱼ − cₖ) over 0 and the other nodes.
+    barycentric: [f64; S],
 }
 
-impl Coefficients {
-    pub(super) fn new() -> Result<Self, InputError> {
-        let rule = Quadrature::radau(3)?;
-        let points = [0.0, rule.nodes()[0], rule.nodes()[1], rule.nodes()[2]];
-        let inverse = inverse_of_a(points)?;
-        // A⁻¹ has the characteristic polynomial λ³ − 9λ² + 36λ − 60, in λ = 3 + w: w³ + 9w − 6.
-        let (p, q) = (9.0_f64.cbrt(), 3.0_f64.cbrt());
-        let gamma = 3.0 + p - q;
-        let (alpha, beta) = (3.0 - 0.5 * (p - q), 0.5 * 3.0_f64.sqrt() * (p + q));
-        let real = eigenvector(&inverse, Complex::new(gamma, 0.0));
-        let pair = eigenvector(&inverse, Complex::new(alpha, beta));
-        let t = Matrix3::from_fn(|i, j| [real[i].re, pair[i].re, pair[i].im][j]);
+/// Three, five and seven nodes.
+pub(super) fn three() -> Result<&'static Coefficients<3>, InputError> {
+    static CELL: OnceLock<Result<Coefficients<3>, InputError>> = OnceLock::new();
+    CELL.get_or_init(Coefficients::new).as_ref().map_err(Clone::clone)
+}
+
+/// See [`three`].
+pub(super) fn five() -> Result<&'static Coefficients<5>, InputError> {
+    static CELL: OnceLock<Result<Coefficients<5>, InputError>> = OnceLock::new();
+    CELL.get_or_init(Coefficients::new).as_ref().map_err(Clone::clone)
+}
+
+/// See [`three`].
+pub(super) fn seven() -> Result<&'static Coefficients<7>, InputError> {
+    static CELL: OnceLock<Result<Coefficients<7>, InputError>> = OnceLock::new();
+    CELL.get_or_init(Coefficients::new).as_ref().map_err(Clone::clone)
+}
+
+impl<const S: usize> Coefficients<S> {
+    fn new() -> Result<Self, InputError> {
+        let rule = Quadrature::radau(S)?;
+        let points: Vec<f64> = std::iter::once(0.0).chain(rule.nodes().iter().copied()).collect();
+        let derivative = LagrangeBasis::new(&points)?.differentiation().clone();
+        let inverse = derivative.view((1, 1), (S, S)).clone_owned();
+        let mut spectrum: Vec<Complex<f64>> = inverse.complex_eigenvalues().iter().copied().collect();
+        // Of each pair the eigenvalue above the axis; the real one first.
+        spectrum.sort_by(|a, b| a.im.abs().total_cmp(&b.im.abs()));
+        let upper: Vec<Complex<f64>> = spectrum.iter().skip(1).filter(|x| x.im > 0.0).copied().collect();
+        let gamma = spectrum.first().map_or(f64::NAN, |x| x.re);
+        let mut t = DMatrix::zeros(S, S);
+        t.set_column(0, &eigenvector(&inverse, gamma.into()).map(|x| x.re));
+        for (k, eigenvalue) in upper.iter().enumerate() {
+            let vector = eigenvector(&inverse, *eigenvalue);
+            t.set_column(2 * k + 1, &vector.map(|x| x.re));
+            t.set_column(2 * k + 2, &vector.map(|x| x.im));
+        }
         // The eigenvalues are distinct, so that T has an inverse.
-        let t_inverse = t.try_inverse().unwrap_or_else(Matrix3::zeros);
-        let root = 7.0 * 6.0_f64.sqrt();
-        let estimate = [-(13.0 + root) / 3.0, (root - 13.0) / 3.0, -1.0 / 3.0];
-        Ok(Self { points, gamma, alpha, beta, t, t_inverse, estimate })
+        let t_inverse = t.clone().try_inverse().unwrap_or_else(|| DMatrix::from_element(S, S, f64::NAN));
+        let array = |a: &DMatrix<f64>| std::array::from_fn(|i| std::array::from_fn(|j| a[(i, j)]));
+        Ok(Self {
+            nodes: std::array::from_fn(|i| points[i + 1]),
+            inverse: array(&inverse),
+            gamma,
+            pairs: upper.iter().map(Complex::conj).collect(),
+            t: array(&t),
+            t_inverse: array(&t_inverse),
+            estimate: std::array::from_fn(|j| -derivative[(0, j + 1)]),
+            barycentric: std::array::from_fn(|j| {
+                let others = points.iter().enumerate().filter(|(k, _)| *k != j + 1);
+                others.map(|(_, x)| points[j + 1] - x).product::<f64>().recip()
+            }),
+        })
     }
 
-    /// The weights of the values at [`points`](Self::points) in their polynomial at c.
-    pub(super) fn weights(&self, c: f64) -> [f64; 4] {
+    /// The weights of the values at the nodes in their polynomial, which is 0 at 0, at c.
+    pub(super) fn weights(&self, c: f64) -> [f64; S] {
         std::array::from_fn(|j| {
-            let others = self.points.iter().enumerate().filter(|(k, _)| *k != j);
-            others.map(|(_, x)| (c - x) / (self.points[j] - x)).product()
+            let others = self.nodes.iter().enumerate().filter(|(k, _)| *k != j);
+            others.map(|(_, x)| c - x).product::<f64>() * c * self.barycentric[j]
         })
     }
 }
 
-/// A⁻¹ takes the values of a polynomial that starts at 0 to its derivatives at the nodes.
-fn inverse_of_a(points: [f64; 4]) -> Result<Matrix3<f64>, InputError> {
-    let basis = LagrangeBasis::new(&points)?;
-    let derivative = basis.differentiation();
-    Ok(Matrix3::from_fn(|i, j| derivative[(i + 1, j + 1)]))
+/// A x.
+#[inline]
+pub(super) fn product<const S: usize>(a: &[[f64; S]; S], x: &[f64; S]) -> [f64; S] {
+    std::array::from_fn(|i| dot(&a[i], x))
 }
 
-/// The eigenvector with last component 1, from the first two rows of (A − λ) x = 0.
-fn eigenvector(a: &Matrix3<f64>, eigenvalue: Complex<f64>) -> [Complex<f64>; 3] {
-    let (p, q) = (Complex::from(a[(0, 0)]) - eigenvalue, Complex::from(a[(1, 1)]) - eigenvalue);
-    let (b, c, u, v) = (a[(0, 1)], a[(1, 0)], a[(0, 2)], a[(1, 2)]);
-    let determinant = p * q - b * c;
-    [(-q * u + b * v) / determinant, (-p * v + c * u) / determinant, Complex::from(1.0)]
+#[inline]
+pub(super) fn dot<const S: usize>(a: &[f64; S], x: &[f64; S]) -> f64 {
+    a.iter().zip(x).map(|(a, x)| a * x).sum()
+}
+
+/// The eigenvector of `a` with its largest component 1, by inverse iteration.
+fn eigenvector(a: &DMatrix<f64>, eigenvalue: Complex<f64>) -> DVector<Complex<f64>> {
+    let n = a.nrows();
+    // A shift of the eigenvalue in its last digits keeps the factors finite; two solves leave nothing of other vectors.
+    let shift = eigenvalue * (1.0 + 1e-10);
+    let lu = (a.map(Complex::from) - DMatrix::identity(n, n) * shift).lu();
+    let mut x = DVector::from_element(n, Complex::from(1.0));
+    for _ in 0..3 {
+        lu.solve_mut(&mut x);
+        let largest = x.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
+        x /= largest;
+    }
+    x
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_basis_decouples_the_stages() {
-        let c = Coefficients::new().expect("three nodes");
-        let decoupled = c.t_inverse * inverse_of_a(c.points).expect("distinct nodes") * c.t;
-        let blocks = Matrix3::new(c.gamma, 0.0, 0.0, 0.0, c.alpha, c.beta, 0.0, -c.beta, c.alpha);
-        // Entries of A⁻¹ and of T⁻¹ are below 10, with a dozen roundings each.
-        approx::assert_abs_diff_eq!(decoupled, blocks, epsilon = 1e3 * f64::EPSILON);
+    fn check<const S: usize>(c: &Coefficients<S>) {
+        let norm = |a: &[[f64; S]; S]| a.iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max);
+        // T⁻¹ A⁻¹ T, with its roundings and those of the eigenvectors, which the condition of T amplifies.
+        let allowed = 1e2 * f64::EPSILON * norm(&c.t) * norm(&c.t_inverse) * norm(&c.inverse);
+        assert!(allowed < 1e-8, "{allowed:e}");
+        for j in 0..S {
+            let column = std::array::from_fn(|i| c.t[i][j]);
+            let image = product(&c.t_inverse, &product(&c.inverse, &column));
+            for (i, x) in image.into_iter().enumerate() {
+                let pair = |k: usize| c.pairs[(k - 1) / 2];
+                let block = match (i, j) {
+                    (0, 0) => c.gamma,
+                    _ if i == j => pair(i).re,
+                    _ if i == j + 1 && j % 2 == 1 => pair(i).im,
+                    _ if j == i + 1 && i % 2 == 1 => -pair(i).im,
+                    _ => 0.0,
+                };
+                assert!((x - block).abs() < allowed, "s = {S}: ({i}, {j}) is {x} and not {block}");
+            }
+        }
+        // h f₀ + Σ eᵢ Zᵢ vanishes for v = t, t², …, tˢ, and no further: the estimate is of order s.
+        for power in 1..=S + 1 {
+            let terms: [f64; S] = std::array::from_fn(|i| c.estimate[i] * c.nodes[i].powi(power as i32));
+            let start = if power == 1 { 1.0 } else { 0.0 };
+            let (sum, size) = terms.iter().fold((start, start), |(sum, size), x| (sum + x, size + x.abs()));
+            assert_eq!(sum.abs() <= 1e2 * f64::EPSILON * size, power <= S, "s = {S}, t^{power}: {sum:e}");
+        }
+        for (c_i, j) in c.nodes.iter().zip(0..) {
+            for (k, w) in c.weights(*c_i).into_iter().enumerate() {
+                approx::assert_abs_diff_eq!(w, if j == k { 1.0 } else { 0.0 }, epsilon = 1e-13);
+            }
+        }
     }
 
-    /// f₀ + Σ eᵢ Zᵢ/h vanishes for v′ = 1, t, t²: the estimate is of third order.
     #[test]
-    fn the_estimate_is_of_third_order() {
-        let c = Coefficients::new().expect("three nodes");
-        for power in 1..=3 {
-            let sum: f64 = c.estimate.iter().zip(&c.points[1..]).map(|(e, x)| e * x.powi(power)).sum();
-            let start = if power == 1 { 1.0 } else { 0.0 };
-            // Three products with factors up to 11.
-            approx::assert_abs_diff_eq!(start + sum, 0.0, epsilon = 64.0 * f64::EPSILON);
-        }
-        assert!(c.estimate.iter().zip(&c.points[1..]).map(|(e, x)| e * x.powi(4)).sum::<f64>().abs() > 0.01);
+    fn the_basis_decouples_the_stages_and_the_estimate_has_the_order_of_the_nodes() {
+        check(three().expect("nodes"));
+        check(five().expect("nodes"));
+        check(seven().expect("nodes"));
+        // The characteristic polynomial of A⁻¹ is λ³ − 9λ² + 36λ − 60: w³ + 9w − 6 in w = λ − 3.
+        let gamma = 3.0 + 9.0_f64.cbrt() - 3.0_f64.cbrt();
+        approx::assert_relative_eq!(three().expect("nodes").gamma, gamma, max_relative = 1e-14);
     }
 }

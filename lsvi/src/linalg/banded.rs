@@ -1,5 +1,6 @@
 //! Band matrices and their LU factors with partial pivoting.
 
+use super::entry::Entry;
 use super::structure::Structure;
 use super::{FactorError, row_scale};
 
@@ -59,49 +60,75 @@ impl Band {
 
 /// P D A = L U of a band matrix, D the row scaling; row interchanges widen the upper band of U to `lower + upper`.
 #[derive(Debug)]
-pub(crate) struct BandLu {
+pub(crate) struct BandLu<T = f64> {
     dim: usize,
     lower: usize,
+    upper: usize,
     /// Upper bandwidth of U: its column j is at `reach + i − j`, the multipliers of L below.
     reach: usize,
-    factors: Vec<f64>,
+    factors: Vec<T>,
     /// How far below the diagonal the pivot of each column was found.
     pivots: Vec<usize>,
     row_scale: Vec<f64>,
 }
 
-impl BandLu {
+impl<T: Entry> BandLu<T> {
     pub(super) fn new(a: &Band) -> Self {
         let reach = a.lower + a.upper;
         Self {
             dim: a.dim,
             lower: a.lower,
+            upper: a.upper,
             reach,
-            factors: vec![0.0; a.dim * (a.lower + reach + 1)],
+            factors: vec![T::from(0.0); a.dim * (a.lower + reach + 1)],
             pivots: vec![0; a.dim],
             row_scale: vec![0.0; a.dim],
         }
     }
 
-    pub(super) fn factor(&mut self, a: &Band) -> Result<(), FactorError> {
+    /// The matrix of the images of the entries of `a`, to be factored.
+    pub(super) fn assign(&mut self, a: &Band, image: impl Fn(f64) -> T) {
+        let height = self.lower + self.reach + 1;
+        let columns = a.values.chunks_exact(a.lower + a.upper + 1);
+        for (target, column) in self.factors.chunks_exact_mut(height).zip(columns) {
+            target[..self.lower].fill(T::from(0.0));
+            target[self.lower..].iter_mut().zip(column).for_each(|(x, a)| *x = image(*a));
+        }
+    }
+
+    #[inline]
+    pub(super) fn entry(&mut self, i: usize, j: usize) -> Option<&mut T> {
+        let inside = i < self.dim && j < self.dim && i <= j + self.lower && j <= i + self.upper;
+        if inside { self.factors.get_mut(j * (self.lower + self.reach + 1) + self.reach + i - j) } else { None }
+    }
+
+    /// The rows of column `j`, and where they are in the storage.
+    fn column(&self, j: usize) -> (std::ops::Range<usize>, usize) {
+        let rows = j.saturating_sub(self.upper)..(j + self.lower + 1).min(self.dim);
+        let start = j * (self.lower + self.reach + 1) + self.reach + rows.start - j;
+        (rows, start)
+    }
+
+    /// Factors the matrix in place.
+    pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
         let (n, lower, reach) = (self.dim, self.lower, self.reach);
         let height = lower + reach + 1;
         self.row_scale.fill(0.0);
         for j in 0..n {
-            for (i, x) in a.column(j) {
-                let largest = self.row_scale[i];
-                self.row_scale[i] = if x.is_nan() { f64::INFINITY } else { largest.max(x.abs()) };
+            let (rows, start) = self.column(j);
+            let entries = &self.factors[start..start + rows.len()];
+            for (s, x) in self.row_scale[rows].iter_mut().zip(entries) {
+                let x = x.magnitude();
+                *s = if x.is_nan() { f64::INFINITY } else { s.max(x) };
             }
         }
         for s in &mut self.row_scale {
             *s = row_scale(*s)?;
         }
-        self.factors.fill(0.0);
         for j in 0..n {
-            let column = &mut self.factors[j * height..(j + 1) * height];
-            for (i, x) in a.column(j) {
-                column[reach + i - j] = x * self.row_scale[i];
-            }
+            let (rows, start) = self.column(j);
+            let entries = &mut self.factors[start..start + rows.len()];
+            entries.iter_mut().zip(&self.row_scale[rows]).for_each(|(x, s)| *x = x.scaled(*s));
         }
         // Each pivot is the result of at most `reach` updates by multipliers of size ≤ 1.
         let lost = (reach + 1) as f64 * f64::EPSILON;
@@ -112,17 +139,17 @@ impl BandLu {
             let column = &mut done[j * height + reach..j * height + reach + below + 1];
             let mut pivot = 0;
             for (i, x) in column.iter().enumerate().skip(1) {
-                if x.abs() > column[pivot].abs() {
+                if x.magnitude() > column[pivot].magnitude() {
                     pivot = i;
                 }
             }
-            let usable = column[pivot].abs() > lost;
+            let usable = column[pivot].magnitude() > lost;
             if !usable {
                 return Err(FactorError::Singular);
             }
             self.pivots[j] = pivot;
             column.swap(0, pivot);
-            let inverse = column[0].recip();
+            let inverse = T::from(1.0) / column[0];
             column[1..].iter_mut().for_each(|x| *x *= inverse);
             // Row j + pivot reaches `upper` beyond its own diagonal.
             last = (j + pivot + (reach - lower)).max(last).min(n - 1);
@@ -130,9 +157,9 @@ impl BandLu {
                 let target = &mut target[reach - k - 1..reach - k + below];
                 target.swap(0, pivot);
                 let factor = target[0];
-                if factor != 0.0 {
+                if factor != T::from(0.0) {
                     for (x, l) in target[1..].iter_mut().zip(&column[1..]) {
-                        *x -= l * factor;
+                        *x -= *l * factor;
                     }
                 }
             }
@@ -140,24 +167,18 @@ impl BandLu {
         Ok(())
     }
 
-    pub(super) fn sign(&self) -> f64 {
-        let height = self.lower + self.reach + 1;
-        let pivots = self.factors.chunks_exact(height).map(|column| column[self.reach]);
-        super::sign(pivots, self.pivots.iter().filter(|pivot| **pivot != 0).count())
-    }
-
-    pub(super) fn solve(&self, b: &mut [f64]) {
+    pub(super) fn solve(&self, b: &mut [T]) {
         let (n, lower, reach) = (self.dim, self.lower, self.reach);
         let height = lower + reach + 1;
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
-            *x *= s;
+            *x = x.scaled(*s);
         }
         for (j, column) in self.factors.chunks_exact(height).enumerate() {
             let below = lower.min(n - 1 - j);
             b.swap(j, j + self.pivots[j]);
             let x = b[j];
             for (b, l) in b[j + 1..=j + below].iter_mut().zip(&column[reach + 1..]) {
-                *b -= l * x;
+                *b -= *l * x;
             }
         }
         for (j, column) in self.factors.chunks_exact(height).enumerate().rev() {
@@ -165,27 +186,35 @@ impl BandLu {
             b[j] /= column[reach];
             let x = b[j];
             for (b, u) in b[j - above..j].iter_mut().zip(&column[reach - above..reach]) {
-                *b -= u * x;
+                *b -= *u * x;
             }
         }
     }
 
-    pub(super) fn solve_transpose(&self, b: &mut [f64]) {
+    pub(super) fn solve_transpose(&self, b: &mut [T]) {
         let (n, lower, reach) = (self.dim, self.lower, self.reach);
         let height = lower + reach + 1;
         for (j, column) in self.factors.chunks_exact(height).enumerate() {
             let above = reach.min(j);
-            let known: f64 = b[j - above..j].iter().zip(&column[reach - above..reach]).map(|(b, u)| b * u).sum();
+            let known: T = b[j - above..j].iter().zip(&column[reach - above..reach]).map(|(b, u)| *b * *u).sum();
             b[j] = (b[j] - known) / column[reach];
         }
         for (j, column) in self.factors.chunks_exact(height).enumerate().rev() {
             let below = lower.min(n - 1 - j);
-            let known: f64 = b[j + 1..=j + below].iter().zip(&column[reach + 1..]).map(|(b, l)| b * l).sum();
+            let known: T = b[j + 1..=j + below].iter().zip(&column[reach + 1..]).map(|(b, l)| *b * *l).sum();
             b[j] -= known;
             b.swap(j, j + self.pivots[j]);
         }
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
-            *x *= s;
+            *x = x.scaled(*s);
         }
+    }
+}
+
+impl BandLu {
+    pub(super) fn sign(&self) -> f64 {
+        let height = self.lower + self.reach + 1;
+        let pivots = self.factors.chunks_exact(height).map(|column| column[self.reach]);
+        super::sign(pivots, self.pivots.iter().filter(|pivot| **pivot != 0).count())
     }
 }

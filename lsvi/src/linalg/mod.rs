@@ -3,6 +3,7 @@
 mod banded;
 mod condition;
 mod dense;
+mod entry;
 mod jacobian;
 mod sparse;
 mod structure;
@@ -11,6 +12,7 @@ pub use jacobian::Jacobian;
 pub use structure::{Pattern, Structure};
 
 pub(crate) use condition::inverse_norm;
+pub(crate) use entry::Entry;
 
 use nalgebra::DMatrix;
 
@@ -46,47 +48,68 @@ impl From<FactorError> for SolveError {
 /// Rows are scaled by powers of two to a largest entry near 1, so that a pivot at roundoff means linear dependence and
 /// not a small unit of measurement.
 #[derive(Debug)]
-pub(crate) enum Lu {
-    Dense(DenseLu),
-    Banded(BandLu),
-    Sparse(SparseLu),
+pub(crate) enum Lu<T: Entry = f64> {
+    Dense(DenseLu<T>),
+    Banded(BandLu<T>),
+    Sparse(Box<SparseLu<T>>),
 }
 
-impl Lu {
+impl<T: Entry> Lu<T> {
     /// Storage for the factors of matrices stored as `a` is.
     pub(crate) fn of(a: &Jacobian) -> Self {
         match a.entries() {
             Entries::Dense(a) => Self::Dense(DenseLu::new(a.nrows())),
             Entries::Banded(a) => Self::Banded(BandLu::new(a)),
-            Entries::Sparse(a) => Self::Sparse(SparseLu::new(a)),
+            Entries::Sparse(a) => Self::Sparse(Box::new(SparseLu::new(a))),
+        }
+    }
+
+    /// Takes the images of the entries of `a`, which is stored as the matrix given to [`of`](Self::of), to be
+    /// [factored](Self::decompose).
+    pub(crate) fn assign(&mut self, a: &Jacobian, image: impl Fn(f64) -> T) -> Result<(), FactorError> {
+        a.check_structure()?;
+        match (&mut *self, a.entries()) {
+            (Self::Dense(lu), Entries::Dense(a)) => lu.assign(a, image),
+            (Self::Banded(lu), Entries::Banded(a)) => lu.assign(a, image),
+            (Self::Sparse(lu), Entries::Sparse(a)) => lu.assign(a, image),
+            _ => {
+                *self = Self::of(a);
+                return self.assign(a, image);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds `x` to entry (i, j) of a matrix that was assigned, unless it has none there.
+    #[inline]
+    pub(crate) fn add(&mut self, i: usize, j: usize, x: T) {
+        let entry = match self {
+            Self::Dense(lu) => lu.entry(i, j),
+            Self::Banded(lu) => lu.entry(i, j),
+            Self::Sparse(lu) => lu.entry(i, j),
+        };
+        if let Some(entry) = entry {
+            *entry += x;
+        }
+    }
+
+    /// Factors the matrix that was assigned.
+    pub(crate) fn decompose(&mut self) -> Result<(), FactorError> {
+        match self {
+            Self::Dense(lu) => lu.decompose(),
+            Self::Banded(lu) => lu.decompose(),
+            Self::Sparse(lu) => lu.decompose(),
         }
     }
 
     /// Factors a copy of `a`, which is stored as the matrix given to [`of`](Self::of).
     pub(crate) fn factor(&mut self, a: &Jacobian) -> Result<(), FactorError> {
-        a.check_structure()?;
-        match (self, a.entries()) {
-            (Self::Dense(lu), Entries::Dense(a)) => lu.factor(a),
-            (Self::Banded(lu), Entries::Banded(a)) => lu.factor(a),
-            (Self::Sparse(lu), Entries::Sparse(a)) => lu.factor(a),
-            (lu, _) => {
-                *lu = Self::of(a);
-                lu.factor(a)
-            }
-        }
-    }
-
-    /// The sign of det A of the matrix that was factored last; NaN for sparse ones, whose permutations are not kept.
-    pub(crate) fn sign(&self) -> f64 {
-        match self {
-            Self::Dense(lu) => lu.sign(),
-            Self::Banded(lu) => lu.sign(),
-            Self::Sparse(_) => f64::NAN,
-        }
+        self.assign(a, T::from)?;
+        self.decompose()
     }
 
     /// Overwrites `b` with the solution of A x = b.
-    pub(crate) fn solve(&mut self, b: &mut [f64]) {
+    pub(crate) fn solve(&mut self, b: &mut [T]) {
         match self {
             Self::Dense(lu) => lu.solve(b),
             Self::Banded(lu) => lu.solve(b),
@@ -95,11 +118,22 @@ impl Lu {
     }
 
     /// Overwrites `b` with the solution of Aᵀ x = b.
-    pub(crate) fn solve_transpose(&mut self, b: &mut [f64]) {
+    pub(crate) fn solve_transpose(&mut self, b: &mut [T]) {
         match self {
             Self::Dense(lu) => lu.solve_transpose(b),
             Self::Banded(lu) => lu.solve_transpose(b),
             Self::Sparse(lu) => lu.solve_transpose(b),
+        }
+    }
+}
+
+impl Lu {
+    /// The sign of det A of the matrix that was factored last; NaN for sparse ones, whose permutations are not kept.
+    pub(crate) fn sign(&self) -> f64 {
+        match self {
+            Self::Dense(lu) => lu.sign(),
+            Self::Banded(lu) => lu.sign(),
+            Self::Sparse(_) => f64::NAN,
         }
     }
 }

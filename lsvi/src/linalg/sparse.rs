@@ -10,6 +10,7 @@ use faer::sparse::linalg::lu::simplicial::{self, SimplicialLu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 
+use super::entry::Entry;
 use super::structure::Pattern;
 use super::{FactorError, row_scale};
 
@@ -59,13 +60,13 @@ impl Sparse {
 /// P D A Q = L U with the columns ordered once for little fill (COLAMD) and partial pivoting in rows.
 ///
 /// Storage grows while pivoting finds more fill than before, then no more.
-pub(crate) struct SparseLu {
+pub(crate) struct SparseLu<T: Entry = f64> {
     pattern: Arc<Pattern>,
     column_order: Permutation,
     row_order: Permutation,
-    scaled: Vec<f64>,
+    scaled: Vec<T>,
     row_scale: Vec<f64>,
-    factors: SimplicialLu<usize, f64>,
+    factors: SimplicialLu<usize, T>,
     scratch: MemBuffer,
 }
 
@@ -85,7 +86,7 @@ impl Permutation {
     }
 }
 
-impl fmt::Debug for SparseLu {
+impl<T: Entry> fmt::Debug for SparseLu<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("SparseLu").field("column_order", &self.column_order).finish_non_exhaustive()
     }
@@ -96,7 +97,7 @@ fn symbolic(pattern: &Pattern) -> SymbolicSparseColMatRef<'_, usize> {
     SymbolicSparseColMatRef::new_checked(n, n, pattern.starts(), None, pattern.rows())
 }
 
-impl SparseLu {
+impl<T: Entry> SparseLu<T> {
     pub(super) fn new(a: &Sparse) -> Self {
         let pattern = Arc::clone(&a.pattern);
         let n = pattern.dim();
@@ -109,14 +110,14 @@ impl SparseLu {
             column_order = Permutation::identity(n);
         }
         let requirement = StackReq::any_of(&[
-            simplicial::factorize_simplicial_numeric_lu_scratch::<usize, f64>(n, n),
-            simplicial::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq),
-            simplicial::solve_transpose_in_place_scratch::<usize, f64>(n, 1, Par::Seq),
+            simplicial::factorize_simplicial_numeric_lu_scratch::<usize, T>(n, n),
+            simplicial::solve_in_place_scratch::<usize, T>(n, 1, Par::Seq),
+            simplicial::solve_transpose_in_place_scratch::<usize, T>(n, 1, Par::Seq),
         ]);
         Self {
             column_order,
             row_order: Permutation::identity(n),
-            scaled: vec![0.0; pattern.entries()],
+            scaled: vec![T::from(0.0); pattern.entries()],
             row_scale: vec![0.0; n],
             factors: SimplicialLu::new(),
             scratch: MemBuffer::new(requirement),
@@ -124,17 +125,26 @@ impl SparseLu {
         }
     }
 
-    pub(super) fn factor(&mut self, a: &Sparse) -> Result<(), FactorError> {
+    /// The matrix of the images of the entries of `a`, to be factored.
+    pub(super) fn assign(&mut self, a: &Sparse, image: impl Fn(f64) -> T) {
+        self.scaled.iter_mut().zip(&a.values).for_each(|(x, a)| *x = image(*a));
+    }
+
+    pub(super) fn entry(&mut self, i: usize, j: usize) -> Option<&mut T> {
+        self.pattern.index(i, j).map(|k| &mut self.scaled[k])
+    }
+
+    pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
         self.row_scale.fill(0.0);
-        for (&i, x) in self.pattern.rows().iter().zip(&a.values) {
-            let largest = self.row_scale[i];
-            self.row_scale[i] = if x.is_nan() { f64::INFINITY } else { largest.max(x.abs()) };
+        for (&i, x) in self.pattern.rows().iter().zip(&self.scaled) {
+            let (largest, x) = (self.row_scale[i], x.magnitude());
+            self.row_scale[i] = if x.is_nan() { f64::INFINITY } else { largest.max(x) };
         }
         for s in &mut self.row_scale {
             *s = row_scale(*s)?;
         }
-        for ((scaled, &i), x) in self.scaled.iter_mut().zip(self.pattern.rows()).zip(&a.values) {
-            *scaled = x * self.row_scale[i];
+        for (x, &i) in self.scaled.iter_mut().zip(self.pattern.rows()) {
+            *x = x.scaled(self.row_scale[i]);
         }
         simplicial::factorize_simplicial_numeric_lu(
             &mut self.row_order.forward,
@@ -149,14 +159,14 @@ impl SparseLu {
         let usable = (0..self.pattern.dim()).all(|j| {
             // The pivot comes last in its column, after as many updates as there are entries above it.
             let column = u.val_of_col(j);
-            column.last().is_some_and(|pivot| pivot.abs() > column.len() as f64 * f64::EPSILON)
+            column.last().is_some_and(|pivot| pivot.magnitude() > column.len() as f64 * f64::EPSILON)
         });
         if usable { Ok(()) } else { Err(FactorError::Singular) }
     }
 
-    pub(super) fn solve(&mut self, b: &mut [f64]) {
+    pub(super) fn solve(&mut self, b: &mut [T]) {
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
-            *x *= s;
+            *x = x.scaled(*s);
         }
         self.factors.solve_in_place_with_conj(
             self.row_order.as_ref(),
@@ -168,7 +178,7 @@ impl SparseLu {
         );
     }
 
-    pub(super) fn solve_transpose(&mut self, b: &mut [f64]) {
+    pub(super) fn solve_transpose(&mut self, b: &mut [T]) {
         self.factors.solve_transpose_in_place_with_conj(
             self.row_order.as_ref(),
             self.column_order.as_ref(),
@@ -178,7 +188,7 @@ impl SparseLu {
             MemStack::new(&mut self.scratch),
         );
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
-            *x *= s;
+            *x = x.scaled(*s);
         }
     }
 }

@@ -1,3 +1,5 @@
+use nalgebra::Complex;
+
 use super::*;
 
 /// Entries in [−1, 1] from a linear congruential generator, with a dominant diagonal every other row only.
@@ -43,6 +45,32 @@ fn solves_in_every_structure() {
                 let bound = 16.0 * n as f64 * f64::EPSILON * size;
                 assert!(max_norm(&residual) <= bound, "n = {n}, {structure:?}: {:e}", max_norm(&residual));
             }
+        }
+    }
+}
+
+/// (A − iσ) x = b in complex numbers, its real and imaginary part multiplied out; bounds as for real ones.
+#[test]
+fn solves_shifted_complex_systems_in_every_structure() {
+    for n in [1, 2, 3, 7, 9, 40] {
+        for structure in structures(n) {
+            let mut a = Jacobian::with_structure(n, &structure);
+            fill(&mut a, &structure);
+            let mut lu = Lu::of(&a);
+            lu.assign(&a, Complex::from).expect("inside");
+            (0..n).for_each(|i| lu.add(i, i, Complex::new(0.0, -3.0)));
+            lu.decompose().expect("regular");
+            let b: Vec<Complex<f64>> = (0..n).map(|i| Complex::new((i as f64 + 1.0).sin(), (i as f64).cos())).collect();
+            let mut x = b.clone();
+            lu.solve(&mut x);
+            let (re, im): (Vec<f64>, Vec<f64>) = x.iter().map(|x| (x.re, x.im)).unzip();
+            let (mut real, mut imaginary): (Vec<f64>, Vec<f64>) = b.iter().map(|b| (b.re, b.im)).unzip();
+            a.mul_add(-1.0, &re, &mut real);
+            a.mul_add(-1.0, &im, &mut imaginary);
+            let residuals = (0..n).map(|i| (real[i] - 3.0 * im[i]).abs().max((imaginary[i] + 3.0 * re[i]).abs()));
+            let size = (5.0 * n as f64 + 3.0) * max_norm(&re).max(max_norm(&im));
+            let bound = 16.0 * n as f64 * f64::EPSILON * size;
+            residuals.for_each(|r| assert!(r <= bound, "n = {n}, {structure:?}: {r:e}"));
         }
     }
 }
@@ -95,7 +123,7 @@ fn refuses_singular_matrices() {
             let mut a = Jacobian::with_structure(n, &structure);
             (0..n * n).for_each(|k| a.add(k / n, k % n, entries[k]));
             if a.outside().is_none() {
-                assert_eq!(Lu::of(&a).factor(&a), Err(FactorError::Singular), "{structure:?}");
+                assert_eq!(Lu::<f64>::of(&a).factor(&a), Err(FactorError::Singular), "{structure:?}");
             }
         }
     }
@@ -107,12 +135,12 @@ fn refuses_entries_outside_the_structure() {
         let mut a = Jacobian::with_structure(3, &structure);
         (0..3).for_each(|i| a.add(i, i, 1.0));
         a.add(2, 0, 0.0);
-        assert_eq!(Lu::of(&a).factor(&a), Ok(()));
+        assert_eq!(Lu::<f64>::of(&a).factor(&a), Ok(()));
         a.add(2, 0, 1.0);
-        assert_eq!(Lu::of(&a).factor(&a), Err(FactorError::OutsideStructure { row: 2, column: 0 }));
+        assert_eq!(Lu::<f64>::of(&a).factor(&a), Err(FactorError::OutsideStructure { row: 2, column: 0 }));
         a.clear();
         a.add(0, 3, 1.0);
-        assert_eq!(Lu::of(&a).factor(&a), Err(FactorError::OutsideStructure { row: 0, column: 3 }));
+        assert_eq!(Lu::<f64>::of(&a).factor(&a), Err(FactorError::OutsideStructure { row: 0, column: 3 }));
     }
     assert!(Structure::sparse(3, [(1, 3)]).is_err());
 }

@@ -33,6 +33,8 @@ pub(super) enum Failure {
     Build(#[from] BuildError),
     #[error("{0} needs a step size")]
     NoStepSize(String),
+    #[error(transparent)]
+    Tolerance(InputError),
     #[error("{0} takes steps of one size and no tolerance")]
     NoTolerances(String),
     #[error(transparent)]
@@ -69,6 +71,7 @@ impl Failure {
             | Self::Data { .. }
             | Self::Incomplete(..)
             | Self::NoTolerances(_)
+            | Self::Tolerance(_)
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
             | Self::Order(OrderError::NoExact | OrderError::Adaptive(_))
             | Self::Comparison(_)
@@ -91,6 +94,12 @@ impl Failure {
             Self::Comparison(ComparisonError::Malformed { .. }) => "`--compare` takes the results.json of a report",
             Self::NoStepSize(_) => "for example `--h 0.1`",
             Self::NoTolerances(_) => "`radau-adaptive` is adaptive",
+            Self::Tolerance(InputError::RelativeTolerance { .. }) => {
+                "for example `--rtol 1e-8`; for an absolute error alone, `--rtol 1e-14` beside a larger `--atol`"
+            }
+            Self::Tolerance(_) => {
+                "for example `--atol 1e-10`, `--atol 0` for relative accuracy alone, or one number for each component"
+            }
             Self::Run { source, .. } => return run_hint(source).map(str::to_owned),
             Self::Order(OrderError::NoExact) => "`--reference cvode` or `--reference diffsol`",
             Self::Order(OrderError::Reference(ReferenceError::Unavailable(_))) => {

@@ -6,10 +6,10 @@ use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use lsvi::Grid;
 use lsvi::adaptive::Tolerances;
+use lsvi::{Grid, InputError};
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
-use verify::method::{self, BuildError, Method};
+use verify::method::{self, Method};
 use verify::problem::{Problem, component_names};
 use verify::run::{RunError, distance, run_while};
 use verify::theory::breakdown;
@@ -39,6 +39,8 @@ Examples:
       --h 0.01 --t-end 20 --csv van-der-pol.csv
   verify solve --problem van-der-pol --set mu=1000 --method radau-adaptive \\
       --rtol 1e-8 --t-end 2000
+  verify solve --problem robertson --method radau-adaptive --rtol 1e-8 \\
+      --atol 1e-10,1e-14,1e-10 --t-end 1e4
   verify solve --problem linear-drag --method 'linear(-0.5,1)' --h 0.1 \\
       --t-end 1 --csv - | head
   verify solve --model van-der-pol.ds --set mu=2 --method method-i \\
@@ -57,13 +59,14 @@ pub(super) struct Args {
     #[arg(long, allow_hyphen_values = true)]
     h: Option<f64>,
 
-    /// Relative tolerance of an adaptive method
+    /// Relative tolerance of an adaptive method, 1e-6 by default
     #[arg(long, value_name = "TOL", allow_hyphen_values = true)]
     rtol: Option<f64>,
 
-    /// Absolute tolerance of an adaptive method
-    #[arg(long, value_name = "TOL", allow_hyphen_values = true)]
-    atol: Option<f64>,
+    /// Absolute tolerance of an adaptive method, 1e-9 by default: one for all
+    /// components, or one for each, separated by commas
+    #[arg(long, value_name = "TOL,..", allow_hyphen_values = true, value_delimiter = ',')]
+    atol: Vec<f64>,
 
     /// End time
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
@@ -109,7 +112,7 @@ struct Summary {
 impl<'a> Solve<'a> {
     fn new(args: &'a Args) -> Result<Self, Failure> {
         let (name, problem) = args.problem.build(None)?;
-        let method = with_tolerances(method::parse(&args.method)?, args)?;
+        let method = with_tolerances(method::parse(&args.method)?, problem.initial().len(), args)?;
         // Before anything is written, as is the check of the grid.
         method.build(&*problem)?;
         let h = match args.h {
@@ -203,14 +206,18 @@ impl<'a> Solve<'a> {
     }
 }
 
-/// The method with the tolerances that were given.
-fn with_tolerances(method: Box<dyn Method>, args: &Args) -> Result<Box<dyn Method>, Failure> {
-    if args.rtol.is_none() && args.atol.is_none() {
+/// The method with the tolerances that were given, for a problem with `components`.
+fn with_tolerances(method: Box<dyn Method>, components: usize, args: &Args) -> Result<Box<dyn Method>, Failure> {
+    if args.rtol.is_none() && args.atol.is_empty() {
         return Ok(method);
     }
-    let tolerances = Tolerances::new(args.rtol.unwrap_or(DEFAULT_RTOL), args.atol.unwrap_or(DEFAULT_ATOL))
-        .map_err(|error| BuildError { method: method.name(), reason: error.to_string() })?;
-    method.with_tolerances(tolerances).ok_or_else(|| Failure::NoTolerances(method.name()))
+    let atol = if args.atol.is_empty() { vec![DEFAULT_ATOL] } else { args.atol.clone() };
+    if ![1, components].contains(&atol.len()) {
+        let (expected, found) = (components, atol.len());
+        return Err(Failure::Tolerance(InputError::Dimension { what: "--atol", expected, found }));
+    }
+    let tolerances = Tolerances::new(args.rtol.unwrap_or(DEFAULT_RTOL), 0.0).and_then(|t| t.with_atol(atol));
+    method.with_tolerances(tolerances.map_err(Failure::Tolerance)?).ok_or_else(|| Failure::NoTolerances(method.name()))
 }
 
 /// Why the rows ended early.

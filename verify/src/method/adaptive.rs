@@ -9,7 +9,7 @@ use crate::problem::Problem;
 
 pub(super) const RADAU: Spec = Spec {
     form: "radau-adaptive",
-    summary: "Radau IIA with three stages and adaptive steps: order 5, L-stable; --rtol, --atol, and --h as the longest step",
+    summary: "Radau IIA with adaptive steps and order 5, 9 or 13, L-stable; --rtol, --atol, and --h as the longest step",
     build: Build::Plain(|| Box::new(RadauMethod { tolerances: None })),
     examples: &["radau-adaptive"],
 };
@@ -40,8 +40,8 @@ impl Method for RadauMethod {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         let unfit = |error: lsvi::InputError| BuildError { method: self.name(), reason: error.to_string() };
-        let tolerances = match self.tolerances {
-            Some(tolerances) => tolerances,
+        let tolerances = match &self.tolerances {
+            Some(tolerances) => tolerances.clone(),
             None => Tolerances::new(DEFAULT_RTOL, DEFAULT_ATOL).map_err(unfit)?,
         };
         Ok(Box::new(Radau::new(problem.field(), tolerances).map_err(unfit)?))

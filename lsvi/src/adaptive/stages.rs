@@ -1,0 +1,253 @@
+//! The stages of one step: simplified Newton iteration in the decoupled basis, and the embedded estimate.
+
+use nalgebra::Complex;
+
+use super::coefficients::{Coefficients, dot, product};
+use super::tolerances::{Tolerances, root_mean, squared};
+use crate::linalg::{FactorError, Jacobian, Lu};
+use crate::mass::Mass;
+use crate::newton::Work;
+use crate::vector_field::VectorField;
+
+/// Newton's last increment in units of the tolerance: a digit and a half below the error of the solution.
+const GOAL: f64 = 0.03;
+
+/// How Newton's iteration ended.
+pub(super) enum Iteration {
+    /// With this rate, 0 after a single iteration.
+    Converged { rate: f64, iterations: u32 },
+    /// It would not reach its goal; a step shorter by this factor might.
+    Slow { factor: f64 },
+}
+
+/// M v̇ = f(t, v), and how well it is to be solved.
+pub(super) struct Equations<'a, F> {
+    pub(super) field: &'a F,
+    pub(super) mass: &'a Mass,
+    pub(super) tolerances: &'a Tolerances,
+}
+
+/// Newton iterations of a step with s stages.
+pub(super) fn iterations(s: usize) -> u32 {
+    // As many again as the stages are more, for the larger h|f_v| that they are used with ([HW96] IV.8, RADAU).
+    7 + 5 * (s as u32 - 3) / 2
+}
+
+/// A field, its Jacobian, and the factors of γ M/h − J and (α − iβ) M/h − J for each pair.
+///
+/// The solution x + iy of the complex system is that of [[α M/h − J, β M/h], [−β M/h, α M/h − J]] (x; y).
+#[derive(Debug)]
+pub(super) struct StageSystem {
+    jacobian: Jacobian,
+    real: Lu,
+    complex: Vec<Lu<Complex<f64>>>,
+    rhs: Vec<Complex<f64>>,
+    /// Whether a Jacobian is there at all, and whether it is that of the present state.
+    pub(super) has_jacobian: bool,
+    pub(super) is_current: bool,
+    /// Step size and number of stages that the factors belong to.
+    factored: Option<(f64, usize)>,
+    /// Convergence factor θ/(1 − θ) of the last iteration with these factors.
+    contraction: f64,
+    /// Whether nothing was ever factored.
+    is_fresh: bool,
+}
+
+impl StageSystem {
+    pub(super) fn new(jacobian: Jacobian, most: usize) -> Self {
+        Self {
+            real: Lu::of(&jacobian),
+            complex: (0..most / 2).map(|_| Lu::of(&jacobian)).collect(),
+            rhs: vec![Complex::from(0.0); jacobian.dim()],
+            jacobian,
+            has_jacobian: false,
+            is_current: false,
+            factored: None,
+            contraction: 1.0,
+            is_fresh: true,
+        }
+    }
+
+    /// Forgets the Jacobian.
+    pub(super) fn restart(&mut self) {
+        (self.has_jacobian, self.is_current, self.factored) = (false, false, None);
+    }
+
+    /// Builds the Jacobian at (t, v) and the factors for steps of size `h`, as far as they are missing.
+    pub(super) fn prepare<const S: usize>(
+        &mut self,
+        c: &Coefficients<S>,
+        Equations { field, mass, .. }: &Equations<'_, impl VectorField>,
+        (t, h, v): (f64, f64, &[f64]),
+        work: &mut Work,
+    ) -> Result<(), FactorError> {
+        if !self.has_jacobian {
+            self.jacobian.clear();
+            field.add_jacobian(t, v, 1.0, &mut self.jacobian);
+            (self.has_jacobian, self.is_current, self.factored) = (true, true, None);
+        }
+        if self.factored == Some((h, S)) {
+            return Ok(());
+        }
+        work.factorizations += 1;
+        self.factored = None;
+        let gamma = c.gamma / h;
+        self.real.assign(&self.jacobian, |x| -x)?;
+        mass.for_each(v.len(), |i, j, m| self.real.add(i, j, gamma * m));
+        self.real.decompose()?;
+        // The first time for every pair there may be: sparse factors allocate then, and a rise of the order must not.
+        let pairs = if self.is_fresh { self.complex.len() } else { S / 2 };
+        self.is_fresh = false;
+        for (lu, pair) in self.complex.iter_mut().zip(c.pairs.iter().cycle()).take(pairs) {
+            let pair = pair / h;
+            lu.assign(&self.jacobian, |x| Complex::from(-x))?;
+            mass.for_each(v.len(), |i, j, m| lu.add(i, j, pair * m));
+            lu.decompose()?;
+        }
+        self.factored = Some((h, S));
+        self.contraction = 1.0;
+        Ok(())
+    }
+
+    /// Overwrites the right-hand sides in the decoupled basis by their solutions.
+    fn solve<const S: usize>(&mut self, w: &mut [[f64; S]], single: &mut [f64]) {
+        single.iter_mut().zip(&*w).for_each(|(x, w)| *x = w[0]);
+        self.real.solve(single);
+        w.iter_mut().zip(&*single).for_each(|(w, x)| w[0] = *x);
+        for (p, lu) in self.complex.iter_mut().take(S / 2).enumerate() {
+            let (re, im) = (2 * p + 1, 2 * p + 2);
+            self.rhs.iter_mut().zip(&*w).for_each(|(x, w)| *x = Complex::new(w[re], w[im]));
+            lu.solve(&mut self.rhs);
+            w.iter_mut().zip(&self.rhs).for_each(|(w, x)| (w[re], w[im]) = (x.re, x.im));
+        }
+    }
+}
+
+/// Work space of a step.
+#[derive(Debug)]
+pub(super) struct Stages {
+    /// Zᵢ = Yᵢ − v, component by component.
+    pub(super) z: Vec<f64>,
+    /// f(Yᵢ), then the increments.
+    f: Vec<f64>,
+    /// f(t, v).
+    pub(super) f0: Vec<f64>,
+    stage: Vec<f64>,
+    slope: Vec<f64>,
+    single: Vec<f64>,
+}
+
+impl Stages {
+    pub(super) fn new(n: usize, most: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        let (z, f) = (vec![0.0; n * most], vec![0.0; n * most]);
+        Self { z, f, f0: zeros(), stage: zeros(), slope: zeros(), single: zeros() }
+    }
+
+    /// Simplified Newton iteration for Z from the guess that it holds: increments solve
+    /// (A⁻¹/h ⊗ M − I ⊗ J) ΔZ = F(Z) − (A⁻¹/h ⊗ M) Z.
+    pub(super) fn iterate<const S: usize>(
+        &mut self,
+        c: &Coefficients<S>,
+        Equations { field, mass, tolerances }: &Equations<'_, impl VectorField>,
+        system: &mut StageSystem,
+        (t, h, v): (f64, f64, &[f64]),
+        work: &mut Work,
+    ) -> Iteration {
+        let (n, limit) = (v.len(), iterations(S));
+        let Self { z, f, stage, slope, single, .. } = self;
+        let (z, f) = (z.as_chunks_mut::<S>().0, f.as_chunks_mut::<S>().0);
+        let mut contraction = system.contraction.max(f64::EPSILON).powf(0.8);
+        let (mut last, mut rate) = (f64::INFINITY, 0.0_f64);
+        for iteration in 1..=limit {
+            work.residuals += 1;
+            for i in 0..S {
+                stage.iter_mut().zip(v).zip(&*z).for_each(|((y, v), z)| *y = v + z[i]);
+                field.rhs(t + c.nodes[i] * h, stage, slope);
+                stage.iter_mut().zip(&*z).for_each(|(x, z)| *x = dot(&c.inverse[i], z));
+                mass.mul_add(-h.recip(), stage, slope);
+                f.iter_mut().zip(&*slope).for_each(|(f, slope)| f[i] = *slope);
+            }
+            f.iter_mut().for_each(|f| *f = product(&c.t_inverse, f));
+            system.solve(f, single);
+            let (mut sum, mut rounding, mut has_new) = (0.0, 0.0, false);
+            for (k, ((z, w), v)) in z.iter_mut().zip(&*f).zip(v).enumerate() {
+                let (increment, mut size) = (product(&c.t, w), v.abs());
+                let was_zero = tolerances.of(k, size) == 0.0 && z[S - 1] == 0.0;
+                for (z, d) in z.iter_mut().zip(&increment) {
+                    *z += d;
+                    size = size.max((v + *z).abs());
+                }
+                let tolerated = tolerances.of(k, size);
+                if was_zero && size > 0.0 {
+                    // The first value of a component that starts at zero, with no atol, is all error by its own measure.
+                    has_new = true;
+                    continue;
+                }
+                sum += increment.iter().map(|d| squared(*d, tolerated)).sum::<f64>();
+                rounding += squared(size, tolerated);
+            }
+            let size = root_mean(sum, n * S);
+            if !size.is_finite() {
+                return Iteration::Slow { factor: 0.5 };
+            }
+            // Increments of a few roundings do not shrink any more.
+            let goal = GOAL.max(10.0 * f64::EPSILON * root_mean(rounding, n));
+            if last.is_finite() {
+                let ratio = size / last;
+                rate = if rate == 0.0 { ratio } else { (ratio * rate).sqrt() };
+                if rate >= 0.99 {
+                    return Iteration::Slow { factor: 0.5 };
+                }
+                contraction = rate / (1.0 - rate);
+                let foreseen = contraction * size * rate.powi((limit - iteration) as i32 - 1) / goal;
+                if iteration < limit && foreseen >= 1.0 {
+                    let exponent = f64::from(4 + limit - 1 - iteration).recip();
+                    return Iteration::Slow { factor: 0.8 * foreseen.clamp(1e-4, 20.0).powf(-exponent) };
+                }
+            }
+            last = size.max(f64::MIN_POSITIVE);
+            if contraction * size <= goal && !has_new {
+                system.contraction = contraction;
+                return Iteration::Converged { rate, iterations: iteration };
+            }
+        }
+        Iteration::Slow { factor: 0.5 }
+    }
+
+    /// The embedded estimate in units of what it is held to; `is_cautious` filters it a second time where it is large.
+    pub(super) fn estimate<const S: usize>(
+        &mut self,
+        c: &Coefficients<S>,
+        Equations { field, mass, tolerances }: &Equations<'_, impl VectorField>,
+        system: &mut StageSystem,
+        (t, h, v): (f64, f64, &[f64]),
+        is_cautious: bool,
+        work: &mut Work,
+    ) -> f64 {
+        let Self { z, f0, stage, slope, single, .. } = self;
+        let z = z.as_chunks::<S>().0;
+        slope.iter_mut().zip(z).for_each(|(x, z)| *x = dot(&c.estimate, z));
+        single.copy_from_slice(f0);
+        mass.mul_add(h.recip(), slope, single);
+        system.real.solve(single);
+        let norm = |x: &[f64]| {
+            let terms = x.iter().zip(v).zip(z).enumerate().map(|(k, ((x, v), z))| {
+                let size = v.abs().max((v + z[S - 1]).abs());
+                squared(*x, tolerances.of_estimate(k, size, S))
+            });
+            root_mean(terms.sum(), v.len()).max(1e-10)
+        };
+        let first = norm(single);
+        if first < 1.0 || !is_cautious {
+            return first;
+        }
+        // The filtered estimate is right for hλ ≫ 1 too, where the first is far too large.
+        stage.iter_mut().zip(v).zip(&*single).for_each(|((y, v), e)| *y = v + e);
+        field.rhs(t, stage, single);
+        work.residuals += 1;
+        mass.mul_add(h.recip(), slope, single);
+        system.real.solve(single);
+        norm(single)
+    }
+}

@@ -1,0 +1,145 @@
+//! Which error is tolerated.
+
+use crate::error::InputError;
+
+/// The error that is tolerated in each component, τᵢ = atolᵢ + rtol |vᵢ|.
+///
+/// It is reached in the solution where h resolves it. A stiff component that follows a forcing, hλ ≫ 1, has an error of the
+/// order of its estimate, up to 0.1 τ^(2/3) |v|^(1/3) where that is more than τ.
+///
+/// atol = 0 asks for relative accuracy alone; a component that passes through zero then has short steps there. Components of
+/// different size want an atol each:
+///
+/// ```
+/// # use lsvi::adaptive::Tolerances;
+/// let robertson = Tolerances::new(1e-6, 1e-8)?.with_atol(vec![1e-8, 1e-14, 1e-6])?;
+/// assert!(Tolerances::new(1e-17, 1e-8).is_err());
+/// # Ok::<(), lsvi::InputError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tolerances {
+    rtol: f64,
+    /// One for all components, or one for each.
+    atol: Vec<f64>,
+}
+
+impl Tolerances {
+    /// Least relative tolerance, ten roundings: below it the error of a step drowns in that of its arithmetic.
+    pub const LEAST_RTOL: f64 = 10.0 * f64::EPSILON;
+
+    /// A relative tolerance, and an absolute one for all components, in the units of v.
+    ///
+    /// # Errors
+    /// [`InputError::RelativeTolerance`] unless [`LEAST_RTOL`](Self::LEAST_RTOL) ≤ rtol ≤ 1,
+    /// [`InputError::AbsoluteTolerance`] unless atol ≥ 0 is finite.
+    pub fn new(rtol: f64, atol: f64) -> Result<Self, InputError> {
+        let within = (Self::LEAST_RTOL..=1.0).contains(&rtol);
+        if !within {
+            return Err(InputError::RelativeTolerance { rtol, least: Self::LEAST_RTOL });
+        }
+        Self { rtol, atol: Vec::new() }.with_atol(vec![atol])
+    }
+
+    /// The same with an absolute tolerance for each component, or one for all.
+    ///
+    /// # Errors
+    /// [`InputError::AbsoluteTolerance`] unless each is finite and not negative, [`InputError::TooFew`] without any.
+    pub fn with_atol(self, atol: Vec<f64>) -> Result<Self, InputError> {
+        if atol.is_empty() {
+            return Err(InputError::TooFew { what: "absolute tolerances", least: 1, found: 0 });
+        }
+        match atol.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
+            Some(index) => Err(InputError::AbsoluteTolerance { index, atol: atol[index] }),
+            None => Ok(Self { atol, ..self }),
+        }
+    }
+
+    /// The relative tolerance.
+    pub fn rtol(&self) -> f64 {
+        self.rtol
+    }
+
+    /// The absolute tolerances, one for all components or one for each.
+    pub fn atol(&self) -> &[f64] {
+        &self.atol
+    }
+
+    /// The same with an atol for each of n components.
+    pub(super) fn expanded(mut self, n: usize) -> Result<Self, InputError> {
+        if let [atol] = *self.atol {
+            self.atol = vec![atol; n];
+        }
+        if self.atol.len() == n {
+            Ok(self)
+        } else {
+            Err(InputError::Dimension { what: "atol", expected: n, found: self.atol.len() })
+        }
+    }
+
+    /// τ of component `i` of the given size; zero where nothing but zero is tolerated.
+    #[inline]
+    pub(super) fn of(&self, i: usize, size: f64) -> f64 {
+        self.atol[i] + self.rtol * size
+    }
+
+    /// What an estimate of order s of component `i` of size w is held to, where the solution has order 2s − 1: τ, or where
+    /// that is more 0.1 τ^((s+1)/2s) w^((s−1)/2s).
+    ///
+    /// The exponents sum to 1, so that units do not matter, and both terms grow with either tolerance. With w = τ/rtol in
+    /// place of the size it would be the transform of RADAU5 ([HW96] IV.8), which lets the error grow where rtol falls below
+    /// atol.
+    #[inline]
+    pub(super) fn of_estimate(&self, i: usize, size: f64, s: usize) -> f64 {
+        let tolerated = self.of(i, size);
+        let root = match s {
+            3 => (size / tolerated).cbrt(),
+            _ => (size / tolerated).powf((s - 1) as f64 / (2 * s) as f64),
+        };
+        tolerated * (0.1 * root).max(1.0)
+    }
+}
+
+/// The square of x in units of `tolerated`; nothing where x is zero, whatever is tolerated.
+#[inline]
+pub(super) fn squared(x: f64, tolerated: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { (x / tolerated).powi(2) }
+}
+
+/// The root of the mean of n squares that sum to `sum`: it does not grow with the number of components alike.
+pub(super) fn root_mean(sum: f64, n: usize) -> f64 {
+    (sum / n.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Doubling either tolerance never tightens a scale; doubling the unit of v doubles the scale.
+    #[test]
+    fn what_an_estimate_is_held_to_grows_with_each_tolerance_and_with_the_unit() {
+        for s in [3, 5, 7] {
+            for size in [0.0, 1e-12, 1e-3, 1.0, 1e6] {
+                for (a, b) in (0..30).flat_map(|a| (0..30).map(move |b| (a, b))) {
+                    let (rtol, atol) = (0.5_f64.powi(a) * 1e-2, 0.5_f64.powi(b) * 1e-2);
+                    let scale =
+                        |rtol, atol, size| Tolerances::new(rtol, atol).expect("positive").of_estimate(0, size, s);
+                    let here = scale(rtol, atol, size);
+                    // Roundings of a power.
+                    assert!(scale(0.5 * rtol, atol, size) <= here * (1.0 + 1e-14));
+                    assert!(scale(rtol, 0.5 * atol, size) <= here * (1.0 + 1e-14));
+                    approx::assert_relative_eq!(scale(rtol, 2.0 * atol, 2.0 * size), 2.0 * here, max_relative = 1e-14);
+                }
+            }
+        }
+    }
+
+    /// n equal components have the norm of one.
+    #[test]
+    fn the_norm_is_a_mean() {
+        for n in [1, 7, 100] {
+            let sum = (0..n).map(|_| squared(3.0, 0.5)).sum();
+            approx::assert_relative_eq!(root_mean(sum, n), 6.0, max_relative = 1e-14);
+        }
+        assert_eq!(squared(0.0, 0.0), 0.0);
+    }
+}
