@@ -4,11 +4,12 @@ use rayon::prelude::*;
 
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Table};
 use crate::kinds::{Principle, Stability};
+use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::method::Method;
 use crate::order::roundoff;
 use crate::problem::{Limit, Problem};
 use crate::reference::{self, Reference, ReferenceError};
-use crate::run::{RunError, distance, max_norm, run};
+use crate::run::{RunError, run};
 use crate::theory::{breakdown, methods_for};
 
 /// Sample times, equally spaced, the last at the horizon.
@@ -130,7 +131,7 @@ fn by_reference(
         return Err(Gap::NotRun("the problem is stiff, the solver is not made for that".into()));
     }
     let sampled = reference.solve(limit.ode, 0.0, &limit.initial, times)?;
-    let bound = sampled.bound.iter().fold(0.0_f64, |m, b| m.max(*b));
+    let bound = max_norm(&sampled.bound);
     Ok(Answer { states: sampled.states, bound, astray: None })
 }
 
@@ -173,7 +174,7 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Resul
 
 /// The largest component of all states.
 fn largest(states: &[Vec<f64>]) -> f64 {
-    states.iter().map(|v| max_norm(v)).fold(0.0, f64::max)
+    states.iter().map(|v| max_norm(v)).largest()
 }
 
 /// The name of the truth and its answer; `None` where nothing was solved.
@@ -223,7 +224,7 @@ fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judg
 }
 
 fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| distance(a, b)).fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) })
+    a.iter().zip(b).map(|(a, b)| distance(a, b)).largest()
 }
 
 #[cfg(test)]

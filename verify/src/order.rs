@@ -4,11 +4,12 @@ use std::fmt;
 
 use rayon::prelude::*;
 
+use crate::measure::norm::{distance, max_norm};
 use crate::measure::order::{OrderFit, Sample, fit};
 use crate::method::Method;
 use crate::problem::Problem;
 use crate::reference::{Reference, ReferenceError, by_name};
-use crate::run::{distance, max_norm, run};
+use crate::run::run;
 use crate::theory::{OrderPlan, order_plan};
 
 /// What the errors are measured against.
@@ -128,7 +129,7 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
     let samples: Vec<Sample> = steps
         .into_par_iter()
         .map(|h| match run(problem, method, h, horizon, |_| {}) {
-            Ok(state) => Sample::new(h, distance(&state.q, &end), bound + roundoff(method, size, horizon / h)),
+            Ok(run) => Sample::new(h, distance(&run.end.q, &end), bound + roundoff(method, size, horizon / h)),
             Err(error) => Sample::failed(h, error.to_string()),
         })
         .collect();

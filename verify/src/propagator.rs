@@ -1,21 +1,20 @@
 //! Linear systems v̇ = Av and what a method makes of them, from live steps of size 1: A stands for hA.
 
-use lsvi::{InputError, Jacobian, State, StepError, Trajectory, VectorField};
+use std::ops::ControlFlow;
+
+use lsvi::{Jacobian, VectorField};
 use nalgebra::{Complex, DMatrix};
 
-use crate::method::{BuildError, Method};
+use crate::method::Method;
 use crate::problem::Problem;
 use crate::reference::Ode;
+use crate::run::{RunError, run_from};
 
 /// Why there is no propagator.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ProbeError {
     #[error(transparent)]
-    Build(#[from] BuildError),
-    #[error(transparent)]
-    Input(#[from] InputError),
-    #[error(transparent)]
-    Step(#[from] StepError),
+    Run(#[from] RunError),
     #[error("{0} chooses its own steps")]
     OwnSteps(String),
 }
@@ -80,13 +79,14 @@ fn rows(method: &dyn Method, a: &DMatrix<f64>, start: usize, count: usize) -> Re
     let problem = LinearSystem(a);
     let mut v = vec![0.0; a.nrows()];
     v[start] = 1.0;
-    let mut trajectory = Trajectory::new(method.build(&problem)?, State::new(0.0, v), 1.0, (count - 1) as f64)?;
-    let mut rows = vec![trajectory.state().q.clone()];
-    while let Some(state) = trajectory.step()? {
-        if state.t != rows.len() as f64 {
-            return Err(ProbeError::OwnSteps(method.name()));
-        }
+    let (mut rows, mut own_steps) = (Vec::with_capacity(count), false);
+    run_from(&problem, v, method, 1.0, (count - 1) as f64, |state| {
+        own_steps |= state.t != rows.len() as f64;
         rows.push(state.q.clone());
+        if own_steps { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    if own_steps {
+        return Err(ProbeError::OwnSteps(method.name()));
     }
     Ok(rows)
 }

@@ -1,11 +1,23 @@
-//! One run of one method on one problem.
+//! One run of one method on one problem: the only way to step a method.
 
 use std::ops::ControlFlow;
+use std::time::Instant;
 
-use lsvi::{InputError, State, StepError, Trajectory};
+use lsvi::{InputError, State, StepError, Trajectory, Work};
 
 use crate::method::{BuildError, Method};
 use crate::problem::Problem;
+
+/// What a run leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// The last state.
+    pub end: State,
+    /// The work of all steps.
+    pub work: Work,
+    /// The time that the steps took, with what was done to observe them.
+    pub seconds: f64,
+}
 
 /// Why a run gave no trajectory, or only part of one.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -25,8 +37,8 @@ pub enum RunError {
     NonFinite(f64),
 }
 
-/// Integrates `problem` by `method` with steps of `h` from 0 to `t_end`, shows every state to `observe`, the initial one
-/// first, and returns the last.
+/// Integrates `problem` by `method` with steps of `h` from 0 to `t_end`, and shows every state to `observe`, the initial one
+/// first.
 ///
 /// # Errors
 /// [`RunError`]; what has been observed until then stands.
@@ -36,7 +48,7 @@ pub fn run(
     h: f64,
     t_end: f64,
     mut observe: impl FnMut(&State),
-) -> Result<State, RunError> {
+) -> Result<Run, RunError> {
     run_while(problem, method, h, t_end, |state| {
         observe(state);
         ControlFlow::Continue(())
@@ -52,10 +64,25 @@ pub fn run_while(
     method: &dyn Method,
     h: f64,
     t_end: f64,
+    observe: impl FnMut(&State) -> ControlFlow<()>,
+) -> Result<Run, RunError> {
+    run_from(problem, problem.initial(), method, h, t_end, observe)
+}
+
+/// The same from another `start` than the problem's own.
+///
+/// # Errors
+/// As for [`run`].
+pub fn run_from(
+    problem: &dyn Problem,
+    start: Vec<f64>,
+    method: &dyn Method,
+    h: f64,
+    t_end: f64,
     mut observe: impl FnMut(&State) -> ControlFlow<()>,
-) -> Result<State, RunError> {
-    let initial = State::new(0.0, problem.initial());
-    let mut trajectory = Trajectory::new(method.build(problem)?, initial, h, t_end)?;
+) -> Result<Run, RunError> {
+    let mut trajectory = Trajectory::new(method.build(problem)?, State::new(0.0, start), h, t_end)?;
+    let begun = Instant::now();
     let mut flow = observe(trajectory.state());
     while flow.is_continue()
         && let Some(state) = trajectory.step()?
@@ -65,15 +92,13 @@ pub fn run_while(
         }
         flow = observe(state);
     }
-    Ok(trajectory.state().clone())
+    Ok(Run { end: trajectory.state().clone(), work: trajectory.work(), seconds: begun.elapsed().as_secs_f64() })
 }
 
-/// Largest absolute difference of two states over the components that both have; NaN if any of them is NaN.
-pub fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, |m: f64, d| if d.is_nan() { d } else { m.max(d) })
-}
-
-/// Largest absolute component; NaN if any component is NaN.
-pub fn max_norm(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, x| if x.is_nan() { *x } else { m.max(x.abs()) })
+/// One step of `h` from `start`.
+///
+/// # Errors
+/// As for [`run`].
+pub fn step_from(problem: &dyn Problem, start: Vec<f64>, method: &dyn Method, h: f64) -> Result<Vec<f64>, RunError> {
+    Ok(run_from(problem, start, method, h, h, |_| ControlFlow::Continue(()))?.end.q)
 }

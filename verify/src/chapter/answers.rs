@@ -2,7 +2,6 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use lsvi::{State, Trajectory};
 use nalgebra::Complex;
 use rayon::prelude::*;
 
@@ -11,10 +10,11 @@ use super::{Context, Study, StudyError, symplecticity};
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Section, Table};
 use crate::kinds::Principle;
 use crate::measure::amplification::Amplification;
+use crate::measure::norm::distance;
 use crate::measure::order::{Expectation, Sample, fit, ladder};
 use crate::order::roundoff;
 use crate::problem::{self, Problem};
-use crate::run::{self, distance};
+use crate::run;
 use crate::{method, reference};
 
 pub(super) const STUDY: Study = Study {
@@ -79,7 +79,7 @@ impl Setting {
         let exact = (self.problem.limit(Principle::MomentumZero).exact)(self.t_end);
         let truth = exact.or_else(|| self.problem.tabulated(self.t_end)).ok_or("the solution is known")?;
         let h = self.h / f64::from(pieces);
-        Ok(distance(&run::run(&*self.problem, &*method::parse(method)?, h, self.t_end, |_| {})?.q, &truth))
+        Ok(distance(&run::run(&*self.problem, &*method::parse(method)?, h, self.t_end, |_| {})?.end.q, &truth))
     }
 }
 
@@ -264,11 +264,9 @@ fn path_fitted() -> Result<Answer, StudyError> {
     let mut measured = Vec::new();
     for name in METHODS {
         let method = method::parse(name)?;
-        let mut integrator = method.build(&*kepler)?;
-        let start = State::new(0.0, kepler.initial());
-        let end = Trajectory::new(&mut integrator, start, TAU / 200.0, TAU)?.observe(|_| ())?;
+        let run = run::run(&*kepler, &*method, TAU / 200.0, TAU, |_| {})?;
         let defect = symplecticity::defect(&*double, &*method, 0.2, &[double.initial()])?.0;
-        measured.push((name, distance(&end.q, &truth), integrator.work().residuals, defect));
+        measured.push((name, distance(&run.end.q, &truth), run.work.residuals, defect));
     }
     let of = |name: &str| measured.iter().find(|m| m.0 == name).map_or((f64::NAN, f64::NAN), |m| (m.1, m.3));
     let (error, defect) = of("path-fitted(4)");
@@ -336,7 +334,7 @@ fn trust() -> Result<Answer, StudyError> {
         let method = method::parse(method)?;
         let mut samples = Vec::new();
         for h in ladder(2.0, 0.2, SQRT_2, 13) {
-            let end = run::run(&*logistic.problem, &*method, h, 2.0, |_| {})?;
+            let end = run::run(&*logistic.problem, &*method, h, 2.0, |_| {})?.end;
             samples.push(Sample::new(h, distance(&end.q, &[exact[0] * scale]), roundoff(&*method, 1.0, 2.0 / h)));
         }
         Ok(format!("{:?}", fit(&samples, &Expectation::new(2.0, 0.1)).verdict).to_lowercase())

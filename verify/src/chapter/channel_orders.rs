@@ -6,11 +6,12 @@ use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::kinds::Principle;
+use crate::measure::norm::{Extremes, distance, larger};
 use crate::measure::order::{Expectation, OrderFit, Sample, Verdict, fit};
 use crate::method;
 use crate::order::{Source, Truth, measure};
 use crate::problem::{self, Problem};
-use crate::run::{distance, run};
+use crate::run::run;
 use crate::theory::order_plan;
 
 pub(super) const STUDY: Study = Study {
@@ -151,7 +152,7 @@ fn maxima(evidence: &mut Evidence) -> Result<Panel, StudyError> {
                 let mut largest = 0.0_f64;
                 let observed = run(&*problem, &*method, h, 1.0, |state| {
                     let error = exact(state.t).map_or(f64::INFINITY, |exact| distance(&state.q, &exact));
-                    largest = largest.max(error);
+                    largest = larger(largest, error);
                 });
                 match observed {
                     // The eigenvectors of 127 unknowns, each sum of which rounds 127 times.
@@ -222,7 +223,7 @@ fn by_modes(evidence: &mut Evidence) -> Result<Panel, StudyError> {
             let problem = channel(flow, "legendre", modes)?;
             let errors: Vec<f64> =
                 [0.1, 0.2, 0.5, 1.0].into_iter().map(|t| space_error(&*problem, t)).collect::<Result<_, _>>()?;
-            points.push((modes as f64, errors.into_iter().fold(0.0, f64::max)));
+            points.push((modes as f64, errors.into_iter().largest()));
         }
         let at_16 = points.iter().find(|(n, _)| *n == 16.0).map_or(f64::NAN, |(_, error)| *error);
         evidence.checks.push(Check::new(

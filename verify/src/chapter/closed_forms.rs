@@ -10,6 +10,7 @@ use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{Row, Tolerance, Truth};
 use crate::measure::amplification::Amplification;
+use crate::measure::norm::Extremes;
 use crate::problem;
 
 pub(super) const STUDY: Study = Study {
@@ -273,7 +274,7 @@ fn table(printed: &[(&str, Vec<Sample>)]) -> Table {
     let rows = printed.iter().flat_map(|(name, samples)| {
         // All samples of one step size together.
         samples.chunk_by(|a, b| a.z == b.z).map(|same| {
-            let largest = |f: fn(&Sample) -> f64| Cell::Number(same.iter().map(f).fold(0.0, f64::max));
+            let largest = |f: fn(&Sample) -> f64| Cell::Number(same.iter().map(f).largest());
             let relative = largest(|s| s.error / s.size);
             vec![
                 Cell::Text((*name).into()),
@@ -305,7 +306,7 @@ fn figure(printed: &[(&str, Vec<Sample>)]) -> Figure {
                 label: (*name).into(),
                 points: samples
                     .chunk_by(|a, b| a.z == b.z)
-                    .map(|same| (-same[0].z.re, same.iter().map(value).fold(0.0, f64::max)))
+                    .map(|same| (-same[0].z.re, same.iter().map(value).largest()))
                     .collect(),
                 mark: Mark::Line,
             })

@@ -9,6 +9,7 @@ use super::mechanics::{integrators, problem, text};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{self, Row, Tolerance, Truth};
+use crate::measure::norm::larger;
 use crate::method::{self, Method};
 use crate::run::run_while;
 use crate::theory::is_symplectic;
@@ -125,10 +126,10 @@ fn keep(name: &'static str, method: &dyn Method) -> Result<Kept, StudyError> {
     let (mut position, mut hidden, mut momentum, mut energy) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     crate::run::run(&*problem, method, H, HORIZON, |state| {
         let (q, p) = state.q.split_at(n);
-        position = position.max((q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs());
-        hidden = hidden.max(q.iter().zip(p).map(|(q, p)| q * p).sum::<f64>().abs());
-        momentum = momentum.max(change("angular momentum", &state.q));
-        energy = energy.max(change("energy", &state.q));
+        position = larger(position, (q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs());
+        hidden = larger(hidden, q.iter().zip(p).map(|(q, p)| q * p).sum::<f64>().abs());
+        momentum = larger(momentum, change("angular momentum", &state.q));
+        energy = larger(energy, change("energy", &state.q));
     })?;
     let rounding = 4.0 * (HORIZON / H).sqrt() * (1.0 + method.momentum_roundoff(1.0)) * f64::EPSILON / H;
     let symplectic = is_symplectic(&*problem, method).ok_or("the problem has no Lagrangian of mechanics")?;

@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::measure::norm::{Extremes, distance};
 use crate::method;
 use crate::problem::{self, Problem};
-use crate::run::{distance, run};
+use crate::run::run;
 
 pub(super) const STUDY: Study = Study {
     id: "couette-large-steps",
@@ -101,7 +102,7 @@ fn contest(evidence: &mut Evidence) -> Result<(), StudyError> {
     }
     let worst = |label: &str, ratio: &dyn Fn(&[f64]) -> f64| {
         let of_case = settings.iter().zip(&measured).filter(|((_, l, ..), _)| *l == label);
-        of_case.map(|(_, errors)| ratio(errors)).fold(f64::NEG_INFINITY, f64::max)
+        of_case.map(|(_, errors)| ratio(errors)).largest()
     };
     let [impulsive, first, smooth] = CASES.map(|(_, label, _)| label);
     evidence.checks.extend([
@@ -136,7 +137,7 @@ fn contest(evidence: &mut Evidence) -> Result<(), StudyError> {
         Check::new(
             "first/best",
             "After the first step Method I is the best of all: its error over that of the next, largest over N and h",
-            worst(first, &|e| e[0] / e[1..].iter().copied().fold(f64::INFINITY, f64::min)),
+            worst(first, &|e| e[0] / e[1..].iter().copied().smallest()),
             Requirement::AtMost(0.5),
             "for z < 0, |R(z) − e^z| is at most 0.07 for Method I and 0.2 for implicit Euler",
         ),
@@ -184,7 +185,7 @@ fn profiles(evidence: &mut Evidence) -> Result<(), StudyError> {
         };
         let mut curves = Vec::new();
         for method in METHODS {
-            let end = run(&*problem, &*method::parse(method)?, H, END, |_| {})?;
+            let end = run(&*problem, &*method::parse(method)?, H, END, |_| {})?.end;
             curves.push(record(method, &end.q, Mark::Line));
         }
         curves.push(record("exact", &problem.exact(END).ok_or("the flow is known")?, Mark::Guide));

@@ -4,15 +4,16 @@ use lsvi::adaptive::Tolerances;
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, Galerkin, Interval};
 use lsvi::quadrature::Quadrature;
-use lsvi::{OneStep, State, Trajectory, Variational};
+use lsvi::{OneStep, Variational};
 
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::measure::order::{Expectation, Sample, fit};
 use crate::method;
 use crate::problem::{self, Problem};
-use crate::run::{distance, max_norm, run};
+use crate::run::run;
 
 pub(super) const STUDY: Study = Study {
     id: "error-control",
@@ -49,16 +50,14 @@ fn tolerances(evidence: &mut Evidence) -> Result<(), StudyError> {
             let tolerance = 10_f64.powf(-0.5 * f64::from(k));
             let tolerances = Tolerances::new(tolerance, tolerance)?;
             let method = method::parse("radau-adaptive")?.with_tolerances(tolerances).ok_or("it is adaptive")?;
-            let mut integrator = method.build(&*problem)?;
-            let start = State::new(0.0, problem.initial());
-            let end = Trajectory::new(&mut integrator, start, horizon, horizon)?.observe(|_| ())?;
-            let (error, work) = (distance(&end.q, &truth), integrator.work());
+            let run = run(&*problem, &*method, horizon, horizon, |_| {})?;
+            let (error, work) = (distance(&run.end.q, &truth), run.work);
             let counts = [work.steps, work.residuals, work.factorizations].map(|count| Cell::Integer(count as i64));
             let row = [Cell::Text(name.into()), Cell::Number(tolerance), Cell::Number(error)];
             rows.push(row.into_iter().chain(counts).collect());
             points.push((tolerance, error));
         }
-        let worst = |exponent: f64| points.iter().map(|(tol, e)| e / tol.powf(exponent)).fold(0.0, f64::max);
+        let worst = |exponent: f64| points.iter().map(|(tol, e)| e / tol.powf(exponent)).largest();
         if name == STIFF {
             evidence.checks.push(Check::new(
                 format!("tolerance/{name}/exceeded"),
@@ -203,7 +202,7 @@ fn one_step(problem: &dyn Problem, degree: u32, nodes: u32, h: f64) -> Result<St
     let unknowns = method.unknowns().to_vec();
     let action = method.discrete().action(Interval { t: 0.0, h }, &q0, &unknowns);
     // Collocation of order 12 on eight pieces of the step: far below the error of a step of order seven.
-    let truth = run(problem, &*method::parse("ls-galerkin(6,gauss,6)")?, h / 8.0, h, |_| {})?.q;
+    let truth = run(problem, &*method::parse("ls-galerkin(6,gauss,6)")?, h / 8.0, h, |_| {})?.end.q;
     Ok(Step { indicator: (2.0 * h * action).sqrt(), error: distance(&q, &truth) })
 }
 

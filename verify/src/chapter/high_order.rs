@@ -9,12 +9,12 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Cell, Check, Evidence, Requirement, Table};
+use crate::measure::norm::{distance, larger};
 use crate::measure::order::Verdict;
 use crate::method::Method;
 use crate::method::high_order::{Family, LsGalerkin};
 use crate::order::{Source, measure};
 use crate::problem;
-use crate::run::distance;
 use crate::theory::breakdown;
 
 pub(super) const STUDY: Study = Study {
@@ -168,7 +168,7 @@ impl Linearised {
         for k in 0..=36 {
             let y = 10_f64.powf(f64::from(k) / 6.0 - 2.0);
             for ratio in [0.0, 0.1, 1.0, 10.0] {
-                largest = largest.max(factor(method, Complex::new(-ratio * y, y))?.norm());
+                largest = larger(largest, factor(method, Complex::new(-ratio * y, y))?.norm());
             }
         }
         Ok(Self {

@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use lsvi::{State, Trajectory};
 use rayon::prelude::*;
 
 use super::mechanics::{integrators, problem, text};
@@ -10,9 +9,9 @@ use super::mechanics::{integrators, problem, text};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{Row, Tolerance, Truth};
+use crate::measure::norm::{Extremes, distance, larger, max_norm};
 use crate::method::{self, Method};
-use crate::problem::Problem;
-use crate::run::{distance, max_norm, run as integrate};
+use crate::run::{run as integrate, step_from};
 use crate::theory::is_symplectic;
 
 pub(super) const STUDY: Study = Study {
@@ -161,11 +160,11 @@ impl Drift {
                 let weight = (-1.0 / (place.fract() * (1.0 - place.fract()))).exp();
                 *sum += weight * error;
                 *weights += weight;
-                *largest = largest.max(error.abs());
+                *largest = larger(*largest, error.abs());
             }
             let (place, momentum) = state.q.split_at(start.len() / 2);
-            (q, p, step) = (q.max(max_norm(place)), p.max(max_norm(momentum)), step + 1.0);
-            change = angular.map_or(0.0, |l| change.max((l.value(&state.q) - l.value(&start)).abs()));
+            (q, p, step) = (larger(q, max_norm(place)), larger(p, max_norm(momentum)), step + 1.0);
+            change = angular.map_or(0.0, |l| larger(change, (l.value(&state.q) - l.value(&start)).abs()));
         })?;
         let middle = |i: usize| (i as f64 + 0.5) * length * setting.h;
         let windows: Vec<_> = sums.iter().enumerate().map(|(i, (sum, most, w))| (middle(i), sum / w, *most)).collect();
@@ -235,7 +234,7 @@ fn line(windows: &[(f64, f64, f64)]) -> (f64, f64) {
 
 fn drift_table(drifts: &[Drift]) -> crate::evidence::Table {
     let rows = drifts.iter().map(|d| {
-        let largest = d.windows.iter().map(|w| w.2).fold(0.0, f64::max);
+        let largest = d.windows.iter().map(|w| w.2).largest();
         let mut row = vec![text(d.problem), text(d.method.as_str()), Cell::Integer(d.steps as i64)];
         row.extend([largest, d.drift, d.stderr, d.drift / d.stderr, d.rounding].map(Cell::Number));
         row.push(d.momentum.map_or(Cell::Empty, Cell::Number));
@@ -287,11 +286,6 @@ fn drift_figure(drifts: &[Drift]) -> Figure {
     }
 }
 
-/// One step of size `h` from `state`.
-fn step(problem: &dyn Problem, method: &dyn Method, h: f64, state: Vec<f64>) -> Result<Vec<f64>, StudyError> {
-    Ok(Trajectory::new(method.build(problem)?, State::new(0.0, state), h, h)?.observe(|_| ())?.q)
-}
-
 /// ρ Φ ρ Φ = id, where ρ turns the momentum round.
 fn reversibility(evidence: &mut Evidence) -> Result<(), StudyError> {
     let turn = |state: &mut [f64]| {
@@ -308,9 +302,9 @@ fn reversibility(evidence: &mut Evidence) -> Result<(), StudyError> {
         }
         for method in all {
             let label = method.name();
-            let mut state = step(&*problem, &*method, h, problem.initial())?;
+            let mut state = step_from(&*problem, problem.initial(), &*method, h)?;
             turn(&mut state);
-            let mut back = step(&*problem, &*method, h, state)?;
+            let mut back = step_from(&*problem, state, &*method, h)?;
             turn(&mut back);
             let defect = distance(&back, &problem.initial());
             // Two steps, each with roundings of a state of order 1 magnified by Λ/h in the momentum.
@@ -370,7 +364,7 @@ fn pendulum(evidence: &mut Evidence, steps: u64) -> Result<(), StudyError> {
     })?;
     let (parts, horizon) = (100_usize, steps as f64 * tau);
     let middle = |i: usize| (i as f64 + 0.5) * horizon / parts as f64;
-    let most = |part: &[f64]| part.iter().copied().fold(0.0, f64::max);
+    let most = |part: &[f64]| part.iter().copied().largest();
     let (mut rows, mut portraits) = (Vec::new(), Vec::new());
     let (mut curves, mut energies, mut highest) = (Vec::new(), Vec::new(), 0.0_f64);
     let mut differences = Differences::default();
@@ -384,7 +378,7 @@ fn pendulum(evidence: &mut Evidence, steps: u64) -> Result<(), StudyError> {
             let (mut points, mut largest, mut step) = (Vec::new(), vec![0.0_f64; parts], 0_usize);
             integrate(&*orbit, &**method, tau, horizon, |state| {
                 let part = ((state.t / horizon * parts as f64) as usize).min(parts - 1);
-                largest[part] = largest[part].max((energy.value(&state.q) - start).abs());
+                largest[part] = larger(largest[part], (energy.value(&state.q) - start).abs());
                 if step.is_multiple_of(DRAWN) {
                     // A rotation is drawn in one turn.
                     let angle = state.q[0] - TAU * (state.q[0] / TAU).round();
@@ -411,7 +405,7 @@ fn pendulum(evidence: &mut Evidence, steps: u64) -> Result<(), StudyError> {
             ));
             portrait.push(Series { label: format!("from ({q0}, {p0})"), points, mark: Mark::Markers });
             if p0 == "0" {
-                highest = highest.max(most(&largest));
+                highest = larger(highest, most(&largest));
                 let label = format!("{scheme} from {q0} rad");
                 energies.extend(
                     largest
@@ -476,7 +470,7 @@ impl Differences {
 
     fn compare(&mut self, state: &[f64]) {
         let other = self.states.get(self.compared);
-        self.largest = self.largest.max(other.map_or(f64::INFINITY, |other| distance(state, other)));
+        self.largest = larger(self.largest, other.map_or(f64::INFINITY, |other| distance(state, other)));
         self.compared += 1;
     }
 
@@ -526,7 +520,7 @@ pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
             let drift = Drift::measure(setting, &*method, 1000)?;
             let key = |what: &str| format!("{} {} {what}", drift.problem, drift.method);
             let tolerance = || Tolerance::absolute(drift.rounding, "the rounding of the steps");
-            let largest = drift.windows.iter().map(|w| w.2).fold(0.0, f64::max);
+            let largest = drift.windows.iter().map(|w| w.2).largest();
             rows.push(Row::number(key("energy error"), largest, tolerance()));
             let Some(change) = drift.momentum else { continue };
             let row = Row::number(key("change of the angular momentum"), change, tolerance());

@@ -8,9 +8,9 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::measure::norm::{Extremes, distance, larger};
 use crate::measure::order::{Expectation, Sample, fit};
 use crate::problem;
-use crate::run::distance;
 
 pub(super) const STUDY: Study = Study {
     id: "metrics",
@@ -109,7 +109,7 @@ fn invariant(evidence: &mut Evidence) -> Result<(), StudyError> {
             let drift = (end[0] + end[1] - 1.0).abs();
             let step = propagator(&decay(), &w, h).ok_or("the metric is regular")?;
             let predicted = step.pow(STEPS as u32) * Vector2::from(start);
-            departure = departure.max(distance(&end, predicted.as_slice()) / predicted.amax().max(1.0));
+            departure = larger(departure, distance(&end, predicted.as_slice()) / predicted.amax().max(1.0));
             rows.push(vec![Cell::Text(name.into()), Cell::Number(h), Cell::Number(end[0]), Cell::Number(drift)]);
             drifts.push((h, drift));
         }
@@ -120,7 +120,7 @@ fn invariant(evidence: &mut Evidence) -> Result<(), StudyError> {
             Requirement::AtMost(2e-7),
             "[I + (I − hÂ)(I − hA)]⁻¹ [I + hA + I − hÂ] with the adjoint Â = W⁻¹AᵀW; its condition grows like (hλ)² = 1e8: ten roundings of that size",
         ));
-        let largest = drifts.iter().map(|(_, drift)| *drift).fold(0.0, f64::max);
+        let largest = drifts.iter().map(|(_, drift)| *drift).largest();
         evidence.checks.push(if name == BALANCED {
             Check::new(
                 "invariant/balanced",

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::measure::norm::larger;
 use crate::measure::stability::{Uniform, numerical_abscissa, spectral_abscissa, spectral_norm, spectral_radius};
 use crate::method::{self, Method};
 use crate::propagator::propagator;
@@ -142,7 +143,7 @@ fn rivals_damp(found: &[Found]) -> Result<Check, StudyError> {
     for name in ["trapezoidal", "implicit-midpoint", "implicit-euler", "sdirk2"] {
         let method = method::parse(name)?;
         for found in found {
-            largest = largest.max(spectral_radius(&propagator(&*method, &found.matrix)?));
+            largest = larger(largest, spectral_radius(&propagator(&*method, &found.matrix)?));
         }
     }
     Ok(Check::new(
@@ -164,14 +165,14 @@ fn dissipative_systems(method_i: &dyn Method, rule: &dyn Method) -> Result<(Vec<
         for a in dissipative(order, TRIED) {
             let step = propagator(method_i, &a)?;
             let stretch = spectral_norm(&step);
-            radius = radius.max(spectral_radius(&step));
-            rule_norm = rule_norm.max(spectral_norm(&propagator(rule, &a)?));
+            radius = larger(radius, spectral_radius(&step));
+            rule_norm = larger(rule_norm, spectral_norm(&propagator(rule, &a)?));
             if worst.as_ref().is_none_or(|(most, _)| stretch > *most) {
                 worst = Some((stretch, a));
             }
         }
         let Some((most, a)) = worst else { continue };
-        norm = norm.max(most);
+        norm = larger(norm, most);
         rows.push(vec![
             Cell::Integer(order as i64),
             Cell::Number(numerical_abscissa(&a)),

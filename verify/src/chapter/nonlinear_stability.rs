@@ -7,6 +7,8 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::measure::norm::Extremes;
+use crate::measure::search::root;
 use crate::method::{self, Method};
 use crate::problem::{self, Problem};
 use crate::run::{RunError, run, run_while};
@@ -212,7 +214,7 @@ fn checks(arena: &Arena, maps: &[Map], fold: &[(f64, f64)]) -> Vec<Check> {
     ];
     if arena.problem == "quadratic-drag" {
         let exact = drag_fold();
-        let deviation = fold.iter().map(|(h, v0)| (h * v0 / exact - 1.0).abs()).fold(0.0, f64::max);
+        let deviation = fold.iter().map(|(h, v0)| (h * v0 / exact - 1.0).abs()).largest();
         checks.push(Check::new(
             id("fold"),
             format!("Method I loses its branch at h v₀ = {exact:.6}, the fold of its cubic: largest relative deviation of live steps"),
@@ -249,18 +251,13 @@ fn mismatches(arena: &Arena, maps: &[Map], fold: f64) -> f64 {
 fn drag_fold() -> f64 {
     let w = |x: f64| 1.0 + 3.0 * x + 3.0 * x * x;
     let cubic = |x: f64| 2.0 * x.powi(3) + 3.0 * x * x + (2.0 - 2.0 * w(x)) * x + w(x) * (w(x) - 2.0);
-    let (mut low, mut high) = (0.1, 1.0);
-    while high - low > 4.0 * f64::EPSILON {
-        let middle = 0.5 * (low + high);
-        if (cubic(middle) < 0.0) == (cubic(low) < 0.0) { low = middle } else { high = middle }
-    }
-    w(low)
+    root([0.1, 1.0], cubic).map_or(f64::NAN, w)
 }
 
 /// Solutions of v̇ = −v² from v₀ < 0 run away; Method I has a steady state there.
 fn spurious_drag() -> Result<Check, StudyError> {
     let (h, v0) = (0.5, -1.0);
-    let end = run(&*problem("quadratic-drag", v0)?, &*method::parse("method-i")?, h, 200.0, |_| {});
+    let end = run(&*problem("quadratic-drag", v0)?, &*method::parse("method-i")?, h, 200.0, |_| {}).map(|run| run.end);
     let v = end.map_or(f64::NAN, |state| state.q[0]);
     Ok(Check::new(
         "quadratic-drag/spurious",
@@ -279,7 +276,7 @@ fn spurious_logistic() -> Result<(Vec<Check>, Table), StudyError> {
     for h in [2.2, 2.4, 2.6] {
         let spurious = spurious_state(h);
         let end = |v0: f64, steps: usize| -> Result<f64, StudyError> {
-            Ok(run(&*problem("logistic", v0)?, &*method, h, h * steps as f64, |_| {})?.q[0])
+            Ok(run(&*problem("logistic", v0)?, &*method, h, h * steps as f64, |_| {})?.end.q[0])
         };
         let distance = 1e-5;
         let (predicted, factor) = (4.0 / (8.0 - h * h), (end(spurious + distance, 1)? - spurious) / distance);
@@ -311,7 +308,7 @@ fn spurious_logistic() -> Result<(Vec<Check>, Table), StudyError> {
 /// The fixed points of Method II satisfy J f = 0: v = ½ is one on logistic growth.
 fn spurious_method_ii() -> Result<Check, StudyError> {
     let (h, v0) = (1.0, 0.5);
-    let end = run(&*problem("logistic", v0)?, &*method::parse("method-ii")?, h, STEPS as f64 * h, |_| {})?;
+    let end = run(&*problem("logistic", v0)?, &*method::parse("method-ii")?, h, STEPS as f64 * h, |_| {})?.end;
     Ok(Check::new(
         "logistic/method-ii",
         "On v̇ = v (1 − v) Method II stays at v = ½, where the growth is fastest: distance",

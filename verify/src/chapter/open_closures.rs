@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::measure::norm::{Extremes, distance, larger};
 use crate::measure::order::{Expectation, Sample, fit, ladder};
 use crate::method;
 use crate::problem::{self, Problem};
-use crate::run::{distance, run};
+use crate::run::run;
 
 pub(super) const STUDY: Study = Study {
     id: "open-closures",
@@ -22,7 +23,7 @@ pub(super) const STUDY: Study = Study {
 /// v₁/v₀ of one live step on v̇ = −v.
 fn amplification(method: &str, h: f64) -> Result<f64, StudyError> {
     let problem = problem::build("linear-drag", &[])?;
-    Ok(run(&*problem, &*method::parse(method)?, h, h, |_| {})?.q[0])
+    Ok(run(&*problem, &*method::parse(method)?, h, h, |_| {})?.end.q[0])
 }
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
@@ -61,7 +62,7 @@ fn one_step() -> Result<Part, StudyError> {
             points.push((h, error));
         }
         if name == "fitted(1)" {
-            largest_fitted = points.iter().map(|p| p.1).fold(0.0, f64::max);
+            largest_fitted = points.iter().map(|p| p.1).largest();
         } else {
             curves.push(Series::new(name, points, Mark::Line));
         }
@@ -73,7 +74,7 @@ fn one_step() -> Result<Part, StudyError> {
         let method = method::parse(name)?;
         let samples = ladder(2.0, 0.2, std::f64::consts::SQRT_2, 9).into_iter().map(|h| {
             match run(&*problem, &*method, h, 2.0, |_| {}) {
-                Ok(state) => Sample::new(h, distance(&state.q, &exact), f64::EPSILON * 2.0 / h),
+                Ok(run) => Sample::new(h, distance(&run.end.q, &exact), f64::EPSILON * 2.0 / h),
                 Err(error) => Sample::failed(h, error.to_string()),
             }
         });
@@ -143,7 +144,7 @@ fn constants() -> Result<Part, StudyError> {
         ])
     });
     let rows: Vec<[f64; 9]> = rows.collect::<Result<_, StudyError>>()?;
-    let over = |f: fn(&[f64; 9]) -> f64| rows.iter().map(f).fold(0.0, f64::max);
+    let over = |f: fn(&[f64; 9]) -> f64| rows.iter().map(f).largest();
     let checks = vec![
         Check::new(
             "minimax/equal",
@@ -213,13 +214,13 @@ fn beyond_one_rate() -> Result<Part, StudyError> {
         let truth = truth(&*problem, horizon)?;
         let error = |method: &str| -> Result<f64, StudyError> {
             // A step that fails leaves no error.
-            let end = run(&*problem, &*method::parse(method)?, h, horizon, |_| {});
+            let end = run(&*problem, &*method::parse(method)?, h, horizon, |_| {}).map(|run| run.end);
             Ok(end.map_or(f64::NAN, |state| distance(&state.q, &truth)))
         };
         let errors = METHODS.iter().map(|method| error(method)).collect::<Result<Vec<_>, _>>()?;
         let rule = errors[7].min(errors[8]);
         for (worst, error) in worst.iter_mut().zip(&errors[3..6]) {
-            *worst = worst.max(error / rule);
+            *worst = larger(*worst, error / rule);
         }
         let cells = errors.into_iter().map(Cell::found);
         rows.push([Cell::Text(name.into()), Cell::found(h), Cell::found(horizon)].into_iter().chain(cells).collect());
@@ -236,7 +237,7 @@ fn beyond_one_rate() -> Result<Part, StudyError> {
         "fitted/no-cure",
         "Each fitted closure loses to the better of the trapezoidal and the midpoint rule on some problem: least of their largest \
          ratios of errors",
-        worst.into_iter().fold(f64::INFINITY, f64::min),
+        worst.into_iter().smallest(),
         Requirement::AtLeast(1.0),
         "`fitted(1)`, `fitted(4)`, `fitted-pade(4)` on the problems of the table",
     );
@@ -249,7 +250,7 @@ fn truth(problem: &dyn Problem, t: f64) -> Result<Vec<f64>, StudyError> {
         return Ok(exact);
     }
     // Errors of h = 0.01 are compared; those of RK4 with h = 1e-4 are 1e-12 of them.
-    Ok(run(problem, &*method::parse("rk4")?, 1e-4, t, |_| {})?.q)
+    Ok(run(problem, &*method::parse("rk4")?, 1e-4, t, |_| {})?.end.q)
 }
 
 /// Windows of K steps: mean local error on v̇ = −v against the law in Kh.
@@ -264,10 +265,10 @@ fn windows() -> Result<Part, StudyError> {
         let mut points = Vec::new();
         for length in LENGTHS {
             let span = h * f64::from(length);
-            let end = run(&*problem, &*method::parse(&format!("window({length})"))?, h, span, |_| {})?;
+            let end = run(&*problem, &*method::parse(&format!("window({length})"))?, h, span, |_| {})?.end;
             let steps = f64::from(length);
             let mean = ((end.q[0].ln() + span) / steps).exp_m1() / h.powi(3);
-            deviation = deviation.max((mean / law(span) - 1.0).abs() / (h * h));
+            deviation = larger(deviation, (mean / law(span) - 1.0).abs() / (h * h));
             rows.push([steps, h, span, mean, law(span)].map(Cell::Number).to_vec());
             points.push((span, mean));
         }

@@ -7,6 +7,8 @@ use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{Row, Tolerance, Truth};
 use crate::kinds::{Stability, Symplecticity};
+use crate::measure::norm::{Extremes, larger};
+use crate::measure::search::{root, try_root};
 use crate::method::{self, Method};
 use crate::problem::Problem;
 use crate::run::run as integrate;
@@ -66,7 +68,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             format!(
                 "Every step of {STEPS} of the two-step form of {name} is the recurrence {source}, for all stable τ"
             ),
-            worst.fold(0.0, f64::max),
+            worst.largest(),
             1.0,
             "defect over its rounding: ε |x| times the sum of squares of the coefficients in the momentum",
         ));
@@ -104,7 +106,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     checks.push(Check::at_most(
         "determinant",
         "The map of every integrator has determinant 1, for 200 values of τ up to 8",
-        determinants.into_iter().fold(0.0, f64::max),
+        determinants.into_iter().largest(),
         1.0,
         "deviation over its rounding",
     ));
@@ -162,8 +164,8 @@ fn recurrence(
     for k in 1..=STEPS {
         let [older] = before;
         live.step(k as f64 * tau, tau, &mut before, &mut now)?;
-        defect = defect.max((now[0] - closed(tau * tau) * before[0] + older).abs());
-        largest = largest.max(now[0].abs());
+        defect = larger(defect, (now[0] - closed(tau * tau) * before[0] + older).abs());
+        largest = larger(largest, now[0].abs());
     }
     // Values of the size of x, rounded, pass through two differentiations: to p at one end of a step and back to x.
     let slopes = method.momentum_roundoff(1.0);
@@ -184,7 +186,8 @@ fn stable(map: &mut Map) -> Result<Vec<(f64, f64)>, StudyError> {
         let right = (tau, entries(tau)?);
         for which in 0..2 {
             if left.1[which] * right.1[which] < 0.0 {
-                let root = bisect(left.0, right.0, |tau| Ok(entries(tau)?[which]))?;
+                let root = try_root([left.0, right.0], |tau| Ok::<_, StudyError>(entries(tau)?[which]))?;
+                let root = root.ok_or("the derivative is not a number")?;
                 // A pole changes the sign of both derivatives, and not of their product.
                 if entries(root)?[which].abs() < 1.0 {
                     changes.push(root);
@@ -209,16 +212,6 @@ fn stable(map: &mut Map) -> Result<Vec<(f64, f64)>, StudyError> {
     }
     intervals.extend(from.map(|start| (start, LARGEST)));
     Ok(intervals)
-}
-
-/// The root of `f`, which changes its sign between the two.
-fn bisect(mut low: f64, mut high: f64, mut f: impl FnMut(f64) -> Result<f64, StudyError>) -> Result<f64, StudyError> {
-    let sign = f(low)?.signum();
-    while high - low > 1e-13 * high {
-        let middle = 0.5 * (low + high);
-        if f(middle)? * sign > 0.0 { low = middle } else { high = middle }
-    }
-    Ok(0.5 * (low + high))
 }
 
 /// The ends of the intervals are those of |R| ≤ 2 of the closed form.
@@ -246,7 +239,7 @@ fn touching(all: &[Box<dyn Method>], oscillator: &dyn Problem) -> Result<Check, 
         if method.stability() == Stability::Neutral {
             let mut map = map(&**method, oscillator)?;
             for tau in [0.1, 1.0, 3.0, 10.0, 1e2, 1e3] {
-                worst = worst.max(tangent(&mut map, tau, &[1.0, 0.0])?.trace().abs() - 2.0);
+                worst = larger(worst, tangent(&mut map, tau, &[1.0, 0.0])?.trace().abs() - 2.0);
             }
         }
     }
@@ -361,8 +354,8 @@ pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
                 rows.push(match closed {
                     None => row,
                     Some((_, source, closed)) => {
-                        let excess = |tau: f64| Ok(closed(tau * tau).abs() - 2.0);
-                        let value = bisect(tau - 1e-3, tau + 1e-3, excess)?;
+                        let excess = |tau: f64| closed(tau * tau).abs() - 2.0;
+                        let value = root([tau - 1e-3, tau + 1e-3], excess).ok_or("the closed form has no end there")?;
                         // |R| − 2 near its root: a dozen roundings of terms a hundred times as large as the result.
                         row.with_truth(Truth { value, allowance: 1e-9, source: format!("|R| = 2 in {source}") })
                     }

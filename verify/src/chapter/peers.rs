@@ -3,16 +3,17 @@
 use std::time::Instant;
 
 use lsvi::adaptive::Tolerances;
-use lsvi::{State, Trajectory};
 use rayon::prelude::*;
 
 use super::mechanics::{problem, text};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Table};
 use crate::kinds::Principle;
+use crate::measure::norm::distance;
+use crate::method::Method;
 use crate::problem::Problem;
 use crate::reference::{self, ReferenceError};
-use crate::run::distance;
+use crate::run::{Run, run as integrate};
 use crate::{method, reference::Reference};
 
 pub(super) const STUDY: Study = Study {
@@ -129,7 +130,7 @@ const MOST: f64 = 2.0;
 /// Fewest factorizations of a run with an error below the target.
 fn cheapest(points: &[Point], of: &dyn Fn(&str) -> bool) -> f64 {
     let reached = points.iter().filter(|p| of(&p.solver) && p.error <= TARGET && p.counts[2] > 0);
-    reached.map(|p| p.counts[2] as f64).fold(f64::INFINITY, f64::min)
+    reached.map(|p| p.counts[2]).min().map_or(f64::INFINITY, |count| count as f64)
 }
 
 /// The points of every solver, and why peers are absent.
@@ -139,28 +140,15 @@ fn measure(problem: &dyn Problem, horizon: f64, fixed: bool) -> Result<(Vec<Poin
     let mut points = Vec::new();
     for name in FIXED.iter().filter(|_| fixed) {
         for steps in STEPS {
-            let mut integrator = method::parse(name)?.build(problem)?;
-            let begun = Instant::now();
-            let (start, h) = (State::new(0.0, problem.initial()), horizon / f64::from(steps));
-            let end = Trajectory::new(&mut integrator, start, h, horizon)?.observe(|_| ())?;
-            let (work, error) = (integrator.work(), distance(&end.q, &truth));
-            let counts = [work.steps, work.residuals, work.factorizations];
-            let seconds = begun.elapsed().as_secs_f64();
-            points.push(Point { solver: (*name).into(), setting: h, counts, error, seconds });
+            let h = horizon / f64::from(steps);
+            points.push(own(problem, &*method::parse(name)?, h, (h, horizon), &truth)?);
         }
     }
     let tolerances: Vec<f64> = (6..=18).map(|k| 10_f64.powf(-0.5 * f64::from(k))).collect();
     for tolerance in &tolerances {
         let adaptive = method::parse("radau-adaptive")?.with_tolerances(Tolerances::new(*tolerance, *tolerance)?);
         let method = adaptive.ok_or("it is adaptive")?;
-        let mut integrator = method.build(problem)?;
-        let begun = Instant::now();
-        let start = State::new(0.0, problem.initial());
-        let end = Trajectory::new(&mut integrator, start, horizon, horizon)?.observe(|_| ())?;
-        let (work, error) = (integrator.work(), distance(&end.q, &truth));
-        let counts = [work.steps, work.residuals, work.factorizations];
-        let seconds = begun.elapsed().as_secs_f64();
-        points.push(Point { solver: "radau-adaptive".into(), setting: *tolerance, counts, error, seconds });
+        points.push(own(problem, &*method, *tolerance, (horizon, horizon), &truth)?);
     }
     let mut absent = Vec::new();
     for reference in reference::all().into_iter().filter(|reference| reference.stiff_ok()) {
@@ -176,6 +164,19 @@ fn measure(problem: &dyn Problem, horizon: f64, fixed: bool) -> Result<(Vec<Poin
         }
     }
     Ok((points, absent))
+}
+
+/// A run with steps of h up to the horizon, under the name of the method.
+fn own(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    setting: f64,
+    (h, horizon): (f64, f64),
+    truth: &[f64],
+) -> Result<Point, StudyError> {
+    let Run { end, work, seconds } = integrate(problem, method, h, horizon, |_| {})?;
+    let counts = [work.steps, work.residuals, work.factorizations];
+    Ok(Point { solver: method.name(), setting, counts, error: distance(&end.q, truth), seconds })
 }
 
 fn peer(

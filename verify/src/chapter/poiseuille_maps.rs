@@ -7,8 +7,8 @@ use lsvi::{OneStep, Variational};
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Check, Evidence};
+use crate::measure::norm::max_norm;
 use crate::problem::{self, PoiseuilleAnsatz, Problem, poiseuille_series};
-use crate::run::max_norm;
 
 pub(super) const STUDY: Study = Study {
     id: "poiseuille-maps",

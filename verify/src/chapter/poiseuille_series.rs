@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use crate::measure::norm::max_norm;
 use crate::problem::poiseuille_series::{by_modes_and_by_images, steady, tabulated, velocity};
-use crate::run::max_norm;
 
 pub(super) const STUDY: Study = Study {
     id: "poiseuille-series",

@@ -1,14 +1,15 @@
 //! Published end values of stiff problems: how many of their digits stand, and what the adaptive method gives.
 
 use lsvi::adaptive::Tolerances;
-use lsvi::{State, Trajectory};
 use rayon::prelude::*;
 
 use super::mechanics::text;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Cell, Check, Evidence, Requirement, Table};
+use crate::measure::norm::Extremes;
 use crate::method;
 use crate::problem::{self, Published};
+use crate::run::run as integrate;
 
 pub(super) const STUDY: Study = Study {
     id: "published-values",
@@ -94,22 +95,20 @@ fn measure(values: &[Published]) -> Result<Row<'_>, StudyError> {
     let first = &values[0];
     let problem = problem::build_setting(&first.problem)?;
     let truth = problem.tabulated(first.t).ok_or("the solution is tabulated")?;
-    let smallest = truth.iter().map(|x| x.abs()).fold(f64::INFINITY, f64::min);
+    let smallest = truth.iter().map(|x| x.abs()).smallest();
     let tolerances = Tolerances::new(TOLERANCE, TOLERANCE * smallest)?;
     let method = method::parse("radau-adaptive")?.with_tolerances(tolerances).ok_or("it is adaptive")?;
-    let mut integrator = method.build(&*problem)?;
-    let start = State::new(0.0, problem.initial());
-    let end = Trajectory::new(&mut integrator, start, first.t, first.t)?.observe(|_| ())?;
-    let digits = end.q.iter().zip(&truth).map(|(found, truth)| -((found - truth) / truth).abs().log10());
+    let run = integrate(&*problem, &*method, first.t, first.t, |_| {})?;
+    let digits = run.end.q.iter().zip(&truth).map(|(found, truth)| -((found - truth) / truth).abs().log10());
     Ok(Row {
         problem: &first.problem,
         t: first.t,
         source: &first.source,
         components: values.len(),
         printed: values.iter().map(Published::printed_digits).min().unwrap_or(0),
-        stand: values.iter().map(|v| v.confirmed_digits().unwrap_or(f64::NAN)).fold(f64::INFINITY, f64::min),
-        found: digits.fold(f64::INFINITY, f64::min),
-        steps: integrator.work().steps,
+        stand: values.iter().map(|v| v.confirmed_digits().unwrap_or(f64::NAN)).smallest(),
+        found: digits.smallest(),
+        steps: run.work.steps,
     })
 }
 

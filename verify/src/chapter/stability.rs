@@ -8,6 +8,8 @@ use rayon::prelude::*;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::kinds::Stability;
+use crate::measure::norm::Extremes;
+use crate::measure::search::root;
 use crate::measure::stability::growth;
 use crate::method::{self, Method};
 use crate::propagator::amplitudes;
@@ -148,11 +150,8 @@ fn stable_interval(factor: impl Fn(f64) -> f64) -> f64 {
         }
         (reached, ahead) = (ahead, 1.05 * ahead);
     }
-    while ahead - reached > 1e-9 {
-        let middle = 0.5 * (reached + ahead);
-        if is_stable(middle) { reached = middle } else { ahead = middle }
-    }
-    reached
+    // A step that fails has no factor, and is not stable.
+    root([reached, ahead], |r| if is_stable(r) { 1.0 } else { -1.0 }).unwrap_or(f64::NAN)
 }
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
@@ -343,7 +342,7 @@ impl Family {
         let wrong = |(ratio, largest, _): &&(f64, f64, f64)| inside(*ratio) != (*largest <= 1.0 + ROUNDOFF);
         let disagreeing = self.members.iter().filter(wrong).count();
         // R(∞) = α/β up to terms of order 1/|z|, with a factor of at most 4.
-        let at_infinity = self.members.iter().map(|(ratio, _, far)| (far - ratio.abs()).abs()).fold(0.0, f64::max);
+        let at_infinity = self.members.iter().map(|(ratio, _, far)| (far - ratio.abs()).abs()).largest();
         [
             Check::new(
                 "theorem/a-stable",

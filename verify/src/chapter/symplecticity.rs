@@ -8,6 +8,7 @@ use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::golden::{self, Tolerance, Truth};
+use crate::measure::norm::{Extremes, larger};
 use crate::measure::order::{Expectation, OrderFit, Sample, fit};
 use crate::method::{self, Method};
 use crate::problem::Problem;
@@ -161,7 +162,7 @@ pub(super) fn defect(
         let tangent = tangent * &projector;
         let difference = tangent.transpose() * &omega * &tangent - projector.transpose() * &omega * &projector;
         defects += difference.norm_squared() / states.len() as f64;
-        size = size.max(tangent.norm());
+        size = larger(size, tangent.norm());
     }
     // The derivatives of the path, of order 1 and known to a few ε, enter ∂p₁/∂q₀ with coefficients Λ/h, Λ² the sum of
     // their squares; the product then multiplies by DΦ.
@@ -175,7 +176,7 @@ fn check(row: &Row) -> Check {
     let id = format!("{problem}/{method}");
     match &row.fit {
         None => {
-            let worst = row.points.iter().map(|(_, defect, rounding)| defect / rounding).fold(0.0, f64::max);
+            let worst = row.points.iter().map(|(_, defect, rounding)| defect / rounding).largest();
             let statement = format!("{method} is symplectic on {problem}");
             Check::at_most(id, statement, worst, 1.0, "largest defect over its rounding, of 21 step sizes")
         }
@@ -263,4 +264,22 @@ pub(crate) fn golden() -> Result<Vec<golden::Row>, StudyError> {
         }
     });
     Ok(rows.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    #[test]
+    fn one_defect_that_is_no_number_fails_the_check() {
+        let row = |defect| Row {
+            problem: "kepler",
+            method: "midpoint-vi".into(),
+            points: vec![(0.2, 1e-17, 1e-16), (0.1, defect, 1e-16), (0.05, 1e-17, 1e-16)],
+            fit: None,
+        };
+        assert_eq!(check(&row(1e-17)).outcome, Outcome::Pass);
+        assert_eq!(check(&row(f64::NAN)).outcome, Outcome::Fail);
+    }
 }

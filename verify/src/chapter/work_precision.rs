@@ -2,15 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use lsvi::{State, Trajectory, Work};
+use lsvi::Work;
 use rayon::prelude::*;
 
 use super::mechanics::{integrators, problem, text};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use crate::measure::norm::distance;
 use crate::method::{self, Method};
 use crate::problem::Problem;
-use crate::run::distance;
+use crate::run::run as integrate;
 
 pub(super) const STUDY: Study = Study {
     id: "work-precision",
@@ -116,10 +117,8 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 fn measure(kepler: &dyn Problem, method: &dyn Method) -> Result<Curve, StudyError> {
     let mut points = Vec::new();
     for steps in STEPS {
-        let mut integrator = method.build(kepler)?;
-        let start = State::new(0.0, kepler.initial());
-        let end = Trajectory::new(&mut integrator, start, TAU / f64::from(steps), TAU)?.observe(|_| ())?;
-        points.push((integrator.work(), distance(&end.q, &kepler.exact(TAU).ok_or("no exact solution is known")?)));
+        let run = integrate(kepler, method, TAU / f64::from(steps), TAU, |_| {})?;
+        points.push((run.work, distance(&run.end.q, &kepler.exact(TAU).ok_or("no exact solution is known")?)));
     }
     Ok(Curve { method: method.name(), points })
 }

@@ -2,9 +2,11 @@
 
 use crate::chapter::StudyError;
 use crate::evidence::{Cell, Table, number};
+use crate::measure::norm::{distance, larger};
+use crate::measure::search::try_root;
 use crate::method;
 use crate::problem::{self, Problem};
-use crate::run::{distance, run};
+use crate::run::run;
 
 /// The horizon of the figures of \[S24\].
 pub(super) const HORIZON: f64 = 10.0;
@@ -27,7 +29,7 @@ pub(super) fn max_error(
     let end = h * (horizon / h + 1e-9).floor();
     let result = run(problem, &*method::parse(method)?, h, end, |state| {
         if state.t > 0.0 {
-            worst = worst.max((state.q[0] - truth(state.t)).abs());
+            worst = larger(worst, (state.q[0] - truth(state.t)).abs());
         }
     });
     Ok(if result.is_ok() { worst } else { f64::INFINITY })
@@ -62,18 +64,18 @@ pub(super) fn distance_from_exact(
     }
     states.iter().try_fold(0.0_f64, |worst, (t, state)| {
         let exact = problem.exact(*t).ok_or("no exact solution is known")?;
-        Ok(worst.max(distance(&state[..n], &exact[..n])))
+        Ok(larger(worst, distance(&state[..n], &exact[..n])))
     })
 }
 
 /// The first component after one step of size `h`, `None` if the step fails.
 pub(super) fn one_step(problem: &dyn Problem, method: &str, h: f64) -> Result<Option<f64>, StudyError> {
-    Ok(run(problem, &*method::parse(method)?, h, h, |_| {}).ok().map(|state| state.q[0]))
+    Ok(run(problem, &*method::parse(method)?, h, h, |_| {}).ok().map(|run| run.end.q[0]))
 }
 
 /// The state after one step of size `h`.
 pub(super) fn one_state(problem: &dyn Problem, method: &str, h: f64) -> Result<Vec<f64>, StudyError> {
-    Ok(run(problem, &*method::parse(method)?, h, h, |_| {})?.q)
+    Ok(run(problem, &*method::parse(method)?, h, h, |_| {})?.end.q)
 }
 
 /// The growth factor R(h) of one step on v̇ = −v.
@@ -82,23 +84,14 @@ pub(super) fn growth(method: &str, h: f64) -> Result<f64, StudyError> {
     one_step(&*problem, method, h)?.ok_or_else(|| format!("{method} fails on v̇ = −v with h = {h}").into())
 }
 
-/// The point in (`low`, `high`), both positive, where `f` changes sign, by bisection of the logarithm to 12 digits; `None`
+/// The point in (`low`, `high`), both positive, where `f` changes sign, by bisection of the logarithm; `None`
 /// if the signs at the ends agree.
 pub(super) fn sign_change(
     low: f64,
     high: f64,
     mut f: impl FnMut(f64) -> Result<f64, StudyError>,
 ) -> Result<Option<f64>, StudyError> {
-    let start = f(low)? > 0.0;
-    if start == (f(high)? > 0.0) {
-        return Ok(None);
-    }
-    let (mut a, mut b) = (low.ln(), high.ln());
-    while b - a > 1e-12 {
-        let middle = 0.5 * (a + b);
-        if (f(middle.exp())? > 0.0) == start { a = middle } else { b = middle }
-    }
-    Ok(Some((0.5 * (a + b)).exp()))
+    Ok(try_root([low.ln(), high.ln()], |x| f(x.exp()))?.map(f64::exp))
 }
 
 /// [`sign_change`] where there has to be one.

@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 
 use lsvi::adaptive::Tolerances;
 use lsvi::{Grid, InputError};
+use verify::measure::norm::distance;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
 use verify::method::{self, Method};
 use verify::problem::{Problem, component_names};
-use verify::run::{RunError, distance, run_while};
+use verify::run::{RunError, run_while};
 use verify::theory::breakdown;
 
 use super::Status;

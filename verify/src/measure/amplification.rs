@@ -1,5 +1,6 @@
 //! Amplification factors in closed form, and how precisely a live step can reproduce them.
 
+use crate::measure::norm::Extremes;
 use nalgebra::Complex;
 
 /// One step of the linear closure (α, β) on v̇ = λ v multiplies v by R(z), z = hλ: for normal systems, with x = Re z,
@@ -47,7 +48,7 @@ impl Amplification {
     /// reach v₁ through the inverse of the equation's derivative, h/D; Newton's iteration ends no sooner. The formula itself
     /// rounds the same terms eight times in numerator and denominator. Together 23 ε.
     pub fn live_tolerance(self, spectrum: &[Complex<f64>]) -> f64 {
-        let largest = |f: &dyn Fn(Complex<f64>) -> f64| spectrum.iter().map(|z| f(*z)).fold(0.0, f64::max);
+        let largest = |f: &dyn Fn(Complex<f64>) -> f64| spectrum.iter().map(|z| f(*z)).largest();
         let (z, v1) = (largest(&|z| z.norm()), largest(&|z| self.factor(z).norm()));
         let inverse = largest(&|z| self.denominator(z).norm().recip());
         // Everything times h: d h = v₁ − v₀, h r = d h − z v.

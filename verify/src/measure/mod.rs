@@ -1,7 +1,9 @@
 //! Pure functions from numbers to verdicts; no solver is called here.
 
 pub mod amplification;
+pub mod norm;
 pub mod order;
 pub mod refinement;
 pub mod richardson;
+pub mod search;
 pub mod stability;

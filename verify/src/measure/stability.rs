@@ -1,5 +1,6 @@
 //! Growth factors of linear maps and recurrences, from their numbers.
 
+use crate::measure::norm::Extremes;
 use nalgebra::{Complex, DMatrix};
 
 /// Relative size of w₁² − w₀w₂ below which four terms are a geometric sequence: roundoff of steps, whose matrices have
@@ -28,12 +29,12 @@ pub fn growth(w: [Complex<f64>; 4]) -> f64 {
 
 /// Largest modulus of an eigenvalue.
 pub fn spectral_radius(a: &DMatrix<f64>) -> f64 {
-    a.complex_eigenvalues().iter().map(|z| z.norm()).fold(0.0, f64::max)
+    a.complex_eigenvalues().iter().map(|z| z.norm()).largest()
 }
 
 /// Largest real part of an eigenvalue, negative for a Hurwitz matrix.
 pub fn spectral_abscissa(a: &DMatrix<f64>) -> f64 {
-    a.complex_eigenvalues().iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max)
+    a.complex_eigenvalues().iter().map(|z| z.re).largest()
 }
 
 /// Largest eigenvalue of the symmetric part: solutions of v̇ = Av grow no faster, at first and ever.

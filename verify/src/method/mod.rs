@@ -264,6 +264,6 @@ mod tests {
             assert!(method.build(&*problem).is_ok(), "{name}");
         }
         let end = crate::run::run(&*problem, &*parse("method-i").expect("registered"), 0.1, 0.2, |_| {});
-        assert!(end.is_ok_and(|state| state.q.iter().all(|u| (0.0..1.0).contains(u))));
+        assert!(end.is_ok_and(|run| run.end.q.iter().all(|u| (0.0..1.0).contains(u))));
     }
 }

@@ -280,6 +280,7 @@ pub fn build(name: &str, set: &[(String, String)]) -> Result<Box<dyn Problem>, N
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::norm::Extremes;
     use lsvi::{Jacobian, Mass};
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
@@ -383,7 +384,7 @@ mod tests {
             let initial = problem.initial();
             let n = start.len();
             // To the few roundings of its own that a solution by eigenvectors makes for each unknown.
-            let off = start.iter().zip(&initial).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let off = start.iter().zip(&initial).map(|(a, b)| (a - b).abs()).largest();
             assert!(off <= 8.0 * n as f64 * f64::EPSILON, "{}: {off:e}", spec.name);
             for t in [0.3, 1.0, 2.5] {
                 let e = 1e-4;

@@ -20,6 +20,7 @@ use diffsl::{Compiler, CraneliftJitModule};
 use lsvi::{Jacobian, VectorField};
 
 use super::{Facts, Problem, Window};
+use crate::measure::norm::Extremes;
 use crate::reference::Ode;
 
 /// What every judgement on a model has to say.
@@ -124,7 +125,7 @@ impl Model {
         }
         let mut rows = vec![0.0; initial.len()];
         equations.each_entry(0.0, &initial, |i, _, x| rows[i] += x.abs());
-        let norm = rows.into_iter().fold(0.0, f64::max);
+        let norm = rows.into_iter().largest();
         Ok(Self {
             name: path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned()),
             components: components.leak(),

@@ -114,10 +114,12 @@ mod tests {
     fn the_method_steps_by_its_propagator() {
         let problem = NonNormal { start: [1.0, 0.0, 0.0] };
         let method = crate::method::parse("method-i").expect("registered");
-        let end = crate::run::run(&problem, &*method, 0.5, 50.0, |_| {}).expect("linear");
+        let run = crate::run::run(&problem, &*method, 0.5, 50.0, |_| {}).expect("linear");
         let predicted = propagator(0.5).pow(100) * Vector3::from(problem.start);
         assert!(predicted.amax() > 100.0, "{predicted}");
         // A hundred steps, a dozen roundings each, in a basis of eigenvectors that is far from orthogonal.
-        assert!(crate::run::distance(&end.q, predicted.as_slice()) < 1e4 * f64::EPSILON * predicted.amax());
+        assert!(
+            crate::measure::norm::distance(&run.end.q, predicted.as_slice()) < 1e4 * f64::EPSILON * predicted.amax()
+        );
     }
 }

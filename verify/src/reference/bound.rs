@@ -1,6 +1,7 @@
 //! The error bound that every reference carries: the same problem solved at two tolerances.
 
 use super::{Ode, ReferenceError, Sampled, Work};
+use crate::measure::norm::{distance, larger, max_norm};
 
 /// Factor on the difference between the two solves.
 ///
@@ -73,11 +74,11 @@ pub(super) fn solve_twice(
     let mut difference = 0.0_f64;
     let mut bound = Vec::with_capacity(probed.len());
     for ((c, f), &steps) in coarse.states.iter().zip(&fine.states).zip(&fine.steps) {
-        difference = c.iter().zip(f).fold(difference, |d, (c, f)| d.max((c - f).abs()));
-        scale = scale.max(max_norm(f));
+        difference = larger(difference, distance(c, f));
+        scale = larger(scale, max_norm(f));
         let tolerance = FINE * (1.0 + max_norm(f));
         let roundoff = ROUNDINGS_PER_STEP * f64::EPSILON * steps as f64 * scale;
-        bound.push((SAFETY * difference).max(tolerance).max(roundoff));
+        bound.push(larger(larger(SAFETY * difference, tolerance), roundoff));
     }
     let (states, bound) = fine.states.into_iter().zip(bound).skip(PROBES).step_by(PROBES + 1).unzip();
     Ok(Sampled { times: times.to_vec(), states, bound, work: fine.work })
@@ -93,10 +94,6 @@ fn with_probes(t0: f64, times: &[f64]) -> Vec<f64> {
         last = t;
     }
     probed
-}
-
-fn max_norm(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
 /// Refuses what no solver may be given.

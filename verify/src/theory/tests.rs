@@ -1,12 +1,12 @@
 use std::path::{Path, PathBuf};
 
-use lsvi::{State, Trajectory};
 use nalgebra::DMatrix;
 
 use super::*;
+use crate::measure::norm::distance;
 use crate::method::{self, Method};
 use crate::problem::{self, Problem};
-use crate::run::distance;
+use crate::run::step_from;
 
 /// One example of every method, and path fitting and collocation where they are the midpoint rule and Gauss's.
 fn methods() -> Vec<Box<dyn Method>> {
@@ -17,9 +17,7 @@ fn methods() -> Vec<Box<dyn Method>> {
 
 /// The state after one step of `h` from `state`.
 fn step(problem: &dyn Problem, method: &dyn Method, h: f64, state: &[f64]) -> Vec<f64> {
-    let integrator = method.build(problem).expect("mechanical");
-    let mut trajectory = Trajectory::new(integrator, State::new(0.0, state.to_vec()), h, h).expect("a step");
-    trajectory.step().expect("solvable").expect("one step").q.clone()
+    step_from(problem, state.to_vec(), method, h).expect("solvable")
 }
 
 /// ‖DΦᵀΩDΦ − Ω‖ of a step of `h` from `state`, with DΦ from central differences.

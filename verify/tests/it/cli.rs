@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use verify::measure::norm::distance;
 use verify::names::Parameter;
 use verify::{chapter, method, problem, reference, run, theory};
 
@@ -146,7 +147,7 @@ fn csv_has_the_columns_and_the_numbers_of_the_run() {
             let mut expected = Vec::new();
             let solved = run::run(&*problem, &*method, h, t_end, |state| {
                 let values = problem.observe(state.t, &state.q);
-                let error = problem.exact(state.t).map(|exact| run::distance(&values, &exact));
+                let error = problem.exact(state.t).map(|exact| distance(&values, &exact));
                 expected.push([state.t].into_iter().chain(values).chain(error).collect::<Vec<_>>());
             });
             if solved.is_err() && theory::breakdown(&*problem, &*method).is_some() {

@@ -3,7 +3,8 @@
 use super::{METHODS, PAPERS, Plan, Sweep, maps};
 use crate::chapter::{Context, Study, StudyError};
 use crate::evidence::{Check, Evidence, Figure};
-use crate::run::max_norm;
+use crate::measure::norm::max_norm;
+use crate::measure::search::root;
 
 pub(in crate::chapter) const STUDY: Study = Study {
     id: "linear-drag",
@@ -89,11 +90,8 @@ fn large_steps(sweep: &Sweep) -> Vec<Check> {
 /// Where a method's error after the first step, the largest for steps of this size, falls below RK4's.
 fn overtakes_rk4(method: &'static str) -> Check {
     let error = |method: &str, h: f64| maps::linear_drag(PROBLEM, method, h, 1.0).map(|v| (v - (-h).exp()).abs());
-    let (mut low, mut high) = (1.0, 2.5);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if error(method, middle) < error("rk4", middle) { high = middle } else { low = middle }
-    }
+    let ahead = |h: f64| Some(error("rk4", h)? - error(method, h)?);
+    let h = root([1.0, 2.5], |h| ahead(h).unwrap_or(f64::NAN)).unwrap_or(f64::NAN);
     let (width, reading) = if method == "method-i" {
         ([1.45, 1.55], "as the paper has it, h ≈ 1.5")
     } else {
@@ -102,7 +100,7 @@ fn overtakes_rk4(method: &'static str) -> Check {
     Check::within(
         format!("overtakes-rk4-{method}"),
         format!("{method} overtakes RK4 {reading}"),
-        high,
+        h,
         width,
         "Step size at which the errors of the first step are equal, by bisection; to one decimal 1.5 for the first.",
     )

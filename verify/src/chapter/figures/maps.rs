@@ -1,6 +1,7 @@
 //! Maps v_n → v_{n+1} of the methods in closed form, written without the library.
 
 use crate::chapter::closed_forms::PRINTED;
+use crate::measure::search;
 
 /// The factor of one step on v̇ = −λ(v − v_∞), z = hλ, for the methods that integrate the equation.
 pub(super) fn stability_function(method: &str, z: f64) -> Option<f64> {
@@ -42,24 +43,12 @@ pub(super) fn quadratic_drag(_problem: &str, method: &str, h: f64, v: f64) -> Op
         }
         // For W ≤ 1 each has one positive root, and its left side increases there.
         "method-i" if w <= 1.0 => {
-            increasing_root(w, |x| 2.0 * x.powi(3) + 3.0 * x * x + 2.0 * (1.0 - w) * x + w * w - 2.0 * w)
+            search::root([0.0, w], |x| 2.0 * x.powi(3) + 3.0 * x * x + 2.0 * (1.0 - w) * x + w * w - 2.0 * w)?
         }
-        "method-ii" if w <= 1.0 => increasing_root(w, |x| x * x * (1.0 + x) - w * w * (1.0 - w)),
+        "method-ii" if w <= 1.0 => search::root([0.0, w], |x| x * x * (1.0 + x) - w * w * (1.0 - w))?,
         _ => return None,
     };
     Some(x / h)
-}
-
-/// The root of an increasing function between 0 and `upper`, by bisection to the last bit.
-fn increasing_root(upper: f64, g: impl Fn(f64) -> f64) -> f64 {
-    let (mut low, mut high) = (0.0, upper);
-    loop {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            return high;
-        }
-        if g(middle) < 0.0 { low = middle } else { high = middle }
-    }
 }
 
 /// One step on the Poiseuille ansatz with γ = 2: the closures by (38), (40) and p_n = 0 on the Lagrangian (37), all written for

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::{Context, StudyError};
 use crate::evidence::{Axis, Cell, Check, Figure, Mark, Panel, Series, Table};
 use crate::golden::{Row, Tolerance, Truth};
+use crate::measure::norm::larger;
 use crate::method;
 use crate::problem::{self, Problem};
 use crate::run::{RunError, run};
@@ -69,7 +70,7 @@ impl Largest {
             (self.error, self.t) = (error, t);
         }
         if t > 0.5 * HORIZON {
-            self.late = self.late.max(error);
+            self.late = larger(self.late, error);
         }
     }
 }

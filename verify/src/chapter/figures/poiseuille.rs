@@ -6,9 +6,10 @@ use super::{HORIZON, METHODS, PAPERS, Plan, Sweep, maps};
 use crate::chapter::{Context, Study, StudyError};
 use crate::evidence::{Cell, Check, Evidence, Figure, Table};
 use crate::kinds::{Principle, Stability};
+use crate::measure::norm::max_norm;
+use crate::measure::search::minimum;
 use crate::method;
 use crate::problem::poiseuille_series::{SLOWEST_DECAY_RATE, velocity};
-use crate::run::max_norm;
 
 pub(in crate::chapter) const STUDY: Study = Study {
     id: "poiseuille-ansatz",
@@ -225,12 +226,7 @@ impl Floors {
         let flow = sampled(20_000, |t| Ok(velocity(GAMMA, 0.0, t)?))?;
         let of_rate = |rate: f64| max_norm(&flow.iter().map(|(t, u)| -(-rate * t).exp_m1() - u).collect::<Vec<_>>());
         // The distance as a function of the rate has one minimum between the two: too slow early, too fast late.
-        let (mut low, mut high) = (1.5, AVERAGED_RATE);
-        for _ in 0..50 {
-            let third = (high - low) / 3.0;
-            if of_rate(low + third) < of_rate(high - third) { high -= third } else { low += third }
-        }
-        let best_rate = 0.5 * (low + high);
+        let best_rate = minimum([1.5, AVERAGED_RATE], 0.0, of_rate);
         let rule = Quadrature::gauss(40)?;
         let projected = sampled(1000, |t| {
             // v = (15/8) ∫₀¹ u (1 − y²) dy makes ∫(u − v(1 − y²))² dy least.

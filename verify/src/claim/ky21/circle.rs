@@ -3,6 +3,7 @@
 use crate::claim::measure::{self, distance_from_exact, problem, text, trajectory};
 use crate::claim::{Case, Claim, Finding};
 use crate::evidence::{Axis, Figure, Mark, Panel, Series};
+use crate::measure::norm::{Extremes, larger};
 
 use crate::chapter::StudyError;
 
@@ -37,8 +38,7 @@ fn as_printed() -> Result<Finding, StudyError> {
     let (mut cases, mut series, mut rows) = (Vec::new(), Vec::new(), Vec::new());
     for tau in [0.05, 0.1, 0.2] {
         let deviations = radii(tau, 20)?;
-        let worst =
-            if deviations.len() == 21 { deviations.iter().map(|x| x.abs()).fold(0.0, f64::max) } else { f64::INFINITY };
+        let worst = if deviations.len() == 21 { deviations.iter().map(|x| x.abs()).largest() } else { f64::INFINITY };
         cases.push(Case::below(format!("largest ||q| − 1|, τ = {tau}"), worst, 0.01));
         let points: Vec<(f64, f64)> = deviations.iter().enumerate().skip(1).map(|(k, x)| (k as f64, x.abs())).collect();
         rows.extend(points.iter().map(|(k, x)| (vec![], vec![tau, *k, *x])));
@@ -104,9 +104,9 @@ fn with_nodal_multipliers() -> Result<Finding, StudyError> {
         }
         for (_, y) in &states {
             let (q, p) = y.split_at(n);
-            off = off.max((q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs());
-            hidden = hidden.max(q.iter().zip(p).map(|(q, p)| q * p).sum::<f64>().abs());
-            change = change.max((momentum.value(y) - start).abs());
+            off = larger(off, (q.iter().map(|x| x * x).sum::<f64>() - 1.0).abs());
+            hidden = larger(hidden, q.iter().zip(p).map(|(q, p)| q * p).sum::<f64>().abs());
+            change = larger(change, (momentum.value(y) - start).abs());
         }
         // A hundred steps of rounding, magnified by 4/τ in the momentum.
         let bound = 100.0 * 4.0 / tau * f64::EPSILON;

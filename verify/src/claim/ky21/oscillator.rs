@@ -5,6 +5,7 @@ use crate::claim::measure::{distance_from_exact, one_state, problem, table, text
 use crate::claim::{Case, Claim, Finding};
 use crate::golden::table::rows;
 use crate::golden::{Row, Tolerance, Truth};
+use crate::measure::norm::{Extremes, larger};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -82,8 +83,8 @@ fn recurrences() -> Result<Finding, StudyError> {
             let [a, b] = map(method, tau)?;
             let exact = printed(tau * tau);
             let off = (a[0] + b[1] - exact).abs();
-            worst = worst.max(off);
-            let size = [a[0], a[1], b[0], b[1]].map(f64::abs).into_iter().fold(0.0, f64::max);
+            worst = larger(worst, off);
+            let size = [a[0], a[1], b[0], b[1]].map(f64::abs).into_iter().largest();
             cases.push(Case::below(format!("|trace − R| of {equation}, τ = {tau}"), off, rounding(tau, size)));
             let determinant = (a[0] * b[1] - a[1] * b[0] - 1.0).abs();
             let what = format!("|determinant − 1| of {equation}, τ = {tau}");
@@ -153,7 +154,7 @@ fn more_nodes() -> Result<Finding, StudyError> {
         let states = crate::claim::measure::trajectory(&*pendulum, method, tau, 4.0)?;
         let (t, last) = states.last().ok_or("no state")?;
         let exact = pendulum.exact(*t).ok_or("no exact solution is known")?;
-        Ok(crate::run::distance(last, &exact))
+        Ok(crate::measure::norm::distance(last, &exact))
     };
     let order = |method: &str, tau: f64| -> Result<f64, StudyError> {
         Ok((error(method, tau)? / error(method, 0.5 * tau)?).log2())
@@ -201,9 +202,9 @@ fn bernstein() -> Result<Finding, StudyError> {
             for tau in [0.1, 0.5, 1.0, 2.0] {
                 let lagrange = one_state(&*system, &format!("path-fitted({m})"), tau)?;
                 let bernstein = one_state(&*system, &format!("path-fitted-bernstein({m})"), tau)?;
-                let off = crate::run::distance(&lagrange, &bernstein);
-                worst = worst.max(off);
-                let size = crate::run::max_norm(&lagrange);
+                let off = crate::measure::norm::distance(&lagrange, &bernstein);
+                worst = larger(worst, off);
+                let size = crate::measure::norm::max_norm(&lagrange);
                 cases.push(Case::below(format!("difference, {name}, degree {m}, τ = {tau}"), off, rounding(tau, size)));
             }
         }

@@ -3,7 +3,8 @@
 use crate::chapter::StudyError;
 use crate::claim::measure::{problem, text, trajectory};
 use crate::claim::{Case, Claim, Finding};
-use crate::run::distance;
+use crate::measure::norm::{Extremes, distance};
+use crate::measure::search;
 
 pub(super) const CLAIMS: &[Claim] = &[Claim {
     id: "KY21-g",
@@ -18,15 +19,9 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
 const TAU: f64 = 0.1;
 const STEPS: usize = 100;
 
-/// The root of an increasing `f` in [`low`, `high`], by bisection to the last bit.
-fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
-    loop {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            return middle;
-        }
-        if f(middle) < 0.0 { low = middle } else { high = middle }
-    }
+/// The root of `f` in [`low`, `high`]; NaN where there is none.
+fn root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    search::root([low, high], f).unwrap_or(f64::NAN)
 }
 
 /// (21): η from θ_k and θ_{k+1} by the first equation, where θ_{k+1} follows from the second.
@@ -83,7 +78,7 @@ fn schemes() -> Result<Finding, StudyError> {
     let start = energy(&pendulum.initial());
     let worst = |from: f64, to: f64| {
         let within = live.iter().filter(|(t, _)| *t > from && *t <= to + 0.5 * TAU);
-        within.map(|(_, y)| (energy(y) - start).abs()).fold(0.0, f64::max)
+        within.map(|(_, y)| (energy(y) - start).abs()).largest()
     };
     let (early, late) = (worst(0.0, 10.0), worst(90.0, 100.0));
     cases.push(Case::below("late over early energy error", late / early, 1.1));

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::chapter::StudyError;
 use crate::claim::measure::{problem, table, text, trajectory};
 use crate::claim::{Case, Claim, Finding};
+use crate::measure::norm::Extremes;
 use crate::problem::{Mechanics, Problem};
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -142,7 +143,7 @@ fn drift(
 }
 
 fn worst(changes: &[(f64, f64)], from: f64, to: f64) -> f64 {
-    changes.iter().filter(|(t, _)| (from..=to).contains(t)).map(|(_, x)| x.abs()).fold(0.0, f64::max)
+    changes.iter().filter(|(t, _)| (from..=to).contains(t)).map(|(_, x)| x.abs()).largest()
 }
 
 fn momentum() -> Result<Finding, StudyError> {
@@ -199,7 +200,7 @@ fn drifts(system: &dyn Problem, method: &str, tau: f64, horizon: f64) -> Result<
         let normal = (functions.transpose() * &functions).cholesky().ok_or("the fit is degenerate")?;
         Ok(normal.solve(&(functions.transpose() * errors))[1] / horizon)
     };
-    let amplitude = states.iter().map(|(_, y)| error(y).abs()).fold(0.0, f64::max);
+    let amplitude = states.iter().map(|(_, y)| error(y).abs()).largest();
     let (first, second) = states.split_at(states.len() / 2);
     Ok(([slope(first)?, slope(second)?], amplitude))
 }

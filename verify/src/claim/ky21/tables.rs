@@ -11,6 +11,7 @@ use crate::claim::{Case, Claim, Finding};
 use crate::evidence::{Cell, Table};
 use crate::golden::table::rows;
 use crate::golden::{Row, Tolerance, Truth};
+use crate::measure::norm::Extremes;
 use crate::problem::Problem;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -165,7 +166,7 @@ fn energies() -> Result<Finding, StudyError> {
         case("forward differences", schemes[0].energy_error(t, false), schemes[1].energy_error(t, false));
         case("momenta", momenta[0][i], momenta[1][i]);
     }
-    let worst = |values: &[f64]| text(values.iter().copied().fold(0.0, f64::max));
+    let worst = |values: &[f64]| text(values.iter().copied().largest());
     let of = |scheme: usize, by_momentum: bool| worst(&TIMES.map(|t| schemes[scheme].energy_error(t, by_momentum)));
     let evidence = format!(
         "The largest errors of (16) and (17) are {} and {} with the velocities of the table, {} and {} with forward \

@@ -3,6 +3,7 @@
 use crate::chapter::StudyError;
 use crate::claim::measure::{growth, one_step, problem, text, threshold};
 use crate::claim::{Case, Claim, Finding};
+use crate::measure::norm::{Extremes, larger};
 use crate::method;
 use crate::problem::{Problem, poiseuille_series};
 use crate::run::run;
@@ -56,10 +57,10 @@ fn errors(
     let result = run(problem, &*method::parse(method)?, h, late.1, |state| {
         let error = (state.q[0] - truth(state.t)).abs();
         if state.t > 0.0 && state.t <= early {
-            first = first.max(error);
+            first = larger(first, error);
         }
         if state.t > late.0 {
-            last = last.max(error);
+            last = larger(last, error);
         }
     });
     Ok(if result.is_ok() { (first, last) } else { (first, f64::INFINITY) })
@@ -74,7 +75,7 @@ fn linear_errors_decay() -> Result<Finding, StudyError> {
             cases.push(Case::below(format!("late against early error, {method}, h = {h}"), late / early, 0.01));
         }
     }
-    let slowest = cases.iter().map(|case| case.measured).fold(0.0, f64::max);
+    let slowest = cases.iter().map(|case| case.measured).largest();
     let limit = threshold("|R| of RK4", 2.0, 4.0, |h| Ok(growth("rk4", h)?.abs() - 1.0))?;
     let evidence = format!("The slowest decay, RK4's at h = 2.5, leaves {} of the error.", text(slowest));
     Ok(Finding::on(cases, evidence).because(format!(
@@ -94,7 +95,7 @@ fn poiseuille_errors_decay() -> Result<Finding, StudyError> {
             cases.push(Case::below(format!("late against early error, {method}, h = {h}"), late / early, 1e-4));
         }
     }
-    let slowest = cases.iter().map(|case| case.measured).fold(0.0, f64::max);
+    let slowest = cases.iter().map(|case| case.measured).largest();
     let evidence = format!("From t = 2 to t = 8 the errors fall to {} of their size, or less.", text(slowest));
     Ok(Finding::on(cases, evidence).because(
         "Both reduced equations have the steady state of the flow, and all four methods find it at these steps.",

@@ -4,7 +4,9 @@ use crate::chapter::StudyError;
 use crate::claim::measure::{self, max_error, one_step, problem, text, threshold};
 use crate::claim::{Case, Claim, Finding};
 use crate::evidence::{Axis, Figure, Mark, Panel, Series};
+use crate::measure::norm::Extremes;
 use crate::measure::richardson::Richardson;
+use crate::measure::search::minimum;
 use crate::problem::poiseuille_series;
 
 use super::{BOTH, YARDSTICKS};
@@ -75,7 +77,7 @@ fn steady_limit() -> Result<Finding, StudyError> {
             cases.push(Case::below(format!("|v₁ − γ/2|, γ = {gamma}, v₀ = {v0}"), (v - steady).abs(), 1e-7));
         }
     }
-    let worst = cases.iter().map(|case| case.measured).fold(0.0, f64::max);
+    let worst = cases.iter().map(|case| case.measured).largest();
     let evidence = format!("One step of h = 10⁴ comes within {} of γ/2 from every start.", text(worst));
     Ok(Finding::on(cases, evidence).because("The excess is divided by 1 + (5/2)h + (15/4)h², Eq. (38)."))
 }
@@ -193,7 +195,7 @@ fn a_quarter() -> Result<Finding, StudyError> {
 fn distance(rate: f64) -> f64 {
     let at = |t: f64| (0.5 * GAMMA * (1.0 - (-rate * t).exp()) - centre(t)).abs();
     let best = (1..=2000).map(|i| 1e-3 * f64::from(i)).max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap_or(1e-3);
-    (-100..=100).map(|i| at(best + 1e-5 * f64::from(i))).fold(0.0, f64::max)
+    (-100..=100).map(|i| at(best + 1e-5 * f64::from(i))).largest()
 }
 
 fn floor() -> Result<Finding, StudyError> {
@@ -224,13 +226,7 @@ fn floor() -> Result<Finding, StudyError> {
 
 fn as_close_as_possible() -> Result<Finding, StudyError> {
     // Below the optimum the late error grows, above it the early one: the larger of the two has one minimum.
-    let (mut low, mut high) = (1.5, 3.5);
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    while high - low > 1e-6 {
-        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-        if distance(a) < distance(b) { high = b } else { low = a }
-    }
-    let rate = 0.5 * (low + high);
+    let rate = minimum([1.5, 3.5], 1e-6, distance);
     let (best, galerkin, averaged) = (distance(rate), distance(2.5), distance(3.0));
     let cases = vec![
         Case::below("limit of Method I, the Galerkin equation, over the smallest", galerkin / best, 1.01),

@@ -8,6 +8,8 @@ use crate::chapter::StudyError;
 use crate::claim::measure::{self, growth, text};
 use crate::claim::{Case, Claim, Finding};
 use crate::evidence::{Axis, Figure, Mark, Panel, Series};
+use crate::measure::norm::{Extremes, larger};
+use crate::measure::search::try_minimum;
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -34,7 +36,7 @@ fn worst_of(method: &str, range: f64) -> Result<f64, StudyError> {
     // Down to 10⁻³ of the range, below which all errors are small.
     (0..=60).try_fold(0.0_f64, |worst, i| {
         let h = range * 10_f64.powf(-f64::from(i) / 20.0);
-        Ok(worst.max((growth(method, h)? - (-h).exp()).abs()))
+        Ok(larger(worst, (growth(method, h)? - (-h).exp()).abs()))
     })
 }
 
@@ -43,22 +45,11 @@ fn worst(theta: f64, range: f64) -> Result<f64, StudyError> {
     worst_of(&format!("linear({:?},1.0)", -theta), range)
 }
 
-/// The minimiser over [0, 1] of a function with one minimum there, to five digits.
-fn minimise(mut f: impl FnMut(f64) -> Result<f64, StudyError>) -> Result<f64, StudyError> {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut low, mut high) = (0.0, 1.0);
-    while high - low > 1e-5 {
-        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-        if f(a)? < f(b)? { high = b } else { low = a }
-    }
-    Ok(0.5 * (low + high))
-}
-
 fn coefficients() -> Result<Finding, StudyError> {
     let (mut cases, mut rows) = (Vec::new(), Vec::new());
     let (mut curves, mut data) = (Vec::new(), Vec::new());
     for range in [1.0, 3.0, 10.0, 100.0] {
-        let theta = minimise(|theta| worst(theta, range))?;
+        let theta = try_minimum([0.0, 1.0], 1e-5, |theta| worst(theta, range))?;
         let (best, one, two) = (worst(theta, range)?, worst(0.0, range)?, worst(1.0, range)?);
         cases.push(Case::between(format!("best θ, h ≤ {range}"), theta, 0.0, 1.0 - 1e-4));
         cases.push(Case::below(format!("largest error with it, h ≤ {range}, against Method I"), best, one));
@@ -79,7 +70,7 @@ fn coefficients() -> Result<Finding, StudyError> {
     let mut fitted = 0.0_f64;
     for h in [0.5, 1.0, 2.0, 5.0, 10.0] {
         let error = (growth("fitted(1)", h)? - (-h).exp()).abs();
-        fitted = fitted.max(error);
+        fitted = larger(fitted, error);
         // A few roundings of θ and of the step.
         cases.push(Case::below(format!("error with θ(h), h = {h}"), error, 16.0 * f64::EPSILON));
     }
@@ -145,7 +136,7 @@ fn homogeneous() -> Result<Finding, StudyError> {
             // A point of the line, and F there relative to its largest value at the same distance from the origin.
             let (a, b) = (scale * line.beta, -scale * line.alpha);
             let around = (0..16).map(|i| (0.125 * PI * f64::from(i)).sin_cos());
-            let size = around.map(|(x, y)| f(a.hypot(b) * x, a.hypot(b) * y).abs()).fold(0.0, f64::max);
+            let size = around.map(|(x, y)| f(a.hypot(b) * x, a.hypot(b) * y).abs()).largest();
             let what = format!("|F| relative on the line of {name}, degree {degree}, scale {scale:e}");
             cases.push(Case::below(what, f(a, b).abs() / size, 1e-14));
         }

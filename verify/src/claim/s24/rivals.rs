@@ -7,8 +7,10 @@ use lsvi::{LeastSquares, State, Trajectory, Variational};
 use crate::chapter::StudyError;
 use crate::claim::measure::{HORIZON, max_error, problem, table, text, threshold};
 use crate::claim::{Case, Claim, Finding};
+use crate::measure::norm::larger;
 use crate::method;
 use crate::problem::Problem;
+use crate::run::run;
 
 use super::BOTH;
 
@@ -64,10 +66,7 @@ fn settings() -> Result<[Setting; 3], StudyError> {
 
 /// Linear solves and evaluations of the step equation in a run to t = 10.
 fn work(problem: &dyn Problem, method: &str, h: f64) -> Result<[f64; 2], StudyError> {
-    let method = method::parse(method)?;
-    let mut trajectory = Trajectory::new(method.build(problem)?, State::new(0.0, problem.initial()), h, HORIZON)?;
-    while trajectory.step()?.is_some() {}
-    let work = trajectory.work();
+    let work = run(problem, &*method::parse(method)?, h, HORIZON, |_| {})?.work;
     Ok([work.factorizations as f64, work.residuals as f64])
 }
 
@@ -156,7 +155,7 @@ fn galerkin(setting: &Setting, h: f64) -> Result<f64, StudyError> {
     let mut worst = 0.0_f64;
     let end = h * (HORIZON / h + 1e-9).floor();
     let run = Trajectory::new(method, State::new(0.0, setting.problem.initial()), h, end)?.observe(|state| {
-        worst = worst.max((state.q[0] - (setting.truth)(state.t)).abs());
+        worst = larger(worst, (state.q[0] - (setting.truth)(state.t)).abs());
     });
     Ok(if run.is_ok() { worst } else { f64::INFINITY })
 }

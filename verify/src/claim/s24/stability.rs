@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use crate::chapter::StudyError;
 use crate::claim::measure::{growth, problem, text, threshold};
 use crate::claim::{Case, Claim, Finding};
+use crate::measure::norm::larger;
 use crate::measure::stability::{Uniform, numerical_abscissa, spectral_abscissa, spectral_radius};
 use crate::method::{self, Method};
 use crate::propagator::propagator;
@@ -71,7 +72,7 @@ fn conventional_map() -> Result<Finding, StudyError> {
         let discriminant = 0.25 * trace * trace - determinant;
         let radius = if discriminant < 0.0 { determinant.sqrt() } else { 0.5 * trace.abs() + discriminant.sqrt() };
         let closed = (2.0 * (0.5 * h).asinh()).exp();
-        deviation = deviation.max((radius / closed - 1.0).abs());
+        deviation = larger(deviation, (radius / closed - 1.0).abs());
         cases.push(Case::above(format!("spectral radius, h = {h}"), radius, 1.0));
     }
     let (least, most) = (cases[0].measured, cases[STEPS.len() - 1].measured);

@@ -7,6 +7,7 @@ use lsvi::discrete::Trapezoidal;
 use crate::chapter::StudyError;
 use crate::claim::measure::{problem, text};
 use crate::claim::{Case, Claim, Finding};
+use crate::measure::norm::Extremes;
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -50,7 +51,7 @@ fn area_kept(found: Vec<(String, f64)>) -> Vec<Case> {
 
 fn conventional() -> Result<Finding, StudyError> {
     let found = determinants("conventional", || PositionMomentum)?;
-    let worst = found.iter().map(|(_, det)| (det - 1.0).abs()).fold(0.0, f64::max);
+    let worst = found.iter().map(|(_, det)| (det - 1.0).abs()).largest();
     let evidence = format!("The determinant differs from 1 by {} at most.", text(worst));
     Ok(Finding::on(area_kept(found), evidence).because(
         "It is the map that the discrete Lagrangian generates. On these problems it is also the unstable one, S24-a.",
@@ -60,7 +61,7 @@ fn conventional() -> Result<Finding, StudyError> {
 fn closed() -> Result<Finding, StudyError> {
     let mut found = determinants("method-i", || Linear::METHOD_I)?;
     found.extend(determinants("method-ii", || Linear::METHOD_II)?);
-    let largest = found.iter().map(|(_, det)| det.abs()).fold(0.0, f64::max);
+    let largest = found.iter().map(|(_, det)| det.abs()).largest();
     let evidence =
         format!("No determinant exceeds {}: a step collapses every area of the (v, p) plane.", text(largest));
     Ok(Finding::on(area_kept(found), evidence).holds_where("For the conventional map only, S24-m-1.").because(

@@ -1,6 +1,6 @@
 use super::*;
+use crate::measure::norm::distance;
 use crate::measure::order::{Expectation, Sample, Verdict, fit};
-use crate::run::distance;
 
 const STARTED: Flow = Flow { nu: 1.0, gamma: 2.0, wall: 0.0, omega: 0.0 };
 const IMPULSIVE: Flow = Flow { nu: 1.0, gamma: 0.0, wall: 1.0, omega: 0.0 };

@@ -1,0 +1,81 @@
+//! Sizes, none of which loses a NaN: `f64::max` and `f64::min` drop it, so that a failed measurement would pass for a small
+//! one.
+
+/// The larger of two numbers; NaN if either is.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// The largest and the smallest of some measured values.
+pub trait Extremes: Iterator<Item = f64> + Sized {
+    /// The largest; NaN if any of them is NaN, or if there is none.
+    fn largest(self) -> f64 {
+        self.reduce(larger).unwrap_or(f64::NAN)
+    }
+
+    /// The smallest; NaN if any of them is NaN, or if there is none.
+    fn smallest(self) -> f64 {
+        -self.map(|x| -x).largest()
+    }
+}
+
+impl<I: Iterator<Item = f64>> Extremes for I {}
+
+/// Largest absolute component, 0 of an empty vector; NaN if any component is NaN.
+pub fn max_norm(v: &[f64]) -> f64 {
+    v.iter().map(|x| x.abs()).fold(0.0, larger)
+}
+
+/// Largest absolute difference of two states over the components that both have; NaN if any of them is NaN.
+pub fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_nan_is_never_lost() {
+        for place in 0..3 {
+            let mut values = [1.0, -2.0, 0.5];
+            assert_eq!(
+                (values.into_iter().largest(), values.into_iter().smallest(), max_norm(&values)),
+                (1.0, -2.0, 2.0)
+            );
+            assert_eq!(distance(&values, &[0.0; 3]), 2.0);
+            values[place] = f64::NAN;
+            assert!(values.into_iter().largest().is_nan() && values.into_iter().smallest().is_nan());
+            assert!(max_norm(&values).is_nan() && distance(&values, &[0.0; 3]).is_nan());
+            assert!(distance(&[0.0; 3], &values).is_nan());
+        }
+        assert!(larger(1.0, f64::NAN).is_nan() && larger(f64::NAN, 1.0).is_nan());
+    }
+
+    #[test]
+    fn nothing_measured_has_no_extreme_value() {
+        assert!([].into_iter().largest().is_nan() && [].into_iter().smallest().is_nan());
+    }
+
+    /// No measured value goes through a maximum that drops NaN.
+    #[test]
+    fn no_source_folds_with_a_maximum_that_loses_nan() {
+        let banned = ["fold(0.0, f64::max)", "fold(f64::NEG_INFINITY, f64::max)", "fold(f64::INFINITY, f64::min)"];
+        let mut folders = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+        let mut seen = 0;
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).expect("a folder") {
+                let path = entry.expect("readable").path();
+                // The report measures lengths on the page.
+                if path.is_dir() && !path.ends_with("src/report") {
+                    folders.push(path);
+                } else if path.extension().is_some_and(|x| x == "rs") && !path.ends_with("measure/norm.rs") {
+                    let text = std::fs::read_to_string(&path).expect("readable");
+                    assert!(!banned.iter().any(|fold| text.contains(fold)), "{}", path.display());
+                    seen += 1;
+                }
+            }
+        }
+        assert!(seen > 100);
+    }
+}
