@@ -11,7 +11,7 @@ use crate::discrete::{Constrainable, Interval, MomentumWeights};
 use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::{Jacobian, add_block};
+use crate::linalg::{Entrywise, Jacobian, add_block};
 use crate::newton::{Newton, System, Work};
 
 /// The position–momentum form of a discretisation on the constraint f(q) = 0, by multipliers at the nodes.
@@ -180,12 +180,8 @@ fn set_reaction(gradient: &DMatrix<f64>, multipliers: &[f64], scale: f64, out: &
 }
 
 /// Adds `scale` Gᵀ to the entries of `out` from (row, column) on.
-fn add_transposed(out: &mut DMatrix<f64>, (row, column): (usize, usize), scale: f64, gradient: &DMatrix<f64>) {
-    for (i, entries) in gradient.column_iter().enumerate() {
-        for (k, g) in entries.iter().enumerate() {
-            out[(row + i, column + k)] += scale * g;
-        }
-    }
+fn add_transposed(out: &mut impl Entrywise, (row, column): (usize, usize), scale: f64, gradient: &DMatrix<f64>) {
+    gradient.visit(|k, i, g| out.add_entry(row + i, column + k, scale * g));
 }
 
 /// L_v(v) + Gᵀμ = p and G v = 0 for (v, μ).
@@ -219,11 +215,11 @@ impl System for Projection<'_> {
 
     fn derivative(&mut self, _: f64, x: &[f64], out: &mut Jacobian) {
         let Scratch { gradient, block, .. } = &mut *self.scratch;
-        let (out, n) = (out.as_dense_mut(), self.q.len());
+        let n = self.q.len();
         block.clear();
         let mass = HessianWeights { vv: 1.0, ..Default::default() };
         self.lagrangian.add_hessian(self.t, self.q, &x[..n], mass, block);
-        add_block(out, (0, 0), 1.0, block.as_dense());
+        add_block(out, (0, 0), 1.0, block);
         add_transposed(out, (0, n), 1.0, gradient);
         add_block(out, (n, 0), 1.0, gradient);
     }
@@ -262,7 +258,14 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
     }
 
     /// Adds the derivatives of the reaction at an interior node and of the constraints there in the given control values.
-    fn add_reaction(&mut self, node: usize, h: f64, y: &[f64], columns: RangeInclusive<usize>, out: &mut DMatrix<f64>) {
+    fn add_reaction(
+        &mut self,
+        node: usize,
+        h: f64,
+        y: &[f64],
+        columns: RangeInclusive<usize>,
+        out: &mut impl Entrywise,
+    ) {
         let (n, m, unknowns) = (self.q0.len(), self.constraint.count(), self.path().1);
         let (x, multipliers) = y.split_at(unknowns);
         self.place(node, x);
@@ -272,8 +275,8 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
         self.constraint.add_curvature(position, &multipliers[(node - 1) * m..node * m], h.recip(), block);
         for (column, j) in columns.enumerate() {
             let (inside, column) = (self.discrete.position_weight(node, j), column * n);
-            add_block(out, ((node - 1) * n, column), inside, block.as_dense());
-            add_block(out, (unknowns - n, column), weight * inside, block.as_dense());
+            add_block(out, ((node - 1) * n, column), inside, block);
+            add_block(out, (unknowns - n, column), weight * inside, block);
             add_block(out, (unknowns + (node - 1) * m, column), inside, gradient);
         }
     }
@@ -327,11 +330,11 @@ impl<D: Constrainable, K: Constraint> System for StepEquations<'_, D, K> {
 
     fn derivative(&mut self, h: f64, y: &[f64], out: &mut Jacobian) {
         let (n, m, (degree, unknowns)) = (self.q0.len(), self.constraint.count(), self.path());
-        let (x, out) = (&y[..unknowns], out.as_dense_mut());
+        let x = &y[..unknowns];
         self.scratch.path.clear();
         let at = Interval { t: self.t, h };
         self.discrete.add_derivative(at, self.q0, x, MomentumWeights::START, &mut self.scratch.path);
-        add_block(out, (0, 0), 1.0, self.scratch.path.as_dense());
+        add_block(out, (0, 0), 1.0, &self.scratch.path);
         let end = unknowns - n;
         for node in 1..degree {
             self.add_reaction(node, h, y, 1..=degree, out);
@@ -462,10 +465,10 @@ mod tests {
             system.residual(h, &x, &mut minus);
             x[j] = y[j];
             for i in 0..n {
-                worst = worst.max((exact.as_dense()[(i, j)] - (plus[i] - minus[i]) / (2.0 * e)).abs());
+                worst = worst.max((exact.get(i, j) - (plus[i] - minus[i]) / (2.0 * e)).abs());
             }
         }
-        worst / exact.as_dense().amax()
+        worst / exact.to_dense().amax()
     }
 
     fn check(discrete: impl Constrainable) {

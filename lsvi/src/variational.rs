@@ -23,7 +23,12 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     /// Closes `discrete` by `closure`.
     pub fn new(discrete: D, closure: C) -> Self {
         let unknowns = discrete.interior() + discrete.dim();
-        Self { discrete, closure, newton: Newton::new(unknowns), unknowns: vec![0.0; unknowns] }
+        Self {
+            closure,
+            newton: Newton::with_structure(unknowns, &discrete.structure()),
+            unknowns: vec![0.0; unknowns],
+            discrete,
+        }
     }
 
     /// The discrete Legendre transform.
@@ -123,13 +128,14 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         let (at, n, unknowns) = (Interval { t, h }, q.len(), self.unknowns.len());
         let interior = unknowns - n;
         let equations = self.closure.weights(h);
-        let mut in_unknowns = Jacobian::zeros(unknowns);
+        let structure = self.discrete.structure();
+        let mut in_unknowns = Jacobian::with_structure(unknowns, &structure);
         self.discrete.add_derivative(at, q, &self.unknowns, equations, &mut in_unknowns);
         // The derivatives of x in (q₀, p₀): those of −(stationarity, α p₀ + β p₁ − σ p), then solved for x.
         let mut x = DMatrix::zeros(unknowns, 2 * n);
-        let mut in_start = DMatrix::zeros(unknowns, n);
+        let mut in_start = Jacobian::with_structure(unknowns, &structure);
         self.discrete.add_start_derivative(at, q, &self.unknowns, equations, &mut in_start);
-        x.columns_mut(0, n).copy_from(&-&in_start);
+        x.columns_mut(0, n).copy_from(&-in_start.to_dense().columns(0, n));
         (0..n).for_each(|i| x[(interior + i, n + i)] = self.closure.carried());
         let mut lu = Lu::of(&in_unknowns);
         lu.factor(&in_unknowns).map_err(|error| StepError::Solve { t, h, source: error.into() })?;
@@ -138,13 +144,13 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         }
         in_unknowns.clear();
         self.discrete.add_derivative(at, q, &self.unknowns, MomentumWeights::END, &mut in_unknowns);
-        in_start.fill(0.0);
+        in_start.clear();
         self.discrete.add_start_derivative(at, q, &self.unknowns, MomentumWeights::END, &mut in_start);
         let mut tangent = DMatrix::zeros(2 * n, 2 * n);
         tangent.rows_mut(0, n).copy_from(&x.rows(interior, n));
-        tangent.rows_mut(n, n).copy_from(&(in_unknowns.as_dense().rows(interior, n) * &x));
+        tangent.rows_mut(n, n).copy_from(&(in_unknowns.to_dense().rows(interior, n) * &x));
         let mut momentum_in_q0 = tangent.view_mut((n, 0), (n, n));
-        momentum_in_q0 += in_start.rows(interior, n);
+        momentum_in_q0 += in_start.to_dense().view((interior, 0), (n, n));
         self.finish(at, q, p);
         Ok(tangent)
     }

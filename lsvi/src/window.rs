@@ -2,13 +2,11 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DMatrixView};
-
 use crate::closure::Linear;
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, State};
-use crate::linalg::{Jacobian, Structure};
+use crate::linalg::{Jacobian, Structure, add_block};
 use crate::newton::{Newton, System, Work};
 use crate::variational::{StepEquations, repeat};
 
@@ -41,7 +39,7 @@ pub struct Window<D> {
 struct Scratch {
     momentum: Vec<f64>,
     block: Jacobian,
-    in_start: DMatrix<f64>,
+    in_start: Jacobian,
 }
 
 impl<D: DiscreteLegendre> Window<D> {
@@ -55,17 +53,20 @@ impl<D: DiscreteLegendre> Window<D> {
         }
         let n = discrete.dim();
         let m = discrete.interior() + n;
-        // A step is coupled to the ends of the steps beside it.
-        let width = (m + n).min(length * m).saturating_sub(1);
-        let structure = Structure::Banded { lower: width, upper: width };
+        let of_step = discrete.structure();
+        let structure = window_structure(&of_step, n, m, length);
         Ok(Self {
             discrete,
             newton: Newton::with_structure(length * m, &structure),
-            march: Newton::new(m),
+            march: Newton::with_structure(m, &of_step),
             unknowns: vec![0.0; length * m],
             steps: Vec::with_capacity(length),
             handed_out: 0,
-            scratch: Scratch { momentum: vec![0.0; n], block: Jacobian::zeros(m), in_start: DMatrix::zeros(m, n) },
+            scratch: Scratch {
+                momentum: vec![0.0; n],
+                block: Jacobian::with_structure(m, &of_step),
+                in_start: Jacobian::with_structure(m, &of_step),
+            },
             work: Work::default(),
         })
     }
@@ -200,17 +201,17 @@ impl<D: DiscreteLegendre> System for WindowEquations<'_, D> {
             let Scratch { block, in_start, .. } = &mut *self.scratch;
             block.clear();
             self.discrete.add_derivative(at, start, unknowns, MomentumWeights::END, block);
-            add_block(out, (i * m, i * m), 1.0, block.as_dense().rows(0, m));
+            add_block(out, (i * m, i * m), 1.0, block);
             if i > 0 {
-                in_start.fill(0.0);
+                in_start.clear();
                 self.discrete.add_start_derivative(at, start, unknowns, MomentumWeights::END, in_start);
-                add_block(out, (i * m, i * m - n), 1.0, in_start.rows(0, m));
-                in_start.fill(0.0);
+                add_start(out, (i * m, i * m - n), 1.0, in_start, (0, n));
+                in_start.clear();
                 self.discrete.add_start_derivative(at, start, unknowns, MomentumWeights::START, in_start);
-                add_block(out, (i * m - n, i * m - n), -1.0, in_start.rows(m - n, n));
+                add_start(out, (i * m - n, i * m - n), -1.0, in_start, (m - n, n));
                 block.clear();
                 self.discrete.add_derivative(at, start, unknowns, MomentumWeights::START, block);
-                add_block(out, (i * m - n, i * m), -1.0, block.as_dense().rows(m - n, n));
+                add_start(out, (i * m - n, i * m), -1.0, block, (m - n, m));
             }
         }
         for i in self.unused() {
@@ -227,13 +228,42 @@ impl<D: DiscreteLegendre> System for WindowEquations<'_, D> {
     }
 }
 
-/// Adds `scale` times `block` to the entries of `out` from (row, column) on.
-fn add_block(out: &mut Jacobian, (row, column): (usize, usize), scale: f64, block: DMatrixView<'_, f64>) {
-    for (j, entries) in block.column_iter().enumerate() {
-        for (i, x) in entries.iter().enumerate() {
-            out.add(row + i, column + j, scale * x);
+/// Adds `scale` times the rows of `block` from `first` on, up to column `columns`, to the entries of `out` from (row, column)
+/// on.
+fn add_start(
+    out: &mut Jacobian,
+    (row, column): (usize, usize),
+    scale: f64,
+    block: &Jacobian,
+    (first, columns): (usize, usize),
+) {
+    block.for_each(|i, j, x| {
+        if i >= first && j < columns {
+            out.add(row + i - first, column + j, scale * x);
         }
+    });
+}
+
+/// Where the equations of a window of steps with n degrees of freedom and m unknowns have entries: a step is coupled to the
+/// ends of the steps beside it.
+fn window_structure(of_step: &Structure, n: usize, m: usize, length: usize) -> Structure {
+    if let Structure::Dense | Structure::MatrixFree = of_step {
+        let width = (m + n).min(length * m).saturating_sub(1);
+        return Structure::Banded { lower: width, upper: width };
     }
+    let entries: Vec<_> = (0..m).flat_map(|j| of_step.rows(m, j).map(move |i| (i, j))).collect();
+    let positions = (0..length).flat_map(|k| {
+        let (at, before) = (k * m, (k * m).wrapping_sub(n));
+        entries.iter().flat_map(move |&(i, j)| {
+            let own = Some((at + i, at + j));
+            let in_start = (k > 0 && j < n).then(|| (at + i, before.wrapping_add(j)));
+            let end = (k > 0 && i >= m - n).then(|| before.wrapping_add(i - (m - n)));
+            let start_momentum = end.map(|row| (row, at + j));
+            let start_in_start = end.filter(|_| j < n).map(|row| (row, before.wrapping_add(j)));
+            [own, in_start, start_momentum, start_in_start].into_iter().flatten()
+        })
+    });
+    Structure::sparse(length * m, positions).expect("all positions are below the order")
 }
 
 impl<D: DiscreteLegendre> Integrator for Window<D> {

@@ -57,17 +57,17 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
         let (n, (degree, unknowns)) = (self.q0.len(), self.path());
         let end = unknowns - n;
         let at = Interval { t: self.t, h };
-        let mut of_path = DMatrix::zeros(unknowns, n);
+        let mut of_path = Jacobian::zeros(unknowns);
         self.discrete.add_start_derivative(at, self.q0, &y[..unknowns], MomentumWeights::START, &mut of_path);
         let (mut in_unknowns, mut in_start) = (Jacobian::zeros(y.len()), DMatrix::zeros(y.len(), n));
         self.derivative(h, y, &mut in_unknowns);
-        add_block(&mut in_start, (0, 0), 1.0, &of_path);
+        in_start.rows_mut(0, unknowns).copy_from(&of_path.to_dense().columns(0, n));
         (1..degree).for_each(|node| self.add_reaction(node, h, y, 0..=0, &mut in_start));
         // The reaction at q₀.
         let (own, block) = (unknowns + (degree - 1) * self.constraint.count(), &mut self.scratch.block);
         block.clear();
         self.constraint.add_curvature(self.q0, &y[own..], h.recip(), block);
-        add_block(&mut in_start, (end, 0), 1.0, block.as_dense());
+        add_block(&mut in_start, (end, 0), 1.0, block);
         let mut tangent = DMatrix::zeros(y.len(), 2 * n);
         tangent.columns_mut(0, n).copy_from(&-in_start);
         (0..n).for_each(|i| tangent[(end + i, n + i)] = 1.0);
@@ -82,11 +82,12 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
         let (n, m, (degree, unknowns)) = (self.q0.len(), self.constraint.count(), self.path());
         let (x, multipliers) = y.split_at(unknowns);
         let (end, at) = (unknowns - n, Interval { t: self.t, h });
-        let (mut in_unknowns, mut in_start) = (Jacobian::zeros(unknowns), DMatrix::zeros(unknowns, n));
+        let (mut in_unknowns, mut in_start) = (Jacobian::zeros(unknowns), Jacobian::zeros(unknowns));
         self.discrete.add_derivative(at, self.q0, x, MomentumWeights::END, &mut in_unknowns);
         self.discrete.add_start_derivative(at, self.q0, x, MomentumWeights::END, &mut in_start);
-        let mut tangent = in_unknowns.as_dense().rows(end, n) * solution.rows(0, unknowns);
-        add_block(&mut tangent, (0, 0), 1.0, &in_start.rows(end, n).into_owned());
+        let mut tangent = in_unknowns.to_dense().rows(end, n) * solution.rows(0, unknowns);
+        let mut in_q0 = tangent.columns_mut(0, n);
+        in_q0 += in_start.to_dense().view((end, 0), (n, n));
         for node in 1..degree {
             self.place(node, x);
             let (own, weight) = ((node - 1) * m, self.discrete.reaction_weight(node, MomentumWeights::END) / h);
@@ -98,7 +99,7 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
             let Scratch { gradient, position: place, block, .. } = &mut *self.scratch;
             block.clear();
             self.constraint.add_curvature(place, &multipliers[own..own + m], weight, block);
-            tangent += block.as_dense() * position + weight * gradient.transpose() * solution.rows(unknowns + own, m);
+            tangent += block.to_dense() * position + weight * gradient.transpose() * solution.rows(unknowns + own, m);
         }
         tangent
     }
@@ -129,24 +130,24 @@ impl Projector {
         let mut curvature = Jacobian::zeros(n);
         constraint.add_curvature(q, multipliers, 1.0, &mut curvature);
         let mut solution = DMatrix::zeros(n + m, dq.ncols());
-        solution.rows_mut(0, n).copy_from(&(dp - (mixed.as_dense() + curvature.as_dense()) * dq));
+        solution.rows_mut(0, n).copy_from(&(dp - (mixed.to_dense() + curvature.to_dense()) * dq));
         for k in 0..m {
             let mut unit = vec![0.0; m];
             unit[k] = 1.0;
             curvature.clear();
             constraint.add_curvature(q, &unit, -1.0, &mut curvature);
-            let bend = DVector::from_column_slice(v).transpose() * curvature.as_dense();
+            let bend = DVector::from_column_slice(v).transpose() * curvature.to_dense();
             solution.row_mut(n + k).copy_from(&(bend * dq));
         }
         let mut equations = Jacobian::zeros(n + m);
-        let out = equations.as_dense_mut();
-        add_block(out, (0, 0), 1.0, mass.as_dense());
+        let out = &mut equations;
+        add_block(out, (0, 0), 1.0, &mass);
         add_transposed(out, (0, n), 1.0, &scratch.gradient);
         add_block(out, (n, 0), 1.0, &scratch.gradient);
         let mut lu = Lu::of(&equations);
         lu.factor(&equations)?;
         solution.column_iter_mut().for_each(|mut column| lu.solve(column.as_mut_slice()));
-        Ok(mixed.as_dense() * dq + mass.as_dense() * solution.rows(0, n))
+        Ok(mixed.to_dense() * dq + mass.to_dense() * solution.rows(0, n))
     }
 }
 

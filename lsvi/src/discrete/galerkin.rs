@@ -2,14 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use nalgebra::DMatrix;
-
 use super::path::{Path, Point};
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, SolveError};
 use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::{Jacobian, add_block};
+use crate::linalg::{Jacobian, Structure, add_block};
 use crate::quadrature::{LagrangeBasis, Quadrature};
 
 /// L_d = h Σ b_i L(t₀ + c_i h, u(c_i), u̇(c_i)) at a path u of degree s that makes it stationary.
@@ -62,8 +60,8 @@ impl<L: Lagrangian> Galerkin<L> {
         Ok(Self {
             path: Path::new(&basis, quadrature.nodes()),
             weights: quadrature.weights().to_vec(),
-            velocity_of: Velocity::new(zeros.len()),
-            block: Jacobian::zeros(zeros.len()),
+            velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
+            block: Jacobian::with_structure(zeros.len(), &lagrangian.structure()),
             lagrangian,
             q: zeros.clone(),
             v: zeros.clone(),
@@ -124,7 +122,7 @@ impl<L: Lagrangian> Galerkin<L> {
         x: &[f64],
         w: MomentumWeights,
         columns: RangeInclusive<usize>,
-        out: &mut DMatrix<f64>,
+        out: &mut Jacobian,
     ) {
         let n = q0.len();
         for (point, b) in self.path.points.iter().zip(&self.weights) {
@@ -137,7 +135,7 @@ impl<L: Lagrangian> Galerkin<L> {
                     let test = b * if test_slope { slope } else { at.h * value };
                     for (column, trial) in columns.clone().enumerate() {
                         let trial = if trial_slope { point.first[trial] / at.h } else { point.value[trial] };
-                        add_block(out, ((row - 1) * n, column * n), test * trial, self.block.as_dense());
+                        add_block(out, ((row - 1) * n, column * n), test * trial, &self.block);
                     }
                 }
             }
@@ -163,6 +161,10 @@ impl<L: Lagrangian> DiscreteLegendre for Galerkin<L> {
         (self.path.degree() - 1) * self.dim()
     }
 
+    fn structure(&self) -> Structure {
+        self.lagrangian.structure().blocks(self.dim(), self.path.degree())
+    }
+
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
         let v = self.velocity_of.of(&self.lagrangian, at.t, q0, p0)?;
         self.path.straight(at.h, q0, v, x);
@@ -179,17 +181,10 @@ impl<L: Lagrangian> DiscreteLegendre for Galerkin<L> {
     }
 
     fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
-        self.assemble(at, q0, x, w, 1..=self.path.degree(), out.as_dense_mut());
+        self.assemble(at, q0, x, w, 1..=self.path.degree(), out);
     }
 
-    fn add_start_derivative(
-        &mut self,
-        at: Interval,
-        q0: &[f64],
-        x: &[f64],
-        w: MomentumWeights,
-        out: &mut DMatrix<f64>,
-    ) {
+    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
         self.assemble(at, q0, x, w, 0..=0, out);
     }
 }

@@ -1,7 +1,5 @@
 //! The scheme of [KY21] (23) for motion on a circle, a documented failure.
 
-use nalgebra::DMatrix;
-
 use super::{DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::SolveError;
 use crate::linalg::Jacobian;
@@ -35,13 +33,13 @@ impl KongYangCircle {
     }
 
     /// Adds 4 (α − β) Dη/h + `own`/h to the derivative in either end; Dη = (I − ηηᵀ)/|q₀ + q₁|.
-    fn add_end(&mut self, h: f64, q0: &[f64], q1: &[f64], w: MomentumWeights, own: f64, out: &mut DMatrix<f64>) {
+    fn add_end(&mut self, h: f64, q0: &[f64], q1: &[f64], w: MomentumWeights, own: f64, out: &mut Jacobian) {
         let scale = 4.0 * (w.alpha - w.beta) / (h * self.place(q0, q1));
         for (i, a) in self.middle.iter().enumerate() {
             for (j, b) in self.middle.iter().enumerate() {
-                out[(i, j)] -= scale * a * b;
+                out.add(i, j, -scale * a * b);
             }
-            out[(i, i)] += scale + own / h;
+            out.add(i, i, scale + own / h);
         }
     }
 }
@@ -69,17 +67,10 @@ impl DiscreteLegendre for KongYangCircle {
     }
 
     fn add_derivative(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut Jacobian) {
-        self.add_end(at.h, q0, q1, w, 3.0 * w.beta - w.alpha, out.as_dense_mut());
+        self.add_end(at.h, q0, q1, w, 3.0 * w.beta - w.alpha, out);
     }
 
-    fn add_start_derivative(
-        &mut self,
-        at: Interval,
-        q0: &[f64],
-        q1: &[f64],
-        w: MomentumWeights,
-        out: &mut DMatrix<f64>,
-    ) {
+    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut Jacobian) {
         self.add_end(at.h, q0, q1, w, w.beta - 3.0 * w.alpha, out);
     }
 }

@@ -1,12 +1,10 @@
 //! Wendlandt and Marsden's discrete Lagrangian: straight path, midpoint rule.
 
-use nalgebra::DMatrix;
-
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
 use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, Structure};
 
 /// L_d = h L(t₀ + h/2, (q₀ + q₁)/2, (q₁ − q₀)/h) (\[MW01\]).
 ///
@@ -19,7 +17,6 @@ pub struct Midpoint<L> {
     velocity: Vec<f64>,
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
-    block: Jacobian,
     velocity_of: Velocity,
 }
 
@@ -28,8 +25,7 @@ impl<L: Lagrangian> Midpoint<L> {
     pub fn new(lagrangian: L) -> Self {
         let zeros = vec![0.0; lagrangian.dim()];
         Self {
-            velocity_of: Velocity::new(zeros.len()),
-            block: Jacobian::zeros(zeros.len()),
+            velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
             lagrangian,
             middle: zeros.clone(),
             velocity: zeros.clone(),
@@ -57,6 +53,10 @@ impl<L: Lagrangian> DiscreteLegendre for Midpoint<L> {
         self.lagrangian.dim()
     }
 
+    fn structure(&self) -> Structure {
+        self.lagrangian.structure()
+    }
+
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
         let v = self.velocity_of.of(&self.lagrangian, at.t, q0, p0)?;
         straight(at.h, q0, v, x);
@@ -79,20 +79,11 @@ impl<L: Lagrangian> DiscreteLegendre for Midpoint<L> {
         self.lagrangian.add_hessian(t, &self.middle, &self.velocity, c, out);
     }
 
-    fn add_start_derivative(
-        &mut self,
-        at: Interval,
-        q0: &[f64],
-        q1: &[f64],
-        w: MomentumWeights,
-        out: &mut DMatrix<f64>,
-    ) {
+    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut Jacobian) {
         let t = self.place(at, q0, q1);
         let (sum, difference) = (w.alpha + w.beta, w.beta - w.alpha);
         let c = HessianWeights { qq: 0.25 * at.h * difference, qv: -0.5 * difference, vq: 0.5 * sum, vv: -sum / at.h };
-        self.block.clear();
-        self.lagrangian.add_hessian(t, &self.middle, &self.velocity, c, &mut self.block);
-        *out += self.block.as_dense();
+        self.lagrangian.add_hessian(t, &self.middle, &self.velocity, c, out);
     }
 }
 

@@ -17,11 +17,11 @@ pub use midpoint::Midpoint;
 pub use path_fitted::PathFitted;
 pub use trapezoidal::Trapezoidal;
 
-use nalgebra::DMatrix;
+use auto_impl::auto_impl;
 
 use crate::error::SolveError;
 use crate::lagrangian::Lagrangian;
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, Structure};
 
 /// The time interval [t, t + h] of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,7 @@ impl MomentumWeights {
 ///
 /// The unknowns of a step are x = (interior values, q₁): first [`interior`](Self::interior) values that the path has
 /// inside the step, if any, then the n components of q₁.
+#[auto_impl(&mut, Box)]
 pub trait DiscreteLegendre {
     /// Degrees of freedom n.
     fn dim(&self) -> usize;
@@ -59,6 +60,11 @@ pub trait DiscreteLegendre {
     /// Number of interior unknowns, fixed by as many conditions of stationarity.
     fn interior(&self) -> usize {
         0
+    }
+
+    /// Where [`add_derivative`](Self::add_derivative) may have entries, in a matrix of order `interior` + n.
+    fn structure(&self) -> Structure {
+        Structure::Dense
     }
 
     /// Writes a first guess of the unknowns from the momentum p₀.
@@ -78,39 +84,9 @@ pub trait DiscreteLegendre {
     /// Adds the derivatives of the [`equations`](Self::equations) in x to `out`.
     fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian);
 
-    /// Adds the derivatives of the [`equations`](Self::equations) in q₀ to `out`, which has n columns.
-    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut DMatrix<f64>);
-}
-
-impl<D: DiscreteLegendre + ?Sized> DiscreteLegendre for Box<D> {
-    fn dim(&self) -> usize {
-        (**self).dim()
-    }
-    fn interior(&self) -> usize {
-        (**self).interior()
-    }
-    fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
-        (**self).predict(at, q0, p0, x)
-    }
-    fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
-        (**self).momentum(at, q0, x, w, out);
-    }
-    fn equations(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
-        (**self).equations(at, q0, x, w, out);
-    }
-    fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
-        (**self).add_derivative(at, q0, x, w, out);
-    }
-    fn add_start_derivative(
-        &mut self,
-        at: Interval,
-        q0: &[f64],
-        x: &[f64],
-        w: MomentumWeights,
-        out: &mut DMatrix<f64>,
-    ) {
-        (**self).add_start_derivative(at, q0, x, w, out);
-    }
+    /// Adds the derivatives of the [`equations`](Self::equations) in q₀ to the first n columns of `out`, of the same
+    /// structure.
+    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian);
 }
 
 /// A discrete Legendre transform that comes from a discrete Lagrangian.
@@ -123,6 +99,7 @@ pub trait DiscreteLagrangian: DiscreteLegendre {
 /// the constraints, and what their reactions there do to the momenta.
 ///
 /// Nodes are counted from 1 to m − 1; each has a condition of stationarity, to which the reaction adds an impulse.
+#[auto_impl(&mut, Box)]
 pub trait Constrainable: DiscreteLegendre {
     /// The Lagrangian.
     fn mechanics(&self) -> &dyn Lagrangian;
@@ -135,18 +112,6 @@ pub trait Constrainable: DiscreteLegendre {
     /// The weight of an impulse at `node` in α p₀ + β p₁.
     fn reaction_weight(&self, _node: usize, _w: MomentumWeights) -> f64 {
         0.0
-    }
-}
-
-impl<D: Constrainable + ?Sized> Constrainable for Box<D> {
-    fn mechanics(&self) -> &dyn Lagrangian {
-        (**self).mechanics()
-    }
-    fn position_weight(&self, node: usize, j: usize) -> f64 {
-        (**self).position_weight(node, j)
-    }
-    fn reaction_weight(&self, node: usize, w: MomentumWeights) -> f64 {
-        (**self).reaction_weight(node, w)
     }
 }
 

@@ -2,14 +2,12 @@
 
 use std::ops::RangeInclusive;
 
-use nalgebra::DMatrix;
-
 use super::path::Path;
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, SolveError};
 use crate::lagrangian::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
-use crate::linalg::{Jacobian, add_block};
+use crate::linalg::{Jacobian, Structure, add_block};
 use crate::quadrature::{Basis, BernsteinBasis, LagrangeBasis, NodeFamily};
 
 /// The path is the polynomial of degree m that satisfies the Euler–Lagrange equations at m − 1 interior nodes;
@@ -73,8 +71,8 @@ impl<L: EulerLagrange> PathFitted<L> {
         let zeros = vec![0.0; lagrangian.dim()];
         Self {
             path: Path::new(basis, nodes),
-            velocity_of: Velocity::new(zeros.len()),
-            block: Jacobian::zeros(zeros.len()),
+            velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
+            block: Jacobian::with_structure(zeros.len(), &lagrangian.structure()),
             lagrangian,
             q: zeros.clone(),
             v: zeros.clone(),
@@ -97,7 +95,7 @@ impl<L: EulerLagrange> PathFitted<L> {
         x: &[f64],
         w: MomentumWeights,
         columns: RangeInclusive<usize>,
-        out: &mut DMatrix<f64>,
+        out: &mut Jacobian,
     ) {
         let (n, m) = (q0.len(), self.path.degree());
         for (i, point) in self.path.points.iter().enumerate() {
@@ -115,7 +113,7 @@ impl<L: EulerLagrange> PathFitted<L> {
                     self.block.clear();
                     self.lagrangian.add_hessian(t, &self.q, &self.v, which, &mut self.block);
                     for (column, j) in columns.clone().enumerate() {
-                        add_block(out, ((m - 1) * n, column * n), scale * trial[j], self.block.as_dense());
+                        add_block(out, ((m - 1) * n, column * n), scale * trial[j], &self.block);
                     }
                 }
                 continue;
@@ -126,7 +124,7 @@ impl<L: EulerLagrange> PathFitted<L> {
                 self.block.clear();
                 self.lagrangian.add_residual_derivative(t, &self.q, &self.v, &self.a, which, &mut self.block);
                 for (column, j) in columns.clone().enumerate() {
-                    add_block(out, ((i - 1) * n, column * n), scale * trial[j], self.block.as_dense());
+                    add_block(out, ((i - 1) * n, column * n), scale * trial[j], &self.block);
                 }
             }
         }
@@ -151,6 +149,10 @@ impl<L: EulerLagrange> DiscreteLegendre for PathFitted<L> {
 
     fn interior(&self) -> usize {
         (self.path.degree() - 1) * self.dim()
+    }
+
+    fn structure(&self) -> Structure {
+        self.lagrangian.structure().blocks(self.dim(), self.path.degree())
     }
 
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
@@ -182,17 +184,10 @@ impl<L: EulerLagrange> DiscreteLegendre for PathFitted<L> {
     }
 
     fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
-        self.assemble(at, q0, x, w, 1..=self.path.degree(), out.as_dense_mut());
+        self.assemble(at, q0, x, w, 1..=self.path.degree(), out);
     }
 
-    fn add_start_derivative(
-        &mut self,
-        at: Interval,
-        q0: &[f64],
-        x: &[f64],
-        w: MomentumWeights,
-        out: &mut DMatrix<f64>,
-    ) {
+    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
         self.assemble(at, q0, x, w, 0..=0, out);
     }
 }

@@ -1,12 +1,10 @@
 //! MacKay's discrete Lagrangian: straight path, trapezoidal rule, Eqs. (9), (18).
 
-use nalgebra::DMatrix;
-
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
 use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, Structure};
 
 /// L_d = (h/2) [L(t₀, q₀, d) + L(t₁, q₁, d)] with d = (q₁ − q₀)/h, Eq. (9).
 ///
@@ -17,7 +15,6 @@ pub struct Trapezoidal<L> {
     velocity: Vec<f64>,
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
-    block: Jacobian,
     velocity_of: Velocity,
 }
 
@@ -26,8 +23,7 @@ impl<L: Lagrangian> Trapezoidal<L> {
     pub fn new(lagrangian: L) -> Self {
         let zeros = vec![0.0; lagrangian.dim()];
         Self {
-            velocity_of: Velocity::new(zeros.len()),
-            block: Jacobian::zeros(zeros.len()),
+            velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
             lagrangian,
             velocity: zeros.clone(),
             dl_dq: zeros.clone(),
@@ -44,6 +40,10 @@ impl<L: Lagrangian> Trapezoidal<L> {
 impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
     fn dim(&self) -> usize {
         self.lagrangian.dim()
+    }
+
+    fn structure(&self) -> Structure {
+        self.lagrangian.structure()
     }
 
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
@@ -74,22 +74,13 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         self.lagrangian.add_hessian(at.t + at.h, q1, &self.velocity, end, out);
     }
 
-    fn add_start_derivative(
-        &mut self,
-        at: Interval,
-        q0: &[f64],
-        q1: &[f64],
-        w: MomentumWeights,
-        out: &mut DMatrix<f64>,
-    ) {
+    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut Jacobian) {
         secant(at.h, q0, q1, &mut self.velocity);
         let common = 0.5 * (w.alpha + w.beta);
         let start = HessianWeights { qq: -0.5 * at.h * w.alpha, qv: 0.5 * w.alpha, vq: common, vv: -common / at.h };
         let end = HessianWeights { qv: -0.5 * w.beta, vv: -common / at.h, ..Default::default() };
-        self.block.clear();
-        self.lagrangian.add_hessian(at.t, q0, &self.velocity, start, &mut self.block);
-        self.lagrangian.add_hessian(at.t + at.h, q1, &self.velocity, end, &mut self.block);
-        *out += self.block.as_dense();
+        self.lagrangian.add_hessian(at.t, q0, &self.velocity, start, out);
+        self.lagrangian.add_hessian(at.t + at.h, q1, &self.velocity, end, out);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::{Jacobian, Lu};
+use crate::linalg::{Jacobian, Lu, Structure};
 
 /// The inverse of p = ∂L/∂v, for first guesses.
 #[derive(Debug)]
@@ -15,8 +15,8 @@ pub(super) struct Velocity {
 }
 
 impl Velocity {
-    pub(super) fn new(dim: usize) -> Self {
-        let (zeros, mass) = (vec![0.0; dim], Jacobian::zeros(dim));
+    pub(super) fn new(dim: usize, structure: &Structure) -> Self {
+        let (zeros, mass) = (vec![0.0; dim], Jacobian::with_structure(dim, structure));
         Self { rest: zeros.clone(), dl_dq: zeros.clone(), velocity: zeros, lu: Lu::of(&mass), mass }
     }
 

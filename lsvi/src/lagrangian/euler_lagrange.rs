@@ -1,5 +1,7 @@
 //! The Euler–Lagrange equations, for methods that impose them at nodes.
 
+use auto_impl::auto_impl;
+
 use super::Lagrangian;
 use crate::linalg::Jacobian;
 
@@ -17,28 +19,11 @@ pub struct MotionWeights {
 /// The Euler–Lagrange expression E = ∂L/∂q − d/dt ∂L/∂v as a function of time, configuration, velocity and acceleration,
 ///
 /// E(t, q, v, a) = L_q − L_vq v − L_vv a − L_vt, zero on a motion.
+#[auto_impl(&, Box, Rc, Arc)]
 pub trait EulerLagrange: Lagrangian {
     /// Writes E(t, q, v, a).
     fn residual(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], out: &mut [f64]);
 
     /// Adds `c.q` ∂E/∂q + `c.v` ∂E/∂v + `c.a` ∂E/∂a to `out`.
     fn add_residual_derivative(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], c: MotionWeights, out: &mut Jacobian);
-}
-
-impl<L: EulerLagrange + ?Sized> EulerLagrange for &L {
-    fn residual(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], out: &mut [f64]) {
-        (**self).residual(t, q, v, a, out);
-    }
-    fn add_residual_derivative(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], c: MotionWeights, out: &mut Jacobian) {
-        (**self).add_residual_derivative(t, q, v, a, c, out);
-    }
-}
-
-impl<L: EulerLagrange + ?Sized> EulerLagrange for Box<L> {
-    fn residual(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], out: &mut [f64]) {
-        (**self).residual(t, q, v, a, out);
-    }
-    fn add_residual_derivative(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], c: MotionWeights, out: &mut Jacobian) {
-        (**self).add_residual_derivative(t, q, v, a, c, out);
-    }
 }

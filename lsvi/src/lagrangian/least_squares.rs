@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use super::{HessianWeights, Lagrangian};
 use crate::error::InputError;
-use crate::linalg::{Jacobian, Structure};
+use crate::linalg::{Jacobian, Structure, add_block};
 use crate::mass::Mass;
 use crate::pool::Pool;
 use crate::vector_field::VectorField;
@@ -14,6 +14,9 @@ use crate::vector_field::VectorField;
 /// Its action is least, and zero, on the solutions of M v̇ = f(t, v), where the conjugate momentum p = M W r vanishes.
 /// Another metric is another method: W is part of the statement of the problem. The natural metric M⁻¹ does not depend
 /// on how the equations are multiplied by M: with it L = ½ (v̇ − M⁻¹f)ᵀ M (v̇ − M⁻¹f).
+///
+/// In the natural metric of a diagonal M the second derivatives follow the [structure](VectorField::structure) of the field;
+/// of any other metric, whose inverse fills, they are dense.
 #[derive(Debug)]
 pub struct LeastSquares<F> {
     field: F,
@@ -28,6 +31,25 @@ struct Weights {
     w: Option<DMatrix<f64>>,
     wm: Option<DMatrix<f64>>,
     mwm: Option<DMatrix<f64>>,
+    /// The columns that each row of J meets, where J and JᵀWJ are not stored as dense matrices: for W = M⁻¹ diagonal.
+    rows: Option<Vec<Vec<usize>>>,
+}
+
+impl Weights {
+    fn diagonal(&self, i: usize) -> f64 {
+        match &self.mass {
+            Mass::Diagonal(m) => m[i],
+            _ => 1.0,
+        }
+    }
+
+    /// Writes W r.
+    fn weigh(&self, r: &[f64], out: &mut [f64]) {
+        match &self.rows {
+            Some(_) => out.iter_mut().zip(r).enumerate().for_each(|(i, (o, r))| *o = r / self.diagonal(i)),
+            None => mul_transpose(self.w.as_ref(), r, out),
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -40,6 +62,8 @@ struct Scratch {
     wj: DMatrix<f64>,
     /// M W J.
     mwj: DMatrix<f64>,
+    /// JᵀWJ.
+    product: DMatrix<f64>,
 }
 
 /// A symmetric positive definite M as a dense matrix.
@@ -62,23 +86,24 @@ impl<F: VectorField> LeastSquares<F> {
         if field.structure() == Structure::MatrixFree {
             return Err(InputError::NotAssembled);
         }
-        let scratch = move || Scratch {
-            residual: vec![0.0; n],
-            weighted: vec![0.0; n],
-            jacobian: Jacobian::zeros(n),
-            wj: DMatrix::zeros(n, n),
-            mwj: DMatrix::zeros(n, n),
-        };
-        let weights = match field.mass() {
-            Mass::Identity => Weights { mass: Mass::Identity, w: None, wm: None, mwm: None },
+        let (structure, mass) = (field.structure(), field.mass());
+        if structure != Structure::Dense && matches!(mass, Mass::Identity | Mass::Diagonal(_)) {
+            mass.check_metric(n)?;
+            let mut rows = vec![Vec::new(); n];
+            (0..n).for_each(|j| structure.rows(n, j).for_each(|i| rows[i].push(j)));
+            let weights = Weights { mass, w: None, wm: None, mwm: None, rows: Some(rows) };
+            return Ok(Self { field, weights, scratch: Scratch::pool(n, structure) });
+        }
+        let weights = match mass {
+            Mass::Identity => Weights { mass: Mass::Identity, w: None, wm: None, mwm: None, rows: None },
             mass => {
                 let m = dense(&mass, n)?;
                 let w =
                     Cholesky::new(m.clone()).ok_or_else(|| InputError::Metric("it has no Cholesky factor".into()))?;
-                Weights { mass, w: Some(w.inverse()), wm: None, mwm: Some(m) }
+                Weights { mass, w: Some(w.inverse()), wm: None, mwm: Some(m), rows: None }
             }
         };
-        Ok(Self { field, weights, scratch: Pool::new(scratch) })
+        Ok(Self { field, weights, scratch: Scratch::pool(n, Structure::Dense) })
     }
 
     /// Measures the residual in the metric `w`, an n × n symmetric positive definite matrix.
@@ -92,14 +117,16 @@ impl<F: VectorField> LeastSquares<F> {
         }
         Jacobian::from(w.clone()).check_metric()?;
         let weights = match self.field.mass() {
-            Mass::Identity => Weights { mass: Mass::Identity, wm: Some(w.clone()), mwm: Some(w.clone()), w: Some(w) },
+            Mass::Identity => {
+                Weights { mass: Mass::Identity, wm: Some(w.clone()), mwm: Some(w.clone()), w: Some(w), rows: None }
+            }
             mass => {
                 let m = dense(&mass, n)?;
                 let wm = &w * &m;
-                Weights { mass, mwm: Some(m.tr_mul(&wm)), wm: Some(wm), w: Some(w) }
+                Weights { mass, mwm: Some(m.tr_mul(&wm)), wm: Some(wm), w: Some(w), rows: None }
             }
         };
-        Ok(Self { weights, ..self })
+        Ok(Self { weights, scratch: Scratch::pool(n, Structure::Dense), ..self })
     }
 
     /// The field f.
@@ -121,6 +148,18 @@ fn mul_transpose(a: Option<&DMatrix<f64>>, x: &[f64], out: &mut [f64]) {
 }
 
 impl Scratch {
+    fn pool(n: usize, structure: Structure) -> Pool<Self> {
+        let dense = if structure == Structure::Dense { n } else { 0 };
+        Pool::new(move || Self {
+            residual: vec![0.0; n],
+            weighted: vec![0.0; n],
+            jacobian: Jacobian::with_structure(n, &structure),
+            wj: DMatrix::zeros(dense, dense),
+            mwj: DMatrix::zeros(dense, dense),
+            product: DMatrix::zeros(dense, dense),
+        })
+    }
+
     /// Sets r = M v̇ − f(t, v).
     fn set_residual<F: VectorField>(&mut self, field: &F, mass: &Mass, t: f64, v: &[f64], rate: &[f64]) {
         field.rhs(t, v, &mut self.residual);
@@ -139,10 +178,17 @@ impl<F: VectorField> Lagrangian for LeastSquares<F> {
         self.field.dim()
     }
 
+    fn structure(&self) -> Structure {
+        match &self.weights.rows {
+            Some(_) => self.field.structure().gram(self.dim()),
+            None => Structure::Dense,
+        }
+    }
+
     fn value(&self, t: f64, v: &[f64], rate: &[f64]) -> f64 {
         self.scratch.with(|s| {
             s.set_residual(&self.field, &self.weights.mass, t, v, rate);
-            mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
+            self.weights.weigh(&s.residual, &mut s.weighted);
             0.5 * s.weighted.iter().zip(&s.residual).map(|(w, r)| w * r).sum::<f64>()
         })
     }
@@ -151,11 +197,19 @@ impl<F: VectorField> Lagrangian for LeastSquares<F> {
     fn gradient(&self, t: f64, v: &[f64], rate: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
         self.scratch.with(|s| {
             s.set_residual(&self.field, &self.weights.mass, t, v, rate);
-            mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
+            self.weights.weigh(&s.residual, &mut s.weighted);
             mul_transpose(self.weights.wm.as_ref(), &s.residual, dl_dv);
             s.set_jacobian(&self.field, t, v);
-            mul_transpose(Some(s.jacobian.as_dense()), &s.weighted, dl_dq);
-            dl_dq.iter_mut().for_each(|x| *x = -*x);
+            match s.jacobian.dense() {
+                Some(j) => {
+                    mul_transpose(Some(j), &s.weighted, dl_dq);
+                    dl_dq.iter_mut().for_each(|x| *x = -*x);
+                }
+                None => {
+                    dl_dq.fill(0.0);
+                    s.jacobian.mul_transpose_add(-1.0, &s.weighted, dl_dq);
+                }
+            }
         });
     }
 
@@ -173,9 +227,41 @@ impl<F: VectorField> LeastSquares<F> {
         c: HessianWeights,
         out: &mut Jacobian,
     ) {
-        let n = self.dim();
         s.set_jacobian(&self.field, t, v);
-        let j = s.jacobian.as_dense();
+        match &self.weights.rows {
+            Some(rows) => self.add_products(s, rows, c, out),
+            None => self.add_dense_products(s, c, out),
+        }
+        if c.qq != 0.0 {
+            s.set_residual(&self.field, &self.weights.mass, t, v, rate);
+            self.weights.weigh(&s.residual, &mut s.weighted);
+            self.field.add_curvature(t, v, &s.weighted, -c.qq, out);
+        }
+    }
+
+    /// Everything but the curvature, entry by entry.
+    fn add_products(&self, s: &Scratch, rows: &[Vec<usize>], c: HessianWeights, out: &mut Jacobian) {
+        let j = &s.jacobian;
+        if c.vv != 0.0 {
+            self.weights.mass.add_to(c.vv, out);
+        }
+        j.for_each(|i, b, x| {
+            if x != 0.0 {
+                out.add(i, b, -c.vq * x);
+                out.add(b, i, -c.qv * x);
+            }
+            if c.qq != 0.0 && x != 0.0 {
+                let weighted = c.qq * x / self.weights.diagonal(i);
+                rows[i].iter().for_each(|&a| out.add(a, b, weighted * j.get(i, a)));
+            }
+        });
+        out.inherit_outside(j);
+    }
+
+    /// Everything but the curvature, by products of dense matrices.
+    fn add_dense_products(&self, s: &mut Scratch, c: HessianWeights, out: &mut Jacobian) {
+        let n = self.dim();
+        let j = s.jacobian.dense().expect("dense unless there are rows");
         let mwj = match &self.weights.wm {
             None => j,
             Some(wm) => {
@@ -183,15 +269,14 @@ impl<F: VectorField> LeastSquares<F> {
                 &s.mwj
             }
         };
-        let h = out.as_dense_mut();
         match &self.weights.mwm {
-            Some(mwm) if c.vv != 0.0 => h.zip_apply(mwm, |o, x| *o += c.vv * x),
-            None if c.vv != 0.0 => (0..n).for_each(|i| h[(i, i)] += c.vv),
+            Some(mwm) if c.vv != 0.0 => add_block(out, (0, 0), c.vv, mwm),
+            None if c.vv != 0.0 => (0..n).for_each(|i| out.add(i, i, c.vv)),
             _ => {}
         }
-        for a in 0..n {
-            for b in 0..n {
-                h[(a, b)] -= c.vq * mwj[(a, b)] + c.qv * mwj[(b, a)];
+        for b in 0..n {
+            for a in 0..n {
+                out.add(a, b, -(c.vq * mwj[(a, b)] + c.qv * mwj[(b, a)]));
             }
         }
         if c.qq != 0.0 {
@@ -202,10 +287,8 @@ impl<F: VectorField> LeastSquares<F> {
                     &s.wj
                 }
             };
-            h.gemm_tr(c.qq, j, wj, 1.0);
-            s.set_residual(&self.field, &self.weights.mass, t, v, rate);
-            mul_transpose(self.weights.w.as_ref(), &s.residual, &mut s.weighted);
-            self.field.add_curvature(t, v, &s.weighted, -c.qq, out);
+            s.product.gemm_tr(c.qq, j, wj, 0.0);
+            add_block(out, (0, 0), 1.0, &s.product);
         }
     }
 }

@@ -8,7 +8,9 @@ pub use euler_lagrange::{EulerLagrange, MotionWeights};
 pub use forced::{Force, Forced};
 pub use least_squares::LeastSquares;
 
-use crate::linalg::Jacobian;
+use auto_impl::auto_impl;
+
+use crate::linalg::{Jacobian, Structure};
 
 /// Which blocks of second derivatives to add, and how much of each; see [`Lagrangian::add_hessian`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -27,9 +29,15 @@ pub struct HessianWeights {
 ///
 /// In mechanics q are coordinates and v velocities. In the least-squares formulation of v̇ = f(t, v), [`LeastSquares`],
 /// the unknown itself is the configuration q, and its rate of change is the velocity.
+#[auto_impl(&, Box, Rc, Arc)]
 pub trait Lagrangian {
     /// Degrees of freedom n.
     fn dim(&self) -> usize;
+
+    /// Where the second derivatives, ∂²L/∂q², ∂²L/∂q∂v and ∂²L/∂v², may have entries.
+    fn structure(&self) -> Structure {
+        Structure::Dense
+    }
 
     /// L(t, q, v).
     fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64;
@@ -39,34 +47,4 @@ pub trait Lagrangian {
 
     /// Adds `c.qq` L_qq + `c.qv` L_qv + `c.vq` L_vq + `c.vv` L_vv to `out`, where (L_qv)_ij = ∂²L/∂q_i∂v_j.
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian);
-}
-
-impl<L: Lagrangian + ?Sized> Lagrangian for &L {
-    fn dim(&self) -> usize {
-        (**self).dim()
-    }
-    fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
-        (**self).value(t, q, v)
-    }
-    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
-        (**self).gradient(t, q, v, dl_dq, dl_dv);
-    }
-    fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
-        (**self).add_hessian(t, q, v, c, out);
-    }
-}
-
-impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
-    fn dim(&self) -> usize {
-        (**self).dim()
-    }
-    fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
-        (**self).value(t, q, v)
-    }
-    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
-        (**self).gradient(t, q, v, dl_dq, dl_dv);
-    }
-    fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
-        (**self).add_hessian(t, q, v, c, out);
-    }
 }

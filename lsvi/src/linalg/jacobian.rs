@@ -118,24 +118,10 @@ impl Jacobian {
     }
 
     /// The entries of a dense matrix.
-    ///
-    /// # Panics
-    /// If the matrix is not dense.
-    pub(crate) fn as_dense(&self) -> &DMatrix<f64> {
+    pub(crate) fn dense(&self) -> Option<&DMatrix<f64>> {
         match &self.entries {
-            Entries::Dense(a) => a,
-            _ => panic!("the matrix is not dense"),
-        }
-    }
-
-    /// The entries of a dense matrix, to be written.
-    ///
-    /// # Panics
-    /// If the matrix is not dense.
-    pub(crate) fn as_dense_mut(&mut self) -> &mut DMatrix<f64> {
-        match &mut self.entries {
-            Entries::Dense(a) => a,
-            _ => panic!("the matrix is not dense"),
+            Entries::Dense(a) => Some(a),
+            _ => None,
         }
     }
 

@@ -138,12 +138,43 @@ impl Lu {
     }
 }
 
-/// Adds `scale` times `block` to the entries of `out` from (row, column) on.
-pub(crate) fn add_block(out: &mut DMatrix<f64>, (row, column): (usize, usize), scale: f64, block: &DMatrix<f64>) {
-    for (j, entries) in block.column_iter().enumerate() {
-        for (i, x) in entries.iter().enumerate() {
-            out[(row + i, column + j)] += scale * x;
+/// A matrix by its entries, whatever they are stored in.
+pub(crate) trait Entrywise {
+    /// Adds `x` to entry (i, j).
+    fn add_entry(&mut self, i: usize, j: usize, x: f64);
+
+    /// Shows every stored entry (i, j, x) to `visit`.
+    fn visit(&self, visit: impl FnMut(usize, usize, f64));
+}
+
+impl Entrywise for DMatrix<f64> {
+    #[inline]
+    fn add_entry(&mut self, i: usize, j: usize, x: f64) {
+        self[(i, j)] += x;
+    }
+
+    fn visit(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        for (j, entries) in self.column_iter().enumerate() {
+            entries.iter().enumerate().for_each(|(i, &x)| visit(i, j, x));
         }
+    }
+}
+
+impl Entrywise for Jacobian {
+    #[inline]
+    fn add_entry(&mut self, i: usize, j: usize, x: f64) {
+        self.add(i, j, x);
+    }
+
+    fn visit(&self, visit: impl FnMut(usize, usize, f64)) {
+        self.for_each(visit);
+    }
+}
+
+/// Adds `scale` times `block` to the entries of `out` from (row, column) on.
+pub(crate) fn add_block(out: &mut impl Entrywise, (row, column): (usize, usize), scale: f64, block: &impl Entrywise) {
+    if scale != 0.0 {
+        block.visit(|i, j, x| out.add_entry(row + i, column + j, scale * x));
     }
 }
 

@@ -52,6 +52,19 @@ impl Structure {
         }
     }
 
+    /// The structure of `count` × `count` blocks of this structure and order `dim`.
+    pub(crate) fn blocks(&self, dim: usize, count: usize) -> Self {
+        match self {
+            _ if count == 1 => self.clone(),
+            Self::Dense | Self::MatrixFree => self.clone(),
+            Self::Banded { .. } | Self::Sparse(_) => {
+                let entries = (0..dim).flat_map(|j| self.rows(dim, j).map(move |i| (i, j)));
+                let copies = |(i, j)| (0..count).flat_map(move |a| (0..count).map(move |b| (a * dim + i, b * dim + j)));
+                Self::sparse(count * dim, entries.flat_map(copies)).expect("all positions are below the order")
+            }
+        }
+    }
+
     /// The rows of column `j` that may have entries in a matrix of order `dim`, in ascending order.
     pub(crate) fn rows(&self, dim: usize, j: usize) -> impl Iterator<Item = usize> + '_ {
         let (range, list) = match self {

@@ -4,10 +4,12 @@ use crate::fields::{As, Burgers, By, Line, Plane, Walls};
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
+use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
+use lsvi::quadrature::Quadrature;
 use lsvi::solver::Iterative;
 use lsvi::{
-    AutoDiff, Factored, InputError, Integrator, Jacobian, LeastSquares, Mass, OneStep, SolveError, State, StepError,
-    Structure, Trajectory, VectorField, method_i,
+    AutoDiff, Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, Mass, OneStep, SolveError, State,
+    StepError, Structure, Trajectory, Variational, VectorField, Window, method_i,
 };
 
 fn wave(n: usize) -> Vec<f64> {
@@ -183,6 +185,66 @@ fn yardsticks_solve_with_the_mass_matrix() {
         // 200 steps, each with the rounding errors of h M⁻¹A of size h |λ_max| < 2.
         let bound = 200.0 * 16.0 * 2.0 * f64::EPSILON;
         result.iter().zip(&v).for_each(|(r, v)| assert_abs_diff_eq!(*r, growth.powi(200) * v, epsilon = bound));
+    }
+}
+
+/// The second derivatives of a least-squares Lagrangian in the natural metric of a diagonal M have the structure of JᵀJ, and all
+/// discretisations follow it: their steps are those of dense matrices.
+#[test]
+fn discretisations_follow_the_structure_of_the_field() {
+    let (n, h) = (14, 0.02);
+    let field = AutoDiff::new(Burgers { cells: n, viscosity: 0.05 });
+    let weights = Mass::Diagonal((0..n).map(|i| 1.0 + 0.5 * (i as f64).sin()).collect());
+    let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 15.0).sin()).collect();
+    let structures = [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse_band(n, 1, 1)];
+    for mass in [Mass::Identity, weights] {
+        let results = structures.clone().map(|structure| {
+            let lagrangian =
+                || LeastSquares::new(Massive(mass.clone(), As(structure.clone(), &field))).expect("positive");
+            let kept = lagrangian().structure() != Structure::Dense;
+            assert_eq!(kept, structure != Structure::Dense);
+            let end = |method: &mut dyn Integrator| end(method, v.clone(), h, 0.2);
+            let lobatto = Galerkin::lobatto(lagrangian(), 2).expect("s ≥ 1");
+            let radau = Galerkin::new(lagrangian(), 2, &Quadrature::radau(2).expect("r ≥ 1")).expect("s ≤ r");
+            [
+                end(&mut Variational::new(lobatto, Linear::METHOD_I)),
+                end(&mut Variational::new(radau, Linear::METHOD_I)),
+                end(&mut Variational::new(Midpoint::new(lagrangian()), Linear::METHOD_I)),
+                end(&mut Window::new(Trapezoidal::new(lagrangian()), 4).expect("not empty")),
+                end(&mut Window::new(Galerkin::lobatto(lagrangian(), 2).expect("s ≥ 1"), 3).expect("not empty")),
+            ]
+        });
+        let [dense, banded, sparse] = results;
+        // ‖B‖ ≤ 1 + h (4 ν/dx² + 1/dx), over masses ≥ ½, squared in the normal equations.
+        let condition = 2.0 * (1.0 + 2.0 * h * (4.0 * 0.05 * 225.0 + 15.0_f64)).powi(2);
+        for (k, ((dense, banded), sparse)) in dense.iter().zip(&banded).zip(&sparse).enumerate() {
+            assert_same(dense, banded, 10.0, condition, &format!("banded, {k}"));
+            assert_same(dense, sparse, 10.0, condition, &format!("sparse, {k}"));
+        }
+    }
+}
+
+/// A field with another mass.
+struct Massive<F>(Mass, F);
+
+impl<F: VectorField> VectorField for Massive<F> {
+    fn dim(&self) -> usize {
+        self.1.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.1.structure()
+    }
+    fn mass(&self) -> Mass {
+        self.0.clone()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.1.rhs(t, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.1.add_jacobian(t, v, scale, out);
+    }
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        self.1.add_curvature(t, v, w, scale, out);
     }
 }
 
