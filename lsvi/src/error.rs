@@ -57,6 +57,14 @@ pub enum InputError {
         /// Order of the matrix.
         dim: usize,
     },
+    /// A coefficient that couples a stage to a later one.
+    #[error("the entry ({row}, {column}) of the tableau stands above its diagonal")]
+    AboveDiagonal {
+        /// Row of the entry, from 0.
+        row: usize,
+        /// Column of the entry, from 0.
+        column: usize,
+    },
     /// A matrix with an entry where its declared structure has none.
     #[error("entry ({row}, {column}) lies outside the declared structure of the mass matrix")]
     OutsideStructure {

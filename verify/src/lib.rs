@@ -9,6 +9,7 @@ pub mod claim;
 pub mod compare;
 pub mod evidence;
 pub mod golden;
+pub mod judge;
 pub mod kinds;
 pub mod measure;
 pub mod method;

@@ -1,8 +1,10 @@
 //! Classical integrators of v̇ = f(t, v): the baseline methods.
 
 mod bdf2;
+mod coupled;
 mod runge_kutta;
 mod stage;
 
 pub use bdf2::Bdf2;
+pub use coupled::CoupledRungeKutta;
 pub use runge_kutta::{RungeKutta, Tableau};

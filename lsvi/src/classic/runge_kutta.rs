@@ -1,5 +1,6 @@
 //! Runge–Kutta methods with lower triangular tableaux: explicit, diagonally implicit, and mixtures.
 
+use super::coupled::check_tableau;
 use super::stage::{InexactStage, StageSolver, Stages};
 use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
@@ -22,6 +23,22 @@ impl Tableau {
     fn new(a: Vec<Vec<f64>>, b: Vec<f64>) -> Self {
         let c = a.iter().map(|row| row.iter().sum()).collect();
         Self { a, b, c }
+    }
+
+    /// The tableau of s rows of s entries in `a`, weights `b` and abscissae `c`, which need not be the sums of the rows.
+    ///
+    /// # Errors
+    /// [`InputError`] for sizes that do not fit, numbers that are not finite, and entries above the diagonal, for which there
+    /// is [`CoupledRungeKutta`](super::CoupledRungeKutta).
+    pub fn lower_triangular(a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<Self, InputError> {
+        check_tableau(a, b, c)?;
+        for (row, entries) in a.iter().enumerate() {
+            if let Some(k) = entries[row + 1..].iter().position(|x| *x != 0.0) {
+                return Err(InputError::AboveDiagonal { row, column: row + 1 + k });
+            }
+        }
+        let rows = a.iter().enumerate().map(|(i, row)| row[..=i].to_vec());
+        Ok(Self { a: rows.collect(), b: b.to_vec(), c: c.to_vec() })
     }
 
     /// Implicit Euler, order 1, L-stable.

@@ -1,9 +1,11 @@
 //! Arguments that several subcommands share.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use verify::judge::FileMethod;
+use verify::method::{self, Method};
 use verify::problem::model::{CAVEAT, Model};
 use verify::problem::{self, Problem};
 
@@ -48,6 +50,13 @@ impl ProblemArgs {
             None => Ok(()),
         }
     }
+}
+
+/// The method that `text` names, or that the file `text` holds.
+pub(super) fn method(text: &str) -> Result<Box<dyn Method>, Failure> {
+    let path = Path::new(text);
+    let is_file = path.extension().is_some_and(|extension| extension == "toml") || text.contains('/');
+    Ok(if is_file { Box::new(FileMethod::load(path)?) } else { method::parse(text)? })
 }
 
 pub(super) fn assignment(text: &str) -> Result<(String, String), String> {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use lsvi::{InputError, SolveError, StepError};
 use verify::golden::GoldenError;
+use verify::judge::file::FileError;
 use verify::measure::refinement::data::DataError;
 use verify::method::BuildError;
 use verify::names::NameError;
@@ -21,6 +22,8 @@ pub(super) enum Failure {
     Name(#[from] NameError),
     #[error(transparent)]
     Model(#[from] ModelError),
+    #[error(transparent)]
+    MethodFile(#[from] FileError),
     #[error("{problem} by {method}: {source}")]
     Run {
         problem: String,
@@ -65,6 +68,7 @@ impl Failure {
         match self {
             Self::Name(_)
             | Self::Model(_)
+            | Self::MethodFile(_)
             | Self::Build(_)
             | Self::NoStepSize(_)
             | Self::Read { .. }
@@ -87,6 +91,7 @@ impl Failure {
             Self::Build(_) | Self::Run { source: RunError::Build(_), .. } => {
                 "`verify list methods` says what each method is for; `method-i` takes every first-order system"
             }
+            Self::MethodFile(FileError::Malformed { hint, .. }) => return hint.clone(),
             Self::Model(ModelError::Compile(_)) => {
                 "the language is described at https://martinjrobins.github.io/diffsl"
             }

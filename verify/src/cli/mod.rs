@@ -4,6 +4,7 @@ mod args;
 mod compare;
 mod error;
 mod golden;
+mod judge;
 mod layout;
 mod list;
 mod order;
@@ -33,10 +34,11 @@ Examples:
   verify list problems
   verify solve --problem logistic --method method-i --h 0.1 --t-end 10
   verify order --problem van-der-pol --method bdf2
+  verify judge verify/methods/rk4.toml
   verify report
 
 Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage;
-`order` has 3 for an inconclusive measurement.";
+`order` and `judge` have 3 for what is inconclusive.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -46,6 +48,7 @@ enum Command {
     Order(order::Args),
     Compare(compare::Args),
     Golden(golden::Args),
+    Judge(judge::Args),
 }
 
 /// What became of a command that ran to its end.
@@ -79,6 +82,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Order(args) => order::run(&args, &mut out),
         Command::Compare(args) => compare::run(&args, &mut out),
         Command::Golden(args) => golden::run(&args, &mut out),
+        Command::Judge(args) => judge::run(&args, &mut out),
     };
     // What was printed until an error stands, and comes before the message.
     match out.flush().map_err(Failure::Output).and(result) {

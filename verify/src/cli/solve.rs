@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 use lsvi::adaptive::Tolerances;
 use lsvi::{Grid, InputError};
 use verify::measure::norm::distance;
+use verify::method::Method;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
-use verify::method::{self, Method};
 use verify::problem::{Problem, component_names};
 use verify::run::{RunError, run_while};
 use verify::theory::breakdown;
 
 use super::Status;
-use super::args::ProblemArgs;
+use super::args::{self, ProblemArgs};
 use super::error::Failure;
 use super::layout::{number, plain};
 use super::output::Output;
@@ -113,7 +113,7 @@ struct Summary {
 impl<'a> Solve<'a> {
     fn new(args: &'a Args) -> Result<Self, Failure> {
         let (name, problem) = args.problem.build(None)?;
-        let method = with_tolerances(method::parse(&args.method)?, problem.initial().len(), args)?;
+        let method = with_tolerances(args::method(&args.method)?, problem.initial().len(), args)?;
         // Before anything is written, as is the check of the grid.
         method.build(&*problem)?;
         let h = match args.h {

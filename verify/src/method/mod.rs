@@ -100,7 +100,7 @@ impl BuildError {
 const MAX_FILLED: usize = 4096;
 
 /// Refuses `problem` where `method` would fill larger matrices than [`MAX_FILLED`].
-fn check_filled(method: &dyn Method, problem: &dyn Problem) -> Result<(), BuildError> {
+pub(crate) fn check_filled(method: &dyn Method, problem: &dyn Problem) -> Result<(), BuildError> {
     let order = method.filled(problem);
     if order <= MAX_FILLED {
         return Ok(());

@@ -8,13 +8,12 @@ use clap::ValueEnum;
 use serde::Serialize;
 use verify::evidence::Outcome;
 use verify::measure::order::{OrderFit, Reason, Sample};
-use verify::method;
 use verify::order::{Source, Truth, measure};
 
 use data::DataArgs;
 
 use crate::cli::Status;
-use crate::cli::args::ProblemArgs;
+use crate::cli::args::{self, ProblemArgs};
 use crate::cli::error::Failure;
 use crate::cli::layout::{number, paragraph, right, significant};
 use crate::cli::output::Output;
@@ -119,7 +118,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         return data::run(path, &args.data, args.expect, args.band, args.format, out);
     }
     let (name, problem) = args.problem.build(args.t_end)?;
-    let method = method::parse(args.method.as_deref().unwrap_or_default())?;
+    let method = args::method(args.method.as_deref().unwrap_or_default())?;
     // A method that does not apply would otherwise show as a failure at each step size.
     method.build(&*problem)?;
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));

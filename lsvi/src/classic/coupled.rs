@@ -1,0 +1,208 @@
+//! Runge–Kutta methods whose stages are found together: Gauss, Radau, Lobatto and the like.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
+use crate::integrator::{Grid, Integrator, OneStep, advance_one_step};
+use crate::linalg::Jacobian;
+use crate::mass::{Mass, MassInverse};
+use crate::newton::{Newton, System, Work};
+use crate::solver::check_assembled;
+use crate::vector_field::VectorField;
+
+/// Smallest ratio of the pivots of A for which its inverse is used.
+const REGULAR: f64 = 1e-10;
+
+/// The Runge–Kutta method with any coefficients on M v̇ = f(t, v): M (Y_i − v) = h Σ_j a_ij f(t + c_j h, Y_j) for all
+/// stages at once, by Newton's method on a dense matrix of order s n. The c_j need not be the sums of the rows of A.
+///
+/// Where A is regular the new value is v + Σ d_i (Y_i − v), d = A⁻ᵀ b, which does not multiply the error of a stage by h|f_v|;
+/// otherwise v + h Σ b_i M⁻¹ f(t + c_i h, Y_i).
+///
+/// ```
+/// use lsvi::classic::CoupledRungeKutta;
+/// use lsvi::{AutoDiff, Rhs, Scalar, State, Trajectory};
+/// # struct Decay;
+/// # impl Rhs for Decay {
+/// #     fn dim(&self) -> usize { 1 }
+/// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
+/// # }
+/// let r = 3_f64.sqrt() / 6.0;
+/// let a = [vec![0.25, 0.25 - r], vec![0.25 + r, 0.25]];
+/// let gauss = CoupledRungeKutta::new(AutoDiff::new(Decay), &a, &[0.5, 0.5], &[0.5 - r, 0.5 + r])?;
+/// let mut run = Trajectory::new(gauss, State::new(0.0, vec![1.0]), 0.1, 1.0)?;
+/// while run.step()?.is_some() {}
+/// assert!((run.state().q[0] - (-1_f64).exp()).abs() < 1e-7);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct CoupledRungeKutta<F> {
+    field: F,
+    mass: Mass,
+    /// Needed where A is singular.
+    mass_inverse: Option<MassInverse>,
+    coefficients: Coefficients,
+    newton: Newton,
+    stages: Vec<f64>,
+    scratch: Scratch,
+    next: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct Coefficients {
+    a: Vec<Vec<f64>>,
+    b: Vec<f64>,
+    c: Vec<f64>,
+    /// A⁻ᵀ b, where A is regular.
+    d: Option<Vec<f64>>,
+}
+
+#[derive(Debug)]
+struct Scratch {
+    slopes: Vec<f64>,
+    block: Jacobian,
+}
+
+/// Refuses coefficients that are not s × s, s and s finite numbers.
+pub(super) fn check_tableau(a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<(), InputError> {
+    check_vector("b", b, b.len().max(1))?;
+    check_vector("c", c, b.len())?;
+    if a.len() != b.len() {
+        return Err(InputError::Dimension { what: "A", expected: b.len(), found: a.len() });
+    }
+    a.iter().try_for_each(|row| check_vector("a row of A", row, b.len()))
+}
+
+impl<F: VectorField> CoupledRungeKutta<F> {
+    /// The method with s rows of s entries in `a`, weights `b` and abscissae `c`, for `field`.
+    ///
+    /// # Errors
+    /// [`InputError`] for sizes that do not fit, numbers that are not finite, a field or a mass that is known by its products
+    /// alone, and a singular mass where A is singular too.
+    pub fn new(field: F, a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<Self, InputError> {
+        check_tableau(a, b, c)?;
+        let (n, s) = (field.dim(), b.len());
+        let mass = field.mass();
+        mass.check(n)?;
+        check_assembled(&field.structure(), &mass)?;
+        let lu = DMatrix::from_fn(s, s, |i, j| a[j][i]).full_piv_lu();
+        let pivots = lu.u().diagonal().map(f64::abs);
+        let d = (pivots.min() > REGULAR * pivots.max()).then(|| lu.solve(&DVector::from_column_slice(b)));
+        let d = d.flatten().map(|d| d.as_slice().to_vec());
+        let mass_inverse = d.is_none().then(|| MassInverse::new(&mass)).transpose()?;
+        Ok(Self {
+            newton: Newton::new(s * n),
+            mass_inverse,
+            mass,
+            coefficients: Coefficients { a: a.to_vec(), b: b.to_vec(), c: c.to_vec(), d },
+            stages: vec![0.0; s * n],
+            scratch: Scratch { slopes: vec![0.0; s * n], block: Jacobian::with_structure(n, &field.structure()) },
+            next: vec![0.0; n],
+            field,
+        })
+    }
+}
+
+/// M (Y_i − v) − h Σ_j a_ij f(t + c_j h, Y_j) = 0.
+struct StageEquations<'a, F> {
+    field: &'a F,
+    mass: &'a Mass,
+    coefficients: &'a Coefficients,
+    scratch: &'a mut Scratch,
+    t: f64,
+    v: &'a [f64],
+}
+
+impl<F: VectorField> System for StageEquations<'_, F> {
+    fn dim(&self) -> usize {
+        self.v.len() * self.coefficients.b.len()
+    }
+
+    fn residual(&mut self, h: f64, y: &[f64], out: &mut [f64]) {
+        let n = self.v.len();
+        let slopes = &mut self.scratch.slopes;
+        for ((y, slope), c) in y.chunks(n).zip(slopes.chunks_mut(n)).zip(&self.coefficients.c) {
+            self.field.rhs(self.t + c * h, y, slope);
+        }
+        out.fill(0.0);
+        for ((out, row), y) in out.chunks_mut(n).zip(&self.coefficients.a).zip(y.chunks(n)) {
+            for (a, slope) in row.iter().zip(slopes.chunks(n)).filter(|(a, _)| **a != 0.0) {
+                out.iter_mut().zip(slope).for_each(|(o, k)| *o -= h * a * k);
+            }
+            self.mass.add_difference(1.0, y, self.v, out);
+        }
+    }
+
+    fn derivative(&mut self, h: f64, y: &[f64], out: &mut Jacobian) {
+        let n = self.v.len();
+        let block = &mut self.scratch.block;
+        for (j, y) in y.chunks(n).enumerate() {
+            block.clear();
+            self.field.add_jacobian(self.t + self.coefficients.c[j] * h, y, 1.0, block);
+            for (i, row) in self.coefficients.a.iter().enumerate().filter(|(_, row)| row[j] != 0.0) {
+                block.for_each(|k, l, x| out.add(i * n + k, j * n + l, -h * row[j] * x));
+            }
+            self.mass.for_each(n, |k, l, x| out.add(j * n + k, j * n + l, x));
+        }
+    }
+
+    fn origin(&self, x: &mut [f64]) {
+        x.chunks_mut(self.v.len().max(1)).for_each(|y| y.copy_from_slice(self.v));
+    }
+
+    fn keeps_orientation(&self) -> bool {
+        true
+    }
+}
+
+impl<F: VectorField> Integrator for CoupledRungeKutta<F> {
+    fn dim(&self) -> usize {
+        self.field.dim()
+    }
+
+    fn advance(&mut self, state: &mut crate::State, grid: &Grid) -> Result<(), StepError> {
+        advance_one_step(self, state, grid)
+    }
+
+    fn work(&self) -> Work {
+        self.newton.work
+    }
+}
+
+impl<F: VectorField> OneStep for CoupledRungeKutta<F> {
+    fn step(&mut self, t: f64, h: f64, v: &mut [f64], _p: &mut [f64]) -> Result<(), StepError> {
+        check_step(h)?;
+        let n = self.next.len();
+        check_vector("v", v, n)?;
+        let failed = |source| StepError::Solve { t, h, source };
+        let (field, mass, coefficients, scratch) = (&self.field, &self.mass, &self.coefficients, &mut self.scratch);
+        let mut equations = StageEquations { field, mass, coefficients, scratch, t, v };
+        equations.origin(&mut self.stages);
+        self.newton.solve(&mut equations, h, &mut self.stages).map_err(failed)?;
+        self.next.fill(0.0);
+        match &self.coefficients.d {
+            Some(d) => {
+                for (d, y) in d.iter().zip(self.stages.chunks(n)) {
+                    self.next.iter_mut().zip(y).zip(v.iter()).for_each(|((sum, y), v)| *sum += d * (y - v));
+                }
+            }
+            None => {
+                for ((b, c), y) in self.coefficients.b.iter().zip(&self.coefficients.c).zip(self.stages.chunks(n)) {
+                    let slope = &mut self.scratch.slopes[..n];
+                    self.field.rhs(t + c * h, y, slope);
+                    self.next.iter_mut().zip(slope).for_each(|(sum, k)| *sum += h * b * *k);
+                }
+                if let Some(inverse) = &mut self.mass_inverse {
+                    inverse.solve(&mut self.next);
+                }
+            }
+        }
+        self.next.iter_mut().zip(v.iter()).for_each(|(sum, v)| *sum += v);
+        if self.next.iter().any(|y| !y.is_finite()) {
+            return Err(failed(SolveError::NonFinite));
+        }
+        v.copy_from_slice(&self.next);
+        self.newton.work.steps += 1;
+        Ok(())
+    }
+}

@@ -1,0 +1,198 @@
+//! `judge`: a method from a file, and what is true of it.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use serde::Serialize;
+use verify::evidence::Outcome;
+use verify::judge::file::MethodFile;
+use verify::judge::{Effort, Judgement, Kind, Verdict};
+
+use super::Status;
+use super::error::Failure;
+use super::layout::paragraph;
+use super::output::Output;
+
+/// Judge a method that comes as a file: claims, misprints, stability, runs.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+A file is TOML with the keys name, kind = \"runge-kutta\", order and
+embedded_order (claimed, optional), claims (a list of texts, optional), a (rows;
+lower triangles will do), b, c (optional), b_hat (optional), digits (optional),
+source and note. Coefficients are numbers or texts such as \"1/2 - sqrt(3)/6\",
+with + - * / ^ and sqrt, cbrt, sin, cos, tan, pi. A plain table is read too: a
+line of c, a line of b, then the rows of A below the diagonal; or lists headed
+k c[k], k b[k], k j A[k,j].
+
+Decimals with six places or more are taken as rounded: conditions then hold or
+fail to the digits printed. Shorter ones are exact, unless digits = N says that
+N places are printed.
+
+Claims: order 4, embedded order 3, stage order 2, explicit, diagonally implicit,
+A-stable, A(88)-stable, L-stable, algebraically stable, stiffly accurate,
+symplectic, symmetric, dispersion order 4, dissipation order 5, stable on the
+imaginary axis to 2.8; each with `not` before it denies.
+
+Order conditions are those of the rooted trees, up to order 10. Where they fail,
+every change of a single coefficient is tried; those that mend everything are
+proposed. The orders of live runs are judged as by `order`.
+
+Examples:
+  verify judge verify/methods/rk4.toml
+  verify judge mine.toml --no-runs
+  verify judge mine.toml --format json
+  verify order --problem van-der-pol --method mine.toml
+
+Exit status: 0 all is confirmed, 1 something is refuted, 2 bad usage,
+3 something is inconclusive.")]
+pub(super) struct Args {
+    /// The file
+    #[arg(value_name = "METHOD.toml")]
+    file: PathBuf,
+
+    /// Judge by the coefficients alone
+    #[arg(long)]
+    no_runs: bool,
+
+    /// Form of the result: text, markdown or json
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = Format::Text)]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Text,
+    Markdown,
+    Json,
+}
+
+pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let file = MethodFile::load(&args.file)?;
+    let judgement = Judgement::new(file, if args.no_runs { Effort::Theory } else { Effort::Runs });
+    match args.format {
+        Format::Text => write_text(&judgement, out),
+        Format::Markdown => write_markdown(&judgement, out),
+        Format::Json => write_json(&judgement, out),
+    }
+    .map_err(Failure::Output)?;
+    Ok(match judgement.outcome() {
+        Outcome::Pass | Outcome::NotRun => Status::Ok,
+        Outcome::Fail => Status::Failed,
+        Outcome::Inconclusive => Status::Inconclusive,
+    })
+}
+
+/// Column at which the text of a line starts.
+const INDENT: usize = 15;
+
+/// The word for the outcome of a claim.
+fn word(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Pass => "confirmed",
+        Outcome::Fail => "REFUTED",
+        Outcome::Inconclusive => "inconclusive",
+        Outcome::NotRun => "not run",
+    }
+}
+
+fn write_text(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
+    paragraph(out, &format!("{}: ", judgement.file.name), 2, &judgement.headline())?;
+    if let Some(source) = &judgement.file.source {
+        paragraph(out, "", 2, source)?;
+    }
+    for (heading, kinds) in [("CLAIMS", &[Kind::Claim, Kind::Consistency][..]), ("RUNS", &[Kind::Run])] {
+        let mut verdicts = judgement.verdicts.iter().filter(|verdict| kinds.contains(&verdict.kind)).peekable();
+        if verdicts.peek().is_some() {
+            writeln!(out, "\n{heading}")?;
+        }
+        for Verdict { subject, check, .. } in verdicts {
+            paragraph(out, &format!("  {}", word(check.outcome)), INDENT, &format!("{subject}: {}", check.reason))?;
+        }
+    }
+    if let Some(diagnosis) = judgement.diagnosis_text() {
+        writeln!(out, "\nDIAGNOSIS")?;
+        paragraph(out, "", 2, &diagnosis)?;
+        for repair in judgement.repairs() {
+            paragraph(out, "  change ", INDENT, &repair.sentence())?;
+        }
+    }
+    writeln!(out, "\nTHEORY")?;
+    for (label, text) in judgement.facts() {
+        paragraph(out, &format!("  {label}"), INDENT, &text)?;
+    }
+    Ok(())
+}
+
+fn write_markdown(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
+    let cell = |text: &str| text.replace('|', "\\|").replace('*', "\\*").replace('_', "\\_");
+    writeln!(out, "# {}\n\n{}.\n", judgement.file.name, judgement.headline())?;
+    writeln!(out, "| Statement | Verdict | Because |\n|:--|:--|:--|")?;
+    for Verdict { check, .. } in &judgement.verdicts {
+        writeln!(out, "| {} | {} | {} |", cell(&check.statement), word(check.outcome), cell(&check.reason))?;
+    }
+    if let Some(diagnosis) = judgement.diagnosis_text() {
+        writeln!(out, "\n**{}**\n", cell(&diagnosis))?;
+        judgement.repairs().iter().try_for_each(|repair| writeln!(out, "- {}", cell(&repair.sentence())))?;
+    }
+    writeln!(out, "\n| Theory | |\n|:--|:--|")?;
+    judgement.facts().iter().try_for_each(|(label, text)| writeln!(out, "| {label} | {} |", cell(text)))
+}
+
+/// The result in the form that JSON has.
+#[derive(Debug, Serialize)]
+struct Json<'a> {
+    name: &'a str,
+    kind: &'a str,
+    stages: usize,
+    digits: Option<u32>,
+    outcome: Outcome,
+    order: u32,
+    order_in_time: u32,
+    embedded_order: Option<u32>,
+    stage_order: u32,
+    error_norm: Option<f64>,
+    alpha: Option<f64>,
+    verdicts: &'a [Verdict],
+    diagnosis: Option<String>,
+    repairs: Vec<JsonRepair<'a>>,
+    facts: Vec<(&'static str, String)>,
+}
+
+#[derive(Debug, Serialize)]
+struct JsonRepair<'a> {
+    place: String,
+    was: &'a str,
+    text: &'a str,
+    value: f64,
+    with_c: bool,
+    mends: usize,
+}
+
+fn write_json(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
+    let theory = &judgement.theory;
+    let repair = |repair: &'_ verify::judge::repair::Repair| (repair.place.to_string(), repair.value.to_f64());
+    let repairs = judgement.repairs().iter().map(|r| {
+        let (place, value) = repair(r);
+        JsonRepair { place, was: &r.was, text: &r.text, value, with_c: r.with_c, mends: r.mends }
+    });
+    let json = Json {
+        name: &judgement.file.name,
+        kind: "runge-kutta",
+        stages: theory.numbers.stages(),
+        digits: judgement.file.rounding.places(),
+        outcome: judgement.outcome(),
+        order: theory.main.order,
+        order_in_time: theory.order_in_time,
+        embedded_order: theory.embedded.as_ref().map(|e| e.order),
+        stage_order: theory.simplifying.stage_order(),
+        error_norm: theory.main.error_norm,
+        alpha: theory.alpha,
+        verdicts: &judgement.verdicts,
+        diagnosis: judgement.diagnosis_text(),
+        repairs: repairs.collect(),
+        facts: judgement.facts(),
+    };
+    serde_json::to_writer_pretty(&mut *out, &json)?;
+    writeln!(out)
+}

@@ -1,0 +1,150 @@
+//! What a file claims of its method.
+
+use std::fmt;
+
+/// The claims that can be judged, for a hint.
+pub(super) const FORMS: &str = "claims are texts like \"order 4\", \"embedded order 3\", \"stage order 2\", \"explicit\", \
+     \"diagonally implicit\", \"A-stable\", \"A(88)-stable\", \"L-stable\", \"algebraically stable\", \"stiffly accurate\", \
+     \"symplectic\", \"symmetric\", \"dispersion order 4\", \"dissipation order 5\", \"stable on the imaginary axis to 2.8\"; \
+     each with \"not\" before it denies";
+
+/// A property that a method has or has not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Property {
+    /// Order of the method.
+    Order(u32),
+    /// Order of the embedded method.
+    EmbeddedOrder(u32),
+    /// Order of the stages.
+    StageOrder(u32),
+    /// Zero on and above the diagonal of A.
+    Explicit,
+    /// Zero above the diagonal of A.
+    DiagonallyImplicit,
+    /// |R| ≤ 1 in the left half-plane.
+    AStable,
+    /// |R| ≤ 1 in a sector about the negative axis, of this half-angle in degrees.
+    AlphaStable(f64),
+    /// A-stable, and R(∞) = 0.
+    LStable,
+    /// b ≥ 0 and B A + Aᵀ B − b bᵀ ≥ 0.
+    AlgebraicallyStable,
+    /// The last row of A is b.
+    StifflyAccurate,
+    /// b_i a_ij + b_j a_ji = b_i b_j.
+    Symplectic,
+    /// Its own adjoint.
+    Symmetric,
+    /// Order of the phase error on oscillations.
+    DispersionOrder(u32),
+    /// Order of the amplitude error on oscillations.
+    DissipationOrder(u32),
+    /// |R(iy)| ≤ 1 for |y| up to this bound.
+    ImaginaryInterval(f64),
+}
+
+/// A property, claimed or denied.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Claim {
+    /// The property.
+    pub property: Property,
+    /// Whether the claim is that the method has it not.
+    pub denied: bool,
+}
+
+impl Claim {
+    pub(super) fn order(p: u32) -> Self {
+        Self { property: Property::Order(p), denied: false }
+    }
+
+    pub(super) fn embedded_order(p: u32) -> Self {
+        Self { property: Property::EmbeddedOrder(p), denied: false }
+    }
+
+    /// The order, if that is what is claimed.
+    pub fn as_order(&self) -> Option<u32> {
+        match self {
+            Self { property: Property::Order(p), denied: false } => Some(*p),
+            _ => None,
+        }
+    }
+
+    /// The order of the embedded method, if that is what is claimed.
+    pub fn as_embedded_order(&self) -> Option<u32> {
+        match self {
+            Self { property: Property::EmbeddedOrder(p), denied: false } => Some(*p),
+            _ => None,
+        }
+    }
+
+    /// Reads a claim.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let words = text.trim().to_lowercase();
+        let (denied, rest) = match words.strip_prefix("not ") {
+            Some(rest) => (true, rest.trim()),
+            None => (false, words.as_str()),
+        };
+        let property = property(rest).ok_or_else(|| format!("`{text}` is no claim that can be judged"))?;
+        Ok(Self { property, denied })
+    }
+}
+
+fn property(text: &str) -> Option<Property> {
+    let numbered = |prefix: &str| text.strip_prefix(prefix)?.trim().parse::<u32>().ok().filter(|n| *n <= 20);
+    let plain = [
+        ("explicit", Property::Explicit),
+        ("diagonally implicit", Property::DiagonallyImplicit),
+        ("a-stable", Property::AStable),
+        ("l-stable", Property::LStable),
+        ("algebraically stable", Property::AlgebraicallyStable),
+        ("stiffly accurate", Property::StifflyAccurate),
+        ("symplectic", Property::Symplectic),
+        ("symmetric", Property::Symmetric),
+    ];
+    if let Some((_, property)) = plain.into_iter().find(|(name, _)| *name == text) {
+        return Some(property);
+    }
+    let orders = [
+        ("order ", Property::Order as fn(u32) -> Property),
+        ("embedded order ", Property::EmbeddedOrder),
+        ("stage order ", Property::StageOrder),
+        ("dispersion order ", Property::DispersionOrder),
+        ("dissipation order ", Property::DissipationOrder),
+    ];
+    if let Some(property) = orders.into_iter().find_map(|(prefix, make)| numbered(prefix).map(make)) {
+        return Some(property);
+    }
+    let number = |text: &str, most: f64| text.trim().parse::<f64>().ok().filter(|x| *x > 0.0 && *x <= most);
+    if let Some(angle) = text.strip_prefix("a(").and_then(|rest| rest.strip_suffix(")-stable")) {
+        return number(angle.trim_end_matches('°'), 90.0).map(Property::AlphaStable);
+    }
+    number(text.strip_prefix("stable on the imaginary axis to ")?, 1e6).map(Property::ImaginaryInterval)
+}
+
+impl fmt::Display for Property {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Order(p) => write!(f, "order {p}"),
+            Self::EmbeddedOrder(p) => write!(f, "embedded order {p}"),
+            Self::StageOrder(q) => write!(f, "stage order {q}"),
+            Self::Explicit => f.write_str("explicit"),
+            Self::DiagonallyImplicit => f.write_str("diagonally implicit"),
+            Self::AStable => f.write_str("A-stable"),
+            Self::AlphaStable(angle) => write!(f, "A({angle}°)-stable"),
+            Self::LStable => f.write_str("L-stable"),
+            Self::AlgebraicallyStable => f.write_str("algebraically stable"),
+            Self::StifflyAccurate => f.write_str("stiffly accurate"),
+            Self::Symplectic => f.write_str("symplectic"),
+            Self::Symmetric => f.write_str("symmetric"),
+            Self::DispersionOrder(p) => write!(f, "dispersion order {p}"),
+            Self::DissipationOrder(p) => write!(f, "dissipation order {p}"),
+            Self::ImaginaryInterval(y) => write!(f, "stable on the imaginary axis to {y}"),
+        }
+    }
+}
+
+impl fmt::Display for Claim {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", if self.denied { "not " } else { "" }, self.property)
+    }
+}

@@ -1,0 +1,98 @@
+//! A wrong label told from a wrong coefficient.
+
+use super::repair::{Repair, Target, repairs};
+use super::tableau::Tableau;
+use super::theory::Theory;
+use super::tree::MAX_ORDER;
+
+/// Orders beyond the one found that are tried where none is claimed.
+const TRIED: u32 = 5;
+
+/// What is wrong with a tableau as a whole, if anything.
+#[derive(Debug, Clone)]
+pub enum Diagnosis {
+    /// The coefficients agree with each other, and with the order claimed where there is one.
+    Sound,
+    /// The coefficients are consistent, and the order is higher than claimed.
+    LabelTooLow {
+        /// The order that they have.
+        order: u32,
+    },
+    /// The coefficients are consistent, no change of one of them gives the order claimed, and fewer conditions hold.
+    LabelTooHigh {
+        /// The order that they have.
+        order: u32,
+    },
+    /// One coefficient, changed, makes everything hold.
+    Coefficient {
+        /// What would hold then.
+        target: Target,
+        /// The changes that do, the one nearest to the text first.
+        repairs: Vec<Repair>,
+    },
+    /// Something is wrong that no change of one coefficient mends.
+    Several {
+        /// The stages whose c is not the sum of its row.
+        rows: Vec<usize>,
+    },
+}
+
+impl Diagnosis {
+    /// Compares the theory of `tableau` with the orders claimed of b and b̂.
+    pub fn new(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Self {
+        let rows = theory.wrong_rows();
+        let (main, embedded) = (theory.main.order, theory.embedded.as_ref().map(|e| e.order));
+        let falls_short = claimed.is_some_and(|p| main < p) || claimed_embedded.is_some_and(|p| embedded < Some(p));
+        match claimed {
+            Some(p) if rows.is_empty() && !falls_short && main > p => return Self::LabelTooLow { order: main },
+            Some(_) if rows.is_empty() && !falls_short => return Self::Sound,
+            _ => {}
+        }
+        if let Some((target, repairs)) = mend(tableau, theory, claimed, claimed_embedded) {
+            return Self::Coefficient { target, repairs };
+        }
+        match claimed {
+            _ if !rows.is_empty() => Self::Several { rows },
+            None if !falls_short => Self::Sound,
+            _ => Self::LabelTooHigh { order: main },
+        }
+    }
+}
+
+/// The repairs that reach the orders claimed; where none is claimed, the highest orders that one change reaches.
+fn mend(
+    tableau: &Tableau,
+    theory: &Theory,
+    claimed: Option<u32>,
+    claimed_embedded: Option<u32>,
+) -> Option<(Target, Vec<Repair>)> {
+    let main = theory.main.order;
+    let embedded = theory.embedded.as_ref().map(|e| e.order);
+    let orders: Vec<u32> = match claimed {
+        Some(p) => vec![p.min(MAX_ORDER)],
+        // Where the row sums hold, one order more is within reach of a free parameter; two at once are not.
+        None => {
+            let least = if theory.wrong_rows().is_empty() { main + 2 } else { main };
+            (least..=(main + TRIED).min(MAX_ORDER)).rev().collect()
+        }
+    };
+    let targets = orders.into_iter().flat_map(|order| {
+        // An embedded method is mostly one order below, and no worse than it is.
+        let guesses = match (claimed_embedded, embedded) {
+            (_, None) => vec![None],
+            (Some(p), _) => vec![Some(p)],
+            (None, Some(found)) => vec![Some(found.max(order.saturating_sub(1))), Some(found)],
+        };
+        guesses.into_iter().map(move |embedded| Target { order, embedded })
+    });
+    for target in targets {
+        // One number that satisfies one condition is no discovery, where no order is claimed or c has to follow.
+        let mut found = repairs(tableau, target);
+        let is_claimed = claimed.is_some() || !theory.wrong_rows().is_empty();
+        found.retain(|repair| repair.mends >= 2 || (is_claimed && !repair.with_c));
+        if !found.is_empty() {
+            return Some((target, found));
+        }
+    }
+    None
+}

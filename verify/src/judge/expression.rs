@@ -1,0 +1,521 @@
+//! Coefficients as texts: `1/2 - sqrt(3)/6`, `0.2113248654`, `1/sqrt(3)*cos(pi/18) + 1/2`.
+
+use dashu_float::FBig;
+use dashu_ratio::RBig;
+
+use super::real::{BITS, Float, Real};
+
+/// Deepest nesting of brackets, signs and powers.
+const DEPTH: u32 = 40;
+/// Largest exponent, as of powers of ten.
+const EXPONENT: i64 = 99;
+/// Longest number in digits.
+const DIGITS: usize = 200;
+/// Largest value of a part of a coefficient; no method has any near it.
+const LARGEST: f64 = 1e60;
+/// Decimals with fewer places are numbers like 0.5 or 0.0625, printed in full; with more they have been rounded.
+const EXACT_PLACES: u32 = 6;
+/// Trailing zeros that a printed decimal may have lost.
+const DROPPED: u32 = 2;
+
+/// What is wrong with a coefficient, and where in its text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Malformed {
+    /// Byte in the text.
+    pub at: usize,
+    /// What is wrong.
+    pub reason: String,
+}
+
+/// A parsed text.
+#[derive(Debug, Clone)]
+pub(super) enum Expression {
+    /// A number as its digits, and how many stand after the point where it has one.
+    Number {
+        value: RBig,
+        places: Option<u32>,
+    },
+    Pi,
+    Negative(Box<Self>),
+    Binary {
+        operator: char,
+        at: usize,
+        left: Box<Self>,
+        right: Box<Self>,
+    },
+    Function {
+        name: Function,
+        at: usize,
+        argument: Box<Self>,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Function {
+    Sqrt,
+    Cbrt,
+    Sin,
+    Cos,
+    Tan,
+}
+
+const FUNCTIONS: [(&str, Function); 5] = [
+    ("sqrt", Function::Sqrt),
+    ("cbrt", Function::Cbrt),
+    ("sin", Function::Sin),
+    ("cos", Function::Cos),
+    ("tan", Function::Tan),
+];
+
+/// A value: exact where it is rational, and to the digits printed otherwise.
+#[derive(Debug, Clone)]
+pub(super) struct Value {
+    pub exact: Option<RBig>,
+    pub real: Real,
+}
+
+/// Which decimals have been rounded, and to how many places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rounding {
+    places: Option<u32>,
+}
+
+impl Rounding {
+    /// As a file declares it with `digits`, or as its longest decimal shows; decimals all shorter than six places are exact.
+    pub(super) fn new(declared: Option<u32>, longest: Option<u32>) -> Self {
+        Self { places: declared.or(longest.filter(|places| *places >= EXACT_PLACES)) }
+    }
+
+    /// Places after the point to which the decimals are printed; `None` where all are exact.
+    pub fn places(self) -> Option<u32> {
+        self.places
+    }
+
+    /// Half a unit in the last place of a decimal with so many places.
+    fn radius(self, places: u32) -> f64 {
+        match self.places {
+            Some(printed) if places + DROPPED >= printed => 0.5 * 10_f64.powi(-(places.max(printed) as i32)),
+            _ => 0.0,
+        }
+    }
+}
+
+impl Expression {
+    pub(super) fn parse(text: &str) -> Result<Self, Malformed> {
+        let mut parser = Parser { text, at: 0, depth: 0 };
+        let expression = parser.sum()?;
+        match parser.peek() {
+            None => Ok(expression),
+            Some(found) => Err(parser.wrong(format!("`{found}` is not expected here"))),
+        }
+    }
+
+    /// The longest decimal in it, in places after the point.
+    pub(super) fn places(&self) -> Option<u32> {
+        match self {
+            Self::Number { places, .. } => *places,
+            Self::Pi => None,
+            Self::Negative(inner) | Self::Function { argument: inner, .. } => inner.places(),
+            Self::Binary { left, right, .. } => left.places().max(right.places()),
+        }
+    }
+
+    /// The radicand of every square root of a whole number in it.
+    pub(super) fn radicands(&self, out: &mut Vec<i64>) {
+        match self {
+            Self::Number { .. } | Self::Pi => {}
+            Self::Negative(inner) => inner.radicands(out),
+            Self::Binary { left, right, .. } => {
+                left.radicands(out);
+                right.radicands(out);
+            }
+            Self::Function { name, argument, .. } => match (&**argument, name) {
+                (Self::Number { value, .. }, Function::Sqrt) if value.is_int() => {
+                    out.extend(i64::try_from(value.numerator().clone()));
+                }
+                _ => argument.radicands(out),
+            },
+        }
+    }
+
+    pub(super) fn evaluate(&self, rounding: Rounding) -> Result<Value, Malformed> {
+        let value = match self {
+            Self::Number { value, places } => {
+                let radius = places.map_or(0.0, |places| rounding.radius(places));
+                let real = Real::rational(value).widened(radius);
+                Value { exact: (radius == 0.0).then(|| value.clone()), real }
+            }
+            Self::Pi => Value { exact: None, real: Real::rounded(Float::pi(BITS), 0.0) },
+            Self::Negative(inner) => {
+                let inner = inner.evaluate(rounding)?;
+                Value { exact: inner.exact.map(|x| -x), real: -&inner.real }
+            }
+            Self::Binary { operator, at, left, right } => {
+                let (left, right) = (left.evaluate(rounding)?, right.evaluate(rounding)?);
+                binary(*operator, left, right).map_err(|reason| Malformed { at: *at, reason })?
+            }
+            Self::Function { name, at, argument } => {
+                let argument = argument.evaluate(rounding)?;
+                let real = apply(*name, &argument.real).map_err(|reason| Malformed { at: *at, reason })?;
+                Value { exact: None, real }
+            }
+        };
+        if value.real.to_f64().abs() > LARGEST {
+            return Err(Malformed { at: 0, reason: format!("{:e} is too large", value.real.to_f64()) });
+        }
+        Ok(value)
+    }
+}
+
+fn binary(operator: char, left: Value, right: Value) -> Result<Value, String> {
+    let exact = |f: fn(&RBig, &RBig) -> RBig| match (&left.exact, &right.exact) {
+        (Some(x), Some(y)) => Some(f(x, y)),
+        _ => None,
+    };
+    let (exact, real) = match operator {
+        '+' => (exact(|x, y| x + y), &left.real + &right.real),
+        '-' => (exact(|x, y| x - y), &left.real - &right.real),
+        '*' => (exact(|x, y| x * y), &left.real * &right.real),
+        '/' if right.real.may_be_zero() => return Err("division by zero".into()),
+        '/' => (exact(|x, y| x / y), &left.real / &right.real),
+        _ => return power(&left, &right),
+    };
+    // A rational is rounded once, however it was put together.
+    Ok(Value { real: exact.as_ref().map_or(real, Real::rational), exact })
+}
+
+fn power(base: &Value, exponent: &Value) -> Result<Value, String> {
+    let whole = exponent.exact.as_ref().filter(|x| x.is_int()).and_then(|x| i64::try_from(x.numerator().clone()).ok());
+    let n = whole.filter(|n| n.abs() <= EXPONENT).ok_or("powers are whole numbers from −99 to 99; else use sqrt")?;
+    if n < 0 && base.real.may_be_zero() {
+        return Err("division by zero".into());
+    }
+    let mut real = Real::one();
+    for _ in 0..n.unsigned_abs() {
+        real = &real * &base.real;
+        if real.to_f64().abs() > LARGEST {
+            return Err("the power is too large".into());
+        }
+    }
+    if n < 0 {
+        if real.may_be_zero() {
+            return Err("the power is too large".into());
+        }
+        real = &Real::one() / &real;
+    }
+    let exact = base.exact.as_ref().map(|x| x.pow(n as isize));
+    Ok(Value { real: exact.as_ref().map_or(real, Real::rational), exact })
+}
+
+/// The function at the centre, and its slope times the radius.
+fn apply(function: Function, x: &Real) -> Result<Real, String> {
+    let (at, radius) = (x.to_f64(), x.radius());
+    if function == Function::Sqrt && at < 0.0 {
+        return Err(format!("the square root of {at} is not real"));
+    }
+    if at.abs() > 1e6 {
+        return Err(format!("an argument of {at:e} is too large"));
+    }
+    let mid = x.mid();
+    if at == 0.0 || at.abs() <= 2.0 * radius {
+        return match function {
+            Function::Cos => Ok(Real::one().widened(radius)),
+            _ if radius == 0.0 => Ok(Real::zero()),
+            _ => Err("its argument cannot be told from zero".into()),
+        };
+    }
+    let (value, slope): (FBig<_, 2>, f64) = match function {
+        Function::Sqrt => (mid.sqrt(), 1.0 / (at - radius).sqrt()),
+        Function::Cbrt => (mid.nth_root(3), 1.0 / (at.abs() - radius).cbrt().powi(2)),
+        Function::Sin => (mid.sin(), 1.0),
+        Function::Cos => (mid.cos(), 1.0),
+        Function::Tan => {
+            let value = mid.tan();
+            let slope = 2.0 + 2.0 * value.to_f64().value().powi(2);
+            (value, slope)
+        }
+    };
+    Ok(Real::rounded(value, slope * radius))
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    at: usize,
+    depth: u32,
+}
+
+impl Parser<'_> {
+    fn wrong(&self, reason: impl Into<String>) -> Malformed {
+        Malformed { at: self.at, reason: reason.into() }
+    }
+
+    fn rest(&self) -> &str {
+        &self.text[self.at..]
+    }
+
+    /// The next character after blanks.
+    fn peek(&mut self) -> Option<char> {
+        self.at += self.rest().len() - self.rest().trim_start().len();
+        self.rest().chars().next()
+    }
+
+    fn take(&mut self, choices: &[char]) -> Option<char> {
+        let found = self.peek().filter(|c| choices.contains(c))?;
+        self.at += found.len_utf8();
+        // A minus sign as it is typeset.
+        Some(match found {
+            '−' => '-',
+            '·' | '×' => '*',
+            other => other,
+        })
+    }
+
+    fn deeper<T>(&mut self, parse: impl FnOnce(&mut Self) -> Result<T, Malformed>) -> Result<T, Malformed> {
+        if self.depth == DEPTH {
+            return Err(self.wrong("it is nested too deeply"));
+        }
+        self.depth += 1;
+        let result = parse(self);
+        self.depth -= 1;
+        result
+    }
+
+    fn sum(&mut self) -> Result<Expression, Malformed> {
+        self.chain(&['+', '-', '−'], Self::product)
+    }
+
+    fn product(&mut self) -> Result<Expression, Malformed> {
+        self.chain(&['*', '/', '·', '×'], Self::factor)
+    }
+
+    fn chain(
+        &mut self,
+        operators: &[char],
+        part: fn(&mut Self) -> Result<Expression, Malformed>,
+    ) -> Result<Expression, Malformed> {
+        let (mut left, mut length) = (part(self)?, 0);
+        while let (Some(operator), at) = (self.take(operators), self.at) {
+            // The chain nests to the left, and is taken apart by recursion.
+            length += 1;
+            if length > 100 {
+                return Err(self.wrong("it has too many terms"));
+            }
+            let right = part(self)?;
+            left = Expression::Binary { operator, at, left: Box::new(left), right: Box::new(right) };
+        }
+        Ok(left)
+    }
+
+    /// A sign binds weaker than a power: −2^2 = −4.
+    fn factor(&mut self) -> Result<Expression, Malformed> {
+        match self.take(&['+', '-', '−']) {
+            Some('-') => self.deeper(Self::factor).map(|inner| Expression::Negative(Box::new(inner))),
+            Some(_) => self.deeper(Self::factor),
+            None => self.power(),
+        }
+    }
+
+    fn power(&mut self) -> Result<Expression, Malformed> {
+        let base = self.atom()?;
+        self.peek();
+        let length = ["^", "**"].iter().find(|sign| self.rest().starts_with(**sign)).map_or(0, |sign| sign.len());
+        if length == 0 {
+            return Ok(base);
+        }
+        self.at += length;
+        let at = self.at;
+        let exponent = self.deeper(Self::factor)?;
+        Ok(Expression::Binary { operator: '^', at, left: Box::new(base), right: Box::new(exponent) })
+    }
+
+    fn atom(&mut self) -> Result<Expression, Malformed> {
+        match self.peek() {
+            None => Err(self.wrong("a number is missing")),
+            Some('(') => self.bracket(),
+            Some('√') => {
+                let at = self.at;
+                self.take(&['√']);
+                let argument = Box::new(self.deeper(Self::atom)?);
+                Ok(Expression::Function { name: Function::Sqrt, at, argument })
+            }
+            Some('π') => {
+                self.take(&['π']);
+                Ok(Expression::Pi)
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
+            Some(c) if c.is_ascii_alphabetic() => self.name(),
+            Some(c) => Err(self.wrong(format!("`{c}` is not expected here"))),
+        }
+    }
+
+    fn bracket(&mut self) -> Result<Expression, Malformed> {
+        let open = self.at;
+        self.take(&['(']);
+        let inner = self.deeper(Self::sum)?;
+        match self.take(&[')']) {
+            Some(_) => Ok(inner),
+            None => Err(Malformed { at: open, reason: "this bracket does not close".into() }),
+        }
+    }
+
+    fn name(&mut self) -> Result<Expression, Malformed> {
+        let at = self.at;
+        let length = self.rest().chars().take_while(char::is_ascii_alphanumeric).count();
+        let name = &self.text[at..at + length];
+        if name == "pi" {
+            self.at += length;
+            return Ok(Expression::Pi);
+        }
+        let Some((_, function)) = FUNCTIONS.iter().find(|(known, _)| *known == name) else {
+            let reason = format!("`{name}` is not known; there are sqrt, cbrt, sin, cos, tan and pi");
+            return Err(Malformed { at, reason });
+        };
+        self.at += length;
+        if self.peek() != Some('(') {
+            return Err(self.wrong(format!("`{name}` is followed by its argument in brackets")));
+        }
+        let argument = Box::new(self.bracket()?);
+        Ok(Expression::Function { name: *function, at, argument })
+    }
+
+    fn number(&mut self) -> Result<Expression, Malformed> {
+        let at = self.at;
+        let bytes = self.text.as_bytes();
+        let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit() || **b == b'_').count();
+        let mut end = at + digits(at);
+        let whole = self.text[at..end].replace('_', "");
+        let mut fraction = None;
+        if bytes.get(end) == Some(&b'.') {
+            let length = digits(end + 1);
+            fraction = Some(self.text[end + 1..end + 1 + length].replace('_', ""));
+            end += 1 + length;
+        }
+        let part = fraction.clone().unwrap_or_default();
+        let wrong = |reason: String| Malformed { at, reason };
+        if whole.is_empty() && part.is_empty() {
+            return Err(wrong("a number has digits".into()));
+        }
+        if whole.len() + part.len() > DIGITS {
+            return Err(wrong(format!("numbers have at most {DIGITS} digits")));
+        }
+        let mut exponent = 0;
+        if matches!(bytes.get(end), Some(b'e' | b'E' | b'd' | b'D')) {
+            let signed = end + 1 + usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+            let length = digits(signed);
+            let text = self.text[end + 1..signed + length].replace('_', "");
+            exponent = match text.parse::<i64>() {
+                Ok(n) if n.abs() <= EXPONENT => n,
+                _ => return Err(wrong(format!("the exponent `{text}` is no whole number from −99 to 99"))),
+            };
+            end = signed + length;
+        }
+        self.at = end;
+        let mantissa: dashu_int::IBig = format!("{whole}{part}").parse().map_err(|_| wrong("no number".into()))?;
+        let places = part.len() as i64 - exponent;
+        let scale = RBig::from(10_u8).pow(-places as isize);
+        let value = RBig::from(mantissa) * scale;
+        let is_decimal = fraction.is_some() || exponent < 0;
+        Ok(Expression::Number { value, places: is_decimal.then_some(places.max(0) as u32) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn exact(text: &str) -> String {
+        let value = Expression::parse(text).expect(text).evaluate(Rounding::new(None, None)).expect(text);
+        value.exact.expect("rational").to_string()
+    }
+
+    fn real(text: &str) -> Real {
+        Expression::parse(text).expect(text).evaluate(Rounding::new(None, None)).expect(text).real
+    }
+
+    #[test]
+    fn rationals_stay_exact_and_signs_bind_as_in_mathematics() {
+        for (text, value) in [
+            ("1/2 - 1/3*2", "-1/6"),
+            ("-2^2", "-4"),
+            ("2**3 ** 2", "512"),
+            ("2^-1", "1/2"),
+            ("−(1 + 2) / 6", "-1/2"),
+            ("1/2/3", "1/6"),
+            ("0.125e1", "5/4"),
+            ("1_000", "1000"),
+            (".5", "1/2"),
+        ] {
+            assert_eq!(exact(text), value, "{text}");
+        }
+    }
+
+    #[test]
+    fn roots_and_angles_are_right_to_forty_digits() {
+        // From tables of √3, and cos(π/18) = 0.98480775301220805936674302458952301367…
+        for (text, digits) in [
+            ("sqrt(3)", "1.732050807568877293527446341505872366943"),
+            ("√3", "1.732050807568877293527446341505872366943"),
+            ("cos(pi/18)", "0.9848077530122080593667430245895230136706"),
+            ("cbrt(2)", "1.259921049894873164767210607278228350570"),
+        ] {
+            let known = real(digits);
+            assert!((&real(text) - &known).to_f64().abs() < 1e-38, "{text} = {}", real(text));
+        }
+        assert!((&(&real("sqrt(2)") * &real("sqrt(2)")) - &Real::from(2)).may_be_zero());
+    }
+
+    #[test]
+    fn decimals_are_uncertain_by_half_their_last_place() {
+        let rounding = Rounding::new(None, Some(10));
+        let radius = |text: &str| Expression::parse(text).expect(text).evaluate(rounding).expect(text).real.radius();
+        assert!((radius("0.2113248654") / 5e-11 - 1.0).abs() < 1e-9);
+        assert!((radius("0.21132486") / 5e-11 - 1.0).abs() < 1e-9, "two trailing zeros dropped");
+        assert_eq!(radius("0.5"), 0.0);
+        assert_eq!(Rounding::new(None, Some(3)).places(), None);
+        assert_eq!(Rounding::new(Some(3), Some(3)).places(), Some(3));
+    }
+
+    #[test]
+    fn mistakes_are_found_where_they_are() {
+        for (text, at, reason) in [
+            ("1/2 - sqr(3)", 6, "`sqr` is not known"),
+            ("1/0", 2, "division by zero"),
+            ("(1 + 2", 0, "does not close"),
+            ("1 2", 2, "not expected"),
+            ("nan", 0, "`nan` is not known"),
+            ("sqrt(-1)", 0, "not real"),
+            ("1 +", 3, "missing"),
+            ("9^99^99", 5, "too large"),
+            ("9^(1/2)", 2, "whole numbers"),
+            ("1e999", 0, "exponent"),
+        ] {
+            let found = Expression::parse(text).and_then(|e| e.evaluate(Rounding::new(None, None))).expect_err(text);
+            assert!(found.reason.contains(reason), "{text}: {found:?}");
+            assert!(found.at.abs_diff(at) <= 2, "{text}: {found:?}");
+        }
+        assert!(Expression::parse(&"(".repeat(100_000)).is_err());
+        assert!(Expression::parse(&"-".repeat(100_000)).is_err());
+        assert!(Expression::parse(&"1+".repeat(100_000)).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_makes_it_panic(text in "[-+*/^() .0-9eEsqrtcobinpae√π−_]{0,40}") {
+            if let Ok(expression) = Expression::parse(&text) {
+                let _ = expression.evaluate(Rounding::new(Some(8), None));
+            }
+        }
+
+        #[test]
+        fn any_text_at_all_is_read_or_refused(text in "\\PC{0,30}") {
+            let _ = Expression::parse(&text);
+        }
+
+        #[test]
+        fn rationals_print_and_read_back(n in -100_000_i64..100_000, d in 1_i64..100_000) {
+            let text = format!("{n}/{d}");
+            prop_assert_eq!(real(&text).simplest(), Some(exact(&text).parse().expect("rational")));
+        }
+    }
+}

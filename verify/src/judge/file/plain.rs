@@ -1,0 +1,150 @@
+//! Plain tables, as tableaus are published on the web.
+//!
+//! Either a block of numbers, a line of the c_i, a line of the b_i, then the rows of A below its diagonal (a third line as
+//! long as the first two is b̂); or lists under headings `k c[k]`, `k b[k]`, `k j A[k,j]`, a coefficient a line with its
+//! indices, counted from 0 or from 1; or one coefficient a line with its name, `a[2,1] = 1/18`. `#`, `%` and `!` start comments.
+
+use std::collections::BTreeMap;
+
+use super::document::{Document, Scalar, Value};
+use super::error::Fault;
+
+/// Whether `text` is a table and no TOML: its first line that says anything starts with a number, or with a heading or name
+/// that has an index in brackets.
+pub(super) fn is_plain(text: &str) -> bool {
+    let Some((_, first)) = lines(text).next() else { return false };
+    first.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) || name_of(first).is_some()
+}
+
+/// The lines that say something, without comments, with the byte each starts at.
+fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut at = 0;
+    text.split_inclusive('\n').filter_map(move |line| {
+        let start = at;
+        at += line.len();
+        let said = line.split(['#', '%', '!']).next().unwrap_or_default();
+        let trimmed = said.trim();
+        (!trimmed.is_empty()).then(|| (start + said.len() - said.trim_start().len(), trimmed))
+    })
+}
+
+/// Which list a name with an index stands for: `A[k,j]` and `a(2,1)` are of `a`, `b*[k]` and `bhat[k]` of `b_hat`.
+fn name_of(line: &str) -> Option<&'static str> {
+    let lower = line.to_ascii_lowercase();
+    [("a", "a"), ("b_hat", "b_hat"), ("bhat", "b_hat"), ("b*", "b_hat"), ("b", "b"), ("c", "c")]
+        .into_iter()
+        .find(|(written, _)| {
+            let starts =
+                |bracket| lower.split_whitespace().any(|word| word.starts_with(&format!("{written}{bracket}")));
+            starts('[') || starts('(')
+        })
+        .map(|(_, key)| key)
+}
+
+pub(super) fn read(text: &str) -> Result<Document, Fault> {
+    if lines(text).any(|(_, line)| name_of(line).is_some()) { read_lists(text) } else { read_block(text) }
+}
+
+fn words(at: usize, line: &str) -> Vec<Scalar> {
+    let mut from = 0;
+    let word = |word: &str| {
+        let start = from + line[from..].find(word).unwrap_or(0);
+        from = start + word.len();
+        Scalar { text: word.trim_end_matches(',').to_owned(), at: at + start }
+    };
+    line.split_whitespace().map(word).filter(|scalar| !scalar.text.is_empty()).collect()
+}
+
+fn list(at: usize, items: Vec<Scalar>) -> Value {
+    Value::List { items: items.into_iter().map(Value::Scalar).collect(), at }
+}
+
+fn read_block(text: &str) -> Result<Document, Fault> {
+    let rows: Vec<(usize, Vec<Scalar>)> = lines(text).map(|(at, line)| (at, words(at, line))).collect();
+    let hint = "a table has a line of c, a line of b, then the rows of A below the diagonal";
+    let [(c_at, c), (b_at, b), rest @ ..] = rows.as_slice() else {
+        return Err(Fault::new(text.len(), "the table ends after the first line").hint(hint));
+    };
+    let s = c.len();
+    let mut document = Document::default();
+    let mut rest = rest;
+    if let [(at, hat), lower @ ..] = rest
+        && hat.len() == s
+        && lower.len() + 1 >= s
+        && s > 1
+    {
+        document.insert("b_hat", *at, list(*at, hat.clone()));
+        rest = lower;
+    }
+    let at = rest.first().map_or(text.len(), |(at, _)| *at);
+    let mut items: Vec<Value> = rest.iter().map(|(at, row)| list(*at, row.clone())).collect();
+    if items.len() + 1 == s {
+        items.insert(0, list(at, Vec::new()));
+    }
+    document.insert("c", *c_at, list(*c_at, c.clone()));
+    document.insert("b", *b_at, list(*b_at, b.clone()));
+    document.insert("a", at, Value::List { items, at });
+    Ok(document)
+}
+
+/// Coefficients by key and indices.
+type Entries = BTreeMap<(&'static str, usize, usize), Scalar>;
+
+fn read_lists(text: &str) -> Result<Document, Fault> {
+    let mut entries = Entries::new();
+    let mut heading = None;
+    for (at, line) in lines(text) {
+        let (key, indices, value) = match (line.split_once('='), name_of(line), heading) {
+            (Some((left, right)), Some(key), _) => {
+                let digits = left.split(|c: char| !c.is_ascii_digit()).filter(|part| !part.is_empty());
+                let start = at + left.len() + 1 + (right.len() - right.trim_start().len());
+                let value = right.trim().trim_end_matches([';', ',']).to_owned();
+                (key, digits.map(str::to_owned).collect::<Vec<_>>(), Scalar { text: value, at: start })
+            }
+            (None, Some(key), _) => {
+                heading = Some(key);
+                continue;
+            }
+            (_, None, Some(key)) => {
+                let mut words = words(at, line);
+                let Some(value) = words.pop() else { continue };
+                (key, words.into_iter().map(|word| word.text).collect(), value)
+            }
+            _ => {
+                return Err(Fault::new(at, "a coefficient before any heading")
+                    .hint("headings are `k c[k]`, `k b[k]`, `k j A[k,j]`"));
+            }
+        };
+        let numbers: Option<Vec<usize>> = indices.iter().map(|word| word.parse().ok().filter(|k| *k < 100)).collect();
+        let place = match (key, numbers.as_deref()) {
+            ("a", Some(&[i, j])) => (key, i, j),
+            ("b" | "c" | "b_hat", Some(&[i])) => (key, i, 0),
+            _ => return Err(Fault::new(at, format!("a line of `{key}` has its indices, then the coefficient"))),
+        };
+        if entries.insert(place, value).is_some() {
+            return Err(Fault::new(at, "this coefficient stands here a second time"));
+        }
+    }
+    assemble(&entries)
+}
+
+fn assemble(entries: &Entries) -> Result<Document, Fault> {
+    let indices = || entries.keys().map(|(key, i, j)| (*i, if *key == "a" { *j } else { *i }));
+    let first = indices().map(|(i, j)| i.min(j)).min().unwrap_or(0).min(1);
+    let s = indices().map(|(i, j)| i.max(j) + 1 - first).max().unwrap_or(0);
+    let absent = |at| Scalar { text: "0".into(), at };
+    let mut document = Document::default();
+    for key in ["b", "c", "b_hat"] {
+        let Some(at) = entries.iter().find(|((known, ..), _)| *known == key).map(|(_, scalar)| scalar.at) else {
+            continue;
+        };
+        let row = (0..s).map(|i| entries.get(&(key, i + first, 0)).cloned().unwrap_or_else(|| absent(at))).collect();
+        document.insert(key, at, list(at, row));
+    }
+    let at = entries.iter().find(|((key, ..), _)| *key == "a").map_or(0, |(_, scalar)| scalar.at);
+    let row = |i: usize| {
+        (0..s).map(|j| entries.get(&("a", i + first, j + first)).cloned().unwrap_or_else(|| absent(at))).collect()
+    };
+    document.insert("a", at, Value::List { items: (0..s).map(|i| list(at, row(i))).collect(), at });
+    Ok(document)
+}

@@ -1,0 +1,97 @@
+//! Judging a method that comes as text: its order conditions, its stability and structure, and its runs.
+
+pub mod claim;
+pub mod conditions;
+pub mod diagnosis;
+mod expression;
+mod facts;
+pub mod file;
+pub mod linear;
+pub mod measured;
+mod method;
+pub mod polynomial;
+mod problem;
+pub mod real;
+pub mod repair;
+pub mod structure;
+pub mod tableau;
+pub mod theory;
+pub mod tree;
+mod verdict;
+
+use claim::Claim;
+use diagnosis::Diagnosis;
+pub use expression::Rounding;
+use file::{Body, MethodFile};
+use measured::{Defects, MeasuredOrder};
+pub use method::FileMethod;
+use rayon::prelude::*;
+use theory::Theory;
+pub use verdict::{Kind, Verdict};
+
+use crate::evidence::Outcome;
+
+/// How much is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// Conditions alone.
+    Theory,
+    /// Orders and defects of live steps too.
+    Runs,
+}
+
+/// All that was found out about a method.
+#[derive(Debug)]
+pub struct Judgement {
+    /// Its file.
+    pub file: MethodFile,
+    /// What follows from its coefficients.
+    pub theory: Theory,
+    /// Whether a coefficient or a label is wrong.
+    pub diagnosis: Diagnosis,
+    /// Orders measured.
+    pub measured: Vec<MeasuredOrder>,
+    /// Defects of one step, or why it failed; nothing where nothing was run.
+    pub defects: Option<Result<Defects, String>>,
+    /// The claims of the file, c against the sums of the rows, and theory against measurement.
+    pub verdicts: Vec<Verdict>,
+}
+
+impl Judgement {
+    /// Judges the method of `file`.
+    pub fn new(file: MethodFile, effort: Effort) -> Self {
+        let Body::RungeKutta(tableau) = &file.body;
+        let claimed = file.order();
+        let claimed_embedded = file.claims.iter().find_map(Claim::as_embedded_order);
+        let theory = Theory::new(tableau, claimed, claimed_embedded);
+        let diagnosis = Diagnosis::new(tableau, &theory, claimed, claimed_embedded);
+        let method = FileMethod::new(&file.name, &theory);
+        let (measured, defects) = match effort {
+            Effort::Theory => (Vec::new(), None),
+            Effort::Runs => {
+                let (measured, defects) =
+                    rayon::join(|| measured::orders(&method, &theory), || measured::defects(&method));
+                (measured, Some(defects))
+            }
+        };
+        let mut verdicts: Vec<Verdict> = file.claims.par_iter().map(|claim| verdict::judge(claim, &theory)).collect();
+        verdicts.extend(verdict::rows(&theory));
+        verdicts.extend(measured.iter().map(MeasuredOrder::verdict));
+        if let Some(Ok(defects)) = &defects {
+            verdicts.extend(defects.verdicts(&theory));
+        }
+        Self { file, theory, diagnosis, measured, defects, verdicts }
+    }
+
+    /// Fail where anything is refuted, inconclusive where anything is left open, else pass.
+    pub fn outcome(&self) -> Outcome {
+        let any = |outcome| self.verdicts.iter().any(|verdict| verdict.check.outcome == outcome);
+        if any(Outcome::Fail) {
+            Outcome::Fail
+        } else if any(Outcome::Inconclusive) {
+            Outcome::Inconclusive
+        } else {
+            Outcome::Pass
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Polynomials with real coefficients, and where they are negative.
+
+use nalgebra::{Complex, DMatrix};
+
+use super::real::Real;
+
+/// Coefficients of 1, x, x², …; none that may be zero at the end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polynomial(Vec<Real>);
+
+/// Where a polynomial on x > 0 is first negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Sign {
+    /// Nowhere.
+    NonNegative,
+    /// From `from` on, where it is zero or x = 0; `at` is a point where it is negative.
+    NegativeFrom { from: f64, at: f64 },
+}
+
+impl Polynomial {
+    pub(super) fn new(mut coefficients: Vec<Real>) -> Self {
+        while coefficients.last().is_some_and(Real::may_be_zero) {
+            coefficients.pop();
+        }
+        Self(coefficients)
+    }
+
+    /// The coefficients of 1, x, x², ….
+    pub fn coefficients(&self) -> &[Real] {
+        &self.0
+    }
+
+    /// The degree; `None` for the zero polynomial.
+    pub fn degree(&self) -> Option<usize> {
+        self.0.len().checked_sub(1)
+    }
+
+    pub(super) fn doubles(&self) -> Vec<f64> {
+        self.0.iter().map(Real::to_f64).collect()
+    }
+
+    pub(super) fn at(&self, x: &Real) -> Real {
+        self.0.iter().rev().fold(Real::zero(), |sum, c| &(&sum * x) + c)
+    }
+
+    /// The value at a complex point.
+    pub fn at_complex(&self, z: Complex<f64>) -> Complex<f64> {
+        self.0.iter().rev().fold(Complex::new(0.0, 0.0), |sum, c| sum * z + c.to_f64())
+    }
+
+    pub(super) fn minus(&self, other: &Self) -> Self {
+        let n = self.0.len().max(other.0.len());
+        let get = |p: &Self, k: usize| p.0.get(k).cloned().unwrap_or_else(Real::zero);
+        Self::new((0..n).map(|k| &get(self, k) - &get(other, k)).collect())
+    }
+
+    pub(super) fn plus(&self, other: &Self) -> Self {
+        self.minus(&Self(other.0.iter().map(|c| -c).collect()))
+    }
+
+    pub(super) fn times(&self, other: &Self) -> Self {
+        let mut out = vec![Real::zero(); (self.0.len() + other.0.len()).saturating_sub(1)];
+        for (i, a) in self.0.iter().enumerate() {
+            for (j, b) in other.0.iter().enumerate() {
+                out[i + j] = &out[i + j] + &(a * b);
+            }
+        }
+        Self::new(out)
+    }
+
+    /// p(−x).
+    pub(super) fn mirrored(&self) -> Self {
+        Self(self.0.iter().enumerate().map(|(k, c)| if k % 2 == 0 { c.clone() } else { -c }).collect())
+    }
+
+    /// |p(i√x)|² as a polynomial in x.
+    pub(super) fn modulus_on_imaginary_axis(&self) -> Self {
+        let part = |odd: usize| {
+            let terms = self.0.iter().skip(odd).step_by(2).enumerate();
+            Self::new(terms.map(|(k, c)| if k % 2 == 0 { c.clone() } else { -c }).collect())
+        };
+        let (even, odd) = (part(0), part(1));
+        let shifted = Self::new([vec![Real::zero()], odd.times(&odd).0].concat());
+        even.times(&even).plus(&shifted)
+    }
+
+    /// All roots in double precision.
+    pub fn roots(&self) -> Vec<Complex<f64>> {
+        let Some(degree) = self.degree().filter(|n| *n > 0) else { return Vec::new() };
+        let c = self.doubles();
+        // In a variable in which the first and the last coefficient are of one size, the companion matrix is balanced.
+        let lowest = c.iter().position(|x| *x != 0.0).unwrap_or(0);
+        let n = degree - lowest;
+        let mut roots = vec![Complex::new(0.0, 0.0); lowest];
+        if n == 0 {
+            return roots;
+        }
+        let scale = (c[lowest] / c[degree]).abs().powf(1.0 / n as f64);
+        let mut companion = DMatrix::zeros(n, n);
+        for k in 0..n {
+            companion[(k, n - 1)] = -c[lowest + k] / c[degree] * scale.powi(k as i32 - n as i32);
+            if k > 0 {
+                companion[(k, k - 1)] = 1.0;
+            }
+        }
+        if companion.iter().all(|x| x.is_finite()) {
+            roots.extend(companion.complex_eigenvalues().iter().map(|z| z * scale));
+        }
+        roots
+    }
+
+    /// Where on x > 0 it is first negative. Candidates for a change of sign are the real roots in double precision; between
+    /// them the sign is that at one point, computed to 57 digits.
+    pub(super) fn sign(&self) -> Sign {
+        let mut candidates: Vec<f64> =
+            self.roots().iter().filter(|z| z.re > 0.0 && z.im.abs() <= 1e-3 * z.re).map(|z| z.re).collect();
+        candidates.sort_by(f64::total_cmp);
+        let mut points = Vec::new();
+        let mut left = 0.0;
+        for &root in &candidates {
+            points.push((left, if left == 0.0 { 0.5 * root } else { (left * root).sqrt() }));
+            left = root;
+        }
+        points.push((left, if left == 0.0 { 1.0 } else { 2.0 * left }));
+        for (from, at) in points {
+            if self.at(&double(at)).is_negative() {
+                return Sign::NegativeFrom { from, at };
+            }
+        }
+        Sign::NonNegative
+    }
+}
+
+/// A double, which has no more bits than a [`Real`].
+pub(super) fn double(x: f64) -> Real {
+    dashu_ratio::RBig::try_from(x).map_or_else(|_| Real::zero(), |x| Real::rational(&x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn polynomial(coefficients: &[i64]) -> Polynomial {
+        Polynomial::new(coefficients.iter().map(|c| Real::from(*c)).collect())
+    }
+
+    #[test]
+    fn signs_are_found_between_the_roots_and_not_where_a_root_only_touches() {
+        assert_eq!(polynomial(&[1, -2, 1]).sign(), Sign::NonNegative);
+        let Sign::NegativeFrom { from, at } = polynomial(&[2, -3, 1]).sign() else {
+            panic!("negative between 1 and 2")
+        };
+        assert!((from - 1.0).abs() < 1e-9 && at > 1.0 && at < 2.0);
+        assert!(matches!(polynomial(&[0, -1, 1]).sign(), Sign::NegativeFrom { from: 0.0, .. }));
+        assert!(matches!(polynomial(&[0, 0, -1]).sign(), Sign::NegativeFrom { from: 0.0, .. }));
+        assert_eq!(polynomial(&[]).sign(), Sign::NonNegative);
+    }
+
+    #[test]
+    fn the_modulus_on_the_imaginary_axis_is_that_of_the_value_there() {
+        let p = polynomial(&[3, -1, 4, 2, -5]);
+        let y = 0.7_f64;
+        let value = p.at_complex(Complex::new(0.0, y)).norm_sqr();
+        assert!((p.modulus_on_imaginary_axis().at(&double(y * y)).to_f64() - value).abs() < 1e-13);
+    }
+}

@@ -1,0 +1,223 @@
+//! Problems on which the order of a method from a file is measured, all with exact solutions: a linear one, and nonlinear ones
+//! on which every tree shows, with and without time in it.
+
+use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+
+use crate::problem::{Facts, Problem, Window};
+use crate::reference::Ode;
+
+/// Where an order is measured: up to t = 2, high ones from large steps down, because they are soon at roundoff.
+pub(super) fn window(order: u32) -> Window {
+    let coarsest = match order {
+        0..=2 => 0.1,
+        3..=4 => 0.4,
+        5..=6 => 0.8,
+        _ => 2.0,
+    };
+    Window { horizon: 2.0, coarsest }
+}
+
+/// u̇ = −u − 3w, ẇ = 3u − w from (1, 0): e^{−t}(cos 3t, sin 3t).
+#[derive(Debug)]
+pub(super) struct Linear(pub Window);
+
+impl Rhs for Linear {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[0] - v[1] * 3.0;
+        dv[1] = v[0] * 3.0 - v[1];
+    }
+}
+
+impl Ode for Linear {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = -v[0] - 3.0 * v[1];
+        dv[1] = 3.0 * v[0] - v[1];
+    }
+    fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        add(0, 0, -1.0);
+        add(0, 1, -3.0);
+        add(1, 0, 3.0);
+        add(1, 1, -1.0);
+    }
+}
+
+impl Problem for Linear {
+    fn components(&self) -> &'static [&'static str] {
+        &["u", "w"]
+    }
+    fn initial(&self) -> Vec<f64> {
+        vec![1.0, 0.0]
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(AutoDiff::new(self))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+    fn exact(&self, t: f64) -> Option<Vec<f64>> {
+        let decay = (-t).exp();
+        Some(vec![decay * (3.0 * t).cos(), decay * (3.0 * t).sin()])
+    }
+    fn facts(&self) -> Facts {
+        Facts { window: self.0, ..Facts::default() }
+    }
+}
+
+/// u̇ = u² w (1 + t) cos t e^{−sin t}, ẇ = −w² + ln u − sin t, from (1, 1): u = e^{sin t}, w = 1/(1 + t).
+///
+/// Nonlinear, coupled, and with t in it other than as a factor: wrong stage times show nowhere else.
+#[derive(Debug)]
+pub(super) struct NonAutonomous(pub Window);
+
+/// The same with t as a third unknown, ṡ = 1: every tree shows, and time is stepped with the sums of the rows.
+#[derive(Debug)]
+pub(super) struct Autonomous(pub Window);
+
+/// (u̇, ẇ) at (t, u, w).
+fn rates<T: Scalar>(t: T, u: T, w: T) -> [T; 2] {
+    [u * u * w * (t + 1.0) * t.cos() * (-t.sin()).exp(), u.ln() - w * w - t.sin()]
+}
+
+/// The derivatives of (u̇, ẇ) with respect to u, w and t, by hand.
+fn gradients(t: f64, u: f64, w: f64) -> [[f64; 3]; 2] {
+    let (sin, cos) = t.sin_cos();
+    let g = (1.0 + t) * cos * (-sin).exp();
+    let in_time = (cos - (1.0 + t) * (sin + cos * cos)) * (-sin).exp();
+    [[2.0 * u * w * g, u * u * g, u * u * w * in_time], [u.recip(), -2.0 * w, -cos]]
+}
+
+impl Rhs for NonAutonomous {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        dv.copy_from_slice(&rates(T::from(t), v[0], v[1]));
+    }
+}
+
+impl Ode for NonAutonomous {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = v[0].powi(2) * v[1] * (1.0 + t) * t.cos() / t.sin().exp();
+        dv[1] = -v[1].powi(2) + v[0].ln() - t.sin();
+    }
+    fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        for (i, row) in gradients(t, v[0], v[1]).iter().enumerate() {
+            (0..2).for_each(|j| add(i, j, row[j]));
+        }
+    }
+}
+
+impl Rhs for Autonomous {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[..2].copy_from_slice(&rates(v[2], v[0], v[1]));
+        dv[2] = T::one();
+    }
+}
+
+impl Ode for Autonomous {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        Ode::rhs(&NonAutonomous(self.0), v[2], v, &mut dv[..2]);
+        dv[2] = 1.0;
+    }
+    fn jacobian(&self, _t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        for (i, row) in gradients(v[2], v[0], v[1]).iter().enumerate() {
+            (0..3).for_each(|j| add(i, j, row[j]));
+        }
+    }
+}
+
+impl Problem for Autonomous {
+    fn components(&self) -> &'static [&'static str] {
+        &["u", "w", "s"]
+    }
+    fn initial(&self) -> Vec<f64> {
+        vec![1.0, 1.0, 0.0]
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(AutoDiff::new(self))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+    fn exact(&self, t: f64) -> Option<Vec<f64>> {
+        Some(vec![t.sin().exp(), (1.0 + t).recip(), t])
+    }
+    fn facts(&self) -> Facts {
+        Facts { window: self.0, ..Facts::default() }
+    }
+}
+
+impl Problem for NonAutonomous {
+    fn components(&self) -> &'static [&'static str] {
+        &["u", "w"]
+    }
+    fn initial(&self) -> Vec<f64> {
+        vec![1.0, 1.0]
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(AutoDiff::new(self))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+    fn exact(&self, t: f64) -> Option<Vec<f64>> {
+        Some(vec![t.sin().exp(), (1.0 + t).recip()])
+    }
+    fn facts(&self) -> Facts {
+        Facts { window: self.0, ..Facts::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_two_statements_of_each_agree_and_the_solution_is_one() {
+        let problems: [&dyn Problem; 3] = [&Linear(window(2)), &Autonomous(window(2)), &NonAutonomous(window(2))];
+        for problem in problems {
+            let n = problem.initial().len();
+            assert_eq!(problem.exact(0.0), Some(problem.initial()));
+            for t in [0.2, 0.7, 1.7] {
+                let v = problem.exact(t).expect("known");
+                let (mut field, mut ode) = (vec![0.0; n], vec![0.0; n]);
+                problem.field().rhs(t, &v, &mut field);
+                problem.ode().rhs(t, &v, &mut ode);
+                let difference = |f: &dyn Fn(f64) -> f64| (f(1e-5) - f(-1e-5)) / 2e-5;
+                for k in 0..n {
+                    let rate = difference(&|d| problem.exact(t + d).expect("known")[k]);
+                    // The error of the difference is 1e-10/6 times a third derivative, and roundoff over 1e-5.
+                    assert!((field[k] - rate).abs() < 1e-8 && (field[k] - ode[k]).abs() < 1e-13, "{problem:?} {t}");
+                }
+                let mut jacobian = vec![vec![0.0; n]; n];
+                problem.ode().jacobian(t, &v, &mut |i, j, x| jacobian[i][j] += x);
+                for i in 0..n {
+                    for j in 0..n {
+                        let entry = difference(&|d| {
+                            let (mut at, mut dv) = (v.clone(), vec![0.0; n]);
+                            at[j] += d;
+                            problem.ode().rhs(t, &at, &mut dv);
+                            dv[i]
+                        });
+                        assert!((jacobian[i][j] - entry).abs() < 1e-8, "{problem:?} {t} {i} {j}");
+                    }
+                }
+            }
+        }
+    }
+}

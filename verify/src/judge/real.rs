@@ -1,0 +1,214 @@
+//! Real numbers of 57 digits with a bound on what they are uncertain by.
+
+use std::fmt;
+use std::iter::Sum;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use dashu_float::FBig;
+use dashu_float::round::Rounded;
+use dashu_float::round::mode::HalfEven;
+use dashu_ratio::RBig;
+
+/// A binary float, rounded to nearest.
+pub(super) type Float = FBig<HalfEven, 2>;
+
+/// Bits of a mantissa: 57 decimal digits.
+pub(super) const BITS: usize = 192;
+/// Relative error of one rounded operation, 2⁻¹⁹².
+const UNIT: f64 = 1.0 / ((1_u128 << 96) as f64 * (1_u128 << 96) as f64);
+/// What the roundings of the radius itself, in double precision, can add to it.
+const SLACK: f64 = 1.0 + 16.0 * f64::EPSILON;
+
+/// A number known to lie within `radius` of `mid`: arithmetic on balls, so that what follows from rounded coefficients
+/// carries the bound on its error along.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Real {
+    mid: Float,
+    radius: f64,
+}
+
+impl Real {
+    /// Zero.
+    pub fn zero() -> Self {
+        Self::from(0)
+    }
+
+    /// One.
+    pub fn one() -> Self {
+        Self::from(1)
+    }
+
+    pub(super) fn rounded(mid: Float, radius: f64) -> Self {
+        let mid = mid.with_precision(BITS).value();
+        let rounding = to_f64(&mid).abs() * UNIT;
+        Self { mid, radius: (radius + rounding) * SLACK }
+    }
+
+    /// A rational number, rounded.
+    pub(super) fn rational(value: &RBig) -> Self {
+        match value.to_float::<HalfEven, 2>(BITS) {
+            Rounded::Exact(mid) => Self { mid: mid.with_precision(BITS).value(), radius: 0.0 },
+            Rounded::Inexact(mid, _) => Self::rounded(mid, 0.0),
+        }
+    }
+
+    /// The same with `radius` more of uncertainty.
+    #[must_use]
+    pub fn widened(&self, radius: f64) -> Self {
+        Self { mid: self.mid.clone(), radius: (self.radius + radius) * SLACK }
+    }
+
+    /// The same without its uncertainty.
+    #[must_use]
+    pub fn centre(&self) -> Self {
+        Self { mid: self.mid.clone(), radius: 0.0 }
+    }
+
+    pub(super) fn mid(&self) -> &Float {
+        &self.mid
+    }
+
+    /// How far the number may lie from its centre.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The double nearest to the centre.
+    pub fn to_f64(&self) -> f64 {
+        to_f64(&self.mid)
+    }
+
+    /// Whether the number may be zero.
+    pub fn may_be_zero(&self) -> bool {
+        self.to_f64().abs() <= self.radius * SLACK
+    }
+
+    /// Whether the number is certainly positive.
+    pub fn is_positive(&self) -> bool {
+        !self.may_be_zero() && self.to_f64() > 0.0
+    }
+
+    /// Whether the number is certainly negative.
+    pub fn is_negative(&self) -> bool {
+        !self.may_be_zero() && self.to_f64() < 0.0
+    }
+
+    /// `digits` significant decimal digits of the centre.
+    pub fn decimal(&self, digits: usize) -> String {
+        self.mid.clone().with_base_and_precision::<10>(digits).value().to_string()
+    }
+
+    /// The rational of the smallest denominator within the radius, or within 10⁻⁴⁰ where that is wider.
+    pub(super) fn simplest(&self) -> Option<RBig> {
+        let centre = RBig::try_from(self.mid.clone()).ok()?;
+        let radius = RBig::try_from((self.radius * SLACK).max(1e-40)).ok()?;
+        let (low, high) = (&centre - &radius, &centre + &radius);
+        if low.is_zero() || high.is_zero() || (low < RBig::ZERO) != (high < RBig::ZERO) {
+            return Some(RBig::ZERO);
+        }
+        Some(RBig::simplest_in(low, high))
+    }
+}
+
+fn to_f64(x: &Float) -> f64 {
+    x.to_f64().value()
+}
+
+impl From<i64> for Real {
+    fn from(n: i64) -> Self {
+        Self { mid: Float::from(n).with_precision(BITS).value(), radius: 0.0 }
+    }
+}
+
+impl Add for &Real {
+    type Output = Real;
+    fn add(self, other: &Real) -> Real {
+        if self.is_exact_zero() {
+            return other.clone();
+        }
+        if other.is_exact_zero() {
+            return self.clone();
+        }
+        Real::rounded(&self.mid + &other.mid, self.radius + other.radius)
+    }
+}
+
+impl Sub for &Real {
+    type Output = Real;
+    fn sub(self, other: &Real) -> Real {
+        self + &-other
+    }
+}
+
+impl Mul for &Real {
+    type Output = Real;
+    fn mul(self, other: &Real) -> Real {
+        if self.is_exact_zero() || other.is_exact_zero() {
+            return Real::zero();
+        }
+        let (a, b) = (self.to_f64().abs(), other.to_f64().abs());
+        let radius = a * other.radius + b * self.radius + self.radius * other.radius;
+        Real::rounded(&self.mid * &other.mid, radius)
+    }
+}
+
+impl Div for &Real {
+    type Output = Real;
+    /// The divisor must not be able to be zero.
+    fn div(self, other: &Real) -> Real {
+        let (a, b) = (self.to_f64().abs(), other.to_f64().abs());
+        let radius = (self.radius + a / b * other.radius) / (b - other.radius);
+        Real::rounded(&self.mid / &other.mid, radius)
+    }
+}
+
+impl Neg for &Real {
+    type Output = Real;
+    fn neg(self) -> Real {
+        Real { mid: -self.mid.clone(), radius: self.radius }
+    }
+}
+
+impl Real {
+    fn is_exact_zero(&self) -> bool {
+        self.radius == 0.0 && self.mid == Float::ZERO
+    }
+}
+
+impl Sum for Real {
+    fn sum<I: Iterator<Item = Self>>(iter: I) -> Self {
+        iter.fold(Self::zero(), |sum, x| &sum + &x)
+    }
+}
+
+impl fmt::Display for Real {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.decimal(f.precision().unwrap_or(20)))
+    }
+}
+
+/// Σ x_i y_i.
+pub(super) fn dot(x: &[Real], y: &[Real]) -> Real {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_third_thrice_is_one_within_the_roundings_and_nothing_wider() {
+        let third = &Real::one() / &Real::from(3);
+        let defect = &(&third * &Real::from(3)) - &Real::one();
+        assert!(defect.may_be_zero() && defect.radius() < 1e-56);
+        let off = &third + &Real::rational(&RBig::from_parts(1.into(), 10_u8.into()).pow(50));
+        assert!((&(&off * &Real::from(3)) - &Real::one()).is_positive());
+    }
+
+    #[test]
+    fn rationals_are_recovered_from_their_digits() {
+        let x = &Real::from(-2187) / &Real::from(6784);
+        assert_eq!(x.simplest().expect("finite").to_string(), "-2187/6784");
+        assert_eq!((&x - &x).simplest().expect("finite").to_string(), "0");
+    }
+}

@@ -1,0 +1,312 @@
+//! Misprints: which single coefficient, changed, makes all the conditions hold.
+
+use std::collections::BTreeSet;
+
+use dashu_int::IBig;
+use dashu_ratio::RBig;
+
+use super::conditions::Weights;
+use super::polynomial::{Polynomial, double};
+use super::real::Real;
+use super::tableau::{Numbers, Place, Shape, Tableau, row_sums};
+use super::tree::Forest;
+
+/// Largest denominator of a rational number that is proposed as such.
+const SIMPLE: u64 = 1_000_000_000_000;
+
+/// What a repaired tableau must satisfy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Target {
+    /// The order of the method.
+    pub order: u32,
+    /// The order of the embedded method, where there is one to be judged.
+    pub embedded: Option<u32>,
+}
+
+/// One coefficient to be changed.
+#[derive(Debug, Clone)]
+pub struct Repair {
+    /// Which.
+    pub place: Place,
+    /// Whether c_i has to follow, so that its row sum stays right.
+    pub with_c: bool,
+    /// The text that stands there.
+    pub was: String,
+    /// What should stand there: a rational number, one with a square root, or digits.
+    pub text: String,
+    /// The value, with what it is uncertain by.
+    pub value: Real,
+    /// How many conditions, row sums among them, fail as the file stands and hold with the change.
+    pub mends: usize,
+}
+
+/// A forest of the order of a target.
+#[derive(Debug)]
+struct Search<'a> {
+    tableau: &'a Tableau,
+    numbers: Numbers,
+    target: Target,
+    forest: Forest,
+    /// Failing conditions: of b, and of b̂.
+    failing: [Vec<usize>; 2],
+    rows: Vec<usize>,
+}
+
+/// Every change of a single coefficient that reaches `target`, the one nearest to the printed text first.
+pub fn repairs(tableau: &Tableau, target: Target) -> Vec<Repair> {
+    let numbers = tableau.numbers();
+    let forest = Forest::autonomous(target.order.max(target.embedded.unwrap_or(0)));
+    let mut search = Search { tableau, numbers, target, forest, failing: [Vec::new(), Vec::new()], rows: Vec::new() };
+    search.failing = search.failures(&search.numbers);
+    search.rows = failing_rows(&search.numbers);
+    let mut found: Vec<Repair> =
+        search.candidates().into_iter().filter_map(|(place, x)| search.verify(place, &x)).collect();
+    let is_new = |place| matches!(place, Place::A(i, j) if i == j && tableau.shape() == Shape::Explicit);
+    found.sort_by_key(|repair| {
+        let distance = strsim::damerau_levenshtein(&repair.was, &repair.text);
+        (repair.with_c, is_new(repair.place), distance, repair.place)
+    });
+    found.dedup_by(|a, b| a.place == b.place && a.text == b.text);
+    found
+}
+
+fn failing_rows(numbers: &Numbers) -> Vec<usize> {
+    let defects = numbers.row_defects();
+    defects.iter().enumerate().filter(|(_, defect)| !defect.may_be_zero()).map(|(i, _)| i).collect()
+}
+
+impl Search<'_> {
+    fn failures(&self, numbers: &Numbers) -> [Vec<usize>; 2] {
+        let mut weights = Weights::new(&self.forest, numbers);
+        let mut failing = |b: Option<&[Real]>, order: u32| {
+            let Some(b) = b else { return Vec::new() };
+            let trees = (1..=order).flat_map(|n| self.forest.of_order(n));
+            trees.filter(|&k| !weights.residual(k, b).may_be_zero()).collect()
+        };
+        let main = failing(Some(&numbers.b), self.target.order);
+        [main, failing(numbers.b_hat.as_deref(), self.target.embedded.unwrap_or(0))]
+    }
+
+    /// Places with the values that one condition asks for.
+    fn candidates(&self) -> Vec<(Place, Real)> {
+        let s = self.numbers.stages();
+        let mut found = Vec::new();
+        match self.rows.as_slice() {
+            // One sum is wrong: either c_i, or one of the entries that it sums.
+            [i] if self.tableau.c.is_some() => {
+                let defect = &self.numbers.row_defects()[*i];
+                found.push((Place::C(*i), &self.numbers.c[*i] - defect));
+                found.extend(self.columns(*i).map(|j| (Place::A(*i, j), &self.numbers.a[*i][j] + defect)));
+            }
+            [] => {
+                for i in 0..s {
+                    for place in [Place::B(i), Place::Hat(i)] {
+                        found.extend(self.solve(place).into_iter().map(|x| (place, x)));
+                    }
+                    for j in self.columns(i) {
+                        let place = Place::A(i, j);
+                        found.extend(self.solve(place).into_iter().map(|x| (place, x)));
+                    }
+                }
+            }
+            _ => {}
+        }
+        found
+    }
+
+    /// The columns of row `i` that may have been misprinted: a lost diagonal entry makes an implicit method look explicit.
+    fn columns(&self, i: usize) -> std::ops::Range<usize> {
+        match self.tableau.shape() {
+            Shape::Explicit | Shape::DiagonallyImplicit => 0..i + 1,
+            Shape::FullyImplicit => 0..self.numbers.stages(),
+        }
+    }
+
+    /// The values at `place` that satisfy the first failing condition which depends on it. A condition of n vertices is a
+    /// polynomial of degree below n in any one coefficient.
+    fn solve(&self, place: Place) -> Vec<Real> {
+        let hat = matches!(place, Place::Hat(_));
+        let order = |k: usize| self.forest.trees()[k].order;
+        let [main, embedded] = &self.failing;
+        let trees = if hat { embedded } else { main };
+        // Where the method itself is right, a wrong entry of A shows in the embedded one.
+        let (trees, of_hat) =
+            if trees.is_empty() && matches!(place, Place::A(..)) { (embedded, true) } else { (trees, hat) };
+        for &k in trees {
+            let degree = if matches!(place, Place::A(..)) { order(k) as i64 - 1 } else { 1 };
+            let value = |x: &Real| {
+                let changed = self.changed(place, x);
+                let b = if of_hat { changed.b_hat.clone().unwrap_or_default() } else { changed.b.clone() };
+                Weights::new(&self.forest, &changed).residual(k, &b)
+            };
+            let samples: Vec<Real> = (0..=degree).map(|n| value(&Real::from(n))).collect();
+            let polynomial = interpolate(&samples);
+            if polynomial.degree().is_none_or(|n| n == 0) {
+                continue;
+            }
+            let real = polynomial.roots().into_iter().filter(|z| z.im.abs() <= 1e-6 * (1.0 + z.re.abs())).map(|z| z.re);
+            return real.filter_map(|x| polish(&polynomial, x)).collect();
+        }
+        Vec::new()
+    }
+
+    /// The numbers with `x` at `place`, and with c_i following an entry of row i where its sum is right as it stands.
+    fn changed(&self, place: Place, x: &Real) -> Numbers {
+        let mut numbers = self.numbers.clone();
+        if let Some(slot) = numbers.at_mut(place) {
+            *slot = x.clone();
+        }
+        if let Place::A(i, _) = place
+            && self.rows.is_empty()
+        {
+            numbers.c[i] = row_sums(&numbers.a[i..=i]).swap_remove(0);
+        }
+        numbers
+    }
+
+    /// The repair, if all conditions hold with it.
+    fn verify(&self, place: Place, x: &Real) -> Option<Repair> {
+        let old = self.tableau.coefficient(place)?;
+        if (x - &old.real).may_be_zero() {
+            return None;
+        }
+        let (text, value) = self.written(x);
+        let changed = self.changed(place, &value);
+        if !self.failures(&changed).iter().all(Vec::is_empty) || !failing_rows(&changed).is_empty() {
+            return None;
+        }
+        let with_c = matches!(place, Place::A(..)) && self.rows.is_empty() && self.tableau.c.is_some();
+        let mends = self.failing.iter().map(Vec::len).sum::<usize>() + self.rows.len();
+        Some(Repair { place, with_c, was: old.text.clone(), text, value, mends })
+    }
+
+    /// A number as one would print it: rational, with a square root that the file has elsewhere, or its digits.
+    fn written(&self, x: &Real) -> (String, Real) {
+        let largest_radius = 1e-4 / (SIMPLE as f64).powi(2);
+        if let Some(rational) = x.simplest() {
+            // The simplest rational in an interval that wide says something only if its denominator is far smaller.
+            let d = RBig::from(rational.denominator().clone());
+            let limit = if x.radius() < largest_radius { SIMPLE as f64 } else { (0.01 / x.radius()).sqrt() };
+            if d.to_f64().value() <= limit {
+                let value = Real::rational(&rational);
+                return (rational.to_string(), value);
+            }
+        }
+        if x.radius() < 1e-45 {
+            let relation = self.tableau.radicands.iter().find_map(|&d| quadratic(x, d));
+            if let Some(found) = relation {
+                return found;
+            }
+        }
+        // To the digits that the uncertainty leaves, one more than are certain.
+        let size = x.to_f64().abs().max(f64::MIN_POSITIVE);
+        let digits = (size / x.radius().max(1e-40 * size)).log10().ceil().clamp(1.0, 40.0) as usize;
+        (x.decimal(digits), x.clone())
+    }
+}
+
+/// The polynomial through (0, y₀), (1, y₁), …, by Newton's divided differences.
+fn interpolate(samples: &[Real]) -> Polynomial {
+    let n = samples.len();
+    let mut differences = samples.to_vec();
+    for level in 1..n {
+        for k in (level..n).rev() {
+            let step = &differences[k] - &differences[k - 1];
+            differences[k] = &step / &Real::from(level as i64);
+        }
+    }
+    let mut polynomial = Polynomial::new(Vec::new());
+    for (k, difference) in differences.iter().enumerate().rev() {
+        let factor = Polynomial::new(vec![Real::from(-(k as i64)), Real::one()]);
+        polynomial = polynomial.times(&factor).plus(&Polynomial::new(vec![difference.clone()]));
+    }
+    polynomial
+}
+
+/// A simple root near `start` to 57 digits, by Newton's method, uncertain by what the polynomial is.
+fn polish(polynomial: &Polynomial, start: f64) -> Option<Real> {
+    let slopes: Vec<Real> =
+        polynomial.coefficients().iter().enumerate().skip(1).map(|(k, c)| c * &Real::from(k as i64)).collect();
+    let slope = Polynomial::new(slopes);
+    let mut x = double(start);
+    for _ in 0..8 {
+        let s = slope.at(&x);
+        if s.may_be_zero() {
+            return None;
+        }
+        x = (&x - &(&polynomial.at(&x) / &s)).centre();
+    }
+    let (value, s) = (polynomial.at(&x), slope.at(&x));
+    let error = (value.to_f64().abs() + value.radius()) / s.to_f64().abs();
+    (error < 1e-3).then(|| x.widened(error))
+}
+
+/// x = (m + n √d)/k in small whole numbers, by reduction of the lattice of (k, m, n, 10⁴⁰ (k x − m − n √d)).
+fn quadratic(x: &Real, d: i64) -> Option<(String, Real)> {
+    let root = Real::rounded(Real::from(d).mid().sqrt(), 0.0);
+    let large = (0..40).fold(Real::one(), |p, _| &p * &Real::from(10));
+    let scaled = |x: &Real| (x * &large).mid().to_int().value();
+    let unit = |k: usize, last: IBig| {
+        let mut v = vec![IBig::ZERO; 4];
+        v[k] = IBig::ONE;
+        v[3] = last;
+        v
+    };
+    let basis = [unit(0, scaled(x)), unit(1, -scaled(&Real::one())), unit(2, -scaled(&root))];
+    let shortest = reduce(basis)?;
+    let whole = |k: usize| i64::try_from(shortest[k].clone()).ok().filter(|n| n.abs() < 1_000_000);
+    let (k, m, n) = (whole(0)?, whole(1)?, whole(2)?);
+    if k == 0 || n == 0 {
+        return None;
+    }
+    let ratio = |n: i64| RBig::from_parts_signed(n.into(), k.into());
+    let (rational, surd) = (ratio(m), ratio(n));
+    let value = &Real::rational(&rational) + &(&Real::rational(&surd) * &root);
+    if (&value - x).to_f64().abs() > 1e-38 {
+        return None;
+    }
+    let sign = if surd < RBig::ZERO { "-" } else { "+" };
+    let size = if surd < RBig::ZERO { -surd } else { surd };
+    let (top, bottom) = (size.numerator().to_string(), size.denominator().to_string());
+    let mut term = if top == "1" { format!("sqrt({d})") } else { format!("{top}*sqrt({d})") };
+    if bottom != "1" {
+        term += &format!("/{bottom}");
+    }
+    let text = match (rational == RBig::ZERO, sign) {
+        (true, "+") => term,
+        (true, _) => format!("-{term}"),
+        (false, sign) => format!("{rational} {sign} {term}"),
+    };
+    Some((text, value))
+}
+
+/// A short vector of a lattice of three, by pairwise reduction until nothing gets shorter.
+fn reduce(mut basis: [Vec<IBig>; 3]) -> Option<Vec<IBig>> {
+    let inner = |a: &[IBig], b: &[IBig]| a.iter().zip(b).map(|(a, b)| a * b).sum::<IBig>();
+    let mut seen = BTreeSet::new();
+    for _ in 0..2000 {
+        basis.sort_by_key(|v| inner(v, v));
+        if !seen.insert(basis.clone()) {
+            break;
+        }
+        for (i, j) in [(1, 0), (2, 0), (2, 1)] {
+            let norm = inner(&basis[j], &basis[j]);
+            if norm == IBig::ZERO {
+                return None;
+            }
+            // The nearest whole number to ⟨v_i, v_j⟩/⟨v_j, v_j⟩.
+            let twice: IBig = inner(&basis[i], &basis[j]) * 2 + &norm;
+            let quotient = floor_div(&twice, &(norm * 2));
+            let shift = basis[j].clone();
+            basis[i].iter_mut().zip(&shift).for_each(|(x, y)| *x -= &quotient * y);
+        }
+    }
+    let [first, ..] = basis;
+    Some(first)
+}
+
+/// ⌊a/b⌋ for b > 0.
+fn floor_div(a: &IBig, b: &IBig) -> IBig {
+    let quotient = a / b;
+    if &quotient * b > *a { quotient - IBig::ONE } else { quotient }
+}

@@ -1,0 +1,133 @@
+//! Structure of a Runge–Kutta method that its coefficients show: simplifying assumptions, symplecticity, symmetry, algebraic
+//! stability (\[HLW06\] IV.2, V.2; \[HW96\] IV.12).
+
+use super::real::{Real, dot};
+use super::tableau::Numbers;
+
+/// The largest η up to which each of Butcher's simplifying assumptions holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Simplifying {
+    /// B(p): Σ b_i c_iᵏ⁻¹ = 1/k.
+    pub b: u32,
+    /// C(q): Σ_j a_ij c_jᵏ⁻¹ = c_iᵏ/k.
+    pub c: u32,
+    /// D(r): Σ_i b_i c_iᵏ⁻¹ a_ij = b_j (1 − c_jᵏ)/k.
+    pub d: u32,
+}
+
+impl Simplifying {
+    /// The assumptions that `numbers` satisfy.
+    pub fn of(numbers: &Numbers) -> Self {
+        let s = numbers.stages();
+        let power = |k: u32| numbers.c.iter().map(move |c| (0..k).fold(Real::one(), |p, _| &p * c)).collect::<Vec<_>>();
+        let over = |x: &Real, k: u32| x / &Real::from(i64::from(k));
+        let b = |k: u32| (&dot(&numbers.b, &power(k - 1)) - &over(&Real::one(), k)).may_be_zero();
+        let c = |k: u32| {
+            let (low, high) = (power(k - 1), power(k));
+            numbers.a.iter().zip(&high).all(|(row, c)| (&dot(row, &low) - &over(c, k)).may_be_zero())
+        };
+        let d = |k: u32| {
+            let (low, high) = (power(k - 1), power(k));
+            (0..s).all(|j| {
+                let sum: Real = (0..s).map(|i| &(&numbers.b[i] * &low[i]) * &numbers.a[i][j]).sum();
+                (&sum - &over(&(&numbers.b[j] * &(&Real::one() - &high[j])), k)).may_be_zero()
+            })
+        };
+        // No method of s stages satisfies B beyond 2s, C and D beyond s.
+        let largest =
+            |most: usize, holds: &dyn Fn(u32) -> bool| (1..=most as u32).take_while(|k| holds(*k)).count() as u32;
+        Self { b: largest(2 * s, &b), c: largest(s, &c), d: largest(s, &d) }
+    }
+
+    /// The order of the stages: both C(q) and B(q).
+    pub fn stage_order(self) -> u32 {
+        self.b.min(self.c)
+    }
+}
+
+/// M = B A + Aᵀ B − b bᵀ.
+pub fn algebraic_matrix(numbers: &Numbers) -> Vec<Vec<Real>> {
+    let (a, b) = (&numbers.a, &numbers.b);
+    let entry = |i: usize, j: usize| &(&(&b[i] * &a[i][j]) + &(&b[j] * &a[j][i])) - &(&b[i] * &b[j]);
+    (0..b.len()).map(|i| (0..b.len()).map(|j| entry(i, j)).collect()).collect()
+}
+
+/// Largest |m_ij| of M that is certainly not zero, with its place; `None` where the method is symplectic.
+pub fn symplectic_defect(numbers: &Numbers) -> Option<(usize, usize, f64)> {
+    let m = algebraic_matrix(numbers);
+    let entries = m.iter().enumerate().flat_map(|(i, row)| row.iter().enumerate().map(move |(j, x)| (i, j, x)));
+    let certain = entries.filter(|(.., x)| !x.may_be_zero()).map(|(i, j, x)| (i, j, x.to_f64()));
+    certain.max_by(|x, y| x.2.abs().total_cmp(&y.2.abs()))
+}
+
+/// Whether the method is its own adjoint, its stages taken in the reverse of their order in c: b_σ(j) = b_j,
+/// a_σ(i)σ(j) + a_ij = b_j. Stages that coincide are matched in the order they stand, and otherwise reversed.
+pub fn is_symmetric(numbers: &Numbers) -> bool {
+    let (a, b, c, s) = (&numbers.a, &numbers.b, &numbers.c, numbers.stages());
+    let mut ascending: Vec<usize> = (0..s).collect();
+    ascending.sort_by(|&i, &j| c[i].to_f64().total_cmp(&c[j].to_f64()));
+    let mut mirror = vec![0; s];
+    for (k, &i) in ascending.iter().enumerate() {
+        mirror[i] = ascending[s - 1 - k];
+    }
+    (0..s).all(|j| {
+        (&b[mirror[j]] - &b[j]).may_be_zero()
+            && (0..s).all(|i| (&(&a[mirror[i]][mirror[j]] + &a[i][j]) - &b[j]).may_be_zero())
+    })
+}
+
+/// Why a method is not algebraically stable.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Indefinite {
+    /// A weight b_i is negative.
+    Weight(usize, f64),
+    /// xᵀ M x < 0 for some x: elimination meets this pivot at stage i.
+    Pivot(usize, f64),
+    /// The digits given do not decide.
+    Undecided,
+}
+
+/// b ≥ 0 and M ≥ 0, by elimination with the largest pivot on the diagonal.
+///
+/// # Errors
+/// [`Indefinite`] with what is negative.
+pub fn is_algebraically_stable(numbers: &Numbers) -> Result<(), Indefinite> {
+    for (i, b) in numbers.b.iter().enumerate() {
+        if b.is_negative() {
+            return Err(Indefinite::Weight(i, b.to_f64()));
+        }
+    }
+    let mut m = algebraic_matrix(numbers);
+    let mut left: Vec<usize> = (0..m.len()).collect();
+    while !left.is_empty() {
+        if let Some(&i) = left.iter().find(|&&i| m[i][i].is_negative()) {
+            return Err(Indefinite::Pivot(i, m[i][i].to_f64()));
+        }
+        let Some(&k) = left.iter().max_by(|&&i, &&j| m[i][i].to_f64().total_cmp(&m[j][j].to_f64())) else { break };
+        if m[k][k].may_be_zero() {
+            // With a zero diagonal, any entry beside it makes the form indefinite.
+            let beside =
+                left.iter().flat_map(|&i| left.iter().map(move |&j| (i, j))).find(|&(i, j)| !m[i][j].may_be_zero());
+            return match beside {
+                None => Ok(()),
+                Some((i, j)) if m[i][i].radius() == 0.0 || m[i][i].radius() < 1e-40 => {
+                    Err(Indefinite::Pivot(i, -m[i][j].to_f64().abs()))
+                }
+                Some(_) => Err(Indefinite::Undecided),
+            };
+        }
+        left.retain(|&i| i != k);
+        for &i in &left {
+            for &j in &left {
+                m[i][j] = &m[i][j] - &(&(&m[i][k] * &m[k][j]) / &m[k][k]);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether the last row of A is b.
+pub fn is_stiffly_accurate(numbers: &Numbers) -> bool {
+    let last = numbers.a.last();
+    last.is_some_and(|row| row.iter().zip(&numbers.b).all(|(a, b)| (a - b).may_be_zero()))
+}

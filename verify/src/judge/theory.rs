@@ -1,0 +1,178 @@
+//! What the coefficients of a Runge–Kutta method say without a run.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::conditions::{Condition, conditions, error_norm, order_of};
+use super::linear::{LinearOrders, Reach, StabilityFunction};
+use super::real::Real;
+use super::structure::{
+    Indefinite, Simplifying, is_algebraically_stable, is_stiffly_accurate, is_symmetric, symplectic_defect,
+};
+use super::tableau::{Numbers, Shape, Tableau};
+use super::tree::{Forest, MAX_ORDER};
+
+/// Largest order for which the trees with a vertex of time are made.
+const MAX_TIME_ORDER: u32 = 8;
+
+/// The order of one set of weights.
+#[derive(Debug, Clone)]
+pub struct WeightsTheory {
+    /// The largest order up to which every condition holds; [`MAX_ORDER`] if all do.
+    pub order: u32,
+    /// The trees.
+    pub forest: Forest,
+    /// Every condition up to one order more than holds, and at least up to the order claimed.
+    pub conditions: Vec<Condition>,
+    /// √Σ (residual/σ)² of the first order that does not hold.
+    pub error_norm: Option<f64>,
+}
+
+impl WeightsTheory {
+    fn new(numbers: &Numbers, b: &[Real], at_least: u32) -> Self {
+        let mut depth = at_least.clamp(3, MAX_ORDER);
+        loop {
+            let forest = Forest::autonomous(depth);
+            let conditions = conditions(&forest, numbers, b);
+            let order = order_of(&conditions);
+            if order < depth || depth == MAX_ORDER {
+                let error_norm = (order < depth).then(|| error_norm(&forest, &conditions, order + 1));
+                return Self { order, forest, conditions, error_norm };
+            }
+            depth += 1;
+        }
+    }
+
+    /// The conditions up to order `p` that do not hold, the first first.
+    pub fn failing(&self, p: u32) -> impl Iterator<Item = &Condition> {
+        self.conditions.iter().filter(move |c| c.order <= p && !c.holds())
+    }
+
+    /// The least residual that the digits given could not have told from zero: the largest radius up to the order found.
+    pub fn resolution(&self) -> f64 {
+        let shown = self.conditions.iter().filter(|c| c.order <= self.order);
+        shown.map(|c| c.residual.radius()).fold(0.0, f64::max)
+    }
+}
+
+/// All that follows from a tableau.
+#[derive(Debug, Clone)]
+pub struct Theory {
+    /// Its numbers.
+    pub numbers: Numbers,
+    /// The shape of A.
+    pub shape: Shape,
+    /// Conditions of b, with Σ_j a_ij for c_i.
+    pub main: WeightsTheory,
+    /// Conditions of b̂.
+    pub embedded: Option<WeightsTheory>,
+    /// c_i − Σ_j a_ij, where the file gives c.
+    pub row_defects: Option<Vec<Real>>,
+    /// Order on v̇ = f(t, v), with c as given; the same as that of b where the row sums hold.
+    pub order_in_time: u32,
+    /// Butcher's simplifying assumptions.
+    pub simplifying: Simplifying,
+    /// R(z).
+    pub stability: StabilityFunction,
+    /// How far |R(iy)| ≤ 1.
+    pub imaginary: Reach,
+    /// How far |R(−x)| ≤ 1.
+    pub negative: Reach,
+    /// Largest angle of a stable sector, in degrees.
+    pub alpha: Option<f64>,
+    /// Orders on v̇ = λ v.
+    pub linear: LinearOrders,
+    /// The entry of B A + Aᵀ B − b bᵀ that is farthest from zero.
+    pub symplectic_defect: Option<(usize, usize, f64)>,
+    /// Whether the method is its own adjoint.
+    pub symmetric: bool,
+    /// Why it is not algebraically stable.
+    pub algebraic: Result<(), Indefinite>,
+    /// Whether the last row of A is b.
+    pub stiffly_accurate: bool,
+}
+
+impl Theory {
+    /// The theory of `tableau`, with conditions up to the orders claimed and one more at least.
+    pub fn new(tableau: &Tableau, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Self {
+        let numbers = tableau.numbers();
+        let main = WeightsTheory::new(&numbers, &numbers.b, claimed.unwrap_or(0) + 1);
+        let embedded =
+            numbers.b_hat.as_ref().map(|b| WeightsTheory::new(&numbers, b, claimed_embedded.unwrap_or(0) + 1));
+        let row_defects = tableau.c.is_some().then(|| numbers.row_defects());
+        let rows_hold = row_defects.iter().flatten().all(Real::may_be_zero);
+        let order_in_time = if rows_hold { main.order } else { order_in_time(&numbers, main.order) };
+        let stability = StabilityFunction::new(&numbers, &numbers.b);
+        Self {
+            shape: tableau.shape(),
+            order_in_time,
+            simplifying: Simplifying::of(&numbers),
+            imaginary: stability.imaginary_reach(),
+            negative: stability.real_reach(),
+            alpha: stability.alpha(),
+            linear: stability.linear_orders(),
+            symplectic_defect: symplectic_defect(&numbers),
+            symmetric: is_symmetric(&numbers),
+            algebraic: is_algebraically_stable(&numbers),
+            stiffly_accurate: is_stiffly_accurate(&numbers),
+            stability,
+            main,
+            embedded,
+            row_defects,
+            numbers,
+        }
+    }
+
+    /// The stages whose row sum is not c_i.
+    pub fn wrong_rows(&self) -> Vec<usize> {
+        let defects = self.row_defects.iter().flatten().enumerate();
+        defects.filter(|(_, defect)| !defect.may_be_zero()).map(|(i, _)| i).collect()
+    }
+
+    /// Whether |R| ≤ 1 in the left half-plane.
+    pub fn is_a_stable(&self) -> bool {
+        self.stability.is_a_stable().is_ok()
+    }
+
+    /// The order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15). Where A is regular and R(∞) damps, it is the first k with
+    /// δ_k − bᵀA⁻¹Δ_k ≠ 0, Δ_k the defect of the stages on tᵏ and δ_k that of b; where these vanish, as for stiffly accurate
+    /// methods, one less than the first k with bᵀA⁻²Δ_k ≠ 0. Elsewhere it is known if the stages are all of the order of the
+    /// method.
+    pub fn stiff_order(&self) -> Option<u32> {
+        let damps = self.stability.at_infinity().abs() <= 0.95;
+        let whole = Some(self.order_in_time).filter(|order| self.simplifying.stage_order() >= *order);
+        if damps { self.damped_order().or(whole) } else { whole }
+    }
+
+    fn damped_order(&self) -> Option<u32> {
+        let (a, b, c) = self.numbers.doubles();
+        let s = b.len();
+        let a = DMatrix::from_fn(s, s, |i, j| a[i][j]);
+        let inverse = a.clone().try_inverse()?;
+        let b = DVector::from_vec(b);
+        let defects = |k: u32| {
+            let power = |n: u32| DVector::from_iterator(s, c.iter().map(|c| c.powi(n as i32)));
+            (&a * power(k - 1) - power(k) / f64::from(k), b.dot(&power(k - 1)) - 1.0 / f64::from(k))
+        };
+        // Far above the roundoff of a few products of numbers of order 1, far below any defect.
+        let tolerance = 1e-9 * (1.0 + inverse.norm());
+        let mut orders = 1..=MAX_ORDER;
+        let first = orders.clone().find(|k| {
+            let (stage, weight) = defects(*k);
+            (weight - (&inverse * stage).dot(&b)).abs() > tolerance
+        });
+        let damped = orders.find(|k| (&inverse * (&inverse * defects(*k).0)).dot(&b).abs() > tolerance);
+        // hᵏ against hᵈ/(hλ): where hλ ≫ 1 the former dominates unless it is of higher order.
+        match (first, damped) {
+            (Some(first), Some(damped)) if first <= damped => Some(first),
+            (Some(first), None) => Some(first),
+            (None, Some(damped)) => Some(damped - 1),
+            _ => None,
+        }
+    }
+}
+
+/// The order with c as given, from the trees with a vertex of time.
+fn order_in_time(numbers: &Numbers, most: u32) -> u32 {
+    let forest = Forest::with_time(most.clamp(1, MAX_TIME_ORDER));
+    order_of(&conditions(&forest, numbers, &numbers.b)).min(most)
+}

@@ -1,0 +1,283 @@
+//! Method files: what is shipped is right, and every misprint in it would be found.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use verify::evidence::Outcome;
+use verify::judge::diagnosis::Diagnosis;
+use verify::judge::file::{Body, FileError, MethodFile};
+use verify::judge::tableau::{Coefficient, Place, Tableau};
+use verify::judge::{Effort, Judgement};
+use verify::measure::stability::Uniform;
+
+fn files(directory: &str) -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("methods").join(directory);
+    let entries = std::fs::read_dir(root).expect("a directory").map(|entry| entry.expect("readable").path());
+    let mut files: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    files.sort();
+    assert!(!files.is_empty());
+    files
+}
+
+fn judge(text: &str, effort: Effort) -> Judgement {
+    Judgement::new(MethodFile::parse("test.toml", "test", text).expect(text), effort)
+}
+
+fn published(name: &str) -> Judgement {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("methods/misprints").join(name);
+    Judgement::new(MethodFile::load(&path).expect("well-formed"), Effort::Theory)
+}
+
+#[test]
+fn every_claim_of_every_shipped_file_is_confirmed_by_theory_and_by_runs() {
+    let open: Vec<String> = files("")
+        .par_iter()
+        .flat_map_iter(|path| {
+            let judgement = Judgement::new(MethodFile::load(path).expect("well-formed"), Effort::Runs);
+            assert!(judgement.file.order().is_some() && judgement.file.source.is_some(), "{}", path.display());
+            assert!(matches!(judgement.diagnosis, Diagnosis::Sound), "{}: {:?}", path.display(), judgement.diagnosis);
+            assert!(judgement.measured.iter().filter(|measured| measured.result.is_ok()).count() >= 3);
+            let stem = judgement.file.name.clone();
+            let open = judgement
+                .verdicts
+                .into_iter()
+                .filter(|verdict| !matches!(verdict.check.outcome, Outcome::Pass | Outcome::NotRun));
+            open.map(|verdict| format!("{stem}: {verdict:?}")).collect::<Vec<_>>()
+        })
+        .collect();
+    assert!(open.is_empty(), "{open:#?}");
+}
+
+#[test]
+fn published_misprints_are_found_and_mended() {
+    for (name, place, text) in
+        [("fehlberg45-a63.toml", Place::A(5, 2), "-3544/2565"), ("rk4-a44.toml", Place::A(3, 3), "0")]
+    {
+        let judgement = published(name);
+        assert_eq!(judgement.outcome(), Outcome::Fail, "{name}");
+        let [repair] = judgement.repairs() else { panic!("{name}: {:?}", judgement.diagnosis) };
+        assert_eq!((repair.place, repair.text.as_str()), (place, text), "{name}");
+    }
+    let judgement = published("kraaijevanger-spijker.toml");
+    assert!(matches!(judgement.diagnosis, Diagnosis::LabelTooHigh { order: 1 }), "{:?}", judgement.diagnosis);
+    assert_eq!(judgement.outcome(), Outcome::Fail);
+}
+
+/// The file again, with `text` at `place`.
+fn corrupted(file: &MethodFile, tableau: &Tableau, place: Place, text: &str) -> String {
+    let mut out = format!("kind = \"runge-kutta\"\norder = {}\n", file.order().expect("claimed"));
+    if let Some(order) = file.claims.iter().find_map(|claim| claim.as_embedded_order()) {
+        let _ = writeln!(out, "embedded_order = {order}");
+    }
+    let list = |coefficients: &[Coefficient], at: &dyn Fn(usize) -> Place| {
+        let one = |(i, c): (usize, &Coefficient)| format!("\"{}\"", if at(i) == place { text } else { &c.text });
+        format!("[{}]", coefficients.iter().enumerate().map(one).collect::<Vec<_>>().join(", "))
+    };
+    let rows: Vec<String> = tableau.a.iter().enumerate().map(|(i, row)| list(row, &|j| Place::A(i, j))).collect();
+    let _ = writeln!(out, "a = [{}]\nb = {}", rows.join(", "), list(&tableau.b, &Place::B));
+    for (key, list) in [
+        ("c", tableau.c.as_deref().map(|c| list(c, &Place::C))),
+        ("b_hat", tableau.b_hat.as_deref().map(|b| list(b, &Place::Hat))),
+    ] {
+        if let Some(list) = list {
+            let _ = writeln!(out, "{key} = {list}");
+        }
+    }
+    out
+}
+
+/// `text` with another digit in one place, or with its sign changed; none of the digits beyond the 20th.
+fn misprint(text: &str, random: &mut Uniform) -> String {
+    let mut draw = |n: usize| ((random.next().expect("endless") + 1.0) / 2.0 * n as f64) as usize % n.max(1);
+    if draw(5) == 0 {
+        return text.strip_prefix('-').map_or_else(|| format!("-({text})"), |rest| format!("({rest})"));
+    }
+    let is_digit = |(i, c): &(usize, char)| {
+        // What a root is taken of is a word of the formula and not a number of the method.
+        c.is_ascii_digit()
+            && *i < 20
+            && !text[..*i].ends_with("sqrt(")
+            && !text[..*i].ends_with("sqrt(1")
+            && !text[..*i].ends_with('^')
+    };
+    let digits: Vec<usize> = text.char_indices().filter(is_digit).map(|(i, _)| i).collect();
+    let at = digits[draw(digits.len())];
+    let old = text[at..=at].parse::<usize>().expect("a digit");
+    format!("{}{}{}", &text[..at], (old + 1 + draw(9)) % 10, &text[at + 1..])
+}
+
+/// A seeded sample of misprints, three for each kind of coefficient of each file.
+#[test]
+fn a_misprint_in_any_coefficient_of_any_shipped_file_is_found_and_mended() {
+    let tallies: Vec<(usize, usize, usize)> = files("")
+        .par_iter()
+        .enumerate()
+        .map(|(seed, path)| {
+            let file = MethodFile::load(path).expect("well-formed");
+            let Body::RungeKutta(tableau) = &file.body;
+            let mut random = Uniform::new(seed as u64);
+            let s = tableau.stages();
+            let mut places: Vec<Place> = (0..s).flat_map(|i| [Place::B(i), Place::C(i), Place::Hat(i)]).collect();
+            places.extend((0..s).flat_map(|i| (0..s).map(move |j| Place::A(i, j))));
+            places.retain(|place| tableau.coefficient(*place).is_some_and(|c| c.text != "0"));
+            let (mut all, mut unique, mut first) = (0, 0, 0);
+            for _ in 0..12 {
+                let at = ((random.next().expect("endless") + 1.0) / 2.0 * places.len() as f64) as usize;
+                let place = places[at % places.len()];
+                let original = tableau.coefficient(place).expect("there");
+                let text = misprint(&original.text, &mut random);
+                let file_text = corrupted(&file, tableau, place, &text);
+                let Ok(read) = MethodFile::parse("test.toml", "test", &file_text) else { continue };
+                let Body::RungeKutta(changed) = &read.body;
+                let value = &changed.coefficient(place).expect("there").real;
+                if (value - &original.real).may_be_zero() {
+                    continue;
+                }
+                let judgement = Judgement::new(read.clone(), Effort::Theory);
+                let what = format!("{}, {place}: {} → {text}: {:?}", file.name, original.text, judgement.diagnosis);
+                assert_eq!(judgement.outcome(), Outcome::Fail, "{what}");
+                let is_original = |value: &verify::judge::real::Real| (value - &original.real).to_f64().abs() < 1e-15;
+                let right = judgement.repairs().iter().position(|r| r.place == place && is_original(&r.value));
+                assert!(right.is_some(), "{what}");
+                all += 1;
+                unique += usize::from(judgement.repairs().len() == 1);
+                first += usize::from(right == Some(0));
+            }
+            (all, unique, first)
+        })
+        .collect();
+    let sum = |f: fn(&(usize, usize, usize)) -> usize| tallies.iter().map(f).sum::<usize>();
+    let (all, unique, first) = (sum(|t| t.0), sum(|t| t.1), sum(|t| t.2));
+    eprintln!("{all} misprints, {unique} with one repair only, {first} with the right one first");
+    assert!(all >= 200 && unique * 10 >= all * 8 && first * 10 >= all * 9, "{all} {unique} {first}");
+}
+
+const RK4: &str = "\
+kind = \"runge-kutta\"
+order = 4
+c = [0, \"1/2\", \"1/2\", 1]
+a = [[\"1/2\"], [0, \"1/2\"], [0, 0, 1]]
+b = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]
+";
+
+#[test]
+fn a_wrong_label_is_told_from_a_wrong_coefficient() {
+    let diagnosis = |from: &str, to: &str| judge(&RK4.replace(from, to), Effort::Theory).diagnosis;
+    assert!(matches!(diagnosis("", ""), Diagnosis::Sound));
+    assert!(matches!(diagnosis("order = 4", "order = 3"), Diagnosis::LabelTooLow { order: 4 }));
+    assert!(matches!(diagnosis("order = 4", "order = 5"), Diagnosis::LabelTooHigh { order: 4 }));
+    assert!(matches!(diagnosis("\"1/3\", \"1/3\"", "\"1/3\", \"1/4\""), Diagnosis::Coefficient { .. }));
+    let two = RK4.replace("[0, 0, 1]", "[0, 0, 2]").replace("\"1/3\", \"1/3\"", "\"1/4\", \"1/3\"");
+    assert!(matches!(judge(&two, Effort::Theory).diagnosis, Diagnosis::Several { .. }));
+    // Without a label the same misprint is found, and what the order was meant to be.
+    let unlabelled = RK4.replace("order = 4\n", "").replace("\"1/3\", \"1/3\"", "\"1/3\", \"1/4\"");
+    let judgement = judge(&unlabelled, Effort::Theory);
+    assert!(matches!(&judgement.diagnosis, Diagnosis::Coefficient { target, .. } if target.order == 4));
+}
+
+/// c = (0, ½, ⅓, 1): every autonomous problem is solved to order 4 still.
+#[test]
+fn wrong_stage_times_show_where_time_is_in_the_equation_and_nowhere_else() {
+    let judgement = judge(&RK4.replace("\"1/2\", \"1/2\", 1", "\"1/2\", \"1/3\", 1"), Effort::Runs);
+    assert_eq!((judgement.theory.main.order, judgement.theory.order_in_time), (4, 1));
+    let slope = |kind: &str| {
+        let measured = judgement.measured.iter().find(|measured| measured.kind == kind).expect(kind);
+        measured.result.as_ref().expect("a fit").line.expect("a line").slope
+    };
+    assert!((slope("nonlinear") - 4.0).abs() < 0.1 && (slope("non-autonomous") - 1.0).abs() < 0.1);
+    let [repair] = judgement.repairs() else { panic!("{:?}", judgement.diagnosis) };
+    assert_eq!((repair.place, repair.text.as_str()), (Place::C(2), "1/2"));
+}
+
+#[test]
+fn digits_decide_how_far_a_condition_can_be_held_to() {
+    let gauss = |digits: usize| {
+        let r = 3_f64.sqrt() / 6.0;
+        let x = |x: f64| format!("{x:.digits$}");
+        format!(
+            "kind = \"runge-kutta\"\norder = 4\na = [[0.25, {}], [{}, 0.25]]\nb = [0.5, 0.5]\nc = [{}, {}]\n",
+            x(0.25 - r),
+            x(0.25 + r),
+            x(0.5 - r),
+            x(0.5 + r)
+        )
+    };
+    let judgement = judge(&gauss(10), Effort::Theory);
+    assert_eq!((judgement.outcome(), judgement.file.rounding.places()), (Outcome::Pass, Some(10)));
+    // A wrong sixth digit is beyond what ten digits leave open, and four digits are taken at their word unless declared.
+    let wrong = judge(&gauss(10).replace("-0.0386751346", "-0.0386761346"), Effort::Theory);
+    assert_eq!(wrong.repairs()[0].place, Place::A(0, 1));
+    assert!((wrong.repairs()[0].value.to_f64() + 0.0386751346).abs() < 1e-9);
+    assert_eq!(judge(&gauss(4), Effort::Theory).outcome(), Outcome::Fail);
+    assert_eq!(judge(&format!("digits = 4\n{}", gauss(4)), Effort::Theory).outcome(), Outcome::Pass);
+}
+
+#[test]
+fn mistakes_in_a_file_are_shown_where_they_are() {
+    for (from, to, place, reason) in [
+        ("order = 4", "ordre = 4", (2, 1), "did you mean `order`?"),
+        ("\"1/3\", \"1/3\"", "\"1/3\", \"nan\"", (5, 21), "`nan` is not known"),
+        ("\"1/3\", \"1/3\"", "\"1/3\", nan", (5, 20), "`nan` is not known"),
+        ("\"1/3\", \"1/3\"", "\"1/3\"", (4, 5), "rows"),
+        ("[0, \"1/2\"],", "[0, \"1/2\", 0, 0, 0],", (4, 15), "row 3"),
+        ("runge-kutta", "rosenbrock", (1, 9), "not supported"),
+        ("order = 4", "order = four", (2, 9), "no TOML"),
+        ("order = 4", "order = -1", (2, 9), "whole number"),
+        ("b = ", "d = ", (5, 1), "missing"),
+        ("order = 4", "claims = [\"good\"]", (2, 12), "no claim"),
+    ] {
+        let error = MethodFile::parse("rk.toml", "rk", &RK4.replacen(from, to, 1)).expect_err(to);
+        let FileError::Malformed { line, column, reason: found, .. } = &error else { panic!("{error}") };
+        assert!(found.contains(reason), "{to}: {error}");
+        if reason != "missing" {
+            assert_eq!((*line, *column), place, "{to}: {error}");
+        }
+    }
+}
+
+#[test]
+fn plain_tables_are_the_same_method() {
+    let block = "0 1/2 1/2 1\n1/6 1/3 1/3 1/6\n1/2\n0 1/2\n0 0 1\n";
+    let lists =
+        "k c[k]\n1 0\n2 0.5\n3 0.5\n4 1\nk b[k]\n1 1/6\n2 1/3\n3 1/3\n4 1/6\nk j A[k,j]\n2 1 0.5\n3 2 0.5\n4 3 1\n";
+    let named = "# comment\nc[2] = 1/2\nc[3] = 1/2;\nc[4] = 1\na[2,1] = 1/2\na[3,2] = 1/2\na[4,3] = 1\n\
+                 b[1] = 1/6\nb[2] = 1/3\nb[3] = 1/3\nb[4] = 1/6\n";
+    let from_zero = lists.lines().map(|line| {
+        let shift = |word: &str| word.parse::<usize>().map_or(word.to_owned(), |k| (k - 1).to_string());
+        let words: Vec<&str> = line.split(' ').collect();
+        match words.split_last() {
+            Some((last, rest)) if last.contains('[') => format!("{} {last}", rest.join(" ")),
+            Some((last, rest)) => {
+                rest.iter().map(|word| shift(word)).chain([(*last).to_owned()]).collect::<Vec<_>>().join(" ")
+            }
+            None => String::new(),
+        }
+    });
+    let from_zero: Vec<String> = from_zero.collect();
+    for text in [block, lists, named, &from_zero.join("\n")] {
+        let judgement = judge(text, Effort::Theory);
+        assert_eq!((judgement.theory.main.order, judgement.outcome()), (4, Outcome::Pass), "{text}");
+    }
+    let error = MethodFile::parse("t.txt", "t", "0 1/2\n1/2 x\n1").expect_err("x");
+    assert!(error.to_string().starts_with("t.txt:2:5:"), "{error}");
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_text_makes_the_reader_panic(text in "[a-c_hatorde\\[\\]=,\"0-9/ .\n#k-]{0,80}", junk in "\\PC{0,40}") {
+        for text in [&text, &junk, &format!("{RK4}{text}"), &format!("c[1] = {junk}"), &format!("0 1\n{text}")] {
+            let _ = MethodFile::parse("fuzz.toml", "fuzz", text);
+        }
+    }
+
+    /// Whatever the numbers, theory ends without a panic.
+    #[test]
+    fn no_coefficients_make_theory_panic(x in proptest::collection::vec(-4_i32..5, 12)) {
+        let text = format!(
+            "kind = \"runge-kutta\"\na = [[{}, {}], [{}, {}]]\nb = [{}, {}]\nc = [{}, {}]\nb_hat = [{}, {}]\norder = {}\n",
+            x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10].abs() + 1
+        );
+        let _ = judge(&text, Effort::Theory);
+    }
+}
