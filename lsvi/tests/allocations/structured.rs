@@ -3,7 +3,7 @@
 use crate::allocations;
 use crate::fields::{As, Burgers, By, Line, Plane, Walls};
 use lsvi::adaptive::{Radau, Tolerances};
-use lsvi::classic::{Bdf2, RungeKutta, Tableau};
+use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::{AutoDiff, Integrator, State, Structure, Trajectory, VectorField, method_i};
 
 /// Allocations of ten steps after the first two.
@@ -14,6 +14,14 @@ fn of_steps(method: impl Integrator) -> u64 {
     let mut step = || assert!(trajectory.step().expect("solvable").is_some());
     step();
     allocations(step)
+}
+
+/// Two stages found together: Radau IIA of order 3, A regular, and Lobatto IIIA of order 2, A singular.
+fn coupled(field: &dyn VectorField) -> [CoupledRungeKutta<&dyn VectorField>; 2] {
+    let radau = [vec![5.0 / 12.0, -1.0 / 12.0], vec![0.75, 0.25]];
+    let lobatto = [vec![0.0, 0.0], vec![0.5, 0.5]];
+    [(radau, [0.75, 0.25], [1.0 / 3.0, 1.0]), (lobatto, [0.5, 0.5], [0.0, 1.0])]
+        .map(|(a, b, c)| CoupledRungeKutta::new(field, &a, &b, &c).expect("sizes that fit"))
 }
 
 #[test]
@@ -31,6 +39,7 @@ fn steps_allocate_nothing() {
         for tableau in [Tableau::implicit_euler(), Tableau::trapezoidal(), Tableau::sdirk2()] {
             assert_eq!(of_steps(RungeKutta::new(field, tableau).expect("usable")), 0);
         }
+        coupled(field).into_iter().for_each(|method| assert_eq!(of_steps(method), 0));
         for by in By::ALL {
             if let Ok(method) = by.method_i(field) {
                 assert_eq!(of_steps(method), 0, "{by:?}");

@@ -2,7 +2,7 @@
 
 use crate::fields::{As, Burgers, By, Line, Plane, Walls};
 use approx::assert_abs_diff_eq;
-use lsvi::classic::{Bdf2, RungeKutta, Tableau};
+use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
@@ -171,6 +171,11 @@ fn yardsticks_solve_with_the_mass_matrix() {
     let angle = std::f64::consts::PI / 17.0;
     let v: Vec<f64> = (1..=n).map(|i| (angle * i as f64).sin()).collect();
     let rate = -(2.0 * 17.0 * (0.5 * angle).sin()).powi(2) / (2.0 / 3.0 + angle.cos() / 3.0);
+    let (a, b) = ([vec![0.0, 0.0], vec![0.5, 0.5]], [0.5, 0.5]);
+    let together = CoupledRungeKutta::new(&field, &a, &b, &[0.0, 1.0]).expect("sizes that fit");
+    let together = end(together, v.clone(), 5e-4, 0.1);
+    let one_by_one = end(RungeKutta::new(&field, Tableau::trapezoidal()).expect("valid"), v.clone(), 5e-4, 0.1);
+    assert_same(&together, &one_by_one, 200.0, 2.0, "the trapezoidal rule, its stages together");
     // RK4 is stable: h |λ_max| ≤ 5e-4 · 12 · 17² < 2.78.
     let (h, t_end) = (5e-4, 0.1);
     let z = h * rate;
@@ -345,4 +350,33 @@ fn gauss_newton_and_newton_agree_on_long_steps() {
             assert_same(&q, &expected, 1.0, 1.0 + h * (4.0 * 0.01 * 1681.0 + 41.0), &format!("h = {h}, {by:?}"));
         }
     }
+}
+
+/// A lower triangular tableau solved stage by stage, and with its stages together, with a mass matrix and without.
+#[test]
+fn stages_found_together_are_those_found_one_by_one() {
+    let gamma = 1.0 - 0.5 * std::f64::consts::SQRT_2;
+    let sdirk = (vec![vec![gamma, 0.0], vec![1.0 - gamma, gamma]], vec![1.0 - gamma, gamma], vec![gamma, 1.0]);
+    let lobatto = (vec![vec![0.0, 0.0], vec![0.5, 0.5]], vec![0.5, 0.5], vec![0.0, 1.0]);
+    let line = Line::new(12, 0.1, Walls::Dirichlet);
+    let burgers = AutoDiff::new(Burgers { cells: 12, viscosity: 0.1 });
+    let fields: [&dyn VectorField; 3] = [&line, &burgers, &As(Structure::Dense, &burgers)];
+    for (a, b, c) in [sdirk, lobatto] {
+        for field in fields {
+            let one_by_one = RungeKutta::new(field, Tableau::lower_triangular(&a, &b, &c).expect("lower triangular"))
+                .expect("valid");
+            let together = CoupledRungeKutta::new(field, &a, &b, &c).expect("sizes that fit");
+            assert_same(
+                &end(one_by_one, wave(12), 0.01, 0.1),
+                &end(together, wave(12), 0.01, 0.1),
+                10.0,
+                10.0,
+                "stages",
+            );
+        }
+    }
+    let error = Tableau::lower_triangular(&[vec![0.0, 1.0], vec![0.0, 0.0]], &[0.5, 0.5], &[0.0, 1.0]);
+    assert_eq!(error, Err(InputError::AboveDiagonal { row: 0, column: 1 }));
+    let error = CoupledRungeKutta::new(&line, &[vec![0.5]], &[0.5, 0.5], &[0.5, 0.5]).map(|_| ());
+    assert!(matches!(error, Err(InputError::Dimension { what: "A", .. })), "{error:?}");
 }

@@ -219,7 +219,7 @@ fn mistakes_in_a_file_are_shown_where_they_are() {
         ("order = 4", "ordre = 4", (2, 1), "did you mean `order`?"),
         ("\"1/3\", \"1/3\"", "\"1/3\", \"nan\"", (5, 21), "`nan` is not known"),
         ("\"1/3\", \"1/3\"", "\"1/3\", nan", (5, 20), "`nan` is not known"),
-        ("\"1/3\", \"1/3\"", "\"1/3\"", (4, 5), "rows"),
+        ("\"1/3\", \"1/3\"", "\"1/3\"", (3, 6), "`c` has 4 entries"),
         ("[0, \"1/2\"],", "[0, \"1/2\", 0, 0, 0],", (4, 15), "row 3"),
         ("runge-kutta", "rosenbrock", (1, 9), "not supported"),
         ("order = 4", "order = four", (2, 9), "no TOML"),
