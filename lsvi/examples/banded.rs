@@ -1,13 +1,13 @@
 //! Method I on a banded system of one's own: viscous Burgers' flow on 2000 cells, steepening from a sine.
 
-use lsvi::{AutoDiff, Rhs, Scalar, State, Structure, Trajectory, method_i};
+use lsvi::{AutoField, FieldFn, Scalar, State, Structure, Trajectory, method_i};
 
 struct Burgers {
     viscosity: f64,
     cells: usize,
 }
 
-impl Rhs for Burgers {
+impl FieldFn for Burgers {
     fn dim(&self) -> usize {
         self.cells
     }
@@ -26,7 +26,7 @@ impl Rhs for Burgers {
 }
 
 fn main() -> Result<(), lsvi::StepError> {
-    let field = AutoDiff::new(Burgers { viscosity: 0.005, cells: 2000 });
+    let field = AutoField::new(Burgers { viscosity: 0.005, cells: 2000 });
     let sine = (1..=2000).map(|i| (std::f64::consts::PI * f64::from(i) / 2001.0).sin()).collect();
     let mut trajectory = Trajectory::new(method_i(&field)?, State::new(0.0, sine), 0.01, 1.0)?;
     while let Some(state) = trajectory.step()? {

@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p lsvi --example own_ode`
 
-use lsvi::{AutoDiff, Rhs, Scalar, State, StepError, Trajectory, method_i};
+use lsvi::{AutoField, FieldFn, Scalar, State, StepError, Trajectory, method_i};
 
 /// A mass on a spring with cubic stiffness and quadratic drag.
 struct Oscillator {
@@ -10,7 +10,7 @@ struct Oscillator {
     drag: f64,
 }
 
-impl Rhs for Oscillator {
+impl FieldFn for Oscillator {
     fn dim(&self) -> usize {
         2
     }
@@ -22,7 +22,7 @@ impl Rhs for Oscillator {
 }
 
 fn main() -> Result<(), StepError> {
-    let method = method_i(AutoDiff::new(Oscillator { stiffness: 0.5, drag: 0.3 }))?;
+    let method = method_i(AutoField::new(Oscillator { stiffness: 0.5, drag: 0.3 }))?;
     let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 0.05, 10.0)?;
     // Each step lends the next state; nothing is allocated on the way.
     while let Some(state) = trajectory.step()? {

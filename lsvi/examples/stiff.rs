@@ -3,11 +3,11 @@
 //! `cargo run -p lsvi --example stiff`
 
 use lsvi::adaptive::{Radau, Tolerances};
-use lsvi::{AutoDiff, Rhs, Scalar, State, Trajectory};
+use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory};
 
 struct Flame;
 
-impl Rhs for Flame {
+impl FieldFn for Flame {
     fn dim(&self) -> usize {
         1
     }
@@ -17,7 +17,7 @@ impl Rhs for Flame {
 }
 
 fn main() -> Result<(), lsvi::StepError> {
-    let mut method = Radau::new(AutoDiff::new(Flame), Tolerances::new(1e-6, 1e-9)?)?;
+    let mut method = Radau::new(AutoField::new(Flame), Tolerances::new(1e-6, 1e-9)?)?;
     method.stop_at(&[1e4])?;
     let longest = 2e4;
     let mut trajectory = Trajectory::new(&mut method, State::new(0.0, vec![1e-4]), longest, 2e4)?;

@@ -8,6 +8,7 @@ pub use constraint::{AutoConstraint, ConstraintFn};
 pub use force::{AutoForce, ForceFn};
 pub use lagrangian::{AutoLagrangian, LagrangianFn};
 
+use auto_impl::auto_impl;
 use num_dual::{Dual64, DualNum, HyperDual64};
 
 use crate::coloring::Coloring;
@@ -25,9 +26,9 @@ impl<T: DualNum<Primitive = f64> + Copy> Scalar for T {}
 /// The right-hand side of v̇ = f(t, v), written once for every [`Scalar`].
 ///
 /// ```
-/// use lsvi::{Rhs, Scalar};
+/// use lsvi::{FieldFn, Scalar};
 /// struct VanDerPol { mu: f64 }
-/// impl Rhs for VanDerPol {
+/// impl FieldFn for VanDerPol {
 ///     fn dim(&self) -> usize { 2 }
 ///     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
 ///         dv[0] = v[1];
@@ -35,7 +36,8 @@ impl<T: DualNum<Primitive = f64> + Copy> Scalar for T {}
 ///     }
 /// }
 /// ```
-pub trait Rhs {
+#[auto_impl(&)]
+pub trait FieldFn {
     /// Number of unknowns.
     fn dim(&self) -> usize;
 
@@ -58,31 +60,50 @@ pub trait Rhs {
     fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]);
 }
 
-impl<F: Rhs> Rhs for &F {
-    fn dim(&self) -> usize {
-        (**self).dim()
-    }
-    fn structure(&self) -> Structure {
-        (**self).structure()
-    }
-    fn mass(&self) -> Mass {
-        (**self).mass()
-    }
-    fn is_linear(&self) -> bool {
-        (**self).is_linear()
-    }
-    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
-        (**self).rhs(t, v, dv);
-    }
+/// Makes an [`AutoField`] of a formula: its number of unknowns, its parameters (all f64), and f as `|t, v, dv|`.
+///
+/// A closure cannot be generic over its numbers, as differentiation asks of it; this states a [`FieldFn`] in its place.
+///
+/// ```
+/// use lsvi::{State, Trajectory, field, method_i};
+/// let field = field!(2, mu = 5.0; |_t, v, dv| {
+///     dv[0] = v[1];
+///     dv[1] = (-v[0] * v[0] + 1.0) * v[1] * mu - v[0];
+/// });
+/// let run = Trajectory::new(method_i(field)?, State::new(0.0, vec![2.0, 0.0]), 0.01, 1.0)?;
+/// assert!(run.observe(|_| {})?.q[0] > 1.8);
+/// # Ok::<(), lsvi::StepError>(())
+/// ```
+#[macro_export]
+macro_rules! field {
+    ($dim:expr $(, $name:ident = $value:expr)*; |$t:ident, $v:ident, $dv:ident| $body:expr) => {{
+        struct Formula {
+            dim: usize,
+            $($name: f64,)*
+        }
+        impl $crate::FieldFn for Formula {
+            fn dim(&self) -> usize {
+                self.dim
+            }
+            fn rhs<T: $crate::Scalar>(&self, $t: f64, $v: &[T], $dv: &mut [T]) {
+                $(let $name = self.$name;)*
+                $body
+            }
+        }
+        $crate::AutoField::new(Formula { dim: $dim, $($name: $value,)* })
+    }};
+    ($dim:expr, |$t:ident, $v:ident, $dv:ident| $body:expr) => {
+        $crate::field!($dim; |$t, $v, $dv| $body)
+    };
 }
 
-/// Makes a [`VectorField`] of an [`Rhs`].
+/// Makes a [`VectorField`] of an [`FieldFn`].
 ///
 /// With g groups of columns that share no row (n for a dense Jacobian, `lower + upper + 1` for a band) the Jacobian takes
 /// g + 1 sweeps and the curvature g(g + 1)/2. The extra sweep differentiates along all columns at once, which shows an f
 /// that does not have the declared structure; its Jacobian is then found column by column, so that it is refused.
 #[derive(Debug)]
-pub struct AutoDiff<F> {
+pub struct AutoField<F> {
     field: F,
     structure: Structure,
     coloring: Coloring,
@@ -130,7 +151,7 @@ fn direction(j: usize) -> f64 {
     1.0 + 0.5 * ((j + 1) as f64).sin()
 }
 
-impl<F: Rhs> AutoDiff<F> {
+impl<F: FieldFn> AutoField<F> {
     /// Wraps `field`.
     pub fn new(field: F) -> Self {
         let dim = field.dim();
@@ -198,7 +219,7 @@ impl<F: Rhs> AutoDiff<F> {
     }
 }
 
-impl<F: Rhs> VectorField for AutoDiff<F> {
+impl<F: FieldFn> VectorField for AutoField<F> {
     fn dim(&self) -> usize {
         self.field.dim()
     }

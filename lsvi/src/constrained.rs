@@ -92,7 +92,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
     }
 
     /// The discretisation.
-    pub fn discrete(&mut self) -> &mut D {
+    pub fn discrete_mut(&mut self) -> &mut D {
         &mut self.discrete
     }
 
@@ -285,7 +285,7 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
     fn end_momentum(&mut self, h: f64, y: &[f64], out: &mut [f64]) {
         let (m, (degree, unknowns)) = (self.constraint.count(), self.path());
         let (x, multipliers) = y.split_at(unknowns);
-        self.discrete.momentum(Interval { t: self.t, h }, self.q0, x, MomentumWeights::END, out);
+        self.discrete.momentum(Interval { start: self.t, h }, self.q0, x, MomentumWeights::END, out);
         for node in 1..degree {
             let weight = self.discrete.reaction_weight(node, MomentumWeights::END);
             self.place(node, x);
@@ -306,7 +306,7 @@ impl<D: Constrainable, K: Constraint> System for StepEquations<'_, D, K> {
         let (n, m, (degree, unknowns)) = (self.q0.len(), self.constraint.count(), self.path());
         let (x, multipliers) = y.split_at(unknowns);
         let (equations, constraints) = out.split_at_mut(unknowns);
-        let at = Interval { t: self.t, h };
+        let at = Interval { start: self.t, h };
         self.discrete.equations(at, self.q0, x, MomentumWeights::START, equations);
         let (stationarity, momentum) = equations.split_at_mut(unknowns - n);
         momentum.iter_mut().zip(self.p0).for_each(|(o, p)| *o -= p);
@@ -332,7 +332,7 @@ impl<D: Constrainable, K: Constraint> System for StepEquations<'_, D, K> {
         let (n, m, (degree, unknowns)) = (self.q0.len(), self.constraint.count(), self.path());
         let x = &y[..unknowns];
         self.scratch.path.clear();
-        let at = Interval { t: self.t, h };
+        let at = Interval { start: self.t, h };
         self.discrete.add_derivative(at, self.q0, x, MomentumWeights::START, &mut self.scratch.path);
         add_block(out, (0, 0), 1.0, &self.scratch.path);
         let end = unknowns - n;
@@ -388,7 +388,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         check_vector("p", p, n)?;
         self.projector.start(p);
         self.check_consistency(t, h, q)?;
-        let at = Interval { t, h };
+        let at = Interval { start: t, h };
         let path = self.discrete.interior() + n;
         let mut equations = StepEquations {
             discrete: &mut self.discrete,

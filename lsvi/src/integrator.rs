@@ -8,6 +8,7 @@ pub use crate::newton::Work;
 /// In the least-squares formulation the unknown v of v̇ = f(t, v) is the configuration `q`. Integrators that are not
 /// variational leave `p` as it is.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     /// Time.
     pub t: f64,
@@ -25,6 +26,7 @@ impl State {
     }
 
     /// The same with momentum `p`.
+    #[must_use]
     pub fn with_momentum(self, p: Vec<f64>) -> Self {
         Self { p, ..self }
     }
@@ -50,7 +52,7 @@ pub struct GridStep {
     /// Size of the step.
     pub h: f64,
     /// Time at its end, without the roundoff of a running sum.
-    pub t: f64,
+    pub end: f64,
 }
 
 impl Grid {
@@ -92,11 +94,11 @@ impl Grid {
         let target = self.t0 + (n + 1.0) * self.h;
         let step = if on_grid { self.h } else { target - t };
         if target < self.t_end - slack {
-            Some(GridStep { h: step, t: target })
+            Some(GridStep { h: step, end: target })
         } else if target <= self.t_end + slack {
-            Some(GridStep { h: step, t: self.t_end })
+            Some(GridStep { h: step, end: self.t_end })
         } else {
-            Some(GridStep { h: self.t_end - t, t: self.t_end })
+            Some(GridStep { h: self.t_end - t, end: self.t_end })
         }
     }
 }
@@ -132,7 +134,7 @@ pub trait OneStep: Integrator {
 pub(crate) fn advance_one_step(method: &mut impl OneStep, state: &mut State, grid: &Grid) -> Result<(), StepError> {
     if let Some(step) = grid.next(state.t) {
         method.step(state.t, step.h, &mut state.q, &mut state.p)?;
-        state.t = step.t;
+        state.t = step.end;
     }
     Ok(())
 }
@@ -152,13 +154,13 @@ impl<I: Integrator + ?Sized> Integrator for Box<I> {
 /// An integration under way; each [`step`](Self::step) lends the next state, without allocation.
 ///
 /// ```
-/// # use lsvi::{AutoDiff, Rhs, Scalar, State, Trajectory, method_i};
+/// # use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory, method_i};
 /// # struct Decay;
-/// # impl Rhs for Decay {
+/// # impl FieldFn for Decay {
 /// #     fn dim(&self) -> usize { 1 }
 /// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
 /// # }
-/// let mut method = method_i(AutoDiff::new(Decay))?;
+/// let mut method = method_i(AutoField::new(Decay))?;
 /// let mut trajectory = Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 0.1, 1.0)?;
 /// while let Some(state) = trajectory.step()? {
 ///     println!("{:.1} {:.6}", state.t, state.q[0]);
@@ -166,6 +168,7 @@ impl<I: Integrator + ?Sized> Integrator for Box<I> {
 /// # Ok::<(), lsvi::StepError>(())
 /// ```
 #[derive(Debug)]
+#[must_use = "a trajectory does nothing until it is stepped"]
 pub struct Trajectory<I> {
     integrator: I,
     state: State,

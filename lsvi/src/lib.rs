@@ -1,6 +1,33 @@
-//! Variational time integrators.
+//! Least-squares variational integrators: time integration of v̇ = f(t, v) and of mechanics from one idea.
 //!
-//! Everything here is *a Lagrangian, a discretisation of its action, and a closure that makes one step a solvable system*.
+//! *A Lagrangian, a discretisation of its action, and a closure that makes one step a solvable system.*
+//!
+//! ```
+//! use lsvi::{State, Trajectory, field, method_i};
+//!
+//! // v̇ = −v² by Method I; derivatives are automatic.
+//! let drag = field!(1, |_t, v, dv| dv[0] = -v[0] * v[0]);
+//! let mut run = Trajectory::new(method_i(drag)?, State::new(0.0, vec![1.0]), 0.1, 10.0)?;
+//! while let Some(state) = run.step()? {
+//!     println!("{:.1} {:.6}", state.t, state.q[0]);
+//! }
+//! # Ok::<(), lsvi::StepError>(())
+//! ```
+//!
+//! # Which integrator do I want?
+//!
+//! | problem | integrator | order |
+//! |---|---|---|
+//! | stiff, tolerance given | [`adaptive::Radau`] | 5, 9, 13, by tolerance |
+//! | stiff and dissipative, fixed steps, data that jump | [`method_i`] | 2 |
+//! | the same, more accurate | least squares on [`Galerkin`](discrete::Galerkin) paths, closed by [`closure::Linear::METHOD_I`] | 2s |
+//! | mechanics L(q, q̇), long runs | [`position_momentum`] of [`Galerkin::gauss`](discrete::Galerkin::gauss) | 2s, symplectic |
+//! | the same with forces, or constraints f(q) = 0 | [`Forced`], [`Constrained`] | as without |
+//! | two configurations instead of a momentum | [`TwoStep`] | as without |
+//! | large and sparse, or known by products only | any of the first two with a [`solver`] | |
+//! | something to compare with | the baseline methods in [`classic`] | 1, 2, 4 |
+//!
+//! # The parts
 //!
 //! - A [`Lagrangian`] L(t, q, v): of mechanics, or [`LeastSquares`] of any first-order system v̇ = f(t, v), a [`VectorField`].
 //! - A [`DiscreteLegendre`](discrete::DiscreteLegendre) transform: the momenta at the two ends of a step, from a discrete
@@ -9,7 +36,12 @@
 //! - A [`Closure`](closure::Closure) of the momenta: position–momentum, or the (α, β) family with [`method_i`] and [`method_ii`].
 //! - In mechanics also [`Forced`] motions, and [`Constrained`] ones on f(q) = 0.
 //! - A [`Variational`] integrator of the two, or a [`Window`] of steps found together, stepped along a [`Trajectory`] like
-//!   the [`classic`] yardsticks.
+//!   the baseline methods in [`classic`].
+//!
+//! Matrices are stored as the [`Structure`] of the field asks, dense, banded or sparse, and steps are solved with their factors.
+//! [`LeastSquaresStep`], [`RungeKutta`](classic::RungeKutta) and [`Bdf2`](classic::Bdf2) also take a [`solver`] and a
+//! [`Preconditioner`] of your own, and run matrix-free. Galerkin methods, windows and the adaptive method need matrices;
+//! constrained motions, and a least-squares metric other than the inverse of a diagonal M, need dense ones.
 //!
 //! # Notation
 //!
@@ -65,7 +97,7 @@ mod vector_field;
 mod window;
 
 pub use autodiff::{
-    AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, LagrangianFn, Rhs, Scalar,
+    AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, FieldFn, ForceFn, LagrangianFn, Scalar,
 };
 pub use constrained::Constrained;
 pub use constraint::Constraint;
@@ -80,6 +112,9 @@ pub use two_step::TwoStep;
 pub use variational::{Variational, position_momentum};
 pub use vector_field::{VectorField, add_columns};
 pub use window::Window;
+
+/// The versions of these crates whose types appear in this one's interface.
+pub use {nalgebra, num_dual};
 
 /// The program in the README runs.
 #[cfg(doctest)]

@@ -45,6 +45,7 @@ pub(crate) trait System {
 
 /// Counts of the work done in steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Work {
     /// Steps taken.
     pub steps: u64,

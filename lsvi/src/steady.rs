@@ -134,14 +134,14 @@ impl Probe {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{AutoDiff, Rhs, Scalar, method_i};
+    use crate::{AutoField, FieldFn, Scalar, method_i};
 
     /// v̇ = γ − v²: steady at √γ; Method I also rests where 2 + 2 h v = 0.
     struct QuadraticDrag {
         drive: f64,
     }
 
-    impl Rhs for QuadraticDrag {
+    impl FieldFn for QuadraticDrag {
         fn dim(&self) -> usize {
             1
         }
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn marches_to_the_steady_state() {
-        let field = AutoDiff::new(QuadraticDrag { drive: 2.0 });
+        let field = AutoField::new(QuadraticDrag { drive: 2.0 });
         let steady = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 1000)
             .expect("steady");
         assert!(steady.residual <= 1e-12);
@@ -166,14 +166,14 @@ mod tests {
 
     #[test]
     fn accepts_what_rounding_leaves_of_f() {
-        let field = AutoDiff::new(QuadraticDrag { drive: 2.0 });
+        let field = AutoField::new(QuadraticDrag { drive: 2.0 });
         march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-300, 1000)
             .expect("steady to rounding");
     }
 
     #[test]
     fn refuses_the_spurious_steady_state() {
-        let field = AutoDiff::new(QuadraticDrag { drive: 0.0 });
+        let field = AutoField::new(QuadraticDrag { drive: 0.0 });
         let h = 0.5;
         let result = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![-1.9]), h, 1e-10, 1000);
         let Err(SteadyError::Spurious { v, residual, .. }) = result else { panic!("{result:?}") };

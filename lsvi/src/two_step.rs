@@ -65,7 +65,7 @@ impl<D: DiscreteLegendre> TwoStep<D> {
         check_step(h)?;
         check_vector("q0", q0, n)?;
         check_vector("q1", q1, n)?;
-        let discrete = self.method.discrete();
+        let discrete = self.method.discrete_mut();
         let inside = self.interior.len();
         let pieces = (inside / n + 1) as f64;
         for (j, values) in self.interior.chunks_exact_mut(n).enumerate() {
@@ -80,7 +80,7 @@ impl<D: DiscreteLegendre> TwoStep<D> {
             solved.map_err(|source| StepError::Solve { t, h, source })?;
         }
         self.scratch.x[..inside].copy_from_slice(&self.interior);
-        discrete.momentum(Interval { t, h }, q0, &self.scratch.x, MomentumWeights::END, &mut self.p);
+        discrete.momentum(Interval { start: t, h }, q0, &self.scratch.x, MomentumWeights::END, &mut self.p);
         Ok(())
     }
 
@@ -114,7 +114,7 @@ impl<D: DiscreteLegendre> System for BoundaryPath<'_, D> {
     fn residual(&mut self, h: f64, interior: &[f64], out: &mut [f64]) {
         let Scratch { x, equations, .. } = &mut *self.scratch;
         x[..interior.len()].copy_from_slice(interior);
-        self.discrete.equations(Interval { t: self.t, h }, self.q0, x, MomentumWeights::END, equations);
+        self.discrete.equations(Interval { start: self.t, h }, self.q0, x, MomentumWeights::END, equations);
         out.copy_from_slice(&equations[..interior.len()]);
     }
 
@@ -122,7 +122,7 @@ impl<D: DiscreteLegendre> System for BoundaryPath<'_, D> {
         let (n, Scratch { x, derivative, .. }) = (interior.len(), &mut *self.scratch);
         x[..n].copy_from_slice(interior);
         derivative.clear();
-        self.discrete.add_derivative(Interval { t: self.t, h }, self.q0, x, MomentumWeights::END, derivative);
+        self.discrete.add_derivative(Interval { start: self.t, h }, self.q0, x, MomentumWeights::END, derivative);
         derivative.for_each(|i, j, x| {
             if i < n && j < n {
                 out.add(i, j, x);

@@ -32,7 +32,7 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     }
 
     /// The discrete Legendre transform.
-    pub fn discrete(&mut self) -> &mut D {
+    pub fn discrete_mut(&mut self) -> &mut D {
         &mut self.discrete
     }
 
@@ -62,7 +62,7 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
     }
 
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
-        let at = Interval { t: self.t, h };
+        let at = Interval { start: self.t, h };
         self.discrete.equations(at, self.q0, x, self.closure.weights(h), out);
         let carried = self.closure.carried();
         let end = &mut out[self.discrete.interior()..];
@@ -70,7 +70,7 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
     }
 
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian) {
-        let at = Interval { t: self.t, h };
+        let at = Interval { start: self.t, h };
         self.discrete.add_derivative(at, self.q0, x, self.closure.weights(h), out);
     }
 
@@ -107,7 +107,7 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
 impl<D: DiscreteLegendre, C: Closure> OneStep for Variational<D, C> {
     fn step(&mut self, t: f64, h: f64, q: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
         self.solve(t, h, q, p)?;
-        self.finish(Interval { t, h }, q, p);
+        self.finish(Interval { start: t, h }, q, p);
         Ok(())
     }
 }
@@ -125,7 +125,7 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         p: &mut [f64],
     ) -> Result<DMatrix<f64>, StepError> {
         self.solve(t, h, q, p)?;
-        let (at, n, unknowns) = (Interval { t, h }, q.len(), self.unknowns.len());
+        let (at, n, unknowns) = (Interval { start: t, h }, q.len(), self.unknowns.len());
         let interior = unknowns - n;
         let equations = self.closure.weights(h);
         let structure = self.discrete.structure();
@@ -165,7 +165,7 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         if self.closure.carried() == 0.0 {
             repeat(q, &mut self.unknowns);
         } else {
-            self.discrete.predict(Interval { t, h }, q, p, &mut self.unknowns).map_err(failed)?;
+            self.discrete.predict(Interval { start: t, h }, q, p, &mut self.unknowns).map_err(failed)?;
         }
         let mut equations = StepEquations { discrete: &mut self.discrete, closure: &self.closure, t, q0: q, p0: p };
         self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(failed)

@@ -7,7 +7,7 @@ use crate::mass::Mass;
 
 /// A first-order system M v̇ = f(t, v) in n unknowns, with the derivatives that implicit steps need.
 ///
-/// Implement it by hand, or implement [`Rhs`](crate::Rhs) once and let [`AutoDiff`](crate::AutoDiff) differentiate.
+/// Implement it by hand, or implement [`FieldFn`](crate::FieldFn) once and let [`AutoField`](crate::AutoField) differentiate.
 /// Arguments have length n; times and states carry whatever units the problem has.
 ///
 /// # Assembled or matrix-free

@@ -82,7 +82,7 @@ impl<D: DiscreteLegendre> Window<D> {
         let last = self.handed_out.checked_sub(1)?;
         let end = &self.unknowns[last * m + m - state.q.len()..(last + 1) * m];
         let next = self.steps.get(self.handed_out).copied()?;
-        let is_continued = self.steps[last].t == state.t && end == state.q && grid.next(state.t) == Some(next);
+        let is_continued = self.steps[last].end == state.t && end == state.q && grid.next(state.t) == Some(next);
         is_continued.then_some(next)
     }
 
@@ -95,7 +95,7 @@ impl<D: DiscreteLegendre> Window<D> {
         let mut next = Some(first);
         while let Some(step) = next.filter(|_| self.steps.len() < self.length()) {
             self.steps.push(step);
-            next = grid.next(step.t);
+            next = grid.next(step.end);
         }
         self.guess(state);
         let (discrete, scratch) = (&mut self.discrete, &mut self.scratch);
@@ -131,7 +131,7 @@ impl<D: DiscreteLegendre> Window<D> {
                 repeat(reached, x);
                 break;
             }
-            (t, reached) = (step.t, &x[x.len() - n..]);
+            (t, reached) = (step.end, &x[x.len() - n..]);
         }
     }
 }
@@ -151,8 +151,8 @@ impl<D: DiscreteLegendre> WindowEquations<'_, D> {
     /// Step i of a window whose first step has size `h`.
     fn interval(&self, h: f64, i: usize) -> Interval {
         let scale = h / self.steps[0].h;
-        let start = if i == 0 { self.t } else { self.steps[i - 1].t };
-        Interval { t: self.t + scale * (start - self.t), h: scale * self.steps[i].h }
+        let start = if i == 0 { self.t } else { self.steps[i - 1].end };
+        Interval { start: self.t + scale * (start - self.t), h: scale * self.steps[i].h }
     }
 
     /// The configuration at the start of step i, and the unknowns of that step.
@@ -282,10 +282,10 @@ impl<D: DiscreteLegendre> Integrator for Window<D> {
         };
         let m = self.scratch.block.dim();
         let unknowns = &self.unknowns[self.handed_out * m..(self.handed_out + 1) * m];
-        let at = Interval { t: state.t, h: step.h };
+        let at = Interval { start: state.t, h: step.h };
         self.discrete.momentum(at, &state.q, unknowns, MomentumWeights::END, &mut state.p);
         state.q.copy_from_slice(&unknowns[m - self.discrete.dim()..]);
-        state.t = step.t;
+        state.t = step.end;
         self.handed_out += 1;
         self.work.steps += 1;
         Ok(())

@@ -37,13 +37,13 @@ const PATIENCE: u32 = 10;
 /// [stop time](Self::stop_at). Between its ends [`interpolate`](Self::interpolate) gives the solution.
 ///
 /// ```
-/// # use lsvi::{AutoDiff, Rhs, Scalar, State, Trajectory, adaptive::{Radau, Tolerances}};
+/// # use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory, adaptive::{Radau, Tolerances}};
 /// struct Fast;
-/// impl Rhs for Fast {
+/// impl FieldFn for Fast {
 ///     fn dim(&self) -> usize { 1 }
 ///     fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) { dv[0] = (v[0] - t.cos()) * -1e6; }
 /// }
-/// let method = Radau::new(AutoDiff::new(Fast), Tolerances::new(1e-6, 1e-9)?)?;
+/// let method = Radau::new(AutoField::new(Fast), Tolerances::new(1e-6, 1e-9)?)?;
 /// let end = Trajectory::new(method, State::new(0.0, vec![0.0]), 10.0, 10.0)?.observe(|_| {})?;
 /// assert!((end.q[0] - 10_f64.cos()).abs() < 1e-5);
 /// # Ok::<(), lsvi::StepError>(())

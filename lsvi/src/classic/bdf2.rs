@@ -121,7 +121,7 @@ impl<F: VectorField> Integrator for Bdf2<F> {
         let Some(step) = grid.next(state.t) else { return Ok(()) };
         let (t, h) = (state.t, step.h);
         check_vector("v", &state.q, self.now.len())?;
-        let last = self.last.take().filter(|last| last.t == t && self.now == state.q);
+        let last = self.last.take().filter(|last| last.end == t && self.now == state.q);
         self.next.copy_from_slice(&state.q);
         match last {
             Some(last) => {
@@ -138,7 +138,7 @@ impl<F: VectorField> Integrator for Bdf2<F> {
         self.before.copy_from_slice(&state.q);
         self.now.copy_from_slice(&self.next);
         state.q.copy_from_slice(&self.next);
-        state.t = step.t;
+        state.t = step.end;
         self.last = Some(step);
         self.stages.work_mut().steps += 1;
         Ok(())

@@ -21,15 +21,15 @@ const REGULAR: f64 = 1e-10;
 ///
 /// ```
 /// use lsvi::classic::CoupledRungeKutta;
-/// use lsvi::{AutoDiff, Rhs, Scalar, State, Trajectory};
+/// use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory};
 /// # struct Decay;
-/// # impl Rhs for Decay {
+/// # impl FieldFn for Decay {
 /// #     fn dim(&self) -> usize { 1 }
 /// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
 /// # }
 /// let r = 3_f64.sqrt() / 6.0;
 /// let a = [vec![0.25, 0.25 - r], vec![0.25 + r, 0.25]];
-/// let gauss = CoupledRungeKutta::new(AutoDiff::new(Decay), &a, &[0.5, 0.5], &[0.5 - r, 0.5 + r])?;
+/// let gauss = CoupledRungeKutta::new(AutoField::new(Decay), &a, &[0.5, 0.5], &[0.5 - r, 0.5 + r])?;
 /// let mut run = Trajectory::new(gauss, State::new(0.0, vec![1.0]), 0.1, 1.0)?;
 /// while run.step()?.is_some() {}
 /// assert!((run.state().q[0] - (-1_f64).exp()).abs() < 1e-7);

@@ -5,7 +5,6 @@ mod homogeneous;
 mod linear;
 mod position_momentum;
 
-pub use homogeneous::line_of;
 pub use linear::Linear;
 pub use position_momentum::PositionMomentum;
 

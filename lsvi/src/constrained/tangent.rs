@@ -56,7 +56,7 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
     fn solution_tangent(&mut self, h: f64, y: &[f64]) -> Result<DMatrix<f64>, SolveError> {
         let (n, (degree, unknowns)) = (self.q0.len(), self.path());
         let end = unknowns - n;
-        let at = Interval { t: self.t, h };
+        let at = Interval { start: self.t, h };
         let mut of_path = Jacobian::zeros(unknowns);
         self.discrete.add_start_derivative(at, self.q0, &y[..unknowns], MomentumWeights::START, &mut of_path);
         let (mut in_unknowns, mut in_start) = (Jacobian::zeros(y.len()), DMatrix::zeros(y.len(), n));
@@ -81,7 +81,7 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
     fn end_momentum_tangent(&mut self, h: f64, y: &[f64], solution: &DMatrix<f64>) -> DMatrix<f64> {
         let (n, m, (degree, unknowns)) = (self.q0.len(), self.constraint.count(), self.path());
         let (x, multipliers) = y.split_at(unknowns);
-        let (end, at) = (unknowns - n, Interval { t: self.t, h });
+        let (end, at) = (unknowns - n, Interval { start: self.t, h });
         let (mut in_unknowns, mut in_start) = (Jacobian::zeros(unknowns), Jacobian::zeros(unknowns));
         self.discrete.add_derivative(at, self.q0, x, MomentumWeights::END, &mut in_unknowns);
         self.discrete.add_start_derivative(at, self.q0, x, MomentumWeights::END, &mut in_start);

@@ -44,7 +44,7 @@ impl<L: Lagrangian> Midpoint<L> {
         for ((m, a), b) in self.middle.iter_mut().zip(q0).zip(q1) {
             *m = 0.5 * (a + b);
         }
-        at.t + 0.5 * at.h
+        at.start + 0.5 * at.h
     }
 }
 
@@ -58,7 +58,7 @@ impl<L: Lagrangian> DiscreteLegendre for Midpoint<L> {
     }
 
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
-        let v = self.velocity_of.of(&self.lagrangian, at.t, q0, p0)?;
+        let v = self.velocity_of.of(&self.lagrangian, at.start, q0, p0)?;
         straight(at.h, q0, v, x);
         Ok(())
     }

@@ -26,8 +26,8 @@ use crate::linalg::{Jacobian, Structure};
 /// The time interval [t, t + h] of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// Beginning.
-    pub t: f64,
+    /// Time at its beginning.
+    pub start: f64,
     /// Length.
     pub h: f64,
 }

@@ -48,7 +48,7 @@ impl Path {
 impl Point {
     /// Time of the point.
     pub(super) fn time(&self, at: Interval) -> f64 {
-        at.t + self.c * at.h
+        at.start + self.c * at.h
     }
 
     /// Writes the position and the velocity of the path with control values (q₀, x).

@@ -156,7 +156,7 @@ impl<L: EulerLagrange> DiscreteLegendre for PathFitted<L> {
     }
 
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
-        let v = self.velocity_of.of(&self.lagrangian, at.t, q0, p0)?;
+        let v = self.velocity_of.of(&self.lagrangian, at.start, q0, p0)?;
         self.path.straight(at.h, q0, v, x);
         Ok(())
     }

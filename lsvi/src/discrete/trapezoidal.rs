@@ -47,7 +47,7 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
     }
 
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
-        let v = self.velocity_of.of(&self.lagrangian, at.t, q0, p0)?;
+        let v = self.velocity_of.of(&self.lagrangian, at.start, q0, p0)?;
         straight(at.h, q0, v, x);
         Ok(())
     }
@@ -56,7 +56,7 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         secant(at.h, q0, q1, &mut self.velocity);
         out.fill(0.0);
         let common = 0.5 * (w.alpha + w.beta);
-        let ends = [(at.t, q0, -0.5 * at.h * w.alpha), (at.t + at.h, q1, 0.5 * at.h * w.beta)];
+        let ends = [(at.start, q0, -0.5 * at.h * w.alpha), (at.start + at.h, q1, 0.5 * at.h * w.beta)];
         for (t, q, own) in ends {
             self.lagrangian.gradient(t, q, &self.velocity, &mut self.dl_dq, &mut self.dl_dv);
             for ((o, lv), lq) in out.iter_mut().zip(&self.dl_dv).zip(&self.dl_dq) {
@@ -70,8 +70,8 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         let common = 0.5 * (w.alpha + w.beta);
         let start = HessianWeights { vv: common / at.h, qv: -0.5 * w.alpha, ..Default::default() };
         let end = HessianWeights { qq: 0.5 * at.h * w.beta, qv: 0.5 * w.beta, vq: common, vv: common / at.h };
-        self.lagrangian.add_hessian(at.t, q0, &self.velocity, start, out);
-        self.lagrangian.add_hessian(at.t + at.h, q1, &self.velocity, end, out);
+        self.lagrangian.add_hessian(at.start, q0, &self.velocity, start, out);
+        self.lagrangian.add_hessian(at.start + at.h, q1, &self.velocity, end, out);
     }
 
     fn add_start_derivative(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut Jacobian) {
@@ -79,15 +79,15 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         let common = 0.5 * (w.alpha + w.beta);
         let start = HessianWeights { qq: -0.5 * at.h * w.alpha, qv: 0.5 * w.alpha, vq: common, vv: -common / at.h };
         let end = HessianWeights { qv: -0.5 * w.beta, vv: -common / at.h, ..Default::default() };
-        self.lagrangian.add_hessian(at.t, q0, &self.velocity, start, out);
-        self.lagrangian.add_hessian(at.t + at.h, q1, &self.velocity, end, out);
+        self.lagrangian.add_hessian(at.start, q0, &self.velocity, start, out);
+        self.lagrangian.add_hessian(at.start + at.h, q1, &self.velocity, end, out);
     }
 }
 
 impl<L: Lagrangian> DiscreteLagrangian for Trapezoidal<L> {
     fn action(&mut self, at: Interval, q0: &[f64], q1: &[f64]) -> f64 {
         secant(at.h, q0, q1, &mut self.velocity);
-        let ends = [(at.t, q0), (at.t + at.h, q1)];
+        let ends = [(at.start, q0), (at.start + at.h, q1)];
         0.5 * at.h * ends.map(|(t, q)| self.lagrangian.value(t, q, &self.velocity)).iter().sum::<f64>()
     }
 }

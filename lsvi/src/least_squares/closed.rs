@@ -90,17 +90,17 @@ impl ClosedStep {
         v1: &mut [f64],
         work: &mut Work,
     ) -> Result<(), SolveError> {
-        system.field.rhs(at.t, v0, &mut self.work.f0);
+        system.field.rhs(at.start, v0, &mut self.work.f0);
         if let Some(m) = &mut self.matrices {
             m.start.clear();
-            system.field.add_jacobian(at.t, v0, 1.0, &mut m.start);
+            system.field.add_jacobian(at.start, v0, 1.0, &mut m.start);
             m.start.check_structure()?;
         }
         v1.copy_from_slice(v0);
         let mut equation = Equation {
             system,
             closure,
-            t: at.t,
+            t: at.start,
             v0,
             solver: &mut *self.solver,
             matrices: &mut self.matrices,
@@ -122,7 +122,7 @@ impl ClosedStep {
     ) {
         let Self { solver, matrices, work: s, .. } = self;
         let closure = &Linear::METHOD_I;
-        let mut equation = Equation { system, closure, t: at.t, v0, solver: &mut **solver, matrices, s };
+        let mut equation = Equation { system, closure, t: at.start, v0, solver: &mut **solver, matrices, s };
         equation.residual(at.h, v1, p);
         p.iter_mut().for_each(|p| *p /= 2.0 * at.h);
     }

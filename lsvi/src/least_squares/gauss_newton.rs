@@ -54,7 +54,7 @@ impl Action {
         v0: &[f64],
         v: &[f64],
     ) -> Result<f64, SolveError> {
-        system.field.rhs(at.t + at.h, v, &mut self.end);
+        system.field.rhs(at.start + at.h, v, &mut self.end);
         self.end.iter_mut().for_each(|f| *f *= -at.h);
         for (r, f) in self.start.iter_mut().zip(&self.f0) {
             *r = -at.h * f;
@@ -104,7 +104,7 @@ impl GaussNewton {
         v: &mut [f64],
         work: &mut Work,
     ) -> Result<(), SolveError> {
-        system.field.rhs(at.t, v0, &mut self.action.f0);
+        system.field.rhs(at.start, v0, &mut self.action.f0);
         v.copy_from_slice(v0);
         self.damping = 0.0;
         let (mut last, mut iterations) = (f64::INFINITY, 0);
@@ -118,10 +118,10 @@ impl GaussNewton {
                 return Err(SolveError::NonFinite);
             }
             if let Some(b) = &mut self.b {
-                system.set_b(at.t + at.h, at.h, v, b);
+                system.set_b(at.start + at.h, at.h, v, b);
                 b.check_structure()?;
             }
-            let b = StepOperator::new(system.field, system.mass, (at.t + at.h, v), at.h, self.b.as_ref());
+            let b = StepOperator::new(system.field, system.mass, (at.start + at.h, v), at.h, self.b.as_ref());
             b.apply_transpose(&self.action.dual, &mut self.gradient);
             self.gradient.iter_mut().zip(&self.action.start).for_each(|(g, r)| *g += r);
             let before = std::mem::replace(&mut size, dot(&self.gradient, &self.gradient).sqrt());
@@ -146,7 +146,7 @@ impl GaussNewton {
             }
             last = delta;
         }
-        system.field.rhs(at.t + at.h, v, &mut self.work);
+        system.field.rhs(at.start + at.h, v, &mut self.work);
         Err(SolveError::Stalled { iterations, gradient: size / first, rate: max_norm(&self.work) })
     }
 
@@ -161,7 +161,7 @@ impl GaussNewton {
         tolerance: f64,
         work: &mut Work,
     ) -> Result<Option<(f64, f64)>, SolveError> {
-        let b = StepOperator::new(system.field, system.mass, (at.t + at.h, v), at.h, self.b.as_ref());
+        let b = StepOperator::new(system.field, system.mass, (at.start + at.h, v), at.h, self.b.as_ref());
         while self.damping < STRONGEST {
             for (d, g) in self.increment.iter_mut().zip(&self.gradient) {
                 *d = -g;

@@ -60,7 +60,7 @@ impl LinearStep {
         self.factored = None;
         self.skew.clear();
         if let Some(b) = &mut self.b {
-            system.set_b(at.t, at.h, &self.zero, b);
+            system.set_b(at.start, at.h, &self.zero, b);
             b.check_structure()?;
             let b = &*b;
             b.for_each(|i, j, x| {
@@ -73,7 +73,7 @@ impl LinearStep {
                 }
             });
         }
-        let b = StepOperator::new(system.field, system.mass, (at.t, &self.zero), at.h, self.b.as_ref());
+        let b = StepOperator::new(system.field, system.mass, (at.start, &self.zero), at.h, self.b.as_ref());
         self.uses_twisted = match &mut self.twisted {
             Some(twisted) => {
                 twisted.prepare(&b)?;
@@ -100,8 +100,8 @@ impl LinearStep {
             self.factor(&system, at)?;
             work.factorizations += 1;
         }
-        system.field.rhs(at.t, &self.zero, v1);
-        let b = StepOperator::new(system.field, system.mass, (at.t, &self.zero), at.h, self.b.as_ref());
+        system.field.rhs(at.start, &self.zero, v1);
+        let b = StepOperator::new(system.field, system.mass, (at.start, &self.zero), at.h, self.b.as_ref());
         v1.iter_mut().for_each(|g| *g *= at.h);
         system.mass.mul_add(2.0, v0, v1);
         if self.b.is_some() {
@@ -119,7 +119,7 @@ impl LinearStep {
                 v1.iter_mut().zip(&self.upper).for_each(|(v, x)| *v += sign * x);
             }
         }
-        system.field.rhs(at.t + at.h, &self.zero, &mut self.upper);
+        system.field.rhs(at.start + at.h, &self.zero, &mut self.upper);
         work.residuals += 1;
         self.upper.iter_mut().for_each(|g| *g *= at.h);
         let solver: &mut dyn StepSolver = match &mut self.twisted {

@@ -166,7 +166,7 @@ impl<F: VectorField> Structured<F> {
         check_step(h)?;
         check_vector("q", v, self.next.len())?;
         check_vector("p", p, self.next.len())?;
-        let (system, at) = (System { field: &self.field, mass: &self.mass }, Interval { t, h });
+        let (system, at) = (System { field: &self.field, mass: &self.mass }, Interval { start: t, h });
         let (closure, next, work) = (&self.closure, &mut self.next, &mut self.work);
         let solved = match &mut self.equations {
             Equations::Linear(step) => step.solve(system, at, v, next, work),

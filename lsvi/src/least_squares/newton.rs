@@ -84,17 +84,17 @@ impl FullNewton {
         work: &mut Work,
     ) -> Result<(), SolveError> {
         let s = &mut self.scratch;
-        system.field.rhs(at.t, v0, &mut s.f0);
+        system.field.rhs(at.start, v0, &mut s.f0);
         if closure.weights(at.h).alpha != 0.0 {
             s.rate.copy_from_slice(&s.f0);
             s.mass_inverse.solve(&mut s.rate);
             s.start.clear();
-            system.field.add_jacobian(at.t, v0, 1.0, &mut s.start);
+            system.field.add_jacobian(at.start, v0, 1.0, &mut s.start);
         }
         for (pair, v) in self.unknowns.chunks_exact_mut(2).zip(v0) {
             pair.copy_from_slice(&[-v, *v]);
         }
-        let mut equation = Equation { system, closure, t: at.t, v0, s };
+        let mut equation = Equation { system, closure, t: at.start, v0, s };
         let solved = self.newton.solve(&mut equation, at.h, &mut self.unknowns);
         *work = Work { steps: work.steps, ..self.newton.work };
         for (v, pair) in v1.iter_mut().zip(self.unknowns.chunks_exact(2)) {
@@ -106,7 +106,7 @@ impl FullNewton {
     /// Writes p₁ at the solution: the equation of p₁ = 0 is −2h p₁ = 0.
     pub(super) fn momentum<F: VectorField>(&mut self, system: System<'_, F>, at: Interval, v0: &[f64], p: &mut [f64]) {
         let Self { unknowns, residual, scratch: s, .. } = self;
-        let mut equation = Equation { system, closure: &Linear::METHOD_I, t: at.t, v0, s };
+        let mut equation = Equation { system, closure: &Linear::METHOD_I, t: at.start, v0, s };
         newton::System::residual(&mut equation, at.h, unknowns, residual);
         for (p, pair) in p.iter_mut().zip(residual.chunks_exact(2)) {
             *p = -pair[0] / (2.0 * at.h);

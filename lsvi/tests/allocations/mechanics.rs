@@ -5,8 +5,8 @@ use crate::systems::{Damping, DoublePendulum, Falling, Sphere};
 use lsvi::discrete::{Constrainable, DiscreteLegendre, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
-    AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, Constrained, Forced, OneStep, Rhs, Scalar, TwoStep, method_i,
-    method_ii, position_momentum,
+    AutoConstraint, AutoField, AutoForce, AutoLagrangian, Constrained, FieldFn, Forced, OneStep, Scalar, TwoStep,
+    method_i, method_ii, position_momentum,
 };
 
 fn assert_allocation_free(name: &str, method: &mut dyn OneStep, q0: &[f64], p0: &[f64]) {
@@ -61,7 +61,7 @@ fn steps_on_constraints_do_not_allocate() {
 #[test]
 fn steps_of_least_squares_do_not_allocate() {
     struct VanDerPol;
-    impl Rhs for VanDerPol {
+    impl FieldFn for VanDerPol {
         fn dim(&self) -> usize {
             2
         }
@@ -72,13 +72,13 @@ fn steps_of_least_squares_do_not_allocate() {
     }
     assert_allocation_free(
         "method I",
-        &mut method_i(AutoDiff::new(VanDerPol)).expect("usable"),
+        &mut method_i(AutoField::new(VanDerPol)).expect("usable"),
         &[2.0, 0.0],
         &[0.0, 0.0],
     );
     assert_allocation_free(
         "method II",
-        &mut method_ii(AutoDiff::new(VanDerPol)).expect("usable"),
+        &mut method_ii(AutoField::new(VanDerPol)).expect("usable"),
         &[2.0, 0.0],
         &[0.0, 0.0],
     );

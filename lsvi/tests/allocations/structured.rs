@@ -4,7 +4,7 @@ use crate::allocations;
 use crate::fields::{As, Burgers, By, Line, Plane, Walls};
 use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
-use lsvi::{AutoDiff, Integrator, State, Structure, Trajectory, VectorField, method_i};
+use lsvi::{AutoField, Integrator, State, Structure, Trajectory, VectorField, method_i};
 
 /// Allocations of ten steps after the first two.
 fn of_steps(method: impl Integrator) -> u64 {
@@ -28,7 +28,7 @@ fn coupled(field: &dyn VectorField) -> [CoupledRungeKutta<&dyn VectorField>; 2] 
 fn steps_allocate_nothing() {
     let line = Line::new(20, 1.0, Walls::Dirichlet);
     let plane = Plane { side: 6 };
-    let burgers = AutoDiff::new(Burgers { cells: 20, viscosity: 0.1 });
+    let burgers = AutoField::new(Burgers { cells: 20, viscosity: 0.1 });
     let fields: [&dyn VectorField; 5] =
         [&line, &plane, &burgers, &As(Structure::Dense, &line), &As(Structure::Dense, &burgers)];
     for field in fields {

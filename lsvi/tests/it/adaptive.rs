@@ -2,12 +2,14 @@
 
 use crate::fields::{As, Line, Walls};
 use lsvi::adaptive::{Options, Radau, Tolerances};
-use lsvi::{AutoDiff, InputError, Mass, Rhs, Scalar, SolveError, State, StepError, Structure, Trajectory, VectorField};
+use lsvi::{
+    AutoField, FieldFn, InputError, Mass, Scalar, SolveError, State, StepError, Structure, Trajectory, VectorField,
+};
 
 struct VanDerPol {
     mu: f64,
 }
-impl Rhs for VanDerPol {
+impl FieldFn for VanDerPol {
     fn dim(&self) -> usize {
         2
     }
@@ -21,7 +23,7 @@ impl Rhs for VanDerPol {
 struct ProtheroRobinson {
     lambda: f64,
 }
-impl Rhs for ProtheroRobinson {
+impl FieldFn for ProtheroRobinson {
     fn dim(&self) -> usize {
         1
     }
@@ -34,7 +36,7 @@ impl Rhs for ProtheroRobinson {
 struct Robertson {
     algebraic: bool,
 }
-impl Rhs for Robertson {
+impl FieldFn for Robertson {
     fn dim(&self) -> usize {
         3
     }
@@ -51,7 +53,7 @@ impl Rhs for Robertson {
 
 /// v̇ = v², v = 1/(1 − t).
 struct BlowUp;
-impl Rhs for BlowUp {
+impl FieldFn for BlowUp {
     fn dim(&self) -> usize {
         1
     }
@@ -81,7 +83,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn smooth_run(s: usize, tolerance: f64) -> (f64, f64) {
     let tolerances = Tolerances::new(tolerance, tolerance).expect("positive");
     let options = Options::new(tolerances).stages(s, s).expect("a choice");
-    let mut method = Radau::new(AutoDiff::new(ProtheroRobinson { lambda: 1.0 }), options).expect("valid");
+    let mut method = Radau::new(AutoField::new(ProtheroRobinson { lambda: 1.0 }), options).expect("valid");
     let mut largest = 0.0_f64;
     Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 100.0, 100.0)
         .expect("valid")
@@ -109,9 +111,9 @@ fn the_error_is_of_order_five_nine_and_thirteen() {
 /// the steps grow with each.
 #[test]
 fn error_and_work_are_monotone_in_each_tolerance() {
-    let van_der_pol = AutoDiff::new(VanDerPol { mu: 1.0 });
-    let robertson = AutoDiff::new(Robertson { algebraic: false });
-    let stiff = AutoDiff::new(ProtheroRobinson { lambda: 1e4 });
+    let van_der_pol = AutoField::new(VanDerPol { mu: 1.0 });
+    let robertson = AutoField::new(Robertson { algebraic: false });
+    let stiff = AutoField::new(ProtheroRobinson { lambda: 1e4 });
     // What is tolerated at the end of each, in units of the tolerance, grows by at most the factor 10 of a digit.
     type Case<'a> = (&'a dyn VectorField, &'a [f64], f64, &'a [f64], bool);
     let cases: [Case<'_>; 3] = [
@@ -161,7 +163,7 @@ fn error_and_work_are_monotone_in_each_tolerance() {
 #[test]
 fn options_are_obeyed() {
     let tolerances = Tolerances::new(1e-8, 1e-8).expect("positive");
-    let field = AutoDiff::new(VanDerPol { mu: 1.0 });
+    let field = AutoField::new(VanDerPol { mu: 1.0 });
     let run = |options: Options| {
         let mut method = Radau::new(&field, options).expect("valid");
         let (mut ends, mut most) = (vec![0.0], 0);
@@ -198,7 +200,7 @@ fn options_are_obeyed() {
 /// A component that starts at zero, and relative accuracy alone: v₂ ~ t³ stays accurate to rtol from the first step on.
 #[test]
 fn a_purely_relative_tolerance_takes_a_component_that_starts_at_zero() {
-    let mut method = radau(AutoDiff::new(Robertson { algebraic: false }), 1e-6, 0.0);
+    let mut method = radau(AutoField::new(Robertson { algebraic: false }), 1e-6, 0.0);
     let mut early = None;
     Trajectory::new(&mut method, State::new(0.0, vec![1.0, 0.0, 0.0]), 40.0, 40.0)
         .expect("valid")
@@ -209,7 +211,7 @@ fn a_purely_relative_tolerance_takes_a_component_that_starts_at_zero() {
         })
         .expect("solvable");
     let early = early.expect("a step");
-    let (truth, _) = solve(AutoDiff::new(Robertson { algebraic: false }), &[1.0, 0.0, 0.0], early.t, 1e-12, 1e-40);
+    let (truth, _) = solve(AutoField::new(Robertson { algebraic: false }), &[1.0, 0.0, 0.0], early.t, 1e-12, 1e-40);
     for (v, exact) in early.q.iter().zip(&truth) {
         assert!((v - exact).abs() < 1e-5 * exact, "{v:e} and {exact:e} at {:e}", early.t);
     }
@@ -219,7 +221,7 @@ fn a_purely_relative_tolerance_takes_a_component_that_starts_at_zero() {
 #[test]
 fn copies_of_a_system_take_the_steps_of_one() {
     struct Copies(usize);
-    impl Rhs for Copies {
+    impl FieldFn for Copies {
         fn dim(&self) -> usize {
             2 * self.0
         }
@@ -229,8 +231,8 @@ fn copies_of_a_system_take_the_steps_of_one() {
             }
         }
     }
-    let (one, steps) = solve(AutoDiff::new(Copies(1)), &[2.0, 0.0], 10.0, 1e-6, 1e-8);
-    let (many, others) = solve(AutoDiff::new(Copies(20)), &[2.0, 0.0].repeat(20), 10.0, 1e-6, 1e-8);
+    let (one, steps) = solve(AutoField::new(Copies(1)), &[2.0, 0.0], 10.0, 1e-6, 1e-8);
+    let (many, others) = solve(AutoField::new(Copies(20)), &[2.0, 0.0].repeat(20), 10.0, 1e-6, 1e-8);
     assert_eq!(steps, others);
     // Roundings of other factors, along the run.
     assert!(distance(&one, &many[38..]) < 1e-10);
@@ -239,7 +241,7 @@ fn copies_of_a_system_take_the_steps_of_one() {
 /// Errors on van der Pol's limit cycle grow with the phase, by less than an order of magnitude up to t = 10.
 #[test]
 fn errors_are_near_the_tolerance() {
-    let field = AutoDiff::new(VanDerPol { mu: 1.0 });
+    let field = AutoField::new(VanDerPol { mu: 1.0 });
     let (truth, _) = solve(&field, &[2.0, 0.0], 10.0, 1e-13, 1e-13);
     for tolerance in [1e-5, 1e-7, 1e-9] {
         let (end, _) = solve(&field, &[2.0, 0.0], 10.0, tolerance, tolerance);
@@ -254,7 +256,7 @@ fn errors_are_near_the_tolerance() {
 fn stiff_transients_cost_no_more_than_smooth_solutions() {
     for lambda in [1e3, 1e6, 1e9] {
         for tolerance in [1e-4, 1e-8] {
-            let field = AutoDiff::new(ProtheroRobinson { lambda });
+            let field = AutoField::new(ProtheroRobinson { lambda });
             let (end, steps) = solve(field, &[0.0], 10.0, tolerance, tolerance);
             let error = (end[0] - 10_f64.cos()).abs();
             assert!(error < 0.2 * tolerance.powf(2.0 / 3.0), "λ = {lambda:e}: {error:e} at {tolerance:e}");
@@ -268,9 +270,9 @@ fn stiff_transients_cost_no_more_than_smooth_solutions() {
 #[test]
 fn robertson_with_and_without_the_algebraic_equation() {
     let start = [1.0, 0.0, 0.0];
-    let (truth, _) = solve(AutoDiff::new(Robertson { algebraic: false }), &start, 1e4, 1e-11, 1e-15);
+    let (truth, _) = solve(AutoField::new(Robertson { algebraic: false }), &start, 1e4, 1e-11, 1e-15);
     for algebraic in [false, true] {
-        let (end, steps) = solve(AutoDiff::new(Robertson { algebraic }), &start, 1e4, 1e-6, 1e-10);
+        let (end, steps) = solve(AutoField::new(Robertson { algebraic }), &start, 1e4, 1e-6, 1e-10);
         for (a, b) in end.iter().zip(&truth) {
             // Errors of the slow variables do not grow: a few tolerances.
             assert!((a - b).abs() <= 1e-5 * b.abs(), "{end:?} and {truth:?}");
@@ -293,7 +295,7 @@ fn structures_agree_and_factors_are_reused() {
         // Roundoff of each stiff solve, some 40 steps of it.
         assert!(distance(&other, &banded) < 1e-12);
     }
-    let mut method = radau(AutoDiff::new(VanDerPol { mu: 1000.0 }), 1e-6, 1e-6);
+    let mut method = radau(AutoField::new(VanDerPol { mu: 1000.0 }), 1e-6, 1e-6);
     let end = Trajectory::new(&mut method, State::new(0.0, vec![2.0, 0.0]), 2000.0, 2000.0).expect("valid");
     end.observe(|_| {}).expect("solvable");
     let work = lsvi::Integrator::work(&method);
@@ -302,7 +304,7 @@ fn structures_agree_and_factors_are_reused() {
 
 #[test]
 fn steps_end_at_stop_times_and_the_solution_is_dense() {
-    let mut method = radau(AutoDiff::new(ProtheroRobinson { lambda: 10.0 }), 1e-8, 1e-8);
+    let mut method = radau(AutoField::new(ProtheroRobinson { lambda: 10.0 }), 1e-8, 1e-8);
     let stops = [3.0, 1.0, 1.25];
     method.stop_at(&stops).expect("finite");
     assert!(matches!(method.interpolate(0.0, &mut [0.0]), Err(InputError::NoStep { .. })));
@@ -346,7 +348,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
     }
     let three = Tolerances::new(1e-6, 0.0).and_then(|t| t.with_atol(vec![1e-6; 3])).expect("positive");
     assert!(matches!(
-        Radau::new(AutoDiff::new(BlowUp), three.clone()),
+        Radau::new(AutoField::new(BlowUp), three.clone()),
         Err(InputError::Dimension { what: "atol", .. })
     ));
     let options = Options::new(three);
@@ -364,7 +366,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
     }
     let mut state = State::new(0.0, vec![1.0]);
     let grid = lsvi::Grid::new(0.0, 2.0, 2.0).expect("valid");
-    let mut method = radau(AutoDiff::new(BlowUp), 1e-6, 1e-6);
+    let mut method = radau(AutoField::new(BlowUp), 1e-6, 1e-6);
     let error = loop {
         let before = state.clone();
         if let Err(error) = lsvi::Integrator::advance(&mut method, &mut state, &grid) {
@@ -380,7 +382,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
         other => panic!("{other}"),
     }
     let outside = As(Structure::Banded { lower: 0, upper: 0 }, VanDerPol { mu: 1.0 });
-    let mut method = radau(AutoDiff::new(outside), 1e-6, 1e-6);
+    let mut method = radau(AutoField::new(outside), 1e-6, 1e-6);
     let mut state = State::new(0.0, vec![2.0, 0.0]);
     let error = lsvi::Integrator::advance(&mut method, &mut state, &grid).expect_err("an entry outside");
     assert!(matches!(error, StepError::Solve { source: SolveError::OutsideStructure { .. }, .. }), "{error}");

@@ -3,7 +3,7 @@
 
 use lsvi::closure::Linear;
 use lsvi::solver::{Augmented, Iterative, StepSolver, Twisted};
-use lsvi::{Factored, InputError, Jacobian, LeastSquaresStep, Mass, Rhs, Scalar, Structure, VectorField};
+use lsvi::{Factored, FieldFn, InputError, Jacobian, LeastSquaresStep, Mass, Scalar, Structure, VectorField};
 
 /// The linear solvers of a step, iterative ones to rounding error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +61,7 @@ impl<F: VectorField> VectorField for As<F> {
     }
 }
 
-impl<F: Rhs> Rhs for As<F> {
+impl<F: FieldFn> FieldFn for As<F> {
     fn dim(&self) -> usize {
         self.1.dim()
     }
@@ -206,7 +206,7 @@ pub(crate) struct Burgers {
     pub viscosity: f64,
 }
 
-impl Rhs for Burgers {
+impl FieldFn for Burgers {
     fn dim(&self) -> usize {
         self.cells
     }

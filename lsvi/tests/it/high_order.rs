@@ -3,10 +3,10 @@
 use lsvi::closure::Linear;
 use lsvi::discrete::Galerkin;
 use lsvi::quadrature::Quadrature;
-use lsvi::{AutoDiff, InputError, LeastSquares, Rhs, Scalar, State, Trajectory, Variational};
+use lsvi::{AutoField, FieldFn, InputError, LeastSquares, Scalar, State, Trajectory, Variational};
 
 struct VanDerPol;
-impl Rhs for VanDerPol {
+impl FieldFn for VanDerPol {
     fn dim(&self) -> usize {
         2
     }
@@ -20,7 +20,7 @@ type Rule = fn(usize) -> Result<Quadrature, InputError>;
 
 fn end(s: usize, rule: &Quadrature, closure: Linear, h: f64) -> Vec<f64> {
     let discrete =
-        Galerkin::new(LeastSquares::new(AutoDiff::new(VanDerPol)).expect("usable"), s, rule).expect("enough nodes");
+        Galerkin::new(LeastSquares::new(AutoField::new(VanDerPol)).expect("usable"), s, rule).expect("enough nodes");
     let method = Variational::new(discrete, closure);
     let initial = State::new(0.0, vec![1.0, 0.5]);
     Trajectory::new(method, initial, h, 1.0).expect("valid").observe(|_| {}).expect("solvable").q

@@ -5,12 +5,12 @@ use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoDiff, InputError, LeastSquares, OneStep, Rhs, Scalar, SolveError, State, StepError, Trajectory, Variational,
-    method_i, method_ii, position_momentum,
+    AutoField, FieldFn, InputError, LeastSquares, OneStep, Scalar, SolveError, State, StepError, Trajectory,
+    Variational, method_i, method_ii, position_momentum,
 };
 
 struct Drag;
-impl Rhs for Drag {
+impl FieldFn for Drag {
     fn dim(&self) -> usize {
         1
     }
@@ -20,7 +20,7 @@ impl Rhs for Drag {
 }
 
 struct QuadraticDrag;
-impl Rhs for QuadraticDrag {
+impl FieldFn for QuadraticDrag {
     fn dim(&self) -> usize {
         1
     }
@@ -30,7 +30,7 @@ impl Rhs for QuadraticDrag {
 }
 
 struct Forcing;
-impl Rhs for Forcing {
+impl FieldFn for Forcing {
     fn dim(&self) -> usize {
         1
     }
@@ -49,7 +49,7 @@ fn one_step(method: &mut impl OneStep, h: f64, v: f64, p: f64) -> Result<(f64, f
 fn conventional_closure_grows_as_predicted() {
     // On v̇ = −v the map (v, p) → (v, p) has trace 2 + h² and determinant 1: eigenvalues e^{±2 asinh(h/2)}.
     let h = 0.1_f64;
-    let mut method = position_momentum(Trapezoidal::new(LeastSquares::new(AutoDiff::new(Drag)).expect("usable")));
+    let mut method = position_momentum(Trapezoidal::new(LeastSquares::new(AutoField::new(Drag)).expect("usable")));
     let a = one_step(&mut method, h, 1.0, 0.0).expect("linear");
     let b = one_step(&mut method, h, 0.0, 1.0).expect("linear");
     assert_abs_diff_eq!(a.0 + b.1, 2.0 + h * h, epsilon = 1e-13);
@@ -61,7 +61,7 @@ fn conventional_closure_grows_as_predicted() {
 /// X = h v₁ against W = h v₀ on the cubic of Method I, whose right root is the largest.
 #[test]
 fn method_i_keeps_to_the_right_root_of_quadratic_drag() {
-    let mut method = method_i(AutoDiff::new(QuadraticDrag)).expect("usable");
+    let mut method = method_i(AutoField::new(QuadraticDrag)).expect("usable");
     for w in [0.1, 0.5, 1.0, 1.37, 1.9, 2.1, 2.17] {
         let (x, _) = one_step(&mut method, w, 1.0, 0.0).expect("before the fold");
         let x = w * x;
@@ -86,7 +86,7 @@ fn method_i_keeps_to_the_right_root_of_quadratic_drag() {
 
 #[test]
 fn method_ii_loses_its_root_beyond_w_1_and_has_no_equation_without_f_v() {
-    let mut method = method_ii(AutoDiff::new(QuadraticDrag)).expect("usable");
+    let mut method = method_ii(AutoField::new(QuadraticDrag)).expect("usable");
     let (x, _) = one_step(&mut method, 0.9, 1.0, 0.0).expect("W < 1");
     // X²(1 + X) = W²(1 − W).
     let x = 0.9 * x;
@@ -98,15 +98,15 @@ fn method_ii_loses_its_root_beyond_w_1_and_has_no_equation_without_f_v() {
             "W = {w}: {result:?}"
         );
     }
-    let result = one_step(&mut method_ii(AutoDiff::new(Forcing)).expect("usable"), 0.1, 0.0, 0.0);
+    let result = one_step(&mut method_ii(AutoField::new(Forcing)).expect("usable"), 0.1, 0.0, 0.0);
     assert!(matches!(result, Err(StepError::Solve { source: SolveError::Singular, .. })), "{result:?}");
 }
 
 #[test]
 fn midpoint_lagrangian_with_method_i_closure_is_the_implicit_midpoint_rule() {
-    let discrete = Midpoint::new(LeastSquares::new(AutoDiff::new(QuadraticDrag)).expect("usable"));
+    let discrete = Midpoint::new(LeastSquares::new(AutoField::new(QuadraticDrag)).expect("usable"));
     let mut variational = Variational::new(discrete, Linear::METHOD_I);
-    let mut rule = RungeKutta::new(AutoDiff::new(QuadraticDrag), Tableau::implicit_midpoint()).expect("usable");
+    let mut rule = RungeKutta::new(AutoField::new(QuadraticDrag), Tableau::implicit_midpoint()).expect("usable");
     for h in [0.01, 0.3, 1.0] {
         let a = one_step(&mut variational, h, 1.0, 0.0).expect("solvable").0;
         let b = one_step(&mut rule, h, 1.0, 0.0).expect("solvable").0;
@@ -118,7 +118,7 @@ fn midpoint_lagrangian_with_method_i_closure_is_the_implicit_midpoint_rule() {
 #[test]
 fn momenta_are_the_derivatives_of_the_action() {
     fn check(mut discrete: impl DiscreteLagrangian) {
-        let at = Interval { t: 0.3, h: 0.4 };
+        let at = Interval { start: 0.3, h: 0.4 };
         let (q0, q1, e) = (0.7, 0.5, 1e-5);
         let mut p = [0.0];
         // Central differences: error e² L‴/6 + ε L/e, both below 1e-9 here.
@@ -129,15 +129,15 @@ fn momenta_are_the_derivatives_of_the_action() {
         let d2 = (discrete.action(at, &[q0], &[q1 + e]) - discrete.action(at, &[q0], &[q1 - e])) / (2.0 * e);
         assert_abs_diff_eq!(p[0], d2, epsilon = 1e-9);
     }
-    check(Trapezoidal::new(LeastSquares::new(AutoDiff::new(QuadraticDrag)).expect("usable")));
-    check(Midpoint::new(LeastSquares::new(AutoDiff::new(QuadraticDrag)).expect("usable")));
+    check(Trapezoidal::new(LeastSquares::new(AutoField::new(QuadraticDrag)).expect("usable")));
+    check(Midpoint::new(LeastSquares::new(AutoField::new(QuadraticDrag)).expect("usable")));
 }
 
 #[test]
 fn bdf2_starts_itself_and_shortens_its_last_step() {
     let error = |h: f64| {
         let trajectory =
-            Trajectory::new(Bdf2::new(AutoDiff::new(Drag)).expect("usable"), State::new(0.0, vec![1.0]), h, 1.05)
+            Trajectory::new(Bdf2::new(AutoField::new(Drag)).expect("usable"), State::new(0.0, vec![1.0]), h, 1.05)
                 .expect("valid input");
         let end = trajectory.observe(|_| {}).expect("solvable");
         assert_eq!(end.t, 1.05);
@@ -150,8 +150,9 @@ fn bdf2_starts_itself_and_shortens_its_last_step() {
 #[test]
 fn refuses_unusable_input() {
     let state = State::new(0.0, vec![1.0]);
-    let refuse =
-        |state: State, h, t_end| Trajectory::new(method_i(AutoDiff::new(Drag)).expect("usable"), state, h, t_end).err();
+    let refuse = |state: State, h, t_end| {
+        Trajectory::new(method_i(AutoField::new(Drag)).expect("usable"), state, h, t_end).err()
+    };
     assert_eq!(refuse(state.clone(), 0.0, 1.0), Some(InputError::StepSize(0.0)));
     assert_eq!(refuse(state.clone(), -1.0, 1.0), Some(InputError::StepSize(-1.0)));
     assert!(matches!(refuse(state.clone(), f64::NAN, 1.0), Some(InputError::StepSize(_))));
@@ -166,7 +167,7 @@ fn refuses_unusable_input() {
 }
 
 struct Logistic;
-impl Rhs for Logistic {
+impl FieldFn for Logistic {
     fn dim(&self) -> usize {
         1
     }
@@ -193,7 +194,7 @@ fn method_i_keeps_to_the_branch_where_the_start_is_beyond_a_singular_derivative(
                 branch -= equation(h, branch) / slope;
             }
         }
-        let v1 = one_step(&mut method_i(AutoDiff::new(Logistic)).expect("usable"), h, v0, 0.0)
+        let v1 = one_step(&mut method_i(AutoField::new(Logistic)).expect("usable"), h, v0, 0.0)
             .expect("the branch has no fold")
             .0;
         // Newton's iteration with a slope good to 1e-9 leaves next to nothing.
@@ -207,12 +208,12 @@ fn method_i_keeps_to_the_branch_where_the_start_is_beyond_a_singular_derivative(
 #[test]
 fn implicit_steps_keep_to_the_branch_beyond_a_singular_derivative_at_the_start() {
     for (h, v0) in [(5.9375, 0.03125), (3.0, 0.01), (6.0, 0.3), (1.5, 0.1), (100.0, 0.2)] {
-        let mut method = RungeKutta::new(AutoDiff::new(Logistic), Tableau::implicit_euler()).expect("usable");
+        let mut method = RungeKutta::new(AutoField::new(Logistic), Tableau::implicit_euler()).expect("usable");
         let v1 = one_step(&mut method, h, v0, 0.0).expect("the branch has no fold").0;
         let root = (h - 1.0 + ((h - 1.0).powi(2) + 4.0 * h * v0).sqrt()) / (2.0 * h);
         assert_abs_diff_eq!(v1, root, epsilon = 8.0 * f64::EPSILON);
     }
     // The state at rest is unstable, and still a solution.
-    let mut method = RungeKutta::new(AutoDiff::new(Logistic), Tableau::implicit_euler()).expect("usable");
+    let mut method = RungeKutta::new(AutoField::new(Logistic), Tableau::implicit_euler()).expect("usable");
     assert_eq!(one_step(&mut method, 6.0, 0.0, 0.0).expect("a state at rest").0, 0.0);
 }

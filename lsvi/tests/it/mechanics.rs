@@ -104,7 +104,7 @@ fn derivatives_of_every_discretisation_are_exact() {
     all.extend(discretisations(&damped));
     all.push(("kong-yang-circle".into(), Box::new(KongYangCircle::new(2))));
     for (name, mut d) in all {
-        let at = Interval { t: 0.3, h: 0.4 };
+        let at = Interval { start: 0.3, h: 0.4 };
         let w = MomentumWeights { alpha: 0.7, beta: -1.3 };
         let q0 = [0.7, -0.4];
         let unknowns = d.interior() + d.dim();
@@ -222,15 +222,15 @@ fn galerkin_momenta_are_the_derivatives_of_the_action() {
     let quadratures = [Quadrature::gauss(3), Quadrature::lobatto(4), Quadrature::radau(3), Quadrature::gauss(4)];
     for quadrature in quadratures {
         let mut method = position_momentum(Galerkin::new(&l, 3, &quadrature.expect("nodes")).expect("s = 3"));
-        let at = Interval { t: 0.3, h: 0.2 };
+        let at = Interval { start: 0.3, h: 0.2 };
         let (q0, p0) = ([0.7, -0.4], [0.2, 0.5]);
         let (mut q1, mut p1) = (q0, p0);
         let x = {
-            method.step(at.t, at.h, &mut q1, &mut p1).expect("short step");
+            method.step(at.start, at.h, &mut q1, &mut p1).expect("short step");
             method.unknowns().to_vec()
         };
         // Where the interior is stationary, moving q₁ alone has the effect of D₂L_d.
-        let d = method.discrete();
+        let d = method.discrete_mut();
         let mut action = |q0: &[f64], x: &[f64]| vec![d.action(at, q0, x)];
         let in_x = differences(&mut |x| action(&q0, x), &x, 1e-5);
         let in_q0 = differences(&mut |q0| action(q0, &x), &q0, 1e-5);

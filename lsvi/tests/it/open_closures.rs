@@ -4,7 +4,7 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoDiff, InputError, Integrator, LeastSquares, Rhs, Scalar, SolveError, State, StepError, Trajectory, Window,
+    AutoField, FieldFn, InputError, Integrator, LeastSquares, Scalar, SolveError, State, StepError, Trajectory, Window,
     least_squares, method_i,
 };
 
@@ -12,7 +12,7 @@ struct Decay {
     rate: f64,
 }
 
-impl Rhs for Decay {
+impl FieldFn for Decay {
     fn dim(&self) -> usize {
         1
     }
@@ -24,7 +24,7 @@ impl Rhs for Decay {
 /// Nonlinear, coupled and forced, with a Jacobian that is not symmetric.
 struct Coupled;
 
-impl Rhs for Coupled {
+impl FieldFn for Coupled {
     fn dim(&self) -> usize {
         2
     }
@@ -34,8 +34,8 @@ impl Rhs for Coupled {
     }
 }
 
-fn discrete<F: Rhs>(field: F) -> Trapezoidal<LeastSquares<AutoDiff<F>>> {
-    Trapezoidal::new(LeastSquares::new(AutoDiff::new(field)).expect("usable"))
+fn discrete<F: FieldFn>(field: F) -> Trapezoidal<LeastSquares<AutoField<F>>> {
+    Trapezoidal::new(LeastSquares::new(AutoField::new(field)).expect("usable"))
 }
 
 /// All states of a run from `start`, the first included.
@@ -50,7 +50,7 @@ fn states(method: impl Integrator, start: &[f64], h: f64, t_end: f64) -> Vec<Sta
 fn the_fitted_closure_is_exact_for_its_rate() {
     for (rate, h) in [(1.0_f64, 1e-3), (3.0, 0.2), (1.0, 2.0), (50.0, 0.4), (1e3, 1.0)] {
         let closure = Linear::fitted(rate).expect("positive");
-        let end = states(least_squares(AutoDiff::new(Decay { rate }), closure).expect("usable"), &[1.0], h, h);
+        let end = states(least_squares(AutoField::new(Decay { rate }), closure).expect("usable"), &[1.0], h, h);
         // θ − 1 is z/2 to within a rounding of 1: ε/z in z, so ε of the step.
         assert_abs_diff_eq!(end[1].q[0], (-rate * h).exp(), epsilon = 8.0 * f64::EPSILON);
     }
@@ -61,7 +61,7 @@ fn a_window_of_one_step_is_method_i() {
     let window = Window::new(discrete(Coupled), 1).expect("a length");
     let (a, b) = (
         states(window, &[1.0, -0.5], 0.3, 2.0),
-        states(method_i(AutoDiff::new(Coupled)).expect("usable"), &[1.0, -0.5], 0.3, 2.0),
+        states(method_i(AutoField::new(Coupled)).expect("usable"), &[1.0, -0.5], 0.3, 2.0),
     );
     assert_eq!(a.len(), b.len());
     for (a, b) in a.iter().zip(&b) {
@@ -76,7 +76,7 @@ fn defect(discrete: &mut impl DiscreteLegendre, states: &[State], (first, last):
     let (mut end, mut start) = ([0.0; 2], [0.0; 2]);
     let mut largest = 0.0_f64;
     for i in first + 1..=last {
-        let at = |i: usize| Interval { t: states[i].t, h: states[i + 1].t - states[i].t };
+        let at = |i: usize| Interval { start: states[i].t, h: states[i + 1].t - states[i].t };
         discrete.momentum(at(i - 1), &states[i - 1].q, &states[i].q, MomentumWeights::END, &mut end);
         start.fill(0.0);
         if i < last {
@@ -115,7 +115,9 @@ fn the_whole_interval_has_the_least_action() {
     let mut discrete_lagrangian = discrete(Coupled);
     let mut action = |states: &[State]| -> f64 {
         let steps = states.windows(2);
-        steps.map(|s| discrete_lagrangian.action(Interval { t: s[0].t, h: s[1].t - s[0].t }, &s[0].q, &s[1].q)).sum()
+        steps
+            .map(|s| discrete_lagrangian.action(Interval { start: s[0].t, h: s[1].t - s[0].t }, &s[0].q, &s[1].q))
+            .sum()
     };
     let whole = states(Window::new(discrete(Coupled), 20).expect("a length"), &[1.0, -0.5], 0.1, 2.0);
     let least = action(&whole);
@@ -129,7 +131,7 @@ fn the_whole_interval_has_the_least_action() {
             max_relative = 0.2
         );
     }
-    let closure_i = states(method_i(AutoDiff::new(Coupled)).expect("usable"), &[1.0, -0.5], 0.1, 2.0);
+    let closure_i = states(method_i(AutoField::new(Coupled)).expect("usable"), &[1.0, -0.5], 0.1, 2.0);
     // Nearly all of the action is what a straight path leaves of v̇ = f, whatever its ends.
     assert!(action(&closure_i) > (1.0 + 1e-4) * least);
 }
@@ -152,7 +154,7 @@ fn the_mean_local_error_falls_from_method_i_s_to_a_quarter_of_it() {
 #[test]
 fn windows_eliminate_interior_values_too() {
     let lobatto =
-        || Galerkin::lobatto(LeastSquares::new(AutoDiff::new(Coupled)).expect("usable"), 2).expect("a degree");
+        || Galerkin::lobatto(LeastSquares::new(AutoField::new(Coupled)).expect("usable"), 2).expect("a degree");
     let error = |h: f64| {
         let at =
             |h: f64| states(Window::new(lobatto(), 3).expect("a length"), &[1.0, -0.5], h, 1.2).pop().expect("some").q;
@@ -180,7 +182,7 @@ fn a_state_that_was_changed_starts_a_new_window() {
 #[test]
 fn unusable_windows_are_refused_and_lost_branches_named() {
     struct QuadraticDrag;
-    impl Rhs for QuadraticDrag {
+    impl FieldFn for QuadraticDrag {
         fn dim(&self) -> usize {
             1
         }

@@ -9,7 +9,7 @@ use lsvi::closure::Linear;
 use lsvi::discrete::Trapezoidal;
 use lsvi::solver::{Augmented, Iterative};
 use lsvi::{
-    AutoConstraint, AutoDiff, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, Forced, Grid, InputError, Integrator,
+    AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, Forced, Grid, InputError, Integrator,
     Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Operator, Preconditioner,
     Scalar, SolveError, State, StepError, StepOperator, Structure, Trajectory, VectorField, Window, Work, add_columns,
     least_squares, method_i, method_ii,
@@ -57,8 +57,8 @@ impl<F: VectorField> VectorField for Products<F> {
     }
 }
 
-fn burgers(n: usize) -> AutoDiff<Burgers> {
-    AutoDiff::new(Burgers { cells: n, viscosity: 0.05 })
+fn burgers(n: usize) -> AutoField<Burgers> {
+    AutoField::new(Burgers { cells: n, viscosity: 0.05 })
 }
 
 #[test]
@@ -302,7 +302,7 @@ fn momenta_do_not_depend_on_the_structure() {
 #[test]
 fn inner_iterations_do_not_grow_with_the_number_of_unknowns() {
     let counts = [50, 100, 200, 400].map(|n| {
-        let field = AutoDiff::new(Burgers { cells: n, viscosity: VISCOSITY });
+        let field = AutoField::new(Burgers { cells: n, viscosity: VISCOSITY });
         let products = Products::new(&field);
         let solver = Iterative::new(Diffusion::new(VISCOSITY)).with_tolerance(1e-8).expect("in (0, 1)");
         let method = LeastSquaresStep::with_solver(&products, Linear::METHOD_I, solver).expect("matrix-free");
@@ -336,7 +336,7 @@ impl Preconditioner for NoPreconditioner {
 #[test]
 fn iterations_that_do_not_converge_say_so() {
     let n = 2000;
-    let field = Products::new(AutoDiff::new(Burgers { cells: n, viscosity: 1.0 }));
+    let field = Products::new(AutoField::new(Burgers { cells: n, viscosity: 1.0 }));
     for solver in [Iterative::new(NoPreconditioner), Iterative::lsmr(NoPreconditioner)] {
         let mut method = LeastSquaresStep::with_solver(&field, Linear::METHOD_I, solver).expect("matrix-free");
         let (start, mut v) = (sine(n).iter().map(|x| x + 0.1 * (700.0 * x).sin()).collect::<Vec<_>>(), vec![]);

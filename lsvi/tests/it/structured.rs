@@ -8,7 +8,7 @@ use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
 use lsvi::solver::Iterative;
 use lsvi::{
-    AutoDiff, Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, Mass, OneStep, SolveError, State,
+    AutoField, Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, Mass, OneStep, SolveError, State,
     StepError, Structure, Trajectory, Variational, VectorField, Window, method_i,
 };
 
@@ -37,7 +37,7 @@ fn assert_same(a: &[f64], b: &[f64], steps: f64, condition: f64, what: &str) {
 }
 
 #[test]
-fn yardsticks_are_the_same_in_every_structure() {
+fn baseline_methods_are_the_same_in_every_structure() {
     let n = 30;
     let field = Line::new(n, 3.0, Walls::Dirichlet);
     let structures = [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse_band(n, 1, 1)];
@@ -79,7 +79,7 @@ fn method_i_is_the_same_in_every_structure_and_formulation() {
 #[test]
 fn nonlinear_method_i_is_the_same_in_every_structure_and_iteration() {
     let (n, h) = (24, 0.02);
-    let field = AutoDiff::new(Burgers { cells: n, viscosity: 0.05 });
+    let field = AutoField::new(Burgers { cells: n, viscosity: 0.05 });
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 25.0).sin()).collect();
     let dense = end(method_i(As(Structure::Dense, &field)).expect("usable"), v.clone(), h, 0.2);
     // ‖B‖ ≤ 1 + h (4 ν/dx² + 1/dx).
@@ -154,9 +154,9 @@ fn the_natural_metric_does_not_depend_on_the_variables() {
     assert_same(&expected, &end(method, wave(n), h, 0.1), steps, condition, "given metric");
 }
 
-/// A tridiagonal mass matrix, as of linear elements, gives the yardsticks the solution of v̇ = M⁻¹f.
+/// A tridiagonal mass matrix, as of linear elements, gives the baseline methods the solution of v̇ = M⁻¹f.
 #[test]
-fn yardsticks_solve_with_the_mass_matrix() {
+fn baseline_methods_solve_with_the_mass_matrix() {
     let n = 16;
     let mut mass = Jacobian::with_structure(n, &Structure::Banded { lower: 1, upper: 1 });
     for i in 0..n {
@@ -198,7 +198,7 @@ fn yardsticks_solve_with_the_mass_matrix() {
 #[test]
 fn discretisations_follow_the_structure_of_the_field() {
     let (n, h) = (14, 0.02);
-    let field = AutoDiff::new(Burgers { cells: n, viscosity: 0.05 });
+    let field = AutoField::new(Burgers { cells: n, viscosity: 0.05 });
     let weights = Mass::Diagonal((0..n).map(|i| 1.0 + 0.5 * (i as f64).sin()).collect());
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 15.0).sin()).collect();
     let structures = [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse_band(n, 1, 1)];
@@ -268,7 +268,7 @@ fn an_entry_outside_the_declared_structure_is_refused() {
         method.step(0.0, 0.1, &mut v.to_vec(), &mut vec![0.0; v.len()])
     }
     let linear = As(narrow.clone(), Line::new(n, 1.0, Walls::Dirichlet));
-    let automatic = AutoDiff::new(As(narrow, Burgers { cells: n, viscosity: 0.1 }));
+    let automatic = AutoField::new(As(narrow, Burgers { cells: n, viscosity: 0.1 }));
     expect(step(RungeKutta::new(&linear, Tableau::implicit_euler()).expect("usable"), &v));
     expect(step(RungeKutta::new(&automatic, Tableau::implicit_euler()).expect("usable"), &v));
     expect(step(method_i(&linear).expect("usable"), &v));
@@ -337,7 +337,7 @@ fn a_singular_mass_is_for_implicit_methods() {
 #[test]
 fn gauss_newton_and_newton_agree_on_long_steps() {
     let n = 40;
-    let field = AutoDiff::new(Burgers { cells: n, viscosity: 0.01 });
+    let field = AutoField::new(Burgers { cells: n, viscosity: 0.01 });
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 41.0).sin()).collect();
     for h in [0.1, 1.0, 10.0, 100.0] {
         let (mut expected, mut p) = (v.clone(), vec![0.0; n]);
@@ -359,7 +359,7 @@ fn stages_found_together_are_those_found_one_by_one() {
     let sdirk = (vec![vec![gamma, 0.0], vec![1.0 - gamma, gamma]], vec![1.0 - gamma, gamma], vec![gamma, 1.0]);
     let lobatto = (vec![vec![0.0, 0.0], vec![0.5, 0.5]], vec![0.5, 0.5], vec![0.0, 1.0]);
     let line = Line::new(12, 0.1, Walls::Dirichlet);
-    let burgers = AutoDiff::new(Burgers { cells: 12, viscosity: 0.1 });
+    let burgers = AutoField::new(Burgers { cells: 12, viscosity: 0.1 });
     let fields: [&dyn VectorField; 3] = [&line, &burgers, &As(Structure::Dense, &burgers)];
     for (a, b, c) in [sdirk, lobatto] {
         for field in fields {

@@ -2,7 +2,7 @@
 
 use lsvi::closure::Linear;
 use lsvi::discrete::Trapezoidal;
-use lsvi::{AutoDiff, OneStep, Rhs, Scalar, StepError, least_squares, position_momentum};
+use lsvi::{AutoField, FieldFn, OneStep, Scalar, StepError, least_squares, position_momentum};
 use nalgebra::{Complex, Matrix2, Rotation2, Vector2};
 use rayon::prelude::*;
 
@@ -62,7 +62,7 @@ fn family(Amplification { alpha, beta }: Amplification, h: f64) -> f64 {
 /// v̇ = A v in the plane.
 struct Plane(Matrix2<f64>);
 
-impl Rhs for Plane {
+impl FieldFn for Plane {
     fn dim(&self) -> usize {
         2
     }
@@ -83,7 +83,7 @@ pub fn step_in_plane(
     v: Vector2<f64>,
 ) -> Result<Vector2<f64>, StepError> {
     let (mut q, mut p) = ([v.x, v.y], [0.0; 2]);
-    least_squares(AutoDiff::new(Plane(a)), Linear::new(closure.alpha, closure.beta)?)?.step(0.0, h, &mut q, &mut p)?;
+    least_squares(AutoField::new(Plane(a)), Linear::new(closure.alpha, closure.beta)?)?.step(0.0, h, &mut q, &mut p)?;
     Ok(Vector2::from(q))
 }
 

@@ -200,7 +200,7 @@ fn one_step(problem: &dyn Problem, degree: u32, nodes: u32, h: f64) -> Result<St
     let (mut q, mut p) = (q0.clone(), vec![0.0; q0.len()]);
     method.step(0.0, h, &mut q, &mut p)?;
     let unknowns = method.unknowns().to_vec();
-    let action = method.discrete().action(Interval { t: 0.0, h }, &q0, &unknowns);
+    let action = method.discrete_mut().action(Interval { start: 0.0, h }, &q0, &unknowns);
     // Collocation of order 12 on eight pieces of the step: far below the error of a step of order seven.
     let truth = run(problem, &*method::parse("ls-galerkin(6,gauss,6)")?, h / 8.0, h, |_| {})?.end.q;
     Ok(Step { indicator: (2.0 * h * action).sqrt(), error: distance(&q, &truth) })

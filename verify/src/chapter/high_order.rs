@@ -3,7 +3,9 @@
 use lsvi::closure::Linear;
 use lsvi::discrete::Galerkin;
 use lsvi::quadrature::{LagrangeBasis, Quadrature};
-use lsvi::{AutoDiff, InputError, Jacobian, LeastSquares, OneStep, Rhs, Scalar, StepError, Variational, VectorField};
+use lsvi::{
+    AutoField, FieldFn, InputError, Jacobian, LeastSquares, OneStep, Scalar, StepError, Variational, VectorField,
+};
 use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -93,7 +95,7 @@ fn methods() -> Vec<LsGalerkin> {
 /// v̇ = λ v for complex λ as a real system.
 struct Rotation(Complex<f64>);
 
-impl Rhs for Rotation {
+impl FieldFn for Rotation {
     fn dim(&self) -> usize {
         2
     }
@@ -116,7 +118,7 @@ fn integrator<F: VectorField>(
 /// R(z), by one step of the integrator.
 fn factor(method: LsGalerkin, z: Complex<f64>) -> Result<Complex<f64>, StepError> {
     let (mut v, mut p) = ([1.0, 0.0], [0.0; 2]);
-    integrator(method, AutoDiff::new(Rotation(z)))?.step(0.0, 1.0, &mut v, &mut p)?;
+    integrator(method, AutoField::new(Rotation(z)))?.step(0.0, 1.0, &mut v, &mut p)?;
     Ok(Complex::new(v[0], v[1]))
 }
 
@@ -345,7 +347,7 @@ fn table(rows: &[(Linearised, Option<Nonlinear>)]) -> Table {
 
 struct VanDerPol;
 
-impl Rhs for VanDerPol {
+impl FieldFn for VanDerPol {
     fn dim(&self) -> usize {
         2
     }
@@ -360,7 +362,7 @@ fn collocates(family: Family, degree: usize) -> Result<Check, StudyError> {
     let method = LsGalerkin { degree, family, nodes: degree, alpha: 0.0, beta: 1.0 };
     let (h, start) = (0.2, [1.0, 0.5]);
     let (mut v, mut p) = (start, [0.0; 2]);
-    integrator(method, AutoDiff::new(VanDerPol))?.step(0.0, h, &mut v, &mut p)?;
+    integrator(method, AutoField::new(VanDerPol))?.step(0.0, h, &mut v, &mut p)?;
     let difference = distance(&v, &collocation_step(&family.rule(degree)?, h, &start)?);
     // The least-squares equations have the square of the condition of collocation, s⁴, and a few roundings per node.
     let tolerance = 32.0 * (degree as f64).powi(4) * f64::EPSILON;
@@ -375,7 +377,7 @@ fn collocates(family: Family, degree: usize) -> Result<Check, StudyError> {
 
 /// A step of the collocation Runge–Kutta method with the nodes of `rule`: Newton's iteration on all stages at once.
 fn collocation_step(rule: &Quadrature, h: f64, start: &[f64]) -> Result<Vec<f64>, StudyError> {
-    let field = AutoDiff::new(VanDerPol);
+    let field = AutoField::new(VanDerPol);
     let (s, n) = (rule.nodes().len(), start.len());
     let basis = LagrangeBasis::new(rule.nodes())?;
     let inner = Quadrature::gauss(s)?;

@@ -1,7 +1,7 @@
 //! Problems on which the order of a method from a file is measured, all with exact solutions: a linear one, and nonlinear ones
 //! on which every tree shows, with and without time in it.
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 
 use crate::problem::{Facts, Problem, Window};
 use crate::reference::Ode;
@@ -21,7 +21,7 @@ pub(super) fn window(order: u32) -> Window {
 #[derive(Debug)]
 pub(super) struct Linear(pub Window);
 
-impl Rhs for Linear {
+impl FieldFn for Linear {
     fn dim(&self) -> usize {
         2
     }
@@ -55,7 +55,7 @@ impl Problem for Linear {
         vec![1.0, 0.0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self
@@ -92,7 +92,7 @@ fn gradients(t: f64, u: f64, w: f64) -> [[f64; 3]; 2] {
     [[2.0 * u * w * g, u * u * g, u * u * w * in_time], [u.recip(), -2.0 * w, -cos]]
 }
 
-impl Rhs for NonAutonomous {
+impl FieldFn for NonAutonomous {
     fn dim(&self) -> usize {
         2
     }
@@ -116,7 +116,7 @@ impl Ode for NonAutonomous {
     }
 }
 
-impl Rhs for Autonomous {
+impl FieldFn for Autonomous {
     fn dim(&self) -> usize {
         3
     }
@@ -149,7 +149,7 @@ impl Problem for Autonomous {
         vec![1.0, 1.0, 0.0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self
@@ -170,7 +170,7 @@ impl Problem for NonAutonomous {
         vec![1.0, 1.0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

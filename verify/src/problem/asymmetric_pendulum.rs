@@ -1,6 +1,6 @@
 //! A pendulum in a potential without symmetry.
 
-use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::{Facts, Invariant, Mechanics, Problem, Spec, tabulated};
 use crate::kinds::System;
@@ -35,7 +35,7 @@ impl LagrangianFn for AsymmetricPendulum {
     }
 }
 
-impl Rhs for AsymmetricPendulum {
+impl FieldFn for AsymmetricPendulum {
     fn dim(&self) -> usize {
         2
     }
@@ -67,7 +67,7 @@ impl Problem for AsymmetricPendulum {
         self.start.to_vec()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! A charged particle in a magnetic field that is not uniform: a potential that depends on the velocity.
 
-use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::{Invariant, Mechanics, Problem, Spec, tabulated};
 use crate::kinds::System;
@@ -44,7 +44,7 @@ impl LagrangianFn for ChargedParticle {
 }
 
 /// v = p − A with A = (½ + ¼ r²)(−y, x), and ṗ_i = Σ_j v_j ∂A_j/∂q_i − r² q_i.
-impl Rhs for ChargedParticle {
+impl FieldFn for ChargedParticle {
     fn dim(&self) -> usize {
         4
     }
@@ -117,7 +117,7 @@ impl Problem for ChargedParticle {
         vec![x, y, vx + a[0], vy + a[1]]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

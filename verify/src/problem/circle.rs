@@ -1,6 +1,6 @@
 //! Uniform motion on a circle, as a constrained system.
 
-use lsvi::{AutoConstraint, AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoConstraint, AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::unit_sphere::UnitSphere;
 use super::{Invariant, Mechanics, Problem, Spec};
@@ -30,7 +30,7 @@ impl LagrangianFn for Circle {
 }
 
 /// q̈ = −μq with μ = |p|²/|q|² from d²|q|²/dt² = 0.
-impl Rhs for Circle {
+impl FieldFn for Circle {
     fn dim(&self) -> usize {
         4
     }
@@ -75,7 +75,7 @@ impl Problem for Circle {
         vec![1.0, 0.0, 0.0, self.omega]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! A pendulum with linear damping.
 
-use lsvi::{AutoDiff, AutoForce, AutoLagrangian, ForceFn, Forced, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, AutoForce, AutoLagrangian, FieldFn, ForceFn, Forced, LagrangianFn, Scalar, VectorField};
 
 use super::{Mechanics, Problem, Spec, tabulated};
 use crate::kinds::System;
@@ -54,7 +54,7 @@ impl ForceFn for Drag {
     }
 }
 
-impl Rhs for DampedPendulum {
+impl FieldFn for DampedPendulum {
     fn dim(&self) -> usize {
         2
     }
@@ -87,7 +87,7 @@ impl Problem for DampedPendulum {
         self.start.to_vec()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! The plane double pendulum: a mass that depends on the configuration.
 
-use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::{Facts, Invariant, Mechanics, Problem, Singular, Spec, Window, tabulated};
 use crate::kinds::System;
@@ -42,7 +42,7 @@ impl LagrangianFn for DoublePendulum {
 }
 
 /// v = M⁻¹p with M = [2 cos δ; cos δ 1], δ = q₁ − q₂, and ∂T/∂δ at constant p is v₁v₂ sin δ.
-impl Rhs for DoublePendulum {
+impl FieldFn for DoublePendulum {
     fn dim(&self) -> usize {
         4
     }
@@ -106,7 +106,7 @@ impl Problem for DoublePendulum {
         self.start.to_vec()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! The harmonic oscillator.
 
-use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::{Invariant, Mechanics, Problem, Spec};
 use crate::kinds::System;
@@ -36,7 +36,7 @@ impl LagrangianFn for HarmonicOscillator {
     }
 }
 
-impl Rhs for HarmonicOscillator {
+impl FieldFn for HarmonicOscillator {
     fn dim(&self) -> usize {
         2
     }
@@ -68,7 +68,7 @@ impl Problem for HarmonicOscillator {
         self.start.to_vec()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

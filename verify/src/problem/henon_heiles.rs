@@ -1,6 +1,6 @@
 //! Hénon and Heiles's system.
 
-use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::{Facts, Invariant, Mechanics, Problem, Singular, Spec, Window, tabulated};
 use crate::kinds::System;
@@ -41,7 +41,7 @@ impl LagrangianFn for HenonHeiles {
     }
 }
 
-impl Rhs for HenonHeiles {
+impl FieldFn for HenonHeiles {
     fn dim(&self) -> usize {
         4
     }
@@ -81,7 +81,7 @@ impl Problem for HenonHeiles {
         self.start.to_vec()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

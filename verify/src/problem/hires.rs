@@ -1,6 +1,6 @@
 //! Schäfer's model of the high irradiance responses of photomorphogenesis ([HW96] IV.10).
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 
 use super::{Facts, Problem, Singular, Spec, Stiffness, Window, tabulated};
 use crate::reference::Ode;
@@ -37,7 +37,7 @@ const RATES: [(usize, usize, f64); 18] = [
     (5, 6, 0.69),
 ];
 
-impl Rhs for Hires {
+impl FieldFn for Hires {
     fn dim(&self) -> usize {
         8
     }
@@ -88,7 +88,7 @@ impl Problem for Hires {
         vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0057]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::{Facts, Invariant, Mechanics, Problem, Singular, Spec, Window};
 use crate::kinds::System;
@@ -30,7 +30,7 @@ impl LagrangianFn for Kepler {
     }
 }
 
-impl Rhs for Kepler {
+impl FieldFn for Kepler {
     fn dim(&self) -> usize {
         4
     }
@@ -90,7 +90,7 @@ impl Problem for Kepler {
         vec![1.0 - e, 0.0, 0.0, ((1.0 + e) / (1.0 - e)).sqrt()]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

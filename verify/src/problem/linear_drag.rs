@@ -1,6 +1,6 @@
 //! Linear drag, Eq. (16).
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 
 use super::{Problem, Spec};
 use crate::names::Parameter;
@@ -22,7 +22,7 @@ struct LinearDrag {
     v0: f64,
 }
 
-impl Rhs for LinearDrag {
+impl FieldFn for LinearDrag {
     fn dim(&self) -> usize {
         1
     }
@@ -51,7 +51,7 @@ impl Problem for LinearDrag {
         vec![self.v0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! Logistic growth: f_v changes sign on the way, where Method II has a spurious root.
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 
 use super::{Problem, Spec};
 use crate::names::Parameter;
@@ -22,7 +22,7 @@ struct Logistic {
     v0: f64,
 }
 
-impl Rhs for Logistic {
+impl FieldFn for Logistic {
     fn dim(&self) -> usize {
         1
     }
@@ -51,7 +51,7 @@ impl Problem for Logistic {
         vec![self.v0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

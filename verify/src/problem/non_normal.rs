@@ -1,6 +1,6 @@
 //! A decaying linear system, far from normal, that Method I amplifies.
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Problem, Spec};
@@ -30,7 +30,7 @@ fn matrix() -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| A[i][j])
 }
 
-impl Rhs for NonNormal {
+impl FieldFn for NonNormal {
     fn dim(&self) -> usize {
         3
     }
@@ -65,7 +65,7 @@ impl Problem for NonNormal {
         self.start.to_vec()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

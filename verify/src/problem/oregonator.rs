@@ -1,6 +1,6 @@
 //! Field and Noyes's model of the oscillating reaction of Belousov and Zhabotinsky ([HW96] IV.10).
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 
 use super::{Facts, Problem, Singular, Spec, Stiffness, Window, tabulated};
 use crate::reference::Ode;
@@ -19,7 +19,7 @@ const S: f64 = 77.27;
 const W: f64 = 0.161;
 const Q: f64 = 8.375e-6;
 
-impl Rhs for Oregonator {
+impl FieldFn for Oregonator {
     fn dim(&self) -> usize {
         3
     }
@@ -58,7 +58,7 @@ impl Problem for Oregonator {
         vec![1.0, 2.0, 3.0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! The mathematical pendulum, exact by Jacobi's elliptic functions.
 
-use lsvi::{AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::elliptic::Elliptic;
 use super::{Invariant, Mechanics, Problem, Spec};
@@ -33,7 +33,7 @@ impl LagrangianFn for Pendulum {
     }
 }
 
-impl Rhs for Pendulum {
+impl FieldFn for Pendulum {
     fn dim(&self) -> usize {
         2
     }
@@ -86,7 +86,7 @@ impl Problem for Pendulum {
         vec![self.q0, self.p0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

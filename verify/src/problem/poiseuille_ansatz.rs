@@ -1,6 +1,6 @@
 //! Start-up Poiseuille flow with one shape function, Eqs. (35)–(41).
 
-use lsvi::{AutoDiff, HessianWeights, InputError, Jacobian, Lagrangian, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, HessianWeights, InputError, Jacobian, Lagrangian, Scalar, VectorField};
 
 use super::{Limit, Problem, Spec, poiseuille_series};
 use crate::kinds::Principle;
@@ -85,7 +85,7 @@ impl PoiseuilleAnsatz {
     }
 }
 
-impl Rhs for Relaxation {
+impl FieldFn for Relaxation {
     fn dim(&self) -> usize {
         1
     }
@@ -158,7 +158,7 @@ impl Problem for PoiseuilleAnsatz {
         vec![self.v0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self.reduced()))
+        Box::new(AutoField::new(self.reduced()))
     }
     fn lagrangian(&self) -> Result<Box<dyn Lagrangian + '_>, InputError> {
         Ok(Box::new(Reduced { gamma: self.gamma }))

@@ -1,6 +1,6 @@
 //! Prothero and Robinson's problem: a smooth solution that attracts its neighbours at rate λ ([HW96] IV.15).
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 
 use super::{Facts, Problem, Spec, Stiffness, Window};
 use crate::names::Parameter;
@@ -22,7 +22,7 @@ struct ProtheroRobinson {
     v0: f64,
 }
 
-impl Rhs for ProtheroRobinson {
+impl FieldFn for ProtheroRobinson {
     fn dim(&self) -> usize {
         1
     }
@@ -51,7 +51,7 @@ impl Problem for ProtheroRobinson {
         vec![self.v0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! Robertson's reaction ([HW96] Eq. (IV.1.4)).
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 
 use super::{Facts, Problem, Singular, Spec, Stiffness, Window, tabulated};
 use crate::reference::Ode;
@@ -15,7 +15,7 @@ pub(super) const SPEC: Spec = Spec {
 #[derive(Debug)]
 struct Robertson;
 
-impl Rhs for Robertson {
+impl FieldFn for Robertson {
     fn dim(&self) -> usize {
         3
     }
@@ -55,7 +55,7 @@ impl Problem for Robertson {
         vec![1.0, 0.0, 0.0]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! The spherical pendulum in Cartesian coordinates.
 
-use lsvi::{AutoConstraint, AutoDiff, AutoLagrangian, LagrangianFn, Rhs, Scalar, VectorField};
+use lsvi::{AutoConstraint, AutoField, AutoLagrangian, FieldFn, LagrangianFn, Scalar, VectorField};
 
 use super::unit_sphere::UnitSphere;
 use super::{Invariant, Mechanics, Problem, Spec, tabulated};
@@ -42,7 +42,7 @@ impl LagrangianFn for SphericalPendulum {
 }
 
 /// q̈ = −e_z − μq with μ = (|p|² − z)/|q|² from d²|q|²/dt² = 0.
-impl Rhs for SphericalPendulum {
+impl FieldFn for SphericalPendulum {
     fn dim(&self) -> usize {
         6
     }
@@ -99,7 +99,7 @@ impl Problem for SphericalPendulum {
         vec![sin, 0.0, -cos, dtheta * cos, dphi * sin, dtheta * sin]
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -1,6 +1,6 @@
 //! Van der Pol's oscillator.
 
-use lsvi::{AutoDiff, Rhs, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, VectorField};
 
 use super::{Facts, Problem, Singular, Spec, Window, tabulated};
 use crate::names::Parameter;
@@ -27,7 +27,7 @@ impl VanDerPol {
     const DEFAULT: Self = Self { mu: 1.0, start: [2.0, 0.0] };
 }
 
-impl Rhs for VanDerPol {
+impl FieldFn for VanDerPol {
     fn dim(&self) -> usize {
         2
     }
@@ -60,7 +60,7 @@ impl Problem for VanDerPol {
         self.start.to_vec()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

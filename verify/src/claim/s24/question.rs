@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lsvi::closure::{Closure, line_of};
+use lsvi::closure::{Closure, Linear};
 
 use crate::chapter::StudyError;
 use crate::claim::measure::{self, growth, text};
@@ -130,7 +130,7 @@ fn homogeneous() -> Result<Finding, StudyError> {
     ];
     let (mut cases, mut ratios) = (Vec::new(), Vec::new());
     for (name, f) in conditions {
-        let line = line_of(f, (0.9, 1.0))?.weights(1.0);
+        let line = Linear::from_homogeneous(f, (0.9, 1.0))?.weights(1.0);
         let degree = (f(2.0, 0.6) / f(1.0, 0.3)).log2();
         for scale in [1e-3, 1.0, 1e3] {
             // A point of the line, and F there relative to its largest value at the same distance from the origin.
