@@ -365,6 +365,12 @@ impl<D: Constrainable, K: Constraint> Integrator for Constrained<D, K> {
         advance_one_step(self, state, grid)
     }
 
+    /// The velocity that belongs to the momentum.
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        let unknowns = self.discrete.interior() + self.discrete.dim();
+        crate::variational::velocity(&mut self.discrete, state, &mut vec![0.0; unknowns], out)
+    }
+
     fn work(&self) -> Work {
         let (steps, projections) = (self.newton.work, self.projector.newton.work);
         Work { steps: steps.steps, ..steps + projections }

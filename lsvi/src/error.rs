@@ -197,6 +197,21 @@ pub enum InputError {
         /// The time that was asked for.
         t: f64,
     },
+    /// Times to be shown that are not sorted, or not within the run.
+    #[error("time {index}, t = {t}, is not between {from} and {to}: times are sorted and within the run")]
+    SaveTime {
+        /// Which time.
+        index: usize,
+        /// The offending time.
+        t: f64,
+        /// The time before it, or the start.
+        from: f64,
+        /// The end of the run.
+        to: f64,
+    },
+    /// A dense output of a method that knows no rate.
+    #[error("the method gives no rate of the configuration, and has no solution between its steps")]
+    NoRate,
     /// A time outside the last step.
     #[error("t = {t} is not in the last step, from {from} to {to}")]
     Outside {

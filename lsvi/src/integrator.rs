@@ -1,4 +1,4 @@
-//! Stepping: states, the time grid, integrators and the trajectory that an observer sees.
+//! Stepping: states, the time grid and integrators.
 
 use crate::error::{InputError, StepError, check_step, check_vector};
 pub use crate::newton::Work;
@@ -31,7 +31,7 @@ impl State {
         Self { p, ..self }
     }
 
-    fn check(&self, dim: usize) -> Result<(), InputError> {
+    pub(crate) fn check(&self, dim: usize) -> Result<(), InputError> {
         check_vector("q", &self.q, dim)?;
         check_vector("p", &self.p, dim)?;
         check_vector("t", &[self.t], 1)
@@ -119,6 +119,20 @@ pub trait Integrator {
 
     /// Work done so far.
     fn work(&self) -> Work;
+
+    /// Writes q̇ at `state`, from the equation of motion or the momentum: what the dense output of a
+    /// [`Trajectory`](crate::Trajectory) is made of. It may allocate.
+    ///
+    /// # Errors
+    /// [`StepError`] if M or the mass matrix of L has no inverse there; [`InputError::NoRate`] by default.
+    fn rate(&mut self, _state: &State, _out: &mut [f64]) -> Result<(), StepError> {
+        Err(InputError::NoRate.into())
+    }
+
+    /// Writes q at a time within the last step, if the method has a dense output of its own.
+    fn path(&self, _t: f64, _out: &mut [f64]) -> Option<Result<(), InputError>> {
+        None
+    }
 }
 
 /// A method whose step depends on nothing but the state it starts from.
@@ -149,85 +163,11 @@ impl<I: Integrator + ?Sized> Integrator for Box<I> {
     fn work(&self) -> Work {
         (**self).work()
     }
-}
-
-/// An integration under way; each [`step`](Self::step) lends the next state, without allocation.
-///
-/// ```
-/// # use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory, method_i};
-/// # struct Decay;
-/// # impl FieldFn for Decay {
-/// #     fn dim(&self) -> usize { 1 }
-/// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
-/// # }
-/// let mut method = method_i(AutoField::new(Decay))?;
-/// let mut trajectory = Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 0.1, 1.0)?;
-/// while let Some(state) = trajectory.step()? {
-///     println!("{:.1} {:.6}", state.t, state.q[0]);
-/// }
-/// # Ok::<(), lsvi::StepError>(())
-/// ```
-#[derive(Debug)]
-#[must_use = "a trajectory does nothing until it is stepped"]
-pub struct Trajectory<I> {
-    integrator: I,
-    state: State,
-    grid: Grid,
-}
-
-impl<I: Integrator> Trajectory<I> {
-    /// Integrates from `initial` to `t_end` with step size `h`, the last step shortened where h does not divide.
-    ///
-    /// # Errors
-    /// [`InputError`] if h, the times or the state are not finite, or the dimensions do not fit.
-    pub fn new(integrator: I, initial: State, h: f64, t_end: f64) -> Result<Self, InputError> {
-        initial.check(integrator.dim())?;
-        let grid = Grid::new(initial.t, h, t_end)?;
-        Ok(Self { integrator, state: initial, grid })
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        (**self).rate(state, out)
     }
-
-    /// The present state.
-    pub fn state(&self) -> &State {
-        &self.state
-    }
-
-    /// Work done so far.
-    pub fn work(&self) -> Work {
-        self.integrator.work()
-    }
-
-    /// The integrator, for what it alone can tell.
-    pub fn integrator(&self) -> &I {
-        &self.integrator
-    }
-
-    /// The integrator, to be given other settings.
-    pub fn integrator_mut(&mut self) -> &mut I {
-        &mut self.integrator
-    }
-
-    /// Takes one step and lends the state at its end; `None` once t_end is reached.
-    ///
-    /// # Errors
-    /// [`StepError`] with the time and the reason; the state stays at the last good one.
-    pub fn step(&mut self) -> Result<Option<&State>, StepError> {
-        if self.grid.next(self.state.t).is_none() {
-            return Ok(None);
-        }
-        self.integrator.advance(&mut self.state, &self.grid)?;
-        Ok(Some(&self.state))
-    }
-
-    /// Shows every remaining state to `observe`, the present one first, and returns the last.
-    ///
-    /// # Errors
-    /// [`StepError`] as for [`step`](Self::step).
-    pub fn observe(mut self, mut observe: impl FnMut(&State)) -> Result<State, StepError> {
-        observe(&self.state);
-        while let Some(state) = self.step()? {
-            observe(state);
-        }
-        Ok(self.state)
+    fn path(&self, t: f64, out: &mut [f64]) -> Option<Result<(), InputError>> {
+        (**self).path(t, out)
     }
 }
 
@@ -240,5 +180,11 @@ impl<I: Integrator + ?Sized> Integrator for &mut I {
     }
     fn work(&self) -> Work {
         (**self).work()
+    }
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        (**self).rate(state, out)
+    }
+    fn path(&self, t: f64, out: &mut [f64]) -> Option<Result<(), InputError>> {
+        (**self).path(t, out)
     }
 }

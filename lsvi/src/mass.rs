@@ -4,8 +4,10 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::error::{InputError, check_vector};
+use crate::integrator::State;
 use crate::linalg::{FactorError, Jacobian, Lu};
 use crate::pool::Pool;
+use crate::vector_field::VectorField;
 
 /// The constant matrix M of a system M v̇ = f(t, v).
 ///
@@ -154,6 +156,14 @@ impl Mass {
             Self::Operator(_) => {}
         }
     }
+}
+
+/// Writes v̇ = M⁻¹ f(t, v). It allocates where M is not the identity.
+pub(crate) fn rate(field: &impl VectorField, mass: &Mass, state: &State, out: &mut [f64]) -> Result<(), InputError> {
+    check_vector("v", &state.q, field.dim())?;
+    field.rhs(state.t, &state.q, out);
+    MassInverse::new(mass)?.solve(out);
+    Ok(())
 }
 
 /// The factors of a mass matrix.

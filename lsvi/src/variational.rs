@@ -85,6 +85,23 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
     }
 }
 
+/// Writes the velocity that belongs to the momentum, by way of the first guess of a step of size 1, which is q + c v.
+pub(crate) fn velocity(
+    discrete: &mut impl DiscreteLegendre,
+    state: &State,
+    x: &mut [f64],
+    out: &mut [f64],
+) -> Result<(), StepError> {
+    let (at, n) = (Interval { start: state.t, h: 1.0 }, discrete.dim());
+    check_vector("q", &state.q, n)?;
+    check_vector("p", &state.p, n)?;
+    let failed = |source| StepError::Solve { t: state.t, h: 0.0, source };
+    discrete.predict(at, &state.q, &state.p, x).map_err(failed)?;
+    let end = &x[x.len() - n..];
+    out.iter_mut().zip(end).zip(&state.q).for_each(|((v, x), q)| *v = x - q);
+    Ok(())
+}
+
 /// Writes copies of `q` into all of `x`.
 pub(crate) fn repeat(q: &[f64], x: &mut [f64]) {
     x.chunks_exact_mut(q.len()).for_each(|values| values.copy_from_slice(q));
@@ -97,6 +114,11 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
 
     fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
         advance_one_step(self, state, grid)
+    }
+
+    /// The velocity that belongs to the momentum.
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        velocity(&mut self.discrete, state, &mut self.unknowns.clone(), out)
     }
 
     fn work(&self) -> Work {

@@ -291,6 +291,12 @@ impl<D: DiscreteLegendre> Integrator for Window<D> {
         Ok(())
     }
 
+    /// The velocity that belongs to the momentum.
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        let unknowns = self.scratch.block.dim();
+        crate::variational::velocity(&mut self.discrete, state, &mut vec![0.0; unknowns], out)
+    }
+
     fn work(&self) -> Work {
         Work { steps: self.work.steps, ..self.work + self.march.work }
     }

@@ -9,7 +9,7 @@ use super::tolerances::{root_mean, squared};
 use crate::error::{InputError, SolveError, StepError, check_vector};
 use crate::integrator::{Grid, Integrator, State};
 use crate::linalg::{FactorError, Jacobian};
-use crate::mass::Mass;
+use crate::mass::{Mass, rate};
 use crate::newton::Work;
 use crate::vector_field::VectorField;
 
@@ -348,6 +348,14 @@ impl<F: VectorField> Integrator for Radau<F> {
             self.rejected += 1;
             wanted = proposed;
         }
+    }
+
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        Ok(rate(&self.field, &self.mass, state, out)?)
+    }
+
+    fn path(&self, t: f64, out: &mut [f64]) -> Option<Result<(), InputError>> {
+        Some(self.interpolate(t, out))
     }
 
     fn work(&self) -> Work {

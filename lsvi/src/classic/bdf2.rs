@@ -144,6 +144,10 @@ impl<F: VectorField> Integrator for Bdf2<F> {
         Ok(())
     }
 
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        self.first.rate(state, out)
+    }
+
     fn work(&self) -> Work {
         let (first, rest) = (self.first.work(), self.stages.work());
         Work { steps: rest.steps, ..first + rest }

@@ -5,7 +5,7 @@ use super::stage::{InexactStage, StageSolver, Stages};
 use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::Jacobian;
-use crate::mass::{Mass, MassInverse};
+use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::{Newton, System, Work};
 use crate::solver::{StepSolver, check_assembled};
 use crate::vector_field::VectorField;
@@ -204,6 +204,10 @@ impl<F: VectorField> Integrator for RungeKutta<F> {
 
     fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
         advance_one_step(self, state, grid)
+    }
+
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        Ok(rate(&self.field, &self.mass, state, out)?)
     }
 
     fn work(&self) -> Work {

@@ -29,7 +29,7 @@ use crate::error::{InputError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::lagrangian::LeastSquares;
 use crate::linalg::{Jacobian, Structure};
-use crate::mass::Mass;
+use crate::mass::{Mass, rate};
 use crate::newton::Work;
 use crate::solver::{StepSolver, assembled_structure};
 use crate::variational::Variational;
@@ -198,6 +198,16 @@ impl<F: VectorField> Integrator for LeastSquaresStep<F> {
 
     fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
         advance_one_step(self, state, grid)
+    }
+
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        match &mut self.0 {
+            Kind::Dense(method) => {
+                let field = method.discrete_mut().lagrangian().field();
+                Ok(rate(field, &field.mass(), state, out)?)
+            }
+            Kind::Structured(method) => Ok(rate(&method.field, &method.mass, state, out)?),
+        }
     }
 
     fn work(&self) -> Work {

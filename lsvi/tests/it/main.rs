@@ -12,3 +12,4 @@ mod open_closures;
 mod seam;
 mod structured;
 mod systems;
+mod trajectory;

@@ -1,0 +1,337 @@
+//! An integration under way, and the solution between its steps.
+
+use crate::error::{InputError, StepError};
+use crate::integrator::{Grid, Integrator, State};
+use crate::newton::Work;
+
+/// An integration under way; each [`step`](Self::step) lends the next state, without allocation.
+///
+/// ```
+/// # use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory, method_i};
+/// # struct Decay;
+/// # impl FieldFn for Decay {
+/// #     fn dim(&self) -> usize { 1 }
+/// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
+/// # }
+/// let mut method = method_i(AutoField::new(Decay))?;
+/// let mut trajectory = Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 0.1, 1.0)?;
+/// while let Some(state) = trajectory.step()? {
+///     println!("{:.1} {:.6}", state.t, state.q[0]);
+/// }
+/// # Ok::<(), lsvi::StepError>(())
+/// ```
+///
+/// # Between the steps
+/// Every method has a dense output on its last step: that of its own where it has one (the collocation polynomial of
+/// [`adaptive::Radau`](crate::adaptive::Radau), of order s + 1), and otherwise the cubic q(t) with the values and the rates q̇
+/// of both ends. The cubic's own error is of order 4 in h, and that of the states comes on top: a method of order p gives
+/// order min(p, 4). Momenta are not interpolated. [`interpolate`](Self::interpolate) evaluates it, [`sample`](Self::sample)
+/// runs along a list of times, and [`until`](Self::until) to the zero of a function. No step is shortened for any of them.
+#[derive(Debug)]
+#[must_use = "a trajectory does nothing until it is stepped"]
+pub struct Trajectory<I> {
+    integrator: I,
+    state: State,
+    grid: Grid,
+    /// The start of the last step, if there was one.
+    before: State,
+    has_step: bool,
+    /// q̇ at both ends of the last step, if they were asked for.
+    rates: [Vec<f64>; 2],
+    has_rates: bool,
+    /// How far [`until`](Self::until) has looked, and its point of the path.
+    searched: f64,
+    point: Vec<f64>,
+}
+
+/// Which zeros of a function count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Crossing {
+    /// From negative values to positive ones.
+    Rising,
+    /// From positive values to negative ones.
+    Falling,
+    /// Both.
+    Any,
+}
+
+/// Parts of a step between which [`Trajectory::until`] looks for a change of sign.
+const PARTS: u32 = 4;
+
+impl<I: Integrator> Trajectory<I> {
+    /// Integrates from `initial` to `t_end` with step size `h`, the last step shortened where h does not divide. Time runs
+    /// forward: for a motion backward in time integrate −f(−t, v).
+    ///
+    /// # Errors
+    /// [`InputError`] if h, the times or the state are not finite, t_end lies before the start, or the dimensions do not fit.
+    pub fn new(integrator: I, initial: State, h: f64, t_end: f64) -> Result<Self, InputError> {
+        initial.check(integrator.dim())?;
+        let grid = Grid::new(initial.t, h, t_end)?;
+        let zeros = vec![0.0; initial.q.len()];
+        Ok(Self {
+            integrator,
+            grid,
+            before: initial.clone(),
+            has_step: false,
+            rates: [zeros.clone(), zeros.clone()],
+            has_rates: false,
+            searched: initial.t,
+            point: zeros,
+            state: initial,
+        })
+    }
+
+    /// The present state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Work done so far.
+    pub fn work(&self) -> Work {
+        self.integrator.work()
+    }
+
+    /// The integrator, for what it alone can tell.
+    pub fn integrator(&self) -> &I {
+        &self.integrator
+    }
+
+    /// The integrator, to be given other settings.
+    pub fn integrator_mut(&mut self) -> &mut I {
+        &mut self.integrator
+    }
+
+    /// Takes one step and lends the state at its end; `None` once t_end is reached.
+    ///
+    /// # Errors
+    /// [`StepError`] with the time and the reason; the state stays at the last good one.
+    pub fn step(&mut self) -> Result<Option<&State>, StepError> {
+        if self.grid.next(self.state.t).is_none() {
+            return Ok(None);
+        }
+        self.before.t = self.state.t;
+        self.before.q.copy_from_slice(&self.state.q);
+        self.before.p.copy_from_slice(&self.state.p);
+        (self.has_step, self.has_rates) = (false, false);
+        self.integrator.advance(&mut self.state, &self.grid)?;
+        self.has_step = true;
+        Ok(Some(&self.state))
+    }
+
+    /// Shows every remaining state to `observe`, the present one first, and returns the last.
+    ///
+    /// # Errors
+    /// [`StepError`] as for [`step`](Self::step).
+    pub fn observe(mut self, mut observe: impl FnMut(&State)) -> Result<State, StepError> {
+        observe(&self.state);
+        while let Some(state) = self.step()? {
+            observe(state);
+        }
+        Ok(self.state)
+    }
+
+    /// The remaining states, each a copy, up to the first error.
+    ///
+    /// ```
+    /// # use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory, method_i};
+    /// # struct Decay;
+    /// # impl FieldFn for Decay {
+    /// #     fn dim(&self) -> usize { 1 }
+    /// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
+    /// # }
+    /// let trajectory = Trajectory::new(method_i(AutoField::new(Decay))?, State::new(0.0, vec![1.0]), 0.1, 1.0)?;
+    /// let states = trajectory.states().collect::<Result<Vec<State>, _>>()?;
+    /// assert_eq!(states.len(), 10);
+    /// # Ok::<(), lsvi::StepError>(())
+    /// ```
+    pub fn states(mut self) -> impl Iterator<Item = Result<State, StepError>> {
+        let mut failed = false;
+        std::iter::from_fn(move || {
+            if failed {
+                return None;
+            }
+            let next = self.step().map(|state| state.cloned()).transpose();
+            failed = matches!(next, Some(Err(_)));
+            next
+        })
+    }
+
+    /// Writes q at a time within the last step.
+    ///
+    /// # Errors
+    /// [`InputError::NoStep`] before the first step, [`InputError::Outside`] if the last one does not contain `t`,
+    /// [`InputError::Dimension`] if `out` has the wrong length, or the reason why the method knows no rate q̇ at one of its ends.
+    pub fn interpolate(&mut self, t: f64, out: &mut [f64]) -> Result<(), StepError> {
+        let (from, to) = (self.before.t, self.state.t);
+        if out.len() != self.state.q.len() {
+            return Err(InputError::Dimension { what: "out", expected: self.state.q.len(), found: out.len() }.into());
+        }
+        if !self.has_step {
+            return Err(InputError::NoStep { t }.into());
+        }
+        if !(from..=to).contains(&t) {
+            return Err(InputError::Outside { t, from, to }.into());
+        }
+        // The ends are what they are, without rounding.
+        if t == from || t == to {
+            out.copy_from_slice(if t == to { &self.state.q } else { &self.before.q });
+            return Ok(());
+        }
+        if let Some(written) = self.integrator.path(t, out) {
+            return Ok(written?);
+        }
+        if !self.has_rates {
+            let [start, end] = &mut self.rates;
+            self.integrator.rate(&self.before, start)?;
+            self.integrator.rate(&self.state, end)?;
+            self.has_rates = true;
+        }
+        let (h, c) = (to - from, (t - from) / (to - from));
+        // q₀ + c Δ + c (1 − c) [(1 − c)(h q̇₀ − Δ) − c (h q̇₁ − Δ)], Δ = q₁ − q₀: no cancellation beyond that of Δ.
+        for (i, o) in out.iter_mut().enumerate() {
+            let difference = self.state.q[i] - self.before.q[i];
+            let [start, end] = [0, 1].map(|end| h * self.rates[end][i] - difference);
+            *o = self.before.q[i] + c * difference + c * (1.0 - c) * ((1.0 - c) * start - c * end);
+        }
+        Ok(())
+    }
+
+    /// Shows q at each of `times`, sorted and between the present time and t_end, to `observe`: the state itself where a step
+    /// ends there, the dense output elsewhere. The trajectory is left at the end of the step that contains the last of them.
+    ///
+    /// ```
+    /// # use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory, adaptive::{Radau, Tolerances}};
+    /// # struct Decay;
+    /// # impl FieldFn for Decay {
+    /// #     fn dim(&self) -> usize { 1 }
+    /// #     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) { dv[0] = -v[0]; }
+    /// # }
+    /// let method = Radau::new(AutoField::new(Decay), Tolerances::new(1e-8, 1e-8)?)?;
+    /// let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0]), 5.0, 5.0)?;
+    /// trajectory.sample(&[0.5, 1.0, 4.0], |t, v| assert!((v[0] - f64::exp(-t)).abs() < 1e-5))?;
+    /// # Ok::<(), lsvi::StepError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`InputError::SaveTime`] for a time out of order or outside the interval, before any step is taken; [`StepError`] as for
+    /// [`step`](Self::step) and [`interpolate`](Self::interpolate).
+    pub fn sample(&mut self, times: &[f64], mut observe: impl FnMut(f64, &[f64])) -> Result<(), StepError> {
+        let mut last = if self.has_step { self.before.t } else { self.state.t };
+        for (index, &t) in times.iter().enumerate() {
+            let inside = t >= last && t <= self.grid.t_end();
+            if !inside {
+                return Err(InputError::SaveTime { index, t, from: last, to: self.grid.t_end() }.into());
+            }
+            last = t;
+        }
+        for &t in times {
+            while t > self.state.t && self.step()?.is_some() {}
+            if t >= self.state.t {
+                observe(t, &self.state.q);
+                continue;
+            }
+            let mut point = std::mem::take(&mut self.point);
+            let written = self.interpolate(t, &mut point);
+            self.point = point;
+            written?;
+            observe(t, &self.point);
+        }
+        Ok(())
+    }
+
+    /// Runs until g(t, q) crosses zero, and lends the time and q there; `None` if it does not before t_end. The next call
+    /// goes on from there, so that all crossings of a run can be visited, or a terminal one be the last.
+    ///
+    /// The zero is that of g on the dense output, found to a few ε of t: its error is that of the path, of order min(p, 4) for
+    /// a method of order p, divided by |dg/dt|. A change of sign is looked for between the quarters of a step; two crossings
+    /// within a quarter are not seen. A g that is zero where the search starts does not count.
+    ///
+    /// ```
+    /// # use lsvi::{AutoField, Crossing, FieldFn, Scalar, State, Trajectory, classic::{RungeKutta, Tableau}};
+    /// struct Ball;
+    /// impl FieldFn for Ball {
+    ///     fn dim(&self) -> usize { 2 }
+    ///     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+    ///         dv[0] = v[1];
+    ///         dv[1] = T::from(-9.81);
+    ///     }
+    /// }
+    /// let method = RungeKutta::new(AutoField::new(Ball), Tableau::rk4())?;
+    /// let mut fall = Trajectory::new(method, State::new(0.0, vec![10.0, 0.0]), 0.1, 5.0)?;
+    /// let (t, v) = fall.until(|_, v| v[0], Crossing::Falling)?.expect("it lands");
+    /// assert!((t - (20.0 / 9.81_f64).sqrt()).abs() < 1e-12 && v[1] < 0.0);
+    /// # Ok::<(), lsvi::StepError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`StepError`] as for [`step`](Self::step) and [`interpolate`](Self::interpolate); [`InputError::NonFinite`] if g is
+    /// not finite.
+    pub fn until(
+        &mut self,
+        mut g: impl FnMut(f64, &[f64]) -> f64,
+        crossing: Crossing,
+    ) -> Result<Option<(f64, &[f64])>, StepError> {
+        loop {
+            while self.searched >= self.state.t {
+                if self.step()?.is_none() {
+                    return Ok(None);
+                }
+            }
+            let start = self.searched.max(self.before.t);
+            let length = self.state.t - start;
+            let mut left = (start, self.value(start, &mut g)?);
+            for part in 1..=PARTS {
+                let t = if part == PARTS { self.state.t } else { start + length * f64::from(part) / f64::from(PARTS) };
+                let right = (t, self.value(t, &mut g)?);
+                let rises = left.1 < 0.0 && right.1 >= 0.0;
+                let falls = left.1 > 0.0 && right.1 <= 0.0;
+                let counts = match crossing {
+                    Crossing::Rising => rises,
+                    Crossing::Falling => falls,
+                    Crossing::Any => rises || falls,
+                };
+                if counts {
+                    let t = self.bisect(left, right, &mut g)?;
+                    // Beyond the zero, where g has its new sign.
+                    self.searched = t.next_up();
+                    return Ok(Some((t, &self.point)));
+                }
+                left = right;
+            }
+            self.searched = self.state.t;
+        }
+    }
+
+    /// g at a time of the last step, and the path there in `point`.
+    fn value(&mut self, t: f64, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<f64, StepError> {
+        let mut point = std::mem::take(&mut self.point);
+        let written = self.interpolate(t, &mut point);
+        self.point = point;
+        written?;
+        let value = g(t, &self.point);
+        if value.is_finite() { Ok(value) } else { Err(InputError::NonFinite { what: "g", index: 0, value }.into()) }
+    }
+
+    /// The first time in (left, right] where g no longer has the sign that it has at the left, by bisection to the spacing of
+    /// numbers: some 50 evaluations of a cubic, whatever g is.
+    fn bisect(
+        &mut self,
+        (mut left, sign): (f64, f64),
+        (mut right, _): (f64, f64),
+        g: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> Result<f64, StepError> {
+        loop {
+            let middle = left + 0.5 * (right - left);
+            if middle <= left || middle >= right {
+                break;
+            }
+            if self.value(middle, g)? * sign.signum() > 0.0 {
+                left = middle;
+            } else {
+                right = middle;
+            }
+        }
+        self.value(right, g)?;
+        Ok(right)
+    }
+}

@@ -1,0 +1,243 @@
+//! The solution between the steps, at given times and at the zeros of functions, against exact solutions.
+
+use crate::systems::Oscillator;
+use lsvi::adaptive::{Options, Radau, Tolerances};
+use lsvi::classic::{Bdf2, RungeKutta, Tableau};
+use lsvi::discrete::{Galerkin, PathFitted, Trapezoidal};
+use lsvi::quadrature::NodeFamily;
+use lsvi::{
+    AutoField, AutoLagrangian, Crossing, FieldFn, Grid, InputError, Integrator, Mass, Scalar, State, StepError,
+    Trajectory, Window, Work, method_i, position_momentum,
+};
+
+/// m v̇ = m (v₁, −v₀): (cos t, −sin t) from (1, 0).
+#[derive(Clone, Copy)]
+struct Circle {
+    mass: f64,
+}
+impl FieldFn for Circle {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn mass(&self) -> Mass {
+        if self.mass == 1.0 { Mass::Identity } else { Mass::Diagonal(vec![self.mass; 2]) }
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[1] * self.mass;
+        dv[1] = v[0] * -self.mass;
+    }
+}
+
+fn circle() -> AutoField<Circle> {
+    AutoField::new(Circle { mass: 1.0 })
+}
+
+/// The largest error of q₀ = cos t between the steps of size h up to t = 2.
+fn largest_error(method: &mut dyn Integrator, h: f64) -> f64 {
+    let mut q = vec![0.0; method.dim()];
+    q[0] = 1.0;
+    let mut trajectory = Trajectory::new(method, State::new(0.0, q.clone()), h, 2.0).expect("valid");
+    let (mut before, mut largest) = (0.0, 0.0_f64);
+    while let Some(t) = trajectory.step().expect("solvable").map(|state| state.t) {
+        for part in [0.1, 0.3, 0.5, 0.7, 0.9] {
+            let t = before + part * (t - before);
+            trajectory.interpolate(t, &mut q).expect("inside");
+            largest = largest.max((q[0] - t.cos()).abs());
+        }
+        before = t;
+    }
+    largest
+}
+
+type Made<'a> = Box<dyn Fn() -> Box<dyn Integrator + 'a> + 'a>;
+
+/// Methods with the order p of their states.
+fn methods() -> Vec<(&'static str, u32, Made<'static>)> {
+    let tableau = |tableau: fn() -> Tableau| -> Made<'static> {
+        Box::new(move || Box::new(RungeKutta::new(circle(), tableau()).expect("usable")))
+    };
+    let galerkin = |degree: usize| -> Made<'static> {
+        Box::new(move || {
+            let discrete = Galerkin::gauss(AutoLagrangian::new(Oscillator), degree).expect("s ≥ 1");
+            Box::new(position_momentum(discrete))
+        })
+    };
+    vec![
+        ("implicit Euler", 1, tableau(Tableau::implicit_euler)),
+        ("trapezoidal rule", 2, tableau(Tableau::trapezoidal)),
+        ("rk4", 4, tableau(Tableau::rk4)),
+        ("bdf2", 2, Box::new(|| Box::new(Bdf2::new(circle()).expect("usable")))),
+        ("method I", 2, Box::new(|| Box::new(method_i(circle()).expect("usable")))),
+        (
+            "method I with a mass",
+            2,
+            Box::new(|| Box::new(method_i(AutoField::new(Circle { mass: 3.0 })).expect("usable"))),
+        ),
+        (
+            "Störmer–Verlet",
+            2,
+            Box::new(|| Box::new(position_momentum(Trapezoidal::new(AutoLagrangian::new(Oscillator))))),
+        ),
+        ("galerkin(2)", 4, galerkin(2)),
+        ("galerkin(4)", 8, galerkin(4)),
+        (
+            "path-fitted(3)",
+            4,
+            Box::new(|| {
+                let l = AutoLagrangian::new(Oscillator);
+                Box::new(position_momentum(PathFitted::on(l, NodeFamily::Gauss, 3).expect("m ≥ 2")))
+            }),
+        ),
+        (
+            "window of 1",
+            2,
+            Box::new(|| {
+                let field = lsvi::LeastSquares::new(circle()).expect("usable");
+                Box::new(Window::new(Trapezoidal::new(field), 1).expect("some"))
+            }),
+        ),
+    ]
+}
+
+#[test]
+fn the_dense_output_of_every_method_has_the_order_of_its_states_up_to_four() {
+    for (name, order, make) in methods() {
+        let errors = [0.1, 0.05, 0.025].map(|h| largest_error(&mut *make(), h));
+        let measured = (errors[1] / errors[2]).log2();
+        let expected = f64::from(order.min(4));
+        // The next term of the error is smaller by h = 0.025.
+        assert!((measured - expected).abs() < 0.15, "{name}: order {measured} from {errors:?}");
+    }
+}
+
+/// s stages at steps of one size: the polynomial of degree s has order s + 1 between its nodes.
+#[test]
+fn the_collocation_polynomial_has_one_order_more_than_stages() {
+    for s in [3, 5, 7] {
+        let errors = [1.0, 0.5].map(|h| {
+            let options = Options::new(Tolerances::new(1.0, 1.0).expect("positive")).stages(s, s).expect("a choice");
+            let mut method = Radau::new(circle(), options.h0(h).expect("positive")).expect("valid");
+            largest_error(&mut method, h)
+        });
+        let measured = (errors[0] / errors[1]).log2();
+        assert!((measured - s as f64 - 1.0).abs() < 0.6, "{s} stages: order {measured} from {errors:?}");
+    }
+}
+
+/// q = cos t falls through 0 at π/2, 5π/2 … and rises at 3π/2; the error of a zero is that of the path, |q̇| being 1.
+#[test]
+fn zeros_are_found_to_the_order_of_the_path() {
+    use std::f64::consts::PI;
+    let run = |h: f64, crossing: Crossing| {
+        let method = RungeKutta::new(circle(), Tableau::rk4()).expect("usable");
+        let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), h, 9.0).expect("valid");
+        let mut zeros = Vec::new();
+        while let Some((t, v)) = trajectory.until(|_, v| v[0], crossing).expect("solvable") {
+            assert!(v[0].abs() < 1e-15, "{}", v[0]);
+            zeros.push(t);
+        }
+        zeros
+    };
+    let (falling, rising) = ([0.5 * PI, 2.5 * PI], [1.5 * PI]);
+    for (crossing, exact) in [
+        (Crossing::Falling, falling.to_vec()),
+        (Crossing::Rising, rising.to_vec()),
+        (Crossing::Any, vec![0.5 * PI, 1.5 * PI, 2.5 * PI]),
+    ] {
+        let errors = [0.2, 0.1].map(|h| {
+            let zeros = run(h, crossing);
+            assert_eq!(zeros.len(), exact.len(), "{zeros:?}");
+            zeros.iter().zip(&exact).fold(0.0, |m: f64, (t, exact)| m.max((t - exact).abs()))
+        });
+        let order = (errors[0] / errors[1]).log2();
+        // The place of a zero within its step changes with h, and the share of the cubic in the error with it.
+        assert!(errors[1] < 1e-4 && (order - 4.0).abs() < 1.0, "{crossing:?}: order {order} from {errors:?}");
+    }
+}
+
+#[test]
+fn the_zero_of_an_adaptive_run_keeps_its_tolerance() {
+    let method = Radau::new(circle(), Tolerances::new(1e-10, 1e-10).expect("positive")).expect("valid");
+    let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 0.2, 9.0).expect("valid");
+    let (t, _) = trajectory.until(|_, v| v[0], Crossing::Any).expect("solvable").expect("a zero");
+    // Three stages at h = 0.2 at the most: max |Π (c − cᵢ)| h⁴/4! of 1.3e-6, on top of the tolerance.
+    assert!((t - std::f64::consts::FRAC_PI_2).abs() < 2e-6, "{t}");
+}
+
+/// Times where a step ends get the state itself; others the dense output; wrong lists are refused before a step is taken.
+#[test]
+fn sampled_times_are_exact_where_steps_end() {
+    let start = || {
+        let method = RungeKutta::new(circle(), Tableau::rk4()).expect("usable");
+        Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 0.25, 2.0).expect("valid")
+    };
+    let states: Vec<State> = start().states().collect::<Result<_, _>>().expect("solvable");
+    let times = [0.0, 0.25, 0.3, 0.3, 1.0, 1.9, 2.0];
+    let mut seen = Vec::new();
+    let mut trajectory = start();
+    trajectory.sample(&times, |t, q| seen.push((t, q.to_vec()))).expect("solvable");
+    assert_eq!(seen.len(), times.len());
+    for ((t, q), wanted) in seen.iter().zip(times) {
+        assert_eq!(*t, wanted);
+        match states.iter().find(|state| state.t == wanted) {
+            Some(state) => assert_eq!(*q, state.q),
+            // h⁴/384 of the cubic and h⁴ t/120 of rk4, and a tenth for the next terms.
+            None => {
+                let allowed = 1.1 * 0.25_f64.powi(4) * (1.0 / 384.0 + wanted / 120.0);
+                assert!((q[0] - wanted.cos()).abs() < allowed, "{q:?} at {wanted}");
+            }
+        }
+    }
+    for bad in [[0.5, 0.4], [-0.1, 0.5], [0.5, 2.1], [0.5, f64::NAN]] {
+        let mut trajectory = start();
+        let error = trajectory.sample(&bad, |_, _| panic!("nothing is shown")).expect_err("refused");
+        assert!(matches!(error, StepError::Input(InputError::SaveTime { .. })), "{error}");
+        assert_eq!(trajectory.state().t, 0.0);
+    }
+}
+
+#[test]
+fn what_lies_outside_the_last_step_is_refused() {
+    let method = RungeKutta::new(circle(), Tableau::rk4()).expect("usable");
+    let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 0.5, 2.0).expect("valid");
+    let input = |result: Result<(), StepError>| match result {
+        Err(StepError::Input(error)) => error,
+        other => panic!("{other:?}"),
+    };
+    assert!(matches!(input(trajectory.interpolate(0.0, &mut [0.0; 2])), InputError::NoStep { .. }));
+    trajectory.step().expect("solvable");
+    trajectory.step().expect("solvable");
+    for t in [0.4, 1.1, f64::NAN] {
+        assert!(matches!(input(trajectory.interpolate(t, &mut [0.0; 2])), InputError::Outside { .. }));
+    }
+    assert!(matches!(input(trajectory.interpolate(0.7, &mut [0.0])), InputError::Dimension { .. }));
+    let refused = trajectory.until(|_, _| f64::NAN, Crossing::Any).map(|_| ());
+    assert!(matches!(input(refused), InputError::NonFinite { .. }));
+    let backward = Trajectory::new(method_i(circle()).expect("usable"), State::new(1.0, vec![1.0, 0.0]), 0.1, 0.0);
+    assert!(matches!(backward, Err(InputError::EndTime { .. })));
+}
+
+/// A method that says nothing of its rate has states, and a typed error between them.
+#[test]
+fn a_method_without_a_rate_says_so() {
+    struct Still;
+    impl Integrator for Still {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+            if let Some(step) = grid.next(state.t) {
+                state.t += step.h;
+            }
+            Ok(())
+        }
+        fn work(&self) -> Work {
+            Work::default()
+        }
+    }
+    let mut trajectory = Trajectory::new(Still, State::new(0.0, vec![1.0]), 0.5, 1.0).expect("valid");
+    trajectory.step().expect("a step");
+    let error = trajectory.interpolate(0.2, &mut [0.0]).expect_err("no rate");
+    assert!(matches!(error, StepError::Input(InputError::NoRate)), "{error}");
+    trajectory.interpolate(0.5, &mut [0.0]).expect("a state");
+}
