@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::compare::cross_check;
-use crate::evidence::Evidence;
+use crate::evidence::{Evidence, Grid, Requirement, Table};
 use crate::problem;
 
 pub(super) const STUDY: Study = Study {
@@ -27,11 +27,24 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             Ok(evidence)
         })
         .collect::<Result<_, StudyError>>()?;
+    let caption = "log₁₀ of the largest difference over its bound: −1 is ten times closer than the bound. Green where the two \
+                   agree, the darker the nearer the difference comes to its bound; red where they do not. A cell leads to its check.";
+    let mut grid = Grid::new("cross-check", caption, 1);
     let mut all = Evidence::default();
-    for part in parts {
+    for (spec, part) in specs.iter().zip(parts) {
+        for check in &part.checks {
+            // `problem/equation/solver`; one solver meets one equation of a problem.
+            let solver = check.id.rsplit('/').next().unwrap_or_default();
+            let bound = check.required.map(Requirement::scale);
+            let ratio = check.measured.zip(bound).map(|(difference, bound)| (difference / bound).log10());
+            // No difference at all is as good as two decades.
+            let strain = ratio.map_or(0.0, |ratio| 1.0 + 0.5 * ratio);
+            grid.push(solver, spec.name, ratio, strain, &check.id);
+        }
         all.checks.extend(part.checks);
-        all.tables.extend(part.tables);
+        all.tables.extend(part.tables.into_iter().map(|table| Table { shown: false, ..table }));
     }
+    all.grids.push(grid);
     all.notes.push(
         "The equations that CVODE and diffsol solve are written by hand in each problem, apart from the ones that the \
          methods differentiate; a test holds the two against each other. Each reference is solved at two tolerances, and \

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Series, Table};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Grid, Mark, Outcome, Panel, Series, Table};
 use crate::measure::order::OrderFit;
 use crate::method::Method;
 use crate::order::{OrderError, Source, Truth, measure};
@@ -82,8 +82,24 @@ pub(super) fn report(measured: &[Measured]) -> Evidence {
     Evidence {
         checks: measured.iter().map(check).collect(),
         tables: vec![orders(measured), points(measured)],
+        grids: vec![grid(measured)],
         ..Evidence::default()
     }
+}
+
+/// The orders as a map of methods and problems.
+fn grid(measured: &[Measured]) -> Grid {
+    let caption = "Measured order less the expected one. Green where it lies within its band, the darker the nearer to its \
+                   edge; red where it fails, amber where the data do not decide, grey where nothing is measured. A cell \
+                   leads to its check.";
+    let mut grid = Grid::new("orders", caption, 2);
+    for pair in measured {
+        let fit = pair.fit.as_ref().ok();
+        let excess = fit.and_then(|fit| fit.line.map(|line| line.slope - fit.expected.order));
+        let strain = excess.zip(fit).map_or(0.0, |(excess, fit)| excess.abs() / fit.expected.band);
+        grid.push(&pair.method, &pair.problem, excess, strain, format!("{}/{}", pair.problem, pair.method));
+    }
+    grid
 }
 
 fn check(pair: &Measured) -> Check {

@@ -79,6 +79,7 @@ impl Failure {
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
             | Self::Order(OrderError::NoExact | OrderError::Adaptive(_))
             | Self::Comparison(_)
+            | Self::Report(ReportError::Unwritable { .. })
             | Self::Golden(_) => 2,
             _ => 1,
         }

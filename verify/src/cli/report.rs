@@ -12,8 +12,8 @@ use verify::chapter::{self, Context, Study, StudyError};
 use verify::evidence::Evidence;
 use verify::names::NameError;
 use verify::problem::model::Model;
-use verify::reference;
-use verify::report::{self, Chapter, Earlier, Run};
+use verify::report::{self, Chapter, Counts, Earlier, Run};
+use verify::{method, reference};
 
 use super::Status;
 use super::args::assignment;
@@ -34,12 +34,15 @@ what is allowed, and verdicts on claims.
 
 Examples:
   verify report
+  verify report --brief                     the answers and the claims alone
   verify report --out /tmp/report --only orders
   verify report --compare main/results.json
   verify report --model van-der-pol.ds --set mu=2 --t-end 5
+  verify report --model van-der-pol.ds --only model
 
-Exit status: 0 no check failed, 1 a check failed or a study broke off, 2 bad
-usage.")]
+Exit status: 0 no check failed and none is inconclusive, 1 a check failed or a
+study broke off, 2 bad usage or a directory that cannot be written to, 3 no
+check failed, but the data do not decide all of them.")]
 pub(super) struct Args {
     /// Directory to write to
     #[arg(long, value_name = "DIR", default_value = "target/report")]
@@ -61,18 +64,29 @@ pub(super) struct Args {
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
 
-    /// Run this study alone; see `verify list studies`
+    /// Run this study alone, or with --model `model`; see `verify list studies`
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
+
+    /// Run the studies of the first page alone: the answers and the claims
+    #[arg(long, conflicts_with = "only")]
+    brief: bool,
 }
 
+/// The studies of the first page.
+const BRIEF: [&str; 2] = ["answers", "claims"];
+
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
-    let studies = selected(&args.only)?;
+    let only = if args.brief { BRIEF.map(str::to_owned).to_vec() } else { args.only.clone() };
+    let studies = selected(&only, args.model.is_some())?;
     // Before the studies, so that a mistake in the file does not cost their time.
     let model = args.model.as_ref().map(|path| Model::load(path, &args.set, args.t_end)).transpose()?;
+    // And a report that cannot be written does not cost it either.
+    report::prepare(&args.out)?;
     // It may be the very file that this run is going to replace.
     let earlier = args.compare.as_ref().map(|path| Earlier::read(path)).transpose()?;
     let run = Run::new(chapters(&studies, model.as_ref()), provenance());
+    let run = run.with_palette(palette());
     let run = match &earlier {
         Some(earlier) => run.compared_with(earlier),
         None => run,
@@ -85,12 +99,24 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
 }
 
 fn status(run: &Run) -> Status {
-    if run.counts().is_ok() { Status::Ok } else { Status::Failed }
+    match run.counts() {
+        counts if !counts.is_ok() => Status::Failed,
+        Counts { inconclusive: 1.., .. } => Status::Inconclusive,
+        _ => Status::Ok,
+    }
 }
 
-/// The studies of these names in the order of the report; all of them if there are none.
-fn selected(names: &[String]) -> Result<Vec<Study>, NameError> {
-    let ids = || chapter::ALL.iter().map(|study| study.id);
+/// Methods and references in the order of their registries, which decides their colours.
+fn palette() -> Vec<String> {
+    let methods = method::ALL.iter().map(|spec| spec.form.split('(').next().unwrap_or(spec.form).to_owned());
+    methods.chain(reference::all().into_iter().map(|reference| reference.name().to_owned())).collect()
+}
+
+/// The studies of these names in the order of the report; all of them if there are none. The chapter on a model has a name
+/// of its own.
+fn selected(names: &[String], has_model: bool) -> Result<Vec<Study>, NameError> {
+    let model = has_model.then_some(chapter::model::ID);
+    let ids = || chapter::ALL.iter().map(|study| study.id).chain(model);
     if let Some(name) = names.iter().find(|name| ids().all(|id| id != *name)) {
         return Err(NameError::unknown("study", name, ids()));
     }
@@ -161,6 +187,8 @@ fn provenance() -> Vec<(String, String)> {
     let library = |name| reference::by_name(name).and_then(|reference| reference.library());
     [
         ("verify", env!("CARGO_PKG_VERSION").to_owned()),
+        ("commit", env!("VERIFY_COMMIT").to_owned()),
+        ("date", env!("VERIFY_DATE").to_owned()),
         ("compiler", env!("VERIFY_RUSTC").to_owned()),
         ("target", env!("VERIFY_TARGET").to_owned()),
         ("profile", env!("VERIFY_PROFILE").to_owned()),
@@ -199,7 +227,8 @@ mod tests {
     #[test]
     fn provenance_is_known() {
         for (name, value) in provenance() {
-            assert!(!value.is_empty() && value != "unknown", "{name}: {value}");
+            let may_be_unknown = ["commit", "date"].contains(&name.as_str());
+            assert!(!value.is_empty() && (may_be_unknown || value != "unknown"), "{name}: {value}");
         }
     }
 }

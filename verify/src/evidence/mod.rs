@@ -2,12 +2,14 @@
 
 mod check;
 mod figure;
+mod grid;
 pub mod number;
 mod requirement;
 mod table;
 
 pub use check::{Check, Outcome};
 pub use figure::{Axis, Field, Figure, Mark, Panel, Series};
+pub use grid::{Grid, GridCell};
 pub use requirement::Requirement;
 pub use table::{Cell, Table};
 
@@ -22,6 +24,8 @@ pub struct Evidence {
     pub tables: Vec<Table>,
     /// Figures.
     pub figures: Vec<Figure>,
+    /// Checks as maps.
+    pub grids: Vec<Grid>,
     /// Findings in words, a paragraph each, `inline code` allowed.
     pub notes: Vec<String>,
     /// Parts with a heading each, after everything else.

@@ -1,14 +1,15 @@
 //! Evidence as a report: HTML, Markdown, JSON, JUnit, CSV and a summary for the terminal. Nothing is computed here.
 
+mod bibliography;
+mod chart;
 mod comparison;
 mod csv;
 mod html;
 mod json;
 mod junit;
 mod markdown;
-mod plot;
 mod run;
-mod svg;
+mod style;
 mod terminal;
 mod text;
 mod verdict;
@@ -25,9 +26,17 @@ pub use terminal::{summary, wants_color};
 #[non_exhaustive]
 pub enum ReportError {
     /// A file or directory could not be written.
-    #[error("cannot write {path}: {source}")]
+    #[error("cannot write {}: {source}", path.display())]
     Write {
         /// What was to be written.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The directory cannot be written to, found out before anything was computed.
+    #[error("cannot write into {}: {source}", path.display())]
+    Unwritable {
+        /// The directory, or the file in its way.
         path: PathBuf,
         /// What the system said.
         source: io::Error,
@@ -43,6 +52,18 @@ pub enum ReportError {
     /// The results could not be put into JSON.
     #[error("cannot write the results as JSON: {0}")]
     Json(#[from] serde_json::Error),
+}
+
+/// Creates `directory` where it is missing and tries to write into it, so that a report that cannot be written costs no time.
+///
+/// # Errors
+/// [`ReportError::Unwritable`] names what stands in the way.
+pub fn prepare(directory: &Path) -> Result<(), ReportError> {
+    for path in [directory, &directory.join("data")] {
+        let tried = fs::create_dir_all(path).and_then(|()| tempfile::tempfile_in(path));
+        tried.map_err(|source| ReportError::Unwritable { path: path.into(), source })?;
+    }
+    Ok(())
 }
 
 /// Writes `index.html`, `report.md`, `results.json`, `timings.json`, `junit.xml` and `data/<table>.csv` into `directory`, which is created

@@ -29,17 +29,12 @@ for (const table of document.querySelectorAll('table.sortable, table.checks')) {
     });
   });
 }
-// A link into a folded list unfolds it; on paper everything is unfolded.
+// A link into a folded part unfolds it.
 const reveal = () => {
   const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
-  const folded = target && target.closest('details:not([open])');
-  if (folded) {
-    folded.open = true;
-    target.scrollIntoView();
-  }
+  if (!target) return;
+  for (let part = target; part; part = part.parentElement) if (part.matches('details')) part.open = true;
+  target.scrollIntoView();
 };
 addEventListener('hashchange', reveal);
 reveal();
-addEventListener('beforeprint', () => {
-  for (const folded of document.querySelectorAll('details')) folded.open = true;
-});

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::bibliography;
 use super::comparison::{Comparison, Earlier};
 use crate::evidence::{Cell, Check, Evidence, Outcome, Panel};
 
@@ -24,12 +25,20 @@ pub struct Chapter {
     pub seconds: f64,
 }
 
+impl Chapter {
+    /// The check of this identifier.
+    pub(super) fn check(&self, id: &str) -> Option<&Check> {
+        self.evidence.checks.iter().find(|check| check.id == id)
+    }
+}
+
 /// Everything that the report shows.
 #[derive(Debug, Clone)]
 pub struct Run {
     pub(super) chapters: Vec<Chapter>,
     pub(super) provenance: Vec<(String, String)>,
     pub(super) comparison: Option<Comparison>,
+    pub(super) palette: Vec<String>,
 }
 
 impl Run {
@@ -65,6 +74,12 @@ impl Run {
                 runs_of_blanks(&chapters),
             ),
             decide("data", "Every figure names the table that holds its data", figures_without_data(&chapters)),
+            decide(
+                "citations",
+                "Every source that is cited by a key stands in the bibliography",
+                unexplained(&chapters),
+            ),
+            decide("maps", "Every cell of a map of checks leads to a check", cells_without_checks(&chapters)),
             decide("parts", "Every section names tables and figures of its chapter", sections_without_parts(&chapters)),
         ];
         chapters.push(Chapter {
@@ -74,13 +89,19 @@ impl Run {
             evidence: Evidence { checks, ..Evidence::default() },
             ..Chapter::default()
         });
-        Self { chapters, provenance, comparison: None }
+        Self { chapters, provenance, comparison: None, palette: Vec::new() }
     }
 
     /// Adds what changed since an earlier run.
     #[must_use]
     pub fn compared_with(self, earlier: &Earlier) -> Self {
         Self { comparison: Some(earlier.against(&self.chapters)), ..self }
+    }
+
+    /// Gives each of these names, of methods and references, one colour and shape in the whole report.
+    #[must_use]
+    pub fn with_palette(self, palette: Vec<String>) -> Self {
+        Self { palette, ..self }
     }
 
     /// The chapters in reading order, the audit last.
@@ -230,12 +251,19 @@ fn vacuous(chapters: &[Chapter]) -> Vec<String> {
     checks.filter(cannot_fail).map(|check| format!("`{}`", check.id)).collect()
 }
 
-fn runs_of_blanks(chapters: &[Chapter]) -> Vec<String> {
-    let texts = chapters.iter().flat_map(|chapter| {
+fn texts(chapters: &[Chapter]) -> impl Iterator<Item = &String> {
+    chapters.iter().flat_map(|chapter| {
         let heads = [&chapter.title, &chapter.question, &chapter.source];
         heads.into_iter().chain(chapter.evidence.texts())
-    });
-    texts.filter(|text| text.contains("  ")).map(|text| format!("“{text}”")).collect()
+    })
+}
+
+fn unexplained(chapters: &[Chapter]) -> Vec<String> {
+    texts(chapters).flat_map(|text| bibliography::unknown(text)).map(|key| format!("[{key}]")).collect()
+}
+
+fn runs_of_blanks(chapters: &[Chapter]) -> Vec<String> {
+    texts(chapters).filter(|text| text.contains("  ")).map(|text| format!("“{text}”")).collect()
 }
 
 fn sections_without_parts(chapters: &[Chapter]) -> Vec<String> {
@@ -248,6 +276,13 @@ fn sections_without_parts(chapters: &[Chapter]) -> Vec<String> {
         }
     }
     missing
+}
+
+fn cells_without_checks(chapters: &[Chapter]) -> Vec<String> {
+    let cells = chapters.iter().flat_map(|chapter| {
+        chapter.evidence.grids.iter().flat_map(|grid| &grid.cells).filter(|cell| chapter.check(&cell.check).is_none())
+    });
+    cells.map(|cell| format!("`{}`", cell.check)).collect()
 }
 
 fn figures_without_data(chapters: &[Chapter]) -> Vec<String> {

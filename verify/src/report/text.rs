@@ -21,18 +21,64 @@ pub(super) fn escape(text: &str) -> String {
     out
 }
 
-/// Text with `code` between backticks as HTML; a backtick without a partner stays as it is.
+/// Text without the characters that no document may hold.
+pub(super) fn clean(text: &str) -> String {
+    text.replace(|c: char| c.is_control() && !c.is_whitespace(), "\u{fffd}")
+}
+
+/// Text with `code` between backticks, p_n and e^{−ct} as HTML; a backtick without a partner stays as it is.
 pub(super) fn inline_html(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for span in spans(text) {
         match span {
-            Span::Plain(text) => out.push_str(&escape(text)),
+            Span::Plain(text) => out.push_str(&typeset(text)),
             Span::Code(code) => {
                 let _ = write!(out, "<code>{}</code>", escape(code));
             }
         }
     }
     out
+}
+
+/// What a single letter is followed by after `_`, and anything after `^`, lowered and raised: p_n, a_{ij}, tol^{2/3}, 10^-3.
+/// Longer words keep their underscores: max_error is a name.
+fn typeset(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find(['_', '^']) {
+        let (before, tail) = rest.split_at(at);
+        let (sign, tail) = tail.split_at(1);
+        out.push_str(&escape(before));
+        let word = before.chars().rev().take_while(|c| c.is_alphanumeric()).count();
+        let is_base = match sign {
+            "_" => word == 1,
+            _ => word > 0 || before.ends_with([')', '|', 'ᵀ']),
+        };
+        let enclosed = |open: char, close: char| tail.strip_prefix(open).and_then(|inner| inner.split_once(close));
+        let script = match (is_base, enclosed('{', '}'), enclosed('(', ')')) {
+            (false, ..) => None,
+            (true, Some(found), _) => Some(found),
+            (true, None, Some(found)) if sign == "^" => Some(found),
+            _ => {
+                let sign_length = if tail.starts_with('-') { 1 } else { 0 };
+                let is_part = |c: char| c.is_alphanumeric();
+                let end = tail[sign_length..].find(|c| !is_part(c)).map_or(tail.len(), |end| end + sign_length);
+                (end > sign_length && tail[..end].chars().count() <= 3).then(|| tail.split_at(end))
+            }
+        };
+        match script {
+            Some((script, after)) => {
+                let tag = if sign == "_" { "sub" } else { "sup" };
+                let _ = write!(out, "<{tag}>{}</{tag}>", escape(&script.replace('-', "−")));
+                rest = after;
+            }
+            None => {
+                out.push_str(sign);
+                rest = tail;
+            }
+        }
+    }
+    out + &escape(rest)
 }
 
 /// Text as Markdown for one line or one table cell: what looks like markup is escaped, `code` between backticks stays.
@@ -109,6 +155,20 @@ mod tests {
         assert_eq!(escape("<a href=\"x\">'&\u{1}"), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;\u{fffd}");
         assert_eq!(inline_html("a `h < 1` b ` c"), "a <code>h &lt; 1</code> b ` c");
         assert_eq!(inline_markdown("a|b *c* `d|e` <f>\n"), "a\\|b \\*c\\* `d\\|e` &lt;f&gt; ");
+    }
+
+    #[test]
+    fn indices_and_powers_are_typeset_and_names_are_not() {
+        let cases = [
+            ("p_n = 0", "p<sub>n</sub> = 0"),
+            ("e^{-ct} and h^{s+1}", "e<sup>−ct</sup> and h<sup>s+1</sup>"),
+            ("z^(p+1), 10^-3", "z<sup>p+1</sup>, 10<sup>−3</sup>"),
+            ("f_v a_ij", "f<sub>v</sub> a<sub>ij</sub>"),
+            ("max_error, a ^ b, _x", "max_error, a ^ b, _x"),
+            ("`p_n` stays", "<code>p_n</code> stays"),
+            ("p_{<b>}", "p<sub>&lt;b&gt;</sub>"),
+        ];
+        cases.iter().for_each(|(text, html)| assert_eq!(inline_html(text), *html));
     }
 
     #[test]

@@ -578,3 +578,38 @@ fn order_judges_a_table_of_values() {
         assert!(code == 2 && out.is_empty() && err.contains(part), "{line}: {code} {out} {err}");
     }
 }
+
+#[test]
+fn a_report_that_cannot_be_written_costs_no_study() {
+    let directory = directory("unwritable");
+    let file = directory.join("file");
+    fs::write(&file, "in the way").expect("writable");
+    let (status, out, message) = say(&format!("report --out {}", file.display()));
+    assert!(status == 2 && out.is_empty() && message.contains("cannot write into"), "{message}");
+}
+
+#[test]
+fn a_model_can_have_a_report_of_its_own() {
+    let out = directory("model-alone");
+    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/van-der-pol.ds");
+    let line = format!("report --only model --model {} --t-end 0.5 --out {}", model.display(), out.display());
+    let (status, text, message) = say(&line);
+    assert!([0, 1, 3].contains(&status), "{text}{message}");
+    let results = fs::read_to_string(out.join("results.json")).expect("results");
+    let results: serde_json::Value = serde_json::from_str(&results).expect("JSON");
+    let ids: Vec<_> = results["chapters"].as_array().expect("chapters").iter().map(|chapter| &chapter["id"]).collect();
+    assert_eq!(ids, ["model", "report"]);
+    let inconclusive = results["counts"]["inconclusive"].as_u64().expect("a count");
+    let failed = results["counts"]["fail"].as_u64().expect("a count");
+    assert_eq!(
+        status,
+        if failed > 0 {
+            1
+        } else if inconclusive > 0 {
+            3
+        } else {
+            0
+        },
+        "{text}"
+    );
+}

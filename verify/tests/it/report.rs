@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use verify::evidence::{
-    Axis, Cell, Check, Evidence, Field, Figure, Mark, Outcome, Panel, Requirement, Section, Series, Table,
+    Axis, Cell, Check, Evidence, Field, Figure, Grid, Mark, Outcome, Panel, Requirement, Section, Series, Table,
 };
 use verify::report::{self, Chapter, ComparisonError, Earlier, Run};
 
@@ -200,6 +200,7 @@ fn linear_drag() -> Chapter {
                 figure("figure-2", 2, vec![order_panel("Linear drag", 1e-16), order_panel("Damped pendulum", 1e-13)]),
                 figure("stability", 2, vec![stability_panel(), basin_panel()]),
             ],
+            grids: vec![grid()],
             notes: vec![note.into()],
             sections: vec![Section {
                 id: "S00-a".into(),
@@ -212,6 +213,13 @@ fn linear_drag() -> Chapter {
         },
         error: None,
     }
+}
+
+fn grid() -> Grid {
+    let mut grid = Grid::new("map", "Log of the difference over its bound.", 1);
+    grid.push("method-i", NASTY, Some(-2.04), 0.0, "closed-form");
+    grid.push("rk4", "heat", None, 0.0, "cvode");
+    grid
 }
 
 fn figure(id: &str, columns: usize, panels: Vec<Panel>) -> Figure {
@@ -385,7 +393,7 @@ fn the_page_is_well_formed_and_its_links_lead_somewhere() {
     let path = written("report");
     let html = read(&path, "index.html");
     let tags = tags(&html);
-    assert_balanced(&tags, &["meta", "link"]);
+    assert_balanced(&tags, &["meta", "link", "br"]);
     let attributes: Vec<_> = tags.iter().flat_map(|tag| &tag.attributes).collect();
     let values = |key: &str| -> Vec<&str> {
         attributes.iter().filter(|(name, _)| name == key).map(|(_, value)| value.as_str()).collect()

@@ -1,0 +1,54 @@
+//! The literature that the report cites by keys.
+
+use maud::{Markup, html};
+
+/// Key and source.
+const SOURCES: [(&str, &str); 6] = [
+    (
+        "S24",
+        "S. Sungkeetanon and others, Unconditionally stable symplectic integrators for the Navier–Stokes equations and \
+         other dissipative systems. The Citadel, 2024.",
+    ),
+    (
+        "KY21",
+        "X. Kong and X. Yang, Variational integrators for mechanical systems based on Lagrange interpolation polynomial \
+         fitting (in Chinese). Journal of Dynamics and Control, 2021, doi:10.6052/1672-6553-2020-077.",
+    ),
+    ("MW01", "J. Marsden and M. West, Discrete mechanics and variational integrators. Acta Numerica 10, 2001."),
+    (
+        "HNW93",
+        "E. Hairer, S. Nørsett and G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. Springer, 1993.",
+    ),
+    ("HW96", "E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. Springer, 1996."),
+    ("HLW06", "E. Hairer, C. Lubich and G. Wanner, Geometric Numerical Integration, 2nd ed. Springer, 2006."),
+];
+
+/// The keys in `text` that no source explains: `[HW96]`.
+pub(super) fn unknown(text: &str) -> impl Iterator<Item = &str> {
+    let keys = text.split('[').skip(1).filter_map(|rest| Some(rest.split_once(']')?.0));
+    let is_key = |key: &&str| {
+        let letters = key.trim_end_matches(|c: char| c.is_ascii_digit());
+        key.len() == letters.len() + 2 && !letters.is_empty() && letters.bytes().all(|b| b.is_ascii_uppercase())
+    };
+    keys.filter(is_key).filter(|key| SOURCES.iter().all(|(known, _)| known != key))
+}
+
+pub(super) fn write() -> Markup {
+    html! {
+        section #_bibliography {
+            h2 { "Bibliography" }
+            dl { @for (key, source) in SOURCES { dt id=(format!("_{key}")) { "[" (key) "]" } dd { (source) } } }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_told_from_other_brackets() {
+        let found: Vec<_> = unknown("[S24] §3, [HW96] IV.8, [XY07], in [0, 1], [a12], x[K] [N07").collect();
+        assert_eq!(found, ["XY07"]);
+    }
+}

@@ -1,0 +1,234 @@
+//! One chapter: its question and answer in words, and the evidence a click behind.
+
+use maud::{Markup, html};
+
+use super::super::style::Palette;
+use super::super::text::{anchor, clean, data_file};
+use super::figure::{figure, grid};
+use super::{Numbers, badge, by_reason, check_anchor, class, inline, number, permalink};
+use crate::evidence::{Cell, Check, Evidence, Outcome, Section, Table};
+use crate::report::run::Chapter;
+
+/// Longer tables scroll within the page.
+const TALL_TABLE: usize = 30;
+/// Cells with longer texts want columns that do not shrink to a word.
+const LONG_TEXT: usize = 80;
+
+pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
+    let id = anchor(&chapter.id);
+    let evidence = &chapter.evidence;
+    let body = body(chapter, palette, numbers);
+    html! {
+        section.chapter id=(id) {
+            h2 { span.ordinal { (position) } " " (clean(&chapter.title)) " " (permalink(&id, "chapter")) }
+            @if !chapter.question.is_empty() { p.question { (inline(&chapter.question)) } }
+            @if !chapter.source.is_empty() { p.source { "Source: " (inline(&chapter.source)) } }
+            @if let Some(error) = &chapter.error {
+                p.error role="alert" {
+                    b { "This study broke off:" } " " (inline(&ended(error))) " What it found until then is below."
+                }
+            }
+            @for note in &evidence.notes { p { (inline(note)) } }
+            @for map in &evidence.grids { (grid(map, chapter)) }
+            (undecided(chapter))
+            @if super::IN_SIGHT.contains(&chapter.id.as_str()) { (body) }
+            @else if !body.0.is_empty() {
+                details.evidence { summary { (behind(chapter)) } (body) }
+            }
+        }
+    }
+}
+
+/// What a click shows.
+fn behind(chapter: &Chapter) -> String {
+    let Evidence { checks, tables, figures, .. } = &chapter.evidence;
+    let passed = checks.iter().filter(|check| check.outcome == Outcome::Pass).count();
+    let count = |n: usize, one: &str, many: &str| (n > 0).then(|| format!("{n} {}", if n == 1 { one } else { many }));
+    let parts = [
+        count(figures.len(), "figure", "figures"),
+        count(tables.iter().filter(|table| table.shown).count(), "table", "tables"),
+        count(passed, "check that passed", "checks that passed"),
+    ];
+    match parts.into_iter().flatten().collect::<Vec<_>>().as_slice() {
+        [] => "Data".into(),
+        parts => parts.join(", "),
+    }
+}
+
+fn body(chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
+    let evidence = &chapter.evidence;
+    let sections = &evidence.sections;
+    let is_placed = |id: &str| sections.iter().any(|s| s.tables.iter().chain(&s.figures).any(|part| part == id));
+    let passed: Vec<_> = evidence.checks.iter().filter(|check| check.outcome == Outcome::Pass).collect();
+    // Data that no figure of the chapter links to.
+    let is_loose = |table: &&Table| !table.shown && evidence.figures.iter().all(|figure| figure.data != table.id);
+    let loose: Vec<_> = evidence.tables.iter().filter(is_loose).collect();
+    html! {
+        @for part in evidence.figures.iter().filter(|figure| !is_placed(&figure.id)) {
+            (figure(part, palette, &mut numbers.figures))
+        }
+        @for part in evidence.tables.iter().filter(|table| table.shown && !is_placed(&table.id)) {
+            (table(part, sections, &mut numbers.tables))
+        }
+        @for part in sections { (section(part, evidence, palette, numbers)) }
+        @if !loose.is_empty() {
+            p.data { "Further data:" }
+            ul.data {
+                @for table in loose {
+                    li id=(table_anchor(table)) { (data_link(&table.id)) ": " (inline(&table.caption)) }
+                }
+            }
+        }
+        @if !passed.is_empty() {
+            details {
+                summary { (passed.len()) (if passed.len() == 1 { " check passed" } else { " checks passed" }) }
+                (check_table(chapter, &passed))
+            }
+        }
+    }
+}
+
+/// What failed or was not decided stands in sight; what did not run, once for each reason.
+fn undecided(chapter: &Chapter) -> Markup {
+    let of = |outcome| chapter.evidence.checks.iter().filter(move |check| check.outcome == outcome);
+    let open: Vec<_> = of(Outcome::Fail).chain(of(Outcome::Inconclusive)).collect();
+    html! {
+        (check_table(chapter, &open))
+        @for (reason, checks) in by_reason(of(Outcome::NotRun).map(|check| ((), check))) {
+            details.not-run {
+                summary { "– Not run (" (checks.len()) "): " (inline(reason)) }
+                ul { @for (_, check) in checks { li id=(check_anchor(chapter, &check.id)) { (inline(&check.statement)) } } }
+            }
+        }
+    }
+}
+
+fn section(section: &Section, evidence: &Evidence, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
+    let id = anchor(&section.id);
+    html! {
+        section.part id=(id) {
+            h3 {
+                span.ordinal { (clean(&section.id)) } " " (inline(&section.title))
+                @if !section.mark.is_empty() { " " span.mark.(clean(&section.mark).replace(' ', "-")) { (clean(&section.mark)) } }
+                " " (permalink(&id, "section"))
+            }
+            @if !section.paragraphs.is_empty() {
+                dl { @for (label, text) in &section.paragraphs { dt { (inline(label)) } dd { (inline(text)) } } }
+            }
+            @for part in evidence.figures.iter().filter(|figure| section.figures.contains(&figure.id)) {
+                (figure(part, palette, &mut numbers.figures))
+            }
+            @for part in evidence.tables.iter().filter(|table| table.shown && section.tables.contains(&table.id)) {
+                (table(part, &evidence.sections, &mut numbers.tables))
+            }
+        }
+    }
+}
+
+fn ended(text: &str) -> String {
+    let text = text.trim_end();
+    if text.ends_with(['.', '!', '?']) { text.into() } else { format!("{text}.") }
+}
+
+fn check_table(chapter: &Chapter, checks: &[&Check]) -> Markup {
+    html! {
+        @if !checks.is_empty() {
+            div.scroll {
+                table.checks {
+                    thead {
+                        tr { th scope="col" { "Outcome" } th scope="col" { "Check" } th scope="col" { "Measured" } th scope="col" { "Required" } }
+                    }
+                    tbody {
+                        @for check in checks {
+                            tr id=(check_anchor(chapter, &check.id)) {
+                                td { (badge(check.outcome)) }
+                                td {
+                                    (inline(&check.statement))
+                                    @if !check.reason.is_empty() { p.reason { (inline(&check.reason)) } }
+                                }
+                                td data-value=[check.measured.and_then(sort_key)] { @if let Some(value) = check.measured { (number(value)) } }
+                                td { (check.required_text()) }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The number as the script reads it, where that is not the title of what is shown.
+fn sort_key(value: f64) -> Option<&'static str> {
+    match value {
+        f64::INFINITY => Some("Infinity"),
+        f64::NEG_INFINITY => Some("-Infinity"),
+        _ => None,
+    }
+}
+
+fn table_anchor(table: &Table) -> String {
+    anchor(&format!("table:{}", table.id))
+}
+
+pub(super) fn data_link(id: &str) -> Markup {
+    let file = data_file(id);
+    html! { a.data href=(file) { (file) } }
+}
+
+fn table(table: &Table, sections: &[Section], count: &mut usize) -> Markup {
+    *count += 1;
+    let id = table_anchor(table);
+    let is_prose = |cell: &Cell| matches!(cell, Cell::Text(text) if text.len() > LONG_TEXT);
+    let is_prose = table.rows.iter().flatten().any(is_prose);
+    let right: Vec<_> = (0..table.columns.len()).map(|column| is_numeric(table, column)).collect();
+    let align = |column: usize| (right.get(column) == Some(&true)).then_some("right");
+    html! {
+        div.table id=(id) {
+            p.caption id=(format!("{id}-caption")) {
+                b { "Table " (count) "." } " " (inline(&table.caption)) " " (data_link(&table.id)) " " (permalink(&id, "table"))
+            }
+            @if table.rows.is_empty() { p.empty { "No rows." } }
+            @else {
+                div.scroll.tall[table.rows.len() > TALL_TABLE] tabindex="0" role="region" aria-labelledby=(format!("{id}-caption")) {
+                    table.sortable.prose[is_prose] aria-labelledby=(format!("{id}-caption")) {
+                        thead {
+                            tr { @for (column, name) in table.columns.iter().enumerate() { th scope="col" class=[align(column)] { (clean(&name.replace('_', " "))) } } }
+                        }
+                        tbody {
+                            @for row in &table.rows {
+                                tr { @for (column, content) in row.iter().enumerate() { (cell(content, align(column), sections)) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn cell(content: &Cell, align: Option<&str>, sections: &[Section]) -> Markup {
+    match content {
+        Cell::Text(text) => match sections.iter().find(|section| section.id == *text) {
+            Some(section) => {
+                html! { td class=[align] { a.part href=(format!("#{}", anchor(&section.id))) { (clean(text)) } } }
+            }
+            None => html! { td class=[align] { (inline(text)) } },
+        },
+        Cell::Number(value) => html! { td class=[align] data-value=[sort_key(*value)] { (number(*value)) } },
+        Cell::Integer(value) => html! { td class=[align] data-value=(value) { (value.to_string().replace('-', "−")) } },
+        Cell::Empty => html! { td class=[align] {} },
+    }
+}
+
+fn is_numeric(table: &Table, column: usize) -> bool {
+    let mut cells = table.rows.iter().filter_map(|row| row.get(column)).filter(|cell| **cell != Cell::Empty).peekable();
+    cells.peek().is_some() && cells.all(|cell| matches!(cell, Cell::Number(_) | Cell::Integer(_)))
+}
+
+/// The class of a cell in a map: what came out, and in four shades how near a passed check came to its bound.
+pub(super) fn shade(outcome: Outcome, strain: f64) -> String {
+    match outcome {
+        Outcome::Pass => format!("p{}", (strain.clamp(0.0, 1.0) * 3.0).round()),
+        other => class(other).to_owned(),
+    }
+}

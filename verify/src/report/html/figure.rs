@@ -1,0 +1,162 @@
+//! Figures with their legends, and maps of checks.
+
+use maud::{Markup, PreEscaped, html};
+
+use super::super::chart;
+use super::super::style::{Palette, Style, band};
+use super::super::text::{anchor, clean};
+use super::chapter::{data_link, shade};
+use super::{check_anchor, inline, permalink};
+use crate::evidence::{Figure, Grid, Mark};
+use crate::report::run::Chapter;
+
+pub(super) fn figure(figure: &Figure, palette: Palette<'_>, count: &mut usize) -> Markup {
+    *count += 1;
+    let id = anchor(&format!("figure:{}", figure.id));
+    let columns = figure.columns.clamp(1, figure.panels.len().max(1));
+    let legend = Legend::of(figure, palette);
+    html! {
+        figure id=(id) {
+            (legend.write())
+            div.panels.(format!("columns-{}", columns.min(4))) {
+                @for panel in &figure.panels {
+                    @let styles: Vec<_> = panel.series.iter().map(|series| legend.style(&series.label)).collect();
+                    div.panel {
+                        @if !panel.title.is_empty() { p.title { (inline(&panel.title)) } }
+                        @match chart::panel(panel, &styles, columns) {
+                            Some(drawing) => {
+                                (PreEscaped(drawing.svg))
+                                @if drawing.dropped > 0 {
+                                    p.dropped {
+                                        "Without " (drawing.dropped) (if drawing.dropped == 1 { " point" } else { " points" })
+                                        " that the axes have no place for (zero or less on a logarithmic axis, or not finite)."
+                                    }
+                                }
+                                @for (hidden, by) in coincident(panel) {
+                                    p.dropped { (inline(hidden)) " lies on " (inline(by)) "." }
+                                }
+                            }
+                            None => { p.empty { "Nothing to draw: no point is finite and has a place on the axes." } }
+                        }
+                    }
+                }
+            }
+            figcaption {
+                b { "Figure " (count) "." } " " (inline(&figure.caption)) " " (data_link(&figure.data)) " " (permalink(&id, "figure"))
+            }
+        }
+    }
+}
+
+/// Curves that another one covers: equal to a thousandth of a decade, or of the height of the panel, at every point.
+fn coincident(panel: &crate::evidence::Panel) -> Vec<(&str, &str)> {
+    let values = panel.series.iter().flat_map(|series| &series.points).map(|point| point.1).filter(|y| y.is_finite());
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+    let is_near = |a: f64, b: f64| match panel.y.log {
+        true => a > 0.0 && b > 0.0 && (a / b).log10().abs() < 1e-3,
+        false => (a - b).abs() < 1e-3 * (high - low),
+    };
+    let covers = |a: &[(f64, f64)], b: &[(f64, f64)]| {
+        a.len() > 1 && a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && is_near(a.1, b.1))
+    };
+    let mut found = Vec::new();
+    for (index, series) in panel.series.iter().enumerate() {
+        let later = &panel.series[index + 1..];
+        if let Some(other) = later.iter().find(|other| covers(&series.points, &other.points)) {
+            found.push((series.label.as_str(), other.label.as_str()));
+        }
+    }
+    found
+}
+
+/// The entries of a figure, shared by its panels: a label looks the same in each.
+struct Legend<'a> {
+    entries: Vec<(&'a str, Mark, Style)>,
+    bands: Vec<(&'a str, String)>,
+}
+
+impl<'a> Legend<'a> {
+    fn of(figure: &'a Figure, palette: Palette<'_>) -> Self {
+        let mut legend = Self { entries: Vec::new(), bands: Vec::new() };
+        for series in figure.panels.iter().flat_map(|panel| &panel.series) {
+            if legend.entries.iter().all(|(label, ..)| *label != series.label) {
+                let place = legend.entries.len();
+                legend.entries.push((&series.label, series.mark, palette.style(&series.label, place, series.mark)));
+            }
+        }
+        for field in figure.panels.iter().filter_map(|panel| panel.field.as_ref()) {
+            for (index, name) in field.bands.iter().enumerate() {
+                let entry = (name.as_str(), band(index, field.levels.len() + 1, field.contours));
+                if !legend.bands.contains(&entry) {
+                    legend.bands.push(entry);
+                }
+            }
+        }
+        legend
+    }
+
+    fn style(&self, label: &str) -> Style {
+        self.entries
+            .iter()
+            .find(|(known, ..)| *known == label)
+            .map_or_else(|| Palette(&[]).style("", 0, Mark::Line), |entry| entry.2)
+    }
+
+    fn write(&self) -> Markup {
+        let named: Vec<_> = self.entries.iter().filter(|(label, ..)| !label.is_empty()).collect();
+        html! {
+            @if !named.is_empty() || !self.bands.is_empty() {
+                ul.legend {
+                    @for (label, class) in &self.bands { li { span.band.(class) {} span { (inline(label)) } } }
+                    @for (label, mark, style) in named { li { (PreEscaped(style.swatch(*mark))) span { (inline(label)) } } }
+                }
+            }
+        }
+    }
+}
+
+/// A map of checks; each cell leads to its check.
+pub(super) fn grid(grid: &Grid, chapter: &Chapter) -> Markup {
+    let id = anchor(&format!("grid:{}", grid.id));
+    let show = |value: Option<f64>| match value {
+        // Through a fixed number of digits, so that a column can be read down; no sign before a zero.
+        Some(value) if value.is_finite() => {
+            let text = format!("{value:+.*}", grid.decimals);
+            if text.trim_start_matches(['+', '-', '0', '.']).is_empty() {
+                text[1..].to_owned()
+            } else {
+                text.replace('-', "−")
+            }
+        }
+        Some(_) => "∞".into(),
+        None => "–".into(),
+    };
+    html! {
+        div.table id=(id) {
+            p.caption id=(format!("{id}-caption")) { (inline(&grid.caption)) " " (permalink(&id, "map")) }
+            div.scroll tabindex="0" role="region" aria-labelledby=(format!("{id}-caption")) {
+                table.grid aria-labelledby=(format!("{id}-caption")) {
+                    thead { tr { td {} @for name in &grid.columns { th scope="col" { span { (clean(name)) } } } } }
+                    tbody {
+                        @for (row, name) in grid.rows.iter().enumerate() {
+                            tr {
+                                th scope="row" { (clean(name)) }
+                                @for column in 0..grid.columns.len() {
+                                    @let cell = grid.cells.iter().find(|cell| (cell.row, cell.column) == (row, column));
+                                    @match cell.and_then(|cell| Some((cell, chapter.check(&cell.check)?))) {
+                                        Some((cell, check)) => {
+                                            td.(shade(check.outcome, cell.strain)) {
+                                                a href=(format!("#{}", check_anchor(chapter, &check.id))) { (show(cell.value)) }
+                                            }
+                                        }
+                                        None => { td {} }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! How a series looks: one colour and one shape a method, the same in every figure of the report.
+
+use crate::evidence::Mark;
+
+/// Colours of the page, `--s0` to `--s7`.
+const COLORS: usize = 8;
+const DASHES: [&str; 4] = ["", "8 4", "2 3", "8 3 2 3"];
+
+/// The names that have a look of their own, the methods first: their places decide it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Palette<'a>(pub(super) &'a [String]);
+
+/// Shapes of markers; `H` is a dot or a square by its line cap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shape {
+    Dot,
+    Square,
+    Up,
+    Diamond,
+    Down,
+    Cross,
+    Plus,
+}
+
+/// Colour, dash and marker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Style {
+    pub(super) color: usize,
+    pub(super) dash: usize,
+    pub(super) shape: Shape,
+}
+
+impl Shape {
+    const ALL: [Self; 7] = [Self::Dot, Self::Square, Self::Up, Self::Diamond, Self::Down, Self::Cross, Self::Plus];
+
+    /// The class of its path: dots and squares are points of a thick line, the others are outlines.
+    pub(super) fn class(self) -> &'static str {
+        match self {
+            Self::Dot => "dot",
+            Self::Square => "square",
+            Self::Cross | Self::Plus => "cross",
+            Self::Up | Self::Diamond | Self::Down => "shape",
+        }
+    }
+
+    /// The path around the current point.
+    pub(super) fn path(self) -> &'static str {
+        match self {
+            Self::Dot | Self::Square => "h0",
+            Self::Up => "m0-5l4 8h-8z",
+            Self::Diamond => "m0-5l4 5-4 5-4-5z",
+            Self::Down => "m0 5l4-8h-8z",
+            Self::Cross => "m-3-3l6 6m0-6l-6 6",
+            Self::Plus => "m-4 0h8m-4-4v8",
+        }
+    }
+}
+
+impl Palette<'_> {
+    /// The look of `label` wherever it stands; one that begins with no known name gets that of its `place` in the figure.
+    pub(super) fn style(self, label: &str, place: usize, mark: Mark) -> Style {
+        let head = label.split(['(', ' ', ',']).next().unwrap_or_default();
+        let known = self.0.iter().position(|name| name == head);
+        // The arguments of a method shift its shape and dash, never its colour.
+        let rest: usize = label[head.len()..].bytes().map(usize::from).sum();
+        let (place, shift) = known.map_or((place, 0), |position| (position, rest));
+        if mark == Mark::Guide {
+            return Style { color: COLORS, dash: 1 + place % (DASHES.len() - 1), shape: Shape::Dot };
+        }
+        let dash = match mark {
+            // Markers tell these apart already.
+            Mark::LineMarkers | Mark::Markers => place / COLORS,
+            _ => place / COLORS + shift,
+        };
+        Style {
+            color: place % COLORS,
+            dash: dash % DASHES.len(),
+            shape: Shape::ALL[(place + place / COLORS + shift) % Shape::ALL.len()],
+        }
+    }
+}
+
+impl Style {
+    /// The attributes of a line in this style.
+    pub(super) fn line(self) -> String {
+        match DASHES[self.dash] {
+            "" => format!("class=\"l s{}\"", self.color),
+            dash => format!("class=\"l s{}\" stroke-dasharray=\"{dash}\"", self.color),
+        }
+    }
+
+    /// The attributes of its markers.
+    pub(super) fn markers(self) -> String {
+        format!("class=\"{} s{}\"", self.shape.class(), self.color)
+    }
+
+    /// A small drawing for a legend.
+    pub(super) fn swatch(self, mark: Mark) -> String {
+        let line = match mark {
+            Mark::Markers => String::new(),
+            _ => format!("<path {} d=\"M1 7h32\"/>", self.line()),
+        };
+        let marker = match mark {
+            Mark::LineMarkers | Mark::Markers => {
+                format!("<path {} d=\"M17 7{}\"/>", self.markers(), self.shape.path())
+            }
+            Mark::Line | Mark::Guide => String::new(),
+        };
+        format!("<svg class=\"swatch\" viewBox=\"0 0 34 14\" aria-hidden=\"true\">{line}{marker}</svg>")
+    }
+}
+
+/// The class of band `index` of `count`: shades of one hue where the bands are ordered, distinct tints for categories.
+pub(super) fn band(index: usize, count: usize, is_ordered: bool) -> String {
+    const SHADES: usize = 8;
+    match is_ordered {
+        true => format!("q{}", index * (SHADES - 1) / (count.max(2) - 1)),
+        false => format!("c{}", index % SHADES),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_method_looks_the_same_wherever_it_stands() {
+        let names: Vec<String> = (0..40).map(|n| format!("method-{n}")).collect();
+        let palette = Palette(&names);
+        let looks = |label: &str, place| palette.style(label, place, Mark::LineMarkers);
+        assert_eq!(looks("method-3", 0), looks("method-3", 17));
+        assert_eq!(looks("method-3(2,gauss)", 0).color, looks("method-3", 5).color);
+        assert_ne!(looks("method-3(2)", 0), looks("method-3(3)", 0));
+        // Colour and shape together tell the methods apart.
+        let mut seen: Vec<_> = names
+            .iter()
+            .map(|name| looks(name, 0))
+            .map(|s| (s.color, s.shape.class(), s.shape.path(), s.dash))
+            .collect();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), names.len());
+        assert_ne!(looks("an exact curve", 0), looks("an exact curve", 1));
+    }
+}
