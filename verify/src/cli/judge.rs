@@ -14,7 +14,7 @@ use super::error::Failure;
 use super::layout::paragraph;
 use super::output::Output;
 
-/// Judge a method that comes as a file: claims, misprints, stability, runs.
+/// Judge a method that comes as a file: claims, misprints, stability.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 A file is TOML with the keys name, kind = \"runge-kutta\", order and

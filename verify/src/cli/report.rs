@@ -64,11 +64,11 @@ pub(super) struct Args {
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
 
-    /// Run this study alone, or with --model `model`; see `verify list studies`
+    /// Run this study alone (`verify list studies`; `model`)
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
 
-    /// Run the studies of the first page alone: the answers and the claims
+    /// Run the studies of the first page: answers and claims
     #[arg(long, conflicts_with = "only")]
     brief: bool,
 }
