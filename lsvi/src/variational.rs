@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use crate::closure::{Closure, PositionMomentum};
+use crate::closure::{Closure, LinearClosure, PositionMomentum};
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
-use crate::linalg::{Jacobian, Lu};
+use crate::linalg::{Jacobian, Lu, Structure};
 use crate::newton::{Newton, System, Work};
 
 /// One step solves the stationarity conditions and the closure together for the interior values and q₁, then sets
@@ -17,16 +17,48 @@ pub struct Variational<D, C> {
     closure: C,
     newton: Newton,
     unknowns: Vec<f64>,
+    momenta: Option<Box<Momenta>>,
+}
+
+/// Work space for the two momenta of closures that are not linear, and their derivatives.
+#[derive(Debug)]
+pub(crate) struct Momenta {
+    p0: Vec<f64>,
+    p1: Vec<f64>,
+    /// The derivatives of the equations with p₀, and with p₁, in the place of the closure.
+    start: Jacobian,
+    end: Jacobian,
+    in_p0: DMatrix<f64>,
+    in_p1: DMatrix<f64>,
+}
+
+impl Momenta {
+    fn new(discrete: &impl DiscreteLegendre, unknowns: usize) -> Self {
+        let n = discrete.dim();
+        let matrix = || Jacobian::with_structure(unknowns, &discrete.structure());
+        Self {
+            p0: vec![0.0; n],
+            p1: vec![0.0; n],
+            start: matrix(),
+            end: matrix(),
+            in_p0: DMatrix::zeros(n, n),
+            in_p1: DMatrix::zeros(n, n),
+        }
+    }
 }
 
 impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     /// Closes `discrete` by `closure`.
     pub fn new(discrete: D, closure: C) -> Self {
         let unknowns = discrete.interior() + discrete.dim();
+        // A closure that is not linear may couple all components.
+        let is_linear = closure.linear().is_some();
+        let structure = if is_linear { discrete.structure() } else { Structure::Dense };
         Self {
             closure,
-            newton: Newton::with_structure(unknowns, &discrete.structure()),
+            newton: Newton::with_structure(unknowns, &structure),
             unknowns: vec![0.0; unknowns],
+            momenta: (!is_linear).then(|| Box::new(Momenta::new(&discrete, unknowns))),
             discrete,
         }
     }
@@ -54,6 +86,8 @@ pub(crate) struct StepEquations<'a, D, C> {
     pub(crate) t: f64,
     pub(crate) q0: &'a [f64],
     pub(crate) p0: &'a [f64],
+    /// For closures that are not linear.
+    pub(crate) momenta: Option<&'a mut Momenta>,
 }
 
 impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
@@ -62,16 +96,46 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
     }
 
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
-        let at = Interval { start: self.t, h };
-        self.discrete.equations(at, self.q0, x, self.closure.weights(h), out);
-        let carried = self.closure.carried();
-        let end = &mut out[self.discrete.interior()..];
-        end.iter_mut().zip(self.p0).for_each(|(o, p)| *o -= carried * p);
+        let (at, interior) = (Interval { start: self.t, h }, self.discrete.interior());
+        if let Some(closure) = self.closure.linear() {
+            self.discrete.equations(at, self.q0, x, closure.weights(h), out);
+            let carried = closure.carried();
+            return out[interior..].iter_mut().zip(self.p0).for_each(|(o, p)| *o -= carried * p);
+        }
+        let Some(m) = self.momenta.as_deref_mut() else { return out.fill(f64::NAN) };
+        self.discrete.equations(at, self.q0, x, MomentumWeights::START, out);
+        m.p0.copy_from_slice(&out[interior..]);
+        self.discrete.momentum(at, self.q0, x, MomentumWeights::END, &mut m.p1);
+        self.closure.residual(h, self.p0, &m.p0, &m.p1, &mut out[interior..]);
     }
 
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian) {
-        let at = Interval { start: self.t, h };
-        self.discrete.add_derivative(at, self.q0, x, self.closure.weights(h), out);
+        let (at, interior) = (Interval { start: self.t, h }, self.discrete.interior());
+        if let Some(closure) = self.closure.linear() {
+            return self.discrete.add_derivative(at, self.q0, x, closure.weights(h), out);
+        }
+        let Some(Momenta { p0, p1, start, end, in_p0, in_p1 }) = self.momenta.as_deref_mut() else { return };
+        in_p0.fill(0.0);
+        in_p1.fill(0.0);
+        self.closure.derivative(h, self.p0, p0, p1, in_p0, in_p1);
+        start.clear();
+        self.discrete.add_derivative(at, self.q0, x, MomentumWeights::START, start);
+        start.for_each(|i, j, x| {
+            if i < interior {
+                out.add(i, j, x);
+            }
+        });
+        end.clear();
+        self.discrete.add_derivative(at, self.q0, x, MomentumWeights::END, end);
+        for (matrix, in_momentum) in [(&*start, &*in_p0), (&*end, &*in_p1)] {
+            matrix.for_each(|k, j, x| {
+                if k >= interior {
+                    let column = in_momentum.column(k - interior);
+                    column.iter().enumerate().for_each(|(i, f)| out.add(interior + i, j, f * x));
+                }
+            });
+            out.inherit_outside(matrix);
+        }
     }
 
     fn origin(&self, x: &mut [f64]) {
@@ -80,8 +144,10 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
 
     /// The derivative tends to (α + β) L_vv/h, unless α + β → 0.
     fn keeps_orientation(&self) -> bool {
-        let w = self.closure.weights(0.0);
-        (w.alpha + w.beta).abs() > f64::EPSILON * (w.alpha.abs() + w.beta.abs())
+        self.closure.linear().is_some_and(|closure| {
+            let w = closure.weights(0.0);
+            (w.alpha + w.beta).abs() > f64::EPSILON * (w.alpha.abs() + w.beta.abs())
+        })
     }
 }
 
@@ -134,7 +200,7 @@ impl<D: DiscreteLegendre, C: Closure> OneStep for Variational<D, C> {
     }
 }
 
-impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
+impl<D: DiscreteLegendre, C: LinearClosure> Variational<D, C> {
     /// Takes a [`step`](OneStep::step) and returns its derivative ∂(q₁, p₁)/∂(q₀, p₀), 2n × 2n, by implicit differentiation.
     ///
     /// # Errors
@@ -176,7 +242,9 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         self.finish(at, q, p);
         Ok(tangent)
     }
+}
 
+impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     /// Finds the unknowns of the step.
     fn solve(&mut self, t: f64, h: f64, q: &[f64], p: &[f64]) -> Result<(), StepError> {
         let n = self.discrete.dim();
@@ -184,12 +252,19 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         let failed = |source| StepError::Solve { t, h, source };
-        if self.closure.carried() == 0.0 {
+        if self.closure.linear().is_none_or(|closure| closure.carried() == 0.0) {
             repeat(q, &mut self.unknowns);
         } else {
             self.discrete.predict(Interval { start: t, h }, q, p, &mut self.unknowns).map_err(failed)?;
         }
-        let mut equations = StepEquations { discrete: &mut self.discrete, closure: &self.closure, t, q0: q, p0: p };
+        let mut equations = StepEquations {
+            discrete: &mut self.discrete,
+            closure: &self.closure,
+            t,
+            q0: q,
+            p0: p,
+            momenta: self.momenta.as_deref_mut(),
+        };
         self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(failed)
     }
 

@@ -126,7 +126,7 @@ impl<D: DiscreteLegendre> Window<D> {
         for (step, x) in self.steps.iter().zip(self.unknowns.chunks_exact_mut(self.scratch.block.dim())) {
             repeat(reached, x);
             let (discrete, closure) = (&mut self.discrete, &Linear::METHOD_I);
-            let mut equations = StepEquations { discrete, closure, t, q0: reached, p0: &[] };
+            let mut equations = StepEquations { discrete, closure, t, q0: reached, p0: &[], momenta: None };
             if self.march.solve(&mut equations, step.h, x).is_err() {
                 repeat(reached, x);
                 break;

@@ -126,7 +126,7 @@ fn largest(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::closure::Closure;
+    use crate::closure::LinearClosure;
 
     /// (z, θ) computed in 45-digit arithmetic and rounded to double precision.
     const TABLE: [(f64, f64); 15] = [

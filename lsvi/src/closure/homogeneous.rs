@@ -14,7 +14,7 @@ impl Linear {
     /// every step nearly degenerate.
     ///
     /// ```
-    /// use lsvi::closure::{Closure, Linear};
+    /// use lsvi::closure::{Linear, LinearClosure};
     /// // p₀³ + p₁³ = 0 is p₀ + p₁ = 0.
     /// let closure = Linear::from_homogeneous(|a, b| a.powi(3) + b.powi(3), (0.0, 1.0))?;
     /// let w = closure.weights(0.1);
@@ -68,7 +68,7 @@ fn bisect(g: &impl Fn(f64) -> f64, (mut a, mut b): (f64, f64)) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::closure::Closure;
+    use crate::closure::LinearClosure;
 
     #[test]
     fn takes_the_nearest_line() {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Closure;
+use super::LinearClosure;
 use crate::discrete::MomentumWeights;
 use crate::error::InputError;
 
@@ -65,7 +65,7 @@ impl fmt::Debug for Linear {
     }
 }
 
-impl Closure for Linear {
+impl LinearClosure for Linear {
     fn weights(&self, h: f64) -> MomentumWeights {
         match &self.0 {
             Weights::Constant(w) => *w,

@@ -1,6 +1,6 @@
 //! The conventional closure of variational integrators.
 
-use super::Closure;
+use super::LinearClosure;
 use crate::discrete::MomentumWeights;
 
 /// p₀ = −D₁L_d is the momentum that the state carries: the symplectic map (q₀, p₀) → (q₁, p₁) of Eq. (8).
@@ -10,7 +10,7 @@ use crate::discrete::MomentumWeights;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PositionMomentum;
 
-impl Closure for PositionMomentum {
+impl LinearClosure for PositionMomentum {
     fn weights(&self, _h: f64) -> MomentumWeights {
         MomentumWeights::START
     }

@@ -1,7 +1,7 @@
 //! Newton's method for closures of a nonlinear f, on assembled matrices.
 
 use super::System;
-use crate::closure::{Closure, Linear};
+use crate::closure::{Linear, LinearClosure};
 use crate::discrete::Interval;
 use crate::error::{InputError, SolveError};
 use crate::linalg::{Jacobian, Structure};

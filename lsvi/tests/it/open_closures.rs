@@ -1,12 +1,13 @@
 //! Closures fitted to a rate, and windows of steps found together.
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
-use lsvi::closure::Linear;
+use lsvi::closure::{Closure, Linear};
 use lsvi::discrete::{DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoField, FieldFn, InputError, Integrator, LeastSquares, Scalar, SolveError, State, StepError, Trajectory, Window,
-    least_squares, method_i,
+    AutoField, FieldFn, InputError, Integrator, LeastSquares, OneStep, Scalar, SolveError, State, StepError,
+    Trajectory, Variational, Window, least_squares, method_i,
 };
+use nalgebra::DMatrix;
 
 struct Decay {
     rate: f64,
@@ -201,4 +202,83 @@ fn unusable_windows_are_refused_and_lost_branches_named() {
     let result = trajectory.step().map(|_| ());
     assert!(matches!(result, Err(StepError::Solve { source: SolveError::BranchLost { .. }, .. })), "{result:?}");
     assert_eq!(trajectory.state(), &State::new(0.0, vec![1.0]));
+}
+
+/// F(p₀, p₁) = (1 + |p₀|²) p₁ − θ p₀, whose components are coupled; θ = 0 is Method I.
+struct Rational(f64);
+
+impl Closure for Rational {
+    fn residual(&self, _h: f64, _p: &[f64], p0: &[f64], p1: &[f64], out: &mut [f64]) {
+        let size = 1.0 + p0.iter().map(|p| p * p).sum::<f64>();
+        (0..out.len()).for_each(|i| out[i] = size * p1[i] - self.0 * p0[i]);
+    }
+    fn derivative(
+        &self,
+        _h: f64,
+        _p: &[f64],
+        p0: &[f64],
+        p1: &[f64],
+        in_p0: &mut DMatrix<f64>,
+        in_p1: &mut DMatrix<f64>,
+    ) {
+        let size = 1.0 + p0.iter().map(|p| p * p).sum::<f64>();
+        for i in 0..p0.len() {
+            in_p1[(i, i)] += size;
+            in_p0[(i, i)] -= self.0;
+            (0..p0.len()).for_each(|j| in_p0[(i, j)] += 2.0 * p1[i] * p0[j]);
+        }
+    }
+}
+
+/// A linear closure that does not say so.
+struct Disguised(Linear);
+
+impl Closure for Disguised {
+    fn residual(&self, h: f64, p: &[f64], p0: &[f64], p1: &[f64], out: &mut [f64]) {
+        self.0.residual(h, p, p0, p1, out);
+    }
+    fn derivative(
+        &self,
+        h: f64,
+        p: &[f64],
+        p0: &[f64],
+        p1: &[f64],
+        in_p0: &mut DMatrix<f64>,
+        in_p1: &mut DMatrix<f64>,
+    ) {
+        self.0.derivative(h, p, p0, p1, in_p0, in_p1);
+    }
+}
+
+#[test]
+fn a_closure_may_be_nonlinear() {
+    let field = lsvi::field!(2; |t, v, dv| {
+        dv[0] = v[1] - v[0] * v[0] * v[0];
+        dv[1] = -v[0] - v[1] * v[0] * v[0] + t;
+    });
+    let lagrangian = || LeastSquares::new(&field).expect("dense");
+    let path = || Galerkin::lobatto(lagrangian(), 2).expect("s ≥ 1");
+    let step = |method: &mut dyn OneStep, h: f64| {
+        let (mut q, mut p) = ([1.0, -0.5], [0.1, 0.2]);
+        method.step(0.0, h, &mut q, &mut p).expect("solvable");
+        (q, p)
+    };
+    // A linear closure gives the same step by either way.
+    for (alpha, beta) in [(0.0, 1.0), (-0.5, 1.0), (1.0, 0.0)] {
+        let closure = || Linear::new(alpha, beta).expect("not both zero");
+        let (q, p) = step(&mut Variational::new(path(), closure()), 0.1);
+        let (other_q, other_p) = step(&mut Variational::new(path(), Disguised(closure())), 0.1);
+        (0..2).for_each(|i| approx::assert_abs_diff_eq!(q[i], other_q[i], epsilon = 1e-14));
+        (0..2).for_each(|i| approx::assert_abs_diff_eq!(p[i], other_p[i], epsilon = 1e-13));
+    }
+    // The momenta of a step satisfy a nonlinear one, to the roundings of differences of positions over h.
+    let (h, theta) = (0.3, 0.7);
+    let (mut method, mut discrete) =
+        (Variational::new(Trapezoidal::new(lagrangian()), Rational(theta)), Trapezoidal::new(lagrangian()));
+    let (q1, p1) = step(&mut method, h);
+    let mut p0 = [0.0; 2];
+    discrete.momentum(Interval { start: 0.0, h }, &[1.0, -0.5], &q1, MomentumWeights::START, &mut p0);
+    let size = 1.0 + p0.iter().map(|p| p * p).sum::<f64>();
+    assert!(size > 1.0001, "{size}");
+    (0..2).for_each(|i| approx::assert_abs_diff_eq!(size * p1[i], theta * p0[i], epsilon = 1e-14));
 }

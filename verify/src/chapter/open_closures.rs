@@ -1,6 +1,6 @@
 //! The closures that the first paper leaves open: the best constant, exponential fitting, windows of several steps.
 
-use lsvi::closure::{Closure, Linear};
+use lsvi::closure::{Linear, LinearClosure};
 use rayon::prelude::*;
 
 use super::parts::order_check;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lsvi::closure::{Closure, Linear};
+use lsvi::closure::{Linear, LinearClosure};
 
 use crate::chapter::StudyError;
 use crate::claim::measure::{self, growth, text};

@@ -1,7 +1,7 @@
 //! Whether the closed schemes are symplectic.
 
 use lsvi::Variational;
-use lsvi::closure::{Closure, Linear, PositionMomentum};
+use lsvi::closure::{Linear, LinearClosure, PositionMomentum};
 use lsvi::discrete::Trapezoidal;
 
 use crate::chapter::StudyError;
@@ -29,7 +29,7 @@ pub(super) const CLAIMS: &[Claim] = &[
 
 /// ∂(v₁, p₁)/∂(v₀, p₀) of live steps with a few sizes on both drags, by implicit differentiation: what it is about and its
 /// determinant.
-fn determinants<C: Closure>(name: &str, closure: impl Fn() -> C) -> Result<Vec<(String, f64)>, StudyError> {
+fn determinants<C: LinearClosure>(name: &str, closure: impl Fn() -> C) -> Result<Vec<(String, f64)>, StudyError> {
     let mut found = Vec::new();
     for drag in ["linear-drag", "quadratic-drag"] {
         let problem = problem(drag, &[])?;
