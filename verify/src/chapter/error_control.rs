@@ -1,10 +1,10 @@
 //! Two computable measures of the error of a step: the estimate of adaptive Radau IIA, and the least-squares action.
 
-use lsvi::adaptive::Tolerances;
+use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, Galerkin, Interval};
 use lsvi::quadrature::Quadrature;
-use lsvi::{OneStep, Variational};
+use lsvi::{Integrator, OneStep, State, Trajectory, Variational};
 
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
@@ -24,9 +24,11 @@ pub(super) const STUDY: Study = Study {
 };
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(2);
+    (context.announce)(3);
     let mut evidence = Evidence { notes: notes(), ..Evidence::default() };
     tolerances(&mut evidence)?;
+    (context.tick)();
+    grid(&mut evidence)?;
     (context.tick)();
     actions(&mut evidence)?;
     (context.tick)();
@@ -36,14 +38,17 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
 /// Errors up to this many tolerances keep it: one digit, for a tolerance is on the error of a step and not of a run.
 const KEPT: f64 = 10.0;
 
+/// The problem among them that is stiff.
+const STIFF: &str = "prothero-robinson";
+
 /// Tolerance asked for against error made, by `radau-adaptive`.
 fn tolerances(evidence: &mut Evidence) -> Result<(), StudyError> {
-    const STIFF: &str = "prothero-robinson";
     let mut rows = Vec::new();
     let mut curves = Vec::new();
     for name in ["logistic", "damped-pendulum", "van-der-pol", STIFF] {
         let problem = problem::build(name, &[])?;
-        let horizon = problem.horizon();
+        // Over ten time units the forcing takes the error of a stiff component through all its sizes.
+        let horizon = if name == STIFF { 10.0 } else { problem.horizon() };
         let truth = problem.exact(horizon).or_else(|| problem.tabulated(horizon)).ok_or("no truth is known")?;
         let mut points = Vec::new();
         for k in 4..=20 {
@@ -64,7 +69,7 @@ fn tolerances(evidence: &mut Evidence) -> Result<(), StudyError> {
                 format!("The error of radau-adaptive on {name}, which is stiff, exceeds its tolerance: largest ratio of the two"),
                 worst(1.0),
                 Requirement::AtLeast(KEPT),
-                "the estimate is held to 0.1 tol^{2/3}, and the error of a stiff component is as large as its estimate",
+                "the estimate of s stages is held to 0.1 tol^{(s+1)/2s}, and the error of a stiff component is as large as its estimate",
             ));
             evidence.checks.push(Check::new(
                 format!("tolerance/{name}"),
@@ -102,6 +107,60 @@ fn tolerances(evidence: &mut Evidence) -> Result<(), StudyError> {
         panels: vec![Panel { x: axes.0, y: axes.1, series: curves, ..Panel::default() }],
         columns: 1,
     });
+    Ok(())
+}
+
+/// Rejected steps come and go with a tolerance: the part, and the number of steps, by which work may fall as it tightens.
+const SPARED: (f64, f64) = (1.1, 3.0);
+
+/// Both tolerances varied on their own: what is tolerated in each cell against the error made, and the steps of order 5.
+fn grid(evidence: &mut Evidence) -> Result<(), StudyError> {
+    let exponents = || (2..=14).step_by(2);
+    let mut rows = Vec::new();
+    for name in ["logistic", "damped-pendulum", "van-der-pol", STIFF] {
+        let problem = problem::build(name, &[])?;
+        let horizon = problem.horizon();
+        let truth = problem.exact(horizon).or_else(|| problem.tabulated(horizon)).ok_or("no truth is known")?;
+        let mut cells = Vec::new();
+        for (r, a) in exponents().flat_map(|r| exponents().map(move |a| (r, a))) {
+            let (rtol, atol) = (10_f64.powi(-r), 10_f64.powi(-a));
+            let tolerances = Tolerances::new(rtol, atol)?;
+            let method =
+                method::parse("radau-adaptive")?.with_tolerances(tolerances.clone()).ok_or("it is adaptive")?;
+            let run = run(&*problem, &*method, horizon, horizon, |_| {})?;
+            let mut fixed = Radau::new(problem.field(), Options::new(tolerances).stages(3, 3)?)?;
+            Trajectory::new(&mut fixed, State::new(0.0, problem.initial()), horizon, horizon)?.observe(|_| ())?;
+            let tried = fixed.work().steps + fixed.rejected();
+            let tolerated = atol + rtol * max_norm(&truth);
+            let held = if name == STIFF { tolerated.max(tolerated.powf(2.0 / 3.0)) } else { tolerated };
+            let error = distance(&run.end.q, &truth);
+            cells.push(((r, a), held, error, tried as f64));
+            let counts = [run.work.steps, tried].map(|count| Cell::Integer(count as i64));
+            let row = [Cell::Text(name.into()), Cell::Number(rtol), Cell::Number(atol), Cell::Number(error)];
+            rows.push(row.into_iter().chain(counts).collect());
+        }
+        evidence.checks.push(Check::new(
+            format!("grid/{name}/error"),
+            format!("On {name} the error of radau-adaptive falls with each of rtol and atol: largest ratio to what is tolerated"),
+            cells.iter().map(|(_, held, error, _)| error / held).largest(),
+            Requirement::AtMost(KEPT),
+            "a bound that falls with each tolerance, held in every cell from 1e-2 to 1e-14 of both; atol + rtol |v|, or its \
+             power 2/3 where that is more and the problem is stiff",
+        ));
+        let neighbours = cells.iter().flat_map(|cell| cells.iter().map(move |other| (cell, other)));
+        let tighter = neighbours.filter(|(((r, a), ..), ((k, l), ..))| k >= r && l >= a);
+        evidence.checks.push(Check::new(
+            format!("grid/{name}/work"),
+            format!("On {name} the steps of order 5 grow with each of rtol and atol: largest ratio of fewer asked for to more"),
+            tighter.map(|((.., few), (.., many))| (few - SPARED.1) / many).largest(),
+            Requirement::AtMost(SPARED.0),
+            "what the estimate is held to grows with each tolerance; three steps and a tenth of them for rejections",
+        ));
+    }
+    let caption = "Error of radau-adaptive at the end of the run and steps, at relative and absolute tolerances of their own; \
+                   tried: steps with three stages alone, rejected ones among them.";
+    let columns = ["problem", "rtol", "atol", "error", "steps", "tried"];
+    evidence.tables.push(Table::data("tolerance-grid", caption, &columns, rows));
     Ok(())
 }
 
@@ -208,10 +267,10 @@ fn one_step(problem: &dyn Problem, degree: u32, nodes: u32, h: f64) -> Result<St
 
 fn notes() -> Vec<String> {
     vec![
-        "`radau-adaptive` makes errors of the size of its tolerance where the problem is not stiff. Its estimate is of \
-         order 3 and its solution of order 5, and to make up for that the estimate is held to 0.1 tol^{2/3}; on a stiff \
-         component, whose error is as large as the estimate, that is what remains. Ask for a smaller tolerance there: 1e-9 \
-         gives six digits."
+        "`radau-adaptive` makes errors of the size of its tolerance where the problem is not stiff. With s stages its estimate \
+         is of order s and its solution of order 2s − 1, and to make up for that the estimate is held to \
+         0.1 tol^{(s+1)/2s}, or to the tolerance where that is more; on a stiff component, whose error is as large as the \
+         estimate, that is what remains. Ask for a smaller tolerance there."
             .into(),
         "The least-squares action of a step measures its residual. `√(2 h L_d)` bounds the error of the step from above, \
          at no cost beyond the step, but it falls with `h^{s+1}` and the error with `h^{2s+1}`: for s = 1 it is a useful \
