@@ -58,6 +58,11 @@ type Solved = (String, Result<Answer, Gap>);
 /// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's, and the bound
 /// must be small beside the solution, lest a run that diverges agree with everything.
 pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
+    cross_check_with(name, problem, Vec::new())
+}
+
+/// The same with methods of one's own among the others.
+pub fn cross_check_with(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>) -> Evidence {
     let horizon = problem.horizon();
     let mut table = Table {
         id: format!("cross-check-{name}"),
@@ -70,7 +75,7 @@ pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
         shown: true,
     };
     let mut checks = Vec::new();
-    for (limit, methods) in by_equation(problem) {
+    for (limit, methods) in by_equation(problem, own) {
         let times: Vec<f64> = (1..=SAMPLES).map(|k| horizon * k as f64 / SAMPLES as f64).collect();
         let mut solved: Vec<Solved> = reference::all()
             .into_par_iter()
@@ -103,12 +108,13 @@ pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
     Evidence { checks, tables: vec![table], ..Evidence::default() }
 }
 
-/// The methods, grouped by the equation that they converge to.
-fn by_equation(problem: &dyn Problem) -> Vec<(Limit<'_>, Vec<Box<dyn Method>>)> {
+/// The methods, `own` among them, grouped by the equation that they converge to.
+fn by_equation(problem: &dyn Problem, mut own: Vec<Box<dyn Method>>) -> Vec<(Limit<'_>, Vec<Box<dyn Method>>)> {
     let mut groups: Vec<(Limit<'_>, Vec<Box<dyn Method>>)> = Vec::new();
     for principle in Principle::ALL {
         let mut suited = methods_for(problem);
         suited.retain(|method| method.principle() == principle);
+        suited.extend(own.extract_if(.., |method| method.principle() == principle));
         if suited.is_empty() {
             continue;
         }

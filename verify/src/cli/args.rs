@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use verify::judge::FileMethod;
+use verify::judge::file::MethodFile;
 use verify::method::{self, Method};
 use verify::problem::model::{CAVEAT, Model};
 use verify::problem::{self, Problem};
@@ -52,11 +53,11 @@ impl ProblemArgs {
     }
 }
 
-/// The method that `text` names, or that the file `text` holds.
+/// The method that `text` names, or that the file `text` holds: a text with a slash or a file's ending is a path.
 pub(super) fn method(text: &str) -> Result<Box<dyn Method>, Failure> {
     let path = Path::new(text);
-    let is_file = path.extension().is_some_and(|extension| extension == "toml") || text.contains('/');
-    Ok(if is_file { Box::new(FileMethod::load(path)?) } else { method::parse(text)? })
+    let is_file = text.contains('/') || (path.extension().is_some() && !text.contains('('));
+    Ok(if is_file { Box::new(FileMethod::of(&MethodFile::load(path)?)) } else { method::parse(text)? })
 }
 
 pub(super) fn assignment(text: &str) -> Result<(String, String), String> {

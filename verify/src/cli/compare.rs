@@ -2,11 +2,11 @@
 
 use std::io::{self, Write};
 
-use verify::compare::cross_check;
+use verify::compare::cross_check_with;
 use verify::evidence::{Cell, Evidence, Outcome, Table};
 
 use super::Status;
-use super::args::ProblemArgs;
+use super::args::{self, ProblemArgs};
 use super::error::Failure;
 use super::layout::{left, paragraph, right, significant, width};
 use super::output::Output;
@@ -20,6 +20,7 @@ the exact solution or the best reference, than the bounds of both allow.
 
 Examples:
   verify compare --problem logistic
+  verify compare --problem logistic --method mine.toml
   verify compare --problem poiseuille-galerkin --set gamma=1
   verify compare --model predator-prey.ds --t-end 10
 
@@ -28,6 +29,10 @@ pub(super) struct Args {
     #[command(flatten)]
     problem: ProblemArgs,
 
+    /// Compare this method too, a name or a file; repeatable
+    #[arg(long, value_name = "M")]
+    method: Vec<String>,
+
     /// End time, for a model
     #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
     t_end: Option<f64>,
@@ -35,7 +40,9 @@ pub(super) struct Args {
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let (name, problem) = args.problem.build(args.t_end)?;
-    let evidence = cross_check(&name, &*problem);
+    let own = args.method.iter().map(|text| args::method(text)).collect::<Result<Vec<_>, _>>()?;
+    own.iter().try_for_each(|method| method.build(&*problem).map(|_| ()))?;
+    let evidence = cross_check_with(&name, &*problem, own);
     show(&evidence, out).and_then(|()| args.problem.write_caveat(out)).map_err(Failure::Output)?;
     let has_failed = evidence.checks.iter().any(|check| check.outcome == Outcome::Fail);
     Ok(if has_failed { Status::Failed } else { Status::Ok })

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use serde::Serialize;
 use verify::evidence::Outcome;
-use verify::judge::file::MethodFile;
+use verify::judge::file::{MethodFile, Shipped};
 use verify::judge::{Effort, Judgement, Kind, Verdict};
+use verify::report::{self, Chapter, Run};
 
 use super::Status;
 use super::error::Failure;
@@ -39,23 +40,28 @@ every change of a single coefficient is tried; those that mend everything are
 proposed. The orders of live runs are judged as by `order`.
 
 Examples:
-  verify judge verify/methods/rk4.toml
+  verify judge rk4
   verify judge mine.toml --no-runs
   verify judge mine.toml --format json
+  verify judge mine.toml --out target/mine
   verify order --problem van-der-pol --method mine.toml
 
 Exit status: 0 all is confirmed, 1 something is refuted, 2 bad usage,
 3 something is inconclusive.")]
 pub(super) struct Args {
-    /// The file
+    /// The file, or a name that `verify list method-files` shows
     #[arg(value_name = "METHOD.toml")]
     file: PathBuf,
+
+    /// Write a report with figures to this directory too
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 
     /// Judge by the coefficients alone
     #[arg(long)]
     no_runs: bool,
 
-    /// Form of the result: text, markdown or json
+    /// Form: text, markdown or json
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Format::Text)]
     format: Format,
 }
@@ -68,7 +74,10 @@ enum Format {
 }
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
-    let file = MethodFile::load(&args.file)?;
+    let file = match args.file.to_str().filter(|_| args.file.extension().is_none() && !args.file.exists()) {
+        Some(name) => Shipped::by_name(name)?.read()?,
+        None => MethodFile::load(&args.file)?,
+    };
     let judgement = Judgement::new(file, if args.no_runs { Effort::Theory } else { Effort::Runs });
     match args.format {
         Format::Text => write_text(&judgement, out),
@@ -76,6 +85,17 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         Format::Json => write_json(&judgement, out),
     }
     .map_err(Failure::Output)?;
+    if let Some(directory) = &args.out {
+        let chapter = Chapter {
+            id: "judge".into(),
+            title: judgement.file.name.clone(),
+            question: "What is true of this method?".into(),
+            source: judgement.file.source.clone().unwrap_or_default(),
+            evidence: judgement.evidence(),
+            ..Chapter::default()
+        };
+        report::write(&Run::new(vec![chapter], Vec::new()), directory)?;
+    }
     Ok(match judgement.outcome() {
         Outcome::Pass | Outcome::NotRun => Status::Ok,
         Outcome::Fail => Status::Failed,

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use clap::ValueEnum;
+use verify::judge::file::SHIPPED;
 use verify::{chapter, golden, method, problem, reference};
 
 use super::Status;
@@ -14,11 +15,12 @@ use super::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  verify list             everything
-  verify list problems    names, equations, and parameters with their defaults
-  verify list methods     names as `--method` takes them")]
+  verify list                everything
+  verify list problems       names, equations, and parameters with defaults
+  verify list methods        names as `--method` takes them
+  verify list method-files   names as `judge` takes them")]
 pub(super) struct Args {
-    /// problems, methods, references, studies or goldens; all if not given
+    /// problems, methods, method-files, references, studies, goldens; else all
     #[arg(hide_possible_values = true)]
     kind: Option<Kind>,
 }
@@ -27,6 +29,7 @@ pub(super) struct Args {
 enum Kind {
     Problems,
     Methods,
+    MethodFiles,
     References,
     Studies,
     Goldens,
@@ -36,6 +39,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let one = |kind, out: &mut Output| match kind {
         Kind::Problems => list_problems(out),
         Kind::Methods => list_methods(out),
+        Kind::MethodFiles => list_method_files(out),
         Kind::References => list_references(out),
         Kind::Studies => list_studies(out),
         Kind::Goldens => golden::all().iter().try_for_each(|golden| writeln!(out, "{}", golden.name)),
@@ -75,6 +79,18 @@ fn list_problems(out: &mut Output) -> io::Result<()> {
 fn list_methods(out: &mut Output) -> io::Result<()> {
     let longest = method::ALL.iter().map(|spec| width(spec.form)).max().unwrap_or(0);
     method::ALL.iter().try_for_each(|spec| paragraph(out, spec.form, longest + 2, spec.summary))
+}
+
+fn list_method_files(out: &mut Output) -> io::Result<()> {
+    let longest = SHIPPED.iter().map(|file| width(file.name)).max().unwrap_or(0);
+    for shipped in SHIPPED {
+        // A test reads every one of them.
+        let Ok(file) = shipped.read() else { continue };
+        let order = file.order().map_or_else(String::new, |order| format!(", order {order} claimed"));
+        let source = file.source.unwrap_or_default();
+        paragraph(out, shipped.name, longest + 2, &format!("{}{order}; {source}", file.name))?;
+    }
+    Ok(())
 }
 
 fn list_references(out: &mut Output) -> io::Result<()> {

@@ -1,11 +1,9 @@
 //! The method of a file as one of the methods under test.
 
-use std::path::Path;
-
 use lsvi::classic::{CoupledRungeKutta, RungeKutta, Tableau as LowerTriangular};
 use lsvi::{InputError, Integrator, VectorField};
 
-use super::file::{Body, FileError, MethodFile};
+use super::file::{Body, MethodFile};
 use super::linear::Reach;
 use super::tableau::Shape;
 use super::theory::Theory;
@@ -53,14 +51,10 @@ impl FileMethod {
         }
     }
 
-    /// The method of the file at `path`.
-    ///
-    /// # Errors
-    /// [`FileError`] with line and column.
-    pub fn load(path: &Path) -> Result<Self, FileError> {
-        let file = MethodFile::load(path)?;
+    /// The method of `file`.
+    pub fn of(file: &MethodFile) -> Self {
         let Body::RungeKutta(tableau) = &file.body;
-        Ok(Self::new(&file.name, &Theory::new(tableau, None, None)))
+        Self::new(&file.name, &Theory::new(tableau, None, None))
     }
 
     /// The same, with another order expected of it.

@@ -3,6 +3,7 @@
 pub mod claim;
 pub mod conditions;
 pub mod diagnosis;
+mod evidence;
 mod expression;
 mod facts;
 pub mod file;

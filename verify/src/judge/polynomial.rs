@@ -112,8 +112,11 @@ impl Polynomial {
     /// Where on x > 0 it is first negative. Candidates for a change of sign are the real roots in double precision; between
     /// them the sign is that at one point, computed to 57 digits.
     pub(super) fn sign(&self) -> Sign {
+        // What cannot be told from zero is zero: the first coefficients vanish with the order of a method.
+        let known = |c: &Real| if c.may_be_zero() { Real::zero() } else { c.clone() };
+        let certain = Self::new(self.0.iter().map(known).collect());
         let mut candidates: Vec<f64> =
-            self.roots().iter().filter(|z| z.re > 0.0 && z.im.abs() <= 1e-3 * z.re).map(|z| z.re).collect();
+            certain.roots().iter().filter(|z| z.re > 0.0 && z.im.abs() <= 1e-3 * z.re).map(|z| z.re).collect();
         candidates.sort_by(f64::total_cmp);
         let mut points = Vec::new();
         let mut left = 0.0;
@@ -123,7 +126,7 @@ impl Polynomial {
         }
         points.push((left, if left == 0.0 { 1.0 } else { 2.0 * left }));
         for (from, at) in points {
-            if self.at(&double(at)).is_negative() {
+            if certain.at(&double(at)).is_negative() {
                 return Sign::NegativeFrom { from, at };
             }
         }

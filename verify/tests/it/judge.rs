@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use verify::evidence::Outcome;
 use verify::judge::diagnosis::Diagnosis;
-use verify::judge::file::{Body, FileError, MethodFile};
+use verify::judge::file::{Body, FileError, MethodFile, SHIPPED};
 use verify::judge::tableau::{Coefficient, Place, Tableau};
 use verify::judge::{Effort, Judgement};
 use verify::measure::stability::Uniform;
@@ -280,4 +280,74 @@ proptest::proptest! {
         );
         let _ = judge(&text, Effort::Theory);
     }
+}
+
+#[test]
+fn every_file_is_shipped_and_read() {
+    let below = |directory: &'static str| {
+        let stem = |path: PathBuf| path.file_stem().expect("a name").to_string_lossy().into_owned();
+        files(directory).into_iter().map(move |path| format!("{directory}{}", stem(path)))
+    };
+    let mut there: Vec<String> = below("").chain(below("misprints/")).collect();
+    let mut shipped: Vec<String> = SHIPPED.iter().map(|file| file.name.to_owned()).collect();
+    there.sort();
+    shipped.sort();
+    assert_eq!(there, shipped);
+    SHIPPED.iter().for_each(|file| assert!(file.read().is_ok(), "{}", file.name));
+}
+
+fn say(line: &str) -> (i32, String, String) {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_verify"));
+    let output = command.args(line.split_whitespace()).env("NO_COLOR", "1").output().expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn the_command_judges_prints_in_every_form_and_says_what_is_wrong() {
+    let (status, text, _) = say("judge rk4");
+    assert!(status == 0 && text.contains("confirmed    order 4"), "{text}");
+    let width = |line: &str| line.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count();
+    for line in
+        ["judge rk4", "judge misprints/rk4-a44", "judge crouzeix3 --no-runs", "judge --help", "list method-files"]
+    {
+        let (_, text, _) = say(line);
+        text.lines().for_each(|line| assert!(width(line) <= 80, "{line}"));
+    }
+    let (status, json, _) = say("judge misprints/rk4-a44 --no-runs --format json");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!((status, json["repairs"][0]["place"].as_str()), (1, Some("a[4,4]")));
+    assert_eq!(json["outcome"], "fail");
+    let (status, markdown, _) = say("judge gauss2 --no-runs --format markdown");
+    assert!(status == 0 && markdown.contains("| It is symplectic, as claimed | confirmed |"), "{markdown}");
+    let (status, _, error) = say("judge gaus2");
+    assert!(status == 2 && error.contains("did you mean `gauss2`?"), "{error}");
+    let (status, _, error) = say("judge missing.toml");
+    assert!(status == 2 && error.contains("cannot read missing.toml"), "{error}");
+}
+
+#[test]
+fn a_file_goes_where_the_name_of_a_method_goes() {
+    let methods = concat!(env!("CARGO_MANIFEST_DIR"), "/methods");
+    let last = |text: &str| text.lines().last().expect("a line").split(',').next_back().map(str::to_owned);
+    let solve = |method: &str| say(&format!("solve --problem logistic --method {method} --h 0.1 --t-end 1"));
+    let (status, by_file, _) = solve(&format!("{methods}/rk4.toml"));
+    assert_eq!((status, last(&by_file)), (0, last(&solve("rk4").1)));
+    let (status, text, _) =
+        say(&format!("order --problem van-der-pol --method {methods}/gauss2.toml --reference diffsol"));
+    assert!(status == 0 && text.contains("is 4 ± 0.1"), "{text}");
+    let (status, text, _) = say(&format!("compare --problem linear-drag --method {methods}/radau-iia3.toml"));
+    assert!(status == 0 && text.contains("Radau IIA, 3 stages"), "{text}");
+}
+
+#[test]
+fn a_report_of_a_judgement_has_its_figures() {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("judge");
+    let (status, _, error) = say(&format!("judge sdirk2 --out {}", directory.display()));
+    assert_eq!(status, 0, "{error}");
+    let page = std::fs::read_to_string(directory.join("index.html")).expect("a page");
+    assert!(page.matches("<svg").count() >= 2 && page.contains("SDIRK2"));
+    let results = std::fs::read_to_string(directory.join("results.json")).expect("results");
+    let results: serde_json::Value = serde_json::from_str(&results).expect("JSON");
+    assert_eq!((&results["counts"]["fail"], &results["counts"]["broken"]), (&0.into(), &0.into()), "{results}");
 }

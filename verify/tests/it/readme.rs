@@ -29,3 +29,17 @@ fn the_table_of_orders_is_the_recorded_one() {
     }
     assert!(compared >= 40, "only {compared} numbers in the table");
 }
+
+/// What the README shows of `judge` is what it prints.
+#[test]
+fn the_judgement_is_the_one_that_the_command_prints() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    let part = readme.split("<!-- judge -->").nth(1).and_then(|rest| rest.split("<!-- /judge -->").next());
+    let block = part.and_then(|part| part.split("```console\n").nth(1)).and_then(|rest| rest.split("```").next());
+    let (command, shown) = block.and_then(|block| block.split_once('\n')).expect("a command and what it prints");
+    let arguments = command.strip_prefix("$ verify ").expect("a command").split_whitespace();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_verify")).args(arguments).output().expect("it starts");
+    assert_eq!(String::from_utf8(output.stdout).expect("UTF-8"), shown);
+    assert_eq!(output.status.code(), Some(1));
+}

@@ -63,7 +63,7 @@ pub(super) struct Args {
     #[command(flatten)]
     problem: ProblemArgs,
 
-    /// Name of the method; `verify list methods` shows all
+    /// A method by name (`verify list methods`), or a file
     #[arg(long, value_name = "M", required_unless_present = "data")]
     method: Option<String>,
 

@@ -4,10 +4,12 @@ mod document;
 mod error;
 mod plain;
 mod runge_kutta;
+mod shipped;
 
 use std::path::Path;
 
 pub use error::FileError;
+pub use shipped::{SHIPPED, Shipped};
 
 use super::claim::Claim;
 use super::expression::Rounding;

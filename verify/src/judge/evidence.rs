@@ -1,0 +1,134 @@
+//! A judgement as evidence, for the report.
+
+use nalgebra::Complex;
+
+use super::Judgement;
+use super::file::Body;
+use super::linear::Reach;
+use crate::evidence::{Axis, Cell, Evidence, Field, Figure, Mark, Panel, Series, Table};
+
+/// Points of the map of the region along each axis.
+const GRID: usize = 81;
+
+impl Judgement {
+    /// The verdicts as checks, theory and conditions as tables, the region of stability as a figure.
+    pub fn evidence(&self) -> Evidence {
+        let mut notes = vec![format!("{}.", self.headline())];
+        notes.extend(self.file.note.clone());
+        notes.extend(self.diagnosis_text());
+        notes.extend(self.repairs().iter().map(|repair| format!("`{}`", repair.sentence())));
+        Evidence {
+            checks: self.verdicts.iter().map(|verdict| verdict.check.clone()).collect(),
+            tables: vec![self.facts_table(), self.tableau_table(), self.conditions_table(), self.orders_table()],
+            figures: vec![self.region(), self.orders_figure()],
+            notes,
+            ..Evidence::default()
+        }
+    }
+
+    fn facts_table(&self) -> Table {
+        let row = |(label, text): (&str, String)| vec![Cell::Text(label.into()), Cell::Text(text)];
+        table(
+            "theory",
+            "What the coefficients say.",
+            &["property", "value"],
+            self.facts().into_iter().map(row).collect(),
+        )
+    }
+
+    fn tableau_table(&self) -> Table {
+        let Body::RungeKutta(tableau) = &self.file.body;
+        let numbers = &self.theory.numbers;
+        let texts =
+            |row: &[super::tableau::Coefficient]| row.iter().map(|x| Cell::Text(x.text.clone())).collect::<Vec<_>>();
+        let mut rows: Vec<Vec<Cell>> = Vec::new();
+        for (i, row) in tableau.a.iter().enumerate() {
+            let c = tableau.c.as_ref().map_or_else(|| numbers.c[i].decimal(10), |c| c[i].text.clone());
+            rows.push([vec![Cell::Text(c)], texts(row)].concat());
+        }
+        rows.push([vec![Cell::Text("b".into())], texts(&tableau.b)].concat());
+        rows.extend(tableau.b_hat.as_ref().map(|b| [vec![Cell::Text("b̂".into())], texts(b)].concat()));
+        let columns: Vec<String> =
+            std::iter::once("c".into()).chain((1..=numbers.stages()).map(|j| format!("a_{j}"))).collect();
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        table("tableau", "The coefficients as the file has them.", &columns, rows)
+    }
+
+    fn conditions_table(&self) -> Table {
+        let weights = [("b", Some(&self.theory.main)), ("b̂", self.theory.embedded.as_ref())];
+        let mut rows = Vec::new();
+        for (name, weights) in weights.iter().filter_map(|(name, weights)| Some((*name, (*weights)?))) {
+            for condition in &weights.conditions {
+                let tree = &weights.forest.trees()[condition.tree];
+                rows.push(vec![
+                    Cell::Integer(condition.order.into()),
+                    Cell::Text(weights.forest.brackets(condition.tree)),
+                    Cell::Text(format!("{} = 1/{}", weights.forest.formula(condition.tree, name, false), tree.density)),
+                    Cell::Number(condition.residual.to_f64()),
+                    Cell::Number(condition.residual.radius()),
+                    Cell::Text(if condition.holds() { "holds" } else { "fails" }.into()),
+                ]);
+            }
+        }
+        let caption = "Order conditions: what each is off by, and how far the digits given leave that open.";
+        table("conditions", caption, &["order", "tree", "condition", "residual", "uncertainty", "verdict"], rows)
+    }
+
+    fn orders_table(&self) -> Table {
+        let fits = self.measured.iter().filter_map(|measured| Some((measured, measured.result.as_ref().ok()?)));
+        let rows = fits.flat_map(|(measured, fit)| {
+            fit.points().into_iter().filter_map(|(sample, reason)| {
+                let point = sample.result.as_ref().ok()?;
+                Some(vec![
+                    Cell::Text(measured.kind.into()),
+                    Cell::Number(sample.h),
+                    Cell::Number(point.error),
+                    Cell::Number(point.floor),
+                    Cell::Text(reason.map_or_else(|| "in the fit".into(), ToString::to_string)),
+                ])
+            })
+        });
+        let rows = rows.collect();
+        Table { shown: false, ..table("runs", "Errors of the runs.", &["problem", "h", "error", "floor", "fit"], rows) }
+    }
+
+    fn orders_figure(&self) -> Figure {
+        let fits = self.measured.iter().filter_map(|measured| Some((measured, measured.result.as_ref().ok()?)));
+        let series = fits.map(|(measured, fit)| Series {
+            label: measured.kind.into(),
+            points: fit.points().iter().filter_map(|(s, _)| Some((s.h, s.result.as_ref().ok()?.error))).collect(),
+            mark: Mark::LineMarkers,
+        });
+        let axis = |label: &str| Axis { label: label.into(), log: true, limits: None };
+        let panel = Panel { x: axis("h"), y: axis("error"), series: series.collect(), ..Panel::default() };
+        let caption = "Errors of the runs against the step size.".into();
+        Figure { id: "errors".into(), caption, data: "runs".into(), panels: vec![panel], columns: 1 }
+    }
+
+    /// The region |R(z)| ≤ 1, with what of the axes belongs to it in view.
+    fn region(&self) -> Figure {
+        let end = |reach: Reach| if let Reach::UpTo { end, .. } = reach { end } else { 0.0 };
+        let size = (1.3 * end(self.theory.negative).max(end(self.theory.imaginary))).clamp(4.0, 60.0);
+        let range = |low: f64, high: f64| (0..GRID).map(move |k| low + (high - low) * k as f64 / (GRID - 1) as f64);
+        let (x, y): (Vec<f64>, Vec<f64>) = (range(-size, 0.6 * size).collect(), range(-size, size).collect());
+        let growth = |x: f64, y: f64| self.theory.stability.at(Complex::new(x, y)).norm();
+        let values = y.iter().map(|&y| x.iter().map(|&x| growth(x, y)).collect()).collect();
+        let field = Field {
+            x,
+            y,
+            values,
+            levels: vec![1.0 + 8.0 * f64::EPSILON],
+            bands: vec!["|R(z)| ≤ 1".into(), "|R(z)| > 1".into()],
+            contours: false,
+        };
+        let axis = |label: &str| Axis { label: label.into(), log: false, limits: None };
+        let panel = Panel { x: axis("Re z"), y: axis("Im z"), field: Some(field), ..Panel::default() };
+        let caption = "The region of stability, where a step on v̇ = λv with z = hλ does not grow.".into();
+        Figure { id: "region".into(), caption, data: "theory".into(), panels: vec![panel], columns: 1 }
+    }
+}
+
+fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cell>>) -> Table {
+    let columns = columns.iter().map(|column| (*column).to_owned()).collect();
+    Table { id: id.into(), caption: caption.into(), columns, rows, shown: true }
+}
