@@ -4,13 +4,18 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::{Arc, LazyLock};
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use verify::chapter::{self, Context, Study};
-use verify::claim::{self, Claim, Verdict};
+use verify::chapter::{self, Study};
+use verify::claim::{self, Claim, Quantifier, Verdict};
 use verify::evidence::Outcome;
+use verify::experiment::Context;
 use verify::golden::{self, Action, Golden, NumericComparator};
 use verify::report::{Chapter, Run};
+
+/// What all tests share.
+static CONTEXT: LazyLock<Arc<Context<'static>>> = LazyLock::new(|| Arc::new(Context::quick()));
 
 fn main() {
     let chapters =
@@ -18,7 +23,7 @@ fn main() {
     let claims = claim::all()
         .into_iter()
         .map(|claim| Trial::test(format!("claim::{}", claim.id), || it_is_decided_by_numbers_and_explained(claim)));
-    let goldens = golden::all()
+    let goldens = golden::all(&CONTEXT)
         .into_iter()
         .map(|golden| Trial::test(format!("golden::{}", golden.name), move || it_holds(&golden)));
     let strays = Trial::test("golden::none_is_left_over", none_is_left_over);
@@ -28,7 +33,7 @@ fn main() {
 
 /// Whatever the chapter found holds, and what it says is fit to print.
 fn every_check_holds(study: &Study) -> Result<(), Failed> {
-    let evidence = (study.run)(&Context::QUICK).map_err(|error| error.to_string())?;
+    let evidence = (study.run)(&CONTEXT).map_err(|error| error.to_string())?;
     if evidence.checks.is_empty() {
         return Err("it decides nothing".into());
     }
@@ -47,20 +52,20 @@ fn every_check_holds(study: &Study) -> Result<(), Failed> {
 }
 
 fn it_is_decided_by_numbers_and_explained(claim: &'static Claim) -> Result<(), Failed> {
-    let finding = claim::finding(claim).as_ref().map_err(|error| error.clone())?;
+    let judged = claim::decide(&CONTEXT, claim);
+    let finding = judged.finding.as_ref().map_err(ToString::to_string)?;
     let require = |holds: bool, what: String| if holds { Ok(()) } else { Err(Failed::from(what)) };
     require(finding.is_sound(), format!("a comparison without a number: {:?}", finding.cases()))?;
     let evidence = &finding.evidence;
     require(evidence.ends_with('.') && evidence.contains(char::is_numeric), format!("no number in “{evidence}”"))?;
     let is_question = claim.statement.ends_with('?');
-    let verdict = finding.verdict();
     require(
-        is_question == matches!(verdict, Verdict::Answered | Verdict::Open),
-        format!("the verdict {} does not suit “{}”", verdict.word(), claim.statement),
+        is_question == (claim.quantifier == Quantifier::Open),
+        format!("{:?} does not suit “{}”", claim.quantifier, claim.statement),
     )?;
     let is_explained = finding.where_it_holds.is_some() && finding.mechanism.is_some();
     require(
-        is_explained || !matches!(verdict, Verdict::Qualified | Verdict::Refuted),
+        is_explained || matches!(judged.verdict(), Some(Verdict::Confirmed | Verdict::Answered | Verdict::Open)),
         "it does not say where it holds and why".into(),
     )?;
     let mut cases: Vec<_> = finding.cases().iter().map(|case| &case.what).collect();
@@ -91,6 +96,6 @@ fn it_holds(golden: &Golden) -> Result<(), Failed> {
 
 fn none_is_left_over() -> Result<(), Failed> {
     let dir = golden::find_dir(Path::new(env!("CARGO_MANIFEST_DIR")))?;
-    let strays = golden::strays(&dir, &golden::all())?;
+    let strays = golden::strays(&dir, &golden::all(&CONTEXT))?;
     if strays.is_empty() { Ok(()) } else { Err(format!("no golden produces {strays:?}").into()) }
 }

@@ -25,19 +25,19 @@ pub(super) const STUDY: Study = Study {
 const FLOWS: [&str; 4] = ["channel-poiseuille", "channel-couette", "channel-womersley", "channel-stokes2"];
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(5);
+    context.announce(5);
     let mut evidence = Evidence { notes: notes(), ..Evidence::default() };
     let mut panels = vec![in_time(&mut evidence)?];
-    (context.tick)();
+    context.tick();
     panels.push(maxima(&mut evidence)?);
-    (context.tick)();
+    context.tick();
     panels.push(in_space(&mut evidence)?);
-    (context.tick)();
+    context.tick();
     panels.push(by_modes(&mut evidence)?);
-    (context.tick)();
+    context.tick();
     without_diffusion(&mut evidence)?;
     ansatz(&mut evidence)?;
-    (context.tick)();
+    context.tick();
     evidence.figures.push(Figure {
         id: "channel-orders".into(),
         caption:

@@ -1,7 +1,7 @@
 //! The claims of the papers and their verdicts, the first chapter of the report.
 
 use super::{Context, Study, StudyError};
-use crate::claim::{self, Claim, Finding, Judged, Verdict};
+use crate::claim::{self, Claim, Judged, Verdict};
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Section, Table};
 
 pub(super) const STUDY: Study = Study {
@@ -13,8 +13,7 @@ pub(super) const STUDY: Study = Study {
 };
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(claim::all().len() as u64);
-    let judged = &claim::judge(context.tick);
+    let judged = &claim::judge(context);
     let mut evidence = Evidence {
         checks: judged.iter().map(check).collect(),
         tables: vec![verdicts(judged), cases(judged)],
@@ -22,7 +21,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         sections: judged.iter().map(section).collect(),
         ..Evidence::default()
     };
-    for (_, finding) in judged {
+    for Judged { finding, .. } in judged.iter() {
         let Ok(finding) = finding else { continue };
         evidence.tables.extend(finding.tables.iter().cloned());
         evidence.figures.extend(finding.figures.iter().cloned());
@@ -31,20 +30,17 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 }
 
 /// That a claim could be decided, whatever the verdict: the recorded verdicts are held by the goldens.
-fn check((claim, finding): &Judged) -> Check {
+fn check(judged: &Judged) -> Check {
+    let Judged { claim, finding } = judged;
     match finding {
         Ok(finding) => Check::at_most(
             claim.id,
-            format!(
-                "{} is decided, with the verdict {}: comparisons without a number",
-                claim.id,
-                finding.verdict().word()
-            ),
+            format!("{} is decided, with the verdict {}: comparisons without a number", claim.id, word(judged)),
             finding.unsound() as f64,
             0.0,
             format!("{} comparisons come out as claimed", finding.score()),
         ),
-        Err(error) => Check::undecided(claim.id, format!("{} is decided", claim.id), Outcome::Fail, error),
+        Err(error) => Check::undecided(claim.id, format!("{} is decided", claim.id), Outcome::Fail, error.to_string()),
     }
 }
 
@@ -52,13 +48,18 @@ fn text(text: &str) -> Cell {
     Cell::Text(text.into())
 }
 
+fn word(judged: &Judged) -> &'static str {
+    judged.verdict().map_or("broke off", Verdict::word)
+}
+
 fn verdicts(judged: &[Judged]) -> Table {
-    let row = |(claim, finding): &Judged| {
-        let (verdict, evidence) = match finding {
-            Ok(finding) => (finding.verdict(), finding.evidence.clone()),
-            Err(error) => (Verdict::Open, format!("The computation broke off: {error}.")),
+    let row = |judged: &Judged| {
+        let Judged { claim, finding } = judged;
+        let evidence = match finding {
+            Ok(finding) => finding.evidence.clone(),
+            Err(error) => format!("The computation broke off: {error}."),
         };
-        vec![text(claim.id), text(claim.source), text(claim.statement), text(verdict.word()), Cell::Text(evidence)]
+        vec![text(claim.id), text(claim.source), text(claim.statement), text(word(judged)), Cell::Text(evidence)]
     };
     Table {
         id: "claims".into(),
@@ -71,8 +72,8 @@ fn verdicts(judged: &[Judged]) -> Table {
 
 fn cases(judged: &[Judged]) -> Table {
     let mut rows = Vec::new();
-    for (claim, finding) in judged {
-        for case in finding.iter().flat_map(Finding::cases) {
+    for Judged { claim, finding } in judged {
+        for case in finding.iter().flat_map(|finding| finding.cases()) {
             let (low, high) = match case.required {
                 Requirement::AtMost(high) | Requirement::Below(high) => (Cell::Empty, Cell::Number(high)),
                 Requirement::AtLeast(low) | Requirement::Above(low) => (Cell::Number(low), Cell::Empty),
@@ -94,50 +95,44 @@ fn cases(judged: &[Judged]) -> Table {
     }
 }
 
-fn section((claim, finding): &Judged) -> Section {
+fn section(judged: &Judged) -> Section {
+    let Judged { claim, finding } = judged;
     let Claim { id, source, statement, criterion, .. } = claim;
     let mut paragraphs = vec![("Source", (*source).to_owned()), ("Criterion", (*criterion).to_owned())];
-    let mut section = Section { id: (*id).into(), title: (*statement).into(), ..Section::default() };
+    let mut section =
+        Section { id: (*id).into(), title: (*statement).into(), mark: word(judged).into(), ..Section::default() };
     match finding {
         Ok(finding) => {
-            section.mark = finding.verdict().word().into();
             paragraphs.push(("Evidence", format!("{} {} comparisons hold.", finding.evidence, finding.score())));
+            if judged.verdict() == Some(Verdict::Refuted) {
+                paragraphs.extend(finding.counterexample().map(|case| ("Counterexample", format!("{case}."))));
+            }
             paragraphs.extend(finding.where_it_holds.clone().map(|text| ("Where it holds", text)));
             paragraphs.extend(finding.mechanism.clone().map(|text| ("Why", text)));
             section.figures = finding.figures.iter().map(|figure| figure.id.clone()).collect();
             section.tables = finding.tables.iter().map(|table| table.id.clone()).collect();
         }
-        Err(error) => paragraphs.push(("Broke off", error.clone())),
+        Err(error) => paragraphs.push(("Broke off", error.to_string())),
     }
     section.paragraphs = paragraphs.into_iter().map(|(label, text)| (label.to_owned(), text)).collect();
     section
 }
 
 fn notes(judged: &[Judged]) -> Vec<String> {
-    let of = |verdict: Verdict| {
-        judged.iter().filter(|(_, finding)| finding.as_ref().is_ok_and(|f| f.verdict() == verdict)).count()
-    };
+    let counts = Verdict::ALL.map(|verdict| {
+        let count = judged.iter().filter(|judged| judged.verdict() == Some(verdict)).count();
+        format!("{count} {}", verdict.word())
+    });
     vec![
         format!(
-            "Of {} claims {} are confirmed, {} hold with qualifications, {} are refuted; of the open questions {} are answered \
-             and {} still open. A claim is a list of comparisons of live runs: it is confirmed if all come out as claimed, refuted \
-             if none does, qualified otherwise.",
+            "The verdicts on {} claims: {}. A claim is a list of comparisons of live runs, and its quantifier decides what they \
+             make of it. It is confirmed if all come out as claimed. A universal statement is refuted as stated by one \
+             counterexample; any other is qualified if it holds under a condition that the paper does not state, refuted if \
+             it holds nowhere, and not supported if its score is mixed without a condition.",
             judged.len(),
-            of(Verdict::Confirmed),
-            of(Verdict::Qualified),
-            of(Verdict::Refuted),
-            of(Verdict::Answered),
-            of(Verdict::Open)
+            counts.join(", ")
         ),
-        "Should you use Method I for a stiff parabolic problem? It is stable and damps what is stiff (`S24-b-1`, `S24-b-2`), and \
-         at equal step size it has about twice the error of the trapezoidal rule, which does not damp, and at equal work that of \
-         SDIRK2, which does (`S24-n-1`). Its lead on Poiseuille flow comes from the projection, not from time integration (`S24-j`). On strongly \
-         nonlinear or non-normal problems neither it nor Method II is unconditionally stable (`S24-b-1`, `S24-h-1`, `S24-h-2`)."
-            .into(),
-        "Should you use the path-fitted integrator with three interior points, degree 4 on equispaced nodes? It is of order 4, \
-         not symplectic, and momentum maps drift (`KY21-c-2`, `KY21-e-1`, `KY21-e-2`); on Gauss nodes it is of order 6 at the same \
-         cost, and symplectic where the mass is constant. A Galerkin integrator is symplectic everywhere. The printed scheme for \
-         constraints diverges (`KY21-h-1`); with multipliers at the nodes it works (`KY21-h-2`)."
+        "Which method to take instead is answered in `answer-parabolic`, `answer-smooth` and `answer-path-fitted`."
             .into(),
     ]
 }

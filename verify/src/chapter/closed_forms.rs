@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use crate::experiment::maps::{PRINTED, Printed};
 use crate::golden::{Row, Tolerance, Truth};
 use crate::measure::amplification::Amplification;
 use crate::measure::norm::Extremes;
@@ -20,39 +21,6 @@ pub(super) const STUDY: Study = Study {
     source: "[S24] Eqs. (8), (21), (22), (25), (27); linear theory of the closures",
     run,
 };
-
-/// A closure whose factor on v̇ = −v the paper prints.
-pub(crate) struct Printed {
-    /// Its name.
-    pub(crate) name: &'static str,
-    equation: &'static str,
-    /// Its weights.
-    pub(crate) closure: Amplification,
-    /// The printed factor as a function of h.
-    pub(crate) factor: fn(f64) -> f64,
-}
-
-/// Eqs. (21), (22), (25).
-pub(crate) const PRINTED: [Printed; 3] = [
-    Printed {
-        name: "explicit-momentum",
-        equation: "(21)",
-        closure: Amplification { alpha: 1.0, beta: 0.0 },
-        factor: |h| 1.0 - h + 0.5 * h * h,
-    },
-    Printed {
-        name: "method-i",
-        equation: "(22)",
-        closure: Amplification { alpha: 0.0, beta: 1.0 },
-        factor: |h| 1.0 / (1.0 + h + 0.5 * h * h),
-    },
-    Printed {
-        name: "method-ii",
-        equation: "(25)",
-        closure: Amplification { alpha: -1.0, beta: 1.0 },
-        factor: |h| (1.0 - 0.5 * h) / (1.0 + 0.5 * h),
-    },
-];
 
 /// Eq. (27).
 fn family(Amplification { alpha, beta }: Amplification, h: f64) -> f64 {
@@ -193,7 +161,7 @@ fn collected(
 }
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(2);
+    context.announce(2);
     let mut checks = Vec::new();
     let mut printed = Vec::new();
     for Printed { name, equation, closure, factor } in PRINTED {
@@ -215,7 +183,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         on_drag(closure, h, family(closure, h), 4)
     });
     checks.push(check("family-random", "the same at random α, β and h", &collected(at_random)?));
-    (context.tick)();
+    context.tick();
     let one = |sample: Result<Option<Sample>, StudyError>| sample.map(|s| s.into_iter().collect::<Vec<_>>());
     checks.push(check(
         "plane-rotations",
@@ -228,7 +196,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         &collected((0..SCATTERED).into_par_iter().map(|k| one(on_symmetric(k))))?,
     ));
     checks.extend([0.01, 0.1, 0.5, 1.0, 2.5, 10.0, 100.0].map(growth).into_iter().collect::<Result<Vec<_>, _>>()?);
-    (context.tick)();
+    context.tick();
     let table = table(&printed);
     let figure = figure(&printed);
     Ok(Evidence { checks, tables: vec![table], figures: vec![figure], notes: notes(), ..Evidence::default() })
@@ -334,7 +302,7 @@ fn figure(printed: &[(&str, Vec<Sample>)]) -> Figure {
 }
 
 /// Rows of the golden `closed-forms`: a live factor in every other decade of h.
-pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
+pub(crate) fn golden(_: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
     for Printed { name, equation, closure, factor } in PRINTED {
         for h in (-3..=3).map(|k| 100_f64.powi(k)) {

@@ -49,12 +49,12 @@ fn keep_all(context: &Context) -> Result<Vec<Kept>, StudyError> {
     for name in ["circle", "spherical-pendulum"] {
         pairs.extend(integrators()?.into_iter().map(|method| (name, method)));
     }
-    (context.announce)(pairs.len() as u64);
+    context.announce(pairs.len());
     pairs
         .into_par_iter()
         .map(|(name, method)| {
             let kept = keep(name, &*method);
-            (context.tick)();
+            context.tick();
             kept
         })
         .collect()
@@ -225,11 +225,9 @@ fn as_printed(evidence: &mut Evidence) -> Result<(), StudyError> {
 }
 
 /// Rows of the golden `constraints`.
-pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
+pub(crate) fn golden(context: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
-    for Kept { problem, method, position, hidden, momentum, energy, symplectic, rounding } in
-        keep_all(&Context::SILENT)?
-    {
+    for Kept { problem, method, position, hidden, momentum, energy, symplectic, rounding } in keep_all(context)? {
         let mut push = |what: &str, value: f64, atol: f64, vanishes: bool| {
             let row = Row::number(
                 format!("{problem} {method} {what}"),
@@ -249,7 +247,7 @@ pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
 }
 
 /// Rows of the golden `circle-growth`.
-pub(crate) fn growth_golden() -> Result<Vec<Row>, StudyError> {
+pub(crate) fn growth_golden(_: &Context) -> Result<Vec<Row>, StudyError> {
     let mut evidence = Evidence::default();
     as_printed(&mut evidence)?;
     let table = evidence.tables.iter().find(|table| table.id == "circle-growth").ok_or("the table is gone")?;

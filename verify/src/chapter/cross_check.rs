@@ -17,13 +17,13 @@ pub(super) const STUDY: Study = Study {
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let specs: Vec<_> = problem::paired().collect();
-    (context.announce)(specs.len() as u64);
+    context.announce(specs.len());
     let parts: Vec<Evidence> = specs
         .par_iter()
         .map(|spec| {
             let problem = problem::small(spec.name)?;
             let evidence = cross_check(spec.name, &*problem);
-            (context.tick)();
+            context.tick();
             Ok(evidence)
         })
         .collect::<Result<_, StudyError>>()?;

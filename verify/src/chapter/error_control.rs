@@ -24,14 +24,14 @@ pub(super) const STUDY: Study = Study {
 };
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(3);
+    context.announce(3);
     let mut evidence = Evidence { notes: notes(), ..Evidence::default() };
     tolerances(&mut evidence)?;
-    (context.tick)();
+    context.tick();
     grid(&mut evidence)?;
-    (context.tick)();
+    context.tick();
     actions(&mut evidence)?;
-    (context.tick)();
+    context.tick();
     Ok(evidence)
 }
 

@@ -38,12 +38,12 @@ const CLOSURES: [(f64, f64); 2] = [(0.0, 1.0), (-1.0, 1.0)];
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let methods = methods();
-    (context.announce)(methods.len() as u64);
+    context.announce(methods.len());
     let rows: Vec<(Linearised, Option<Nonlinear>)> = methods
         .into_par_iter()
         .map(|method| {
             let row = (Linearised::of(method)?, Nonlinear::of(method)?);
-            (context.tick)();
+            context.tick();
             Ok(row)
         })
         .collect::<Result<_, StudyError>>()?;

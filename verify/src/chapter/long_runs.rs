@@ -64,12 +64,12 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         all.push(method::parse("rk4")?);
         pairs.extend(all.into_iter().map(|method| (setting, method)));
     }
-    (context.announce)(pairs.len() as u64);
+    context.announce(pairs.len());
     let drifts: Vec<Drift> = pairs
         .into_par_iter()
         .map(|(setting, method)| {
-            let drift = Drift::measure(setting, &*method, context.max_steps);
-            (context.tick)();
+            let drift = Drift::measure(setting, &*method, context.max_steps());
+            context.tick();
             drift
         })
         .collect::<Result<_, StudyError>>()?;
@@ -98,7 +98,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     evidence.tables.push(window_table(&drifts));
     evidence.figures.push(drift_figure(&drifts));
     reversibility(&mut evidence)?;
-    pendulum(&mut evidence, context.max_steps.min(PENDULUM_STEPS))?;
+    pendulum(&mut evidence, context.max_steps().min(PENDULUM_STEPS))?;
     Ok(evidence)
 }
 
@@ -513,7 +513,7 @@ fn level_curves() -> Result<Vec<Series>, StudyError> {
 }
 
 /// Rows of the golden `long-runs`: the largest energy errors in 1000 steps, and the change of angular momenta.
-pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
+pub(crate) fn golden(_: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
     for setting in SETTINGS.iter().filter(|setting| setting.name != CHAOTIC) {
         for method in distinct()? {

@@ -21,14 +21,14 @@ pub(super) const STUDY: Study = Study {
 };
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(3);
+    context.announce(3);
     let mut evidence = Evidence { notes: notes(), ..Evidence::default() };
     invariant(&mut evidence)?;
-    (context.tick)();
+    context.tick();
     covariance(&mut evidence)?;
-    (context.tick)();
+    context.tick();
     nonlinear(&mut evidence)?;
-    (context.tick)();
+    context.tick();
     Ok(evidence)
 }
 

@@ -23,14 +23,14 @@ mod parts;
 mod peers;
 mod poiseuille_maps;
 mod poiseuille_series;
+mod prose;
 mod published_values;
 mod stability;
 pub(crate) mod symplecticity;
 mod work_precision;
 
-use std::error::Error;
-
 use crate::evidence::Evidence;
+pub use crate::experiment::{Context, StudyError};
 
 /// An entry of the registry.
 #[derive(Debug, Clone, Copy)]
@@ -46,9 +46,6 @@ pub struct Study {
     /// The computation.
     pub run: fn(&Context) -> Result<Evidence, StudyError>,
 }
-
-/// A study that could not be carried out, as opposed to one whose checks failed.
-pub type StudyError = Box<dyn Error + Send + Sync>;
 
 /// All studies, in the order of the report.
 pub const ALL: &[Study] = &[
@@ -79,21 +76,3 @@ pub const ALL: &[Study] = &[
     constraints::STUDY,
     work_precision::STUDY,
 ];
-
-/// What a study is given: a place to report progress, and how much it may compute.
-#[derive(Clone, Copy)]
-pub struct Context<'a> {
-    /// Called with a number of pieces of work that are about to be done.
-    pub announce: &'a (dyn Fn(u64) + Sync),
-    /// Called after each of them.
-    pub tick: &'a (dyn Fn() + Sync),
-    /// Runs of more steps than this are left out.
-    pub max_steps: u64,
-}
-
-impl Context<'_> {
-    /// Reports nothing.
-    pub const SILENT: Context<'static> = Context { announce: &|_| {}, tick: &|| {}, max_steps: u64::MAX };
-    /// Reports nothing, and leaves out what takes long without optimisation.
-    pub const QUICK: Context<'static> = Context { max_steps: 20_000, ..Self::SILENT };
-}

@@ -17,19 +17,19 @@ pub const QUESTION: &str = "Does every method converge with its order on this mo
 /// What is to be said on `model`: orders of accuracy and cross-checks.
 pub fn examine(model: &Model, context: &Context) -> Evidence {
     let methods = methods_for(model);
-    (context.announce)(methods.len() as u64 + 1);
+    context.announce(methods.len() + 1);
     let measured: Vec<_> = methods
         .into_par_iter()
         .map(|method| {
             let measured = orders::measure_one(model.name(), model, &*method);
-            (context.tick)();
+            context.tick();
             measured
         })
         .collect();
     let mut evidence = orders::report(&measured);
     evidence.figures.push(orders::figure(&measured, [model.name()].into_iter()));
     let crossed = cross_check(model.name(), model);
-    (context.tick)();
+    context.tick();
     evidence.checks.extend(crossed.checks);
     evidence.tables.extend(crossed.tables);
     for table in &mut evidence.tables {

@@ -141,7 +141,7 @@ impl Map {
 }
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(2 * METHODS.len() as u64);
+    context.announce(2 * METHODS.len());
     let mut evidence = Evidence::default();
     let mut shares = Vec::new();
     for arena in arenas() {
@@ -151,7 +151,7 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
                 let method = method::parse(name)?;
                 let row = |v0: &f64| arena.h.iter().map(|h| arena.fate(&*method, *h, *v0)).collect();
                 let fates = arena.v0.par_iter().map(row).collect::<Result<_, StudyError>>()?;
-                (context.tick)();
+                context.tick();
                 Ok(Map { method: name, fates })
             })
             .collect::<Result<_, StudyError>>()?;

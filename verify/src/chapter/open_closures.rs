@@ -27,14 +27,14 @@ fn amplification(method: &str, h: f64) -> Result<f64, StudyError> {
 }
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(4);
+    context.announce(4);
     let mut evidence = Evidence::default();
     for part in [one_step, constants, beyond_one_rate, windows] {
         let Part { checks, tables, figure } = part()?;
         evidence.checks.extend(checks);
         evidence.tables.extend(tables);
         evidence.figures.extend(figure);
-        (context.tick)();
+        context.tick();
     }
     evidence.notes = notes();
     Ok(evidence)

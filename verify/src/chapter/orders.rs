@@ -40,13 +40,13 @@ pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError
         let problem = problem::small(spec.name)?;
         pairs.extend(methods_for(&*problem).into_iter().map(|method| (spec.name, method)));
     }
-    (context.announce)(pairs.len() as u64);
+    context.announce(pairs.len());
     pairs
         .into_par_iter()
         .map(|(name, method)| {
             let problem = problem::small(name)?;
             let measured = measure_one(name, &*problem, &*method);
-            (context.tick)();
+            context.tick();
             Ok(measured)
         })
         .collect()

@@ -55,7 +55,7 @@ const NARROWEST: f64 = 1e-8;
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let oscillator = problem("harmonic-oscillator", &[])?;
     let all = integrators()?;
-    (context.announce)((CLOSED_FORMS.len() + all.len()) as u64);
+    context.announce(CLOSED_FORMS.len() + all.len());
     let (mut checks, mut recurrences, mut stability, mut traces) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (name, source, closed) in CLOSED_FORMS {
         let method = method::parse(name)?;
@@ -72,7 +72,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             1.0,
             "defect over its rounding: ε |x| times the sum of squares of the coefficients in the momentum",
         ));
-        (context.tick)();
+        context.tick();
     }
     let (mut panel, mut determinants) = (Vec::new(), Vec::new());
     for method in &all {
@@ -100,7 +100,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             let end = if *to < LARGEST { Cell::Number(*to) } else { Cell::Empty };
             vec![text(name.as_str()), Cell::Integer(i as i64 + 1), Cell::Number(*from), end]
         }));
-        (context.tick)();
+        context.tick();
     }
     checks.push(touching(&all, &*oscillator)?);
     checks.push(Check::at_most(
@@ -335,7 +335,7 @@ fn figure(series: Vec<(bool, Series)>) -> Figure {
 }
 
 /// Rows of the golden `oscillator-stability`, with the ends that the closed forms give.
-pub(crate) fn golden() -> Result<Vec<Row>, StudyError> {
+pub(crate) fn golden(_: &Context) -> Result<Vec<Row>, StudyError> {
     let oscillator = problem("harmonic-oscillator", &[])?;
     let mut rows = Vec::new();
     for method in integrators()? {

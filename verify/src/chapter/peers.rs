@@ -55,10 +55,10 @@ struct Point {
 }
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(SETTINGS.len() as u64);
+    context.announce(SETTINGS.len());
     let measured = SETTINGS.par_iter().map(|setting| {
         let points = measure(&*problem(setting.name, setting.set)?, setting.horizon, setting.fixed);
-        (context.tick)();
+        context.tick();
         points
     });
     let measured = measured.collect::<Result<Vec<_>, StudyError>>()?;

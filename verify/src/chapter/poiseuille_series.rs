@@ -54,10 +54,10 @@ fn printed(y: f64, t: f64, terms: u32) -> f64 {
 }
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    (context.announce)(1);
+    context.announce(1);
     let comparisons: Vec<Comparison> =
         times().collect::<Vec<_>>().into_par_iter().map(compare).collect::<Result<_, _>>()?;
-    (context.tick)();
+    context.tick();
     let profiles = profiles()?;
     let truncation = truncation()?;
     Ok(Evidence {

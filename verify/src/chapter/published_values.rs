@@ -32,10 +32,10 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let values = problem::published()?;
     // One run for each solution; a problem may have been published twice.
     let groups: Vec<&[Published]> = values.chunk_by(|a, b| a.source == b.source).collect();
-    (context.announce)(groups.len() as u64);
+    context.announce(groups.len());
     let rows = groups.par_iter().map(|values| {
         let row = measure(values);
-        (context.tick)();
+        context.tick();
         row
     });
     let mut evidence = Evidence { notes: notes(), ..Evidence::default() };

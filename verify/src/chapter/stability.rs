@@ -7,12 +7,12 @@ use rayon::prelude::*;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::experiment::propagator::amplitudes;
 use crate::kinds::Stability;
 use crate::measure::norm::Extremes;
 use crate::measure::search::root;
 use crate::measure::stability::growth;
 use crate::method::{self, Method};
-use crate::propagator::amplitudes;
 
 pub(super) const STUDY: Study = Study {
     id: "stability",
@@ -156,19 +156,19 @@ fn stable_interval(factor: impl Fn(f64) -> f64) -> f64 {
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let subjects = subjects();
-    (context.announce)(2 * subjects.len() as u64 + 1);
+    context.announce(2 * subjects.len() + 1);
     let profiles: Vec<Profile> = subjects
         .par_iter()
         .map(|method| {
             let profile = Profile::of(&**method);
-            (context.tick)();
+            context.tick();
             profile
         })
         .collect();
     let (regions, map) = regions(&subjects, context);
     let (axes, along) = along_axes()?;
     let family = family()?;
-    (context.tick)();
+    context.tick();
     let mut checks: Vec<Check> = profiles.iter().map(Profile::check).collect();
     checks.extend(family.checks());
     checks.extend(known_limits(&profiles));
@@ -227,7 +227,7 @@ fn regions(subjects: &[Box<dyn Method>], context: &Context) -> (Figure, Table) {
         .map(|method| {
             let row = |y: &f64| x.iter().map(|x| factor_per_row(&**method, Complex::new(*x, *y))).collect();
             let map = y.iter().map(row).collect();
-            (context.tick)();
+            context.tick();
             map
         })
         .collect();

@@ -69,12 +69,12 @@ fn measure_all(context: &Context) -> Result<Vec<Row>, StudyError> {
     for setting in &SETTINGS {
         pairs.extend(integrators()?.into_iter().map(|method| (setting, method)));
     }
-    (context.announce)(pairs.len() as u64);
+    context.announce(pairs.len());
     pairs
         .into_par_iter()
         .map(|(setting, method)| {
             let row = measure(setting, &*method);
-            (context.tick)();
+            context.tick();
             row
         })
         .collect()
@@ -255,8 +255,8 @@ fn figure(rows: &[Row]) -> Figure {
 }
 
 /// Rows of the golden `symplecticity`: the power of h of each defect.
-pub(crate) fn golden() -> Result<Vec<golden::Row>, StudyError> {
-    let rows = measure_all(&Context::SILENT)?.into_iter().map(|row| {
+pub(crate) fn golden(context: &Context) -> Result<Vec<golden::Row>, StudyError> {
+    let rows = measure_all(context)?.into_iter().map(|row| {
         let key = format!("{} {}", row.problem, row.method);
         match row.fit {
             None => {

@@ -1,17 +1,14 @@
 //! Work against error on Kepler's problem.
 
-use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use lsvi::Work;
-use rayon::prelude::*;
 
-use super::mechanics::{integrators, problem, text};
+use super::mechanics::{integrators, text};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
-use crate::measure::norm::distance;
-use crate::method::{self, Method};
-use crate::problem::Problem;
-use crate::run::run as integrate;
+use crate::experiment::kepler_period::{Found, KeplerPeriod};
+use crate::method;
 
 pub(super) const STUDY: Study = Study {
     id: "work-precision",
@@ -36,20 +33,18 @@ struct Curve {
 }
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    let kepler = problem("kepler", &[])?;
     let mut all = integrators()?;
     for name in YARDSTICKS {
         all.push(method::parse(name)?);
     }
-    (context.announce)(all.len() as u64);
-    let curves: Vec<Curve> = all
-        .into_par_iter()
-        .map(|method| {
-            let curve = measure(&*kepler, &*method);
-            (context.tick)();
-            curve
-        })
-        .collect::<Result<_, StudyError>>()?;
+    let names: Vec<String> = all.iter().map(|method| method.name()).collect();
+    let runs = names.iter().flat_map(|name| STEPS.map(|steps| KeplerPeriod { method: name.clone(), steps }));
+    let found = context.get_each(runs.collect())?;
+    let curve = |(name, found): (&String, &[Arc<Found>])| {
+        let points = found.iter().map(|found| (found.work, found.error)).collect();
+        Curve { method: name.clone(), points }
+    };
+    let curves: Vec<Curve> = names.iter().zip(found.chunks(STEPS.len())).map(curve).collect();
     let rows = curves.iter().flat_map(|curve| {
         curve.points.iter().map(|(work, error)| {
             let counts = [work.steps, work.residuals, work.factorizations].map(|count| Cell::Integer(count as i64));
@@ -60,14 +55,20 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let data = Table::data("work-precision", "Work and error of every run.", &columns, rows.collect());
     let reached = curves.iter().map(|curve| {
         let count = |f| work_at(curve, f).map_or(Cell::Empty, Cell::Number);
-        vec![text(curve.method.as_str()), count(|w| w.steps), count(|w| w.residuals), count(|w| w.factorizations)]
+        vec![
+            text(curve.method.as_str()),
+            count(|w| w.steps),
+            count(|w| w.residuals),
+            count(|w| w.factorizations),
+            text(place(curve)),
+        ]
     });
     let reached = Table::new(
         "work-at-accuracy",
         format!(
-            "Work for an error of {TARGET:e} after one period, interpolated; empty where no run of the ladder is that accurate."
+            "Work for an error of {TARGET:e} after one period, and how it was found; empty where no run of the ladder is that accurate."
         ),
-        &["method", "steps", "residuals", "factorizations"],
+        &["method", "steps", "residuals", "factorizations", "found"],
         reached.collect(),
     );
     let panel = |label: &str, count: fn(&Work) -> u64| Panel {
@@ -114,17 +115,22 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     })
 }
 
-fn measure(kepler: &dyn Problem, method: &dyn Method) -> Result<Curve, StudyError> {
-    let mut points = Vec::new();
-    for steps in STEPS {
-        let run = integrate(kepler, method, TAU / f64::from(steps), TAU, |_| {})?;
-        points.push((run.work, distance(&run.end.q, &kepler.exact(TAU).ok_or("no exact solution is known")?)));
+/// Where on its ladder a method reaches `TARGET`.
+fn place(curve: &Curve) -> &'static str {
+    match curve.points.first() {
+        Some((_, error)) if *error <= TARGET => "at most: the coarsest run is more accurate",
+        _ if work_at(curve, |work| work.steps).is_some() => "interpolated",
+        _ => "not reached by the finest run",
     }
-    Ok(Curve { method: method.name(), points })
 }
 
-/// The work at which the error passes `TARGET`, on a straight line in logarithms.
+/// The work at which the error passes `TARGET`, on a straight line in logarithms; that of the coarsest run if it is already
+/// more accurate.
 fn work_at(curve: &Curve, count: fn(&Work) -> u64) -> Option<f64> {
+    let (work, error) = curve.points.first()?;
+    if *error <= TARGET {
+        return Some(count(work) as f64);
+    }
     let pair = curve.points.windows(2).find(|pair| pair[0].1 > TARGET && pair[1].1 <= TARGET)?;
     let part = (TARGET / pair[0].1).ln() / (pair[1].1 / pair[0].1).ln();
     let [coarse, fine] = [count(&pair[0].0) as f64, count(&pair[1].0) as f64];

@@ -1,21 +1,17 @@
 //! The claims of the two papers, each decided by computation.
 //!
-//! A claim is broken up into [`Case`]s, comparisons of a measured number with a bound. The verdict follows from them alone:
-//! all hold, it is confirmed; some hold, it is qualified, and the finding says where; none holds, it is refuted. A question
-//! that a paper leaves open is answered if the cases that establish the answer hold, and stays open otherwise.
+//! A claim is broken up into [`Case`]s, comparisons of a measured number with a bound. The verdict follows from them and from
+//! the [`Quantifier`] of the statement alone.
 
 pub(crate) mod ky21;
 mod measure;
 mod s24;
 
-use std::collections::HashMap;
-use std::sync::{LazyLock, OnceLock};
+use std::fmt;
+use std::sync::Arc;
 
-use rayon::prelude::*;
-
-use crate::chapter::StudyError;
 use crate::evidence::{Figure, Requirement, Table};
-use crate::golden::Row;
+use crate::experiment::{Context, Experiment, ExperimentError, StudyError, side_by_side};
 
 /// A statement of a paper and how it is decided.
 #[derive(Debug, Clone, Copy)]
@@ -26,21 +22,39 @@ pub struct Claim {
     pub source: &'static str,
     /// The statement in one sentence.
     pub statement: &'static str,
+    /// Of what it is said.
+    pub quantifier: Quantifier,
     /// What is measured, and what it is compared with.
     pub criterion: &'static str,
     /// The computation.
-    pub decide: fn() -> Result<Finding, StudyError>,
+    pub decide: fn(&Context) -> Result<Finding, StudyError>,
+}
+
+/// Of what the statement is said, which decides how comparisons make a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantifier {
+    /// Of every case: "unconditionally", "by construction", "for all h". It falls with one counterexample.
+    Universal,
+    /// Of cases that the source does not delimit, such as "for h ≳ 1.5" or "generally", or of nothing in particular. It may hold
+    /// under a condition that the source does not state.
+    General,
+    /// Of one method against others. It may hold under a condition too; a mixed score without one supports nothing.
+    Comparison,
+    /// A question that the source leaves open: the comparisons establish the answer.
+    Open,
 }
 
 /// What became of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Verdict {
-    /// It holds in every case.
+    /// Every comparison comes out as claimed.
     Confirmed,
-    /// It holds in some cases, and the finding says in which.
+    /// It holds under a condition that the source does not state: in all cases under it, and not in all others.
     Qualified,
-    /// It holds in no case.
+    /// A universal statement with a counterexample, or any statement that holds nowhere.
     Refuted,
+    /// The measurements do not establish it.
+    NotSupported,
     /// A question that the paper leaves open has an answer.
     Answered,
     /// No answer yet.
@@ -48,14 +62,38 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The word in tables and goldens.
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Confirmed, Self::Qualified, Self::Refuted, Self::NotSupported, Self::Answered, Self::Open];
+
+    /// The words in tables and goldens.
     pub fn word(self) -> &'static str {
         match self {
             Self::Confirmed => "confirmed",
             Self::Qualified => "qualified",
-            Self::Refuted => "refuted",
+            Self::Refuted => "refuted as stated",
+            Self::NotSupported => "not supported",
             Self::Answered => "answered",
             Self::Open => "open",
+        }
+    }
+}
+
+impl Quantifier {
+    /// The verdict that follows from comparisons. One that is not a number neither holds nor refutes.
+    pub fn verdict(self, cases: &[Case]) -> Verdict {
+        let fails = |case: &Case| case.is_sound() && !case.holds();
+        let all_hold = !cases.is_empty() && cases.iter().all(Case::holds);
+        let mut under = cases.iter().filter(|case| case.is_under_the_condition).peekable();
+        let holds_under_a_condition = under.peek().is_some() && under.all(Case::holds);
+        match self {
+            Self::Open if all_hold => Verdict::Answered,
+            Self::Open => Verdict::Open,
+            _ if all_hold => Verdict::Confirmed,
+            Self::Universal if cases.iter().any(fails) => Verdict::Refuted,
+            Self::General | Self::Comparison if holds_under_a_condition => Verdict::Qualified,
+            Self::General | Self::Comparison if !cases.is_empty() && cases.iter().all(fails) => Verdict::Refuted,
+            _ => Verdict::NotSupported,
         }
     }
 }
@@ -69,22 +107,39 @@ pub struct Case {
     pub measured: f64,
     /// What it is compared with.
     pub required: Requirement,
+    /// Whether it is a case of the condition under which the finding says that the statement holds.
+    pub is_under_the_condition: bool,
 }
 
 impl Case {
+    fn new(what: impl Into<String>, measured: f64, required: Requirement) -> Self {
+        Self { what: what.into(), measured, required, is_under_the_condition: false }
+    }
+
+    /// Says whether it is a case of the condition under which the finding says that the statement holds.
+    #[must_use]
+    pub fn under(self, is_under_the_condition: bool) -> Self {
+        Self { is_under_the_condition, ..self }
+    }
+
     /// `measured` < `bound`.
     pub fn below(what: impl Into<String>, measured: f64, bound: f64) -> Self {
-        Self { what: what.into(), measured, required: Requirement::Below(bound) }
+        Self::new(what, measured, Requirement::Below(bound))
+    }
+
+    /// `measured` ≤ `bound`.
+    pub fn at_most(what: impl Into<String>, measured: f64, bound: f64) -> Self {
+        Self::new(what, measured, Requirement::AtMost(bound))
     }
 
     /// `measured` > `bound`.
     pub fn above(what: impl Into<String>, measured: f64, bound: f64) -> Self {
-        Self { what: what.into(), measured, required: Requirement::Above(bound) }
+        Self::new(what, measured, Requirement::Above(bound))
     }
 
     /// `low` ≤ `measured` ≤ `high`.
     pub fn between(what: impl Into<String>, measured: f64, low: f64, high: f64) -> Self {
-        Self { what: what.into(), measured, required: Requirement::Within(low, high) }
+        Self::new(what, measured, Requirement::Within(low, high))
     }
 
     /// Whether the comparison comes out as claimed; never for `NaN`.
@@ -98,10 +153,16 @@ impl Case {
     }
 }
 
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = measure::text;
+        write!(f, "{}: {}, where {} is claimed", self.what, text(self.measured), self.required)
+    }
+}
+
 /// What the computation of a claim found.
 #[derive(Debug, Clone)]
 pub struct Finding {
-    verdict: Verdict,
     cases: Vec<Case>,
     /// The numbers that matter, in a sentence or two.
     pub evidence: String,
@@ -116,26 +177,9 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// The verdict on a statement: confirmed if all cases hold, refuted if none does, qualified otherwise.
+    /// Comparisons, and the numbers that matter in a sentence or two.
     pub fn on(cases: Vec<Case>, evidence: impl Into<String>) -> Self {
-        let holding = cases.iter().filter(|case| case.holds()).count();
-        let verdict = match holding {
-            0 => Verdict::Refuted,
-            n if n == cases.len() => Verdict::Confirmed,
-            _ => Verdict::Qualified,
-        };
-        Self::new(verdict, cases, evidence)
-    }
-
-    /// The verdict on a question: answered if all of the cases that establish the answer hold.
-    pub fn answer(cases: Vec<Case>, evidence: impl Into<String>) -> Self {
-        let established = !cases.is_empty() && cases.iter().all(Case::holds);
-        Self::new(if established { Verdict::Answered } else { Verdict::Open }, cases, evidence)
-    }
-
-    fn new(verdict: Verdict, cases: Vec<Case>, evidence: impl Into<String>) -> Self {
         Self {
-            verdict,
             cases,
             evidence: evidence.into(),
             where_it_holds: None,
@@ -171,14 +215,14 @@ impl Finding {
         self.with_table(data)
     }
 
-    /// The verdict.
-    pub fn verdict(&self) -> Verdict {
-        self.verdict
-    }
-
-    /// The comparisons that it follows from.
+    /// The comparisons that the verdict follows from.
     pub fn cases(&self) -> &[Case] {
         &self.cases
+    }
+
+    /// The first comparison that does not come out as claimed.
+    pub fn counterexample(&self) -> Option<&Case> {
+        self.cases.iter().find(|case| case.is_sound() && !case.holds())
     }
 
     /// How many comparisons hold: `9 of 10`.
@@ -208,48 +252,57 @@ pub fn all() -> Vec<&'static Claim> {
 }
 
 /// A claim with what came of it.
-pub type Judged = (&'static Claim, &'static Result<Finding, String>);
-
-/// What came of a claim, computed once in a process.
-pub fn finding(claim: &'static Claim) -> &'static Result<Finding, String> {
-    static FINDINGS: LazyLock<HashMap<&str, OnceLock<Result<Finding, String>>>> =
-        LazyLock::new(|| all().into_iter().map(|claim| (claim.id, OnceLock::new())).collect());
-    FINDINGS[claim.id].get_or_init(|| (claim.decide)().map_err(|error| error.to_string()))
+#[derive(Debug)]
+pub struct Judged {
+    /// The claim.
+    pub claim: &'static Claim,
+    /// What the computation found, or why it broke off.
+    pub finding: Result<Arc<Finding>, ExperimentError>,
 }
 
-/// Decides every claim; `tick` is called after each.
-pub fn judge(tick: &(dyn Fn() + Sync)) -> Vec<Judged> {
-    let judged = all().into_par_iter().map(|claim| {
-        let finding = finding(claim);
-        tick();
-        (claim, finding)
-    });
-    judged.collect()
-}
-
-/// The verdicts as rows of a golden, with the number of comparisons that hold: within a qualified claim a change of what
-/// is measured shows only there.
-///
-/// # Errors
-/// The first claim that could not be decided.
-pub fn verdicts() -> Result<Vec<Row>, StudyError> {
-    let mut rows = Vec::new();
-    for (claim, finding) in judge(&|| {}) {
-        let finding = finding.as_ref().map_err(|error| format!("{}: {error}", claim.id))?;
-        rows.push(Row::text(claim.id, finding.verdict().word()));
-        rows.push(Row::text(format!("{} comparisons", claim.id), finding.score()));
+impl Judged {
+    /// The verdict; none where the computation broke off.
+    pub fn verdict(&self) -> Option<Verdict> {
+        self.finding.as_ref().ok().map(|finding| self.claim.quantifier.verdict(&finding.cases))
     }
-    Ok(rows)
+}
+
+/// A claim by its identifier, decided once for all who tell of it.
+#[derive(Debug)]
+struct Decided(&'static str);
+
+impl Experiment for Decided {
+    const ID: &'static str = "claim";
+    type Found = Finding;
+
+    fn measure(&self, context: &Context) -> Result<Finding, StudyError> {
+        let claim = all().into_iter().find(|claim| claim.id == self.0).ok_or("there is no such claim")?;
+        context.announce(1);
+        let finding = (claim.decide)(context);
+        context.tick();
+        finding
+    }
+}
+
+/// Decides a claim.
+pub fn decide(context: &Context, claim: &'static Claim) -> Judged {
+    Judged { claim, finding: context.get(Decided(claim.id)) }
+}
+
+/// Decides every claim.
+pub fn judge(context: &Context) -> Vec<Judged> {
+    side_by_side(all(), |claim| decide(context, claim))
 }
 
 /// The table `id` of a finding.
 ///
 /// # Errors
 /// If no claim that could be decided has such a table.
-pub(crate) fn table(id: &str) -> Result<&'static Table, StudyError> {
-    let findings = judge(&|| {}).into_iter().filter_map(|(_, finding)| finding.as_ref().ok());
+pub(crate) fn table(context: &Context, id: &str) -> Result<Table, StudyError> {
+    let judged = judge(context);
+    let findings = judged.iter().filter_map(|judged| judged.finding.as_ref().ok());
     let table = findings.flat_map(|finding| &finding.tables).find(|table| table.id == id);
-    table.ok_or_else(|| format!("no claim has a table {id}").into())
+    table.cloned().ok_or_else(|| format!("no claim has a table {id}").into())
 }
 
 #[cfg(test)]
@@ -257,23 +310,37 @@ mod tests {
     use super::*;
 
     #[test]
-    fn verdicts_follow_from_cases() {
+    fn verdicts_follow_from_cases_by_the_quantifier() {
+        use Quantifier::{Comparison, General, Open, Universal};
+        use Verdict::{Answered, Confirmed, NotSupported, Qualified, Refuted};
         let (yes, no) = (Case::below("x", 1.0, 2.0), Case::above("x", 1.0, 2.0));
-        let on = |cases: &[&Case]| Finding::on(cases.iter().map(|case| (*case).clone()).collect(), "").verdict();
-        assert_eq!(on(&[&yes, &yes]), Verdict::Confirmed);
-        assert_eq!(on(&[&yes, &no]), Verdict::Qualified);
-        assert_eq!(on(&[&no]), Verdict::Refuted);
-        assert_eq!(on(&[]), Verdict::Refuted);
-        let answer = |cases: Vec<Case>| Finding::answer(cases, "").verdict();
-        assert_eq!(answer(vec![yes.clone()]), Verdict::Answered);
-        assert_eq!(answer(vec![yes, no]), Verdict::Open);
-        assert_eq!(answer(vec![]), Verdict::Open);
+        let unresolved = Case::below("x", f64::NAN, 2.0);
+        let (under, not_under) = (yes.clone().under(true), no.clone().under(true));
+        for (cases, universal, general, open) in [
+            (vec![&yes, &yes], Confirmed, Confirmed, Answered),
+            (vec![&yes, &no], Refuted, NotSupported, Verdict::Open),
+            (vec![&no, &no], Refuted, Refuted, Verdict::Open),
+            (vec![&under, &no], Refuted, Qualified, Verdict::Open),
+            (vec![&under, &yes, &no], Refuted, Qualified, Verdict::Open),
+            (vec![&under, &not_under], Refuted, NotSupported, Verdict::Open),
+            // What is not resolved neither holds nor refutes.
+            (vec![&yes, &unresolved], NotSupported, NotSupported, Verdict::Open),
+            (vec![&no, &unresolved], Refuted, NotSupported, Verdict::Open),
+            (vec![&unresolved], NotSupported, NotSupported, Verdict::Open),
+            (vec![], NotSupported, NotSupported, Verdict::Open),
+        ] {
+            let cases: Vec<Case> = cases.into_iter().cloned().collect();
+            assert_eq!(Universal.verdict(&cases), universal, "{cases:?}");
+            assert_eq!(General.verdict(&cases), general, "{cases:?}");
+            assert_eq!(Comparison.verdict(&cases), general, "{cases:?}");
+            assert_eq!(Open.verdict(&cases), open, "{cases:?}");
+        }
     }
 
     #[test]
     fn a_case_that_is_not_a_number_neither_holds_nor_is_sound() {
         for required in [Requirement::Below(1.0), Requirement::Above(1.0), Requirement::Within(0.0, 1.0)] {
-            let case = Case { what: String::new(), measured: f64::NAN, required };
+            let case = Case::new("", f64::NAN, required);
             assert!(!case.holds() && !case.is_sound());
         }
         assert!(!Case::below("", 1.0, f64::NAN).is_sound() && !Case::below("", 1.0, f64::NAN).holds());

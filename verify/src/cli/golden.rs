@@ -2,8 +2,10 @@
 
 use std::env;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Subcommand;
+use verify::experiment::Context;
 use verify::golden::{self, Action, GoldenError};
 use verify::names::NameError;
 
@@ -63,7 +65,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         Some(dir) => dir.clone(),
         None => golden::find_dir(&env::current_dir().map_err(GoldenError::Output)?)?,
     };
-    let goldens = golden::all();
+    let goldens = golden::all(&Arc::new(Context::quick()));
     let is_unknown = |only: &&String| goldens.iter().all(|golden| golden.name != **only);
     if let Some(only) = args.only.as_ref().filter(is_unknown) {
         return Err(NameError::unknown("golden", only, goldens.iter().map(|golden| golden.name.as_str())).into());

@@ -1,8 +1,10 @@
 //! `list`: what there is, by name.
 
 use std::io::{self, Write};
+use std::sync::Arc;
 
 use clap::ValueEnum;
+use verify::experiment::Context;
 use verify::judge::file::SHIPPED;
 use verify::{chapter, golden, method, problem, reference};
 
@@ -42,7 +44,9 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         Kind::MethodFiles => list_method_files(out),
         Kind::References => list_references(out),
         Kind::Studies => list_studies(out),
-        Kind::Goldens => golden::all().iter().try_for_each(|golden| writeln!(out, "{}", golden.name)),
+        Kind::Goldens => {
+            golden::all(&Arc::new(Context::quick())).iter().try_for_each(|golden| writeln!(out, "{}", golden.name))
+        }
     };
     let all = |out: &mut Output| -> io::Result<()> {
         for (i, kind) in Kind::value_variants().iter().enumerate() {

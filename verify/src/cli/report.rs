@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use rayon::prelude::*;
 use verify::chapter::{self, Context, Study, StudyError};
 use verify::evidence::Evidence;
+use verify::experiment::side_by_side;
 use verify::names::NameError;
 use verify::problem::model::Model;
 use verify::report::{self, Chapter, Counts, Earlier, Run};
@@ -132,8 +132,8 @@ fn chapters(studies: &[Study], model: Option<&Model>) -> Vec<Chapter> {
         bar.set_style(style);
     }
     let (announce, tick) = (|count| bar.inc_length(count), || bar.inc(1));
-    let context = Context { announce: &announce, tick: &tick, max_steps: u64::MAX };
-    let mut chapters: Vec<_> = studies.par_iter().map(|study| chapter(study, &context)).collect();
+    let context = Context::new(&announce, &tick, u64::MAX);
+    let mut chapters = side_by_side(studies.iter().collect(), |study| chapter(study, &context));
     // First comes what the reader asked for.
     chapters.splice(0..0, model.map(|model| model_chapter(model, &context)));
     bar.finish_and_clear();
@@ -210,8 +210,8 @@ mod tests {
             study("fails", |_| Err("no luck".into())),
             study("panics", |_| panic!("index {} out of range", 7)),
             study("works", |context| {
-                (context.announce)(1);
-                (context.tick)();
+                context.announce(1);
+                context.tick();
                 Ok(Evidence { notes: vec!["found".into()], ..Evidence::default() })
             }),
         ];

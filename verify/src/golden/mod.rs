@@ -10,6 +10,7 @@
 
 mod command;
 mod compare;
+mod figures;
 mod file;
 mod registry;
 mod store;

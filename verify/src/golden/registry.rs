@@ -1,38 +1,44 @@
 //! Every golden, one line each.
 
-use super::{Golden, Row, Tolerance, Truth};
-use crate::chapter::{self, Context};
-use crate::claim;
+use super::{Golden, Row, Tolerance, Truth, figures};
+use crate::chapter;
+use crate::chapter::figures::{FIGURE_2, FIGURE_4, FIGURE_7};
+use crate::claim::{self, Judged, Verdict};
+use crate::experiment::{Context, StudyError};
 use crate::order;
 use crate::problem::poiseuille_series;
-use std::error::Error;
+use std::sync::Arc;
 
-/// All goldens.
+/// All goldens, computed in `context`.
 #[must_use]
-pub fn all() -> Vec<Golden> {
+pub fn all(context: &Arc<Context<'static>>) -> Vec<Golden> {
+    let golden = |name: &str, rows: fn(&Context) -> Result<Vec<Row>, StudyError>| {
+        let context = Arc::clone(context);
+        Golden::new(name, move || rows(&context))
+    };
     vec![
-        Golden::new("closed-forms", chapter::closed_forms::golden),
-        Golden::new("figure-2", chapter::figures::figure_2),
-        Golden::new("figure-4", chapter::figures::figure_4),
-        Golden::new("figure-7", chapter::figures::figure_7),
-        Golden::new("orders", orders),
-        Golden::new("poiseuille-series", poiseuille_series),
-        Golden::new("claims", claim::verdicts),
-        Golden::new("ky21-table-1", || claim::ky21::table_golden("ky21-table-1")),
-        Golden::new("ky21-table-2", || claim::ky21::table_golden("ky21-table-2")),
-        Golden::new("path-fitted-orders", claim::ky21::orders_golden),
-        Golden::new("oscillator-stability", chapter::oscillator::golden),
-        Golden::new("symplecticity", chapter::symplecticity::golden),
-        Golden::new("long-runs", chapter::long_runs::golden),
-        Golden::new("constraints", chapter::constraints::golden),
-        Golden::new("circle-growth", chapter::constraints::growth_golden),
+        golden("closed-forms", chapter::closed_forms::golden),
+        golden("figure-2", |context| figures::maxima(&FIGURE_2, context)),
+        golden("figure-4", |context| figures::maxima(&FIGURE_4, context)),
+        golden("figure-7", |context| figures::maxima(&FIGURE_7, context)),
+        golden("orders", orders),
+        golden("poiseuille-series", poiseuille_series),
+        golden("claims", verdicts),
+        golden("ky21-table-1", |context| claim::ky21::table_golden(context, "ky21-table-1")),
+        golden("ky21-table-2", |context| claim::ky21::table_golden(context, "ky21-table-2")),
+        golden("path-fitted-orders", claim::ky21::orders_golden),
+        golden("oscillator-stability", chapter::oscillator::golden),
+        golden("symplecticity", chapter::symplecticity::golden),
+        golden("long-runs", chapter::long_runs::golden),
+        golden("constraints", chapter::constraints::golden),
+        golden("circle-growth", chapter::constraints::growth_golden),
     ]
 }
 
 /// The fitted orders of every pair whose truth is exact or tabulated.
-fn orders() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> {
+fn orders(context: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
-    for pair in chapter::orders::measure_all(&Context::SILENT)? {
+    for pair in chapter::orders::measure_all(context)? {
         if matches!(pair.truth, order::Truth::Numerical(_)) {
             continue;
         }
@@ -57,7 +63,7 @@ fn orders() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> {
     Ok(rows)
 }
 
-fn poiseuille_series() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> {
+fn poiseuille_series(_: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
     for poiseuille_series::Tabulated { y, t, u } in poiseuille_series::tabulated()? {
         let tolerance = Tolerance::relative(1e-14, "sin, exp and erfc differ by an ulp or so between platforms");
@@ -65,6 +71,19 @@ fn poiseuille_series() -> Result<Vec<Row>, Box<dyn Error + Send + Sync>> {
             Truth { value: u, allowance: 1e-14 * u, source: "60 digits, verify/data/poiseuille-series.py".to_owned() };
         let value = poiseuille_series::velocity(2.0, y, t)?;
         rows.push(Row::number(format!("u(y={y:?} t={t:?})"), value, tolerance).with_truth(truth));
+    }
+    Ok(rows)
+}
+
+/// The verdicts as rows of a golden, with the number of comparisons that hold: within a qualified claim a change of what
+/// is measured shows only there.
+fn verdicts(context: &Context) -> Result<Vec<Row>, StudyError> {
+    let mut rows = Vec::new();
+    for judged in claim::judge(context) {
+        let Judged { claim, finding } = &judged;
+        let finding = finding.as_ref().map_err(|error| format!("{}: {error}", claim.id))?;
+        rows.push(Row::text(claim.id, judged.verdict().map_or("broke off", Verdict::word)));
+        rows.push(Row::text(format!("{} comparisons", claim.id), finding.score()));
     }
     Ok(rows)
 }

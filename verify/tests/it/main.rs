@@ -3,6 +3,7 @@
 mod claims;
 mod cli;
 mod closed_forms;
+mod floors;
 mod goldens;
 mod judge;
 mod model;

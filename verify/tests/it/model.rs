@@ -72,7 +72,7 @@ fn predator_prey_has_the_derivatives_of_its_equations() {
 #[test]
 fn every_method_is_judged_on_a_model() {
     let model = load("van-der-pol.ds", &[]);
-    let evidence = chapter::model::examine(&model, &Context::SILENT);
+    let evidence = chapter::model::examine(&model, &Context::silent());
     for check in &evidence.checks {
         // The bound of the references leaves few points to the methods of order 4.
         let is_known = check.outcome == Outcome::Pass || check.outcome == Outcome::Inconclusive;

@@ -1,23 +1,21 @@
 //! The data behind the paper's Figures 1–4, 6 and 7: every method at the paper's step sizes up to t = 10.
 
 mod linear_drag;
-mod maps;
 mod poiseuille;
 mod quadratic_drag;
 
+pub(crate) use linear_drag::PLAN as FIGURE_2;
 pub(super) use linear_drag::STUDY as LINEAR_DRAG;
+pub(crate) use poiseuille::PLAN as FIGURE_7;
 pub(super) use poiseuille::STUDY as POISEUILLE;
+pub(crate) use quadratic_drag::PLAN as FIGURE_4;
 pub(super) use quadratic_drag::STUDY as QUADRATIC_DRAG;
 
-use rayon::prelude::*;
+use std::sync::Arc;
 
-use super::{Context, StudyError};
+use super::{Context, StudyError, prose};
 use crate::evidence::{Axis, Cell, Check, Figure, Mark, Panel, Series, Table};
-use crate::golden::{Row, Tolerance, Truth};
-use crate::measure::norm::larger;
-use crate::method;
-use crate::problem::{self, Problem};
-use crate::run::{RunError, run};
+use crate::experiment::errors::{Decay, Errors, HORIZON, Run, points, roundoff};
 
 /// The methods in the paper's figures.
 const PAPERS: [&str; 4] = ["method-i", "method-ii", "implicit-euler", "rk4"];
@@ -26,134 +24,50 @@ const PAPERS: [&str; 4] = ["method-i", "method-ii", "implicit-euler", "rk4"];
 const METHODS: [&str; 7] =
     ["method-i", "method-ii", "implicit-euler", "rk4", "explicit-momentum", "trapezoidal", "implicit-midpoint"];
 
-/// The paper's horizon.
-const HORIZON: f64 = 10.0;
-
 /// What a pair of figures shows.
-struct Plan {
+pub(crate) struct Plan {
     /// Each problem with its methods.
     cases: &'static [(&'static str, &'static [&'static str])],
     /// Step sizes of the panels (a)–(f).
     steps: [f64; 6],
     /// Number of the figure with the time series; the next one has the maxima.
     figure: u32,
-    /// v_{n+1} of a problem's method from v_n in closed form.
-    map: fn(problem: &str, method: &str, h: f64, v: f64) -> Option<f64>,
-}
-
-/// One run.
-#[derive(Debug)]
-struct Run {
-    problem: &'static str,
-    method: &'static str,
-    h: f64,
-    /// Largest error, or why the run failed part-way.
-    largest: Result<Largest, RunError>,
-    /// The largest error of the run by the closed form.
-    predicted: Option<f64>,
-    /// (t, error), thinned where there are many.
-    errors: Vec<(f64, f64)>,
-}
-
-/// Largest error over the grid points t = nh, n ≥ 1.
-#[derive(Debug, Clone, Copy, Default)]
-struct Largest {
-    error: f64,
-    t: f64,
-    /// Largest error in the second half of the horizon.
-    late: f64,
-}
-
-impl Largest {
-    fn see(&mut self, t: f64, error: f64) {
-        if error > self.error || error.is_nan() {
-            (self.error, self.t) = (error, t);
-        }
-        if t > 0.5 * HORIZON {
-            self.late = larger(self.late, error);
-        }
-    }
 }
 
 /// All runs of a plan.
-struct Sweep {
+pub(crate) struct Sweep {
     plan: &'static Plan,
-    runs: Vec<Run>,
-}
-
-/// Number of grid points t = nh ≤ 10, n ≥ 1, where h as a decimal fraction may divide 10.
-fn points(h: f64) -> usize {
-    (HORIZON / h * (1.0 + 4.0 * f64::EPSILON)).floor() as usize
-}
-
-/// The indices of the grid points that the time series keep: all of up to a thousand, else 200 evenly and 200
-/// logarithmically spaced in t.
-fn kept(count: usize) -> Vec<usize> {
-    const EACH: u32 = 200;
-    if count <= 1000 {
-        return (1..=count).collect();
-    }
-    let of = |k: u32| f64::from(k) / f64::from(EACH);
-    let even = (1..=EACH).map(|k| (count as f64 * of(k)).round() as usize);
-    let logarithmic = (0..=EACH).map(|k| (count as f64).powf(of(k)).round() as usize);
-    let mut all: Vec<usize> = even.chain(logarithmic).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
-}
-
-/// The exact solution at t = nh, n = 1 ….
-fn exact(problem: &dyn Problem, h: f64) -> Result<Vec<f64>, StudyError> {
-    let at = |n: usize| {
-        let t = n as f64 * h;
-        problem.exact(t).map(|v| v[0]).ok_or_else(|| format!("no exact solution at t = {t}").into())
-    };
-    (1..=points(h)).into_par_iter().map(at).collect()
+    /// The runs, coarse to fine.
+    pub(crate) runs: Vec<Arc<Run>>,
 }
 
 impl Sweep {
-    /// Carries out the runs of `plan` that are not too long.
-    fn run(plan: &'static Plan, context: &Context) -> Result<Self, StudyError> {
-        let steps: Vec<f64> = plan.steps.into_iter().filter(|h| points(*h) as u64 <= context.max_steps).collect();
-        let per_step: usize = plan.cases.iter().map(|(_, methods)| methods.len()).sum();
-        (context.announce)((steps.len() * per_step) as u64);
-        let runs: Result<Vec<Vec<Run>>, StudyError> = steps
-            .into_par_iter()
-            .map(|h| {
-                // All cases of a plan have the same exact solution.
-                let exact = exact(&*problem::build(plan.cases[0].0, &[])?, h)?;
-                let pairs: Vec<_> =
-                    plan.cases.iter().flat_map(|(problem, all)| all.iter().map(|method| (*problem, *method))).collect();
-                pairs
-                    .into_par_iter()
-                    .map(|(problem, method)| {
-                        let run = one_run(plan, problem, method, h, &exact);
-                        (context.tick)();
-                        run
-                    })
-                    .collect()
-            })
-            .collect();
-        Ok(Self { plan, runs: runs?.into_iter().flatten().collect() })
+    /// The runs of `plan` that are not too long.
+    pub(crate) fn run(plan: &'static Plan, context: &Context) -> Result<Self, StudyError> {
+        let steps = plan.steps.into_iter().filter(|h| points(*h) as u64 <= context.max_steps());
+        let pairs = plan.cases.iter().flat_map(|(problem, all)| all.iter().map(|method| (*problem, *method)));
+        let settings = steps.flat_map(|h| pairs.clone().map(move |(problem, method)| Errors::of(problem, method, h)));
+        Ok(Self { plan, runs: context.get_each(settings.collect())? })
     }
 
     /// The step sizes that were run, coarse to fine.
     fn steps(&self) -> impl Iterator<Item = f64> {
-        self.plan.steps.into_iter().filter(|h| self.runs.iter().any(|run| run.h == *h))
+        self.plan.steps.into_iter().filter(|h| self.runs.iter().any(|run| run.of.h == *h))
     }
 
-    fn find(&self, problem: &str, method: &str, h: f64) -> Option<&Run> {
-        self.runs.iter().find(|run| run.problem == problem && run.method == method && run.h == h)
+    fn find(&self, problem: &'static str, method: &'static str, h: f64) -> Option<&Run> {
+        let of = Errors::of(problem, method, h);
+        self.runs.iter().map(|run| &**run).find(|run| run.of == of)
     }
 
     /// The largest error of a run; NaN, which no check accepts, if there is no such run or it failed.
-    fn error(&self, problem: &str, method: &str, h: f64) -> f64 {
+    fn error(&self, problem: &'static str, method: &'static str, h: f64) -> f64 {
         let largest = self.find(problem, method, h).and_then(|run| run.largest.as_ref().ok());
         largest.map_or(f64::NAN, |largest| largest.error)
     }
 
     /// Ratio of the largest errors of two methods.
-    fn ratio(&self, problem: &str, (a, b): (&str, &str), h: f64) -> f64 {
+    fn ratio(&self, problem: &'static str, (a, b): (&'static str, &'static str), h: f64) -> f64 {
         self.error(problem, a, h) / self.error(problem, b, h)
     }
 
@@ -161,7 +75,7 @@ impl Sweep {
     fn follows_the_closed_forms(&self) -> Check {
         let compared = self.runs.iter().filter_map(|run| {
             let (Ok(largest), Some(predicted)) = (&run.largest, run.predicted) else { return None };
-            Some((run, (largest.error - predicted).abs() / roundoff(run.h, predicted)))
+            Some((run, (largest.error - predicted).abs() / roundoff(run.of.h, predicted)))
         });
         let worst = compared.clone().max_by(|a, b| a.1.total_cmp(&b.1));
         let reason = worst.map_or_else(String::new, |(run, _)| {
@@ -169,9 +83,9 @@ impl Sweep {
                 "In units of 8ε(1 + 1/h)(1 + error), the roundoff that a decaying run gathers; the largest of {} runs is {} \
                  on {}, h = {}.",
                 compared.count(),
-                run.method,
-                run.problem,
-                run.h
+                run.of.method,
+                run.of.problem,
+                run.of.h
             )
         });
         Check::at_most(
@@ -184,21 +98,26 @@ impl Sweep {
     }
 
     /// "In all cases, the error decays to zero as t → ∞", for the paper's four methods where they reach the horizon.
-    fn errors_decay(&self) -> Check {
-        let ratios = self.runs.iter().filter(|run| PAPERS.contains(&run.method)).filter_map(|run| {
-            let Largest { error, late, .. } = run.largest.as_ref().ok()?;
-            Some((run, late / error))
-        });
-        let worst = ratios.max_by(|a, b| a.1.total_cmp(&b.1));
-        Check::at_most(
+    fn errors_decay(&self, context: &Context) -> Result<Check, StudyError> {
+        let reaches = |run: &&Arc<Run>| PAPERS.contains(&run.of.method) && run.largest.is_ok();
+        let is_short = |run: &&Arc<Run>| Decay::END / run.of.h <= context.max_steps() as f64 && run.of.h >= 1e-3;
+        let runs = self.runs.iter().filter(reaches).filter(is_short).map(|run| run.of);
+        let decays = runs.clone().map(|Errors { problem, method, h, .. }| Decay { problem, method, h });
+        let ratios = context.get_each(decays.collect())?;
+        let worst = runs.zip(&ratios).max_by(|a, b| a.1.total_cmp(b.1));
+        Ok(Check::at_most(
             "errors-decay",
-            "the errors of the paper's four methods decay: they are smaller for t > 5 than before",
-            worst.map_or(f64::NAN, |(_, ratio)| ratio),
-            0.999,
-            worst.map_or_else(String::new, |(run, _)| {
-                format!("Largest ratio of the maxima, that of {} on {} at h = {}.", run.method, run.problem, run.h)
+            "the errors of the paper's four methods decay: on (20, 40] they are at most half as large as on (10, 20]",
+            worst.map_or(f64::NAN, |(_, ratio)| **ratio),
+            Decay::MOST,
+            worst.map_or_else(String::new, |(Errors { problem, method, h, .. }, _)| {
+                format!(
+                    "Largest ratio of the maxima of {} runs, that of {method} on {problem} at h = {h}; what halves as t \
+                     doubles falls at least like 1/t.",
+                    ratios.len()
+                )
             }),
-        )
+        ))
     }
 
     fn maxima_id(&self) -> String {
@@ -216,9 +135,9 @@ impl Sweep {
                 Err(error) => (Cell::Empty, Cell::Empty, error.to_string()),
             };
             vec![
-                Cell::Text(run.problem.into()),
-                Cell::Number(run.h),
-                Cell::Text(run.method.into()),
+                Cell::Text(run.of.problem.into()),
+                Cell::Number(run.of.h),
+                Cell::Text(run.of.method.into()),
                 error,
                 t,
                 Cell::Text(status),
@@ -235,9 +154,9 @@ impl Sweep {
 
     fn series_table(&self) -> Table {
         let rows = self.runs.iter().flat_map(|run| {
-            let (problem, method) = (Cell::Text(run.problem.into()), Cell::Text(run.method.into()));
+            let (problem, method) = (Cell::Text(run.of.problem.into()), Cell::Text(run.of.method.into()));
             run.errors.iter().map(move |(t, error)| {
-                vec![problem.clone(), Cell::Number(run.h), method.clone(), Cell::Number(*t), Cell::Number(*error)]
+                vec![problem.clone(), Cell::Number(run.of.h), method.clone(), Cell::Number(*t), Cell::Number(*error)]
             })
         });
         Table {
@@ -252,7 +171,7 @@ impl Sweep {
     }
 
     /// Errors against time in the paper's panels (a)–(f), for one problem's methods.
-    fn series_figure(&self, id: String, caption: String, problem: &str, methods: &[&'static str]) -> Figure {
+    fn series_figure(&self, id: String, caption: String, problem: &'static str, methods: &[&'static str]) -> Figure {
         let panels = self.steps().zip('a'..).map(|(h, letter)| {
             let series = methods.iter().filter_map(|method| {
                 let run = self.find(problem, method, h)?;
@@ -284,85 +203,4 @@ impl Sweep {
             ..Panel::default()
         }
     }
-}
-
-/// What the roundoff of a run can do to its largest error: each step errs by a few ε, and earlier errors decay like e^{−t}
-/// or faster.
-fn roundoff(h: f64, error: f64) -> f64 {
-    8.0 * f64::EPSILON * (1.0 + h.recip()) * (1.0 + error)
-}
-
-fn one_run(plan: &Plan, name: &'static str, method: &'static str, h: f64, exact: &[f64]) -> Result<Run, StudyError> {
-    let problem = problem::build(name, &[])?;
-    let parsed = method::parse(method)?;
-    let mut largest = Largest::default();
-    let mut errors = Vec::new();
-    let mut keep = kept(exact.len()).into_iter().peekable();
-    let mut n = 0_usize;
-    let outcome = run(&*problem, &*parsed, h, exact.len() as f64 * h, |state| {
-        if let Some(exact) = n.checked_sub(1).and_then(|n| exact.get(n)) {
-            let error = (state.q[0] - exact).abs();
-            largest.see(state.t, error);
-            if keep.next_if_eq(&n).is_some() {
-                errors.push((state.t, error));
-            }
-        }
-        n += 1;
-    });
-    let mut v = problem.initial()[0];
-    let mut predicted = Largest::default();
-    let by_map = exact.iter().all(|exact| match (plan.map)(name, method, h, v) {
-        Some(next) => {
-            v = next;
-            predicted.see(0.0, (v - exact).abs());
-            true
-        }
-        None => false,
-    });
-    Ok(Run {
-        problem: name,
-        method,
-        h,
-        largest: outcome.map(|_| largest),
-        predicted: by_map.then_some(predicted.error),
-        errors,
-    })
-}
-
-/// The largest errors of a plan's shorter runs for the golden files, with those of the closed forms as the truth.
-fn golden_rows(plan: &'static Plan) -> Result<Vec<Row>, StudyError> {
-    let sweep = Sweep::run(plan, &Context::QUICK)?;
-    let rows = sweep.runs.iter().map(|run| {
-        let key = format!("{} h={} {}", run.problem, run.h, run.method);
-        let error = match &run.largest {
-            Ok(largest) => largest.error,
-            // Why is a matter of digits; that it fails is not.
-            Err(_) => return Row::text(key, "fails"),
-        };
-        let tolerance = Tolerance::absolute(roundoff(run.h, 0.0), "roundoff of the run, 8ε(1 + 1/h)");
-        let row = Row::number(key, error, tolerance);
-        match run.predicted {
-            Some(value) => {
-                let allowance = roundoff(run.h, value);
-                row.with_truth(Truth { value, allowance, source: "the method's map in closed form, repeated".into() })
-            }
-            None => row,
-        }
-    });
-    Ok(rows.collect())
-}
-
-/// Rows of the golden `figure-2`.
-pub(crate) fn figure_2() -> Result<Vec<Row>, StudyError> {
-    golden_rows(&linear_drag::PLAN)
-}
-
-/// Rows of the golden `figure-4`.
-pub(crate) fn figure_4() -> Result<Vec<Row>, StudyError> {
-    golden_rows(&quadratic_drag::PLAN)
-}
-
-/// Rows of the golden `figure-7`.
-pub(crate) fn figure_7() -> Result<Vec<Row>, StudyError> {
-    golden_rows(&poiseuille::PLAN)
 }

@@ -1,15 +1,14 @@
 //! Figures 6 and 7.
 
-use lsvi::quadrature::Quadrature;
-
-use super::{HORIZON, METHODS, PAPERS, Plan, Sweep, maps};
+use super::{HORIZON, METHODS, PAPERS, Plan, Sweep, prose};
 use crate::chapter::{Context, Study, StudyError};
-use crate::evidence::{Cell, Check, Evidence, Figure, Table};
+use crate::evidence::number::short;
+use crate::evidence::{Cell, Check, Evidence, Figure, Requirement, Table};
+use crate::experiment::floors::{A_QUARTER, AVERAGED_RATE, Floors, Found, GALERKIN_RATE, GAMMA};
 use crate::kinds::{Principle, Stability};
 use crate::measure::norm::max_norm;
-use crate::measure::search::minimum;
 use crate::method;
-use crate::problem::poiseuille_series::{SLOWEST_DECAY_RATE, velocity};
+use crate::problem::poiseuille_series::SLOWEST_DECAY_RATE;
 
 pub(in crate::chapter) const STUDY: Study = Study {
     id: "poiseuille-ansatz",
@@ -26,25 +25,21 @@ const GALERKIN: &str = "poiseuille-galerkin";
 
 const YARDSTICKS: [&str; 4] = ["implicit-euler", "rk4", "trapezoidal", "implicit-midpoint"];
 
-pub(super) const PLAN: Plan = Plan {
+pub(crate) const PLAN: Plan = Plan {
     cases: &[(AVERAGED, &METHODS), (GALERKIN, &YARDSTICKS)],
     steps: [0.5, 0.1, 0.01, 0.001, 0.0001, 0.000_01],
     figure: 6,
-    map: maps::poiseuille,
 };
-
-const GAMMA: f64 = 2.0;
-const GALERKIN_RATE: f64 = 2.5;
-const AVERAGED_RATE: f64 = 3.0;
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let sweep = Sweep::run(&PLAN, context)?;
-    let floors = Floors::compute()?;
-    let mut checks = vec![sweep.follows_the_closed_forms(), sweep.errors_decay()];
+    let floors = context.get(Floors)?;
+    let mut checks = vec![sweep.follows_the_closed_forms(), sweep.errors_decay(context)?];
     checks.extend(papers_pairing(&sweep));
     checks.extend(same_equation(&sweep));
     checks.extend(at_the_floor(&sweep, &floors));
-    checks.extend(floors.checks());
+    checks.extend(floors_checks(&floors));
+    checks.push(closer_to_the_floor(&sweep, &floors));
     Ok(Evidence {
         checks,
         tables: vec![
@@ -52,26 +47,11 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
                 "Largest |v − u(0, t)| up to t = 10: `poiseuille-ansatz` as the paper pairs methods and equations, \
                  `poiseuille-galerkin` with the yardsticks on the equation that Method I approximates.",
             ),
-            floors.table(),
+            floors_table(&floors),
             sweep.series_table(),
         ],
         figures: figures(&sweep),
-        notes: vec![
-            "As the paper pairs them, Method I has the smallest error of its four methods at every step size. The ratio is 0.31 \
-             at h = 0.01 and tends to 0.2825."
-                .into(),
-            "But the pairing compares two equations, not four methods. Methods I and p_n = 0 approximate the Galerkin equation, \
-             whose solution comes within 0.0242 of the flow; Method II, and implicit Euler and RK4 as the paper sets them up, \
-             approximate the averaged equation, which comes within 0.0857. For h ≲ 0.01 every error is the distance of its \
-             equation, whatever the method. On the Galerkin equation implicit Euler, RK4, the trapezoidal and the implicit \
-             midpoint rule reach the same 0.0242, and all but implicit Euler reach it faster than Method I, which is of first \
-             order here because the Lagrangian (37) keeps a remainder."
-                .into(),
-            "Nor is that floor as close as the ansatz can get, as the paper's Figure 7 has it: v(t) = u(0, t) would have no error \
-             at the centre at all. Among v = 1 − e^{−ct} the best rate, 2.337, has less than half the error. Both \
-             reduced equations start too fast: the centre of the flow accelerates by γ = 2, the ansatz by 5/2 or 3."
-                .into(),
-        ],
+        notes: prose::fill(include_str!("poiseuille.md"), &values(&sweep, &floors))?,
         ..Evidence::default()
     })
 }
@@ -126,22 +106,59 @@ fn papers_pairing(sweep: &Sweep) -> Vec<Check> {
             1.0,
             "Largest error of Method I over the smallest of the other three.",
         ));
-        let reading = match h {
-            0.01 => Some(("less than a third, not quite a quarter", [0.29, 0.34])),
-            h if h < 0.01 => Some(("roughly a quarter", [0.2, 0.3])),
-            _ => None,
-        };
-        if let Some((words, width)) = reading {
+        if h < 0.01 {
             checks.push(Check::within(
                 format!("a-quarter-{h}"),
-                format!("at h = {h} the largest error of Method I is {words} of theirs"),
+                format!("at h = {h} the largest error of Method I is roughly a quarter of theirs"),
                 ratio,
-                width,
-                "The same ratio; the paper has roughly a quarter for h ≲ 0.01, read as 0.25 ± 0.05.",
+                A_QUARTER,
+                "The same ratio; the paper has roughly a quarter for h ≲ 0.01, read as nearer to ¼ than to ⅓ and to ⅕.",
+            ));
+        }
+        if h == 0.01 {
+            checks.push(Check::new(
+                format!("a-quarter-{h}"),
+                format!("at h = {h} the largest error of Method I is nearer to a third of implicit Euler's than to a quarter"),
+                ratio,
+                Requirement::Above(A_QUARTER[1]),
+                "The same ratio; the paper has roughly a quarter for h ≲ 0.01, read as nearer to ¼ than to ⅓ and to ⅕.",
             ));
         }
     }
     checks
+}
+
+/// What the text says in numbers.
+fn values(sweep: &Sweep, floors: &Found) -> Vec<(&'static str, String)> {
+    let h = 0.01;
+    let others = PAPERS.into_iter().filter(|method| *method != "method-i");
+    let ratios: Vec<f64> = others.map(|method| sweep.ratio(AVERAGED, ("method-i", method), h)).collect();
+    vec![
+        ("ratio_coarse", short(max_norm(&ratios))),
+        ("h_coarse", h.to_string()),
+        ("limit", short(floors.galerkin / floors.averaged)),
+        ("galerkin", short(floors.galerkin)),
+        ("averaged", short(floors.averaged)),
+        ("best_rate", short(floors.best_rate)),
+        ("best", short(floors.best / floors.galerkin)),
+        ("gamma", GAMMA.to_string()),
+        ("galerkin_rate", GALERKIN_RATE.to_string()),
+        ("averaged_rate", AVERAGED_RATE.to_string()),
+    ]
+}
+
+/// On the Galerkin equation the others are at the floor before Method I is.
+fn closer_to_the_floor(sweep: &Sweep, floors: &Found) -> Check {
+    let off = |problem, method| (sweep.error(problem, method, 0.01) - floors.galerkin).abs();
+    let second_order = ["rk4", "trapezoidal", "implicit-midpoint"];
+    let ratios = second_order.map(|method| off(GALERKIN, method) / off(AVERAGED, "method-i"));
+    Check::at_most(
+        "closer-to-the-floor",
+        "at h = 0.01 RK4, the trapezoidal and the implicit midpoint rule are closer to the floor of the Galerkin equation than Method I",
+        max_norm(&ratios),
+        1.0,
+        "Largest ratio of the distances of the largest errors from the floor.",
+    )
 }
 
 /// The comparison that tells the integrator from the equation: yardsticks on the Galerkin equation.
@@ -188,18 +205,18 @@ fn is_galerkin(method: &str) -> bool {
 }
 
 /// Every run ends at the floor of its equation: the distance of the equation's solution from the flow.
-fn at_the_floor(sweep: &Sweep, floors: &Floors) -> Vec<Check> {
+fn at_the_floor(sweep: &Sweep, floors: &Found) -> Vec<Check> {
     let finest = sweep.steps().last().unwrap_or(HORIZON);
-    let runs = sweep.runs.iter().filter(|run| run.h == finest);
+    let runs = sweep.runs.iter().filter(|run| run.of.h == finest);
     runs.map(|run| {
-        let galerkin = run.problem == GALERKIN || is_galerkin(run.method);
+        let galerkin = run.of.problem == GALERKIN || is_galerkin(run.of.method);
         let (name, floor) = if galerkin { ("Galerkin", floors.galerkin) } else { ("averaged", floors.averaged) };
         // The largest error over grid points misses the maximum by at most ½h times the slope, which is below 2.
-        let slack = drift(run.method, finest) + finest + Floors::SAMPLING;
+        let slack = drift(run.of.method, finest) + finest + Found::SAMPLING;
         let error = run.largest.as_ref().map_or(f64::NAN, |largest| largest.error);
         Check::within(
-            format!("floor-{}-{}", run.problem, run.method),
-            format!("{} ends at the floor of the {name} equation", run.method),
+            format!("floor-{}-{}", run.of.problem, run.of.method),
+            format!("{} ends at the floor of the {name} equation", run.of.method),
             error,
             [floor - slack, floor + slack],
             format!("Largest error at h = {finest}; the width is the method's own error and the grid's."),
@@ -208,108 +225,60 @@ fn at_the_floor(sweep: &Sweep, floors: &Floors) -> Vec<Check> {
     .collect()
 }
 
-/// Distances max_t |v(t) − u(0, t)| that no time step can reduce.
-struct Floors {
-    galerkin: f64,
-    averaged: f64,
-    slowest: f64,
-    best: f64,
-    best_rate: f64,
-    projection: f64,
+/// The candidates for v(t), their distances and their rates.
+fn floors_rows(floors: &Found) -> [(&'static str, f64, Option<f64>); 5] {
+    [
+        ("averaged equation (41)", floors.averaged, Some(AVERAGED_RATE)),
+        ("Galerkin equation", floors.galerkin, Some(GALERKIN_RATE)),
+        ("slowest rate of the flow", floors.slowest, Some(SLOWEST_DECAY_RATE)),
+        ("best constant rate", floors.best, Some(floors.best_rate)),
+        ("least-squares fit of the profile", floors.projection, None),
+    ]
 }
 
-impl Floors {
-    /// The maximum over 20000 points misses at most ⅛ v″ δt² with δt < 1.5e-4 where the maxima lie, and v″ < 10.
-    const SAMPLING: f64 = 1e-7;
-
-    fn compute() -> Result<Self, StudyError> {
-        let flow = sampled(20_000, |t| Ok(velocity(GAMMA, 0.0, t)?))?;
-        let of_rate = |rate: f64| max_norm(&flow.iter().map(|(t, u)| -(-rate * t).exp_m1() - u).collect::<Vec<_>>());
-        // The distance as a function of the rate has one minimum between the two: too slow early, too fast late.
-        let best_rate = minimum([1.5, AVERAGED_RATE], 0.0, of_rate);
-        let rule = Quadrature::gauss(40)?;
-        let projected = sampled(1000, |t| {
-            // v = (15/8) ∫₀¹ u (1 − y²) dy makes ∫(u − v(1 − y²))² dy least.
-            let mut v = 0.0;
-            for (y, b) in rule.nodes().iter().zip(rule.weights()) {
-                v += 1.875 * b * velocity(GAMMA, *y, t)? * (1.0 - y * y);
-            }
-            Ok((v - velocity(GAMMA, 0.0, t)?).abs())
-        })?;
-        Ok(Self {
-            galerkin: of_rate(GALERKIN_RATE),
-            averaged: of_rate(AVERAGED_RATE),
-            slowest: of_rate(SLOWEST_DECAY_RATE),
-            best: of_rate(best_rate),
-            best_rate,
-            projection: max_norm(&projected.into_iter().map(|(_, d)| d).collect::<Vec<_>>()),
-        })
-    }
-
-    fn rows(&self) -> [(&'static str, f64, Option<f64>); 5] {
-        [
-            ("averaged equation (41)", self.averaged, Some(AVERAGED_RATE)),
-            ("Galerkin equation", self.galerkin, Some(GALERKIN_RATE)),
-            ("slowest rate of the flow", self.slowest, Some(SLOWEST_DECAY_RATE)),
-            ("best constant rate", self.best, Some(self.best_rate)),
-            ("least-squares fit of the profile", self.projection, None),
-        ]
-    }
-
-    fn table(&self) -> Table {
-        let rows = self.rows().map(|(name, floor, rate)| {
-            vec![Cell::Text(name.into()), rate.map_or(Cell::Empty, Cell::Number), Cell::Number(floor)]
-        });
-        Table {
-            id: "poiseuille-floors".into(),
-            caption:
-                "Largest distance of v(t) from the centre velocity of the flow, for several v(t) in the ansatz (35)."
-                    .into(),
-            columns: ["v", "rate", "max_error"].map(Into::into).to_vec(),
-            rows: rows.to_vec(),
-            shown: true,
-        }
-    }
-
-    fn checks(&self) -> [Check; 4] {
-        [
-            Check::within(
-                "floors",
-                "the floor of the Galerkin equation is 0.28 times that of the averaged one: the quarter of the paper",
-                self.galerkin / self.averaged,
-                [0.275, 0.285],
-                "Ratio of the distances of the two solutions from the flow; no method takes part in it.",
-            ),
-            Check::at_most(
-                "floor-is-not-least",
-                "the floor is not as close as the ansatz can get: another constant rate more than halves it",
-                self.best / self.galerkin,
-                0.5,
-                format!("v = 1 − e^{{−ct}} with the best c = {:.4} over that with the Galerkin 5/2.", self.best_rate),
-            ),
-            Check::at_most(
-                "profile-fit",
-                "the parabola fitted to the profile of the flow by least squares is also closer at the centre",
-                self.projection / self.galerkin,
-                1.0,
-                "Ratio of the largest errors at the centre.",
-            ),
-            Check::at_most(
-                "slowest-rate",
-                "so is the relaxation with the slowest rate of the flow, π²/4",
-                self.slowest / self.galerkin,
-                1.0,
-                "Ratio of the largest errors at the centre.",
-            ),
-        ]
+fn floors_table(floors: &Found) -> Table {
+    let rows = floors_rows(floors).map(|(name, floor, rate)| {
+        vec![Cell::Text(name.into()), rate.map_or(Cell::Empty, Cell::Number), Cell::Number(floor)]
+    });
+    Table {
+        id: "poiseuille-floors".into(),
+        caption: "Largest distance of v(t) from the centre velocity of the flow, for several v(t) in the ansatz (35)."
+            .into(),
+        columns: ["v", "rate", "max_error"].map(Into::into).to_vec(),
+        rows: rows.to_vec(),
+        shown: true,
     }
 }
 
-/// A function of time at points of (0, 10] that crowd towards 0.
-fn sampled(count: u32, f: impl Fn(f64) -> Result<f64, StudyError>) -> Result<Vec<(f64, f64)>, StudyError> {
-    let at = |k: u32| {
-        let t = HORIZON * (f64::from(k) / f64::from(count)).powi(2);
-        Ok((t, f(t)?))
-    };
-    (1..=count).map(at).collect()
+fn floors_checks(floors: &Found) -> [Check; 4] {
+    [
+        Check::within(
+            "floors",
+            "the floor of the Galerkin equation is 0.28 times that of the averaged one: the quarter of the paper",
+            floors.galerkin / floors.averaged,
+            [0.275, 0.285],
+            "Ratio of the distances of the two solutions from the flow; no method takes part in it.",
+        ),
+        Check::at_most(
+            "floor-is-not-least",
+            "the floor is not as close as the ansatz can get: another constant rate more than halves it",
+            floors.best / floors.galerkin,
+            0.5,
+            format!("v = 1 − e^{{−ct}} with the best c = {:.4} over that with the Galerkin 5/2.", floors.best_rate),
+        ),
+        Check::at_most(
+            "profile-fit",
+            "the parabola fitted to the profile of the flow by least squares is also closer at the centre",
+            floors.projection / floors.galerkin,
+            1.0,
+            "Ratio of the largest errors at the centre.",
+        ),
+        Check::at_most(
+            "slowest-rate",
+            "so is the relaxation with the slowest rate of the flow, π²/4",
+            floors.slowest / floors.galerkin,
+            1.0,
+            "Ratio of the largest errors at the centre.",
+        ),
+    ]
 }

@@ -1,17 +1,18 @@
 //! Motion on a circle: the scheme as printed, and the form that works.
 
 use crate::claim::measure::{self, distance_from_exact, problem, text, trajectory};
-use crate::claim::{Case, Claim, Finding};
+use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::{Axis, Figure, Mark, Panel, Series};
 use crate::measure::norm::{Extremes, larger};
 
-use crate::chapter::StudyError;
+use crate::experiment::{Context, StudyError};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "KY21-h-1",
         source: "[KY21] (23)",
         statement: "The scheme (23) integrates uniform motion on a circle with second order.",
+        quantifier: Quantifier::Universal,
         criterion: "From (1, 0) with unit speed |q| of the live scheme stays within 0.01 of 1 over 20 steps, for τ = 0.05, 0.1 \
                     and 0.2.",
         decide: as_printed,
@@ -20,6 +21,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "KY21-h-2",
         source: "[KY21] (4), (5), Section 4",
         statement: "The construction extends to holonomic constraints.",
+        quantifier: Quantifier::Universal,
         criterion: "With a multiplier at each node, the end of the step among them, degree 2 keeps the constraint and its \
                     time derivative at rounding on the circle and the spherical pendulum, and the angular momentum; on the circle \
                     its order is 2 to within 0.1.",
@@ -34,7 +36,7 @@ fn radii(tau: f64, steps: u32) -> Result<Vec<f64>, StudyError> {
     Ok(states.iter().map(|(_, y)| y[0].hypot(y[1]) - 1.0).collect())
 }
 
-fn as_printed() -> Result<Finding, StudyError> {
+fn as_printed(_context: &Context) -> Result<Finding, StudyError> {
     let (mut cases, mut series, mut rows) = (Vec::new(), Vec::new(), Vec::new());
     for tau in [0.05, 0.1, 0.2] {
         let deviations = radii(tau, 20)?;
@@ -89,7 +91,7 @@ fn as_printed() -> Result<Finding, StudyError> {
         .with_figure(figure, data))
 }
 
-fn with_nodal_multipliers() -> Result<Finding, StudyError> {
+fn with_nodal_multipliers(_context: &Context) -> Result<Finding, StudyError> {
     let (mut cases, tau, horizon) = (Vec::new(), 0.1, 10.0);
     let mut sentences = Vec::new();
     for (name, n) in [("circle", 2), ("spherical-pendulum", 3)] {

@@ -1,8 +1,8 @@
 //! The schemes for the pendulum.
 
-use crate::chapter::StudyError;
 use crate::claim::measure::{problem, text, trajectory};
-use crate::claim::{Case, Claim, Finding};
+use crate::claim::{Case, Claim, Finding, Quantifier};
+use crate::experiment::{Context, StudyError};
 use crate::measure::norm::{Extremes, distance};
 use crate::measure::search;
 
@@ -10,6 +10,7 @@ pub(super) const CLAIMS: &[Claim] = &[Claim {
     id: "KY21-g",
     source: "[KY21] (21), (22), Figure 3",
     statement: "The schemes (21) and (22) simulate the pendulum: they follow the motion and keep the energy.",
+    quantifier: Quantifier::Universal,
     criterion: "(21) and (22), solved as printed, give the live trajectory of degree 2 to 10⁻¹⁰ over 100 steps of 0.1; on \
                 it the error at t = 10 is of second order to within 0.1, and the energy error on (90, 100] at most 1.1 \
                 times that on (0, 10].",
@@ -56,7 +57,7 @@ fn bernstein(first: [f64; 2]) -> Vec<f64> {
     theta
 }
 
-fn schemes() -> Result<Finding, StudyError> {
+fn schemes(_context: &Context) -> Result<Finding, StudyError> {
     let pendulum = problem("pendulum", &[])?;
     let live = trajectory(&*pendulum, "path-fitted(2)", TAU, 100.0)?;
     let angles: Vec<f64> = live.iter().take(STEPS + 1).map(|(_, y)| y[0]).collect();

@@ -5,9 +5,9 @@ use lsvi::position_momentum;
 use lsvi::quadrature::NodeFamily;
 use nalgebra::{DMatrix, DVector};
 
-use crate::chapter::StudyError;
 use crate::claim::measure::{problem, table, text, trajectory};
-use crate::claim::{Case, Claim, Finding};
+use crate::claim::{Case, Claim, Finding, Quantifier};
+use crate::experiment::{Context, StudyError};
 use crate::measure::norm::Extremes;
 use crate::problem::{Mechanics, Problem};
 
@@ -16,6 +16,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "KY21-e-1",
         source: "[KY21] Introduction, Section 1",
         statement: "Path-fitted integrators are symplectic by construction.",
+        quantifier: Quantifier::Universal,
         criterion: "For degrees 2, 3 and 4 the derivative DΦ of a live step has ‖DΦᵀΩDΦ − Ω‖ at rounding, on the \
                     Hénon–Heiles problem (separable), a charged particle (magnetic field) and the double pendulum (mass \
                     matrix depends on q).",
@@ -25,6 +26,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "KY21-e-2",
         source: "[KY21] Section 1",
         statement: "Path-fitted integrators conserve momentum maps.",
+        quantifier: Quantifier::Universal,
         criterion: "For degrees 2, 3 and 4 the angular momentum of Kepler's problem stays at rounding over two periods.",
         decide: momentum,
     },
@@ -32,9 +34,10 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "KY21-f",
         source: "[KY21] Section 3.1, Figure 2; Section 3.2, Figure 3",
         statement: "The energy errors stay within bounds.",
+        quantifier: Quantifier::General,
         criterion: "For degrees 2, 3 and 4 the largest energy error on the last tenth of 500 time units is at most twice that \
-                    on the first, on the oscillator and the pendulum; and on a pendulum without symmetry that rotates, a drift \
-                    that both halves of 1000 time units agree on is below a thousandth of the energy error.",
+                    on the first, on the oscillator and the pendulum; and on a pendulum without symmetry that rotates, the drift \
+                    over 1000 time units, by the slope in either half, is below a thousandth of the energy error.",
         decide: energy,
     },
 ];
@@ -68,7 +71,7 @@ fn defect(problem: &dyn Problem, discretise: Discretise, m: usize, h: f64) -> Re
 /// Rounding of a tangent: differentiation m²/τ ≤ 80 against entries of order 1, both ways.
 const ROUNDOFF: f64 = 1e4 * f64::EPSILON;
 
-fn symplecticity() -> Result<Finding, StudyError> {
+fn symplecticity(_context: &Context) -> Result<Finding, StudyError> {
     let (mut cases, mut rows) = (Vec::new(), Vec::new());
     let tau = 0.2;
     let systems: [(&str, &[(&str, &str)]); 3] = [
@@ -146,7 +149,7 @@ fn worst(changes: &[(f64, f64)], from: f64, to: f64) -> f64 {
     changes.iter().filter(|(t, _)| (from..=to).contains(t)).map(|(_, x)| x.abs()).largest()
 }
 
-fn momentum() -> Result<Finding, StudyError> {
+fn momentum(_context: &Context) -> Result<Finding, StudyError> {
     let kepler = problem("kepler", &[])?;
     let (tau, horizon) = (0.05, 12.5);
     let change = |method: &str| -> Result<f64, StudyError> {
@@ -205,13 +208,13 @@ fn drifts(system: &dyn Problem, method: &str, tau: f64, horizon: f64) -> Result<
     Ok(([slope(first)?, slope(second)?], amplitude))
 }
 
-/// A drift over the whole run relative to the energy error, if it is one: the two halves agree to 5 %. Resonances of step and
-/// motion make slow oscillations of the energy, whose slopes differ between the halves, and count as 0.
+/// What the drift adds up to over the whole run relative to the energy error, by the half in which it is the larger: where a
+/// slow oscillation hides a drift, or looks like one, this is what can be said of it.
 fn steady(([first, second], amplitude): ([f64; 2], f64), horizon: f64) -> f64 {
-    if (first - second).abs() > 0.05 * first.abs() { 0.0 } else { second.abs() * horizon / amplitude }
+    if first.abs() > second.abs() { first.abs() * horizon / amplitude } else { second.abs() * horizon / amplitude }
 }
 
-fn energy() -> Result<Finding, StudyError> {
+fn energy(_context: &Context) -> Result<Finding, StudyError> {
     let (tau, horizon) = (0.2, 1000.0);
     let mut cases = Vec::new();
     for name in ["harmonic-oscillator", "pendulum"] {
@@ -219,7 +222,8 @@ fn energy() -> Result<Finding, StudyError> {
         for m in DEGREES {
             let changes = drift(&*system, &format!("path-fitted({m})"), tau, 500.0, "energy")?;
             let (early, late) = (worst(&changes, 0.0, 50.0), worst(&changes, 450.0, 500.0));
-            cases.push(Case::below(format!("late over early error, degree {m}, {name}"), late / early, 2.0));
+            cases
+                .push(Case::below(format!("late over early error, degree {m}, {name}"), late / early, 2.0).under(true));
         }
     }
     let rotation = problem("asymmetric-pendulum", &[])?;
@@ -229,7 +233,8 @@ fn energy() -> Result<Finding, StudyError> {
         let ([first, second], amplitude) = found;
         let steady = steady(found, horizon);
         if method != "path-fitted(4,gauss)" {
-            cases.push(Case::below(format!("steady drift of {method}, asymmetric-pendulum"), steady, 1e-3));
+            let case = Case::below(format!("drift of {method}, asymmetric-pendulum"), steady, 1e-3);
+            cases.push(case.under(method == "path-fitted(2)"));
         }
         rows.push((vec![method.into()], vec![amplitude, first, second, steady]));
     }
@@ -244,8 +249,7 @@ fn energy() -> Result<Finding, StudyError> {
     );
     let finding = Finding::on(cases, evidence)
         .holds_where(
-            "For degree 2, to what is resolved for degree 4, and for all degrees on the oscillator and the librating pendulum, where every orbit is symmetric in \
-             time.",
+            "For degree 2, and for all degrees on the oscillator and the librating pendulum, where every orbit is symmetric in time.",
         )
         .because(format!(
             "The nodes are symmetric, so that the schemes are reversible, and that alone bounds the error on orbits that the \
@@ -259,10 +263,9 @@ fn energy() -> Result<Finding, StudyError> {
         "claims-energy",
         &format!(
             "Energy error of the rotation with τ = {tau}: its size, its drift per unit of time in the two halves of t ≤ {horizon}, \
-             and over the whole run relative to the size where the two agree to 5 %; 0 where they do not, and no drift is \
-             resolved. Gauss nodes for comparison."
+             and over the whole run relative to the size, by the larger of the two. Gauss nodes for comparison."
         ),
-        &["method", "size", "drift_first_half", "drift_second_half", "steady"],
+        &["method", "size", "drift_first_half", "drift_second_half", "relative"],
         rows,
     )))
 }

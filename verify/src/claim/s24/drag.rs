@@ -1,9 +1,11 @@
 //! Accuracy on linear and quadratic drag against implicit Euler and RK4.
 
-use crate::chapter::StudyError;
-use crate::claim::measure::{self, HORIZON, max_error, problem, sign_change, text, threshold};
-use crate::claim::{Case, Claim, Finding};
+use crate::claim::measure::{self, text};
+use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::{Axis, Figure, Mark, Panel, Series};
+use crate::experiment::errors::{Crossing, Errors};
+use crate::experiment::one_step::LeavesAt;
+use crate::experiment::{Context, StudyError};
 
 use super::{BOTH, YARDSTICKS};
 
@@ -12,21 +14,24 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "S24-d-1",
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≳ 1.5 Method I has smaller errors than implicit Euler and RK4.",
-        criterion: "The largest error on (0, 10] of live runs is smaller for every h from 1.55 (which rounds to 1.6) to 10.",
-        decide: || large_steps("method-i"),
+        quantifier: Quantifier::Comparison,
+        criterion: "The largest error on (0, 10] of live runs is smaller at the steps 1.5, 2 and 2.5 of Figure 1 and at others up to 10.",
+        decide: |context| large_steps(context, "method-i"),
     },
     Claim {
         id: "S24-d-2",
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≳ 1.5 Method II has smaller errors than implicit Euler and RK4.",
+        quantifier: Quantifier::Comparison,
         criterion: "As for S24-d-1.",
-        decide: || large_steps("method-ii"),
+        decide: |context| large_steps(context, "method-ii"),
     },
     Claim {
         id: "S24-e-1",
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≲ 1.5 Methods I and II have errors smaller than implicit Euler's by several orders of \
                     magnitude.",
+        quantifier: Quantifier::Universal,
         criterion: "The largest error on (0, 10] of implicit Euler is at least 100 times that of Method I and of Method II for \
                     every h from 0.002 to 1.5.",
         decide: orders_of_magnitude,
@@ -35,13 +40,15 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "S24-e-2",
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≲ 1.5 RK4 has smaller errors than Methods I and II.",
-        criterion: "The largest error on (0, 10] of RK4 is the smallest for every h from 0.01 to 1.45.",
+        quantifier: Quantifier::Comparison,
+        criterion: "The largest error on (0, 10] of RK4 is the smallest for every h from 0.01 to 1.5.",
         decide: runge_kutta_wins,
     },
     Claim {
         id: "S24-g-1",
         source: "[S24] Section 4, Figures 3 and 4",
         statement: "On quadratic drag Methods I and II generally have smaller errors than implicit Euler.",
+        quantifier: Quantifier::Comparison,
         criterion: "The largest error on (0, 10] is smaller than implicit Euler's for each of the two at every step of the \
                     figures from 1 to 0.005.",
         decide: quadratic_against_euler,
@@ -50,71 +57,83 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "S24-g-2",
         source: "[S24] Section 4, Figures 3 and 4",
         statement: "On quadratic drag RK4 has smaller errors than Methods I and II at the smaller steps.",
+        quantifier: Quantifier::Comparison,
         criterion: "The largest error on (0, 10] of RK4 is the smallest at every step of the figures below 1.",
         decide: quadratic_against_runge_kutta,
     },
 ];
 
-fn linear(method: &str, h: f64) -> Result<f64, StudyError> {
-    max_error(&*problem("linear-drag", &[])?, method, h, HORIZON, |t| (-t).exp())
+fn linear(context: &Context, method: &'static str, h: f64) -> Result<f64, StudyError> {
+    Ok(Errors::of("linear-drag", method, h).largest(context)?)
 }
 
-fn quadratic(method: &str, h: f64) -> Result<f64, StudyError> {
-    max_error(&*problem("quadratic-drag", &[])?, method, h, HORIZON, |t| 1.0 / (1.0 + t))
+fn quadratic(context: &Context, method: &'static str, h: f64) -> Result<f64, StudyError> {
+    Ok(Errors::of("quadratic-drag", method, h).largest(context)?)
 }
 
-/// Where the errors of two methods on linear drag are equal; below 1 the first is the larger.
-fn crossing(method: &str, rival: &str, low: f64, high: f64) -> Result<Option<f64>, StudyError> {
-    sign_change(low, high, |h| Ok(linear(method, h)? - linear(rival, h)?))
+/// The crossings of RK4 lie here, short of its loss of stability.
+const UP_TO_STABILITY: [f64; 2] = [1.0, 2.4];
+
+/// Where the largest error of a method on linear drag is that of its rival; there is no such step beyond a size.
+fn crossing(
+    context: &Context,
+    method: &'static str,
+    rival: &'static str,
+    [low, high]: [f64; 2],
+) -> Result<Option<f64>, StudyError> {
+    Ok(*context.get(Crossing { problem: "linear-drag", method, rival, times: 1.0, low, high })?)
 }
 
-fn large_steps(method: &str) -> Result<Finding, StudyError> {
+fn large_steps(context: &Context, method: &'static str) -> Result<Finding, StudyError> {
+    let name = if method == BOTH[0] { "Method I" } else { "Method II" };
+    let overtakes = crossing(context, method, "rk4", UP_TO_STABILITY)?.ok_or("RK4 is not overtaken")?;
+    let loses = crossing(context, method, "implicit-euler", [2.0, 3.3])?; // Beyond h = 10/3 the runs have three points or fewer, and their largest errors jump.
     let mut cases = Vec::new();
-    for h in [1.55, 1.75, 2.0, 2.25, 2.5, 3.0, 5.0, 10.0] {
-        let error = linear(method, h)?;
+    for h in [1.5, 1.55, 1.75, 2.0, 2.25, 2.5, 3.0, 5.0, 10.0] {
+        let error = linear(context, method, h)?;
         for rival in YARDSTICKS {
             let what = format!("largest error, h = {h}, against {rival}");
-            cases.push(Case::below(what, error, linear(rival, h)?));
+            let is_between = h > overtakes && loses.is_none_or(|loses| h < loses);
+            cases.push(Case::below(what, error, linear(context, rival, h)?).under(is_between));
         }
     }
-    let name = if method == BOTH[0] { "Method I" } else { "Method II" };
-    // Beyond h = 10/3 the runs have three points or fewer, and jumps where one is lost; the crossings lie below.
-    let overtakes = crossing(method, "rk4", 1.0, 2.4)?.ok_or("RK4 is not overtaken")?;
-    let loses = crossing(method, "implicit-euler", 2.0, 3.3)?;
     let evidence = format!(
-        "At h = 2.5 the largest errors are {} ({name}), {} (implicit Euler) and {} (RK4); {name} overtakes RK4 at \
-         h = {}{}.",
-        text(linear(method, 2.5)?),
-        text(linear("implicit-euler", 2.5)?),
-        text(linear("rk4", 2.5)?),
+        "At h = 1.5 the largest error of {name} is {}, of RK4 {}: the paper's own step is on the other side. At h = 2.5 the \
+         largest errors are {} ({name}), {} (implicit Euler) and {} (RK4); {name} overtakes RK4 at h = {}{}.",
+        text(linear(context, method, 1.5)?),
+        text(linear(context, "rk4", 1.5)?),
+        text(linear(context, method, 2.5)?),
+        text(linear(context, "implicit-euler", 2.5)?),
+        text(linear(context, "rk4", 2.5)?),
         text(overtakes),
         loses.map_or_else(String::new, |h| format!(" and falls behind implicit Euler at h = {}", text(h)))
     );
     let finding = Finding::on(cases, evidence);
     let finding = match loses {
-        None => finding.because(format!(
+        None => finding.holds_where(format!("h > {}.", text(overtakes))).because(format!(
             "R(h) = 1/(1 + h + h²/2) tends to 0 like exp(−h) does, only more slowly; RK4's polynomial turns upwards \
              and is unstable beyond h = {}.",
-            text(threshold("|R| of RK4", 2.0, 4.0, |h| Ok(measure::growth("rk4", h)?.abs() - 1.0))?)
+            text(*context.get(LeavesAt::unit_circle("rk4", 2.0, 4.0))?)
         )),
         Some(h) => finding.holds_where(format!("{} < h < {}.", text(overtakes), text(h))).because(
             "R(h) = (1 − h/2)/(1 + h/2) tends to −1, while implicit Euler's 1/(1 + h) tends to 0 as the solution does.",
         ),
     };
-    if method == BOTH[0] { with_figure(finding, overtakes) } else { Ok(finding) }
+    if method == BOTH[0] { with_figure(context, finding, overtakes) } else { Ok(finding) }
 }
 
 /// Errors of the four methods against h, and where Method I overtakes RK4.
-fn with_figure(finding: Finding, overtakes: f64) -> Result<Finding, StudyError> {
+fn with_figure(context: &Context, finding: Finding, overtakes: f64) -> Result<Finding, StudyError> {
     let methods = [BOTH[0], BOTH[1], YARDSTICKS[0], YARDSTICKS[1]];
     let steps: Vec<f64> = (0..=36).map(|i| 0.02 * 10_f64.powf(f64::from(i) / 14.0)).collect();
     let (mut rows, mut series) = (Vec::new(), Vec::new());
     for method in methods {
-        let points = steps.iter().map(|&h| Ok((h, linear(method, h)?))).collect::<Result<Vec<_>, StudyError>>()?;
+        let points =
+            steps.iter().map(|&h| Ok((h, linear(context, method, h)?))).collect::<Result<Vec<_>, StudyError>>()?;
         rows.extend(points.iter().map(|(h, error)| (vec![method.into()], vec![*h, *error])));
         series.push(Series { label: method.into(), points, mark: Mark::Line });
     }
-    let here = linear(BOTH[0], overtakes)?;
+    let here = linear(context, BOTH[0], overtakes)?;
     series.push(Series {
         label: format!("h = {}", text(overtakes)),
         points: vec![(overtakes, here * 1e-3), (overtakes, here * 10.0)],
@@ -144,15 +163,24 @@ fn with_figure(finding: Finding, overtakes: f64) -> Result<Finding, StudyError> 
     Ok(finding.with_figure(figure, data))
 }
 
-fn orders_of_magnitude() -> Result<Finding, StudyError> {
-    let ratio =
-        |method: &str, h: f64| -> Result<f64, StudyError> { Ok(linear("implicit-euler", h)? / linear(method, h)?) };
+fn orders_of_magnitude(context: &Context) -> Result<Finding, StudyError> {
+    let ratio = |method: &'static str, h: f64| -> Result<f64, StudyError> {
+        Ok(linear(context, "implicit-euler", h)? / linear(context, method, h)?)
+    };
     let (mut cases, mut starts) = (Vec::new(), Vec::new());
     for method in BOTH {
         for h in [0.002, 0.01, 0.05, 0.1, 0.5, 1.0, 1.5] {
             cases.push(Case::above(format!("error ratio, {method}, h = {h}"), ratio(method, h)?, 100.0));
         }
-        starts.push(threshold(method, 0.01, 1.0, |h| Ok(ratio(method, h)? - 100.0))?);
+        let hundredfold = Crossing {
+            problem: "linear-drag",
+            method: "implicit-euler",
+            rival: method,
+            times: 100.0,
+            low: 0.01,
+            high: 1.0,
+        };
+        starts.push(context.get(hundredfold)?.ok_or("the ratio of the errors does not reach 100")?);
     }
     let evidence = format!(
         "Implicit Euler's error is {} and {} times that of Methods I and II at h = 1, {} and {} times at h = 0.1, {} and \
@@ -177,15 +205,16 @@ fn orders_of_magnitude() -> Result<Finding, StudyError> {
         ))
 }
 
-fn runge_kutta_wins() -> Result<Finding, StudyError> {
+fn runge_kutta_wins(context: &Context) -> Result<Finding, StudyError> {
     let mut cases = Vec::new();
     for method in BOTH {
-        for h in [0.01, 0.05, 0.1, 0.5, 1.0, 1.25, 1.45] {
+        for h in [0.01, 0.05, 0.1, 0.5, 1.0, 1.25, 1.5] {
             let what = format!("largest error of rk4, h = {h}, against {method}");
-            cases.push(Case::below(what, linear("rk4", h)?, linear(method, h)?));
+            cases.push(Case::below(what, linear(context, "rk4", h)?, linear(context, method, h)?));
         }
     }
-    let crossings = [crossing(BOTH[0], "rk4", 1.0, 2.4)?, crossing(BOTH[1], "rk4", 1.0, 2.4)?];
+    let crossings =
+        [crossing(context, BOTH[0], "rk4", UP_TO_STABILITY)?, crossing(context, BOTH[1], "rk4", UP_TO_STABILITY)?];
     let [Some(one), Some(two)] = crossings else { return Err("RK4 is not overtaken".into()) };
     let evidence =
         format!("RK4 is the best up to h = {} against Method I and h = {} against Method II.", text(one), text(two));
@@ -195,16 +224,20 @@ fn runge_kutta_wins() -> Result<Finding, StudyError> {
 /// The steps of Figures 3 and 4 but the smallest.
 const QUADRATIC_STEPS: [f64; 5] = [1.0, 0.1, 0.05, 0.01, 0.005];
 
-fn quadratic_against_euler() -> Result<Finding, StudyError> {
+fn quadratic_against_euler(context: &Context) -> Result<Finding, StudyError> {
     let mut cases = Vec::new();
     for method in BOTH {
         for h in QUADRATIC_STEPS {
             let what = format!("largest error, {method}, h = {h}, against implicit-euler");
-            cases.push(Case::below(what, quadratic(method, h)?, quadratic("implicit-euler", h)?));
+            let is_within_the_fold = method == BOTH[0] || h < 1.0;
+            cases.push(
+                Case::below(what, quadratic(context, method, h)?, quadratic(context, "implicit-euler", h)?)
+                    .under(is_within_the_fold),
+            );
         }
     }
-    let ratio = |method: &str, h: f64| -> Result<f64, StudyError> {
-        Ok(quadratic("implicit-euler", h)? / quadratic(method, h)?)
+    let ratio = |method: &'static str, h: f64| -> Result<f64, StudyError> {
+        Ok(quadratic(context, "implicit-euler", h)? / quadratic(context, method, h)?)
     };
     let evidence = format!(
         "Implicit Euler's error is {} times Method I's at h = 1, {} times at h = 0.1, {} times at h = 0.01; {} and {} times \
@@ -220,19 +253,19 @@ fn quadratic_against_euler() -> Result<Finding, StudyError> {
     ))
 }
 
-fn quadratic_against_runge_kutta() -> Result<Finding, StudyError> {
+fn quadratic_against_runge_kutta(context: &Context) -> Result<Finding, StudyError> {
     let mut cases = Vec::new();
     for method in BOTH {
         for h in &QUADRATIC_STEPS[1..] {
             let what = format!("largest error of rk4, h = {h}, against {method}");
-            cases.push(Case::below(what, quadratic("rk4", *h)?, quadratic(method, *h)?));
+            cases.push(Case::below(what, quadratic(context, "rk4", *h)?, quadratic(context, method, *h)?));
         }
     }
     let evidence = format!(
         "At h = 0.1 the errors are {} (Method I), {} (Method II) and {} (RK4).",
-        text(quadratic(BOTH[0], 0.1)?),
-        text(quadratic(BOTH[1], 0.1)?),
-        text(quadratic("rk4", 0.1)?)
+        text(quadratic(context, BOTH[0], 0.1)?),
+        text(quadratic(context, BOTH[1], 0.1)?),
+        text(quadratic(context, "rk4", 0.1)?)
     );
     Ok(Finding::on(cases, evidence).because("RK4 is of fourth order, they are of second."))
 }

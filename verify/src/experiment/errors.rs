@@ -1,0 +1,265 @@
+//! Errors of one run at the grid points t = nh ≤ 10, the horizon of the figures of \[S24\].
+
+use rayon::prelude::*;
+
+use super::{Context, Experiment, ExperimentError, StudyError, maps};
+use crate::measure::norm::larger;
+use crate::measure::search::try_root;
+use crate::method;
+use crate::problem::{self, Problem};
+pub use crate::run::RunError;
+use crate::run::run;
+
+/// The paper's horizon.
+pub const HORIZON: f64 = 10.0;
+
+/// Number of grid points t = nh ≤ 10, n ≥ 1, where h as a decimal fraction may divide 10.
+pub fn points(h: f64) -> usize {
+    (HORIZON / h * (1.0 + 4.0 * f64::EPSILON)).floor() as usize
+}
+
+/// What the roundoff of a run can do to its largest error: each step errs by a few ε, and earlier errors decay like e^{−t}
+/// or faster.
+pub fn roundoff(h: f64, error: f64) -> f64 {
+    8.0 * f64::EPSILON * (1.0 + h.recip()) * (1.0 + error)
+}
+
+/// Parameters of a problem as text.
+pub type Set = &'static [(&'static str, &'static str)];
+
+/// The problem `name` with parameters.
+pub(super) fn build(name: &str, set: Set) -> Result<Box<dyn Problem>, StudyError> {
+    let set: Vec<_> = set.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+    Ok(problem::build(name, &set)?)
+}
+
+/// One run of a method on a problem with one component and a known solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// The problem.
+    pub problem: &'static str,
+    /// Its parameters.
+    pub set: Set,
+    /// The method.
+    pub method: &'static str,
+    /// The step size.
+    pub h: f64,
+}
+
+impl Errors {
+    /// On the problem with its default parameters.
+    pub fn of(problem: &'static str, method: &'static str, h: f64) -> Self {
+        Self { problem, set: &[], method, h }
+    }
+
+    /// The largest error in `context`; infinite if a step fails.
+    ///
+    /// # Errors
+    /// If there is no such problem, solution or method.
+    pub fn largest(self, context: &Context) -> Result<f64, ExperimentError> {
+        let run = context.get(self)?;
+        Ok(run.largest.as_ref().map_or(f64::INFINITY, |largest| largest.error))
+    }
+}
+
+/// What is found about a run.
+#[derive(Debug)]
+pub struct Run {
+    /// The setting.
+    pub of: Errors,
+    /// The largest error, or why the run failed part-way.
+    pub largest: Result<Largest, RunError>,
+    /// The largest error of the run by the method's map in closed form, where there is one.
+    pub predicted: Option<f64>,
+    /// (t, error), thinned where there are many.
+    pub errors: Vec<(f64, f64)>,
+}
+
+/// Largest errors over the grid points.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Largest {
+    /// Over all of them.
+    pub error: f64,
+    /// Where it is.
+    pub t: f64,
+}
+
+impl Largest {
+    fn see(&mut self, t: f64, error: f64) {
+        if error > self.error || error.is_nan() {
+            (self.error, self.t) = (error, t);
+        }
+    }
+}
+
+impl Experiment for Errors {
+    const ID: &'static str = "errors";
+    type Found = Run;
+
+    fn measure(&self, context: &Context) -> Result<Run, StudyError> {
+        context.announce(1);
+        let Self { problem, set, method, h } = *self;
+        let exact = context.get(Exact { problem, set, h })?;
+        let problem = build(problem, set)?;
+        let mut largest = Largest::default();
+        let mut errors = Vec::new();
+        let mut keep = kept(exact.len()).into_iter().peekable();
+        let mut n = 0_usize;
+        let outcome = run(&*problem, &*method::parse(method)?, h, exact.len() as f64 * h, |state| {
+            if let Some(exact) = n.checked_sub(1).and_then(|n| exact.get(n)) {
+                let error = (state.q[0] - exact).abs();
+                largest.see(state.t, error);
+                if keep.next_if_eq(&n).is_some() {
+                    errors.push((state.t, error));
+                }
+            }
+            n += 1;
+        });
+        let predicted = self.predicted(&*problem, &exact);
+        context.tick();
+        Ok(Run { of: *self, largest: outcome.map(|_| largest), predicted, errors })
+    }
+}
+
+impl Errors {
+    fn predicted(&self, problem: &dyn Problem, exact: &[f64]) -> Option<f64> {
+        let map = maps::of(self.problem).filter(|_| self.set.is_empty())?;
+        let mut v = problem.initial()[0];
+        let mut largest = Largest::default();
+        for exact in exact {
+            v = map(self.method, self.h, v)?;
+            largest.see(0.0, (v - exact).abs());
+        }
+        Some(largest.error)
+    }
+}
+
+/// Whether the errors of a run decay to zero: the largest on (20, 40] over the largest on (10, 20]; infinite if a step fails.
+///
+/// They do if it is [`Decay::MOST`] or less. That is the one reading of "the errors decay to zero as t → ∞" in the report. A
+/// factor of ½ as t doubles is a fall like 1/t; the errors on quadratic drag fall like ln t/t² and those on linear problems
+/// exponentially, from t = 10 on, whatever they did before.
+#[derive(Debug)]
+pub struct Decay {
+    /// The problem.
+    pub problem: &'static str,
+    /// The method.
+    pub method: &'static str,
+    /// The step size.
+    pub h: f64,
+}
+
+impl Decay {
+    /// What decays falls at least by this factor.
+    pub const MOST: f64 = 0.5;
+    /// The end of the run.
+    pub const END: f64 = 40.0;
+}
+
+impl Experiment for Decay {
+    const ID: &'static str = "decay";
+    type Found = f64;
+
+    fn measure(&self, context: &Context) -> Result<f64, StudyError> {
+        context.announce(1);
+        let problem = build(self.problem, &[])?;
+        let (mut early, mut late) = (0.0, 0.0);
+        let outcome = run(&*problem, &*method::parse(self.method)?, self.h, Self::END, |state| {
+            let error = problem.exact(state.t).map_or(f64::NAN, |exact| (state.q[0] - exact[0]).abs());
+            if state.t > 0.5 * Self::END {
+                late = larger(late, error);
+            } else if state.t > 0.25 * Self::END {
+                early = larger(early, error);
+            }
+        });
+        context.tick();
+        Ok(if outcome.is_ok() { late / early } else { f64::INFINITY })
+    }
+}
+
+/// Linear solves, and evaluations of the step equation or of f, in a run to t = 10.
+#[derive(Debug)]
+pub struct Work(pub Errors);
+
+impl Experiment for Work {
+    const ID: &'static str = "work";
+    type Found = [f64; 2];
+
+    fn measure(&self, _: &Context) -> Result<[f64; 2], StudyError> {
+        let Errors { problem, set, method, h } = self.0;
+        let problem = build(problem, set)?;
+        let work = run(&*problem, &*method::parse(method)?, h, HORIZON, |_| {})?.work;
+        Ok([work.factorizations as f64, work.residuals as f64])
+    }
+}
+
+/// The exact solution at t = nh, n = 1 …, which the runs of all methods share.
+#[derive(Debug)]
+struct Exact {
+    problem: &'static str,
+    set: Set,
+    h: f64,
+}
+
+impl Experiment for Exact {
+    const ID: &'static str = "exact";
+    type Found = Vec<f64>;
+
+    fn measure(&self, _: &Context) -> Result<Vec<f64>, StudyError> {
+        let problem = build(self.problem, self.set)?;
+        let at = |n: usize| {
+            let t = n as f64 * self.h;
+            problem.exact(t).map(|v| v[0]).ok_or_else(|| format!("no exact solution at t = {t}").into())
+        };
+        (1..=points(self.h)).into_par_iter().map(at).collect()
+    }
+}
+
+/// The indices of the grid points that the time series keep: all of up to a thousand, else 200 evenly and 200
+/// logarithmically spaced in t.
+fn kept(count: usize) -> Vec<usize> {
+    const EACH: u32 = 200;
+    if count <= 1000 {
+        return (1..=count).collect();
+    }
+    let of = |k: u32| f64::from(k) / f64::from(EACH);
+    let even = (1..=EACH).map(|k| (count as f64 * of(k)).round() as usize);
+    let logarithmic = (0..=EACH).map(|k| (count as f64).powf(of(k)).round() as usize);
+    let mut all: Vec<usize> = even.chain(logarithmic).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The step size between `low` and `high` at which the largest error of `method` falls below `times` that of `rival`, or rises
+/// above it: nothing where it is the same at both ends.
+#[derive(Debug, Clone, Copy)]
+pub struct Crossing {
+    /// The problem.
+    pub problem: &'static str,
+    /// The method.
+    pub method: &'static str,
+    /// The other method.
+    pub rival: &'static str,
+    /// Its error counts as often.
+    pub times: f64,
+    /// Smallest step size.
+    pub low: f64,
+    /// Largest step size.
+    pub high: f64,
+}
+
+impl Experiment for Crossing {
+    const ID: &'static str = "crossing";
+    type Found = Option<f64>;
+
+    fn measure(&self, context: &Context) -> Result<Option<f64>, StudyError> {
+        let Self { problem, method, rival, times, low, high } = *self;
+        // Not kept: nobody else will ask for these step sizes.
+        let largest = |method, h| -> Result<f64, StudyError> {
+            let run = Errors::of(problem, method, h).measure(context)?;
+            Ok(run.largest.map_or(f64::INFINITY, |largest| largest.error))
+        };
+        try_root([low, high], |h| Ok(largest(method, h)? - times * largest(rival, h)?))
+    }
+}

@@ -1,0 +1,114 @@
+//! One step of a method on a problem with one component.
+
+use super::errors::{Set, build};
+use super::{Context, Experiment, ExperimentError, StudyError};
+use crate::measure::search::try_root;
+use crate::method;
+use crate::run::{RunError, run};
+
+/// One step from the initial state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OneStep {
+    /// The problem.
+    pub problem: &'static str,
+    /// Its parameters.
+    pub set: Set,
+    /// The method.
+    pub method: String,
+    /// The step size.
+    pub h: f64,
+}
+
+impl OneStep {
+    /// On v̇ = −v from 1: the growth factor R(h).
+    pub fn growth(method: impl Into<String>, h: f64) -> Self {
+        Self { problem: "linear-drag", set: &[], method: method.into(), h }
+    }
+
+    /// On v̇ = −v² from 1.
+    pub fn on_quadratic_drag(method: impl Into<String>, h: f64) -> Self {
+        Self { problem: "quadratic-drag", ..Self::growth(method, h) }
+    }
+
+    /// The state after the step; infinite where there is none.
+    ///
+    /// # Errors
+    /// If there is no such problem or method.
+    pub fn or_infinity(self, context: &Context) -> Result<f64, ExperimentError> {
+        Ok(Result::clone(&*context.get(self)?).unwrap_or(f64::INFINITY))
+    }
+}
+
+impl Experiment for OneStep {
+    const ID: &'static str = "one-step";
+    /// The state after it, or why there is none.
+    type Found = Result<f64, RunError>;
+
+    fn measure(&self, _: &Context) -> Result<Self::Found, StudyError> {
+        let problem = build(self.problem, self.set)?;
+        Ok(run(&*problem, &*method::parse(&self.method)?, self.h, self.h, |_| {}).map(|run| run.end.q[0]))
+    }
+}
+
+/// The step size between `low` and `high` at which the result of a step leaves the interval from `least` to `most`, or has no
+/// solution any more.
+#[derive(Debug)]
+pub struct LeavesAt {
+    /// The step; its size is not used.
+    pub step: OneStep,
+    /// Least result.
+    pub least: f64,
+    /// Largest result.
+    pub most: f64,
+    /// Smallest step size.
+    pub low: f64,
+    /// Largest step size.
+    pub high: f64,
+}
+
+impl LeavesAt {
+    /// Where |R(h)| passes 1.
+    pub fn unit_circle(method: &str, low: f64, high: f64) -> Self {
+        Self { step: OneStep::growth(method, low), least: -1.0, most: 1.0, low, high }
+    }
+}
+
+impl Experiment for LeavesAt {
+    const ID: &'static str = "leaves-at";
+    type Found = f64;
+
+    fn measure(&self, context: &Context) -> Result<f64, StudyError> {
+        let is_inside = |h: f64| -> Result<f64, StudyError> {
+            let v = OneStep { h, ..self.step.clone() }.measure(context)?.unwrap_or(f64::NAN);
+            Ok(if (self.least..=self.most).contains(&v) { 1.0 } else { -1.0 })
+        };
+        let found = try_root([self.low, self.high], is_inside)?;
+        found
+            .ok_or_else(|| format!("{} does not leave between {} and {}", self.step.method, self.low, self.high).into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn growth_is_the_closed_form() {
+        let context = Context::silent();
+        // A handful of roundings on numbers of order 1.
+        for (method, factor) in [("method-i", 1.0 / 1.625), ("method-ii", 0.75 / 1.25)] {
+            let live = OneStep::growth(method, 0.5).or_infinity(&context).expect("linear");
+            assert!((live - factor).abs() < 8.0 * f64::EPSILON, "{method}: {live} and {factor}");
+        }
+    }
+
+    #[test]
+    fn the_end_of_a_branch_is_found() {
+        let context = Context::silent();
+        let at = |step: OneStep| context.get(LeavesAt { step, least: -1.0, most: 1.0, low: 1.0, high: 4.0 });
+        // 1 − h + h²/2 = 1 at h = 2.
+        let end = at(OneStep::growth("explicit-momentum", 1.0)).expect("leaves");
+        assert!((*end - 2.0).abs() < 1e-11, "{end}");
+        assert!(at(OneStep::growth("method-i", 1.0)).is_err());
+    }
+}

@@ -1,0 +1,197 @@
+//! The rooms of `verify` stand on floors: what a room uses is below it, and only experiments run solvers.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// From the ground up. Rooms of one floor do not use each other.
+const FLOORS: &[&[&str]] = &[
+    &["kinds", "names", "measure", "replacement"],
+    &["reference"],
+    &["problem"],
+    &["method"],
+    &["theory", "run"],
+    &["order"],
+    &["experiment"],
+    &["evidence"],
+    &["compare", "judge"],
+    &["claim"],
+    &["chapter"],
+    &["golden"],
+    &["report"],
+    &["cli"],
+];
+
+/// The rooms that may run a method or a reference, and the command line, which does so for its user.
+const SOLVERS: &[&str] = &["run", "reference", "order", "compare"];
+const MAY_SOLVE: &[&str] =
+    &["reference", "problem", "method", "theory", "run", "order", "experiment", "judge", "compare", "cli"];
+/// What the other rooms may use of the library: values, no integrators.
+const VALUES: &[&str] = &["Work", "SolveError", "StepError", "InputError", "quadrature"];
+
+/// Files that do not keep to it yet, with what they use; the list only ever shrinks.
+const EXCEPTIONS: &[(&str, &str)] = &[
+    ("chapter/answers.rs", "reference"),
+    ("chapter/channel_orders.rs", "order"),
+    ("chapter/channel_orders.rs", "run"),
+    ("chapter/closed_forms.rs", "golden"),
+    ("chapter/closed_forms.rs", "lsvi"),
+    ("chapter/constraints.rs", "golden"),
+    ("chapter/constraints.rs", "run"),
+    ("chapter/cross_check.rs", "compare"),
+    ("chapter/error_control.rs", "lsvi"),
+    ("chapter/error_control.rs", "run"),
+    ("chapter/high_order.rs", "lsvi"),
+    ("chapter/high_order.rs", "order"),
+    ("chapter/long_runs.rs", "golden"),
+    ("chapter/long_runs.rs", "run"),
+    ("chapter/mechanics.rs", "lsvi"),
+    ("chapter/metrics.rs", "lsvi"),
+    ("chapter/model.rs", "compare"),
+    ("chapter/nonlinear_stability.rs", "run"),
+    ("chapter/open_closures.rs", "lsvi"),
+    ("chapter/open_closures.rs", "run"),
+    ("chapter/orders.rs", "order"),
+    ("chapter/oscillator.rs", "golden"),
+    ("chapter/oscillator.rs", "lsvi"),
+    ("chapter/oscillator.rs", "run"),
+    ("chapter/peers.rs", "lsvi"),
+    ("chapter/peers.rs", "reference"),
+    ("chapter/peers.rs", "run"),
+    ("chapter/poiseuille_maps.rs", "lsvi"),
+    ("chapter/published_values.rs", "lsvi"),
+    ("chapter/published_values.rs", "run"),
+    ("chapter/symplecticity.rs", "golden"),
+    ("chapter/symplecticity.rs", "run"),
+    ("claim/ky21/oscillator.rs", "golden"),
+    ("claim/ky21/structure.rs", "lsvi"),
+    ("claim/ky21/tables.rs", "golden"),
+    ("claim/ky21/tables.rs", "lsvi"),
+    ("claim/measure.rs", "run"),
+    ("golden/registry.rs", "order"),
+    ("measure/order.rs", "evidence"),
+];
+
+fn source() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// All files of the crate with their paths in `src`.
+fn files(dir: &Path, found: &mut Vec<(String, String)>) {
+    for entry in fs::read_dir(dir).expect("a folder of this crate").map(|entry| entry.expect("readable").path()) {
+        if entry.is_dir() {
+            files(&entry, found);
+        } else if entry.extension().is_some_and(|extension| extension == "rs") {
+            let path = entry.strip_prefix(source()).expect("below it").to_string_lossy().replace('\\', "/");
+            let is_test = path.ends_with("tests.rs");
+            let text = fs::read_to_string(&entry).expect("readable");
+            if !is_test && !["lib.rs", "main.rs"].contains(&path.as_str()) {
+                found.push((path, text));
+            }
+        }
+    }
+}
+
+/// The first names after each `root::` in the text outside of comments and tests, those of a list in braces too.
+fn uses(text: &str, root: &str) -> BTreeSet<String> {
+    let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+    // What stands in backticks is spoken of, not used.
+    let code: Vec<String> = lines.map(|line| line.split('`').step_by(2).collect()).collect();
+    let code = code.join("\n");
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
+    let mut found = BTreeSet::new();
+    for (at, _) in code.match_indices(&format!("{root}::")) {
+        if code[..at].ends_with(|c: char| is_name(c) || c == ':') {
+            continue;
+        }
+        let rest = &code[at + root.len() + 2..];
+        let name = |text: &str| text.trim().chars().take_while(|c| is_name(*c)).collect::<String>();
+        match rest.strip_prefix('{') {
+            None => {
+                found.insert(name(rest));
+            }
+            Some(list) => {
+                // Names at the outer level of the braces.
+                let mut depth = 0;
+                let mut item = String::new();
+                for c in list.chars() {
+                    match c {
+                        '{' => depth += 1,
+                        '}' if depth == 0 => break,
+                        '}' => depth -= 1,
+                        ',' if depth == 0 => {
+                            found.insert(name(&item));
+                            item.clear();
+                            continue;
+                        }
+                        _ => {}
+                    }
+                    item.push(c);
+                }
+                found.insert(name(&item));
+            }
+        }
+    }
+    found.remove("");
+    found
+}
+
+fn floor(room: &str) -> Option<usize> {
+    FLOORS.iter().position(|floor| floor.contains(&room))
+}
+
+/// What a file uses that it should not.
+fn breaches(path: &str, text: &str) -> Vec<String> {
+    let room = path.split('/').next().unwrap_or_default().trim_end_matches(".rs");
+    let Some(own) = floor(room) else { return vec![format!("the room {room} has no floor")] };
+    let mut found = Vec::new();
+    for used in uses(text, "crate").into_iter().chain(uses(text, "verify")) {
+        // A macro of the crate is a macro of its room.
+        let used = if used == "row" { "evidence".into() } else { used };
+        let is_below = floor(&used).is_some_and(|floor| floor < own);
+        let may_run = MAY_SOLVE.contains(&room) || !SOLVERS.contains(&used.as_str());
+        // Modules of the command line itself come without a room.
+        if used != room && room != "cli" && !(is_below && may_run) {
+            found.push(used);
+        }
+    }
+    if !MAY_SOLVE.contains(&room) {
+        let values = |used: &String| !VALUES.contains(&used.as_str());
+        if uses(text, "lsvi").iter().any(values) {
+            found.push("lsvi".into());
+        }
+    }
+    found
+}
+
+#[test]
+fn every_room_uses_what_is_below_it_and_only_experiments_run_solvers() {
+    let mut all = Vec::new();
+    files(&source(), &mut all);
+    let found: BTreeSet<(String, String)> = all
+        .iter()
+        .flat_map(|(path, text)| breaches(path, text).into_iter().map(move |used| (path.clone(), used)))
+        .collect();
+    let known: BTreeSet<_> = EXCEPTIONS.iter().map(|(path, used)| ((*path).to_owned(), (*used).to_owned())).collect();
+    let new: Vec<_> = found.difference(&known).collect();
+    assert!(new.is_empty(), "these use what they should not: {new:#?}");
+    let gone: Vec<_> = known.difference(&found).collect();
+    assert!(gone.is_empty(), "these keep to the floors now and are no exceptions any more: {gone:#?}");
+}
+
+#[test]
+fn uses_are_read_as_the_compiler_reads_them() {
+    let text = "use crate::a::{b, c};\nuse crate::{d, e::{f, g}};\n// crate::comment\nlet x = crate::h::i();\n\
+                my_crate::j();\n#[cfg(test)]\nuse crate::k;";
+    assert_eq!(uses(text, "crate").into_iter().collect::<Vec<_>>(), ["a", "d", "e", "h"]);
+}
+
+#[test]
+fn breaches_are_found() {
+    assert_eq!(breaches("problem/x.rs", "use crate::method::parse;"), ["method"]);
+    assert_eq!(breaches("claim/x.rs", "use crate::run::run;\nuse crate::experiment::Context;"), ["run"]);
+    assert_eq!(breaches("claim/x.rs", "use lsvi::{Work, Trajectory};"), ["lsvi"]);
+    assert_eq!(breaches("chapter/x.rs", "use crate::row;\nuse crate::measure::norm;"), Vec::<String>::new());
+    assert_eq!(breaches("attic/x.rs", ""), ["the room attic has no floor"]);
+}
