@@ -52,7 +52,7 @@ impl From<ReferenceError> for Gap {
 type Solved = (String, Result<Answer, Gap>);
 
 /// Solves `problem`, named `name`, by every reference and every method that applies, and holds each answer against the
-/// truth: the exact solution where it is known, else the reference with the smallest bound.
+/// truth: the exact solution where it is known, else the other reference with the smallest bound.
 ///
 /// A reference gives its own error bound. A method's is twice the error that its runs with h and h/2 predict,
 /// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's, and the bound
@@ -82,8 +82,8 @@ pub fn cross_check_with(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Meth
             .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
             .collect();
         solved.par_extend(methods.into_par_iter().map(|method| (method.name(), by_method(problem, &*method, &times))));
-        let truth = truth(problem, &limit, &times, &solved);
         for (solver, answer) in &solved {
+            let truth = truth(problem, &limit, &times, &solved, solver);
             let judged = judge(answer, truth.as_ref());
             let number = |x: Option<f64>| x.map_or(Cell::Empty, Cell::Number);
             let truth_name = truth.as_ref().map_or("none", |(name, _)| name);
@@ -183,8 +183,14 @@ fn largest(states: &[Vec<f64>]) -> f64 {
     states.iter().map(|v| max_norm(v)).largest()
 }
 
-/// The name of the truth and its answer; `None` where nothing was solved.
-fn truth(problem: &dyn Problem, limit: &Limit<'_>, times: &[f64], solved: &[Solved]) -> Option<(String, Answer)> {
+/// The name of the truth for `solver` and its answer, another solver's; `None` where nothing was solved.
+fn truth(
+    problem: &dyn Problem,
+    limit: &Limit<'_>,
+    times: &[f64],
+    solved: &[Solved],
+    solver: &str,
+) -> Option<(String, Answer)> {
     let exact: Option<Vec<Vec<f64>>> = times.iter().map(|t| (limit.exact)(*t)).collect();
     let tabulated = || times.iter().map(|t| problem.tabulated(*t)).collect::<Option<Vec<_>>>();
     let known = exact.map(|states| ("exact", states)).or_else(|| Some(("tabulated", tabulated()?)));
@@ -193,7 +199,7 @@ fn truth(problem: &dyn Problem, limit: &Limit<'_>, times: &[f64], solved: &[Solv
         let bound = 16.0 * f64::EPSILON * largest(&states);
         return Some((name.into(), Answer { states, bound, astray: None }));
     }
-    let references = solved.iter().filter(|(name, _)| reference::by_name(name).is_some());
+    let references = solved.iter().filter(|(name, _)| name != solver && reference::by_name(name).is_some());
     let answered = references.filter_map(|(name, answer)| answer.as_ref().ok().map(|answer| (name, answer)));
     let (name, best) = answered.min_by(|a, b| a.1.bound.total_cmp(&b.1.bound))?;
     Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound, astray: None }))

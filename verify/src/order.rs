@@ -5,7 +5,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use crate::measure::norm::{distance, max_norm};
-use crate::measure::order::{OrderFit, Sample, fit};
+use crate::measure::order::{OrderFit, Sample, Verdict, fit};
 use crate::method::Method;
 use crate::problem::Problem;
 use crate::reference::{Reference, ReferenceError, by_name};
@@ -82,9 +82,14 @@ pub enum OrderError {
     /// The method chooses its steps itself.
     #[error("{0} chooses its steps itself: its errors follow the tolerance, not h")]
     Adaptive(String),
-    /// The problem's plan says that there is nothing to measure, and why.
-    #[error("the order is not measured: {0}")]
-    Unmeasured(&'static str),
+    /// No order can be told here, as theory has it and a trial confirms.
+    #[error("the order is not told: {because}; tried, it is not: {found}")]
+    Untold {
+        /// Why not.
+        because: &'static str,
+        /// What the trial gave instead.
+        found: String,
+    },
     /// The reference failed.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
@@ -92,10 +97,11 @@ pub enum OrderError {
 
 /// Measures the order at the end of the plan's horizon.
 ///
-/// The floor of each error is the bound of the reference plus the [`roundoff`] of the steps.
+/// The floor of each error is the bound of the reference plus the [`roundoff`] of the steps. Where theory says that no order
+/// can be told, the steps are taken all the same: a pass is then a failure.
 ///
 /// # Errors
-/// [`OrderError`] if there is no truth to measure against.
+/// [`OrderError`] if there is no truth to measure against, or no order as theory has it.
 pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Result<OrderFit, OrderError> {
     if method.traits().is_adaptive {
         return Err(OrderError::Adaptive(method.name()));
@@ -105,10 +111,7 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
     if let Some(order) = limit.order.filter(|order| *order < plan.expectation.order) {
         plan = plan.declared(order, limit.reason);
     }
-    let OrderPlan { expectation, horizon, steps, unmeasured } = plan;
-    if let Some(reason) = unmeasured {
-        return Err(OrderError::Unmeasured(reason));
-    }
+    let OrderPlan { expectation, horizon, steps, untold, unsettled } = plan;
     let (end, bound) = match truth {
         Truth::Exact => {
             let end = (limit.exact)(horizon).ok_or(OrderError::NoExact)?;
@@ -117,7 +120,7 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
         }
         Truth::Tabulated => {
             let end = problem.tabulated(horizon).ok_or(OrderError::NoExact)?;
-            let bound = f64::EPSILON * max_norm(&end); // rounded from 25 digits
+            let bound = f64::EPSILON * max_norm(&end); // rounded from more digits
             (end, bound)
         }
         Truth::Numerical(reference) => {
@@ -133,7 +136,20 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
             Err(error) => Sample::failed(h, error.to_string()),
         })
         .collect();
-    Ok(fit(&samples, &expectation))
+    let fit = fit(&samples, &expectation);
+    match untold {
+        _ if fit.verdict != Verdict::Pass
+            && let Some(because) = untold.or(unsettled) =>
+        {
+            Err(OrderError::Untold { because, found: fit.reason })
+        }
+        None => Ok(fit),
+        // What must not be told is told: the theory is wrong here.
+        Some(because) => {
+            let reason = format!("{}, where no order should be told: {because}", fit.reason);
+            Ok(OrderFit { verdict: Verdict::Fail, reason, ..fit })
+        }
+    }
 }
 
 /// The roundoff that N steps of `method` leave in states no larger than `size`: N ε |q|, one rounding of the state per step,

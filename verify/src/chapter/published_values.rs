@@ -113,9 +113,9 @@ fn measure(values: &[Published]) -> Result<Row<'_>, StudyError> {
 }
 
 fn notes() -> Vec<String> {
-    vec![
-        "Reference solutions are themselves computed, and their last printed digits are not always right: here every solution \
-         was computed anew in 40-digit arithmetic (`verify/data/stiff.py`)."
-            .into(),
-    ]
+    vec![format!(
+        "Reference solutions are themselves computed, and their last printed digits are not always right: here every \
+             solution was computed anew in {}-digit arithmetic (`verify/data/stiff.py`).",
+        problem::tabulated_digits()
+    )]
 }

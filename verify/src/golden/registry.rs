@@ -44,8 +44,8 @@ fn orders(context: &Context) -> Result<Vec<Row>, StudyError> {
         }
         let key = format!("{} {}", pair.problem, pair.method);
         let fit = match pair.fit {
-            Err(error @ order::OrderError::Unmeasured(_)) => {
-                rows.push(Row::text(key, error.to_string()));
+            Err(order::OrderError::Untold { because, .. }) => {
+                rows.push(Row::text(key, format!("the order is not told: {because}")));
                 continue;
             }
             fit => fit?,
@@ -65,10 +65,14 @@ fn orders(context: &Context) -> Result<Vec<Row>, StudyError> {
 
 fn poiseuille_series(_: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
+    let digits = poiseuille_series::digits();
     for poiseuille_series::Tabulated { y, t, u } in poiseuille_series::tabulated()? {
         let tolerance = Tolerance::relative(1e-14, "sin, exp and erfc differ by an ulp or so between platforms");
-        let truth =
-            Truth { value: u, allowance: 1e-14 * u, source: "60 digits, verify/data/poiseuille-series.py".to_owned() };
+        let truth = Truth {
+            value: u,
+            allowance: 1e-14 * u,
+            source: format!("{digits} digits, verify/data/poiseuille-series.py"),
+        };
         let value = poiseuille_series::velocity(2.0, y, t)?;
         rows.push(Row::number(format!("u(y={y:?} t={t:?})"), value, tolerance).with_truth(truth));
     }

@@ -10,6 +10,8 @@ pub struct Traits {
     /// Order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15); `None` where the error is no power of h at the stiffness of
     /// practical problems.
     pub stiff_order: Option<u32>,
+    /// The stiffness λ from which that order shows at steps that resolve φ.
+    pub stiff_from: f64,
     /// What it steps; decides the limit on a reduced Lagrangian.
     pub principle: Principle,
     /// What limits its step size on stiff problems.
@@ -20,6 +22,8 @@ pub struct Traits {
     pub is_reversible: bool,
     /// Whether the leading defect of its path is along an even derivative of q.
     pub has_even_defect: bool,
+    /// Whether the error terms of order p + 1 in hλ are as large as the leading one down to hλ ≪ 1.
+    pub settles_late: bool,
     /// Rows that one solution of its equations yields: more than one where several steps are found together.
     pub rows_per_solve: usize,
     /// Whether it chooses its steps itself, and takes a given h as the longest.
@@ -34,11 +38,13 @@ impl Traits {
         Self {
             order,
             stiff_order: Some(order),
+            stiff_from: 0.0,
             principle,
             stability,
             symplectic: Symplecticity::Never,
             is_reversible: false,
             has_even_defect: false,
+            settles_late: false,
             rows_per_solve: 1,
             is_adaptive: false,
             restates: None,

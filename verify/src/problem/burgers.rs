@@ -1,9 +1,8 @@
 //! Burgers' equation with viscosity: a front that travels.
 
-use lsvi::VectorField;
+use lsvi::{AutoDiff, Rhs, Scalar, Structure, VectorField};
 
-use super::analytic::{Analytic, Curved};
-use super::{Facts, Limit, Problem, Spec, Stiffness, Window};
+use super::{Facts, Limit, Problem, Spec, Stiffness, Window, tabulated};
 use crate::kinds::Principle;
 use crate::names::Parameter;
 use crate::reference::Ode;
@@ -43,7 +42,7 @@ struct Burgers {
 }
 
 impl Burgers {
-    /// u = c − a tanh(a (x − x₀ − ct)/2ν): Cole and Hopf's substitution u = −2ν φ_x/φ makes of it φ = e^{…} + e^{…}.
+    /// u = c − a tanh(a (x − x₀ − ct)/2ν): the Cole–Hopf substitution u = −2ν φ_x/φ makes of it φ = e^{…} + e^{…}.
     fn front(&self, x: f64, t: f64) -> f64 {
         self.speed - self.jump * (0.5 * self.jump * (x - self.x0 - self.speed * t) / self.nu).tanh()
     }
@@ -63,6 +62,29 @@ impl Burgers {
     /// The fastest rate of decay, 4ν/Δx².
     fn fastest(&self) -> f64 {
         4.0 * self.weights().1
+    }
+}
+
+/// As a balance of fluxes ½u² − ν u_x between neighbouring points.
+impl Rhs for Burgers {
+    fn dim(&self) -> usize {
+        self.cells - 1
+    }
+    fn structure(&self) -> Structure {
+        Structure::Banded { lower: 1, upper: 1 }
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        let n = self.cells as f64;
+        let flux = |before: T, after: T| (before * before + after * after) * 0.25 - (after - before) * (self.nu * n);
+        let mut before = T::from(self.front(0.0, t));
+        let mut inflow = flux(before, v[0]);
+        for i in 0..v.len() {
+            before = v[i];
+            let after = v.get(i + 1).copied().unwrap_or_else(|| T::from(self.front(1.0, t)));
+            let outflow = flux(before, after);
+            dv[i] = (inflow - outflow) * n;
+            inflow = outflow;
+        }
     }
 }
 
@@ -94,17 +116,6 @@ impl Ode for Burgers {
     }
 }
 
-impl Curved for Burgers {
-    fn curvature(&self, v: &[f64], w: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
-        let (half, _) = self.weights();
-        for j in 0..v.len() {
-            let before = if j == 0 { 0.0 } else { w[j - 1] };
-            let after = w.get(j + 1).copied().unwrap_or(0.0);
-            add(j, j, half * (after - before));
-        }
-    }
-}
-
 impl Problem for Burgers {
     fn components(&self) -> &'static [&'static str] {
         &["u"]
@@ -113,7 +124,7 @@ impl Problem for Burgers {
         self.points().map(|x| self.front(x, 0.0)).collect()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(Analytic(self))
+        Box::new(AutoDiff::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self
@@ -121,6 +132,11 @@ impl Problem for Burgers {
     /// The solution of the partial differential equation.
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
         Some(self.points().map(|x| self.front(x, t)).collect())
+    }
+    /// Of the equation discretised in space, in the default problem with 8 cells.
+    fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
+        let is_default = (self.nu, self.speed, self.jump, self.x0) == (0.1, 0.5, 0.5, 0.25);
+        (is_default && self.cells == 8).then(|| tabulated::lookup("burgers cells=8", t)).flatten()
     }
     fn limit(&self, _principle: Principle) -> Limit<'_> {
         Limit {

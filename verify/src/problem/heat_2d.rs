@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lsvi::{Structure, VectorField};
+use lsvi::{AutoDiff, Rhs, Scalar, Structure, VectorField};
 
-use super::analytic::{Analytic, Curved};
 use super::{Facts, Limit, Problem, Spec, Stiffness, Window};
 use crate::kinds::Principle;
 use crate::names::Parameter;
@@ -67,6 +66,37 @@ impl Heat {
     }
 }
 
+/// As the flow of heat between neighbours: what one loses the other gains, and the edges are at zero.
+impl Rhs for Heat {
+    fn dim(&self) -> usize {
+        self.side() * self.side()
+    }
+    fn structure(&self) -> Structure {
+        let mut positions = Vec::with_capacity(5 * self.side() * self.side());
+        self.jacobian(0.0, &[], &mut |i, j, _| positions.push((i, j)));
+        Structure::sparse(self.side() * self.side(), positions).expect("all positions lie in the matrix")
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        let (side, weight) = (self.side(), self.weight());
+        for (p, dv) in dv.iter_mut().enumerate() {
+            let edges = [p % side == 0, p % side + 1 == side, p < side, p + side >= v.len()];
+            *dv = v[p] * (-weight * edges.iter().filter(|edge| **edge).count() as f64);
+        }
+        for p in 0..v.len() {
+            let right = (p % side + 1 < side).then_some(p + 1);
+            let above = (p + side < v.len()).then_some(p + side);
+            for q in right.into_iter().chain(above) {
+                let flow = (v[p] - v[q]) * weight;
+                dv[p] -= flow;
+                dv[q] += flow;
+            }
+        }
+    }
+}
+
 impl Ode for Heat {
     fn dim(&self) -> usize {
         self.side() * self.side()
@@ -108,19 +138,6 @@ impl Ode for Heat {
     }
 }
 
-impl Curved for Heat {
-    fn curvature(&self, _v: &[f64], _w: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
-    fn structure(&self) -> Structure {
-        let mut positions = Vec::with_capacity(5 * self.dim());
-        self.jacobian(0.0, &[], &mut |i, j, _| positions.push((i, j)));
-        // All of them lie in the matrix.
-        Structure::sparse(self.dim(), positions).unwrap_or_default()
-    }
-    fn is_linear(&self) -> bool {
-        true
-    }
-}
-
 impl Problem for Heat {
     fn components(&self) -> &'static [&'static str] {
         &["u"]
@@ -129,7 +146,7 @@ impl Problem for Heat {
         self.semi_discrete(0.0)
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(Analytic(self))
+        Box::new(AutoDiff::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -108,7 +108,7 @@ impl Problem for Kepler {
             ..Facts::default()
         }
     }
-    /// Before closures with ṗ = −(λ/2) p degenerate where Jᵀ has the eigenvalue λ/2: for λ = 4 at r³ = ½, t = 0.66.
+    /// A tenth of an orbit, past the pericentre: over a whole one implicit Euler is off by 0.49 after 16384 steps.
     fn horizon(&self) -> f64 {
         0.6
     }

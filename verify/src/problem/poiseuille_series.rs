@@ -64,13 +64,19 @@ pub struct Tabulated {
     pub u: f64,
 }
 
-/// Values for γ = 2 computed in 60-digit arithmetic by two methods; `verify/data/poiseuille-series.py` wrote them.
+const TABLE: &str = include_str!("../../data/poiseuille-series.csv");
+
+/// Values for γ = 2 computed by two methods in arithmetic of [`digits`]; `verify/data/poiseuille-series.py` wrote them.
 ///
 /// # Errors
 /// [`csv::Error`] if the table is malformed.
 pub fn tabulated() -> Result<Vec<Tabulated>, csv::Error> {
-    let text = include_str!("../../data/poiseuille-series.csv");
-    csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes()).deserialize().collect()
+    csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(TABLE.as_bytes()).deserialize().collect()
+}
+
+/// The digits of the arithmetic that the table was computed in, as it says itself.
+pub fn digits() -> u32 {
+    super::tabulated::digits(TABLE).unwrap_or(0)
 }
 
 /// u/γ = ½d(2 − d) − Σ_k 2 sin(μ_k d) e^{−μ_k² t}/μ_k³ with μ_k = (k + ½)π. In y, sin(μ_k d) is (−1)^k cos(μ_k y).

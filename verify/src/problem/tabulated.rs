@@ -1,4 +1,4 @@
-//! Solutions without closed form, computed in 36 and more digits by the scripts beside the tables.
+//! Solutions without closed form, computed by the scripts beside the tables in as many digits as their headers state.
 
 const TABLES: [&str; 2] = [include_str!("../../data/tabulated.csv"), include_str!("../../data/stiff.csv")];
 
@@ -9,6 +9,17 @@ pub(super) fn lookup(name: &str, t: f64) -> Option<Vec<f64>> {
         rows.filter(|(problem, time, ..)| problem == name && *time == t).map(|(_, _, i, value)| (i, value)).collect();
     components.sort_by_key(|(i, _)| *i);
     (!components.is_empty()).then(|| components.into_iter().map(|(_, value)| value).collect())
+}
+
+/// The digits of the arithmetic that `table` was computed in, as its first line states: `…, 60 digits`.
+pub(super) fn digits(table: &str) -> Option<u32> {
+    let words: Vec<&str> = table.lines().next()?.split([' ', ',', ';']).collect();
+    words.windows(2).find(|pair| pair[1] == "digits")?[0].parse().ok()
+}
+
+/// The fewest digits that a tabulated solution was computed in.
+pub fn tabulated_digits() -> u32 {
+    TABLES.into_iter().map(|table| digits(table).unwrap_or(0)).min().unwrap_or(0)
 }
 
 /// Problem, time, component, value.
@@ -24,6 +35,8 @@ mod tests {
 
     #[test]
     fn every_row_is_readable_and_states_are_whole() {
+        // A double has 16.
+        assert!(tabulated_digits() >= 32);
         for table in TABLES {
             let lines = table.lines().filter(|line| !line.starts_with('#')).count() - 1;
             let parsed: Vec<Row> = rows(table).map(|row| row.expect("well-formed")).collect();

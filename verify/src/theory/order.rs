@@ -24,8 +24,10 @@ pub struct OrderPlan {
     pub horizon: f64,
     /// The step sizes, coarse to fine.
     pub steps: Vec<f64>,
-    /// Why nothing is measured, where that is so.
-    pub unmeasured: Option<&'static str>,
+    /// Why these steps cannot tell the order, where that is known: they are tried all the same, and must not.
+    pub untold: Option<&'static str>,
+    /// Why these steps may end at roundoff before the order settles; what they then show is no verdict.
+    pub unsettled: Option<&'static str>,
 }
 
 impl OrderPlan {
@@ -35,7 +37,7 @@ impl OrderPlan {
         let order = f64::from(order);
         let steps = ladder(horizon, coarsest, SQRT_2.min(4_f64.powf(order.recip())), LADDER);
         let band = ORDER_BAND.max(order / 40.0);
-        Self { expectation: Expectation::new(order, band), horizon, steps, unmeasured: None }
+        Self { expectation: Expectation::new(order, band), horizon, steps, untold: None, unsettled: None }
     }
 
     /// In a window for second order: the error terms of higher ones settle later.
@@ -44,9 +46,9 @@ impl OrderPlan {
         Self::new(order, Window { coarsest, ..window })
     }
 
-    /// No order is measured, for a reason.
-    fn unmeasured(order: u32, window: Window, reason: &'static str) -> Self {
-        Self { unmeasured: Some(reason), ..Self::new(order, window) }
+    /// The same steps, which cannot tell the order for a reason.
+    fn untold(self, reason: &'static str) -> Self {
+        Self { untold: Some(reason), ..self }
     }
 
     /// Expects `order` instead, for a reason.
@@ -62,7 +64,7 @@ pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
     if let Some(singular) = free_residual(problem, method) {
         return match singular.before {
             Some(window) => OrderPlan::settled(traits.order, window),
-            None => OrderPlan::unmeasured(traits.order, facts.window, singular.reason),
+            None => OrderPlan::settled(traits.order, facts.window).untold(singular.reason),
         };
     }
     let plan = match facts.stiffness {
@@ -93,25 +95,23 @@ fn regular(facts: &Facts, traits: &Traits) -> OrderPlan {
     }
 }
 
-/// The nominal order where transients decay at rates up to `fastest`: within the limit of stability for methods that have
-/// one.
-fn transient(window: Window, fastest: f64, traits: &Traits) -> OrderPlan {
-    let Window { horizon, coarsest } = window;
-    let within = |limit: f64| Window { horizon: horizon.min(6.0 / fastest), coarsest: coarsest.min(limit / fastest) };
-    if traits.order > 2 {
-        let reason = "where h is small enough for the order to show, the error is near roundoff";
-        return OrderPlan::unmeasured(traits.order, window, reason);
-    }
-    match traits.stability {
-        Stability::Unstable if fastest > 1e3 => OrderPlan::unmeasured(
-            traits.order,
-            window,
-            "its error, in b of size 4e-5, is near the roundoff that momenta carry",
-        ),
-        Stability::Unstable => OrderPlan::new(traits.order, within(1.0)),
-        Stability::Conditional => OrderPlan::new(traits.order, within(1.5)),
-        Stability::Damping | Stability::Neutral => OrderPlan::new(traits.order, window),
-    }
+/// The nominal order where transients decay at rates up to `fastest`.
+///
+/// Orders up to 2 settle at steps that resolve the solution alone, within the limit of stability for methods that have one.
+/// Higher ones settle where h resolves the transients, and their errors stand clear of roundoff only while these last: up to
+/// a few of their times, at a power of two, where solutions are tabulated.
+fn transient(Window { horizon, coarsest }: Window, fastest: f64, traits: &Traits) -> OrderPlan {
+    let early = 6.0 / fastest;
+    let within = |limit: f64| Window { horizon: horizon.min(early), coarsest: coarsest.min(limit / fastest) };
+    let window = match (traits.stability, traits.order) {
+        (Stability::Unstable, _) => within(1.0),
+        (_, 3..) => Window { horizon: horizon.min(early.log2().floor().exp2()), ..within(1.0) },
+        (Stability::Conditional, _) => within(1.5),
+        (Stability::Damping | Stability::Neutral, _) => Window { horizon, coarsest },
+    };
+    let late = traits.order > 2 && traits.settles_late;
+    let unsettled = late.then_some("the error term of order p + 1 fades at hλ ≪ 1 only, near roundoff");
+    OrderPlan { unsettled, ..OrderPlan::new(traits.order, window) }
 }
 
 const REDUCTION: &str = "hλ ≫ 1: the error is the defect of the smooth solution divided by λ, not by 1/h";
@@ -126,7 +126,7 @@ fn forced(rate: f64, traits: &Traits) -> OrderPlan {
         let steps = even_steps(4.0, coarsest, ratio, count);
         OrderPlan { steps, ..OrderPlan::new(traits.order, Window { horizon: 4.0, coarsest }) }
     };
-    match (traits.stability, traits.stiff_order) {
+    match (traits.stability, traits.stiff_order.filter(|_| rate >= traits.stiff_from)) {
         (Stability::Unstable, _) => fast(4.0),
         (Stability::Conditional, _) | (_, None) => fast(10.0),
         // Undamped errors alternate in sign, (−1)ⁿ, and a dozen step sizes let them die out at the fine end.

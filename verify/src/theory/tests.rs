@@ -4,7 +4,9 @@ use nalgebra::DMatrix;
 
 use super::*;
 use crate::measure::norm::distance;
+use crate::measure::order::Verdict;
 use crate::method::{self, Method};
+use crate::order::{OrderError, Truth, measure};
 use crate::problem::{self, Problem};
 use crate::run::step_from;
 
@@ -127,4 +129,26 @@ fn no_decision_rests_on_the_text_of_a_name() {
     for guess in ["name.ends_with(\"gauss)\")", "m.starts_with(\"path-fitted\")", "if method.name() == \"rk4\" {"] {
         assert!(offends(guess), "{guess}");
     }
+}
+
+/// \[HW96\] IV.15: a stiffly accurate method with stages of order 1 has an error ∝ h/λ, where that is all there is.
+#[test]
+fn the_stiff_order_of_sdirk2_is_one() {
+    let set = |lambda: &str| problem::build("prothero-robinson", &[("lambda".into(), lambda.into())]).expect("valid");
+    let method = method::parse("sdirk2").expect("registered");
+    let measured = |problem: &dyn Problem| measure(problem, &*method, Truth::Exact).expect("exact");
+    let stiff = measured(&*set("1e6"));
+    assert!(stiff.verdict == Verdict::Pass && stiff.expected.order == 1.0, "{}", stiff.reason);
+    let mild = measured(&*set("1000"));
+    assert!(mild.verdict == Verdict::Pass && mild.expected.order == 2.0, "{}", mild.reason);
+}
+
+/// Where no order should be told, the steps are tried, and one that is told fails.
+#[test]
+fn an_order_that_should_not_be_told_is_not() {
+    let problem = problem::small("hires").expect("registered");
+    let method = method::parse("method-ii").expect("registered");
+    assert!(order_plan(&*problem, &*method).untold.is_some());
+    let told = measure(&*problem, &*method, Truth::Tabulated);
+    assert!(matches!(&told, Err(OrderError::Untold { found, .. }) if !found.is_empty()), "{told:?}");
 }

@@ -190,3 +190,23 @@ fn method_i_is_of_second_order_with_every_scheme() {
         }
     }
 }
+
+/// Both statements share the matrices; here they are the three-point formula, written without them.
+#[test]
+fn differences_are_the_three_point_formula() {
+    let (cells, t) = (7, 0.3);
+    for flow in FLOWS {
+        let channel = Channel::with(Scheme::Differences, cells, flow);
+        let v: Vec<f64> = (1..cells).map(|i| (2.0 * i as f64).sin()).collect();
+        let mut rate = vec![0.0; v.len()];
+        Ode::rhs(&channel, t, &v, &mut rate);
+        let phase = (flow.omega * t).cos();
+        let u: Vec<f64> = [0.0].into_iter().chain(v.iter().copied()).chain([flow.wall * phase]).collect();
+        let square = (2.0 / cells as f64).powi(2);
+        for i in 1..cells {
+            let expected = flow.gamma * phase + flow.nu * (u[i - 1] - 2.0 * u[i] + u[i + 1]) / square;
+            // A few roundings of terms up to 4 ν/Δy² = 50.
+            assert!((rate[i - 1] - expected).abs() <= 1e3 * f64::EPSILON, "{flow:?}: {} and {expected}", rate[i - 1]);
+        }
+    }
+}
