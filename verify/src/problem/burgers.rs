@@ -1,6 +1,6 @@
 //! Burgers' equation with viscosity: a front that travels.
 
-use lsvi::{AutoDiff, Rhs, Scalar, Structure, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, Structure, VectorField};
 
 use super::{Facts, Limit, Problem, Spec, Stiffness, Window, tabulated};
 use crate::kinds::Principle;
@@ -66,7 +66,7 @@ impl Burgers {
 }
 
 /// As a balance of fluxes ½u² − ν u_x between neighbouring points.
-impl Rhs for Burgers {
+impl FieldFn for Burgers {
     fn dim(&self) -> usize {
         self.cells - 1
     }
@@ -124,7 +124,7 @@ impl Problem for Burgers {
         self.points().map(|x| self.front(x, 0.0)).collect()
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lsvi::{AutoDiff, Rhs, Scalar, Structure, VectorField};
+use lsvi::{AutoField, FieldFn, Scalar, Structure, VectorField};
 
 use super::{Facts, Limit, Problem, Spec, Stiffness, Window};
 use crate::kinds::Principle;
@@ -67,7 +67,7 @@ impl Heat {
 }
 
 /// As the flow of heat between neighbours: what one loses the other gains, and the edges are at zero.
-impl Rhs for Heat {
+impl FieldFn for Heat {
     fn dim(&self) -> usize {
         self.side() * self.side()
     }
@@ -146,7 +146,7 @@ impl Problem for Heat {
         self.semi_discrete(0.0)
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
-        Box::new(AutoDiff::new(self))
+        Box::new(AutoField::new(self))
     }
     fn ode(&self) -> &dyn Ode {
         self

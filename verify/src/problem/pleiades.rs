@@ -1,6 +1,6 @@
 //! Seven stars in a plane that attract each other and pass close by ([HNW93] II.10).
 
-use lsvi::{Jacobian, Rhs, Scalar, VectorField};
+use lsvi::{FieldFn, Jacobian, Scalar, VectorField};
 use nalgebra::{Matrix2, Vector2};
 
 use super::{Facts, Problem, Singular, Spec, Window, tabulated};
@@ -78,7 +78,7 @@ impl Ode for Pleiades {
 }
 
 /// Each star's attraction by every other.
-impl Rhs for Pleiades {
+impl FieldFn for Pleiades {
     fn dim(&self) -> usize {
         4 * STARS
     }
@@ -108,7 +108,7 @@ impl VectorField for ByHand {
         4 * STARS
     }
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        Rhs::rhs(&Pleiades, t, v, dv);
+        FieldFn::rhs(&Pleiades, t, v, dv);
     }
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
         Pleiades.jacobian(t, v, &mut |i, j, x| out.add(i, j, scale * x));
@@ -176,14 +176,14 @@ impl Problem for Pleiades {
 mod tests {
     use super::*;
     use crate::measure::stability::Uniform;
-    use lsvi::AutoDiff;
+    use lsvi::AutoField;
 
     /// Derivatives by hand are those of the generic statement, to the roundings of terms up to 1/d³ and 1/d⁴ of the least
     /// distance d, a few hundred of them.
     #[test]
     fn derivatives_by_hand_are_those_of_the_generic_statement() {
         let n = 4 * STARS;
-        let generic = AutoDiff::new(Pleiades);
+        let generic = AutoField::new(Pleiades);
         let mut random = Uniform::new(7);
         for _ in 0..16 {
             let mut near = |size: f64| (0..n).map(|_| size * random.next().unwrap_or_default()).collect::<Vec<_>>();
