@@ -86,13 +86,13 @@ fn list_methods(out: &mut Output) -> io::Result<()> {
 }
 
 fn list_method_files(out: &mut Output) -> io::Result<()> {
-    let longest = SHIPPED.iter().map(|file| width(file.name)).max().unwrap_or(0);
     for shipped in SHIPPED {
         // A test reads every one of them.
         let Ok(file) = shipped.read() else { continue };
         let order = file.order().map_or_else(String::new, |order| format!(", order {order} claimed"));
         let source = file.source.unwrap_or_default();
-        paragraph(out, shipped.name, longest + 2, &format!("{}{order}; {source}", file.name))?;
+        writeln!(out, "{}", shipped.name)?;
+        paragraph(out, "", 4, &format!("{}{order}; {source}", file.name))?;
     }
     Ok(())
 }
