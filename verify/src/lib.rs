@@ -17,6 +17,7 @@ pub mod method;
 pub mod names;
 pub mod order;
 pub mod problem;
+pub mod program;
 pub mod reference;
 pub mod replacement;
 pub mod report;

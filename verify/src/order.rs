@@ -1,13 +1,16 @@
 //! The order of a method on a problem, measured against a reference.
 
+use std::f64::consts::SQRT_2;
 use std::fmt;
 
 use rayon::prelude::*;
 
+use crate::kinds::Principle;
 use crate::measure::norm::{distance, max_norm};
-use crate::measure::order::{OrderFit, Sample, Verdict, fit};
+use crate::measure::order::{self, Expectation, OrderFit, Reason, Sample, Verdict, fit};
 use crate::method::Method;
-use crate::problem::Problem;
+use crate::problem::{Limit, Problem, Window, component_names};
+use crate::program::{Answer, Program, ProgramError, Request};
 use crate::reference::{Reference, ReferenceError, by_name};
 use crate::run::run;
 use crate::theory::{OrderPlan, order_plan};
@@ -37,19 +40,31 @@ pub enum Source {
 impl Source {
     /// The exact solution where one is known, else the first library that is compiled in.
     pub fn default_for(problem: &dyn Problem, method: &dyn Method) -> Self {
-        let horizon = order_plan(problem, method).horizon;
-        if (problem.limit(method.principle()).exact)(horizon).is_some() || problem.tabulated(horizon).is_some() {
+        Self::at_hand(problem, &problem.limit(method.principle()), order_plan(problem, method).horizon)
+    }
+
+    /// The exact solution where one is known at `horizon`, else the first library that is compiled in.
+    fn at_hand(problem: &dyn Problem, limit: &Limit<'_>, horizon: f64) -> Self {
+        if (limit.exact)(horizon).is_some() || problem.tabulated(horizon).is_some() {
             Self::Exact
-        } else if cfg!(feature = "cvode") {
-            Self::Cvode
         } else {
-            Self::Diffsol
+            Self::library()
         }
+    }
+
+    /// The first library that is compiled in.
+    fn library() -> Self {
+        if cfg!(feature = "cvode") { Self::Cvode } else { Self::Diffsol }
     }
 
     /// What this kind is for `method` on `problem`: the exact solution in its better form, or the most accurate solver.
     pub fn truth(self, problem: &dyn Problem, method: &dyn Method) -> Truth {
-        let is_tabulated = || problem.tabulated(order_plan(problem, method).horizon).is_some();
+        self.of(problem, order_plan(problem, method).horizon)
+    }
+
+    /// What this kind is for `problem` at `horizon`.
+    fn of(self, problem: &dyn Problem, horizon: f64) -> Truth {
+        let is_tabulated = || problem.tabulated(horizon).is_some();
         let name = match (self, problem.is_stiff()) {
             (Self::Exact, _) if is_tabulated() => return Truth::Tabulated,
             (Self::Exact, _) => return Truth::Exact,
@@ -95,6 +110,24 @@ pub enum OrderError {
     Reference(#[from] ReferenceError),
 }
 
+/// What a user may ask for in place of the plan that theory has for a pair.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Ladder {
+    /// The order to expect.
+    pub expected: Option<f64>,
+    /// Largest distance from it.
+    pub band: Option<f64>,
+    /// The coarsest step.
+    pub coarsest: Option<f64>,
+    /// Number of steps.
+    pub points: Option<usize>,
+    /// Tolerance of a numerical reference.
+    pub tolerance: Option<f64>,
+}
+
+/// Doublings of the coarsest step where errors turn out to be at their floor: a high order leaves it within a few.
+const COARSER: u32 = 5;
+
 /// Measures the order at the end of the plan's horizon.
 ///
 /// The floor of each error is the bound of the reference plus the [`roundoff`] of the steps. Where theory says that no order
@@ -103,6 +136,20 @@ pub enum OrderError {
 /// # Errors
 /// [`OrderError`] if there is no truth to measure against, or no order as theory has it.
 pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Result<OrderFit, OrderError> {
+    measure_on(problem, method, truth, &Ladder::default())
+}
+
+/// The same with steps and expectations of one's own. Where no coarsest step is asked for and the fit is inconclusive with
+/// errors at their floor, the ladder starts coarser, up to half the horizon.
+///
+/// # Errors
+/// As for [`measure`].
+pub fn measure_on(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    truth: Truth,
+    ladder: &Ladder,
+) -> Result<OrderFit, OrderError> {
     if method.traits().is_adaptive {
         return Err(OrderError::Adaptive(method.name()));
     }
@@ -111,45 +158,201 @@ pub fn measure(problem: &dyn Problem, method: &dyn Method, truth: Truth) -> Resu
     if let Some(order) = limit.order.filter(|order| *order < plan.expectation.order) {
         plan = plan.declared(order, limit.reason);
     }
-    let OrderPlan { expectation, horizon, steps, untold, unsettled } = plan;
-    let (end, bound) = match truth {
-        Truth::Exact => {
-            let end = (limit.exact)(horizon).ok_or(OrderError::NoExact)?;
-            let bound = 8.0 * f64::EPSILON * max_norm(&end); // a handful of elementary functions, each to an ulp or two
-            (end, bound)
-        }
-        Truth::Tabulated => {
-            let end = problem.tabulated(horizon).ok_or(OrderError::NoExact)?;
-            let bound = f64::EPSILON * max_norm(&end); // rounded from more digits
-            (end, bound)
-        }
-        Truth::Numerical(reference) => {
-            let mut sampled = reference.solve(limit.ode, 0.0, &limit.initial, &[horizon])?;
-            (sampled.states.swap_remove(0), sampled.bound[0])
-        }
+    let asks = ladder.coarsest.is_some() || ladder.points.is_some();
+    let OrderPlan { mut expectation, horizon, mut steps, untold, unsettled } = plan;
+    let (untold, unsettled) = if asks { (None, None) } else { (untold, unsettled) };
+    expectation.order = ladder.expected.unwrap_or(expectation.order);
+    expectation.band = ladder.band.unwrap_or(expectation.band);
+    let ratio = steps.windows(2).next_back().map_or(SQRT_2, |pair| pair[0] / pair[1]);
+    if asks {
+        let coarsest = ladder.coarsest.unwrap_or_else(|| steps.first().copied().unwrap_or(horizon));
+        steps = order::ladder(horizon, coarsest, ratio, ladder.points.unwrap_or(steps.len()));
+    }
+    let solution = truth.solution(problem, &limit, &[horizon], ladder.tolerance)?;
+    let (end, bound) = (&solution[0].0, solution[0].1);
+    let size = max_norm(end).max(max_norm(&limit.initial));
+    let sample = |h: f64| match run(problem, method, h, horizon, |_| {}) {
+        Ok(run) => Sample::new(h, distance(&run.end.q, end), bound + roundoff(method, size, horizon / h)),
+        Err(error) => Sample::failed(h, error.to_string()),
     };
-    let size = max_norm(&end).max(max_norm(&limit.initial));
-    let samples: Vec<Sample> = steps
-        .into_par_iter()
-        .map(|h| match run(problem, method, h, horizon, |_| {}) {
-            Ok(run) => Sample::new(h, distance(&run.end.q, &end), bound + roundoff(method, size, horizon / h)),
-            Err(error) => Sample::failed(h, error.to_string()),
-        })
-        .collect();
-    let fit = fit(&samples, &expectation);
+    let mut samples: Vec<Sample> = steps.par_iter().map(|h| sample(*h)).collect();
+    let mut found = fit(&samples, &expectation);
+    for _ in 0..COARSER {
+        let floored = found.dropped.iter().filter(|(_, reason)| *reason == Reason::AtFloor).count();
+        let coarser = 2.0 * steps[0];
+        let given = asks || untold.or(unsettled).is_some();
+        if given || found.verdict != Verdict::Inconclusive || 2 * floored < samples.len() || coarser > 0.5 * horizon {
+            break;
+        }
+        let added: Vec<f64> = order::ladder(horizon, coarser, ratio, steps.len());
+        let added: Vec<f64> = added.into_iter().filter(|h| *h > steps[0] * (1.0 + 1e-9)).collect();
+        samples.extend(added.par_iter().map(|h| sample(*h)).collect::<Vec<_>>());
+        steps.splice(..0, added);
+        found = fit(&samples, &expectation);
+    }
     match untold {
-        _ if fit.verdict != Verdict::Pass
+        _ if found.verdict != Verdict::Pass
             && let Some(because) = untold.or(unsettled) =>
         {
-            Err(OrderError::Untold { because, found: fit.reason })
+            Err(OrderError::Untold { because, found: found.reason })
         }
-        None => Ok(fit),
+        None => Ok(found),
         // What must not be told is told: the theory is wrong here.
         Some(because) => {
-            let reason = format!("{}, where no order should be told: {because}", fit.reason);
-            Ok(OrderFit { verdict: Verdict::Fail, reason, ..fit })
+            let reason = format!("{}, where no order should be told: {because}", found.reason);
+            Ok(OrderFit { verdict: Verdict::Fail, reason, ..found })
         }
     }
+}
+
+impl Truth {
+    /// States with a bound on their errors at increasing `times`.
+    fn solution(
+        self,
+        problem: &dyn Problem,
+        limit: &Limit<'_>,
+        times: &[f64],
+        tolerance: Option<f64>,
+    ) -> Result<Vec<(Vec<f64>, f64)>, OrderError> {
+        // A handful of elementary functions, each to an ulp or two; tabulated ones are rounded from more digits.
+        let (known, ulps): (&dyn Fn(f64) -> Option<Vec<f64>>, f64) = match self {
+            Self::Exact => (&*limit.exact, 8.0),
+            Self::Tabulated => (&|t| problem.tabulated(t), 1.0),
+            Self::Numerical(reference) => {
+                let solved = match tolerance {
+                    Some(tolerance) => reference.solve_within(limit.ode, 0.0, &limit.initial, times, tolerance),
+                    None => reference.solve(limit.ode, 0.0, &limit.initial, times),
+                }?;
+                return Ok(solved.states.into_iter().zip(solved.bound).collect());
+            }
+        };
+        let at = |t: &f64| known(*t).map(|state| (ulps * f64::EPSILON * max_norm(&state), state));
+        let states = times.iter().map(|t| at(t).map(|(bound, state)| (state, bound)));
+        states.collect::<Option<_>>().ok_or(OrderError::NoExact)
+    }
+}
+
+/// The order of a program of one's own, and what its times and first steps show.
+#[derive(Debug)]
+pub struct Programs {
+    /// The fit; where no order was expected, to the slope at the finest steps.
+    pub fit: OrderFit,
+    /// What was noticed: steps cut short, ends missed, a first step of a lower order.
+    pub notes: Vec<String>,
+}
+
+/// Measures the order of `program` on `problem`, which it knows by `request`, at the times that it really reaches.
+///
+/// # Errors
+/// [`OrderError`] if there is no truth to measure against. Runs that fail are points that the fit drops, with the reason.
+pub fn measure_program(
+    problem: &dyn Problem,
+    program: &Program,
+    request: &Request,
+    source: Option<Source>,
+    ladder: &Ladder,
+) -> Result<(Truth, Programs), OrderError> {
+    let Window { horizon, coarsest } = problem.facts().window;
+    let horizon = request.t_end.unwrap_or(horizon);
+    let limit = problem.limit(Principle::Equation);
+    let truth = source.unwrap_or_else(|| Source::at_hand(problem, &limit, horizon)).of(problem, horizon);
+    let points = ladder.points.unwrap_or(PROGRAM_LADDER);
+    let steps = order::ladder(horizon, ladder.coarsest.unwrap_or(coarsest), SQRT_2, points);
+    let names = component_names(problem);
+    let ask = |h: f64| Request { h: Some(h), t_end: Some(horizon), ..request.clone() };
+    let answers: Vec<(f64, Result<Answer, ProgramError>)> =
+        steps.par_iter().map(|h| (*h, program.run(&ask(*h), &names))).collect();
+
+    let ends = answers.iter().filter_map(|(_, answer)| Some(reached(answer.as_ref().ok()?.end().0, horizon)));
+    let ends = increasing(ends);
+    let library = || Source::library().of(problem, horizon);
+    // A table knows the horizon alone.
+    let (truth, states) = match truth.solution(problem, &limit, &ends, ladder.tolerance) {
+        Err(OrderError::NoExact) if source.is_none() => {
+            (library(), library().solution(problem, &limit, &ends, ladder.tolerance)?)
+        }
+        solved => (truth, solved?),
+    };
+    let error = |(t, state): (f64, &[f64]), times: &[f64], states: &[(Vec<f64>, f64)]| {
+        let (exact, bound) = &states[times.iter().position(|time| *time == t)?];
+        let exact = problem.observe(t, exact);
+        Some((distance(state, &exact), *bound, max_norm(&exact)))
+    };
+    let sample = |(h, answer): &(f64, Result<Answer, ProgramError>)| match answer {
+        Err(reason) => Sample::failed(*h, reason.to_string()),
+        Ok(answer) => match error((reached(answer.end().0, horizon), answer.end().1), &ends, &states) {
+            Some((error, bound, size)) => Sample::new(*h, error, bound + f64::EPSILON * size * (horizon / h)),
+            None => Sample::failed(*h, "it took no step"),
+        },
+    };
+    let samples: Vec<Sample> = answers.iter().map(sample).collect();
+    let band = ladder.band.unwrap_or(PROGRAM_BAND);
+    let nominal = ladder.expected.unwrap_or_else(|| finest_slope(&samples, band));
+    let fit = fit(&samples, &Expectation::new(nominal, band));
+    let mut notes = Vec::new();
+    if ladder.expected.is_none() {
+        notes.push(
+            "no order was expected: that of the finest steps stands in, and a pass says that the others agree".into(),
+        );
+    }
+    let ok = || answers.iter().filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
+    if let Some((h, t)) = ok().map(|(h, a)| (h, a.end().0)).find(|(_, t)| (t - horizon).abs() > 1e-9 * horizon) {
+        notes.push(format!(
+            "with h = {h} it ended at t = {t}, not at {horizon}; errors are taken at the times it reached, and a program \
+             that calls such a time {horizon} is of order 1"
+        ));
+    }
+    if let Some((h, part)) = ok().find_map(|(h, answer)| Some((h, answer.clipped(h)?))) {
+        notes.push(format!("with h = {h} the last step was cut to {part:.3} h"));
+    }
+    let first = |answer: &Answer| answer.times.iter().position(|t| *t > 0.0).filter(|at| *at + 1 < answer.times.len());
+    let firsts = increasing(ok().filter_map(|(_, answer)| Some(answer.times[first(answer)?])));
+    let beginning = match truth {
+        Truth::Tabulated => library(),
+        truth => truth,
+    };
+    // Without a solution there the first steps are not judged.
+    let near = beginning.solution(problem, &limit, &firsts, ladder.tolerance).unwrap_or_default();
+    let start = |(h, answer): (f64, &Answer)| {
+        let at = first(answer).filter(|_| near.len() == firsts.len())?;
+        let (error, bound, size) = error((answer.times[at], &answer.states[at]), &firsts, &near)?;
+        Some(Sample::new(h, error, bound + f64::EPSILON * size))
+    };
+    let starts: Vec<Sample> = ok().filter_map(start).collect();
+    let local = order::fit(&starts, &Expectation::new(finest_slope(&starts, band), band));
+    if let (Some(start), Some(line)) = (local.line.filter(|_| local.verdict == Verdict::Pass), fit.line)
+        // A step of order p has a local error of order p + 1; one of order p starts a method of order p.
+        && start.slope < line.slope + 0.5
+    {
+        notes.push(format!(
+            "the first step has an error of order {:.2}, and what follows {:.2}: a starting procedure limits the order",
+            start.slope, line.slope
+        ));
+    }
+    Ok((truth, Programs { fit, notes }))
+}
+
+/// The time `t` that a run ended at, without the rounding of a sum of steps that should be `horizon`.
+fn reached(t: f64, horizon: f64) -> f64 {
+    if (t - horizon).abs() <= 1e-12 * horizon { horizon } else { t }
+}
+
+/// Positive times in order, each once.
+fn increasing(times: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut times: Vec<f64> = times.filter(|t| *t > 0.0).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+}
+
+/// Step sizes in a study of a program.
+const PROGRAM_LADDER: usize = 9;
+/// Half-width of the band around the order expected of a program.
+const PROGRAM_BAND: f64 = 0.1;
+
+/// The slope at the finest steps whose errors count, which stands for an expected order where there is none.
+fn finest_slope(samples: &[Sample], band: f64) -> f64 {
+    fit(samples, &Expectation::new(0.0, band)).line.map_or(f64::NAN, |line| (100.0 * line.slope).round() / 100.0)
 }
 
 /// The roundoff that N steps of `method` leave in states no larger than `size`: N ε |q|, one rounding of the state per step,

@@ -44,6 +44,21 @@ impl ProblemArgs {
         Ok((name, problem))
     }
 
+    /// The name of the problem, if it is one by name.
+    pub(super) fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// Whether it is a model.
+    pub(super) fn is_model(&self) -> bool {
+        self.model.is_some()
+    }
+
+    /// The parameters.
+    pub(super) fn set(&self) -> &[(String, String)] {
+        &self.set
+    }
+
     /// Says below a judgement that a model has no second source.
     pub(super) fn write_caveat(&self, out: &mut Output) -> io::Result<()> {
         match self.model {

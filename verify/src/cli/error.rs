@@ -11,6 +11,7 @@ use verify::method::BuildError;
 use verify::names::NameError;
 use verify::order::OrderError;
 use verify::problem::model::ModelError;
+use verify::program::ProgramError;
 use verify::reference::ReferenceError;
 use verify::report::{ComparisonError, ReportError};
 use verify::run::RunError;
@@ -52,6 +53,12 @@ pub(super) enum Failure {
     Read { path: PathBuf, source: io::Error },
     #[error("{}: {source}", path.display())]
     Data { path: PathBuf, source: Box<DataError> },
+    #[error(transparent)]
+    Command(ProgramError),
+    #[error("the program, on the grid of spacing {at}: {source}")]
+    Program { at: f64, source: ProgramError },
+    #[error("{option}: `{value}`, where {wanted} are expected")]
+    Value { option: &'static str, value: String, wanted: &'static str },
     /// An option, and what it needs beside it.
     #[error("{0} needs {1}")]
     Incomplete(&'static str, &'static str),
@@ -74,6 +81,8 @@ impl Failure {
             | Self::Read { .. }
             | Self::Data { .. }
             | Self::Incomplete(..)
+            | Self::Command(_)
+            | Self::Value { .. }
             | Self::NoTolerances(_)
             | Self::Tolerance(_)
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }

@@ -16,11 +16,12 @@ const SAFETY: f64 = 2.0;
 /// each addition rounds by at most ε/2.
 const ROUNDINGS_PER_STEP: f64 = 7.0;
 
-/// The relative and the absolute tolerance of the two solves; both the same number, because states are of order one and the
+/// The relative and the absolute tolerance of the finer of the two solves, unless another is asked for, and how much larger that
+/// of the coarser is; both the same number, because states are of order one and the
 /// bound is absolute. A factor of ten between them is not enough: the order selection of Adams' formulas then hides what is
 /// gained. At 1e-13 roundoff in the Newton iterations begins to show.
-const COARSE: f64 = 1e-10;
-const FINE: f64 = 1e-12;
+const RATIO: f64 = 100.0;
+pub(super) const FINE: f64 = 1e-12;
 
 /// Times between two samples at which the two solves are compared as well: the difference of two scalars changes sign where
 /// neither of them is right, and a sample may hit that point.
@@ -63,12 +64,13 @@ pub(super) fn solve_twice(
     t0: f64,
     v0: &[f64],
     times: &[f64],
+    finest: f64,
     solve: impl Fn(f64, &[f64]) -> Result<Run, ReferenceError>,
 ) -> Result<Sampled, ReferenceError> {
     check(ode, t0, v0, times)?;
     let probed = with_probes(t0, times);
-    let coarse = solve(COARSE, &probed)?;
-    let fine = solve(FINE, &probed)?;
+    let coarse = solve(RATIO * finest, &probed)?;
+    let fine = solve(finest, &probed)?;
 
     let mut scale = max_norm(v0);
     let mut difference = 0.0_f64;
@@ -76,7 +78,7 @@ pub(super) fn solve_twice(
     for ((c, f), &steps) in coarse.states.iter().zip(&fine.states).zip(&fine.steps) {
         difference = larger(difference, distance(c, f));
         scale = larger(scale, max_norm(f));
-        let tolerance = FINE * (1.0 + max_norm(f));
+        let tolerance = finest * (1.0 + max_norm(f));
         let roundoff = ROUNDINGS_PER_STEP * f64::EPSILON * steps as f64 * scale;
         bound.push(larger(larger(SAFETY * difference, tolerance), roundoff));
     }

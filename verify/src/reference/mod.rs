@@ -133,7 +133,25 @@ pub trait Reference: Sync {
     /// # Errors
     /// [`ReferenceError`] if the solver fails, or if the request is malformed.
     fn solve(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<Sampled, ReferenceError> {
-        bound::solve_twice(ode, t0, v0, times, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
+        self.solve_within(ode, t0, v0, times, bound::FINE)
+    }
+
+    /// The same with a tolerance of one's own for the finer of the two solves.
+    ///
+    /// # Errors
+    /// As for [`solve`](Self::solve), and for a tolerance that is not positive.
+    fn solve_within(
+        &self,
+        ode: &dyn Ode,
+        t0: f64,
+        v0: &[f64],
+        times: &[f64],
+        finest: f64,
+    ) -> Result<Sampled, ReferenceError> {
+        if !(finest > 0.0 && finest < 1.0) {
+            return Err(ReferenceError::Input(format!("the tolerance {finest} is not between 0 and 1")));
+        }
+        bound::solve_twice(ode, t0, v0, times, finest, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
     }
 }
 

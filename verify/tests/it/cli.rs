@@ -417,7 +417,7 @@ fn order_as_json_keeps_to_its_schema() {
     let keys: Vec<_> = value.as_object().expect("an object").keys().map(String::as_str).collect();
     let mut expected =
         ["problem", "method", "reference", "expected", "declared", "slope", "stderr", "r_squared"].to_vec();
-    expected.extend(["verdict", "reason", "points"]);
+    expected.extend(["verdict", "reason", "notes", "points"]);
     expected.sort_unstable();
     assert_eq!(keys, expected);
     assert_eq!(value["problem"], "prothero-robinson");
@@ -612,4 +612,103 @@ fn a_model_can_have_a_report_of_its_own() {
         },
         "{text}"
     );
+}
+
+/// A program that is what it says, one with a slip of the pen, and this one as a program of its own.
+#[test]
+fn order_judges_a_program() {
+    let dir = directory("order-program");
+    let programs = Path::new(env!("CARGO_MANIFEST_DIR")).join("programs");
+    let compile = |name: &str, options: &[&str]| {
+        let out = dir.join(name);
+        let cc = Command::new("cc").args(options).arg("-o").arg(&out).arg(programs.join("rk4.c")).arg("-lm").status();
+        assert!(cc.expect("a C compiler links this test, too").success());
+        out.display().to_string()
+    };
+    let order = |arguments: &[&str]| {
+        let output = verify(&[&["order", "--problem", "van-der-pol"], arguments].concat());
+        (output.status.code().expect("no signal"), stdout(&output).to_owned(), stderr(&output).to_owned())
+    };
+    let right = compile("right", &[]);
+    let (code, out, err) = order(&["--program", &right, "--expect", "4"]);
+    assert_eq!(code, 0, "{out}{err}");
+    fits_a_terminal(&out);
+    let (code, out, _) = order(&["--program", &compile("wrong", &["-DWRONG"]), "--expect", "4"]);
+    assert!(code == 1 && out.contains("FAIL"), "{out}");
+    // A program that knows another problem, or none, gives no points.
+    let (code, out, _) = order(&["--program", "false", "--expect", "4"]);
+    assert!(code == 3 && out.contains("it failed"), "{out}");
+
+    // Its own values, without a reference: order 4 of the difference quotients of three runs and more.
+    let (code, out, err) = order(&[
+        "--program",
+        &right,
+        "--quantity",
+        "x",
+        "--h",
+        "0.1,0.05,0.025,0.0125",
+        "--t-end",
+        "2",
+        "--expect",
+        "4",
+    ]);
+    assert!(code == 0 && out.contains("settled on 4 grids"), "{out}{err}");
+
+    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let (code, out, err) = order(&["--program", &own, "--expect", "4", "--format", "json"]);
+    assert_eq!(code, 0, "{out}{err}");
+    let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(json["notes"], serde_json::json!([]));
+
+    let (code, _, err) = order(&["--program", &right, "--h", "0.1,0.05,0.025"]);
+    assert!(code == 2 && err.contains("--quantity"), "{err}");
+    let (code, _, err) = order(&["--program", "'open", "--expect", "4"]);
+    assert!(code == 2 && err.contains("no command"), "{err}");
+
+    let scipy = Command::new("python3").args(["-c", "import scipy.integrate"]).output();
+    if scipy.is_ok_and(|output| output.status.success()) {
+        let program = format!("python3 {}", programs.join("rk45.py").display());
+        let (code, out, err) = order(&["--program", &program, "--expect", "5", "--points", "7"]);
+        assert_eq!(code, 0, "{out}{err}");
+    }
+}
+
+/// Start-ups, overshoots and clipped steps are named.
+#[test]
+fn order_names_what_is_wrong_with_a_program() {
+    let dir = directory("order-slips");
+    // BDF2 on v' = v (1 - v) by fixed-point iteration, started by a step of explicit Euler; or a loop that runs over the end.
+    let script = dir.join("slips.awk");
+    let text = r#"
+        function f(v) { return v * (1 - v) }
+        BEGIN {
+            for (i = 1; i < ARGC; i++) { if (ARGV[i] == "--h") h = ARGV[i + 1]; if (ARGV[i] == "--t-end") T = ARGV[i + 1] }
+            v = 0.1; t = 0; n = 0; print "t,v"; printf "%.17g,%.17g\n", t, v
+            if (kind == "late") {
+                # The end is missed by half a step.
+                while (t < T - 0.5 * h - 1e-9) { v = v / (v + (1 - v) * exp(-h)); t += h; if (t > T - 0.6 * h) t = T }
+                printf "%.17g,%.17g\n", t + 0.25 * h, v
+                exit
+            }
+            a = v; v = v + h * f(v); t = h; printf "%.17g,%.17g\n", t, v
+            # An implicit step of order three from a start of order one.
+            while (t < T - 1e-9) {
+                w = v
+                for (k = 0; k < 200; k++) w = v + h / 12 * (5 * f(w) + 8 * f(v) - f(a))
+                a = v; v = w; t += h; printf "%.17g,%.17g\n", t, v
+            }
+        }"#;
+    fs::write(&script, text).expect("writable");
+    if !Command::new("awk").args(["BEGIN { exit 0 }"]).status().is_ok_and(|status| status.success()) {
+        return;
+    }
+    let order = |kind: &str| {
+        let program = format!("awk -v kind={kind} -f {} --", script.display());
+        let output = verify(&["order", "--problem", "logistic", "--program", &program, "--expect", "3"]);
+        (output.status.code().expect("no signal"), stdout(&output).replace("\n      ", " "))
+    };
+    let (code, out) = order("start");
+    assert!(code == 1 && out.contains("a starting procedure limits the order"), "{out}");
+    let (_, out) = order("late");
+    assert!(out.contains("it ended at t ="), "{out}");
 }

@@ -39,11 +39,11 @@ pub(super) struct DataArgs {
     dimension: Option<u32>,
 
     /// Column to judge, repeatable; all but the spacing by default
-    #[arg(long, value_name = "COLUMN", requires = "data")]
+    #[arg(long, value_name = "COLUMN")]
     quantity: Vec<String>,
 
     /// Exact value of the quantity
-    #[arg(long, value_name = "VALUE", requires = "data", allow_hyphen_values = true)]
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     exact: Option<f64>,
 }
 
@@ -56,41 +56,50 @@ impl DataArgs {
             _ => Err(Failure::Incomplete("--data", "--step COLUMN or --cells COLUMN --dimension D")),
         }
     }
-}
 
-/// Judges the table in `path`.
-pub(super) fn run(
-    path: &Path,
-    args: &DataArgs,
-    expected: Option<f64>,
-    band: Option<f64>,
-    format: Format,
-    out: &mut Output,
-) -> Result<Status, Failure> {
-    let file = File::open(path).map_err(|source| Failure::Read { path: path.into(), source })?;
-    let quantities = read(file, &args.spacing()?, &args.quantity)
-        .map_err(|source| Failure::Data { path: path.into(), source: Box::new(source) })?;
-    if args.exact.is_some() && quantities.len() > 1 {
-        return Err(Failure::Incomplete("--exact", "--quantity COLUMN, the one whose value it is"));
+    /// Reads the table in `path`.
+    pub(super) fn read(&self, path: &Path) -> Result<Vec<Quantity>, Failure> {
+        let file = File::open(path).map_err(|source| Failure::Read { path: path.into(), source })?;
+        let quantities = read(file, &self.spacing()?, &self.quantity);
+        quantities.map_err(|source| Failure::Data { path: path.into(), source: Box::new(source) })
     }
-    let question = Question { expected, band: band.unwrap_or(BAND), exact: args.exact };
-    let judgements: Vec<Judgement> = quantities.iter().map(|quantity| quantity.judge(&question)).collect();
-    let verdict = overall(&judgements);
-    let results: Vec<Summary<'_>> = quantities.iter().zip(&judgements).map(|(q, j)| Summary::new(q, j)).collect();
-    match format {
-        Format::Json => match &results[..] {
-            [result] => serde_json::to_writer_pretty(&mut *out, result).map_err(io::Error::from),
-            results => {
-                let all = serde_json::json!({ "verdict": Outcome::from(verdict), "quantities": results });
-                serde_json::to_writer_pretty(&mut *out, &all).map_err(io::Error::from)
-            }
+
+    /// The columns asked for, if any is.
+    pub(super) fn columns(&self) -> Option<&[String]> {
+        (!self.quantity.is_empty()).then_some(&*self.quantity)
+    }
+
+    /// Judges quantities, from a table or from runs.
+    pub(super) fn judge(
+        &self,
+        quantities: &[Quantity],
+        expected: Option<f64>,
+        band: Option<f64>,
+        format: Format,
+        out: &mut Output,
+    ) -> Result<Status, Failure> {
+        if self.exact.is_some() && quantities.len() > 1 {
+            return Err(Failure::Incomplete("--exact", "--quantity COLUMN, the one whose value it is"));
         }
-        .and_then(|()| writeln!(out)),
-        Format::Table => quantities.iter().zip(&judgements).try_for_each(|(q, j)| write_table(q, j, out)),
-        Format::Markdown => write_markdown(&results, out),
+        let question = Question { expected, band: band.unwrap_or(BAND), exact: self.exact };
+        let judgements: Vec<Judgement> = quantities.iter().map(|quantity| quantity.judge(&question)).collect();
+        let verdict = overall(&judgements);
+        let results: Vec<Summary<'_>> = quantities.iter().zip(&judgements).map(|(q, j)| Summary::new(q, j)).collect();
+        match format {
+            Format::Json => match &results[..] {
+                [result] => serde_json::to_writer_pretty(&mut *out, result).map_err(io::Error::from),
+                results => {
+                    let all = serde_json::json!({ "verdict": Outcome::from(verdict), "quantities": results });
+                    serde_json::to_writer_pretty(&mut *out, &all).map_err(io::Error::from)
+                }
+            }
+            .and_then(|()| writeln!(out)),
+            Format::Table => quantities.iter().zip(&judgements).try_for_each(|(q, j)| write_table(q, j, out)),
+            Format::Markdown => write_markdown(&results, out),
+        }
+        .map_err(Failure::Output)?;
+        Ok(verdict.into())
     }
-    .map_err(Failure::Output)?;
-    Ok(verdict.into())
 }
 
 /// A value as it was given, cut to nine digits where it has more.

@@ -1,6 +1,7 @@
 //! `order`: an order of accuracy, measured.
 
 mod data;
+mod program;
 
 use std::io::{self, Write};
 
@@ -8,9 +9,11 @@ use clap::ValueEnum;
 use serde::Serialize;
 use verify::evidence::Outcome;
 use verify::measure::order::{OrderFit, Reason, Sample};
-use verify::order::{Source, Truth, measure};
+use verify::order::{Ladder, Source, Truth, measure_on};
+use verify::program::Request;
 
 use data::DataArgs;
+use program::ProgramArgs;
 
 use crate::cli::Status;
 use crate::cli::args::{self, ProblemArgs};
@@ -32,7 +35,7 @@ diffsol in a build without it). A solver is run at two tolerances; the bound on
 its error that follows is part of an error's floor.
 
 JSON, one object: problem, method, reference, expected {order, band},
-declared {nominal, reason} or null, slope, stderr, r_squared (null where there
+declared {nominal, reason} or null, notes, slope, stderr, r_squared (null where there
 is no fit), verdict (pass, fail, inconclusive), reason, and points, coarse to
 fine, each {h, error, floor, local_order, kept, reason}. error and floor are
 null where the run failed. local_order is taken with the next coarser point;
@@ -44,6 +47,15 @@ Examples:
   verify order --problem logistic --method bdf2 --format json
   verify order --model van-der-pol.ds --method method-i --t-end 5
   verify order --data drag.csv --cells cells --dimension 2 --expect 2
+
+  verify order --problem logistic --program 'python3 mine.py' --expect 4
+  verify order --program ./flow --quantity drag --refine cells=32,64,128,256
+
+A program gets the arguments --problem NAME --h H --t-end T [--set K=V ...] and
+writes CSV with a header, t and the components, to standard output, as `verify
+solve --csv -` does. Without a reference it is judged by its own values: of a
+column, at the last time, over several --h, or over a parameter with --refine,
+by the rules of --data. Runs are made in parallel.
 
 With --data the table has a header; one column is the spacing of the grids (or
 their number of cells), each other one a quantity, lines with # are comments.
@@ -64,22 +76,34 @@ pub(super) struct Args {
     problem: ProblemArgs,
 
     /// A method by name (`verify list methods`), or a file
-    #[arg(long, value_name = "M", required_unless_present = "data")]
+    #[arg(long, value_name = "M", required_unless_present_any = ["data", "program"])]
     method: Option<String>,
 
     /// Measure errors against exact, cvode or diffsol
     #[arg(long, value_name = "R", value_enum, hide_possible_values = true)]
     reference: Option<Source>,
 
-    /// End time, for a model
-    #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
+    /// End time, for a model or a program
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
     t_end: Option<f64>,
+
+    /// Coarsest step of the ladder
+    #[arg(long, value_name = "H", value_parser = positive)]
+    coarsest: Option<f64>,
+
+    /// Number of steps of the ladder
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=60))]
+    points: Option<u16>,
+
+    /// Tolerance of a numerical reference, 1e-12 by default
+    #[arg(long, value_name = "TOL", value_parser = positive)]
+    reference_tolerance: Option<f64>,
 
     /// Order to expect, in place of the one that theory has for the pair
     #[arg(long, value_name = "P", value_parser = positive)]
     expect: Option<f64>,
 
-    /// Largest distance from the expected order; 0.25 with --data
+    /// Largest distance from the expected order; 0.25 without reference
     #[arg(long, value_name = "B", value_parser = positive)]
     band: Option<f64>,
 
@@ -89,6 +113,9 @@ pub(super) struct Args {
 
     #[command(flatten)]
     data: DataArgs,
+
+    #[command(flatten)]
+    program: ProgramArgs,
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -115,7 +142,30 @@ fn outcome_word(outcome: Outcome) -> &'static str {
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     if let Some(path) = &args.data.data {
-        return data::run(path, &args.data, args.expect, args.band, args.format, out);
+        let quantities = args.data.read(path)?;
+        return args.data.judge(&quantities, args.expect, args.band, args.format, out);
+    }
+    let ladder = Ladder {
+        expected: args.expect,
+        band: args.band,
+        coarsest: args.coarsest,
+        points: args.points.map(usize::from),
+        tolerance: args.reference_tolerance,
+    };
+    if let Some(command) = &args.program.program {
+        let set = args.problem.set().to_vec();
+        if args.program.refines() {
+            let request = Request { problem: args.problem.name().map(str::to_owned), h: None, t_end: args.t_end, set };
+            let columns = args.data.columns().ok_or(Failure::Incomplete("--h or --refine", "--quantity COLUMN"))?;
+            let quantities = args.program.refined(command, &request, columns)?;
+            return args.data.judge(&quantities, args.expect, args.band, args.format, out);
+        }
+        let request = Request { problem: None, h: None, t_end: args.t_end, set };
+        let to = (args.format, out);
+        return args.program.against_reference(command, &args.problem, request, args.reference, &ladder, to);
+    }
+    if args.t_end.is_some() && !args.problem.is_model() {
+        return Err(Failure::Incomplete("--t-end", "--model or --program: a problem has its own"));
     }
     let (name, problem) = args.problem.build(args.t_end)?;
     let method = args::method(args.method.as_deref().unwrap_or_default())?;
@@ -123,14 +173,12 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     method.build(&*problem)?;
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
     let truth = source.truth(&*problem, &*method);
-    let fit = measure(&*problem, &*method, truth)?;
-    let result = Measurement::new(&name, method.name(), truth, &fit);
-    match args.format {
-        Format::Table => result.write_table(out).and_then(|()| args.problem.write_caveat(out)),
-        Format::Json => result.write_json(out),
-        Format::Markdown => result.write_markdown(out),
+    let fit = measure_on(&*problem, &*method, truth, &ladder)?;
+    let result = Measurement::new(&name, method.name(), truth, &fit, &[]);
+    result.write(args.format, out).map_err(Failure::Output)?;
+    if args.format == Format::Table {
+        args.problem.write_caveat(out).map_err(Failure::Output)?;
     }
-    .map_err(Failure::Output)?;
     Ok(fit.verdict.into())
 }
 
@@ -147,6 +195,7 @@ struct Measurement<'a> {
     r_squared: Option<f64>,
     verdict: Outcome,
     reason: &'a str,
+    notes: &'a [String],
     points: Vec<Point>,
 }
 
@@ -173,7 +222,7 @@ struct Point {
 }
 
 impl<'a> Measurement<'a> {
-    fn new(problem: &'a str, method: String, truth: Truth, fit: &'a OrderFit) -> Self {
+    fn new(problem: &'a str, method: String, truth: Truth, fit: &'a OrderFit, notes: &'a [String]) -> Self {
         let point = |(sample, reason): (&Sample, Option<&Reason>)| {
             let measured = sample.result.as_ref().ok();
             Point {
@@ -197,7 +246,16 @@ impl<'a> Measurement<'a> {
             r_squared: fit.line.map(|line| line.r_squared),
             verdict: fit.verdict.into(),
             reason: &fit.reason,
+            notes,
             points: fit.points().into_iter().map(point).collect(),
+        }
+    }
+
+    fn write(&self, format: Format, out: &mut Output) -> io::Result<()> {
+        match format {
+            Format::Table => self.write_table(out),
+            Format::Json => self.write_json(out),
+            Format::Markdown => self.write_markdown(out),
         }
     }
 
@@ -215,7 +273,8 @@ impl<'a> Measurement<'a> {
             let fate = point.reason.as_ref().map_or_else(|| "yes".into(), |reason| format!("no: {reason}"));
             writeln!(out, "| {} | {} | {} | {fate} |", number(point.h), cell(point.error), cell(point.local_order))?;
         }
-        writeln!(out, "\n**{}**: {}", outcome_word(self.verdict), self.reason)
+        writeln!(out, "\n**{}**: {}", outcome_word(self.verdict), self.reason)?;
+        self.notes.iter().try_for_each(|note| writeln!(out, "\n- {note}"))
     }
 
     fn write_table(&self, out: &mut impl Write) -> io::Result<()> {
@@ -236,6 +295,7 @@ impl<'a> Measurement<'a> {
         }
         writeln!(out)?;
         let verdict = outcome_word(self.verdict);
-        paragraph(out, &format!("{verdict}: "), verdict.len() + 2, self.reason)
+        paragraph(out, &format!("{verdict}: "), verdict.len() + 2, self.reason)?;
+        self.notes.iter().try_for_each(|note| paragraph(out, "\nNote: ", 6, note))
     }
 }

@@ -1,0 +1,245 @@
+//! A solver in any language, run as a command.
+//!
+//! `COMMAND --problem NAME --h H --t-end T [--set k=v …]` writes comma-separated values with a header, `t` and then the
+//! components, one row for each time that it reached, to standard output: what `verify solve --csv -` writes. Other columns and
+//! lines that start with `#` are ignored.
+
+use std::io;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use process_control::{ChildExt, Control};
+
+/// A command and how long one run of it may take.
+#[derive(Debug, Clone)]
+pub struct Program {
+    words: Vec<String>,
+    limit: Duration,
+}
+
+/// What a run is asked for; each part becomes an argument.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Request {
+    /// `--problem`.
+    pub problem: Option<String>,
+    /// `--h`.
+    pub h: Option<f64>,
+    /// `--t-end`.
+    pub t_end: Option<f64>,
+    /// `--set`, each.
+    pub set: Vec<(String, String)>,
+}
+
+/// What a run wrote.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// Times, increasing.
+    pub times: Vec<f64>,
+    /// Values of the columns that were asked for, at each time.
+    pub states: Vec<Vec<f64>>,
+}
+
+/// Why a command gave no answer.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProgramError {
+    /// The command line is empty, or a quotation in it does not close.
+    #[error("`{0}` is no command: {1}")]
+    Command(String, String),
+    /// It did not start.
+    #[error("`{command}` does not start: {reason}")]
+    Start {
+        /// The command.
+        command: String,
+        /// Why not.
+        reason: String,
+    },
+    /// It ran for too long, and was ended.
+    #[error("no end after {0} s")]
+    TimedOut(u64),
+    /// It ended with a failure.
+    #[error("it failed ({status}){}", if .message.is_empty() { String::new() } else { format!(": {message}") })]
+    Failed {
+        /// Its exit status.
+        status: String,
+        /// The end of what it wrote to standard error.
+        message: String,
+    },
+    /// It wrote something other than a table of numbers.
+    #[error("line {line} of its output: {reason}")]
+    Junk {
+        /// The line, from 1.
+        line: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A column is missing.
+    #[error("its output has no column `{name}`; the columns are {known}")]
+    Column {
+        /// The column.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// There is no row.
+    #[error("its output has no rows")]
+    Empty,
+}
+
+/// Characters of standard error that are shown, the last ones: where the reason stands.
+const SHOWN: usize = 400;
+
+impl Program {
+    /// A command line, split as a shell splits words, without a shell; each run is ended after `limit`.
+    ///
+    /// # Errors
+    /// [`ProgramError::Command`] if there is no word, or a quotation does not close.
+    pub fn new(command: &str, limit: Duration) -> Result<Self, ProgramError> {
+        let fails = |reason: String| ProgramError::Command(command.to_owned(), reason);
+        let words = shell_words::split(command).map_err(|error| fails(error.to_string()))?;
+        if words.is_empty() {
+            return Err(fails("it is empty".into()));
+        }
+        Ok(Self { words, limit })
+    }
+
+    /// Runs the command and reads the `columns` of its output.
+    ///
+    /// # Errors
+    /// [`ProgramError`] if it does not start, does not end in time, fails, or writes no table of finite numbers at increasing
+    /// times.
+    pub fn run(&self, request: &Request, columns: &[String]) -> Result<Answer, ProgramError> {
+        let mut command = Command::new(&self.words[0]);
+        command.args(&self.words[1..]);
+        let mut option = |name: &str, value: String| {
+            command.args([name, &value]);
+        };
+        request.problem.iter().for_each(|name| option("--problem", name.clone()));
+        request.h.iter().for_each(|h| option("--h", h.to_string()));
+        request.t_end.iter().for_each(|t| option("--t-end", t.to_string()));
+        request.set.iter().for_each(|(name, value)| option("--set", format!("{name}={value}")));
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let start =
+            |error: io::Error| ProgramError::Start { command: self.words[0].clone(), reason: error.to_string() };
+        let child = command.spawn().map_err(start)?;
+        let ended =
+            child.controlled_with_output().time_limit(self.limit).terminate_for_timeout().wait().map_err(start)?;
+        let output = ended.ok_or(ProgramError::TimedOut(self.limit.as_secs()))?;
+        if !output.status.success() {
+            let text = String::from_utf8_lossy(&output.stderr);
+            let text = text.trim();
+            let from = text.char_indices().rev().nth(SHOWN - 1).map_or(0, |(at, _)| at);
+            return Err(ProgramError::Failed { status: output.status.to_string(), message: text[from..].to_owned() });
+        }
+        read(&output.stdout, columns)
+    }
+}
+
+/// The `columns` of a table, with its times.
+fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text);
+    let junk = |error: csv::Error| ProgramError::Junk {
+        line: error.position().map_or(1, csv::Position::line),
+        reason: error.to_string(),
+    };
+    let header = reader.headers().map_err(junk)?.clone();
+    let find = |name: &str| {
+        let known = || header.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let position = header.iter().position(|column| column == name);
+        position.ok_or_else(|| ProgramError::Column { name: name.into(), known: known() })
+    };
+    let time = find("t")?;
+    let positions: Vec<usize> = columns.iter().map(|name| find(name)).collect::<Result<_, _>>()?;
+    let mut answer = Answer { times: Vec::new(), states: Vec::new() };
+    for record in reader.records() {
+        let record = record.map_err(junk)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |column: usize| {
+            let text = record.get(column).unwrap_or_default();
+            let value = text.parse::<f64>().ok().filter(|x| x.is_finite());
+            value.ok_or_else(|| ProgramError::Junk { line, reason: format!("`{text}` is not a finite number") })
+        };
+        let t = number(time)?;
+        if answer.times.last().is_some_and(|last| t <= *last) {
+            return Err(ProgramError::Junk { line, reason: format!("the time {t} does not follow on the one before") });
+        }
+        answer.states.push(positions.iter().map(|column| number(*column)).collect::<Result<_, _>>()?);
+        answer.times.push(t);
+    }
+    if answer.times.is_empty() { Err(ProgramError::Empty) } else { Ok(answer) }
+}
+
+impl Answer {
+    /// The last time and the values there.
+    #[must_use]
+    pub fn end(&self) -> (f64, &[f64]) {
+        // `read` gives at least one row.
+        let last = self.times.len() - 1;
+        (self.times[last], &self.states[last])
+    }
+
+    /// The part of the step `h` to which the last step was cut, where it was, and the others were not.
+    #[must_use]
+    pub fn clipped(&self, h: f64) -> Option<f64> {
+        let steps: Vec<f64> = self.times.windows(2).map(|pair| (pair[1] - pair[0]) / h).collect();
+        let (last, others) = steps.split_last()?;
+        let is_whole = |step: &f64| (step - 1.0).abs() < 1e-6;
+        (!others.is_empty() && others.iter().all(is_whole) && *last < 1.0 - 1e-6).then_some(*last)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn columns() -> Vec<String> {
+        vec!["v".into()]
+    }
+
+    #[test]
+    fn tables_are_read_and_junk_is_named_with_its_line() {
+        let answer = read(b"# by hand\nt,v,error\n0,1,\n0.5,2e-1,0\n0.7,0.1,0\n", &columns()).expect("a table");
+        assert_eq!(answer.end(), (0.7, &[0.1][..]));
+        assert!((answer.clipped(0.5).expect("cut") - 0.4).abs() < 1e-12);
+        assert_eq!(answer.clipped(0.2), None);
+        for (text, line) in [
+            ("t,v\n0,1\n1,NaN\n", 3),
+            ("t,v\n0,1\n1,two\n", 3),
+            ("t,v\n0,1\n0,1\n", 3),
+            ("t,v\n0,1\n1,2,3\n", 3),
+            ("t,v\n0,\n", 2),
+        ] {
+            let error = read(text.as_bytes(), &columns()).expect_err(text);
+            assert!(matches!(&error, ProgramError::Junk { line: found, .. } if *found == line), "{text}: {error}");
+        }
+        assert!(matches!(read(b"t,u\n0,1\n", &columns()), Err(ProgramError::Column { name, .. }) if name == "v"));
+        assert_eq!(read(b"t,v\n", &columns()), Err(ProgramError::Empty));
+        assert!(read(b"", &columns()).is_err() && read(&[0xff, b'\n', 0xfe], &columns()).is_err());
+    }
+
+    #[test]
+    fn a_command_that_gives_no_answer_says_why() {
+        let run = |command: &str, limit| {
+            Program::new(command, Duration::from_millis(limit))
+                .and_then(|program| program.run(&Request::default(), &columns()))
+        };
+        assert!(matches!(run("", 1000), Err(ProgramError::Command(..))));
+        assert!(matches!(run("'open", 1000), Err(ProgramError::Command(..))));
+        assert!(matches!(run("/no/such/program", 1000), Err(ProgramError::Start { .. })));
+        assert!(matches!(run("sh -c 'sleep 20'", 100), Err(ProgramError::TimedOut(_))));
+        let failed = run("sh -c 'echo the reason >&2; exit 3'", 5000);
+        assert!(matches!(&failed, Err(ProgramError::Failed { message, .. }) if message == "the reason"), "{failed:?}");
+        let answer = run("sh -c 'echo t,v; echo 1,2'", 5000).expect("a table");
+        assert_eq!(answer.end(), (1.0, &[2.0][..]));
+    }
+
+    #[test]
+    fn requests_become_arguments() {
+        let program = Program::new("sh -c 'echo t,v; echo 1,2; echo \"# $@\" >&2; exit 1' -", Duration::from_secs(5));
+        let set = vec![("cells".to_owned(), "8".to_owned())];
+        let request = Request { problem: Some("p".into()), h: Some(0.1), t_end: Some(2.0), set };
+        let error = program.expect("a command").run(&request, &columns()).expect_err("it fails");
+        let ProgramError::Failed { message, .. } = error else { panic!("{error}") };
+        assert_eq!(message, "# --problem p --h 0.1 --t-end 2 --set cells=8");
+    }
+}
