@@ -278,8 +278,9 @@ impl<'a> Measurement<'a> {
     }
 
     fn write_table(&self, out: &mut impl Write) -> io::Result<()> {
-        writeln!(out, "{} on {}, errors against {}\n", self.method, self.problem, self.reference)?;
-        writeln!(out, "{:>11} {:>11} {:>9} {:>7}  in the fit", "h", "error", "floor", "order")?;
+        let title = format!("{} on {}, errors against {}", self.method, self.problem, self.reference);
+        paragraph(out, "", 0, &title)?;
+        writeln!(out, "\n{:>11} {:>11} {:>9} {:>7}  in the fit", "h", "error", "floor", "order")?;
         for point in &self.points {
             let cell = |x: Option<f64>, digits| x.map_or_else(|| "—".into(), |x| significant(x, digits));
             let order = point.local_order.map_or_else(|| "—".into(), |x| format!("{x:.3}"));
