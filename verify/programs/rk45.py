@@ -1,6 +1,6 @@
 """SciPy's fifth-order Runge-Kutta method with steps of one size, as `verify order --program` runs it:
 
-    verify order --problem van-der-pol --program 'python3 rk45.py' --expect 5
+    verify order --problem logistic --program 'python3 rk45.py' --expect 5 --band 0.2
 """
 
 import argparse
