@@ -45,7 +45,7 @@ enum Command {
     Report(report::Args),
     List(list::Args),
     Solve(solve::Args),
-    Order(order::Args),
+    Order(Box<order::Args>),
     Compare(compare::Args),
     Golden(golden::Args),
     Judge(judge::Args),
