@@ -9,6 +9,7 @@ mod couette_large_steps;
 mod cross_check;
 mod error_control;
 pub(crate) mod figures;
+mod flows;
 mod high_order;
 pub(crate) mod long_runs;
 mod mechanics;
@@ -76,3 +77,6 @@ pub const ALL: &[Study] = &[
     constraints::STUDY,
     work_precision::STUDY,
 ];
+
+/// Studies that `report --full` carries out as well: they take long.
+pub const LONG: &[Study] = &[flows::STUDY, flows::FULL];

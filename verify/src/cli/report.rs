@@ -64,6 +64,10 @@ pub(super) struct Args {
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
 
+    /// Run the studies that take minutes as well: flows on fine grids
+    #[arg(long, conflicts_with = "brief")]
+    full: bool,
+
     /// Run this study alone (`verify list studies`; `model`)
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
@@ -78,7 +82,7 @@ const BRIEF: [&str; 2] = ["answers", "claims"];
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let only = if args.brief { BRIEF.map(str::to_owned).to_vec() } else { args.only.clone() };
-    let studies = selected(&only, args.model.is_some())?;
+    let studies = selected(&only, args.model.is_some(), args.full)?;
     // Before the studies, so that a mistake in the file does not cost their time.
     let model = args.model.as_ref().map(|path| Model::load(path, &args.set, args.t_end)).transpose()?;
     // And a report that cannot be written does not cost it either.
@@ -112,16 +116,21 @@ fn palette() -> Vec<String> {
     methods.chain(reference::all().into_iter().map(|reference| reference.name().to_owned())).collect()
 }
 
-/// The studies of these names in the order of the report; all of them if there are none. The chapter on a model has a name
-/// of its own.
-fn selected(names: &[String], has_model: bool) -> Result<Vec<Study>, NameError> {
+/// The studies of these names in the order of the report; if there are none all of them, those that take minutes if `full`.
+/// The chapter on a model has a name of its own.
+fn selected(names: &[String], has_model: bool, full: bool) -> Result<Vec<Study>, NameError> {
     let model = has_model.then_some(chapter::model::ID);
-    let ids = || chapter::ALL.iter().map(|study| study.id).chain(model);
+    let known = || chapter::ALL.iter().chain(chapter::LONG);
+    let ids = || known().map(|study| study.id).chain(model);
     if let Some(name) = names.iter().find(|name| ids().all(|id| id != *name)) {
         return Err(NameError::unknown("study", name, ids()));
     }
-    let is_selected = |study: &&Study| names.is_empty() || names.iter().any(|name| name == study.id);
-    Ok(chapter::ALL.iter().filter(is_selected).copied().collect())
+    let is_long = |study: &Study| chapter::LONG.iter().any(|long| long.id == study.id);
+    let is_selected = |study: &&Study| match names {
+        [] => full || !is_long(study),
+        names => names.iter().any(|name| name == study.id),
+    };
+    Ok(known().filter(is_selected).copied().collect())
 }
 
 /// Runs the studies side by side, with their progress on a terminal.

@@ -2,6 +2,7 @@
 
 use lsvi::Integrator;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
+use lsvi::solver::Augmented;
 
 use super::{Build, BuildError, Method, Spec, Traits};
 use crate::kinds::{Principle, Stability, Symplecticity};
@@ -116,7 +117,12 @@ impl Method for OneStepMethod {
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
-        Ok(Box::new(RungeKutta::new(problem.field(), (self.tableau)()).map_err(BuildError::of(self))?))
+        let (field, tableau) = (problem.field(), (self.tableau)());
+        let method = match problem.solver() {
+            Some(solver) => RungeKutta::with_solver(field, tableau, solver),
+            None => RungeKutta::new(field, tableau),
+        };
+        Ok(Box::new(method.map_err(BuildError::of(self))?))
     }
 }
 
@@ -133,6 +139,12 @@ impl Method for Bdf2Method {
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
-        Ok(Box::new(Bdf2::new(problem.field()).map_err(BuildError::of(self))?))
+        let field = problem.field();
+        let method = match problem.solver() {
+            // What a problem gives once it gives again.
+            Some(_) => Bdf2::with_solver(field, || problem.solver().unwrap_or_else(|| Box::new(Augmented::new()))),
+            None => Bdf2::new(field),
+        };
+        Ok(Box::new(method.map_err(BuildError::of(self))?))
     }
 }

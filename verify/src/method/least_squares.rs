@@ -2,7 +2,7 @@
 
 use lsvi::closure::{Closure, Linear};
 use lsvi::discrete::Trapezoidal;
-use lsvi::{Integrator, Structure, Variational, VectorField, method_i, position_momentum};
+use lsvi::{Integrator, LeastSquaresStep, Structure, Variational, VectorField, method_i, position_momentum};
 
 use super::{Build, BuildError, Method, Spec, Traits, check_filled, require_curvature};
 use crate::kinds::{Principle, Stability};
@@ -88,6 +88,11 @@ impl Method for LinearClosure {
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        if let Some(solver) = problem.solver() {
+            let closure = Linear::new(self.alpha, self.beta).map_err(BuildError::of(self))?;
+            let method = LeastSquaresStep::with_solver(problem.field(), closure, solver);
+            return Ok(Box::new(method.map_err(BuildError::of(self))?));
+        }
         check_filled(self, problem)?;
         if self.principle() == Principle::MomentumConserved {
             require_curvature(self, problem)?;

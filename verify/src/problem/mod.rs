@@ -39,6 +39,7 @@ mod van_der_pol;
 
 use std::fmt;
 
+use lsvi::solver::StepSolver;
 use lsvi::{InputError, Lagrangian, LeastSquares, VectorField};
 
 pub use facts::{Facts, Singular, Stiffness, Window};
@@ -66,6 +67,12 @@ pub trait Problem: fmt::Debug + Send + Sync {
 
     /// The right-hand side that the methods under test integrate.
     fn field(&self) -> Box<dyn VectorField + '_>;
+
+    /// The solver of the linear systems of a step, where the structure of the field alone does not suggest the best: the
+    /// methods that take one solve with it, to its own tolerance.
+    fn solver(&self) -> Option<Box<dyn StepSolver>> {
+        None
+    }
 
     /// Whether [`field`](Self::field) knows its second derivatives. Without them the least-squares methods iterate like Gauss
     /// and Newton.
@@ -190,6 +197,9 @@ pub const ALL: &[Spec] = &[
     flow::MANUFACTURED,
     flow::CHANNEL,
     flow::KOVASZNAY,
+    flow::TAYLOR_GREEN,
+    flow::SHEAR_LAYER,
+    flow::TURBULENCE,
 ];
 
 /// The problems that every method is run on: all but the flows, which have studies of their own.
@@ -235,6 +245,9 @@ const SMALL: &[(&str, &str, &str)] = &[
     ("cavity-manufactured", "cells", "6"),
     ("channel-2d", "cells", "4"),
     ("kovasznay", "cells", "6"),
+    ("taylor-green", "cells", "8"),
+    ("shear-layer", "cells", "8"),
+    ("turbulence-2d", "cells", "8"),
 ];
 
 /// The parameters that make the problem `name` small, where it is large.
@@ -281,7 +294,7 @@ pub fn build(name: &str, set: &[(String, String)]) -> Result<Box<dyn Problem>, N
 mod tests {
     use super::*;
     use crate::measure::norm::Extremes;
-    use lsvi::{Jacobian, Mass};
+    use lsvi::{Jacobian, Mass, Structure};
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
 
@@ -289,6 +302,14 @@ mod tests {
     fn most_unknowns() -> usize {
         let sizes = ALL.iter().map(|spec| small(spec.name).expect("defaults are valid").ode().dim());
         sizes.max().unwrap_or(0)
+    }
+
+    /// Room for the Jacobian of `field`: dense if the field keeps none.
+    fn matrix(field: &dyn VectorField) -> Jacobian {
+        match field.structure() {
+            Structure::MatrixFree => Jacobian::zeros(field.dim()),
+            structure => Jacobian::with_structure(field.dim(), &structure),
+        }
     }
 
     /// The mass matrix of `field`.
@@ -315,7 +336,7 @@ mod tests {
                 let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
                 field.rhs(t, v, &mut a);
                 ode.rhs(t, v, &mut b);
-                let mut automatic = Jacobian::with_structure(n, &field.structure());
+                let mut automatic = matrix(&*field);
                 field.add_jacobian(t, v, 1.0, &mut automatic);
                 let mut by_hand = DMatrix::zeros(n, n);
                 ode.jacobian(t, v, &mut |i, j, x| by_hand[(i, j)] += x);
@@ -352,7 +373,7 @@ mod tests {
                     (0..n).map(|i| start[i] + 0.1 * shift[i] + step * d[i]).collect()
                 };
                 let values = |v: &[f64]| {
-                    let (mut f, mut jacobian) = (vec![0.0; n], Jacobian::with_structure(n, &field.structure()));
+                    let (mut f, mut jacobian) = (vec![0.0; n], matrix(&*field));
                     field.rhs(0.3, v, &mut f);
                     field.add_jacobian(0.3, v, 1.0, &mut jacobian);
                     (f, jacobian.to_dense())

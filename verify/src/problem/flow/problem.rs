@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use lsvi::VectorField;
+use lsvi::solver::{Iterative, StepSolver};
+use lsvi::{Factored, VectorField};
 use nalgebra::DMatrix;
 
 use super::by_hand::ByHand;
@@ -63,6 +64,10 @@ impl Problem for InRectangle {
     }
     fn field(&self) -> Box<dyn VectorField + '_> {
         Box::new(self.flow.field())
+    }
+    /// Conjugate gradients with one LU of B, kept as long as it serves.
+    fn solver(&self) -> Option<Box<dyn StepSolver>> {
+        Some(Box::new(Iterative::new(Factored::default())))
     }
     fn ode(&self) -> &dyn Ode {
         self

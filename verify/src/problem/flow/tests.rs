@@ -2,6 +2,7 @@ use lsvi::{Jacobian, Mass, VectorField};
 use nalgebra::DVector;
 
 use super::confined::{Confined, Given};
+use super::periodic::{Metric, Periodic};
 use super::staggered::{Closed, Rectangle};
 
 /// A lid in motion, and a boundary through which the fluid flows where `through` is not zero.
@@ -171,4 +172,81 @@ fn the_curvature_is_the_derivative_of_the_transposed_product() {
         let difference = 0.5 * (moved(1.0) - moved(-1.0));
         assert!((&by_entries - &difference).amax() <= 1e-12 * by_entries.amax());
     }
+}
+
+fn periodic() -> [Periodic; 2] {
+    [Metric::Velocity, Metric::Vorticity].map(|metric| Periodic::new(12, 0.03, [0.7, -0.4], metric))
+}
+
+#[test]
+fn the_transposed_product_of_the_fourier_method_is_the_adjoint() {
+    for flow in periodic() {
+        let (field, n) = (flow.field(), flow.modes.dim());
+        let (v, x, y) = (noise(n, 1), noise(n, 2), noise(n, 3));
+        let (mut jx, mut jty) = (vec![0.0; n], vec![0.0; n]);
+        field.apply_jacobian(0.0, &v, &x, &mut jx);
+        field.apply_transpose(0.0, &v, &y, &mut jty);
+        let (a, b) = (dot(&y, &jx), dot(&jty, &x));
+        let size = dot(&y, &y).sqrt() * dot(&jx, &jx).sqrt();
+        assert!((a - b).abs() <= 1e-12 * size, "{a} and {b}");
+    }
+}
+
+#[test]
+fn the_jacobian_of_the_fourier_method_is_the_derivative() {
+    for flow in periodic() {
+        let (field, n) = (flow.field(), flow.modes.dim());
+        let (v, x) = (noise(n, 6), noise(n, 7));
+        let moved = |s: f64| -> Vec<f64> {
+            let at: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + s * x).collect();
+            let mut f = vec![0.0; n];
+            field.rhs(0.0, &at, &mut f);
+            f
+        };
+        let mut jx = vec![0.0; n];
+        field.apply_jacobian(0.0, &v, &x, &mut jx);
+        let (above, below) = (moved(1.0), moved(-1.0));
+        let size = jx.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for (j, (a, b)) in jx.iter().zip(above.iter().zip(&below)) {
+            assert!((j - 0.5 * (a - b)).abs() <= 1e-12 * size, "{j} {}", 0.5 * (a - b));
+        }
+    }
+}
+
+/// Σ ω_k ω̇_k and Σ ψ_k ω̇_k vanish without viscosity.
+#[test]
+fn dealiased_convection_conserves_energy_and_enstrophy() {
+    let flow = Periodic::new(12, 0.0, [0.7, -0.4], Metric::Vorticity);
+    let v = noise(flow.modes.dim(), 8);
+    let mut f = v.clone();
+    flow.field().rhs(0.0, &v, &mut f);
+    let psi: Vec<f64> = v
+        .iter()
+        .enumerate()
+        .map(|(i, z)| {
+            let [k, l] = flow.modes.waves[i / 2];
+            z / f64::from(k * k + l * l)
+        })
+        .collect();
+    for w in [v, psi] {
+        let size: f64 = f.iter().zip(&w).map(|(f, w)| (f * w).abs()).sum();
+        assert!(size > 1.0 && dot(&w, &f).abs() <= 1e-13 * size, "{} of {size}", dot(&w, &f));
+    }
+}
+
+#[test]
+fn a_field_has_the_coefficients_that_make_its_values() {
+    let flow = Periodic::new(10, 1.0, [0.0; 2], Metric::Velocity);
+    let field = |x: f64, y: f64| (x + 2.0 * y).cos() - 0.3 * (3.0 * x - y).sin() + 0.1 * (2.0 * y).sin();
+    let v = flow.project(field);
+    let values = flow.vorticity(&v);
+    let rows: Vec<f64> = flow.modes.coordinates().collect();
+    for (j, y) in rows.iter().enumerate() {
+        for (i, x) in rows.iter().enumerate() {
+            assert!((values[j * 10 + i] - field(*x, *y)).abs() <= 1e-14);
+        }
+    }
+    // ½ mean ω² of a cos is ¼ of its square.
+    let [_, enstrophy] = flow.energy_and_enstrophy(&v);
+    assert!((enstrophy - 0.25 * (1.0 + 0.09 + 0.01)).abs() <= 1e-14);
 }
