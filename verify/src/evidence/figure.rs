@@ -7,7 +7,7 @@ pub struct Figure {
     pub id: String,
     /// One or two sentences: what is drawn and what to see in it.
     pub caption: String,
-    /// Id of the [`Table`] that holds the data.
+    /// Id of the [`Table`](super::Table) that holds the data.
     pub data: String,
     /// The panels.
     pub panels: Vec<Panel>,

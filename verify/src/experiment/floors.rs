@@ -15,7 +15,7 @@ pub const GALERKIN_RATE: f64 = 2.5;
 /// Rate of the domain-averaged equation (41).
 pub const AVERAGED_RATE: f64 = 3.0;
 
-/// "Roughly one-quarter" of [S24], wherever it is judged: nearer to ¼ than to the next unit fractions, ⅓ and ⅕.
+/// "Roughly one-quarter" of \[S24\], wherever it is judged: nearer to ¼ than to the next unit fractions, ⅓ and ⅕.
 pub const A_QUARTER: [f64; 2] = [9.0 / 40.0, 7.0 / 24.0];
 
 /// Largest distances of v(t) from the centre velocity on (0, 10], for several v(t).
