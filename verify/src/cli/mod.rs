@@ -34,7 +34,7 @@ Examples:
   verify list problems
   verify solve --problem logistic --method method-i --h 0.1 --t-end 10
   verify order --problem van-der-pol --method bdf2
-  verify judge verify/methods/rk4.toml
+  verify judge rk4
   verify report
 
 Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage;

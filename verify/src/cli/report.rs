@@ -64,7 +64,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
 
-    /// Run the studies that take minutes as well: flows on fine grids
+    /// Run also what takes minutes: flows on fine grids
     #[arg(long, conflicts_with = "brief")]
     full: bool,
 
