@@ -68,7 +68,7 @@ pub(super) struct Args {
     #[arg(long, conflicts_with = "brief")]
     full: bool,
 
-    /// Run this study alone (`verify list studies`; `model`)
+    /// Run this study alone: `verify list studies`, `model`
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
 

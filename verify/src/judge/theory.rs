@@ -10,6 +10,7 @@ use super::structure::{
 };
 use super::tableau::{Numbers, Shape, Tableau};
 use super::tree::{Forest, MAX_ORDER};
+use crate::measure::norm::larger;
 
 /// Largest order for which the trees with a vertex of time are made.
 const MAX_TIME_ORDER: u32 = 8;
@@ -50,7 +51,7 @@ impl WeightsTheory {
     /// The least residual that the digits given could not have told from zero: the largest radius up to the order found.
     pub fn resolution(&self) -> f64 {
         let shown = self.conditions.iter().filter(|c| c.order <= self.order);
-        shown.map(|c| c.residual.radius()).fold(0.0, f64::max)
+        shown.map(|c| c.residual.radius()).fold(0.0, larger)
     }
 }
 
