@@ -72,7 +72,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
 
-    /// Run the studies of the first page: answers and claims
+    /// The first page alone: answers and claims
     #[arg(long, conflicts_with = "only")]
     brief: bool,
 }

@@ -86,6 +86,8 @@ fn examples_in_the_help_work() {
     }
     fs::write(directory.join("drag.csv"), "cells,drag\n64,1.0016\n256,1.0004\n1024,1.0001\n4096,1.000025\n")
         .expect("writable");
+    let method = Path::new(env!("CARGO_MANIFEST_DIR")).join("methods/rk4.toml");
+    fs::copy(method, directory.join("mine.toml")).expect("readable");
     let mut count = 0;
     for name in ["", "list", "solve", "order", "compare"] {
         let (_, text, _) = say(&format!("{name} --help"));
