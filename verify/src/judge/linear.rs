@@ -5,6 +5,7 @@ use nalgebra::Complex;
 use super::polynomial::{Polynomial, Sign, double};
 use super::real::{Real, dot};
 use super::tableau::Numbers;
+use crate::measure::norm::Extremes;
 
 /// How far stability reaches along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,7 +134,7 @@ impl StabilityFunction {
         }
         let worst = |degrees: f64| {
             let direction = Complex::from_polar(1.0, std::f64::consts::PI - degrees.to_radians());
-            (-160..=240).map(|k| self.at(direction * 10_f64.powf(f64::from(k) / 40.0)).norm()).fold(0.0, f64::max)
+            (-160..=240).map(|k| self.at(direction * 10_f64.powf(f64::from(k) / 40.0)).norm()).largest()
         };
         // Roundoff of R where it is 1 is far below this, and |R| − 1 beyond the angle soon above.
         let is_stable = |degrees: f64| worst(degrees) <= 1.0 + 1e-12;
