@@ -22,7 +22,7 @@ Examples:
   verify list methods        names as `--method` takes them
   verify list method-files   names as `judge` takes them")]
 pub(super) struct Args {
-    /// problems, methods, method-files, references, studies, goldens; else all
+    /// problems, methods, method-files, references, studies, goldens; or all
     #[arg(hide_possible_values = true)]
     kind: Option<Kind>,
 }
