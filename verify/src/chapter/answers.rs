@@ -1,12 +1,12 @@
 //! What a reader comes for: which method to take, and what it costs. Each answer rests on runs made for it.
 
-use super::mechanics::{problem, text};
-use super::{Context, Study, StudyError, symplecticity};
+use super::{Context, Study, StudyError};
 use crate::evidence::number::short;
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Section, Table};
 use crate::experiment::controls::Controls;
 use crate::experiment::end_errors::{EndErrors, Truth};
 use crate::experiment::kepler_period::KeplerPeriod;
+use crate::experiment::symplectic_defect::Defects;
 use crate::{method, problem, reference, row};
 
 pub(super) const STUDY: Study = Study {
@@ -61,7 +61,7 @@ impl Setting {
     fn error(&self, context: &Context, method: &'static str, pieces: u32) -> Result<f64, StudyError> {
         let Self { problem, h, t_end, .. } = self;
         let (h, t_end, truth) = (*h, *t_end, Truth::Equations);
-        Ok(context.get(EndErrors { problem: problem.clone(), method, h, pieces, t_end, truth })?.end)
+        Ok(context.get(EndErrors { problem: problem.clone(), method: method.into(), h, pieces, t_end, truth })?.end)
     }
 }
 
@@ -77,7 +77,7 @@ fn errors(
         |setting: &Setting| columns.iter().map(|(_, method, pieces)| setting.error(context, method, *pieces)).collect();
     let errors = settings.iter().map(of).collect::<Result<Vec<Vec<f64>>, _>>()?;
     let rows = settings.iter().zip(&errors).map(|(setting, errors)| {
-        let start = [text(setting.name), Cell::found(setting.h), Cell::found(setting.t_end)];
+        let start = [Cell::from(setting.name), Cell::found(setting.h), Cell::found(setting.t_end)];
         start.into_iter().chain(errors.iter().copied().map(Cell::found)).collect()
     });
     let names: Vec<&str> = ["problem", "h", "t_end"].into_iter().chain(columns.iter().map(|c| c.0)).collect();
@@ -282,11 +282,10 @@ fn path_fitted(context: &Context) -> Result<Answer, StudyError> {
         "galerkin-gauss(3)",
         "stormer-verlet",
     ];
-    let double = problem("double-pendulum", &[("p10", "0.3"), ("p20", "-0.2")])?;
     let mut measured = Vec::new();
     for name in METHODS {
         let period = context.get(KeplerPeriod { method: name.into(), steps: 200 })?;
-        let defect = symplecticity::defect(&*double, &*method::parse(name)?, 0.2, &[double.initial()])?.0;
+        let defect = context.get(Defects { problem: "double-pendulum", method: name.into() })?.at(0.2);
         measured.push((name, period.error, period.work.residuals, defect));
     }
     let of = |name: &str| measured.iter().find(|m| m.0 == name).map_or((f64::NAN, f64::NAN), |m| (m.1, m.3));
@@ -331,7 +330,7 @@ fn path_fitted(context: &Context) -> Result<Answer, StudyError> {
         ),
     ];
     let rows = measured.iter().map(|(name, error, evaluations, defect)| {
-        vec![text(*name), Cell::found(*error), Cell::Integer(*evaluations as i64), Cell::found(*defect)]
+        vec![Cell::from(*name), Cell::found(*error), Cell::Integer(*evaluations as i64), Cell::found(*defect)]
     });
     let table = Table::new(
         "answer-path-fitted-errors",

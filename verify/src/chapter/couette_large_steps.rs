@@ -46,8 +46,15 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
 }
 
 /// The errors of one run against the flow itself.
-fn run(flow: &str, method: &'static str, cells: usize, h: f64) -> EndErrors {
-    EndErrors { problem: format!("{flow} cells={cells}"), method, h, pieces: 1, t_end: END, truth: Truth::Solution }
+fn run(flow: &str, method: &str, cells: usize, h: f64) -> EndErrors {
+    EndErrors {
+        problem: format!("{flow} cells={cells}"),
+        method: method.into(),
+        h,
+        pieces: 1,
+        t_end: END,
+        truth: Truth::Solution,
+    }
 }
 
 /// Who wins, case by case.

@@ -5,13 +5,12 @@ use std::time::Instant;
 use lsvi::adaptive::Tolerances;
 use rayon::prelude::*;
 
-use super::mechanics::{problem, text};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Table};
 use crate::kinds::Principle;
 use crate::measure::norm::distance;
 use crate::method::Method;
-use crate::problem::Problem;
+use crate::problem::{self, Problem};
 use crate::reference::{self, ReferenceError};
 use crate::run::{Run, run as integrate};
 use crate::{method, reference::Reference};
@@ -32,17 +31,16 @@ const STEPS: [u32; 7] = [8, 16, 32, 64, 128, 256, 512];
 
 /// A problem that all solvers are given.
 struct Setting {
-    name: &'static str,
-    set: &'static [(&'static str, &'static str)],
+    problem: &'static str,
     horizon: f64,
     /// Whether as many fixed steps as [`STEPS`] resolve it.
     fixed: bool,
 }
 
 const SETTINGS: [Setting; 3] = [
-    Setting { name: "channel-poiseuille", set: &[("cells", "64")], horizon: 1.0, fixed: true },
-    Setting { name: "van-der-pol", set: &[], horizon: 2.0, fixed: true },
-    Setting { name: "van-der-pol", set: &[("mu", "1000")], horizon: 2000.0, fixed: false },
+    Setting { problem: "channel-poiseuille cells=64", horizon: 1.0, fixed: true },
+    Setting { problem: "van-der-pol", horizon: 2.0, fixed: true },
+    Setting { problem: "van-der-pol mu=1000", horizon: 2000.0, fixed: false },
 ];
 
 struct Point {
@@ -57,7 +55,7 @@ struct Point {
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     context.announce(SETTINGS.len());
     let measured = SETTINGS.par_iter().map(|setting| {
-        let points = measure(&*problem(setting.name, setting.set)?, setting.horizon, setting.fixed);
+        let points = measure(&*problem::build_setting(setting.problem)?, setting.horizon, setting.fixed);
         context.tick();
         points
     });
@@ -65,15 +63,14 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let mut evidence = Evidence { notes: notes(), ..Evidence::default() };
     let mut rows = Vec::new();
     let (mut panels, mut timed) = (Vec::new(), Vec::new());
-    for (Setting { name, set, .. }, (points, absent)) in SETTINGS.iter().zip(&measured) {
-        let title = set.iter().fold((*name).to_owned(), |title, (key, value)| format!("{title} {key}={value}"));
+    for (Setting { problem: title, .. }, (points, absent)) in SETTINGS.iter().zip(&measured) {
         let panel = |label: &str, work: fn(&Point) -> f64| {
             let curves = points.chunk_by(|a, b| a.solver == b.solver).map(|run| {
                 let curve = run.iter().map(|p| (work(p), p.error)).collect();
                 Series::new(run[0].solver.clone(), curve, Mark::LineMarkers)
             });
             let (x, y) = (Axis::log(label), Axis::log("error at the end"));
-            Panel { title: title.clone(), x, y, series: curves.collect(), ..Panel::default() }
+            Panel { title: (*title).into(), x, y, series: curves.collect(), ..Panel::default() }
         };
         panels.push(panel("evaluations", |p| p.counts[1] as f64));
         panels.push(panel("factorizations", |p| p.counts[2] as f64));
@@ -81,7 +78,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         let timings = points.iter().map(|p| (format!("{title} {} {:e}", p.solver, p.setting), p.seconds));
         evidence.timings.extend(timings);
         rows.extend(points.iter().map(|p| {
-            let start = [text(&title), text(&p.solver), Cell::Number(p.setting), Cell::Number(p.error)];
+            let start = [Cell::from(*title), Cell::from(&p.solver), Cell::Number(p.setting), Cell::Number(p.error)];
             start.into_iter().chain(p.counts.map(|count| Cell::Integer(count as i64))).collect::<Vec<_>>()
         }));
         let id = title.replace([' ', '='], "-");

@@ -3,7 +3,6 @@
 use lsvi::adaptive::Tolerances;
 use rayon::prelude::*;
 
-use super::mechanics::text;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Cell, Check, Evidence, Requirement, Table};
 use crate::measure::norm::Extremes;
@@ -57,9 +56,9 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             format!("relative tolerance {TOLERANCE:e}"),
         ));
         rows_of_table.push(vec![
-            text(row.problem),
+            Cell::from(row.problem),
             Cell::Number(row.t),
-            text(row.source),
+            Cell::from(row.source),
             Cell::Integer(row.components as i64),
             Cell::Integer(row.printed as i64),
             Cell::found(row.stand),

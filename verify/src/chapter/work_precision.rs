@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use lsvi::Work;
 
-use super::mechanics::{integrators, text};
-use super::{Context, Study, StudyError};
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use super::{Context, Study, StudyError, prose};
+use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Table};
 use crate::experiment::kepler_period::{Found, KeplerPeriod};
 use crate::method;
+use crate::row;
 
 pub(super) const STUDY: Study = Study {
     id: "work-precision",
@@ -33,7 +33,7 @@ struct Curve {
 }
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    let mut all = integrators()?;
+    let mut all = method::integrators();
     for name in YARDSTICKS {
         all.push(method::parse(name)?);
     }
@@ -46,22 +46,16 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     };
     let curves: Vec<Curve> = names.iter().zip(found.chunks(STEPS.len())).map(curve).collect();
     let rows = curves.iter().flat_map(|curve| {
-        curve.points.iter().map(|(work, error)| {
-            let counts = [work.steps, work.residuals, work.factorizations].map(|count| Cell::Integer(count as i64));
-            [text(curve.method.as_str())].into_iter().chain(counts).chain([Cell::Number(*error)]).collect()
-        })
+        curve
+            .points
+            .iter()
+            .map(|(work, error)| row![&curve.method, work.steps, work.residuals, work.factorizations, *error])
     });
     let columns = ["method", "steps", "residuals", "factorizations", "error"];
     let data = Table::data("work-precision", "Work and error of every run.", &columns, rows.collect());
     let reached = curves.iter().map(|curve| {
-        let count = |f| work_at(curve, f).map_or(Cell::Empty, Cell::Number);
-        vec![
-            text(curve.method.as_str()),
-            count(|w| w.steps),
-            count(|w| w.residuals),
-            count(|w| w.factorizations),
-            text(place(curve)),
-        ]
+        let count = |f| work_at(curve, f);
+        row![&curve.method, count(|w| w.steps), count(|w| w.residuals), count(|w| w.factorizations), place(curve)]
     });
     let reached = Table::new(
         "work-at-accuracy",
@@ -71,31 +65,14 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         &["method", "steps", "residuals", "factorizations", "found"],
         reached.collect(),
     );
-    let panel = |label: &str, count: fn(&Work) -> u64| Panel {
-        x: Axis { label: label.into(), log: true, limits: None },
-        y: Axis { label: "error in (q, p)".into(), log: true, limits: None },
-        series: curves
-            .iter()
-            .map(|curve| Series {
-                label: curve.method.clone(),
-                points: curve.points.iter().map(|(work, error)| (count(work) as f64, *error)).collect(),
-                mark: Mark::LineMarkers,
-            })
-            .collect(),
-        ..Panel::default()
+    let panel = |label: &str, count: &str| {
+        let curves = data.curves("method", count, "error", Mark::LineMarkers);
+        Panel::new(Axis::log(label), Axis::log("error in (q, p)"), curves)
     };
-    let figure = Figure {
-        id: "work-precision".into(),
-        caption: "Error in (q, p) after one period of Kepler's problem, eccentricity 0.6, against steps and against evaluations of \
-                  the step equations, one for each iteration of Newton's method; rk4 evaluates the right-hand side instead."
-            .into(),
-        data: "work-precision".into(),
-        panels: vec![
-            panel("steps", |work| work.steps),
-            panel("evaluations of the step equations", |work| work.residuals),
-        ],
-        columns: 2,
-    };
+    let caption = "Error in (q, p) after one period of Kepler's problem, eccentricity 0.6, against steps and against evaluations of \
+                   the step equations, one for each iteration of Newton's method; rk4 evaluates the right-hand side instead.";
+    let panels = [panel("steps", "steps"), panel("evaluations of the step equations", "residuals")];
+    let figure = Figure::new("work-precision", caption, data.id.clone(), panels).in_columns(2);
     Ok(Evidence {
         checks: vec![
             cheaper(&curves, "path-fitted(3,gauss)", "path-fitted(3)"),
@@ -105,12 +82,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         ],
         tables: vec![reached, data],
         figures: vec![figure],
-        notes: vec![
-            "Work is counted, not timed: steps, evaluations of the step equations and factorizations of their derivative. The \
-             equations of one step grow with the degree, so that evaluations compare methods of equal degree; within a \
-             degree, moving the nodes from equispaced to Gauss costs nothing and gains orders."
-                .into(),
-        ],
+        notes: prose::fill(include_str!("work_precision.md"), &[])?,
         ..Evidence::default()
     })
 }

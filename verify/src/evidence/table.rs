@@ -64,6 +64,13 @@ impl Table {
         self.columns.iter().position(|known| known == name)
     }
 
+    /// The rows in which a column has this text.
+    #[must_use]
+    pub fn where_text(&self, column: &str, text: &str) -> Self {
+        let is_it = |row: &&Vec<Cell>| self.column(column).is_some_and(|i| row[i].to_string() == text);
+        Self { rows: self.rows.iter().filter(is_it).cloned().collect(), ..self.clone() }
+    }
+
     /// The curves of column `y` over column `x`, one for each text in column `by`, in the order of their first rows. Rows
     /// without a number in either are left out. Empty if a column is missing.
     pub fn curves(&self, by: &str, x: &str, y: &str, mark: Mark) -> Vec<Series> {

@@ -13,7 +13,7 @@ pub struct EndErrors {
     /// The problem with its parameters: `channel-couette cells=64`.
     pub problem: String,
     /// The method.
-    pub method: &'static str,
+    pub method: String,
     /// The interval after which the error is looked at for the first time.
     pub h: f64,
     /// The steps taken in it.
@@ -55,7 +55,7 @@ impl Experiment for EndErrors {
         let error = |q: &[f64], t: f64| exact(t).map_or(f64::NAN, |exact| distance(q, &exact));
         let (mut first, mut count) = (f64::NAN, 0);
         let h = self.h / f64::from(self.pieces);
-        let end = run(&*problem, &*method::parse(self.method)?, h, self.t_end, |state| {
+        let end = run(&*problem, &*method::parse(&self.method)?, h, self.t_end, |state| {
             if count == self.pieces {
                 first = error(&state.q, state.t);
             }

@@ -5,18 +5,26 @@
 //! is asked for with a setting and hands the same rows to everybody after that, so that two readers cannot disagree.
 
 pub mod best_theta;
+pub mod constraint;
 mod context;
 pub mod controls;
 pub mod end_errors;
+pub mod energy_drift;
 pub mod errors;
 pub mod floors;
 pub mod homogeneous;
 pub mod kepler_period;
 pub(crate) mod maps;
 pub mod momentum_map;
+pub mod motion;
 pub mod non_normal;
 pub mod one_step;
+pub mod oscillator;
+pub mod pendulum_orbit;
 pub(crate) mod propagator;
+pub mod reversal;
+mod step_map;
+pub mod symplectic_defect;
 
 pub use context::{Context, side_by_side};
 

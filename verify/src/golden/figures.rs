@@ -16,14 +16,11 @@ pub(super) fn maxima(plan: &'static Plan, context: &Context) -> Result<Vec<Row>,
             Err(_) => return Row::text(key, "fails"),
         };
         let tolerance = Tolerance::absolute(roundoff(run.of.h, 0.0), "roundoff of the run, 8ε(1 + 1/h)");
-        let row = Row::number(key, error, tolerance);
-        match run.predicted {
-            Some(value) => {
-                let allowance = roundoff(run.of.h, value);
-                row.with_truth(Truth { value, allowance, source: "the method's map in closed form, repeated".into() })
-            }
-            None => row,
-        }
+        let truth = run.predicted.map(|value| {
+            let allowance = roundoff(run.of.h, value);
+            Truth { value, allowance, source: "the method's map in closed form, repeated".into() }
+        });
+        Row::number(key, error, tolerance).with_truth(truth)
     });
     Ok(rows.collect())
 }

@@ -12,9 +12,10 @@ mod command;
 mod compare;
 mod figures;
 mod file;
+mod mechanics;
 mod registry;
 mod store;
-pub(crate) mod table;
+mod table;
 
 pub use command::{Action, run};
 pub use compare::{Change, Difference, NumericComparator, compare};
@@ -121,11 +122,11 @@ impl Row {
         Self { key: key.into(), value: Value::Text(text.into()) }
     }
 
-    /// Adds the truth about a number; a text has none.
+    /// Adds the truth about a number, where it is known; a text has none.
     #[must_use]
-    pub fn with_truth(mut self, known: Truth) -> Self {
+    pub fn with_truth(mut self, known: impl Into<Option<Truth>>) -> Self {
         if let Value::Number(number) = &mut self.value {
-            number.truth = Some(known);
+            number.truth = known.into();
         }
         self
     }
@@ -149,6 +150,11 @@ impl Tolerance {
 }
 
 impl Truth {
+    /// It is zero, to within `allowance`.
+    pub fn vanishes(allowance: f64, source: impl Into<String>) -> Self {
+        Self { value: 0.0, allowance, source: source.into() }
+    }
+
     /// |value − truth|.
     fn distance(&self, value: f64) -> f64 {
         (value - self.value).abs()

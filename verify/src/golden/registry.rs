@@ -1,6 +1,6 @@
 //! Every golden, one line each.
 
-use super::{Golden, Row, Tolerance, Truth, figures};
+use super::{Golden, Row, Tolerance, Truth, figures, mechanics};
 use crate::chapter;
 use crate::chapter::figures::{FIGURE_2, FIGURE_4, FIGURE_7};
 use crate::claim::{self, Judged, Verdict};
@@ -24,14 +24,14 @@ pub fn all(context: &Arc<Context<'static>>) -> Vec<Golden> {
         golden("orders", orders),
         golden("poiseuille-series", poiseuille_series),
         golden("claims", verdicts),
-        golden("ky21-table-1", |context| claim::ky21::table_golden(context, "ky21-table-1")),
-        golden("ky21-table-2", |context| claim::ky21::table_golden(context, "ky21-table-2")),
-        golden("path-fitted-orders", claim::ky21::orders_golden),
-        golden("oscillator-stability", chapter::oscillator::golden),
-        golden("symplecticity", chapter::symplecticity::golden),
-        golden("long-runs", chapter::long_runs::golden),
-        golden("constraints", chapter::constraints::golden),
-        golden("circle-growth", chapter::constraints::growth_golden),
+        golden("ky21-table-1", |context| mechanics::printed_table(context, "ky21-table-1")),
+        golden("ky21-table-2", |context| mechanics::printed_table(context, "ky21-table-2")),
+        golden("path-fitted-orders", mechanics::path_fitted_orders),
+        golden("oscillator-stability", mechanics::oscillator_stability),
+        golden("symplecticity", mechanics::symplecticity),
+        golden("long-runs", mechanics::long_runs),
+        golden("constraints", mechanics::constraints),
+        golden("circle-growth", mechanics::circle_growth),
     ]
 }
 

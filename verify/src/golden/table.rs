@@ -4,21 +4,21 @@ use super::{Row, Tolerance, Truth};
 use crate::evidence::{Cell, Table};
 
 /// One number of a table: the cells of its row, and where it stands in it.
-pub(crate) struct Entry<'a> {
-    pub(crate) table: &'a Table,
-    pub(crate) row: &'a [Cell],
-    pub(crate) column: &'a str,
-    pub(crate) value: f64,
+pub(super) struct Entry<'a> {
+    pub(super) table: &'a Table,
+    pub(super) row: &'a [Cell],
+    pub(super) column: &'a str,
+    pub(super) value: f64,
 }
 
 impl Entry<'_> {
     /// The number in another column of the same row.
-    pub(crate) fn number(&self, column: &str) -> Option<f64> {
+    pub(super) fn number(&self, column: &str) -> Option<f64> {
         self.cell(column).and_then(number)
     }
 
     /// The text in another column of the same row.
-    pub(crate) fn text(&self, column: &str) -> Option<&str> {
+    pub(super) fn text(&self, column: &str) -> Option<&str> {
         match self.cell(column)? {
             Cell::Text(text) => Some(text),
             _ => None,
@@ -31,7 +31,7 @@ impl Entry<'_> {
 }
 
 /// The numbers in the columns `values`, by the cells in the columns `keys`; an empty cell is kept as a text.
-pub(crate) fn rows(
+pub(super) fn rows(
     table: &Table,
     keys: &[&str],
     values: &[&str],
@@ -51,11 +51,7 @@ pub(crate) fn rows(
                 continue;
             };
             let (tolerance, truth) = describe(&Entry { table, row, column, value });
-            let kept = Row::number(key, value, tolerance);
-            rows.push(match truth {
-                Some(truth) => kept.with_truth(truth),
-                None => kept,
-            });
+            rows.push(Row::number(key, value, tolerance).with_truth(truth));
         }
     }
     rows

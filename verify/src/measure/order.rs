@@ -17,8 +17,6 @@
 
 use std::fmt;
 
-use crate::evidence::Outcome;
-
 /// Fewest points in a fit: three local slopes to agree, two degrees of freedom for the standard error.
 pub const MIN_POINTS: usize = 4;
 
@@ -123,16 +121,6 @@ pub enum Verdict {
     Fail,
     /// The data do not decide.
     Inconclusive,
-}
-
-impl From<Verdict> for Outcome {
-    fn from(verdict: Verdict) -> Self {
-        match verdict {
-            Verdict::Pass => Self::Pass,
-            Verdict::Fail => Self::Fail,
-            Verdict::Inconclusive => Self::Inconclusive,
-        }
-    }
 }
 
 /// A straight line through (ln h, ln e).

@@ -192,6 +192,12 @@ pub fn examples() -> Vec<Box<dyn Method>> {
     methods.filter(|method| !method.traits().is_adaptive).collect()
 }
 
+/// The variational integrators of mechanics: path fitting of degree 2, and the examples of every entry.
+pub fn integrators() -> Vec<Box<dyn Method>> {
+    let all = parse("path-fitted(2)").into_iter().chain(examples());
+    all.filter(|method| method.principle() == Principle::Hamilton).collect()
+}
+
 /// Refuses a problem without second derivatives, for closures with α + β = 0: their derivative is of the size of
 /// J = ∂f/∂v, and where J is singular the curvature of f decides where the branch of roots goes, and that it ends.
 /// Without it an iteration runs on, to a root of another branch.

@@ -6,6 +6,7 @@
 
 mod breakdown;
 mod order;
+pub mod oscillator;
 mod structure;
 mod suited;
 

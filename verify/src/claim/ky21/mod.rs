@@ -4,12 +4,9 @@ mod circle;
 mod oscillator;
 mod pendulum;
 mod structure;
-mod tables;
+pub(crate) mod tables;
 
 use super::Claim;
-
-pub(crate) use oscillator::orders_golden;
-pub(crate) use tables::table_golden;
 
 /// By subject.
 pub(super) const ALL: &[&[Claim]] =

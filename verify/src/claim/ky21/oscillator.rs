@@ -1,11 +1,13 @@
 //! The schemes for the harmonic oscillator: what they are, and what more nodes bring.
 
-use crate::claim::measure::{distance_from_exact, one_state, problem, table, text, threshold};
+use crate::claim::measure::{table, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
+use crate::experiment::end_errors::{EndErrors, Truth};
+use crate::experiment::motion::{Difference, LargestError, Motion};
+use crate::experiment::oscillator::{Stable, StepMap};
 use crate::experiment::{Context, StudyError};
-use crate::golden::table::rows;
-use crate::golden::{Row, Tolerance, Truth};
-use crate::measure::norm::{Extremes, larger};
+use crate::measure::norm::Extremes;
+use crate::theory::oscillator::PRINTED;
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -48,85 +50,52 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
 ];
 
-/// Number of a recurrence, method that gives it, and R as a function of τ².
-type Printed = (&'static str, &'static str, fn(f64) -> f64);
-
-/// A problem with parameters, the number of its coordinates and the steps to take.
-type Setting = (&'static str, &'static [(&'static str, &'static str)], usize, &'static [f64]);
-
-/// The recurrences as printed.
-pub(super) const PRINTED: [Printed; 4] = [
-    ("(16)", "path-fitted(2)", |s| (16.0 - 6.0 * s) / (8.0 + s)),
-    ("(17)", "midpoint-vi", |s| (8.0 - 2.0 * s) / (4.0 + s)),
-    ("(18)", "path-fitted(3)", |s| (22.0 * s * s - 468.0 * s + 972.0) / (2.0 * s * s + 9.0 * s + 486.0)),
-    ("(19)", "path-fitted(4)", |s| {
-        (-150.0 * s.powi(3) + 9616.0 * s * s - 142_848.0 * s + 294_912.0)
-            / (9.0 * s.powi(3) - 184.0 * s * s + 2304.0 * s + 147_456.0)
-    }),
-];
-
-/// The map of one step on the oscillator, by its columns.
-fn map(method: &str, tau: f64) -> Result<[[f64; 2]; 2], StudyError> {
-    let column = |q0: &str, p0: &str| -> Result<[f64; 2], StudyError> {
-        let oscillator = problem("harmonic-oscillator", &[("q0", q0), ("p0", p0)])?;
-        let state = one_state(&*oscillator, method, tau)?;
-        Ok([state[0], state[1]])
-    };
-    Ok([column("1", "0")?, column("0", "1")?])
-}
-
-/// Rounding of a step: two differentiations of m ≤ 5 nodes over τ, at most m⁴/τ² each, on numbers up to `size`.
-fn rounding(tau: f64, size: f64) -> f64 {
-    4.0 * f64::EPSILON * (1.0 + 625.0 / (tau * tau)) * (1.0 + size) * (1.0 + size)
-}
-
-fn recurrences(_context: &Context) -> Result<Finding, StudyError> {
-    let (mut cases, mut worst) = (Vec::new(), 0.0_f64);
-    for (equation, method, printed) in PRINTED {
+fn recurrences(context: &Context) -> Result<Finding, StudyError> {
+    let (mut cases, mut off) = (Vec::new(), Vec::new());
+    for known in PRINTED {
         for tau in [0.1, 0.2, 0.5, 1.0, 2.0, 3.0] {
-            let [a, b] = map(method, tau)?;
-            let exact = printed(tau * tau);
-            let off = (a[0] + b[1] - exact).abs();
-            worst = larger(worst, off);
-            let size = [a[0], a[1], b[0], b[1]].map(f64::abs).into_iter().largest();
-            cases.push(Case::below(format!("|trace − R| of {equation}, τ = {tau}"), off, rounding(tau, size)));
-            let determinant = (a[0] * b[1] - a[1] * b[0] - 1.0).abs();
-            let what = format!("|determinant − 1| of {equation}, τ = {tau}");
-            cases.push(Case::below(what, determinant, rounding(tau, size)));
+            let map = context.get(StepMap { method: known.method.into(), tau })?;
+            let (trace, determinant) = ((map.trace - known.trace(tau)).abs(), (map.determinant - 1.0).abs());
+            off.push(trace);
+            for (what, off) in [("trace − R", trace), ("determinant − 1", determinant)] {
+                cases.push(Case::below(format!("|{what}| of {}, τ = {tau}", known.equation()), off, map.rounding));
+            }
         }
     }
-    let evidence =
-        format!("All printed coefficients are right: the traces differ from them by {} at most.", text(worst));
+    let worst = text(off.into_iter().largest());
+    let evidence = format!("All printed coefficients are right: the traces differ from them by {worst} at most.");
     Ok(Finding::on(cases, evidence))
 }
 
-fn at_equal_order(_context: &Context) -> Result<Finding, StudyError> {
+/// A problem, and the steps to take on it.
+type Setting = (&'static str, &'static str, &'static [f64]);
+
+fn at_equal_order(context: &Context) -> Result<Finding, StudyError> {
     let mut cases = Vec::new();
     let settings: [Setting; 3] = [
-        ("harmonic-oscillator", &[], 1, &[0.05, 0.1, 0.2, 0.4, 1.0, 2.0, 3.0]),
-        ("pendulum", &[], 1, &[0.05, 0.1, 0.2, 0.4]),
-        ("kepler", &[("eccentricity", "0.3")], 2, &[0.05, 0.1, 0.2, 0.4]),
+        ("harmonic-oscillator", "harmonic-oscillator", &[0.05, 0.1, 0.2, 0.4, 1.0, 2.0, 3.0]),
+        ("pendulum", "pendulum", &[0.05, 0.1, 0.2, 0.4]),
+        ("kepler", "kepler eccentricity=0.3", &[0.05, 0.1, 0.2, 0.4]),
     ];
-    let limit = threshold("|R| = 2 of degree 2", 2.0, 3.5, |tau| {
-        let [a, b] = map("path-fitted(2)", tau)?;
-        Ok((a[0] + b[1]).abs() - 2.0)
-    })?;
+    let stable = context.get(Stable { method: "path-fitted(2)".into() })?;
+    let limit = stable.first().map(|(_, end)| *end).ok_or("degree 2 is stable nowhere")?;
     let (mut ratios, mut ahead) = (Vec::new(), Vec::new());
-    for (name, set, n, steps) in settings {
-        let system = problem(name, set)?;
+    for (name, problem, steps) in settings {
         let first = cases.len();
-        for tau in steps {
+        for h in steps {
             // Whole steps up to the last time before 20.
-            let horizon = tau * (20.0 / tau + 1e-9).floor();
-            let error = |method: &str| distance_from_exact(&*system, method, *tau, horizon, n);
+            let t_end = h * (20.0 / h + 1e-9).floor();
+            let error = |method: &str| -> Result<f64, StudyError> {
+                Ok(*context.get(LargestError(Motion { problem, method: method.into(), h: *h, t_end }))?)
+            };
             let own = error("path-fitted(2)")?;
             for rival in ["midpoint-vi", "stormer-verlet"] {
                 let theirs = error(rival)?;
-                if *tau == 0.1 {
+                if *h == 0.1 {
                     ratios.push(format!("{} ({name}, {rival})", text(own / theirs)));
                 }
-                let is_stable_oscillation = name == "harmonic-oscillator" && *tau < limit;
-                let case = Case::below(format!("largest error, {name}, τ = {tau}, against {rival}"), own, theirs);
+                let is_stable_oscillation = name == "harmonic-oscillator" && *h < limit;
+                let case = Case::below(format!("largest error, {name}, τ = {h}, against {rival}"), own, theirs);
                 cases.push(case.under(is_stable_oscillation));
             }
         }
@@ -153,14 +122,11 @@ fn at_equal_order(_context: &Context) -> Result<Finding, StudyError> {
         ))
 }
 
-fn more_nodes(_context: &Context) -> Result<Finding, StudyError> {
-    let pendulum = problem("pendulum", &[])?;
+fn more_nodes(context: &Context) -> Result<Finding, StudyError> {
     // At the end, t = 4: larger steps for higher orders, whose errors would reach rounding else.
-    let error = |method: &str, tau: f64| -> Result<f64, StudyError> {
-        let states = crate::claim::measure::trajectory(&*pendulum, method, tau, 4.0)?;
-        let (t, last) = states.last().ok_or("no state")?;
-        let exact = pendulum.exact(*t).ok_or("no exact solution is known")?;
-        Ok(crate::measure::norm::distance(last, &exact))
+    let error = |method: &str, h: f64| -> Result<f64, StudyError> {
+        let (problem, truth) = ("pendulum".into(), Truth::Solution);
+        Ok(context.get(EndErrors { problem, method: method.into(), h, pieces: 1, t_end: 4.0, truth })?.end)
     };
     let order = |method: &str, tau: f64| -> Result<f64, StudyError> {
         Ok((error(method, tau)? / error(method, 0.5 * tau)?).log2())
@@ -201,44 +167,24 @@ fn more_nodes(_context: &Context) -> Result<Finding, StudyError> {
         .with_table(orders))
 }
 
-fn bernstein(_context: &Context) -> Result<Finding, StudyError> {
-    let (mut cases, mut worst) = (Vec::new(), 0.0_f64);
-    for name in ["harmonic-oscillator", "pendulum"] {
-        let system = problem(name, &[])?;
+fn bernstein(context: &Context) -> Result<Finding, StudyError> {
+    let (mut cases, mut apart) = (Vec::new(), Vec::new());
+    for problem in ["harmonic-oscillator", "pendulum"] {
         for m in 2..=5 {
-            for tau in [0.1, 0.5, 1.0, 2.0] {
-                let lagrange = one_state(&*system, &format!("path-fitted({m})"), tau)?;
-                let bernstein = one_state(&*system, &format!("path-fitted-bernstein({m})"), tau)?;
-                let off = crate::measure::norm::distance(&lagrange, &bernstein);
-                worst = larger(worst, off);
-                let size = crate::measure::norm::max_norm(&lagrange);
-                cases.push(Case::below(format!("difference, {name}, degree {m}, τ = {tau}"), off, rounding(tau, size)));
+            let (one, other) = (format!("path-fitted({m})"), format!("path-fitted-bernstein({m})"));
+            for h in [0.1, 0.5, 1.0, 2.0] {
+                let (one, other) = (one.clone(), other.clone());
+                let found = context.get(Difference { problem, one, other, h, steps: 1 })?;
+                apart.push(found.largest);
+                let what = format!("difference, {problem}, degree {m}, τ = {h}");
+                cases.push(Case::below(what, found.largest, found.rounding));
             }
         }
     }
-    let evidence = format!("The two differ by {} at most, on the pendulum too.", text(worst));
+    let worst = text(apart.into_iter().largest());
+    let evidence = format!("The two differ by {worst} at most, on the pendulum too.");
     Ok(Finding::on(cases, evidence).because(
         "Both bases span the polynomials of degree m, and the conditions on the path do not mention a basis: it is one \
          method in two coordinates for every Lagrangian, (21) and (22) included.",
     ))
-}
-
-/// Rows of the golden `path-fitted-orders`: orders and errors by degree, on the pendulum.
-pub(crate) fn orders_golden(context: &Context) -> Result<Vec<Row>, StudyError> {
-    let table = crate::claim::table(context, "claims-path-fitted-orders")?;
-    let values = ["order_equispaced", "error_equispaced", "order_gauss", "error_gauss"];
-    Ok(rows(&table, &["degree"], &values, |entry| {
-        let degree = entry.number("degree").unwrap_or(f64::NAN);
-        let order = match entry.column {
-            "order_equispaced" => 2.0 * (degree / 2.0).floor(),
-            "order_gauss" => 2.0 * (degree - 1.0),
-            // Forty steps at most, each with roundings of numbers up to 2 that differentiation magnifies m² times.
-            _ => {
-                let rounding = 40.0 * degree * degree * 2.0 * f64::EPSILON;
-                return (Tolerance::absolute(rounding, "roundings of the steps"), None);
-            }
-        };
-        let truth = Truth { value: order, allowance: 0.3, source: "theory, between two steps".into() };
-        (Tolerance::absolute(0.01, "roundoff moves the finer error by a hundredth at most"), Some(truth))
-    }))
 }

@@ -1,9 +1,11 @@
 //! The schemes for the pendulum.
 
-use crate::claim::measure::{problem, text, trajectory};
+use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
+use crate::experiment::end_errors::{EndErrors, Truth};
+use crate::experiment::motion::Motion;
 use crate::experiment::{Context, StudyError};
-use crate::measure::norm::{Extremes, distance};
+use crate::measure::norm::distance;
 use crate::measure::search;
 
 pub(super) const CLAIMS: &[Claim] = &[Claim {
@@ -57,10 +59,10 @@ fn bernstein(first: [f64; 2]) -> Vec<f64> {
     theta
 }
 
-fn schemes(_context: &Context) -> Result<Finding, StudyError> {
-    let pendulum = problem("pendulum", &[])?;
-    let live = trajectory(&*pendulum, "path-fitted(2)", TAU, 100.0)?;
-    let angles: Vec<f64> = live.iter().take(STEPS + 1).map(|(_, y)| y[0]).collect();
+fn schemes(context: &Context) -> Result<Finding, StudyError> {
+    let method = "path-fitted(2)";
+    let live = context.get(Motion { problem: "pendulum", method: method.into(), h: TAU, t_end: 100.0 })?;
+    let angles: Vec<f64> = live.states.iter().take(STEPS + 1).map(|(_, y)| y[0]).collect();
     let [first, second, ..] = angles[..] else { return Err("the run broke off".into()) };
     let (mut cases, mut off) = (Vec::new(), Vec::new());
     for (name, printed) in [("(21)", lagrange([first, second])), ("(22)", bernstein([first, second]))] {
@@ -68,20 +70,13 @@ fn schemes(_context: &Context) -> Result<Finding, StudyError> {
         off.push(text(difference));
         cases.push(Case::below(format!("distance of {name} from the live trajectory"), difference, 1e-10));
     }
-    let error = |tau: f64| -> Result<f64, StudyError> {
-        let run = trajectory(&*pendulum, "path-fitted(2)", tau, 10.0)?;
-        let (t, last) = run.last().ok_or("no state")?;
-        Ok(distance(last, &pendulum.exact(*t).ok_or("no exact solution is known")?))
+    let error = |h: f64| -> Result<f64, StudyError> {
+        let (problem, truth) = ("pendulum".into(), Truth::Solution);
+        Ok(context.get(EndErrors { problem, method: method.into(), h, pieces: 1, t_end: 10.0, truth })?.end)
     };
     let order = (error(0.05)? / error(0.025)?).log2();
     cases.push(Case::between("order at t = 10", order, 1.9, 2.1));
-    let energy = |y: &[f64]| 0.5 * y[1] * y[1] - y[0].cos();
-    let start = energy(&pendulum.initial());
-    let worst = |from: f64, to: f64| {
-        let within = live.iter().filter(|(t, _)| *t > from && *t <= to + 0.5 * TAU);
-        within.map(|(_, y)| (energy(y) - start).abs()).largest()
-    };
-    let (early, late) = (worst(0.0, 10.0), worst(90.0, 100.0));
+    let (early, late) = (live.largest_change("energy", 0.0, 10.0), live.largest_change("energy", 90.0, 100.0));
     cases.push(Case::below("late over early energy error", late / early, 1.1));
     let evidence = format!(
         "Printed and live schemes differ by {}; the order is {}, the energy error {} early and {} late.",

@@ -1,18 +1,16 @@
 //! Tables 1 and 2: the oscillator from x₀ = ẋ₀ = 1 with τ = 0.1.
 
-use lsvi::TwoStep;
-use lsvi::discrete::{Constrainable, Midpoint, PathFitted};
-use lsvi::quadrature::NodeFamily;
+use std::sync::Arc;
 
-use super::oscillator::PRINTED;
-use crate::claim::measure::{one_state, problem, text, trajectory};
+use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::{Cell, Table};
+use crate::experiment::motion::Motion;
+use crate::experiment::oscillator::{Sequence, TwoStepRun};
 use crate::experiment::{Context, StudyError};
-use crate::golden::table::rows;
-use crate::golden::{Row, Tolerance, Truth};
 use crate::measure::norm::Extremes;
-use crate::problem::Problem;
+use crate::row;
+use crate::theory::oscillator::PRINTED;
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -43,7 +41,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
 ];
 
-const TAU: f64 = 0.1;
+/// The step of both.
+pub(crate) const TAU: f64 = 0.1;
 const TIMES: [usize; 5] = [10, 20, 30, 40, 50];
 /// x₁ from which the printed digits come: the exact value rounded to four decimals.
 const PRINTED_START: f64 = 1.0948;
@@ -67,48 +66,24 @@ fn exact(t: f64) -> f64 {
     t.cos() + t.sin()
 }
 
-/// x₀, …, x₅₀₁ and the momenta p₁, …, p₅₀₁ that end each step (p₀ is left at zero), by the live two-step form.
-struct Sequence {
-    x: Vec<f64>,
-    p: Vec<f64>,
-}
+/// The live two-step form of one of (16) to (19) over 500 steps.
+struct Scheme(Arc<Sequence>);
 
-impl Sequence {
-    fn new(scheme: usize, first: f64) -> Result<Self, StudyError> {
-        let oscillator = problem("harmonic-oscillator", &[])?;
-        let mut method = TwoStep::new(discretisation(&*oscillator, scheme)?);
-        let (mut x, mut p) = (vec![1.0, first], vec![0.0]);
-        let (mut before, mut now, mut momentum) = ([1.0], [first], [0.0]);
-        for k in 1..=500 {
-            let t = TAU * f64::from(k);
-            method.momentum(t - TAU, TAU, &before, &now, &mut momentum)?;
-            p.push(momentum[0]);
-            method.step(t, TAU, &mut before, &mut now)?;
-            x.push(now[0]);
-        }
-        Ok(Self { x, p })
+impl Scheme {
+    fn run(context: &Context, scheme: usize, first: f64) -> Result<Self, StudyError> {
+        Ok(Self(context.get(TwoStepRun { method: PRINTED[scheme].method, tau: TAU, first, steps: 500 })?))
     }
 
     fn solution_error(&self, t: usize) -> f64 {
-        (self.x[10 * t] - exact(t as f64)).abs()
+        (self.0.x[10 * t] - exact(t as f64)).abs()
     }
 
     /// |E − 1| with the momentum or the forward difference for the velocity.
     fn energy_error(&self, t: usize, by_momentum: bool) -> f64 {
-        let k = 10 * t;
-        let v = if by_momentum { self.p[k] } else { (self.x[k + 1] - self.x[k]) / TAU };
-        (0.5 * (v * v + self.x[k] * self.x[k]) - 1.0).abs()
+        let (Sequence { x, p }, k) = (&*self.0, 10 * t);
+        let v = if by_momentum { p[k] } else { (x[k + 1] - x[k]) / TAU };
+        (0.5 * (v * v + x[k] * x[k]) - 1.0).abs()
     }
-}
-
-/// (16) to (19) as discretisations.
-fn discretisation<'a>(oscillator: &'a dyn Problem, scheme: usize) -> Result<Box<dyn Constrainable + 'a>, StudyError> {
-    let lagrangian = oscillator.mechanics().ok_or("the oscillator is mechanical")?.lagrangian;
-    Ok(match scheme {
-        0 => Box::new(PathFitted::on(lagrangian, NodeFamily::Equispaced, 2)?),
-        1 => Box::new(Midpoint::new(lagrangian)),
-        m => Box::new(PathFitted::on(lagrangian, NodeFamily::Equispaced, m + 1)?),
-    })
 }
 
 /// The starts with their names.
@@ -116,11 +91,11 @@ fn starts() -> [(&'static str, f64); 2] {
     [("printed", PRINTED_START), ("exact", exact(TAU))]
 }
 
-fn solutions(_context: &Context) -> Result<Finding, StudyError> {
+fn solutions(context: &Context) -> Result<Finding, StudyError> {
     let (mut cases, mut ratios) = (Vec::new(), Vec::new());
     let (mut rows, mut unreproduced) = (Vec::new(), Vec::new());
     for (start, first) in starts() {
-        let schemes = [Sequence::new(0, first)?, Sequence::new(1, first)?];
+        let schemes = [Scheme::run(context, 0, first)?, Scheme::run(context, 1, first)?];
         for (column, t) in TIMES.into_iter().enumerate() {
             let [own, theirs] = [schemes[0].solution_error(t), schemes[1].solution_error(t)];
             cases.push(Case::below(format!("error of (16) at t = {t}, start {start}, against (17)"), own, theirs));
@@ -129,9 +104,9 @@ fn solutions(_context: &Context) -> Result<Finding, StudyError> {
                 let values = [("solution", scheme.solution_error(t)), ("energy", scheme.energy_error(t, i == 0))];
                 for (j, (quantity, value)) in values.into_iter().enumerate() {
                     let printed = TABLE_1[2 * i + j][column];
-                    rows.push(row(t, PRINTED[i].0, start, quantity, value, printed));
+                    rows.push(row(t, PRINTED[i].equation(), start, quantity, value, printed));
                     if start == "printed" && !reproduced("ky21-table-1", value, printed) {
-                        unreproduced.push(format!("{quantity} of {} at t = {t}", PRINTED[i].0));
+                        unreproduced.push(format!("{quantity} of {} at t = {t}", PRINTED[i].equation()));
                     }
                 }
             }
@@ -151,15 +126,19 @@ fn solutions(_context: &Context) -> Result<Finding, StudyError> {
         .with_table(reproduction("ky21-table-1", "Table 1 of [KY21]: errors, computed and printed.", rows)))
 }
 
-fn energies(_context: &Context) -> Result<Finding, StudyError> {
-    let schemes = [Sequence::new(0, PRINTED_START)?, Sequence::new(1, PRINTED_START)?];
-    let oscillator = problem("harmonic-oscillator", &[])?;
+/// A live run from x₀ = p₀ = 1.
+fn live_run(method: &str) -> Motion {
+    Motion { problem: "harmonic-oscillator", method: method.into(), h: TAU, t_end: 50.0 }
+}
+
+fn energies(context: &Context) -> Result<Finding, StudyError> {
+    let schemes = [Scheme::run(context, 0, PRINTED_START)?, Scheme::run(context, 1, PRINTED_START)?];
     let live = |method: &str| -> Result<Vec<f64>, StudyError> {
-        let states = trajectory(&*oscillator, method, TAU, 50.0)?;
-        let energy = |k: usize| states.get(k).map(|(_, y)| (0.5 * (y[0] * y[0] + y[1] * y[1]) - 1.0).abs());
+        let run = context.get(live_run(method))?;
+        let energy = |k: usize| run.states.get(k).map(|(_, y)| (0.5 * (y[0] * y[0] + y[1] * y[1]) - 1.0).abs());
         TIMES.iter().map(|t| energy(10 * t).ok_or_else(|| "the run broke off".into())).collect()
     };
-    let momenta = [live(PRINTED[0].1)?, live(PRINTED[1].1)?];
+    let momenta = [live(PRINTED[0].method)?, live(PRINTED[1].method)?];
     let mut cases = Vec::new();
     for (i, t) in TIMES.into_iter().enumerate() {
         const OF_THE_TABLE: &str = "velocities of the table";
@@ -192,11 +171,11 @@ fn energies(_context: &Context) -> Result<Finding, StudyError> {
         ))
 }
 
-fn nodes(_context: &Context) -> Result<Finding, StudyError> {
+fn nodes(context: &Context) -> Result<Finding, StudyError> {
     let (mut cases, mut rows, mut unreproduced) = (Vec::new(), Vec::new(), Vec::new());
     let (mut orderly, mut at_10) = (true, [0.0; 4]);
     for (start, first) in starts() {
-        let schemes = (0..4).map(|scheme| Sequence::new(scheme, first)).collect::<Result<Vec<_>, _>>()?;
+        let schemes = (0..4).map(|scheme| Scheme::run(context, scheme, first)).collect::<Result<Vec<_>, _>>()?;
         for (column, t) in TIMES.into_iter().enumerate() {
             let error = |scheme: usize| schemes[scheme].solution_error(t);
             if start == "printed" {
@@ -207,19 +186,18 @@ fn nodes(_context: &Context) -> Result<Finding, StudyError> {
             }
             for (scheme, printed) in TABLE_2.iter().enumerate() {
                 let (value, printed) = (error(scheme), printed[column]);
-                rows.push(row(t, PRINTED[scheme].0, start, "solution", value, printed));
+                rows.push(row(t, PRINTED[scheme].equation(), start, "solution", value, printed));
                 if start == "printed" && column == 0 {
                     at_10[scheme] = value;
                 }
                 if start == "printed" && !reproduced("ky21-table-2", value, printed) {
-                    unreproduced.push(format!("{} at t = {t}", PRINTED[scheme].0));
+                    unreproduced.push(format!("{} at t = {t}", PRINTED[scheme].equation()));
                 }
             }
         }
     }
-    let oscillator = problem("harmonic-oscillator", &[])?;
-    let local =
-        |method| -> Result<f64, StudyError> { Ok((one_state(&*oscillator, method, TAU)?[0] - exact(TAU)).abs()) };
+    let run = context.get(live_run(PRINTED[3].method))?;
+    let local = run.states.get(1).map_or(f64::NAN, |(t, q)| (q[0] - exact(*t)).abs());
     let evidence = format!(
         "From the paper's x₁ the errors at t = 10 are {} (16), {} (18) and {} (19).{}",
         text(at_10[0]),
@@ -235,20 +213,17 @@ fn nodes(_context: &Context) -> Result<Finding, StudyError> {
              step of (19) errs, which is {}, and the column of (19) shows the rounding of x₁. From the exact x₁ the errors of (16), (18) and (19) are {from_exact}. (18) is of second order like (16), with a smaller \
              constant; see KY21-c-2.",
             text((PRINTED_START - exact(TAU)).abs()),
-            text(local(PRINTED[3].1)?)
+            text(local)
         ))
         .with_table(reproduction("ky21-table-2", "Table 2 of [KY21]: errors of the solution, computed and printed.", rows)))
 }
 
 fn row(t: usize, scheme: &str, start: &str, quantity: &str, value: f64, printed: f64) -> Vec<Cell> {
-    let text = |text: &str| Cell::Text(text.into());
-    let printed = if start == "printed" { Cell::Number(printed) } else { Cell::Empty };
-    vec![Cell::Integer(t as i64), text(scheme), text(start), text(quantity), Cell::Number(value), printed]
+    row![t, scheme, start, quantity, value, (start == "printed").then_some(printed)]
 }
 
 fn reproduction(id: &str, caption: &str, rows: Vec<Vec<Cell>>) -> Table {
-    let columns = ["t", "scheme", "start", "quantity", "value", "printed"].map(Into::into).to_vec();
-    Table { id: id.into(), caption: caption.into(), columns, rows, shown: true }
+    Table::new(id, caption, ["t", "scheme", "start", "quantity", "value", "printed"], rows)
 }
 
 /// Which printed cells are not reproduced.
@@ -259,28 +234,12 @@ fn note(unreproduced: &[String], of: usize) -> String {
     }
 }
 
-/// Rows of the goldens of Tables 1 and 2, with what is printed as the truth, except where it cannot be reproduced.
-pub(crate) fn table_golden(context: &Context, id: &str) -> Result<Vec<Row>, StudyError> {
-    // A rounding in each of 500 steps, of sixteen operations on numbers up to 1.5, acts on all later ones; a forward
-    // difference divides by τ.
-    let rounding = 24.0 * f64::EPSILON * 500.0 * 500.0 / 2.0;
-    Ok(rows(&crate::claim::table(context, id)?, &["t", "scheme", "start", "quantity"], &["value"], |entry| {
-        let scale = if entry.text("quantity") == Some("energy") { 2.0 / TAU } else { 1.0 };
-        let tolerance = Tolerance::absolute(scale * rounding, "roundings of the recursion");
-        let truth = entry
-            .number("printed")
-            .filter(|printed| reproduced(id, entry.value, *printed))
-            .map(|value| Truth { value, allowance: half_unit(id, value), source: "printed digits".into() });
-        (tolerance, truth)
-    }))
-}
-
 /// Whether a number rounds to the one printed.
-fn reproduced(table: &str, value: f64, printed: f64) -> bool {
+pub(crate) fn reproduced(table: &str, value: f64, printed: f64) -> bool {
     (value - printed).abs() <= half_unit(table, printed)
 }
 
 /// Half a unit of the last printed place: four decimals in Table 1, five digits in Table 2.
-fn half_unit(table: &str, printed: f64) -> f64 {
+pub(crate) fn half_unit(table: &str, printed: f64) -> f64 {
     if table == "ky21-table-1" { 0.5e-4 } else { 0.5 * 10_f64.powf(printed.log10().floor() - 4.0) * (1.0 + 1e-9) }
 }

@@ -1,0 +1,217 @@
+//! What the energy and the angular momentum do over long runs.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::motion::Motion;
+use super::{Context, Experiment, StudyError};
+use crate::measure::norm::{Extremes, larger, max_norm};
+use crate::method::{self, Method};
+use crate::problem::{self, Problem};
+use crate::run::run;
+use crate::theory::is_symplectic;
+
+/// Windows of a run. Energy errors are averaged over each with the weight exp(−1/(s(1 − s))), 0 < s < 1: such averages
+/// of a quasi-periodic function converge faster than any power of the window's length.
+const WINDOWS: usize = 10;
+
+/// A drift is one whose slope is at least this many of its standard errors: Student's t with 8 degrees of freedom is beyond
+/// it with probability 10⁻⁵.
+const SIGNIFICANT: f64 = 10.0;
+
+/// A long run on a problem of mechanics.
+#[derive(Debug)]
+pub struct EnergyDrift {
+    /// The problem.
+    pub problem: &'static str,
+    /// The method.
+    pub method: String,
+    /// The step size.
+    pub h: f64,
+    /// Steps; of a method that dissipates a tenth, as its error leaves the straight line before long.
+    pub steps: u64,
+}
+
+/// The energy errors of a run.
+#[derive(Debug)]
+pub struct Drift {
+    /// The problem.
+    pub problem: &'static str,
+    /// The method.
+    pub method: String,
+    /// What it conserves.
+    pub kind: Kind,
+    /// Steps taken.
+    pub steps: u64,
+    /// Its parts.
+    pub windows: Vec<Window>,
+    /// What the fitted slope adds up to over the run.
+    pub drift: f64,
+    /// Its standard error.
+    pub stderr: f64,
+    /// What rounding may do to the energy and to the angular momentum.
+    pub rounding: f64,
+    /// Change of the angular momentum, where it is conserved.
+    pub momentum: Option<f64>,
+}
+
+/// What a method conserves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The symplectic form.
+    Symplectic,
+    /// Not that, but it is reversible.
+    Symmetric,
+    /// Neither.
+    Dissipative,
+}
+
+/// The energy errors in a part of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Window {
+    /// Its middle.
+    pub t: f64,
+    /// Their weighted mean.
+    pub mean: f64,
+    /// The largest of them.
+    pub largest: f64,
+}
+
+impl Kind {
+    fn of(problem: &dyn Problem, method: &dyn Method) -> Result<Self, StudyError> {
+        let is_symplectic = is_symplectic(problem, method).ok_or("the problem has no Lagrangian of mechanics")?;
+        Ok(match (is_symplectic, method.traits().is_reversible) {
+            (true, _) => Self::Symplectic,
+            (false, true) => Self::Symmetric,
+            (false, false) => Self::Dissipative,
+        })
+    }
+}
+
+impl Drift {
+    /// The least drift that is one.
+    pub fn resolved(&self) -> f64 {
+        SIGNIFICANT * self.stderr + self.rounding
+    }
+
+    /// The largest energy error.
+    pub fn largest(&self) -> f64 {
+        self.windows.iter().map(|window| window.largest).largest()
+    }
+}
+
+impl Experiment for EnergyDrift {
+    const ID: &'static str = "energy-drift";
+    type Found = Drift;
+
+    fn measure(&self, context: &Context) -> Result<Drift, StudyError> {
+        context.announce(1);
+        let (problem, method) = (problem::build_setting(self.problem)?, method::parse(&self.method)?);
+        let kind = Kind::of(&*problem, &*method)?;
+        let steps = self.steps / if kind == Kind::Dissipative { 10 } else { 1 };
+        let horizon = self.h * steps as f64;
+        let invariants = problem.invariants();
+        let energy = invariants.iter().find(|i| i.name == "energy").ok_or("the problem has no energy")?;
+        let angular = invariants.iter().find(|i| i.name == "angular momentum");
+        let start = problem.initial();
+        let length = steps as f64 / WINDOWS as f64;
+        let (mut sums, mut change) = (vec![(0.0, 0.0_f64, 0.0); WINDOWS], 0.0_f64);
+        let (mut q, mut p, mut step) = (0.0_f64, 0.0_f64, 0.0_f64);
+        run(&*problem, &*method, self.h, horizon, |state| {
+            let error = energy.value(&state.q) - energy.value(&start);
+            let place = (step + 0.5) / length;
+            if let Some((sum, largest, weights)) = sums.get_mut(place as usize) {
+                let weight = (-1.0 / (place.fract() * (1.0 - place.fract()))).exp();
+                *sum += weight * error;
+                *weights += weight;
+                *largest = larger(*largest, error.abs());
+            }
+            let (place, momentum) = state.q.split_at(start.len() / 2);
+            (q, p, step) = (larger(q, max_norm(place)), larger(p, max_norm(momentum)), step + 1.0);
+            change = angular.map_or(0.0, |l| larger(change, (l.value(&state.q) - l.value(&start)).abs()));
+        })?;
+        let window = |(i, (sum, largest, weights)): (usize, &(f64, f64, f64))| Window {
+            t: (i as f64 + 0.5) * length * self.h,
+            mean: sum / weights,
+            largest: *largest,
+        };
+        let windows: Vec<_> = sums.iter().enumerate().map(window).collect();
+        let (slope, stderr) = line(&windows);
+        // Each step rounds q, and so p by Λ ε |q|/h, at random: four standard deviations of the sum. The coefficients of the
+        // method are rounded too, which changes p by up to Λ ε |p| in the same way in every step.
+        let random = 4.0 * (steps as f64).sqrt() * q / self.h;
+        let rounding = f64::EPSILON * (1.0 + method.momentum_roundoff(1.0)) * p * (random + steps as f64 * p);
+        context.tick();
+        Ok(Drift {
+            problem: self.problem,
+            method: self.method.clone(),
+            kind,
+            steps,
+            windows,
+            drift: (slope * horizon).abs(),
+            stderr: stderr * horizon,
+            rounding,
+            momentum: angular.map(|_| change),
+        })
+    }
+}
+
+/// Slope and its standard error of the least-squares line through the means of the windows.
+fn line(windows: &[Window]) -> (f64, f64) {
+    let n = windows.len() as f64;
+    let t = windows.iter().map(|w| w.t).sum::<f64>() / n;
+    let mean = windows.iter().map(|w| w.mean).sum::<f64>() / n;
+    let stt: f64 = windows.iter().map(|w| (w.t - t).powi(2)).sum();
+    let slope = windows.iter().map(|w| (w.t - t) * (w.mean - mean)).sum::<f64>() / stt;
+    let residual: f64 = windows.iter().map(|w| (w.mean - mean - slope * (w.t - t)).powi(2)).sum();
+    (slope, (residual / (n - 2.0) / stt).sqrt())
+}
+
+/// Drifts of the energy in the two halves of a rotation, per unit of time: the coefficient of t in a least-squares fit of the
+/// energy error by 1, t and functions of period 2π in the angle, which take up its oscillation.
+#[derive(Debug)]
+pub struct HalfDrifts(pub Motion);
+
+/// What is found of them.
+#[derive(Debug)]
+pub struct Halves {
+    /// The two slopes.
+    pub slopes: [f64; 2],
+    /// The largest energy error.
+    pub amplitude: f64,
+    /// What the larger slope adds up to over the whole run, relative to the energy error: where a slow oscillation hides a
+    /// drift, or looks like one, this is what can be said of it.
+    pub relative: f64,
+}
+
+impl Experiment for HalfDrifts {
+    const ID: &'static str = "half-drifts";
+    type Found = Halves;
+
+    fn measure(&self, context: &Context) -> Result<Halves, StudyError> {
+        const HARMONICS: usize = 10;
+        let motion = context.get(self.0.clone())?;
+        let horizon = self.0.t_end;
+        let (_, errors) = motion.changes.iter().find(|(name, _)| *name == "energy").ok_or("no energy")?;
+        if !motion.is_complete {
+            return Err(format!("{} broke off", self.0.method).into());
+        }
+        let slope = |states: &[(f64, Vec<f64>)], errors: &[f64]| -> Result<f64, StudyError> {
+            let functions = DMatrix::from_fn(states.len(), 2 + 2 * HARMONICS, |i, j| {
+                let (t, angle) = (states[i].0, states[i].1[0]);
+                match j {
+                    0 => 1.0,
+                    1 => t / horizon - 0.5,
+                    j if j % 2 == 0 => ((j / 2) as f64 * angle).cos(),
+                    j => ((j / 2) as f64 * angle).sin(),
+                }
+            });
+            let normal = (functions.transpose() * &functions).cholesky().ok_or("the fit is degenerate")?;
+            Ok(normal.solve(&(functions.transpose() * DVector::from_column_slice(errors)))[1] / horizon)
+        };
+        let half = motion.states.len() / 2;
+        let ((first, second), (early, late)) = (motion.states.split_at(half), errors.split_at(half));
+        let slopes = [slope(first, early)?, slope(second, late)?];
+        let amplitude = max_norm(errors);
+        Ok(Halves { slopes, amplitude, relative: max_norm(&slopes) * horizon / amplitude })
+    }
+}
