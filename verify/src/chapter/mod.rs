@@ -3,7 +3,7 @@
 mod answers;
 mod channel_orders;
 mod claims;
-pub mod closed_forms;
+mod closed_forms;
 pub(crate) mod constraints;
 mod couette_large_steps;
 mod cross_check;

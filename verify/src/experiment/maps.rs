@@ -5,6 +5,7 @@ use crate::measure::amplification::Amplification;
 use crate::measure::search;
 
 /// A closure whose factor on v̇ = −v the paper prints.
+#[derive(Clone, Copy)]
 pub(crate) struct Printed {
     /// Its name.
     pub(crate) name: &'static str,
@@ -14,6 +15,13 @@ pub(crate) struct Printed {
     pub(crate) closure: Amplification,
     /// The printed factor as a function of h.
     pub(crate) factor: fn(f64) -> f64,
+}
+
+impl Printed {
+    /// The closure of a name.
+    pub(crate) fn of(name: &str) -> Option<Self> {
+        PRINTED.into_iter().find(|printed| printed.name == name)
+    }
 }
 
 /// Eqs. (21), (22), (25).

@@ -14,6 +14,7 @@ pub mod errors;
 pub mod floors;
 pub mod homogeneous;
 pub mod kepler_period;
+pub mod live_steps;
 pub(crate) mod maps;
 pub mod momentum_map;
 pub mod motion;

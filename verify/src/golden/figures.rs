@@ -1,8 +1,10 @@
-//! The maxima of the figures of \[S24\].
+//! \[S24\]: the maxima of its figures, and steps in closed form.
 
 use super::{Row, Tolerance, Truth};
 use crate::chapter::figures::{Plan, Sweep};
 use crate::experiment::errors::roundoff;
+use crate::experiment::live_steps::LiveFactor;
+use crate::experiment::maps::{PRINTED, Printed};
 use crate::experiment::{Context, StudyError};
 
 /// The largest errors of a plan's shorter runs for the golden files, with those of the closed forms as the truth.
@@ -23,4 +25,18 @@ pub(super) fn maxima(plan: &'static Plan, context: &Context) -> Result<Vec<Row>,
         Row::number(key, error, tolerance).with_truth(truth)
     });
     Ok(rows.collect())
+}
+
+/// A live factor in every other decade of h.
+pub(super) fn closed_forms(context: &Context) -> Result<Vec<Row>, StudyError> {
+    let mut rows = Vec::new();
+    for Printed { name: closure, equation, factor, .. } in PRINTED {
+        for h in (-3..=3).map(|k| 100_f64.powi(k)) {
+            let [live, roundoff] = *context.get(LiveFactor { closure, h })?;
+            let tolerance = Tolerance::absolute(roundoff, "roundoff bound of a live step");
+            let truth = Truth { value: factor(h), allowance: roundoff, source: format!("Eq. {equation}") };
+            rows.push(Row::number(format!("{closure} h={h:?}"), live, tolerance).with_truth(truth));
+        }
+    }
+    Ok(rows)
 }

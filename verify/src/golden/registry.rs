@@ -17,7 +17,7 @@ pub fn all(context: &Arc<Context<'static>>) -> Vec<Golden> {
         Golden::new(name, move || rows(&context))
     };
     vec![
-        golden("closed-forms", chapter::closed_forms::golden),
+        golden("closed-forms", figures::closed_forms),
         golden("figure-2", |context| figures::maxima(&FIGURE_2, context)),
         golden("figure-4", |context| figures::maxima(&FIGURE_4, context)),
         golden("figure-7", |context| figures::maxima(&FIGURE_7, context)),

@@ -4,7 +4,7 @@ use lsvi::closure::Linear;
 use lsvi::{OneStep, least_squares};
 use nalgebra::{Complex, Matrix2, Vector2};
 use proptest::prelude::*;
-use verify::chapter::closed_forms::step_in_plane;
+use verify::experiment::live_steps::step_in_plane;
 use verify::measure::amplification::Amplification;
 use verify::problem;
 

@@ -34,8 +34,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("chapter/answers.rs", "reference"),
     ("chapter/channel_orders.rs", "order"),
     ("chapter/channel_orders.rs", "run"),
-    ("chapter/closed_forms.rs", "golden"),
-    ("chapter/closed_forms.rs", "lsvi"),
     ("chapter/cross_check.rs", "compare"),
     ("chapter/error_control.rs", "lsvi"),
     ("chapter/error_control.rs", "run"),
