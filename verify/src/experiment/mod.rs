@@ -23,6 +23,7 @@ pub mod one_step;
 pub mod oscillator;
 pub mod pendulum_orbit;
 pub(crate) mod propagator;
+pub mod published_values;
 pub mod reversal;
 mod step_map;
 pub mod symplectic_defect;

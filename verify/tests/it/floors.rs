@@ -54,8 +54,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("chapter/peers.rs", "reference"),
     ("chapter/peers.rs", "run"),
     ("chapter/poiseuille_maps.rs", "lsvi"),
-    ("chapter/published_values.rs", "lsvi"),
-    ("chapter/published_values.rs", "run"),
     ("golden/registry.rs", "order"),
 ];
 
