@@ -21,6 +21,7 @@ pub mod motion;
 pub mod non_normal;
 pub mod one_step;
 pub mod oscillator;
+pub mod peers;
 pub mod pendulum_orbit;
 pub(crate) mod propagator;
 pub mod published_values;

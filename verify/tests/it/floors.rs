@@ -50,9 +50,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("chapter/open_closures.rs", "lsvi"),
     ("chapter/open_closures.rs", "run"),
     ("chapter/orders.rs", "order"),
-    ("chapter/peers.rs", "lsvi"),
-    ("chapter/peers.rs", "reference"),
-    ("chapter/peers.rs", "run"),
     ("chapter/poiseuille_maps.rs", "lsvi"),
     ("golden/registry.rs", "order"),
 ];
