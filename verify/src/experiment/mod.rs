@@ -16,6 +16,7 @@ pub mod homogeneous;
 pub mod kepler_period;
 pub mod live_steps;
 pub(crate) mod maps;
+pub mod metric;
 pub mod momentum_map;
 pub mod motion;
 pub mod non_normal;

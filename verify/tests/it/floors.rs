@@ -44,7 +44,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("chapter/flows/mod.rs", "run"),
     ("chapter/high_order.rs", "lsvi"),
     ("chapter/high_order.rs", "order"),
-    ("chapter/metrics.rs", "lsvi"),
     ("chapter/model.rs", "compare"),
     ("chapter/nonlinear_stability.rs", "run"),
     ("chapter/open_closures.rs", "lsvi"),
