@@ -1,12 +1,10 @@
 //! The one-shape-function Poiseuille flow in closed form.
 
-use lsvi::closure::Linear;
-use lsvi::discrete::Trapezoidal;
 use lsvi::quadrature::Quadrature;
-use lsvi::{OneStep, Variational};
 
-use super::{Context, Study, StudyError};
-use crate::evidence::{Check, Evidence};
+use super::{Context, Study, StudyError, prose};
+use crate::evidence::{Check, Evidence, number};
+use crate::experiment::ansatz_step::{AnsatzStep, Closed};
 use crate::measure::norm::max_norm;
 use crate::problem::{self, PoiseuilleAnsatz, Problem, poiseuille_series};
 
@@ -25,19 +23,11 @@ fn samples() -> impl Iterator<Item = (f64, f64, f64)> {
     states.into_iter().flat_map(move |(gamma, v)| sizes().map(move |h| (gamma, v, h)))
 }
 
-/// One live step of `closure` on the Lagrangian (37).
-fn step(gamma: f64, closure: Linear, h: f64, v: f64) -> Result<f64, StudyError> {
-    let problem = PoiseuilleAnsatz::from_rest(gamma);
-    let (mut q, mut p) = ([v], [0.0]);
-    Variational::new(Trapezoidal::new(problem.lagrangian()?), closure).step(0.0, h, &mut q, &mut p)?;
-    Ok(q[0])
-}
-
 /// A map of the paper, and h times the step equation that it solves: its derivative, and how much of ∂L/∂v̇ there is in it.
 struct Map {
     id: &'static str,
     statement: &'static str,
-    closure: fn() -> Linear,
+    closure: Closed,
     printed: fn(f64, f64, f64) -> f64,
     slope: fn(f64) -> f64,
     momentum: f64,
@@ -54,13 +44,14 @@ impl Map {
     }
 
     /// The difference between a live step and the printed map in units of its bound.
-    fn deviation(&self, gamma: f64, v: f64, h: f64) -> Result<f64, StudyError> {
-        let live = step(gamma, (self.closure)(), h, v)?;
+    fn deviation(&self, context: &Context, gamma: f64, v: f64, h: f64) -> Result<f64, StudyError> {
+        let live = *context.get(AnsatzStep { closure: self.closure, gamma, v, h })?;
         Ok((live - (self.printed)(gamma, h, v)).abs() / self.roundoff(gamma, h, (v, live)))
     }
 
-    fn check(&self) -> Result<Check, StudyError> {
-        let deviations = samples().map(|(gamma, v, h)| self.deviation(gamma, v, h)).collect::<Result<Vec<_>, _>>()?;
+    fn check(&self, context: &Context) -> Result<Check, StudyError> {
+        let deviations = samples().map(|(gamma, v, h)| self.deviation(context, gamma, v, h));
+        let deviations = deviations.collect::<Result<Vec<_>, _>>()?;
         let count = deviations.len();
         let reason = format!("In units of its roundoff bound, the largest of {count} steps, h from 1e-6 to 1e6.");
         Ok(Check::at_most(self.id, self.statement, max_norm(&deviations), 1.0, reason))
@@ -71,7 +62,7 @@ const MAPS: [Map; 2] = [
     Map {
         id: "method-i",
         statement: "Method I is the map (38)",
-        closure: || Linear::METHOD_I,
+        closure: Closed::MethodI,
         printed: |g, h, v| {
             (8.0 / 15.0 * v + g * h * h + 2.0 / 3.0 * g * h) / (8.0 / 15.0 + 2.0 * h * h + 4.0 / 3.0 * h)
         },
@@ -81,42 +72,41 @@ const MAPS: [Map; 2] = [
     Map {
         id: "method-ii",
         statement: "Method II is the map (40)",
-        closure: || Linear::METHOD_II,
+        closure: Closed::MethodII,
         printed: |g, h, v| ((1.0 - 1.5 * h) * v + 1.5 * g * h) / (1.0 + 1.5 * h),
         slope: |h| 8.0 / 3.0 * h * (1.0 + 1.5 * h),
         momentum: 0.0,
     },
 ];
 
-fn run(_: &Context) -> Result<Evidence, StudyError> {
-    let mut checks = MAPS.iter().map(Map::check).collect::<Result<Vec<_>, _>>()?;
-    checks.extend([steady_limit()?, steady_profile()?, lagrangian()?]);
+fn run(context: &Context) -> Result<Evidence, StudyError> {
+    let mut checks = MAPS.iter().map(|map| map.check(context)).collect::<Result<Vec<_>, _>>()?;
+    checks.extend([steady_limit(context)?, steady_profile(context)?, lagrangian()?]);
     for (id, weight, equation) in [
         ("averaged", (|_| 1.0) as fn(f64) -> f64, "v̇ = (3/2)(γ − 2v), Eq. (41), is ∫R̂ dy = 0"),
         ("galerkin", |y| 1.0 - y * y, "v̇ = (5/4)(γ − 2v) is ∫R̂(1 − y²) dy = 0"),
     ] {
         checks.push(projection(id, weight, equation)?);
     }
-    checks.push(rate("method-i-rate", || Linear::METHOD_I, 1.25, "Method I tends to the Galerkin equation")?);
-    checks.push(rate("method-ii-rate", || Linear::METHOD_II, 1.5, "Method II tends to the averaged equation (41)")?);
+    for (id, closure, slope, statement) in [
+        ("method-i-rate", Closed::MethodI, 1.25, "Method I tends to the Galerkin equation"),
+        ("method-ii-rate", Closed::MethodII, 1.5, "Method II tends to the averaged equation (41)"),
+    ] {
+        checks.push(rate(context, id, closure, slope, statement)?);
+    }
+    let flow = number::short(poiseuille_series::SLOWEST_DECAY_RATE);
     Ok(Evidence {
         checks,
-        notes: vec![
-            "The Lagrangian (37) is not half a square: it keeps a remainder where v̇ is best. Setting its momentum ∂L/∂v̇ to zero \
-             gives the Galerkin projection of the flow, setting ∂L/∂v to zero its average over the channel, and these are \
-             different equations with the rates 5/2 and 3; that of the flow itself is π²/4 = 2.467. Method I approximates \
-             the first and Method II the second."
-                .into(),
-        ],
+        notes: prose::fill(include_str!("poiseuille_maps.md"), &[("flow", flow)])?,
         ..Evidence::default()
     })
 }
 
 /// Eq. (39): what one step of Method I leaves of the distance to ½γ is 1/(1 + 5h/2 + 15h²/4).
-fn steady_limit() -> Result<Check, StudyError> {
+fn steady_limit(context: &Context) -> Result<Check, StudyError> {
     let (gamma, v, mut ratios) = (2.0, 0.37, Vec::new());
     for h in [1e2, 1e4, 1e6, 1e8, 1e10] {
-        let live = step(gamma, Linear::METHOD_I, h, v)?;
+        let live = *context.get(AnsatzStep { closure: Closed::MethodI, gamma, v, h })?;
         let left = (v - 0.5 * gamma).abs() / (3.75 * h * h);
         ratios.push((live - 0.5 * gamma).abs() / (left + 4.0 * f64::EPSILON));
     }
@@ -130,9 +120,9 @@ fn steady_limit() -> Result<Check, StudyError> {
 }
 
 /// The profile that this limit belongs to is the steady flow.
-fn steady_profile() -> Result<Check, StudyError> {
+fn steady_profile(context: &Context) -> Result<Check, StudyError> {
     let gamma = 2.0;
-    let v = step(gamma, Linear::METHOD_I, 1e9, 0.0)?;
+    let v = *context.get(AnsatzStep { closure: Closed::MethodI, gamma, v: 0.0, h: 1e9 })?;
     let mut differences = Vec::new();
     for k in 0..=40 {
         let y = f64::from(k) / 20.0 - 1.0;
@@ -196,9 +186,9 @@ fn projection(id: &str, weight: fn(f64) -> f64, equation: &str) -> Result<Check,
 }
 
 /// (v_{n+1} − v_n)/h tends to `slope` (γ − 2v_n) with h.
-fn rate(id: &str, closure: fn() -> Linear, slope: f64, statement: &str) -> Result<Check, StudyError> {
+fn rate(context: &Context, id: &str, closure: Closed, slope: f64, statement: &str) -> Result<Check, StudyError> {
     let (gamma, v, h) = (2.0, 0.37, 1e-5);
-    let measured = (step(gamma, closure(), h, v)? - v) / h / (gamma - 2.0 * v);
+    let measured = (*context.get(AnsatzStep { closure, gamma, v, h })? - v) / h / (gamma - 2.0 * v);
     // v̈ = −2·slope·v̇: half of h|v̈| is slope·h relative to v̇, doubled for the error of the step itself; and ε|v|/h.
     let allowed = 2.0 * slope * slope * h + 4.0 * f64::EPSILON / h;
     Ok(Check::within(
@@ -219,8 +209,9 @@ mod tests {
         /// Eqs. (38), (40).
         #[test]
         fn a_step_is_the_printed_map(gamma in 0.01..10.0_f64, v in -5.0..5.0_f64, log_h in -6.0..6.0_f64) {
+            let context = Context::silent();
             for map in &MAPS {
-                let deviation = map.deviation(gamma, v, 10_f64.powf(log_h)).expect("linear");
+                let deviation = map.deviation(&context, gamma, v, 10_f64.powf(log_h)).expect("linear");
                 prop_assert!(deviation <= 1.0, "{}: {deviation}", map.id);
             }
         }

@@ -4,6 +4,7 @@
 //! Chapters, claims and goldens do not compute; they read. [`Context::get`] carries an experiment out the first time that it
 //! is asked for with a setting and hands the same rows to everybody after that, so that two readers cannot disagree.
 
+pub mod ansatz_step;
 pub mod best_theta;
 pub mod constraint;
 mod context;

@@ -49,7 +49,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("chapter/open_closures.rs", "lsvi"),
     ("chapter/open_closures.rs", "run"),
     ("chapter/orders.rs", "order"),
-    ("chapter/poiseuille_maps.rs", "lsvi"),
     ("golden/registry.rs", "order"),
 ];
 
