@@ -13,6 +13,7 @@ pub mod end_errors;
 pub mod energy_drift;
 pub mod errors;
 pub mod floors;
+pub(crate) mod high_order;
 pub mod homogeneous;
 pub mod kepler_period;
 pub mod live_steps;

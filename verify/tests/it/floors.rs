@@ -42,8 +42,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("chapter/flows/cavity.rs", "reference"),
     ("chapter/flows/lid.rs", "run"),
     ("chapter/flows/mod.rs", "run"),
-    ("chapter/high_order.rs", "lsvi"),
-    ("chapter/high_order.rs", "order"),
     ("chapter/model.rs", "compare"),
     ("chapter/nonlinear_stability.rs", "run"),
     ("chapter/open_closures.rs", "lsvi"),
