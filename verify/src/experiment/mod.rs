@@ -6,6 +6,7 @@
 
 pub mod ansatz_step;
 pub mod best_theta;
+pub mod channel;
 pub mod constraint;
 mod context;
 pub mod controls;
