@@ -12,6 +12,7 @@ mod context;
 pub mod controls;
 pub mod end_errors;
 pub mod energy_drift;
+pub mod error_control;
 pub mod errors;
 pub mod floors;
 pub(crate) mod high_order;
