@@ -25,7 +25,7 @@ pub struct Peers {
     pub problem: &'static str,
     /// The end.
     pub horizon: f64,
-    /// Whether as many fixed steps as [`STEPS`] resolve it.
+    /// Whether up to 512 fixed steps resolve it.
     pub fixed: bool,
 }
 
