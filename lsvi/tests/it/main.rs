@@ -9,6 +9,7 @@ mod high_order;
 mod least_squares;
 mod mechanics;
 mod open_closures;
+mod recipes;
 mod seam;
 mod structured;
 mod systems;

@@ -34,7 +34,7 @@ pub struct Traits {
 
 impl Traits {
     /// A method of order `order`, at hλ ≫ 1 too, that steps `principle`, one row at a time; neither symplectic nor reversible.
-    pub(crate) fn new(order: u32, principle: Principle, stability: Stability) -> Self {
+    pub fn new(order: u32, principle: Principle, stability: Stability) -> Self {
         Self {
             order,
             stiff_order: Some(order),

@@ -38,12 +38,14 @@ pub struct Run {
 }
 
 impl Run {
-    pub(super) fn with_capacity(times: usize) -> Self {
+    /// No state so far of as many as there are `times`.
+    #[must_use]
+    pub fn with_capacity(times: usize) -> Self {
         Run { states: Vec::with_capacity(times), steps: Vec::with_capacity(times), work: Work::default() }
     }
 
     /// Records the state at the next time, reached after `steps` steps.
-    pub(super) fn push(&mut self, state: Vec<f64>, steps: u64) {
+    pub fn push(&mut self, state: Vec<f64>, steps: u64) {
         self.states.push(state);
         self.steps.push(steps);
     }

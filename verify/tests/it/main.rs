@@ -8,5 +8,6 @@ mod goldens;
 mod judge;
 mod model;
 mod readme;
+mod recipes;
 mod references;
 mod report;
