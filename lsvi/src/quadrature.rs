@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use crate::error::InputError;
+use crate::error::{InputError, check_vector};
 
-/// A quadrature rule on \[0, 1\]: ∫ f ≈ Σ b_i f(c_i), nodes in ascending order.
+/// A quadrature rule on \[0, 1\]: ∫ f ≈ Σ b_i f(c_i).
 ///
-/// Nodes are zeros of Legendre polynomials by Newton's method, exact to a few ε; weights have relative error below 4nε.
+/// Nodes of the rules by name are in ascending order; they are zeros of Legendre polynomials by Newton's method, exact to a few ε; weights have relative error below 4nε.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadrature {
     nodes: Vec<f64>,
@@ -14,6 +14,19 @@ pub struct Quadrature {
 }
 
 impl Quadrature {
+    /// Any rule: `nodes` in \[0, 1\] with as many `weights`.
+    ///
+    /// # Errors
+    /// [`InputError`] for nodes outside the unit interval, none at all, numbers that are not finite, or not as many weights.
+    pub fn new(nodes: Vec<f64>, weights: Vec<f64>) -> Result<Self, InputError> {
+        at_least("quadrature nodes", 1, nodes.len())?;
+        check_vector("weights", &weights, nodes.len())?;
+        match nodes.iter().position(|x| !(0.0..=1.0).contains(x)) {
+            Some(index) => Err(InputError::NodeRange { index, value: nodes[index] }),
+            None => Ok(Self { nodes, weights }),
+        }
+    }
+
     /// Gauss's rule with n nodes, exact for degree 2n − 1.
     ///
     /// # Errors

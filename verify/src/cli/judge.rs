@@ -18,13 +18,22 @@ use super::output::Output;
 /// Judge a method that comes as a file: claims, misprints, stability.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-A file is TOML with the keys name, kind = \"runge-kutta\", order and
-embedded_order (claimed, optional), claims (a list of texts, optional), a (rows;
-lower triangles will do), b, c (optional), b_hat (optional), digits (optional),
-source and note. Coefficients are numbers or texts such as \"1/2 - sqrt(3)/6\",
-with + - * / ^ and sqrt, cbrt, sin, cos, tan, pi. A plain table is read too: a
-line of c, a line of b, then the rows of A below the diagonal; or lists headed
-k c[k], k b[k], k j A[k,j].
+A file is TOML with the keys name, kind, order (claimed, optional), claims (a
+list of texts, optional), digits, source, note, and those of its kind:
+  runge-kutta             a (rows; lower triangles will do), b, and c, b_hat,
+                          embedded_order where there are any
+  partitioned-runge-kutta a, b for q; a_hat, b_hat for p; c; systems =
+                          \"separable\" where it is for q' = f(p), p' = g(q)
+  nystrom                 a, b_bar for q; b for q'; c
+  multistep               rho, sigma, the oldest step first; start, the name of
+                          a Runge-Kutta file (radau-iia3)
+  closure                 alpha, beta: numbers, or texts in z = h rate; rate
+  path-fitted             nodes between 0 and 1
+  galerkin                degree, and nodes and weights of a quadrature
+Coefficients are numbers or texts such as \"1/2 - sqrt(3)/6\", with + - * / ^ and
+sqrt, cbrt, sin, cos, tan, exp, pi. A plain table is read as a Runge-Kutta
+method too: a line of c, a line of b, then the rows of A below the diagonal; or
+lists headed k c[k], k b[k], k j A[k,j].
 
 Decimals with six places or more are taken as rounded: conditions then hold or
 fail to the digits printed. Shorter ones are exact, unless digits = N says that
@@ -32,11 +41,13 @@ N places are printed.
 
 Claims: order 4, embedded order 3, stage order 2, explicit, diagonally implicit,
 A-stable, A(88)-stable, L-stable, algebraically stable, stiffly accurate,
-symplectic, symmetric, dispersion order 4, dissipation order 5, stable on the
-imaginary axis to 2.8; each with `not` before it denies.
+symplectic, symmetric, zero-stable, dispersion order 4, dissipation order 5,
+stable on the imaginary axis to 2.8; each with `not` before it denies. What a
+kind is not judged by is inconclusive.
 
-Order conditions are those of the rooted trees, up to order 10. Where they fail,
-every change of a single coefficient is tried; those that mend everything are
+Order conditions are those of the rooted trees, up to order 10; of coloured ones
+for methods with two parts. Where those of a Runge-Kutta method fail, every
+change of a single coefficient is tried; those that mend everything are
 proposed. The orders of live runs are judged as by `order`.
 
 Examples:
@@ -164,19 +175,26 @@ fn write_markdown(judgement: &Judgement, out: &mut impl Write) -> io::Result<()>
 struct Json<'a> {
     name: &'a str,
     kind: &'a str,
-    stages: usize,
     digits: Option<u32>,
     outcome: Outcome,
     order: u32,
+    #[serde(flatten)]
+    runge_kutta: Option<JsonRungeKutta>,
+    verdicts: &'a [Verdict],
+    diagnosis: Option<String>,
+    repairs: Vec<JsonRepair<'a>>,
+    facts: Vec<(&'static str, String)>,
+}
+
+/// What only Runge–Kutta methods have.
+#[derive(Debug, Serialize)]
+struct JsonRungeKutta {
+    stages: usize,
     order_in_time: u32,
     embedded_order: Option<u32>,
     stage_order: u32,
     error_norm: Option<f64>,
     alpha: Option<f64>,
-    verdicts: &'a [Verdict],
-    diagnosis: Option<String>,
-    repairs: Vec<JsonRepair<'a>>,
-    facts: Vec<(&'static str, String)>,
 }
 
 #[derive(Debug, Serialize)]
@@ -190,7 +208,14 @@ struct JsonRepair<'a> {
 }
 
 fn write_json(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
-    let theory = &judgement.theory;
+    let runge_kutta = judgement.runge_kutta().map(|theory| JsonRungeKutta {
+        stages: theory.numbers.stages(),
+        order_in_time: theory.order_in_time,
+        embedded_order: theory.embedded.as_ref().map(|e| e.order),
+        stage_order: theory.simplifying.stage_order(),
+        error_norm: theory.main.error_norm,
+        alpha: theory.alpha,
+    });
     let repair = |repair: &'_ verify::judge::repair::Repair| (repair.place.to_string(), repair.value.to_f64());
     let repairs = judgement.repairs().iter().map(|r| {
         let (place, value) = repair(r);
@@ -198,16 +223,11 @@ fn write_json(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
     });
     let json = Json {
         name: &judgement.file.name,
-        kind: "runge-kutta",
-        stages: theory.numbers.stages(),
+        kind: judgement.theory.kind(),
         digits: judgement.file.rounding.places(),
         outcome: judgement.outcome(),
-        order: theory.main.order,
-        order_in_time: theory.order_in_time,
-        embedded_order: theory.embedded.as_ref().map(|e| e.order),
-        stage_order: theory.simplifying.stage_order(),
-        error_norm: theory.main.error_norm,
-        alpha: theory.alpha,
+        order: judgement.theory.order(),
+        runge_kutta,
         verdicts: &judgement.verdicts,
         diagnosis: judgement.diagnosis_text(),
         repairs: repairs.collect(),

@@ -5,7 +5,7 @@ use std::fmt;
 /// The claims that can be judged, for a hint.
 pub(super) const FORMS: &str = "claims are texts like \"order 4\", \"embedded order 3\", \"stage order 2\", \"explicit\", \
      \"diagonally implicit\", \"A-stable\", \"A(88)-stable\", \"L-stable\", \"algebraically stable\", \"stiffly accurate\", \
-     \"symplectic\", \"symmetric\", \"dispersion order 4\", \"dissipation order 5\", \"stable on the imaginary axis to 2.8\"; \
+     \"symplectic\", \"symmetric\", \"zero-stable\", \"dispersion order 4\", \"dissipation order 5\", \"stable on the imaginary axis to 2.8\"; \
      each with \"not\" before it denies";
 
 /// A property that a method has or has not.
@@ -41,6 +41,8 @@ pub enum Property {
     DissipationOrder(u32),
     /// |R(iy)| ≤ 1 for |y| up to this bound.
     ImaginaryInterval(f64),
+    /// Roots of ρ in the closed unit disc, those on its rim simple.
+    ZeroStable,
 }
 
 /// A property, claimed or denied.
@@ -100,6 +102,7 @@ fn property(text: &str) -> Option<Property> {
         ("stiffly accurate", Property::StifflyAccurate),
         ("symplectic", Property::Symplectic),
         ("symmetric", Property::Symmetric),
+        ("zero-stable", Property::ZeroStable),
     ];
     if let Some((_, property)) = plain.into_iter().find(|(name, _)| *name == text) {
         return Some(property);
@@ -136,6 +139,7 @@ impl fmt::Display for Property {
             Self::StifflyAccurate => f.write_str("stiffly accurate"),
             Self::Symplectic => f.write_str("symplectic"),
             Self::Symmetric => f.write_str("symmetric"),
+            Self::ZeroStable => f.write_str("zero-stable"),
             Self::DispersionOrder(p) => write!(f, "dispersion order {p}"),
             Self::DissipationOrder(p) => write!(f, "dissipation order {p}"),
             Self::ImaginaryInterval(y) => write!(f, "stable on the imaginary axis to {y}"),

@@ -2,7 +2,7 @@
 
 use super::real::{Real, dot};
 use super::tableau::{Numbers, row_sums};
-use super::tree::Forest;
+use super::tree::{Colour, Forest};
 
 /// One condition, with what the coefficients make of it.
 #[derive(Debug, Clone)]
@@ -22,25 +22,39 @@ impl Condition {
     }
 }
 
-/// Stage values of the subtrees of a forest for one matrix A and one c.
+/// What the vertices of one colour bring to a condition.
+#[derive(Debug, Clone)]
+pub(super) struct Part<'a> {
+    /// The matrix that carries a subtree to the stages of its parent.
+    pub a: &'a [Vec<Real>],
+    /// What a leaf puts at each stage.
+    pub leaf: Vec<Real>,
+}
+
+/// Stage values of the subtrees of a forest.
 #[derive(Debug)]
 pub(super) struct Weights<'a> {
     forest: &'a Forest,
-    a: &'a [Vec<Real>],
+    /// Of the first and the second colour.
+    parts: [Part<'a>; 2],
     /// What the vertex of time puts at each stage.
     c: &'a [Real],
-    /// Σ_j a_ij, which a leaf puts at stage i.
-    rows: Vec<Real>,
     /// For each tree the product over its root's subtrees at each stage, and the same times A; made when needed.
     products: Vec<Option<Vec<Real>>>,
     carried: Vec<Option<Vec<Real>>>,
 }
 
 impl<'a> Weights<'a> {
+    /// Those of a Runge–Kutta method.
     pub(super) fn new(forest: &'a Forest, numbers: &'a Numbers) -> Self {
+        let part = Part { a: &numbers.a, leaf: row_sums(&numbers.a) };
+        Self::of_parts(forest, [part.clone(), part], &numbers.c)
+    }
+
+    /// Those of a method with coefficients for each colour.
+    pub(super) fn of_parts(forest: &'a Forest, parts: [Part<'a>; 2], c: &'a [Real]) -> Self {
         let n = forest.trees().len();
-        let (a, c) = (&numbers.a, &numbers.c);
-        Self { forest, a, c, rows: row_sums(a), products: vec![None; n], carried: vec![None; n] }
+        Self { forest, parts, c, products: vec![None; n], carried: vec![None; n] }
     }
 
     /// Φ(τ_k) − 1/γ for the weights `b`.
@@ -57,7 +71,7 @@ impl<'a> Weights<'a> {
             return;
         }
         let forest = self.forest;
-        let mut product = vec![Real::one(); self.a.len()];
+        let mut product = vec![Real::one(); self.c.len()];
         for &child in &forest.trees()[k].children {
             self.carry(child);
             if let Some(carried) = &self.carried[child] {
@@ -75,14 +89,19 @@ impl<'a> Weights<'a> {
             return;
         }
         let tree = &self.forest.trees()[k];
-        let carried = if tree.is_time {
-            self.c.to_vec()
-        } else if tree.children.is_empty() {
-            self.rows.clone()
-        } else {
-            self.prepare(k);
-            let products = self.products[k].as_deref().unwrap_or_default();
-            self.a.iter().map(|row| dot(row, products)).collect()
+        let part = match tree.colour {
+            Colour::Time => None,
+            Colour::First => Some(0),
+            Colour::Second => Some(1),
+        };
+        let carried = match part {
+            None => self.c.to_vec(),
+            Some(part) if tree.children.is_empty() => self.parts[part].leaf.clone(),
+            Some(part) => {
+                self.prepare(k);
+                let products = self.products[k].as_deref().unwrap_or_default();
+                self.parts[part].a.iter().map(|row| dot(row, products)).collect()
+            }
         };
         self.carried[k] = Some(carried);
     }
@@ -90,9 +109,15 @@ impl<'a> Weights<'a> {
 
 /// Every condition of `forest` for the weights `b` of `numbers`.
 pub fn conditions(forest: &Forest, numbers: &Numbers, b: &[Real]) -> Vec<Condition> {
-    let mut weights = Weights::new(forest, numbers);
+    conditions_of(Weights::new(forest, numbers), [b, b])
+}
+
+/// Every condition on `weights`, with the b of the colour of each root.
+pub(super) fn conditions_of(mut weights: Weights<'_>, b: [&[Real]; 2]) -> Vec<Condition> {
+    let forest = weights.forest;
     let all = (1..=forest.order()).flat_map(|n| forest.of_order(n).map(move |k| (n, k)));
-    all.map(|(order, tree)| Condition { order, tree, residual: weights.residual(tree, b) }).collect()
+    let b = |tree: usize| b[usize::from(forest.trees()[tree].colour == Colour::Second)];
+    all.map(|(order, tree)| Condition { order, tree, residual: weights.residual(tree, b(tree)) }).collect()
 }
 
 /// The largest p up to which all `conditions` hold; the forest's order if all do.

@@ -1,5 +1,7 @@
 //! A wrong label told from a wrong coefficient.
 
+use super::analysis::Analysis;
+use super::file::Body;
 use super::repair::{Repair, Target, repairs};
 use super::tableau::Tableau;
 use super::theory::Theory;
@@ -38,8 +40,19 @@ pub enum Diagnosis {
 }
 
 impl Diagnosis {
+    /// Where no change of a coefficient is looked for.
+    fn of_label(order: u32, claimed: Option<u32>) -> Self {
+        match claimed {
+            Some(p) if order > p => Self::LabelTooLow { order },
+            _ => Self::Sound,
+        }
+    }
+
     /// Compares the theory of `tableau` with the orders claimed of b and b̂.
-    pub fn new(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Self {
+    pub fn new(body: &Body, theory: &dyn Analysis, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Self {
+        let (Body::RungeKutta(tableau), Some(theory)) = (body, theory.as_runge_kutta()) else {
+            return Self::of_label(theory.order(), claimed);
+        };
         let rows = theory.wrong_rows();
         let (main, embedded) = (theory.main.order, theory.embedded.as_ref().map(|e| e.order));
         let falls_short = claimed.is_some_and(|p| main < p) || claimed_embedded.is_some_and(|p| embedded < Some(p));

@@ -3,8 +3,8 @@
 use nalgebra::Complex;
 
 use super::Judgement;
-use super::file::Body;
-use super::linear::Reach;
+use super::tableau::{Coefficient, Tableau};
+use super::theory::WeightsTheory;
 use crate::evidence::{Axis, Cell, Evidence, Field, Figure, Mark, Panel, Series, Table};
 
 /// Points of the map of the region along each axis.
@@ -19,8 +19,9 @@ impl Judgement {
         notes.extend(self.repairs().iter().map(|repair| format!("`{}`", repair.sentence())));
         Evidence {
             checks: self.verdicts.iter().map(|verdict| verdict.check.clone()).collect(),
-            tables: vec![self.facts_table(), self.tableau_table(), self.conditions_table(), self.orders_table()],
-            figures: vec![self.region(), self.orders_figure()],
+            tables: [vec![self.facts_table(), self.file.body.table()], self.theory.tables(), vec![self.orders_table()]]
+                .concat(),
+            figures: [self.theory.figures(), vec![self.orders_figure()]].concat(),
             notes,
             ..Evidence::default()
         }
@@ -34,44 +35,6 @@ impl Judgement {
             &["property", "value"],
             self.facts().into_iter().map(row).collect(),
         )
-    }
-
-    fn tableau_table(&self) -> Table {
-        let Body::RungeKutta(tableau) = &self.file.body;
-        let numbers = &self.theory.numbers;
-        let texts =
-            |row: &[super::tableau::Coefficient]| row.iter().map(|x| Cell::Text(x.text.clone())).collect::<Vec<_>>();
-        let mut rows: Vec<Vec<Cell>> = Vec::new();
-        for (i, row) in tableau.a.iter().enumerate() {
-            let c = tableau.c.as_ref().map_or_else(|| numbers.c[i].decimal(10), |c| c[i].text.clone());
-            rows.push([vec![Cell::Text(c)], texts(row)].concat());
-        }
-        rows.push([vec![Cell::Text("b".into())], texts(&tableau.b)].concat());
-        rows.extend(tableau.b_hat.as_ref().map(|b| [vec![Cell::Text("b̂".into())], texts(b)].concat()));
-        let columns: Vec<String> =
-            std::iter::once("c".into()).chain((1..=numbers.stages()).map(|j| format!("a_{j}"))).collect();
-        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-        table("tableau", "The coefficients as the file has them.", &columns, rows)
-    }
-
-    fn conditions_table(&self) -> Table {
-        let weights = [("b", Some(&self.theory.main)), ("b̂", self.theory.embedded.as_ref())];
-        let mut rows = Vec::new();
-        for (name, weights) in weights.iter().filter_map(|(name, weights)| Some((*name, (*weights)?))) {
-            for condition in &weights.conditions {
-                let tree = &weights.forest.trees()[condition.tree];
-                rows.push(vec![
-                    Cell::Integer(condition.order.into()),
-                    Cell::Text(weights.forest.brackets(condition.tree)),
-                    Cell::Text(format!("{} = 1/{}", weights.forest.formula(condition.tree, name, false), tree.density)),
-                    Cell::Number(condition.residual.to_f64()),
-                    Cell::Number(condition.residual.radius()),
-                    Cell::Text(if condition.holds() { "holds" } else { "fails" }.into()),
-                ]);
-            }
-        }
-        let caption = "Order conditions: what each is off by, and how far the digits given leave that open.";
-        table("conditions", caption, &["order", "tree", "condition", "residual", "uncertainty", "verdict"], rows)
     }
 
     fn orders_table(&self) -> Table {
@@ -104,31 +67,80 @@ impl Judgement {
         let caption = "Errors of the runs against the step size.".into();
         Figure { id: "errors".into(), caption, data: "runs".into(), panels: vec![panel], columns: 1 }
     }
+}
 
-    /// The region |R(z)| ≤ 1, with what of the axes belongs to it in view.
-    fn region(&self) -> Figure {
-        let end = |reach: Reach| if let Reach::UpTo { end, .. } = reach { end } else { 0.0 };
-        let size = (1.3 * end(self.theory.negative).max(end(self.theory.imaginary))).clamp(4.0, 60.0);
-        let range = |low: f64, high: f64| (0..GRID).map(move |k| low + (high - low) * k as f64 / (GRID - 1) as f64);
-        let (x, y): (Vec<f64>, Vec<f64>) = (range(-size, 0.6 * size).collect(), range(-size, size).collect());
-        let growth = |x: f64, y: f64| self.theory.stability.at(Complex::new(x, y)).norm();
-        let values = y.iter().map(|&y| x.iter().map(|&x| growth(x, y)).collect()).collect();
-        let field = Field {
-            x,
-            y,
-            values,
-            levels: vec![1.0 + 8.0 * f64::EPSILON],
-            bands: vec!["|R(z)| ≤ 1".into(), "|R(z)| > 1".into()],
-            contours: false,
-        };
-        let axis = |label: &str| Axis { label: label.into(), log: false, limits: None };
-        let panel = Panel { x: axis("Re z"), y: axis("Im z"), field: Some(field), ..Panel::default() };
-        let caption = "The region of stability, where a step on v̇ = λv with z = hλ does not grow.".into();
-        Figure { id: "region".into(), caption, data: "theory".into(), panels: vec![panel], columns: 1 }
+/// The region where a step on v̇ = λ v multiplies by no more than 1, z = hλ, in a window of about this `size`.
+pub(super) fn region(size: f64, growth: impl Fn(Complex<f64>) -> f64) -> Figure {
+    let size = size.clamp(4.0, 60.0);
+    let range = |low: f64, high: f64| (0..GRID).map(move |k| low + (high - low) * k as f64 / (GRID - 1) as f64);
+    let (x, y): (Vec<f64>, Vec<f64>) = (range(-size, 0.6 * size).collect(), range(-size, size).collect());
+    let values = y.iter().map(|&y| x.iter().map(|&x| growth(Complex::new(x, y))).collect()).collect();
+    let field = Field {
+        x,
+        y,
+        values,
+        levels: vec![1.0 + 8.0 * f64::EPSILON],
+        bands: vec!["|R(z)| ≤ 1".into(), "|R(z)| > 1".into()],
+        contours: false,
+    };
+    let axis = |label: &str| Axis { label: label.into(), log: false, limits: None };
+    let panel = Panel { x: axis("Re z"), y: axis("Im z"), field: Some(field), ..Panel::default() };
+    let caption = "The region of stability, where a step on v̇ = λv with z = hλ does not grow.".into();
+    Figure { id: "region".into(), caption, data: "theory".into(), panels: vec![panel], columns: 1 }
+}
+
+impl WeightsTheory {
+    /// The conditions of several sets of weights.
+    pub(super) fn table<'a>(weights: impl Iterator<Item = (&'a str, &'a Self)>) -> Table {
+        let mut rows = Vec::new();
+        for (name, weights) in weights {
+            for condition in &weights.conditions {
+                let tree = &weights.forest.trees()[condition.tree];
+                rows.push(vec![
+                    Cell::Integer(condition.order.into()),
+                    Cell::Text(weights.forest.brackets(condition.tree)),
+                    Cell::Text(format!("{} = 1/{}", weights.formula(condition.tree, name), tree.density)),
+                    Cell::Number(condition.residual.to_f64()),
+                    Cell::Number(condition.residual.radius()),
+                    Cell::Text(if condition.holds() { "holds" } else { "fails" }.into()),
+                ]);
+            }
+        }
+        let caption = "Order conditions: what each is off by, and how far the digits given leave that open.";
+        table("conditions", caption, &["order", "tree", "condition", "residual", "uncertainty", "verdict"], rows)
     }
 }
 
-fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cell>>) -> Table {
+impl Tableau {
+    /// The coefficients as texts.
+    pub(super) fn table(&self) -> Table {
+        let numbers = self.numbers();
+        let row = |(i, row): (usize, &Vec<Coefficient>)| {
+            let c = self.c.as_ref().map_or_else(|| numbers.c[i].decimal(10), |c| c[i].text.clone());
+            coefficient_row(&c, row)
+        };
+        let mut rows: Vec<Vec<Cell>> = self.a.iter().enumerate().map(row).collect();
+        rows.push(coefficient_row("b", &self.b));
+        rows.extend(self.b_hat.as_ref().map(|b| coefficient_row("b̂", b)));
+        let columns: Vec<String> =
+            std::iter::once("c".into()).chain((1..=self.stages()).map(|j| format!("a_{j}"))).collect();
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        table("tableau", "The coefficients as the file has them.", &columns, rows)
+    }
+}
+
+/// A row of coefficients behind their name.
+pub(super) fn coefficient_row(name: &str, row: &[Coefficient]) -> Vec<Cell> {
+    std::iter::once(Cell::Text(name.into())).chain(row.iter().map(Cell::from)).collect()
+}
+
+impl From<&Coefficient> for Cell {
+    fn from(coefficient: &Coefficient) -> Self {
+        Self::Text(coefficient.text.clone())
+    }
+}
+
+pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cell>>) -> Table {
     let columns = columns.iter().map(|column| (*column).to_owned()).collect();
     Table { id: id.into(), caption: caption.into(), columns, rows, shown: true }
 }

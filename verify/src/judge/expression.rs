@@ -36,6 +36,10 @@ pub(super) enum Expression {
         places: Option<u32>,
     },
     Pi,
+    /// z, where a coefficient may be a function.
+    Variable {
+        at: usize,
+    },
     Negative(Box<Self>),
     Binary {
         operator: char,
@@ -57,14 +61,16 @@ pub(super) enum Function {
     Sin,
     Cos,
     Tan,
+    Exp,
 }
 
-const FUNCTIONS: [(&str, Function); 5] = [
+const FUNCTIONS: [(&str, Function); 6] = [
     ("sqrt", Function::Sqrt),
     ("cbrt", Function::Cbrt),
     ("sin", Function::Sin),
     ("cos", Function::Cos),
     ("tan", Function::Tan),
+    ("exp", Function::Exp),
 ];
 
 /// A value: exact where it is rational, and to the digits printed otherwise.
@@ -114,7 +120,7 @@ impl Expression {
     pub(super) fn places(&self) -> Option<u32> {
         match self {
             Self::Number { places, .. } => *places,
-            Self::Pi => None,
+            Self::Pi | Self::Variable { .. } => None,
             Self::Negative(inner) | Self::Function { argument: inner, .. } => inner.places(),
             Self::Binary { left, right, .. } => left.places().max(right.places()),
         }
@@ -123,7 +129,7 @@ impl Expression {
     /// The radicand of every square root of a whole number in it.
     pub(super) fn radicands(&self, out: &mut Vec<i64>) {
         match self {
-            Self::Number { .. } | Self::Pi => {}
+            Self::Number { .. } | Self::Pi | Self::Variable { .. } => {}
             Self::Negative(inner) => inner.radicands(out),
             Self::Binary { left, right, .. } => {
                 left.radicands(out);
@@ -138,12 +144,40 @@ impl Expression {
         }
     }
 
+    /// Whether z is in it.
+    pub(super) fn is_function(&self) -> bool {
+        match self {
+            Self::Variable { .. } => true,
+            Self::Number { .. } | Self::Pi => false,
+            Self::Negative(inner) | Self::Function { argument: inner, .. } => inner.is_function(),
+            Self::Binary { left, right, .. } => left.is_function() || right.is_function(),
+        }
+    }
+
+    /// The same with a number for z.
+    pub(super) fn at(&self, z: &RBig) -> Self {
+        let inner = |part: &Self| Box::new(part.at(z));
+        match self {
+            Self::Variable { .. } => Self::Number { value: z.clone(), places: None },
+            Self::Number { .. } | Self::Pi => self.clone(),
+            Self::Negative(part) => Self::Negative(inner(part)),
+            Self::Binary { operator, at, left, right } => {
+                Self::Binary { operator: *operator, at: *at, left: inner(left), right: inner(right) }
+            }
+            Self::Function { name, at, argument } => Self::Function { name: *name, at: *at, argument: inner(argument) },
+        }
+    }
+
     pub(super) fn evaluate(&self, rounding: Rounding) -> Result<Value, Malformed> {
         let value = match self {
             Self::Number { value, places } => {
                 let radius = places.map_or(0.0, |places| rounding.radius(places));
                 let real = Real::rational(value).widened(radius);
                 Value { exact: (radius == 0.0).then(|| value.clone()), real }
+            }
+            Self::Variable { at } => {
+                let reason = "`z` is not known here: only the coefficients of closures are functions".into();
+                return Err(Malformed { at: *at, reason });
             }
             Self::Pi => Value { exact: None, real: Real::rounded(Float::pi(BITS), 0.0) },
             Self::Negative(inner) => {
@@ -220,6 +254,7 @@ fn apply(function: Function, x: &Real) -> Result<Real, String> {
     if at == 0.0 || at.abs() <= 2.0 * radius {
         return match function {
             Function::Cos => Ok(Real::one().widened(radius)),
+            Function::Exp => Ok(Real::one().widened(radius.exp() - 1.0)),
             _ if radius == 0.0 => Ok(Real::zero()),
             _ => Err("its argument cannot be told from zero".into()),
         };
@@ -229,6 +264,10 @@ fn apply(function: Function, x: &Real) -> Result<Real, String> {
         Function::Cbrt => (mid.nth_root(3), 1.0 / (at.abs() - radius).cbrt().powi(2)),
         Function::Sin => (mid.sin(), 1.0),
         Function::Cos => (mid.cos(), 1.0),
+        Function::Exp if at > 100.0 => return Err(format!("exp({at:e}) is too large")),
+        // Below 10⁻⁶⁰ of what it is added to, it is lost in the rounding.
+        Function::Exp if at < -400.0 => return Ok(Real::zero().widened(1e-170)),
+        Function::Exp => (mid.exp(), (at + radius).exp()),
         Function::Tan => {
             let value = mid.tan();
             let slope = 2.0 + 2.0 * value.to_f64().value().powi(2);
@@ -366,8 +405,12 @@ impl Parser<'_> {
             self.at += length;
             return Ok(Expression::Pi);
         }
+        if name == "z" {
+            self.at += length;
+            return Ok(Expression::Variable { at });
+        }
         let Some((_, function)) = FUNCTIONS.iter().find(|(known, _)| *known == name) else {
-            let reason = format!("`{name}` is not known; there are sqrt, cbrt, sin, cos, tan and pi");
+            let reason = format!("`{name}` is not known; there are sqrt, cbrt, sin, cos, tan, exp and pi");
             return Err(Malformed { at, reason });
         };
         self.at += length;

@@ -1,92 +1,32 @@
-//! What was found out about a method, as labelled lines of text.
+//! What was found out about a method, in sentences.
 
 use super::Judgement;
 use super::diagnosis::Diagnosis;
 use super::linear::Reach;
 use super::repair::Repair;
-use super::tableau::Shape;
 use super::theory::WeightsTheory;
-use super::tree::MAX_ORDER;
+
+/// Labelled lines of text.
+pub type Facts = Vec<(&'static str, String)>;
 
 impl Judgement {
-    /// Stages, shape and digits in a line.
+    /// Kind, shape and digits in a line.
     pub fn headline(&self) -> String {
-        let shape = match self.theory.shape {
-            Shape::Explicit => "explicit",
-            Shape::DiagonallyImplicit => "diagonally implicit",
-            Shape::FullyImplicit => "fully implicit",
-        };
-        let s = self.theory.numbers.stages();
-        let stages = if s == 1 { "1 stage".into() } else { format!("{s} stages") };
         let digits = match self.file.rounding.places() {
             Some(places) => format!("decimals printed to {places} places"),
             None => "coefficients taken as exact".into(),
         };
-        format!("Runge–Kutta, {shape}, {stages}, {digits}")
+        format!("{}, {digits}", self.theory.headline())
     }
 
-    /// What the theory says, each with its label.
-    pub fn facts(&self) -> Vec<(&'static str, String)> {
-        let theory = &self.theory;
-        let mut facts = vec![("order", order(&theory.main))];
-        if let Some(embedded) = &theory.embedded {
-            facts.push(("embedded", order(embedded)));
-        }
-        if theory.order_in_time < theory.main.order {
-            let text = format!("{} on v̇ = f(t, v), with c as given", theory.order_in_time);
-            facts.push(("in time", text));
-        }
-        let simplifying = theory.simplifying;
-        facts.push((
-            "stage order",
-            format!("{}: B({}), C({}), D({})", simplifying.stage_order(), simplifying.b, simplifying.c, simplifying.d),
-        ));
-        facts.push(("stability", self.stability()));
-        facts.push((
-            "axes",
-            format!("{}; {}", reach(theory.negative, "negative"), reach(theory.imaginary, "imaginary")),
-        ));
-        facts.push(("oscillations", self.oscillations()));
-        facts.push(("structure", self.structure()));
-        facts
-    }
-
-    fn stability(&self) -> String {
-        let theory = &self.theory;
-        let infinity = theory.stability.at_infinity();
-        let at_infinity =
-            if infinity.is_finite() { format!("R(∞) = {}", short(infinity)) } else { "R(∞) = ∞".into() };
-        let class = match theory.alpha {
-            Some(_) if theory.is_a_stable() && infinity == 0.0 => "L-stable".into(),
-            Some(_) if theory.is_a_stable() => "A-stable".into(),
-            Some(alpha) => format!("A(α)-stable with α = {alpha:.2}°"),
-            None => "conditionally stable".to_owned(),
-        };
-        let algebraic = if theory.algebraic.is_ok() { ", algebraically stable" } else { "" };
-        format!("{class}{algebraic}; {at_infinity}")
-    }
-
-    fn oscillations(&self) -> String {
-        let linear = self.theory.linear;
-        let one = |what: &str, found: Option<(u32, f64)>| match found {
-            Some((order, constant)) => format!("{what} of order {order} (constant {constant:.2e})"),
-            None => format!("no {what} at all"),
-        };
-        format!("{}, {}", one("dispersion", linear.dispersion), one("dissipation", linear.dissipation))
-    }
-
-    fn structure(&self) -> String {
-        let theory = &self.theory;
-        let not = |holds: bool, what: &str| if holds { what.to_owned() } else { format!("not {what}") };
-        let mut parts = vec![
-            not(theory.symplectic_defect.is_none(), "symplectic"),
-            not(theory.symmetric, "symmetric"),
-            not(theory.stiffly_accurate, "stiffly accurate"),
-        ];
+    /// What the theory says, and defects that were measured, each with its label.
+    pub fn facts(&self) -> Facts {
+        let mut facts = self.theory.facts();
         if let Some(Ok(defects)) = &self.defects {
-            parts.push(format!("measured defects {:.1e} and {:.1e}", defects.symplectic, defects.symmetric));
+            let text = format!("symplecticity {:.1e}, symmetry {:.1e}", defects.symplectic, defects.symmetric);
+            facts.push(("defects", text));
         }
-        parts.join(", ")
+        facts
     }
 
     /// Whether a label or a coefficient is wrong, in sentences; nothing where neither is.
@@ -101,7 +41,7 @@ impl Judgement {
             }
             Diagnosis::LabelTooHigh { order } => {
                 let claimed = self.file.order().unwrap_or(0);
-                let weights = if self.theory.main.order < claimed { "b" } else { "b_hat" };
+                let weights = if self.theory.order() < claimed { "b" } else { "b_hat" };
                 Some(format!(
                     "The label is too high, or more than one coefficient is wrong: the row sums hold, the conditions on \
                      {weights} fail, and no change of a single coefficient mends them. As they stand they have order {order}."
@@ -156,7 +96,7 @@ impl Repair {
     }
 }
 
-fn order(weights: &WeightsTheory) -> String {
+pub(super) fn order(weights: &WeightsTheory) -> String {
     let failing = weights.conditions.iter().find(|c| !c.holds());
     match (failing, weights.error_norm) {
         (Some(first), Some(norm)) => format!(
@@ -164,11 +104,11 @@ fn order(weights: &WeightsTheory) -> String {
             weights.order,
             weights.forest.brackets(first.tree)
         ),
-        _ => format!("{MAX_ORDER} or more: every condition looked at holds"),
+        _ => format!("{} or more: every condition looked at holds", weights.order),
     }
 }
 
-fn reach(reach: Reach, axis: &str) -> String {
+pub(super) fn reach(reach: Reach, axis: &str) -> String {
     match reach {
         Reach::Everything => format!("all of the {axis} axis"),
         Reach::UpTo { end: 0.0, .. } => format!("nothing of the {axis} axis"),
@@ -176,7 +116,7 @@ fn reach(reach: Reach, axis: &str) -> String {
     }
 }
 
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     let text = format!("{x:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.to_owned() }

@@ -1,16 +1,18 @@
 //! Runs of a method that come as a file, against what its coefficients promise.
 
-use lsvi::{Grid, Integrator, Jacobian, Mass, State, Structure, VectorField};
+use rayon::prelude::*;
 
+use super::analysis::{Analysis, Plan, Trial};
 use super::method::FileMethod;
-use super::problem::{Autonomous, Linear, NonAutonomous, window};
-use super::theory::Theory;
 use super::verdict::{Kind, Verdict};
 use crate::evidence::{Check, Outcome, Requirement};
+use crate::kinds::Symplecticity;
 use crate::measure::norm::distance;
 use crate::measure::order::OrderFit;
-use crate::order::{Truth, measure};
-use crate::problem::{self, Problem};
+use crate::method::Traits;
+use crate::order::{Source, measure};
+use crate::problem;
+use crate::run::step_from;
 
 /// A measured order, or why there is none.
 #[derive(Debug)]
@@ -46,40 +48,19 @@ impl MeasuredOrder {
     }
 }
 
-/// Orders measured on a linear, a nonlinear, a non-autonomous and a stiff problem.
-pub fn orders(method: &FileMethod, theory: &Theory) -> Vec<MeasuredOrder> {
-    let main = theory.main.order;
-    let linear = theory.linear.solution.map_or(main, |(order, _)| order);
-    let run = |kind, name, problem: &dyn Problem, order: u32, from| {
-        let fit = measure(problem, &method.expected(order), Truth::Exact).map_err(|error| error.to_string());
-        let expected = fit.as_ref().ok().map(|fit| (fit.expected.order, from));
-        MeasuredOrder { kind, problem: name, expected, result: fit }
+/// The orders of `method` where its theory has them measured.
+pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> {
+    let run = |Trial { kind, name, plan }: Trial| {
+        let measured = plan.and_then(|Plan { problem, order, from }| {
+            let method = method.expected(order);
+            let truth = Source::default_for(&*problem, &method).truth(&*problem, &method);
+            let fit = measure(&*problem, &method, truth).map_err(|error| error.to_string())?;
+            Ok((from, fit))
+        });
+        let expected = measured.as_ref().ok().map(|(from, fit)| (fit.expected.order, *from));
+        MeasuredOrder { kind, problem: name, expected, result: measured.map(|(_, fit)| fit) }
     };
-    let rows = if theory.wrong_rows().is_empty() { "the order conditions" } else { "the conditions with c as given" };
-    vec![
-        run("linear", "v̇ = Av", &Linear(window(linear)), linear, "the series of R(z)"),
-        run("nonlinear", "v̇ = f(v)", &Autonomous(window(main)), main, "the order conditions"),
-        run("non-autonomous", "v̇ = f(t, v)", &NonAutonomous(window(theory.order_in_time)), theory.order_in_time, rows),
-        stiff(method, theory),
-    ]
-}
-
-/// Prothero and Robinson's problem, where theory has an order for hλ ≫ 1.
-fn stiff(method: &FileMethod, theory: &Theory) -> MeasuredOrder {
-    let (kind, name) = ("stiff", "prothero-robinson");
-    let none = |reason: &str| MeasuredOrder { kind, problem: name, expected: None, result: Err(reason.into()) };
-    if !theory.alpha.is_some_and(|alpha| alpha > 0.0) {
-        return none("the negative axis is not in the region of stability: hλ must stay of order 1");
-    }
-    if theory.stiff_order().is_none() {
-        return none("A is singular or R(∞) does not damp: the errors are no power of h there");
-    }
-    // So stiff that terms in 1/(hλ) are small beside the leading one at every step size.
-    let set = [("lambda".to_owned(), "1e6".to_owned())];
-    let problem = problem::build(name, &set).map_err(|error| error.to_string());
-    let fit = problem.and_then(|p| measure(&*p, method, Truth::Exact).map_err(|error| error.to_string()));
-    let expected = fit.as_ref().ok().map(|fit| (fit.expected.order, "the defects of the stages"));
-    MeasuredOrder { kind, problem: name, expected, result: fit }
+    theory.trials().into_par_iter().map(run).collect()
 }
 
 /// Step of the measured defects: large, so that what is no symmetry is far above roundoff.
@@ -99,38 +80,6 @@ pub struct Defects {
     pub symmetric: f64,
 }
 
-/// f with t and its own sign reversed: a step of it is a step of f with −h.
-struct Reversed<'a>(Box<dyn VectorField + 'a>);
-
-impl VectorField for Reversed<'_> {
-    fn dim(&self) -> usize {
-        self.0.dim()
-    }
-    fn structure(&self) -> Structure {
-        self.0.structure()
-    }
-    fn mass(&self) -> Mass {
-        self.0.mass()
-    }
-    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        self.0.rhs(-t, v, dv);
-        dv.iter_mut().for_each(|x| *x = -*x);
-    }
-    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
-        self.0.add_jacobian(-t, v, -scale, out);
-    }
-    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
-        self.0.add_curvature(-t, v, w, -scale, out);
-    }
-}
-
-fn step(integrator: &mut dyn Integrator, y: &[f64]) -> Result<Vec<f64>, String> {
-    let mut state = State::new(0.0, y.to_vec());
-    let grid = Grid::new(0.0, STEP, STEP).map_err(|error| error.to_string())?;
-    integrator.advance(&mut state, &grid).map_err(|error| error.to_string())?;
-    Ok(state.q)
-}
-
 /// The defects of one step of `method`.
 ///
 /// # Errors
@@ -138,13 +87,14 @@ fn step(integrator: &mut dyn Integrator, y: &[f64]) -> Result<Vec<f64>, String> 
 pub fn defects(method: &FileMethod) -> Result<Defects, String> {
     let problem = problem::build("henon-heiles", &[]).map_err(|error| error.to_string())?;
     let y = problem.initial();
-    let refused = |error: lsvi::InputError| error.to_string();
-    let forward = |y: &[f64]| step(&mut *method.integrator(problem.field()).map_err(refused)?, y);
-    let there = forward(&y)?;
-    let reversed: Box<dyn VectorField + '_> = Box::new(Reversed(problem.field()));
-    let mut back = method.integrator(reversed).map_err(refused)?;
-    let symmetric = distance(&step(&mut *back, &there)?, &y);
+    let forward = |y: &[f64]| step_from(&*problem, y.to_vec(), method, STEP).map_err(|error| error.to_string());
     let n = y.len();
+    // The motion is reversible: with the momenta reversed, a step is one of −h.
+    let reversed = |mut y: Vec<f64>| {
+        y[n / 2..].iter_mut().for_each(|p| *p = -*p);
+        y
+    };
+    let symmetric = distance(&reversed(forward(&reversed(forward(&y)?))?), &y);
     let mut columns = Vec::new();
     for j in 0..n {
         let at = |k: f64| {
@@ -177,7 +127,7 @@ pub fn defects(method: &FileMethod) -> Result<Defects, String> {
 
 impl Defects {
     /// What the conditions on the coefficients say, held to the measured defects.
-    pub fn verdicts(&self, theory: &Theory) -> [Verdict; 2] {
+    pub fn verdicts(&self, traits: &Traits) -> [Verdict; 2] {
         let verdict = |name: &str, what: &str, by_condition: bool, defect: f64| {
             let vanishes = defect <= VANISHES;
             let (says, required) = match by_condition {
@@ -202,8 +152,8 @@ impl Defects {
             Verdict { kind: Kind::Run, subject: name.into(), check }
         };
         [
-            verdict("symplectic", "symplecticity", theory.symplectic_defect.is_none(), self.symplectic),
-            verdict("symmetric", "symmetry", theory.symmetric, self.symmetric),
+            verdict("symplectic", "symplecticity", traits.symplectic != Symplecticity::Never, self.symplectic),
+            verdict("symmetric", "symmetry", traits.is_reversible, self.symmetric),
         ]
     }
 }

@@ -1,60 +1,31 @@
 //! The method of a file as one of the methods under test.
 
-use lsvi::classic::{CoupledRungeKutta, RungeKutta, Tableau as LowerTriangular};
-use lsvi::{InputError, Integrator, VectorField};
+use std::sync::Arc;
 
-use super::file::{Body, MethodFile};
-use super::linear::Reach;
-use super::tableau::Shape;
-use super::theory::Theory;
-use crate::kinds::{Principle, Stability, Symplecticity};
+use lsvi::{Integrator, VectorField};
+
+use super::analysis::Analysis;
+use super::file::MethodFile;
 use crate::method::{BuildError, Method, Traits};
 use crate::problem::Problem;
 
-/// A Runge–Kutta method with the coefficients of a file.
+/// A method with the coefficients of a file.
 #[derive(Debug, Clone)]
 pub struct FileMethod {
     name: String,
     traits: Traits,
-    is_coupled: bool,
-    a: Vec<Vec<f64>>,
-    b: Vec<f64>,
-    c: Vec<f64>,
+    theory: Arc<dyn Analysis>,
 }
 
 impl FileMethod {
-    /// The method `name` with the coefficients of `theory`, and of the order that they have with c as given.
-    pub fn new(name: &str, theory: &Theory) -> Self {
-        let (a, b, c) = theory.numbers.doubles();
-        let infinity = theory.stability.at_infinity().abs();
-        let stability = match theory.alpha {
-            Some(alpha) if alpha > 0.0 && infinity < 0.95 => Stability::Damping,
-            Some(alpha) if alpha > 0.0 => Stability::Neutral,
-            _ if matches!(theory.negative, Reach::UpTo { end: 0.0, .. }) => Stability::Unstable,
-            _ => Stability::Conditional,
-        };
-        Self {
-            name: name.into(),
-            traits: Traits {
-                stiff_order: theory.stiff_order(),
-                symplectic: match theory.symplectic_defect {
-                    None => Symplecticity::Always,
-                    Some(_) => Symplecticity::Never,
-                },
-                is_reversible: theory.symmetric,
-                ..Traits::new(theory.order_in_time, Principle::Equation, stability)
-            },
-            is_coupled: theory.shape == Shape::FullyImplicit,
-            a,
-            b,
-            c,
-        }
+    /// The method `name` with the coefficients of `theory`.
+    pub fn new(name: &str, theory: Arc<dyn Analysis>) -> Self {
+        Self { name: name.into(), traits: theory.traits(), theory }
     }
 
     /// The method of `file`.
     pub fn of(file: &MethodFile) -> Self {
-        let Body::RungeKutta(tableau) = &file.body;
-        Self::new(&file.name, &Theory::new(tableau, None, None))
+        Self::new(&file.name, file.body.analyse(None, None))
     }
 
     /// The same, with another order expected of it.
@@ -66,13 +37,9 @@ impl FileMethod {
     /// Its integrator of any field.
     ///
     /// # Errors
-    /// [`InputError`] for coefficients that double precision does not hold.
-    pub fn integrator<'a, F: VectorField + 'a>(&self, field: F) -> Result<Box<dyn Integrator + 'a>, InputError> {
-        if self.is_coupled {
-            return Ok(Box::new(CoupledRungeKutta::new(field, &self.a, &self.b, &self.c)?));
-        }
-        let tableau = LowerTriangular::lower_triangular(&self.a, &self.b, &self.c)?;
-        Ok(Box::new(RungeKutta::new(field, tableau)?))
+    /// Why it does not apply, or that double precision does not hold its coefficients.
+    pub fn integrator<'a, F: VectorField + 'a>(&self, field: F) -> Result<Box<dyn Integrator + 'a>, String> {
+        self.theory.on_field(Box::new(field))
     }
 }
 
@@ -85,13 +52,16 @@ impl Method for FileMethod {
         self.traits.clone()
     }
 
+    fn momentum_roundoff(&self, steps: f64) -> f64 {
+        self.theory.momentum_roundoff(steps)
+    }
+
     fn filled(&self, problem: &dyn Problem) -> usize {
-        if self.is_coupled { self.b.len() * problem.ode().dim() } else { 0 }
+        self.theory.unknowns() * problem.ode().dim()
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         crate::method::check_filled(self, problem)?;
-        let refused = |error: InputError| BuildError { method: self.name(), reason: error.to_string() };
-        self.integrator(problem.field()).map_err(refused)
+        self.theory.on_problem(problem).map_err(|reason| BuildError { method: self.name(), reason })
     }
 }

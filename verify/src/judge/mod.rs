@@ -1,34 +1,43 @@
 //! Judging a method that comes as text: its order conditions, its stability and structure, and its runs.
 
+pub mod analysis;
 pub mod claim;
+pub mod closure;
 pub mod conditions;
 pub mod diagnosis;
 mod evidence;
 mod expression;
-mod facts;
+pub mod facts;
 pub mod file;
 pub mod linear;
 pub mod measured;
 mod method;
+pub mod multistep;
+pub mod nodes;
+pub mod parts;
 pub mod polynomial;
 mod problem;
 pub mod real;
 pub mod repair;
+mod runge_kutta;
+mod stepping;
 pub mod structure;
 pub mod tableau;
 pub mod theory;
 pub mod tree;
 mod verdict;
 
+use std::sync::Arc;
+
+use analysis::Analysis;
 use claim::Claim;
 use diagnosis::Diagnosis;
 pub use expression::Rounding;
-use file::{Body, MethodFile};
+use file::MethodFile;
 use measured::{Defects, MeasuredOrder};
 pub use method::FileMethod;
 use rayon::prelude::*;
-use theory::Theory;
-pub use verdict::{Kind, Verdict};
+pub use verdict::{Finding, Kind, Verdict};
 
 use crate::evidence::Outcome;
 
@@ -47,7 +56,7 @@ pub struct Judgement {
     /// Its file.
     pub file: MethodFile,
     /// What follows from its coefficients.
-    pub theory: Theory,
+    pub theory: Arc<dyn Analysis>,
     /// Whether a coefficient or a label is wrong.
     pub diagnosis: Diagnosis,
     /// Orders measured.
@@ -61,27 +70,30 @@ pub struct Judgement {
 impl Judgement {
     /// Judges the method of `file`.
     pub fn new(file: MethodFile, effort: Effort) -> Self {
-        let Body::RungeKutta(tableau) = &file.body;
         let claimed = file.order();
         let claimed_embedded = file.claims.iter().find_map(Claim::as_embedded_order);
-        let theory = Theory::new(tableau, claimed, claimed_embedded);
-        let diagnosis = Diagnosis::new(tableau, &theory, claimed, claimed_embedded);
-        let method = FileMethod::new(&file.name, &theory);
+        let theory = file.body.analyse(claimed, claimed_embedded);
+        let diagnosis = Diagnosis::new(&file.body, &*theory, claimed, claimed_embedded);
+        let method = FileMethod::new(&file.name, Arc::clone(&theory));
         let (measured, defects) = match effort {
             Effort::Theory => (Vec::new(), None),
             Effort::Runs => {
-                let (measured, defects) =
-                    rayon::join(|| measured::orders(&method, &theory), || measured::defects(&method));
-                (measured, Some(defects))
+                let defects = || theory.has_structure().then(|| measured::defects(&method));
+                rayon::join(|| measured::orders(&method, &*theory), defects)
             }
         };
-        let mut verdicts: Vec<Verdict> = file.claims.par_iter().map(|claim| verdict::judge(claim, &theory)).collect();
-        verdicts.extend(verdict::rows(&theory));
+        let mut verdicts: Vec<Verdict> = file.claims.par_iter().map(|claim| verdict::judge(claim, &*theory)).collect();
+        verdicts.extend(theory.consistency());
         verdicts.extend(measured.iter().map(MeasuredOrder::verdict));
         if let Some(Ok(defects)) = &defects {
-            verdicts.extend(defects.verdicts(&theory));
+            verdicts.extend(defects.verdicts(&theory.traits()));
         }
         Self { file, theory, diagnosis, measured, defects, verdicts }
+    }
+
+    /// The theory of a Runge–Kutta method, if it is one.
+    pub fn runge_kutta(&self) -> Option<&theory::Theory> {
+        self.theory.as_runge_kutta()
     }
 
     /// Fail where anything is refuted, inconclusive where anything is left open, else pass.

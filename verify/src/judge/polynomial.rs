@@ -68,6 +68,17 @@ impl Polynomial {
         Self::new(out)
     }
 
+    /// p/(x − r), where r is a root.
+    pub(super) fn without_root(&self, root: &Real) -> Self {
+        let mut quotient: Vec<Real> = Vec::new();
+        for c in self.0.iter().skip(1).rev() {
+            let carried = quotient.last().map_or_else(Real::zero, |last| last * root);
+            quotient.push(c + &carried);
+        }
+        quotient.reverse();
+        Self(quotient)
+    }
+
     /// p(−x).
     pub(super) fn mirrored(&self) -> Self {
         Self(self.0.iter().enumerate().map(|(k, c)| if k % 2 == 0 { c.clone() } else { -c }).collect())

@@ -9,7 +9,7 @@ use super::conditions::Weights;
 use super::polynomial::{Polynomial, double};
 use super::real::Real;
 use super::tableau::{Numbers, Place, Shape, Tableau, row_sums};
-use super::tree::Forest;
+use super::tree::{Forest, Rule};
 
 /// Largest denominator of a rational number that is proposed as such.
 const SIMPLE: u64 = 1_000_000_000_000;
@@ -55,7 +55,7 @@ struct Search<'a> {
 /// Every change of a single coefficient that reaches `target`, the one nearest to the printed text first.
 pub fn repairs(tableau: &Tableau, target: Target) -> Vec<Repair> {
     let numbers = tableau.numbers();
-    let forest = Forest::autonomous(target.order.max(target.embedded.unwrap_or(0)));
+    let forest = Forest::new(Rule::Autonomous, target.order.max(target.embedded.unwrap_or(0)));
     let mut search = Search { tableau, numbers, target, forest, failing: [Vec::new(), Vec::new()], rows: Vec::new() };
     search.failing = search.failures(&search.numbers);
     search.rows = failing_rows(&search.numbers);
@@ -96,7 +96,12 @@ impl Search<'_> {
             [i] if self.tableau.c.is_some() => {
                 let defect = &self.numbers.row_defects()[*i];
                 found.push((Place::C(*i), &self.numbers.c[*i] - defect));
-                found.extend(self.columns(*i).map(|j| (Place::A(*i, j), &self.numbers.a[*i][j] + defect)));
+                let columns = match self.tableau.shape() {
+                    Shape::Explicit => self.columns(*i),
+                    // A lost entry above the diagonal makes coupled stages look diagonally implicit.
+                    Shape::DiagonallyImplicit | Shape::FullyImplicit => 0..s,
+                };
+                found.extend(columns.map(|j| (Place::A(*i, j), &self.numbers.a[*i][j] + defect)));
             }
             [] => {
                 for i in 0..s {

@@ -155,4 +155,8 @@ impl Coefficient {
     pub(super) fn zero() -> Self {
         Self { text: "0".into(), exact: Some(RBig::ZERO), real: Real::zero() }
     }
+
+    pub(super) fn one() -> Self {
+        Self { text: "1".into(), exact: Some(RBig::ONE), real: Real::one() }
+    }
 }

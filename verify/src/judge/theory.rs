@@ -9,7 +9,7 @@ use super::structure::{
     Indefinite, Simplifying, is_algebraically_stable, is_stiffly_accurate, is_symmetric, symplectic_defect,
 };
 use super::tableau::{Numbers, Shape, Tableau};
-use super::tree::{Forest, MAX_ORDER};
+use super::tree::{Colour, Forest, MAX_ORDER, Rule};
 use crate::measure::norm::larger;
 
 /// Largest order for which the trees with a vertex of time are made.
@@ -30,17 +30,33 @@ pub struct WeightsTheory {
 
 impl WeightsTheory {
     fn new(numbers: &Numbers, b: &[Real], at_least: u32) -> Self {
-        let mut depth = at_least.clamp(3, MAX_ORDER);
+        Self::search(Rule::Autonomous, at_least, |forest| conditions(forest, numbers, b))
+    }
+
+    /// The conditions of the trees of `rule`, up to one order more than holds and at least up to `at_least`.
+    pub(super) fn search(rule: Rule, at_least: u32, conditions: impl Fn(&Forest) -> Vec<Condition>) -> Self {
+        let mut depth = at_least.clamp(3, rule.most());
         loop {
-            let forest = Forest::autonomous(depth);
-            let conditions = conditions(&forest, numbers, b);
+            let forest = Forest::new(rule, depth);
+            let conditions = conditions(&forest);
             let order = order_of(&conditions);
-            if order < depth || depth == MAX_ORDER {
+            if order < depth || depth == rule.most() {
                 let error_norm = (order < depth).then(|| error_norm(&forest, &conditions, order + 1));
                 return Self { order, forest, conditions, error_norm };
             }
             depth += 1;
         }
+    }
+
+    /// The condition of a tree, for weights of this name where the trees have one colour.
+    pub fn formula(&self, tree: usize, name: &str) -> String {
+        let name = match (self.forest.rule(), self.forest.trees()[tree].colour) {
+            (Rule::SecondOrder, Colour::First) => "b̄",
+            (Rule::SecondOrder, _) | (Rule::Partitioned | Rule::Separable, Colour::First) => "b",
+            (Rule::Partitioned | Rule::Separable, _) => "b̂",
+            _ => name,
+        };
+        self.forest.formula(tree, name)
     }
 
     /// The conditions up to order `p` that do not hold, the first first.
@@ -174,6 +190,6 @@ impl Theory {
 
 /// The order with c as given, from the trees with a vertex of time.
 fn order_in_time(numbers: &Numbers, most: u32) -> u32 {
-    let forest = Forest::with_time(most.clamp(1, MAX_TIME_ORDER));
+    let forest = Forest::new(Rule::WithTime, most.clamp(1, MAX_TIME_ORDER));
     order_of(&conditions(&forest, numbers, &numbers.b)).min(most)
 }

@@ -16,8 +16,62 @@ pub struct Tree {
     pub symmetry: u64,
     /// Subtrees of the root, by their places in the forest, never increasing.
     pub children: Vec<usize>,
-    /// Whether it is the vertex of time, whose stage values are the c_i as given: ∂f/∂t puts it where ∂f/∂v puts a subtree.
-    pub is_time: bool,
+    /// What its root stands for.
+    pub colour: Colour,
+}
+
+/// What a vertex stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Colour {
+    /// The right-hand side, or that of q̇ in a system of two parts.
+    First,
+    /// The right-hand side of ṗ.
+    Second,
+    /// Time, whose stage values are the c_i as given: ∂f/∂t puts it where ∂f/∂v puts a subtree.
+    Time,
+}
+
+/// Which trees there are: which elementary differentials of a system do not vanish.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// v̇ = f(v), Σ over j of a_ij standing for every c_i: 1, 1, 2, 4, 9, 20, 48, 115, … trees.
+    Autonomous,
+    /// Those of v̇ = f(t, v) too, in which time itself is differentiated, where c_i need not be the sum of row i.
+    WithTime,
+    /// q̇ = f(q, p), ṗ = g(q, p): 2, 4, 14, 52, … trees (\[HLW06\] III.2).
+    Partitioned,
+    /// q̇ = f(p), ṗ = g(q): neighbours differ in colour.
+    Separable,
+    /// q̇ = p, ṗ = g(q): so do they, and a vertex of q carries at most one other (\[HNW93\] II.14).
+    SecondOrder,
+}
+
+impl Rule {
+    /// Largest order for which its trees are made: one to two thousand of them.
+    pub fn most(self) -> u32 {
+        match self {
+            Self::Autonomous | Self::WithTime => MAX_ORDER,
+            Self::Partitioned => 6,
+            Self::Separable => 8,
+            Self::SecondOrder => 10,
+        }
+    }
+
+    fn colours(self) -> &'static [Colour] {
+        match self {
+            Self::Autonomous | Self::WithTime => &[Colour::First],
+            _ => &[Colour::First, Colour::Second],
+        }
+    }
+
+    /// Whether ∂`root`/∂`child` need not vanish, for the `n`th child of the root.
+    fn allows(self, root: Colour, child: Colour, n: usize) -> bool {
+        match self {
+            Self::Autonomous | Self::WithTime | Self::Partitioned => true,
+            Self::Separable => root != child,
+            Self::SecondOrder => root != child && (root == Colour::Second || n == 0),
+        }
+    }
 }
 
 /// All rooted trees up to an order, each after its subtrees.
@@ -25,36 +79,33 @@ pub struct Tree {
 pub struct Forest {
     trees: Vec<Tree>,
     order: u32,
+    rule: Rule,
 }
 
 impl Forest {
-    /// The trees of autonomous equations, Σ over j of a_ij standing for every c_i: 1, 1, 2, 4, 9, 20, 48, 115, … of them.
-    pub fn autonomous(order: u32) -> Self {
-        Self::grow(order, false)
-    }
-
-    /// Those and the ones in which time itself is differentiated, where c_i need not be the sum of row i.
-    pub fn with_time(order: u32) -> Self {
-        Self::grow(order, true)
-    }
-
-    fn grow(order: u32, with_time: bool) -> Self {
-        let order = order.min(MAX_ORDER);
-        let leaf = |is_time| Tree { order: 1, density: 1, symmetry: 1, children: Vec::new(), is_time };
-        let mut forest = Self { trees: if order == 0 { Vec::new() } else { vec![leaf(false)] }, order };
-        if with_time && order > 1 {
-            forest.trees.push(leaf(true));
+    /// The trees of `rule` up to `order`, at most [as many](Rule::most) as there are made.
+    pub fn new(rule: Rule, order: u32) -> Self {
+        let order = order.min(rule.most());
+        let leaf = |colour| Tree { order: 1, density: 1, symmetry: 1, children: Vec::new(), colour };
+        let mut forest = Self { trees: Vec::new(), order, rule };
+        if order > 0 {
+            forest.trees.extend(rule.colours().iter().map(|colour| leaf(*colour)));
+        }
+        if rule == Rule::WithTime && order > 1 {
+            forest.trees.push(leaf(Colour::Time));
         }
         for n in 2..=order {
             let known = forest.trees.len();
-            forest.graft(n, n - 1, known, &mut Vec::new());
+            for colour in rule.colours() {
+                forest.graft(n, *colour, n - 1, known, &mut Vec::new());
+            }
         }
         forest
     }
 
-    /// Adds the trees of order `n` whose root carries `children` and further ones of `left` vertices, none of them at or after
-    /// place `below`.
-    fn graft(&mut self, n: u32, left: u32, below: usize, children: &mut Vec<usize>) {
+    /// Adds the trees of order `n` whose root of this `colour` carries `children` and further ones of `left` vertices, none of
+    /// them at or after place `below`.
+    fn graft(&mut self, n: u32, colour: Colour, left: u32, below: usize, children: &mut Vec<usize>) {
         if left == 0 {
             let density = children.iter().map(|&k| self.trees[k].density).product::<u64>() * u64::from(n);
             let mut symmetry = 1;
@@ -62,13 +113,13 @@ impl Forest {
                 let repeated = children[..=i].iter().filter(|&&other| other == k).count() as u64;
                 symmetry *= self.trees[k].symmetry * repeated;
             }
-            self.trees.push(Tree { order: n, density, symmetry, children: children.clone(), is_time: false });
+            self.trees.push(Tree { order: n, density, symmetry, children: children.clone(), colour });
             return;
         }
         for k in (0..below).rev() {
-            if self.trees[k].order <= left {
+            if self.trees[k].order <= left && self.rule.allows(colour, self.trees[k].colour, children.len()) {
                 children.push(k);
-                self.graft(n, left - self.trees[k].order, k + 1, children);
+                self.graft(n, colour, left - self.trees[k].order, k + 1, children);
                 children.pop();
             }
         }
@@ -79,21 +130,35 @@ impl Forest {
         &self.trees
     }
 
+    /// Which trees they are.
+    pub fn rule(&self) -> Rule {
+        self.rule
+    }
+
     /// The largest order.
     pub fn order(&self) -> u32 {
         self.order
     }
 
-    /// The places of the trees that state a condition of order `n`; the vertex of time states none.
+    /// The places of the trees that state a condition of order `n`; the vertex of time states none, and nor does that of q̇ = p.
     pub fn of_order(&self, n: u32) -> impl Iterator<Item = usize> {
-        self.trees.iter().enumerate().filter(move |(_, tree)| tree.order == n && !tree.is_time).map(|(k, _)| k)
+        let free = |tree: &Tree| tree.order == 1 && self.rule == Rule::SecondOrder && tree.colour == Colour::First;
+        let states = move |tree: &Tree| tree.order == n && tree.colour != Colour::Time && !free(tree);
+        self.trees.iter().enumerate().filter(move |(_, tree)| states(tree)).map(|(k, _)| k)
     }
 
-    /// The tree in brackets: `[τ²,[τ]]`, with `t` for the vertex of time.
+    /// The tree in brackets: `[τ²,[τ]]`, with `t` for the vertex of time; `p[q²,q[p]]` in a system of two parts.
     pub fn brackets(&self, k: usize) -> String {
         let tree = &self.trees[k];
+        let has_parts = self.rule.colours().len() > 1;
+        let (leaf, root) = match tree.colour {
+            Colour::Time => ("t", ""),
+            Colour::Second => ("p", "p"),
+            Colour::First if has_parts => ("q", "q"),
+            Colour::First => ("τ", ""),
+        };
         if tree.children.is_empty() {
-            return if tree.is_time { "t" } else { "τ" }.into();
+            return leaf.into();
         }
         let mut parts: Vec<(String, usize)> = Vec::new();
         for &child in tree.children.iter().rev() {
@@ -104,23 +169,25 @@ impl Forest {
             }
         }
         let parts: Vec<String> = parts.into_iter().map(|(text, count)| power(&text, count)).collect();
-        format!("[{}]", parts.join(","))
+        format!("{root}[{}]", parts.join(","))
     }
 
-    /// The sum of the condition in coefficients: `Σ b_i c_i a_ij c_j²`. Where c and the row sums of A differ, r_i stands for
-    /// the sum of row i.
-    pub fn formula(&self, k: usize, weights: &str, separate_rows: bool) -> String {
-        let mut used = 1;
+    /// The sum of the condition in coefficients: `Σ b_i c_i a_ij c_j²`. In a system of two parts, hats are on those of ṗ; in
+    /// q̈ = g(q), bars on those of q.
+    pub fn formula(&self, k: usize, weights: &str) -> String {
+        let is_bar = self.rule == Rule::SecondOrder && self.trees[k].colour == Colour::First;
         let mut text = format!("Σ {weights}_i");
-        self.factors(k, 0, &mut used, separate_rows, &mut text);
+        // A vertex of q̇ = p only passes on what it carries.
+        let root = if is_bar { self.trees[k].children[0] } else { k };
+        self.factors(root, 0, &mut 1, &mut text);
         text
     }
 
-    fn factors(&self, k: usize, index: usize, used: &mut usize, separate_rows: bool, out: &mut String) {
+    fn factors(&self, k: usize, index: usize, used: &mut usize, out: &mut String) {
         let name = |index: usize| char::from(b'i' + (index % 18) as u8);
         let children = &self.trees[k].children;
-        for (leaf, symbol) in [(false, if separate_rows { 'r' } else { 'c' }), (true, 'c')] {
-            let is_such = |child: &&usize| self.trees[**child].order == 1 && self.trees[**child].is_time == leaf;
+        for (colour, symbol) in [(Colour::First, "c"), (Colour::Second, "ĉ"), (Colour::Time, "c")] {
+            let is_such = |child: &&usize| self.trees[**child].order == 1 && self.trees[**child].colour == colour;
             let count = children.iter().filter(is_such).count();
             if count > 0 {
                 let _ = write!(out, " {}", power(&format!("{symbol}_{}", name(index)), count));
@@ -129,8 +196,13 @@ impl Forest {
         for &child in children.iter().rev().filter(|&&child| self.trees[child].order > 1) {
             let next = *used;
             *used += 1;
-            let _ = write!(out, " a_{}{}", name(index), name(next));
-            self.factors(child, next, used, separate_rows, out);
+            let (symbol, below) = match (self.rule, self.trees[child].colour) {
+                (Rule::SecondOrder, _) => ("ā", self.trees[child].children[0]),
+                (_, Colour::Second) => ("â", child),
+                _ => ("a", child),
+            };
+            let _ = write!(out, " {symbol}_{}{}", name(index), name(next));
+            self.factors(below, next, used, out);
         }
     }
 }
@@ -147,7 +219,7 @@ mod tests {
     /// The counts of rooted trees, OEIS A000081.
     #[test]
     fn there_are_as_many_trees_of_each_order_as_there_should_be() {
-        let forest = Forest::autonomous(MAX_ORDER);
+        let forest = Forest::new(Rule::Autonomous, MAX_ORDER);
         let counts: Vec<usize> = (1..=MAX_ORDER).map(|n| forest.of_order(n).count()).collect();
         assert_eq!(counts, [1, 1, 2, 4, 9, 20, 48, 115, 286, 719]);
     }
@@ -155,7 +227,7 @@ mod tests {
     /// Σ 1/(σ γ) over the trees of order n is 1/n!·Σ α = 1/n: ẏ = eʸ gives y⁽ⁿ⁾(0) = (n − 1)!, Σ n!/(σγ) = (n − 1)!.
     #[test]
     fn densities_and_symmetries_add_up_to_the_derivatives_of_a_known_solution() {
-        let forest = Forest::autonomous(MAX_ORDER);
+        let forest = Forest::new(Rule::Autonomous, MAX_ORDER);
         for n in 1..=MAX_ORDER {
             let trees = forest.of_order(n).map(|k| &forest.trees()[k]);
             let sum: f64 = trees.map(|tree| 1.0 / (tree.symmetry as f64 * tree.density as f64)).sum();
@@ -163,11 +235,39 @@ mod tests {
         }
     }
 
+    /// Of two colours (\[HLW06\] III.2: 2, 4, 14, 52; OEIS A000151); twice the plain ones where neighbours differ; of
+    /// Nyström's (\[HNW93\] II.14: those of ẏ 1, 1, 2, 3, 6, 10, 20, …, those of y the same one order higher).
+    #[test]
+    fn there_are_as_many_coloured_trees_as_there_should_be() {
+        let counts = |rule: Rule, most: u32| {
+            let forest = Forest::new(rule, most);
+            (1..=most).map(|n| forest.of_order(n).count()).collect::<Vec<_>>()
+        };
+        assert_eq!(counts(Rule::Partitioned, 5), [2, 4, 14, 52, 214]);
+        assert_eq!(counts(Rule::Separable, 6), [2, 2, 4, 8, 18, 40]);
+        assert_eq!(counts(Rule::SecondOrder, 7), [1, 2, 3, 5, 9, 16, 30]);
+    }
+
+    /// q̇ = p, ṗ = q is linear: of each order one tree of each colour has no branching, with density n!.
+    #[test]
+    fn coloured_trees_without_branches_have_the_density_of_the_exponential() {
+        let forest = Forest::new(Rule::SecondOrder, 7);
+        let is_tall = |k: usize| {
+            std::iter::successors(Some(k), |k| forest.trees()[*k].children.first().copied())
+                .all(|k| forest.trees()[k].children.len() < 2)
+        };
+        for n in 2..=7 {
+            let tall: Vec<u64> =
+                forest.of_order(n).filter(|k| is_tall(*k)).map(|k| forest.trees()[k].density).collect();
+            assert_eq!(tall, [(1..=u64::from(n)).product::<u64>(); 2]);
+        }
+    }
+
     #[test]
     fn trees_are_written_as_in_the_textbooks() {
-        let forest = Forest::autonomous(4);
+        let forest = Forest::new(Rule::Autonomous, 4);
         let shown: Vec<String> =
-            forest.of_order(4).map(|k| format!("{} {}", forest.brackets(k), forest.formula(k, "b", false))).collect();
+            forest.of_order(4).map(|k| format!("{} {}", forest.brackets(k), forest.formula(k, "b"))).collect();
         for expected in
             ["[[[τ]]] Σ b_i a_ij a_jk c_k", "[[τ²]] Σ b_i a_ij c_j²", "[τ,[τ]] Σ b_i c_i a_ij c_j", "[τ³] Σ b_i c_i³"]
         {

@@ -1,7 +1,7 @@
 //! The integrators of mechanics: path fitting [KY21] and the classical and Galerkin variational integrators [MW01].
 
 use lsvi::discrete::{Constrainable, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
-use lsvi::quadrature::{LagrangeBasis, NodeFamily};
+use lsvi::quadrature::{LagrangeBasis, NodeFamily, Quadrature};
 use lsvi::{Constrained, EulerLagrange, Grid, InputError, Integrator, State, StepError, Work, position_momentum};
 
 use super::{Build, BuildError, Method, Spec, Traits};
@@ -108,20 +108,56 @@ fn refuse(call: &Call, form: &str, reason: &str) -> NameError {
 #[derive(Debug)]
 struct Mechanical(Discretisation);
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 enum Discretisation {
-    PathFitted { degree: usize, family: NodeFamily },
-    Bernstein { degree: usize },
+    PathFitted {
+        degree: usize,
+        family: NodeFamily,
+    },
+    Bernstein {
+        degree: usize,
+    },
     Midpoint,
     StormerVerlet,
-    GalerkinGauss { degree: usize },
-    GalerkinLobatto { degree: usize },
+    GalerkinGauss {
+        degree: usize,
+    },
+    GalerkinLobatto {
+        degree: usize,
+    },
+    /// A path through its values at any interior nodes.
+    PathFittedOn {
+        interior: Vec<f64>,
+    },
+    /// Any quadrature.
+    GalerkinOn {
+        degree: usize,
+        quadrature: Quadrature,
+    },
+}
+
+/// Path fitting on interior nodes of one's own.
+///
+/// # Errors
+/// [`InputError`] for nodes that are not distinct points inside the step.
+pub(crate) fn path_fitted_on(interior: &[f64]) -> Result<Box<dyn Method>, InputError> {
+    LagrangeBasis::new(&[&[0.0], interior, &[1.0]].concat())?;
+    Ok(Box::new(Mechanical(Discretisation::PathFittedOn { interior: interior.to_vec() })))
+}
+
+/// The Galerkin integrator of this degree with a quadrature of one's own.
+///
+/// # Errors
+/// [`InputError`] for a quadrature that is none.
+pub(crate) fn galerkin_on(degree: usize, nodes: &[f64], weights: &[f64]) -> Result<Box<dyn Method>, InputError> {
+    let quadrature = Quadrature::new(nodes.to_vec(), weights.to_vec())?;
+    Ok(Box::new(Mechanical(Discretisation::GalerkinOn { degree, quadrature })))
 }
 
 impl Method for Mechanical {
     fn name(&self) -> String {
         use Discretisation as D;
-        match self.0 {
+        match &self.0 {
             D::PathFitted { degree, family } => match family {
                 NodeFamily::Equispaced => format!("path-fitted({degree})"),
                 NodeFamily::Gauss => format!("path-fitted({degree},gauss)"),
@@ -133,6 +169,8 @@ impl Method for Mechanical {
             D::StormerVerlet => "stormer-verlet".into(),
             D::GalerkinGauss { degree } => format!("galerkin-gauss({degree})"),
             D::GalerkinLobatto { degree } => format!("galerkin-lobatto({degree})"),
+            D::PathFittedOn { interior } => format!("path-fitted on {interior:?}"),
+            D::GalerkinOn { degree, quadrature } => format!("galerkin({degree}) on {:?}", quadrature.nodes()),
         }
     }
 
@@ -146,7 +184,10 @@ impl Method for Mechanical {
             let symplectic = if is_gauss { Symplecticity::ConstantMass } else { Symplecticity::Never };
             (order, symplectic, !is_gauss && degree % 2 == 1, None)
         };
+        // Of nodes of one's own their order is known to whoever has them.
         let (order, symplectic, has_even_defect, restates) = match self.0 {
+            D::PathFittedOn { ref interior } => (interior.len(), Symplecticity::Never, false, None),
+            D::GalerkinOn { degree, .. } => (2 * degree, Symplecticity::Always, false, None),
             D::PathFitted { degree, family } => fitted(degree, family),
             D::Bernstein { degree } => {
                 let lagrange = Mechanical(D::PathFitted { degree, family: NodeFamily::Equispaced });
@@ -172,11 +213,13 @@ impl Method for Mechanical {
     ///
     /// Only the last two Bernstein coefficients enter p₁, with ± m, but their equations are as ill-conditioned.
     fn momentum_roundoff(&self, steps: f64) -> f64 {
-        let slopes = |family: NodeFamily, degree| {
-            let nodes = [vec![0.0], family.interior(degree)?, vec![1.0]].concat();
+        let slopes_on = |interior: &[f64]| {
+            let nodes = [&[0.0], interior, &[1.0]].concat();
             Ok(LagrangeBasis::new(&nodes)?.derivatives(1.0)[1..].iter().map(|slope| slope * slope).sum::<f64>().sqrt())
         };
+        let slopes = |family: NodeFamily, degree| slopes_on(&family.interior(degree)?);
         let coefficients: Result<f64, InputError> = match self.0 {
+            Discretisation::PathFittedOn { ref interior } => slopes_on(interior),
             Discretisation::PathFitted { degree, family } => slopes(family, degree),
             Discretisation::Bernstein { degree } => slopes(NodeFamily::Equispaced, degree),
             _ => Ok(1.0),
@@ -250,8 +293,10 @@ impl Method for CircleScheme {
 }
 
 impl Discretisation {
-    fn discretise<'a>(self, l: Box<dyn EulerLagrange + 'a>) -> Result<Box<dyn Constrainable + 'a>, InputError> {
-        Ok(match self {
+    fn discretise<'a>(&self, l: Box<dyn EulerLagrange + 'a>) -> Result<Box<dyn Constrainable + 'a>, InputError> {
+        Ok(match *self {
+            Self::PathFittedOn { ref interior } => Box::new(PathFitted::new(l, interior)?),
+            Self::GalerkinOn { degree, ref quadrature } => Box::new(Galerkin::new(l, degree, quadrature)?),
             Self::PathFitted { degree, family } => Box::new(PathFitted::on(l, family, degree)?),
             Self::Bernstein { degree } => {
                 Box::new(PathFitted::bernstein(l, &NodeFamily::Equispaced.interior(degree)?)?)

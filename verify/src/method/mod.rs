@@ -4,15 +4,16 @@ pub mod adaptive;
 mod classic;
 pub(crate) mod high_order;
 mod least_squares;
-mod mechanics;
+pub(crate) mod mechanics;
 mod open_closures;
 mod traits;
 
 use std::fmt;
 
 use lsvi::adaptive::Tolerances;
-use lsvi::discrete::Constrainable;
-use lsvi::{EulerLagrange, InputError, Integrator};
+use lsvi::closure::Linear;
+use lsvi::discrete::{Constrainable, Trapezoidal};
+use lsvi::{EulerLagrange, InputError, Integrator, Variational};
 
 pub use traits::Traits;
 
@@ -198,6 +199,22 @@ pub fn integrators() -> Vec<Box<dyn Method>> {
     all.filter(|method| method.principle() == Principle::Hamilton).collect()
 }
 
+/// The trapezoidal discrete Lagrangian of `problem` with a closure of one's own; with second derivatives alone, where α + β = 0.
+pub(crate) fn close<'a>(
+    problem: &'a dyn Problem,
+    closure: Linear,
+    conserves: bool,
+) -> Result<Box<dyn Integrator + 'a>, String> {
+    if conserves && !problem.has_curvature() {
+        return Err(CURVATURE.into());
+    }
+    let lagrangian = problem.lagrangian().map_err(|error| error.to_string())?;
+    Ok(Box::new(Variational::new(Trapezoidal::new(lagrangian), closure)))
+}
+
+const CURVATURE: &str =
+    "where ∂f/∂v is singular, second derivatives of f tell which root is the right one, and they are not known here";
+
 /// Refuses a problem without second derivatives, for closures with α + β = 0: their derivative is of the size of
 /// J = ∂f/∂v, and where J is singular the curvature of f decides where the branch of roots goes, and that it ends.
 /// Without it an iteration runs on, to a root of another branch.
@@ -205,8 +222,7 @@ fn require_curvature(method: &dyn Method, problem: &dyn Problem) -> Result<(), B
     if problem.has_curvature() {
         return Ok(());
     }
-    let reason = "where ∂f/∂v is singular, second derivatives of f tell which root is the right one, and they are not known here";
-    Err(BuildError { method: method.name(), reason: reason.into() })
+    Err(BuildError { method: method.name(), reason: CURVATURE.into() })
 }
 
 #[cfg(test)]

@@ -31,13 +31,14 @@ fn published(name: &str) -> Judgement {
 
 #[test]
 fn every_claim_of_every_shipped_file_is_confirmed_by_theory_and_by_runs() {
-    let open: Vec<String> = files("")
+    let right = files("").into_iter().filter(|path| !path.ends_with("bdf7.toml")).collect::<Vec<_>>();
+    let open: Vec<String> = right
         .par_iter()
         .flat_map_iter(|path| {
             let judgement = Judgement::new(MethodFile::load(path).expect("well-formed"), Effort::Runs);
             assert!(judgement.file.order().is_some() && judgement.file.source.is_some(), "{}", path.display());
             assert!(matches!(judgement.diagnosis, Diagnosis::Sound), "{}: {:?}", path.display(), judgement.diagnosis);
-            assert!(judgement.measured.iter().filter(|measured| measured.result.is_ok()).count() >= 3);
+            assert!(judgement.measured.iter().filter(|measured| measured.result.is_ok()).count() >= 2);
             let stem = judgement.file.name.clone();
             let open = judgement
                 .verdicts
@@ -107,15 +108,150 @@ fn misprint(text: &str, random: &mut Uniform) -> String {
     format!("{}{}{}", &text[..at], (old + 1 + draw(9)) % 10, &text[at + 1..])
 }
 
+fn shipped(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("methods/{name}.toml"));
+    std::fs::read_to_string(path).expect("there")
+}
+
+/// The subjects of what is not confirmed, of those that ran.
+fn refuted(judgement: &Judgement) -> Vec<&str> {
+    let open = |outcome| !matches!(outcome, Outcome::Pass | Outcome::NotRun);
+    judgement.verdicts.iter().filter(|v| open(v.check.outcome)).map(|v| v.subject.as_str()).collect()
+}
+
+#[test]
+fn backward_differentiation_of_seven_steps_has_its_order_and_does_not_converge() {
+    let judgement = judge(&shipped("bdf7"), Effort::Runs);
+    assert_eq!((judgement.theory.order(), judgement.outcome()), (7, Outcome::Fail));
+    assert_eq!(refuted(&judgement), ["zero-stable", "convergence"]);
+}
+
+/// A wrong coefficient in a file of each kind: what the claims are refuted by, and that the runs agree with the order left.
+#[test]
+fn a_wrong_coefficient_of_any_kind_is_refuted_and_the_runs_agree_with_what_is_left() {
+    for (name, from, to, order, expected) in [
+        (
+            "lobatto-iiia-iiib3",
+            "\"1/6\", \"5/6\", 0",
+            "\"1/6\", \"4/6\", 0",
+            1,
+            &["order 4", "symplectic", "symmetric"][..],
+        ),
+        (
+            "lobatto-iiia-iiib3",
+            "\"5/24\", \"1/3\", \"-1/24\"",
+            "\"1/4\", \"1/3\", \"-1/12\"",
+            2,
+            &["order 4", "symplectic"],
+        ),
+        ("forest-ruth", "b_hat = [\"1/(2", "b_hat = [\"1/(2.5", 0, &["order 4", "symplectic", "symmetric"]),
+        ("nystrom4", "[0, \"1/2\"]", "[0, \"1/3\"]", 2, &["order 4"]),
+        ("nystrom5", "\"7/27\"", "\"7/26\"", 2, &["order 5"]),
+        (
+            "verlet-nystrom",
+            "b_bar = [\"1/2\"]",
+            "b_bar = [\"1/3\"]",
+            1,
+            &["order 2", "symplectic", "symmetric", "stable on the imaginary axis to 2"],
+        ),
+        ("bdf3", "\"11/6\"", "\"11/5\"", 0, &["order 3"]),
+        ("adams-moulton3", "\"19/24\", \"3/8\"", "\"18/24\", \"10/24\"", 1, &["order 4"]),
+        ("path-fitted3-gauss", "\"1/2 + sqrt(3)/6\"", "\"2/3\"", 2, &["order 4", "symmetric", "symplectic"]),
+        ("galerkin-simpson2", "\"1/6\", \"2/3\", \"1/6\"", "\"1/4\", \"1/2\", \"1/4\"", 2, &["order 4"]),
+        ("method-i", "alpha = 0", "alpha = 2", 2, &["L-stable"]),
+        ("method-ii", "alpha = -1", "alpha = \"-1/2\"", 2, &["symmetric"]),
+    ] {
+        let text = shipped(name);
+        assert!(text.contains(from), "{name}: {from}");
+        let judgement = judge(&text.replace(from, to), Effort::Runs);
+        assert_eq!(judgement.theory.order(), order, "{name}: {to}");
+        assert_eq!(judgement.outcome(), Outcome::Fail, "{name}");
+        let found = refuted(&judgement);
+        expected.iter().for_each(|subject| assert!(found.contains(subject), "{name}: {subject} is not in {found:?}"));
+        if order > 0 {
+            let runs = judgement.measured.iter().filter_map(|measured| measured.result.as_ref().ok());
+            let slopes: Vec<f64> = runs.map(|fit| fit.line.map_or(f64::NAN, |line| line.slope)).collect();
+            let agree = slopes.iter().filter(|slope| (**slope - f64::from(order)).abs() < 0.3).count();
+            assert!(agree >= 2, "{name}: order {order}, runs {slopes:?}");
+        }
+    }
+}
+
+#[test]
+fn a_poor_start_of_a_multistep_method_is_told_from_its_coefficients() {
+    let text = shipped("bdf4").replace("rho =", "start = \"implicit-euler\"\nrho =");
+    let judgement = judge(&text, Effort::Runs);
+    assert_eq!(judgement.theory.order(), 4);
+    assert_eq!(refuted(&judgement), ["start"]);
+    let linear = judgement.measured.iter().find(|measured| measured.kind == "linear").expect("it is run");
+    let slope = linear.result.as_ref().expect("a fit").line.expect("a line").slope;
+    assert!((slope - 2.0).abs() < 0.1, "{slope}");
+}
+
+/// Known from the literature: A(α) of backward differentiation, the intervals of Adams and Bashforth.
+#[test]
+fn regions_of_stability_of_multistep_methods_are_those_of_the_literature() {
+    let fact = |name: &str| {
+        let judgement = judge(&shipped(name), Effort::Theory);
+        judgement.facts().into_iter().find(|(label, _)| *label == "stability").expect("it has one").1
+    };
+    for (name, expected) in [
+        ("bdf2", "A-stable"),
+        ("bdf3", "86.03°"),
+        ("bdf4", "73.35°"),
+        ("bdf5", "51.84°"),
+        ("bdf6", "17.84°"),
+        ("adams-bashforth2", "negative axis to 1.0000"),
+        ("adams-bashforth4", "negative axis to 0.3000"),
+        ("adams-moulton3", "negative axis to 3.0000"),
+    ] {
+        assert!(fact(name).contains(expected), "{name}: {}", fact(name));
+    }
+}
+
+/// What a kind is not judged by is neither confirmed nor refuted.
+#[test]
+fn a_claim_that_a_kind_is_not_judged_by_is_inconclusive() {
+    let text = shipped("bdf2").replace("\"zero-stable\"", "\"symplectic\"");
+    assert_eq!(refuted(&judge(&text, Effort::Theory)), ["symplectic"]);
+    assert_eq!(judge(&text, Effort::Theory).outcome(), Outcome::Inconclusive);
+    let function = shipped("fitted-pade").replace("order = 2", "order = 2\nclaims = [\"A-stable\"]");
+    assert_eq!(judge(&function, Effort::Theory).outcome(), Outcome::Inconclusive);
+}
+
+#[test]
+fn mistakes_in_a_file_of_any_kind_are_shown_where_they_are() {
+    for (name, from, to, line, reason) in [
+        ("stormer-verlet", "b_hat = [\"1/2\", \"1/2\"]", "b_hat = [1]", 15, "`b_hat` has 1 entries"),
+        ("forest-ruth", "\"separable\"", "\"some\"", 5, "`systems` is"),
+        ("nystrom4", "b_bar", "bbar", 1, "`b_bar` is missing"),
+        ("bdf2", "sigma = [0, 0, 1]", "sigma = [0, 1]", 7, "`sigma` has 2 entries"),
+        ("bdf2", "rho =", "start = \"bdf1\"\nrho =", 6, "no Runge–Kutta method"),
+        ("bdf2", "sigma = [0, 0, 1]", "sigma = [0, 0, \"z\"]", 7, "`z` is not known here"),
+        ("fitted-pade", "rate = 4", "rate = -4", 5, "positive"),
+        ("fitted-pade", "rate = 4\n", "", 5, "needs a `rate`"),
+        ("method-i", "beta = 1", "beta = 0", 6, "both zero"),
+        ("path-fitted3", "\"2/3\"", "\"4/3\"", 6, "between 0 and 1"),
+        ("galerkin-gauss2", "degree = 2", "degree = 3", 6, "whole number"),
+    ] {
+        let text = shipped(name);
+        assert!(text.contains(from), "{name}: {from}");
+        let error = MethodFile::parse("m.toml", "m", &text.replace(from, to)).expect_err(to);
+        let FileError::Malformed { line: found, reason: text, .. } = &error else { panic!("{error}") };
+        assert!(text.contains(reason) && *found == line, "{name}: {error}");
+    }
+}
+
 /// A seeded sample of misprints, three for each kind of coefficient of each file.
 #[test]
 fn a_misprint_in_any_coefficient_of_any_shipped_file_is_found_and_mended() {
-    let tallies: Vec<(usize, usize, usize)> = files("")
+    let tableaus = files("").into_iter().map(|path| MethodFile::load(&path).expect("well-formed"));
+    let tableaus: Vec<MethodFile> = tableaus.filter(|file| matches!(file.body, Body::RungeKutta(_))).collect();
+    let tallies: Vec<(usize, usize, usize)> = tableaus
         .par_iter()
         .enumerate()
-        .map(|(seed, path)| {
-            let file = MethodFile::load(path).expect("well-formed");
-            let Body::RungeKutta(tableau) = &file.body;
+        .map(|(seed, file)| {
+            let Body::RungeKutta(tableau) = &file.body else { return (0, 0, 0) };
             let mut random = Uniform::new(seed as u64);
             let s = tableau.stages();
             let mut places: Vec<Place> = (0..s).flat_map(|i| [Place::B(i), Place::C(i), Place::Hat(i)]).collect();
@@ -127,9 +263,9 @@ fn a_misprint_in_any_coefficient_of_any_shipped_file_is_found_and_mended() {
                 let place = places[at % places.len()];
                 let original = tableau.coefficient(place).expect("there");
                 let text = misprint(&original.text, &mut random);
-                let file_text = corrupted(&file, tableau, place, &text);
+                let file_text = corrupted(file, tableau, place, &text);
                 let Ok(read) = MethodFile::parse("test.toml", "test", &file_text) else { continue };
-                let Body::RungeKutta(changed) = &read.body;
+                let Body::RungeKutta(changed) = &read.body else { continue };
                 let value = &changed.coefficient(place).expect("there").real;
                 if (value - &original.real).may_be_zero() {
                     continue;
@@ -180,7 +316,7 @@ fn a_wrong_label_is_told_from_a_wrong_coefficient() {
 #[test]
 fn wrong_stage_times_show_where_time_is_in_the_equation_and_nowhere_else() {
     let judgement = judge(&RK4.replace("\"1/2\", \"1/2\", 1", "\"1/2\", \"1/3\", 1"), Effort::Runs);
-    assert_eq!((judgement.theory.main.order, judgement.theory.order_in_time), (4, 1));
+    assert_eq!((judgement.theory.order(), judgement.runge_kutta().expect("it is one").order_in_time), (4, 1));
     let slope = |kind: &str| {
         let measured = judgement.measured.iter().find(|measured| measured.kind == kind).expect(kind);
         measured.result.as_ref().expect("a fit").line.expect("a line").slope
@@ -257,7 +393,7 @@ fn plain_tables_are_the_same_method() {
     let from_zero: Vec<String> = from_zero.collect();
     for text in [block, lists, named, &from_zero.join("\n")] {
         let judgement = judge(text, Effort::Theory);
-        assert_eq!((judgement.theory.main.order, judgement.outcome()), (4, Outcome::Pass), "{text}");
+        assert_eq!((judgement.theory.order(), judgement.outcome()), (4, Outcome::Pass), "{text}");
     }
     let error = MethodFile::parse("t.txt", "t", "0 1/2\n1/2 x\n1").expect_err("x");
     assert!(error.to_string().starts_with("t.txt:2:5:"), "{error}");

@@ -1,27 +1,41 @@
 //! Method files: what a method is called, what is claimed of it, and its coefficients.
 
+mod closure;
+mod coefficients;
 mod document;
 mod error;
+mod multistep;
+mod nodes;
+mod parts;
 mod plain;
 mod runge_kutta;
 mod shipped;
 
 use std::path::Path;
+use std::sync::Arc;
 
 pub use error::FileError;
 pub use shipped::{SHIPPED, Shipped};
 
+use super::analysis::Analysis;
 use super::claim::Claim;
+use super::closure::{Closure, ClosureTheory};
 use super::expression::Rounding;
+use super::multistep::{Multistep, MultistepTheory};
+use super::nodes::{Nodes, NodesTheory};
+use super::parts::{Parts, PartsTheory};
 use super::tableau::Tableau;
+use super::theory::Theory;
+use crate::evidence::Table;
 use document::Document;
 use error::Fault;
 
 /// Longest file, in bytes; the largest tableaus have a few thousand digits.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// The kinds of methods that can be judged, and those that are planned and refused.
-pub const KINDS: &[&str] = &["runge-kutta"];
+/// The kinds of methods that can be judged.
+pub const KINDS: &[&str] =
+    &["runge-kutta", "partitioned-runge-kutta", "nystrom", "multistep", "closure", "path-fitted", "galerkin"];
 
 /// A method as its file states it.
 #[derive(Debug, Clone)]
@@ -45,6 +59,38 @@ pub struct MethodFile {
 pub enum Body {
     /// A Runge–Kutta method.
     RungeKutta(Tableau),
+    /// A partitioned Runge–Kutta or a Nyström method.
+    Parts(Parts),
+    /// A linear multistep method.
+    Multistep(Multistep),
+    /// A closure of the trapezoidal discrete Lagrangian.
+    Closure(Closure),
+    /// A path-fitted or a Galerkin variational integrator.
+    Nodes(Nodes),
+}
+
+impl Body {
+    /// What follows from the coefficients, conditions up to the orders claimed and one more at least.
+    pub fn analyse(&self, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Arc<dyn Analysis> {
+        match self {
+            Self::RungeKutta(tableau) => Arc::new(Theory::new(tableau, claimed, claimed_embedded)),
+            Self::Parts(parts) => Arc::new(PartsTheory::new(parts, claimed)),
+            Self::Multistep(method) => Arc::new(MultistepTheory::new(method)),
+            Self::Closure(closure) => Arc::new(ClosureTheory::new(closure)),
+            Self::Nodes(nodes) => Arc::new(NodesTheory::new(nodes)),
+        }
+    }
+
+    /// The coefficients as texts.
+    pub(super) fn table(&self) -> Table {
+        match self {
+            Self::RungeKutta(tableau) => tableau.table(),
+            Self::Parts(parts) => parts.table(),
+            Self::Multistep(method) => method.table(),
+            Self::Closure(closure) => closure.table(),
+            Self::Nodes(nodes) => nodes.table(),
+        }
+    }
 }
 
 impl MethodFile {
@@ -96,13 +142,27 @@ impl MethodFile {
         }
         let (source, note) = (document.text("source")?, document.text("note")?);
         let digits = document.count("digits", 1, 60)?;
-        let (tableau, rounding) = runge_kutta::read(&mut document, digits)?;
-        document.finish()?;
-        Ok(Self { name, source, note, claims, rounding, body: Body::RungeKutta(tableau) })
+        let kind = kind.map_or_else(|| KINDS[0].to_owned(), |kind| kind.text);
+        let document = &mut document;
+        let (body, rounding) = match kind.as_str() {
+            "partitioned-runge-kutta" => with(Body::Parts, parts::partitioned(document, digits)?),
+            "nystrom" => with(Body::Parts, parts::nystrom(document, digits)?),
+            "multistep" => with(Body::Multistep, multistep::read(document, digits)?),
+            "closure" => with(Body::Closure, closure::read(document, digits)?),
+            "path-fitted" => with(Body::Nodes, nodes::path_fitted(document, digits)?),
+            "galerkin" => with(Body::Nodes, nodes::galerkin(document, digits)?),
+            _ => with(Body::RungeKutta, runge_kutta::read(document, digits)?),
+        };
+        std::mem::take(document).finish()?;
+        Ok(Self { name, source, note, claims, rounding, body })
     }
 
     /// The order claimed.
     pub fn order(&self) -> Option<u32> {
         self.claims.iter().find_map(Claim::as_order)
     }
+}
+
+fn with<T>(make: fn(T) -> Body, (read, rounding): (T, Rounding)) -> (Body, Rounding) {
+    (make(read), rounding)
 }

@@ -1,0 +1,136 @@
+//! What the coefficients of a method say, whatever its kind.
+
+use std::fmt;
+
+use lsvi::{Integrator, VectorField};
+
+use super::claim::Property;
+use super::facts::Facts;
+use super::theory::Theory;
+use super::verdict::{Finding, Verdict};
+use crate::evidence::{Figure, Table};
+use crate::method::Traits;
+use crate::problem::{self, Problem};
+
+/// The theory of a method, and the method itself.
+pub trait Analysis: fmt::Debug + Send + Sync {
+    /// The kind of its file.
+    fn kind(&self) -> &'static str;
+
+    /// Kind and shape in a line.
+    fn headline(&self) -> String;
+
+    /// The order that the coefficients have.
+    fn order(&self) -> u32;
+
+    /// What they say, each with its label.
+    fn facts(&self) -> Facts;
+
+    /// Whether it has a property; nothing if its kind is not judged by that.
+    fn find(&self, property: Property) -> Option<Finding>;
+
+    /// The coefficients among themselves.
+    fn consistency(&self) -> Vec<Verdict> {
+        Vec::new()
+    }
+
+    /// What is known of the method.
+    fn traits(&self) -> Traits;
+
+    /// What the momentum that the state carries adds to the roundoff of N steps, in units of ε |q|.
+    fn momentum_roundoff(&self, _steps: f64) -> f64 {
+        0.0
+    }
+
+    /// Unknowns that a step finds together, for each component of the problem.
+    fn unknowns(&self) -> usize {
+        0
+    }
+
+    /// The method on a vector field.
+    ///
+    /// # Errors
+    /// Why it does not apply.
+    fn on_field<'a>(&self, _field: Box<dyn VectorField + 'a>) -> Result<Box<dyn Integrator + 'a>, String> {
+        Err("it steps a Lagrangian of mechanics, and not a vector field".into())
+    }
+
+    /// The method on a problem.
+    ///
+    /// # Errors
+    /// Why it does not apply.
+    fn on_problem<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, String> {
+        self.on_field(problem.field())
+    }
+
+    /// Where its order is measured.
+    fn trials(&self) -> Vec<Trial>;
+
+    /// Whether symplecticity and symmetry of a step are to be measured.
+    fn has_structure(&self) -> bool;
+
+    /// Its conditions.
+    fn tables(&self) -> Vec<Table>;
+
+    /// Where it is stable.
+    fn figures(&self) -> Vec<Figure> {
+        Vec::new()
+    }
+
+    /// The theory of a Runge–Kutta method, if it is one.
+    fn as_runge_kutta(&self) -> Option<&Theory> {
+        None
+    }
+}
+
+/// An order to be measured.
+#[derive(Debug)]
+pub struct Trial {
+    /// What kind of problem it is: linear, nonlinear, non-autonomous, stiff.
+    pub kind: &'static str,
+    /// The problem.
+    pub name: &'static str,
+    /// What to run, or why there is nothing to run.
+    pub plan: Result<Plan, String>,
+}
+
+/// A problem and the order that theory has there.
+#[derive(Debug)]
+pub struct Plan {
+    /// The problem.
+    pub problem: Box<dyn Problem>,
+    /// The order.
+    pub order: u32,
+    /// Where that comes from.
+    pub from: &'static str,
+}
+
+impl Trial {
+    /// The order on a problem that only the judge has.
+    pub(super) fn of(
+        kind: &'static str,
+        name: &'static str,
+        problem: impl Problem + 'static,
+        order: u32,
+        from: &'static str,
+    ) -> Self {
+        Self { kind, name, plan: Ok(Plan { problem: Box::new(problem), order, from }) }
+    }
+
+    /// The order on a problem of the registry.
+    pub(super) fn on(
+        kind: &'static str,
+        name: &'static str,
+        set: &[(String, String)],
+        order: u32,
+        from: &'static str,
+    ) -> Self {
+        let problem = problem::build(name, set).map_err(|error| error.to_string());
+        Self { kind, name, plan: problem.map(|problem| Plan { problem, order, from }) }
+    }
+
+    /// Prothero and Robinson's problem, so stiff that terms in 1/(hλ) are small beside the leading one at every step size.
+    pub(super) fn stiff(order: u32, from: &'static str) -> Self {
+        Self::on("stiff", "prothero-robinson", &[("lambda".to_owned(), "1e6".to_owned())], order, from)
+    }
+}

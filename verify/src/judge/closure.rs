@@ -1,0 +1,332 @@
+//! The kind `closure`: α p₀ + β p₁ = 0 of the trapezoidal discrete Lagrangian, \[S24\] (22), (25), (27), α and β constant or
+//! functions of z = h·rate.
+
+use dashu_ratio::RBig;
+use lsvi::Integrator;
+use lsvi::closure::Linear;
+
+use super::analysis::{Analysis, Trial};
+use super::claim::Property;
+use super::evidence::{coefficient_row, region, table};
+use super::expression::{Expression, Rounding};
+use super::facts::{Facts, short};
+use super::real::Real;
+use super::tableau::Coefficient;
+use super::verdict::{Finding, Kind, Verdict};
+use crate::evidence::{Cell, Check, Figure, Outcome, Table};
+use crate::kinds::{Principle, Stability};
+use crate::measure::amplification::Amplification;
+use crate::measure::norm::larger;
+use crate::method::{self, Traits};
+use crate::problem::{self, Problem};
+use nalgebra::Complex;
+
+/// A coefficient that may be a function.
+#[derive(Debug, Clone)]
+pub struct Weight {
+    /// As it is written.
+    pub text: String,
+    pub(super) expression: Expression,
+}
+
+/// A closure as a file states it.
+#[derive(Debug, Clone)]
+pub struct Closure {
+    /// Weight of p₀.
+    pub alpha: Weight,
+    /// Weight of p₁.
+    pub beta: Weight,
+    /// λ of z = hλ, where they are functions.
+    pub rate: Option<f64>,
+    pub(super) rounding: Rounding,
+}
+
+impl Closure {
+    pub(super) fn is_function(&self) -> bool {
+        self.alpha.expression.is_function() || self.beta.expression.is_function()
+    }
+
+    /// (α, β) at z, where they have values.
+    pub(super) fn at(&self, z: &RBig) -> Option<(Real, Real)> {
+        let value = |weight: &Weight| Some(weight.expression.at(z).evaluate(self.rounding).ok()?.real);
+        Some((value(&self.alpha)?, value(&self.beta)?))
+    }
+
+    /// The same in double precision at a step h; not numbers where they have no values.
+    fn at_step(&self, h: f64) -> (f64, f64) {
+        let z = RBig::try_from(h * self.rate.unwrap_or(1.0)).ok();
+        let weights = z.and_then(|z| self.at(&z));
+        weights.map_or((f64::NAN, f64::NAN), |(a, b)| (a.to_f64(), b.to_f64()))
+    }
+
+    pub(super) fn table(&self) -> Table {
+        let row = |name: &str, weight: &Weight| {
+            let coefficient = Coefficient { text: weight.text.clone(), ..Coefficient::zero() };
+            coefficient_row(name, &[coefficient])
+        };
+        let rows = vec![row("α", &self.alpha), row("β", &self.beta)];
+        table("coefficients", "The coefficients as the file has them.", &["", "value"], rows)
+    }
+}
+
+/// All that follows from them.
+#[derive(Debug)]
+pub(super) struct ClosureTheory {
+    closure: Closure,
+    /// Order on v̇ = −λv, where z → 0 tells one, with the ratio of errors that it is read from.
+    decay: Option<(u32, f64)>,
+    /// Constant α and β.
+    constant: Option<(Real, Real)>,
+    conserves: bool,
+    /// α/β for h → ∞.
+    infinity: f64,
+}
+
+/// Every closure α p₀ + β p₁ = 0 has order 2 on smooth nonlinear problems: p = O(h) along the solution, and its residuals at
+/// both ends are of one order.
+const NONLINEAR: u32 = 2;
+
+impl ClosureTheory {
+    pub(super) fn new(closure: &Closure) -> Self {
+        let constant = if closure.is_function() { None } else { closure.at(&RBig::ONE) };
+        let (a, b) = closure.at_step(1e5 / closure.rate.unwrap_or(1.0));
+        let conserves = match &constant {
+            Some((a, b)) => (a + b).may_be_zero(),
+            // α + β → 0, as where p₁ = θ p₀ with θ → 1.
+            None => {
+                let (a, b) = closure.at_step(1e-6 / closure.rate.unwrap_or(1.0));
+                (a + b).abs() < 1e-3 * (a.abs() + b.abs())
+            }
+        };
+        Self { decay: decay_order(closure), closure: closure.clone(), constant, conserves, infinity: a / b }
+    }
+
+    /// The amplification factor at z = hλ, with the closure at that step: with functions, λ = −rate.
+    fn amplification(&self, h: f64) -> Amplification {
+        let (alpha, beta) = self.closure.at_step(h);
+        Amplification { alpha, beta }
+    }
+
+    /// α and β that |α| ≤ |β| is to be tried for: themselves, or a sample of their values.
+    fn a_stable(&self) -> Finding {
+        if let Some((a, b)) = &self.constant {
+            let excess = &(a * a) - &(b * b);
+            if !excess.is_positive() && !b.may_be_zero() {
+                return Finding::new(true, "|α| ≤ |β|: |R(z)| ≤ 1 for all Re z ≤ 0 on normal systems");
+            }
+            let factor = self.amplification(1.0);
+            // For z → −∞ R tends to α/β.
+            let z = [1e2, 1e4, 1e6].into_iter().find(|x| factor.factor(Complex::new(-x, 0.0)).norm() > 1.0);
+            let why = match z {
+                Some(x) => format!("|α| > |β|: |R| = {:.6} at z = −{x:e}", factor.factor(Complex::new(-x, 0.0)).norm()),
+                None => "|α| > |β|".to_owned(),
+            };
+            return Finding::new(false, why);
+        }
+        let rate = self.closure.rate.unwrap_or(1.0);
+        for k in -80..=120 {
+            let z = 10_f64.powf(f64::from(k) / 20.0);
+            let Amplification { alpha, beta } = self.amplification(z / rate);
+            if alpha.abs() > beta.abs() * (1.0 + 1e-12) {
+                return Finding::new(
+                    false,
+                    format!("|α| = {:.6} and |β| = {:.6} at z = {z:.4e}", alpha.abs(), beta.abs()),
+                );
+            }
+        }
+        let why = "|α| ≤ |β| at 201 values of z from 10⁻⁴ to 10⁶: no counterexample, and no proof".into();
+        Finding { outcome: Outcome::Inconclusive, measured: None, why }
+    }
+
+    fn rate(&self) -> f64 {
+        self.closure.rate.unwrap_or(1.0)
+    }
+}
+
+/// R(−z) − e^{−z} = O(z^{p+1}), from z = 2⁻¹² and half of that, in 57 digits: the next term changes the quotient by 2⁻¹² of it.
+fn decay_order(closure: &Closure) -> Option<(u32, f64)> {
+    let error = |z: &RBig| {
+        let (alpha, beta) = closure.at(z)?;
+        let x = Real::rational(z);
+        let (sum, half) = (&alpha + &beta, &(&x * &x) / &Real::from(2));
+        // (27): [α + β − α z + ½ α z²]/[α + β + β z + ½ β z²].
+        let numerator = &(&sum - &(&alpha * &x)) + &(&alpha * &half);
+        let denominator = &(&sum + &(&beta * &x)) + &(&beta * &half);
+        let decay = Expression::parse("exp(-z)").ok()?.at(z).evaluate(closure.rounding).ok()?.real;
+        if denominator.may_be_zero() {
+            return None;
+        }
+        Some(&(&numerator / &denominator) - &decay)
+    };
+    let z = RBig::from_parts(1.into(), 4096_u16.into());
+    let half = RBig::from_parts(1.into(), 8192_u16.into());
+    let (coarse, fine) = (error(&z)?, error(&half)?);
+    if coarse.may_be_zero() || fine.may_be_zero() {
+        return Some((u32::MAX, f64::INFINITY));
+    }
+    let slope = (coarse.to_f64() / fine.to_f64()).log2();
+    let order = slope.round();
+    ((slope - order).abs() < 1e-2 && order >= 1.0).then_some((order as u32 - 1, slope))
+}
+
+impl Analysis for ClosureTheory {
+    fn kind(&self) -> &'static str {
+        "closure"
+    }
+
+    fn headline(&self) -> String {
+        let shape = match (&self.constant, self.closure.rate) {
+            (Some(_), _) => "constant".into(),
+            (None, rate) => format!("functions of z = h·{}", rate.unwrap_or(1.0)),
+        };
+        format!("closure α p₀ + β p₁ = 0 of the trapezoidal discrete Lagrangian, {shape}")
+    }
+
+    fn order(&self) -> u32 {
+        NONLINEAR
+    }
+
+    fn facts(&self) -> Facts {
+        let decay = match self.decay {
+            Some((u32::MAX, _)) => "exact on v̇ = −λv".into(),
+            Some((order, slope)) => format!("{order} on v̇ = −λv, from an error ∝ z^{slope:.3}"),
+            None => "not told on v̇ = −λv".into(),
+        };
+        vec![
+            ("order", format!("{NONLINEAR} on nonlinear problems; {decay}")),
+            ("stability", format!("R(−z) → α/β = {} for z → ∞", short(self.infinity))),
+        ]
+    }
+
+    fn find(&self, property: Property) -> Option<Finding> {
+        Some(match property {
+            Property::Order(p) => {
+                let why = "its residuals at both ends are of one order on nonlinear problems";
+                Finding::new(p == NONLINEAR, why).measured(NONLINEAR)
+            }
+            Property::AStable => self.a_stable(),
+            Property::LStable => match self.a_stable() {
+                finding if finding.outcome == Outcome::Fail => finding,
+                finding => match &self.constant {
+                    Some((a, _)) if a.may_be_zero() => Finding::new(true, "A-stable, and α = 0, so that R → 0"),
+                    Some(_) => Finding::new(false, format!("R → α/β = {:.6}", self.infinity)).measured(self.infinity),
+                    None => finding,
+                },
+            },
+            Property::Symmetric => match &self.constant {
+                Some((a, b)) => {
+                    let holds = (&(a * a) - &(b * b)).may_be_zero();
+                    Finding::new(holds, if holds { "|α| = |β|" } else { "|α| ≠ |β|" })
+                }
+                None => return None,
+            },
+            _ => return None,
+        })
+    }
+
+    /// A live step on v̇ = −λv against the closed form.
+    fn consistency(&self) -> Vec<Verdict> {
+        let rate = self.rate();
+        let found = [0.1, 1.0, 10.0].into_iter().try_fold((0.0_f64, 0.0_f64), |(worst, allowed), z| {
+            let set = [("lambda".to_owned(), rate.to_string())];
+            let problem = problem::build("linear-drag", &set).map_err(|error| error.to_string())?;
+            let factor = self.amplification(z / rate);
+            let required = factor.factor(Complex::new(-z, 0.0)).re;
+            let mut integrator = self.on_problem(&*problem)?;
+            let mut state = lsvi::State::new(0.0, vec![1.0]);
+            let grid = lsvi::Grid::new(0.0, z / rate, z / rate).map_err(|error| error.to_string())?;
+            integrator.advance(&mut state, &grid).map_err(|error| error.to_string())?;
+            let tolerance = factor.live_tolerance(&[Complex::new(-z, 0.0)]);
+            Ok::<_, String>((larger(worst, (state.q[0] - required).abs() / tolerance), larger(allowed, tolerance)))
+        });
+        let check = Check {
+            id: "amplification".into(),
+            statement: "A live step on v̇ = −λv multiplies by the amplification factor in closed form".into(),
+            outcome: found.as_ref().map_or(Outcome::Inconclusive, |(worst, _)| (*worst <= 1.0).into()),
+            measured: found.as_ref().ok().map(|(worst, _)| *worst),
+            required: None,
+            reason: match found {
+                Ok((worst, allowed)) => {
+                    format!(
+                        "(27) at z = 0.1, 1 and 10: off by {worst:.2} of what roundoff allows, at most {allowed:.0e}"
+                    )
+                }
+                Err(reason) => reason,
+            },
+        };
+        vec![Verdict { kind: Kind::Run, subject: "amplification".into(), check }]
+    }
+
+    fn traits(&self) -> Traits {
+        let principle = match (&self.constant, self.conserves) {
+            (Some(_), true) => Principle::MomentumConserved,
+            (Some(_), false) => Principle::MomentumZero,
+            (None, true) => Principle::MomentumDecaying,
+            (None, false) => Principle::MomentumZero,
+        };
+        let stability = match self.infinity.abs() {
+            0.0 => Stability::Damping,
+            x if x <= 1.0 => Stability::Neutral,
+            _ => Stability::Conditional,
+        };
+        let reversible = self.find(Property::Symmetric).is_some_and(|finding| finding.outcome == Outcome::Pass);
+        Traits { stiff_order: None, is_reversible: reversible, ..Traits::new(NONLINEAR, principle, stability) }
+    }
+
+    fn unknowns(&self) -> usize {
+        1
+    }
+
+    fn on_problem<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, String> {
+        let closure = match &self.constant {
+            Some((a, b)) => Linear::new(a.to_f64(), b.to_f64()).map_err(|error| error.to_string())?,
+            None => {
+                let closure = self.closure.clone();
+                Linear::of_step(move |h| closure.at_step(h))
+            }
+        };
+        method::close(problem, closure, self.conserves && self.constant.is_some())
+    }
+
+    fn trials(&self) -> Vec<Trial> {
+        let from = "the residuals at both ends";
+        let set = [("lambda".to_owned(), self.rate().to_string())];
+        let decay = match self.decay {
+            Some((u32::MAX, _)) | None => {
+                let plan = Err("it is exact there, or theory tells no order".into());
+                Trial { kind: "decay", name: "linear-drag", plan }
+            }
+            Some((order, _)) => Trial::on("decay", "linear-drag", &set, order, "the series of R(−z) − e^{−z}"),
+        };
+        vec![
+            decay,
+            Trial::on("nonlinear", "quadratic-drag", &[], NONLINEAR, from),
+            Trial::on("growing", "logistic", &[], NONLINEAR, from),
+            Trial::on("oscillating", "damped-pendulum", &[], NONLINEAR, from),
+        ]
+    }
+
+    fn has_structure(&self) -> bool {
+        false
+    }
+
+    fn tables(&self) -> Vec<Table> {
+        let rate = self.rate();
+        let row = |k: i32| {
+            let z = 10_f64.powf(f64::from(k) / 2.0);
+            let factor = self.amplification(z / rate);
+            [z, factor.alpha, factor.beta, factor.factor(Complex::new(-z, 0.0)).re, (-z).exp()]
+                .map(Cell::Number)
+                .to_vec()
+        };
+        let rows = (-4..=8).map(row).collect();
+        vec![table("amplification", "R(−z), Eq. (27), beside e^{−z}.", &["z", "alpha", "beta", "R", "exact"], rows)]
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        if self.constant.is_none() {
+            return Vec::new();
+        }
+        vec![region(8.0, |z| self.amplification(1.0).factor(z).norm())]
+    }
+}

@@ -1,0 +1,126 @@
+//! Lists of coefficients from their keys, each a text with its place.
+
+use super::super::expression::{Expression, Malformed, Rounding};
+use super::super::tableau::Coefficient;
+use super::document::{Document, Scalar, Value, scalars};
+use super::error::Fault;
+
+/// Most stages or steps; the methods of order 14 have 35.
+const MOST: usize = 40;
+
+/// A text and what it says.
+pub(super) type Parsed = (Scalar, Expression);
+
+/// The list under `key`, of `length` entries where that is given.
+pub(super) fn list(
+    document: &mut Document,
+    key: &'static str,
+    length: Option<usize>,
+) -> Result<Option<Vec<Parsed>>, Fault> {
+    let Some(found) = document.list(key)? else { return Ok(None) };
+    let at = found.first().map_or(0, |first| first.at);
+    match length {
+        Some(length) if found.len() != length => {
+            let reason = format!("`{key}` has {} entries where there should be {length}", found.len());
+            Err(Fault::new(at, reason))
+        }
+        None if found.is_empty() || found.len() > MOST => {
+            Err(Fault::new(at, format!("`{key}` has {} entries; there are 1 to {MOST}", found.len())))
+        }
+        _ => parse(found).map(Some),
+    }
+}
+
+/// The same, which has to be there.
+pub(super) fn required(
+    document: &mut Document,
+    key: &'static str,
+    length: Option<usize>,
+    hint: &str,
+) -> Result<Vec<Parsed>, Fault> {
+    list(document, key, length)?.ok_or_else(|| missing(key, hint))
+}
+
+pub(super) fn missing(key: &str, hint: &str) -> Fault {
+    Fault::new(0, format!("`{key}` is missing")).hint(hint)
+}
+
+/// The rows of a matrix of order s under `key`: all of s entries, or lower triangles without or with their diagonal, a row of no
+/// entries left out.
+pub(super) fn matrix(
+    document: &mut Document,
+    key: &'static str,
+    s: usize,
+    hint: &str,
+) -> Result<Vec<Vec<Parsed>>, Fault> {
+    let value = document.take(key).ok_or_else(|| missing(key, hint))?;
+    let at = value.at();
+    let Value::List { items, .. } = value else {
+        return Err(Fault::new(at, format!("`{key}` is a list of rows: [[], [\"1/2\"]]")));
+    };
+    let mut rows = Vec::new();
+    for item in items {
+        let at = item.at();
+        rows.push((at, parse(scalars(key, item)?)?));
+    }
+    if rows.len() + 1 == s
+        && rows.first().is_some_and(|(_, row)| row.len() == 1)
+        && rows.last().is_some_and(|(_, row)| row.len() + 1 == s)
+    {
+        rows.insert(0, (at, Vec::new()));
+    }
+    if rows.len() != s {
+        return Err(Fault::new(at, format!("`{key}` has {} rows where there are {s} weights", rows.len())));
+    }
+    for (i, (at, row)) in rows.iter().enumerate() {
+        let fits = row.len() == s || row.len() == i || row.len() == i + 1;
+        if !fits {
+            let reason = format!("row {} of `{key}` has {} entries", i + 1, row.len());
+            let hint = format!(
+                "a row has all {s} entries, or those left of the diagonal, with it or without: {i} or {}",
+                i + 1
+            );
+            return Err(Fault::new(*at, reason).hint(hint));
+        }
+    }
+    Ok(rows.into_iter().map(|(_, row)| row).collect())
+}
+
+fn parse(list: Vec<Scalar>) -> Result<Vec<Parsed>, Fault> {
+    list.into_iter().map(one).collect()
+}
+
+/// A single text.
+pub(super) fn one(scalar: Scalar) -> Result<Parsed, Fault> {
+    match Expression::parse(&scalar.text) {
+        Ok(expression) => Ok((scalar, expression)),
+        Err(malformed) => Err(fault(&scalar, malformed)),
+    }
+}
+
+pub(super) fn fault(scalar: &Scalar, malformed: Malformed) -> Fault {
+    let hint = "a coefficient is a number, or a text like \"1/2 - sqrt(3)/6\"";
+    Fault::new(scalar.at + malformed.at, format!("in `{}`: {}", scalar.text, malformed.reason)).hint(hint)
+}
+
+/// How the decimals among `all` are rounded: as declared, or as the longest shows.
+pub(super) fn rounding<'a>(digits: Option<u32>, all: impl Iterator<Item = &'a Parsed>) -> Rounding {
+    Rounding::new(digits, all.filter_map(|(_, expression)| expression.places()).max())
+}
+
+/// The values of a list.
+pub(super) fn values(list: &[Parsed], rounding: Rounding) -> Result<Vec<Coefficient>, Fault> {
+    list.iter().map(|parsed| coefficient(parsed, rounding)).collect()
+}
+
+/// The values of a matrix of order s, its rows filled up with zeros.
+pub(super) fn square(rows: &[Vec<Parsed>], rounding: Rounding) -> Result<Vec<Vec<Coefficient>>, Fault> {
+    let mut out = rows.iter().map(|row| values(row, rounding)).collect::<Result<Vec<_>, _>>()?;
+    out.iter_mut().for_each(|row| row.resize_with(rows.len(), Coefficient::zero));
+    Ok(out)
+}
+
+fn coefficient((scalar, expression): &Parsed, rounding: Rounding) -> Result<Coefficient, Fault> {
+    let value = expression.evaluate(rounding).map_err(|malformed| fault(scalar, malformed))?;
+    Ok(Coefficient { text: scalar.text.trim().to_owned(), exact: value.exact, real: value.real })
+}

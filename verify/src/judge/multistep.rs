@@ -1,0 +1,458 @@
+//! The kind `multistep`: Σ ρ_j v_{n+j} = h Σ σ_j f_{n+j} (\[HNW93\] III, \[HW96\] V).
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use lsvi::{Integrator, VectorField};
+use nalgebra::{Complex, DMatrix};
+
+use super::analysis::{Analysis, Trial};
+use super::claim::Property;
+use super::evidence::{coefficient_row, region, table};
+use super::facts::{Facts, short};
+use super::polynomial::{Polynomial, Sign};
+use super::problem::{Autonomous, Linear, NonAutonomous};
+use super::real::Real;
+use super::stepping;
+use super::tableau::{Coefficient, Tableau};
+use super::theory::Theory;
+use super::verdict::{Finding, Kind, Verdict};
+use crate::evidence::{Cell, Check, Figure, Outcome, Table};
+use crate::kinds::{Principle, Stability};
+use crate::measure::norm::Extremes;
+use crate::measure::search::root;
+use crate::method::Traits;
+use crate::problem::Window;
+
+/// Coefficients as a file states them, the oldest step first.
+#[derive(Debug, Clone)]
+pub struct Multistep {
+    /// Of the values.
+    pub rho: Vec<Coefficient>,
+    /// Of the slopes.
+    pub sigma: Vec<Coefficient>,
+    /// What makes the first values.
+    pub start: Tableau,
+    /// Its name.
+    pub start_name: String,
+}
+
+impl Multistep {
+    pub(super) fn table(&self) -> Table {
+        let columns: Vec<String> =
+            std::iter::once(String::new()).chain((0..self.rho.len()).map(|j| format!("n + {j}"))).collect();
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        let rows = vec![coefficient_row("ρ", &self.rho), coefficient_row("σ", &self.sigma)];
+        table("coefficients", "The coefficients as the file has them.", &columns, rows)
+    }
+}
+
+/// Largest order for which constants are made.
+const MOST: u32 = 20;
+
+/// What roots that are found to half the digits may be off by, where no exact division tells.
+const RIM: f64 = 1e-7;
+
+/// Whether the roots of ρ are in the closed unit disc, those on its rim simple.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Roots {
+    Stable,
+    /// A root outside, or a double one on the rim.
+    Unstable(Complex<f64>),
+    /// A root that cannot be told from the rim.
+    Undecided(Complex<f64>),
+}
+
+impl Roots {
+    /// Exact for roots ±1, which are divided out.
+    fn of(polynomial: &Polynomial) -> Self {
+        let mut rest = polynomial.clone();
+        for at in [1_i64, -1] {
+            for found in 0.. {
+                if !rest.at(&Real::from(at)).may_be_zero() || rest.degree().is_none_or(|n| n == 0) {
+                    break;
+                }
+                if found == 1 {
+                    return Self::Unstable(Complex::new(at as f64, 0.0));
+                }
+                rest = rest.without_root(&Real::from(at));
+            }
+        }
+        let roots = rest.roots();
+        let outside = roots.iter().find(|z| z.norm() > 1.0 + RIM);
+        let rim = roots.iter().find(|z| (z.norm() - 1.0).abs() <= RIM);
+        match (outside, rim) {
+            (Some(z), _) => Self::Unstable(*z),
+            (None, Some(z)) => Self::Undecided(*z),
+            (None, None) => Self::Stable,
+        }
+    }
+}
+
+/// All that follows from the coefficients.
+#[derive(Debug)]
+pub(super) struct MultistepTheory {
+    rho: Polynomial,
+    sigma: Polynomial,
+    doubles: [Vec<f64>; 2],
+    /// Σ_j j^q ρ_j − q Σ_j j^{q−1} σ_j over q! σ(1): 0 up to the order.
+    constants: Vec<Real>,
+    order: u32,
+    zero: Roots,
+    start: Arc<Theory>,
+    start_name: String,
+    /// A θ at which Re ρ/σ(e^{iθ}) < 0, or a root of σ outside the unit disc.
+    a_stable: Result<(), String>,
+    alpha: Option<f64>,
+    /// How far the negative axis is stable, where it is not all of it.
+    negative: Option<f64>,
+    /// Largest root of σ: the growth for hλ → ∞.
+    infinity: f64,
+}
+
+impl MultistepTheory {
+    pub(super) fn new(method: &Multistep) -> Self {
+        let reals = |list: &[Coefficient]| list.iter().map(|x| x.real.clone()).collect::<Vec<_>>();
+        let (r, s) = (reals(&method.rho), reals(&method.sigma));
+        let constants = constants(&r, &s);
+        let doubles = [&r, &s].map(|list| list.iter().map(Real::to_f64).collect::<Vec<_>>());
+        let mut theory = Self {
+            order: constants.iter().take_while(|c| c.may_be_zero()).count().saturating_sub(1) as u32,
+            constants,
+            rho: Polynomial::new(r.clone()),
+            sigma: Polynomial::new(s.clone()),
+            doubles,
+            zero: Roots::Stable,
+            start: Arc::new(Theory::new(&method.start, None, None)),
+            start_name: method.start_name.clone(),
+            a_stable: Ok(()),
+            alpha: None,
+            negative: None,
+            infinity: 0.0,
+        };
+        theory.zero = Roots::of(&theory.rho);
+        let explicit = theory.sigma.degree() != theory.rho.degree();
+        theory.infinity =
+            if explicit { f64::INFINITY } else { theory.sigma.roots().iter().map(|z| z.norm()).largest().max(0.0) };
+        theory.a_stable = theory.a_stable(&r, &s);
+        theory.alpha = theory.alpha();
+        theory.negative = theory.negative();
+        theory
+    }
+
+    fn steps(&self) -> usize {
+        self.doubles[0].len() - 1
+    }
+
+    /// The order with what starts it: starting values of order q have errors of order q + 1.
+    fn started_order(&self) -> u32 {
+        self.order.min(self.start.order_in_time + 1)
+    }
+
+    /// ρ/σ at e^{iθ}: the z = hλ with a root on the unit circle.
+    fn locus(&self, theta: f64) -> Complex<f64> {
+        let zeta = Complex::from_polar(1.0, theta);
+        self.rho.at_complex(zeta) / self.sigma.at_complex(zeta)
+    }
+
+    /// The largest |ζ| with ρ(ζ) = z σ(ζ).
+    fn growth(&self, z: Complex<f64>) -> f64 {
+        let k = self.steps();
+        let c: Vec<Complex<f64>> = self.doubles[0].iter().zip(&self.doubles[1]).map(|(r, s)| z * -*s + *r).collect();
+        if c[k].norm() <= 1e-14 * c.iter().map(|c| c.norm()).largest() {
+            return f64::INFINITY;
+        }
+        let entry = |i: usize, j: usize| match (i, j) {
+            (i, j) if j + 1 == k => -c[i] / c[k],
+            (i, j) if i == j + 1 => Complex::new(1.0, 0.0),
+            _ => Complex::new(0.0, 0.0),
+        };
+        let roots = DMatrix::from_fn(k, k, entry).eigenvalues();
+        roots.map_or(f64::NAN, |roots| roots.iter().map(|z| z.norm()).largest())
+    }
+
+    /// Re ρ(ζ) σ̄(ζ) ≥ 0 on the unit circle and no root of σ outside: with x = cos θ = (1 − s)/(1 + s) the former is a polynomial in
+    /// s ≥ 0.
+    fn a_stable(&self, r: &[Real], s: &[Real]) -> Result<(), String> {
+        if self.infinity > 1.0 + RIM {
+            return Err(match self.infinity {
+                f64::INFINITY => "it is explicit".into(),
+                largest => format!("σ has a root of modulus {largest:.6}: solutions grow for hλ → ∞"),
+            });
+        }
+        let k = self.steps();
+        let p = |c: &[i64]| Polynomial::new(c.iter().map(|c| Real::from(*c)).collect());
+        let (twice, square, one) = (p(&[2, -2]), p(&[1, 2, 1]), p(&[1, 1]));
+        // T_m(x) (1 + s)^m.
+        let mut chebyshev = vec![p(&[1]), p(&[1, -1])];
+        while chebyshev.len() <= k {
+            let m = chebyshev.len();
+            chebyshev.push(twice.times(&chebyshev[m - 1]).minus(&square.times(&chebyshev[m - 2])));
+        }
+        let mut sum = Polynomial::new(Vec::new());
+        for (m, term) in chebyshev.iter().enumerate().take(k + 1) {
+            let pairs = (0..=k - m).map(|j| {
+                let both = &r[j] * &s[j + m];
+                if m == 0 { both } else { &both + &(&r[j + m] * &s[j]) }
+            });
+            let scale = (m..k).fold(Polynomial::new(vec![pairs.sum()]), |power, _| power.times(&one));
+            sum = sum.plus(&term.times(&scale));
+        }
+        match sum.sign() {
+            Sign::NonNegative => Ok(()),
+            Sign::NegativeFrom { at, .. } => {
+                let theta = ((1.0 - at) / (1.0 + at)).acos();
+                let z = self.locus(theta);
+                Err(format!("the root locus enters the left half-plane: |ζ| = 1 at hλ = {:.5} {:+.5}i", z.re, z.im))
+            }
+        }
+    }
+
+    /// The negative axis is in the region, and no part of the root locus in the sector about it.
+    fn alpha(&self) -> Option<f64> {
+        let axis = (-200..=300).map(|k| self.growth(Complex::new(-10_f64.powf(f64::from(k) / 50.0), 0.0)));
+        // Not a number is not bounded.
+        let is_bounded = axis.largest() <= 1.0 + 1e-9;
+        if self.zero != Roots::Stable || self.infinity > 1.0 + RIM || !is_bounded {
+            return None;
+        }
+        if self.a_stable.is_ok() {
+            return Some(90.0);
+        }
+        let angle = |theta: f64| {
+            let z = self.locus(theta);
+            // At θ → 0 the locus is the imaginary axis to roundoff.
+            if z.re < -1e-9 { z.im.abs().atan2(-z.re) } else { 0.5 * PI }
+        };
+        let width = PI / 4000.0;
+        let coarse = (1..4000).map(|k| f64::from(k) * width).min_by(|x, y| angle(*x).total_cmp(&angle(*y)))?;
+        let theta = crate::measure::search::minimum([coarse - width, coarse + width], 0.0, angle);
+        Some(angle(theta).min(angle(coarse)).to_degrees()).filter(|alpha| *alpha > 0.0)
+    }
+
+    fn negative(&self) -> Option<f64> {
+        if self.alpha.is_some() {
+            return None;
+        }
+        let excess = |x: f64| self.growth(Complex::new(-x, 0.0)) - 1.0 - 1e-9;
+        let points = (0..=400).map(|k| 10_f64.powf(-2.0 + f64::from(k) / 50.0));
+        let first = points.into_iter().find(|x| excess(*x) > 0.0)?;
+        root([0.9 * first, first], excess).or(Some(0.0))
+    }
+}
+
+fn constants(r: &[Real], s: &[Real]) -> Vec<Real> {
+    let total: Real = s.iter().cloned().sum();
+    let power = |j: usize, q: u32| (0..q).fold(Real::one(), |p, _| &p * &Real::from(j as i64));
+    let mut factorial = Real::one();
+    let mut out = Vec::new();
+    for q in 0..=MOST {
+        if q > 0 {
+            factorial = &factorial * &Real::from(i64::from(q));
+        }
+        let values: Real = r.iter().enumerate().map(|(j, r)| r * &power(j, q)).sum();
+        let slopes: Real = match q {
+            0 => Real::zero(),
+            q => s.iter().enumerate().map(|(j, s)| s * &(&power(j, q - 1) * &Real::from(i64::from(q)))).sum(),
+        };
+        let constant = &(&values - &slopes) / &factorial;
+        out.push(if total.may_be_zero() { constant } else { &constant / &total });
+    }
+    out
+}
+
+impl Analysis for MultistepTheory {
+    fn kind(&self) -> &'static str {
+        "multistep"
+    }
+
+    fn headline(&self) -> String {
+        let shape = if self.infinity == f64::INFINITY { "explicit" } else { "implicit" };
+        let k = self.steps();
+        let steps = if k == 1 { "1 step".into() } else { format!("{k} steps") };
+        format!("linear multistep, {shape}, {steps}, started by {}", self.start_name)
+    }
+
+    fn order(&self) -> u32 {
+        self.order
+    }
+
+    fn facts(&self) -> Facts {
+        let constant = &self.constants[self.order as usize + 1..].first().map_or(0.0, Real::to_f64);
+        let order = format!("{}, error constant {constant:.4e}", self.order);
+        let zero = match self.zero {
+            Roots::Stable => "the root condition holds".into(),
+            Roots::Unstable(z) => format!("ρ has the root {:.5} {:+.5}i, |ζ| = {:.5}", z.re, z.im, z.norm()),
+            Roots::Undecided(z) => format!("whether |ζ| = 1 at the root {:.5} {:+.5}i is open", z.re, z.im),
+        };
+        let stability = match (self.alpha, self.negative) {
+            (Some(90.0), _) => "A-stable".into(),
+            (Some(alpha), _) => format!("A(α)-stable with α = {alpha:.2}°"),
+            (None, Some(0.0)) => "nothing of the negative axis".into(),
+            (None, Some(end)) => format!("negative axis to {end:.4}"),
+            (None, None) => "not told".into(),
+        };
+        let infinity = match self.infinity {
+            f64::INFINITY => "grows without bound for hλ → ∞".into(),
+            x => format!("|ζ| = {} for hλ → ∞", short(x)),
+        };
+        vec![("order", order), ("zero", zero), ("stability", format!("{stability}; {infinity}"))]
+    }
+
+    fn find(&self, property: Property) -> Option<Finding> {
+        Some(match property {
+            Property::Order(p) => {
+                let first = self.order + 1;
+                let why = match self.constants.get(first as usize) {
+                    Some(constant) => format!(
+                        "C_0 to C_{} vanish to within {:.0e}, C_{first} = {:.4e}",
+                        self.order,
+                        self.constants[..first as usize].iter().map(Real::radius).largest(),
+                        constant.to_f64()
+                    ),
+                    None => format!("all constants looked at vanish, to C_{MOST}"),
+                };
+                Finding::new(p == self.order, why).measured(self.order)
+            }
+            Property::ZeroStable => match self.zero {
+                Roots::Stable => Finding::new(true, "the roots of ρ are in the unit disc, those on its rim simple"),
+                Roots::Unstable(z) if z.norm() == 1.0 => {
+                    Finding::new(false, format!("ρ has {} as a double root", z.re))
+                }
+                Roots::Unstable(z) => {
+                    let why = format!("ρ has the root {:.6} {:+.6}i of modulus {:.6}", z.re, z.im, z.norm());
+                    Finding::new(false, why).measured(z.norm())
+                }
+                Roots::Undecided(z) => Finding {
+                    outcome: Outcome::Inconclusive,
+                    measured: Some(z.norm()),
+                    why: "a root of ρ cannot be told from the unit circle".into(),
+                },
+            },
+            Property::Explicit => {
+                let explicit = self.infinity == f64::INFINITY;
+                Finding::new(explicit, if explicit { "σ has no slope of the new step" } else { "σ has the new slope" })
+            }
+            Property::AStable => self.a_stable_finding(),
+            Property::AlphaStable(angle) => match self.alpha {
+                Some(alpha) => {
+                    let why = format!("the root locus leaves the sector |arg(−hλ)| < {alpha:.3}° free");
+                    Finding::new(angle <= alpha + 0.01, why).measured(alpha)
+                }
+                None => Finding::new(false, "not even the negative axis is in the region of stability"),
+            },
+            Property::LStable => match self.a_stable_finding() {
+                finding if finding.outcome != Outcome::Pass => finding,
+                _ if self.infinity == 0.0 => Finding::new(true, "A-stable, and σ has no root but 0"),
+                _ => {
+                    Finding::new(false, format!("σ has a root of modulus {:.5}", self.infinity)).measured(self.infinity)
+                }
+            },
+            _ => return None,
+        })
+    }
+
+    /// A method that is not zero-stable does not converge, whatever its order; and one that is may be started badly.
+    fn consistency(&self) -> Vec<Verdict> {
+        let verdict = |subject: &str, statement: &str, finding: Finding| {
+            let check = Check {
+                id: subject.replace(' ', "-"),
+                statement: statement.into(),
+                outcome: finding.outcome,
+                measured: finding.measured,
+                required: None,
+                reason: finding.why,
+            };
+            Verdict { kind: Kind::Consistency, subject: subject.into(), check }
+        };
+        let mut out = Vec::new();
+        out.extend(
+            self.find(Property::ZeroStable).map(|finding| {
+                verdict("convergence", "It is zero-stable, without which it does not converge", finding)
+            }),
+        );
+        let (order, start) = (self.order, self.start.order_in_time);
+        let why = format!("{} has order {start}, so that {} is what is left", self.start_name, self.started_order());
+        let keeps = Finding::new(self.started_order() == order, why);
+        out.push(verdict("start", "The starting procedure keeps the order", keeps));
+        out
+    }
+
+    fn traits(&self) -> Traits {
+        let stability = match self.alpha {
+            _ if self.zero != Roots::Stable => Stability::Unstable,
+            Some(_) if self.infinity < 0.95 => Stability::Damping,
+            Some(_) => Stability::Neutral,
+            None => Stability::Conditional,
+        };
+        let stiff_order = (stability == Stability::Damping).then(|| self.started_order());
+        Traits { stiff_order, ..Traits::new(self.started_order(), Principle::Equation, stability) }
+    }
+
+    fn unknowns(&self) -> usize {
+        3
+    }
+
+    fn on_field<'a>(&self, field: Box<dyn VectorField + 'a>) -> Result<Box<dyn Integrator + 'a>, String> {
+        let [rho, sigma] = self.doubles.clone();
+        let field: Arc<dyn VectorField + 'a> = Arc::from(field);
+        let start = self.start.on_field(Box::new(Arc::clone(&field)))?;
+        Ok(Box::new(stepping::Multistep::new(rho, sigma, field, start)?))
+    }
+
+    fn trials(&self) -> Vec<Trial> {
+        let k = self.steps() as f64;
+        let (order, from) = (self.started_order(), "the constants C_q and the start");
+        if self.zero != Roots::Stable {
+            let plan = Err("it is not zero-stable: there is no order to measure".into());
+            return vec![Trial { kind: "nonlinear", name: "v̇ = f(v)", plan }];
+        }
+        // All the steps of a formula, k h, are short beside the solution.
+        let window = Window { horizon: 2.0, coarsest: 0.25_f64.min(0.4 / k) };
+        let none = |reason: &str| Trial { kind: "stiff", name: "prothero-robinson", plan: Err(reason.into()) };
+        let stiff = match self.alpha {
+            Some(_) if self.infinity < 0.95 && self.order <= 2 => Trial::stiff(order, from),
+            Some(_) if self.infinity < 0.95 => none("the errors, divided by λ, are at roundoff before they settle"),
+            _ => none("hλ must stay of order 1, or nothing damps: the errors are no power of h there"),
+        };
+        let (nonlinear, in_time) = if self.order > 4 {
+            let why = "its solution has a pole a time of 1 away: before the order settles, errors are at roundoff";
+            let in_time = Trial { kind: "non-autonomous", name: "v̇ = f(t, v)", plan: Err(why.into()) };
+            (Trial::on("nonlinear", "pendulum", &[], order, from), in_time)
+        } else {
+            let in_time = Trial::of("non-autonomous", "v̇ = f(t, v)", NonAutonomous(window), order, from);
+            (Trial::of("nonlinear", "v̇ = f(v)", Autonomous(window), order, from), in_time)
+        };
+        vec![Trial::of("linear", "v̇ = Av", Linear(window), order, from), nonlinear, in_time, stiff]
+    }
+
+    fn has_structure(&self) -> bool {
+        false
+    }
+
+    fn tables(&self) -> Vec<Table> {
+        let row = |(q, c): (usize, &Real)| {
+            let holds = if c.may_be_zero() { "vanishes" } else { "does not vanish" };
+            let numbers = [c.to_f64(), c.radius()].map(Cell::Number);
+            [Cell::Integer(q as i64)].into_iter().chain(numbers).chain([Cell::Text(holds.into())]).collect()
+        };
+        let rows = self.constants.iter().take(self.order as usize + 3).enumerate().map(row).collect();
+        let caption = "C_q = [Σ j^q ρ_j − q Σ j^{q−1} σ_j]/(q! σ(1)), which vanish up to the order.";
+        vec![table("constants", caption, &["q", "C_q", "uncertainty", "verdict"], rows)]
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let size = (1..200).map(|k| self.locus(PI * f64::from(k) / 200.0).norm()).filter(|x| x.is_finite()).largest();
+        vec![region(1.3 * size, |z| self.growth(z))]
+    }
+}
+
+impl MultistepTheory {
+    fn a_stable_finding(&self) -> Finding {
+        match &self.a_stable {
+            _ if self.zero != Roots::Stable => Finding::new(false, "it is not even zero-stable"),
+            Ok(()) => Finding::new(true, "Re ρ(ζ)/σ(ζ) ≥ 0 on the unit circle, and σ has no root outside"),
+            Err(why) => Finding::new(false, why.clone()),
+        }
+    }
+}

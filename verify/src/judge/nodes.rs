@@ -1,0 +1,194 @@
+//! The kinds `path-fitted`, \[KY21\] (8), and `galerkin`, \[MW01\]: variational integrators of mechanics, by their nodes.
+
+use lsvi::Integrator;
+
+use super::analysis::{Analysis, Trial};
+use super::claim::Property;
+use super::evidence::{coefficient_row, table};
+use super::facts::Facts;
+use super::polynomial::Polynomial;
+use super::real::{Real, dot};
+use super::tableau::Coefficient;
+use super::verdict::Finding;
+use crate::evidence::{Cell, Table};
+use crate::kinds::Symplecticity;
+use crate::method::{Method, Traits, mechanics};
+use crate::problem::Problem;
+
+/// Nodes as a file states them.
+#[derive(Debug, Clone)]
+pub struct Nodes {
+    /// Degree of the path.
+    pub degree: usize,
+    /// Interior nodes of a fitted path, or those of the quadrature.
+    pub nodes: Vec<Coefficient>,
+    /// Weights of the quadrature.
+    pub weights: Option<Vec<Coefficient>>,
+}
+
+impl Nodes {
+    pub(super) fn table(&self) -> Table {
+        let columns: Vec<String> =
+            std::iter::once(String::new()).chain((1..=self.nodes.len()).map(|j| j.to_string())).collect();
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        let mut rows = vec![coefficient_row("nodes", &self.nodes)];
+        rows.extend(self.weights.as_ref().map(|weights| coefficient_row("weights", weights)));
+        table("coefficients", "The coefficients as the file has them.", &columns, rows)
+    }
+}
+
+/// All that follows from them.
+#[derive(Debug)]
+pub(super) struct NodesTheory {
+    degree: usize,
+    is_fitted: bool,
+    /// The moments that decide the order: ∫ M(t) t^{k−1} dt with M the polynomial of the nodes, or Σ b_i c_i^{k−1} − 1/k.
+    moments: Vec<Real>,
+    order: u32,
+    symmetric: bool,
+    symplectic: Symplecticity,
+    method: Result<Box<dyn Method>, String>,
+}
+
+impl NodesTheory {
+    pub(super) fn new(nodes: &Nodes) -> Self {
+        let reals = |list: &[Coefficient]| list.iter().map(|x| x.real.clone()).collect::<Vec<_>>();
+        let (c, b) = (reals(&nodes.nodes), nodes.weights.as_deref().map(reals));
+        let doubles = |list: &[Real]| list.iter().map(Real::to_f64).collect::<Vec<_>>();
+        let mirrored = |i: usize| c.iter().position(|x| (&(x + &c[i]) - &Real::one()).may_be_zero());
+        let symmetric =
+            (0..c.len()).all(|i| mirrored(i).is_some_and(|j| b.as_ref().is_none_or(|b| (&b[i] - &b[j]).may_be_zero())));
+        let over = |k: usize| &Real::one() / &Real::from(k as i64);
+        let (moments, order, symplectic, method) = match &b {
+            // Collocation of the Euler–Lagrange equations: the error at the ends is ∫ M r with a smooth r.
+            None => {
+                let factor = |node: &Real| Polynomial::new(vec![-node, Real::one()]);
+                let product = c.iter().fold(Polynomial::new(vec![Real::one()]), |p, node| p.times(&factor(node)));
+                let moment =
+                    |k: usize| product.coefficients().iter().enumerate().map(|(j, x)| x * &over(j + k)).sum::<Real>();
+                let moments: Vec<Real> = (1..=c.len() + 1).map(moment).collect();
+                let free = moments.iter().take_while(|x| x.may_be_zero()).count();
+                let symplectic = if free == c.len() { Symplecticity::ConstantMass } else { Symplecticity::Never };
+                (moments, c.len() + free, symplectic, mechanics::path_fitted_on(&doubles(&c)))
+            }
+            Some(b) => {
+                let power = |k: usize| c.iter().map(|c| (1..k).fold(Real::one(), |p, _| &p * c)).collect::<Vec<_>>();
+                let moment = |k: usize| &dot(b, &power(k)) - &over(k);
+                let moments: Vec<Real> = (1..=2 * c.len() + 1).map(moment).collect();
+                let exact = moments.iter().take_while(|x| x.may_be_zero()).count();
+                let order = exact.min(2 * nodes.degree);
+                (moments, order, Symplecticity::Always, mechanics::galerkin_on(nodes.degree, &doubles(&c), &doubles(b)))
+            }
+        };
+        Self {
+            degree: nodes.degree,
+            is_fitted: b.is_none(),
+            moments,
+            order: order as u32,
+            symmetric,
+            symplectic,
+            method: method.map_err(|error| error.to_string()),
+        }
+    }
+
+    fn why(&self) -> String {
+        let count = self.moments.iter().take_while(|x| x.may_be_zero()).count();
+        let next = self.moments.get(count).map_or_else(String::new, |x| format!(", the next being {:.3e}", x.to_f64()));
+        if self.is_fitted {
+            format!("{} nodes, and {count} moments of their polynomial vanish{next}", self.degree - 1)
+        } else {
+            format!(
+                "the smaller of twice the degree, {}, and the order {count} of the quadrature{next}",
+                2 * self.degree
+            )
+        }
+    }
+}
+
+impl Analysis for NodesTheory {
+    fn kind(&self) -> &'static str {
+        if self.is_fitted { "path-fitted" } else { "galerkin" }
+    }
+
+    fn headline(&self) -> String {
+        let name = if self.is_fitted { "path fitting" } else { "Galerkin variational integrator" };
+        format!("{name}, degree {}", self.degree)
+    }
+
+    fn order(&self) -> u32 {
+        self.order
+    }
+
+    fn facts(&self) -> Facts {
+        let not = |holds: bool, what: &str| if holds { what.to_owned() } else { format!("not {what}") };
+        let symplectic = match self.symplectic {
+            Symplecticity::Always => "symplectic",
+            Symplecticity::ConstantMass => "symplectic where the mass is constant",
+            Symplecticity::Never => "not symplectic",
+        };
+        let structure = format!("{symplectic}, {}", not(self.symmetric, "symmetric"));
+        vec![("order", format!("{}: {}", self.order, self.why())), ("structure", structure)]
+    }
+
+    fn find(&self, property: Property) -> Option<Finding> {
+        Some(match property {
+            Property::Order(p) => Finding::new(p == self.order, self.why()).measured(self.order),
+            Property::Symplectic => {
+                let why = match self.symplectic {
+                    Symplecticity::Always => "it has a discrete Lagrangian",
+                    Symplecticity::ConstantMass => {
+                        "on Gauss nodes the path is collocation, where the mass is constant and forces depend on q alone"
+                    }
+                    Symplecticity::Never => "the nodes are not those of Gauss, and the path has no discrete Lagrangian",
+                };
+                Finding::new(self.symplectic != Symplecticity::Never, why)
+            }
+            Property::Symmetric => {
+                let text = if self.symmetric { "the nodes are" } else { "the nodes are not" };
+                Finding::new(self.symmetric, format!("{text} symmetric about ½"))
+            }
+            _ => return None,
+        })
+    }
+
+    fn traits(&self) -> Traits {
+        let method = self.method.as_ref().map(|method| method.traits());
+        let base = method.unwrap_or_else(|_| {
+            Traits::new(self.order, crate::kinds::Principle::Hamilton, crate::kinds::Stability::Conditional)
+        });
+        Traits { order: self.order, symplectic: self.symplectic, is_reversible: self.symmetric, ..base }
+    }
+
+    fn momentum_roundoff(&self, steps: f64) -> f64 {
+        self.method.as_ref().map_or(0.0, |method| method.momentum_roundoff(steps))
+    }
+
+    fn on_problem<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, String> {
+        let method = self.method.as_ref().map_err(Clone::clone)?;
+        method.build(problem).map_err(|error| error.reason)
+    }
+
+    fn trials(&self) -> Vec<Trial> {
+        let from = if self.is_fitted { "the moments of the nodes" } else { "degree and quadrature" };
+        vec![
+            Trial::on("integrable", "pendulum", &[], self.order, from),
+            Trial::on("oscillating", "henon-heiles", &[], self.order, from),
+            Trial::on("not separable", "double-pendulum", &[], self.order, from),
+        ]
+    }
+
+    fn has_structure(&self) -> bool {
+        true
+    }
+
+    fn tables(&self) -> Vec<Table> {
+        let row = |(k, x): (usize, &Real)| {
+            let holds = if x.may_be_zero() { "vanishes" } else { "does not vanish" };
+            let numbers = [x.to_f64(), x.radius()].map(Cell::Number);
+            [Cell::Integer(k as i64 + 1)].into_iter().chain(numbers).chain([Cell::Text(holds.into())]).collect()
+        };
+        let caption = "The moments that decide the order.";
+        let rows = self.moments.iter().enumerate().map(row).collect();
+        vec![table("moments", caption, &["k", "moment", "uncertainty", "verdict"], rows)]
+    }
+}

@@ -1,0 +1,416 @@
+//! The kinds `partitioned-runge-kutta` and `nystrom`: methods with coefficients of their own for q and for p = q̇ in
+//! q̇ = f(q, p), ṗ = g(q, p) (\[HLW06\] II.2, III.2, VI.4; \[HNW93\] II.14).
+
+use lsvi::{Integrator, VectorField};
+use nalgebra::{DMatrix, Matrix2, Vector2};
+
+use super::analysis::{Analysis, Trial};
+use super::claim::Property;
+use super::conditions::{Part, Weights, conditions_of};
+use super::evidence::{coefficient_row, table};
+use super::facts::{Facts, order as order_fact};
+use super::linear::Reach;
+use super::real::Real;
+use super::runge_kutta::{order as order_finding, stages};
+use super::stepping::{Halves, Stepper};
+use super::tableau::{Coefficient, row_sums};
+use super::theory::WeightsTheory;
+use super::tree::{Forest, Rule};
+use super::verdict::Finding;
+use crate::evidence::Table;
+use crate::kinds::{Principle, Stability, Symplecticity};
+use crate::measure::search::root;
+use crate::method::Traits;
+
+/// What f and g depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coupling {
+    /// Everything.
+    General,
+    /// q̇ = f(p), ṗ = g(q).
+    Separable,
+    /// q̇ = p, ṗ = g(q): Nyström's methods.
+    SecondOrder,
+}
+
+/// The coefficients as a file states them: of q first, then of p. Those of a Nyström method are ā and b̄ for q, and b for p;
+/// its second matrix is I.
+#[derive(Debug, Clone)]
+pub struct Parts {
+    /// What they are for.
+    pub coupling: Coupling,
+    /// s rows of s, twice.
+    pub a: [Vec<Vec<Coefficient>>; 2],
+    /// s weights, twice.
+    pub b: [Vec<Coefficient>; 2],
+    /// s abscissae, where they are given.
+    pub c: Option<Vec<Coefficient>>,
+}
+
+/// Names of the coefficients: matrices, weights.
+type Names = ([&'static str; 2], [&'static str; 2]);
+
+impl Parts {
+    fn names(&self) -> Names {
+        match self.coupling {
+            Coupling::SecondOrder => (["ā", ""], ["b̄", "b"]),
+            _ => (["a", "â"], ["b", "b̂"]),
+        }
+    }
+
+    /// The coefficients as texts.
+    pub(super) fn table(&self) -> Table {
+        let ([a, a_hat], weights) = self.names();
+        let mut rows = Vec::new();
+        for (name, matrix) in [(a, &self.a[0]), (a_hat, &self.a[1])].iter().filter(|(name, _)| !name.is_empty()) {
+            rows.extend(matrix.iter().enumerate().map(|(i, row)| coefficient_row(&format!("{name}_{}", i + 1), row)));
+        }
+        rows.extend(weights.iter().zip(&self.b).map(|(name, b)| coefficient_row(name, b)));
+        rows.extend(self.c.iter().map(|c| coefficient_row("c", c)));
+        let columns: Vec<String> =
+            std::iter::once(String::new()).chain((1..=self.b[0].len()).map(|j| j.to_string())).collect();
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        table("coefficients", "The coefficients as the file has them.", &columns, rows)
+    }
+}
+
+/// All that follows from them.
+#[derive(Debug)]
+pub(super) struct PartsTheory {
+    coupling: Coupling,
+    a: [Vec<Vec<Real>>; 2],
+    b: [Vec<Real>; 2],
+    c: Vec<Real>,
+    /// Conditions on the systems that the file names.
+    weights: WeightsTheory,
+    /// Order on separable systems, where the file names all.
+    separable: Option<u32>,
+    /// The condition that is farthest from holding.
+    symplectic_defect: Option<(String, f64)>,
+    symmetric: bool,
+    explicit: bool,
+    /// How far steps on q̇ = ωp, ṗ = −ωq stay bounded; nothing where they shrink or grow areas.
+    oscillation: Option<Reach>,
+}
+
+impl PartsTheory {
+    pub(super) fn new(parts: &Parts, claimed: Option<u32>) -> Self {
+        let reals = |list: &Vec<Coefficient>| list.iter().map(|x| x.real.clone()).collect::<Vec<_>>();
+        let a = parts.a.each_ref().map(|rows| rows.iter().map(reals).collect::<Vec<_>>());
+        let b = parts.b.each_ref().map(reals);
+        let c = parts.c.as_ref().map_or_else(|| row_sums(&a[0]), reals);
+        let at_least = claimed.unwrap_or(0) + 1;
+        let search = |rule: Rule, at_least| {
+            let leaves = match rule {
+                Rule::SecondOrder => [c.clone(), vec![Real::one(); c.len()]],
+                _ => [row_sums(&a[0]), row_sums(&a[1])],
+            };
+            let part = |k: usize| Part { a: &a[k], leaf: leaves[k].clone() };
+            let conditions =
+                |forest: &Forest| conditions_of(Weights::of_parts(forest, [part(0), part(1)], &c), [&b[0], &b[1]]);
+            WeightsTheory::search(rule, at_least, conditions)
+        };
+        let rule = match parts.coupling {
+            Coupling::General => Rule::Partitioned,
+            Coupling::Separable => Rule::Separable,
+            Coupling::SecondOrder => Rule::SecondOrder,
+        };
+        let weights = search(rule, at_least);
+        let separable = (rule == Rule::Partitioned).then(|| search(Rule::Separable, weights.order + 1).order);
+        let mut theory = Self {
+            coupling: parts.coupling,
+            a,
+            b,
+            c,
+            weights,
+            separable,
+            symplectic_defect: None,
+            symmetric: false,
+            explicit: false,
+            oscillation: None,
+        };
+        theory.symplectic_defect = theory.symplectic_defect();
+        theory.symmetric = theory.is_symmetric();
+        theory.explicit = theory.is_explicit();
+        theory.oscillation = theory.oscillation();
+        theory
+    }
+
+    fn stages(&self) -> usize {
+        self.c.len()
+    }
+
+    /// b_i â_ij + b̂_j a_ji = b_i b̂_j, and b = b̂ unless systems are separable (\[HLW06\] VI.4.6); of a Nyström method
+    /// b̄_i = b_i (1 − c_i) and b_i (b̄_j − ā_ij) = b_j (b̄_i − ā_ji) (IV.2.5).
+    fn symplectic_defect(&self) -> Option<(String, f64)> {
+        let ([a, a_hat], [b, b_hat], s) = (&self.a, &self.b, self.stages());
+        let mut all = Vec::new();
+        for i in 0..s {
+            match self.coupling {
+                Coupling::SecondOrder => {
+                    let required = &b_hat[i] * &(&Real::one() - &self.c[i]);
+                    all.push((format!("b̄_i − b_i (1 − c_i) at i = {}", i + 1), &b[i] - &required));
+                }
+                Coupling::General => all.push((format!("b_i − b̂_i at i = {}", i + 1), &b[i] - &b_hat[i])),
+                Coupling::Separable => {}
+            }
+            for j in 0..s {
+                let place = format!("at i = {}, j = {}", i + 1, j + 1);
+                let (text, defect) = if self.coupling == Coupling::SecondOrder {
+                    let half = |i: usize, j: usize| &b_hat[i] * &(&b[j] - &a[i][j]);
+                    ("b_i (b̄_j − ā_ij) − b_j (b̄_i − ā_ji)", &half(i, j) - &half(j, i))
+                } else {
+                    let sum = &(&b[i] * &a_hat[i][j]) + &(&b_hat[j] * &a[j][i]);
+                    ("b_i â_ij + b̂_j a_ji − b_i b̂_j", &sum - &(&b[i] * &b_hat[j]))
+                };
+                all.push((format!("{text} {place}"), defect));
+            }
+        }
+        let certain = all.into_iter().filter(|(_, x)| !x.may_be_zero()).map(|(text, x)| (text, x.to_f64()));
+        certain.max_by(|x, y| x.1.abs().total_cmp(&y.1.abs()))
+    }
+
+    /// Whether it is its own adjoint, the stages taken in the reverse of their order: b_σ(j) = b_j and a_σ(i)σ(j) + a_ij = b_j for
+    /// both parts; of a Nyström method c_σ(i) = 1 − c_i, b_σ(i) = b_i, b̄_σ(i) = b_i − b̄_i and
+    /// ā_σ(i)σ(j) − ā_ij = (1 − c_i) b_j − b̄_j.
+    fn is_symmetric(&self) -> bool {
+        let s = self.stages();
+        let same = |x: &Real, y: &Real| (x - y).may_be_zero();
+        let mirror = |i: usize| s - 1 - i;
+        let all = |holds: &dyn Fn(usize, usize) -> bool| (0..s).all(|i| (0..s).all(|j| holds(i, j)));
+        let [b, b_hat] = &self.b;
+        if self.coupling == Coupling::SecondOrder {
+            let a = &self.a[0];
+            let left = |i: usize| &Real::one() - &self.c[i];
+            return (0..s).all(|i| {
+                let m = mirror(i);
+                same(&self.c[m], &left(i)) && same(&b_hat[m], &b_hat[i]) && same(&b[m], &(&b_hat[i] - &b[i]))
+            }) && all(&|i, j| {
+                let required = &(&left(i) * &b_hat[j]) - &b[j];
+                same(&(&a[mirror(i)][mirror(j)] - &a[i][j]), &required)
+            });
+        }
+        if self.coupling == Coupling::Separable {
+            return self.is_symmetric_where_separable();
+        }
+        self.a.iter().zip(&self.b).all(|(a, b)| {
+            (0..s).all(|j| same(&b[mirror(j)], &b[j]))
+                && all(&|i, j| same(&(&a[mirror(i)][mirror(j)] + &a[i][j]), &b[j]))
+        })
+    }
+
+    /// The same where stages of q and of p are taken one by one, those that count: each set is reversed for itself.
+    fn is_symmetric_where_separable(&self) -> bool {
+        let zero = |x: &Real| x.may_be_zero();
+        let counting = |part: usize| {
+            let counts = |j: &usize| !zero(&self.b[part][*j]) || self.a[part].iter().any(|row| !zero(&row[*j]));
+            (0..self.stages()).filter(counts).collect::<Vec<_>>()
+        };
+        // The slopes of q are f at stages of p.
+        let stages = [counting(0), counting(1)];
+        (0..2).all(|part| {
+            let (own, other) = (&stages[part], &stages[1 - part]);
+            let mirror = |set: &[usize], k: usize| set[set.len() - 1 - k];
+            own.iter().enumerate().all(|(k, &j)| {
+                let m = mirror(own, k);
+                (&self.b[part][m] - &self.b[part][j]).may_be_zero()
+                    && other.iter().enumerate().all(|(l, &i)| {
+                        let sum = &self.a[part][mirror(other, l)][m] + &self.a[part][i][j];
+                        (&sum - &self.b[part][j]).may_be_zero()
+                    })
+            })
+        })
+    }
+
+    /// Whether on separable systems every stage follows from earlier ones: those of q need those of p with a_ij ≠ 0, and the other
+    /// way round.
+    fn is_explicit(&self) -> bool {
+        let s = self.stages();
+        let needs = |k: usize, known: &[bool]| {
+            let (part, i) = (k / s, k % s);
+            let needed = |j: usize| !self.a[part][i][j].may_be_zero() && !known[(1 - part) * s + j];
+            (0..s).any(needed)
+        };
+        let mut known = vec![false; 2 * s];
+        while let Some(k) = (0..2 * s).find(|k| !known[*k] && !needs(*k, &known)) {
+            known[k] = true;
+        }
+        // A Nyström method has no stages of p.
+        if self.coupling == Coupling::SecondOrder {
+            return (0..s).all(|i| self.a[0][i][i..].iter().all(Real::may_be_zero));
+        }
+        known.into_iter().all(|known| known)
+    }
+
+    /// One step on q̇ = νp, ṗ = −νq, of size 1.
+    fn rotation(&self, nu: f64) -> Option<Matrix2<f64>> {
+        let s = self.stages();
+        let double = |part: usize| DMatrix::from_fn(s, s, |i, j| self.a[part][i][j].to_f64());
+        let weights = |part: usize| self.b[part].iter().map(Real::to_f64).collect::<Vec<_>>();
+        let (a, b, b_hat) = (double(0), weights(0), weights(1));
+        let c: Vec<f64> = self.c.iter().map(Real::to_f64).collect();
+        let second_order = self.coupling == Coupling::SecondOrder;
+        // Q = q + ν A P and P = p − ν Â Q; or Q = q + c ν p − ν² Ā Q.
+        let square = if second_order { a.clone() } else { &a * double(1) };
+        let lu = (DMatrix::identity(s, s) + square * (nu * nu)).lu();
+        let sums = a.column_sum();
+        let column = |start: Vector2<f64>| {
+            let from = |i: usize| start.x + nu * start.y * if second_order { c[i] } else { sums[i] };
+            let q = lu.solve(&DMatrix::from_fn(s, 1, |i, _| from(i)))?;
+            let dot = |b: &[f64], x: &DMatrix<f64>| b.iter().zip(x).map(|(b, x)| b * x).sum::<f64>();
+            let end_p = start.y - nu * dot(&b_hat, &q);
+            let end_q = if second_order {
+                start.x + nu * start.y - nu * nu * dot(&b, &q)
+            } else {
+                let p = DMatrix::from_element(s, 1, start.y) - double(1) * &q * nu;
+                start.x + nu * dot(&b, &p)
+            };
+            Some(Vector2::new(end_q, end_p))
+        };
+        Some(Matrix2::from_columns(&[column(Vector2::x())?, column(Vector2::y())?]))
+    }
+
+    /// Where areas are kept, steps are bounded while |tr| < 2.
+    fn oscillation(&self) -> Option<Reach> {
+        // Some digits above the roundoff of a few products.
+        const ROUNDOFF: f64 = 1e-10;
+        let keeps = |nu: f64| self.rotation(nu).is_some_and(|m| (m.determinant() - 1.0).abs() <= ROUNDOFF);
+        if ![0.3, 0.7, 1.1].into_iter().all(keeps) {
+            return None;
+        }
+        let margin = |nu: f64| self.rotation(nu).map_or(f64::NAN, |m| 2.0 + ROUNDOFF - m.trace().abs());
+        let points = (1..=6000).map(|k| 0.01 * f64::from(k));
+        match points.into_iter().find(|nu| margin(*nu).is_nan() || margin(*nu) < 0.0) {
+            None => Some(Reach::Everything),
+            Some(nu) => Some(Reach::UpTo { end: root([nu - 0.01, nu], margin).unwrap_or(nu), witness: nu }),
+        }
+    }
+
+    fn weights_name(&self) -> &'static str {
+        match self.coupling {
+            Coupling::SecondOrder => "b̄ and b",
+            _ => "b and b̂",
+        }
+    }
+}
+
+impl Analysis for PartsTheory {
+    fn kind(&self) -> &'static str {
+        match self.coupling {
+            Coupling::SecondOrder => "nystrom",
+            _ => "partitioned-runge-kutta",
+        }
+    }
+
+    fn headline(&self) -> String {
+        let name = match self.coupling {
+            Coupling::General => "partitioned Runge–Kutta",
+            Coupling::Separable => "partitioned Runge–Kutta for separable systems",
+            Coupling::SecondOrder => "Nyström, for q̈ = g(q)",
+        };
+        let shape = match (self.explicit, self.coupling) {
+            (true, Coupling::SecondOrder) => "explicit",
+            (true, _) => "explicit on separable systems",
+            (false, _) => "implicit",
+        };
+        format!("{name}, {shape}, {}", stages(self.stages()))
+    }
+
+    fn order(&self) -> u32 {
+        self.weights.order
+    }
+
+    fn facts(&self) -> Facts {
+        let mut facts = vec![("order", order_fact(&self.weights))];
+        facts.extend(self.separable.map(|order| ("separable", format!("order {order} on q̇ = f(p), ṗ = g(q)"))));
+        let oscillations = match self.oscillation {
+            None => "areas are not kept on q̇ = ωp, ṗ = −ωq".into(),
+            Some(Reach::Everything) => "bounded on q̇ = ωp, ṗ = −ωq up to hω = 60".into(),
+            Some(Reach::UpTo { end, .. }) => format!("bounded on q̇ = ωp, ṗ = −ωq up to hω = {end:.4}"),
+        };
+        facts.push(("oscillations", oscillations));
+        let not = |holds: bool, what: &str| if holds { what.to_owned() } else { format!("not {what}") };
+        let structure = [not(self.symplectic_defect.is_none(), "symplectic"), not(self.symmetric, "symmetric")];
+        facts.push(("structure", structure.join(", ")));
+        facts
+    }
+
+    fn find(&self, property: Property) -> Option<Finding> {
+        Some(match property {
+            Property::Order(p) => order_finding(p, &self.weights, self.weights_name()),
+            Property::Explicit => {
+                let text = if self.explicit {
+                    "every stage follows from earlier ones"
+                } else {
+                    "some stages have to be solved for"
+                };
+                Finding::new(self.explicit, text)
+            }
+            Property::Symplectic => match &self.symplectic_defect {
+                None => Finding::new(true, "the conditions on the products of the coefficients hold for all i, j"),
+                Some((place, x)) => Finding::new(false, format!("{place} is {x:.4e}")).measured(*x),
+            },
+            Property::Symmetric => {
+                let text = if self.symmetric { "its own adjoint" } else { "not its own adjoint" };
+                Finding::new(self.symmetric, format!("{text}, with the stages reversed"))
+            }
+            Property::ImaginaryInterval(y) => match self.oscillation {
+                None => Finding::new(false, "areas are not kept on q̇ = ωp, ṗ = −ωq"),
+                Some(Reach::Everything) => Finding::new(true, "|tr| ≤ 2 of a step on q̇ = ωp, ṗ = −ωq up to hω = 60"),
+                Some(Reach::UpTo { end, witness }) => {
+                    let why =
+                        format!("|tr| ≤ 2 of a step on q̇ = ωp, ṗ = −ωq up to hω = {end:.6}, and not at {witness:.2}");
+                    Finding::new(y <= end * (1.0 + 5e-4), why).measured(end)
+                }
+            },
+            _ => return None,
+        })
+    }
+
+    fn traits(&self) -> Traits {
+        let symplectic = match (&self.symplectic_defect, self.coupling) {
+            (Some(_), _) => Symplecticity::Never,
+            (None, Coupling::General) => Symplecticity::Always,
+            (None, _) => Symplecticity::ConstantMass,
+        };
+        let stability = if self.explicit { Stability::Conditional } else { Stability::Neutral };
+        let traits = Traits::new(self.weights.order, Principle::Equation, stability);
+        Traits { stiff_order: None, symplectic, is_reversible: self.symmetric, ..traits }
+    }
+
+    fn unknowns(&self) -> usize {
+        self.stages()
+    }
+
+    fn on_field<'a>(&self, field: Box<dyn VectorField + 'a>) -> Result<Box<dyn Integrator + 'a>, String> {
+        let double = |list: &[Real]| list.iter().map(Real::to_f64).collect::<Vec<_>>();
+        let halves = Halves {
+            coupling: self.coupling,
+            a: self.a.each_ref().map(|a| a.iter().map(|row| double(row)).collect()),
+            b: self.b.each_ref().map(|b| double(b)),
+            c: double(&self.c),
+        };
+        Ok(Box::new(Stepper::halves(halves, field)?))
+    }
+
+    fn trials(&self) -> Vec<Trial> {
+        let (order, from) = (self.weights.order, "the conditions of the coloured trees");
+        let mut trials = vec![
+            Trial::on("separable", "pendulum", &[], self.separable.unwrap_or(order), from),
+            Trial::on("oscillating", "henon-heiles", &[], self.separable.unwrap_or(order), from),
+        ];
+        trials.push(match self.coupling {
+            Coupling::General => Trial::on("not separable", "double-pendulum", &[], order, from),
+            _ => Trial { kind: "not separable", name: "double-pendulum", plan: Err("it is not made for that".into()) },
+        });
+        trials
+    }
+
+    fn has_structure(&self) -> bool {
+        true
+    }
+
+    fn tables(&self) -> Vec<Table> {
+        vec![WeightsTheory::table([("", &self.weights)].into_iter())]
+    }
+}

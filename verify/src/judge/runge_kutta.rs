@@ -1,0 +1,378 @@
+//! The kind `runge-kutta`: what is claimed of a tableau, described and run.
+
+use lsvi::classic::{CoupledRungeKutta, RungeKutta, Tableau as LowerTriangular};
+use lsvi::{InputError, Integrator, VectorField};
+
+use super::analysis::{Analysis, Trial};
+use super::claim::Property;
+use super::facts::{Facts, order as order_fact, reach, short};
+use super::linear::Reach;
+use super::problem::{Autonomous, Linear, NonAutonomous, window};
+use super::structure::Indefinite;
+use super::tableau::Shape;
+use super::theory::{Theory, WeightsTheory};
+use super::verdict::{Finding, Kind, Verdict};
+use crate::evidence::{Check, Figure, Outcome, Table};
+use crate::kinds::{Principle, Stability, Symplecticity};
+use crate::method::Traits;
+
+impl Analysis for Theory {
+    fn kind(&self) -> &'static str {
+        "runge-kutta"
+    }
+
+    fn headline(&self) -> String {
+        let shape = match self.shape {
+            Shape::Explicit => "explicit",
+            Shape::DiagonallyImplicit => "diagonally implicit",
+            Shape::FullyImplicit => "fully implicit",
+        };
+        format!("Runge–Kutta, {shape}, {}", stages(self.numbers.stages()))
+    }
+
+    fn order(&self) -> u32 {
+        self.main.order
+    }
+
+    fn facts(&self) -> Facts {
+        self.described()
+    }
+
+    fn find(&self, property: Property) -> Option<Finding> {
+        find(property, self)
+    }
+
+    fn consistency(&self) -> Vec<Verdict> {
+        rows(self).into_iter().collect()
+    }
+
+    fn traits(&self) -> Traits {
+        let infinity = self.stability.at_infinity().abs();
+        let stability = match self.alpha {
+            Some(alpha) if alpha > 0.0 && infinity < 0.95 => Stability::Damping,
+            Some(alpha) if alpha > 0.0 => Stability::Neutral,
+            _ if matches!(self.negative, Reach::UpTo { end: 0.0, .. }) => Stability::Unstable,
+            _ => Stability::Conditional,
+        };
+        Traits {
+            stiff_order: self.stiff_order(),
+            symplectic: match self.symplectic_defect {
+                None => Symplecticity::Always,
+                Some(_) => Symplecticity::Never,
+            },
+            is_reversible: self.symmetric,
+            ..Traits::new(self.order_in_time, Principle::Equation, stability)
+        }
+    }
+
+    fn unknowns(&self) -> usize {
+        if self.shape == Shape::FullyImplicit { self.numbers.stages() } else { 0 }
+    }
+
+    fn on_field<'a>(&self, field: Box<dyn VectorField + 'a>) -> Result<Box<dyn Integrator + 'a>, String> {
+        let refused = |error: InputError| error.to_string();
+        let (a, b, c) = self.numbers.doubles();
+        if self.shape == Shape::FullyImplicit {
+            return Ok(Box::new(CoupledRungeKutta::new(field, &a, &b, &c).map_err(refused)?));
+        }
+        let tableau = LowerTriangular::lower_triangular(&a, &b, &c).map_err(refused)?;
+        Ok(Box::new(RungeKutta::new(field, tableau).map_err(refused)?))
+    }
+
+    /// A linear, a nonlinear, a non-autonomous and a stiff problem.
+    fn trials(&self) -> Vec<Trial> {
+        let main = self.main.order;
+        let linear = self.linear.solution.map_or(main, |(order, _)| order);
+        let rows = if self.wrong_rows().is_empty() { "the order conditions" } else { "the conditions with c as given" };
+        let in_time = self.order_in_time;
+        vec![
+            Trial::of("linear", "v̇ = Av", Linear(window(linear)), linear, "the series of R(z)"),
+            Trial::of("nonlinear", "v̇ = f(v)", Autonomous(window(main)), main, "the order conditions"),
+            Trial::of("non-autonomous", "v̇ = f(t, v)", NonAutonomous(window(in_time)), in_time, rows),
+            self.stiff(),
+        ]
+    }
+
+    fn has_structure(&self) -> bool {
+        true
+    }
+
+    fn tables(&self) -> Vec<Table> {
+        let embedded = self.embedded.as_ref().map(|embedded| ("b̂", embedded));
+        vec![WeightsTheory::table([("b", &self.main)].into_iter().chain(embedded))]
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let reach = |reach: Reach| if let Reach::UpTo { end, .. } = reach { end } else { 0.0 };
+        let size = 1.3 * reach(self.negative).max(reach(self.imaginary));
+        vec![super::evidence::region(size, |z| self.stability.at(z).norm())]
+    }
+
+    fn as_runge_kutta(&self) -> Option<&Theory> {
+        Some(self)
+    }
+}
+
+/// `1 stage`, `2 stages`.
+pub(super) fn stages(s: usize) -> String {
+    if s == 1 { "1 stage".into() } else { format!("{s} stages") }
+}
+
+impl Theory {
+    /// Prothero and Robinson's problem, where theory has an order for hλ ≫ 1.
+    fn stiff(&self) -> Trial {
+        let none = |reason: &str| Trial { kind: "stiff", name: "prothero-robinson", plan: Err(reason.into()) };
+        if !self.alpha.is_some_and(|alpha| alpha > 0.0) {
+            return none("the negative axis is not in the region of stability: hλ must stay of order 1");
+        }
+        if self.stiff_order().is_none() {
+            return none("A is singular or R(∞) does not damp: the errors are no power of h there");
+        }
+        Trial::stiff(self.order_in_time, "the defects of the stages")
+    }
+
+    fn described(&self) -> Facts {
+        let theory = self;
+        let mut facts = vec![("order", order_fact(&theory.main))];
+        if let Some(embedded) = &theory.embedded {
+            facts.push(("embedded", order_fact(embedded)));
+        }
+        if theory.order_in_time < theory.main.order {
+            let text = format!("{} on v̇ = f(t, v), with c as given", theory.order_in_time);
+            facts.push(("in time", text));
+        }
+        let simplifying = theory.simplifying;
+        facts.push((
+            "stage order",
+            format!("{}: B({}), C({}), D({})", simplifying.stage_order(), simplifying.b, simplifying.c, simplifying.d),
+        ));
+        facts.push(("stability", self.stability()));
+        facts.push((
+            "axes",
+            format!("{}; {}", reach(theory.negative, "negative"), reach(theory.imaginary, "imaginary")),
+        ));
+        facts.push(("oscillations", self.oscillations()));
+        facts.push(("structure", self.structure()));
+        facts
+    }
+
+    fn stability(&self) -> String {
+        let theory = self;
+        let infinity = theory.stability.at_infinity();
+        let at_infinity =
+            if infinity.is_finite() { format!("R(∞) = {}", short(infinity)) } else { "R(∞) = ∞".into() };
+        let class = match theory.alpha {
+            Some(_) if theory.is_a_stable() && infinity == 0.0 => "L-stable".into(),
+            Some(_) if theory.is_a_stable() => "A-stable".into(),
+            Some(alpha) => format!("A(α)-stable with α = {alpha:.2}°"),
+            None => "conditionally stable".to_owned(),
+        };
+        let algebraic = if theory.algebraic.is_ok() { ", algebraically stable" } else { "" };
+        format!("{class}{algebraic}; {at_infinity}")
+    }
+
+    fn oscillations(&self) -> String {
+        let linear = self.linear;
+        let one = |what: &str, found: Option<(u32, f64)>| match found {
+            Some((order, constant)) => format!("{what} of order {order} (constant {constant:.2e})"),
+            None => format!("no {what} at all"),
+        };
+        format!("{}, {}", one("dispersion", linear.dispersion), one("dissipation", linear.dissipation))
+    }
+
+    fn structure(&self) -> String {
+        let not = |holds: bool, what: &str| if holds { what.to_owned() } else { format!("not {what}") };
+        let parts = [
+            not(self.symplectic_defect.is_none(), "symplectic"),
+            not(self.symmetric, "symmetric"),
+            not(self.stiffly_accurate, "stiffly accurate"),
+        ];
+        parts.join(", ")
+    }
+}
+
+/// Whether c is the sum of the rows of A, where the file gives it.
+fn rows(theory: &Theory) -> Option<Verdict> {
+    let defects = theory.row_defects.as_ref()?;
+    let wrong = theory.wrong_rows();
+    let words = |i: &usize| {
+        let sum = &theory.numbers.c[*i] - &defects[*i];
+        format!(
+            "row {} adds up to {:.10}, and c[{}] is {:.10}",
+            i + 1,
+            sum.to_f64(),
+            i + 1,
+            theory.numbers.c[*i].to_f64()
+        )
+    };
+    let reason = match wrong.as_slice() {
+        [] => "c_i = Σ_j a_ij in every row".to_owned(),
+        rows => rows.iter().map(words).collect::<Vec<_>>().join("; "),
+    };
+    let check = Check {
+        id: "rows".into(),
+        statement: "The abscissae are the sums of the rows".into(),
+        outcome: wrong.is_empty().into(),
+        measured: defects.iter().map(|defect| defect.to_f64().abs()).reduce(f64::max),
+        required: None,
+        reason,
+    };
+    Some(Verdict { kind: Kind::Consistency, subject: "row sums".into(), check })
+}
+
+fn find(property: Property, theory: &Theory) -> Option<Finding> {
+    Some(match property {
+        Property::Order(p) => order(p, &theory.main, "b"),
+        Property::EmbeddedOrder(p) => match &theory.embedded {
+            Some(embedded) => order(p, embedded, "b̂"),
+            None => Finding::new(false, "the file has no b_hat"),
+        },
+        Property::StageOrder(q) => {
+            let found = theory.simplifying.stage_order();
+            let why = format!(
+                "B({}) and C({}) hold, so that the stage order is {found}",
+                theory.simplifying.b, theory.simplifying.c
+            );
+            Finding::new(found == q, why).measured(found)
+        }
+        Property::Explicit => shape(theory, Shape::Explicit),
+        Property::DiagonallyImplicit => shape(theory, Shape::DiagonallyImplicit),
+        Property::AStable => a_stable(theory),
+        Property::AlphaStable(angle) => match theory.alpha {
+            Some(alpha) => {
+                let why = format!("|R| ≤ 1 in the sector |arg(−z)| ≤ {alpha:.2}°");
+                // The angle is found to a hundredth, and claims are rounded to the digits they have.
+                Finding::new(angle <= alpha + 0.01, why).measured(alpha)
+            }
+            None => Finding::new(false, "not even the negative axis is in the region of stability"),
+        },
+        Property::LStable => {
+            let infinity = theory.stability.at_infinity();
+            match a_stable(theory) {
+                finding if finding.outcome == Outcome::Fail => finding,
+                _ if infinity == 0.0 => Finding::new(true, "A-stable, and deg N < deg D, so that R(∞) = 0"),
+                _ => Finding::new(false, format!("A-stable, but R(∞) = {infinity:.6}")).measured(infinity),
+            }
+        }
+        Property::AlgebraicallyStable => match &theory.algebraic {
+            Ok(()) => Finding::new(true, "b ≥ 0, and B A + Aᵀ B − b bᵀ is positive semidefinite"),
+            Err(Indefinite::Weight(i, b)) => {
+                Finding::new(false, format!("b[{}] = {b:.6} is negative", i + 1)).measured(*b)
+            }
+            Err(Indefinite::Pivot(i, x)) => {
+                let why = format!("B A + Aᵀ B − b bᵀ is indefinite: elimination meets {x:.4e} at stage {}", i + 1);
+                Finding::new(false, why).measured(*x)
+            }
+            Err(Indefinite::Undecided) => Finding {
+                outcome: Outcome::Inconclusive,
+                measured: None,
+                why: "the digits given do not tell whether B A + Aᵀ B − b bᵀ is semidefinite".into(),
+            },
+        },
+        Property::StifflyAccurate => {
+            let text = if theory.stiffly_accurate { "the last row of A is b" } else { "the last row of A is not b" };
+            Finding::new(theory.stiffly_accurate, text)
+        }
+        Property::Symplectic => match theory.symplectic_defect {
+            None => Finding::new(true, "b_i a_ij + b_j a_ji = b_i b_j for all i, j"),
+            Some((i, j, x)) => {
+                let why = format!("b_i a_ij + b_j a_ji − b_i b_j = {x:.4e} at i = {}, j = {}", i + 1, j + 1);
+                Finding::new(false, why).measured(x)
+            }
+        },
+        Property::Symmetric => {
+            let text = if theory.symmetric {
+                "a_σ(i)σ(j) + a_ij = b_j with the stages reversed"
+            } else {
+                "a_σ(i)σ(j) + a_ij = b_j fails with the stages reversed"
+            };
+            Finding::new(theory.symmetric, text)
+        }
+        Property::DispersionOrder(p) => series_order(p, theory.linear.dispersion, "phase"),
+        Property::DissipationOrder(p) => series_order(p, theory.linear.dissipation, "amplitude"),
+        Property::ImaginaryInterval(y) => match theory.imaginary {
+            Reach::Everything => Finding::new(true, "|R(iy)| ≤ 1 for all y"),
+            Reach::UpTo { end, witness } => {
+                let size = theory.stability.at(nalgebra::Complex::new(0.0, witness)).norm();
+                let why = format!("|R(iy)| ≤ 1 up to |y| = {end:.6}; |R({witness:.4}i)| = {size:.8}");
+                // The claim is rounded to the digits it has, of which there are rarely more than four.
+                Finding::new(y <= end * (1.0 + 5e-4), why).measured(end)
+            }
+        },
+        Property::ZeroStable => return None,
+    })
+}
+
+fn shape(theory: &Theory, claimed: Shape) -> Finding {
+    let text = match theory.shape {
+        Shape::Explicit => "A is zero on and above its diagonal",
+        Shape::DiagonallyImplicit => "A is zero above its diagonal and not on it",
+        Shape::FullyImplicit => "A has entries above its diagonal",
+    };
+    Finding::new(theory.shape == claimed, text)
+}
+
+fn a_stable(theory: &Theory) -> Finding {
+    match theory.stability.is_a_stable() {
+        Ok(()) => Finding::new(true, "no pole in the left half-plane, and |R(iy)| ≤ 1 for all y"),
+        Err(z) => {
+            let size = theory.stability.at(z).norm();
+            let place = if z.re == 0.0 { format!("{:.6}i", z.im) } else { format!("{:.6} {:+.6}i", z.re, z.im) };
+            let why = if size < 1e6 {
+                format!("|R| = {size:.8} at z = {place}")
+            } else {
+                format!("R has a pole at z = {place}")
+            };
+            Finding::new(false, why).measured(size)
+        }
+    }
+}
+
+fn series_order(p: u32, found: Option<(u32, f64)>, what: &str) -> Finding {
+    match found {
+        Some((order, constant)) => {
+            let why = format!("the leading error of the {what} is {constant:.4e} (hω)^{}", order + 1);
+            Finding::new(order == p, why).measured(order)
+        }
+        None => Finding::new(false, format!("there is no error of the {what} at all, to any order looked at")),
+    }
+}
+
+pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
+    let most = weights.forest.rule().most();
+    if p > most {
+        let why = format!("conditions are made up to order {most}; they hold up to order {}", weights.order);
+        let outcome = if weights.order < most { Outcome::Fail } else { Outcome::Inconclusive };
+        return Finding { outcome, measured: None, why };
+    }
+    let number = weights.conditions.iter().filter(|c| c.order <= p).count();
+    let why = match weights.failing(p).next() {
+        Some(first) => {
+            let failing = weights.failing(p).count();
+            format!(
+                "{failing} of {number} conditions on {name} fail, the first at order {}: {} is off by {:.3e}",
+                first.order,
+                weights.formula(first.tree, name),
+                first.residual.to_f64()
+            )
+        }
+        None if weights.order > p => {
+            format!("all {number} conditions hold, and those up to order {} too", weights.order)
+        }
+        None => {
+            let next = weights.conditions.iter().find(|c| !c.holds());
+            let then = next.map_or_else(String::new, |c| {
+                format!(
+                    "; of order {}, {} is off by {:.3e}",
+                    c.order,
+                    weights.formula(c.tree, name),
+                    c.residual.to_f64()
+                )
+            });
+            let conditions =
+                if number == 1 { "the condition holds".into() } else { format!("all {number} conditions hold") };
+            format!("{conditions} to within {:.0e}{then}", weights.resolution())
+        }
+    };
+    Finding::new(weights.order == p, why).measured(weights.order)
+}
