@@ -28,9 +28,10 @@ pub mod one_step;
 pub mod oscillator;
 pub mod peers;
 pub mod pendulum_orbit;
-pub(crate) mod propagator;
+mod propagator;
 pub mod published_values;
 pub mod reversal;
+pub mod stability;
 mod step_map;
 pub mod symplectic_defect;
 
