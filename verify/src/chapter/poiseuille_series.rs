@@ -4,10 +4,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use rayon::prelude::*;
 
-use super::{Context, Study, StudyError};
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use super::{Context, Study, StudyError, prose};
+use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::measure::norm::max_norm;
 use crate::problem::poiseuille_series::{by_modes_and_by_images, digits, steady, tabulated, velocity};
+use crate::row;
 
 pub(super) const STUDY: Study = Study {
     id: "poiseuille-series",
@@ -53,28 +54,22 @@ fn printed(y: f64, t: f64, terms: u32) -> f64 {
     (0..terms).map(term).sum()
 }
 
-fn run(context: &Context) -> Result<Evidence, StudyError> {
-    context.announce(1);
+fn run(_: &Context) -> Result<Evidence, StudyError> {
     let comparisons: Vec<Comparison> =
         times().collect::<Vec<_>>().into_par_iter().map(compare).collect::<Result<_, _>>()?;
-    context.tick();
-    let profiles = profiles()?;
-    let truncation = truncation()?;
-    Ok(Evidence {
-        checks: vec![expansions_agree(&comparisons), against_the_table()?, as_printed()?, reaches_the_steady_profile()?],
-        tables: vec![comparison_table(&comparisons), profile_table(&profiles), truncation_table(&truncation)],
-        figures: vec![profile_figure(&profiles), truncation_figure(&comparisons, &truncation)],
-        notes: vec![
-            "The series (34) of eigenfunctions and the series of images, the diffusion of the two walls and their mirror \
-             images into the channel, share no term. The first needs √(45/t)/π terms, the second about 28√t; each is used \
-             where it is short, from t = 1/36 on the first. Both are evaluated here at all times."
-                .into(),
-            "Cut after N terms the series (34) follows the flow from t ≈ 1/N² on. Before that it is, at the centre, the series \
-             1 − ⅓ + ⅕ − … = π/4 cut after N terms, and wrong by 1/(πN) of the velocity however small that is."
-                .into(),
+    let mut evidence = Evidence {
+        checks: vec![
+            expansions_agree(&comparisons),
+            against_the_table()?,
+            as_printed()?,
+            reaches_the_steady_profile()?,
         ],
+        notes: prose::fill(include_str!("poiseuille_series.md"), &[])?,
         ..Evidence::default()
-    })
+    };
+    profiles(&mut evidence)?;
+    truncation(&mut evidence, &comparisons)?;
+    Ok(evidence)
 }
 
 fn expansions_agree(comparisons: &[Comparison]) -> Check {
@@ -137,116 +132,55 @@ fn reaches_the_steady_profile() -> Result<Check, StudyError> {
     ))
 }
 
-/// Points of a curve.
-type Curve = Vec<(f64, f64)>;
-
-/// Times of the profiles that are drawn.
-const PROFILES: [f64; 6] = [0.01, 0.05, 0.15, 0.4, 1.0, f64::INFINITY];
-
-fn profiles() -> Result<Vec<(f64, Curve)>, StudyError> {
-    let profile = |t: f64| {
-        let points = (-50..=50).map(|k| {
+/// Profiles at several times.
+fn profiles(evidence: &mut Evidence) -> Result<(), StudyError> {
+    let (mut rows, mut curves) = (Vec::new(), Vec::new());
+    for t in [0.01, 0.05, 0.15, 0.4, 1.0, f64::INFINITY] {
+        let at = |k: i32| {
             let y = f64::from(k) / 50.0;
             Ok((y, velocity(GAMMA, y, t)?))
-        });
-        Ok((t, points.collect::<Result<Vec<_>, StudyError>>()?))
-    };
-    PROFILES.into_iter().map(profile).collect()
-}
-
-/// Numbers of terms after which (34) is cut, with its relative error at the centre at each time.
-fn truncation() -> Result<Vec<(u32, Curve)>, StudyError> {
-    let error = |terms: u32, t: f64| {
-        let exact = velocity(GAMMA, 0.0, t)?;
-        Ok((t, (printed(0.0, t, terms) - exact).abs() / exact))
-    };
-    [1, 10, 100, 1000]
-        .into_iter()
-        .map(|terms| Ok((terms, times().map(|t| error(terms, t)).collect::<Result<Vec<_>, StudyError>>()?)))
-        .collect()
-}
-
-fn comparison_table(comparisons: &[Comparison]) -> Table {
-    Table {
-        id: "poiseuille-expansions".into(),
-        caption: "Largest difference of the two expansions across the channel, and the centre velocity, γ = 2.".into(),
-        columns: ["t", "difference", "centre_velocity"].map(Into::into).to_vec(),
-        rows: comparisons.iter().map(|c| [c.t, c.difference, c.centre].map(Cell::Number).to_vec()).collect(),
-        shown: false,
+        };
+        let points = (-50..=50).map(at).collect::<Result<Vec<_>, StudyError>>()?;
+        rows.extend(points.iter().map(|(y, u)| row![t, *y, *u]));
+        let (label, mark) =
+            if t.is_finite() { (format!("t = {t}"), Mark::Line) } else { ("steady".into(), Mark::Guide) };
+        curves.push(Series::new(label, points, mark));
     }
+    let caption = "Velocity profiles of the start-up flow, γ = 2; t = inf is the steady one.";
+    evidence.tables.push(Table::data("poiseuille-profiles", caption, ["t", "y", "u"], rows));
+    let caption = "Profiles of the flow from rest, γ = 2: a plug that the walls eat away until it is the parabola ½γ(1 − y²). \
+                   The ansatz (35) has the parabola's shape from the start.";
+    let panel = Panel::new(Axis::linear("y").between(-1.0, 1.0), Axis::linear("u"), curves);
+    evidence.figures.push(Figure::new("poiseuille-profiles", caption, "poiseuille-profiles", [panel]));
+    Ok(())
 }
 
-fn profile_table(profiles: &[(f64, Curve)]) -> Table {
-    let rows =
-        profiles.iter().flat_map(|(t, points)| points.iter().map(|(y, u)| [*t, *y, *u].map(Cell::Number).to_vec()));
-    Table {
-        id: "poiseuille-profiles".into(),
-        caption: "Velocity profiles of the start-up flow, γ = 2; t = inf is the steady one.".into(),
-        columns: ["t", "y", "u"].map(Into::into).to_vec(),
-        rows: rows.collect(),
-        shown: false,
+/// The relative error of (34) at the centre, cut after so many terms, beside the difference of the two expansions.
+fn truncation(evidence: &mut Evidence, comparisons: &[Comparison]) -> Result<(), StudyError> {
+    let (mut rows, mut curves) = (Vec::new(), Vec::new());
+    for terms in [1, 10, 100, 1000] {
+        let error = |t: f64| {
+            let exact = velocity(GAMMA, 0.0, t)?;
+            Ok((t, (printed(0.0, t, terms) - exact).abs() / exact))
+        };
+        let points = times().map(error).collect::<Result<Vec<_>, StudyError>>()?;
+        rows.extend(points.iter().map(|(t, error)| row![terms, *t, *error]));
+        let label = if terms == 1 { "(34), 1 term".into() } else { format!("(34), {terms} terms") };
+        curves.push(Series::new(label, points, Mark::Line));
     }
-}
-
-fn truncation_table(truncation: &[(u32, Curve)]) -> Table {
-    let rows = truncation.iter().flat_map(|(terms, points)| {
-        points.iter().map(|(t, e)| vec![Cell::Integer(i64::from(*terms)), Cell::Number(*t), Cell::Number(*e)])
-    });
-    Table {
-        id: "poiseuille-truncation".into(),
-        caption: "Relative error of the centre velocity by the series (34) cut after so many terms.".into(),
-        columns: ["terms", "t", "relative_error"].map(Into::into).to_vec(),
-        rows: rows.collect(),
-        shown: false,
-    }
-}
-
-fn profile_figure(profiles: &[(f64, Curve)]) -> Figure {
-    let series = profiles.iter().map(|(t, points)| Series {
-        label: if t.is_finite() { format!("t = {t}") } else { "steady".into() },
-        points: points.clone(),
-        mark: if t.is_finite() { Mark::Line } else { Mark::Guide },
-    });
-    Figure {
-        id: "poiseuille-profiles".into(),
-        caption: "Profiles of the flow from rest, γ = 2: a plug that the walls eat away until it is the parabola ½γ(1 − y²). \
-                  The ansatz (35) has the parabola's shape from the start."
-            .into(),
-        data: "poiseuille-profiles".into(),
-        panels: vec![Panel {
-            x: Axis { label: "y".into(), log: false, limits: Some((-1.0, 1.0)) },
-            y: Axis { label: "u".into(), ..Axis::default() },
-            series: series.collect(),
-            ..Panel::default()
-        }],
-        columns: 1,
-    }
-}
-
-fn truncation_figure(comparisons: &[Comparison], truncation: &[(u32, Curve)]) -> Figure {
-    let cut = truncation.iter().map(|(terms, points)| Series {
-        label: if *terms == 1 { "(34), 1 term".into() } else { format!("(34), {terms} terms") },
-        points: points.clone(),
-        mark: Mark::Line,
-    });
-    let expansions = Series {
-        label: "the two expansions".into(),
-        points: comparisons.iter().map(|c| (c.t, c.difference / c.centre)).collect(),
-        mark: Mark::Line,
-    };
-    Figure {
-        id: "poiseuille-truncation".into(),
-        caption: "Error of the centre velocity relative to its size when (34) is cut, and the difference of the two complete \
-                  expansions, the largest across the channel. The latter rises to small t, where the eigenfunctions cancel \
-                  from ½ down to the velocity; the images, which are used there, do not."
-            .into(),
-        data: "poiseuille-truncation".into(),
-        panels: vec![Panel {
-            x: Axis { label: "t".into(), log: true, limits: None },
-            y: Axis { label: "relative error".into(), log: true, limits: None },
-            series: cut.chain([expansions]).collect(),
-            ..Panel::default()
-        }],
-        columns: 1,
-    }
+    let expansions = comparisons.iter().map(|c| (c.t, c.difference / c.centre)).collect();
+    curves.push(Series::new("the two expansions", expansions, Mark::Line));
+    let caption = "Largest difference of the two expansions across the channel, and the centre velocity, γ = 2.";
+    let compared = comparisons.iter().map(|c| row![c.t, c.difference, c.centre]).collect();
+    let columns = ["t", "difference", "centre_velocity"];
+    evidence.tables.push(Table::data("poiseuille-expansions", caption, columns, compared));
+    let caption = "Relative error of the centre velocity by the series (34) cut after so many terms.";
+    let columns = ["terms", "t", "relative_error"];
+    evidence.tables.push(Table::data("poiseuille-truncation", caption, columns, rows));
+    let caption = "Error of the centre velocity relative to its size when (34) is cut, and the difference of the two complete \
+                   expansions, the largest across the channel. The latter rises to small t, where the eigenfunctions cancel \
+                   from ½ down to the velocity; the images, which are used there, do not.";
+    let panel = Panel::new(Axis::log("t"), Axis::log("relative error"), curves);
+    evidence.figures.push(Figure::new("poiseuille-truncation", caption, "poiseuille-truncation", [panel]));
+    Ok(())
 }

@@ -46,13 +46,12 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             PROBLEM,
             &METHODS,
         ),
-        Figure {
-            id: "figure-2".into(),
-            caption: "Largest error up to t = 10 against 1/h: the paper's Figure 2, with three methods more.".into(),
-            data: "figure-2".into(),
-            panels: vec![sweep.maxima_panel("", &curves)],
-            columns: 1,
-        },
+        Figure::new(
+            "figure-2",
+            "Largest error up to t = 10 against 1/h: the paper's Figure 2, with three methods more.",
+            "figure-2",
+            [sweep.maxima_panel("", &curves)],
+        ),
     ];
     Ok(Evidence {
         checks,

@@ -14,8 +14,9 @@ pub(super) use quadratic_drag::STUDY as QUADRATIC_DRAG;
 use std::sync::Arc;
 
 use super::{Context, StudyError, prose};
-use crate::evidence::{Axis, Cell, Check, Figure, Mark, Panel, Series, Table};
+use crate::evidence::{Axis, Check, Figure, Mark, Panel, Series, Table};
 use crate::experiment::errors::{Decay, Errors, HORIZON, Run, points, roundoff};
+use crate::row;
 
 /// The methods in the paper's figures.
 const PAPERS: [&str; 4] = ["method-i", "method-ii", "implicit-euler", "rk4"];
@@ -131,43 +132,23 @@ impl Sweep {
     fn maxima_table(&self, caption: &str) -> Table {
         let rows = self.runs.iter().map(|run| {
             let (error, t, status) = match &run.largest {
-                Ok(largest) => (Cell::Number(largest.error), Cell::Number(largest.t), "ok".into()),
-                Err(error) => (Cell::Empty, Cell::Empty, error.to_string()),
+                Ok(largest) => (Some(largest.error), Some(largest.t), "ok".into()),
+                Err(error) => (None, None, error.to_string()),
             };
-            vec![
-                Cell::Text(run.of.problem.into()),
-                Cell::Number(run.of.h),
-                Cell::Text(run.of.method.into()),
-                error,
-                t,
-                Cell::Text(status),
-            ]
+            row![run.of.problem, run.of.h, run.of.method, error, t, status]
         });
-        Table {
-            id: self.maxima_id(),
-            caption: caption.into(),
-            columns: ["problem", "h", "method", "max_error", "t_at_max", "status"].map(Into::into).to_vec(),
-            rows: rows.collect(),
-            shown: true,
-        }
+        let columns = ["problem", "h", "method", "max_error", "t_at_max", "status"];
+        Table::new(self.maxima_id(), caption, columns, rows.collect())
     }
 
     fn series_table(&self) -> Table {
         let rows = self.runs.iter().flat_map(|run| {
-            let (problem, method) = (Cell::Text(run.of.problem.into()), Cell::Text(run.of.method.into()));
-            run.errors.iter().map(move |(t, error)| {
-                vec![problem.clone(), Cell::Number(run.of.h), method.clone(), Cell::Number(*t), Cell::Number(*error)]
-            })
+            let Errors { problem, h, method, .. } = run.of;
+            run.errors.iter().map(move |(t, error)| row![problem, h, method, *t, *error])
         });
-        Table {
-            id: self.series_id(),
-            caption: "Errors at the grid points t = nh; of runs longer than a thousand steps, 200 evenly and 200 \
-                      logarithmically spaced in t."
-                .into(),
-            columns: ["problem", "h", "method", "t", "error"].map(Into::into).to_vec(),
-            rows: rows.collect(),
-            shown: false,
-        }
+        let caption = "Errors at the grid points t = nh; of runs longer than a thousand steps, 200 evenly and 200 \
+                       logarithmically spaced in t.";
+        Table::data(self.series_id(), caption, ["problem", "h", "method", "t", "error"], rows.collect())
     }
 
     /// Errors against time in the paper's panels (a)–(f), for one problem's methods.
@@ -175,17 +156,12 @@ impl Sweep {
         let panels = self.steps().zip('a'..).map(|(h, letter)| {
             let series = methods.iter().filter_map(|method| {
                 let run = self.find(problem, method, h)?;
-                Some(Series { label: (*method).into(), points: run.errors.clone(), mark: Mark::Line })
+                Some(Series::new(*method, run.errors.clone(), Mark::Line))
             });
-            Panel {
-                title: format!("({letter}) h = {h}"),
-                x: Axis { label: "t".into(), log: false, limits: Some((0.0, HORIZON)) },
-                y: Axis { label: "error".into(), log: true, limits: None },
-                series: series.collect(),
-                ..Panel::default()
-            }
+            let panel = Panel::new(Axis::linear("t").between(0.0, HORIZON), Axis::log("error"), series.collect());
+            panel.titled(format!("({letter}) h = {h}"))
         });
-        Figure { id, caption, data: self.series_id(), panels: panels.collect(), columns: 3 }
+        Figure::new(id, caption, self.series_id(), panels).in_columns(3)
     }
 
     /// Largest errors against 1/h.
@@ -193,14 +169,8 @@ impl Sweep {
         let series = curves.iter().map(|(problem, method)| {
             let points = self.steps().map(|h| (h.recip(), self.error(problem, method, h)));
             let points = points.filter(|(_, error)| error.is_finite()).collect();
-            Series { label: (*method).into(), points, mark: Mark::LineMarkers }
+            Series::new(*method, points, Mark::LineMarkers)
         });
-        Panel {
-            title: title.into(),
-            x: Axis { label: "1/h".into(), log: true, limits: None },
-            y: Axis { label: "largest error".into(), log: true, limits: None },
-            series: series.collect(),
-            ..Panel::default()
-        }
+        Panel::new(Axis::log("1/h"), Axis::log("largest error"), series.collect()).titled(title)
     }
 }

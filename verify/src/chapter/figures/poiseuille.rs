@@ -3,12 +3,13 @@
 use super::{HORIZON, METHODS, PAPERS, Plan, Sweep, prose};
 use crate::chapter::{Context, Study, StudyError};
 use crate::evidence::number::short;
-use crate::evidence::{Cell, Check, Evidence, Figure, Requirement, Table};
+use crate::evidence::{Check, Evidence, Figure, Requirement, Table};
 use crate::experiment::floors::{A_QUARTER, AVERAGED_RATE, Floors, Found, GALERKIN_RATE, GAMMA};
 use crate::kinds::{Principle, Stability};
 use crate::measure::norm::max_norm;
 use crate::method;
 use crate::problem::poiseuille_series::SLOWEST_DECAY_RATE;
+use crate::row;
 
 pub(in crate::chapter) const STUDY: Study = Study {
     id: "poiseuille-ansatz",
@@ -75,19 +76,18 @@ fn figures(sweep: &Sweep) -> Vec<Figure> {
             GALERKIN,
             &YARDSTICKS,
         ),
-        Figure {
-            id: "figure-7".into(),
-            caption: "Largest error up to t = 10 against 1/h. (a) The paper's Figure 7: Method I ends at a lower floor than all \
-                      methods on the averaged equation, Method II among them. (b) With the yardsticks on the Galerkin \
-                      equation all but Method II end at the same floor."
-                .into(),
-            data: "figure-7".into(),
-            panels: vec![
+        Figure::new(
+            "figure-7",
+            "Largest error up to t = 10 against 1/h. (a) The paper's Figure 7: Method I ends at a lower floor than all \
+             methods on the averaged equation, Method II among them. (b) With the yardsticks on the Galerkin \
+             equation all but Method II end at the same floor.",
+            "figure-7",
+            [
                 sweep.maxima_panel("(a) yardsticks on the averaged equation", &averaged),
                 sweep.maxima_panel("(b) yardsticks on the Galerkin equation", &galerkin),
             ],
-            columns: 2,
-        },
+        )
+        .in_columns(2),
     ]
 }
 
@@ -237,17 +237,9 @@ fn floors_rows(floors: &Found) -> [(&'static str, f64, Option<f64>); 5] {
 }
 
 fn floors_table(floors: &Found) -> Table {
-    let rows = floors_rows(floors).map(|(name, floor, rate)| {
-        vec![Cell::Text(name.into()), rate.map_or(Cell::Empty, Cell::Number), Cell::Number(floor)]
-    });
-    Table {
-        id: "poiseuille-floors".into(),
-        caption: "Largest distance of v(t) from the centre velocity of the flow, for several v(t) in the ansatz (35)."
-            .into(),
-        columns: ["v", "rate", "max_error"].map(Into::into).to_vec(),
-        rows: rows.to_vec(),
-        shown: true,
-    }
+    let rows = floors_rows(floors).map(|(name, floor, rate)| row![name, rate, floor]);
+    let caption = "Largest distance of v(t) from the centre velocity of the flow, for several v(t) in the ansatz (35).";
+    Table::new("poiseuille-floors", caption, ["v", "rate", "max_error"], rows.to_vec())
 }
 
 fn floors_checks(floors: &Found) -> [Check; 4] {

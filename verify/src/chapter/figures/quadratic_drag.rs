@@ -48,13 +48,12 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             PROBLEM,
             &METHODS,
         ),
-        Figure {
-            id: "figure-4".into(),
-            caption: "Largest error up to t = 10 against 1/h: the paper's Figure 4, with three methods more.".into(),
-            data: "figure-4".into(),
-            panels: vec![sweep.maxima_panel("", &curves)],
-            columns: 1,
-        },
+        Figure::new(
+            "figure-4",
+            "Largest error up to t = 10 against 1/h: the paper's Figure 4, with three methods more.",
+            "figure-4",
+            [sweep.maxima_panel("", &curves)],
+        ),
     ];
     Ok(Evidence {
         checks,

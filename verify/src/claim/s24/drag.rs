@@ -1,11 +1,12 @@
 //! Accuracy on linear and quadratic drag against implicit Euler and RK4.
 
-use crate::claim::measure::{self, text};
+use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
-use crate::evidence::{Axis, Figure, Mark, Panel, Series};
+use crate::evidence::{Axis, Figure, Mark, Panel, Series, Table};
 use crate::experiment::errors::{Crossing, Errors};
 use crate::experiment::one_step::LeavesAt;
 use crate::experiment::{Context, StudyError};
+use crate::row;
 
 use super::{BOTH, YARDSTICKS};
 
@@ -126,41 +127,22 @@ fn large_steps(context: &Context, method: &'static str) -> Result<Finding, Study
 fn with_figure(context: &Context, finding: Finding, overtakes: f64) -> Result<Finding, StudyError> {
     let methods = [BOTH[0], BOTH[1], YARDSTICKS[0], YARDSTICKS[1]];
     let steps: Vec<f64> = (0..=36).map(|i| 0.02 * 10_f64.powf(f64::from(i) / 14.0)).collect();
-    let (mut rows, mut series) = (Vec::new(), Vec::new());
+    let mut rows = Vec::new();
     for method in methods {
-        let points =
-            steps.iter().map(|&h| Ok((h, linear(context, method, h)?))).collect::<Result<Vec<_>, StudyError>>()?;
-        rows.extend(points.iter().map(|(h, error)| (vec![method.into()], vec![*h, *error])));
-        series.push(Series { label: method.into(), points, mark: Mark::Line });
+        for h in &steps {
+            rows.push(row![method, *h, linear(context, method, *h)?]);
+        }
     }
+    let columns = ["method", "h", "max_error"];
+    let data = Table::data("claims-linear-drag", "Largest error on (0, 10] on linear drag.", columns, rows);
+    let mut series = data.curves("method", "h", "max_error", Mark::Line);
     let here = linear(context, BOTH[0], overtakes)?;
-    series.push(Series {
-        label: format!("h = {}", text(overtakes)),
-        points: vec![(overtakes, here * 1e-3), (overtakes, here * 10.0)],
-        mark: Mark::Guide,
-    });
-    let mut data = measure::table(
-        "claims-linear-drag",
-        "Largest error on (0, 10] on linear drag.",
-        &["method", "h", "max_error"],
-        rows,
-    );
-    data.shown = false;
-    let figure = Figure {
-        id: "claims-linear-drag".into(),
-        caption: "Largest error on (0, 10] on linear drag. RK4 is the best up to the dashed line, Method I beyond it; \
-                  Method II ends up behind implicit Euler."
-            .into(),
-        data: "claims-linear-drag".into(),
-        panels: vec![Panel {
-            x: Axis { label: "step size h".into(), log: true, limits: None },
-            y: Axis { label: "largest error".into(), log: true, limits: Some((1e-9, 10.0)) },
-            series,
-            ..Panel::default()
-        }],
-        columns: 1,
-    };
-    Ok(finding.with_figure(figure, data))
+    let guide = vec![(overtakes, here * 1e-3), (overtakes, here * 10.0)];
+    series.push(Series::new(format!("h = {}", text(overtakes)), guide, Mark::Guide));
+    let caption = "Largest error on (0, 10] on linear drag. RK4 is the best up to the dashed line, Method I beyond it; \
+                   Method II ends up behind implicit Euler.";
+    let panel = Panel::new(Axis::log("step size h"), Axis::log("largest error").between(1e-9, 10.0), series);
+    Ok(finding.with_figure(Figure::new("claims-linear-drag", caption, "claims-linear-drag", [panel]), data))
 }
 
 fn orders_of_magnitude(context: &Context) -> Result<Finding, StudyError> {

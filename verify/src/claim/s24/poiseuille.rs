@@ -1,14 +1,15 @@
 //! Start-up Poiseuille flow with one shape function.
 
-use crate::claim::measure::{self, text};
+use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
-use crate::evidence::{Axis, Figure, Mark, Panel, Series};
+use crate::evidence::{Axis, Figure, Mark, Panel, Table};
 use crate::experiment::errors::{Crossing, Errors, Set};
 use crate::experiment::floors::{self, A_QUARTER, Floors};
 use crate::experiment::one_step::OneStep;
 use crate::experiment::{Context, StudyError};
 use crate::measure::norm::Extremes;
 use crate::measure::richardson::Richardson;
+use crate::row;
 
 use super::{BOTH, YARDSTICKS};
 
@@ -106,13 +107,11 @@ fn steady_limit(context: &Context) -> Result<Finding, StudyError> {
 
 fn against_all(context: &Context) -> Result<Finding, StudyError> {
     let mut cases = Vec::new();
-    let (mut rows, mut series) = (Vec::new(), Vec::new());
+    let mut rows = Vec::new();
     let mut curve = |method: &'static str, problem: &'static str, label: &str| -> Result<Vec<f64>, StudyError> {
         let errors = STEPS.iter().map(|h| error(context, method, problem, *h)).collect::<Result<Vec<_>, _>>()?;
-        rows.extend(STEPS.iter().zip(&errors).map(|(h, e)| (vec![method.into(), label.into()], vec![*h, *e])));
         let equation = if label == "own" { method.into() } else { format!("{method}, {label}") };
-        let points = STEPS.iter().copied().zip(errors.iter().copied()).filter(|(_, e)| e.is_finite()).collect();
-        series.push(Series { label: equation, points, mark: Mark::LineMarkers });
+        rows.extend(STEPS.iter().zip(&errors).map(|(h, e)| row![&equation, *h, *e]));
         Ok(errors)
     };
     let own = curve(BOTH[0], AVERAGED, "own")?;
@@ -142,28 +141,13 @@ fn against_all(context: &Context) -> Result<Finding, StudyError> {
         at(3, 3),
         at(4, 3)
     );
-    let mut data = measure::table(
-        "claims-poiseuille",
-        "Largest error on (0, 10] of the centre velocity, γ = 2, by integrator and reduced equation.",
-        &["method", "equation", "h", "max_error"],
-        rows,
-    );
-    data.shown = false;
-    let figure = Figure {
-        id: "claims-poiseuille".into(),
-        caption:
-            "Largest error on (0, 10] of the centre velocity. Every integrator ends on one of two levels, that of the \
-                  equation it steps: the projection earns the advantage, not the time integrator."
-                .into(),
-        data: "claims-poiseuille".into(),
-        panels: vec![Panel {
-            x: Axis { label: "step size h".into(), log: true, limits: None },
-            y: Axis { label: "largest error".into(), log: true, limits: None },
-            series,
-            ..Panel::default()
-        }],
-        columns: 1,
-    };
+    let caption = "Largest error on (0, 10] of the centre velocity, γ = 2, by integrator and reduced equation.";
+    let data = Table::data("claims-poiseuille", caption, ["equation", "h", "max_error"], rows);
+    let caption = "Largest error on (0, 10] of the centre velocity. Every integrator ends on one of two levels, that of the \
+                   equation it steps: the projection earns the advantage, not the time integrator.";
+    let curves = data.curves("equation", "h", "max_error", Mark::LineMarkers);
+    let panel = Panel::new(Axis::log("step size h"), Axis::log("largest error"), curves);
+    let figure = Figure::new("claims-poiseuille", caption, "claims-poiseuille", [panel]);
     Ok(Finding::on(cases, evidence)
         .holds_where(
             "Against the other three on the averaged equation at every step. Not against the same integrators on the \

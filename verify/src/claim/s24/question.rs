@@ -1,12 +1,13 @@
 //! What the paper leaves open: the best coefficients (α, β), and nonlinear conditions on the momenta.
 
-use crate::claim::measure::{self, text};
+use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
-use crate::evidence::{Axis, Figure, Mark, Panel, Series};
+use crate::evidence::{Axis, Figure, Mark, Panel, Table};
 use crate::experiment::best_theta::{BestTheta, Found};
 use crate::experiment::homogeneous::{Line, Lines};
 use crate::experiment::one_step::OneStep;
 use crate::experiment::{Context, StudyError};
+use crate::row;
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -31,8 +32,7 @@ pub(super) const CLAIMS: &[Claim] = &[
 ];
 
 fn coefficients(context: &Context) -> Result<Finding, StudyError> {
-    let (mut cases, mut rows) = (Vec::new(), Vec::new());
-    let (mut curves, mut data) = (Vec::new(), Vec::new());
+    let (mut cases, mut found, mut rows, mut data) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for range in [1.0, 3.0, 10.0, 100.0] {
         let Found { theta, best, method_i: one, method_ii: two, minimax: made, ref curve } =
             *context.get(BestTheta { range })?;
@@ -45,9 +45,9 @@ fn coefficients(context: &Context) -> Result<Finding, StudyError> {
             made / best,
             1.01,
         ));
-        rows.push((vec![], vec![range, theta, best, one, two]));
-        data.extend(curve.iter().map(|(theta, error)| (vec![], vec![range, *theta, *error])));
-        curves.push(Series { label: format!("h ≤ {range}"), points: curve.clone(), mark: Mark::Line });
+        found.push((range, theta, best));
+        rows.push(row![range, theta, best, one, two]);
+        data.extend(curve.iter().map(|(theta, error)| row![format!("h ≤ {range}"), *theta, *error]));
     }
     let mut fitted = 0.0_f64;
     for h in [0.5, 1.0, 2.0, 5.0, 10.0] {
@@ -56,39 +56,28 @@ fn coefficients(context: &Context) -> Result<Finding, StudyError> {
         // A few roundings of θ and of the step.
         cases.push(Case::below(format!("error with θ(h), h = {h}"), error, 16.0 * f64::EPSILON));
     }
-    let best: Vec<String> = rows.iter().map(|(_, row)| format!("{} for h ≤ {}", text(row[1]), row[0])).collect();
+    let best = found.iter().map(|(range, theta, _)| format!("{} for h ≤ {range}", text(*theta))).collect::<Vec<_>>();
     let evidence = format!(
         "The best constant θ = −α/β is {}, with largest errors of {}; θ(h) leaves {}.",
         best.join(", "),
-        rows.iter().map(|(_, row)| text(row[2])).collect::<Vec<_>>().join(", "),
+        found.iter().map(|(.., error)| text(*error)).collect::<Vec<_>>().join(", "),
         text(fitted)
     );
     let columns = ["h_up_to", "best_theta", "max_error", "method_i", "method_ii"];
-    let table = measure::table(
+    let table = Table::new(
         "claims-best-theta",
         "Best constant θ = −α/β by the largest one-step error on v̇ = −v over step sizes up to a bound; beside it the errors of \
          Method I (θ = 0) and Method II (θ = 1).",
-        &columns,
+        columns,
         rows,
     );
-    let mut behind =
-        measure::table("claims-theta", "Largest one-step error on v̇ = −v.", &["h_up_to", "theta", "max_error"], data);
-    behind.shown = false;
-    let figure = Figure {
-        id: "claims-theta".into(),
-        caption:
-            "Largest one-step error on v̇ = −v over step sizes up to a bound, against θ = −α/β. Method I is at the left \
-                  edge, Method II at the right."
-                .into(),
-        data: "claims-theta".into(),
-        panels: vec![Panel {
-            x: Axis { label: "θ = −α/β".into(), log: false, limits: Some((0.0, 1.0)) },
-            y: Axis { label: "largest error".into(), log: true, limits: None },
-            series: curves,
-            ..Panel::default()
-        }],
-        columns: 1,
-    };
+    let columns = ["steps", "theta", "max_error"];
+    let behind = Table::data("claims-theta", "Largest one-step error on v̇ = −v.", columns, data);
+    let caption = "Largest one-step error on v̇ = −v over step sizes up to a bound, against θ = −α/β. Method I is at the left \
+                   edge, Method II at the right.";
+    let curves = behind.curves("steps", "theta", "max_error", Mark::Line);
+    let panel = Panel::new(Axis::linear("θ = −α/β").between(0.0, 1.0), Axis::log("largest error"), curves);
+    let figure = Figure::new("claims-theta", caption, "claims-theta", [panel]);
     Ok(Finding::on(cases, evidence)
         .holds_where(
             "The answer is for decay at one known rate, v̇ = −λv with h standing for hλ. On nonlinear problems every \
