@@ -1,14 +1,6 @@
 //! What claims write.
 
-use crate::evidence::{Cell, Table, number};
-
-/// A table of numbers with a text in front of each row.
-pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<(Vec<String>, Vec<f64>)>) -> Table {
-    let row = |(texts, numbers): (Vec<String>, Vec<f64>)| {
-        texts.into_iter().map(Cell::Text).chain(numbers.into_iter().map(Cell::found)).collect()
-    };
-    Table::new(id, caption, columns, rows.into_iter().map(row).collect())
-}
+use crate::evidence::number;
 
 /// A number for a sentence: three significant digits, four from 1 to 2.
 pub(super) fn text(x: f64) -> String {

@@ -1,12 +1,14 @@
 //! The schemes for the harmonic oscillator: what they are, and what more nodes bring.
 
-use crate::claim::measure::{table, text};
+use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
+use crate::evidence::Table;
 use crate::experiment::end_errors::{EndErrors, Truth};
 use crate::experiment::motion::{Difference, LargestError, Motion};
 use crate::experiment::oscillator::{Stable, StepMap};
 use crate::experiment::{Context, StudyError};
 use crate::measure::norm::Extremes;
+use crate::row;
 use crate::theory::oscillator::PRINTED;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -132,7 +134,8 @@ fn more_nodes(context: &Context) -> Result<Finding, StudyError> {
         Ok((error(method, tau)? / error(method, 0.5 * tau)?).log2())
     };
     let (mut cases, mut rows, mut before) = (Vec::new(), Vec::new(), None);
-    for m in 2..=6 {
+    let (mut orders, mut gauss_orders) = (Vec::new(), Vec::new());
+    for m in 2..=6_u32 {
         let (equispaced, gauss) = (format!("path-fitted({m})"), format!("path-fitted({m},gauss)"));
         let measured = order(&equispaced, if m < 4 { 0.1 } else { 0.2 })?;
         let own = error(&equispaced, 0.2)?;
@@ -140,22 +143,22 @@ fn more_nodes(context: &Context) -> Result<Finding, StudyError> {
             cases.push(Case::below(format!("error of degree {m}, against degree {}", m - 1), own, before));
         }
         // Beyond degree 4 the errors on Gauss nodes reach rounding before they are asymptotic.
-        let on_gauss = if m > 4 { f64::NAN } else { order(&gauss, if m < 4 { 0.1 } else { 0.2 })? };
-        rows.push((vec![], vec![m as f64, measured, own, on_gauss, error(&gauss, 0.2)?]));
+        let on_gauss = if m > 4 { None } else { Some(order(&gauss, if m < 4 { 0.1 } else { 0.2 })?) };
+        orders.push(format!("{measured:.1}"));
+        gauss_orders.extend(on_gauss.map(|order| format!("{order:.1}")));
+        rows.push(row![m, measured, own, on_gauss, error(&gauss, 0.2)?]);
     }
-    let orders: Vec<String> = rows.iter().map(|(_, row)| format!("{:.1}", row[1])).collect();
-    let gauss: Vec<String> = rows.iter().take(3).map(|(_, row)| format!("{:.1}", row[3])).collect();
     let evidence = format!(
         "The orders of degrees 2 to 6 on equispaced nodes are {}; those of 2 to 4 on Gauss nodes {}.",
         orders.join(", "),
-        gauss.join(", ")
+        gauss_orders.join(", ")
     );
     let columns = ["degree", "order_equispaced", "error_equispaced", "order_gauss", "error_gauss"];
-    let orders = table(
+    let orders = Table::new(
         "claims-path-fitted-orders",
         "Path fitting on the pendulum from 2 rad: measured order and error at t = 4 with τ = 0.2, by degree, on the paper's \
          equispaced nodes and on Gauss nodes.",
-        &columns,
+        columns,
         rows,
     );
     Ok(Finding::on(cases, evidence)

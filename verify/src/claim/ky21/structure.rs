@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::claim::measure::{table, text};
+use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
+use crate::evidence::Table;
 use crate::experiment::energy_drift::{HalfDrifts, Halves};
 use crate::experiment::motion::Motion;
 use crate::experiment::symplectic_defect::Defects;
 use crate::experiment::{Context, StudyError};
+use crate::row;
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -61,8 +63,8 @@ fn symplecticity(context: &Context) -> Result<Finding, StudyError> {
                     cases.push(Case::at_most(what, found.excess(), 1.0));
                     shown.push(text(point.defect));
                 }
-                let exponent = found.fit.as_ref().and_then(|fit| fit.line).map_or(f64::NAN, |line| line.slope);
-                rows.push((vec![problem.into(), method.into()], vec![point.h, point.defect, exponent]));
+                let exponent = found.fit.as_ref().and_then(|fit| fit.line).map(|line| line.slope);
+                rows.push(row![problem, method, point.h, point.defect, exponent]);
             }
         }
     }
@@ -75,7 +77,8 @@ fn symplecticity(context: &Context) -> Result<Finding, StudyError> {
     );
     let caption = "Defect of symplecticity of one step of h, and the power of h with which it falls where it is above rounding. The \
                    equispaced nodes are the paper's; Galerkin integrators of the same number of stages are symplectic everywhere.";
-    let defects = table("claims-symplecticity", caption, &["problem", "integrator", "h", "defect", "exponent"], rows);
+    let defects =
+        Table::new("claims-symplecticity", caption, ["problem", "integrator", "h", "defect", "exponent"], rows);
     Ok(Finding::on(cases, evidence)
         .holds_where(
             "For degree 2 and, with Gauss nodes in place of equispaced ones, every degree, where L = ½ẋᵀMẋ − V(x) with \
@@ -139,15 +142,15 @@ fn energy(context: &Context) -> Result<Finding, StudyError> {
             let case = Case::below(format!("drift of {method}, asymmetric-pendulum"), found.relative, 1e-3);
             cases.push(case.under(method == "path-fitted(2)"));
         }
-        rows.push((vec![method.into()], vec![found.amplitude, first, second, found.relative]));
+        rows.push(row![method, found.amplitude, first, second, found.relative]);
     }
     let halved = drifts("path-fitted(3)", 0.5 * tau, 0.5 * horizon)?.slopes[1];
-    let [_, (_, third), ..] = &rows[..] else { return Err("no drifts".into()) };
+    let third = drifts("path-fitted(3)", tau, horizon)?;
     let evidence = format!(
         "On a pendulum without symmetry that rotates, the energy of degree 3 drifts by {} and {} per unit of time in the two \
          halves of the run, steadily, and by {} at half the step.",
-        text(third[1]),
-        text(third[2]),
+        text(third.slopes[0]),
+        text(third.slopes[1]),
         text(halved)
     );
     let finding = Finding::on(cases, evidence)
@@ -159,16 +162,13 @@ fn energy(context: &Context) -> Result<Finding, StudyError> {
              reversal maps to themselves. Elsewhere it takes symplecticity, which equispaced nodes lose from degree 3 on \
              (KY21-e-1). The drift of degree 3 falls like τ to the power {}; at τ = {tau} it takes a time of {} to grow as large \
              as the error itself.",
-            text((third[2] / halved).log2()),
-            text(third[0] / third[2].abs())
+            text((third.slopes[1] / halved).log2()),
+            text(third.amplitude / third.slopes[1].abs())
         ));
-    Ok(finding.with_table(table(
-        "claims-energy",
-        &format!(
-            "Energy error of the rotation with τ = {tau}: its size, its drift per unit of time in the two halves of t ≤ {horizon}, \
-             and over the whole run relative to the size, by the larger of the two. Gauss nodes for comparison."
-        ),
-        &["method", "size", "drift_first_half", "drift_second_half", "relative"],
-        rows,
-    )))
+    let caption = format!(
+        "Energy error of the rotation with τ = {tau}: its size, its drift per unit of time in the two halves of t ≤ {horizon}, \
+         and over the whole run relative to the size, by the larger of the two. Gauss nodes for comparison."
+    );
+    let columns = ["method", "size", "drift_first_half", "drift_second_half", "relative"];
+    Ok(finding.with_table(Table::new("claims-energy", caption, columns, rows)))
 }

@@ -7,6 +7,7 @@ use crate::experiment::best_theta::{BestTheta, Found};
 use crate::experiment::homogeneous::{Line, Lines};
 use crate::experiment::one_step::OneStep;
 use crate::experiment::{Context, StudyError};
+use crate::measure::norm::larger;
 use crate::row;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -52,7 +53,7 @@ fn coefficients(context: &Context) -> Result<Finding, StudyError> {
     let mut fitted = 0.0_f64;
     for h in [0.5, 1.0, 2.0, 5.0, 10.0] {
         let error = (OneStep::growth("fitted(1)", h).or_infinity(context)? - (-h).exp()).abs();
-        fitted = fitted.max(error);
+        fitted = larger(fitted, error);
         // A few roundings of θ and of the step.
         cases.push(Case::below(format!("error with θ(h), h = {h}"), error, 16.0 * f64::EPSILON));
     }

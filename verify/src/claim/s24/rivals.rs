@@ -1,9 +1,11 @@
 //! Against methods of similar complexity, and against more sophisticated ones of the same kind.
 
-use crate::claim::measure::{table, text};
+use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
+use crate::evidence::Table;
 use crate::experiment::errors::{Crossing, Errors, Set, Work};
 use crate::experiment::{Context, StudyError};
+use crate::row;
 
 use super::BOTH;
 
@@ -65,7 +67,7 @@ const POISEUILLE: Setting =
     Setting { name: "Poiseuille, Galerkin", problem: "linear-drag", set: &[("lambda", "2.5"), ("v0", "-1")] };
 
 fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, StudyError> {
-    let (mut cases, mut rows) = (Vec::new(), Vec::new());
+    let (mut cases, mut rows, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     let (mut wins, mut ties) = ([0; RIVALS.len()], [0; RIVALS.len()]);
     for setting in [LINEAR, QUADRATIC, POISEUILLE] {
         let name = setting.name;
@@ -92,13 +94,10 @@ fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, St
             let theirs = error(rival, h)?;
             let [their_solves, their_residuals] = *work(rival)?;
             let equal_h = own / theirs;
-            let numbers = vec![
-                ahead[i] as f64 / STEPS.len() as f64,
-                equal_h,
-                equal_h * (solves / their_solves).powi(2),
-                equal_h * (residuals / their_residuals).powi(2),
-            ];
-            rows.push((vec![name.to_owned(), rival.to_owned()], numbers));
+            let at_equal = |work: f64, theirs: f64| equal_h * (work / theirs).powi(2);
+            let (solves, residuals) = (at_equal(solves, their_solves), at_equal(residuals, their_residuals));
+            ratios.push([equal_h, solves, residuals]);
+            rows.push(row![name, rival, ahead[i] as f64 / STEPS.len() as f64, equal_h, solves, residuals]);
         }
     }
     let total = cases.len() / RIVALS.len();
@@ -116,10 +115,9 @@ fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, St
          the rival's at h = 0.01, at equal step size and at equal work; below 1 it is ahead. Work is counted by the integrators: \
          linear solves, and evaluations of the step equation or of f."
     );
-    let against_sdirk2 = rows[2].1.clone(); // on the first problem
     let columns = ["problem", "rival", "share_ahead", "equal_step", "equal_solves", "equal_evaluations"];
-    let ratios = table(&format!("claims-rivals-{method}"), &caption, &columns, rows);
-    let finding = Finding::on(cases, evidence).with_table(ratios);
+    let table = Table::new(format!("claims-rivals-{method}"), caption, columns, rows);
+    let finding = Finding::on(cases, evidence).with_table(table);
     if method == BOTH[1] {
         return Ok(finding
             .holds_where("On linear problems it is the trapezoidal rule; what it wins, that rule wins too.")
@@ -128,6 +126,8 @@ fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, St
     let crossing =
         Crossing { problem: LINEAR.problem, method: BOTH[0], rival: RIVALS[0], times: 1.0, low: 0.3, high: 3.3 };
     let crossing = context.get(crossing)?.ok_or("the trapezoidal rule is not overtaken")?;
+    // On the first problem.
+    let [at_equal_step, at_equal_solves, _] = ratios[2];
     Ok(finding
         .holds_where(format!(
             "Against BDF2 and implicit Euler; against the trapezoidal rule on quadratic drag and at large steps, on linear drag \
@@ -138,8 +138,8 @@ fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, St
             "Its local error on v̇ = −v is h³/6, twice the trapezoidal rule's h³/12, half of BDF2's. In return it damps stiff \
              components, which the trapezoidal rule and the midpoint rule do not. SDIRK2 damps them too; on linear drag Method I \
              has {} times its error at equal step size and {} times at equal numbers of linear solves.",
-            text(against_sdirk2[1]),
-            text(against_sdirk2[2])
+            text(at_equal_step),
+            text(at_equal_solves)
         )))
 }
 
