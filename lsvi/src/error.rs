@@ -281,7 +281,8 @@ pub enum SolveError {
         /// Norm of the residual relative to that of the right-hand side.
         residual: f64,
     },
-    /// Gauss–Newton iterations came to rest, or ran out, away from a minimum of the action.
+    /// Gauss–Newton iterations ran out, or came to rest where they need damping: away from a minimum of the action, or at one
+    /// where the residual is large, which is no approximation of the solution. A shorter step has none of them.
     #[error("the step came to rest after {iterations} iterations with |g| = {gradient:.1e}, |f| = {rate:.1e}")]
     Stalled {
         /// Iterations spent.
@@ -290,6 +291,8 @@ pub enum SolveError {
         gradient: f64,
         /// Max norm of f at the last iterate.
         rate: f64,
+        /// The last iterate.
+        v: Vec<f64>,
     },
 }
 

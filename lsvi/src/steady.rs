@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use crate::error::{InputError, StepError};
 use crate::integrator::{OneStep, State};
-use crate::linalg::{Jacobian, max_norm};
+use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::vector_field::VectorField;
 
 /// A state with f(t, v) = 0 up to `residual`.
@@ -100,13 +100,37 @@ pub fn march(
 struct Probe {
     f: Vec<f64>,
     terms: Vec<f64>,
-    jacobian: Jacobian,
+    /// `None` if the field is matrix-free.
+    jacobian: Option<Jacobian>,
 }
 
 impl Probe {
     fn new(field: &impl VectorField) -> Self {
-        let n = field.dim();
-        Self { f: vec![0.0; n], terms: vec![0.0; n], jacobian: Jacobian::with_structure(n, &field.structure()) }
+        let (n, structure) = (field.dim(), field.structure());
+        let is_assembled = structure != Structure::MatrixFree;
+        let jacobian = is_assembled.then(|| Jacobian::with_structure(n, &structure));
+        Self { f: vec![0.0; n], terms: vec![0.0; n], jacobian }
+    }
+
+    /// Sets `terms` to Σ_j |J_ij| `size`, or to no more than that.
+    fn set_terms(&mut self, field: &impl VectorField, t: f64, v: &[f64], size: f64) {
+        self.terms.fill(0.0);
+        if let Some(jacobian) = &mut self.jacobian {
+            jacobian.clear();
+            field.add_jacobian(t, v, 1.0, jacobian);
+            jacobian.for_each(|i, _, x| self.terms[i] += x.abs() * size);
+            return;
+        }
+        // The mean square of a product with random signs is Σ_j J_ij² `size`².
+        let (mut signed, mut product) = (vec![0.0; v.len()], vec![0.0; v.len()]);
+        for bit in 60..64 {
+            for (j, x) in signed.iter_mut().enumerate() {
+                let random = (j as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+                *x = if random >> bit & 1 == 0 { size } else { -size };
+            }
+            field.apply_jacobian(t, v, &signed, &mut product);
+            self.terms.iter_mut().zip(&product).for_each(|(term, x)| *term = x.abs().max(*term));
+        }
     }
 
     fn residual(&mut self, field: &impl VectorField, t: f64, v: &[f64]) -> f64 {
@@ -116,12 +140,8 @@ impl Probe {
 
     fn check(&mut self, field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<f64, SteadyError> {
         let residual = self.residual(field, t, v);
-        self.jacobian.clear();
-        field.add_jacobian(t, v, 1.0, &mut self.jacobian);
         // A resting v is known to a few ε |v|, which f amplifies to Σ_j |J_ij| ε |v_j|, as its own terms do.
-        self.terms.fill(0.0);
-        let size = max_norm(v);
-        self.jacobian.for_each(|i, _, x| self.terms[i] += x.abs() * size);
+        self.set_terms(field, t, v, max_norm(v));
         let allowed = tolerance.max(16.0 * f64::EPSILON * max_norm(&self.terms));
         if residual <= allowed {
             Ok(residual)
@@ -169,6 +189,39 @@ mod tests {
         let field = AutoField::new(QuadraticDrag { drive: 2.0 });
         march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-300, 1000)
             .expect("steady to rounding");
+    }
+
+    /// v̇ = A v − A e with a stiff A whose entries off the diagonal are the large ones, by products alone.
+    struct Coupled;
+
+    impl VectorField for Coupled {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            Structure::MatrixFree
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            let x: Vec<f64> = v.iter().map(|v| v - 1.0 / 3.0).collect();
+            self.apply_jacobian(t, v, &x, dv);
+        }
+        fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+            crate::add_columns(self, t, v, scale, out);
+        }
+        fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
+        fn apply_jacobian(&self, _t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+            (out[0], out[1]) = (-x[0] + 1e8 * x[1], -1e8 * x[0] - x[1]);
+        }
+    }
+
+    #[test]
+    fn rounding_is_known_of_a_field_without_a_matrix() {
+        // One rounding of v off the steady state makes f 1e8 ε/4, where the diagonal of J would allow 16 ε/3.
+        let v = [1.0 / 3.0 + f64::EPSILON / 4.0, 1.0 / 3.0];
+        let residual = check(&Coupled, 0.0, &v, 1e-14).expect("steady to rounding");
+        assert!(residual > 1e-9, "{residual}");
+        let off = check(&Coupled, 0.0, &[1.0 / 3.0 + 1e-12, 1.0 / 3.0], 1e-14);
+        assert!(matches!(off, Err(SteadyError::Spurious { .. })), "{off:?}");
     }
 
     #[test]

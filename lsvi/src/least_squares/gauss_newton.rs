@@ -132,11 +132,13 @@ impl GaussNewton {
             self.solver.prepare(&b)?;
             work.factorizations += 1;
             let tolerance = forcing(size / before);
-            let Some((delta, next)) = self.descend(&system, (at, v0), v, action, tolerance, work)? else { break };
-            v.copy_from_slice(&self.trial);
-            action = next;
             let largest = max_norm(v).max(max_norm(v0));
             let (roundoff, enough) = (f64::EPSILON * largest, f64::EPSILON.max(self.solver.tolerance()) * largest);
+            let Some((delta, next)) = self.descend(&system, (at, v0), v, action, (tolerance, enough), work)? else {
+                break;
+            };
+            v.copy_from_slice(&self.trial);
+            action = next;
             let theta = if last.is_finite() { delta / last } else { 1.0 };
             // Linear convergence by θ leaves θ/(1 − θ) δ; below √ε φ is flat to rounding and only stagnation is left.
             let converged = delta <= 4.0 * roundoff || (theta < 1.0 && theta * delta <= (1.0 - theta) * enough);
@@ -147,18 +149,19 @@ impl GaussNewton {
             last = delta;
         }
         system.field.rhs(at.start + at.h, v, &mut self.work);
-        Err(SolveError::Stalled { iterations, gradient: size / first, rate: max_norm(&self.work) })
+        Err(SolveError::Stalled { iterations, gradient: size / first, rate: max_norm(&self.work), v: v.to_vec() })
     }
 
     /// Sets the trial point to one of lower φ, and returns the increment's max norm and the new φ; `None` if no step is short
-    /// enough.
+    /// enough. `tolerance` is that of the linear system, and increments up to `enough` need not lower φ: at a steady state it is
+    /// nothing but rounding.
     fn descend<F: VectorField>(
         &mut self,
         system: &System<'_, F>,
         (at, v0): (Interval, &[f64]),
         v: &[f64],
         action: f64,
-        tolerance: f64,
+        (tolerance, enough): (f64, f64),
         work: &mut Work,
     ) -> Result<Option<(f64, f64)>, SolveError> {
         let b = StepOperator::new(system.field, system.mass, (at.start + at.h, v), at.h, self.b.as_ref());
@@ -176,7 +179,7 @@ impl GaussNewton {
                 -0.5 * dot(&self.gradient, &self.increment) + 0.5 * self.damping * dot(&self.increment, &self.work);
             let next = self.action.at(system, at, v0, &self.trial)?;
             // Differences of φ below its own rounding say nothing.
-            let flat = predicted <= 64.0 * f64::EPSILON * action;
+            let flat = (1.0 + self.damping) * delta <= enough || predicted <= 64.0 * f64::EPSILON * action;
             let ratio = (action - next) / predicted;
             if flat || ratio > 0.75 {
                 self.damping = if self.damping > 1.0 { self.damping / 8.0 } else { 0.0 };

@@ -62,6 +62,7 @@ pub const ALL: &[Study] = &[
     stability::STUDY,
     channel_orders::STUDY,
     couette_large_steps::STUDY,
+    flows::STUDY,
     non_normal::STUDY,
     nonlinear_stability::STUDY,
     metrics::STUDY,
@@ -78,4 +79,4 @@ pub const ALL: &[Study] = &[
 ];
 
 /// Studies that `report --full` carries out as well: they take long.
-pub const LONG: &[Study] = &[flows::STUDY, flows::FULL];
+pub const LONG: &[Study] = &[flows::FULL];

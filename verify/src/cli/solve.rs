@@ -5,7 +5,9 @@ mod table;
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
+use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
 use lsvi::{Grid, InputError};
 use verify::measure::norm::distance;
@@ -31,6 +33,8 @@ the last step is shorter. An adaptive method gives a row per accepted step.
 Columns: t, the components, and where an exact solution is known error, the
 largest error of a component.
 
+A run of more than a second shows its progress on a terminal.
+
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
 
@@ -44,6 +48,8 @@ Examples:
       --atol 1e-10,1e-14,1e-10 --t-end 1e4
   verify solve --problem linear-drag --method 'linear(-0.5,1)' --h 0.1 \\
       --t-end 1 --csv - | head
+  verify solve --problem cavity --set re=400 --set cells=32 \\
+      --method method-i --h 0.1 --t-end 1 --csv cavity.csv
   verify solve --model van-der-pol.ds --set mu=2 --method method-i \\
       --h 0.01 --t-end 20
 
@@ -148,7 +154,9 @@ impl<'a> Solve<'a> {
     fn follow(&self, mut observe: impl FnMut(Row) -> io::Result<ControlFlow<()>>) -> Result<Summary, Stop> {
         let mut summary = Summary::default();
         let mut io = Ok(());
+        let mut progress = Progress::new(self.args);
         let solved = run_while(&*self.problem, &*self.method, self.h, self.args.t_end, |state| {
+            progress.reach(state.t);
             let values = self.problem.observe(state.t, &state.q);
             let error = self.problem.exact(state.t).map(|exact| distance(&values, &exact));
             summary.add(state.t, error);
@@ -204,6 +212,47 @@ impl<'a> Solve<'a> {
     fn write_row<W: Write>(&self, csv: &mut csv::Writer<W>, (t, values, error): Row) -> io::Result<()> {
         if self.has_exact { csv.serialize((t, values, error)) } else { csv.serialize((t, values)) }?;
         Ok(())
+    }
+}
+
+/// How far a long run has come, on standard error if that is a terminal.
+struct Progress {
+    t_end: f64,
+    begun: Instant,
+    /// After a while; never where rows appear on the same terminal.
+    bar: Option<ProgressBar>,
+    is_shown: bool,
+}
+
+impl Progress {
+    const PATIENCE: Duration = Duration::from_secs(1);
+    const POSITIONS: f64 = 1000.0;
+
+    fn new(args: &Args) -> Self {
+        let is_shown = args.csv.as_ref().is_none_or(|path| path.as_os_str() != "-");
+        Self { t_end: args.t_end, begun: Instant::now(), bar: None, is_shown }
+    }
+
+    fn reach(&mut self, t: f64) {
+        if !self.is_shown || self.begun.elapsed() < Self::PATIENCE {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let style = ProgressStyle::with_template("{bar:40} t = {msg}, {elapsed} gone, {eta} to go");
+            ProgressBar::new(Self::POSITIONS as u64)
+                .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+                .with_elapsed(self.begun.elapsed())
+        });
+        bar.set_message(plain(t));
+        bar.set_position((Self::POSITIONS * t / self.t_end) as u64);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
     }
 }
 

@@ -12,7 +12,7 @@ mod damped_pendulum;
 mod double_pendulum;
 mod elliptic;
 mod facts;
-mod flow;
+pub(crate) mod flow;
 mod harmonic_oscillator;
 mod heat_2d;
 mod henon_heiles;

@@ -76,6 +76,16 @@ fn help_teaches_and_fits() {
     fits_a_terminal(&text);
 }
 
+#[test]
+fn a_step_that_stalls_says_so_with_a_remedy() {
+    let line = "solve --problem cavity --set re=10000 --set cells=8 --method method-i --h 1000 --t-end 1000";
+    let output = command(&line.split(' ').collect::<Vec<_>>()).output().expect("starts");
+    assert_eq!(output.status.code(), Some(1));
+    let message = stderr(&output);
+    assert!(message.contains("|g| = ") && message.contains("|f| = "), "{message}");
+    assert!(message.contains("hint: a smaller `--h` may help"), "{message}");
+}
+
 /// Every `verify …` line in the help is a command that the program accepts.
 #[test]
 fn examples_in_the_help_work() {

@@ -33,11 +33,6 @@ const VALUES: &[&str] = &["Work", "SolveError", "StepError", "InputError", "quad
 const EXCEPTIONS: &[(&str, &str)] = &[
     ("chapter/answers.rs", "reference"),
     ("chapter/cross_check.rs", "compare"),
-    ("chapter/flows/balance.rs", "run"),
-    ("chapter/flows/cavity.rs", "lsvi"),
-    ("chapter/flows/cavity.rs", "reference"),
-    ("chapter/flows/lid.rs", "run"),
-    ("chapter/flows/mod.rs", "run"),
     ("chapter/model.rs", "compare"),
     ("chapter/nonlinear_stability.rs", "run"),
     ("chapter/open_closures.rs", "lsvi"),

@@ -1,132 +1,103 @@
 //! Energy, enstrophy and error of periodic flows, in both metrics.
 
-use rayon::prelude::*;
+use super::{Context, Scale, StudyError, map, prose, short};
+use crate::evidence::{Check, Evidence, Figure, Panel, Requirement, Table};
+use crate::experiment::flow::periodic::{END, PeriodicErrors, STEPS, WithoutViscosity};
+use crate::measure::norm::{Extremes, max_norm};
+use crate::row;
 
-use super::{Scale, named, rms, setting};
-use crate::chapter::StudyError;
-use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Panel, Requirement, Table};
-use crate::problem::Problem;
-use crate::run::run;
+const FLOWS: [&str; 2] = ["shear-layer", "turbulence-2d"];
 
-const END: f64 = 1.0;
-const STEPS: [f64; 3] = [0.05, 0.025, 0.0125];
-const METHODS: [(&str, &str); 6] = [
-    ("method-i", "velocity"),
-    ("method-i", "vorticity"),
-    ("trapezoidal", "velocity"),
-    ("implicit-midpoint", "velocity"),
-    ("tr-bdf2", "velocity"),
-    ("implicit-euler", "velocity"),
-];
-
-/// What is measured of a run.
-struct Row {
-    flow: &'static str,
-    method: &'static str,
-    metric: &'static str,
-    h: f64,
-    /// Of the vorticity at the end, relative.
-    error: f64,
-    enstrophy: f64,
-}
-
-/// ½ mean ω².
-fn enstrophy(vorticity: &[f64]) -> f64 {
-    0.5 * vorticity.iter().map(|w| w * w).sum::<f64>() / vorticity.len() as f64
-}
-
-fn end(problem: &dyn Problem, method: &str, h: f64) -> Result<Vec<f64>, StudyError> {
-    Ok(problem.observe(END, &run(problem, &*named(method)?, h, END, |_| {})?.end.q))
-}
-
-pub(super) fn study(evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    let flows = ["shear-layer", "turbulence-2d"];
-    let mut rows: Vec<Row> = Vec::new();
-    let mut panels = Vec::new();
-    for flow in flows {
-        let of = |metric: &str| setting(&format!("{flow} cells={} metric={metric}", scale.points));
-        // RK4 at a quarter of the finest step, whose own error is far below those of second order.
-        let reference = end(&*of("velocity")?, "rk4", 0.25 * STEPS[2])?;
-        let size = rms(&reference, &vec![0.0; reference.len()]);
-        let cases: Vec<_> = METHODS.iter().flat_map(|case| STEPS.map(|h| (*case, h))).collect();
-        let found: Vec<Row> = cases
-            .par_iter()
-            .map(|((method, metric), h)| {
-                let vorticity = end(&*of(metric)?, method, *h)?;
-                let enstrophy = enstrophy(&vorticity) / enstrophy(&reference) - 1.0;
-                Ok(Row { flow, method, metric, h: *h, error: rms(&vorticity, &reference) / size, enstrophy })
-            })
-            .collect::<Result<_, StudyError>>()?;
-        rows.extend(found);
-        panels.push(map(&format!("{flow}, t = {END}"), scale.points, &reference));
-    }
-    let error = |flow: &str, method: &str, metric: &str, h: f64| {
-        let row = rows.iter().find(|r| (r.flow, r.method, r.metric, r.h) == (flow, method, metric, h));
-        row.map_or(f64::NAN, |row| row.error)
+pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    let points = scale.points;
+    let found = context.get_each(FLOWS.map(|flow| PeriodicErrors { flow, points }).into())?;
+    let of = |flow: &str, method: &str, metric: &str, h: f64| {
+        let (_, found) = FLOWS.iter().zip(&found).find(|(name, _)| **name == flow)?;
+        found.rows.iter().find(|row| (row.method, row.metric, row.h) == (method, metric, h))
     };
-    for flow in flows {
-        let of = |method, metric| error(flow, method, metric, STEPS[2]);
-        evidence.checks.extend([
-            Check::new(
-                format!("periodic/{flow}/order"),
-                format!("Method I converges on {flow} with order 2 in the velocity metric"),
-                (error(flow, "method-i", "velocity", STEPS[1]) / of("method-i", "velocity")).log2(),
+    let error =
+        |flow: &str, method: &str, metric: &str, h: f64| of(flow, method, metric, h).map_or(f64::NAN, |row| row.error);
+    let [.., coarser, finest] = STEPS;
+    let mut rows = Vec::new();
+    let mut panels = Vec::new();
+    for (flow, found) in FLOWS.iter().zip(&found) {
+        let smallest = found.rows.iter().filter(|row| row.method != "rk4").map(|row| row.error).smallest();
+        evidence.checks.push(Check::new(
+            format!("periodic/{flow}/reference"),
+            format!("RK4 is a reference on {flow}: its error over the smallest of the others"),
+            found.reference_error / smallest,
+            Requirement::AtMost(0.01),
+            "a hundredth of an error moves no order by more than that; RK4's own, by two step sizes",
+        ));
+        for metric in ["velocity", "vorticity"] {
+            let of = |h| error(flow, "method-i", metric, h);
+            evidence.checks.push(Check::new(
+                format!("periodic/{flow}/order/{metric}"),
+                format!("Method I converges on {flow} with order 2 in the {metric} metric"),
+                (of(coarser) / of(finest)).log2(),
                 Requirement::Near(2.0, 0.2),
                 "from the two finest steps, where the next term of the error is a few per cent of it",
-            ),
-            Check::new(
-                format!("periodic/{flow}/metric"),
-                format!("The vorticity metric is the worse choice on {flow}: its error over that of the velocity metric"),
-                of("method-i", "vorticity") / of("method-i", "velocity"),
-                Requirement::Above(1.0),
-                "another metric is another method, with the defect ¼h² W⁻¹JᵀW v″: on flows W = 1 weighs the small eddies by |k|²",
-            ),
-            Check::new(
-                format!("periodic/{flow}/tr-bdf2"),
-                format!("Method I loses to TR-BDF2 on {flow}: its error over that of TR-BDF2 at equal h"),
-                of("method-i", "velocity") / of("tr-bdf2", "velocity"),
-                Requirement::Above(1.0),
-                "a smooth flow: error constants −0.04 and 1/6",
-            ),
-        ]);
+            ));
+        }
+        rows.extend(found.rows.iter().map(|r| row![*flow, r.method, r.metric, r.h, r.error, r.energy, r.enstrophy]));
+        panels.push(vortices(&format!("{flow}, t = {END}"), points, &found.reference));
     }
-    evidence.checks.push(conservation(scale)?);
-    let cells = |row: &Row| {
-        let texts = [row.flow, row.method, row.metric].map(|text| Cell::Text(text.into()));
-        texts.into_iter().chain([row.h, row.error, row.enstrophy].map(Cell::found)).collect()
-    };
+    let (check, table) = conservation(context, scale)?;
+    evidence.checks.push(check);
+    evidence.tables.push(table);
+    let ratio =
+        |flow, a: (&str, &str), b: (&str, &str)| short(error(flow, a.0, a.1, finest) / error(flow, b.0, b.1, finest));
+    let balance = |flow, metric| of(flow, "method-i", metric, finest).map_or(f64::NAN, |row| row.enstrophy.abs());
+    let (ours, other) = (("method-i", "velocity"), ("method-i", "vorticity"));
+    let values = [
+        ("shear_metric", ratio("shear-layer", other, ours)),
+        ("turbulence_metric", ratio("turbulence-2d", other, ours)),
+        ("shear_enstrophy", short(balance("shear-layer", "vorticity") / balance("shear-layer", "velocity"))),
+        ("turbulence_enstrophy", short(balance("turbulence-2d", "vorticity") / balance("turbulence-2d", "velocity"))),
+        ("shear_tr_bdf2", ratio("shear-layer", ours, ("tr-bdf2", "velocity"))),
+        ("turbulence_tr_bdf2", ratio("turbulence-2d", ours, ("tr-bdf2", "velocity"))),
+        ("turbulence_trapezoidal", ratio("turbulence-2d", ours, ("trapezoidal", "velocity"))),
+        ("turbulence_euler", ratio("turbulence-2d", ("implicit-euler", "velocity"), ours)),
+        ("h", short(finest)),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("balance.md"), &values)?);
     let caption = format!(
-        "Periodic flows on {0} × {0} points at t = {END}: relative error of the vorticity, root mean square, and of the enstrophy, \
-         against RK4 with a quarter of the finest step.",
-        scale.points
+        "Periodic flows on {points} × {points} points at t = {END}, by metric of the residual: relative error of the vorticity, root \
+         mean square, and of energy and enstrophy, against RK4 with half the finest step."
     );
-    let columns = ["flow", "method", "metric", "h", "error", "enstrophy"];
-    evidence.tables.push(Table::new("flow-periodic", caption, columns, rows.iter().map(cells).collect()));
-    let caption = "The vorticity of the two periodic flows at the end, from the reference.";
-    evidence.figures.push(Figure::new("flow-vorticity", caption, "flow-periodic", panels).in_columns(2));
+    let id = format!("flow-periodic{}", scale.suffix);
+    let columns = ["flow", "method", "metric", "h", "error", "energy", "enstrophy"];
+    evidence.tables.push(Table::new(id.clone(), caption, columns, rows));
+    let caption = "The vorticity of the two periodic flows at the end, over its largest value, from the reference.";
+    evidence.figures.push(Figure::new(format!("flow-vorticity{}", scale.suffix), caption, id, panels).in_columns(2));
     Ok(())
 }
 
-/// Without viscosity the implicit midpoint rule keeps the enstrophy, a quadratic form that the dealiased equation conserves.
-fn conservation(scale: &Scale) -> Result<Check, StudyError> {
-    let problem = setting(&format!("shear-layer cells={} re=1e12", scale.points))?;
-    let before = enstrophy(&problem.observe(0.0, &problem.initial()));
-    let after = enstrophy(&end(&*problem, "implicit-midpoint", 0.2)?);
-    Ok(Check::new(
-        "periodic/enstrophy",
-        "Without viscosity the implicit midpoint rule keeps the enstrophy of the dealiased equations: relative change",
-        (after / before - 1.0).abs(),
+/// Without viscosity the implicit midpoint rule keeps energy and enstrophy, quadratic forms that the dealiased equations conserve.
+fn conservation(context: &Context, scale: &Scale) -> Result<(Check, Table), StudyError> {
+    let found = context.get(WithoutViscosity { points: scale.points })?;
+    let caption = format!(
+        "The shear layer without viscosity, which keeps both: relative change of energy and of enstrophy after ten steps of h = {}.",
+        WithoutViscosity::H
+    );
+    let rows = found.iter().map(|c| row![c.method, c.metric, c.energy, c.enstrophy]).collect();
+    let columns = ["method", "metric", "energy", "enstrophy"];
+    let table = Table::new(format!("flow-conservation{}", scale.suffix), caption, columns, rows);
+    let kept = found.iter().find(|change| change.method == "implicit-midpoint");
+    let check = Check::new(
+        "periodic/conservation",
+        "Without viscosity the implicit midpoint rule keeps energy and enstrophy of the dealiased equations: relative change",
+        kept.map_or(f64::NAN, |change| max_norm(&[change.energy, change.enstrophy])),
         Requirement::AtMost(1e-8),
         "it keeps quadratic invariants; the tolerance of the solver is 1e-10 a step, and there are ten",
-    ))
+    );
+    Ok((check, table))
 }
 
-/// A map of the vorticity.
-fn map(title: &str, points: usize, vorticity: &[f64]) -> Panel {
-    let place: Vec<f64> = (0..points).map(|i| 2.0 * std::f64::consts::PI * i as f64 / points as f64).collect();
-    let largest = vorticity.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
-    let levels: Vec<f64> = [-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75].map(|l| l * largest).to_vec();
-    let values = vorticity.chunks(points).map(<[f64]>::to_vec).collect();
-    let field = Field { x: place.clone(), y: place, values, bands: super::bands(&levels), levels, contours: false };
-    Panel::new(Axis::linear("x"), Axis::linear("y"), Vec::new()).titled(title).over(field)
+/// A map of the vorticity over its largest value.
+fn vortices(title: &str, points: usize, vorticity: &[f64]) -> Panel {
+    let place = (0..points).map(|i| 2.0 * std::f64::consts::PI * i as f64 / points as f64).collect();
+    let largest = max_norm(vorticity);
+    let values = vorticity.chunks(points).map(|row| row.iter().map(|w| w / largest).collect()).collect();
+    map(title, place, values, vec![-0.75, -0.5, -0.25, -0.05, 0.05, 0.25, 0.5, 0.75], true)
 }

@@ -1,249 +1,270 @@
-//! The steady cavity against the literature, and the cavity against CVODE.
+//! The steady cavity against the literature, the way to it, the cavity against CVODE, and the cost of steps.
 
-use std::time::Instant;
-
-use lsvi::closure::Linear;
-use lsvi::solver::Augmented;
-use lsvi::steady::{self, Steady, SteadyError};
-use lsvi::{LeastSquaresStep, SolveError, State, StepError};
-
-use super::lid::streamlines;
-use super::profile::{Profile, Published, cavity, published};
-use super::{Scale, named, observed};
-use crate::chapter::StudyError;
+use super::{Context, Scale, StudyError, map, prose, short, streamlines};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Table};
-use crate::measure::norm::{Extremes, distance};
-use crate::problem::Problem;
-use crate::reference;
+use crate::experiment::flow::against_cvode::AgainstCvode;
+use crate::experiment::flow::approach::Approach;
+use crate::experiment::flow::cost::StepCost;
+use crate::experiment::flow::profile::{Published, published};
+use crate::experiment::flow::steady::{Grid, STEADY, Spurious, SteadyCavity};
+use crate::measure::norm::Extremes;
+use crate::row;
 
-/// |f| at which a flow counts as steady, in units of M ψ̇, and the steps that it may take.
-const STEADY: f64 = 1e-10;
-const STEPS: u64 = 400;
+const GHIA: &str = "Ghia 1982";
+const BOTELLA: &str = "Botella 1998";
 
-/// Method I from `start` to a steady state with steps of `h`.
-fn march(problem: &dyn Problem, start: Vec<f64>, h: f64) -> Result<Steady, SteadyError> {
-    let field = problem.field();
-    let solver = problem.solver().unwrap_or_else(|| Box::new(Augmented::new()));
-    let method = LeastSquaresStep::with_solver(&field, Linear::METHOD_I, solver)?;
-    steady::march(method, &field, State::new(0.0, start), h, STEADY, STEPS)
-}
-
-/// ψ on twice as many cells a side, by linear interpolation.
-fn refined(cells: usize, psi: &[f64]) -> Vec<f64> {
-    let inside = cells - 1;
-    let value = |i: usize, j: usize| {
-        if i == 0 || j == 0 || i == cells || j == cells { 0.0 } else { psi[(j - 1) * inside + i - 1] }
-    };
-    let fine = (1..2 * cells).flat_map(|j| (1..2 * cells).map(move |i| (i, j)));
-    let mean = |(i, j): (usize, usize)| {
-        let ([a, b], [c, d]) = ([i / 2, i.div_ceil(2)], [j / 2, j.div_ceil(2)]);
-        0.25 * (value(a, c) + value(b, c) + value(a, d) + value(b, d))
-    };
-    fine.map(mean).collect()
-}
-
-/// The step size to a steady state: as large as Gauss and Newton's iteration follows from rest, or from a coarser grid.
-fn step_size(re: f64, from_rest: bool) -> f64 {
-    match from_rest {
-        true if re > 500.0 => 5.0,
-        true => 20.0,
-        false => 100.0,
-    }
-}
-
-/// The steady flow on one grid.
-struct Grid {
-    cells: usize,
-    steady: Steady,
-    profile: Profile,
-}
-
-/// The steady flow on each of three grids, each from the one before.
-fn grids(re: f64, cells: [usize; 3], evidence: &mut Evidence) -> Result<Vec<Grid>, StudyError> {
-    let mut grids: Vec<Grid> = Vec::new();
-    for cells in cells {
-        let problem = cavity(re, cells)?;
-        let start =
-            grids.last().map_or_else(|| problem.initial(), |coarse| refined(coarse.cells, &coarse.steady.state.q));
-        let clock = Instant::now();
-        let steady = march(&*problem, start, step_size(re, grids.is_empty()))?;
-        evidence.timings.push((format!("steady cavity, Re = {re}, N = {cells}"), clock.elapsed().as_secs_f64()));
-        let profile = Profile::new(cells, &problem.observe(0.0, &steady.state.q));
-        grids.push(Grid { cells, steady, profile });
-    }
-    Ok(grids)
-}
-
-/// The band of the table of Ghia et al.: their values carry the error of their own grids.
-fn band(re: f64) -> f64 {
+/// What a table is uncertain by: Ghia et al. carry the error of their own grids.
+fn band(source: &str, re: f64) -> f64 {
     match re {
+        _ if source == BOTELLA => 0.01,
         re if re <= 100.0 => 0.010,
         re if re <= 400.0 => 0.008,
         _ => 0.02,
     }
 }
 
-pub(super) fn steady(evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
     let table = published()?;
-    let (mut rows, mut reached, mut panels, mut streams) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (re, cells) in scale.steady {
-        let grids = grids(*re, *cells, evidence)?;
-        reached.extend(grids.iter().map(|grid| {
-            let numbers = [Cell::Number(grid.steady.residual), Cell::Integer(grid.steady.steps as i64)];
-            [Cell::Number(*re), Cell::Integer(grid.cells as i64)].into_iter().chain(numbers).collect()
-        }));
-        let [.., coarse, fine] = grids.as_slice() else { return Err("three grids".into()) };
-        let extrapolated = |p: &Published| {
-            let (c, f) = (coarse.profile.at(p.line, p.coord), fine.profile.at(p.line, p.coord));
-            f + (f - c) / 3.0
-        };
-        for source in ["Ghia 1982", "Botella 1998"] {
+    let (mut rows, mut reached, mut profiles) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut streams, mut vortices) = (Vec::new(), Vec::new());
+    for (re, judged, cells) in scale.steady {
+        let grids = context.get(SteadyCavity { re: *re, cells })?;
+        reached.extend(grids.iter().map(|grid| row![*re, grid.cells, grid.residual, grid.steps]));
+        let timings = grids.iter().map(|g| (format!("steady cavity, Re = {re}, N = {}", g.cells), g.seconds));
+        evidence.timings.extend(timings);
+        let grid = grids.iter().find(|grid| grid.cells == *judged).ok_or("no such grid")?;
+        let [.., coarse, fine] = grids.as_slice() else { return Err("two grids".into()) };
+        for source in [GHIA, BOTELLA] {
             let values: Vec<&Published> = table.iter().filter(|p| p.re == *re && p.source == source).collect();
             if values.is_empty() {
                 continue;
             }
-            let off = |at: &dyn Fn(&Published) -> f64| values.iter().map(|p| (at(p) - p.velocity).abs()).largest();
-            let allowed = if source == "Ghia 1982" { band(*re) } else { 0.01 };
-            evidence.checks.push(Check::new(
-                format!("steady/{re}/{source}"),
-                format!(
-                    "Steady cavity, Re = {re}, N = {}: the largest difference from {source} on both centre lines",
-                    fine.cells
-                ),
-                off(&|p| fine.profile.at(p.line, p.coord)),
-                Requirement::AtMost(allowed),
-                if source == "Ghia 1982" {
-                    "what the published values themselves are uncertain by, as later tables show"
-                } else {
-                    "the error of second order on this grid"
-                },
-            ));
-            if source == "Botella 1998" {
-                evidence.checks.push(Check::new(
-                    format!("steady/{re}/richardson"),
-                    format!("The same, extrapolated from N = {} and {}", coarse.cells, fine.cells),
-                    off(&extrapolated),
-                    Requirement::AtMost(2e-4),
-                    "the errors of second order cancel; what is left is of third order, where the corners are singular",
-                ));
-            }
+            evidence.checks.extend(against(&values, (*re, source), grid, coarse, fine));
             rows.extend(values.iter().map(|p| {
-                vec![
-                    Cell::Number(*re),
-                    Cell::Integer(fine.cells as i64),
-                    Cell::Text(p.line.into()),
-                    Cell::Number(p.coord),
-                    Cell::Number(fine.profile.at(p.line, p.coord)),
-                    Cell::Number(p.velocity),
-                    Cell::Text(p.source.clone()),
-                ]
+                let velocity = grid.profile.at(p.line, p.coord);
+                row![*re, grid.cells, p.line.to_string(), p.coord, velocity, p.velocity, p.source.clone()]
             }));
         }
         for (line, x, y) in [('u', "y", "u at x = ½"), ('v', "x", "v at y = ½")] {
             let mut curves =
-                vec![Series::new(format!("N = {}", fine.cells), fine.profile.line(line).to_vec(), Mark::Line)];
-            for source in ["Ghia 1982", "Botella 1998"] {
+                vec![Series::new(format!("N = {}", grid.cells), grid.profile.line(line).to_vec(), Mark::Line)];
+            for source in [GHIA, BOTELLA] {
                 let of = |p: &&Published| p.re == *re && p.line == line && p.source == source;
                 let points: Vec<_> = table.iter().filter(of).map(|p| (p.coord, p.velocity)).collect();
                 if !points.is_empty() {
                     curves.push(Series::new(source, points, Mark::Markers));
                 }
             }
-            panels.push(Panel::new(Axis::linear(x), Axis::linear(y), curves).titled(format!("Re = {re}")));
+            profiles.push(Panel::new(Axis::linear(x), Axis::linear(y), curves).titled(format!("Re = {re}")));
         }
-        streams.push(streamlines(&format!("Re = {re}"), fine.cells, &fine.steady.state.q));
+        streams.push(streamlines(&format!("Re = {re}, ψ"), grid.cells, &grid.psi));
+        vortices.push(vorticity(&format!("Re = {re}, ω"), grid));
     }
-    let caption = "Steady cavity by Method I: the largest |f| that is left, in units of M ψ̇, and the steps to it, each grid from the one before.";
-    evidence.tables.push(Table::new("flow-steady", caption, ["re", "cells", "residual", "steps"], reached));
-    let caption = "Velocities on the centre lines of the steady cavity: computed on the finest grid, and published.";
+    let suffix = scale.suffix;
+    let caption = "Steady cavity by Method I: the largest |f| that is left, in units of M ψ̇, and the steps to it, each grid from the \
+                   one before.";
+    let steady = format!("flow-steady{suffix}");
+    evidence.tables.push(Table::new(steady.clone(), caption, ["re", "cells", "residual", "steps"], reached));
+    let caption = "Velocities on the centre lines of the steady cavity: computed, and published.";
     let columns = ["re", "cells", "line", "coord", "velocity", "published", "source"];
-    evidence.tables.push(Table::data("cavity-profiles", caption, columns, rows));
-    evidence.figures.push(Figure::new("cavity-profiles", caption, "cavity-profiles", panels).in_columns(2));
-    let caption = "Streamlines of the steady cavity.";
-    evidence.figures.push(Figure::new("flow-steady-streamlines", caption, "flow-steady", streams).in_columns(3));
-    evidence.checks.push(spurious()?);
-    Ok(())
+    let id = format!("cavity-profiles{suffix}");
+    evidence.tables.push(Table::data(id.clone(), caption, columns, rows));
+    evidence.figures.push(Figure::new(id.clone(), caption, id, profiles).in_columns(2));
+    for (what, panels) in [("streamlines", streams), ("vorticity", vortices)] {
+        let (id, columns) = (format!("flow-steady-{what}{suffix}"), panels.len().max(2));
+        let caption = format!("Steady cavity by Method I: {what}.");
+        evidence.figures.push(Figure::new(id, caption, steady.clone(), panels).in_columns(columns));
+    }
+    spurious(context, evidence, scale)
+}
+
+/// A table of the literature against the grid on which it is judged, and the last two grids extrapolated.
+fn against(values: &[&Published], (re, source): (f64, &str), grid: &Grid, coarse: &Grid, fine: &Grid) -> Vec<Check> {
+    let off = |at: &dyn Fn(&Published) -> f64| values.iter().map(|p| (at(p) - p.velocity).abs()).largest();
+    let mut checks = vec![Check::new(
+        format!("steady/{re}/{source}"),
+        format!(
+            "Steady cavity, Re = {re}, N = {}: the largest difference from {source} on both centre lines",
+            grid.cells
+        ),
+        off(&|p| grid.profile.at(p.line, p.coord)),
+        Requirement::AtMost(band(source, re)),
+        if source == GHIA {
+            "what the published values themselves are uncertain by, as later tables show"
+        } else {
+            "the error of second order on this grid"
+        },
+    )];
+    if source == BOTELLA {
+        let ratio = (fine.cells as f64 / coarse.cells as f64).powi(2);
+        checks.push(Check::new(
+            format!("steady/{re}/richardson"),
+            format!("The same, extrapolated from N = {} and {}", coarse.cells, fine.cells),
+            off(&|p| {
+                let (c, f) = (coarse.profile.at(p.line, p.coord), fine.profile.at(p.line, p.coord));
+                f + (f - c) / (ratio - 1.0)
+            }),
+            Requirement::AtMost(2e-4),
+            "the errors of second order cancel, and of fourth order c/(N₁N₂)² is left; from N = 64 and 128 that was 6e-4",
+        ));
+    }
+    checks
+}
+
+/// A map of the vorticity at the interior corners.
+fn vorticity(title: &str, grid: &Grid) -> Panel {
+    let place = (1..grid.cells).map(|i| i as f64 / grid.cells as f64).collect();
+    map(title, place, grid.vorticity.clone(), vec![-10.0, -5.0, -3.0, -1.0, 0.0, 1.0, 3.0, 5.0], true)
 }
 
 /// Where the minimum of the action at a step too long for the grid is no steady flow.
-fn spurious() -> Result<Check, StudyError> {
-    const H: f64 = 1e3;
-    let problem = cavity(1000.0, 32)?;
-    let statement = "Re = 1000 on 32² cells with h = 1000: the minimum of the action to which the flow from rest descends has |f| ≠ 0 \
-                     and is refused; |f| there";
-    Ok(match march(&*problem, problem.initial(), H) {
-        Err(
-            SteadyError::Spurious { residual: rate, .. }
-            | SteadyError::Step(StepError::Solve { source: SolveError::Stalled { rate, .. }, .. }),
-        ) => Check::new(
-            "steady/spurious",
-            statement,
-            rate,
-            Requirement::AtLeast(1e6 * STEADY),
-            "(2M − h Jᵀ) M⁻¹f = 0 has roots with f ≠ 0 where hM⁻¹J has the eigenvalue 2",
-        ),
-        other => {
-            Check::undecided("steady/spurious", statement, Outcome::Fail, format!("{:?}", other.map(|s| s.residual)))
+fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    const RE: f64 = 1000.0;
+    const CELLS: usize = 32;
+    let found = context.get_each(scale.spurious.iter().map(|h| Spurious { re: RE, cells: CELLS, h: *h }).collect())?;
+    let cases = || scale.spurious.iter().zip(&found);
+    let Some((h, worst)) = cases().last() else { return Ok(()) };
+    let statement = format!(
+        "Re = {RE} on {CELLS}² cells with h = {h}: where Method I comes to rest the flow is not steady, and the library refuses it; \
+         |f| there"
+    );
+    evidence.checks.push(Check::new(
+        "steady/spurious",
+        statement,
+        if worst.message.is_empty() { f64::NAN } else { worst.residual },
+        Requirement::AtLeast(1e6 * STEADY),
+        "(2M − h Jᵀ) M⁻¹f = 0 has roots with f ≠ 0 where hM⁻¹J has the eigenvalue 2",
+    ));
+    let outcome = |message: &str| if message.is_empty() { "steady".to_owned() } else { format!("refused: {message}") };
+    let rows = cases().map(|(h, found)| row![*h, found.residual, outcome(&found.message)]).collect();
+    let caption = format!(
+        "Method I from rest at Re = {RE} on {CELLS} cells a side, by step size: |f| in units of M ψ̇ where it comes to rest, and \
+         what the library says."
+    );
+    let id = format!("flow-spurious{}", scale.suffix);
+    evidence.tables.push(Table::new(id.clone(), caption, ["h", "residual", "outcome"], rows));
+    let steady = cases().find(|(_, found)| found.message.is_empty()).map(|(h, found)| (h, found, "steady"));
+    let shown = steady.into_iter().chain([(h, worst, "refused")]);
+    let panels: Vec<Panel> = shown
+        .filter_map(|(h, found, what)| Some(streamlines(&format!("h = {h}, {what}"), CELLS, found.psi.as_ref()?)))
+        .collect();
+    let caption =
+        "Streamlines where Method I comes to rest from rest with long steps: those that are refused are no flow.";
+    evidence.figures.push(Figure::new(id.clone(), caption, id, panels).in_columns(2));
+    Ok(())
+}
+
+/// Steps of several methods from rest to the steady cavity.
+pub(super) fn approach(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    const METHODS: [&str; 5] = ["method-i", "trapezoidal", "tr-bdf2", "bdf2", "implicit-euler"];
+    const STEPS: [f64; 3] = [1.0, 10.0, 100.0];
+    const RE: f64 = 100.0;
+    let mut cases = Vec::new();
+    for method in METHODS {
+        cases.extend(STEPS.map(|h| (method, h)));
+    }
+    let cells = scale.approach;
+    let settings = cases.iter().map(|(method, h)| Approach { method, re: RE, cells, h: *h });
+    let found = context.get_each(settings.collect())?;
+    let rows = cases.iter().zip(&found).map(|((method, h), found)| {
+        let outcome = match &found.error {
+            Some(error) => error.clone(),
+            None if found.is_steady() => "steady".to_owned(),
+            None => "still moving".to_owned(),
+        };
+        row![*method, *h, found.steps, found.solves, Cell::found(found.residual), outcome]
+    });
+    let rows = rows.collect();
+    let count = |method: &str, h: f64| {
+        let found = cases.iter().zip(&found).find(|(case, _)| **case == (method, h)).map(|(_, found)| found);
+        match found {
+            Some(found) if found.is_steady() => format!("{} steps and {} linear systems", found.steps, found.solves),
+            Some(found) if found.error.is_some() => "none, for a step fails".to_owned(),
+            _ => format!("more than {}", Approach::MOST),
         }
-    })
+    };
+    let [_, ten, hundred] = STEPS;
+    let values = [
+        ("re", short(RE)),
+        ("cells", cells.to_string()),
+        ("ten", short(ten)),
+        ("hundred", short(hundred)),
+        ("method_i_ten", count("method-i", ten)),
+        ("rule_ten", count("trapezoidal", ten)),
+        ("tr_bdf2_ten", count("tr-bdf2", ten)),
+        ("euler_ten", count("implicit-euler", ten)),
+        ("method_i_hundred", count("method-i", hundred)),
+        ("tr_bdf2_hundred", count("tr-bdf2", hundred)),
+        ("euler_hundred", count("implicit-euler", hundred)),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("approach.md"), &values)?);
+    let caption = format!(
+        "Cavity of {cells} cells a side, Re = {RE}, from rest until |f| ≤ {:e} in units of M ψ̇: steps and linear systems, up to {} steps.",
+        Approach::STEADY,
+        Approach::MOST
+    );
+    let columns = ["method", "h", "steps", "solves", "residual", "outcome"];
+    evidence.tables.push(Table::new(format!("flow-approach{}", scale.suffix), caption, columns, rows));
+    Ok(())
 }
 
 /// CVODE on the same semi-discrete cavity, written by hand.
-pub(super) fn cross_check(evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    const END: f64 = 1.0;
-    let problem = cavity(100.0, scale.reference)?;
-    let statement = format!("Method I and CVODE agree on the cavity of {} cells a side at t = {END}", scale.reference);
-    let Some(cvode) = reference::by_name("cvode-bdf") else { return Err("no reference of that name".into()) };
-    let clock = Instant::now();
-    let found = match cvode.solve(problem.ode(), 0.0, &problem.initial(), &[END]) {
+pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    let cells = scale.reference;
+    let end = AgainstCvode::END;
+    let statement = format!("Method I and CVODE agree on the cavity of {cells} cells a side at t = {end}");
+    let found = context.get(AgainstCvode { cells })?;
+    let found = match &*found {
         Ok(found) => found,
-        Err(error) => {
-            evidence.checks.push(Check::undecided("cvode", statement, Outcome::NotRun, error.to_string()));
+        Err(absent) => {
+            evidence.checks.push(Check::undecided("cvode", statement, Outcome::NotRun, absent.clone()));
             return Ok(());
         }
     };
-    evidence.timings.push(("cavity by CVODE, two tolerances".into(), clock.elapsed().as_secs_f64()));
-    let mut rows = vec![vec![
-        Cell::Text("cvode-bdf".into()),
-        Cell::Empty,
-        Cell::Integer(found.work.steps as i64),
-        Cell::Empty,
-        Cell::Number(found.bound[0]),
-    ]];
-    let truth = problem.observe(END, &found.states[0]);
-    // Differences of ψ, each wrong by the bound, over Δx.
-    let bound = 2.0 * scale.reference as f64 * found.bound[0];
-    let method = named("method-i")?;
-    let mut ends: Vec<Vec<f64>> = Vec::new();
-    for steps in [32_u32, 64, 128] {
-        let clock = Instant::now();
-        let end = observed(&*problem, &*method, END / f64::from(steps), END)?;
-        evidence.timings.push((format!("cavity by Method I, {steps} steps"), clock.elapsed().as_secs_f64()));
-        // Of second order: a third of the difference from half as many steps.
-        let predicted = ends.last().map_or(f64::NAN, |last| distance(last, &end) / 3.0);
-        rows.push(vec![
-            Cell::Text("method-i".into()),
-            Cell::Number(END / f64::from(steps)),
-            Cell::Integer(i64::from(steps)),
-            Cell::Number(distance(&end, &truth)),
-            Cell::found(predicted),
-        ]);
-        ends.push(end);
-    }
-    let [.., coarse, fine] = ends.as_slice() else { return Err("three runs".into()) };
-    let predicted = distance(coarse, fine) / 3.0;
+    let [.., finest] = found.rows.as_slice() else { return Err("three runs".into()) };
     evidence.checks.push(Check::new(
         "cvode",
         statement,
-        distance(fine, &truth) / (predicted + bound),
+        finest.difference / (finest.predicted + found.bound),
         Requirement::AtMost(1.25),
         "the difference over what Method I's own two runs predict and CVODE's bound; a quarter for the terms beyond the second order",
     ));
+    evidence.timings.push((format!("cavity, N = {cells}, by CVODE, two tolerances"), found.cvode_seconds));
+    let mut rows =
+        vec![row!["cvode-bdf", Cell::Empty, found.cvode_steps, found.cvode_factorizations, Cell::Empty, found.bound]];
+    for row in &found.rows {
+        evidence.timings.push((format!("cavity, N = {cells}, by Method I, {} steps", row.steps), row.seconds));
+        let (h, predicted) = (end / f64::from(row.steps), Cell::found(row.predicted));
+        rows.push(row!["method-i", h, u64::from(row.steps), row.solves, row.difference, predicted]);
+    }
     let caption = format!(
-        "The same semi-discrete cavity of {} cells a side, Re = 100, at t = {END}, by Method I and by CVODE: the largest difference of a \
-         velocity, and what each expects its own error to be.",
-        scale.reference
+        "The same semi-discrete cavity of {cells} cells a side, Re = {}, at t = {end}, by Method I and by CVODE, whose Jacobian is \
+         dense: steps, matrices factored, the largest difference of a velocity, and what each expects its own error to be.",
+        AgainstCvode::RE
     );
-    evidence.tables.push(Table::new("flow-cvode", caption, ["method", "h", "steps", "difference", "own_bound"], rows));
+    let columns = ["method", "h", "steps", "factorizations", "difference", "own_bound"];
+    evidence.tables.push(Table::new(format!("flow-cvode{}", scale.suffix), caption, columns, rows));
+    Ok(())
+}
+
+/// Seconds of a step of Method I by the size of the grid.
+pub(super) fn costs(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    const FLOWS: [(&str, f64); 2] = [("cavity re=1000", 0.05), ("turbulence-2d re=1000", 0.01)];
+    let mut rows = Vec::new();
+    for ((flow, h), cells) in FLOWS.into_iter().zip(scale.costs) {
+        for &cells in cells {
+            let cost = context.get(StepCost { flow, cells, h })?;
+            let each = 1e6 * cost.next / (cells * cells) as f64;
+            rows.push(row![flow, cells, cost.unknowns, h, cost.first, cost.next, each, cost.iterations, cost.inner]);
+        }
+    }
+    if rows.is_empty() {
+        return Ok(());
+    }
+    let caption = "Steps of Method I, one after another on the machine that made this page: seconds of the first, with what is set up \
+                   for all, and of each of the next, microseconds a cell, Gauss–Newton iterations a step and iterations of conjugate \
+                   gradients in each of those.";
+    let columns = ["flow", "cells", "unknowns", "h", "first", "next", "microseconds_a_cell", "iterations", "inner"];
+    evidence.tables.push(Table::new("flow-costs", caption, columns, rows));
     Ok(())
 }

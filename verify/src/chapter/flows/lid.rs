@@ -1,174 +1,155 @@
-//! The impulsively started lid, with steps that do not resolve its first moments.
+//! The impulsively started lid, with steps that do not resolve its first moments, and what steps make of disturbances.
 
-use rayon::prelude::*;
-
-use super::profile::{Profile, cavity};
-use super::{Scale, named, observed, rms};
-use crate::chapter::StudyError;
-use crate::evidence::number::short;
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use super::{Context, Scale, StudyError, prose, short, streamlines};
+use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::experiment::flow::PROJECTION;
+use crate::experiment::flow::lid::{METHODS, RE, STEPS, StartUp, StartedLid, TIMES};
+use crate::experiment::flow::profile::Profile;
+use crate::experiment::flow::propagator::Disturbances;
 use crate::measure::norm::Extremes;
+use crate::row;
 
-const RE: f64 = 100.0;
-const METHODS: [&str; 6] = ["method-i", "trapezoidal", "implicit-midpoint", "tr-bdf2", "bdf2", "implicit-euler"];
-const STEPS: [f64; 2] = [0.5, 0.25];
-/// After one step, and later.
-const TIMES: [f64; 2] = [0.5, 2.0];
-
-pub(super) fn study(evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    let problem = cavity(RE, scale.lid)?;
-    let tr_bdf2 = named("tr-bdf2")?;
-    // Two runs with small steps: their difference, over three, is the error of the finer.
-    let fine: Vec<(Vec<f64>, f64)> = TIMES
-        .par_iter()
-        .map(|end| {
-            let coarse = observed(&*problem, &*tr_bdf2, 1.0 / 64.0, *end)?;
-            let fine = observed(&*problem, &*tr_bdf2, 1.0 / 128.0, *end)?;
-            let error = rms(&coarse, &fine) / 3.0;
-            Ok((fine, error))
-        })
-        .collect::<Result<_, StudyError>>()?;
-    let mut cases = Vec::new();
-    for h in STEPS {
-        cases.extend(TIMES.iter().flat_map(|end| METHODS.map(|method| (h, *end, method))));
-    }
-    let runs: Vec<Vec<f64>> = cases
-        .par_iter()
-        .map(|(h, end, method)| observed(&*problem, &*named(method)?, *h, *end))
-        .collect::<Result<_, StudyError>>()?;
-    let at = |end: f64| usize::from(end == TIMES[1]);
-    let errors: Vec<f64> =
-        cases.iter().zip(&runs).map(|((_, end, _), velocities)| rms(velocities, &fine[at(*end)].0)).collect();
-    let error = |h: f64, end: f64, method: &str| {
-        let case = cases.iter().position(|case| *case == (h, end, method));
-        case.map_or(f64::NAN, |case| errors[case])
+pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    let cells = scale.lid;
+    let found = context.get(StartedLid { cells })?;
+    let error = |h: f64, t: f64, method: &str| {
+        let case = found.cases.iter().find(|case| (case.h, case.t, case.method) == (h, t, method));
+        case.map_or(f64::NAN, |case| case.error)
     };
-    let ratio = |method: &str, h: f64, end: f64| error(h, end, method) / error(h, end, "method-i");
-    let [large, _] = STEPS;
-    let [first, last] = TIMES;
-    evidence.checks.extend([
-        Check::new(
-            "lid/reference",
-            "The reference of the impulsively started lid is good enough: its error over the smallest that is measured",
-            fine.iter().map(|(_, e)| *e).largest() / errors.iter().copied().smallest(),
-            Requirement::AtMost(0.1),
-            "a tenth of an error changes no order of merit that is stated below by more than that",
-        ),
-        Check::new(
-            "lid/first-step",
-            "After one step of h = 0.5 from rest Method I is the best of all: the smallest error of the others over its",
-            METHODS[1..].iter().map(|method| ratio(method, large, first)).smallest(),
-            Requirement::Above(1.0),
-            "for z < 0, |R(z) − e^z| is at most 0.07 for Method I and 0.2 for implicit Euler; TR-BDF2 changes sign",
-        ),
-        Check::new(
-            "lid/trapezoidal-rings",
-            "The trapezoidal rule still rings after four steps of h = 0.5: its error over Method I's",
-            ratio("trapezoidal", large, last),
-            Requirement::Above(1.0),
-            "h|λ| reaches 8νh/Δx², and R(−16)⁴ = 0.37 of what the jump excites is left there at N = 20",
-        ),
-        Check::new(
-            "lid/tr-bdf2",
-            "Once the layer has spread Method I loses to TR-BDF2: the largest ratio of TR-BDF2's error to its at t = 2",
-            STEPS.map(|h| ratio("tr-bdf2", h, last)).into_iter().largest(),
-            Requirement::Below(1.0),
-            "L-stable as well, with error constant −0.04 for 1/6",
-        ),
-        Check::new(
-            "lid/implicit-euler",
-            "Implicit Euler's error over Method I's at t = 2, least over h",
-            STEPS.map(|h| ratio("implicit-euler", h, last)).into_iter().smallest(),
-            Requirement::Above(1.0),
-            "first order against second",
-        ),
-    ]);
-    for h in STEPS {
-        for end in TIMES {
-            let best =
-                METHODS.into_iter().min_by(|a, b| error(h, end, a).total_cmp(&error(h, end, b))).unwrap_or_default();
-            evidence.notes.push(format!(
-                "Impulsively started lid, h = {h}, t = {end}: the smallest error is that of `{best}`, {}; `method-i` has {}, \
-                 `trapezoidal` {}, `tr-bdf2` {}.",
-                short(error(h, end, best)),
-                short(error(h, end, "method-i")),
-                short(error(h, end, "trapezoidal")),
-                short(error(h, end, "tr-bdf2")),
-            ));
-        }
-    }
-    let rows = cases.iter().zip(&errors).map(|((h, end, method), error)| {
-        vec![Cell::Number(*h), Cell::Number(*end), Cell::Text((*method).into()), Cell::Number(*error)]
-    });
+    evidence.checks.push(Check::new(
+        "lid/reference",
+        "The reference of the impulsively started lid is good enough: its error over the smallest that is measured",
+        found.references.iter().map(|r| r.error).largest() / found.cases.iter().map(|case| case.error).smallest(),
+        Requirement::AtMost(0.1),
+        "a tenth of an error changes no ratio that is told by more than that",
+    ));
+    let ([large, small], [first, last]) = (STEPS, TIMES);
+    let best = |h, t| {
+        let best = METHODS.into_iter().min_by(|a, b| error(h, t, a).total_cmp(&error(h, t, b))).unwrap_or_default();
+        format!("`{best}` with {}", short(error(h, t, best)))
+    };
+    let ratio = |method, h, t| short(error(h, t, method) / error(h, t, "method-i"));
+    let values = [
+        ("large", short(large)),
+        ("small", short(small)),
+        ("first", short(first)),
+        ("last", short(last)),
+        ("best_large_first", best(large, first)),
+        ("best_large_last", best(large, last)),
+        ("best_small_first", best(small, first)),
+        ("best_small_last", best(small, last)),
+        ("own_large_first", short(error(large, first, "method-i"))),
+        ("own_large_last", short(error(large, last, "method-i"))),
+        ("own_small_first", short(error(small, first, "method-i"))),
+        ("own_small_last", short(error(small, last, "method-i"))),
+        ("rule_first", ratio("trapezoidal", large, first)),
+        ("rule_last", ratio("trapezoidal", large, last)),
+        ("tr_bdf2_first", ratio("tr-bdf2", large, first)),
+        ("tr_bdf2_last", ratio("tr-bdf2", large, last)),
+        ("projection_first", ratio(PROJECTION, large, first)),
+        ("projection_last", ratio(PROJECTION, small, last)),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("lid.md"), &values)?);
+    let rows = found.cases.iter().map(|case| row![case.h, case.t, case.method, case.error]);
     let caption = format!(
-        "Cavity of {} cells a side, Re = {RE}, lid started at once: root mean square of the error of the velocities against TR-BDF2 \
-         with h = 1/128.",
-        scale.lid
+        "Cavity of {cells} cells a side, Re = {RE}, lid started at once: root mean square of the error of the velocities against \
+         RK4 with h = 1/128."
     );
-    evidence.tables.push(Table::new("flow-lid", caption, ["h", "t", "method", "error"], rows.collect()));
+    let columns = ["h", "t", "method", "error"];
+    evidence.tables.push(Table::new(format!("flow-lid{}", scale.suffix), caption, columns, rows.collect()));
     let mut data = Vec::new();
-    let panels: Vec<Panel> = TIMES
-        .iter()
-        .map(|end| {
-            let mut curves = Vec::new();
-            let reference = ("reference", &fine[at(*end)].0, Mark::Guide);
-            let shown = cases.iter().zip(&runs).filter(|(case, _)| case.0 == STEPS[0] && case.1 == *end);
-            for (label, velocities, mark) in
-                shown.map(|((.., method), run)| (*method, run, Mark::Line)).chain([reference])
-            {
-                let points = Profile::new(scale.lid, velocities).line('u').to_vec();
-                let row = |(y, u): &(f64, f64)| {
-                    vec![Cell::Number(*end), Cell::Text(label.into()), Cell::Number(*y), Cell::Number(*u)]
-                };
-                data.extend(points.iter().map(row));
-                curves.push(Series::new(label, points, mark));
-            }
-            Panel::new(Axis::linear("y"), Axis::linear("u at x = ½"), curves).titled(format!("t = {end}"))
-        })
-        .collect();
-    let caption = "Velocity on the vertical centre line after one and after four steps of h = 0.5: the trapezoidal rule rings at the \
-                   lid.";
-    evidence.tables.push(Table::data("flow-lid-profiles", caption, ["t", "method", "y", "u"], data));
-    evidence.figures.push(Figure::new("flow-lid-profiles", caption, "flow-lid-profiles", panels).in_columns(2));
-    filmstrip(evidence, scale)
+    let mut panels = Vec::new();
+    for truth in &found.references {
+        let shown = found.cases.iter().filter(|case| case.h == large && case.t == truth.t);
+        let shown = shown.map(|case| (case.method, &case.velocities, Mark::Line));
+        let mut curves = Vec::new();
+        for (label, velocities, mark) in shown.chain([("reference", &truth.velocities, Mark::Guide)]) {
+            let points = Profile::new(cells, velocities).line('u').to_vec();
+            data.extend(points.iter().map(|(y, u)| row![truth.t, label, *y, *u]));
+            curves.push(Series::new(label, points, mark));
+        }
+        panels
+            .push(Panel::new(Axis::linear("y"), Axis::linear("u at x = ½"), curves).titled(format!("t = {}", truth.t)));
+    }
+    let caption =
+        format!("Velocity on the vertical centre line after one and after four steps of h = {large} from rest.");
+    let id = format!("flow-lid-profiles{}", scale.suffix);
+    evidence.tables.push(Table::data(id.clone(), caption.clone(), ["t", "method", "y", "u"], data));
+    evidence.figures.push(Figure::new(id.clone(), caption, id, panels).in_columns(2));
+    filmstrip(context, evidence, scale)
 }
 
 /// The stream function of the start-up, by Method I.
-fn filmstrip(evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    let problem = cavity(RE, scale.lid)?;
+fn filmstrip(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    let cells = scale.lid;
+    let states = context.get(StartUp { cells })?;
     let mut panels = Vec::new();
     let mut rows = Vec::new();
-    for end in [0.25, 1.0, 4.0, 16.0] {
-        let state = crate::run::run(&*problem, &*named("method-i")?, 0.25, end, |_| {})?.end;
-        panels.push(streamlines(&format!("t = {end}"), scale.lid, &state.q));
-        rows.extend(state.q.iter().enumerate().map(|(i, psi)| {
-            let (x, y) = (i % (scale.lid - 1) + 1, i / (scale.lid - 1) + 1);
-            let n = scale.lid as f64;
-            vec![Cell::Number(end), Cell::Number(x as f64 / n), Cell::Number(y as f64 / n), Cell::Number(*psi)]
+    for (t, psi) in StartUp::TIMES.into_iter().zip(states.iter()) {
+        panels.push(streamlines(&format!("t = {t}"), cells, psi));
+        rows.extend(psi.iter().enumerate().map(|(k, psi)| {
+            let (i, j) = (k % (cells - 1) + 1, k / (cells - 1) + 1);
+            row![t, i as f64 / cells as f64, j as f64 / cells as f64, *psi]
         }));
     }
-    let caption = "Streamlines of the cavity after the lid has started, Re = 100, by Method I with h = 0.25.";
-    evidence.tables.push(Table::data("flow-start-up", caption, ["t", "x", "y", "psi"], rows));
-    evidence.figures.push(Figure::new("flow-start-up", caption, "flow-start-up", panels).in_columns(4));
+    let caption =
+        format!("Streamlines of the cavity after the lid has started, Re = {RE}, by Method I with h = {}.", StartUp::H);
+    let id = format!("flow-start-up{}", scale.suffix);
+    evidence.tables.push(Table::data(id.clone(), caption.clone(), ["t", "x", "y", "psi"], rows));
+    evidence.figures.push(Figure::new(id.clone(), caption, id, panels).in_columns(4));
     Ok(())
 }
 
-/// Streamlines of a cavity from ψ at its interior corners.
-pub(super) fn streamlines(title: &str, cells: usize, psi: &[f64]) -> Panel {
-    let place: Vec<f64> = (0..=cells).map(|i| i as f64 / cells as f64).collect();
-    let inside = cells - 1;
-    let value = |i: usize, j: usize| {
-        if i == 0 || j == 0 || i == cells || j == cells { 0.0 } else { psi[(j - 1) * inside + i - 1] }
+/// By what factor a step damps a small disturbance of the steady cavity.
+pub(super) fn disturbances(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    const METHODS: [&str; 5] = ["method-i", "trapezoidal", "implicit-midpoint", "tr-bdf2", "implicit-euler"];
+    const STEPS: [f64; 3] = [1.0, 10.0, 100.0];
+    // The same at either scale.
+    if !scale.suffix.is_empty() {
+        return Ok(());
+    }
+    let mut cases = Vec::new();
+    for method in METHODS {
+        cases.extend(STEPS.map(|h| (method, h)));
+    }
+    let found = context.get_each(cases.iter().map(|(method, h)| Disturbances { method, h: *h }).collect())?;
+    for method in METHODS {
+        let of = cases.iter().zip(&found).filter(|(case, _)| case.0 == method);
+        evidence.checks.push(Check::new(
+            format!("disturbances/{method}"),
+            format!("{method} steps small disturbances of the steady cavity as theory has it, for all h: largest relative difference"),
+            of.map(|(_, found)| found.difference).largest(),
+            Requirement::AtMost(1e-4),
+            "R(hA), for Method I the minimum of its action, with A by hand; central differences of disturbances of 1e-3 leave their \
+             square, and a hundred times that for the third derivatives",
+        ));
+    }
+    let rows = cases.iter().zip(&found).map(|((method, h), found)| {
+        row![*method, *h, found.radius, found.slowest.re, found.slowest.im.abs(), found.difference]
+    });
+    let radius = |method: &str, h: f64| {
+        let found = cases.iter().zip(&found).find(|(case, _)| **case == (method, h));
+        short(found.map_or(f64::NAN, |(_, found)| found.radius))
     };
-    let values = (0..=cells).map(|j| (0..=cells).map(|i| value(i, j)).collect()).collect();
-    let levels = vec![-0.1, -0.08, -0.06, -0.04, -0.02, -0.005, -1e-4, 1e-5, 1e-4];
-    let field = crate::evidence::Field {
-        x: place.clone(),
-        y: place,
-        values,
-        bands: super::bands(&levels),
-        levels,
-        contours: true,
-    };
-    Panel::new(Axis::linear("x"), Axis::linear("y"), Vec::new()).titled(title).over(field)
+    let [one, .., hundred] = STEPS;
+    let values = [
+        ("one", short(one)),
+        ("hundred", short(hundred)),
+        ("rule_one", radius("trapezoidal", one)),
+        ("rule_hundred", radius("trapezoidal", hundred)),
+        ("method_i_one", radius("method-i", one)),
+        ("method_i_hundred", radius("method-i", hundred)),
+        ("tr_bdf2_hundred", radius("tr-bdf2", hundred)),
+        ("euler_hundred", radius("implicit-euler", hundred)),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("disturbances.md"), &values)?);
+    let caption = format!(
+        "Steady cavity of {} cells a side at Re = {}: the factor by which a step damps the most persistent disturbance, the eigenvalue \
+         of that size, and the largest difference between the derivative of a step by live steps and by theory.",
+        Disturbances::CELLS,
+        Disturbances::RE
+    );
+    let columns = ["method", "h", "factor", "real", "imaginary", "difference"];
+    evidence.tables.push(Table::new("flow-disturbances", caption, columns, rows.collect()));
+    Ok(())
 }

@@ -4,21 +4,17 @@ mod balance;
 mod cavity;
 mod lid;
 mod orders;
-mod profile;
 
-use super::{Context, Study, StudyError};
-use crate::evidence::Evidence;
+use super::{Context, Study, StudyError, prose};
 use crate::evidence::number::short;
-use crate::measure::order::Expectation;
-use crate::method::{self, Method};
-use crate::problem::{self, Problem};
-use crate::run::run;
+use crate::evidence::{Axis, Evidence, Field, Panel};
+use crate::experiment::flow::steady::corner;
 
 pub(super) const STUDY: Study = Study {
     id: "flows",
     title: "Two-dimensional flows",
     question: "What do the least-squares integrators do on the Navier–Stokes equations: which answers are right, where do they \
-               lose to TR-BDF2, and where do their large steps pay?",
+               lose to TR-BDF2 or to a projection method, and where do their large steps pay?",
     source: "[S24] title and Section 5; claims b, h, n",
     run: |context| study(context, &SMALL),
 };
@@ -26,73 +22,86 @@ pub(super) const STUDY: Study = Study {
 pub(super) const FULL: Study = Study {
     id: "flows-full",
     title: "Two-dimensional flows on fine grids",
-    question: "Does what holds on coarse grids hold on the grids of the literature: cavity to 128², periodic flows to 128²?",
+    question: "Does what holds on coarse grids hold on the grids of the literature: cavity to 160², periodic flows to 64²?",
     source: STUDY.source,
     run: |context| study(context, &LARGE),
 };
 
 /// How large the grids are.
 struct Scale {
+    /// What the names of tables and figures end with.
+    suffix: &'static str,
+    /// Flows on which orders in time are measured.
+    flows: &'static [&'static str],
     /// Cells of the two grids on which orders in (h, Δx) are measured.
     refinement: [usize; 2],
+    /// Cells of the manufactured cavity whose error is held against work.
+    precision: usize,
     /// Cells of the impulsively started cavity.
     lid: usize,
-    /// Reynolds numbers and cells of the steady cavity: the last two grids are extrapolated.
-    steady: &'static [(f64, [usize; 3])],
+    /// Reynolds numbers of the steady cavity, the cells at which it is judged, and all cells: the last two are extrapolated.
+    steady: &'static [(f64, usize, &'static [usize])],
+    /// Step sizes with which Method I is started on a grid that is too coarse for them, the last one.
+    spurious: &'static [f64],
+    /// Cells of the cavity that all methods step to a steady state.
+    approach: usize,
     /// Grid points of the periodic flows.
     points: usize,
     /// Cells of the cavity that CVODE solves as well.
     reference: usize,
+    /// Grids on which the cost of a step is measured: of the cavity, and of decaying turbulence.
+    costs: [&'static [usize]; 2],
 }
 
-const SMALL: Scale =
-    Scale { refinement: [12, 24], lid: 20, steady: &[(100.0, [16, 32, 64])], points: 32, reference: 12 };
+const SMALL: Scale = Scale {
+    suffix: "",
+    flows: &orders::FLOWS,
+    refinement: [12, 24],
+    precision: 16,
+    lid: 20,
+    steady: &[(100.0, 64, &[16, 32, 64])],
+    spurious: &[1e3],
+    approach: 12,
+    points: 32,
+    reference: 12,
+    costs: [&[], &[]],
+};
 
 const LARGE: Scale = Scale {
+    suffix: "-full",
+    flows: &[],
     refinement: [24, 48],
+    precision: 48,
     lid: 32,
-    steady: &[(100.0, [32, 64, 128]), (400.0, [32, 64, 128]), (1000.0, [32, 64, 128])],
+    steady: &[(100.0, 128, &[32, 64, 128]), (400.0, 128, &[32, 64, 128]), (1000.0, 128, &[32, 64, 128, 160])],
+    spurious: &[20.0, 50.0, 100.0, 200.0, 500.0, 1e3],
+    approach: 32,
     points: 64,
     reference: 24,
+    costs: [&[32, 64, 128, 256], &[64, 128, 256, 512]],
 };
 
 /// Adds what it finds at a scale.
-type Part = fn(&mut Evidence, &Scale) -> Result<(), StudyError>;
+type Part = fn(&Context, &mut Evidence, &Scale) -> Result<(), StudyError>;
 
 fn study(context: &Context, scale: &Scale) -> Result<Evidence, StudyError> {
-    let parts: [Part; 6] =
-        [orders::in_time, orders::in_time_and_space, balance::study, lid::study, cavity::steady, cavity::cross_check];
-    context.announce(parts.len());
+    let parts: [Part; 10] = [
+        orders::in_time,
+        orders::in_time_and_space,
+        orders::against_work,
+        balance::study,
+        lid::study,
+        lid::disturbances,
+        cavity::steady,
+        cavity::approach,
+        cavity::cross_check,
+        cavity::costs,
+    ];
     let mut evidence = Evidence::default();
     for part in parts {
-        part(&mut evidence, scale)?;
-        context.tick();
+        part(context, &mut evidence, scale)?;
     }
     Ok(evidence)
-}
-
-/// The observed values of a run at its end.
-fn observed(problem: &dyn Problem, method: &dyn Method, h: f64, end: f64) -> Result<Vec<f64>, StudyError> {
-    let state = run(problem, method, h, end, |_| {})?.end;
-    Ok(problem.observe(end, &state.q))
-}
-
-/// Root mean square of a difference: the norm of the energy.
-fn rms(a: &[f64], b: &[f64]) -> f64 {
-    (a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / a.len() as f64).sqrt()
-}
-
-fn setting(text: &str) -> Result<Box<dyn Problem>, StudyError> {
-    Ok(problem::build_setting(text)?)
-}
-
-fn named(text: &str) -> Result<Box<dyn Method>, StudyError> {
-    Ok(method::parse(text)?)
-}
-
-/// The nominal order of a method with a tenth to either side.
-fn nominal(method: &dyn Method) -> Expectation {
-    Expectation::new(f64::from(method.order()), 0.1)
 }
 
 /// Legend entries of the bands between `levels`.
@@ -101,4 +110,17 @@ fn bands(levels: &[f64]) -> Vec<String> {
     let above = levels.last().map(|l| format!("above {}", short(*l)));
     let between = levels.windows(2).map(|pair| format!("{} to {}", short(pair[0]), short(pair[1])));
     below.into_iter().chain(between).chain(above).collect()
+}
+
+/// A map of values at `place` along both axes.
+fn map(title: &str, place: Vec<f64>, values: Vec<Vec<f64>>, levels: Vec<f64>, contours: bool) -> Panel {
+    let field = Field { x: place.clone(), y: place, values, bands: bands(&levels), levels, contours };
+    Panel::new(Axis::linear("x"), Axis::linear("y"), Vec::new()).titled(title).over(field)
+}
+
+/// Streamlines of a cavity from ψ at its interior corners.
+fn streamlines(title: &str, cells: usize, psi: &[f64]) -> Panel {
+    let place = (0..=cells).map(|i| i as f64 / cells as f64).collect();
+    let values = (0..=cells).map(|j| (0..=cells).map(|i| corner(cells, psi, i, j)).collect()).collect();
+    map(title, place, values, vec![-0.1, -0.08, -0.06, -0.04, -0.02, -0.005, -1e-4, 1e-5, 1e-4], true)
 }

@@ -31,6 +31,16 @@ pub(in crate::problem) const MANUFACTURED: Spec = Spec {
     },
 };
 
+/// What the lid-driven cavity is given.
+pub(crate) fn lid() -> impl Given {
+    Lid
+}
+
+/// What the manufactured flow is given.
+pub(crate) fn manufactured(nu: f64) -> impl Given {
+    Manufactured { nu }
+}
+
 /// Fewer cells have no interior corner; more would need gigabytes for factors.
 pub(super) const CELLS: std::ops::RangeInclusive<usize> = 2..=512;
 

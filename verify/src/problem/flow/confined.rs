@@ -9,7 +9,7 @@ use super::momentum::{acceleration, derivatives};
 use super::staggered::{Component, Rectangle, Space};
 
 /// What a flow in a rectangle is given: values on the boundary, and a force.
-pub(super) trait Given: fmt::Debug + Send + Sync {
+pub(crate) trait Given: fmt::Debug + Send + Sync {
     /// The stream function: on the boundary, and everywhere at t = 0.
     fn stream(&self, _at: [f64; 2], _t: f64) -> f64 {
         0.0

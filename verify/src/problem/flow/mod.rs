@@ -19,8 +19,11 @@ mod tests;
 mod vortices;
 
 pub(super) use cavity::{CAVITY, MANUFACTURED};
+pub(crate) use cavity::{lid, manufactured};
 pub(super) use channel::SPEC as CHANNEL;
+pub(crate) use confined::Given;
 pub(super) use kovasznay::SPEC as KOVASZNAY;
+pub(crate) use momentum::acceleration;
 pub(super) use vortices::{SHEAR_LAYER, TAYLOR_GREEN, TURBULENCE};
 
 /// Their names.

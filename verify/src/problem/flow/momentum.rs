@@ -7,7 +7,7 @@
 /// either side; and the pairs that cross on either side.
 ///
 /// `step` holds the spacings along the face's own direction and across it.
-pub(super) fn acceleration(step: [f64; 2], nu: f64, around: [f64; 9]) -> f64 {
+pub(crate) fn acceleration(step: [f64; 2], nu: f64, around: [f64; 9]) -> f64 {
     let [p, e, s, n, m, ne, nw, se, sw] = around;
     let (ahead, behind) = (0.5 * (p + e), 0.5 * (p + s));
     let (left, right) = (0.5 * (ne + nw), 0.5 * (se + sw));

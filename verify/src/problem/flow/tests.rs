@@ -1,5 +1,11 @@
-use lsvi::{Jacobian, Mass, VectorField};
+use lsvi::{Jacobian, Mass, SolveError, StepError, VectorField};
 use nalgebra::DVector;
+
+use crate::measure::norm::max_norm;
+use crate::method;
+use crate::names::NameError;
+use crate::problem::build_setting;
+use crate::run::{RunError, run};
 
 use super::confined::{Confined, Given};
 use super::periodic::{Metric, Periodic};
@@ -249,4 +255,65 @@ fn a_field_has_the_coefficients_that_make_its_values() {
     // ½ mean ω² of a cos is ¼ of its square.
     let [_, enstrophy] = flow.energy_and_enstrophy(&v);
     assert!((enstrophy - 0.25 * (1.0 + 0.09 + 0.01)).abs() <= 1e-14);
+}
+
+#[test]
+fn a_reynolds_number_that_is_not_positive_is_refused() {
+    for flow in super::NAMES {
+        for re in ["0", "-10", "nan", "inf"] {
+            match build_setting(&format!("{flow} re={re}")) {
+                Err(NameError::Value { parameter, .. }) => assert_eq!(parameter, "re", "{flow}"),
+                other => panic!("{flow} re={re}: {other:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn an_odd_number_of_grid_points_is_refused_where_the_fourier_method_needs_an_even_one() {
+    for flow in ["taylor-green", "shear-layer", "turbulence-2d"] {
+        match build_setting(&format!("{flow} cells=33")) {
+            Err(NameError::Value { parameter, value, reason }) => {
+                assert_eq!((parameter.as_str(), value.as_str()), ("cells", "33"));
+                assert!(reason.contains("even"), "{reason}");
+            }
+            other => panic!("{flow}: {other:?}"),
+        }
+    }
+    assert!(build_setting("cavity cells=33").is_ok());
+}
+
+#[test]
+fn grids_without_an_interior_and_beyond_memory_are_refused() {
+    for (flow, cells) in
+        [("cavity", "1"), ("cavity", "513"), ("kovasznay", "0"), ("taylor-green", "4"), ("channel-2d", "x")]
+    {
+        let refused = build_setting(&format!("{flow} cells={cells}"));
+        assert!(matches!(&refused, Err(NameError::Value { parameter, .. }) if parameter == "cells"), "{refused:?}");
+    }
+}
+
+#[test]
+fn a_step_too_long_for_gauss_and_newton_says_where_it_came_to_rest() {
+    let problem = build_setting("cavity re=10000 cells=8").expect("known");
+    let method = method::parse("method-i").expect("known");
+    let error = run(&*problem, &*method, 1e3, 1e3, |_| {}).expect_err("it stalls");
+    let RunError::Step(StepError::Solve { source: SolveError::Stalled { gradient, rate, v, .. }, .. }) = &error else {
+        panic!("{error}")
+    };
+    assert!(*gradient < 1e-3 && *rate > 1e-6 && v.len() == 49 && max_norm(v) > 0.0, "{error}");
+    let text = error.to_string();
+    assert!(["h = 1000", "|g| = ", "|f| = "].iter().all(|part| text.contains(part)), "{text}");
+    run(&*problem, &*method, 1.0, 1.0, |_| {}).expect("a shorter step is taken");
+}
+
+/// What is left of f there is rounding, and so is every increment.
+#[test]
+fn a_steady_flow_stays_under_further_steps() {
+    let problem = build_setting("cavity cells=8").expect("known");
+    let method = method::parse("method-i").expect("known");
+    let end = run(&*problem, &*method, 20.0, 800.0, |_| {}).expect("steps at rest succeed").end;
+    let mut f = end.q.clone();
+    problem.field().rhs(end.t, &end.q, &mut f);
+    assert!(max_norm(&end.q) > 0.01 && max_norm(&f) <= 1e-14, "{}", max_norm(&f));
 }

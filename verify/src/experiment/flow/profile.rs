@@ -1,36 +1,33 @@
 //! Velocities of the cavity on its centre lines, and those that others have published.
 
-use super::setting;
-use crate::chapter::StudyError;
-
 /// A velocity in the literature.
 #[derive(Debug, Clone, serde::Deserialize)]
-pub(super) struct Published {
-    pub(super) re: f64,
+pub(crate) struct Published {
+    pub(crate) re: f64,
     /// `u` at (½, coord) or `v` at (coord, ½).
-    pub(super) line: char,
-    pub(super) coord: f64,
-    pub(super) velocity: f64,
-    pub(super) source: String,
+    pub(crate) line: char,
+    pub(crate) coord: f64,
+    pub(crate) velocity: f64,
+    pub(crate) source: String,
 }
 
 const TABLE: &str = include_str!("../../../data/cavity-published.csv");
 
 /// All of them.
-pub(super) fn published() -> Result<Vec<Published>, csv::Error> {
+pub(crate) fn published() -> Result<Vec<Published>, csv::Error> {
     csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(TABLE.as_bytes()).deserialize().collect()
 }
 
 /// Velocities on the centre lines of a cavity of an even number of cells, from those of the faces.
 #[derive(Debug, Clone)]
-pub(super) struct Profile {
+pub(crate) struct Profile {
     /// (y, u) at x = ½, then (x, v) at y = ½, the walls included.
     lines: [Vec<(f64, f64)>; 2],
 }
 
 impl Profile {
     /// Faces as a problem observes them: u row by row, then v row by row, without those on the walls.
-    pub(super) fn new(cells: usize, faces: &[f64]) -> Self {
+    pub(crate) fn new(cells: usize, faces: &[f64]) -> Self {
         let (inside, middle, n) = (cells - 1, cells / 2, cells as f64);
         let (u, v) = faces.split_at(cells * inside);
         let place = |i: usize| (i as f64 + 0.5) / n;
@@ -42,12 +39,12 @@ impl Profile {
         Self { lines: [closed(vertical, 1.0), closed(horizontal, 0.0)] }
     }
 
-    pub(super) fn line(&self, line: char) -> &[(f64, f64)] {
+    pub(crate) fn line(&self, line: char) -> &[(f64, f64)] {
         &self.lines[usize::from(line == 'v')]
     }
 
     /// The velocity at a coordinate, by the cubic through the four nearest points.
-    pub(super) fn at(&self, line: char, coord: f64) -> f64 {
+    pub(crate) fn at(&self, line: char, coord: f64) -> f64 {
         let points = self.line(line);
         let after = points.partition_point(|(x, _)| *x < coord);
         let first = after.saturating_sub(2).min(points.len() - 4);
@@ -58,9 +55,4 @@ impl Profile {
         };
         near.iter().enumerate().map(|(i, (_, u))| u * weight(i)).sum()
     }
-}
-
-/// The setting of a cavity.
-pub(super) fn cavity(re: f64, cells: usize) -> Result<Box<dyn crate::problem::Problem>, StudyError> {
-    setting(&format!("cavity re={re} cells={cells}"))
 }

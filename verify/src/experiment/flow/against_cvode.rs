@@ -1,0 +1,87 @@
+//! CVODE on the same semi-discrete cavity, stated by hand.
+
+use std::time::Instant;
+
+use super::{cavity, named, observed};
+use crate::experiment::{Context, Experiment, StudyError};
+use crate::measure::norm::distance;
+use crate::reference;
+
+/// Method I with three step sizes and CVODE.
+#[derive(Debug)]
+pub(crate) struct AgainstCvode {
+    /// Cells along a side.
+    pub(crate) cells: usize,
+}
+
+impl AgainstCvode {
+    /// The Reynolds number.
+    pub(crate) const RE: f64 = 100.0;
+    /// The end of the runs.
+    pub(crate) const END: f64 = 1.0;
+    /// Numbers of steps.
+    pub(crate) const STEPS: [u32; 3] = [32, 64, 128];
+}
+
+/// A run of Method I.
+#[derive(Debug)]
+pub(crate) struct Row {
+    pub(crate) steps: u32,
+    pub(crate) solves: u64,
+    pub(crate) seconds: f64,
+    /// Largest difference of a velocity from CVODE's.
+    pub(crate) difference: f64,
+    /// What the run with twice the step makes it expect of its own error: a third of the difference.
+    pub(crate) predicted: f64,
+}
+
+/// Both.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) rows: Vec<Row>,
+    pub(crate) cvode_steps: u64,
+    pub(crate) cvode_factorizations: u64,
+    pub(crate) cvode_seconds: f64,
+    /// CVODE's bound on its own velocities.
+    pub(crate) bound: f64,
+}
+
+impl Experiment for AgainstCvode {
+    const ID: &'static str = "cavity-against-cvode";
+    type Found = Result<Found, String>;
+
+    /// `Err` says why CVODE is not here.
+    fn measure(&self, context: &Context) -> Result<Self::Found, StudyError> {
+        context.announce(1);
+        let problem = cavity(Self::RE, self.cells)?;
+        let Some(cvode) = reference::by_name("cvode-bdf") else { return Err("no reference of that name".into()) };
+        let clock = Instant::now();
+        let found = match cvode.solve(problem.ode(), 0.0, &problem.initial(), &[Self::END]) {
+            Ok(found) => found,
+            Err(error) => return Ok(Err(error.to_string())),
+        };
+        let cvode_seconds = clock.elapsed().as_secs_f64();
+        let truth = problem.observe(Self::END, &found.states[0]);
+        let (mut rows, mut last) = (Vec::new(), None::<Vec<f64>>);
+        for steps in Self::STEPS {
+            let (end, cost) = observed(&*problem, &*named("method-i")?, Self::END / f64::from(steps), Self::END)?;
+            rows.push(Row {
+                steps,
+                solves: cost.solves,
+                seconds: cost.seconds,
+                difference: distance(&end, &truth),
+                predicted: last.map_or(f64::NAN, |last| distance(&last, &end) / 3.0),
+            });
+            last = Some(end);
+        }
+        context.tick();
+        Ok(Ok(Found {
+            rows,
+            cvode_steps: found.work.steps,
+            cvode_factorizations: found.work.factorizations,
+            cvode_seconds,
+            // Differences of ψ, each wrong by the bound, over Δx.
+            bound: 2.0 * self.cells as f64 * found.bound[0],
+        }))
+    }
+}

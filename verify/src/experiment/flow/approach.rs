@@ -1,0 +1,70 @@
+//! How many steps of a method it takes from rest to the steady cavity.
+
+use std::ops::ControlFlow;
+
+use super::{cavity, named};
+use crate::experiment::{Context, Experiment, StudyError};
+use crate::measure::norm::max_norm;
+use crate::run::run_while;
+
+/// Steps of one size in a cavity.
+#[derive(Debug)]
+pub(crate) struct Approach {
+    pub(crate) method: &'static str,
+    pub(crate) re: f64,
+    /// Cells along a side.
+    pub(crate) cells: usize,
+    pub(crate) h: f64,
+}
+
+impl Approach {
+    /// |f| at which a flow counts as steady, in units of M ψ̇.
+    pub(crate) const STEADY: f64 = 1e-8;
+    /// Steps after which a run is given up.
+    pub(crate) const MOST: u32 = 100;
+}
+
+/// The end of a run.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) steps: u64,
+    /// Linear systems solved.
+    pub(crate) solves: u64,
+    /// Max norm of f in units of M ψ̇.
+    pub(crate) residual: f64,
+    /// Why it ended early.
+    pub(crate) error: Option<String>,
+}
+
+impl Found {
+    pub(crate) fn is_steady(&self) -> bool {
+        self.residual <= Approach::STEADY
+    }
+}
+
+impl Experiment for Approach {
+    const ID: &'static str = "approach";
+    type Found = Found;
+
+    fn measure(&self, context: &Context) -> Result<Found, StudyError> {
+        context.announce(1);
+        let problem = cavity(self.re, self.cells)?;
+        let field = problem.field();
+        let mut f = vec![0.0; field.dim()];
+        let (mut residual, mut seen) = (f64::NAN, 0_u64);
+        let ended = run_while(&*problem, &*named(self.method)?, self.h, f64::from(Self::MOST) * self.h, |state| {
+            seen += 1;
+            field.rhs(state.t, &state.q, &mut f);
+            residual = max_norm(&f);
+            if residual <= Self::STEADY { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        context.tick();
+        let error = ended.as_ref().err().map(ToString::to_string);
+        Ok(Found {
+            steps: seen.saturating_sub(1),
+            solves: ended.map_or(0, |run| run.work.factorizations),
+            residual,
+            error,
+        })
+    }
+}

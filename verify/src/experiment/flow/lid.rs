@@ -1,0 +1,116 @@
+//! The impulsively started lid, with steps that do not resolve its first moments.
+
+use rayon::prelude::*;
+
+use super::{PROJECTION, cavity, cavity_by, named, rms};
+use crate::experiment::{Context, Experiment, StudyError};
+use crate::run::run;
+
+/// The Reynolds number.
+pub(crate) const RE: f64 = 100.0;
+/// All methods, and pressure correction.
+pub(crate) const METHODS: [&str; 7] =
+    ["method-i", "trapezoidal", "implicit-midpoint", "tr-bdf2", "bdf2", "implicit-euler", PROJECTION];
+/// Step sizes.
+pub(crate) const STEPS: [f64; 2] = [0.5, 0.25];
+/// After one step, and later.
+pub(crate) const TIMES: [f64; 2] = [0.5, 2.0];
+
+/// Runs of all methods from rest.
+#[derive(Debug)]
+pub(crate) struct StartedLid {
+    /// Cells along a side.
+    pub(crate) cells: usize,
+}
+
+/// A run.
+#[derive(Debug)]
+pub(crate) struct Case {
+    pub(crate) h: f64,
+    pub(crate) t: f64,
+    pub(crate) method: &'static str,
+    /// Root mean square of the error of the velocities.
+    pub(crate) error: f64,
+    pub(crate) velocities: Vec<f64>,
+}
+
+/// Small steps of RK4.
+#[derive(Debug)]
+pub(crate) struct Reference {
+    pub(crate) t: f64,
+    pub(crate) velocities: Vec<f64>,
+    /// A third of the difference from steps twice as long: no less than its error, whatever the jump leaves of the order.
+    pub(crate) error: f64,
+}
+
+/// Everything.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) cases: Vec<Case>,
+    pub(crate) references: Vec<Reference>,
+}
+
+impl Experiment for StartedLid {
+    const ID: &'static str = "started-lid";
+    type Found = Found;
+
+    fn measure(&self, context: &Context) -> Result<Found, StudyError> {
+        context.announce(2);
+        let by = |method: &str, h: f64, t: f64| cavity_by(method, false, (RE, self.cells), (h, (t / h).round() as u32));
+        let references: Vec<Reference> = TIMES
+            .par_iter()
+            .map(|t| {
+                let ((coarse, _), (velocities, _)) = (by("rk4", 1.0 / 64.0, *t)?, by("rk4", 1.0 / 128.0, *t)?);
+                Ok(Reference { t: *t, error: rms(&coarse, &velocities) / 3.0, velocities })
+            })
+            .collect::<Result<_, StudyError>>()?;
+        context.tick();
+        let mut cases = Vec::new();
+        for h in STEPS {
+            cases.extend(references.iter().flat_map(|truth| METHODS.map(|method| (h, truth, method))));
+        }
+        let cases = cases
+            .into_par_iter()
+            .map(|(h, truth, method)| {
+                let (velocities, _) = by(method, h, truth.t)?;
+                Ok(Case { h, t: truth.t, method, error: rms(&velocities, &truth.velocities), velocities })
+            })
+            .collect::<Result<_, StudyError>>()?;
+        context.tick();
+        Ok(Found { cases, references })
+    }
+}
+
+/// Stream functions after the start, by Method I.
+#[derive(Debug)]
+pub(crate) struct StartUp {
+    /// Cells along a side.
+    pub(crate) cells: usize,
+}
+
+impl StartUp {
+    /// The step size.
+    pub(crate) const H: f64 = 0.25;
+    /// When the flow is looked at.
+    pub(crate) const TIMES: [f64; 4] = [0.25, 1.0, 4.0, 16.0];
+}
+
+impl Experiment for StartUp {
+    const ID: &'static str = "start-up";
+    /// ψ at the interior corners, for each time.
+    type Found = Vec<Vec<f64>>;
+
+    fn measure(&self, context: &Context) -> Result<Self::Found, StudyError> {
+        context.announce(1);
+        let problem = cavity(RE, self.cells)?;
+        let mut found = Vec::new();
+        let [.., last] = Self::TIMES;
+        run(&*problem, &*named("method-i")?, Self::H, last, |state| {
+            if Self::TIMES.contains(&state.t) {
+                found.push(state.q.clone());
+            }
+        })?;
+        context.tick();
+        Ok(found)
+    }
+}

@@ -1,0 +1,49 @@
+//! Errors against exact flows, with h in proportion to Δx.
+
+use super::{named, observed, rms, setting};
+use crate::experiment::{Context, Experiment, StudyError};
+
+/// A flow on several grids of `cells` across, each with h = 1/cells.
+#[derive(Debug)]
+pub(crate) struct Refinement {
+    /// The flow, its cells apart.
+    pub(crate) flow: &'static str,
+    /// The method.
+    pub(crate) method: &'static str,
+    /// Cells across, doubled.
+    pub(crate) cells: [usize; 2],
+}
+
+/// The end of the runs.
+pub(crate) const END: f64 = 1.0;
+
+/// What refining does.
+#[derive(Debug)]
+pub(crate) struct Found {
+    /// Root mean squares of the error.
+    pub(crate) errors: [f64; 2],
+    /// The order that they give.
+    pub(crate) order: f64,
+    /// Velocities on the finer grid.
+    pub(crate) end: Vec<f64>,
+}
+
+impl Experiment for Refinement {
+    const ID: &'static str = "flow-refinement";
+    type Found = Found;
+
+    fn measure(&self, context: &Context) -> Result<Found, StudyError> {
+        context.announce(1);
+        let run = |cells: usize| -> Result<(Vec<f64>, f64), StudyError> {
+            let problem = setting(&format!("{} cells={cells}", self.flow))?;
+            let (end, _) = observed(&*problem, &*named(self.method)?, 1.0 / cells as f64, END)?;
+            let error = rms(&end, &problem.exact(END).ok_or("the flow is known")?);
+            Ok((end, error))
+        };
+        let [coarse, fine] = self.cells;
+        let ((_, first), (end, second)) = (run(coarse)?, run(fine)?);
+        context.tick();
+        let order = (first / second).ln() / (fine as f64 / coarse as f64).ln();
+        Ok(Found { errors: [first, second], order, end })
+    }
+}
