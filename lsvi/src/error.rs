@@ -292,7 +292,7 @@ pub enum SolveError {
         /// Max norm of f at the last iterate.
         rate: f64,
         /// The last iterate.
-        v: Vec<f64>,
+        v: Box<[f64]>,
     },
 }
 

@@ -149,7 +149,7 @@ impl GaussNewton {
             last = delta;
         }
         system.field.rhs(at.start + at.h, v, &mut self.work);
-        Err(SolveError::Stalled { iterations, gradient: size / first, rate: max_norm(&self.work), v: v.to_vec() })
+        Err(SolveError::Stalled { iterations, gradient: size / first, rate: max_norm(&self.work), v: (&*v).into() })
     }
 
     /// Sets the trial point to one of lower φ, and returns the increment's max norm and the new φ; `None` if no step is short

@@ -27,8 +27,8 @@ pub(super) enum Failure {
     MethodFile(#[from] FileError),
     #[error("{problem} by {method}: {source}")]
     Run {
-        problem: String,
-        method: String,
+        problem: Box<str>,
+        method: Box<str>,
         source: RunError,
         /// Why the method cannot succeed on the problem, where that is known.
         breakdown: Option<&'static str>,

@@ -141,7 +141,7 @@ impl<'a> Solve<'a> {
 
     fn failed(&self, source: RunError) -> Failure {
         let breakdown = breakdown(&*self.problem, &*self.method);
-        Failure::Run { problem: self.name.clone(), method: self.method.name(), source, breakdown }
+        Failure::Run { problem: self.name.as_str().into(), method: self.method.name().into(), source, breakdown }
     }
 
     /// Column names: `t`, the components, `error`.

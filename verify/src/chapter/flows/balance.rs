@@ -1,6 +1,6 @@
 //! Energy, enstrophy and error of periodic flows, in both metrics.
 
-use super::{Context, Scale, StudyError, map, prose, short};
+use super::{Context, Scale, StudyError, contest, map, prose, short};
 use crate::evidence::{Check, Evidence, Figure, Panel, Requirement, Table};
 use crate::experiment::flow::periodic::{END, PeriodicErrors, STEPS, WithoutViscosity};
 use crate::measure::norm::{Extremes, max_norm};
@@ -45,17 +45,19 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let (check, table) = conservation(context, scale)?;
     evidence.checks.push(check);
     evidence.tables.push(table);
-    let ratio =
-        |flow, a: (&str, &str), b: (&str, &str)| short(error(flow, a.0, a.1, finest) / error(flow, b.0, b.1, finest));
+    let over = |flow, a: (&str, &str), b: (&str, &str)| error(flow, a.0, a.1, finest) / error(flow, b.0, b.1, finest);
+    let ratio = |flow, a, b| short(over(flow, a, b));
     let balance = |flow, metric| of(flow, "method-i", metric, finest).map_or(f64::NAN, |row| row.enstrophy.abs());
     let (ours, other) = (("method-i", "velocity"), ("method-i", "vorticity"));
+    let rule = ("tr-bdf2", "velocity");
     let values = [
+        ("tr_bdf2", contest(&FLOWS.map(|flow| over(flow, ours, rule)))),
         ("shear_metric", ratio("shear-layer", other, ours)),
         ("turbulence_metric", ratio("turbulence-2d", other, ours)),
         ("shear_enstrophy", short(balance("shear-layer", "vorticity") / balance("shear-layer", "velocity"))),
         ("turbulence_enstrophy", short(balance("turbulence-2d", "vorticity") / balance("turbulence-2d", "velocity"))),
-        ("shear_tr_bdf2", ratio("shear-layer", ours, ("tr-bdf2", "velocity"))),
-        ("turbulence_tr_bdf2", ratio("turbulence-2d", ours, ("tr-bdf2", "velocity"))),
+        ("shear_tr_bdf2", ratio("shear-layer", ours, rule)),
+        ("turbulence_tr_bdf2", ratio("turbulence-2d", ours, rule)),
         ("turbulence_trapezoidal", ratio("turbulence-2d", ours, ("trapezoidal", "velocity"))),
         ("turbulence_euler", ratio("turbulence-2d", ("implicit-euler", "velocity"), ours)),
         ("h", short(finest)),

@@ -123,7 +123,7 @@ fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result
     const CELLS: usize = 32;
     let found = context.get_each(scale.spurious.iter().map(|h| Spurious { re: RE, cells: CELLS, h: *h }).collect())?;
     let cases = || scale.spurious.iter().zip(&found);
-    let Some((h, worst)) = cases().last() else { return Ok(()) };
+    let Some((h, worst)) = cases().next_back() else { return Ok(()) };
     let statement = format!(
         "Re = {RE} on {CELLS}² cells with h = {h}: where Method I comes to rest the flow is not steady, and the library refuses it; \
          |f| there"

@@ -1,6 +1,6 @@
 //! The impulsively started lid, with steps that do not resolve its first moments, and what steps make of disturbances.
 
-use super::{Context, Scale, StudyError, prose, short, streamlines};
+use super::{Context, Scale, StudyError, contest, prose, short, streamlines};
 use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::flow::PROJECTION;
 use crate::experiment::flow::lid::{METHODS, RE, STEPS, StartUp, StartedLid, TIMES};
@@ -29,6 +29,11 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         format!("`{best}` with {}", short(error(h, t, best)))
     };
     let ratio = |method, h, t| short(error(h, t, method) / error(h, t, "method-i"));
+    // Of Method I, for all h.
+    let over = |method: &str, times: &[f64]| -> Vec<f64> {
+        let runs = times.iter().flat_map(|t| STEPS.map(|h| (h, *t)));
+        runs.map(|(h, t)| error(h, t, "method-i") / error(h, t, method)).collect()
+    };
     let values = [
         ("large", short(large)),
         ("small", short(small)),
@@ -47,7 +52,8 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("tr_bdf2_first", ratio("tr-bdf2", large, first)),
         ("tr_bdf2_last", ratio("tr-bdf2", large, last)),
         ("projection_first", ratio(PROJECTION, large, first)),
-        ("projection_last", ratio(PROJECTION, small, last)),
+        ("against_projection", contest(&over(PROJECTION, &TIMES))),
+        ("against_tr_bdf2", contest(&over("tr-bdf2", &[last]))),
     ];
     evidence.notes.extend(prose::fill(include_str!("lid.md"), &values)?);
     let rows = found.cases.iter().map(|case| row![case.h, case.t, case.method, case.error]);

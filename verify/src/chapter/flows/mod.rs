@@ -104,6 +104,16 @@ fn study(context: &Context, scale: &Scale) -> Result<Evidence, StudyError> {
     Ok(evidence)
 }
 
+/// What a method with these errors, over another's, does to it.
+fn contest(ratios: &[f64]) -> String {
+    let word = match ratios {
+        ratios if ratios.iter().all(|ratio| *ratio > 1.0) => "loses to",
+        ratios if ratios.iter().all(|ratio| *ratio < 1.0) => "beats",
+        _ => "is now ahead of and now behind",
+    };
+    word.into()
+}
+
 /// Legend entries of the bands between `levels`.
 fn bands(levels: &[f64]) -> Vec<String> {
     let below = levels.first().map(|l| format!("below {}", short(*l)));

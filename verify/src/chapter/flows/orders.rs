@@ -171,6 +171,28 @@ pub(super) fn against_work(context: &Context, evidence: &mut Evidence, scale: &S
         });
         Panel::new(Axis::log(label), Axis::log("error"), curves.collect())
     };
+    let at = |method: &str, place: usize| {
+        let found = METHODS.into_iter().zip(&found).find(|(name, _)| *name == method);
+        found.and_then(|(_, points)| points.get(place))
+    };
+    let error = |method, place| at(method, place).and_then(|p| p.error).map_or_else(|| "none".to_owned(), short);
+    let solves = |method, place| at(method, place).map_or_else(String::new, |p| p.cost.solves.to_string());
+    let finest = FlowPrecision::STEPS.len() - 1;
+    let values = [
+        ("re", short(FlowPrecision::RE)),
+        ("steps", FlowPrecision::STEPS[finest].to_string()),
+        ("method_i", error("method-i", finest)),
+        ("method_i_solves", solves("method-i", finest)),
+        ("tr_bdf2", error("tr-bdf2", finest)),
+        ("tr_bdf2_solves", solves("tr-bdf2", finest)),
+        ("projection", error(PROJECTION, finest)),
+        ("projection_solves", solves(PROJECTION, finest)),
+        ("large", short(1.0 / f64::from(FlowPrecision::STEPS[0]))),
+        ("method_i_large", error("method-i", 0)),
+        ("tr_bdf2_large", error("tr-bdf2", 0)),
+        ("projection_large", error(PROJECTION, 0)),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("work.md"), &values)?);
     let caption = format!(
         "Manufactured cavity at Re = {} on {cells} cells a side, t = 1: root mean square of the error in time, against RK4 with small \
          steps on the same grid. A run that grew without bound has no point. The systems of pressure correction have constant \

@@ -144,7 +144,7 @@ impl Experiment for Spurious {
                     SteadyError::Spurious { residual, v, .. } => Refused { residual, psi: Some(v), message },
                     SteadyError::NotReached { residual, .. } => Refused { residual, psi: None, message },
                     SteadyError::Step(StepError::Solve { source: SolveError::Stalled { rate, v, .. }, .. }) => {
-                        Refused { residual: rate, psi: Some(v), message }
+                        Refused { residual: rate, psi: Some(v.into_vec()), message }
                     }
                     other => return Err(other.into()),
                 }
