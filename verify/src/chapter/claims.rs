@@ -1,8 +1,10 @@
 //! The claims of the papers and their verdicts, the first chapter of the report.
 
 use super::{Context, Study, StudyError};
-use crate::claim::{self, Claim, Judged, Verdict};
+use crate::claim::{self, Claim, Digits, Judged, Verdict};
+use crate::evidence::number::digits;
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Section, Table};
+use crate::row;
 
 pub(super) const STUDY: Study = Study {
     id: "claims",
@@ -53,21 +55,35 @@ fn word(judged: &Judged) -> &'static str {
 }
 
 fn verdicts(judged: &[Judged]) -> Table {
-    let row = |judged: &Judged| {
-        let Judged { claim, finding } = judged;
-        let evidence = match finding {
-            Ok(finding) => finding.evidence.clone(),
-            Err(error) => format!("The computation broke off: {error}."),
-        };
-        vec![text(claim.id), text(claim.source), text(claim.statement), text(word(judged)), Cell::Text(evidence)]
+    let row = |Judged { claim, finding }: &Judged, verdict: &'static str| {
+        let digits = finding.as_ref().map(|finding| finding.digits.as_slice()).unwrap_or_default();
+        let printed: Vec<_> = digits.iter().map(|Digits { what, printed, .. }| format!("{what}: {printed}")).collect();
+        let here: Vec<_> = digits.iter().map(brief).collect();
+        row![
+            claim.id,
+            claim.statement,
+            claim.source,
+            claim.quantifier.word(),
+            verdict,
+            printed.join("; "),
+            here.join("; ")
+        ]
     };
-    Table {
-        id: "claims".into(),
-        caption: "Every claim with its verdict and the numbers behind it; the identifiers lead to the details.".into(),
-        columns: ["id", "source", "statement", "verdict", "evidence"].map(Into::into).to_vec(),
-        rows: judged.iter().map(row).collect(),
-        shown: true,
-    }
+    Table::new(
+        "claims",
+        "Every claim, restated with its place in the source and with what it is said of, and its verdict; where the source prints a \
+         number, that number and ours. The identifiers lead to the evidence.",
+        ["id", "claim", "place", "said_of", "verdict", "printed", "here"],
+        judged.iter().map(|judged| row(judged, word(judged))).collect(),
+    )
+}
+
+/// Our number with as many digits as the source has, two at least.
+fn brief(Digits { printed, here, .. }: &Digits) -> String {
+    let mantissa = printed.split('×').next().unwrap_or_default();
+    let is_number = mantissa.parse::<f64>().is_ok();
+    let known = mantissa.trim_start_matches(['0', '.', '−']).chars().filter(char::is_ascii_digit).count();
+    digits(*here, if is_number { known.max(2) } else { 3 })
 }
 
 fn cases(judged: &[Judged]) -> Table {
@@ -123,16 +139,12 @@ fn notes(judged: &[Judged]) -> Vec<String> {
         let count = judged.iter().filter(|judged| judged.verdict() == Some(verdict)).count();
         format!("{count} {}", verdict.word())
     });
-    vec![
-        format!(
-            "The verdicts on {} claims: {}. A claim is a list of comparisons of live runs, and its quantifier decides what they \
+    vec![format!(
+        "The verdicts on {} claims: {}. A claim is a list of comparisons of live runs, and its quantifier decides what they \
              make of it. It is confirmed if all come out as claimed. A universal statement is refuted as stated by one \
              counterexample; any other is qualified if it holds under a condition that the paper does not state, refuted if \
              it holds nowhere, and not supported if its score is mixed without a condition.",
-            judged.len(),
-            counts.join(", ")
-        ),
-        "Which method to take instead is answered in `answer-parabolic`, `answer-smooth` and `answer-path-fitted`."
-            .into(),
-    ]
+        judged.len(),
+        counts.join(", ")
+    )]
 }

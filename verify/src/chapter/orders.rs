@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Grid, Mark, Outcome, Panel, Series, Table};
-use crate::measure::order::OrderFit;
+use crate::kinds::Principle;
+use crate::measure::order::{OrderFit, Sample};
 use crate::method::Method;
 use crate::order::{OrderError, Source, Truth, measure};
 use crate::problem::{self, Problem};
@@ -23,6 +24,7 @@ pub(super) const STUDY: Study = Study {
 pub(crate) struct Measured {
     pub(crate) problem: String,
     pub(crate) method: String,
+    family: &'static str,
     pub(crate) truth: Truth,
     pub(crate) fit: Result<OrderFit, OrderError>,
 }
@@ -30,7 +32,13 @@ pub(crate) struct Measured {
 /// Measures the order of `method` on `problem`, against the best truth that there is.
 pub(super) fn measure_one(name: &str, problem: &dyn Problem, method: &dyn Method) -> Measured {
     let truth = Source::default_for(problem, method).truth(problem, method);
-    Measured { problem: name.into(), method: method.name(), truth, fit: measure(problem, method, truth) }
+    Measured {
+        problem: name.into(),
+        method: method.name(),
+        family: family(method),
+        truth,
+        fit: measure(problem, method, truth),
+    }
 }
 
 /// Measures every method on every problem that it applies to.
@@ -55,7 +63,7 @@ pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let measured = measure_all(context)?;
     Ok(Evidence {
-        figures: vec![figure(&measured, problem::paired().map(|spec| spec.name))],
+        figures: figures(&measured),
         notes: vec![
             "An order is fitted over the step sizes where the local slopes agree and the error stands clear of its floor; \
              a verdict needs at least four of them, is two-sided, and is inconclusive where the data do not decide. Linear \
@@ -81,7 +89,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 pub(super) fn report(measured: &[Measured]) -> Evidence {
     Evidence {
         checks: measured.iter().map(check).collect(),
-        tables: vec![orders(measured), points(measured)],
+        tables: [convergence(measured), vec![orders(measured), points(measured)]].concat(),
         grids: vec![grid(measured)],
         ..Evidence::default()
     }
@@ -181,33 +189,105 @@ fn points(measured: &[Measured]) -> Table {
     }
 }
 
-/// A panel for each problem of the given names.
-pub(super) fn figure<'a>(measured: &[Measured], names: impl Iterator<Item = &'a str>) -> Figure {
-    let panels = names
-        .map(|name| Panel {
-            title: name.into(),
-            x: Axis { label: "h".into(), log: true, limits: None },
-            y: Axis { label: "error at the end".into(), log: true, limits: None },
-            series: measured
-                .iter()
-                .filter(|pair| pair.problem == name)
-                .filter_map(|pair| {
-                    let fit = pair.fit.as_ref().ok()?;
-                    let all = fit.kept.iter().chain(fit.dropped.iter().map(|(sample, _)| sample));
-                    let mut points: Vec<(f64, f64)> =
-                        all.filter_map(|sample| Some((sample.h, sample.result.as_ref().ok()?.error))).collect();
-                    points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                    Some(Series { label: pair.method.clone(), points, mark: Mark::LineMarkers })
-                })
-                .collect(),
-            ..Panel::default()
-        })
-        .collect();
-    Figure {
-        id: "orders".into(),
-        caption: "Error at the end of the interval against the step size; the slope is the order.".into(),
-        data: "order-points".into(),
-        panels,
-        columns: 2,
+/// The family by what a method steps.
+fn family(method: &dyn Method) -> &'static str {
+    match method.principle() {
+        Principle::Equation => FAMILIES[1],
+        Principle::Hamilton => FAMILIES[2],
+        _ => FAMILIES[0],
     }
+}
+
+const FAMILIES: [&str; 3] =
+    ["least-squares integrators", "Runge–Kutta and multistep methods", "integrators of mechanics"];
+
+/// A figure for each family, with a panel for each problem.
+pub(super) fn figures(measured: &[Measured]) -> Vec<Figure> {
+    let mut problems: Vec<&str> = measured.iter().map(|pair| pair.problem.as_str()).collect();
+    problems.dedup();
+    let figure = |(place, family): (usize, &&str)| {
+        let of =
+            |problem: &str| measured.iter().filter(|pair| pair.family == *family && pair.problem == problem).collect();
+        let panels = problems.iter().filter_map(|problem| panel(problem, of(problem)));
+        let caption = format!(
+            "Error at the end of the interval against the step size, {family}; the slope is the order. The dashed lines have the \
+             slopes that theory expects."
+        );
+        Figure::new(format!("orders-{}", place + 1), caption, "order-points", panels).in_columns(3)
+    };
+    FAMILIES.iter().enumerate().map(figure).filter(|figure| !figure.panels.is_empty()).collect()
+}
+
+/// The errors of some methods on a problem, with a line of each expected slope through the largest error at the coarsest step.
+fn panel(problem: &str, pairs: Vec<&Measured>) -> Option<Panel> {
+    let mut series = Vec::new();
+    let mut guides: Vec<(f64, (f64, f64), f64)> = Vec::new();
+    for pair in pairs {
+        let Ok(fit) = &pair.fit else { continue };
+        let found = |sample: &Sample| Some((sample.h, sample.result.as_ref().ok()?.error));
+        let points: Vec<(f64, f64)> = fit.points().into_iter().filter_map(|(sample, _)| found(sample)).collect();
+        if let (Some(first), Some(last)) = (fit.kept.first().and_then(found), fit.kept.last().and_then(found)) {
+            let order = fit.expected.order;
+            match guides.iter_mut().find(|guide| guide.0 == order) {
+                Some(guide) if guide.1.1 >= first.1 => guide.2 = guide.2.min(last.0),
+                Some(guide) => *guide = (order, first, guide.2.min(last.0)),
+                None => guides.push((order, first, last.0)),
+            }
+        }
+        series.push(Series::new(pair.method.clone(), points, Mark::LineMarkers));
+    }
+    guides.sort_by(|a, b| a.0.total_cmp(&b.0));
+    series.extend(guides.into_iter().map(|(order, (h, error), end)| {
+        // A factor of three above the curve.
+        let line = [h, end].map(|x| (x, 3.0 * error * (x / h).powf(order)));
+        Series::new(format!("slope {order}"), line.into(), Mark::Guide)
+    }));
+    let panel = Panel::new(Axis::log("h"), Axis::log("error at the end"), series).titled(problem);
+    (!panel.series.is_empty()).then_some(panel)
+}
+
+/// The pairs on which the report's first statements rest: a problem and methods on it.
+const HEADLINE: [(&str, &[&str]); 3] = [
+    ("quadratic-drag", &["method-i", "method-ii", "trapezoidal", "ls-galerkin(2,lobatto,3)"]),
+    ("van-der-pol", &["method-i", "trapezoidal", "tr-bdf2", "ls-galerkin(2,radau,2)"]),
+    ("kepler", &["path-fitted(4)", "path-fitted(4,gauss)", "galerkin-gauss(3)"]),
+];
+
+/// Errors and the rates at which they fall from one row to the next.
+fn convergence(measured: &[Measured]) -> Vec<Table> {
+    let table = |(problem, methods): &(&str, &[&str])| {
+        let errors = |method: &str| -> Option<Vec<(f64, f64)>> {
+            let pair = measured.iter().find(|pair| pair.problem == *problem && pair.method == method)?;
+            let points = pair.fit.as_ref().ok()?.points();
+            Some(points.iter().filter_map(|(sample, _)| Some((sample.h, sample.result.as_ref().ok()?.error))).collect())
+        };
+        let found: Vec<(&str, Vec<(f64, f64)>)> = methods.iter().filter_map(|m| Some((*m, errors(m)?))).collect();
+        // Every other step of the ladder is half of the one before.
+        let mut steps: Vec<f64> = found.iter().flat_map(|(_, errors)| errors.iter().map(|point| point.0)).collect();
+        steps.sort_by(|a, b| b.total_cmp(a));
+        steps.dedup();
+        let steps: Vec<f64> = steps.into_iter().step_by(2).collect();
+        let rows = steps.iter().enumerate().map(|(place, h)| {
+            let mut row = vec![Cell::Number(*h)];
+            for (_, errors) in &found {
+                let at = |h: f64| errors.iter().find(|point| point.0 == h).map(|point| point.1);
+                let before = place.checked_sub(1).and_then(|before| Some((steps[before], at(steps[before])?)));
+                let rate =
+                    at(*h).zip(before).map(|(error, (longer, before))| (before / error).ln() / (longer / h).ln());
+                row.extend([
+                    Cell::from(at(*h)),
+                    rate.map_or(Cell::Empty, |rate| Cell::found((rate * 100.0).round() / 100.0)),
+                ]);
+            }
+            row
+        });
+        let columns = found.iter().flat_map(|(method, _)| [(*method).to_owned(), format!("rate {method}")]);
+        let columns: Vec<String> = ["h".to_owned()].into_iter().chain(columns).collect();
+        let caption = format!(
+            "Convergence on {problem}: errors at the end, and the rate at which each falls from the row above, \
+             log₂ of the ratio where the step is halved."
+        );
+        (!found.is_empty()).then(|| Table::new(format!("convergence-{problem}"), caption, columns, rows.collect()))
+    };
+    HEADLINE.iter().filter_map(table).collect()
 }

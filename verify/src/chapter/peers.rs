@@ -1,9 +1,9 @@
-//! Work against error beside the solvers of other libraries, on stiff and parabolic problems.
+//! Work against error beside the solvers of other libraries.
 
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Table};
-use crate::experiment::peers::{Found, Peers, Point};
-use crate::row;
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Spread, Table};
+use crate::experiment::work_error::{Found, Plan, Point, Times, WorkError};
+use crate::{problem, row};
 
 pub(super) const STUDY: Study = Study {
     id: "peers",
@@ -13,74 +13,153 @@ pub(super) const STUDY: Study = Study {
     run,
 };
 
-/// The problems with their ends.
-const SETTINGS: [(&str, f64, bool); 3] =
-    [("channel-poiseuille cells=64", 1.0, true), ("van-der-pol", 2.0, true), ("van-der-pol mu=1000", 2000.0, false)];
+/// A problem that all solvers are given.
+struct Setting {
+    name: &'static str,
+    set: &'static [(&'static str, &'static str)],
+    horizon: f64,
+    plan: Plan,
+}
+
+const FINE: &[i32] = &[6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18];
+const FIXED: Plan = Plan {
+    methods: &["method-i", "trapezoidal", "tr-bdf2", "ls-galerkin(2,radau,2)", "ls-galerkin(2,gauss,2)"],
+    steps: &[8, 16, 32, 64, 128, 256, 512],
+    halves: FINE,
+};
+/// As many fixed steps as [`FIXED`] has do not resolve it.
+const ADAPTIVE: Plan = Plan { methods: &[], steps: &[], halves: FINE };
+
+const SETTINGS: [Setting; 3] = [
+    Setting { name: "channel-poiseuille", set: &[("cells", "64")], horizon: 1.0, plan: FIXED },
+    Setting { name: "van-der-pol", set: &[], horizon: 2.0, plan: FIXED },
+    Setting { name: "van-der-pol", set: &[("mu", "1000")], horizon: 2000.0, plan: ADAPTIVE },
+];
+
+/// What every problem is given.
+const EVERYWHERE: Plan = Plan {
+    methods: &[
+        "method-i",
+        "trapezoidal",
+        "rk4",
+        "ls-galerkin(2,radau,2)",
+        "path-fitted(4)",
+        "path-fitted(4,gauss)",
+        "galerkin-gauss(3)",
+    ],
+    steps: &[16, 32, 64, 128, 256, 512],
+    halves: &[6, 9, 12, 15, 18],
+};
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    let settings = SETTINGS.map(|(problem, horizon, fixed)| Peers { problem, horizon, fixed });
-    let measured = context.get_each(settings.into())?;
     let mut evidence = Evidence { notes: prose::fill(include_str!("peers.md"), &[])?, ..Evidence::default() };
-    let (mut rows, mut panels, mut timed) = (Vec::new(), Vec::new(), Vec::new());
-    for ((title, ..), found) in SETTINGS.iter().zip(&measured) {
-        let points = &found.points;
-        let panel = |label: &str, work: fn(&Point) -> f64| {
-            let curves = points.chunk_by(|a, b| a.solver == b.solver).map(|run| {
-                let curve = run.iter().map(|p| (work(p), p.error)).collect();
-                Series::new(run[0].solver.clone(), curve, Mark::LineMarkers)
-            });
-            Panel::new(Axis::log(label), Axis::log("error at the end"), curves.collect()).titled(*title)
-        };
-        panels.push(panel("evaluations", |p| p.counts[1] as f64));
-        panels.push(panel("factorizations", |p| p.counts[2] as f64));
-        timed.push(panel("seconds, measured once", |p| p.seconds));
-        let timings = points.iter().map(|p| (format!("{title} {} {:e}", p.solver, p.setting), p.seconds));
-        evidence.timings.extend(timings);
-        rows.extend(
-            points
-                .iter()
-                .map(|p| [row![*title, &p.solver, p.setting, p.error], p.counts.map(Cell::from).into()].concat()),
-        );
-        evidence.checks.push(check(title, found));
+    let runs = SETTINGS.iter().map(|setting| WorkError {
+        problem: setting.name,
+        set: setting.set,
+        horizon: setting.horizon,
+        plan: setting.plan,
+        timed_at: Some(TARGET),
+    });
+    let measured = context.get_each(runs.collect())?;
+    let (mut rows, mut panels) = (Vec::new(), Vec::new());
+    for (Setting { name, set, .. }, found) in SETTINGS.iter().zip(&measured) {
+        let title = set.iter().fold((*name).to_owned(), |title, (key, value)| format!("{title} {key}={value}"));
+        panels.push(panel(&title, "evaluations", found, |p| p.evaluations));
+        panels.push(panel(&title, "factorizations", found, |p| p.factorizations));
+        rows.extend(table_rows(&title, found));
+        evidence.checks.push(check(&title, found));
+        evidence.spreads.extend(spread(&title, found));
     }
     let caption = "Error at the end against evaluations of f, or of the step equations, and against factorizations of matrices: fixed \
                    steps from 8 to 512 in a run, and tolerances from 1e-3 to 1e-9.";
-    let columns = ["problem", "solver", "h_or_tolerance", "error", "steps", "evaluations", "factorizations"];
-    evidence.tables.push(Table::data("peers", caption, columns, rows));
+    evidence.tables.push(Table::data("peers", caption, COLUMNS, rows));
     evidence.figures.push(Figure::new("peers", caption, "peers", panels).in_columns(2));
-    let caption = "The same errors against time, as measured on the machine that made this page, beside other computations: not \
-                   reproducible. The times are in `timings.json`.";
-    evidence.figures.push(Figure::new("peers-times", caption, "peers", timed).in_columns(3));
+    everywhere(context, &mut evidence)?;
     Ok(evidence)
 }
 
-/// Error at which the adaptive solvers are compared.
+const COLUMNS: [&str; 7] = ["problem", "solver", "h_or_tolerance", "error", "steps", "evaluations", "factorizations"];
+
+fn table_rows(title: &str, found: &Found) -> Vec<Vec<Cell>> {
+    let row = |p: &Point| row![title, &p.solver, p.setting, p.error, p.steps, p.evaluations, p.factorizations];
+    found.points.iter().filter(|p| !p.error.is_nan()).map(row).collect()
+}
+
+fn panel(title: &str, label: &str, found: &Found, work: fn(&Point) -> u64) -> Panel {
+    let curves = found.by_solver().map(|run| {
+        // Of an explicit method nothing is factored.
+        let points = run.iter().filter(|p| work(p) > 0 && p.error > 0.0).map(|p| (work(p) as f64, p.error));
+        Series::new(run[0].solver.clone(), points.collect(), Mark::LineMarkers)
+    });
+    let curves = curves.filter(|series| !series.points.is_empty()).collect();
+    Panel::new(Axis::log(label), Axis::log("error at the end"), curves).titled(title)
+}
+
+/// A panel for every problem.
+fn everywhere(context: &Context, evidence: &mut Evidence) -> Result<(), StudyError> {
+    let mut runs = Vec::new();
+    for spec in problem::paired() {
+        let horizon = problem::small(spec.name)?.horizon();
+        runs.push(WorkError { problem: spec.name, set: &[], horizon, plan: EVERYWHERE, timed_at: None });
+    }
+    let names: Vec<&str> = runs.iter().map(|run| run.problem).collect();
+    let found = context.get_each(runs)?;
+    let (mut rows, mut panels) = (Vec::new(), Vec::new());
+    for (name, found) in names.into_iter().zip(&found) {
+        panels.push(panel(name, "steps", found, |p| p.steps));
+        rows.extend(table_rows(name, found));
+    }
+    let caption = "Error at the end against steps on every problem, large ones in their small version: methods with fixed steps beside \
+                   radau-adaptive, CVODE and diffsol at tolerances from 1e-3 to 1e-9. A method with fixed steps is a line whose slope \
+                   is its order; an adaptive one takes its steps where the solution moves.";
+    evidence.tables.push(Table::data("peers-everywhere", caption, COLUMNS, rows));
+    evidence.figures.push(Figure::new("peers-everywhere", caption, "peers-everywhere", panels).in_columns(3));
+    Ok(())
+}
+
+/// Error at which the solvers are compared.
 const TARGET: f64 = 1e-5;
 
 /// Solvers within this factor of each other are alike: the count of one moves by as much from one tolerance to the next.
 const MOST: f64 = 2.0;
 
-fn check(title: &str, Found { points, absent }: &Found) -> Check {
-    let id = title.replace([' ', '='], "-");
-    let ours = cheapest(points, |p| p.solver == "radau-adaptive");
-    let theirs = cheapest(points, |p| p.is_peer);
-    let mut check = Check::new(
-        format!("{id}/radau-adaptive"),
+fn check(title: &str, found: &Found) -> Check {
+    let fewest = |of_references: bool, name: &str| {
+        let ranked = found.ranked(of_references, TARGET, |p| p.factorizations);
+        // A solver that factors nothing is none for stiff problems.
+        let mut counts = ranked.iter().filter(|p| p.solver.contains(name) && p.factorizations > 0);
+        counts.next().map_or(f64::INFINITY, |p| p.factorizations as f64)
+    };
+    let (ours, theirs) = (fewest(false, "radau-adaptive"), fewest(true, ""));
+    let mut verdict = Check::new(
+        format!("{}/radau-adaptive", title.replace([' ', '='], "-")),
         format!("{title}: factorizations of radau-adaptive over the fewest of any peer, for an error of {TARGET:e}"),
         // Nothing to compare with is no success.
         if theirs.is_finite() { ours / theirs } else { f64::NAN },
         Requirement::AtMost(MOST),
         "alike, with two factors a step, one of them of twice the order, that are kept over longer steps",
     );
-    if !absent.is_empty() && theirs.is_infinite() {
-        check.outcome = Outcome::NotRun;
-        check.reason = absent.join("; ");
+    if !found.absent.is_empty() && theirs.is_infinite() {
+        verdict.outcome = Outcome::NotRun;
+        verdict.reason = found.absent.join("; ");
     }
-    check
+    verdict
 }
 
-/// Fewest factorizations of a run with an error below the target.
-fn cheapest(points: &[Point], of: impl Fn(&Point) -> bool) -> f64 {
-    let reached = points.iter().filter(|p| of(p) && p.error <= TARGET && p.counts[2] > 0);
-    reached.map(|p| p.counts[2]).min().map_or(f64::INFINITY, |count| count as f64)
+/// The times of a problem as multiples of the median of the first reference, or of the first solver where there is none.
+fn spread(title: &str, found: &Found) -> Vec<Spread> {
+    let base = found.times.iter().find(|times| times.is_reference).or(found.times.first());
+    let Some(base) = base else { return Vec::new() };
+    let middle = base.seconds[base.seconds.len() / 2];
+    let spread = |times: &Times| {
+        let at = |place: usize| times.seconds[place] / middle;
+        let last = times.seconds.len() - 1;
+        Spread {
+            what: title.to_owned(),
+            solver: times.solver.clone(),
+            base: base.solver.clone(),
+            ratios: [at(0), at(last / 2), at(last)],
+        }
+    };
+    found.times.iter().map(spread).collect()
 }

@@ -80,6 +80,16 @@ impl Verdict {
 }
 
 impl Quantifier {
+    /// Of what the statement is said, in words.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Universal => "every case",
+            Self::General => "cases not delimited",
+            Self::Comparison => "one method against others",
+            Self::Open => "an open question",
+        }
+    }
+
     /// The verdict that follows from comparisons. One that is not a number neither holds nor refutes.
     pub fn verdict(self, cases: &[Case]) -> Verdict {
         let fails = |case: &Case| case.is_sound() && !case.holds();
@@ -160,6 +170,17 @@ impl fmt::Display for Case {
     }
 }
 
+/// A number of the source beside ours.
+#[derive(Debug, Clone)]
+pub struct Digits {
+    /// Of what.
+    pub what: String,
+    /// As the source prints it.
+    pub printed: String,
+    /// As it comes out here.
+    pub here: f64,
+}
+
 /// What the computation of a claim found.
 #[derive(Debug, Clone)]
 pub struct Finding {
@@ -170,6 +191,8 @@ pub struct Finding {
     pub where_it_holds: Option<String>,
     /// Why it comes out like this.
     pub mechanism: Option<String>,
+    /// The numbers that the source prints, beside ours.
+    pub digits: Vec<Digits>,
     /// Data.
     pub tables: Vec<Table>,
     /// Pictures.
@@ -184,6 +207,7 @@ impl Finding {
             evidence: evidence.into(),
             where_it_holds: None,
             mechanism: None,
+            digits: Vec::new(),
             tables: Vec::new(),
             figures: Vec::new(),
         }
@@ -199,6 +223,13 @@ impl Finding {
     #[must_use]
     pub fn because(self, text: impl Into<String>) -> Self {
         Self { mechanism: Some(text.into()), ..self }
+    }
+
+    /// Puts a number beside what the source prints.
+    #[must_use]
+    pub fn beside(mut self, what: impl Into<String>, printed: impl fmt::Display, here: f64) -> Self {
+        self.digits.push(Digits { what: what.into(), printed: printed.to_string(), here });
+        self
     }
 
     /// Adds a table.

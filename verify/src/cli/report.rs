@@ -110,10 +110,27 @@ fn status(run: &Run) -> Status {
     }
 }
 
-/// Methods and references in the order of their registries, which decides their colours.
+/// Those that the first page compares have a colour each.
+const FIRST: [&str; 8] = [
+    "method-i",
+    "trapezoidal",
+    "tr-bdf2",
+    "sdirk2",
+    "ls-galerkin(2,radau,2)",
+    "path-fitted(4)",
+    "path-fitted(4,gauss)",
+    "galerkin-gauss(3)",
+];
+
+/// Those of the first page, then methods, each example apart, and references in the order of their registries, which decides their colours.
 fn palette() -> Vec<String> {
-    let methods = method::ALL.iter().map(|spec| spec.form.split('(').next().unwrap_or(spec.form).to_owned());
-    methods.chain(reference::all().into_iter().map(|reference| reference.name().to_owned())).collect()
+    let examples = method::examples().into_iter().map(|method| method.name());
+    let first = FIRST.map(str::to_owned).into_iter();
+    let mut methods: Vec<String> =
+        first.chain(examples).chain(method::ALL.iter().map(|spec| spec.name().to_owned())).collect();
+    let mut seen = std::collections::HashSet::new();
+    methods.retain(|name| seen.insert(name.clone()));
+    methods.into_iter().chain(reference::all().into_iter().map(|reference| reference.name().to_owned())).collect()
 }
 
 /// The studies of these names in the order of the report; if there are none all of them, those that take minutes if `full`.
@@ -165,7 +182,7 @@ fn chapter(study: &Study, context: &Context) -> Chapter {
 
 fn model_chapter(model: &Model, context: &Context) -> Chapter {
     let start = Instant::now();
-    let (evidence, error) = unless_it_breaks_off(|| Ok(chapter::model::examine(model, context)));
+    let (evidence, error) = unless_it_breaks_off(|| chapter::model::examine(model, context));
     Chapter {
         id: chapter::model::ID.into(),
         title: format!("The model {}", model.name()),

@@ -32,6 +32,21 @@ pub struct Evidence {
     pub sections: Vec<Section>,
     /// Measured times in seconds by what took them; they differ from run to run and stand in `timings.json` alone.
     pub timings: Vec<(String, f64)>,
+    /// Measured times of several solvers beside each other; on the page and in `timings.json` alone.
+    pub spreads: Vec<Spread>,
+}
+
+/// How long a solver takes, over what another takes.
+#[derive(Debug, Clone, Serialize)]
+pub struct Spread {
+    /// For what.
+    pub what: String,
+    /// The solver.
+    pub solver: String,
+    /// The solver whose median is 1.
+    pub base: String,
+    /// Least, median and largest of repeated runs.
+    pub ratios: [f64; 3],
 }
 
 impl Evidence {

@@ -12,6 +12,24 @@ pub fn short(value: f64) -> String {
     Short::new(value, 4).text()
 }
 
+/// So many significant digits.
+pub fn digits(value: f64, count: usize) -> String {
+    Short::new(value, count).text()
+}
+
+/// Two significant digits, for a sentence: `3.6`, `0.84`, `120`, `1.2×10⁻⁵`.
+pub fn brief(value: f64) -> String {
+    let text = Short::new(value, 2);
+    match text.exponent {
+        // Up to five digits before the point are written out.
+        Some(2..=4) => {
+            let unit = 10_f64.powf(value.abs().log10().floor() - 1.0);
+            format!("{}", (value / unit).round() * unit)
+        }
+        _ => text.text(),
+    }
+}
+
 /// A bound: as it was chosen if that takes six digits at most, and otherwise four digits of it. One a little beyond 1 shows
 /// by how much.
 pub fn bound(value: f64) -> String {

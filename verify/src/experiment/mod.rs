@@ -10,7 +10,9 @@ pub mod channel;
 pub mod constraint;
 mod context;
 pub mod controls;
+pub mod course;
 pub mod end_errors;
+pub mod energy_course;
 pub mod energy_drift;
 pub mod error_control;
 pub mod errors;
@@ -27,7 +29,6 @@ pub mod motion;
 pub mod non_normal;
 pub mod one_step;
 pub mod oscillator;
-pub mod peers;
 pub mod pendulum_orbit;
 mod propagator;
 pub mod published_values;
@@ -35,6 +36,7 @@ pub mod reversal;
 pub mod stability;
 mod step_map;
 pub mod symplectic_defect;
+pub mod work_error;
 
 pub use context::{Context, side_by_side};
 

@@ -89,7 +89,7 @@ pub(super) fn timings(run: &Run) -> Result<String, serde_json::Error> {
     let of = |chapter: &super::Chapter| {
         let runs: serde_json::Map<String, serde_json::Value> =
             chapter.evidence.timings.iter().map(|(what, seconds)| (what.clone(), (*seconds).into())).collect();
-        serde_json::json!({ "id": chapter.id, "seconds": chapter.seconds, "runs": runs })
+        serde_json::json!({ "id": chapter.id, "seconds": chapter.seconds, "runs": runs, "spreads": chapter.evidence.spreads })
     };
     let chapters: Vec<_> = run.chapters().iter().map(of).collect();
     serde_json::to_string_pretty(&serde_json::json!({ "schema": SCHEMA, "chapters": chapters }))

@@ -60,10 +60,15 @@ impl Palette<'_> {
     /// The look of `label` wherever it stands; one that begins with no known name gets that of its `place` in the figure.
     pub(super) fn style(self, label: &str, place: usize, mark: Mark) -> Style {
         let head = label.split(['(', ' ', ',']).next().unwrap_or_default();
+        // A method by its whole name, with its arguments; one with other arguments shifts the shape and dash of its plain name.
+        let whole = self.0.iter().position(|name| name == label.split(' ').next().unwrap_or_default());
         let known = self.0.iter().position(|name| name == head);
-        // The arguments of a method shift its shape and dash, never its colour.
         let rest: usize = label[head.len()..].bytes().map(usize::from).sum();
-        let (place, shift) = known.map_or((place, 0), |position| (position, rest));
+        let (place, shift) = match (whole, known) {
+            (Some(position), _) => (position, 0),
+            (None, Some(position)) => (position, rest),
+            (None, None) => (place, 0),
+        };
         if mark == Mark::Guide {
             return Style { color: COLORS, dash: 1 + place % (DASHES.len() - 1), shape: Shape::Dot };
         }

@@ -49,10 +49,12 @@ fn typeset(text: &str) -> String {
         let (before, tail) = rest.split_at(at);
         let (sign, tail) = tail.split_at(1);
         out.push_str(&escape(before));
-        let word = before.chars().rev().take_while(|c| c.is_alphanumeric()).count();
+        // A coefficient before the letter is no part of its name: 2v_n.
+        let letters = before.chars().rev().take_while(|c| c.is_alphanumeric()).collect::<Vec<_>>();
+        let word = letters.iter().rev().skip_while(|c| c.is_numeric()).count();
         let is_base = match sign {
-            "_" => word == 1,
-            _ => word > 0 || before.ends_with([')', '|', 'ᵀ']),
+            "_" => word == 1 || word > 0 && tail.starts_with('{'),
+            _ => !letters.is_empty() || before.ends_with([')', '|', 'ᵀ']),
         };
         let enclosed = |open: char, close: char| tail.strip_prefix(open).and_then(|inner| inner.split_once(close));
         let script = match (is_base, enclosed('{', '}'), enclosed('(', ')')) {
@@ -165,6 +167,7 @@ mod tests {
             ("z^(p+1), 10^-3", "z<sup>p+1</sup>, 10<sup>−3</sup>"),
             ("f_v a_ij", "f<sub>v</sub> a<sub>ij</sub>"),
             ("max_error, a ^ b, _x", "max_error, a ^ b, _x"),
+            ("2v_n, ½hJᵀr_{n+1}", "2v<sub>n</sub>, ½hJᵀr<sub>n+1</sub>"),
             ("`p_n` stays", "<code>p_n</code> stays"),
             ("p_{<b>}", "p<sub>&lt;b&gt;</sub>"),
         ];

@@ -31,7 +31,7 @@ const VALUES: &[&str] = &["Work", "SolveError", "StepError", "InputError", "quad
 
 /// Files that do not keep to it yet, with what they use; the list only ever shrinks.
 const EXCEPTIONS: &[(&str, &str)] = &[
-    ("chapter/answers.rs", "reference"),
+    ("chapter/answers/trust.rs", "reference"),
     ("chapter/cross_check.rs", "compare"),
     ("chapter/model.rs", "compare"),
     ("chapter/nonlinear_stability.rs", "run"),

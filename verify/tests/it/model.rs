@@ -6,7 +6,7 @@ use std::process::Command;
 
 use lsvi::Jacobian;
 use verify::chapter::{self, Context};
-use verify::evidence::Outcome;
+use verify::evidence::{Cell, Evidence, Outcome};
 use verify::method;
 use verify::problem::model::{Model, ModelError};
 use verify::problem::{self, Problem};
@@ -72,7 +72,7 @@ fn predator_prey_has_the_derivatives_of_its_equations() {
 #[test]
 fn every_method_is_judged_on_a_model() {
     let model = load("van-der-pol.ds", &[]);
-    let evidence = chapter::model::examine(&model, &Context::silent());
+    let evidence = chapter::model::examine(&model, &Context::silent()).expect("it runs");
     for check in &evidence.checks {
         // The bound of the references leaves few points to the methods of order 4.
         let is_known = check.outcome == Outcome::Pass || check.outcome == Outcome::Inconclusive;
@@ -83,6 +83,24 @@ fn every_method_is_judged_on_a_model() {
         assert_eq!(check.outcome, Outcome::Pass, "{name}: {}", check.reason);
     }
     assert!(evidence.notes.iter().any(|note| note.contains("one source")));
+    recommends_what_its_runs_show(&evidence);
+}
+
+/// The method that is recommended has the fewest evaluations of all runs that are accurate enough.
+fn recommends_what_its_runs_show(evidence: &Evidence) {
+    let section = evidence.sections.iter().find(|section| section.id == "model-recommendation").expect("a section");
+    assert_eq!(section.figures, ["model-solution", "model-work"]);
+    let answer = &section.paragraphs[0].1;
+    let code: Vec<&str> = answer.split('`').skip(1).step_by(2).collect();
+    let table = evidence.tables.iter().find(|table| table.id == "model-work").expect("its runs");
+    let column = |row: &[Cell], name| row[table.column(name).expect("a column")].clone();
+    let number = |row: &[Cell], name| column(row, name).number().expect("a number");
+    // The solution stays within 2.1, and the error asked for is 1e-5 of it.
+    let reached = table.rows.iter().filter(|row| number(row, "error") <= 2.1e-5);
+    let is_own = |row: &&Vec<Cell>| method::parse(&column(row, "solver").to_string()).is_ok();
+    let best = reached.filter(is_own).min_by_key(|row| number(row, "evaluations") as u64).expect("a run");
+    assert_eq!(code[0], column(best, "solver").to_string(), "{answer}");
+    assert!(answer.contains(&format!("{} evaluations", number(best, "evaluations"))), "{answer}");
 }
 
 #[test]

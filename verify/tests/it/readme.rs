@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use verify::chapter::{self, Context};
+use verify::evidence::Outcome;
+
 /// Every order in the README's table is the recorded one, to the digits printed; the record is held to the code elsewhere.
 #[test]
 fn the_table_of_orders_is_the_recorded_one() {
@@ -42,4 +45,52 @@ fn the_judgement_is_the_one_that_the_command_prints() {
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_verify")).args(arguments).output().expect("it starts");
     assert_eq!(String::from_utf8(output.stdout).expect("UTF-8"), shown);
     assert_eq!(output.status.code(), Some(1));
+}
+
+/// What the README answers is what the first page of the report does, word for word and digit for digit.
+#[test]
+fn the_answers_are_those_of_the_report() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    let part = readme.split("<!-- answers -->").nth(1).and_then(|rest| rest.split("<!-- /answers -->").next());
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let bullets: Vec<String> = part.expect("a list between markers").split("\n- ").skip(1).map(words).collect();
+    let study = chapter::ALL.iter().find(|study| study.id == "answers").expect("the first chapter");
+    let evidence = (study.run)(&Context::quick()).expect("it runs");
+    assert!(evidence.checks.iter().all(|check| check.outcome == Outcome::Pass), "the sentences rest on the checks");
+    for section in &evidence.sections {
+        let caption = section.figures.first().and_then(|id| evidence.figures.iter().find(|figure| figure.id == *id));
+        let answer = caption.map_or_else(|| section.paragraphs[0].1.clone(), |figure| figure.caption.clone());
+        let question = format!("*{}* ", section.title);
+        let Some(bullet) = bullets.iter().find_map(|bullet| bullet.strip_prefix(question.as_str())) else {
+            assert_eq!(section.id, "answer-trust", "the README leaves out `{}`", section.title);
+            continue;
+        };
+        assert!(
+            bullet.len() > 60 && words(&answer).starts_with(bullet),
+            "the README says\n{bullet}\nthe report\n{answer}"
+        );
+    }
+    assert!(bullets.len() + 1 == evidence.sections.len());
+}
+
+/// What the README says about its picture, from the record of the picture's numbers.
+#[test]
+fn the_picture_shows_what_is_said_of_it() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
+    let golden = csv::Reader::from_path(root.join("golden/figure-7.snap.csv")).expect("a golden of Figure 7");
+    let rows: Vec<csv::StringRecord> = golden.into_records().map(|row| row.expect("well-formed")).collect();
+    let error = |problem: &str, method: &str| -> f64 {
+        let key = format!("{problem} h=0.001 {method}");
+        rows.iter().find(|row| row[0] == *key).expect("recorded")[1].parse().expect("a number")
+    };
+    let own = error("poiseuille-ansatz", "method-i");
+    for rival in ["implicit-euler", "rk4"] {
+        // "A quarter": nearer to it than to a third and to a fifth.
+        let ratio = own / error("poiseuille-ansatz", rival);
+        assert!((0.225..0.2917).contains(&ratio), "{rival}: {ratio}");
+        // "They end where it does": to a twentieth, far less than what a quarter is off.
+        let ratio = own / error("poiseuille-galerkin", rival);
+        assert!((0.95..1.05).contains(&ratio), "{rival}: {ratio}");
+    }
 }

@@ -3,11 +3,14 @@
 
 use std::collections::HashSet;
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use verify::evidence::{
-    Axis, Cell, Check, Evidence, Field, Figure, Grid, Mark, Outcome, Panel, Requirement, Section, Series, Table,
+    Axis, Cell, Check, Evidence, Field, Figure, Grid, Mark, Outcome, Panel, Requirement, Section, Series, Spread, Table,
 };
 use verify::report::{self, Chapter, ComparisonError, Earlier, Run};
 
@@ -194,6 +197,12 @@ fn linear_drag() -> Chapter {
         source: "[S24] §4, Figs 1–2".into(),
         evidence: Evidence {
             timings: vec![("a run".into(), 0.5)],
+            spreads: vec![Spread {
+                what: NASTY.into(),
+                solver: "rk4".into(),
+                base: "bdf2".into(),
+                ratios: [0.9, 1.0, 1.4],
+            }],
             checks: vec![check("closed-form", Outcome::Pass, Some(3.3e-16)), check("cvode", Outcome::NotRun, None)],
             tables: vec![errors, table("empty", &["h"], Vec::new(), true)],
             figures: vec![
@@ -303,7 +312,21 @@ fn written(name: &str) -> PathBuf {
 }
 
 fn read(path: &Path, name: &str) -> String {
-    fs::read_to_string(path.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    unpacked(&fs::read_to_string(path.join(name)).expect("a file of the report"))
+}
+
+/// The page with its folded parts as they are once opened.
+fn unpacked(page: &str) -> String {
+    const OPENING: &str = "<script class=\"packed\" type=\"text/plain\">";
+    let mut parts = page.split(OPENING);
+    let mut whole = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (packed, rest) = part.split_once("</script>").expect("it is closed");
+        let bytes = BASE64_STANDARD.decode(packed).expect("base 64");
+        flate2::read::ZlibDecoder::new(bytes.as_slice()).read_to_string(&mut whole).expect("zlib");
+        whole.push_str(rest);
+    }
+    whole
 }
 
 struct Tag {
@@ -756,7 +779,8 @@ fn a_browser_shows_the_page_without_complaint() {
         .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
         .args(["--enable-logging=stderr", "--v=0", "--virtual-time-budget=2000", "--dump-dom"])
         .arg(format!("--user-data-dir={}", profile.display()))
-        .arg(format!("file://{}", path.canonicalize().expect("written").join("index.html").display()))
+        // No part has this name, so that the script opens one after the other in search of it.
+        .arg(format!("file://{}#nowhere", path.canonicalize().expect("written").join("index.html").display()))
         .output();
     let output = match output {
         Ok(output) if output.status.success() => output,
@@ -777,4 +801,41 @@ fn a_browser_shows_the_page_without_complaint() {
     assert!(links.len() > 10, "{} links", links.len());
     assert!(links.iter().all(|link| ids.contains(link)), "{links:?}");
     assert!(page.matches("<svg").count() >= 3);
+}
+
+/// As many checks, rows and curves as the whole report has: the page stays below two megabytes, since what is folded is packed.
+#[test]
+fn a_page_as_rich_as_the_whole_report_is_small() {
+    let steps = [0.5, 0.25, 0.125];
+    let chapter = |place: usize| {
+        // Digits that do not repeat from row to row, as measured ones.
+        let digits = |n: usize| ((n + 1) as f64 * 0.618_033_988_749_895 * (place + 1) as f64).fract();
+        let checks =
+            (0..90).map(|n| check(&format!("{n}/method"), Outcome::Pass, Some(2.0 + 0.01 * digits(n)))).collect();
+        let rows = (0..250).map(|n| {
+            let numbers = (0..6).map(|column| Cell::Number(digits(7 * n + column)));
+            [Cell::Text(format!("method-{}", n % 20)), Cell::Text("damped-pendulum".into())]
+                .into_iter()
+                .chain(numbers)
+                .collect()
+        });
+        let columns = ["method", "problem", "a", "b", "c", "d", "e", "f"];
+        let panels = (0..6).map(|n| order_panel("Orders", steps[n % 3] * 1e-9)).collect();
+        let (table_id, figure_id) = (format!("t{place}"), format!("f{place}"));
+        let figure = Figure { id: figure_id, caption: "Orders.".into(), data: table_id.clone(), panels, columns: 3 };
+        let evidence = Evidence {
+            checks,
+            tables: vec![table(&table_id, &columns, rows.collect(), true)],
+            figures: vec![figure],
+            ..Evidence::default()
+        };
+        Chapter { id: format!("c{place}"), title: "Orders".into(), evidence, ..Chapter::default() }
+    };
+    let path = fresh("size");
+    report::write(&Run::new((0..27).map(chapter).collect(), Vec::new()), &path).expect("the report is written");
+    let page = fs::read_to_string(path.join("index.html")).expect("the page");
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+    assert_eq!(page.matches("class=\"packed\"").count(), 27);
+    // Every chapter's evidence is there, to be opened.
+    assert!(page.matches("<details class=\"evidence\">").count() >= 27);
 }

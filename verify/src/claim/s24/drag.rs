@@ -109,7 +109,7 @@ fn large_steps(context: &Context, method: &'static str) -> Result<Finding, Study
         text(overtakes),
         loses.map_or_else(String::new, |h| format!(" and falls behind implicit Euler at h = {}", text(h)))
     );
-    let finding = Finding::on(cases, evidence);
+    let finding = Finding::on(cases, evidence).beside("overtakes RK4 at h", "≈ 1.5", overtakes);
     let finding = match loses {
         None => finding.holds_where(format!("h > {}.", text(overtakes))).because(format!(
             "R(h) = 1/(1 + h + h²/2) tends to 0 like exp(−h) does, only more slowly; RK4's polynomial turns upwards \
@@ -175,6 +175,7 @@ fn orders_of_magnitude(context: &Context) -> Result<Finding, StudyError> {
         text(ratio(BOTH[1], 0.01)?)
     );
     Ok(Finding::on(cases, evidence)
+        .beside("implicit Euler's error over Method I's, h = 0.1", "several orders of magnitude", ratio(BOTH[0], 0.1)?)
         .holds_where(format!(
             "They are smaller at every h ≤ 1.5, by two orders of magnitude from h = {} (Method I) and h = {} (Method II) \
              down.",
@@ -200,7 +201,9 @@ fn runge_kutta_wins(context: &Context) -> Result<Finding, StudyError> {
     let [Some(one), Some(two)] = crossings else { return Err("RK4 is not overtaken".into()) };
     let evidence =
         format!("RK4 is the best up to h = {} against Method I and h = {} against Method II.", text(one), text(two));
-    Ok(Finding::on(cases, evidence).because("RK4 is of fourth order, they are of second."))
+    Ok(Finding::on(cases, evidence)
+        .beside("RK4 is the best up to h", "≈ 1.5", one.min(two))
+        .because("RK4 is of fourth order, they are of second."))
 }
 
 /// The steps of Figures 3 and 4 but the smallest.

@@ -146,7 +146,7 @@ fn method_i_finds_the_steady_state(context: &Context) -> Result<Finding, StudyEr
         cases.push(Case::below(format!("|v₁|, h = {h}"), last.abs(), 10.0 / (h * h)));
     }
     let evidence = format!("One step of h = 10⁶ leaves {} of v₀, that is {}/h².", text(last), text(last * 1e12));
-    Ok(Finding::on(cases, evidence).because(
+    Ok(Finding::on(cases, evidence).beside("v₁/v₀, h = 10⁶", "→ 0", last).because(
         "R = 1/(1 + h + h²/2) → 0: pₙ₊₁ = 0 includes the residual at the end of the step, in which f dominates. On \
          nonlinear problems the fixed points are those of (2I − hJᵀ) f = 0, of which the steady states are not all.",
     ))
@@ -160,6 +160,7 @@ fn method_ii_at_infinity(context: &Context) -> Result<Finding, StudyError> {
     }
     let evidence = format!("At h = 10⁶ the ratio v₁/v₀ is −1 to {}.", text(last));
     Ok(Finding::on(cases, evidence)
+        .beside("v₁/v₀, h = 10⁶", "→ −1", last - 1.0)
         .because("R = (1 − h/2)/(1 + h/2), as for the trapezoidal rule: stable, but what is stiff is not damped."))
 }
 

@@ -5,8 +5,9 @@ use maud::{Markup, html};
 use super::super::style::Palette;
 use super::super::text::{anchor, clean, data_file};
 use super::figure::{figure, grid};
+use super::fold::fold;
 use super::{Numbers, badge, by_reason, check_anchor, class, inline, number, permalink};
-use crate::evidence::{Cell, Check, Evidence, Outcome, Section, Table};
+use crate::evidence::{Cell, Check, Evidence, Outcome, Section, Spread, Table};
 use crate::report::run::Chapter;
 
 /// Longer tables scroll within the page.
@@ -17,7 +18,9 @@ const LONG_TEXT: usize = 80;
 pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
     let id = anchor(&chapter.id);
     let evidence = &chapter.evidence;
-    let body = body(chapter, palette, numbers);
+    let summary = (chapter.id == super::SUMMARISED).then(|| evidence.tables.first()).flatten();
+    let summary = summary.map(|first| (&first.id, table(first, &evidence.sections, true, &mut numbers.tables)));
+    let body = body(chapter, summary.as_ref().map(|(id, _)| id.as_str()), palette, numbers);
     html! {
         section.chapter id=(id) {
             h2 { span.ordinal { (position) } " " (clean(&chapter.title)) " " (permalink(&id, "chapter")) }
@@ -31,10 +34,12 @@ pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, nu
             @for note in &evidence.notes { p { (inline(note)) } }
             @for map in &evidence.grids { (grid(map, chapter)) }
             (undecided(chapter))
-            @if super::IN_SIGHT.contains(&chapter.id.as_str()) { (body) }
-            @else if !body.0.is_empty() {
-                details.evidence { summary { (behind(chapter)) } (body) }
+            @if let Some((_, table)) = &summary { (table) }
+            @for part in evidence.sections.iter().filter(|part| part.id == super::RECOMMENDATION) {
+                (section(part, chapter, palette, numbers))
             }
+            @if chapter.id == super::IN_SIGHT { (body) }
+            @else if !body.0.is_empty() { (fold("evidence", &behind(chapter), body)) }
         }
     }
 }
@@ -55,7 +60,8 @@ fn behind(chapter: &Chapter) -> String {
     }
 }
 
-fn body(chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
+/// Everything that is not told above it, such as the table `told`.
+fn body(chapter: &Chapter, told: Option<&str>, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
     let evidence = &chapter.evidence;
     let sections = &evidence.sections;
     let is_placed = |id: &str| sections.iter().any(|s| s.tables.iter().chain(&s.figures).any(|part| part == id));
@@ -67,10 +73,11 @@ fn body(chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Marku
         @for part in evidence.figures.iter().filter(|figure| !is_placed(&figure.id)) {
             (figure(part, palette, &mut numbers.figures))
         }
-        @for part in evidence.tables.iter().filter(|table| table.shown && !is_placed(&table.id)) {
-            (table(part, sections, &mut numbers.tables))
+        @for part in evidence.tables.iter().filter(|table| table.shown && !is_placed(&table.id) && told != Some(&table.id)) {
+            (table(part, sections, false, &mut numbers.tables))
         }
-        @for part in sections { (section(part, evidence, palette, numbers)) }
+        @if !evidence.spreads.is_empty() { (spreads(&evidence.spreads)) }
+        @for part in sections.iter().filter(|part| part.id != super::RECOMMENDATION) { (section(part, chapter, palette, numbers)) }
         @if !loose.is_empty() {
             p.data { "Further data:" }
             ul.data {
@@ -83,6 +90,29 @@ fn body(chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Marku
             details {
                 summary { (passed.len()) (if passed.len() == 1 { " check passed" } else { " checks passed" }) }
                 (check_table(chapter, &passed))
+            }
+        }
+    }
+}
+
+/// Measured times: they differ from run to run, and have no file of data.
+fn spreads(spreads: &[Spread]) -> Markup {
+    html! {
+        div.table {
+            p.caption { "Times of repeated runs, each solver with the setting that reaches the accuracy fastest, as multiples of the median of the one named as base." }
+            div.scroll tabindex="0" role="region" aria-label="Times" {
+                table.sortable {
+                    thead { tr { @for name in ["problem", "solver", "least", "median", "largest", "base"] { th scope="col" { (name) } } } }
+                    tbody {
+                        @for Spread { what, solver, base, ratios } in spreads {
+                            tr {
+                                td { (clean(what)) } td { (clean(solver)) }
+                                @for ratio in ratios { td.right data-value=(ratio) { (format!("{ratio:.2}")) } }
+                                td { (clean(base)) }
+                            }
+                        }
+                    }
+                }
             }
         }
     }
@@ -103,23 +133,24 @@ fn undecided(chapter: &Chapter) -> Markup {
     }
 }
 
-fn section(section: &Section, evidence: &Evidence, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
+fn section(section: &Section, chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
     let id = anchor(&section.id);
+    let evidence = &chapter.evidence;
     html! {
         section.part id=(id) {
             h3 {
-                span.ordinal { (clean(&section.id)) } " " (inline(&section.title))
+                @if chapter.id != super::IN_SIGHT && section.id != super::RECOMMENDATION { span.ordinal { (clean(&section.id)) } " " } (inline(&section.title))
                 @if !section.mark.is_empty() { " " span.mark.(clean(&section.mark).replace(' ', "-")) { (clean(&section.mark)) } }
                 " " (permalink(&id, "section"))
-            }
-            @if !section.paragraphs.is_empty() {
-                dl { @for (label, text) in &section.paragraphs { dt { (inline(label)) } dd { (inline(text)) } } }
             }
             @for part in evidence.figures.iter().filter(|figure| section.figures.contains(&figure.id)) {
                 (figure(part, palette, &mut numbers.figures))
             }
+            @if !section.paragraphs.is_empty() {
+                dl { @for (label, text) in &section.paragraphs { dt { (inline(label)) } dd { (inline(text)) } } }
+            }
             @for part in evidence.tables.iter().filter(|table| table.shown && section.tables.contains(&table.id)) {
-                (table(part, &evidence.sections, &mut numbers.tables))
+                (table(part, &evidence.sections, false, &mut numbers.tables))
             }
         }
     }
@@ -175,7 +206,8 @@ pub(super) fn data_link(id: &str) -> Markup {
     html! { a.data href=(file) { (file) } }
 }
 
-fn table(table: &Table, sections: &[Section], count: &mut usize) -> Markup {
+/// A long table scrolls within the page unless it is shown `whole`.
+fn table(table: &Table, sections: &[Section], whole: bool, count: &mut usize) -> Markup {
     *count += 1;
     let id = table_anchor(table);
     let is_prose = |cell: &Cell| matches!(cell, Cell::Text(text) if text.len() > LONG_TEXT);
@@ -189,7 +221,7 @@ fn table(table: &Table, sections: &[Section], count: &mut usize) -> Markup {
             }
             @if table.rows.is_empty() { p.empty { "No rows." } }
             @else {
-                div.scroll.tall[table.rows.len() > TALL_TABLE] tabindex="0" role="region" aria-labelledby=(format!("{id}-caption")) {
+                div.scroll.tall[table.rows.len() > TALL_TABLE && !whole] tabindex="0" role="region" aria-labelledby=(format!("{id}-caption")) {
                     table.sortable.prose[is_prose] aria-labelledby=(format!("{id}-caption")) {
                         thead {
                             tr { @for (column, name) in table.columns.iter().enumerate() { th scope="col" class=[align(column)] { (clean(&name.replace('_', " "))) } } }
@@ -211,6 +243,10 @@ fn cell(content: &Cell, align: Option<&str>, sections: &[Section]) -> Markup {
         Cell::Text(text) => match sections.iter().find(|section| section.id == *text) {
             Some(section) => {
                 html! { td class=[align] { a.part href=(format!("#{}", anchor(&section.id))) { (clean(text)) } } }
+            }
+            // A verdict looks the same here as beside the heading of its section.
+            None if !text.is_empty() && sections.iter().any(|section| section.mark == *text) => {
+                html! { td { span.mark.(text.replace(' ', "-")) { (clean(text)) } } }
             }
             None => html! { td class=[align] { (inline(text)) } },
         },

@@ -1,7 +1,8 @@
-//! `index.html`: one file with style, script and figures inside, readable without a network and without the script.
+//! `index.html`: one file with style, script and figures inside, readable without a network. What is in sight needs no script.
 
 mod chapter;
 mod figure;
+mod fold;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -12,8 +13,12 @@ use super::verdict;
 use crate::evidence::number::{exact, short};
 use crate::evidence::{Check, Outcome};
 
-/// Chapters of which everything is in sight; of the others, what is behind their words takes a click.
-const IN_SIGHT: [&str; 2] = ["answers", "claims"];
+/// The chapter of which everything is in sight; of the others, what is behind their words takes a click.
+const IN_SIGHT: &str = "answers";
+/// The section that stands in sight wherever it is.
+const RECOMMENDATION: &str = "model-recommendation";
+/// The chapter whose summary, its first table, is in sight.
+const SUMMARISED: &str = "claims";
 
 pub(super) fn document(run: &Run) -> String {
     let counts = run.counts();
@@ -39,6 +44,7 @@ pub(super) fn document(run: &Run) -> String {
                 }
                 (contents(run))
                 main {
+                    noscript { p.error { "Without its script this page opens no details; they are in " code { "data/" } " and " code { "report.md" } "." } }
                     (summary(run, counts))
                     (PreEscaped(include_str!("../primer.html")))
                     @for (index, chapter) in run.chapters.iter().enumerate() {

@@ -1,0 +1,151 @@
+//! Error against work on a stiff parabolic problem, with data that fit together and with a jump.
+
+use super::{Answer, prose};
+use crate::chapter::{Context, StudyError};
+use crate::evidence::number::brief;
+use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Table};
+use crate::experiment::end_errors::{EndErrors, Truth};
+use crate::row;
+
+/// A method with the number of linear systems of the size of the problem in a step. The denominator of the stability function
+/// tells it: of degree two for Method I, whose augmented system has twice the unknowns, and for Radau IIA, whose stages are
+/// coupled; two systems, one after the other, for the others.
+pub(super) const METHODS: [(&str, u32); 5] =
+    [("method-i", 2), ("trapezoidal", 1), ("tr-bdf2", 2), ("sdirk2", 2), ("ls-galerkin(2,radau,2)", 2)];
+
+/// The places of the trapezoidal rule and of Radau IIA among them.
+const TRAPEZOIDAL: usize = 1;
+const RADAU: usize = 4;
+
+pub(super) const CELLS: u32 = 64;
+
+/// Systems in a run.
+const SYSTEMS: [u32; 8] = [2, 4, 8, 16, 32, 64, 128, 256];
+/// Where on this ladder the methods are compared: steps that resolve the slow motion and not the shortest waves.
+const COMPARED: usize = 4;
+
+/// Panel, flow, end.
+const CASES: [(&str, &str, f64); 3] = [
+    ("Smooth data, t = 1", "channel-womersley", 1.0),
+    ("After a jump, t = 0.5", "channel-couette", 0.5),
+    ("At once after the jump, t = 0.02", "channel-couette", 0.02),
+];
+
+pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
+    let mut rows = Vec::new();
+    let mut panels = Vec::new();
+    let mut measured = Vec::new();
+    for (title, flow, t_end) in CASES {
+        let setting = |(method, each): (&'static str, u32), systems: u32| EndErrors {
+            problem: format!("{flow} cells={CELLS}"),
+            method: method.into(),
+            h: t_end,
+            pieces: systems / each,
+            t_end,
+            truth: Truth::Equations,
+        };
+        let runs = METHODS.iter().flat_map(|method| SYSTEMS.map(|systems| setting(*method, systems))).collect();
+        let found: Vec<f64> = context.get_each(runs)?.iter().map(|found| found.end).collect();
+        let of = |place: usize| found.chunks(SYSTEMS.len()).map(|errors| errors[place]).collect::<Vec<f64>>();
+        measured.push([of(0), of(1), of(COMPARED)]);
+        for ((method, each), errors) in METHODS.iter().zip(found.chunks(SYSTEMS.len())) {
+            rows.extend(SYSTEMS.iter().zip(errors).map(|(n, error)| row![title, *method, n / each, *n, *error]));
+        }
+        let mut data = Table::data("", "", COLUMNS, rows.clone());
+        data.rows.retain(|row| row[0].to_string() == title);
+        let curves = data.curves("method", "systems", "error", Mark::LineMarkers);
+        let panel = Panel::new(Axis::log("linear systems"), Axis::log("largest error"), curves);
+        panels.push(panel.titled(title));
+    }
+    let [smooth, later, soon, second] = [&measured[0][2], &measured[1][2], &measured[2][0], &measured[2][1]];
+    let (smooth_best, later_best) = (best(smooth), best(later));
+    let rivals = soon[1..].iter().map(|error| error / soon[0]);
+    let (low, high) = rivals.fold((f64::INFINITY, 0.0), |(low, high), x| (f64::min(low, x), f64::max(high, x)));
+    let systems = SYSTEMS[COMPARED];
+    let checks = vec![
+        Check::new(
+            "parabolic/smooth",
+            format!(
+                "On smooth data Method I is not the best for {systems} systems: least error of the others over its"
+            ),
+            smooth[smooth_best] / smooth[0],
+            Requirement::Below(1.0),
+            "what the answer says",
+        ),
+        Check::new(
+            "parabolic/trapezoidal",
+            format!(
+                "On smooth data the trapezoidal rule is ahead of Method I for {systems} systems: its error over Method I's"
+            ),
+            smooth[TRAPEZOIDAL] / smooth[0],
+            Requirement::Below(1.0),
+            "it takes twice as many steps, and has the smaller error constant",
+        ),
+        Check::new(
+            "parabolic/later",
+            format!(
+                "Well after a jump Method I is not the best for {systems} systems: least error of the others over its"
+            ),
+            later[later_best] / later[0],
+            Requirement::Below(1.0),
+            "what the answer says",
+        ),
+        Check::new(
+            "parabolic/radau",
+            format!(
+                "Radau IIA with two stages is the best well after a jump for {systems} systems: its error over the least"
+            ),
+            later[RADAU] / later[later_best],
+            Requirement::AtMost(1.0),
+            "what the answer says",
+        ),
+        Check::new(
+            "parabolic/overtaken",
+            "At once after the jump another method is ahead of Method I as soon as more than one step is taken: least error of the \
+             others over its for four systems",
+            second[1..].iter().map(|error| error / second[0]).fold(f64::INFINITY, f64::min),
+            Requirement::Below(1.0),
+            "what the answer says",
+        ),
+        Check::new(
+            "parabolic/first",
+            "In the first instant after a jump Method I is the best for two systems: least error of the others over its",
+            low,
+            Requirement::Above(1.0),
+            "two steps of the trapezoidal rule, one of any other",
+        ),
+    ];
+    let values = [
+        ("cells", CELLS.to_string()),
+        ("systems", systems.to_string()),
+        ("smooth_best", named(smooth_best)),
+        ("smooth_radau", brief(smooth[later_best] / smooth[0])),
+        ("smooth_trapezoidal", brief(smooth[TRAPEZOIDAL] / smooth[0])),
+        ("later_best", named(later_best)),
+        ("later", CASES[1].2.to_string()),
+        ("later_ratio", brief(later[later_best] / later[0])),
+        ("soon", CASES[2].2.to_string()),
+        ("first_low", brief(low)),
+        ("first_high", brief(high)),
+    ];
+    let table = Table::data("answer-parabolic", "Error against work in a channel, by case and method.", COLUMNS, rows);
+    Ok(Answer {
+        id: "answer-parabolic",
+        question: "Should I use Method I for my stiff parabolic problem?",
+        short: "only right after a jump",
+        text: prose::fill(include_str!("parabolic.md"), &values)?,
+        checks,
+        figure: Some(Figure::new("answer-parabolic", "", "answer-parabolic", panels).in_columns(3)),
+        table,
+    })
+}
+
+const COLUMNS: [&str; 5] = ["case", "method", "steps", "systems", "error"];
+
+fn best(errors: &[f64]) -> usize {
+    (0..errors.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b])).unwrap_or_default()
+}
+
+fn named(method: usize) -> String {
+    format!("`{}`", METHODS[method].0)
+}

@@ -1,0 +1,120 @@
+//! Error and energy of path fitting on equispaced and on Gauss nodes, beside the Galerkin integrator of the same cost.
+
+use super::{Answer, prose};
+use crate::chapter::{Context, StudyError};
+use crate::evidence::number::brief;
+use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::experiment::energy_course::EnergyCourse;
+use crate::experiment::kepler_period::KeplerPeriod;
+use crate::experiment::symplectic_defect::Defects;
+use crate::row;
+
+/// Three interior points each; the equations of a step are as many.
+const METHODS: [&str; 3] = ["path-fitted(4)", "path-fitted(4,gauss)", "galerkin-gauss(3)"];
+
+/// Steps per period, and where on this ladder the methods are compared.
+const LADDER: [u32; 6] = [32, 64, 128, 256, 512, 1024];
+const COMPARED: usize = 3;
+
+/// The long run.
+const ENERGY: (&str, f64, u32) = ("asymmetric-pendulum", 0.5, 10_000);
+
+pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
+    let mut rows = Vec::new();
+    let runs = METHODS.iter().flat_map(|name| LADDER.map(|steps| KeplerPeriod { method: (*name).into(), steps }));
+    let periods = context.get_each(runs.collect())?;
+    let errors: Vec<Series> = METHODS
+        .iter()
+        .zip(periods.chunks(LADDER.len()))
+        .map(|(name, found)| {
+            let points: Vec<_> = found.iter().map(|found| (found.work.residuals as f64, found.error)).collect();
+            rows.extend(points.iter().map(|(work, error)| row!["error over evaluations", *name, *work, *error]));
+            Series::new(*name, points, Mark::LineMarkers)
+        })
+        .collect();
+    let (name, h, steps) = ENERGY;
+    let runs = METHODS.map(|method| EnergyCourse { problem: name, method, h, steps });
+    let courses = context.get_each(runs.into())?;
+    let energies: Vec<Series> = METHODS
+        .iter()
+        .zip(&courses)
+        .map(|(name, windows)| {
+            rows.extend(windows.iter().map(|(t, error)| row!["mean energy error over time", *name, *t, *error]));
+            Series::new(*name, windows.to_vec(), Mark::LineMarkers)
+        })
+        .collect();
+    // What the mean changes by from the first window to the last.
+    let drift = |i: usize| (courses[i][courses[i].len() - 1].1 - courses[i][0].1).abs();
+    let kept = drift(1).max(drift(2));
+    let mut defects = Vec::new();
+    for name in METHODS {
+        defects.push(context.get(Defects { problem: "double-pendulum", method: name.into() })?.at(0.2));
+    }
+    let error = |i: usize| periods[i * LADDER.len() + COMPARED].error;
+    let (gauss, galerkin) = (error(0) / error(1), error(2) / error(1));
+    let checks = vec![
+        Check::new(
+            "path-fitting/gauss",
+            "Moving the points to Gauss' nodes gains more than a digit: ratio of the errors",
+            gauss,
+            Requirement::AtLeast(10.0),
+            "equal steps",
+        ),
+        Check::within(
+            "path-fitting/work",
+            "The two take as many evaluations: their ratio",
+            periods[COMPARED].work.residuals as f64 / periods[LADDER.len() + COMPARED].work.residuals as f64,
+            [0.8, 1.25],
+            "to within the last iteration of Newton's method in a step, one of four or five",
+        ),
+        Check::new(
+            "path-fitting/galerkin",
+            "On Gauss' nodes path fitting is ahead of galerkin-gauss(3) on Kepler's problem: ratio of the errors",
+            galerkin,
+            Requirement::Above(1.0),
+            "what the answer says",
+        ),
+        Check::new(
+            "path-fitting/energy",
+            "On equispaced nodes the energy drifts: the change of its mean over the larger of the two on Gauss' nodes and with the \
+             Galerkin integrator",
+            drift(0) / kept,
+            Requirement::AtLeast(100.0),
+            "two symplectic integrators, whose means change by what the windows do not average out",
+        ),
+        Check::new(
+            "path-fitting/defect",
+            "Even on Gauss' nodes a step is not symplectic on the double pendulum: defect over that of galerkin-gauss(3)",
+            defects[1] / defects[2],
+            Requirement::AtLeast(1e6),
+            "one step of 0.2; the Galerkin step's defect is rounding",
+        ),
+    ];
+    let values = [
+        ("steps", LADDER[COMPARED].to_string()),
+        ("gauss", brief(gauss)),
+        ("galerkin", brief(galerkin)),
+        ("long", steps.to_string()),
+        ("drift", brief(drift(0))),
+        ("kept", brief(kept)),
+        ("equispaced_defect", brief(defects[0])),
+        ("gauss_defect", brief(defects[1])),
+        ("galerkin_defect", brief(defects[2])),
+    ];
+    let work = Axis::log("evaluations of the step equations");
+    let panels = [
+        Panel::new(work, Axis::log("error after one period"), errors).titled("Kepler's problem, eccentricity 0.6"),
+        Panel::new(Axis::linear("t"), Axis::linear("mean energy error"), energies).titled("Rotating pendulum, h = 0.5"),
+    ];
+    let caption =
+        "Error over evaluations on Kepler's problem, and mean energy error over time of the rotating pendulum.";
+    Ok(Answer {
+        id: "answer-path-fitted",
+        question: "Should I use the path-fitted integrator with three interior points?",
+        short: "on Gauss' nodes",
+        text: prose::fill(include_str!("path_fitting.md"), &values)?,
+        checks,
+        figure: Some(Figure::new("answer-path-fitted", "", "answer-path-fitted", panels).in_columns(2)),
+        table: Table::data("answer-path-fitted", caption, ["what", "method", "evaluations_or_t", "error"], rows),
+    })
+}

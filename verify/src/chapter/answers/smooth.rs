@@ -1,0 +1,71 @@
+//! What Method I loses on smooth nonlinear problems.
+
+use super::{Answer, prose};
+use crate::chapter::{Context, StudyError};
+use crate::evidence::number::brief;
+use crate::evidence::{Cell, Check, Requirement, Table};
+use crate::experiment::end_errors::{EndErrors, Truth};
+
+const METHODS: [&str; 5] =
+    ["method-i", "trapezoidal", "implicit-midpoint", "ls-galerkin(2,gauss,2)", "ls-galerkin(3,gauss,3)"];
+const PROBLEMS: [&str; 4] = ["quadratic-drag", "logistic", "damped-pendulum", "van-der-pol"];
+const H: f64 = 0.05;
+const END: f64 = 2.0;
+
+pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
+    let setting = |problem: &str, method: &str| EndErrors {
+        problem: problem.into(),
+        method: String::from(method),
+        h: H,
+        pieces: 1,
+        t_end: END,
+        truth: Truth::Equations,
+    };
+    let runs = PROBLEMS.iter().flat_map(|problem| METHODS.map(|method| setting(problem, method))).collect();
+    let found: Vec<f64> = context.get_each(runs)?.iter().map(|found| found.end).collect();
+    let rows = PROBLEMS.iter().zip(found.chunks(METHODS.len())).map(|(problem, errors)| {
+        let start = [Cell::from(*problem), Cell::from(H), Cell::from(END)];
+        start.into_iter().chain(errors.iter().copied().map(Cell::found)).collect()
+    });
+    let caption = "Errors at t_end; `ls-galerkin(S,gauss,S)` is Gauss collocation of order 2S.";
+    let columns: Vec<&str> = ["problem", "h", "t_end"].into_iter().chain(METHODS).collect();
+    let table = Table::data("answer-smooth-errors", caption, columns, rows.collect());
+    // Least and largest error of Method I over that of another method.
+    let ratios = |other: usize| {
+        let ratios = found.chunks(METHODS.len()).map(|errors| errors[0] / errors[other]);
+        ratios.fold((f64::INFINITY, 0.0), |(low, high), ratio| (f64::min(low, ratio), f64::max(high, ratio)))
+    };
+    let (trapezoidal, midpoint, (gauss, _)) = (ratios(1), ratios(2), ratios(3));
+    let checks = vec![
+        Check::new(
+            "smooth/midpoint",
+            "Method I is less accurate than the implicit midpoint rule: least ratio of their errors",
+            midpoint.0,
+            Requirement::Above(1.0),
+            "equal steps",
+        ),
+        Check::new(
+            "smooth/gauss",
+            "Gauss collocation of order 4 is more accurate by two digits: least ratio of Method I's error to its",
+            gauss,
+            Requirement::AtLeast(100.0),
+            "equal steps",
+        ),
+    ];
+    let values = [
+        ("trapezoidal_low", brief(trapezoidal.0)),
+        ("trapezoidal_high", brief(trapezoidal.1)),
+        ("midpoint_low", brief(midpoint.0)),
+        ("midpoint_high", brief(midpoint.1)),
+        ("gauss", brief(gauss)),
+    ];
+    Ok(Answer {
+        id: "answer-smooth",
+        question: "What would I lose against the trapezoidal rule, or Gauss collocation?",
+        short: "digits",
+        text: prose::fill(include_str!("smooth.md"), &values)?,
+        checks,
+        figure: None,
+        table,
+    })
+}

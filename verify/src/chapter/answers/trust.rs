@@ -1,0 +1,35 @@
+//! Whether the tools of this report can say no: they are given something wrong.
+
+use super::{Answer, prose};
+use crate::chapter::{Context, StudyError};
+use crate::evidence::{Check, Requirement, Table};
+use crate::experiment::controls::Controls;
+use crate::{method, problem, reference, row};
+
+pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
+    let controls = context.get(Controls)?;
+    let wrong = controls.iter().filter(|control| !control.holds());
+    let checks = vec![Check::new(
+        "trust/controls",
+        "The rules that judge this report refuse what is wrong: number of wrong answers",
+        wrong.count() as f64,
+        Requirement::AtMost(0.0),
+        "negative controls, run each time",
+    )];
+    let rows = controls.iter().map(|control| row![control.input, control.verdict.as_str(), control.wanted]);
+    let caption = "Right and wrong inputs given to the rules that judge orders and closed forms.";
+    let values = [
+        ("problems", problem::ALL.len().to_string()),
+        ("methods", method::ALL.len().to_string()),
+        ("references", reference::all().len().to_string()),
+    ];
+    Ok(Answer {
+        id: "answer-trust",
+        question: "Can I trust these numbers?",
+        short: "check them",
+        text: prose::fill(include_str!("trust.md"), &values)?,
+        checks,
+        figure: None,
+        table: Table::data("answer-trust-controls", caption, ["input", "verdict", "wanted"], rows.collect()),
+    })
+}
