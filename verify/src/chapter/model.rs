@@ -144,8 +144,7 @@ fn advice(model: &Model, found: &Found, target: f64) -> Result<Vec<String>, Stud
     let thrifty = thrifty.iter().find(|point| point.factorizations > 0).unwrap_or(best);
     let values = [
         ("best", format!("`{}`", best.solver)),
-        ("setting", if is_adaptive { "a tolerance" } else { "h" }.into()),
-        ("value", brief(best.setting)),
+        ("setting", format!("{} {}", if is_adaptive { "a tolerance of" } else { "h =" }, brief(best.setting))),
         ("target", brief(target)),
         ("horizon", model.horizon().to_string()),
         ("evaluations", best.evaluations.to_string()),

@@ -482,8 +482,9 @@ fn a_report_of_a_judgement_has_its_figures() {
     let (status, _, error) = say(&format!("judge sdirk2 --out {}", directory.display()));
     assert_eq!(status, 0, "{error}");
     let page = std::fs::read_to_string(directory.join("index.html")).expect("a page");
-    assert!(page.matches("<svg").count() >= 2 && page.contains("SDIRK2"));
+    assert!(page.contains("SDIRK2"));
     let results = std::fs::read_to_string(directory.join("results.json")).expect("results");
     let results: serde_json::Value = serde_json::from_str(&results).expect("JSON");
+    assert!(results["chapters"][0]["figures"].as_array().is_some_and(|figures| !figures.is_empty()));
     assert_eq!((&results["counts"]["fail"], &results["counts"]["broken"]), (&0.into(), &0.into()), "{results}");
 }

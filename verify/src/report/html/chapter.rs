@@ -246,7 +246,7 @@ fn cell(content: &Cell, align: Option<&str>, sections: &[Section]) -> Markup {
             }
             // A verdict looks the same here as beside the heading of its section.
             None if !text.is_empty() && sections.iter().any(|section| section.mark == *text) => {
-                html! { td { span.mark.(text.replace(' ', "-")) { (clean(text)) } } }
+                html! { td { span.mark.(clean(text).replace(' ', "-")) { (clean(text)) } } }
             }
             None => html! { td class=[align] { (inline(text)) } },
         },
