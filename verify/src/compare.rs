@@ -7,7 +7,8 @@ use crate::kinds::{Principle, Stability};
 use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::method::Method;
 use crate::order::roundoff;
-use crate::problem::{Limit, Problem};
+use crate::problem::{Limit, Problem, component_names};
+use crate::program::{Program, Request};
 use crate::reference::{self, Reference, ReferenceError};
 use crate::run::{RunError, run};
 use crate::theory::{breakdown, methods_for};
@@ -63,6 +64,24 @@ pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
 
 /// The same with methods of one's own among the others.
 pub fn cross_check_with(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>) -> Evidence {
+    cross_check_beside(name, problem, own, &[])
+}
+
+/// A program to compare, by the name it goes by, with what it is asked for and the order that its runs are taken to have.
+#[derive(Debug, Clone)]
+pub struct Guest {
+    /// The command.
+    pub name: String,
+    /// How to run it.
+    pub program: Program,
+    /// Problem and parameters.
+    pub request: Request,
+    /// Its order; 1 gives the widest bound, and so never accuses it falsely.
+    pub order: f64,
+}
+
+/// The same with programs among the solvers of the equation itself.
+pub fn cross_check_beside(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, guests: &[Guest]) -> Evidence {
     let horizon = problem.horizon();
     let mut table = Table {
         id: format!("cross-check-{name}"),
@@ -82,6 +101,10 @@ pub fn cross_check_with(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Meth
             .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
             .collect();
         solved.par_extend(methods.into_par_iter().map(|method| (method.name(), by_method(problem, &*method, &times))));
+        if limit.name == problem.limit(Principle::Equation).name {
+            let answers = guests.into_par_iter().map(|guest| (guest.name.clone(), by_program(problem, guest, &times)));
+            solved.par_extend(answers);
+        }
         for (solver, answer) in &solved {
             let truth = truth(problem, &limit, &times, &solved, solver);
             let judged = judge(answer, truth.as_ref());
@@ -173,6 +196,33 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Resul
         let bound = 2.0 * predicted + roundoff(method, size, steps as f64);
         if bound <= RESOLVED * size || breakdown.is_some() || steps > MOST_STEPS {
             return Ok(Answer { states: fine, bound, astray: breakdown });
+        }
+        coarse = fine;
+    }
+}
+
+/// A program's bound is that of a method, with no roundings but its own last digits.
+fn by_program(problem: &dyn Problem, guest: &Guest, times: &[f64]) -> Result<Answer, Gap> {
+    let columns = component_names(problem);
+    let horizon = times[times.len() - 1];
+    let sampled = |steps: usize| -> Result<Vec<Vec<f64>>, Gap> {
+        let request = Request { h: Some(horizon / steps as f64), t_end: Some(horizon), ..guest.request.clone() };
+        let answer = guest.program.run(&request, &columns).map_err(|error| Gap::Failed(error.to_string()))?;
+        let at = |t: &f64| answer.times.iter().position(|time| (time - t).abs() <= 1e-9 * horizon);
+        let found = times.iter().map(|t| at(t).map(|k| answer.states[k].clone()).ok_or(*t));
+        found.collect::<Result<_, f64>>().map_err(|t| {
+            Gap::Failed(format!("it has no row at t = {t}, a multiple of its step h = {}", horizon / steps as f64))
+        })
+    };
+    let (mut steps, mut coarse) = (STEPS, sampled(STEPS)?);
+    loop {
+        steps *= 2;
+        let fine = sampled(steps)?;
+        let size = largest(&fine);
+        let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(guest.order) - 1.0);
+        let bound = 2.0 * predicted + f64::EPSILON * size * steps as f64;
+        if bound <= RESOLVED * size || steps > MOST_STEPS {
+            return Ok(Answer { states: fine, bound, astray: None });
         }
         coarse = fine;
     }

@@ -75,6 +75,13 @@ pub(super) fn method(text: &str) -> Result<Box<dyn Method>, Failure> {
     Ok(if is_file { Box::new(FileMethod::of(&MethodFile::load(path)?)) } else { method::parse(text)? })
 }
 
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
+        _ => Err("expected a positive number".into()),
+    }
+}
+
 pub(super) fn assignment(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("expected name=value")?;
     Ok((name.trim().to_owned(), value.trim().to_owned()))

@@ -1,9 +1,11 @@
 //! `compare`: every solver of a problem against every other.
 
 use std::io::{self, Write};
+use std::time::Duration;
 
-use verify::compare::cross_check_with;
+use verify::compare::{Guest, cross_check_beside};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
+use verify::program::{Program, Request};
 
 use super::Status;
 use super::args::{self, ProblemArgs};
@@ -11,16 +13,21 @@ use super::error::Failure;
 use super::layout::{left, paragraph, right, significant, width};
 use super::output::Output;
 
+const HEADING: &str = "A program of your own";
+
 /// Solve a problem by every method and reference and compare the answers.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Each solver gives a bound on its own error: the references from two tolerances,
 the methods from two step sizes. Its answer must be no further from the truth,
-the exact solution or the best reference, than the bounds of both allow.
+the exact solution or the best reference, than the bounds of both allow. A
+program is run with two step sizes, and must write a row at each quarter of the
+time; its bound is that of a method of order --expect.
 
 Examples:
   verify compare --problem logistic
   verify compare --problem logistic --method mine.toml
+  verify compare --problem logistic --program 'python3 mine.py' --expect 4
   verify compare --problem poiseuille-galerkin --set gamma=1
   verify compare --model predator-prey.ds --t-end 10
 
@@ -33,6 +40,18 @@ pub(super) struct Args {
     #[arg(long, value_name = "M")]
     method: Vec<String>,
 
+    /// Compare this program too; repeatable
+    #[arg(long, help_heading = HEADING, value_name = "COMMAND")]
+    program: Vec<String>,
+
+    /// Their order, for the bounds
+    #[arg(long, help_heading = HEADING, value_name = "P", requires = "program", default_value_t = 1.0, value_parser = args::positive)]
+    expect: f64,
+
+    /// End a run after so many seconds
+    #[arg(long, help_heading = HEADING, value_name = "SECONDS", requires = "program", default_value_t = 60)]
+    time_limit: u64,
+
     /// End time, for a model
     #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
     t_end: Option<f64>,
@@ -42,7 +61,13 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let (name, problem) = args.problem.build(args.t_end)?;
     let own = args.method.iter().map(|text| args::method(text)).collect::<Result<Vec<_>, _>>()?;
     own.iter().try_for_each(|method| method.build(&*problem).map(|_| ()))?;
-    let evidence = cross_check_with(&name, &*problem, own);
+    let guest = |command: &String| {
+        let program = Program::new(command, Duration::from_secs(args.time_limit)).map_err(Failure::Command)?;
+        let request = Request { problem: Some(name.clone()), set: args.problem.set().to_vec(), ..Request::default() };
+        Ok(Guest { name: command.clone(), program, request, order: args.expect })
+    };
+    let guests = args.program.iter().map(guest).collect::<Result<Vec<_>, Failure>>()?;
+    let evidence = cross_check_beside(&name, &*problem, own, &guests);
     show(&evidence, out).and_then(|()| args.problem.write_caveat(out)).map_err(Failure::Output)?;
     let has_failed = evidence.checks.iter().any(|check| check.outcome == Outcome::Fail);
     Ok(if has_failed { Status::Failed } else { Status::Ok })

@@ -13,7 +13,7 @@ use verify::order::OrderError;
 use verify::problem::model::ModelError;
 use verify::program::ProgramError;
 use verify::reference::ReferenceError;
-use verify::report::{ComparisonError, ReportError};
+use verify::report::{ComparisonError, PartError, ReportError};
 use verify::run::RunError;
 
 /// Why a command did not run to its end.
@@ -47,6 +47,8 @@ pub(super) enum Failure {
     Report(#[from] ReportError),
     #[error(transparent)]
     Comparison(#[from] ComparisonError),
+    #[error(transparent)]
+    Part(#[from] PartError),
     #[error(transparent)]
     Golden(#[from] GoldenError),
     #[error("cannot read {}: {source}", path.display())]
@@ -88,6 +90,7 @@ impl Failure {
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
             | Self::Order(OrderError::NoExact | OrderError::Adaptive(_))
             | Self::Comparison(_)
+            | Self::Part(_)
             | Self::Report(ReportError::Unwritable { .. })
             | Self::Golden(_) => 2,
             _ => 1,

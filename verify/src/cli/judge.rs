@@ -2,15 +2,19 @@
 
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::ValueEnum;
 use serde::Serialize;
-use verify::evidence::Outcome;
+use verify::evidence::{Check, Outcome, Requirement};
 use verify::judge::file::{MethodFile, Shipped};
 use verify::judge::{Effort, Judgement, Kind, Verdict};
+use verify::order::{Ladder, measure_program};
+use verify::program::{Program, Request};
 use verify::report::{self, Chapter, Run};
 
 use super::Status;
+use super::args::positive;
 use super::error::Failure;
 use super::layout::paragraph;
 use super::output::Output;
@@ -50,19 +54,39 @@ for methods with two parts. Where those of a Runge-Kutta method fail, every
 change of a single coefficient is tried; those that mend everything are
 proposed. The orders of live runs are judged as by `order`.
 
+A program is what `order --program` takes; it is run on logistic,
+damped-pendulum and van-der-pol unless --problem names others.
+
 Examples:
   verify judge rk4
   verify judge mine.toml --no-runs
   verify judge mine.toml --format json
   verify judge mine.toml --out target/mine
   verify order --problem van-der-pol --method mine.toml
+  verify judge --program 'python3 mine.py' --expect 4
 
 Exit status: 0 all is confirmed, 1 something is refuted, 2 bad usage,
 3 something is inconclusive.")]
 pub(super) struct Args {
     /// The file, or a name that `verify list method-files` shows
-    #[arg(value_name = "METHOD.toml")]
-    file: PathBuf,
+    #[arg(value_name = "METHOD.toml", required_unless_present = "program")]
+    file: Option<PathBuf>,
+
+    /// A program instead, judged by its runs
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["file", "out", "no_runs"], requires = "expect")]
+    program: Option<String>,
+
+    /// The order that the program should have
+    #[arg(long, value_name = "P", requires = "program", value_parser = positive)]
+    expect: Option<f64>,
+
+    /// A problem that the program knows; repeatable
+    #[arg(long, value_name = "NAME", requires = "program", default_values = PROGRAM_PROBLEMS, hide_default_value = true)]
+    problem: Vec<String>,
+
+    /// End a run after so many seconds
+    #[arg(long, value_name = "SECONDS", requires = "program", default_value_t = 60)]
+    time_limit: u64,
 
     /// Write a report with figures to this directory too
     #[arg(long, value_name = "DIR")]
@@ -77,6 +101,9 @@ pub(super) struct Args {
     format: Format,
 }
 
+/// Nonlinear, oscillating, and with a solution that leaves every scale behind.
+const PROGRAM_PROBLEMS: [&str; 3] = ["logistic", "damped-pendulum", "van-der-pol"];
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     Text,
@@ -85,9 +112,13 @@ enum Format {
 }
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
-    let file = match args.file.to_str().filter(|_| args.file.extension().is_none() && !args.file.exists()) {
+    if let (Some(command), Some(order)) = (&args.program, args.expect) {
+        return run_program(args, command, order, out);
+    }
+    let path = args.file.clone().unwrap_or_default();
+    let file = match path.to_str().filter(|_| path.extension().is_none() && !path.exists()) {
         Some(name) => Shipped::by_name(name)?.read()?,
-        None => MethodFile::load(&args.file)?,
+        None => MethodFile::load(&path)?,
     };
     let judgement = Judgement::new(file, if args.no_runs { Effort::Theory } else { Effort::Runs });
     match args.format {
@@ -107,11 +138,46 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         };
         report::write(&Run::new(vec![chapter], Vec::new()), directory)?;
     }
-    Ok(match judgement.outcome() {
+    Ok(status(judgement.outcome()))
+}
+
+fn status(outcome: Outcome) -> Status {
+    match outcome {
         Outcome::Pass | Outcome::NotRun => Status::Ok,
         Outcome::Fail => Status::Failed,
         Outcome::Inconclusive => Status::Inconclusive,
-    })
+    }
+}
+
+/// The orders of a program on several problems, with what its times and its start show.
+fn run_program(args: &Args, command: &str, order: f64, out: &mut Output) -> Result<Status, Failure> {
+    let program = Program::new(command, Duration::from_secs(args.time_limit)).map_err(Failure::Command)?;
+    let ladder = Ladder { expected: Some(order), ..Ladder::default() };
+    let mut verdicts = Vec::new();
+    for name in &args.problem {
+        let problem = verify::problem::build(name, &[])?;
+        let request = Request { problem: Some(name.clone()), ..Request::default() };
+        let (truth, found) = measure_program(&*problem, &program, &request, None, &ladder)?;
+        let notes = found.notes.iter().map(|note| format!("; {note}")).collect::<String>();
+        let check = Check {
+            id: format!("measured/{name}"),
+            statement: format!("On {name}, against {truth}, the order of the program is {order}"),
+            outcome: found.fit.verdict.into(),
+            measured: found.fit.line.map(|line| line.slope),
+            required: Some(Requirement::Near(order, found.fit.expected.band)),
+            reason: format!("{}{notes}", found.fit.reason),
+        };
+        verdicts.push(Verdict { kind: Kind::Run, subject: name.clone(), check });
+    }
+    match args.format {
+        Format::Text => write_verdicts(&verdicts, out),
+        Format::Markdown => write_markdown_verdicts(&verdicts, out),
+        Format::Json => {
+            serde_json::to_writer_pretty(&mut *out, &verdicts).map_err(io::Error::from).and_then(|()| writeln!(out))
+        }
+    }
+    .map_err(Failure::Output)?;
+    Ok(status(verify::judge::overall(&verdicts)))
 }
 
 /// Column at which the text of a line starts.
@@ -127,13 +193,9 @@ fn word(outcome: Outcome) -> &'static str {
     }
 }
 
-fn write_text(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
-    paragraph(out, &format!("{}: ", judgement.file.name), 2, &judgement.headline())?;
-    if let Some(source) = &judgement.file.source {
-        paragraph(out, "", 2, source)?;
-    }
+fn write_verdicts(verdicts: &[Verdict], out: &mut impl Write) -> io::Result<()> {
     for (heading, kinds) in [("CLAIMS", &[Kind::Claim, Kind::Consistency][..]), ("RUNS", &[Kind::Run])] {
-        let mut verdicts = judgement.verdicts.iter().filter(|verdict| kinds.contains(&verdict.kind)).peekable();
+        let mut verdicts = verdicts.iter().filter(|verdict| kinds.contains(&verdict.kind)).peekable();
         if verdicts.peek().is_some() {
             writeln!(out, "\n{heading}")?;
         }
@@ -141,6 +203,15 @@ fn write_text(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
             paragraph(out, &format!("  {}", word(check.outcome)), INDENT, &format!("{subject}: {}", check.reason))?;
         }
     }
+    Ok(())
+}
+
+fn write_text(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
+    paragraph(out, &format!("{}: ", judgement.file.name), 2, &judgement.headline())?;
+    if let Some(source) = &judgement.file.source {
+        paragraph(out, "", 2, source)?;
+    }
+    write_verdicts(&judgement.verdicts, out)?;
     if let Some(diagnosis) = judgement.diagnosis_text() {
         writeln!(out, "\nDIAGNOSIS")?;
         paragraph(out, "", 2, &diagnosis)?;
@@ -155,13 +226,20 @@ fn write_text(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-fn write_markdown(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
-    let cell = |text: &str| text.replace('|', "\\|").replace('*', "\\*").replace('_', "\\_");
-    writeln!(out, "# {}\n\n{}.\n", judgement.file.name, judgement.headline())?;
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|").replace('*', "\\*").replace('_', "\\_")
+}
+
+fn write_markdown_verdicts(verdicts: &[Verdict], out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "| Statement | Verdict | Because |\n|:--|:--|:--|")?;
-    for Verdict { check, .. } in &judgement.verdicts {
-        writeln!(out, "| {} | {} | {} |", cell(&check.statement), word(check.outcome), cell(&check.reason))?;
-    }
+    verdicts.iter().try_for_each(|Verdict { check, .. }| {
+        writeln!(out, "| {} | {} | {} |", cell(&check.statement), word(check.outcome), cell(&check.reason))
+    })
+}
+
+fn write_markdown(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "# {}\n\n{}.\n", judgement.file.name, judgement.headline())?;
+    write_markdown_verdicts(&judgement.verdicts, out)?;
     if let Some(diagnosis) = judgement.diagnosis_text() {
         writeln!(out, "\n**{}**\n", cell(&diagnosis))?;
         judgement.repairs().iter().try_for_each(|repair| writeln!(out, "- {}", cell(&repair.sentence())))?;

@@ -12,7 +12,7 @@ use verify::evidence::Evidence;
 use verify::experiment::side_by_side;
 use verify::names::NameError;
 use verify::problem::model::Model;
-use verify::report::{self, Chapter, Counts, Earlier, Run};
+use verify::report::{self, Chapter, Counts, Earlier, Part, Run, Shard};
 use verify::{method, reference};
 
 use super::Status;
@@ -32,6 +32,10 @@ With --compare, the summary and report.md list what changed: checks that are
 new, gone, or have another outcome, values that moved by more than a tenth of
 what is allowed, and verdicts on claims.
 
+With --shard, each of N machines runs a part of the studies and writes it to
+--out; --merge joins the parts, all by one build, into the report that one
+machine would have made. verify/examples/job-array.sh is an array job.
+
 Examples:
   verify report
   verify report --brief                     the answers and the claims alone
@@ -39,6 +43,7 @@ Examples:
   verify report --compare main/results.json
   verify report --model van-der-pol.ds --set mu=2 --t-end 5
   verify report --model van-der-pol.ds --only model
+  verify report --shard 2/4 --out parts
 
 Exit status: 0 no check failed and none is inconclusive, 1 a check failed or a
 study broke off, 2 bad usage or a directory that cannot be written to, 3 no
@@ -72,6 +77,14 @@ pub(super) struct Args {
     #[arg(long, value_name = "STUDY")]
     only: Vec<String>,
 
+    /// Run the K-th of N parts of the studies only
+    #[arg(long, value_name = "K/N", conflicts_with_all = ["model", "compare"])]
+    shard: Option<Shard>,
+
+    /// Join the parts in these directories, run nothing
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["shard", "model", "full", "only", "brief"])]
+    merge: Vec<PathBuf>,
+
     /// The first page alone: answers and claims
     #[arg(long, conflicts_with = "only")]
     brief: bool,
@@ -81,17 +94,60 @@ pub(super) struct Args {
 const BRIEF: [&str; 2] = ["answers", "claims"];
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    if !args.merge.is_empty() {
+        return join(args, out);
+    }
     let only = if args.brief { BRIEF.map(str::to_owned).to_vec() } else { args.only.clone() };
     let studies = selected(&only, args.model.is_some(), args.full)?;
+    if let Some(shard) = args.shard {
+        return run_part(args, shard, &studies, out);
+    }
     // Before the studies, so that a mistake in the file does not cost their time.
     let model = args.model.as_ref().map(|path| Model::load(path, &args.set, args.t_end)).transpose()?;
     // And a report that cannot be written does not cost it either.
     report::prepare(&args.out)?;
     // It may be the very file that this run is going to replace.
     let earlier = args.compare.as_ref().map(|path| Earlier::read(path)).transpose()?;
-    let run = Run::new(chapters(&studies, model.as_ref()), provenance());
-    let run = run.with_palette(palette());
-    let run = match &earlier {
+    finish(args, chapters(&studies, model.as_ref()), provenance(), earlier.as_ref(), out)
+}
+
+/// Runs a part of the studies and writes it.
+fn run_part(args: &Args, shard: Shard, studies: &[Study], out: &mut Output) -> Result<Status, Failure> {
+    report::prepare(&args.out)?;
+    let own: Vec<Study> = studies.iter().enumerate().filter(|(place, _)| shard.has(*place)).map(|(_, s)| *s).collect();
+    let part = Part {
+        shard,
+        studies: studies.iter().map(|study| study.id.to_owned()).collect(),
+        provenance: provenance(),
+        chapters: chapters(&own, None),
+    };
+    let path = part.write(&args.out)?;
+    writeln!(out, "{} of {} studies are in {}", own.len(), studies.len(), path.display()).map_err(Failure::Output)?;
+    Ok(Status::Ok)
+}
+
+/// Joins parts into a report.
+fn join(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let mut parts = Vec::new();
+    for directory in &args.merge {
+        parts.extend(Part::read_all(directory)?);
+    }
+    let (chapters, provenance) = report::merge(parts)?;
+    report::prepare(&args.out)?;
+    let earlier = args.compare.as_ref().map(|path| Earlier::read(path)).transpose()?;
+    finish(args, chapters, provenance, earlier.as_ref(), out)
+}
+
+/// Writes the report of these chapters.
+fn finish(
+    args: &Args,
+    chapters: Vec<Chapter>,
+    provenance: Vec<(String, String)>,
+    earlier: Option<&Earlier>,
+    out: &mut Output,
+) -> Result<Status, Failure> {
+    let run = Run::new(chapters, provenance).with_palette(palette());
+    let run = match earlier {
         Some(earlier) => run.compared_with(earlier),
         None => run,
     };

@@ -6,7 +6,7 @@ use super::Requirement;
 use crate::measure::order::Verdict;
 
 /// Outcome of one check.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, speedy::Readable, speedy::Writable)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// The check ran and held.
@@ -36,7 +36,7 @@ impl From<Verdict> for Outcome {
 }
 
 /// One statement decided by computation.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, speedy::Readable, speedy::Writable)]
 pub struct Check {
     /// Stable identifier, unique in the study: `order/method-i/logistic`.
     pub id: String,

@@ -1,7 +1,7 @@
 //! Figures: panels of curves, clouds and maps.
 
 /// A figure of one or more panels, laid out in reading order.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, speedy::Readable, speedy::Writable)]
 pub struct Figure {
     /// Stable identifier and anchor.
     pub id: String,
@@ -16,7 +16,7 @@ pub struct Figure {
 }
 
 /// One set of axes.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, speedy::Readable, speedy::Writable)]
 pub struct Panel {
     /// Title above the axes; may be empty.
     pub title: String,
@@ -35,7 +35,7 @@ pub struct Panel {
 /// Band `k` holds the values in `[levels[k-1], levels[k])`, the first everything below `levels[0]` and the last
 /// everything from the last level on. Each grid point colours the cell around it, so that the map shows the samples and
 /// nothing between them. Values that are not finite stay blank.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, speedy::Readable, speedy::Writable)]
 pub struct Field {
     /// Abscissae, ascending.
     pub x: Vec<f64>,
@@ -59,7 +59,7 @@ impl Field {
 }
 
 /// An axis.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, speedy::Readable, speedy::Writable)]
 pub struct Axis {
     /// Label with unit, `1/h`.
     pub label: String,
@@ -70,7 +70,7 @@ pub struct Axis {
 }
 
 /// One curve or cloud of points.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, speedy::Readable, speedy::Writable)]
 pub struct Series {
     /// Legend entry.
     pub label: String,
@@ -81,7 +81,7 @@ pub struct Series {
 }
 
 /// How a [`Series`] is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, speedy::Readable, speedy::Writable)]
 pub enum Mark {
     /// A line.
     Line,

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 /// Checks as a map: a cell for a pair of names, coloured by what came out and by how near it came to its bound.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, speedy::Readable, speedy::Writable)]
 pub struct Grid {
     /// Stable identifier and anchor.
     pub id: String,
@@ -20,7 +20,7 @@ pub struct Grid {
 }
 
 /// One cell of a [`Grid`].
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, speedy::Readable, speedy::Writable)]
 pub struct GridCell {
     /// Position in [`Grid::rows`].
     pub row: usize,

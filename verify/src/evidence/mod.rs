@@ -16,7 +16,7 @@ pub use table::{Cell, Table};
 use serde::Serialize;
 
 /// All that a study found.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, speedy::Readable, speedy::Writable)]
 pub struct Evidence {
     /// Decisions.
     pub checks: Vec<Check>,
@@ -37,7 +37,7 @@ pub struct Evidence {
 }
 
 /// How long a solver takes, over what another takes.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, speedy::Readable, speedy::Writable)]
 pub struct Spread {
     /// For what.
     pub what: String,
@@ -74,7 +74,7 @@ impl Evidence {
 }
 
 /// A part of a chapter with a heading and an anchor of its own.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, speedy::Readable, speedy::Writable)]
 pub struct Section {
     /// Stable identifier and anchor, unique in the report: `S24-a`. Cells of tables that hold it link here.
     pub id: String,

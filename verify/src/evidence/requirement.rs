@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::number;
 
 /// What is required of a number. NaN meets none of these, and no number meets one whose bound is NaN.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, speedy::Readable, speedy::Writable)]
 #[serde(rename_all = "kebab-case")]
 pub enum Requirement {
     /// x ≤ bound.

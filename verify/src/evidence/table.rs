@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{Mark, Series};
 
 /// A table; also written as `data/<id>.csv` at full precision.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, speedy::Readable, speedy::Writable)]
 pub struct Table {
     /// Stable identifier: file stem and anchor.
     pub id: String,
@@ -22,7 +22,7 @@ pub struct Table {
 }
 
 /// One cell of a [`Table`].
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, speedy::Readable, speedy::Writable)]
 #[serde(untagged)]
 pub enum Cell {
     /// Text.

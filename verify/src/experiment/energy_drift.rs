@@ -106,9 +106,26 @@ impl Experiment for EnergyDrift {
     fn measure(&self, context: &Context) -> Result<Drift, StudyError> {
         context.announce(1);
         let (problem, method) = (problem::build_setting(self.problem)?, method::parse(&self.method)?);
-        let kind = Kind::of(&*problem, &*method)?;
-        let steps = self.steps / if kind == Kind::Dissipative { 10 } else { 1 };
-        let horizon = self.h * steps as f64;
+        let drift = Drift::of((self.problem, &*problem), &*method, self.h, self.steps)?;
+        context.tick();
+        Ok(drift)
+    }
+}
+
+impl Drift {
+    /// That of a method on a problem with its name, `steps` of `h`; of a method that dissipates a tenth of them.
+    ///
+    /// # Errors
+    /// If the problem has no energy, or the run fails.
+    pub fn of(
+        (name, problem): (&'static str, &dyn Problem),
+        method: &dyn Method,
+        h: f64,
+        steps: u64,
+    ) -> Result<Self, StudyError> {
+        let kind = Kind::of(problem, method)?;
+        let steps = steps / if kind == Kind::Dissipative { 10 } else { 1 };
+        let horizon = h * steps as f64;
         let invariants = problem.invariants();
         let energy = invariants.iter().find(|i| i.name == "energy").ok_or("the problem has no energy")?;
         let angular = invariants.iter().find(|i| i.name == "angular momentum");
@@ -116,7 +133,7 @@ impl Experiment for EnergyDrift {
         let length = steps as f64 / WINDOWS as f64;
         let (mut sums, mut change) = (vec![(0.0, 0.0_f64, 0.0); WINDOWS], 0.0_f64);
         let (mut q, mut p, mut step) = (0.0_f64, 0.0_f64, 0.0_f64);
-        run(&*problem, &*method, self.h, horizon, |state| {
+        run(problem, method, h, horizon, |state| {
             let error = energy.value(&state.q) - energy.value(&start);
             let place = (step + 0.5) / length;
             if let Some((sum, largest, weights)) = sums.get_mut(place as usize) {
@@ -130,7 +147,7 @@ impl Experiment for EnergyDrift {
             change = angular.map_or(0.0, |l| larger(change, (l.value(&state.q) - l.value(&start)).abs()));
         })?;
         let window = |(i, (sum, largest, weights)): (usize, &(f64, f64, f64))| Window {
-            t: (i as f64 + 0.5) * length * self.h,
+            t: (i as f64 + 0.5) * length * h,
             mean: sum / weights,
             largest: *largest,
         };
@@ -138,12 +155,11 @@ impl Experiment for EnergyDrift {
         let (slope, stderr) = line(&windows);
         // Each step rounds q, and so p by Λ ε |q|/h, at random: four standard deviations of the sum. The coefficients of the
         // method are rounded too, which changes p by up to Λ ε |p| in the same way in every step.
-        let random = 4.0 * (steps as f64).sqrt() * q / self.h;
+        let random = 4.0 * (steps as f64).sqrt() * q / h;
         let rounding = f64::EPSILON * (1.0 + method.momentum_roundoff(1.0)) * p * (random + steps as f64 * p);
-        context.tick();
-        Ok(Drift {
-            problem: self.problem,
-            method: self.method.clone(),
+        Ok(Self {
+            problem: name,
+            method: method.name(),
             kind,
             steps,
             windows,

@@ -69,6 +69,14 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     /// Whether symplecticity and symmetry of a step are to be measured.
     fn has_structure(&self) -> bool;
 
+    /// Whether its energy on a long motion is to be looked at.
+    ///
+    /// # Errors
+    /// Why not.
+    fn steps_mechanics(&self) -> Result<(), String> {
+        Ok(())
+    }
+
     /// Its conditions.
     fn tables(&self) -> Vec<Table>;
 

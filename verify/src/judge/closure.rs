@@ -310,6 +310,10 @@ impl Analysis for ClosureTheory {
         false
     }
 
+    fn steps_mechanics(&self) -> Result<(), String> {
+        Err("a closure of a least-squares Lagrangian is no integrator of mechanics".into())
+    }
+
     fn tables(&self) -> Vec<Table> {
         let rate = self.rate();
         let row = |k: i32| {

@@ -19,8 +19,13 @@ impl Judgement {
         notes.extend(self.repairs().iter().map(|repair| format!("`{}`", repair.sentence())));
         Evidence {
             checks: self.verdicts.iter().map(|verdict| verdict.check.clone()).collect(),
-            tables: [vec![self.facts_table(), self.file.body.table()], self.theory.tables(), vec![self.orders_table()]]
-                .concat(),
+            tables: [
+                vec![self.facts_table(), self.file.body.table()],
+                self.theory.tables(),
+                vec![self.orders_table()],
+                self.work_tables(),
+            ]
+            .concat(),
             figures: [self.theory.figures(), vec![self.orders_figure()]].concat(),
             notes,
             ..Evidence::default()
@@ -35,6 +40,11 @@ impl Judgement {
             &["property", "value"],
             self.facts().into_iter().map(row).collect(),
         )
+    }
+
+    fn work_tables(&self) -> Vec<Table> {
+        let points = self.work.iter().filter_map(|work| work.as_ref().ok());
+        points.map(|(_, points)| super::work::work_table(points)).collect()
     }
 
     fn orders_table(&self) -> Table {

@@ -26,6 +26,11 @@ impl Judgement {
             let text = format!("symplecticity {:.1e}, symmetry {:.1e}", defects.symplectic, defects.symmetric);
             facts.push(("defects", text));
         }
+        match &self.work {
+            Some(Ok((problem, points))) => facts.push(("work", super::work::summary(problem, points))),
+            Some(Err(reason)) => facts.push(("work", format!("not compared: {reason}"))),
+            None => {}
+        }
         facts
     }
 

@@ -6,6 +6,7 @@ use super::analysis::{Analysis, Plan, Trial};
 use super::method::FileMethod;
 use super::verdict::{Kind, Verdict};
 use crate::evidence::{Check, Outcome, Requirement};
+use crate::experiment::energy_drift::{self as drift, Drift};
 use crate::kinds::Symplecticity;
 use crate::measure::norm::distance;
 use crate::measure::order::OrderFit;
@@ -156,4 +157,60 @@ impl Defects {
             verdict("symmetric", "symmetry", traits.is_reversible, self.symmetric),
         ]
     }
+}
+
+/// Long runs: on a quasi-periodic orbit that a reversal of time maps to itself.
+const LONG: (&str, f64, u64) = ("henon-heiles", 0.25, 4000);
+
+/// The drift of the energy of `method`.
+///
+/// # Errors
+/// Why the run failed.
+pub(super) fn energy(method: &FileMethod) -> Result<Drift, String> {
+    let (name, h, steps) = LONG;
+    let problem = problem::build(name, &[]).map_err(|error| error.to_string())?;
+    Drift::of((name, &*problem), method, h, steps).map_err(|error| error.to_string())
+}
+
+/// What is symplectic or symmetric does not drift there, and what is neither has to.
+pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> Verdict {
+    let (name, h, _) = LONG;
+    let check = match found {
+        Ok(Ok(drift)) => {
+            let keeps = drift.kind != drift::Kind::Dissipative;
+            let steps = drift.steps;
+            let statement = match keeps {
+                true => format!("The energy does not drift on {name}: it is symplectic or symmetric"),
+                false => format!("The energy drifts on {name}: it is neither symplectic nor symmetric"),
+            };
+            let is_resolved = drift.drift > drift.resolved();
+            let outcome = match (keeps, is_resolved) {
+                _ if drift.drift.is_nan() || drift.resolved().is_nan() => Outcome::Inconclusive,
+                (true, resolved) => (!resolved).into(),
+                (false, true) => Outcome::Pass,
+                // A slow drift hides in the oscillation, where it is not absent.
+                (false, false) => Outcome::NotRun,
+            };
+            let reason = format!(
+                "over {steps} steps of {h} on {name} by {:.1e}, where {:.1e} would show; the largest error is {:.1e}{}",
+                drift.drift,
+                drift.resolved(),
+                drift.largest(),
+                if outcome == Outcome::NotRun { "; too slow a drift to be told in so many" } else { "" }
+            );
+            let required =
+                if keeps { Requirement::AtMost(drift.resolved()) } else { Requirement::Above(drift.resolved()) };
+            let (measured, required) = (Some(drift.drift), Some(required));
+            Check { id: "measured/energy".into(), statement, outcome, measured, required, reason }
+        }
+        Ok(Err(reason)) | Err(reason) => Check {
+            id: "measured/energy".into(),
+            statement: format!("The energy of a long run on {name} is looked at"),
+            outcome: Outcome::NotRun,
+            measured: None,
+            required: None,
+            reason,
+        },
+    };
+    Verdict { kind: Kind::Run, subject: "energy".into(), check }
 }

@@ -26,6 +26,7 @@ pub mod tableau;
 pub mod theory;
 pub mod tree;
 mod verdict;
+pub mod work;
 
 use std::sync::Arc;
 
@@ -63,6 +64,8 @@ pub struct Judgement {
     pub measured: Vec<MeasuredOrder>,
     /// Defects of one step, or why it failed; nothing where nothing was run.
     pub defects: Option<Result<Defects, String>>,
+    /// Work against error beside other solvers: the problem and the runs, where there are any.
+    pub work: Option<Result<(&'static str, Vec<work::Point>), String>>,
     /// The claims of the file, c against the sums of the rows, and theory against measurement.
     pub verdicts: Vec<Verdict>,
 }
@@ -75,11 +78,16 @@ impl Judgement {
         let theory = file.body.analyse(claimed, claimed_embedded);
         let diagnosis = Diagnosis::new(&file.body, &*theory, claimed, claimed_embedded);
         let method = FileMethod::new(&file.name, Arc::clone(&theory));
-        let (measured, defects) = match effort {
-            Effort::Theory => (Vec::new(), None),
+        let ((measured, defects), (energy, work)) = match effort {
+            Effort::Theory => ((Vec::new(), None), (None, None)),
             Effort::Runs => {
                 let defects = || theory.has_structure().then(|| measured::defects(&method));
-                rayon::join(|| measured::orders(&method, &*theory), defects)
+                let energy = || theory.steps_mechanics().map(|()| measured::energy(&method));
+                let work = || work::measure(&method, theory.has_structure());
+                rayon::join(
+                    || rayon::join(|| measured::orders(&method, &*theory), defects),
+                    || rayon::join(|| Some(energy()), || Some(work())),
+                )
             }
         };
         let mut verdicts: Vec<Verdict> = file.claims.par_iter().map(|claim| verdict::judge(claim, &*theory)).collect();
@@ -88,7 +96,8 @@ impl Judgement {
         if let Some(Ok(defects)) = &defects {
             verdicts.extend(defects.verdicts(&theory.traits()));
         }
-        Self { file, theory, diagnosis, measured, defects, verdicts }
+        verdicts.extend(energy.map(measured::energy_verdict));
+        Self { file, theory, diagnosis, measured, defects, work, verdicts }
     }
 
     /// The theory of a Runge–Kutta method, if it is one.
@@ -96,15 +105,20 @@ impl Judgement {
         self.theory.as_runge_kutta()
     }
 
-    /// Fail where anything is refuted, inconclusive where anything is left open, else pass.
+    /// What comes of all verdicts together.
     pub fn outcome(&self) -> Outcome {
-        let any = |outcome| self.verdicts.iter().any(|verdict| verdict.check.outcome == outcome);
-        if any(Outcome::Fail) {
-            Outcome::Fail
-        } else if any(Outcome::Inconclusive) {
-            Outcome::Inconclusive
-        } else {
-            Outcome::Pass
-        }
+        overall(&self.verdicts)
+    }
+}
+
+/// Fail where anything is refuted, inconclusive where anything is left open, else pass.
+pub fn overall(verdicts: &[Verdict]) -> Outcome {
+    let any = |outcome| verdicts.iter().any(|verdict| verdict.check.outcome == outcome);
+    if any(Outcome::Fail) {
+        Outcome::Fail
+    } else if any(Outcome::Inconclusive) {
+        Outcome::Inconclusive
+    } else {
+        Outcome::Pass
     }
 }

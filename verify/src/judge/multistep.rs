@@ -430,6 +430,10 @@ impl Analysis for MultistepTheory {
         false
     }
 
+    fn steps_mechanics(&self) -> Result<(), String> {
+        if self.zero == Roots::Stable { Ok(()) } else { Err("it is not zero-stable".into()) }
+    }
+
     fn tables(&self) -> Vec<Table> {
         let row = |(q, c): (usize, &Real)| {
             let holds = if c.may_be_zero() { "vanishes" } else { "does not vanish" };

@@ -4,6 +4,5 @@ pub mod amplification;
 pub mod norm;
 pub mod order;
 pub mod refinement;
-pub mod richardson;
 pub mod search;
 pub mod stability;

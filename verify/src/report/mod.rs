@@ -8,6 +8,7 @@ mod html;
 mod json;
 mod junit;
 mod markdown;
+mod part;
 mod run;
 mod style;
 mod terminal;
@@ -18,6 +19,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 pub use comparison::{ComparisonError, Earlier};
+pub use part::{Part, PartError, Provenance, Shard, merge};
 pub use run::{Chapter, Counts, Run};
 pub use terminal::{summary, wants_color};
 

@@ -7,7 +7,7 @@ use super::comparison::{Comparison, Earlier};
 use crate::evidence::{Cell, Check, Evidence, Outcome, Panel};
 
 /// What one study contributed.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, speedy::Readable, speedy::Writable)]
 pub struct Chapter {
     /// Stable identifier and anchor: `linear-drag`.
     pub id: String,

@@ -692,6 +692,77 @@ fn order_judges_a_program() {
     }
 }
 
+/// The same programs beside the methods, and judged on several problems at once.
+#[test]
+fn compare_and_judge_take_programs() {
+    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let (code, out, err) = {
+        let output = verify(&["compare", "--problem", "logistic", "--program", &own, "--expect", "4"]);
+        (output.status.code(), stdout(&output).to_owned(), stderr(&output).to_owned())
+    };
+    assert!(code == Some(0) && out.contains("solve --method rk4"), "{out}{err}");
+    // One of a wrong equation is not within its bound; one that fails says so.
+    let wrong = format!("{own} --set lambda=1.01");
+    for (program, reason) in [(wrong.as_str(), "differs by more"), ("false", "it failed")] {
+        let output = verify(&["compare", "--problem", "logistic", "--program", program, "--expect", "4"]);
+        let text = stdout(&output).replace("\n", " ");
+        assert!(output.status.code() == Some(1) && text.contains(reason.split(' ').next().expect("a word")), "{text}");
+    }
+
+    let problems = ["--problem", "logistic", "--problem", "damped-pendulum"];
+    let judge = |order: &str, format: &str| {
+        let output =
+            verify(&[&["judge", "--program", &own, "--expect", order, "--format", format], &problems[..]].concat());
+        (output.status.code(), stdout(&output).to_owned())
+    };
+    let (code, text) = judge("4", "text");
+    assert!(code == Some(0) && text.matches("confirmed").count() == 2, "{text}");
+    let (code, text) = judge("3", "json");
+    let verdicts: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!((code, verdicts[0]["outcome"].as_str()), (Some(1), Some("fail")));
+    let output = verify(&["judge", "--program", &own]);
+    assert!(output.status.code() == Some(2) && stderr(&output).contains("--expect"));
+}
+
+/// A report in parts is the report: each file is the same to the byte, but for the times that were measured.
+#[test]
+fn the_parts_of_a_report_join_to_the_undivided_one() {
+    let dir = directory("report-parts");
+    let path = |name: &str| dir.join(name).display().to_string();
+    let report = |arguments: &[&str]| {
+        let output = verify(&[&["report"], arguments].concat());
+        (output.status.code().expect("no signal"), format!("{}{}", stdout(&output), stderr(&output)))
+    };
+    let only = ["--only", "poiseuille-series", "--only", "metrics"];
+    let (whole, text) = report(&[&only[..], &["--out", &path("whole")]].concat());
+    assert!(whole == 0 || whole == 3, "{text}");
+    for shard in ["1/2", "2/2"] {
+        let out = path(if shard == "1/2" { "first" } else { "second" });
+        let (code, text) = report(&[&only[..], &["--shard", shard, "--out", &out]].concat());
+        assert!(code == 0 && text.contains("1 of 2 studies"), "{text}");
+    }
+    let (code, text) = report(&["--merge", &path("first")]);
+    assert!(code == 2 && text.contains("missing: 2"), "{text}");
+    let (code, text) = report(&["--merge", &path("second"), &path("first"), &path("second")]);
+    assert!(code == 2 && text.contains("twice"), "{text}");
+    let (code, text) = report(&["--merge", &path("second"), &path("first"), "--out", &path("joined")]);
+    assert_eq!(code, whole, "{text}");
+    for file in ["results.json", "report.md", "junit.xml", "index.html"] {
+        let read = |name: &str| fs::read(dir.join(name).join(file)).expect(file);
+        assert!(read("whole") == read("joined"), "{file}");
+    }
+    // A part of other studies, and what is no part.
+    let (code, text) = report(&["--only", "metrics", "--shard", "2/2", "--out", &path("other")]);
+    assert_eq!(code, 0, "{text}");
+    let (code, text) = report(&["--merge", &path("first"), &path("other")]);
+    assert!(code == 2 && text.contains("the studies asked for"), "{text}");
+    fs::write(dir.join("other/2-of-2.part"), "no part").expect("writable");
+    let (code, text) = report(&["--merge", &path("other")]);
+    assert!(code == 2 && text.contains("is no part"), "{text}");
+    let (code, text) = report(&["--shard", "3/2"]);
+    assert!(code == 2 && text.contains("K/N"), "{text}");
+}
+
 /// Start-ups, overshoots and clipped steps are named.
 #[test]
 fn order_names_what_is_wrong_with_a_program() {

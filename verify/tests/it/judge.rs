@@ -209,6 +209,34 @@ fn regions_of_stability_of_multistep_methods_are_those_of_the_literature() {
     }
 }
 
+#[test]
+fn energy_and_work_are_looked_at_beside_those_of_others() {
+    let judged = |name: &str| judge(&shipped(name), Effort::Runs);
+    for (name, outcome) in [
+        ("forest-ruth", Outcome::Pass),
+        ("galerkin-radau2", Outcome::Pass),
+        ("rk4", Outcome::Pass),
+        ("bdf7", Outcome::NotRun),
+    ] {
+        let judgement = judged(name);
+        let energy = judgement.verdicts.iter().find(|verdict| verdict.subject == "energy").expect("there");
+        assert_eq!(energy.check.outcome, outcome, "{name}: {}", energy.check.reason);
+        let drifts = energy.check.statement.contains("energy drifts");
+        assert_eq!(drifts, name == "rk4", "{}", energy.check.statement);
+        if let Some(Ok((_, points))) = &judgement.work {
+            for rival in ["rk4", "diffsol-tsit45"] {
+                assert!(points.iter().filter(|point| point.solver == rival).count() >= 3, "{name}: {rival}");
+            }
+            assert!(points.iter().all(|point| point.work[1] > 0));
+        }
+    }
+    // A wrong sign in the last kick: what is claimed to keep energy does not.
+    let broken = shipped("stormer-verlet").replace("b_hat = [\"1/2\", \"1/2\"]", "b_hat = [\"2/5\", \"3/5\"]");
+    let judgement = judge(&broken, Effort::Runs);
+    let energy = judgement.verdicts.iter().find(|verdict| verdict.subject == "energy").expect("there");
+    assert!(energy.check.statement.contains("energy drifts") && energy.check.outcome == Outcome::Pass, "{energy:?}");
+}
+
 /// What a kind is not judged by is neither confirmed nor refuted.
 #[test]
 fn a_claim_that_a_kind_is_not_judged_by_is_inconclusive() {

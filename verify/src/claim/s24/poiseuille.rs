@@ -8,7 +8,7 @@ use crate::experiment::floors::{self, A_QUARTER, Floors};
 use crate::experiment::one_step::OneStep;
 use crate::experiment::{Context, StudyError};
 use crate::measure::norm::Extremes;
-use crate::measure::richardson::Richardson;
+use crate::measure::refinement::three_grids::Triplet;
 use crate::row;
 
 use super::{BOTH, YARDSTICKS};
@@ -211,21 +211,23 @@ fn a_quarter(context: &Context) -> Result<Finding, StudyError> {
 fn floor(context: &Context) -> Result<Finding, StudyError> {
     let values = [0.001, 0.002, 0.004].map(|h| error(context, BOTH[0], AVERAGED, h));
     let [fine, medium, coarse] = values;
-    let limit = Richardson::new([fine?, medium?, coarse?], 2.0)?;
+    let fine = fine?;
+    let limit = Triplet::new([(0.001, fine), (0.002, medium?), (0.004, coarse?)], 0.0)?;
+    let uncertainty = limit.gci * fine.abs();
     let galerkin = context.get(Floors)?.galerkin;
     let cases = vec![
-        Case::above("limit of the largest error of Method I", limit.limit, limit.gci),
+        Case::above("limit of the largest error of Method I", limit.limit, uncertainty),
         Case::below(
             "its difference from the distance of the Galerkin solution",
             (limit.limit - galerkin).abs(),
-            limit.gci,
+            uncertainty,
         ),
     ];
     let evidence = format!(
         "Steps of 0.004, 0.002 and 0.001 extrapolate to {} ± {} with observed order {}; the Galerkin equation's solution is {} \
          from the flow.",
         text(limit.limit),
-        text(limit.gci),
+        text(uncertainty),
         text(limit.order),
         text(galerkin)
     );

@@ -88,7 +88,7 @@ pub(super) struct Args {
     t_end: Option<f64>,
 
     /// Coarsest step of the ladder
-    #[arg(long, value_name = "H", value_parser = positive)]
+    #[arg(long, value_name = "H", value_parser = args::positive)]
     coarsest: Option<f64>,
 
     /// Number of steps of the ladder
@@ -96,15 +96,15 @@ pub(super) struct Args {
     points: Option<u16>,
 
     /// Tolerance of a numerical reference, 1e-12 by default
-    #[arg(long, value_name = "TOL", value_parser = positive)]
+    #[arg(long, value_name = "TOL", value_parser = args::positive)]
     reference_tolerance: Option<f64>,
 
     /// Order to expect, in place of the one that theory has for the pair
-    #[arg(long, value_name = "P", value_parser = positive)]
+    #[arg(long, value_name = "P", value_parser = args::positive)]
     expect: Option<f64>,
 
     /// Largest distance from the expected order; 0.25 without reference
-    #[arg(long, value_name = "B", value_parser = positive)]
+    #[arg(long, value_name = "B", value_parser = args::positive)]
     band: Option<f64>,
 
     /// Form of the result: table, json or markdown
@@ -116,13 +116,6 @@ pub(super) struct Args {
 
     #[command(flatten)]
     program: ProgramArgs,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
-        _ => Err("expected a positive number".into()),
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -10,7 +10,7 @@ use verify::program::{Program, Request};
 
 use super::{Format, Measurement};
 use crate::cli::Status;
-use crate::cli::args::{ProblemArgs, assignment};
+use crate::cli::args::{ProblemArgs, assignment, positive};
 use crate::cli::error::Failure;
 use crate::cli::output::Output;
 
@@ -27,7 +27,7 @@ pub(super) struct ProgramArgs {
     time_limit: u64,
 
     /// Without a reference: steps to compare with each other
-    #[arg(long, value_name = "H,H,…", requires = "program", value_delimiter = ',', value_parser = super::positive)]
+    #[arg(long, value_name = "H,H,…", requires = "program", value_delimiter = ',', value_parser = positive)]
     h: Vec<f64>,
 
     /// Refine a parameter instead, at the step --h: cells=32,64,128

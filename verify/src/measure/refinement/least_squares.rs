@@ -5,6 +5,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::measure::search::minimum;
+
 /// Orders between which a power law is trusted as it is, for a scheme of nominal order 2.
 const TRUSTED: (f64, f64) = (0.5, 2.1);
 /// Orders among which the power law is looked for.
@@ -138,7 +140,7 @@ impl Candidate {
                 if least == 0 || least == PIECES {
                     return None;
                 }
-                let order = minimise(&squares, at(least - 1), at(least + 1));
+                let order = minimum([at(least - 1), at(least + 1)], 1e-10, squares);
                 Self::linear(points, form, order, weighted)
             }
         }
@@ -192,14 +194,4 @@ impl Candidate {
         }
         Power { order: self.order, stderr, sensitivity, limit: self.coefficients[0] }
     }
-}
-
-/// The least value of a function with one minimum in [a, b], by the golden section.
-fn minimise(f: &impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    while b - a > 1e-10 {
-        let (c, d) = (b - golden * (b - a), a + golden * (b - a));
-        if f(c) < f(d) { b = d } else { a = c }
-    }
-    0.5 * (a + b)
 }

@@ -4,6 +4,7 @@
 //! J. Fluids Eng. 130 (2008) 078001; P. J. Roache, J. Fluids Eng. 116 (1994) 405.
 
 use super::least_difference;
+use crate::measure::search::root;
 
 /// Safety factor of the grid convergence index on three grids.
 pub const SAFETY: f64 = 1.25;
@@ -139,16 +140,7 @@ fn orders(quotient: f64, r21: f64, r32: f64) -> Vec<f64> {
     let equation = |p: f64| p * r21.ln() - outer(p);
     let at = |k: u32| ORDERS.0 + (ORDERS.1 - ORDERS.0) * f64::from(k) / f64::from(PIECES);
     let bracketed = (0..PIECES).map(|k| (at(k), at(k + 1))).filter(|(a, b)| equation(*a) * equation(*b) <= 0.0);
-    let mut roots: Vec<f64> = bracketed.map(|(a, b)| bisect(&equation, a, b)).collect();
+    let mut roots: Vec<f64> = bracketed.filter_map(|(a, b)| root([a, b], equation)).collect();
     roots.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
     roots
-}
-
-fn bisect(f: &impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
-    let sign = f(a).signum();
-    while b - a > 4.0 * f64::EPSILON * b {
-        let middle = 0.5 * (a + b);
-        if f(middle).signum() == sign { a = middle } else { b = middle }
-    }
-    0.5 * (a + b)
 }

@@ -1,0 +1,132 @@
+//! Work and error of a method from a file beside those of lsvi, CVODE and diffsol: counted, not timed.
+
+use rayon::prelude::*;
+
+use super::evidence::table;
+use super::method::FileMethod;
+use super::problem::NonAutonomous;
+use crate::evidence::{Cell, Table};
+use crate::kinds::Principle;
+use crate::measure::norm::distance;
+use crate::method::{self, Method};
+use crate::problem::{self, Problem, Window};
+use crate::reference;
+use crate::run::run;
+
+/// A solver at one setting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Its name.
+    pub solver: String,
+    /// Its step, or its tolerance.
+    pub setting: f64,
+    /// Steps, evaluations of f or of the equations of a step, and factorizations.
+    pub work: [u64; 3],
+    /// The largest error at the end.
+    pub error: f64,
+}
+
+/// Where methods are compared, and with whom.
+struct Field {
+    problem: Box<dyn Problem>,
+    name: &'static str,
+    horizon: f64,
+    rivals: &'static [&'static str],
+}
+
+/// Halvings of the coarsest step, a sixteenth of the horizon.
+const HALVINGS: i32 = 7;
+/// Tolerances of the libraries.
+const TOLERANCES: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
+/// Accuracy at which the work is told.
+const TARGET: f64 = 1e-4;
+
+fn field(method: &FileMethod, mechanical: bool) -> Result<Field, String> {
+    if mechanical || method.principle() == Principle::Hamilton {
+        let problem = problem::build("henon-heiles", &[]).map_err(|error| error.to_string())?;
+        let rivals = &["stormer-verlet", "galerkin-gauss(2)", "implicit-midpoint", "rk4"];
+        return Ok(Field { problem, name: "henon-heiles", horizon: 2.0, rivals });
+    }
+    if method.principle() == Principle::Equation {
+        let problem = Box::new(NonAutonomous(Window { horizon: 2.0, coarsest: 0.1 }));
+        let rivals = &["method-i", "rk4", "tr-bdf2", "bdf2", "implicit-midpoint"];
+        return Ok(Field { problem, name: "v̇ = f(t, v)", horizon: 2.0, rivals });
+    }
+    let problem = problem::build("damped-pendulum", &[]).map_err(|error| error.to_string())?;
+    let rivals = &["method-i", "rk4", "tr-bdf2", "bdf2", "implicit-midpoint"];
+    Ok(Field { problem, name: "damped-pendulum", horizon: 2.0, rivals })
+}
+
+/// What every solver needs for what error; those that fail at a setting are left out there.
+///
+/// # Errors
+/// Why there is nothing to compare.
+pub(super) fn measure(method: &FileMethod, mechanical: bool) -> Result<(&'static str, Vec<Point>), String> {
+    let Field { problem, name, horizon, rivals } = field(method, mechanical)?;
+    let problem = &*problem;
+    let exact = problem.exact(horizon).or_else(|| problem.tabulated(horizon));
+    let exact = match exact {
+        Some(exact) => exact,
+        None => {
+            let reference = reference::by_name("diffsol-tsit45").ok_or("no reference")?;
+            let solved = reference.solve(problem.ode(), 0.0, &problem.initial(), &[horizon]);
+            solved.map_err(|error| error.to_string())?.states.swap_remove(0)
+        }
+    };
+    let rivals: Vec<Box<dyn Method>> = rivals.iter().filter_map(|rival| method::parse(rival).ok()).collect();
+    let methods: Vec<&dyn Method> = std::iter::once(method as &dyn Method).chain(rivals.iter().map(|m| &**m)).collect();
+    let fixed = methods.into_par_iter().flat_map_iter(|method| {
+        let exact = &exact;
+        (0..HALVINGS).filter_map(move |k| {
+            let h = horizon / 16.0 * 0.5_f64.powi(k);
+            let run = run(problem, method, h, horizon, |_| {}).ok()?;
+            let error = distance(&run.end.q, exact);
+            let work = [run.work.steps, run.work.residuals, run.work.factorizations];
+            Some(Point { solver: method.name(), setting: h, work, error })
+        })
+    });
+    let mut points: Vec<Point> = fixed.collect();
+    points.par_extend(reference::all().into_par_iter().flat_map_iter(|reference| {
+        let exact = &exact;
+        TOLERANCES.into_iter().filter_map(move |tolerance| {
+            let run = reference.run(problem.ode(), 0.0, &problem.initial(), &[horizon], tolerance).ok()?;
+            let work = [run.work.steps, run.work.rhs, run.work.factorizations];
+            Some(Point {
+                solver: reference.name().into(),
+                setting: tolerance,
+                work,
+                error: distance(run.states.last()?, exact),
+            })
+        })
+    }));
+    points.retain(|point| point.error.is_finite());
+    Ok((name, points))
+}
+
+/// The least work of each solver that is accurate to [`TARGET`], in the order of the solvers.
+pub(super) fn summary(problem: &str, points: &[Point]) -> String {
+    let mut names: Vec<&str> = points.iter().map(|point| point.solver.as_str()).collect();
+    names.dedup();
+    let least = |name: &str| {
+        let there = points.iter().filter(|point| point.solver == name && point.error <= TARGET);
+        let least = there.map(|point| point.work[1]).min();
+        format!("{name} {}", least.map_or_else(|| "not reached".into(), |count| count.to_string()))
+    };
+    let counts: Vec<String> = names.into_iter().map(least).collect();
+    format!("evaluations for an error of {TARGET:e} on {problem}: {}", counts.join(", "))
+}
+
+/// Every run.
+pub(super) fn work_table(points: &[Point]) -> Table {
+    let row = |point: &Point| {
+        let counts = point.work.map(|count| Cell::Integer(count as i64));
+        let mut row = vec![Cell::Text(point.solver.clone()), Cell::Number(point.setting)];
+        row.extend(counts);
+        row.push(Cell::Number(point.error));
+        row
+    };
+    let caption = "Work and error of every run, fixed steps by h and the libraries by tolerance: steps, evaluations of f or of the \
+                   equations of a step, factorizations.";
+    let columns = ["solver", "h or tolerance", "steps", "evaluations", "factorizations", "error"];
+    table("work", caption, &columns, points.iter().map(row).collect())
+}
