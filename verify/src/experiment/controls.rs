@@ -4,13 +4,13 @@ use std::f64::consts::SQRT_2;
 
 use nalgebra::Complex;
 
-use super::errors::build;
 use super::{Context, Experiment, StudyError};
 use crate::measure::amplification::Amplification;
 use crate::measure::norm::distance;
 use crate::measure::order::{Expectation, Sample, fit, ladder};
 use crate::method;
 use crate::order::roundoff;
+use crate::problem;
 use crate::run::run;
 
 /// All controls.
@@ -64,7 +64,7 @@ impl Experiment for Controls {
 
 /// The verdict on a method said to be of second order, on logistic growth with the solution times `scale`.
 fn second_order(method: &str, scale: f64) -> Result<String, StudyError> {
-    let (problem, method) = (build("logistic", &[])?, method::parse(method)?);
+    let (problem, method) = (problem::build_setting("logistic")?, method::parse(method)?);
     let exact = problem.exact(2.0).ok_or("logistic growth has an exact solution")?;
     let mut samples = Vec::new();
     for h in ladder(2.0, 0.2, SQRT_2, 13) {

@@ -1,8 +1,8 @@
 //! The mean energy error over a long run.
 
-use super::errors::build;
 use super::{Context, Experiment, StudyError};
 use crate::method;
+use crate::problem;
 use crate::run::run;
 
 /// A run of a mechanical problem from its initial state.
@@ -30,7 +30,7 @@ impl Experiment for EnergyCourse {
     fn measure(&self, context: &Context) -> Result<Self::Found, StudyError> {
         context.announce(1);
         let Self { problem, method, h, steps } = *self;
-        let problem = build(problem, &[])?;
+        let problem = problem::build_setting(problem)?;
         let invariants = problem.invariants();
         let energy = invariants.iter().find(|i| i.name == "energy").ok_or("the problem has no energy")?;
         let start = energy.value(&problem.initial());

@@ -24,22 +24,11 @@ pub fn roundoff(h: f64, error: f64) -> f64 {
     8.0 * f64::EPSILON * (1.0 + h.recip()) * (1.0 + error)
 }
 
-/// Parameters of a problem as text.
-pub type Set = &'static [(&'static str, &'static str)];
-
-/// The problem `name` with parameters.
-pub(super) fn build(name: &str, set: Set) -> Result<Box<dyn Problem>, StudyError> {
-    let set: Vec<_> = set.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
-    Ok(problem::build(name, &set)?)
-}
-
 /// One run of a method on a problem with one component and a known solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
-    /// The problem.
+    /// The problem with its parameters: `linear-drag lambda=2.5`.
     pub problem: &'static str,
-    /// Its parameters.
-    pub set: Set,
     /// The method.
     pub method: &'static str,
     /// The step size.
@@ -47,9 +36,9 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// On the problem with its default parameters.
+    /// A run of `method` on `problem`.
     pub fn of(problem: &'static str, method: &'static str, h: f64) -> Self {
-        Self { problem, set: &[], method, h }
+        Self { problem, method, h }
     }
 
     /// The largest error in `context`; infinite if a step fails.
@@ -98,9 +87,9 @@ impl Experiment for Errors {
 
     fn measure(&self, context: &Context) -> Result<Run, StudyError> {
         context.announce(1);
-        let Self { problem, set, method, h } = *self;
-        let exact = context.get(Exact { problem, set, h })?;
-        let problem = build(problem, set)?;
+        let Self { problem, method, h } = *self;
+        let exact = context.get(Exact { problem, h })?;
+        let problem = problem::build_setting(problem)?;
         let mut largest = Largest::default();
         let mut errors = Vec::new();
         let mut keep = kept(exact.len()).into_iter().peekable();
@@ -123,7 +112,7 @@ impl Experiment for Errors {
 
 impl Errors {
     fn predicted(&self, problem: &dyn Problem, exact: &[f64]) -> Option<f64> {
-        let map = maps::of(self.problem).filter(|_| self.set.is_empty())?;
+        let map = maps::of(self.problem)?;
         let mut v = problem.initial()[0];
         let mut largest = Largest::default();
         for exact in exact {
@@ -162,7 +151,7 @@ impl Experiment for Decay {
 
     fn measure(&self, context: &Context) -> Result<f64, StudyError> {
         context.announce(1);
-        let problem = build(self.problem, &[])?;
+        let problem = problem::build_setting(self.problem)?;
         let (mut early, mut late) = (0.0, 0.0);
         let outcome = run(&*problem, &*method::parse(self.method)?, self.h, Self::END, |state| {
             let error = problem.exact(state.t).map_or(f64::NAN, |exact| (state.q[0] - exact[0]).abs());
@@ -186,8 +175,8 @@ impl Experiment for Work {
     type Found = [f64; 2];
 
     fn measure(&self, _: &Context) -> Result<[f64; 2], StudyError> {
-        let Errors { problem, set, method, h } = self.0;
-        let problem = build(problem, set)?;
+        let Errors { problem, method, h } = self.0;
+        let problem = problem::build_setting(problem)?;
         let work = run(&*problem, &*method::parse(method)?, h, HORIZON, |_| {})?.work;
         Ok([work.factorizations as f64, work.residuals as f64])
     }
@@ -197,7 +186,6 @@ impl Experiment for Work {
 #[derive(Debug)]
 struct Exact {
     problem: &'static str,
-    set: Set,
     h: f64,
 }
 
@@ -206,7 +194,7 @@ impl Experiment for Exact {
     type Found = Vec<f64>;
 
     fn measure(&self, _: &Context) -> Result<Vec<f64>, StudyError> {
-        let problem = build(self.problem, self.set)?;
+        let problem = problem::build_setting(self.problem)?;
         let at = |n: usize| {
             let t = n as f64 * self.h;
             problem.exact(t).map(|v| v[0]).ok_or_else(|| format!("no exact solution at t = {t}").into())

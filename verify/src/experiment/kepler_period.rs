@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use lsvi::Work;
 
-use super::errors::build;
 use super::{Context, Experiment, StudyError};
 use crate::measure::norm::distance;
 use crate::method;
+use crate::problem;
 use crate::run::run;
 
 /// One period in equal steps.
@@ -34,7 +34,7 @@ impl Experiment for KeplerPeriod {
 
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         context.announce(1);
-        let kepler = build("kepler", &[])?;
+        let kepler = problem::build_setting("kepler")?;
         let run = run(&*kepler, &*method::parse(&self.method)?, TAU / f64::from(self.steps), TAU, |_| {})?;
         let exact = kepler.exact(TAU).ok_or("no exact solution is known")?;
         context.tick();

@@ -4,8 +4,8 @@ use lsvi::Variational;
 use lsvi::closure::{Linear, LinearClosure, PositionMomentum};
 use lsvi::discrete::Trapezoidal;
 
-use super::errors::build;
 use super::{Context, Experiment, StudyError};
+use crate::problem;
 
 /// How the trapezoidal least-squares Lagrangian is closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +53,7 @@ impl Experiment for MomentumMap {
 
 impl MomentumMap {
     fn closed_by(&self, closure: impl LinearClosure) -> Result<Found, StudyError> {
-        let problem = build(self.problem, &[])?;
+        let problem = problem::build_setting(self.problem)?;
         let mut method = Variational::new(Trapezoidal::new(problem.lagrangian()?), closure);
         let map = method.step_with_tangent(0.0, self.h, &mut [1.0], &mut [0.0])?;
         let (trace, determinant) = (map.trace(), map.determinant());

@@ -1,18 +1,16 @@
 //! One step of a method on a problem with one component.
 
-use super::errors::{Set, build};
 use super::{Context, Experiment, ExperimentError, StudyError};
 use crate::measure::search::try_root;
 use crate::method;
+use crate::problem;
 use crate::run::{RunError, run};
 
 /// One step from the initial state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OneStep {
-    /// The problem.
+    /// The problem with its parameters.
     pub problem: &'static str,
-    /// Its parameters.
-    pub set: Set,
     /// The method.
     pub method: String,
     /// The step size.
@@ -22,7 +20,7 @@ pub struct OneStep {
 impl OneStep {
     /// On v̇ = −v from 1: the growth factor R(h).
     pub fn growth(method: impl Into<String>, h: f64) -> Self {
-        Self { problem: "linear-drag", set: &[], method: method.into(), h }
+        Self { problem: "linear-drag", method: method.into(), h }
     }
 
     /// On v̇ = −v² from 1.
@@ -45,7 +43,7 @@ impl Experiment for OneStep {
     type Found = Result<f64, RunError>;
 
     fn measure(&self, _: &Context) -> Result<Self::Found, StudyError> {
-        let problem = build(self.problem, self.set)?;
+        let problem = problem::build_setting(self.problem)?;
         Ok(run(&*problem, &*method::parse(&self.method)?, self.h, self.h, |_| {}).map(|run| run.end.q[0]))
     }
 }

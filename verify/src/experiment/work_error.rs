@@ -5,7 +5,6 @@ use std::time::Instant;
 use lsvi::adaptive::Tolerances;
 use rayon::prelude::*;
 
-use super::errors::{Set, build};
 use super::{Context, Experiment, StudyError};
 use crate::kinds::Principle;
 use crate::measure::norm::{distance, max_norm};
@@ -88,10 +87,8 @@ pub struct Times {
 /// A problem to its end.
 #[derive(Debug, Clone)]
 pub struct WorkError {
-    /// The problem.
+    /// The problem with its parameters; its small version where there are none.
     pub problem: &'static str,
-    /// Its parameters; its small version where there are none.
-    pub set: Set,
     /// The end.
     pub horizon: f64,
     /// What is run.
@@ -106,7 +103,8 @@ impl Experiment for WorkError {
 
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         context.announce(1);
-        let problem = if self.set.is_empty() { problem::small(self.problem)? } else { build(self.problem, self.set)? };
+        let is_set = self.problem.contains(' ');
+        let problem = if is_set { problem::build_setting(self.problem)? } else { problem::small(self.problem)? };
         let mut found = measure(&*problem, self.horizon, self.plan)?;
         if let Some(target) = self.timed_at {
             found.times = time(&*problem, self.horizon, target, &found)?;

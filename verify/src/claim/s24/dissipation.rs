@@ -103,7 +103,7 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
     );
     let finding = Finding::on(cases, evidence).holds_where(format!("h v₀ < {}.", text(last)));
     if method == BOTH[0] {
-        let spurious = OneStep { set: &[("v0", "-1")], ..step(1.0) };
+        let spurious = OneStep { problem: "quadratic-drag v0=-1", ..step(1.0) };
         return Ok(finding.because(format!(
             "The step is a cubic in v₁, and two of its roots merge in a fold. The one that is left is negative and leads to \
              the fixed point v = −1/h of the method, where f ≠ 0: from v = −1 with h = 1 a live step gives {}.",

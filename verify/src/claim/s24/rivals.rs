@@ -3,7 +3,7 @@
 use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::Table;
-use crate::experiment::errors::{Crossing, Errors, Set, Work};
+use crate::experiment::errors::{Crossing, Errors, Work};
 use crate::experiment::{Context, StudyError};
 use crate::row;
 
@@ -49,22 +49,19 @@ const SAME: f64 = 1e-9;
 struct Setting {
     name: &'static str,
     problem: &'static str,
-    set: Set,
 }
 
 impl Setting {
     fn run(self, method: &'static str, h: f64) -> Errors {
-        let Self { problem, set, .. } = self;
-        Errors { problem, set, method, h }
+        Errors::of(self.problem, method, h)
     }
 }
 
-const LINEAR: Setting = Setting { name: "linear drag", problem: "linear-drag", set: &[] };
-const QUADRATIC: Setting = Setting { name: "quadratic drag", problem: "quadratic-drag", set: &[] };
+const LINEAR: Setting = Setting { name: "linear drag", problem: "linear-drag" };
+const QUADRATIC: Setting = Setting { name: "quadratic drag", problem: "quadratic-drag" };
 /// On the Poiseuille ansatz all methods get the Galerkin equation itself, v − γ/2 of v̇ = (5/4)(γ − 2v), v(0) = 0, γ = 2:
 /// projections are not compared here.
-const POISEUILLE: Setting =
-    Setting { name: "Poiseuille, Galerkin", problem: "linear-drag", set: &[("lambda", "2.5"), ("v0", "-1")] };
+const POISEUILLE: Setting = Setting { name: "Poiseuille, Galerkin", problem: "linear-drag lambda=2.5 v0=-1" };
 
 fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, StudyError> {
     let (mut cases, mut rows, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
