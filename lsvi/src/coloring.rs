@@ -4,7 +4,7 @@ use crate::linalg::Structure;
 
 /// Columns that no row meets twice, in as few groups as a greedy search finds: `lower + upper + 1` for a band.
 #[derive(Debug)]
-pub(crate) struct Coloring {
+pub struct Coloring {
     dim: usize,
     /// The group of each column.
     color: Vec<usize>,
@@ -13,7 +13,8 @@ pub(crate) struct Coloring {
 }
 
 impl Coloring {
-    pub(crate) fn new(dim: usize, structure: &Structure) -> Self {
+    /// The groups for matrices of order `dim` with the given structure.
+    pub fn new(dim: usize, structure: &Structure) -> Self {
         let mut column: Vec<Option<usize>> = Vec::new();
         let color = (0..dim)
             .map(|j| {
@@ -34,23 +35,23 @@ impl Coloring {
     }
 
     /// Number of groups.
-    pub(crate) fn groups(&self) -> usize {
+    pub fn groups(&self) -> usize {
         self.column.len() / self.dim.max(1)
     }
 
     /// The columns of group `c`.
-    pub(crate) fn columns(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
+    pub fn columns(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
         self.color.iter().enumerate().filter(move |(_, color)| **color == c).map(|(j, _)| j)
     }
 
     /// The column of group `c` that each row meets, as (row, column).
-    pub(crate) fn entries(&self, c: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+    pub fn entries(&self, c: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         let rows = &self.column[c * self.dim..(c + 1) * self.dim];
         rows.iter().enumerate().filter_map(|(i, j)| j.map(|j| (i, j)))
     }
 
     /// The column of group `c` that row `i` meets.
-    pub(crate) fn column(&self, c: usize, i: usize) -> Option<usize> {
+    pub fn column(&self, c: usize, i: usize) -> Option<usize> {
         self.column[c * self.dim + i]
     }
 }

@@ -259,6 +259,9 @@ pub enum SolveError {
         /// Max norm of the last increment.
         increment: f64,
     },
+    /// Newton's iteration converged, but to a root that is not continuous in the step size from the present state.
+    #[error("Newton's iteration converged to a root of another branch than the one that starts at the present state")]
+    OtherBranch,
     /// A derivative where the declared structure has none.
     #[error("the derivative of component {row} by component {column} lies outside the declared structure")]
     OutsideStructure {
@@ -266,6 +269,16 @@ pub enum SolveError {
         row: usize,
         /// Column of the entry.
         column: usize,
+    },
+    /// A field that declares f(t, v) = A v + g(t) and is not.
+    #[error(
+        "component {row} of the field is declared linear and is not: it differs from A v + g(t) by {difference:.1e}"
+    )]
+    NotLinear {
+        /// Component of f.
+        row: usize,
+        /// Its value less that of A v + g(t).
+        difference: f64,
     },
     /// The equations produced NaN or infinity.
     #[error("the equations are not finite at the present state")]

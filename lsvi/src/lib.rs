@@ -100,6 +100,7 @@ mod window;
 pub use autodiff::{
     AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, FieldFn, ForceFn, LagrangianFn, Scalar,
 };
+pub use coloring::Coloring;
 pub use constrained::Constrained;
 pub use constraint::Constraint;
 pub use error::{InputError, SolveError, StepError};
@@ -112,7 +113,7 @@ pub use operator::{Factored, Operator, Preconditioner, StepOperator};
 pub use trajectory::{Crossing, Trajectory};
 pub use two_step::TwoStep;
 pub use variational::{Variational, position_momentum};
-pub use vector_field::{VectorField, add_columns};
+pub use vector_field::{Differences, VectorField, add_columns};
 pub use window::Window;
 
 /// The versions of these crates whose types appear in this one's interface.

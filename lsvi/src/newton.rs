@@ -1,16 +1,19 @@
 //! Newton's method for step equations, held to the branch that starts at the present state.
 //!
 //! A step equation F(h, x) = 0 can have several roots, and more than one can be an attractor of Newton's iteration. The
-//! right one is continuous in h from x = x₀ at h = 0. A start from x₀ whose increments contract from the first one on by
-//! [`CONTRACTION`] finds it: in that ball (Newton–Kantorovich) the root is unique. Where they do not contract, the root is
-//! followed in h from a step so short that they do, and the end of the branch, a fold, is an error.
+//! right one is continuous in h from x = x₀ at h = 0. With A(s) = ∂F/∂x(s, x₀), it is found in one go where
 //!
-//! Contraction at h alone is not enough: where ∂F/∂x at x₀ is singular for some shorter step, the root nearest to x₀ may be
-//! another one. On the branch det ∂F/∂x cannot change its sign, so that a root where the sign is not the one that it has for
-//! h → 0 is refused, and so is one found from a start where it is not. Only an affine equation keeps its one root beyond a
-//! pole, where the determinant changes its sign: it is told by a second increment of less than √ε of the first, which leaves
-//! room for an ill-conditioned derivative. A nonlinear equation whose state is as small as √ε of its nonlinear scale is taken
-//! for one, as it behaves like one.
+//! - the increments contract by [`CONTRACTION`] from the first one on: in that ball (Newton–Kantorovich) the root is unique;
+//! - det A has the sign that it has for s → 0, before and after: on the branch it cannot change;
+//! - A stays regular on the way from 0 to h. It does where A(h) acts on the residual as its limit for s → 0 does, to within
+//!   [`CLOSE`]. Where it does not, first increments at h/2, h/4, … tell until two of them are in proportion: in a mode of
+//!   rate λ their ratio is (1 − z)/(2 − z), z = hλ, in the disk of diameter [½, 1] where Re z ≤ 0, and leaves it where A is
+//!   singular in between.
+//!
+//! Otherwise the root is followed in pieces of h, on each of which the branch hardly bends. Its end, a fold, is an error.
+//! Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a second
+//! increment of less than √ε of the first, which leaves room for an ill-conditioned derivative. A nonlinear equation whose
+//! state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
 
 use std::ops::Add;
 
@@ -19,10 +22,21 @@ use crate::linalg::{Jacobian, Lu, Structure, max_norm};
 
 /// Required ratio of successive increments: Newton–Kantorovich gives uniqueness for quadratic contraction from ½.
 const CONTRACTION: f64 = 0.5;
-/// Iterations of one attempt; quadratic contraction from ½ needs at most seven to reach roundoff.
-const ITERATIONS: u32 = 12;
-/// A part of the step at which det ∂F/∂x has the sign it has for h → 0: no rate of a problem reaches it.
+/// Ratio of the first two increments up to which the derivative, with quadratic contraction, changes by no more than a quarter
+/// on the way, so that no second root is as near as the first.
+const SURE_CONTRACTION: f64 = 0.125;
+/// Iterations of one attempt: as many as linear contraction by [`CONTRACTION`] needs to reach roundoff.
+const ITERATIONS: u32 = 60;
+/// Largest relative difference of two increments by derivatives that count as close.
+const CLOSE: f64 = 0.25;
+/// Radius of the disk round ⅝ for the ratio of increments by the derivatives at h and h/2; ⅜ belongs to modes that do not grow.
+const DECAYING: f64 = 0.4;
+/// Halvings of a step at which first increments are compared; stiffness of 2 to this power is beyond double precision.
+const HALVINGS: u32 = 60;
+/// A part of the step at which ∂F/∂x is what it is for h → 0: no rate of a problem reaches it.
 const SHORT: f64 = 1e-18;
+/// Growth of the next piece of a continuation after one that succeeded.
+const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
 const SHORTEST: f64 = 1e-10;
 /// Attempts on the pieces of one continuation. A fold takes log₂(1/SHORTEST) halvings, and the branch before it few more;
@@ -37,10 +51,24 @@ pub(crate) trait System {
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian);
     /// Replaces a first guess by the solution at h = 0, where the branch starts; unless they are the same.
     fn origin(&self, _x: &mut [f64]) {}
-    /// Whether the sign of det ∂F/∂x for h → 0 is the same for every step.
-    fn keeps_orientation(&self) -> bool {
-        false
+    fn limit(&self) -> LimitAtZero {
+        LimitAtZero::Unknown
     }
+    /// What ∂F/∂x is in proportion to for h → 0.
+    fn scale(&self, _h: f64) -> f64 {
+        1.0
+    }
+}
+
+/// What is known of ∂F/∂x for h → 0, after division by its [`System::scale`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LimitAtZero {
+    /// The sign of its determinant, and in most systems all of it, is the same for every step.
+    Kept,
+    /// It is regular, but depends on the state.
+    OfEachStep,
+    /// Nothing.
+    Unknown,
 }
 
 /// Counts of the work done in steps.
@@ -76,11 +104,29 @@ pub(crate) struct Newton {
     jacobian: Jacobian,
     lu: Lu,
     increment: Vec<f64>,
-    /// Start, and in a continuation the last point on the branch.
+    /// First guess.
+    guess: Vec<f64>,
+    /// The point of the branch from which an attempt starts: the solution at h = 0, in a continuation the last one found.
     origin: Vec<f64>,
-    /// Sign of det ∂F/∂x for h → 0, found at the first solution; NaN where it is not the same for every step, or not known.
-    orientation: Option<f64>,
+    /// The first increment of an attempt, and others to compare with.
+    whole: Vec<f64>,
+    part: Vec<f64>,
+    reference: Vec<f64>,
+    point: Vec<f64>,
+    limit: Limit,
     pub(crate) work: Work,
+}
+
+/// ∂F/∂x at the origin for h → 0.
+#[derive(Debug)]
+struct Limit {
+    /// Factors at the step size [`SHORT`] h.
+    lu: Lu,
+    is_regular: bool,
+    /// [`System::scale`] there.
+    scale: f64,
+    /// Sign of the determinant, NaN where it is not known; `None` before the first solution.
+    orientation: Option<f64>,
 }
 
 impl Newton {
@@ -91,12 +137,18 @@ impl Newton {
     /// For systems whose derivative has the given structure.
     pub(crate) fn with_structure(dim: usize, structure: &Structure) -> Self {
         let jacobian = Jacobian::with_structure(dim, structure);
+        let zeros = vec![0.0; dim];
         Self {
             lu: Lu::of(&jacobian),
+            limit: Limit { lu: Lu::of(&jacobian), is_regular: false, scale: 1.0, orientation: None },
             jacobian,
-            increment: vec![0.0; dim],
-            origin: vec![0.0; dim],
-            orientation: None,
+            increment: zeros.clone(),
+            guess: zeros.clone(),
+            origin: zeros.clone(),
+            whole: zeros.clone(),
+            part: zeros.clone(),
+            reference: zeros.clone(),
+            point: zeros,
             work: Work::default(),
         }
     }
@@ -104,33 +156,147 @@ impl Newton {
     /// Replaces `x`, a first guess, by the continuation of the branch from h = 0 to step size `h`.
     pub(crate) fn solve(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         debug_assert_eq!(x.len(), system.dim());
+        self.guess.copy_from_slice(x);
         self.origin.copy_from_slice(x);
-        if self.orientation.is_none() {
-            system.origin(&mut self.origin);
-            self.orientation = Some(self.orientation_at(system, SHORT * h));
-            self.origin.copy_from_slice(x);
+        system.origin(&mut self.origin);
+        let kind = system.limit();
+        let is_fresh =
+            kind == LimitAtZero::OfEachStep || (kind == LimitAtZero::Kept && self.limit.orientation.is_none());
+        if is_fresh {
+            self.set_limit(system, SHORT * h);
         }
-        match self.attempt(system, h, x) {
-            Ok(()) => Ok(()),
-            Err(first) => {
-                system.origin(&mut self.origin);
-                self.follow_branch(system, h, x, first)
-            }
+        self.point.copy_from_slice(x);
+        let found = self.iterate(system, h, x, CONTRACTION);
+        match found {
+            Ok(Root::Only) => return Ok(()),
+            Ok(Root::Found { .. }) if kind == LimitAtZero::Unknown => return Ok(()),
+            Ok(Root::Found { contraction }) if self.is_near_branch(system, h, contraction) => return Ok(()),
+            _ => {}
         }
+        if kind == LimitAtZero::Kept && !is_fresh {
+            self.set_limit(system, SHORT * h);
+            self.work.factorizations += 1;
+        }
+        let first = match found {
+            Ok(Root::Found { contraction }) if self.is_regular(system, h, contraction) => return Ok(()),
+            Ok(_) => SolveError::OtherBranch,
+            Err(error) => error,
+        };
+        self.follow_branch(system, h, x, first)
     }
 
-    /// The sign of det ∂F/∂x at (h, origin); NaN if it varies, or cannot be known.
-    fn orientation_at(&mut self, system: &mut impl System, h: f64) -> f64 {
-        if !system.keeps_orientation() {
-            return f64::NAN;
-        }
+    /// Factors ∂F/∂x at (h, origin).
+    fn set_limit(&mut self, system: &mut impl System, h: f64) {
         system.residual(h, &self.origin, &mut self.increment);
         self.jacobian.clear();
         system.derivative(h, &self.origin, &mut self.jacobian);
-        self.lu.factor(&self.jacobian).map_or(f64::NAN, |()| self.lu.sign())
+        let limit = &mut self.limit;
+        limit.is_regular = limit.lu.factor(&self.jacobian).is_ok();
+        limit.orientation = Some(if limit.is_regular { limit.lu.sign() } else { f64::NAN });
+        limit.scale = system.scale(h);
     }
 
-    /// Follows the branch from its origin in pieces of h, halved where Newton's iteration does not contract.
+    /// Whether ∂F/∂x is regular at the first guess for all steps up to `h`; `contraction` is the ratio of the second increment
+    /// to the first, which is `whole`.
+    fn is_regular(&mut self, system: &mut impl System, h: f64, mut contraction: f64) -> bool {
+        let mut s = h;
+        for _ in 0..HALVINGS {
+            if self.is_near_branch(system, s, contraction) {
+                return true;
+            }
+            let near_limit = self.is_near_limit(system, s) && self.is_along_tangent(system, s, 1.0);
+            // The same residual with the derivative for half the step.
+            system.residual(s, &self.point, &mut self.part);
+            let way = 0.5 * s / h;
+            let ends = self.origin.iter().zip(&self.guess);
+            self.point.iter_mut().zip(ends).for_each(|(x, (origin, guess))| *x = origin + way * (guess - origin));
+            if !self.set_increment_at_point(system, 0.5 * s) {
+                return false;
+            }
+            self.lu.solve(&mut self.part);
+            let scale = system.scale(0.5 * s) / system.scale(s);
+            self.part.iter_mut().for_each(|d| *d *= scale);
+            let (bend, size) = (difference(&self.part, 1.0, &self.whole), max_norm(&self.whole));
+            let close = bend <= CLOSE * size + self.roundoff();
+            if close && near_limit {
+                return true;
+            }
+            // The increment for the whole step in terms of that for the half: ¼ to 1 where nothing grows.
+            let decays = difference(&self.whole, 0.625, &self.part) <= DECAYING * max_norm(&self.part);
+            if !decays || contraction.is_nan() || contraction > SURE_CONTRACTION {
+                return false;
+            }
+            s *= 0.5;
+            self.whole.copy_from_slice(&self.increment);
+            for (x, d) in self.point.iter_mut().zip(&self.increment) {
+                *x -= d;
+            }
+            if !self.set_increment_at_point(system, s) {
+                return false;
+            }
+            contraction = max_norm(&self.increment) / max_norm(&self.whole);
+            for (x, d) in self.point.iter_mut().zip(&self.whole) {
+                *x += d;
+            }
+        }
+        false
+    }
+
+    /// Whether the derivative has hardly changed from its limit for h → 0, and the increment `whole` from (h, point), of which the
+    /// second is the part `contraction`, leads along the branch.
+    fn is_near_branch(&mut self, system: &mut impl System, h: f64, contraction: f64) -> bool {
+        contraction <= SURE_CONTRACTION
+            && self.is_near_limit(system, h)
+            && self.is_along_tangent(system, h, 2.0 * CLOSE)
+    }
+
+    /// Whether the limit of the derivative for h → 0 makes the same increment of the residual at (h, point) as `whole`.
+    fn is_near_limit(&mut self, system: &mut impl System, h: f64) -> bool {
+        if !self.limit.is_regular {
+            return false;
+        }
+        system.residual(h, &self.point, &mut self.part);
+        self.work.residuals += 1;
+        self.limit.lu.solve(&mut self.part);
+        is_close(&self.whole, self.limit.scale / system.scale(h), &self.part, self.roundoff())
+    }
+
+    /// Whether the increment `whole` from (h, point) leads along the tangent of the branch at the origin, to within `allowed` of
+    /// the longer of the two. With 1 they may not be opposite, but one of them may vanish, as for a start from rest.
+    fn is_along_tangent(&mut self, system: &mut impl System, h: f64, allowed: f64) -> bool {
+        system.residual(SHORT * h, &self.origin, &mut self.part);
+        self.work.residuals += 1;
+        self.limit.lu.solve(&mut self.part);
+        let scale = self.limit.scale / (SHORT * system.scale(SHORT * h));
+        let way = |i: usize| self.point[i] - self.whole[i] - self.origin[i];
+        let (mut largest, mut along, mut apart) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for (i, tangent) in self.part.iter().enumerate() {
+            largest = largest.max(way(i).abs());
+            apart = apart.max((way(i) + scale * tangent).abs());
+            along = along.max((scale * tangent).abs());
+        }
+        apart <= allowed * largest.max(along)
+    }
+
+    /// Sets the increment at (h, point); false where the derivative is singular, or its determinant has changed its sign.
+    fn set_increment_at_point(&mut self, system: &mut impl System, h: f64) -> bool {
+        let point = std::mem::take(&mut self.point);
+        let found = self.set_increment(system, h, &point);
+        self.point = point;
+        found.is_ok() && !self.is_turned()
+    }
+
+    /// A few roundings of the present state.
+    fn roundoff(&self) -> f64 {
+        8.0 * f64::EPSILON * max_norm(&self.origin)
+    }
+
+    /// Whether the determinant of the matrix that was factored last is known to differ in sign from its limit.
+    fn is_turned(&self) -> bool {
+        self.limit.orientation == Some(-self.lu.sign())
+    }
+
+    /// Follows the branch from its origin in pieces of h, halved where they are not [sure](Self::advance).
     fn follow_branch(
         &mut self,
         system: &mut impl System,
@@ -145,12 +311,11 @@ impl Newton {
                 return Ok(());
             }
             let target = if reached + piece >= h { h } else { reached + piece };
-            x.copy_from_slice(&self.origin);
-            match self.attempt(system, target, x) {
+            match self.advance(system, reached, target, x) {
                 Ok(()) => {
                     self.origin.copy_from_slice(x);
                     reached = target;
-                    piece *= 2.0;
+                    piece *= GROWTH;
                 }
                 Err(error) => {
                     failure = error;
@@ -167,59 +332,117 @@ impl Newton {
         Err(failure)
     }
 
+    /// Sets `x` to the continuation of the branch from the origin, its point at `from`, to `target`.
+    fn advance(&mut self, system: &mut impl System, from: f64, target: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        x.copy_from_slice(&self.origin);
+        let middle = 0.5 * (from + target);
+        self.set_increment(system, middle, x)?;
+        system.residual(target, x, &mut self.part);
+        self.lu.solve(&mut self.part);
+        let scale = system.scale(middle) / system.scale(target);
+        self.part.iter_mut().for_each(|d| *d *= scale);
+        let reference = (from == 0.0 && self.limit.is_regular).then(|| {
+            system.residual(target, x, &mut self.reference);
+            self.limit.lu.solve(&mut self.reference);
+            self.limit.scale / system.scale(target)
+        });
+        self.set_increment(system, target, x)?;
+        let close = is_close(&self.increment, 1.0, &self.part, self.roundoff())
+            && reference.is_none_or(|scale| {
+                self.whole.copy_from_slice(&self.increment);
+                self.point.copy_from_slice(x);
+                is_close(&self.increment, scale, &self.reference, self.roundoff())
+                    && self.is_along_tangent(system, target, 1.0)
+            });
+        if !close {
+            return Err(SolveError::Diverged { iterations: 1, increment: max_norm(&self.increment) });
+        }
+        self.iterate(system, target, x, SURE_CONTRACTION).map(drop)
+    }
+
+    /// Sets the increment of Newton's iteration at (h, x); the derivative there is factored.
+    fn set_increment(&mut self, system: &mut impl System, h: f64, x: &[f64]) -> Result<(), SolveError> {
+        system.residual(h, x, &mut self.increment);
+        self.work.residuals += 1;
+        if !max_norm(&self.increment).is_finite() {
+            return Err(SolveError::NonFinite);
+        }
+        self.jacobian.clear();
+        system.derivative(h, x, &mut self.jacobian);
+        self.work.factorizations += 1;
+        self.lu.factor(&self.jacobian)?;
+        self.lu.solve(&mut self.increment);
+        if max_norm(&self.increment).is_finite() { Ok(()) } else { Err(SolveError::NonFinite) }
+    }
+
     /// Newton's iteration from `x`, which must contract from the start.
+    pub(crate) fn attempt(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        self.iterate(system, h, x, CONTRACTION).map(drop)
+    }
+
+    /// Newton's iteration from `x`, whose second increment must be at most `first` of the one before, and each further one
+    /// at most [`CONTRACTION`]; leaves in `whole` what the first one gives.
     ///
     /// It stops on the increment: a residual cancels like ε |q| / h and has no threshold of its own. With the ratio θ of the
-    /// last two increments δ, the error left after an increment is at most θ/(1 − θ) δ.
-    pub(crate) fn attempt(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
-        let (mut last, mut start) = (f64::INFINITY, f64::NAN);
+    /// last two increments δ, the error left after an increment is at most θ/(1 − θ) δ. Ill-conditioned equations stagnate
+    /// above ε |x|, after contraction has reached √ε |x|.
+    fn iterate(&mut self, system: &mut impl System, h: f64, x: &mut [f64], first: f64) -> Result<Root, SolveError> {
+        let (mut last, mut ratio, mut turned) = (f64::INFINITY, f64::NAN, false);
         for iterations in 1..=ITERATIONS {
-            system.residual(h, x, &mut self.increment);
-            self.work.residuals += 1;
-            if !max_norm(&self.increment).is_finite() {
-                return Err(SolveError::NonFinite);
-            }
-            self.jacobian.clear();
-            system.derivative(h, x, &mut self.jacobian);
-            self.work.factorizations += 1;
-            self.lu.factor(&self.jacobian)?;
-            if iterations == 1 {
-                start = self.lu.sign();
-            }
-            self.lu.solve(&mut self.increment);
+            self.set_increment(system, h, x)?;
             let delta = max_norm(&self.increment);
-            if !delta.is_finite() {
-                return Err(SolveError::NonFinite);
-            }
             for (x, d) in x.iter_mut().zip(&self.increment) {
                 *x -= d;
             }
-            let roundoff = f64::EPSILON * max_norm(x).max(max_norm(&self.origin));
-            let theta = if last.is_finite() { delta / last } else { 1.0 };
-            if delta <= 4.0 * roundoff || (theta < CONTRACTION && theta * delta <= roundoff) {
-                return self.accept(start, iterations, theta, delta);
+            if iterations == 1 {
+                turned = self.is_turned();
+                self.whole.copy_from_slice(&self.increment);
             }
-            if last.is_finite() && theta > CONTRACTION {
-                // Ill-conditioned equations stagnate above ε |x|, after contraction has reached √ε |x|.
-                let stagnates = last <= f64::EPSILON.sqrt() * max_norm(x).max(max_norm(&self.origin));
-                let diverged = Err(SolveError::Diverged { iterations, increment: delta });
-                return if stagnates { self.accept(start, iterations, theta, delta) } else { diverged };
+            let size = max_norm(x).max(max_norm(&self.origin));
+            let roundoff = f64::EPSILON * size;
+            let theta = if last.is_finite() { delta / last } else { 1.0 };
+            let contraction = if iterations == 2 { first } else { CONTRACTION };
+            if iterations == 2 {
+                ratio = theta;
+            }
+            let converged =
+                delta <= 4.0 * roundoff || (theta < contraction && theta * delta <= (1.0 - theta) * roundoff);
+            // A piece of a continuation may be short because two branches cross there.
+            let may_cross = iterations == 2 && first < CONTRACTION;
+            let is_small = last <= f64::EPSILON.sqrt() * size && !may_cross;
+            if converged || (is_small && theta >= 1.0) {
+                let only = iterations == 1 || (iterations == 2 && theta <= f64::EPSILON.sqrt());
+                if !only && (turned || self.is_turned()) {
+                    return Err(SolveError::OtherBranch);
+                }
+                return Ok(if only { Root::Only } else { Root::Found { contraction: ratio } });
+            }
+            if last.is_finite() && theta > contraction && !is_small {
+                return Err(SolveError::Diverged { iterations, increment: delta });
             }
             last = delta;
         }
         Err(SolveError::Diverged { iterations: ITERATIONS, increment: last })
     }
+}
 
-    /// Accepts the root that the last increments `delta`, in the ratio `theta`, have led to, unless it is on another branch
-    /// or ∂F/∂x, whose determinant had the sign `start` at first, was singular on the way there.
-    fn accept(&self, start: f64, iterations: u32, theta: f64, increment: f64) -> Result<(), SolveError> {
-        let at_rest = iterations == 1;
-        let affine = iterations == 2 && theta <= f64::EPSILON.sqrt();
-        if !at_rest && !affine && [start, self.lu.sign()].iter().any(|sign| self.orientation == Some(-sign)) {
-            return Err(SolveError::Diverged { iterations, increment });
-        }
-        Ok(())
-    }
+/// Whether `b` times `factor` is `a` to within [`CLOSE`], or to within rounding.
+fn is_close(a: &[f64], factor: f64, b: &[f64], roundoff: f64) -> bool {
+    difference(a, factor, b) <= CLOSE * max_norm(a) + roundoff
+}
+
+/// Largest component of `a` − `factor` `b`; NaN if any is NaN.
+fn difference(a: &[f64], factor: f64, b: &[f64]) -> f64 {
+    let components = a.iter().zip(b).map(|(a, b)| (a - factor * b).abs());
+    components.fold(0.0, |m: f64, x| if x.is_nan() { x } else { m.max(x) })
+}
+
+/// What Newton's iteration converged to.
+enum Root {
+    /// The start itself, or the one root of an affine equation.
+    Only,
+    /// A root, with the ratio of the first two increments; the derivative did not change its orientation on the way there.
+    Found { contraction: f64 },
 }
 
 #[cfg(test)]
@@ -270,7 +493,7 @@ mod tests {
     fn gives_up_on_a_wrong_derivative() {
         let mut newton = Newton::new(1);
         assert!(newton.solve(&mut Wrong, 0.5, &mut [0.0]).is_err());
-        assert!(newton.work.residuals <= u64::from(PIECES * ITERATIONS));
+        assert!(newton.work.residuals <= u64::from(PIECES * (ITERATIONS + 2)));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::{Jacobian, Lu, Structure};
-use crate::newton::{Newton, System, Work};
+use crate::newton::{LimitAtZero, Newton, System, Work};
 
 /// One step solves the stationarity conditions and the closure together for the interior values and q₁, then sets
 /// p₁ = D₂L_d, Eqs. (6), (8).
@@ -143,11 +143,15 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
     }
 
     /// The derivative tends to (α + β) L_vv/h, unless α + β → 0.
-    fn keeps_orientation(&self) -> bool {
-        self.closure.linear().is_some_and(|closure| {
-            let w = closure.weights(0.0);
-            (w.alpha + w.beta).abs() > f64::EPSILON * (w.alpha.abs() + w.beta.abs())
-        })
+    fn limit(&self) -> LimitAtZero {
+        let Some(closure) = self.closure.linear() else { return LimitAtZero::OfEachStep };
+        let w = closure.weights(0.0);
+        let sum_vanishes = (w.alpha + w.beta).abs() <= f64::EPSILON * (w.alpha.abs() + w.beta.abs());
+        if sum_vanishes { LimitAtZero::OfEachStep } else { LimitAtZero::Kept }
+    }
+
+    fn scale(&self, h: f64) -> f64 {
+        if self.limit() == LimitAtZero::Kept { h.recip() } else { 1.0 }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use auto_impl::auto_impl;
 
+use crate::coloring::Coloring;
 use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::mass::Mass;
 
@@ -34,7 +35,8 @@ pub trait VectorField {
     }
 
     /// Whether f(t, v) = A v + g(t) with a constant matrix A. Methods may then factor once, and solve for the new value
-    /// itself instead of for increments, which keeps digits that f(t, v) has lost.
+    /// itself instead of for increments, which keeps digits that f(t, v) has lost. What it says is checked once per step
+    /// size, at the state of the step: [`SolveError::NotLinear`](crate::SolveError::NotLinear).
     fn is_linear(&self) -> bool {
         false
     }
@@ -47,9 +49,14 @@ pub trait VectorField {
 
     /// Adds `scale` · Σ_i w_i ∂²f_i/∂v_j∂v_k to `out` (j, k); nothing where f is linear in v.
     ///
-    /// Left empty for a nonlinear f, Newton's method becomes Gauss–Newton's: a step converges linearly, by the ratio of the
-    /// curvature times the residual to the square of B = M − h f_v, and only closures with α + β ≠ 0 have an equation.
-    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian);
+    /// Unless it is overridden, from differences of Jacobians: accurate to √ε, which Newton's iteration hardly notices, at the
+    /// cost of n + 1 Jacobians and some allocation. To add nothing where f is not linear makes the iteration that of Gauss
+    /// and Newton, which converges slowly or not at all.
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        if !self.is_linear() {
+            Differences::new(self.dim(), &self.structure()).add_curvature(self, t, v, w, scale, out);
+        }
+    }
 
     /// Writes J x, J = ∂f/∂v at (t, v).
     ///
@@ -93,6 +100,56 @@ pub trait VectorField {
         self.add_curvature(t, v, w, 1.0, &mut curvature);
         out.fill(0.0);
         curvature.mul_add(1.0, x, out);
+    }
+}
+
+/// Second derivatives from differences of Jacobians, with work space to be kept by a field that has no exact ones.
+#[derive(Debug)]
+pub struct Differences {
+    coloring: Coloring,
+    here: Jacobian,
+    there: Jacobian,
+    v: Vec<f64>,
+}
+
+impl Differences {
+    /// For a field in `dim` unknowns with a Jacobian of the given structure.
+    pub fn new(dim: usize, structure: &Structure) -> Self {
+        let here = Jacobian::with_structure(dim, structure);
+        Self { coloring: Coloring::new(dim, structure), there: here.clone(), here, v: vec![0.0; dim] }
+    }
+
+    /// Adds `scale` · Σ_i w_i ∂²f_i/∂v_j∂v_k of `field` to `out` (j, k), as [`VectorField::add_curvature`]: one Jacobian at v and
+    /// one for each group of columns that share no row, at distance √ε max(|v_k|, ‖v‖/1000).
+    pub fn add_curvature<F: VectorField + ?Sized>(
+        &mut self,
+        field: &F,
+        t: f64,
+        v: &[f64],
+        w: &[f64],
+        scale: f64,
+        out: &mut Jacobian,
+    ) {
+        self.here.clear();
+        field.add_jacobian(t, v, 1.0, &mut self.here);
+        let largest = max_norm(v);
+        let least = if largest > 0.0 { 1e-3 * largest } else { 1.0 };
+        for c in 0..self.coloring.groups() {
+            self.v.copy_from_slice(v);
+            for k in self.coloring.columns(c) {
+                self.v[k] += f64::EPSILON.sqrt() * v[k].abs().max(least);
+            }
+            self.there.clear();
+            field.add_jacobian(t, &self.v, 1.0, &mut self.there);
+            let (coloring, here, moved) = (&self.coloring, &self.here, &self.v);
+            self.there.for_each(|i, j, x| {
+                let Some(k) = coloring.column(c, i) else { return };
+                let difference = x - here.get(i, j);
+                if difference != 0.0 && w[i] != 0.0 {
+                    out.add(j, k, scale * w[i] * difference / (moved[k] - v[k]));
+                }
+            });
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, State};
 use crate::linalg::{Jacobian, Structure, add_block};
-use crate::newton::{Newton, System, Work};
+use crate::newton::{LimitAtZero, Newton, System, Work};
 use crate::variational::{StepEquations, repeat};
 
 /// K steps found together: the action Σ L_d is stationary in q₁, …, q_K, and in the interior values of every step.
@@ -223,8 +223,12 @@ impl<D: DiscreteLegendre> System for WindowEquations<'_, D> {
         repeat(self.q0, x);
     }
 
-    fn keeps_orientation(&self) -> bool {
-        true
+    fn limit(&self) -> LimitAtZero {
+        LimitAtZero::Kept
+    }
+
+    fn scale(&self, h: f64) -> f64 {
+        h.recip()
     }
 }
 

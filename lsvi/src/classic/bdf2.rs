@@ -4,7 +4,7 @@ use crate::error::{InputError, StepError, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, OneStep, State};
 use crate::linalg::Jacobian;
 use crate::mass::Mass;
-use crate::newton::{Newton, System, Work};
+use crate::newton::{LimitAtZero, Newton, System, Work};
 use crate::solver::StepSolver;
 use crate::vector_field::VectorField;
 
@@ -99,8 +99,8 @@ impl<F: VectorField> System for BdfEquation<'_, F> {
         self.field.add_jacobian(self.t + h, x, -gamma, out);
     }
 
-    fn keeps_orientation(&self) -> bool {
-        true
+    fn limit(&self) -> LimitAtZero {
+        LimitAtZero::Kept
     }
 }
 

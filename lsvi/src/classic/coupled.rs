@@ -6,7 +6,7 @@ use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, advance_one_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse};
-use crate::newton::{Newton, System, Work};
+use crate::newton::{LimitAtZero, Newton, System, Work};
 use crate::solver::check_assembled;
 use crate::vector_field::VectorField;
 
@@ -150,8 +150,8 @@ impl<F: VectorField> System for StageEquations<'_, F> {
         x.chunks_mut(self.v.len().max(1)).for_each(|y| y.copy_from_slice(self.v));
     }
 
-    fn keeps_orientation(&self) -> bool {
-        true
+    fn limit(&self) -> LimitAtZero {
+        LimitAtZero::Kept
     }
 }
 

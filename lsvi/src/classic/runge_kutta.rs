@@ -6,7 +6,7 @@ use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse, rate};
-use crate::newton::{Newton, System, Work};
+use crate::newton::{LimitAtZero, Newton, System, Work};
 use crate::solver::{StepSolver, check_assembled};
 use crate::vector_field::VectorField;
 
@@ -184,8 +184,8 @@ impl<F: VectorField> System for StageEquation<'_, F> {
         self.field.add_jacobian(self.t + self.c * s, y, -s * self.a, out);
     }
 
-    fn keeps_orientation(&self) -> bool {
-        true
+    fn limit(&self) -> LimitAtZero {
+        LimitAtZero::Kept
     }
 }
 

@@ -6,7 +6,7 @@ use crate::discrete::Interval;
 use crate::error::{InputError, SolveError};
 use crate::linalg::{Jacobian, Structure};
 use crate::mass::{Mass, MassInverse};
-use crate::newton::{self, Newton, Work};
+use crate::newton::{self, LimitAtZero, Newton, Work};
 use crate::solver::{first, second, structure_of};
 use crate::vector_field::VectorField;
 
@@ -114,12 +114,20 @@ impl FullNewton {
     }
 }
 
+impl<F: VectorField> Equation<'_, F> {
+    /// What the closure's equation, of order h where α + β → 0, is multiplied by.
+    fn row(&self, h: f64) -> f64 {
+        if self.closure.has_limit() { 1.0 } else { h.recip() }
+    }
+}
+
 impl<F: VectorField> newton::System for Equation<'_, F> {
     fn dim(&self) -> usize {
         2 * self.v0.len()
     }
 
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+        let row = self.row(h);
         let (mass, w, s) = (self.system.mass, self.closure.weights(h), &mut *self.s);
         let common = w.alpha + w.beta;
         for (i, pair) in x.chunks_exact(2).enumerate() {
@@ -145,35 +153,36 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
         s.plain.iter_mut().for_each(|x| *x *= -h);
         mass.mul_add(1.0, &s.sum, &mut s.plain);
         for ((pair, a), b) in out.chunks_exact_mut(2).zip(&s.transposed).zip(&s.plain) {
-            pair.copy_from_slice(&[*a, *b]);
+            pair.copy_from_slice(&[*a * row, *b]);
         }
     }
 
     fn derivative(&mut self, h: f64, _x: &[f64], out: &mut Jacobian) {
+        let row = self.row(h);
         let (w, s) = (self.closure.weights(h), &mut *self.s);
         let common = w.alpha + w.beta;
         self.system.mass.for_each(self.v0.len(), |i, j, m| {
             out.add(second(i), first(j), m);
             out.add(second(i), second(j), m);
-            out.add(first(i), first(j), common * m);
-            out.add(first(i), second(j), -common * m);
+            out.add(first(i), first(j), row * common * m);
+            out.add(first(i), second(j), -row * common * m);
         });
         s.end.for_each(|i, j, x| {
             out.add(second(i), second(j), -h * x);
-            out.add(first(j), first(i), -w.beta * h * x);
+            out.add(first(j), first(i), -row * w.beta * h * x);
         });
         out.inherit_outside(&s.end);
         if w.alpha != 0.0 {
-            s.start.for_each(|i, j, x| out.add(first(j), second(i), -w.alpha * h * x));
+            s.start.for_each(|i, j, x| out.add(first(j), second(i), -row * w.alpha * h * x));
             out.inherit_outside(&s.start);
         }
         s.curvature.clear();
         self.system.field.add_curvature(self.t + h, &s.v1, &s.z, -w.beta * h, &mut s.curvature);
-        s.curvature.for_each(|j, k, x| out.add(first(j), second(k), x));
+        s.curvature.for_each(|j, k, x| out.add(first(j), second(k), row * x));
         out.inherit_outside(&s.curvature);
     }
 
-    fn keeps_orientation(&self) -> bool {
-        self.closure.has_limit()
+    fn limit(&self) -> LimitAtZero {
+        if self.closure.has_limit() { LimitAtZero::Kept } else { LimitAtZero::OfEachStep }
     }
 }

@@ -223,3 +223,16 @@ impl FieldFn for Burgers {
         }
     }
 }
+
+/// v̇ = −v² on three unknowns.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Drag;
+
+impl FieldFn for Drag {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -*v * *v);
+    }
+}

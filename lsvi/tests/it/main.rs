@@ -1,6 +1,7 @@
 //! What the library promises, on systems small enough to know the answer; one binary, so that they are linked once.
 
 mod adaptive;
+mod branches;
 mod constraints;
 mod coupled;
 mod fields;

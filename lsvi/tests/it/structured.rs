@@ -380,3 +380,59 @@ fn stages_found_together_are_those_found_one_by_one() {
     let error = CoupledRungeKutta::new(&line, &[vec![0.5]], &[0.5, 0.5], &[0.5, 0.5]).map(|_| ());
     assert!(matches!(error, Err(InputError::Dimension { what: "A", .. })), "{error:?}");
 }
+
+/// v̇ = −v² on three unknowns that do not know of each other.
+struct Drag {
+    is_linear: bool,
+}
+
+impl VectorField for Drag {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn structure(&self) -> Structure {
+        Structure::Banded { lower: 0, upper: 0 }
+    }
+    fn is_linear(&self) -> bool {
+        self.is_linear
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -v * v);
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        v.iter().enumerate().for_each(|(i, v)| out.add(i, i, -2.0 * scale * v));
+    }
+}
+
+#[test]
+fn a_field_that_is_not_linear_as_it_says_is_refused() {
+    for start in [1.0, 0.0] {
+        let step = method_i(Drag { is_linear: true }).expect("valid").step(0.0, 0.1, &mut [start; 3], &mut [0.0; 3]);
+        let Err(StepError::Solve { source: SolveError::NotLinear { row: 0, difference }, .. }) = step else {
+            panic!("{step:?}")
+        };
+        assert_eq!(difference, -1.0);
+    }
+    method_i(Line::new(30, 3.0, Walls::Neumann))
+        .expect("valid")
+        .step(0.0, 10.0, &mut wave(30), &mut [0.0; 30])
+        .expect("linear");
+}
+
+#[test]
+fn second_derivatives_from_differences_give_the_same_steps() {
+    for h in [0.1, 0.5, 1.0] {
+        let mut v = [[1.0, -0.2, 0.5]; 3];
+        method_i(AutoField::new(crate::fields::Drag))
+            .expect("valid")
+            .step(0.0, h, &mut v[0], &mut [0.0; 3])
+            .expect("solvable");
+        method_i(Drag { is_linear: false }).expect("valid").step(0.0, h, &mut v[1], &mut [0.0; 3]).expect("solvable");
+        method_i(As(Structure::Dense, Drag { is_linear: false }))
+            .expect("valid")
+            .step(0.0, h, &mut v[2], &mut [0.0; 3])
+            .expect("solvable");
+        // Newton's iteration stops on increments of 4 ε; the equations are well conditioned.
+        (1..3).for_each(|i| assert!(distance(&v[0], &v[i]) <= 16.0 * f64::EPSILON, "h = {h}: {v:?}"));
+    }
+}

@@ -285,7 +285,7 @@ impl Analysis for ClosureTheory {
                 Linear::of_step(move |h| closure.at_step(h))
             }
         };
-        method::close(problem, closure, self.conserves && self.constant.is_some())
+        method::close(problem, closure)
     }
 
     fn trials(&self) -> Vec<Trial> {

@@ -5,7 +5,7 @@ use lsvi::discrete::Galerkin;
 use lsvi::quadrature::Quadrature;
 use lsvi::{InputError, Integrator, Variational};
 
-use super::{Build, BuildError, Method, Spec, Traits, check_filled, require_curvature};
+use super::{Build, BuildError, Method, Spec, Traits, check_filled};
 use crate::kinds::{Principle, Stability, Symplecticity};
 use crate::names::{Call, NameError};
 use crate::problem::Problem;
@@ -175,9 +175,6 @@ impl Method for LsGalerkin {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         check_filled(self, problem)?;
-        if self.conserves() {
-            require_curvature(self, problem)?;
-        }
         let unfit = |error: InputError| BuildError { method: self.name(), reason: error.to_string() };
         let closure = Linear::new(self.alpha, self.beta).map_err(unfit)?;
         let rule = self.family.rule(self.nodes).map_err(unfit)?;

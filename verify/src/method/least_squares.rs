@@ -4,7 +4,7 @@ use lsvi::closure::{Closure, Linear};
 use lsvi::discrete::Trapezoidal;
 use lsvi::{Integrator, LeastSquaresStep, Structure, Variational, VectorField, method_i, position_momentum};
 
-use super::{Build, BuildError, Method, Spec, Traits, check_filled, require_curvature};
+use super::{Build, BuildError, Method, Spec, Traits, check_filled};
 use crate::kinds::{Principle, Stability};
 use crate::names::NameError;
 use crate::problem::Problem;
@@ -94,9 +94,6 @@ impl Method for LinearClosure {
             return Ok(Box::new(method.map_err(BuildError::of(self))?));
         }
         check_filled(self, problem)?;
-        if self.principle() == Principle::MomentumConserved {
-            require_curvature(self, problem)?;
-        }
         let field = problem.field();
         if self.is_method_i() && !matches!(field.structure(), Structure::Dense) {
             return Ok(Box::new(method_i(field).map_err(BuildError::of(self))?));

@@ -199,30 +199,10 @@ pub fn integrators() -> Vec<Box<dyn Method>> {
     all.filter(|method| method.principle() == Principle::Hamilton).collect()
 }
 
-/// The trapezoidal discrete Lagrangian of `problem` with a closure of one's own; with second derivatives alone, where α + β = 0.
-pub(crate) fn close<'a>(
-    problem: &'a dyn Problem,
-    closure: Linear,
-    conserves: bool,
-) -> Result<Box<dyn Integrator + 'a>, String> {
-    if conserves && !problem.has_curvature() {
-        return Err(CURVATURE.into());
-    }
+/// The trapezoidal discrete Lagrangian of `problem` with a closure of one's own.
+pub(crate) fn close<'a>(problem: &'a dyn Problem, closure: Linear) -> Result<Box<dyn Integrator + 'a>, String> {
     let lagrangian = problem.lagrangian().map_err(|error| error.to_string())?;
     Ok(Box::new(Variational::new(Trapezoidal::new(lagrangian), closure)))
-}
-
-const CURVATURE: &str =
-    "where ∂f/∂v is singular, second derivatives of f tell which root is the right one, and they are not known here";
-
-/// Refuses a problem without second derivatives, for closures with α + β = 0: their derivative is of the size of
-/// J = ∂f/∂v, and where J is singular the curvature of f decides where the branch of roots goes, and that it ends.
-/// Without it an iteration runs on, to a root of another branch.
-fn require_curvature(method: &dyn Method, problem: &dyn Problem) -> Result<(), BuildError> {
-    if problem.has_curvature() {
-        return Ok(());
-    }
-    Err(BuildError { method: method.name(), reason: CURVATURE.into() })
 }
 
 #[cfg(test)]

@@ -74,12 +74,6 @@ pub trait Problem: fmt::Debug + Send + Sync {
         None
     }
 
-    /// Whether [`field`](Self::field) knows its second derivatives. Without them the least-squares methods iterate like Gauss
-    /// and Newton.
-    fn has_curvature(&self) -> bool {
-        true
-    }
-
     /// The Lagrangian that the variational methods discretise; the least-squares one unless the problem has its own.
     ///
     /// # Errors

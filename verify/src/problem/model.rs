@@ -6,6 +6,7 @@
 //! F_i { y, mu * (1 - x * x) * y - x }      f(t, u)
 //! ```
 
+use std::collections::HashMap;
 use std::fmt;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -17,7 +18,7 @@ use diffsl::discretise::{DiscreteModel, Tensor};
 use diffsl::execution::compiler::CompilerOptions;
 use diffsl::parser::parse_ds_string;
 use diffsl::{Compiler, CraneliftJitModule};
-use lsvi::{Jacobian, VectorField};
+use lsvi::{Coloring, Differences, Jacobian, Structure, VectorField};
 
 use super::{Facts, Problem, Window};
 use crate::measure::norm::Extremes;
@@ -66,6 +67,9 @@ pub enum ModelError {
         /// The names it has.
         known: Vec<String>,
     },
+    /// Two values for one input.
+    #[error("`{0}` is set twice")]
+    Repeated(String),
     /// A value that is no finite number: of an input, the initial state, or the end time.
     #[error("{name} = {value}: not a finite number")]
     Value {
@@ -83,8 +87,8 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none".into() } else { names.join(", ") }
 }
 
-/// A compiled model as a problem, with DiffSL's derivative products as Jacobian and no second derivatives: the Newton
-/// iterations of the least-squares methods become Gauss and Newton's.
+/// A compiled model as a problem, with DiffSL's derivative products as Jacobian, in the sparsity that DiffSL derives from the text,
+/// and differences of them as second derivatives.
 pub struct Model {
     name: String,
     components: &'static [&'static str],
@@ -161,10 +165,6 @@ impl Problem for Model {
         Box::new(Equations::new(Arc::clone(&self.equations.compiled), &mut self.initial()))
     }
 
-    fn has_curvature(&self) -> bool {
-        false
-    }
-
     fn ode(&self) -> &dyn Ode {
         &self.equations
     }
@@ -188,6 +188,10 @@ struct Compiled {
     compiler: Compiler<CraneliftJitModule, f64>,
     inputs: Vec<f64>,
     components: Vec<String>,
+    structure: Structure,
+    is_linear: bool,
+    /// Groups of columns of ∂F/∂u that share no row.
+    coloring: Coloring,
 }
 
 impl Compiled {
@@ -195,14 +199,17 @@ impl Compiled {
         let at = path.display().to_string();
         let syntax = parse_ds_string(code).map_err(|e| ModelError::Compile(e.with_path(&at).to_string()))?;
         let located = |message: String| ModelError::Compile(located(&at, code, &message));
-        let model = DiscreteModel::build("model", &syntax).map_err(|e| located(e.as_error_message(code)))?;
+        let mut model = DiscreteModel::build("model", &syntax).map_err(|e| located(e.as_error_message(code)))?;
         if let Some(reason) = beyond_first_order(&model) {
             return Err(ModelError::Form { path: path.into(), reason: reason.into() });
         }
         let inputs = inputs(path, model.input(), set)?;
         let compiler = Compiler::from_discrete_model(&model, CompilerOptions::default(), Some(code))
             .map_err(|e| located(e.to_string()))?;
-        Ok(Self { compiler, inputs, components: labels(model.state()) })
+        let components = labels(model.state());
+        let structure = structure(components.len(), model.take_rhs_state_deps());
+        let coloring = Coloring::new(components.len(), &structure);
+        Ok(Self { compiler, inputs, components, is_linear: is_linear(&model), structure, coloring })
     }
 }
 
@@ -214,8 +221,92 @@ fn beyond_first_order(model: &DiscreteModel) -> Option<&'static str> {
         Some("stop_i states events")
     } else if model.reset().is_some() {
         Some("reset_i states jumps")
+    } else if model.out().is_some() {
+        Some("out_i states outputs, which nothing here computes; leave it out, and read the state")
     } else {
         None
+    }
+}
+
+/// The smallest system whose sparsity pays.
+const SPARSE: usize = 16;
+
+/// Where ∂F/∂u has entries, as DiffSL derives it from the text: as a band or a pattern where that is much less than all.
+fn structure(dim: usize, entries: Vec<(usize, usize)>) -> Structure {
+    let lower = entries.iter().map(|(i, j)| i.saturating_sub(*j)).max().unwrap_or(0);
+    let upper = entries.iter().map(|(i, j)| j.saturating_sub(*i)).max().unwrap_or(0);
+    if dim < SPARSE {
+        Structure::Dense
+    } else if 4 * (lower + upper + 1) <= dim {
+        Structure::Banded { lower, upper }
+    } else if 8 * entries.len() <= dim * dim {
+        Structure::sparse(dim, entries).unwrap_or_default()
+    } else {
+        Structure::Dense
+    }
+}
+
+/// What an expression is in the state u.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    /// A number that depends on nothing but the inputs.
+    Constant,
+    /// A function of t.
+    OfTime,
+    /// A u + g(t) with constant A.
+    Affine,
+    /// Anything else.
+    Other,
+}
+
+/// Whether F(t, u) = A u + g(t) with a constant A, as far as the text shows it.
+fn is_linear(model: &DiscreteModel) -> bool {
+    let mut known: HashMap<&str, Kind> = HashMap::from([("t", Kind::OfTime), (model.state().name(), Kind::Affine)]);
+    let constants = model.input().into_iter().chain(model.constant_defns()).chain(model.input_dep_defns());
+    for tensor in constants {
+        known.insert(tensor.name(), Kind::Constant);
+    }
+    for block in model.state().elmts() {
+        known.extend(block.name().map(|name| (name, Kind::Affine)));
+    }
+    // Definitions come before their use.
+    for tensor in model.time_dep_defns().iter().chain(model.state_dep_defns()) {
+        let kind = kind_of_tensor(tensor, &known);
+        known.insert(tensor.name(), kind);
+        for block in tensor.elmts() {
+            known.extend(block.name().map(|name| (name, kind)));
+        }
+    }
+    kind_of_tensor(model.rhs(), &known) <= Kind::Affine
+}
+
+fn kind_of_tensor(tensor: &Tensor, known: &HashMap<&str, Kind>) -> Kind {
+    tensor.elmts().iter().map(|block| kind(block.expr(), known)).max().unwrap_or(Kind::Constant)
+}
+
+/// What an expression is; a name that is not known is taken for a function of u.
+fn kind(expression: &Ast, known: &HashMap<&str, Kind>) -> Kind {
+    match &expression.kind {
+        AstKind::Number(_) | AstKind::Integer(_) => Kind::Constant,
+        AstKind::Name(name) => known.get(name.name).copied().unwrap_or(Kind::Other),
+        AstKind::Index(index) => kind(&index.left, known),
+        AstKind::Monop(signed) => kind(&signed.child, known),
+        AstKind::Binop(binop) => {
+            let (left, right) = (kind(&binop.left, known), kind(&binop.right, known));
+            match binop.op {
+                '+' | '-' => left.max(right),
+                _ if left.max(right) <= Kind::OfTime => left.max(right),
+                '*' if left.min(right) == Kind::Constant => left.max(right),
+                '/' if right == Kind::Constant => left,
+                _ => Kind::Other,
+            }
+        }
+        AstKind::Call(call) => {
+            let arguments = call.args.iter().map(|argument| kind(argument, known)).max();
+            arguments.filter(|kind| *kind <= Kind::OfTime).unwrap_or(Kind::Other)
+        }
+        AstKind::CallArg(argument) => kind(&argument.expression, known),
+        _ => Kind::Other,
     }
 }
 
@@ -237,6 +328,9 @@ fn labels(tensor: &Tensor) -> Vec<String> {
 /// The value of every input: what is set, else its default.
 fn inputs(path: &Path, tensor: Option<&Tensor>, set: &[(String, String)]) -> Result<Vec<f64>, ModelError> {
     let names = tensor.map_or_else(Vec::new, labels);
+    if let Some(name) = names.iter().enumerate().find_map(|(i, name)| names[..i].contains(name).then_some(name)) {
+        return Err(ModelError::Form { path: path.into(), reason: format!("it has two inputs `{name}`") });
+    }
     let blocks = tensor.into_iter().flat_map(|tensor| tensor.elmts());
     let defaults = blocks.flat_map(|block| std::iter::repeat_n(constant(block.expr()), block.nnz()));
     let mut values = Vec::with_capacity(names.len());
@@ -244,7 +338,10 @@ fn inputs(path: &Path, tensor: Option<&Tensor>, set: &[(String, String)]) -> Res
         let reason = || format!("the default of its input `{name}` is no number");
         values.push(default.ok_or_else(|| ModelError::Form { path: path.into(), reason: reason() })?);
     }
-    for (name, value) in set {
+    for (k, (name, value)) in set.iter().enumerate() {
+        if set[..k].iter().any(|(earlier, _)| earlier == name) {
+            return Err(ModelError::Repeated(name.clone()));
+        }
         let unknown = || ModelError::Input { path: path.into(), name: name.clone(), known: names.clone() };
         let i = names.iter().position(|known| known == name).ok_or_else(unknown)?;
         let x = value.parse::<f64>().ok().filter(|x| x.is_finite());
@@ -295,6 +392,7 @@ fn place<'a>(code: &str, message: &'a str) -> Option<(usize, usize, &'a str)> {
 struct Equations {
     compiled: Arc<Compiled>,
     scratch: Mutex<Scratch>,
+    differences: Mutex<Differences>,
 }
 
 /// What the machine code writes to: intermediate values, their derivatives, and f.
@@ -314,7 +412,8 @@ impl Equations {
         compiled.compiler.set_inputs(&compiled.inputs, &mut data, 0);
         compiled.compiler.set_u0(initial, &mut data);
         let scratch = Scratch { data, tangent, value: zeros(), direction: zeros(), product: zeros() };
-        Self { scratch: Mutex::new(scratch), compiled }
+        let differences = Mutex::new(Differences::new(initial.len(), &compiled.structure));
+        Self { scratch: Mutex::new(scratch), differences, compiled }
     }
 
     fn evaluate(&self, t: f64, v: &[f64], dv: &mut [f64]) {
@@ -322,19 +421,20 @@ impl Equations {
         self.compiled.compiler.rhs(t, v, &mut scratch.data, dv);
     }
 
-    /// Calls `add(i, j, ∂f_i/∂v_j)`, a column at a time, each a product with a unit vector.
+    /// Calls `add(i, j, ∂f_i/∂v_j)`: one product for each group of columns that share no row.
     fn each_entry(&self, t: f64, v: &[f64], mut add: impl FnMut(usize, usize, f64)) {
         let s = &mut *self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
         // The products use the intermediate values at (t, v).
         self.compiled.compiler.rhs(t, v, &mut s.data, &mut s.value);
-        for j in 0..v.len() {
+        let coloring = &self.compiled.coloring;
+        for c in 0..coloring.groups() {
             s.direction.fill(0.0);
-            s.direction[j] = 1.0;
+            coloring.columns(c).for_each(|j| s.direction[j] = 1.0);
             s.tangent.fill(0.0);
             s.product.fill(0.0);
             let (direction, product) = (&s.direction, &mut s.product);
             self.compiled.compiler.rhs_grad(t, v, direction, &s.data, &mut s.tangent, &s.value, product);
-            product.iter().enumerate().filter(|(_, x)| **x != 0.0).for_each(|(i, x)| add(i, j, *x));
+            coloring.entries(c).filter(|(i, _)| product[*i] != 0.0).for_each(|(i, j)| add(i, j, product[i]));
         }
     }
 }
@@ -342,6 +442,14 @@ impl Equations {
 impl VectorField for Equations {
     fn dim(&self) -> usize {
         self.compiled.components.len()
+    }
+
+    fn structure(&self) -> Structure {
+        self.compiled.structure.clone()
+    }
+
+    fn is_linear(&self) -> bool {
+        self.compiled.is_linear
     }
 
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
@@ -352,8 +460,13 @@ impl VectorField for Equations {
         self.each_entry(t, v, |i, j, x| out.add(i, j, scale * x));
     }
 
-    /// Nothing: DiffSL has no second derivatives, and Gauss and Newton's iteration does without.
-    fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
+    /// From differences of Jacobians: DiffSL has no second derivatives.
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        if !self.compiled.is_linear {
+            let mut differences = self.differences.lock().unwrap_or_else(PoisonError::into_inner);
+            differences.add_curvature(self, t, v, w, scale, out);
+        }
+    }
 }
 
 impl Ode for Equations {

@@ -1,0 +1,203 @@
+//! Steps on random problems against the branch that starts at the present state, followed by other means.
+
+mod follow;
+
+use follow::{Followed, follow};
+use lsvi::classic::{RungeKutta, Tableau};
+use lsvi::closure::Linear;
+use lsvi::discrete::Galerkin;
+use lsvi::quadrature::Quadrature;
+use lsvi::{AutoField, FieldFn, LeastSquares, OneStep, Scalar, Variational, least_squares, method_i, method_ii};
+
+/// v̇ = f(v) with f a polynomial of degree three.
+#[derive(Clone, Copy, Debug)]
+struct Polynomial([f64; 4]);
+
+const QUADRATIC_DRAG: Polynomial = Polynomial([0.0, 0.0, -1.0, 0.0]);
+const LOGISTIC: Polynomial = Polynomial([0.0, 1.0, -1.0, 0.0]);
+const CUBIC: Polynomial = Polynomial([0.0, 1.0, 0.0, -1.0]);
+
+impl Polynomial {
+    fn value(&self, v: f64) -> f64 {
+        self.0.iter().rev().fold(0.0, |sum, c| sum * v + c)
+    }
+    fn slope(&self, v: f64) -> f64 {
+        self.0[1] + v * (2.0 * self.0[2] + v * 3.0 * self.0[3])
+    }
+}
+
+impl FieldFn for Polynomial {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = self.0.iter().rev().fold(T::from(0.0), |sum, c| sum * v[0] + *c);
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Method {
+    /// α p₀ + β p₁ = 0.
+    Linear(f64, f64),
+    /// The same with α = −1, β = 1, by another program.
+    GalerkinTwo,
+    /// x = v + h [(1 − θ) f(v) + θ f(x)].
+    Theta(f64),
+    /// x = v + h f((v + x)/2), solved for the midpoint.
+    Midpoint,
+}
+
+const METHODS: [Method; 12] = [
+    Method::Linear(0.0, 1.0),
+    Method::Linear(-1.0, 1.0),
+    Method::Linear(-0.9, 1.0),
+    Method::Linear(-0.5, 1.0),
+    Method::Linear(-0.2, 1.0),
+    Method::Linear(0.5, 1.0),
+    Method::Linear(1.0, 1.0),
+    Method::Linear(1.0, 0.2),
+    Method::GalerkinTwo,
+    Method::Theta(1.0),
+    Method::Theta(0.5),
+    Method::Midpoint,
+];
+
+impl Method {
+    fn build<F: FieldFn + 'static>(self, field: F) -> Box<dyn OneStep> {
+        let field = AutoField::new(field);
+        match self {
+            Self::Linear(0.0, 1.0) => Box::new(method_i(field).expect("valid")),
+            Self::Linear(-1.0, 1.0) => Box::new(method_ii(field).expect("valid")),
+            Self::Linear(a, b) => Box::new(least_squares(field, Linear::new(a, b).expect("a closure")).expect("valid")),
+            Self::GalerkinTwo => {
+                let nodes = Quadrature::lobatto(2).expect("a rule");
+                let discrete = Galerkin::new(LeastSquares::new(field).expect("valid"), 1, &nodes).expect("a path");
+                Box::new(Variational::new(discrete, Linear::METHOD_II))
+            }
+            Self::Theta(1.0) => Box::new(RungeKutta::new(field, Tableau::implicit_euler()).expect("valid")),
+            Self::Theta(_) => Box::new(RungeKutta::new(field, Tableau::trapezoidal()).expect("valid")),
+            Self::Midpoint => Box::new(RungeKutta::new(field, Tableau::implicit_midpoint()).expect("valid")),
+        }
+    }
+
+    /// The equation of a step of size `s` from `v` for the value `x` at its end.
+    fn equation(self, f: Polynomial, v: f64, s: f64, x: f64) -> f64 {
+        let d = x - v;
+        match self {
+            Self::Theta(theta) => d - s * ((1.0 - theta) * f.value(v) + theta * f.value(x)),
+            Self::Midpoint => d - s * f.value(0.5 * (v + x)),
+            Self::GalerkinTwo => Self::Linear(-1.0, 1.0).equation(f, v, s, x),
+            Self::Linear(alpha, beta) => {
+                let (r0, r1) = (d - s * f.value(v), d - s * f.value(x));
+                // α p₀ + β p₁ over s, divided by s once more where α + β = 0.
+                if alpha + beta == 0.0 {
+                    f.slope(v) * r0 + f.slope(x) * r1
+                } else {
+                    alpha * ((1.0 + s * f.slope(v)) * r0 + r1) + beta * (r0 + (1.0 - s * f.slope(x)) * r1)
+                }
+            }
+        }
+    }
+}
+
+/// Two copies of a scalar equation in turned coordinates, in which every method does what it does on each copy.
+#[derive(Clone, Copy, Debug)]
+struct Turned(Polynomial);
+
+const C: f64 = 0.8;
+const S: f64 = 0.6;
+
+impl FieldFn for Turned {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        let mut f = [T::from(0.0); 2];
+        self.0.rhs(t, &[v[0] * C + v[1] * S], &mut f[..1]);
+        self.0.rhs(t, &[v[1] * C - v[0] * S], &mut f[1..]);
+        dv[0] = f[0] * C - f[1] * S;
+        dv[1] = f[0] * S + f[1] * C;
+    }
+}
+
+/// Uniform numbers in [0, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        // Knuth's MMIX generator; the upper bits are the good ones.
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+/// A random start and step size.
+fn start(random: &mut Random) -> (f64, f64) {
+    (random.within(-2.0, 2.0), 10.0_f64.powf(random.within(-2.0, 2.0)))
+}
+
+fn agrees(found: f64, root: f64, v: f64) -> bool {
+    (found - root).abs() <= 1e-6 * (root.abs() + v.abs())
+}
+
+#[test]
+fn no_step_returns_a_root_of_another_branch() {
+    const STEPS: usize = 600;
+    let mut random = Random(1);
+    let (mut wrong, mut refused, mut steps) = (Vec::new(), Vec::new(), 0);
+    for field in [QUADRATIC_DRAG, LOGISTIC, CUBIC] {
+        for method in METHODS {
+            let mut integrator = method.build(field);
+            for _ in 0..STEPS {
+                let (v, h) = start(&mut random);
+                let mut x = [v];
+                let step = integrator.step(0.0, h, &mut x, &mut [0.0]);
+                let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                let what = || format!("{field:?} {method:?} v = {v} h = {h}: {step:?} {x:?}, {truth:?}");
+                match truth {
+                    Followed::To(root) if step.is_ok() && agrees(x[0], root, v) => steps += 1,
+                    Followed::To(_) if step.is_err() => refused.push(what()),
+                    Followed::To(_) => wrong.push(what()),
+                    Followed::Lost if step.is_ok() => wrong.push(what()),
+                    Followed::Lost | Followed::Undecided => {}
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+    // Branches that pass each other closer than a continuation dares to go between them.
+    assert!(refused.len() <= steps / 1000, "{} refused:\n{}", refused.len(), refused.join("\n"));
+}
+
+#[test]
+fn a_determinant_that_two_modes_turn_twice_does_not_hide_another_branch() {
+    let mut random = Random(2);
+    let mut wrong = Vec::new();
+    for field in [LOGISTIC, CUBIC] {
+        for method in METHODS {
+            let mut integrator = method.build(Turned(field));
+            for _ in 0..40 {
+                let ((a, h), (b, _)) = (start(&mut random), start(&mut random));
+                // Equal copies turn the determinant at the same step size.
+                let b = if random.next() < 0.5 { a } else { b };
+                let mut x = [C * a - S * b, S * a + C * b];
+                let Ok(()) = integrator.step(0.0, h, &mut x, &mut [0.0; 2]) else { continue };
+                for (v, x) in [(a, C * x[0] + S * x[1]), (b, C * x[1] - S * x[0])] {
+                    let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                    let is_right = match truth {
+                        Followed::To(root) => agrees(x, root, a.abs().max(b.abs())),
+                        Followed::Lost => false,
+                        Followed::Undecided => true,
+                    };
+                    if !is_right {
+                        wrong.push(format!("{field:?} {method:?} v = {v} of ({a}, {b}), h = {h}: {x}, {truth:?}"));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
