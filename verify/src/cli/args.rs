@@ -33,6 +33,11 @@ pub(super) struct ProblemArgs {
 impl ProblemArgs {
     /// The problem and its name; measurements on a model end at `horizon`.
     pub(super) fn build(&self, horizon: Option<f64>) -> Result<(String, Box<dyn Problem>), Failure> {
+        let repeated =
+            |(k, (name, _)): &(usize, &(String, String))| self.set[..*k].iter().any(|(earlier, _)| earlier == name);
+        if let Some((_, (name, _))) = self.set.iter().enumerate().find(repeated) {
+            return Err(Failure::Repeated(name.clone()));
+        }
         if let Some(path) = &self.model {
             let model = Model::load(path, &self.set, horizon)?;
             return Ok((model.name().into(), Box::new(model)));

@@ -35,6 +35,8 @@ pub(super) enum Failure {
     },
     #[error(transparent)]
     Build(#[from] BuildError),
+    #[error("`{0}` is set twice")]
+    Repeated(String),
     #[error("{0} needs a step size")]
     NoStepSize(String),
     #[error(transparent)]
@@ -79,6 +81,7 @@ impl Failure {
             | Self::Model(_)
             | Self::MethodFile(_)
             | Self::Build(_)
+            | Self::Repeated(_)
             | Self::NoStepSize(_)
             | Self::Read { .. }
             | Self::Data { .. }
@@ -152,6 +155,12 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         }
         RunError::Step(StepError::StepUnderflow { .. }) => {
             Some("the solution may end there; else a larger `--rtol` may help")
+        }
+        RunError::Step(StepError::Solve {
+            source: SolveError::BranchLost { .. } | SolveError::OtherBranch, ..
+        }) => Some("a step shorter than the one that the message names has a solution; `--h` must be smaller"),
+        RunError::Step(StepError::Solve { source: SolveError::NotLinear { .. }, .. }) => {
+            Some("the problem declares what it is not; that is a mistake in the problem")
         }
         RunError::Step(_) | RunError::NonFinite(_) => Some("a smaller `--h` may help"),
         _ => None,

@@ -1,5 +1,6 @@
 //! `solve`: one method on one problem, as rows.
 
+mod beware;
 mod table;
 
 use std::io::{self, Write};
@@ -20,10 +21,14 @@ use verify::theory::breakdown;
 use super::Status;
 use super::args::{self, ProblemArgs};
 use super::error::Failure;
-use super::layout::{number, plain};
+use super::layout::{number, paragraph, plain};
 use super::output::Output;
+use beware::Watch;
 use table::Table;
 use verify::replacement::Replacement;
+
+/// Steps that take minutes.
+const MANY: f64 = 1e7;
 
 /// Integrate a problem and show or write the solution, a row per step.
 #[derive(Debug, clap::Args)]
@@ -34,6 +39,11 @@ Columns: t, the components, and where an exact solution is known error, the
 largest error of a component.
 
 A run of more than a second shows its progress on a terminal.
+
+What the rows do not show is said on standard error, and after the rows of a
+CSV in lines that start with #: a run past the end of the exact solution, a
+rest where f is not zero or where the equation is unstable, a linear invariant
+that is broken.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
@@ -114,6 +124,7 @@ struct Summary {
     t: f64,
     /// The largest error and its time.
     largest: Option<(f64, f64)>,
+    watch: Watch,
 }
 
 impl<'a> Solve<'a> {
@@ -136,6 +147,11 @@ impl<'a> Solve<'a> {
         };
         let solve = Self { args, name, has_exact: problem.exact(0.0).is_some(), problem, method, h };
         Grid::new(0.0, h, args.t_end).map_err(|error| solve.failed(error.into()))?;
+        let steps = args.t_end / h;
+        if steps > MANY {
+            let text = format!("{} steps of h = {} are to be taken; end them with Ctrl-C", number(steps), plain(h));
+            let _ = paragraph(&mut io::stderr(), "warning: ", 9, &text);
+        }
         Ok(solve)
     }
 
@@ -160,6 +176,7 @@ impl<'a> Solve<'a> {
             let values = self.problem.observe(state.t, &state.q);
             let error = self.problem.exact(state.t).map(|exact| distance(&values, &exact));
             summary.add(state.t, error);
+            summary.watch.add(state.t, &state.q, self.has_exact && error.is_none());
             observe((state.t, &values, error)).unwrap_or_else(|error| {
                 io = Err(error);
                 ControlFlow::Break(())
@@ -179,7 +196,20 @@ impl<'a> Solve<'a> {
         // The rows up to a failure tell where it came from.
         table.write(out).map_err(Failure::Output)?;
         let summary = result.map_err(|stop| stop.at(Failure::Output))?;
-        writeln!(out, "{summary}").map_err(Failure::Output)
+        writeln!(out, "{summary}").map_err(Failure::Output)?;
+        out.flush().map_err(Failure::Output)?;
+        self.warn(&summary);
+        Ok(())
+    }
+
+    /// Says on standard error what the rows do not, and returns it as comment lines.
+    fn warn(&self, summary: &Summary) -> String {
+        let warnings = summary.watch.warnings(&*self.problem);
+        for text in &warnings {
+            // Nobody can be told where standard error is closed.
+            let _ = paragraph(&mut io::stderr(), "warning: ", 9, text);
+        }
+        warnings.iter().map(|text| format!("# {text}\n")).collect()
     }
 
     fn stream(&self, out: &mut Output) -> Result<(), Failure> {
@@ -188,8 +218,10 @@ impl<'a> Solve<'a> {
             self.write_row(&mut csv, row)?;
             Ok(if csv.get_ref().is_closed() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
         });
-        csv.flush().map_err(Failure::Output)?;
-        result.map(drop).map_err(|stop| stop.at(Failure::Output))
+        let out = csv.into_inner().map_err(|error| Failure::Output(error.into_error()))?;
+        out.flush().map_err(Failure::Output)?;
+        let summary = result.map_err(|stop| stop.at(Failure::Output))?;
+        write!(out, "{}", self.warn(&summary)).map_err(Failure::Output)
     }
 
     fn write(&self, path: &Path, out: &mut Output) -> Result<(), Failure> {
@@ -198,7 +230,9 @@ impl<'a> Solve<'a> {
         let summary = self
             .follow(|row| self.write_row(&mut csv, row).map(ControlFlow::Continue))
             .map_err(|stop| stop.at(unwritable))?;
-        let file = csv.into_inner().map_err(|error| unwritable(error.into_error()))?;
+        let mut file = csv.into_inner().map_err(|error| unwritable(error.into_error()))?;
+        let comments = self.warn(&summary);
+        file.write_all(comments.as_bytes()).map_err(unwritable)?;
         file.commit().map_err(unwritable)?;
         writeln!(out, "{} rows written to {}\n{summary}", summary.rows, path.display()).map_err(Failure::Output)
     }
@@ -298,7 +332,8 @@ impl Summary {
 
 impl std::fmt::Display for Summary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} steps to t = {}", self.rows - 1, plain(self.t))?;
+        let steps = self.rows - 1;
+        write!(f, "{steps} step{} to t = {}", if steps == 1 { "" } else { "s" }, plain(self.t))?;
         match self.largest {
             Some((error, t)) => write!(f, "; largest error {} at t = {}", number(error), plain(t)),
             None => write!(f, "; no exact solution is known"),

@@ -67,9 +67,6 @@ pub enum ModelError {
         /// The names it has.
         known: Vec<String>,
     },
-    /// Two values for one input.
-    #[error("`{0}` is set twice")]
-    Repeated(String),
     /// A value that is no finite number: of an input, the initial state, or the end time.
     #[error("{name} = {value}: not a finite number")]
     Value {
@@ -265,6 +262,7 @@ fn is_linear(model: &DiscreteModel) -> bool {
     let constants = model.input().into_iter().chain(model.constant_defns()).chain(model.input_dep_defns());
     for tensor in constants {
         known.insert(tensor.name(), Kind::Constant);
+        known.extend(tensor.elmts().iter().filter_map(|block| block.name()).map(|name| (name, Kind::Constant)));
     }
     for block in model.state().elmts() {
         known.extend(block.name().map(|name| (name, Kind::Affine)));
@@ -338,10 +336,7 @@ fn inputs(path: &Path, tensor: Option<&Tensor>, set: &[(String, String)]) -> Res
         let reason = || format!("the default of its input `{name}` is no number");
         values.push(default.ok_or_else(|| ModelError::Form { path: path.into(), reason: reason() })?);
     }
-    for (k, (name, value)) in set.iter().enumerate() {
-        if set[..k].iter().any(|(earlier, _)| earlier == name) {
-            return Err(ModelError::Repeated(name.clone()));
-        }
+    for (name, value) in set {
         let unknown = || ModelError::Input { path: path.into(), name: name.clone(), known: names.clone() };
         let i = names.iter().position(|known| known == name).ok_or_else(unknown)?;
         let x = value.parse::<f64>().ok().filter(|x| x.is_finite());

@@ -1,0 +1,140 @@
+//! What a run shows that its numbers do not say: where they cannot be right although every step was solved.
+
+use nalgebra::DMatrix;
+use verify::measure::norm::max_norm;
+use verify::problem::{Problem, component_names};
+
+use crate::cli::layout::{number, plain};
+
+/// Largest system whose derivatives are looked at as a dense matrix.
+const DENSE: usize = 64;
+
+/// A change below this part of what f moves, or of the solution, is none.
+const REST: f64 = 1e-6;
+
+/// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
+const NULL: f64 = 1e-13;
+
+/// Follows a run.
+#[derive(Debug, Default)]
+pub(super) struct Watch {
+    first: Vec<f64>,
+    /// The last state and the one before, each with its time.
+    last: (f64, Vec<f64>),
+    before: (f64, Vec<f64>),
+    /// Largest component of all states.
+    largest: f64,
+    /// The first time at which there is no exact solution any more.
+    ended: Option<f64>,
+}
+
+impl Watch {
+    pub(super) fn add(&mut self, t: f64, state: &[f64], has_ended: bool) {
+        if self.first.is_empty() {
+            self.first = state.to_vec();
+        }
+        std::mem::swap(&mut self.last, &mut self.before);
+        self.last.0 = t;
+        self.last.1.clear();
+        self.last.1.extend_from_slice(state);
+        self.largest = self.largest.max(max_norm(state));
+        if has_ended && self.ended.is_none() {
+            self.ended = Some(t);
+        }
+    }
+
+    /// What is to be said of the run on `problem`.
+    pub(super) fn warnings(&self, problem: &dyn Problem) -> Vec<String> {
+        let ended = self.ended.map(|t| {
+            format!("the exact solution ends before t = {}; the rows from there on approximate nothing", plain(t))
+        });
+        let ode = problem.ode();
+        let is_state = ode.dim() == self.last.1.len() && ode.dim() == self.first.len();
+        if !is_state || self.before.1.is_empty() {
+            return ended.into_iter().collect();
+        }
+        ended.into_iter().chain(self.at_rest(problem)).chain(self.broken_invariants(problem)).collect()
+    }
+
+    /// A state of rest that is none of the equation, or one that the equation leaves.
+    fn at_rest(&self, problem: &dyn Problem) -> Option<String> {
+        let (ode, (t, v), (t_before, before)) = (problem.ode(), &self.last, &self.before);
+        let h = t - t_before;
+        let mut f = vec![0.0; v.len()];
+        ode.rhs(*t, v, &mut f);
+        let moved = v.iter().zip(before).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        let (size, drift) = (max_norm(v), h * max_norm(&f));
+        if drift > REST * size && moved <= REST * drift {
+            return Some(format!(
+                "the run rests where f is not zero: it moved by {} in the last step of h = {}, |f| = {}; that is a steady \
+                 state of the method, not of the equation",
+                number(moved),
+                plain(h),
+                number(max_norm(&f))
+            ));
+        }
+        let came = self.first.iter().zip(v).any(|(a, b)| (a - b).abs() > REST * self.largest);
+        if !came || moved > REST * self.largest || drift > REST * self.largest || v.len() > DENSE {
+            return None;
+        }
+        let rates = jacobian(problem, *t, v).complex_eigenvalues();
+        let rate = rates.iter().map(|rate| rate.re).fold(f64::NEG_INFINITY, f64::max);
+        (h * rate > REST).then(|| {
+            format!(
+                "the run came to rest where the equation is unstable: perturbations grow like e^({} t) there, and the method \
+                 with h = {} damps them; a step well below {} shows the growth",
+                number(rate),
+                plain(h),
+                number(rate.recip())
+            )
+        })
+    }
+
+    /// Linear combinations of the components that the equation conserves and the run does not.
+    fn broken_invariants(&self, problem: &dyn Problem) -> Option<String> {
+        let n = self.first.len();
+        if !(2..=DENSE).contains(&n) {
+            return None;
+        }
+        // wᵀ f vanishes for all v where wᵀ ∂f/∂v and one wᵀ f do: here at states of the run and a point beside it.
+        let beside: Vec<f64> = (0..n).map(|i| self.largest * (1.0 + 0.5 * ((i + 1) as f64).sin())).collect();
+        let mut all = DMatrix::zeros(n, 3 * (n + 1));
+        for (k, (t, v)) in
+            [(0.0, &self.first), (self.last.0, &self.last.1), (self.last.0, &beside)].into_iter().enumerate()
+        {
+            let mut f = vec![0.0; n];
+            problem.ode().rhs(t, v, &mut f);
+            let at = k * (n + 1);
+            all.columns_mut(at, n).copy_from(&jacobian(problem, t, v));
+            all.column_mut(at + n).copy_from_slice(&f);
+        }
+        if all.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        let svd = all.svd(true, false);
+        let (vectors, values) = (svd.u?, svd.singular_values);
+        let names = component_names(problem);
+        (0..values.len()).filter(|k| values[*k] <= NULL * values.max()).find_map(|k| {
+            let w = vectors.column(k);
+            let change: f64 = w.iter().zip(self.last.1.iter().zip(&self.first)).map(|(w, (b, a))| w * (b - a)).sum();
+            let scale = w.amax();
+            (change.abs() > REST * self.largest).then(|| {
+                let terms = w.iter().zip(&names).filter(|(w, _)| w.abs() > REST * scale);
+                let pivot = w[w.iamax()];
+                let sum = terms.map(|(w, name)| format!("{:+.4} {name}", w / pivot)).collect::<Vec<_>>().join(" ");
+                format!(
+                    "the equation conserves {sum}, and the run changed it by {}; a smaller h, or a Runge–Kutta method, which \
+                     conserves it, helps",
+                    number(change / pivot)
+                )
+            })
+        })
+    }
+}
+
+/// ∂f/∂v as a dense matrix.
+fn jacobian(problem: &dyn Problem, t: f64, v: &[f64]) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(v.len(), v.len());
+    problem.ode().jacobian(t, v, &mut |i, j, x| matrix[(i, j)] += x);
+    matrix
+}
