@@ -83,7 +83,8 @@ impl LinearStep {
         for t in [at.start, at.start + at.h] {
             match &self.b {
                 Some(a) => {
-                    (product.fill(0.0), size.fill(0.0));
+                    product.fill(0.0);
+                    size.fill(0.0);
                     a.for_each(|i, j, a| {
                         product[i] += a * v[j];
                         size[i] += (a * v[j]).abs();
