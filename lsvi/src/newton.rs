@@ -35,6 +35,8 @@ const DECAYING: f64 = 0.4;
 const HALVINGS: u32 = 60;
 /// A part of the step at which ∂F/∂x is what it is for h → 0: no rate of a problem reaches it.
 const SHORT: f64 = 1e-18;
+/// The same where α + β → 0 with h, which has to be told from 0 to half of the digits.
+const SHORT_OF_STEP: f64 = 1e-8;
 /// Growth of the next piece of a continuation after one that succeeded.
 const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
@@ -163,7 +165,7 @@ impl Newton {
         let is_fresh =
             kind == LimitAtZero::OfEachStep || (kind == LimitAtZero::Kept && self.limit.orientation.is_none());
         if is_fresh {
-            self.set_limit(system, SHORT * h);
+            self.set_limit(system, h);
         }
         self.point.copy_from_slice(x);
         let found = self.iterate(system, h, x, CONTRACTION);
@@ -174,7 +176,7 @@ impl Newton {
             _ => {}
         }
         if kind == LimitAtZero::Kept && !is_fresh {
-            self.set_limit(system, SHORT * h);
+            self.set_limit(system, h);
             self.work.factorizations += 1;
         }
         let first = match found {
@@ -185,8 +187,9 @@ impl Newton {
         self.follow_branch(system, h, x, first)
     }
 
-    /// Factors ∂F/∂x at (h, origin).
+    /// Factors ∂F/∂x at the origin for a part of `h` that is next to nothing.
     fn set_limit(&mut self, system: &mut impl System, h: f64) {
+        let h = h * Self::short(system);
         system.residual(h, &self.origin, &mut self.increment);
         self.jacobian.clear();
         system.derivative(h, &self.origin, &mut self.jacobian);
@@ -261,13 +264,18 @@ impl Newton {
         is_close(&self.whole, self.limit.scale / system.scale(h), &self.part, self.roundoff())
     }
 
+    fn short(system: &impl System) -> f64 {
+        if system.limit() == LimitAtZero::OfEachStep { SHORT_OF_STEP } else { SHORT }
+    }
+
     /// Whether the increment `whole` from (h, point) leads along the tangent of the branch at the origin, to within `allowed` of
     /// the longer of the two. With 1 they may not be opposite, but one of them may vanish, as for a start from rest.
     fn is_along_tangent(&mut self, system: &mut impl System, h: f64, allowed: f64) -> bool {
-        system.residual(SHORT * h, &self.origin, &mut self.part);
+        let short = Self::short(system);
+        system.residual(short * h, &self.origin, &mut self.part);
         self.work.residuals += 1;
         self.limit.lu.solve(&mut self.part);
-        let scale = self.limit.scale / (SHORT * system.scale(SHORT * h));
+        let scale = self.limit.scale / (short * system.scale(short * h));
         let way = |i: usize| self.point[i] - self.whole[i] - self.origin[i];
         let (mut largest, mut along, mut apart) = (0.0_f64, 0.0_f64, 0.0_f64);
         for (i, tangent) in self.part.iter().enumerate() {

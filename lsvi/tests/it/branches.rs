@@ -39,7 +39,9 @@ impl FieldFn for Polynomial {
 enum Method {
     /// α p₀ + β p₁ = 0.
     Linear(f64, f64),
-    /// The same with α = −1, β = 1, by another program.
+    /// The closure fitted to a rate, whose α + β vanishes with h.
+    Fitted(f64),
+    /// Method II by another program.
     GalerkinTwo,
     /// x = v + h [(1 − θ) f(v) + θ f(x)].
     Theta(f64),
@@ -47,7 +49,7 @@ enum Method {
     Midpoint,
 }
 
-const METHODS: [Method; 12] = [
+const METHODS: [Method; 14] = [
     Method::Linear(0.0, 1.0),
     Method::Linear(-1.0, 1.0),
     Method::Linear(-0.9, 1.0),
@@ -56,6 +58,8 @@ const METHODS: [Method; 12] = [
     Method::Linear(0.5, 1.0),
     Method::Linear(1.0, 1.0),
     Method::Linear(1.0, 0.2),
+    Method::Fitted(4.0),
+    Method::Fitted(0.5),
     Method::GalerkinTwo,
     Method::Theta(1.0),
     Method::Theta(0.5),
@@ -69,6 +73,10 @@ impl Method {
             Self::Linear(0.0, 1.0) => Box::new(method_i(field).expect("valid")),
             Self::Linear(-1.0, 1.0) => Box::new(method_ii(field).expect("valid")),
             Self::Linear(a, b) => Box::new(least_squares(field, Linear::new(a, b).expect("a closure")).expect("valid")),
+            Self::Fitted(rate) => {
+                let closure = Linear::fitted_pade(rate).expect("positive");
+                Box::new(least_squares(field, closure).expect("valid"))
+            }
             Self::GalerkinTwo => {
                 let nodes = Quadrature::lobatto(2).expect("a rule");
                 let discrete = Galerkin::new(LeastSquares::new(field).expect("valid"), 1, &nodes).expect("a path");
@@ -86,6 +94,11 @@ impl Method {
         match self {
             Self::Theta(theta) => d - s * ((1.0 - theta) * f.value(v) + theta * f.value(x)),
             Self::Midpoint => d - s * f.value(0.5 * (v + x)),
+            Self::Fitted(rate) => {
+                let (r0, r1, z) = (d - s * f.value(v), d - s * f.value(x), 0.5 * s * rate);
+                // (α + β)(r₀ + r₁) + s (α J₀ r₀ − β J₁ r₁), α = −1/(1 + z) and β = 1, over s.
+                0.5 * rate / (1.0 + z) * (r0 + r1) - (f.slope(v) * r0 / (1.0 + z) + f.slope(x) * r1)
+            }
             Self::GalerkinTwo => Self::Linear(-1.0, 1.0).equation(f, v, s, x),
             Self::Linear(alpha, beta) => {
                 let (r0, r1) = (d - s * f.value(v), d - s * f.value(x));
