@@ -109,10 +109,8 @@ fn recommends_what_its_runs_show(evidence: &Evidence) {
 #[test]
 fn methods_that_need_more_than_a_model_has_refuse() {
     let model = load("van-der-pol.ds", &[]);
-    for (method, reason) in [("path-fitted(3)", "Lagrangian of mechanics")] {
-        let Err(error) = method::parse(method).expect("known").build(&model) else { panic!("{method} was built") };
-        assert!(error.reason.contains(reason), "{error}");
-    }
+    let Err(error) = method::parse("path-fitted(3)").expect("known").build(&model) else { panic!("it was built") };
+    assert!(error.reason.contains("Lagrangian of mechanics"), "{error}");
 }
 
 /// Every state of a run, or what stopped it.
