@@ -151,7 +151,7 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
     }
 
     fn scale(&self, h: f64) -> f64 {
-        if self.limit() == LimitAtZero::Kept { h.recip() } else { 1.0 }
+        if self.limit() == LimitAtZero::OfEachStep { 1.0 } else { h.recip() }
     }
 }
 
