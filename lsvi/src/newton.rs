@@ -37,6 +37,8 @@ const HALVINGS: u32 = 60;
 const SHORT: f64 = 1e-18;
 /// The same where α + β → 0 with h, which has to be told from 0 to half of the digits.
 const SHORT_OF_STEP: f64 = 1e-8;
+/// The least size of a state whose roundings are a part ε of it: doubles below [`f64::MIN_POSITIVE`] lose their digits.
+const SMALLEST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 /// Growth of the next piece of a continuation after one that succeeded.
 const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
@@ -69,7 +71,7 @@ pub(crate) enum LimitAtZero {
     Kept,
     /// It is regular, but depends on the state.
     OfEachStep,
-    /// Nothing.
+    /// Nothing, so that no branch can be told from another: a root is one to which the iteration contracts.
     Unknown,
 }
 
@@ -110,8 +112,11 @@ pub(crate) struct Newton {
     guess: Vec<f64>,
     /// The point of the branch from which an attempt starts: the solution at h = 0, in a continuation the last one found.
     origin: Vec<f64>,
-    /// The first increment of an attempt, and others to compare with.
+    /// The residual that was evaluated last for an increment.
+    residual: Vec<f64>,
+    /// The first increment of an attempt with its residual, and others to compare with.
     whole: Vec<f64>,
+    first: Vec<f64>,
     part: Vec<f64>,
     reference: Vec<f64>,
     point: Vec<f64>,
@@ -147,7 +152,9 @@ impl Newton {
             increment: zeros.clone(),
             guess: zeros.clone(),
             origin: zeros.clone(),
+            residual: zeros.clone(),
             whole: zeros.clone(),
+            first: zeros.clone(),
             part: zeros.clone(),
             reference: zeros.clone(),
             point: zeros,
@@ -208,14 +215,14 @@ impl Newton {
                 return true;
             }
             let near_limit = self.is_near_limit(system, s) && self.is_along_tangent(system, s, 1.0);
-            // The same residual with the derivative for half the step.
-            system.residual(s, &self.point, &mut self.part);
             let way = 0.5 * s / h;
             let ends = self.origin.iter().zip(&self.guess);
             self.point.iter_mut().zip(ends).for_each(|(x, (origin, guess))| *x = origin + way * (guess - origin));
             if !self.set_increment_at_point(system, 0.5 * s) {
                 return false;
             }
+            // The same residual with the derivative for half the step.
+            self.part.copy_from_slice(&self.first);
             self.lu.solve(&mut self.part);
             let scale = system.scale(0.5 * s) / system.scale(s);
             self.part.iter_mut().for_each(|d| *d *= scale);
@@ -231,12 +238,14 @@ impl Newton {
             }
             s *= 0.5;
             self.whole.copy_from_slice(&self.increment);
+            self.first.copy_from_slice(&self.residual);
             for (x, d) in self.point.iter_mut().zip(&self.increment) {
                 *x -= d;
             }
-            if !self.set_increment_at_point(system, s) {
-                return false;
-            }
+            // The derivative of the first increment does for the second, of which only the size counts.
+            system.residual(s, &self.point, &mut self.increment);
+            self.work.residuals += 1;
+            self.lu.solve(&mut self.increment);
             contraction = max_norm(&self.increment) / max_norm(&self.whole);
             for (x, d) in self.point.iter_mut().zip(&self.whole) {
                 *x += d;
@@ -253,13 +262,12 @@ impl Newton {
             && self.is_along_tangent(system, h, 2.0 * CLOSE)
     }
 
-    /// Whether the limit of the derivative for h → 0 makes the same increment of the residual at (h, point) as `whole`.
-    fn is_near_limit(&mut self, system: &mut impl System, h: f64) -> bool {
+    /// Whether the limit of the derivative for h → 0 makes of the residual `first` at (h, point) the same increment as `whole`.
+    fn is_near_limit(&mut self, system: &impl System, h: f64) -> bool {
         if !self.limit.is_regular {
             return false;
         }
-        system.residual(h, &self.point, &mut self.part);
-        self.work.residuals += 1;
+        self.part.copy_from_slice(&self.first);
         self.limit.lu.solve(&mut self.part);
         is_close(&self.whole, self.limit.scale / system.scale(h), &self.part, self.roundoff())
     }
@@ -296,7 +304,7 @@ impl Newton {
 
     /// A few roundings of the present state.
     fn roundoff(&self) -> f64 {
-        8.0 * f64::EPSILON * max_norm(&self.origin)
+        8.0 * f64::EPSILON * max_norm(&self.origin).max(SMALLEST)
     }
 
     /// Whether the determinant of the matrix that was factored last is known to differ in sign from its limit.
@@ -312,6 +320,8 @@ impl Newton {
         x: &mut [f64],
         first: SolveError,
     ) -> Result<(), SolveError> {
+        let is_known = system.limit() != LimitAtZero::Unknown;
+        self.point.copy_from_slice(&self.origin);
         let mut failure = first;
         let (mut reached, mut piece) = (0.0, 0.5 * h);
         for _ in 0..PIECES {
@@ -319,7 +329,12 @@ impl Newton {
                 return Ok(());
             }
             let target = if reached + piece >= h { h } else { reached + piece };
-            match self.advance(system, reached, target, x) {
+            let advanced = if is_known {
+                self.advance(system, reached, target, x)
+            } else {
+                self.advance_along_secant(system, target, target / h, x)
+            };
+            match advanced {
                 Ok(()) => {
                     self.origin.copy_from_slice(x);
                     reached = target;
@@ -368,6 +383,23 @@ impl Newton {
         self.iterate(system, target, x, SURE_CONTRACTION).map(drop)
     }
 
+    /// Sets `x` to a root at `target`, the part `way` of the step, to which the iteration contracts from the secant through the
+    /// solution at h = 0, which is `point`, and the last one found, continued to h in `guess`.
+    fn advance_along_secant(
+        &mut self,
+        system: &mut impl System,
+        target: f64,
+        way: f64,
+        x: &mut [f64],
+    ) -> Result<(), SolveError> {
+        let secant = self.point.iter().zip(&self.guess);
+        x.iter_mut().zip(secant).for_each(|(x, (start, guess))| *x = start + way * (guess - start));
+        self.iterate(system, target, x, CONTRACTION)?;
+        let found = self.point.iter().zip(x.iter());
+        self.guess.iter_mut().zip(found).for_each(|(guess, (start, x))| *guess = start + (x - start) / way);
+        Ok(())
+    }
+
     /// Sets the increment of Newton's iteration at (h, x); the derivative there is factored.
     fn set_increment(&mut self, system: &mut impl System, h: f64, x: &[f64]) -> Result<(), SolveError> {
         system.residual(h, x, &mut self.increment);
@@ -375,6 +407,7 @@ impl Newton {
         if !max_norm(&self.increment).is_finite() {
             return Err(SolveError::NonFinite);
         }
+        self.residual.copy_from_slice(&self.increment);
         self.jacobian.clear();
         system.derivative(h, x, &mut self.jacobian);
         self.work.factorizations += 1;
@@ -389,7 +422,7 @@ impl Newton {
     }
 
     /// Newton's iteration from `x`, whose second increment must be at most `first` of the one before, and each further one
-    /// at most [`CONTRACTION`]; leaves in `whole` what the first one gives.
+    /// at most [`CONTRACTION`]; leaves in `whole` and `first` the first one and its residual.
     ///
     /// It stops on the increment: a residual cancels like ε |q| / h and has no threshold of its own. With the ratio θ of the
     /// last two increments δ, the error left after an increment is at most θ/(1 − θ) δ. Ill-conditioned equations stagnate
@@ -405,8 +438,9 @@ impl Newton {
             if iterations == 1 {
                 turned = self.is_turned();
                 self.whole.copy_from_slice(&self.increment);
+                self.first.copy_from_slice(&self.residual);
             }
-            let size = max_norm(x).max(max_norm(&self.origin));
+            let size = max_norm(x).max(max_norm(&self.origin)).max(SMALLEST);
             let roundoff = f64::EPSILON * size;
             let theta = if last.is_finite() { delta / last } else { 1.0 };
             let contraction = if iterations == 2 { first } else { CONTRACTION };

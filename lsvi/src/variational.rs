@@ -256,7 +256,8 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         let failed = |source| StepError::Solve { t, h, source };
-        if self.closure.linear().is_none_or(|closure| closure.carried() == 0.0) {
+        // F(p, p) = 0, which a nonlinear closure amounts to for h → 0, may have several roots: the one near the state's p counts.
+        if self.closure.linear().is_some_and(|closure| closure.carried() == 0.0) {
             repeat(q, &mut self.unknowns);
         } else {
             self.discrete.predict(Interval { start: t, h }, q, p, &mut self.unknowns).map_err(failed)?;

@@ -268,7 +268,8 @@ fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judg
     let (answer, (_, truth)) = match (answer, truth) {
         (Err(Gap::NotRun(reason)), _) => return without(Outcome::NotRun, &format!("not run: {reason}")),
         (Err(Gap::BrokeDown(reason)), _) => return without(Outcome::Pass, reason),
-        (Err(Gap::Failed(reason)), _) => return without(Outcome::Fail, reason),
+        // What gave no answer disagrees with nothing, and agrees with nothing.
+        (Err(Gap::Failed(reason)), _) => return without(Outcome::Inconclusive, &format!("failed: {reason}")),
         (Ok(_), None) => return without(Outcome::Inconclusive, "there is nothing to compare with"),
         (Ok(answer), Some(truth)) => (answer, truth),
     };

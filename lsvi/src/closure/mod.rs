@@ -18,6 +18,11 @@ use crate::discrete::MomentumWeights;
 /// A [`LinearClosure`] is one, and need not say more: its combination of momenta is formed before rounding can cancel what the
 /// two have in common. Any other F is given p₀ and p₁ as they are.
 ///
+/// For h → 0 a step solves F(p, p) = 0, which determines no branch where F is not linear: it may have several roots, or a
+/// singular derivative. The step then takes the root to which Newton's iteration contracts from the momentum that the state
+/// carries, in pieces of h if need be. Unlike for a [`LinearClosure`] it is not certified that this root is continuous in h
+/// from there: compare with smaller steps.
+///
 /// ```
 /// use lsvi::closure::Closure;
 /// use lsvi::nalgebra::DMatrix;

@@ -217,3 +217,15 @@ fn implicit_steps_keep_to_the_branch_beyond_a_singular_derivative_at_the_start()
     let mut method = RungeKutta::new(AutoField::new(Logistic), Tableau::implicit_euler()).expect("usable");
     assert_eq!(one_step(&mut method, 6.0, 0.0, 0.0).expect("a state at rest").0, 0.0);
 }
+
+/// A step that decays multiplies by 1/(1 − h + h²/2): below 2.2·10⁻³⁰⁸ numbers lose their digits, and are as good as 0.
+#[test]
+fn a_solution_decays_through_all_doubles() {
+    let h = 2.4;
+    let mut method = method_i(AutoField::new(Logistic)).expect("usable");
+    let (mut v, mut p) = ([1e-3], [0.0]);
+    for step in 0..2500 {
+        method.step(0.0, h, &mut v, &mut p).unwrap_or_else(|error| panic!("step {step} from {v:?}: {error}"));
+    }
+    assert!(v[0].abs() < 4.0 * f64::MIN_POSITIVE, "{v:?}");
+}
