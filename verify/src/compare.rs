@@ -24,6 +24,10 @@ const MOST_STEPS: usize = 8 * STEPS;
 /// Largest bound, relative to the size of the truth, that an agreement is worth anything with: two digits.
 const RESOLVED: f64 = 1e-2;
 
+/// Growth of a distance from one sample to the next that is the equation's and no accident: a distance between two scalars may pass
+/// near zero, but not between all pairs of references at once.
+const GROWTH: f64 = 100.0;
+
 /// States at the sample times, and a bound on their error.
 struct Answer {
     states: Vec<Vec<f64>>,
@@ -93,13 +97,14 @@ pub fn cross_check_beside(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Me
         rows: Vec::new(),
         shown: true,
     };
-    let mut checks = Vec::new();
+    let (mut checks, mut notes) = (Vec::new(), Vec::new());
     for (limit, methods) in by_equation(problem, own) {
         let times: Vec<f64> = (1..=SAMPLES).map(|k| horizon * k as f64 / SAMPLES as f64).collect();
         let mut solved: Vec<Solved> = reference::all()
             .into_par_iter()
             .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
             .collect();
+        notes.extend(parting(&times, &solved));
         solved.par_extend(methods.into_par_iter().map(|method| (method.name(), by_method(problem, &*method, &times))));
         if limit.name == problem.limit(Principle::Equation).name {
             let answers = guests.into_par_iter().map(|guest| (guest.name.clone(), by_program(problem, guest, &times)));
@@ -128,7 +133,36 @@ pub fn cross_check_beside(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Me
             });
         }
     }
-    Evidence { checks, tables: vec![table], ..Evidence::default() }
+    Evidence { checks, tables: vec![table], notes, ..Evidence::default() }
+}
+
+/// Where the references themselves part before the horizon, because the equation magnifies every difference: what is said then.
+///
+/// Two solutions whose distance grows from d₁ at t₁ to d₂ at t₂ tell the rate ln(d₂/d₁)/(t₂ − t₁) of the growth.
+fn parting(times: &[f64], references: &[Solved]) -> Option<String> {
+    let answers: Vec<_> = references.iter().filter_map(|(_, answer)| answer.as_ref().ok()).collect();
+    let apart = |k: usize| -> f64 {
+        let pairs = answers.iter().enumerate().flat_map(|(i, a)| answers[..i].iter().map(move |b| (a, b)));
+        pairs.map(|(a, b)| distance(&a.states[k], &b.states[k])).largest()
+    };
+    let lost = |k: &usize| apart(*k) > RESOLVED * answers.iter().map(|answer| max_norm(&answer.states[*k])).largest();
+    let first_lost = (0..times.len()).find(lost)?;
+    // From where they part on the distance has no room left to grow.
+    let last = first_lost.max(1);
+    let growth = apart(last) / apart(last - 1);
+    if !(growth > GROWTH) {
+        return None;
+    }
+    let rate = growth.ln() / (times[last] - times[last - 1]);
+    Some(format!(
+        "The references part: by {:.1e} at t = {}, by {:.1e} at t = {}. Differences grow like e^({rate:.2} t), and from there on a \
+         disagreement says nothing of a solver. Compare up to t = {}.",
+        apart(last - 1),
+        times[last - 1],
+        apart(last),
+        times[last],
+        times[last - 1]
+    ))
 }
 
 /// The methods, `own` among them, grouped by the equation that they converge to.

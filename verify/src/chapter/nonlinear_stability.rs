@@ -81,8 +81,8 @@ fn arenas() -> [Arena; 2] {
             h: grid(|s| 6.0 * s),
             v0: grid(|s| 0.01 * 300_f64.powf(s)),
             axes: || [Axis::linear("h").between(0.0, 6.0), Axis::log("v₀")],
-            marked: " Below the spurious steady state v = ½ − 1/h Method I goes to 0 instead of 1; the dashed line is the fold of \
-                     its first step.",
+            marked: " Below the spurious steady state v = ½ − 1/h, drawn up to where its branch crosses another, Method I goes to 0 instead of \
+                     1; the dashed line is the fold of its first step.",
         },
     ]
 }
@@ -144,6 +144,7 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
     context.announce(2 * METHODS.len());
     let mut evidence = Evidence::default();
     let mut shares = Vec::new();
+    let crossing = crossing()?;
     for arena in arenas() {
         let maps: Vec<Map> = METHODS
             .par_iter()
@@ -162,13 +163,22 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
             folds.filter_map(|r| r.map(|(h, v0)| Some((h?, v0))).transpose()).collect::<Result<_, StudyError>>()?;
         evidence.checks.extend(checks(&arena, &maps, &fold));
         shares.extend(maps.iter().map(|map| share_row(&arena, map)));
-        let (figure, table) = show(&arena, &maps, fold);
+        let (figure, table) = show(&arena, &maps, fold, crossing);
         evidence.figures.push(figure);
         evidence.tables.push(table);
     }
     evidence.checks.push(spurious_drag()?);
     let (checks, factors) = spurious_logistic()?;
     evidence.checks.extend(checks);
+    evidence.checks.push(Check::new(
+        "logistic/crossing",
+        "On v̇ = v (1 − v) the branch from beside v = ½ − 1/h leaves it where it crosses another branch: largest h of live steps that \
+         return, distance to the h of the crossing",
+        (crossing - CROSSING).abs(),
+        // A start beside the state by 10⁻⁹ opens the crossing by the root of that, times a slope of order 10.
+        Requirement::AtMost(1e-3),
+        "F = ∂F/∂x = ∂F/∂s = 0 of the cubic F(s, x) from v = ½ − 1/h; bisection to 10⁻⁴",
+    ));
     evidence.tables.push(factors);
     evidence.checks.push(spurious_method_ii()?);
     evidence.tables.insert(
@@ -180,7 +190,7 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
             shares,
         ),
     );
-    evidence.notes = notes();
+    evidence.notes = notes(crossing);
     Ok(evidence)
 }
 
@@ -276,12 +286,26 @@ fn spurious_drag() -> Result<Check, StudyError> {
     ))
 }
 
+/// The largest h at which the branch of solutions from beside v = ½ − 1/h leads back there: beyond, it passes a crossing with another
+/// one at a smaller step, and goes up.
+fn crossing() -> Result<f64, StudyError> {
+    let method = method::parse("method-i")?;
+    let (mut below, mut above) = (2.2, 2.8);
+    while above - below > 1e-4 {
+        let h = 0.5 * (below + above);
+        let v0 = spurious_state(h) + 1e-9;
+        let v = end(&*problem("logistic", v0)?, &*method, h, h)?;
+        if (v - v0).abs() < 1e-6 { below = h } else { above = h }
+    }
+    Ok(below)
+}
+
 /// On logistic growth hJ = 2 at v = ½ − 1/h, between the two steady states if h > 2. A small distance from there is
-/// multiplied in each step by 4/(8 − h²), up to h = √8, where the branch of solutions leaves it.
+/// multiplied in each step by 4/(8 − h²), up to the [`crossing`].
 fn spurious_logistic() -> Result<(Vec<Check>, Table), StudyError> {
     let method = method::parse("method-i")?;
     let (mut checks, mut rows) = (Vec::new(), Vec::new());
-    for h in [2.2, 2.4, 2.6] {
+    for h in [2.2, 2.3, 2.4] {
         let spurious = spurious_state(h);
         let end = |v0: f64, steps: usize| end(&*problem("logistic", v0)?, &*method, h, h * steps as f64);
         let distance = 1e-5;
@@ -324,12 +348,16 @@ fn spurious_method_ii() -> Result<Check, StudyError> {
     ))
 }
 
+/// 1/(½ − v) where s²(2x³ − 3x² + x) + s(3x² − 2x − 2vx + v²) + 2(x − v) and its derivatives in x and in s vanish together:
+/// s = 2.123 035 56, x = 0.286 740 04, v = 0.090 150 666, by Newton's method.
+const CROSSING: f64 = 1.0 / (0.5 - 0.090_150_666);
+
 /// hJ = 2 on logistic growth.
 fn spurious_state(h: f64) -> f64 {
     0.5 - 1.0 / h
 }
 
-fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>) -> (Figure, Table) {
+fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>, crossing: f64) -> (Figure, Table) {
     let panels = maps.iter().map(|map| {
         let [x, y] = (arena.axes)();
         let inside = |(h, _): &&(f64, f64)| *h <= arena.h[arena.h.len() - 1];
@@ -338,8 +366,7 @@ fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>) -> (Figure, Table) {
             .then(|| Series::new("fold of the first step", fold.iter().filter(inside).copied().collect(), Mark::Guide));
         let values = map.fates.iter().map(|row| row.iter().map(|fate| f64::from(*fate as u8)).collect()).collect();
         let separatrix = (arena.problem == "logistic" && map.method == "method-i").then(|| {
-            let points =
-                (1..=40).map(|i| 2.0 + (8.0_f64.sqrt() - 2.0) * f64::from(i) / 40.0).map(|h| (h, spurious_state(h)));
+            let points = (1..=40).map(|i| 2.0 + (crossing - 2.0) * f64::from(i) / 40.0).map(|h| (h, spurious_state(h)));
             Series::new("v = ½ − 1/h", points.collect(), Mark::Line)
         });
         Panel {
@@ -383,7 +410,7 @@ fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>) -> (Figure, Table) {
     (figure, Table::data(&id, caption, &["method", "h", "v0", "fate"], rows))
 }
 
-fn notes() -> Vec<String> {
+fn notes(crossing: f64) -> Vec<String> {
     vec![
         format!(
             "Method I is called unconditionally stable for nonlinear dissipative problems too. It is not. On v̇ = −v² its step is a \
@@ -392,12 +419,14 @@ fn notes() -> Vec<String> {
          state. The trapezoidal rule and Method II are no better; implicit Euler has a root for every step.",
             drag_fold()
         ),
-        "From a negative start, where solutions of v̇ = −v² run away, Method I goes to v = −1/h, a steady state of the scheme and \
-         not of the equation. On the logistic equation it has one at v = ½ − 1/h for h > 2, between the two true ones. It \
-         repels, and what starts below it goes to 0: the state that repels every solution attracts the scheme, which damps \
-         fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. Implicit Euler damps \
-         fast growth too, but the branch that it keeps to leads to 1 from every start."
-            .into(),
+        format!(
+            "From a negative start, where solutions of v̇ = −v² run away, Method I goes to v = −1/h, a steady state of the scheme and \
+             not of the equation. On the logistic equation it has one at v = ½ − 1/h for h > 2, between the two true ones. It \
+             repels, and what starts below it goes to 0: the state that repels every solution attracts the scheme, which damps \
+             fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. From h = {crossing:.2} \
+             on the branch from beside that state crosses another on the way, and leads up from it. Implicit Euler damps \
+             fast growth too, but the branch that it keeps to leads to 1 from every start."
+        ),
         "Method II has a steady state of its own wherever f_v = 0, v = ½ on the logistic equation, and many runs alternate \
          about it without end."
             .into(),

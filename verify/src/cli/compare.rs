@@ -31,7 +31,12 @@ Examples:
   verify compare --problem poiseuille-galerkin --set gamma=1
   verify compare --model predator-prey.ds --t-end 10
 
-Exit status: 0 all agree, 1 some do not, 2 bad usage.")]
+A run that fails disagrees with nothing; it is inconclusive, like an answer with
+a bound too wide to tell. Where the equation magnifies every difference, so that
+the references part before the end time, that is said after the table.
+
+Exit status: 0 none disagrees, 1 some do, 2 bad usage, 3 none could be held
+against another.")]
 pub(super) struct Args {
     #[command(flatten)]
     problem: ProblemArgs,
@@ -69,8 +74,12 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let guests = args.program.iter().map(guest).collect::<Result<Vec<_>, Failure>>()?;
     let evidence = cross_check_beside(&name, &*problem, own, &guests);
     show(&evidence, out).and_then(|()| args.problem.write_caveat(out)).map_err(Failure::Output)?;
-    let has_failed = evidence.checks.iter().any(|check| check.outcome == Outcome::Fail);
-    Ok(if has_failed { Status::Failed } else { Status::Ok })
+    let any = |outcome| evidence.checks.iter().any(|check| check.outcome == outcome);
+    Ok(match (any(Outcome::Fail), any(Outcome::Pass)) {
+        (true, _) => Status::Failed,
+        (false, true) => Status::Ok,
+        (false, false) => Status::Inconclusive,
+    })
 }
 
 fn show(evidence: &Evidence, out: &mut impl Write) -> io::Result<()> {
@@ -81,6 +90,10 @@ fn show(evidence: &Evidence, out: &mut impl Write) -> io::Result<()> {
     }
     let count = |outcome| evidence.checks.iter().filter(|check| check.outcome == outcome).count();
     let [pass, fail, open, not_run] = [Outcome::Pass, Outcome::Fail, Outcome::Inconclusive, Outcome::NotRun].map(count);
+    for note in &evidence.notes {
+        writeln!(out)?;
+        paragraph(out, "", 0, note)?;
+    }
     writeln!(out, "\n{pass} agree, {fail} do not, {open} inconclusive, {not_run} not run")
 }
 

@@ -1,9 +1,17 @@
 //! Text for a terminal of 80 columns.
 
 use std::io::{self, Write};
+use std::sync::OnceLock;
 
-/// Columns of a terminal.
-pub(super) const WIDTH: usize = 80;
+/// Columns of a terminal that does not say otherwise.
+const WIDTH: usize = 80;
+
+/// Columns that text may take: as `COLUMNS` says, where that leaves room for a few words.
+pub(super) fn columns() -> usize {
+    static COLUMNS: OnceLock<usize> = OnceLock::new();
+    let said = || std::env::var("COLUMNS").ok()?.parse().ok().filter(|columns| (40..=500).contains(columns));
+    *COLUMNS.get_or_init(|| said().unwrap_or(WIDTH))
+}
 
 /// Columns that `text` takes up; combining marks (v̇) take none.
 pub(super) fn width(text: &str) -> usize {
@@ -25,7 +33,7 @@ pub(super) fn paragraph(out: &mut impl Write, label: &str, indent: usize, text: 
     let mut line = left(label, indent);
     let mut is_empty = true;
     for word in text.split_whitespace() {
-        if !is_empty && width(&line) + 1 + width(word) > WIDTH {
+        if !is_empty && width(&line) + 1 + width(word) > columns() {
             writeln!(out, "{line}")?;
             line = " ".repeat(indent);
             is_empty = true;

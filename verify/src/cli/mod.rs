@@ -38,7 +38,7 @@ Examples:
   verify report
 
 Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage;
-`order`, `judge` and `report` have 3 for what is inconclusive.";
+`order`, `compare`, `judge` and `report` have 3 for what is inconclusive.";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -11,7 +11,7 @@ use verify::{chapter, method, problem, reference, run, theory};
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
-    command.args(arguments).env("NO_COLOR", "1");
+    command.args(arguments).env("NO_COLOR", "1").env_remove("COLUMNS");
     command
 }
 

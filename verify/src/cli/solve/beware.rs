@@ -1,7 +1,7 @@
 //! What a run shows that its numbers do not say: where they cannot be right although every step was solved.
 
 use nalgebra::DMatrix;
-use verify::measure::norm::max_norm;
+use verify::measure::norm::{Extremes, distance, larger, max_norm};
 use verify::problem::{Problem, component_names};
 
 use crate::cli::layout::{number, plain};
@@ -37,7 +37,7 @@ impl Watch {
         self.last.0 = t;
         self.last.1.clear();
         self.last.1.extend_from_slice(state);
-        self.largest = self.largest.max(max_norm(state));
+        self.largest = larger(self.largest, max_norm(state));
         if has_ended && self.ended.is_none() {
             self.ended = Some(t);
         }
@@ -62,7 +62,7 @@ impl Watch {
         let h = t - t_before;
         let mut f = vec![0.0; v.len()];
         ode.rhs(*t, v, &mut f);
-        let moved = v.iter().zip(before).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        let moved = distance(v, before);
         let (size, drift) = (max_norm(v), h * max_norm(&f));
         if drift > REST * size && moved <= REST * drift {
             return Some(format!(
@@ -78,7 +78,7 @@ impl Watch {
             return None;
         }
         let rates = jacobian(problem, *t, v).complex_eigenvalues();
-        let rate = rates.iter().map(|rate| rate.re).fold(f64::NEG_INFINITY, f64::max);
+        let rate = rates.iter().map(|rate| rate.re).largest();
         (h * rate > REST).then(|| {
             format!(
                 "the run came to rest where the equation is unstable: perturbations grow like e^({} t) there, and the method \

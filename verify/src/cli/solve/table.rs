@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::Row;
-use crate::cli::layout::{WIDTH, number, plain, right};
+use crate::cli::layout::{columns, number, plain, right};
 
 /// Rows kept: they fit on a screen of 24 lines with the heading and the summary.
 const ROWS: usize = 18;
@@ -52,7 +52,7 @@ impl Table {
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let extra = 1 + usize::from(self.has_error);
         let components = self.columns.len() - extra;
-        let shown = components.min(WIDTH / COLUMN - extra);
+        let shown = components.min(columns() / COLUMN - extra);
         let line = |cells: &mut dyn Iterator<Item = String>| -> String {
             cells.map(|cell| right(&cell, COLUMN)).collect::<String>()[1..].to_owned()
         };
