@@ -65,11 +65,6 @@ pub fn examine(model: &Model, context: &Context) -> Result<Evidence, StudyError>
     recommend(model, &mut evidence)?;
     context.tick();
     evidence.notes.push(CAVEAT.into());
-    evidence.notes.push(
-        "DiffSL has no second derivatives. Differences of its Jacobians take their place, which Newton's iteration hardly \
-         notices; methods of mechanics are not run."
-            .into(),
-    );
     Ok(evidence)
 }
 
