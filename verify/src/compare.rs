@@ -150,7 +150,7 @@ fn parting(times: &[f64], references: &[Solved]) -> Option<String> {
     // From where they part on the distance has no room left to grow.
     let last = first_lost.max(1);
     let growth = apart(last) / apart(last - 1);
-    if !(growth > GROWTH) {
+    if growth.is_nan() || growth <= GROWTH {
         return None;
     }
     let rate = growth.ln() / (times[last] - times[last - 1]);
