@@ -5,6 +5,7 @@ use crate::chapter::{Context, StudyError};
 use crate::evidence::number::brief;
 use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Table};
 use crate::experiment::end_errors::{EndErrors, Truth};
+use crate::measure::norm::Extremes;
 use crate::row;
 
 /// A method with the number of linear systems of the size of the problem in a step. The denominator of the stability function
@@ -59,8 +60,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     }
     let [smooth, later, soon, second] = [&measured[0][2], &measured[1][2], &measured[2][0], &measured[2][1]];
     let (smooth_best, later_best) = (best(smooth), best(later));
-    let rivals = soon[1..].iter().map(|error| error / soon[0]);
-    let (low, high) = rivals.fold((f64::INFINITY, 0.0), |(low, high), x| (f64::min(low, x), f64::max(high, x)));
+    let rivals = || soon[1..].iter().map(|error| error / soon[0]);
+    let (low, high) = (rivals().smallest(), rivals().largest());
     let systems = SYSTEMS[COMPARED];
     let checks = vec![
         Check::new(
@@ -103,7 +104,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             "parabolic/overtaken",
             "At once after the jump another method is ahead of Method I as soon as more than one step is taken: least error of the \
              others over its for four systems",
-            second[1..].iter().map(|error| error / second[0]).fold(f64::INFINITY, f64::min),
+            second[1..].iter().map(|error| error / second[0]).smallest(),
             Requirement::Below(1.0),
             "what the answer says",
         ),

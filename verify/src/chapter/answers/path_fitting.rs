@@ -7,6 +7,7 @@ use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Series, Tab
 use crate::experiment::energy_course::EnergyCourse;
 use crate::experiment::kepler_period::KeplerPeriod;
 use crate::experiment::symplectic_defect::Defects;
+use crate::measure::norm::larger;
 use crate::row;
 
 /// Three interior points each; the equations of a step are as many.
@@ -45,7 +46,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         .collect();
     // What the mean changes by from the first window to the last.
     let drift = |i: usize| (courses[i][courses[i].len() - 1].1 - courses[i][0].1).abs();
-    let kept = drift(1).max(drift(2));
+    let kept = larger(drift(1), drift(2));
     let mut defects = Vec::new();
     for name in METHODS {
         defects.push(context.get(Defects { problem: "double-pendulum", method: name.into() })?.at(0.2));

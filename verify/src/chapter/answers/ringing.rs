@@ -47,7 +47,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let waves: Vec<f64> = found.iter().map(|run| variation(&run.state) / variation(&run.exact)).collect();
     let after = |step: usize| found.iter().map(|run| run.errors[step].1).collect::<Vec<f64>>();
     let (first, last) = (after(0), after(STEPS as usize - 1));
-    let next = first[1..].iter().map(|error| error / first[0]).fold(f64::INFINITY, f64::min);
+    let next = first[1..].iter().map(|error| error / first[0]).smallest();
     let damped = waves[2..].iter().copied().largest();
     let best = (0..METHODS.len()).min_by(|a, b| last[*a].total_cmp(&last[*b])).unwrap_or_default();
     // The first step from which on the last winner has the smallest error.

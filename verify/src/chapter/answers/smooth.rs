@@ -5,6 +5,7 @@ use crate::chapter::{Context, StudyError};
 use crate::evidence::number::brief;
 use crate::evidence::{Cell, Check, Requirement, Table};
 use crate::experiment::end_errors::{EndErrors, Truth};
+use crate::measure::norm::Extremes;
 
 const METHODS: [&str; 5] =
     ["method-i", "trapezoidal", "implicit-midpoint", "ls-galerkin(2,gauss,2)", "ls-galerkin(3,gauss,3)"];
@@ -32,8 +33,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let table = Table::data("answer-smooth-errors", caption, columns, rows.collect());
     // Least and largest error of Method I over that of another method.
     let ratios = |other: usize| {
-        let ratios = found.chunks(METHODS.len()).map(|errors| errors[0] / errors[other]);
-        ratios.fold((f64::INFINITY, 0.0), |(low, high), ratio| (f64::min(low, ratio), f64::max(high, ratio)))
+        let ratios = || found.chunks(METHODS.len()).map(|errors| errors[0] / errors[other]);
+        (ratios().smallest(), ratios().largest())
     };
     let (trapezoidal, midpoint, (gauss, _)) = (ratios(1), ratios(2), ratios(3));
     let checks = vec![
