@@ -3,9 +3,10 @@
 //! `cargo run -p verify --example judge_own_method`
 
 use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory};
+use verify::evidence::Outcome;
 use verify::judge::file::MethodFile;
 use verify::judge::{Effort, FileMethod, Judgement};
-use verify::measure::order::{Expectation, Sample, fit};
+use verify::measure::order::{Expectation, Sample, Verdict, fit};
 
 /// v̇ = −2 t v², v(0) = 1: v = 1/(1 + t²).
 struct Own;
@@ -28,7 +29,7 @@ const METHOD: &str = r#"
     b = ["1/4", 0, "3/4"]
 "#;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = MethodFile::parse("heun3", "heun3", METHOD)?;
     let method = FileMethod::of(&file);
     let judgement = Judgement::new(file, Effort::Theory);
@@ -39,6 +40,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         while run.step()?.is_some() {}
         samples.push(Sample::new(h, (run.state().q[0] - 0.5).abs(), f64::EPSILON / h));
     }
-    println!("measured: {}", fit(&samples, &Expectation::new(3.0, 0.1)).reason);
-    Ok(())
+    let measured = fit(&samples, &Expectation::new(3.0, 0.1));
+    println!("measured: {}", measured.reason);
+    let confirmed = judgement.verdicts.iter().all(|verdict| verdict.check.outcome == Outcome::Pass);
+    if confirmed && measured.verdict == Verdict::Pass { Ok(()) } else { Err("not everything is confirmed".into()) }
 }

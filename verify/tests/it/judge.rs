@@ -11,6 +11,15 @@ use verify::judge::tableau::{Coefficient, Place, Tableau};
 use verify::judge::{Effort, Judgement};
 use verify::measure::stability::Uniform;
 
+#[path = "../../examples/judge_own_method.rs"]
+mod judge_own_method;
+
+/// Its main fails on a claim that is not confirmed.
+#[test]
+fn the_example_of_an_own_method_is_confirmed() {
+    judge_own_method::main().expect("Heun's method has order 3");
+}
+
 fn files(directory: &str) -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("methods").join(directory);
     let entries = std::fs::read_dir(root).expect("a directory").map(|entry| entry.expect("readable").path());
