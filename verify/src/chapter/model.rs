@@ -88,20 +88,27 @@ fn recommend(model: &Model, evidence: &mut Evidence) -> Result<(), StudyError> {
 
     let found = work_error::measure(model, horizon, PLAN)?;
     let last = course.last().map_or(1.0, |(_, state)| max_norm(state).max(1.0));
+    let most = orders::LOST * last;
     let text = advice(model, &found, TARGET * last)?;
     let rows = found
         .points
         .iter()
         .filter(|p| p.error.is_finite())
         .map(|p| row![&p.solver, p.setting, p.error, p.steps, p.evaluations, p.factorizations]);
-    let caption = "Error at the end against evaluations of f, or of the step equations, and against factorizations: fixed steps from 8 to \
-                   512 in a run, and tolerances from 1e-2 to 1e-9.";
+    let caption = format!(
+        "Error at the end against evaluations of f, or of the step equations, and against factorizations: fixed steps from 8 to \
+         512 in a run, and tolerances from 1e-2 to 1e-9. Errors above {} are left out.",
+        brief(most)
+    );
     let columns = ["solver", "h_or_tolerance", "error", "steps", "evaluations", "factorizations"];
-    evidence.tables.push(Table::data("model-work", caption, columns, rows.collect()));
+    evidence.tables.push(Table::data("model-work", caption.clone(), columns, rows.collect()));
     let panel = |label: &str, work: fn(&Point) -> u64| {
         let curves = found.by_solver().map(|run| {
-            let points =
-                run.iter().filter(|p| work(p) > 0 && p.error > 0.0).map(|p| (work(p) as f64, p.error)).collect();
+            let points = run
+                .iter()
+                .filter(|p| work(p) > 0 && p.error > 0.0 && p.error <= most)
+                .map(|p| (work(p) as f64, p.error))
+                .collect();
             Series::new(run[0].solver.clone(), points, Mark::LineMarkers)
         });
         let curves = curves.filter(|series| !series.points.is_empty()).collect();

@@ -6,6 +6,7 @@ use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Grid, Mark, Outcome, Panel, Series, Table};
 use crate::kinds::Principle;
+use crate::measure::norm::max_norm;
 use crate::measure::order::{OrderFit, Sample};
 use crate::method::Method;
 use crate::order::{OrderError, Source, Truth, measure};
@@ -27,7 +28,12 @@ pub(crate) struct Measured {
     family: &'static str,
     pub(crate) truth: Truth,
     pub(crate) fit: Result<OrderFit, OrderError>,
+    /// The largest error that is drawn.
+    most: f64,
 }
+
+/// A run with a larger error, over the largest component of the initial state or 1, has not followed the solution at all.
+pub(super) const LOST: f64 = 10.0;
 
 /// Measures the order of `method` on `problem`, against the best truth that there is.
 pub(super) fn measure_one(name: &str, problem: &dyn Problem, method: &dyn Method) -> Measured {
@@ -38,6 +44,7 @@ pub(super) fn measure_one(name: &str, problem: &dyn Problem, method: &dyn Method
         family: family(method),
         truth,
         fit: measure(problem, method, truth),
+        most: LOST * max_norm(&problem.initial()).max(1.0),
     }
 }
 
@@ -211,7 +218,7 @@ pub(super) fn figures(measured: &[Measured]) -> Vec<Figure> {
         let panels = problems.iter().filter_map(|problem| panel(problem, of(problem)));
         let caption = format!(
             "Error at the end of the interval against the step size, {family}; the slope is the order. The dashed lines have the \
-             slopes that theory expects."
+             slopes that theory expects. Errors above {LOST} times the initial state, or {LOST}, are left out: such a run is lost."
         );
         Figure::new(format!("orders-{}", place + 1), caption, "order-points", panels).in_columns(3)
     };
@@ -224,9 +231,15 @@ fn panel(problem: &str, pairs: Vec<&Measured>) -> Option<Panel> {
     let mut guides: Vec<(f64, (f64, f64), f64)> = Vec::new();
     for pair in pairs {
         let Ok(fit) = &pair.fit else { continue };
-        let found = |sample: &Sample| Some((sample.h, sample.result.as_ref().ok()?.error));
+        let found = |sample: &Sample| {
+            let error = sample.result.as_ref().ok()?.error;
+            (error <= pair.most).then_some((sample.h, error))
+        };
         let points: Vec<(f64, f64)> = fit.points().into_iter().filter_map(|(sample, _)| found(sample)).collect();
-        if let (Some(first), Some(last)) = (fit.kept.first().and_then(found), fit.kept.last().and_then(found)) {
+        if points.is_empty() {
+            continue;
+        }
+        if let (Some(first), Some(last)) = (fit.kept.iter().find_map(found), fit.kept.last().and_then(found)) {
             let order = fit.expected.order;
             match guides.iter_mut().find(|guide| guide.0 == order) {
                 Some(guide) if guide.1.1 >= first.1 => guide.2 = guide.2.min(last.0),

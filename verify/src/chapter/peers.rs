@@ -1,5 +1,6 @@
 //! Work against error beside the solvers of other libraries.
 
+use super::orders::LOST;
 use super::{Context, Study, StudyError, prose};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Spread, Table};
 use crate::experiment::work_error::{Found, Plan, Point, Times, WorkError};
@@ -67,9 +68,11 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         evidence.checks.push(check(title, found));
         evidence.spreads.extend(spread(title, found));
     }
-    let caption = "Error at the end against evaluations of f, or of the step equations, and against factorizations of matrices: fixed \
-                   steps from 8 to 512 in a run, and tolerances from 1e-3 to 1e-9.";
-    evidence.tables.push(Table::data("peers", caption, COLUMNS, rows));
+    let caption = format!(
+        "Error at the end against evaluations of f, or of the step equations, and against factorizations of matrices: fixed \
+         steps from 8 to 512 in a run, and tolerances from 1e-3 to 1e-9. Errors above {LOST} are left out."
+    );
+    evidence.tables.push(Table::data("peers", caption.clone(), COLUMNS, rows));
     evidence.figures.push(Figure::new("peers", caption, "peers", panels).in_columns(2));
     everywhere(context, &mut evidence)?;
     Ok(evidence)
@@ -85,7 +88,8 @@ fn table_rows(title: &str, found: &Found) -> Vec<Vec<Cell>> {
 fn panel(title: &str, label: &str, found: &Found, work: fn(&Point) -> u64) -> Panel {
     let curves = found.by_solver().map(|run| {
         // Of an explicit method nothing is factored.
-        let points = run.iter().filter(|p| work(p) > 0 && p.error > 0.0).map(|p| (work(p) as f64, p.error));
+        let points =
+            run.iter().filter(|p| work(p) > 0 && p.error > 0.0 && p.error <= LOST).map(|p| (work(p) as f64, p.error));
         Series::new(run[0].solver.clone(), points.collect(), Mark::LineMarkers)
     });
     let curves = curves.filter(|series| !series.points.is_empty()).collect();
@@ -106,10 +110,12 @@ fn everywhere(context: &Context, evidence: &mut Evidence) -> Result<(), StudyErr
         panels.push(panel(name, "steps", found, |p| p.steps));
         rows.extend(table_rows(name, found));
     }
-    let caption = "Error at the end against steps on every problem, large ones in their small version: methods with fixed steps beside \
+    let caption = format!(
+        "Error at the end against steps on every problem, large ones in their small version: methods with fixed steps beside \
                    radau-adaptive, CVODE and diffsol at tolerances from 1e-3 to 1e-9. A method with fixed steps is a line whose slope \
-                   is its order; an adaptive one takes its steps where the solution moves.";
-    evidence.tables.push(Table::data("peers-everywhere", caption, COLUMNS, rows));
+                   is its order; an adaptive one takes its steps where the solution moves. Errors above {LOST} are left out."
+    );
+    evidence.tables.push(Table::data("peers-everywhere", caption.clone(), COLUMNS, rows));
     evidence.figures.push(Figure::new("peers-everywhere", caption, "peers-everywhere", panels).in_columns(3));
     Ok(())
 }

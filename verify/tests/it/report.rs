@@ -449,6 +449,35 @@ fn the_page_is_well_formed_and_its_links_lead_somewhere() {
 }
 
 #[test]
+fn a_keyboard_reaches_all_that_a_mouse_does() {
+    let tags = tags(&read(&written("keyboard"), "index.html"));
+    let opened: Vec<_> = tags.iter().filter(|tag| !tag.closes).collect();
+    for (tag, next) in opened.iter().zip(opened.iter().skip(1)) {
+        let of = |key: &str| tag.attributes.iter().find(|(k, _)| k == key).map(|(_, value)| value.as_str());
+        assert!(tag.attributes.iter().all(|(key, _)| !key.starts_with("on")), "a handler on {}", tag.name);
+        assert!(tag.name != "a" || of("href").is_some(), "a link without an address is not reached");
+        assert!(tag.name != "details" || next.name == "summary", "a fold without a summary");
+        let scrolls = of("class").is_some_and(|class| class.split(' ').any(|name| name == "scroll"));
+        assert_eq!(scrolls, of("tabindex") == Some("0"), "what scrolls takes the focus, and nothing else but controls");
+        assert!(!scrolls || of("aria-label").or(of("aria-labelledby")).is_some(), "what takes the focus has a name");
+    }
+}
+
+#[test]
+fn figures_are_numbered_in_the_order_of_the_page() {
+    let told = Section { id: "model-recommendation".into(), figures: vec!["told".into()], ..Section::default() };
+    let figures = ["behind", "told"].map(|id| figure(id, 1, vec![order_panel(id, 1e-16)])).to_vec();
+    let evidence = Evidence { figures, sections: vec![told], ..Evidence::default() };
+    let path = fresh("numbered");
+    report::write(&Run::new(vec![Chapter { id: "model".into(), evidence, ..Chapter::default() }], Vec::new()), &path)
+        .expect("the report is written");
+    let page = read(&path, "index.html");
+    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
+    assert!(place("figure:told") < place("Figure 1.") && place("Figure 1.") < place("figure:behind"));
+    assert!(place("figure:behind") < place("Figure 2."));
+}
+
+#[test]
 fn figures_say_what_they_leave_out_and_draw_only_numbers() {
     let html = read(&written("figures"), "index.html");
     // Two of the seven bad points have a place on logarithmic axes.

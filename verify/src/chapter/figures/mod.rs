@@ -108,13 +108,15 @@ impl Sweep {
         let worst = runs.zip(&ratios).max_by(|a, b| a.1.total_cmp(b.1));
         Ok(Check::at_most(
             "errors-decay",
-            "the errors of the paper's four methods decay: on (20, 40] they are at most half as large as on (10, 20]",
+            "the errors of the paper's four methods decay: on (20, 40] they are at most half as large as on (10, 20], or within \
+             roundoff",
             worst.map_or(f64::NAN, |(_, ratio)| **ratio),
             Decay::MOST,
             worst.map_or_else(String::new, |(Errors { problem, method, h, .. }, _)| {
                 format!(
                     "Largest ratio of the maxima of {} runs, that of {method} on {problem} at h = {h}; what halves as t \
-                     doubles falls at least like 1/t.",
+                     doubles falls at least like 1/t. Errors up to 8ε(1 + 1/h)(1 + |v|) are roundoff, which need not fall, \
+                     and count as zero.",
                     ratios.len()
                 )
             }),

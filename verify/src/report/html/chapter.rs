@@ -14,12 +14,18 @@ use crate::report::run::Chapter;
 const TALL_TABLE: usize = 30;
 /// Cells with longer texts want columns that do not shrink to a word.
 const LONG_TEXT: usize = 80;
+/// A cell with a longer sentence is no narrower than half a line.
+const SENTENCE: usize = 40;
 
 pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
     let id = anchor(&chapter.id);
     let evidence = &chapter.evidence;
     let summary = (chapter.id == super::SUMMARISED).then(|| evidence.tables.first()).flatten();
     let summary = summary.map(|first| (&first.id, table(first, &evidence.sections, true, &mut numbers.tables)));
+    // Written in the order of the page, in which figures and tables are numbered.
+    let is_recommendation = |part: &&Section| part.id == super::RECOMMENDATION;
+    let recommended = evidence.sections.iter().filter(is_recommendation);
+    let recommended: Vec<_> = recommended.map(|part| section(part, chapter, palette, numbers)).collect();
     let body = body(chapter, summary.as_ref().map(|(id, _)| id.as_str()), palette, numbers);
     html! {
         section.chapter id=(id) {
@@ -35,9 +41,7 @@ pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, nu
             @for map in &evidence.grids { (grid(map, chapter)) }
             (undecided(chapter))
             @if let Some((_, table)) = &summary { (table) }
-            @for part in evidence.sections.iter().filter(|part| part.id == super::RECOMMENDATION) {
-                (section(part, chapter, palette, numbers))
-            }
+            @for part in recommended { (part) }
             @if chapter.id == super::IN_SIGHT { (body) }
             @else if !body.0.is_empty() { (fold("evidence", &behind(chapter), body)) }
         }
@@ -164,7 +168,7 @@ fn ended(text: &str) -> String {
 fn check_table(chapter: &Chapter, checks: &[&Check]) -> Markup {
     html! {
         @if !checks.is_empty() {
-            div.scroll {
+            div.scroll tabindex="0" role="region" aria-label="Checks" {
                 table.checks {
                     thead {
                         tr { th scope="col" { "Outcome" } th scope="col" { "Check" } th scope="col" { "Measured" } th scope="col" { "Required" } }
@@ -248,6 +252,7 @@ fn cell(content: &Cell, align: Option<&str>, sections: &[Section]) -> Markup {
             None if !text.is_empty() && sections.iter().any(|section| section.mark == *text) => {
                 html! { td { span.mark.(clean(text).replace(' ', "-")) { (clean(text)) } } }
             }
+            None if text.len() > SENTENCE && text.ends_with(['.', '?']) => html! { td.sentence { (inline(text)) } },
             None => html! { td class=[align] { (inline(text)) } },
         },
         Cell::Number(value) => html! { td class=[align] data-value=[sort_key(*value)] { (number(*value)) } },

@@ -17,26 +17,29 @@ pub(super) fn figure(figure: &Figure, palette: Palette<'_>, count: &mut usize) -
     let legend = Legend::of(figure, palette);
     html! {
         figure id=(id) {
-            (legend.write())
-            div.panels.(format!("columns-{}", columns.min(4))) {
-                @for panel in &figure.panels {
-                    @let styles: Vec<_> = panel.series.iter().map(|series| legend.style(&series.label)).collect();
-                    div.panel {
-                        @if !panel.title.is_empty() { p.title { (inline(&panel.title)) } }
-                        @match chart::panel(panel, &styles, columns) {
-                            Some(drawing) => {
-                                (PreEscaped(drawing.svg))
-                                @if drawing.dropped > 0 {
-                                    p.dropped {
-                                        "Without " (drawing.dropped) (if drawing.dropped == 1 { " point" } else { " points" })
-                                        " that the axes have no place for (zero or less on a logarithmic axis, or not finite)."
+            // The legend keeps in sight beside the panels, and never covers the caption.
+            div {
+                (legend.write())
+                div.panels.(format!("columns-{}", columns.min(4))) {
+                    @for panel in &figure.panels {
+                        @let styles: Vec<_> = panel.series.iter().map(|series| legend.style(&series.label)).collect();
+                        div.panel {
+                            @if !panel.title.is_empty() { p.title { (inline(&panel.title)) } }
+                            @match chart::panel(panel, &styles, columns) {
+                                Some(drawing) => {
+                                    (PreEscaped(drawing.svg))
+                                    @if drawing.dropped > 0 {
+                                        p.dropped {
+                                            "Without " (drawing.dropped) (if drawing.dropped == 1 { " point" } else { " points" })
+                                            " that the axes have no place for (zero or less on a logarithmic axis, or not finite)."
+                                        }
+                                    }
+                                    @for (hidden, by) in coincident(panel) {
+                                        p.dropped { (inline(hidden)) " lies on " (inline(by)) "." }
                                     }
                                 }
-                                @for (hidden, by) in coincident(panel) {
-                                    p.dropped { (inline(hidden)) " lies on " (inline(by)) "." }
-                                }
+                                None => { p.empty { "Nothing to draw: no point is finite and has a place on the axes." } }
                             }
-                            None => { p.empty { "Nothing to draw: no point is finite and has a place on the axes." } }
                         }
                     }
                 }
