@@ -780,6 +780,13 @@ fn order_names_what_is_wrong_with_a_program() {
                 printf "%.17g,%.17g\n", t + 0.25 * h, v
                 exit
             }
+            if (kind == "cut") {
+                while (t < T - 1e-9) {
+                    d = h < T - t ? h : T - t
+                    v += d * f(v); t += d; printf "%.17g,%.17g\n", t, v
+                }
+                exit
+            }
             a = v; v = v + h * f(v); t = h; printf "%.17g,%.17g\n", t, v
             # An implicit step of order three from a start of order one.
             while (t < T - 1e-9) {
@@ -797,6 +804,17 @@ fn order_names_what_is_wrong_with_a_program() {
         let output = verify(&["order", "--problem", "logistic", "--program", &program, "--expect", "3"]);
         (output.status.code().expect("no signal"), stdout(&output).replace("\n      ", " "))
     };
+    let refined = |kind: &str, format: &str| {
+        let program = format!("awk -v kind={kind} -f {} --", script.display());
+        let steps = ["--h", "0.3,0.15,0.075,0.0375", "--t-end", "2", "--format", format];
+        stdout(&verify(&[&["order", "--program", &program, "--quantity", "v"][..], &steps].concat()))
+            .replace("\n      ", " ")
+    };
+    for format in ["table", "json", "markdown"] {
+        assert!(refined("cut", format).contains("with h = 0.3 the last step was cut to 0.667 h"), "{format}");
+        assert!(!refined("cut", format).contains("different times"), "{format}");
+        assert!(refined("late", format).contains("their values belong to different times"), "{format}");
+    }
     let (code, out) = order("start");
     assert!(code == 1 && out.contains("a starting procedure limits the order"), "{out}");
     let (_, out) = order("late");

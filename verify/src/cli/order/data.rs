@@ -72,7 +72,7 @@ impl DataArgs {
     /// Judges quantities, from a table or from runs.
     pub(super) fn judge(
         &self,
-        quantities: &[Quantity],
+        (quantities, notes): (&[Quantity], &[String]),
         expected: Option<f64>,
         band: Option<f64>,
         format: Format,
@@ -84,7 +84,8 @@ impl DataArgs {
         let question = Question { expected, band: band.unwrap_or(BAND), exact: self.exact };
         let judgements: Vec<Judgement> = quantities.iter().map(|quantity| quantity.judge(&question)).collect();
         let verdict = overall(&judgements);
-        let results: Vec<Summary<'_>> = quantities.iter().zip(&judgements).map(|(q, j)| Summary::new(q, j)).collect();
+        let results: Vec<Summary<'_>> =
+            quantities.iter().zip(&judgements).map(|(q, j)| Summary::new(q, j, notes)).collect();
         match format {
             Format::Json => match &results[..] {
                 [result] => serde_json::to_writer_pretty(&mut *out, result).map_err(io::Error::from),
@@ -94,8 +95,14 @@ impl DataArgs {
                 }
             }
             .and_then(|()| writeln!(out)),
-            Format::Table => quantities.iter().zip(&judgements).try_for_each(|(q, j)| write_table(q, j, out)),
-            Format::Markdown => write_markdown(&results, out),
+            Format::Table => quantities
+                .iter()
+                .zip(&judgements)
+                .try_for_each(|(q, j)| write_table(q, j, out))
+                .and_then(|()| notes.iter().try_for_each(|note| paragraph(out, "\nNote: ", 6, note)))
+                .and_then(|()| if notes.is_empty() { Ok(()) } else { writeln!(out) }),
+            Format::Markdown => write_markdown(&results, out)
+                .and_then(|()| notes.iter().try_for_each(|note| writeln!(out, "\n- {note}"))),
         }
         .map_err(Failure::Output)?;
         Ok(verdict.into())
@@ -123,6 +130,7 @@ struct Summary<'a> {
     least_squares: Option<Fitted>,
     verdict: Outcome,
     reason: &'a str,
+    notes: &'a [String],
 }
 
 #[derive(Debug, Serialize)]
@@ -134,7 +142,7 @@ struct Fitted {
 }
 
 impl<'a> Summary<'a> {
-    fn new(quantity: &'a Quantity, judgement: &'a Judgement) -> Self {
+    fn new(quantity: &'a Quantity, judgement: &'a Judgement, notes: &'a [String]) -> Self {
         let fitted = judgement.least_squares.map(|fit| Fitted {
             form: form_text(fit.form),
             weighted: fit.weighted,
@@ -154,6 +162,7 @@ impl<'a> Summary<'a> {
             least_squares: fitted,
             verdict: judgement.verdict.into(),
             reason: &judgement.reason,
+            notes,
         }
     }
 }

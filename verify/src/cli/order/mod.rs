@@ -67,7 +67,7 @@ JSON, for one quantity: quantity, grids, order, order_uncertainty, extrapolated,
 gci_fine (a part of the value, 0.01 for 1 %), convergence (monotonic,
 oscillatory, divergent, oscillatory and divergent, unresolved, unknown),
 triplet_orders and pair_orders (coarse to fine), least_squares {form, weighted,
-limit, uncertainty} or null, verdict, reason; for several: verdict and
+limit, uncertainty} or null, verdict, reason, notes; for several: verdict and
 quantities. What could not be found is null.
 
 Exit status: 0 pass, 1 fail, 2 bad usage, 3 inconclusive.")]
@@ -136,7 +136,7 @@ fn outcome_word(outcome: Outcome) -> &'static str {
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     if let Some(path) = &args.data.data {
         let quantities = args.data.read(path)?;
-        return args.data.judge(&quantities, args.expect, args.band, args.format, out);
+        return args.data.judge((&quantities, &[]), args.expect, args.band, args.format, out);
     }
     let ladder = Ladder {
         expected: args.expect,
@@ -150,8 +150,8 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         if args.program.refines() {
             let request = Request { problem: args.problem.name().map(str::to_owned), h: None, t_end: args.t_end, set };
             let columns = args.data.columns().ok_or(Failure::Incomplete("--h or --refine", "--quantity COLUMN"))?;
-            let quantities = args.program.refined(command, &request, columns)?;
-            return args.data.judge(&quantities, args.expect, args.band, args.format, out);
+            let (quantities, notes) = args.program.refined(command, &request, columns)?;
+            return args.data.judge((&quantities, &notes), args.expect, args.band, args.format, out);
         }
         let request = Request { problem: None, h: None, t_end: args.t_end, set };
         let to = (args.format, out);

@@ -56,13 +56,13 @@ impl ProgramArgs {
         Ok(found.fit.verdict.into())
     }
 
-    /// The values of `columns` at the end of runs that refine h or a parameter.
+    /// The values of `columns` at the end of runs that refine h or a parameter, and what is odd about their times.
     pub(super) fn refined(
         &self,
         command: &str,
         request: &Request,
         columns: &[String],
-    ) -> Result<Vec<Quantity>, Failure> {
+    ) -> Result<(Vec<Quantity>, Vec<String>), Failure> {
         let program = self.program(command)?;
         let runs: Vec<(f64, Request)> = match &self.refine {
             None => self.h.iter().map(|h| (*h, Request { h: Some(*h), ..request.clone() })).collect(),
@@ -79,16 +79,32 @@ impl ProgramArgs {
                 })
                 .collect::<Result<_, Failure>>()?,
         };
-        let answers: Vec<_> = runs.par_iter().map(|(h, request)| (*h, program.run(request, columns))).collect();
+        let answers: Vec<_> =
+            runs.par_iter().map(|(h, request)| (*h, request.h, program.run(request, columns))).collect();
         let mut quantities: Vec<Quantity> =
             columns.iter().map(|name| Quantity { name: name.clone(), grids: Vec::new(), resolution: 0.0 }).collect();
-        for (h, answer) in answers {
+        let (mut ends, mut cut) = (Vec::new(), None);
+        for (h, step, answer) in answers {
             let answer = answer.map_err(|source| Failure::Program { at: h, source })?;
+            ends.push(answer.end().0);
+            cut = cut.or_else(|| step.and_then(|step| Some((step, answer.clipped(step)?))));
             for (quantity, value) in quantities.iter_mut().zip(answer.end().1) {
                 quantity.grids.push(Grid { h, value: Some(*value) });
             }
         }
-        Ok(quantities)
+        let mut notes = Vec::new();
+        let (first, last) = ends.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
+        // A sum of steps may be off by rounding.
+        if last - first > 1e-9 * last.abs() {
+            notes.push(format!(
+                "the runs end at times from t = {first} to {last}: their values belong to different times, which alone \
+                 makes a difference of order 1"
+            ));
+        }
+        if let Some((h, part)) = cut {
+            notes.push(format!("with h = {h} the last step was cut to {part:.3} h"));
+        }
+        Ok((quantities, notes))
     }
 
     /// Whether runs are compared with each other and not with a reference.
