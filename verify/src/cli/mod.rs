@@ -23,7 +23,7 @@ use output::Output;
 /// Integrate, measure and verify: the methods of lsvi on the papers' problems
 /// against exact solutions, CVODE and diffsol.
 #[derive(Debug, Parser)]
-#[command(version, verbatim_doc_comment, arg_required_else_help = true, after_help = AFTER_HELP)]
+#[command(version, verbatim_doc_comment, arg_required_else_help = true, max_term_width = 80, after_help = AFTER_HELP)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -1,6 +1,9 @@
 //! The kind `closure`: α p₀ + β p₁ = 0 of the trapezoidal discrete Lagrangian, \[S24\] (22), (25), (27), α and β constant or
 //! functions of z = h·rate.
 
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
 use dashu_ratio::RBig;
 use lsvi::Integrator;
 use lsvi::closure::Linear;
@@ -281,8 +284,12 @@ impl Analysis for ClosureTheory {
         let closure = match &self.constant {
             Some((a, b)) => Linear::new(a.to_f64(), b.to_f64()).map_err(|error| error.to_string())?,
             None => {
-                let closure = self.closure.clone();
-                Linear::of_step(move |h| closure.at_step(h))
+                // Evaluated to 57 digits, and asked for in every residual of every step.
+                let (closure, known) = (self.closure.clone(), Mutex::new(HashMap::new()));
+                Linear::of_step(move |h: f64| {
+                    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+                    *known.entry(h.to_bits()).or_insert_with(|| closure.at_step(h))
+                })
             }
         };
         method::close(problem, closure)
