@@ -130,7 +130,7 @@ fn undecided(chapter: &Chapter) -> Markup {
         (check_table(chapter, &open))
         @for (reason, checks) in by_reason(of(Outcome::NotRun).map(|check| ((), check))) {
             details.not-run {
-                summary { "– Not run (" (checks.len()) "): " (inline(reason)) }
+                summary { "– Not run (" (checks.len()) "): " (inline(reason.trim_start_matches("not run: "))) }
                 ul { @for (_, check) in checks { li id=(check_anchor(chapter, &check.id)) { (inline(&check.statement)) } } }
             }
         }
