@@ -112,7 +112,8 @@ struct Row {
 fn study(field: &Line) -> Vec<Row> {
     let n = field.dim();
     let v0: Vec<f64> = (0..n).map(|i| 1.0 + (1.3 * i as f64).sin()).collect();
-    let largest = field.rows.iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max);
+    let largest =
+        field.rows.iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).max_by(f64::total_cmp).expect("entries");
     let row = |exponent| {
         let h = 10.0_f64.powi(exponent) / largest;
         let (matrix, b) = augmented(field, h);

@@ -21,7 +21,7 @@ fn end(method: impl Integrator, v: Vec<f64>, h: f64, t_end: f64) -> Vec<f64> {
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).max_by(f64::total_cmp).expect("entries")
 }
 
 /// The positions of a band as a sparsity pattern.
