@@ -4,11 +4,13 @@
 //! components, one row for each time that it reached, to standard output: what `verify solve --csv -` writes. Other columns and
 //! lines that start with `#` are ignored.
 
-use std::io;
-use std::process::{Command, Stdio};
+mod process;
+
+use std::process::Command;
 use std::time::Duration;
 
-use process_control::{ChildExt, Control};
+pub use process::end_all;
+use process::{Ended, MOST};
 
 /// A command and how long one run of it may take.
 #[derive(Debug, Clone)]
@@ -57,6 +59,9 @@ pub enum ProgramError {
     /// It ran for too long, and was ended.
     #[error("no end after {0} s")]
     TimedOut(u64),
+    /// It wrote more than is read, and was ended.
+    #[error("its output has more than {} MiB", .0 >> 20)]
+    TooLong(u64),
     /// It ended with a failure.
     #[error("it failed ({status}){}", if .message.is_empty() { String::new() } else { format!(": {message}") })]
     Failed {
@@ -118,20 +123,20 @@ impl Program {
         request.h.iter().for_each(|h| option("--h", h.to_string()));
         request.t_end.iter().for_each(|t| option("--t-end", t.to_string()));
         request.set.iter().for_each(|(name, value)| option("--set", format!("{name}={value}")));
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let start =
-            |error: io::Error| ProgramError::Start { command: self.words[0].clone(), reason: error.to_string() };
-        let child = command.spawn().map_err(start)?;
-        let ended =
-            child.controlled_with_output().time_limit(self.limit).terminate_for_timeout().wait().map_err(start)?;
-        let output = ended.ok_or(ProgramError::TimedOut(self.limit.as_secs()))?;
-        if !output.status.success() {
-            let text = String::from_utf8_lossy(&output.stderr);
+        let ended = process::run(&mut command, self.limit)
+            .map_err(|error| ProgramError::Start { command: self.words[0].clone(), reason: error.to_string() })?;
+        let (status, stdout, stderr) = match ended {
+            Ended::TimedOut => return Err(ProgramError::TimedOut(self.limit.as_secs())),
+            Ended::TooLong => return Err(ProgramError::TooLong(MOST)),
+            Ended::Itself { status, stdout, stderr } => (status, stdout, stderr),
+        };
+        if !status.success() {
+            let text = String::from_utf8_lossy(&stderr);
             let text = text.trim();
             let from = text.char_indices().rev().nth(SHOWN - 1).map_or(0, |(at, _)| at);
-            return Err(ProgramError::Failed { status: output.status.to_string(), message: text[from..].to_owned() });
+            return Err(ProgramError::Failed { status: status.to_string(), message: text[from..].to_owned() });
         }
-        read(&output.stdout, columns)
+        read(&stdout, columns)
     }
 }
 
@@ -231,6 +236,39 @@ mod tests {
         assert!(matches!(&failed, Err(ProgramError::Failed { message, .. }) if message == "the reason"), "{failed:?}");
         let answer = run("sh -c 'echo t,v; echo 1,2'", 5000).expect("a table");
         assert_eq!(answer.end(), (1.0, &[2.0][..]));
+    }
+
+    /// Neither a child of the command survives its limit, nor one that keeps its output open delays it.
+    #[test]
+    #[cfg(unix)]
+    fn what_a_command_has_started_ends_with_it() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let path = file.path().display();
+        for script in [
+            format!("(sleep 300; echo) & echo $! > {path}; wait"),
+            format!("(sleep 300; echo) & echo $! > {path}; echo t,v; echo 1,2"),
+        ] {
+            let program = Program::new(&format!("sh -c '{script}'"), Duration::from_millis(300)).expect("a command");
+            let ended = program.run(&Request::default(), &columns());
+            assert!(matches!(ended, Err(ProgramError::TimedOut(_))), "{ended:?}");
+            let child = std::fs::read_to_string(file.path()).expect("the child's number");
+            let is_alive = || {
+                let state = Command::new("ps").args(["-o", "stat=", "-p", child.trim()]).output().expect("ps");
+                // One that has ended and is not yet reaped by the system is `Z`.
+                !String::from_utf8_lossy(&state.stdout).trim().trim_start_matches('Z').is_empty()
+            };
+            assert!((0..200).any(|_| {
+                std::thread::sleep(Duration::from_millis(10));
+                !is_alive()
+            }));
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn an_output_without_end_is_cut_off() {
+        let endless = Program::new("yes", Duration::from_secs(100)).expect("a command");
+        assert_eq!(endless.run(&Request::default(), &columns()), Err(ProgramError::TooLong(MOST)));
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Once;
+use std::time::Duration;
 
 use clap::Args;
 use verify::judge::FileMethod;
@@ -9,6 +11,7 @@ use verify::judge::file::MethodFile;
 use verify::method::{self, Method};
 use verify::problem::model::{CAVEAT, Model};
 use verify::problem::{self, Problem};
+use verify::program::{self, Program};
 
 use super::error::Failure;
 use super::layout::paragraph;
@@ -73,11 +76,34 @@ impl ProblemArgs {
     }
 }
 
-/// The method that `text` names, or that the file `text` holds: a text with a slash or a file's ending is a path.
+/// The method that `text` names, or that the file `text` holds.
 pub(super) fn method(text: &str) -> Result<Box<dyn Method>, Failure> {
+    Ok(match method_file(text)? {
+        Some(file) => Box::new(FileMethod::of(&file)),
+        None => method::parse(text)?,
+    })
+}
+
+/// The file that `text` is the path of: a text with a slash or a file's ending.
+pub(super) fn method_file(text: &str) -> Result<Option<MethodFile>, Failure> {
     let path = Path::new(text);
     let is_file = text.contains('/') || (path.extension().is_some() && !text.contains('('));
-    Ok(if is_file { Box::new(FileMethod::of(&MethodFile::load(path)?)) } else { method::parse(text)? })
+    Ok(if is_file { Some(MethodFile::load(path)?) } else { None })
+}
+
+/// The program that `command` runs. Interrupted, this process takes along what it has started.
+pub(super) fn program(command: &str, seconds: u64) -> Result<Program, Failure> {
+    static HANDLER: Once = Once::new();
+    HANDLER.call_once(|| {
+        let interrupted = || {
+            program::end_all();
+            // As a shell reports a process that ended by SIGINT.
+            std::process::exit(130);
+        };
+        // Without a handler, interrupted programs run to their end.
+        let _ = ctrlc::set_handler(interrupted);
+    });
+    Program::new(command, Duration::from_secs(seconds)).map_err(Failure::Command)
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {

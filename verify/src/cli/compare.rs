@@ -1,11 +1,10 @@
 //! `compare`: every solver of a problem against every other.
 
 use std::io::{self, Write};
-use std::time::Duration;
 
 use verify::compare::{Guest, cross_check_beside};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
-use verify::program::{Program, Request};
+use verify::program::Request;
 
 use super::Status;
 use super::args::{self, ProblemArgs};
@@ -17,6 +16,8 @@ const HEADING: &str = "A program of your own";
 /// Columns that are too few for a sentence, and where one stands then.
 const NARROW: usize = 24;
 const INDENT: usize = 4;
+/// Columns that the name of a solver may take.
+const NAME: usize = 26;
 
 /// Solve a problem by every method and reference and compare the answers.
 #[derive(Debug, clap::Args)]
@@ -65,23 +66,24 @@ pub(super) struct Args {
     t_end: Option<f64>,
 }
 
-pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
-    let (name, problem) = args.problem.build(args.t_end)?;
-    let own = args.method.iter().map(|text| args::method(text)).collect::<Result<Vec<_>, _>>()?;
+pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let (name, problem) = options.problem.build(options.t_end)?;
+    let own = options.method.iter().map(|text| args::method(text)).collect::<Result<Vec<_>, _>>()?;
     own.iter().try_for_each(|method| method.build(&*problem).map(|_| ()))?;
     let guest = |command: &String| {
-        let program = Program::new(command, Duration::from_secs(args.time_limit)).map_err(Failure::Command)?;
-        let request = Request { problem: Some(name.clone()), set: args.problem.set().to_vec(), ..Request::default() };
-        Ok(Guest { name: command.clone(), program, request, order: args.expect })
+        let program = args::program(command, options.time_limit)?;
+        let request =
+            Request { problem: Some(name.clone()), set: options.problem.set().to_vec(), ..Request::default() };
+        Ok(Guest { name: command.clone(), program, request, order: options.expect })
     };
-    let guests = args.program.iter().map(guest).collect::<Result<Vec<_>, Failure>>()?;
+    let guests = options.program.iter().map(guest).collect::<Result<Vec<_>, Failure>>()?;
     let asked: Vec<String> = own
         .iter()
         .map(|method| format!("/{}", method.name()))
-        .chain(args.program.iter().map(|it| format!("/{it}")))
+        .chain(options.program.iter().map(|it| format!("/{it}")))
         .collect();
     let evidence = cross_check_beside(&name, &*problem, own, &guests);
-    show(&evidence, out).and_then(|()| args.problem.write_caveat(out)).map_err(Failure::Output)?;
+    show(&evidence, out).and_then(|()| options.problem.write_caveat(out)).map_err(Failure::Output)?;
     let any = |outcome| evidence.checks.iter().any(|check| check.outcome == outcome);
     let is_told = |id: &String| {
         let mut of_it = evidence.checks.iter().filter(|check| check.id.ends_with(id));
@@ -98,7 +100,14 @@ fn show(evidence: &Evidence, out: &mut impl Write) -> io::Result<()> {
     for table in &evidence.tables {
         paragraph(out, "", 0, &table.caption)?;
         writeln!(out)?;
-        show_table(table, out)?;
+        let (table, legend) = with_short_names(table);
+        show_table(&table, out)?;
+        if !legend.is_empty() {
+            writeln!(out)?;
+        }
+        for (short, name) in legend {
+            paragraph(out, &format!("{short}  "), INDENT, &name)?;
+        }
     }
     let count = |outcome| evidence.checks.iter().filter(|check| check.outcome == outcome).count();
     let [pass, fail, open, not_run] = [Outcome::Pass, Outcome::Fail, Outcome::Inconclusive, Outcome::NotRun].map(count);
@@ -107,6 +116,23 @@ fn show(evidence: &Evidence, out: &mut impl Write) -> io::Result<()> {
         paragraph(out, "", 0, note)?;
     }
     writeln!(out, "\n{pass} agree, {fail} do not, {open} inconclusive, {not_run} not run")
+}
+
+/// The table with its long names cut, each with a number, and what they stand for.
+fn with_short_names(table: &Table) -> (Table, Vec<(String, String)>) {
+    let mut table = table.clone();
+    let mut legend: Vec<(String, String)> = Vec::new();
+    let names = table.columns.iter().position(|column| column == "solver");
+    for cell in table.rows.iter_mut().filter_map(|row| row.get_mut(names?)) {
+        let Cell::Text(name) = cell else { continue };
+        if width(name) > NAME {
+            let number = format!("[{}]", legend.len() + 1);
+            let kept = NAME - 2 - number.len();
+            legend.push((number.clone(), name.clone()));
+            *name = format!("{}… {number}", name.chars().take(kept).collect::<String>());
+        }
+    }
+    (table, legend)
 }
 
 /// Columns as wide as their cells, numbers to the right; the last is text and takes what is left of the line.

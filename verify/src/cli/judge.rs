@@ -2,7 +2,6 @@
 
 use std::io::{self, Write};
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::ValueEnum;
 use serde::Serialize;
@@ -10,11 +9,11 @@ use verify::evidence::{Check, Outcome, Requirement};
 use verify::judge::file::{MethodFile, Shipped};
 use verify::judge::{Effort, Judgement, Kind, Verdict};
 use verify::order::{Ladder, measure_program};
-use verify::program::{Program, Request};
+use verify::program::Request;
 use verify::report::{self, Chapter, Run};
 
 use super::Status;
-use super::args::positive;
+use super::args::{self, positive};
 use super::error::Failure;
 use super::layout::paragraph;
 use super::output::Output;
@@ -150,11 +149,11 @@ fn status(outcome: Outcome) -> Status {
 }
 
 /// The orders of a program on several problems, with what its times and its start show.
-fn run_program(args: &Args, command: &str, order: f64, out: &mut Output) -> Result<Status, Failure> {
-    let program = Program::new(command, Duration::from_secs(args.time_limit)).map_err(Failure::Command)?;
+fn run_program(options: &Args, command: &str, order: f64, out: &mut Output) -> Result<Status, Failure> {
+    let program = args::program(command, options.time_limit)?;
     let ladder = Ladder { expected: Some(order), ..Ladder::default() };
     let mut verdicts = Vec::new();
-    for name in &args.problem {
+    for name in &options.problem {
         let problem = verify::problem::build(name, &[])?;
         let request = Request { problem: Some(name.clone()), ..Request::default() };
         let (truth, found) = measure_program(&*problem, &program, &request, None, &ladder)?;
@@ -169,7 +168,7 @@ fn run_program(args: &Args, command: &str, order: f64, out: &mut Output) -> Resu
         };
         verdicts.push(Verdict { kind: Kind::Run, subject: name.clone(), check });
     }
-    match args.format {
+    match options.format {
         Format::Text => write_verdicts(&verdicts, out),
         Format::Markdown => write_markdown_verdicts(&verdicts, out),
         Format::Json => {

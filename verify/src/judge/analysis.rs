@@ -66,6 +66,14 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     /// Where its order is measured.
     fn trials(&self) -> Vec<Trial>;
 
+    /// Whether its runs converge to the solution at all.
+    ///
+    /// # Errors
+    /// Why not.
+    fn converges(&self) -> Result<(), String> {
+        Ok(())
+    }
+
     /// Whether symplecticity and symmetry of a step are to be measured.
     fn has_structure(&self) -> bool;
 
@@ -74,7 +82,7 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     /// # Errors
     /// Why not.
     fn steps_mechanics(&self) -> Result<(), String> {
-        Ok(())
+        self.converges()
     }
 
     /// Its conditions.

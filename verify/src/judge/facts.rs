@@ -28,7 +28,7 @@ impl Judgement {
         }
         match &self.work {
             Some(Ok((problem, points))) => facts.push(("work", super::work::summary(problem, points))),
-            Some(Err(reason)) => facts.push(("work", format!("not compared: {reason}"))),
+            Some(Err(reason)) => facts.push(("work", format!("not run: {reason}"))),
             None => {}
         }
         facts

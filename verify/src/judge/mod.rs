@@ -83,7 +83,7 @@ impl Judgement {
             Effort::Runs => {
                 let defects = || theory.has_structure().then(|| measured::defects(&method));
                 let energy = || theory.steps_mechanics().map(|()| measured::energy(&method));
-                let work = || work::measure(&method, theory.has_structure());
+                let work = || theory.converges().and_then(|()| work::measure(&method, theory.has_structure()));
                 rayon::join(
                     || rayon::join(|| measured::orders(&method, &*theory), defects),
                     || rayon::join(|| Some(energy()), || Some(work())),

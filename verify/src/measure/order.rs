@@ -350,7 +350,7 @@ fn judge(
         return (Verdict::Inconclusive, text);
     }
     let Line { slope, stderr, .. } = line;
-    let measured = format!("order {slope:.3} ± {stderr:.1e}");
+    let measured = format!("order {} ± {stderr:.1e}", decimals(slope, 3));
     if 2.0 * stderr > band {
         let text = format!("{measured}: twice the standard error exceeds the band of {band}");
         return (Verdict::Inconclusive, text);
@@ -387,8 +387,19 @@ fn too_few(usable: usize, reasons: &[Option<Reason>]) -> String {
     text
 }
 
+/// A slope to so many places, with a proper minus sign, and without one where nothing but zeros is left of it.
+#[must_use]
+pub fn decimals(slope: f64, places: usize) -> String {
+    let text = format!("{slope:.places$}");
+    match text.strip_prefix('-') {
+        Some(zero) if !zero.contains(|c: char| matches!(c, '1'..='9' | 'i')) => zero.to_owned(),
+        Some(size) => format!("−{size}"),
+        None => text,
+    }
+}
+
 fn join(slopes: &[LocalSlope]) -> String {
-    slopes.iter().map(|s| format!("{:.2}", s.slope)).collect::<Vec<_>>().join(", ")
+    slopes.iter().map(|s| decimals(s.slope, 2)).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ mod floors;
 mod goldens;
 mod judge;
 mod model;
+mod own;
 mod readme;
 mod recipes;
 mod references;

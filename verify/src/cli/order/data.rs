@@ -188,7 +188,10 @@ fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write)
             false => i.checked_sub(1).and_then(|i| judgement.pairs.get(i).copied()),
             true => i.checked_sub(2).and_then(|i| judgement.triplets.get(i)?.ok().map(|t| t.order)),
         };
-        let cell = |x: Option<f64>, digits: usize| x.map_or_else(|| "—".into(), |x| significant(x, digits));
+        let cell = |x: Option<f64>, digits: usize| {
+            // Errors of zero have no order.
+            x.filter(|x| x.is_finite()).map_or_else(|| "—".into(), |x| significant(x, digits))
+        };
         writeln!(
             out,
             "{} {} {} {}",

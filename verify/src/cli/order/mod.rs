@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use clap::ValueEnum;
 use serde::Serialize;
 use verify::evidence::Outcome;
-use verify::measure::order::{OrderFit, Reason, Sample};
+use verify::measure::order::{OrderFit, Reason, Sample, decimals};
 use verify::order::{Ladder, Source, Truth, measure_on};
 use verify::program::Request;
 
@@ -161,13 +161,25 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         return Err(Failure::Incomplete("--t-end", "--model or --program: a problem has its own"));
     }
     let (name, problem) = args.problem.build(args.t_end)?;
-    let method = args::method(args.method.as_deref().unwrap_or_default())?;
+    let text = args.method.as_deref().unwrap_or_default();
+    let method = args::method(text)?;
+    let mut ladder = ladder;
+    let mut notes = Vec::new();
+    // A wrong coefficient lowers the order that theory has, and the runs would agree with it.
+    if let Some(claimed) = args::method_file(text)?.and_then(|file| file.order()).filter(|p| *p != method.order()) {
+        ladder.expected = ladder.expected.or(Some(f64::from(claimed)));
+        notes.push(format!(
+            "the file claims order {claimed}, which is expected here unless `--expect` says otherwise, and its coefficients have \
+             order {}: `verify judge {text}` says why",
+            method.order()
+        ));
+    }
     // A method that does not apply would otherwise show as a failure at each step size.
     method.build(&*problem)?;
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
     let truth = source.truth(&*problem, &*method);
     let fit = measure_on(&*problem, &*method, truth, &ladder)?;
-    let result = Measurement::new(&name, method.name(), truth, &fit, &[]);
+    let result = Measurement::new(&name, method.name(), truth, &fit, &notes);
     result.write(args.format, out).map_err(Failure::Output)?;
     if args.format == Format::Table {
         args.problem.write_caveat(out).map_err(Failure::Output)?;
@@ -263,8 +275,9 @@ impl<'a> Measurement<'a> {
         writeln!(out, "| h | error | order | in the fit |\n|---|---|---|---|")?;
         for point in &self.points {
             let cell = |x: Option<f64>| x.map_or_else(|| "—".into(), |x| significant(x, 4));
+            let order = point.local_order.map_or_else(|| "—".into(), |x| decimals(x, 3));
             let fate = point.reason.as_ref().map_or_else(|| "yes".into(), |reason| format!("no: {reason}"));
-            writeln!(out, "| {} | {} | {} | {fate} |", number(point.h), cell(point.error), cell(point.local_order))?;
+            writeln!(out, "| {} | {} | {order} | {fate} |", number(point.h), cell(point.error))?;
         }
         writeln!(out, "\n**{}**: {}", outcome_word(self.verdict), self.reason)?;
         self.notes.iter().try_for_each(|note| writeln!(out, "\n- {note}"))
@@ -276,7 +289,7 @@ impl<'a> Measurement<'a> {
         writeln!(out, "\n{:>11} {:>11} {:>9} {:>7}  in the fit", "h", "error", "floor", "order")?;
         for point in &self.points {
             let cell = |x: Option<f64>, digits| x.map_or_else(|| "—".into(), |x| significant(x, digits));
-            let order = point.local_order.map_or_else(|| "—".into(), |x| format!("{x:.3}"));
+            let order = point.local_order.map_or_else(|| "—".into(), |x| decimals(x, 3));
             let label = format!(
                 "{} {} {} {}  ",
                 right(&number(point.h), 11),

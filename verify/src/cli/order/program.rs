@@ -1,7 +1,5 @@
 //! `order --program`: the order of a solver in any language.
 
-use std::time::Duration;
-
 use clap::Args;
 use rayon::prelude::*;
 use verify::measure::refinement::{Grid, Quantity};
@@ -10,7 +8,7 @@ use verify::program::{Program, Request};
 
 use super::{Format, Measurement};
 use crate::cli::Status;
-use crate::cli::args::{ProblemArgs, assignment, positive};
+use crate::cli::args::{self, ProblemArgs, assignment, positive};
 use crate::cli::error::Failure;
 use crate::cli::output::Output;
 
@@ -113,6 +111,6 @@ impl ProgramArgs {
     }
 
     fn program(&self, command: &str) -> Result<Program, Failure> {
-        Program::new(command, Duration::from_secs(self.time_limit)).map_err(Failure::Command)
+        args::program(command, self.time_limit)
     }
 }

@@ -100,7 +100,18 @@ pub(super) fn one(scalar: Scalar) -> Result<Parsed, Fault> {
 
 pub(super) fn fault(scalar: &Scalar, malformed: Malformed) -> Fault {
     let hint = "a coefficient is a number, or a text like \"1/2 - sqrt(3)/6\"";
-    Fault::new(scalar.at + malformed.at, format!("in `{}`: {}", scalar.text, malformed.reason)).hint(hint)
+    let reason = format!("in `{}`: {}", excerpt(&scalar.text, malformed.at), malformed.reason);
+    Fault::new(scalar.at + malformed.at, reason).hint(hint)
+}
+
+/// What stands in `text` around the byte `at`.
+fn excerpt(text: &str, at: usize) -> String {
+    const AROUND: usize = 24;
+    let before = text.char_indices().filter(|(k, _)| *k < at).count();
+    let (skipped, shown) = (before.saturating_sub(AROUND), 2 * AROUND);
+    let (start, end) =
+        (if skipped > 0 { "…" } else { "" }, if text.chars().count() > skipped + shown { "…" } else { "" });
+    format!("{start}{}{end}", text.chars().skip(skipped).take(shown).collect::<String>())
 }
 
 /// How the decimals among `all` are rounded: as declared, or as the longest shows.

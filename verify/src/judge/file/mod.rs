@@ -11,6 +11,8 @@ mod plain;
 mod runge_kutta;
 mod shipped;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -101,11 +103,18 @@ impl MethodFile {
     pub fn load(path: &Path) -> Result<Self, FileError> {
         let shown = path.display().to_string();
         let unreadable = |reason: String| FileError::Unreadable { path: shown.clone(), reason };
-        let size = std::fs::metadata(path).map_err(|error| unreadable(error.to_string()))?.len();
-        if size > MAX_BYTES {
-            return Err(unreadable(format!("it has {size} bytes, more than {MAX_BYTES}")));
+        let mut bytes = Vec::new();
+        // What is no regular file may have no end.
+        let read = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+        if read.map_err(|error| unreadable(error.to_string()))? as u64 > MAX_BYTES {
+            return Err(unreadable(format!("it has more than {MAX_BYTES} bytes")));
         }
-        let text = std::fs::read_to_string(path).map_err(|error| unreadable(error.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let at = error.utf8_error().valid_up_to();
+            let fault =
+                Fault::new(at, "a byte that is no text in UTF-8").hint("a method file is TOML or a plain table");
+            fault.locate(&shown, &String::from_utf8_lossy(&error.as_bytes()[..at]))
+        })?;
         let stem = path.file_stem().map_or_else(|| shown.clone(), |stem| stem.to_string_lossy().into_owned());
         Self::parse(&shown, &stem, &text)
     }
@@ -115,7 +124,12 @@ impl MethodFile {
     /// # Errors
     /// [`FileError`] with line and column.
     pub fn parse(path: &str, stem: &str, text: &str) -> Result<Self, FileError> {
+        // A mark of the byte order is no text.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let located = |fault: Fault| fault.locate(path, text);
+        if text.trim().is_empty() {
+            return Err(located(Fault::new(0, "the file is empty").hint("`verify judge --help` states what it holds")));
+        }
         let document = if plain::is_plain(text) { plain::read(text) } else { Document::read(text) };
         Self::from_document(document.map_err(located)?, stem).map_err(located)
     }

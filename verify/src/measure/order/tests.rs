@@ -279,3 +279,14 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn slopes_are_written_with_a_minus_sign_where_they_have_one() {
+    for (slope, text) in
+        [(-0.0004, "0.000"), (-0.0, "0.000"), (-0.0006, "−0.001"), (3.9996, "4.000"), (-12.5, "−12.500")]
+    {
+        assert_eq!(decimals(slope, 3), text);
+    }
+    assert_eq!(decimals(f64::NEG_INFINITY, 3), "−inf");
+    assert_eq!(decimals(f64::NAN, 3), "NaN");
+}

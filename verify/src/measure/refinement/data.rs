@@ -19,26 +19,35 @@ pub enum Spacing {
     },
 }
 
+/// Most bytes that are read.
+const MOST: u64 = 64 << 20;
+
 /// A table that cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DataError {
+    /// It cannot be read.
+    #[error("{0}")]
+    Unreadable(#[from] std::io::Error),
     /// The text is no table of comma-separated values.
     #[error("not a table of comma-separated values: {0}")]
     Csv(#[from] csv::Error),
     /// There is no such column.
-    #[error("no column is named `{name}`; the columns are {known}")]
+    #[error("no column is named `{name}`; {known}")]
     Column {
         /// The name asked for.
         name: String,
-        /// The names that there are.
+        /// The names that there are, in words.
         known: String,
     },
     /// Two columns have the same name.
     #[error("two columns are named `{0}`")]
     Ambiguous(String),
     /// A cell holds something that is no number.
-    #[error("line {line}, column `{column}`: `{text}` is not a number")]
+    #[error(
+        "line {line}, column `{column}`: `{text}` is not a number{}",
+        if .text.contains(',') { "; decimals have a point" } else { "" }
+    )]
     Number {
         /// The line, from 1.
         line: u64,
@@ -59,27 +68,47 @@ pub enum DataError {
         /// What it should be.
         what: &'static str,
     },
-    /// No row, or no column beside the spacing.
+    /// It is no table of grids.
+    #[error("it has more than {} MiB", MOST >> 20)]
+    TooLong,
+    /// No header, no row, or no column beside the spacing.
     #[error("the table has {0}")]
     Empty(&'static str),
 }
 
 /// Reads the `quantities` of the table, all columns beside the spacing where none is named.
 ///
-/// Lines that start with `#` are comments. A cell that is empty, `NaN` or `-` is a missing value. The resolution of a quantity
+/// Lines that start with `#` are comments. A header without a comma that has semicolons or tabs says what separates the cells. A cell that is empty, `NaN` or `-` is a missing value. The resolution of a quantity
 /// is half a unit of the last decimal place that any of its values shows.
 ///
 /// # Errors
 /// [`DataError`] with line and column.
 pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Result<Vec<Quantity>, DataError> {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(input);
+    let mut text = Vec::new();
+    if input.take(MOST + 1).read_to_end(&mut text)? as u64 > MOST {
+        return Err(DataError::TooLong);
+    }
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .delimiter(separator(&text))
+        .from_reader(&*text);
     let header: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+    if header.is_empty() {
+        return Err(DataError::Empty("no header"));
+    }
     let mut seen = BTreeSet::new();
     if let Some(twice) = header.iter().find(|name| !seen.insert(name.as_str())) {
         return Err(DataError::Ambiguous(twice.clone()));
     }
     let find = |name: &str| {
-        let known = || header.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        let known = || match &header[..] {
+            [single] => format!("the only one is `{single}`; commas, semicolons or tabs separate columns"),
+            several => {
+                let names = several.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>();
+                format!("the columns are {}", names.join(", "))
+            }
+        };
         header
             .iter()
             .position(|column| column == name)
@@ -134,6 +163,13 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
     Ok(found)
 }
 
+/// What separates the cells of a table, as its header shows.
+fn separator(text: &[u8]) -> u8 {
+    let mut lines = text.split(|byte| *byte == b'\n');
+    let header = lines.find(|line| !line.starts_with(b"#") && !line.trim_ascii().is_empty()).unwrap_or_default();
+    [b',', b';', b'\t'].into_iter().find(|separator| header.contains(separator)).unwrap_or(b',')
+}
+
 /// The unit of the last digit of a decimal number: 10⁻⁵ for `0.97050`, 10⁻⁸ for `1.5e-7`.
 fn last_place(text: &str) -> Option<f64> {
     let lower = text.to_ascii_lowercase();
@@ -167,6 +203,15 @@ mod tests {
     }
 
     #[test]
+    fn a_spreadsheet_may_separate_by_semicolons_or_tabs_and_mark_its_byte_order() {
+        let read = |text: &str| read(text.as_bytes(), &Spacing::Step("h".into()), &[]).expect("a table");
+        let plain = read("# x, y\nh,u\n0.2,1.5\n0.1,1.25\n");
+        assert_eq!(plain.len(), 1);
+        assert_eq!(read("\u{feff}h;u\r\n0.2;1.5\r\n0.1;1.25\r\n"), plain);
+        assert_eq!(read("h\tu\n0.2\t1.5\n0.1\t1.25\n"), plain);
+    }
+
+    #[test]
     fn what_cannot_be_read_is_named_with_its_place() {
         let step = || Spacing::Step("h".into());
         let fails = |text: &str, spacing: Spacing, names: &[String]| {
@@ -176,6 +221,9 @@ mod tests {
         assert!(fails("h,u\n0.1,1\n0,2\n", step(), &[]).starts_with("line 3, column `h`: 0 is no step"));
         assert!(fails("dx,u\n0.1,1\n", step(), &[]).contains("the columns are `dx`, `u`"));
         assert!(fails("h,u\n0.1,1\n", step(), &["v".into()]).contains("no column is named `v`"));
+        assert!(fails("h u\n0.1 1\n", step(), &[]).contains("the only one is `h u`; commas, semicolons or tabs"));
+        assert!(fails("", step(), &[]).contains("no header"));
+        assert!(fails("h;u\n0,1;1\n", step(), &[]).contains("decimals have a point"));
         assert!(fails("h,u,u\n0.1,1,2\n", step(), &[]).contains("two columns"));
         assert!(fails("h,u\n0.1,1,2\n", step(), &[]).contains("comma-separated"));
         assert!(fails("h,u\n", step(), &[]).contains("no rows"));

@@ -20,7 +20,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::order::{Expectation, FLOOR_MARGIN, Line, Measured, Sample, Verdict, fit};
+use super::order::{Expectation, FLOOR_MARGIN, Line, Measured, Sample, Verdict, decimals, fit};
 use least_squares::LeastSquares;
 use three_grids::{Triplet, TripletError};
 
@@ -161,16 +161,22 @@ impl Quantity {
 /// Why no order can be had of the sorted grids.
 fn unusable(grids: &[Grid]) -> Option<String> {
     if let Some(grid) = grids.iter().find(|grid| !grid.value.is_some_and(f64::is_finite)) {
-        return Some(format!("the value on the grid of spacing {:.6e} is missing or not a number", grid.h));
+        return Some(format!("the value on the grid of spacing {} is missing or not a number", spacing(grid.h)));
     }
     if let Some(grid) = grids.iter().find(|grid| !(grid.h > 0.0 && grid.h.is_finite())) {
         return Some(format!("the spacing {} is not positive", grid.h));
     }
     let equal = grids.windows(2).find(|pair| pair[1].h / pair[0].h <= 1.0 + 4.0 * f64::EPSILON);
-    equal.map(|pair| format!("two grids have the same spacing {}", pair[0].h)).or_else(|| {
+    equal.map(|pair| format!("two grids have the same spacing {}", spacing(pair[0].h))).or_else(|| {
         (grids.len() < 2)
             .then(|| format!("{} grids determine no order; three do", if grids.is_empty() { "no" } else { "single" }))
     })
+}
+
+/// A spacing as it was given, or six digits of one that was computed.
+fn spacing(h: f64) -> String {
+    let exact = h.to_string();
+    if exact.len() <= 8 { exact } else { format!("{h:.5e}") }
 }
 
 /// ln(e₂/e₁)/ln(h₂/h₁) of neighbouring grids, coarse to fine.
@@ -232,7 +238,19 @@ impl Judgement {
         if let Some(Line { slope, stderr, .. }) = fit.line {
             (self.order, self.uncertainty) = (Some(slope), Some(stderr));
         }
-        self.set(fit.verdict, fit.reason);
+        let all = |holds: &dyn Fn(f64) -> bool| points.iter().all(|(_, value)| holds((value - exact).abs()));
+        let reason = if all(&|error| error == 0.0) {
+            "every value is the exact one, to its last digit: there is no error to have an order".into()
+        } else if all(&|error| error <= FLOOR_MARGIN * (resolution + rounding)) {
+            format!(
+                "no error is above {:.1e}, ten times what digits and rounding resolve: they are converged to there, which is \
+                 not exactness, and have no order",
+                FLOOR_MARGIN * (resolution + rounding)
+            )
+        } else {
+            fit.reason
+        };
+        self.set(fit.verdict, reason);
     }
 
     /// The verdict from the differences between grids, fine to coarse.
@@ -274,7 +292,7 @@ impl Judgement {
     fn compare(&self, count: usize, settled: usize, question: &Question) -> (Verdict, String) {
         let (order, own) = (self.order.unwrap_or(f64::NAN), self.uncertainty.unwrap_or(f64::NAN));
         let Question { expected, band, .. } = *question;
-        let found = format!("order {order:.3} ± {own:.3}");
+        let found = format!("order {} ± {own:.3}", decimals(order, 3));
         let grids = settled + 2;
         if count > 1 && settled < 2 {
             let reason = format!("the orders of successive triplets differ by more than {band}: they have not settled");

@@ -162,6 +162,14 @@ fn nothing_passes_that_decides_nothing() {
     assert_eq!(verdict(&grows, 0.0, second).verdict, Verdict::Fail);
     // No error at all is no order.
     verdict(&[(1.0, 2.0), (2.0, 2.0), (4.0, 2.0), (8.0, 2.0)], 0.0, Question { exact: Some(2.0), ..second });
+    // Errors of roundoff are told from none.
+    let exact = Question { exact: Some(2.0), ..second };
+    let none = [1.0, 2.0, 4.0, 8.0].map(|h| (h, 2.0));
+    assert!(verdict(&none, 0.0, exact).reason.contains("every value is the exact one"));
+    let roundoff = [1.0, 2.0, 4.0, 8.0].map(|h| (h, 2.0 + 4e-16 * (h - 1.0)));
+    assert!(verdict(&roundoff, 0.0, exact).reason.contains("which is not exactness"));
+    let printed = [1.0, 2.0, 4.0, 8.0].map(|h| (h, 2.0 + 1e-5 * (h - 1.0_f64).min(1.0)));
+    assert!(verdict(&printed, 5e-6, exact).reason.contains("above 5.0e-5"));
     assert_eq!(overall([]), Verdict::Inconclusive);
 }
 

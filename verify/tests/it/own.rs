@@ -1,0 +1,200 @@
+//! Methods, programs and data of the reader's own, as a stranger hands them to the command.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const METHODS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/methods");
+
+fn verify(arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
+    let output = command.args(arguments).env("NO_COLOR", "1").env_remove("COLUMNS").output().expect("it starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+/// The words of `line` as arguments.
+fn say(line: &str) -> (i32, String, String) {
+    verify(&line.split_whitespace().collect::<Vec<_>>())
+}
+
+/// The same text on one line.
+fn flat(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn directory(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own").join(name);
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).expect("writable");
+    path
+}
+
+fn columns(line: &str) -> usize {
+    line.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count()
+}
+
+#[test]
+fn a_file_that_is_no_method_is_refused_at_its_place_with_a_hint() {
+    let dir = directory("files");
+    let method = |a: &str| format!("c = [0, 1]\na = [[], [{a}]]\nb = [\"1/2\", \"1/2\"]\n").into_bytes();
+    let deep = format!("\"{}1{}\"", "(".repeat(50_000), ")".repeat(50_000));
+    let long = format!("\"{}\"", vec!["1"; 20_000].join("+"));
+    let binary = [&b"c = [0, 1]\na = [["[..], &[0, 0xff, 0xfe, 1]].concat();
+    let cases: [(&str, Vec<u8>, &str, &str); 9] = [
+        ("empty", Vec::new(), ":1:1:", "the file is empty"),
+        ("blank", b"\n \r\n".to_vec(), ":1:1:", "the file is empty"),
+        ("binary", binary, ":2:8:", "no text in UTF-8"),
+        ("zero", method("\"1/(sqrt(4) - 2)\""), ":2:14:", "division by zero"),
+        ("not-a-number", method("nan"), ":2:11:", "`nan` is not known"),
+        ("deep", method(&deep), ":2:", "nested too deeply"),
+        ("long", method(&long), ":2:", "in `…"),
+        ("shape", method("1, 2, 3"), ":2:10:", "row 2 of `a` has 3 entries"),
+        ("key", [b"fo = 1\n".to_vec(), method("1")].concat(), ":1:1:", "unknown key `fo`"),
+    ];
+    for (name, bytes, place, reason) in cases {
+        let path = dir.join(format!("{name}.toml"));
+        fs::write(&path, bytes).expect("writable");
+        let (code, out, error) = verify(&["judge", &path.display().to_string(), "--no-runs"]);
+        assert!(code == 2 && out.is_empty(), "{name}: {out}");
+        assert!(error.contains(place) && error.contains(reason) && error.contains("hint: "), "{name}: {error}");
+        assert!(error.len() < 600, "{name}: {} bytes", error.len());
+    }
+    let (code, _, error) = say(&format!("judge {}", dir.display()));
+    assert!(code == 2 && error.contains("cannot read"), "{error}");
+    // A device without an end is not read to its end.
+    #[cfg(target_os = "linux")]
+    for line in ["judge /dev/zero", "order --data /dev/zero --step h"] {
+        let (code, _, error) = say(line);
+        assert!(code == 2 && error.contains("more than"), "{error}");
+    }
+}
+
+#[test]
+fn marks_of_byte_order_and_line_ends_of_other_systems_are_no_coefficients() {
+    let dir = directory("line-ends");
+    let toml = "c = [0, 1]\na = [[], [1]]\nb = [\"1/2\", \"1/2\"]\n";
+    for (name, text) in [("toml", toml), ("txt", "0 1\n1/2 1/2\n1\n")] {
+        let path = dir.join(format!("heun.{name}"));
+        let judged = |text: String| {
+            fs::write(&path, text).expect("writable");
+            say(&format!("judge {} --no-runs", path.display()))
+        };
+        let plain = judged(text.to_owned());
+        assert!(plain.0 == 0 && plain.1.contains("order        2;"), "{}", plain.1);
+        assert_eq!(judged(format!("\u{feff}{}", text.replace('\n', "\r\n"))), plain, "{name}");
+    }
+}
+
+/// A wrong coefficient lowers the order that theory has for the runs, and they must not pass by that.
+#[test]
+fn a_method_file_is_held_to_the_order_that_it_claims() {
+    let path = format!("{METHODS}/misprints/rk4-a44.toml");
+    let (code, out, _) = say(&format!("order --problem logistic --method {path}"));
+    assert!(code == 1 && out.contains("is not 4 ± 0.1"), "{out}");
+    assert!(flat(&out).contains("the file claims order 4") && flat(&out).contains("have order 1"), "{out}");
+    let (code, out, _) = say(&format!("order --problem logistic --method {path} --expect 1"));
+    assert!(code == 0 && flat(&out).contains("the file claims order 4"), "{out}");
+    let (code, out, _) = say(&format!("order --problem logistic --method {METHODS}/rk4.toml"));
+    assert!(code == 0 && !out.contains("Note"), "{out}");
+}
+
+/// Every command that takes the name of a method takes a file of every kind.
+#[test]
+fn files_of_every_kind_go_where_names_go() {
+    for (name, problem) in [
+        ("radau-iia3", "logistic"),
+        ("stormer-verlet", "pendulum"),
+        ("nystrom4", "pendulum"),
+        ("bdf3", "logistic"),
+        ("fitted-pade", "damped-pendulum"),
+        ("path-fitted3-gauss", "pendulum"),
+        ("galerkin-gauss2", "pendulum"),
+    ] {
+        let path = format!("{METHODS}/{name}.toml");
+        let (code, out, error) = say(&format!("solve --problem {problem} --method {path} --h 0.1 --t-end 1"));
+        assert!(code == 0 && out.contains("10 steps"), "{name}: {error}");
+        let (code, out, error) = say(&format!("order --problem {problem} --method {path}"));
+        assert!(code == 0 && out.contains("PASS"), "{name}: {out}{error}");
+        let (code, out, error) = say(&format!("compare --problem {problem} --method {path}"));
+        assert!(code == 0 && out.contains("0 do not"), "{name}: {out}{error}");
+    }
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/models/van-der-pol.ds");
+    let (code, out, error) = say(&format!("order --model {model} --set mu=2 --t-end 2 --method {METHODS}/sdirk2.toml"));
+    assert!(code == 0 && out.contains("is 2 ±"), "{out}{error}");
+    // The same by the program that this is.
+    let own = format!("{} solve --method {METHODS}/gauss2.toml --csv -", env!("CARGO_BIN_EXE_verify"));
+    let (code, out, error) = verify(&["order", "--problem", "logistic", "--program", &own, "--expect", "4"]);
+    assert!(code == 0, "{out}{error}");
+    let (code, _, error) = say(&format!("solve --problem logistic --method {METHODS}/nystrom4.toml --h 0.1 --t-end 1"));
+    assert!(code == 2 && error.contains("two halves"), "{error}");
+}
+
+#[test]
+fn long_names_leave_the_table_of_a_comparison_as_wide_as_a_terminal() {
+    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let long = format!("{METHODS}/galerkin-gauss2.toml");
+    let (code, out, _) =
+        verify(&["compare", "--problem", "pendulum", "--program", &own, "--expect", "4", "--method", &long]);
+    assert_eq!(code, 0, "{out}");
+    // A path is no longer than it is.
+    let is_path = |line: &str| line.split_whitespace().any(|word| columns(word) > 60);
+    out.lines().filter(|line| !is_path(line)).for_each(|line| assert!(columns(line) <= 80, "{line}"));
+    let row = |start: &str| out.lines().find(|line| line.contains(start)).unwrap_or_default().to_owned();
+    assert!(row("[1]").contains("agrees") && flat(&out).contains(&format!("[2] {own}")), "{out}");
+}
+
+#[test]
+fn what_is_not_zero_stable_is_not_run() {
+    let (code, out, _) = say("judge bdf7");
+    let out = flat(&out);
+    assert!(code == 1 && out.contains("work not run: it is not zero-stable"), "{out}");
+}
+
+/// An answer in words for whatever a table holds, and never a pass.
+#[test]
+fn data_that_decide_nothing_say_why() {
+    let dir = directory("data");
+    let path = dir.join("study.csv");
+    let order = |text: &str, more: &str| {
+        fs::write(&path, text).expect("writable");
+        let (code, out, error) = say(&format!("order --data {} --step h {more}", path.display()));
+        out.lines().for_each(|line| assert!(columns(line) <= 80, "{line}"));
+        (code, flat(&out), error)
+    };
+    for (text, more, reason) in [
+        ("h,u\n4,1.5\n2,nan\n1,1.1\n", "--expect 2", "spacing 2 is missing or not a number"),
+        ("h,u\n4,1.5\n2,\n1,1.1\n", "--expect 2", "spacing 2 is missing or not a number"),
+        ("h,u\n4,1.5\n2,inf\n1,1.1\n", "--expect 2", "spacing 2 is missing or not a number"),
+        ("h,u\n4,1.50\n2,1.50\n1,1.50\n", "--expect 2", "exact or converged to all digits"),
+        ("h,u\n4,1.50\n2,1.20\n2,1.21\n1,1.10\n", "--expect 2", "the same spacing 2"),
+        ("h,u\n4,1.5\n2,1.2\n", "--expect 2", "two grids determine no order"),
+        ("h,u\n4,1.5\n", "--expect 2", "single grids determine no order"),
+        ("h,u\n4,1.0400\n2,1.0200\n1,1.0100\n", "--expect 2", "do not tell a wrong order"),
+        ("h,u\n4,1.0001\n2,1.0000\n1,1.0000\n", "--expect 2", "ten times what the digits"),
+        ("h,u\n8,1.0\n4,1.0\n2,1.0\n1,1.0\n", "--expect 2 --exact 1", "every value is the exact one"),
+        (
+            "h,u\n8,1.0000000000000004\n4,1.0000000000000002\n2,1.0000000000000000\n1,1.0000000000000002\n",
+            "--expect 2 --exact 1",
+            "which is not exactness",
+        ),
+    ] {
+        let (code, out, error) = order(text, more);
+        assert!(code == 3 && out.contains("INCONCLUSIVE") && out.contains(reason), "{text}: {out}{error}");
+        assert!(!out.contains("NaN") && !out.contains("inf "), "{out}");
+    }
+    for (text, reason) in [
+        ("", "no header"),
+        ("h\tu\n1\tx\n", "line 2, column `u`"),
+        ("h;u\n0,1;1\n", "decimals have a point"),
+        ("x u\n1 2\n", "commas, semicolons or tabs separate columns"),
+    ] {
+        let (code, out, error) = order(text, "");
+        assert!(code == 2 && out.is_empty() && error.contains(reason), "{text}: {error}");
+    }
+    // An order of about zero is written without a sign.
+    let (_, out, _) = order("h,u\n8,2.1\n4,2.1001\n2,2.1002\n1,2.1003\n", "--expect 1 --exact 1");
+    assert!(!out.contains("-0.000"), "{out}");
+    let (code, _, error) = say(&format!("order --data {} --step h", dir.display()));
+    assert!(code == 2 && error.contains("directory") && !error.contains("comma"), "{error}");
+}
