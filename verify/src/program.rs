@@ -5,12 +5,14 @@
 //! lines that start with `#` are ignored.
 
 mod process;
+mod shown;
 
 use std::process::Command;
 use std::time::Duration;
 
 pub use process::end_all;
 use process::{Ended, MOST};
+pub use shown::Shown;
 
 /// A command and how long one run of it may take.
 #[derive(Debug, Clone)]

@@ -16,8 +16,8 @@ const HEADING: &str = "A program of your own";
 /// Columns that are too few for a sentence, and where one stands then.
 const NARROW: usize = 24;
 const INDENT: usize = 4;
-/// Columns that the name of a solver may take.
-const NAME: usize = 26;
+/// Columns that the name of a solver may take: as many as the longest of a method has.
+const NAME: usize = 33;
 
 /// Solve a problem by every method and reference and compare the answers.
 #[derive(Debug, clap::Args)]

@@ -2,6 +2,7 @@
 
 use super::analysis::Analysis;
 use super::file::Body;
+use super::mend;
 use super::repair::{Repair, Target, repairs};
 use super::tableau::Tableau;
 use super::theory::Theory;
@@ -48,10 +49,34 @@ impl Diagnosis {
         }
     }
 
+    /// The same for kinds whose conditions are a system in their coefficients.
+    fn of_system(body: &Body, found: u32, claimed: Option<u32>) -> Self {
+        let orders: Vec<u32> = match claimed {
+            Some(p) => vec![p],
+            // One order more is within reach of a free parameter; two at once are not.
+            None => (found + 2..=found + TRIED).rev().chain([found]).collect(),
+        };
+        for order in orders {
+            let Some(system) = body.system(order) else { continue };
+            if mend::holds(&*system) {
+                return Self::of_label(found, claimed);
+            }
+            let mut repairs = mend::repairs(&*system);
+            repairs.retain(|repair| repair.mends >= 2 || claimed.is_some() || order == found);
+            if !repairs.is_empty() {
+                return Self::Coefficient { target: Target { order, embedded: None }, repairs };
+            }
+        }
+        match claimed {
+            Some(p) if p > found => Self::LabelTooHigh { order: found },
+            _ => Self::of_label(found, claimed),
+        }
+    }
+
     /// Compares the theory of `tableau` with the orders claimed of b and b̂.
     pub fn new(body: &Body, theory: &dyn Analysis, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Self {
         let (Body::RungeKutta(tableau), Some(theory)) = (body, theory.as_runge_kutta()) else {
-            return Self::of_label(theory.order(), claimed);
+            return Self::of_system(body, theory.order(), claimed);
         };
         let rows = theory.wrong_rows();
         let (main, embedded) = (theory.main.order, theory.embedded.as_ref().map(|e| e.order));

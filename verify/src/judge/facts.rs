@@ -2,6 +2,7 @@
 
 use super::Judgement;
 use super::diagnosis::Diagnosis;
+use super::file::Body;
 use super::linear::Reach;
 use super::repair::Repair;
 use super::theory::WeightsTheory;
@@ -46,6 +47,21 @@ impl Judgement {
             }
             Diagnosis::LabelTooHigh { order } => {
                 let claimed = self.file.order().unwrap_or(0);
+                match self.file.body {
+                    Body::RungeKutta(_) => {}
+                    Body::Closure(_) => {
+                        return Some(format!(
+                            "The label is too high: a closure has order {order} for any α and β with α + β ≠ 0, so that no \
+                             condition singles out a coefficient."
+                        ));
+                    }
+                    _ => {
+                        return Some(format!(
+                            "The label is too high, or more than one coefficient is wrong: no change of a single coefficient makes \
+                             the conditions of order {claimed} hold. As they stand they have order {order}."
+                        ));
+                    }
+                }
                 let weights = if self.theory.order() < claimed { "b" } else { "b_hat" };
                 Some(format!(
                     "The label is too high, or more than one coefficient is wrong: the row sums hold, the conditions on \
@@ -54,10 +70,11 @@ impl Judgement {
             }
             Diagnosis::Coefficient { target, repairs } => {
                 let embedded = target.embedded.map_or_else(String::new, |q| format!(", of the embedded method {q}"));
-                let start = format!(
-                    "With one coefficient changed the order is {}{embedded}, and all row sums hold",
-                    target.order
-                );
+                let sums = match self.file.body {
+                    Body::RungeKutta(_) => ", and all row sums hold",
+                    _ => "",
+                };
+                let start = format!("With one coefficient changed the order is {}{embedded}{sums}", target.order);
                 let doubt = match repairs.first() {
                     Some(repair) if repair.mends == 1 => {
                         " One number that satisfies one condition may be a coincidence: it may be the label that is wrong."

@@ -11,6 +11,7 @@ pub mod facts;
 pub mod file;
 pub mod linear;
 pub mod measured;
+mod mend;
 mod method;
 pub mod multistep;
 pub mod nodes;

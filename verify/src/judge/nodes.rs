@@ -50,6 +50,25 @@ pub(super) struct NodesTheory {
     method: Result<Box<dyn Method>, String>,
 }
 
+/// 1/k.
+fn over(k: usize) -> Real {
+    &Real::one() / &Real::from(k as i64)
+}
+
+/// ∫ M(t) t^{k−1} dt over [0, 1] for k from 1 to `count`, M with the zeros `c`.
+pub(super) fn node_moments(c: &[Real], count: usize) -> Vec<Real> {
+    let factor = |node: &Real| Polynomial::new(vec![-node, Real::one()]);
+    let product = c.iter().fold(Polynomial::new(vec![Real::one()]), |p, node| p.times(&factor(node)));
+    let moment = |k: usize| product.coefficients().iter().enumerate().map(|(j, x)| x * &over(j + k)).sum();
+    (1..=count).map(moment).collect()
+}
+
+/// Σ b_i c_i^{k−1} − 1/k for k from 1 to `count`.
+pub(super) fn quadrature_moments(c: &[Real], b: &[Real], count: usize) -> Vec<Real> {
+    let power = |k: usize| c.iter().map(|c| (1..k).fold(Real::one(), |p, _| &p * c)).collect::<Vec<_>>();
+    (1..=count).map(|k| &dot(b, &power(k)) - &over(k)).collect()
+}
+
 impl NodesTheory {
     pub(super) fn new(nodes: &Nodes) -> Self {
         let reals = |list: &[Coefficient]| list.iter().map(|x| x.real.clone()).collect::<Vec<_>>();
@@ -58,23 +77,16 @@ impl NodesTheory {
         let mirrored = |i: usize| c.iter().position(|x| (&(x + &c[i]) - &Real::one()).may_be_zero());
         let symmetric =
             (0..c.len()).all(|i| mirrored(i).is_some_and(|j| b.as_ref().is_none_or(|b| (&b[i] - &b[j]).may_be_zero())));
-        let over = |k: usize| &Real::one() / &Real::from(k as i64);
         let (moments, order, symplectic, method) = match &b {
             // Collocation of the Euler–Lagrange equations: the error at the ends is ∫ M r with a smooth r.
             None => {
-                let factor = |node: &Real| Polynomial::new(vec![-node, Real::one()]);
-                let product = c.iter().fold(Polynomial::new(vec![Real::one()]), |p, node| p.times(&factor(node)));
-                let moment =
-                    |k: usize| product.coefficients().iter().enumerate().map(|(j, x)| x * &over(j + k)).sum::<Real>();
-                let moments: Vec<Real> = (1..=c.len() + 1).map(moment).collect();
+                let moments = node_moments(&c, c.len() + 1);
                 let free = moments.iter().take_while(|x| x.may_be_zero()).count();
                 let symplectic = if free == c.len() { Symplecticity::ConstantMass } else { Symplecticity::Never };
                 (moments, c.len() + free, symplectic, mechanics::path_fitted_on(&doubles(&c)))
             }
             Some(b) => {
-                let power = |k: usize| c.iter().map(|c| (1..k).fold(Real::one(), |p, _| &p * c)).collect::<Vec<_>>();
-                let moment = |k: usize| &dot(b, &power(k)) - &over(k);
-                let moments: Vec<Real> = (1..=2 * c.len() + 1).map(moment).collect();
+                let moments = quadrature_moments(&c, b, 2 * c.len() + 1);
                 let exact = moments.iter().take_while(|x| x.may_be_zero()).count();
                 let order = exact.min(2 * nodes.degree);
                 (moments, order, Symplecticity::Always, mechanics::galerkin_on(nodes.degree, &doubles(&c), &doubles(b)))

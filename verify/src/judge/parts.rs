@@ -11,12 +11,12 @@ use super::evidence::{coefficient_row, table};
 use super::facts::{Facts, order as order_fact};
 use super::linear::Reach;
 use super::real::Real;
-use super::runge_kutta::{order as order_finding, stages};
+use super::runge_kutta::{order as order_finding, rows, stages};
 use super::stepping::{Halves, Stepper};
 use super::tableau::{Coefficient, row_sums};
 use super::theory::WeightsTheory;
 use super::tree::{Forest, Rule};
-use super::verdict::Finding;
+use super::verdict::{Finding, Verdict};
 use crate::evidence::Table;
 use crate::kinds::{Principle, Stability, Symplecticity};
 use crate::measure::search::root;
@@ -81,6 +81,8 @@ pub(super) struct PartsTheory {
     a: [Vec<Vec<Real>>; 2],
     b: [Vec<Real>; 2],
     c: Vec<Real>,
+    /// c_i − Σ_j a_ij, where a partitioned method states c.
+    row_defects: Option<Vec<Real>>,
     /// Conditions on the systems that the file names.
     weights: WeightsTheory,
     /// Order on separable systems, where the file names all.
@@ -101,24 +103,19 @@ impl PartsTheory {
         let c = parts.c.as_ref().map_or_else(|| row_sums(&a[0]), reals);
         let at_least = claimed.unwrap_or(0) + 1;
         let search = |rule: Rule, at_least| {
-            let leaves = match rule {
-                Rule::SecondOrder => [c.clone(), vec![Real::one(); c.len()]],
-                _ => [row_sums(&a[0]), row_sums(&a[1])],
-            };
+            let leaves = parts.leaves([&a[0], &a[1]], &c);
             let part = |k: usize| Part { a: &a[k], leaf: leaves[k].clone() };
             let conditions =
                 |forest: &Forest| conditions_of(Weights::of_parts(forest, [part(0), part(1)], &c), [&b[0], &b[1]]);
             WeightsTheory::search(rule, at_least, conditions)
         };
-        let rule = match parts.coupling {
-            Coupling::General => Rule::Partitioned,
-            Coupling::Separable => Rule::Separable,
-            Coupling::SecondOrder => Rule::SecondOrder,
-        };
+        let rule = parts.rule();
         let weights = search(rule, at_least);
         let separable = (rule == Rule::Partitioned).then(|| search(Rule::Separable, weights.order + 1).order);
         let mut theory = Self {
             coupling: parts.coupling,
+            row_defects: (parts.c.is_some() && parts.coupling != Coupling::SecondOrder)
+                .then(|| c.iter().zip(row_sums(&a[0])).map(|(c, sum)| c - &sum).collect()),
             a,
             b,
             c,
@@ -365,6 +362,10 @@ impl Analysis for PartsTheory {
             },
             _ => return None,
         })
+    }
+
+    fn consistency(&self) -> Vec<Verdict> {
+        self.row_defects.iter().map(|defects| rows(&self.c, defects)).collect()
     }
 
     fn traits(&self) -> Traits {

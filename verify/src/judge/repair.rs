@@ -175,7 +175,7 @@ impl Search<'_> {
         if (x - &old.real).may_be_zero() {
             return None;
         }
-        let (text, value) = self.written(x);
+        let (text, value) = written(x, &self.tableau.radicands);
         let changed = self.changed(place, &value);
         if !self.failures(&changed).iter().all(Vec::is_empty) || !failing_rows(&changed).is_empty() {
             return None;
@@ -184,34 +184,34 @@ impl Search<'_> {
         let mends = self.failing.iter().map(Vec::len).sum::<usize>() + self.rows.len();
         Some(Repair { place, with_c, was: old.text.clone(), text, value, mends })
     }
+}
 
-    /// A number as one would print it: rational, with a square root that the file has elsewhere, or its digits.
-    fn written(&self, x: &Real) -> (String, Real) {
-        let largest_radius = 1e-4 / (SIMPLE as f64).powi(2);
-        if let Some(rational) = x.simplest() {
-            // The simplest rational in an interval that wide says something only if its denominator is far smaller.
-            let d = RBig::from(rational.denominator().clone());
-            let limit = if x.radius() < largest_radius { SIMPLE as f64 } else { (0.01 / x.radius()).sqrt() };
-            if d.to_f64().value() <= limit {
-                let value = Real::rational(&rational);
-                return (rational.to_string(), value);
-            }
+/// A number as one would print it: rational, with a square root that the file has elsewhere, or its digits.
+pub(super) fn written(x: &Real, radicands: &[i64]) -> (String, Real) {
+    let largest_radius = 1e-4 / (SIMPLE as f64).powi(2);
+    if let Some(rational) = x.simplest() {
+        // The simplest rational in an interval that wide says something only if its denominator is far smaller.
+        let d = RBig::from(rational.denominator().clone());
+        let limit = if x.radius() < largest_radius { SIMPLE as f64 } else { (0.01 / x.radius()).sqrt() };
+        if d.to_f64().value() <= limit {
+            let value = Real::rational(&rational);
+            return (rational.to_string(), value);
         }
-        if x.radius() < 1e-45 {
-            let relation = self.tableau.radicands.iter().find_map(|&d| quadratic(x, d));
-            if let Some(found) = relation {
-                return found;
-            }
-        }
-        // To the digits that the uncertainty leaves, one more than are certain.
-        let size = x.to_f64().abs().max(f64::MIN_POSITIVE);
-        let digits = (size / x.radius().max(1e-40 * size)).log10().ceil().clamp(1.0, 40.0) as usize;
-        (x.decimal(digits), x.clone())
     }
+    if x.radius() < 1e-45 {
+        let relation = radicands.iter().find_map(|&d| quadratic(x, d));
+        if let Some(found) = relation {
+            return found;
+        }
+    }
+    // To the digits that the uncertainty leaves, one more than are certain.
+    let size = x.to_f64().abs().max(f64::MIN_POSITIVE);
+    let digits = (size / x.radius().max(1e-40 * size)).log10().ceil().clamp(1.0, 40.0) as usize;
+    (x.decimal(digits), x.clone())
 }
 
 /// The polynomial through (0, y₀), (1, y₁), …, by Newton's divided differences.
-fn interpolate(samples: &[Real]) -> Polynomial {
+pub(super) fn interpolate(samples: &[Real]) -> Polynomial {
     let n = samples.len();
     let mut differences = samples.to_vec();
     for level in 1..n {
@@ -229,7 +229,7 @@ fn interpolate(samples: &[Real]) -> Polynomial {
 }
 
 /// A simple root near `start` to 57 digits, by Newton's method, uncertain by what the polynomial is.
-fn polish(polynomial: &Polynomial, start: f64) -> Option<Real> {
+pub(super) fn polish(polynomial: &Polynomial, start: f64) -> Option<Real> {
     let slopes: Vec<Real> =
         polynomial.coefficients().iter().enumerate().skip(1).map(|(k, c)| c * &Real::from(k as i64)).collect();
     let slope = Polynomial::new(slopes);

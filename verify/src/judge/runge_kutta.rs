@@ -8,6 +8,7 @@ use super::claim::Property;
 use super::facts::{Facts, order as order_fact, reach, short};
 use super::linear::Reach;
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
+use super::real::Real;
 use super::structure::Indefinite;
 use super::tableau::Shape;
 use super::theory::{Theory, WeightsTheory};
@@ -43,7 +44,7 @@ impl Analysis for Theory {
     }
 
     fn consistency(&self) -> Vec<Verdict> {
-        rows(self).into_iter().collect()
+        self.row_defects.iter().map(|defects| rows(&self.numbers.c, defects)).collect()
     }
 
     fn traits(&self) -> Traits {
@@ -191,19 +192,12 @@ impl Theory {
     }
 }
 
-/// Whether c is the sum of the rows of A, where the file gives it.
-fn rows(theory: &Theory) -> Option<Verdict> {
-    let defects = theory.row_defects.as_ref()?;
-    let wrong = theory.wrong_rows();
-    let words = |i: &usize| {
-        let sum = &theory.numbers.c[*i] - &defects[*i];
-        format!(
-            "row {} adds up to {:.10}, and c[{}] is {:.10}",
-            i + 1,
-            sum.to_f64(),
-            i + 1,
-            theory.numbers.c[*i].to_f64()
-        )
+/// Whether c is the sum of the rows of A, from c_i − Σ_j a_ij.
+pub(super) fn rows(c: &[Real], defects: &[Real]) -> Verdict {
+    let wrong: Vec<(usize, &Real)> = defects.iter().enumerate().filter(|(_, defect)| !defect.may_be_zero()).collect();
+    let words = |(i, defect): &(usize, &Real)| {
+        let sum = &c[*i] - *defect;
+        format!("row {} adds up to {:.10}, and c[{}] is {:.10}", i + 1, sum.to_f64(), i + 1, c[*i].to_f64())
     };
     let reason = match wrong.as_slice() {
         [] => "c_i = Σ_j a_ij in every row".to_owned(),
@@ -217,7 +211,7 @@ fn rows(theory: &Theory) -> Option<Verdict> {
         required: None,
         reason,
     };
-    Some(Verdict { kind: Kind::Consistency, subject: "row sums".into(), check })
+    Verdict { kind: Kind::Consistency, subject: "row sums".into(), check }
 }
 
 fn find(property: Property, theory: &Theory) -> Option<Finding> {

@@ -15,7 +15,7 @@ pub struct Coefficient {
     pub real: Real,
 }
 
-/// Which coefficient of a tableau; indices count from 0.
+/// Which coefficient of a method; indices count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
     /// a_ij.
@@ -26,6 +26,10 @@ pub enum Place {
     C(usize),
     /// b̂_i.
     Hat(usize),
+    /// The entry of a list of another kind of method: `rho[3]`.
+    In(&'static str, usize),
+    /// The entry of a matrix of another kind of method: `a_hat[2,1]`.
+    Of(&'static str, usize, usize),
 }
 
 impl std::fmt::Display for Place {
@@ -36,6 +40,8 @@ impl std::fmt::Display for Place {
             Self::B(i) => write!(f, "b[{}]", i + 1),
             Self::C(i) => write!(f, "c[{}]", i + 1),
             Self::Hat(i) => write!(f, "b_hat[{}]", i + 1),
+            Self::In(list, i) => write!(f, "{list}[{}]", i + 1),
+            Self::Of(matrix, i, j) => write!(f, "{matrix}[{},{}]", i + 1, j + 1),
         }
     }
 }
@@ -92,6 +98,7 @@ impl Tableau {
             Place::B(i) => self.b.get(i),
             Place::C(i) => self.c.as_ref()?.get(i),
             Place::Hat(i) => self.b_hat.as_ref()?.get(i),
+            Place::In(..) | Place::Of(..) => None,
         }
     }
 
@@ -141,6 +148,7 @@ impl Numbers {
             Place::B(i) => self.b.get_mut(i),
             Place::C(i) => self.c.get_mut(i),
             Place::Hat(i) => self.b_hat.as_mut()?.get_mut(i),
+            Place::In(..) | Place::Of(..) => None,
         }
     }
 

@@ -28,7 +28,7 @@ pub(super) struct Drawing {
 
 /// Width and height of a panel in a figure with this many in a row: the more, the smaller, so that the lettering keeps its
 /// size on a wide page.
-fn size(columns: usize) -> (f64, f64) {
+pub(super) fn size(columns: usize) -> (f64, f64) {
     if columns > 2 { (370.0, 290.0) } else { (470.0, 340.0) }
 }
 

@@ -9,6 +9,7 @@ mod json;
 mod junit;
 mod markdown;
 mod part;
+mod picture;
 mod run;
 mod style;
 mod terminal;
@@ -20,6 +21,7 @@ use std::{fs, io};
 
 pub use comparison::{ComparisonError, Earlier};
 pub use part::{Part, PartError, Provenance, Shard, merge};
+pub use picture::picture;
 pub use run::{Chapter, Counts, Run};
 pub use terminal::{summary, wants_color};
 

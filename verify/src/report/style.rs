@@ -99,8 +99,8 @@ impl Style {
         format!("class=\"{} s{}\"", self.shape.class(), self.color)
     }
 
-    /// A small drawing for a legend.
-    pub(super) fn swatch(self, mark: Mark) -> String {
+    /// A small drawing for a legend, an element with these attributes.
+    pub(super) fn swatch(self, mark: Mark, attributes: &str) -> String {
         let line = match mark {
             Mark::Markers => String::new(),
             _ => format!("<path {} d=\"M1 7h32\"/>", self.line()),
@@ -111,7 +111,7 @@ impl Style {
             }
             Mark::Line | Mark::Guide => String::new(),
         };
-        format!("<svg class=\"swatch\" viewBox=\"0 0 34 14\" aria-hidden=\"true\">{line}{marker}</svg>")
+        format!("<svg {attributes} viewBox=\"0 0 34 14\" aria-hidden=\"true\">{line}{marker}</svg>")
     }
 }
 

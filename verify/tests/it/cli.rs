@@ -704,7 +704,7 @@ fn compare_and_judge_take_programs() {
     // One of a wrong equation is not within its bound; one that fails says so.
     let wrong = format!("{own} --set lambda=1.01");
     for (program, status, reason) in
-        [(wrong.as_str(), 1, "differs by more"), ("false", 3, "failed: it failed (exit code: 1)")]
+        [(wrong.as_str(), 1, "differs by more"), ("false", 3, "failed: it failed (exit status: 1)")]
     {
         let output = verify(&["compare", "--problem", "logistic", "--program", program, "--expect", "4"]);
         let text = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
@@ -808,14 +808,21 @@ fn order_names_what_is_wrong_with_a_program() {
     };
     let refined = |kind: &str, format: &str| {
         let program = format!("awk -v kind={kind} -f {} --", script.display());
-        let steps = ["--h", "0.3,0.15,0.075,0.0375", "--t-end", "2", "--format", format];
-        stdout(&verify(&[&["order", "--program", &program, "--quantity", "v"][..], &steps].concat()))
-            .replace("\n      ", " ")
+        let ladder = if kind == "start" { "0.2,0.1,0.05,0.025" } else { "0.3,0.15,0.075,0.0375" };
+        let steps = ["--h", ladder, "--t-end", "2", "--format", format];
+        let output = verify(&[&["order", "--program", &program, "--quantity", "v"][..], &steps].concat());
+        stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ")
     };
     for format in ["table", "json", "markdown"] {
         assert!(refined("cut", format).contains("with h = 0.3 the last step was cut to 0.667 h"), "{format}");
         assert!(!refined("cut", format).contains("different times"), "{format}");
         assert!(refined("late", format).contains("their values belong to different times"), "{format}");
+    }
+    // Without a reference the same.
+    for format in ["table", "json", "markdown"] {
+        let named = refined("start", format).contains("a starting procedure limits the order");
+        assert!(named, "{format}: {}", refined("start", format));
+        assert!(!refined("cut", format).contains("a starting procedure"), "{format}");
     }
     let (code, out) = order("start");
     assert!(code == 1 && out.contains("a starting procedure limits the order"), "{out}");

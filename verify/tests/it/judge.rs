@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use verify::evidence::Outcome;
 use verify::judge::diagnosis::Diagnosis;
 use verify::judge::file::{Body, FileError, MethodFile, SHIPPED};
+use verify::judge::parts::Coupling;
 use verify::judge::tableau::{Coefficient, Place, Tableau};
 use verify::judge::{Effort, Judgement};
 use verify::measure::stability::Uniform;
@@ -324,6 +325,136 @@ fn a_misprint_in_any_coefficient_of_any_shipped_file_is_found_and_mended() {
     let (all, unique, first) = (sum(|t| t.0), sum(|t| t.1), sum(|t| t.2));
     eprintln!("{all} misprints, {unique} with one repair only, {first} with the right one first");
     assert!(all >= 200 && unique * 10 >= all * 8 && first * 10 >= all * 9, "{all} {unique} {first}");
+}
+
+/// The coefficients of a method of another kind than Runge–Kutta: the lines of the file above them, then the rows of each list.
+fn lists(file: &MethodFile) -> (String, Vec<(&'static str, Vec<&[Coefficient]>)>) {
+    fn rows(a: &[Vec<Coefficient>]) -> Vec<&[Coefficient]> {
+        a.iter().map(Vec::as_slice).collect()
+    }
+    match &file.body {
+        Body::Parts(parts) => {
+            let second_order = parts.coupling == Coupling::SecondOrder;
+            let head = match parts.coupling {
+                Coupling::SecondOrder => "kind = \"nystrom\"",
+                Coupling::Separable => "kind = \"partitioned-runge-kutta\"\nsystems = \"separable\"",
+                Coupling::General => "kind = \"partitioned-runge-kutta\"",
+            };
+            let mut lists = vec![("a", rows(&parts.a[0]))];
+            if !second_order {
+                lists.push(("a_hat", rows(&parts.a[1])));
+            }
+            let names = if second_order { ["b_bar", "b"] } else { ["b", "b_hat"] };
+            lists.extend(names.into_iter().zip(&parts.b).map(|(name, b)| (name, vec![b.as_slice()])));
+            lists.extend(parts.c.iter().map(|c| ("c", vec![c.as_slice()])));
+            (head.into(), lists)
+        }
+        Body::Multistep(method) => {
+            let head = format!("kind = \"multistep\"\nstart = \"{}\"", method.start_name);
+            (head, vec![("rho", vec![&method.rho]), ("sigma", vec![&method.sigma])])
+        }
+        Body::Nodes(nodes) => {
+            let head = match nodes.weights {
+                Some(_) => format!("kind = \"galerkin\"\ndegree = {}", nodes.degree),
+                None => "kind = \"path-fitted\"".into(),
+            };
+            let weights = nodes.weights.iter().map(|weights| ("weights", vec![weights.as_slice()]));
+            (head, [("nodes", vec![nodes.nodes.as_slice()])].into_iter().chain(weights).collect())
+        }
+        Body::RungeKutta(_) | Body::Closure(_) => (String::new(), Vec::new()),
+    }
+}
+
+/// Every coefficient of every shipped file of the other kinds, misprinted twice; nodes more often, since most are refused.
+#[test]
+fn a_misprint_in_any_coefficient_of_another_kind_is_found_and_mended() {
+    let files: Vec<MethodFile> =
+        files("").into_iter().map(|path| MethodFile::load(&path).expect("well-formed")).collect();
+    let (mut all, mut unique, mut first, mut kinds) = (0, 0, 0, std::collections::BTreeSet::new());
+    for (seed, file) in files.iter().enumerate() {
+        let mut random = Uniform::new(seed as u64);
+        let (head, lists) = lists(file);
+        let places = lists.iter().flat_map(|(key, rows)| {
+            let row =
+                |(i, row): (usize, &&[Coefficient])| (0..row.len()).map(move |j| (*key, i, j)).collect::<Vec<_>>();
+            rows.iter().enumerate().flat_map(row).collect::<Vec<_>>()
+        });
+        for (name, i, j) in places.collect::<Vec<_>>() {
+            let of = |list: &[&[Coefficient]]| list[i][j].clone();
+            let original = lists.iter().find(|(key, _)| *key == name).map(|(_, rows)| of(rows)).expect("there");
+            for _ in 0..if matches!(file.body, Body::Nodes(_)) { 8 } else { 2 } {
+                if original.text == "0" {
+                    continue;
+                }
+                let text = misprint(&original.text, &mut random);
+                let mut out = format!("{head}\norder = {}\n", file.order().expect("claimed"));
+                for (key, rows) in &lists {
+                    let row = |(k, row): (usize, &&[Coefficient])| {
+                        let cell = |(l, x): (usize, &Coefficient)| {
+                            format!("\"{}\"", if (*key, k, l) == (name, i, j) { &text } else { &x.text })
+                        };
+                        format!("[{}]", row.iter().enumerate().map(cell).collect::<Vec<_>>().join(", "))
+                    };
+                    let rows_text = rows.iter().enumerate().map(row).collect::<Vec<_>>();
+                    let is_matrix = matches!(*key, "a" | "a_hat");
+                    let value = if is_matrix { format!("[{}]", rows_text.join(", ")) } else { rows_text.concat() };
+                    let _ = writeln!(out, "{key} = {value}");
+                }
+                // A weight of 0 for the new step, or a node beyond it, is refused by the reader.
+                let Ok(read) = MethodFile::parse("test.toml", "test", &out) else { continue };
+                let judgement = Judgement::new(read, Effort::Theory);
+                if judgement.theory.order() >= file.order().expect("claimed") && judgement.outcome() == Outcome::Pass {
+                    continue;
+                }
+                let what =
+                    format!("{}, {name}[{i},{j}]: {} → {text}: {:?}", file.name, original.text, judgement.diagnosis);
+                let is_original = |value: &verify::judge::real::Real| (value - &original.real).to_f64().abs() < 1e-15;
+                let place = match lists.iter().find(|(key, _)| *key == name) {
+                    Some((key, _)) if matches!(*key, "a" | "a_hat") => Place::Of(name, i, j),
+                    _ => Place::In(name, j),
+                };
+                let right = judgement.repairs().iter().position(|r| r.place == place && is_original(&r.value));
+                assert!(right.is_some(), "{what}");
+                kinds.insert(judgement.theory.kind());
+                all += 1;
+                unique += usize::from(judgement.repairs().len() == 1);
+                first += usize::from(right == Some(0));
+            }
+        }
+    }
+    eprintln!("{all} misprints, {unique} with one repair only, {first} with the right one first");
+    assert_eq!(
+        kinds.into_iter().collect::<Vec<_>>(),
+        ["galerkin", "multistep", "nystrom", "partitioned-runge-kutta", "path-fitted"]
+    );
+    assert!(all >= 150 && unique * 10 >= all * 7 && first * 10 >= all * 8, "{all} {unique} {first}");
+}
+
+/// What cannot be mended is said to be a label, and of a closure why.
+#[test]
+fn a_wrong_label_of_another_kind_is_named() {
+    for (name, from, to, text) in [
+        ("bdf3", "order = 3", "order = 4", "no change of a single coefficient makes the conditions of order 4 hold"),
+        ("method-i", "order = 2", "order = 3", "has order 2 for any α and β"),
+        ("galerkin-gauss2", "order = 4", "order = 6", "no change of a single coefficient"),
+        ("nystrom4", "order = 4", "order = 3", "The label is too low"),
+    ] {
+        let judgement = judge(&shipped(name).replace(from, to), Effort::Theory);
+        let found = judgement.diagnosis_text().unwrap_or_default();
+        assert!(found.contains(text) && judgement.repairs().is_empty(), "{name}: {found}");
+        assert_eq!(judgement.outcome(), Outcome::Fail, "{name}");
+    }
+    // Without a label, what the order was meant to be.
+    let text = shipped("bdf4").replace("order = 4\n", "").replace("\"25/12\"", "\"25/11\"");
+    assert!(text.contains("25/11"));
+    let judgement = judge(&text, Effort::Theory);
+    let [repair] = judgement.repairs() else { panic!("{:?}", judgement.diagnosis) };
+    assert_eq!((repair.place.to_string().as_str(), repair.text.as_str()), ("rho[5]", "25/12"));
+    // Abscissae that no condition of an autonomous system has.
+    let judgement = judge(&shipped("lobatto-iiia-iiib3").replace("c = [0, \"1/2\"", "c = [0, \"1/3\""), Effort::Theory);
+    let [repair] = judgement.repairs() else { panic!("{:?}", judgement.diagnosis) };
+    assert_eq!((repair.place.to_string().as_str(), repair.text.as_str()), ("c[2]", "1/2"));
+    assert_eq!(refuted(&judgement), ["row sums"]);
 }
 
 const RK4: &str = "\

@@ -151,6 +151,51 @@ fn what_is_not_zero_stable_is_not_run() {
     assert!(code == 1 && out.contains("work not run: it is not zero-stable"), "{out}");
 }
 
+/// Values, fit, limit and the order as found and as expected; and errors of a method.
+#[test]
+fn a_study_is_drawn() {
+    let dir = directory("pictures");
+    let path = |name: &str| dir.join(name).display().to_string();
+    fs::write(path("nparc.csv"), "h,recovery\n1,0.97050\n2,0.96854\n4,0.96178\n").expect("writable");
+    let draw = |line: &str, name: &str| {
+        let (code, out, error) = say(&format!("{line} --picture {}", path(name)));
+        (code, fs::read_to_string(path(name)).unwrap_or_default(), format!("{out}{error}"))
+    };
+    let (code, svg, _) = draw(&format!("order --data {} --step h --expect 2", path("nparc.csv")), "nparc.svg");
+    assert_eq!(code, 0);
+    for part in ["xmlns=", "recovery", "p = 1.786", "limit φ₀", "± its GCI", "order 2.00, as expected"] {
+        assert!(svg.contains(part), "{part}: {svg}");
+    }
+    let (code, svg, _) = draw("order --problem logistic --method rk4", "rk4.svg");
+    assert!(code == 0 && svg.contains("rk4 on logistic") && svg.contains("expected order 4"), "{svg}");
+    // What has no order is drawn without one, what has no point is not drawn, and no file appears.
+    fs::write(path("rough.csv"), "h,u\n1,1.0\n2,1.4\n4,1.1\n").expect("writable");
+    let (code, svg, _) = draw(&format!("order --data {} --step h", path("rough.csv")), "rough.svg");
+    assert!(code == 3 && svg.contains("values") && !svg.contains("limit"), "{svg}");
+    fs::write(path("none.csv"), "h,u\n1,nan\n2,nan\n4,nan\n").expect("writable");
+    let (code, svg, said) = draw(&format!("order --data {} --step h", path("none.csv")), "none.svg");
+    assert!(code == 2 && svg.is_empty() && said.contains("a point to draw"), "{said}");
+    let (code, _, error) = say("order --problem logistic --method rk4 --picture /no/such/place.svg");
+    assert!(code == 1 && error.contains("cannot write /no/such/place.svg"), "{error}");
+}
+
+/// Runs that end at different times pass for whatever order the differences of their ends have.
+#[test]
+fn values_of_different_times_decide_nothing() {
+    let script = directory("late").join("late.awk");
+    let text = "BEGIN { for (i = 1; i < ARGC; i++) if (ARGV[i] == \"--h\") h = ARGV[i + 1]
+        print \"t,v\"; for (t = 0; t < 1 - 1e-9; t += h) printf \"%.17g,%.17g\\n\", t, exp(-t)
+        printf \"%.17g,%.17g\\n\", 1 + h / 3, exp(-1 - h / 3) }";
+    fs::write(&script, text).expect("writable");
+    if !Command::new("awk").args(["BEGIN { exit 0 }"]).status().is_ok_and(|status| status.success()) {
+        return;
+    }
+    let program = format!("awk -f {} --", script.display());
+    let order = ["order", "--program", &program, "--quantity", "v", "--h", "0.1,0.05,0.025,0.0125", "--expect", "1"];
+    let (code, out, error) = verify(&order);
+    assert!(code == 3 && flat(&out).contains("their values belong to different times"), "{out}{error}");
+}
+
 /// An answer in words for whatever a table holds, and never a pass.
 #[test]
 fn data_that_decide_nothing_say_why() {

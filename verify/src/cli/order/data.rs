@@ -4,22 +4,22 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use clap::Args;
 use serde::Serialize;
 use verify::evidence::Outcome;
 use verify::measure::order::Verdict;
 use verify::measure::refinement::data::{Spacing, read};
 use verify::measure::refinement::least_squares::Form;
 use verify::measure::refinement::{BAND, Judgement, Quantity, Question, overall};
+use verify::program::Shown;
 
-use super::{Format, outcome_word};
+use super::{Args, Format, outcome_word, picture};
 use crate::cli::Status;
 use crate::cli::error::Failure;
 use crate::cli::layout::{number, paragraph, right, significant};
 use crate::cli::output::Output;
 
 /// A table of values instead of a method and a problem.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Data of your own")]
 pub(super) struct DataArgs {
     /// Judge a CSV table of values on several grids, one a row
@@ -72,21 +72,23 @@ impl DataArgs {
     /// Judges quantities, from a table or from runs.
     pub(super) fn judge(
         &self,
-        (quantities, notes): (&[Quantity], &[String]),
-        expected: Option<f64>,
-        band: Option<f64>,
-        format: Format,
+        (quantities, shown): (&[Quantity], &Shown),
+        args: &Args,
         out: &mut Output,
     ) -> Result<Status, Failure> {
         if self.exact.is_some() && quantities.len() > 1 {
             return Err(Failure::Incomplete("--exact", "--quantity COLUMN, the one whose value it is"));
         }
-        let question = Question { expected, band: band.unwrap_or(BAND), exact: self.exact };
-        let judgements: Vec<Judgement> = quantities.iter().map(|quantity| quantity.judge(&question)).collect();
+        let question = Question { expected: args.expect, band: args.band.unwrap_or(BAND), exact: self.exact };
+        let mut judgements: Vec<Judgement> = quantities.iter().map(|quantity| quantity.judge(&question)).collect();
+        if let Some(reason) = &shown.incomparable {
+            judgements.iter_mut().for_each(|judgement| judgement.leave_open(reason));
+        }
+        let notes = &shown.notes[..];
         let verdict = overall(&judgements);
         let results: Vec<Summary<'_>> =
             quantities.iter().zip(&judgements).map(|(q, j)| Summary::new(q, j, notes)).collect();
-        match format {
+        match args.format {
             Format::Json => match &results[..] {
                 [result] => serde_json::to_writer_pretty(&mut *out, result).map_err(io::Error::from),
                 results => {
@@ -105,6 +107,9 @@ impl DataArgs {
                 .and_then(|()| notes.iter().try_for_each(|note| writeln!(out, "\n- {note}"))),
         }
         .map_err(Failure::Output)?;
+        if let Some(path) = &args.picture {
+            picture::write(&picture::of_values(quantities, &judgements, args.expect), path)?;
+        }
         Ok(verdict.into())
     }
 }

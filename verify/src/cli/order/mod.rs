@@ -1,16 +1,18 @@
 //! `order`: an order of accuracy, measured.
 
 mod data;
+mod picture;
 mod program;
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use serde::Serialize;
 use verify::evidence::Outcome;
 use verify::measure::order::{OrderFit, Reason, Sample, decimals};
 use verify::order::{Ladder, Source, Truth, measure_on};
-use verify::program::Request;
+use verify::program::{Request, Shown};
 
 use data::DataArgs;
 use program::ProgramArgs;
@@ -47,6 +49,7 @@ Examples:
   verify order --problem logistic --method bdf2 --format json
   verify order --model van-der-pol.ds --method method-i --t-end 5
   verify order --data drag.csv --cells cells --dimension 2 --expect 2
+  verify order --data drag.csv --cells cells --dimension 2 --picture drag.svg
 
   verify order --problem logistic --program 'python3 mine.py' --expect 4
   verify order --program ./flow --quantity drag --refine cells=32,64,128,256
@@ -111,6 +114,10 @@ pub(super) struct Args {
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Format::Table)]
     format: Format,
 
+    /// Draw errors, or values and their limit, to this file in SVG
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+
     #[command(flatten)]
     data: DataArgs,
 
@@ -136,7 +143,7 @@ fn outcome_word(outcome: Outcome) -> &'static str {
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     if let Some(path) = &args.data.data {
         let quantities = args.data.read(path)?;
-        return args.data.judge((&quantities, &[]), args.expect, args.band, args.format, out);
+        return args.data.judge((&quantities, &Shown::default()), args, out);
     }
     let ladder = Ladder {
         expected: args.expect,
@@ -150,12 +157,11 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         if args.program.refines() {
             let request = Request { problem: args.problem.name().map(str::to_owned), h: None, t_end: args.t_end, set };
             let columns = args.data.columns().ok_or(Failure::Incomplete("--h or --refine", "--quantity COLUMN"))?;
-            let (quantities, notes) = args.program.refined(command, &request, columns)?;
-            return args.data.judge((&quantities, &notes), args.expect, args.band, args.format, out);
+            let (quantities, shown) = args.program.refined(command, &request, columns)?;
+            return args.data.judge((&quantities, &shown), args, out);
         }
         let request = Request { problem: None, h: None, t_end: args.t_end, set };
-        let to = (args.format, out);
-        return args.program.against_reference(command, &args.problem, request, args.reference, &ladder, to);
+        return args.program.against_reference(command, request, &ladder, args, out);
     }
     if args.t_end.is_some() && !args.problem.is_model() {
         return Err(Failure::Incomplete("--t-end", "--model or --program: a problem has its own"));
@@ -180,7 +186,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let truth = source.truth(&*problem, &*method);
     let fit = measure_on(&*problem, &*method, truth, &ladder)?;
     let result = Measurement::new(&name, method.name(), truth, &fit, &notes);
-    result.write(args.format, out).map_err(Failure::Output)?;
+    result.write(args, &fit, out)?;
     if args.format == Format::Table {
         args.problem.write_caveat(out).map_err(Failure::Output)?;
     }
@@ -256,12 +262,15 @@ impl<'a> Measurement<'a> {
         }
     }
 
-    fn write(&self, format: Format, out: &mut Output) -> io::Result<()> {
-        match format {
+    fn write(&self, args: &Args, fit: &OrderFit, out: &mut Output) -> Result<(), Failure> {
+        match args.format {
             Format::Table => self.write_table(out),
             Format::Json => self.write_json(out),
             Format::Markdown => self.write_markdown(out),
         }
+        .map_err(Failure::Output)?;
+        let title = || format!("{} on {}", self.method, self.problem);
+        args.picture.as_ref().map_or(Ok(()), |path| picture::write(&picture::of_errors(&title(), fit), path))
     }
 
     fn write_json(&self, out: &mut impl Write) -> io::Result<()> {

@@ -1,19 +1,18 @@
 //! `order --program`: the order of a solver in any language.
 
-use clap::Args;
 use rayon::prelude::*;
 use verify::measure::refinement::{Grid, Quantity};
-use verify::order::{Ladder, Source, measure_program};
-use verify::program::{Program, Request};
+use verify::order::{Ladder, measure_program};
+use verify::program::{Program, Request, Shown};
 
-use super::{Format, Measurement};
+use super::{Args, Measurement};
 use crate::cli::Status;
-use crate::cli::args::{self, ProblemArgs, assignment, positive};
+use crate::cli::args::{assignment, positive, program};
 use crate::cli::error::Failure;
 use crate::cli::output::Output;
 
 /// A command instead of a method.
-#[derive(Debug, Args)]
+#[derive(Debug, clap::Args)]
 #[command(next_help_heading = "A program of your own")]
 pub(super) struct ProgramArgs {
     /// Judge a command instead of a method; see below
@@ -38,29 +37,27 @@ impl ProgramArgs {
     pub(super) fn against_reference(
         &self,
         command: &str,
-        problem: &ProblemArgs,
         request: Request,
-        reference: Option<Source>,
         ladder: &Ladder,
-        (format, out): (Format, &mut Output),
+        args: &Args,
+        out: &mut Output,
     ) -> Result<Status, Failure> {
-        let (name, known) = problem.build(request.t_end)?;
+        let (name, known) = args.problem.build(request.t_end)?;
         let program = self.program(command)?;
         let request = Request { problem: Some(name.clone()), ..request };
-        let (truth, found) = measure_program(&*known, &program, &request, reference, ladder)?;
-        Measurement::new(&name, command.to_owned(), truth, &found.fit, &found.notes)
-            .write(format, out)
-            .map_err(Failure::Output)?;
+        let (truth, found) = measure_program(&*known, &program, &request, args.reference, ladder)?;
+        let result = Measurement::new(&name, command.to_owned(), truth, &found.fit, &found.notes);
+        result.write(args, &found.fit, out)?;
         Ok(found.fit.verdict.into())
     }
 
-    /// The values of `columns` at the end of runs that refine h or a parameter, and what is odd about their times.
+    /// The values of `columns` at the end of runs that refine h or a parameter, and what these show beside.
     pub(super) fn refined(
         &self,
         command: &str,
         request: &Request,
         columns: &[String],
-    ) -> Result<(Vec<Quantity>, Vec<String>), Failure> {
+    ) -> Result<(Vec<Quantity>, Shown), Failure> {
         let program = self.program(command)?;
         let runs: Vec<(f64, Request)> = match &self.refine {
             None => self.h.iter().map(|h| (*h, Request { h: Some(*h), ..request.clone() })).collect(),
@@ -81,28 +78,15 @@ impl ProgramArgs {
             runs.par_iter().map(|(h, request)| (*h, request.h, program.run(request, columns))).collect();
         let mut quantities: Vec<Quantity> =
             columns.iter().map(|name| Quantity { name: name.clone(), grids: Vec::new(), resolution: 0.0 }).collect();
-        let (mut ends, mut cut) = (Vec::new(), None);
+        let mut ran = Vec::new();
         for (h, step, answer) in answers {
             let answer = answer.map_err(|source| Failure::Program { at: h, source })?;
-            ends.push(answer.end().0);
-            cut = cut.or_else(|| step.and_then(|step| Some((step, answer.clipped(step)?))));
             for (quantity, value) in quantities.iter_mut().zip(answer.end().1) {
                 quantity.grids.push(Grid { h, value: Some(*value) });
             }
+            ran.push((step, answer));
         }
-        let mut notes = Vec::new();
-        let (first, last) = ends.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
-        // A sum of steps may be off by rounding.
-        if last - first > 1e-9 * last.abs() {
-            notes.push(format!(
-                "the runs end at times from t = {first} to {last}: their values belong to different times, which alone \
-                 makes a difference of order 1"
-            ));
-        }
-        if let Some((h, part)) = cut {
-            notes.push(format!("with h = {h} the last step was cut to {part:.3} h"));
-        }
-        Ok((quantities, notes))
+        Ok((quantities, Shown::by(&ran)))
     }
 
     /// Whether runs are compared with each other and not with a reference.
@@ -111,6 +95,6 @@ impl ProgramArgs {
     }
 
     fn program(&self, command: &str) -> Result<Program, Failure> {
-        args::program(command, self.time_limit)
+        program(command, self.time_limit)
     }
 }

@@ -217,6 +217,11 @@ impl Judgement {
         }
     }
 
+    /// Lets the values decide nothing, for a `reason` that lies outside of them.
+    pub fn leave_open(&mut self, reason: &str) {
+        self.set(Verdict::Inconclusive, reason);
+    }
+
     fn set(&mut self, verdict: Verdict, reason: impl Into<String>) {
         self.verdict = verdict;
         self.reason = reason.into();

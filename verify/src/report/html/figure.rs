@@ -73,13 +73,13 @@ fn coincident(panel: &crate::evidence::Panel) -> Vec<(&str, &str)> {
 }
 
 /// The entries of a figure, shared by its panels: a label looks the same in each.
-struct Legend<'a> {
+pub(in crate::report) struct Legend<'a> {
     entries: Vec<(&'a str, Mark, Style)>,
     bands: Vec<(&'a str, String)>,
 }
 
 impl<'a> Legend<'a> {
-    fn of(figure: &'a Figure, palette: Palette<'_>) -> Self {
+    pub(in crate::report) fn of(figure: &'a Figure, palette: Palette<'_>) -> Self {
         let mut legend = Self { entries: Vec::new(), bands: Vec::new() };
         for series in figure.panels.iter().flat_map(|panel| &panel.series) {
             if legend.entries.iter().all(|(label, ..)| *label != series.label) {
@@ -98,7 +98,12 @@ impl<'a> Legend<'a> {
         legend
     }
 
-    fn style(&self, label: &str) -> Style {
+    /// Labels with the mark and the look of their series.
+    pub(in crate::report) fn entries(&self) -> &[(&'a str, Mark, Style)] {
+        &self.entries
+    }
+
+    pub(in crate::report) fn style(&self, label: &str) -> Style {
         self.entries
             .iter()
             .find(|(known, ..)| *known == label)
@@ -111,7 +116,7 @@ impl<'a> Legend<'a> {
             @if !named.is_empty() || !self.bands.is_empty() {
                 ul.legend {
                     @for (label, class) in &self.bands { li { span.band.(class) {} span { (inline(label)) } } }
-                    @for (label, mark, style) in named { li { (PreEscaped(style.swatch(*mark))) span { (inline(label)) } } }
+                    @for (label, mark, style) in named { li { (PreEscaped(style.swatch(*mark, "class=\"swatch\""))) span { (inline(label)) } } }
                 }
             }
         }

@@ -4,6 +4,8 @@ mod chapter;
 mod figure;
 mod fold;
 
+pub(super) use figure::Legend;
+
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::run::{Chapter, Counts, Run};

@@ -1,0 +1,287 @@
+//! Misprints of methods of any kind: the conditions of an order as a system in the coefficients, each a polynomial in any one of
+//! them, and the single changes that make all of them hold.
+
+use super::conditions::{Part, Weights};
+use super::expression::Expression;
+use super::file::Body;
+use super::multistep::Multistep;
+use super::nodes::{Nodes, node_moments, quadrature_moments};
+use super::parts::{Coupling, Parts};
+use super::real::Real;
+use super::repair::{Repair, interpolate, polish, written};
+use super::tableau::{Coefficient, Place, row_sums};
+use super::tree::{Forest, Rule};
+
+/// The conditions that a method of some order satisfies.
+pub(super) trait System {
+    /// The coefficients, each with its place; zeros of which the shape of the method is made are among them.
+    fn entries(&self) -> Vec<(Place, &Coefficient)>;
+
+    /// Largest degree of a condition in any one coefficient.
+    fn degree(&self) -> usize;
+
+    /// How many conditions there are.
+    fn count(&self) -> usize;
+
+    /// What the `wanted` conditions are off by for other `numbers` in place of the coefficients.
+    fn residuals(&self, numbers: &[Real], wanted: &[usize]) -> Vec<Real>;
+}
+
+impl Body {
+    /// The conditions of `order`; nothing for a kind whose coefficients none singles out, and for Runge–Kutta methods, whose c
+    /// have to follow their A.
+    pub(super) fn system(&self, order: u32) -> Option<Box<dyn System + '_>> {
+        match self {
+            Self::RungeKutta(_) | Self::Closure(_) => None,
+            Self::Parts(parts) => Some(Box::new(PartsSystem::new(parts, order))),
+            Self::Multistep(method) => Some(Box::new(MultistepSystem { method, order })),
+            Self::Nodes(nodes) => NodesSystem::new(nodes, order).map(|system| Box::new(system) as Box<dyn System>),
+        }
+    }
+}
+
+/// Whether all conditions hold for the coefficients as they stand.
+pub(super) fn holds(system: &dyn System) -> bool {
+    failing(system, &numbers(system)).is_empty()
+}
+
+/// Every change of a single coefficient that makes all conditions hold, the one nearest to the printed text first.
+pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
+    let (entries, numbers) = (system.entries(), numbers(system));
+    let wrong = failing(system, &numbers);
+    let mut radicands = Vec::new();
+    entries
+        .iter()
+        .filter_map(|(_, it)| Expression::parse(&it.text).ok())
+        .for_each(|expression| expression.radicands(&mut radicands));
+    radicands.sort_unstable();
+    radicands.dedup();
+    let with = |k: usize, x: &Real| {
+        let mut changed = numbers.clone();
+        changed[k] = x.clone();
+        changed
+    };
+    let mut found = Vec::new();
+    for (k, (place, old)) in entries.iter().enumerate() {
+        for x in candidates(system, &wrong, |x| with(k, x)) {
+            if (&x - &old.real).may_be_zero() {
+                continue;
+            }
+            let (text, value) = written(&x, &radicands);
+            if failing(system, &with(k, &value)).is_empty() {
+                let (was, mends) = (old.text.clone(), wrong.len());
+                found.push(Repair { place: *place, with_c: false, was, text, value, mends });
+            }
+        }
+    }
+    // A zero that is none is a misprint more seldom than another digit.
+    let distance = |repair: &Repair| strsim::damerau_levenshtein(&repair.was, &repair.text);
+    found.sort_by_key(|repair| (repair.was == "0", distance(repair), repair.place));
+    found.dedup_by(|a, b| a.place == b.place && a.text == b.text);
+    found
+}
+
+fn numbers(system: &dyn System) -> Vec<Real> {
+    system.entries().iter().map(|(_, coefficient)| coefficient.real.clone()).collect()
+}
+
+fn failing(system: &dyn System, numbers: &[Real]) -> Vec<usize> {
+    let all: Vec<usize> = (0..system.count()).collect();
+    let residuals = system.residuals(numbers, &all);
+    all.into_iter().zip(residuals).filter(|(_, x)| !x.may_be_zero()).map(|(k, _)| k).collect()
+}
+
+/// The values of one coefficient for which the first of the `wrong` conditions that depends on it holds.
+fn candidates(system: &dyn System, wrong: &[usize], with: impl Fn(&Real) -> Vec<Real>) -> Vec<Real> {
+    for condition in wrong {
+        let value = |x: &Real| system.residuals(&with(x), &[*condition]).swap_remove(0);
+        let samples: Vec<Real> = (0..=system.degree()).map(|n| value(&Real::from(n as i64))).collect();
+        let polynomial = interpolate(&samples);
+        if polynomial.degree().is_some_and(|degree| degree > 0) {
+            let real = polynomial.roots().into_iter().filter(|z| z.im.abs() <= 1e-6 * (1.0 + z.re.abs()));
+            return real.filter_map(|z| polish(&polynomial, z.re)).collect();
+        }
+    }
+    Vec::new()
+}
+
+/// Conditions of coloured trees, and c_i = Σ_j a_ij where a partitioned method states c.
+struct PartsSystem<'a> {
+    parts: &'a Parts,
+    forest: Forest,
+}
+
+impl<'a> PartsSystem<'a> {
+    fn new(parts: &'a Parts, order: u32) -> Self {
+        let rule = parts.rule();
+        Self { parts, forest: Forest::new(rule, order.clamp(1, rule.most())) }
+    }
+
+    fn stages(&self) -> usize {
+        self.parts.b[0].len()
+    }
+
+    /// Matrices that count: those of a Nyström method for q̇ are none.
+    fn matrices(&self) -> usize {
+        if self.parts.coupling == Coupling::SecondOrder { 1 } else { 2 }
+    }
+
+    fn trees(&self) -> Vec<usize> {
+        (1..=self.forest.order()).flat_map(|n| self.forest.of_order(n)).collect()
+    }
+}
+
+impl System for PartsSystem<'_> {
+    fn entries(&self) -> Vec<(Place, &Coefficient)> {
+        let (matrices, weights) = match self.parts.coupling {
+            Coupling::SecondOrder => (["a", ""], ["b_bar", "b"]),
+            _ => (["a", "a_hat"], ["b", "b_hat"]),
+        };
+        let mut entries = Vec::new();
+        for (name, a) in matrices.into_iter().zip(&self.parts.a).take(self.matrices()) {
+            let row = |(i, row)| {
+                let row: &Vec<Coefficient> = row;
+                row.iter().enumerate().map(move |(j, x)| (Place::Of(name, i, j), x))
+            };
+            entries.extend(a.iter().enumerate().flat_map(row));
+        }
+        for (name, b) in weights.into_iter().zip(&self.parts.b).chain(self.parts.c.iter().map(|c| ("c", c))) {
+            entries.extend(b.iter().enumerate().map(|(i, x)| (Place::In(name, i), x)));
+        }
+        entries
+    }
+
+    fn degree(&self) -> usize {
+        self.forest.order() as usize
+    }
+
+    fn count(&self) -> usize {
+        let sums = self.parts.c.is_some() && self.parts.coupling != Coupling::SecondOrder;
+        self.trees().len() + if sums { self.stages() } else { 0 }
+    }
+
+    fn residuals(&self, numbers: &[Real], wanted: &[usize]) -> Vec<Real> {
+        let s = self.stages();
+        let (matrices, rest) = numbers.split_at(self.matrices() * s * s);
+        let matrix = |k: usize| -> Vec<Vec<Real>> {
+            match matrices.chunks(s * s).nth(k) {
+                Some(entries) => entries.chunks(s).map(<[Real]>::to_vec).collect(),
+                // What a Nyström method has there.
+                None => self.parts.a[1].iter().map(|row| row.iter().map(|x| x.real.clone()).collect()).collect(),
+            }
+        };
+        let a = [matrix(0), matrix(1)];
+        let sums = row_sums(&a[0]);
+        let c = if self.parts.c.is_some() { &rest[2 * s..] } else { &sums };
+        let leaves = self.parts.leaves([&a[0], &a[1]], c);
+        let part = |k: usize| Part { a: &a[k], leaf: leaves[k].clone() };
+        let mut weights = Weights::of_parts(&self.forest, [part(0), part(1)], c);
+        let trees = self.trees();
+        wanted
+            .iter()
+            .map(|&k| match trees.get(k) {
+                Some(&tree) => {
+                    let second = self.forest.trees()[tree].colour == super::tree::Colour::Second;
+                    weights.residual(tree, if second { &rest[s..2 * s] } else { &rest[..s] })
+                }
+                None => &c[k - trees.len()] - &sums[k - trees.len()],
+            })
+            .collect()
+    }
+}
+
+impl Parts {
+    /// The trees whose conditions decide the order.
+    pub(super) fn rule(&self) -> Rule {
+        match self.coupling {
+            Coupling::General => Rule::Partitioned,
+            Coupling::Separable => Rule::Separable,
+            Coupling::SecondOrder => Rule::SecondOrder,
+        }
+    }
+
+    /// What a leaf of each colour puts at the stages.
+    pub(super) fn leaves(&self, a: [&[Vec<Real>]; 2], c: &[Real]) -> [Vec<Real>; 2] {
+        match self.coupling {
+            Coupling::SecondOrder => [c.to_vec(), vec![Real::one(); c.len()]],
+            _ => a.map(row_sums),
+        }
+    }
+}
+
+/// Σ j^q ρ_j = q Σ j^{q−1} σ_j for q from 0 to the order.
+struct MultistepSystem<'a> {
+    method: &'a Multistep,
+    order: u32,
+}
+
+impl System for MultistepSystem<'_> {
+    fn entries(&self) -> Vec<(Place, &Coefficient)> {
+        let named = |name, list: &'_ [Coefficient]| (0..list.len()).map(|j| Place::In(name, j)).collect::<Vec<_>>();
+        let places = [named("rho", &self.method.rho), named("sigma", &self.method.sigma)].concat();
+        places.into_iter().zip(self.method.rho.iter().chain(&self.method.sigma)).collect()
+    }
+
+    fn degree(&self) -> usize {
+        1
+    }
+
+    fn count(&self) -> usize {
+        self.order as usize + 1
+    }
+
+    fn residuals(&self, numbers: &[Real], wanted: &[usize]) -> Vec<Real> {
+        let (rho, sigma) = numbers.split_at(self.method.rho.len());
+        let power = |j: usize, q: usize| (0..q).fold(Real::one(), |p, _| &p * &Real::from(j as i64));
+        let moment = |list: &[Real], q: usize| list.iter().enumerate().map(|(j, x)| x * &power(j, q)).sum::<Real>();
+        let condition = |&q: &usize| match q {
+            0 => moment(rho, 0),
+            q => &moment(rho, q) - &(&Real::from(q as i64) * &moment(sigma, q - 1)),
+        };
+        wanted.iter().map(condition).collect()
+    }
+}
+
+/// The moments that vanish at an order.
+struct NodesSystem<'a> {
+    nodes: &'a Nodes,
+    count: usize,
+}
+
+impl<'a> NodesSystem<'a> {
+    /// Nothing where no nodes have the order.
+    fn new(nodes: &'a Nodes, order: u32) -> Option<Self> {
+        let (s, order) = (nodes.nodes.len(), order as usize);
+        let count = match nodes.weights {
+            Some(_) if order <= 2 * nodes.degree => order,
+            None if order <= 2 * s => order.saturating_sub(s),
+            _ => return None,
+        };
+        Some(Self { nodes, count })
+    }
+}
+
+impl System for NodesSystem<'_> {
+    fn entries(&self) -> Vec<(Place, &Coefficient)> {
+        let nodes = self.nodes.nodes.iter().enumerate().map(|(i, x)| (Place::In("nodes", i), x));
+        let weights = self.nodes.weights.iter().flatten().enumerate().map(|(i, x)| (Place::In("weights", i), x));
+        nodes.chain(weights).collect()
+    }
+
+    fn degree(&self) -> usize {
+        self.count.max(1)
+    }
+
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    fn residuals(&self, numbers: &[Real], wanted: &[usize]) -> Vec<Real> {
+        let (c, b) = numbers.split_at(self.nodes.nodes.len());
+        let all = match b {
+            [] => node_moments(c, self.count),
+            b => quadrature_moments(c, b, self.count),
+        };
+        wanted.iter().map(|&k| all[k].clone()).collect()
+    }
+}

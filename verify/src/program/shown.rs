@@ -1,0 +1,144 @@
+//! What runs of one program with several steps show of it without a reference: by the times that they reach, and by their first
+//! steps.
+
+use super::Answer;
+use crate::measure::norm::{distance, max_norm};
+
+/// Differences count above this many roundings of the values.
+const ROUNDINGS: f64 = 100.0;
+/// Orders of neighbouring pairs of runs that agree to this have settled.
+const SETTLED: f64 = 0.25;
+/// Coarse steps after which two runs may reach a time together first.
+const LATEST: usize = 4;
+
+/// What is odd about the runs.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Shown {
+    /// In sentences.
+    pub notes: Vec<String>,
+    /// Why the values at the ends of the runs cannot be compared, where they cannot.
+    pub incomparable: Option<String>,
+}
+
+impl Shown {
+    /// Looks at runs with the step of each, where it is the step that differs from run to run.
+    #[must_use]
+    pub fn by(runs: &[(Option<f64>, Answer)]) -> Self {
+        let mut shown = Self::default();
+        let ends = runs.iter().map(|(_, answer)| answer.end().0);
+        let (first, last) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+        // A sum of steps may be off by rounding.
+        if last - first > 1e-9 * last.abs() {
+            shown.incomparable = Some(format!(
+                "the runs end at times from t = {first} to {last}: their values belong to different times, which alone makes a \
+                 difference of order 1"
+            ));
+        }
+        let cut = runs.iter().find_map(|(h, answer)| h.and_then(|h| Some((h, answer.clipped(h)?))));
+        shown.notes.extend(cut.map(|(h, part)| format!("with h = {h} the last step was cut to {part:.3} h")));
+        let mut steps: Vec<(f64, &Answer)> = runs.iter().filter_map(|(h, answer)| Some(((*h)?, answer))).collect();
+        steps.sort_by(|a, b| b.0.total_cmp(&a.0));
+        if shown.incomparable.is_none()
+            && let Some((start, end)) = start_up(&steps)
+        {
+            shown.notes.push(format!(
+                "runs differ by order {start:.2} after their first steps, and by {end:.2} at the end, where a method gains a factor \
+                 1/h on the way: a starting procedure limits the order, or a solution that is not smooth at the start"
+            ));
+        }
+        shown
+    }
+}
+
+/// The orders of the differences of neighbouring runs, coarse to fine, where they first reach a time together and at the end; if
+/// the former is not the higher one, as the error of a step is.
+///
+/// A step of a method of order p has an error of order p + 1, and N ∝ 1/h of them one of order p. A start of order q < p leaves
+/// h^{q+1} after the first steps, and at the end no more and no less.
+fn start_up(runs: &[(f64, &Answer)]) -> Option<(f64, f64)> {
+    let pairs: Vec<_> = runs.windows(2).map(|pair| Pair::of(pair[0], pair[1])).collect::<Option<_>>()?;
+    let alike = |a: &Pair, b: &Pair| (a.ratio - b.ratio).abs() < 1e-6 && a.steps == b.steps;
+    if pairs.len() < 3 || pairs.windows(2).any(|two| !alike(&two[0], &two[1])) {
+        return None;
+    }
+    let order = |difference: fn(&Pair) -> f64| {
+        let of = |two: &[Pair]| (difference(&two[0]) / difference(&two[1])).ln() / two[0].ratio.ln();
+        let [before, last] = [&pairs[pairs.len() - 3..pairs.len() - 1], &pairs[pairs.len() - 2..]].map(of);
+        ((last - before).abs() <= SETTLED).then_some(last)
+    };
+    let (start, end) = (order(|pair| pair.start)?, order(|pair| pair.end)?);
+    (start < end + 0.5).then_some((start, end))
+}
+
+/// Two runs beside each other.
+#[derive(Debug)]
+struct Pair {
+    /// The coarser step over the finer one.
+    ratio: f64,
+    /// Coarse steps until they first reach a time together.
+    steps: usize,
+    /// How far they are apart there, and at the end.
+    start: f64,
+    end: f64,
+}
+
+impl Pair {
+    /// Nothing if they reach no early time together, or differ by no more than rounding.
+    fn of((coarse, one): (f64, &Answer), (fine, other): (f64, &Answer)) -> Option<Self> {
+        let same = |t: f64| other.times.iter().position(|time| (time - t).abs() <= 1e-9 * t.abs());
+        let after_start = one.times.iter().enumerate().filter(|(_, t)| **t > 0.0).take(LATEST);
+        let (steps, at, beside) =
+            after_start.enumerate().find_map(|(k, (at, t))| same(*t).map(|beside| (k + 1, at, beside)))?;
+        let apart = |a: &[f64], b: &[f64]| {
+            let difference = distance(a, b);
+            (difference > ROUNDINGS * f64::EPSILON * max_norm(a)).then_some(difference)
+        };
+        let start = apart(&one.states[at], &other.states[beside])?;
+        let end = apart(one.end().1, other.end().1)?;
+        Some(Self { ratio: coarse / fine, steps, start, end })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs on v' = −v to t = 1 that make an error of h^start in the first step and of h^p in each later one.
+    fn runs(start: i32, p: i32, cut: bool) -> Vec<(Option<f64>, Answer)> {
+        let run = |h: f64| {
+            let steps = (1.0 / h).ceil() as usize;
+            let times: Vec<f64> = (0..=steps).map(|k| (k as f64 * h).min(if cut { 1.0 } else { f64::MAX })).collect();
+            let mut v = 1.0;
+            let mut states = vec![vec![v]];
+            for (k, pair) in times.windows(2).enumerate() {
+                v *= (pair[0] - pair[1]).exp();
+                v += 0.1 * h.powi(if k == 0 { start } else { p });
+                states.push(vec![v]);
+            }
+            (Some(h), Answer { times, states })
+        };
+        [0.1, 0.05, 0.025, 0.0125].map(run).to_vec()
+    }
+
+    #[test]
+    fn a_start_of_low_order_is_named_and_no_other() {
+        for (start, p, is_named) in
+            [(2, 2, false), (3, 3, false), (5, 5, false), (2, 4, true), (3, 5, true), (2, 5, true)]
+        {
+            let shown = Shown::by(&runs(start, p, true));
+            let named = shown.notes.iter().any(|note| note.contains("a starting procedure limits the order"));
+            assert_eq!(named, is_named, "{start}, {p}: {shown:?}");
+            assert_eq!(shown.incomparable, None);
+        }
+        // Two steps of a ratio, or runs at roundoff, say nothing.
+        assert_eq!(Shown::by(&runs(2, 4, true)[..3]).notes, Vec::<String>::new());
+        assert_eq!(Shown::by(&runs(20, 20, true)).notes, Vec::<String>::new());
+    }
+
+    #[test]
+    fn ends_that_differ_make_values_incomparable() {
+        let late = |h: f64| (Some(h), Answer { times: vec![0.0, h, 1.0 + h], states: vec![vec![1.0]; 3] });
+        let shown = Shown::by(&[late(0.1), late(0.05)]);
+        assert!(shown.incomparable.is_some_and(|reason| reason.contains("different times")));
+    }
+}
