@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use verify::evidence::Outcome;
 use verify::judge::diagnosis::Diagnosis;
 use verify::judge::file::{Body, FileError, MethodFile, SHIPPED};
+use verify::judge::linear::Reach;
 use verify::judge::parts::Coupling;
 use verify::judge::tableau::{Coefficient, Place, Tableau};
 use verify::judge::{Effort, Judgement};
@@ -219,6 +220,31 @@ fn regions_of_stability_of_multistep_methods_are_those_of_the_literature() {
     }
 }
 
+/// The stability polynomials of two to four stages, and the principal errors that Dormand and Prince, J. Comput. Appl. Math. 6
+/// (1980) 19, print for their pair.
+#[test]
+fn intervals_of_stability_and_principal_errors_are_those_of_the_literature() {
+    let theory = |name: &str| judge(&shipped(name), Effort::Theory).runge_kutta().expect("it is one").clone();
+    let end = |reach: Reach| match reach {
+        Reach::UpTo { end, .. } => end,
+        Reach::Everything => f64::INFINITY,
+    };
+    let near = |x: f64, y: f64, digits: f64| assert!((x - y).abs() <= 0.5 * digits, "{x} is not {y}");
+    for (name, imaginary, negative) in [
+        ("rk4", 8_f64.sqrt(), 2.785_293_563),
+        ("kutta-38", 8_f64.sqrt(), 2.785_293_563),
+        ("ssp-rk3", 3_f64.sqrt(), 2.512_745_327),
+    ] {
+        near(end(theory(name).imaginary), imaginary, 2e-8);
+        near(end(theory(name).negative), negative, 2e-8);
+    }
+    assert_eq!(end(theory("heun2").imaginary), 0.0);
+    assert_eq!(theory("radau-iia3").imaginary, Reach::Everything);
+    let pair = theory("dormand-prince");
+    near(pair.main.error_norm.expect("not of all orders"), 3.99e-4, 1e-6);
+    near(pair.embedded.expect("a pair").error_norm.expect("not of all orders"), 1.18e-3, 1e-5);
+}
+
 #[test]
 fn energy_and_work_are_looked_at_beside_those_of_others() {
     let judged = |name: &str| judge(&shipped(name), Effort::Runs);
@@ -327,8 +353,11 @@ fn a_misprint_in_any_coefficient_of_any_shipped_file_is_found_and_mended() {
     assert!(all >= 200 && unique * 10 >= all * 8 && first * 10 >= all * 9, "{all} {unique} {first}");
 }
 
+/// Keys with the rows that stand under them.
+type Lists<'a> = Vec<(&'static str, Vec<&'a [Coefficient]>)>;
+
 /// The coefficients of a method of another kind than Runge–Kutta: the lines of the file above them, then the rows of each list.
-fn lists(file: &MethodFile) -> (String, Vec<(&'static str, Vec<&[Coefficient]>)>) {
+fn lists(file: &MethodFile) -> (String, Lists<'_>) {
     fn rows(a: &[Vec<Coefficient>]) -> Vec<&[Coefficient]> {
         a.iter().map(Vec::as_slice).collect()
     }

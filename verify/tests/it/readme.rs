@@ -33,21 +33,37 @@ fn the_table_of_orders_is_the_recorded_one() {
     assert!(compared >= 40, "only {compared} numbers in the table");
 }
 
-/// What the README shows of `judge` is what it prints: a misprint, and a method that does not converge.
+/// What the README shows of one's own method, program and data is what the command prints.
 #[test]
 fn the_judgements_are_those_that_the_command_prints() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
-    for marker in ["judge", "judge-multistep"] {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme");
+    std::fs::create_dir_all(&directory).expect("writable");
+    let copy = std::fs::copy(root.join("verify/examples/drag.csv"), directory.join("drag.csv"));
+    // Contracted products would differ in the last digits.
+    let compiler = std::process::Command::new("cc")
+        .args(["-O2", "-ffp-contract=off", "-DWRONG", "-o", "rk4"])
+        .arg(root.join("verify/programs/rk4.c"))
+        .arg("-lm")
+        .current_dir(&directory)
+        .status();
+    assert!(copy.is_ok() && compiler.is_ok_and(|status| status.success()));
+    for (marker, status) in [("judge", 1), ("judge-multistep", 1), ("program", 1), ("data", 0)] {
         let part = readme.split(&format!("<!-- {marker} -->")).nth(1);
         let part = part.and_then(|rest| rest.split(&format!("<!-- /{marker} -->")).next());
         let block = part.and_then(|part| part.split("```console\n").nth(1)).and_then(|rest| rest.split("```").next());
         let (command, shown) = block.and_then(|block| block.split_once('\n')).expect("a command and what it prints");
         let arguments = command.strip_prefix("$ verify ").expect("a command").split_whitespace();
-        let output =
-            std::process::Command::new(env!("CARGO_BIN_EXE_verify")).args(arguments).output().expect("it starts");
-        assert_eq!(String::from_utf8(output.stdout).expect("UTF-8"), shown);
-        assert_eq!(output.status.code(), Some(1));
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_verify"))
+            .args(arguments)
+            .current_dir(&directory)
+            .env_remove("COLUMNS")
+            .output()
+            .expect("it starts");
+        assert_eq!(String::from_utf8(output.stdout).expect("UTF-8"), shown, "{marker}");
+        assert_eq!(output.status.code(), Some(status), "{marker}");
+        assert!(shown.lines().count() < 30, "{marker} is no screen");
     }
 }
 
