@@ -244,16 +244,16 @@ mod tests {
     #[test]
     #[cfg(unix)]
     fn what_a_command_has_started_ends_with_it() {
-        let file = tempfile::NamedTempFile::new().expect("a file");
-        let path = file.path().display();
-        for script in [
-            format!("(sleep 300; echo) & echo $! > {path}; wait"),
-            format!("(sleep 300; echo) & echo $! > {path}; echo t,v; echo 1,2"),
-        ] {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = |name: &str| dir.path().join(name).display().to_string();
+        for (k, end) in ["wait", "echo t,v; echo 1,2"].into_iter().enumerate() {
+            // Left alone, the child says so in the end.
+            let (number, outlived) = (path(&format!("number-{k}")), path(&format!("outlived-{k}")));
+            let script = format!("(sleep 20; echo > {outlived}) & echo $! > {number}; {end}");
             let program = Program::new(&format!("sh -c '{script}'"), Duration::from_millis(300)).expect("a command");
             let ended = program.run(&Request::default(), &columns());
             assert!(matches!(ended, Err(ProgramError::TimedOut(_))), "{ended:?}");
-            let child = std::fs::read_to_string(file.path()).expect("the child's number");
+            let child = std::fs::read_to_string(&number).expect("the child's number");
             let is_alive = || {
                 let state = Command::new("ps").args(["-o", "stat=", "-p", child.trim()]).output().expect("ps");
                 // One that has ended and is not yet reaped by the system is `Z`.
@@ -263,6 +263,7 @@ mod tests {
                 std::thread::sleep(Duration::from_millis(10));
                 !is_alive()
             }));
+            assert!(!std::path::Path::new(&outlived).exists(), "it ended by itself");
         }
     }
 

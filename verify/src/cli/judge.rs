@@ -9,6 +9,8 @@ use verify::evidence::{Check, Outcome, Requirement};
 use verify::judge::file::{MethodFile, Shipped};
 use verify::judge::{Effort, Judgement, Kind, Verdict};
 use verify::order::{Ladder, measure_program};
+use verify::problem::Problem;
+use verify::problem::model::Model;
 use verify::program::Request;
 use verify::report::{self, Chapter, Run};
 
@@ -54,7 +56,8 @@ change of a single coefficient is tried; those that mend everything are
 proposed. The orders of live runs are judged as by `order`.
 
 A program is what `order --program` takes; it is run on logistic,
-damped-pendulum and van-der-pol unless --problem names others.
+damped-pendulum and van-der-pol unless --problem names others, or --model a
+system of your own.
 
 Examples:
   verify judge rk4
@@ -82,6 +85,18 @@ pub(super) struct Args {
     /// A problem that the program knows; repeatable
     #[arg(long, value_name = "NAME", requires = "program", default_values = PROGRAM_PROBLEMS, hide_default_value = true)]
     problem: Vec<String>,
+
+    /// A model in DiffSL that the program knows by the name of its file, instead
+    #[arg(long, value_name = "FILE", requires = "program", conflicts_with = "problem")]
+    model: Option<PathBuf>,
+
+    /// Set an input of the model; repeatable
+    #[arg(long, value_name = "NAME=VALUE", requires = "model", value_parser = args::assignment, allow_hyphen_values = true)]
+    set: Vec<(String, String)>,
+
+    /// End time of the model
+    #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
+    t_end: Option<f64>,
 
     /// End a run after so many seconds
     #[arg(long, value_name = "SECONDS", requires = "program", default_value_t = 60)]
@@ -153,10 +168,24 @@ fn run_program(options: &Args, command: &str, order: f64, out: &mut Output) -> R
     let program = args::program(command, options.time_limit)?;
     let ladder = Ladder { expected: Some(order), ..Ladder::default() };
     let mut verdicts = Vec::new();
-    for name in &options.problem {
-        let problem = verify::problem::build(name, &[])?;
-        let request = Request { problem: Some(name.clone()), ..Request::default() };
-        let (truth, found) = measure_program(&*problem, &program, &request, None, &ladder)?;
+    let problems: Vec<(String, Box<dyn Problem>)> = match &options.model {
+        Some(path) => {
+            let model = Model::load(path, &options.set, options.t_end)?;
+            vec![(model.name().to_owned(), Box::new(model))]
+        }
+        None => {
+            let built = |name: &String| Ok((name.clone(), verify::problem::build(name, &[])?));
+            options.problem.iter().map(built).collect::<Result<_, Failure>>()?
+        }
+    };
+    for (name, problem) in &problems {
+        let request = Request {
+            problem: Some(name.clone()),
+            t_end: options.t_end,
+            set: options.set.clone(),
+            ..Request::default()
+        };
+        let (truth, found) = measure_program(&**problem, &program, &request, None, &ladder)?;
         let notes = found.notes.iter().map(|note| format!("; {note}")).collect::<String>();
         let check = Check {
             id: format!("measured/{name}"),

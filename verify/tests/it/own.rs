@@ -144,6 +144,25 @@ fn long_names_leave_the_table_of_a_comparison_as_wide_as_a_terminal() {
     assert!(row("[1]").contains("agrees") && flat(&out).contains(&format!("[2] {own}")), "{out}");
 }
 
+/// A program that knows one's own system, by the name of its file, with its inputs and end time.
+#[test]
+fn a_program_is_judged_on_a_model() {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/models/van-der-pol.ds");
+    // `solve` knows it by its file, and asked for the name it takes the problem that is called the same.
+    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let judge = |order: &str, more: &[&str]| {
+        verify(&[&["judge", "--program", &own, "--expect", order, "--model", model][..], more].concat())
+    };
+    let (code, out, error) = judge("4", &["--set", "mu=0.5", "--t-end", "2"]);
+    assert!(code == 0 && out.contains("van-der-pol: order"), "{out}{error}");
+    assert_eq!(judge("3", &["--set", "mu=0.5", "--t-end", "2"]).0, 1);
+    // An end that is none.
+    let (code, out, _) = judge("4", &["--set", "mu=0.5", "--t-end", "-1"]);
+    assert!(code == 2, "{out}");
+    let (code, _, error) = say("judge rk4 --model x.ds");
+    assert!(code == 2 && error.contains("--program"), "{error}");
+}
+
 #[test]
 fn what_is_not_zero_stable_is_not_run() {
     let (code, out, _) = say("judge bdf7");
