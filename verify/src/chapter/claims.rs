@@ -55,27 +55,42 @@ fn word(judged: &Judged) -> &'static str {
 }
 
 fn verdicts(judged: &[Judged]) -> Table {
-    let row = |Judged { claim, finding }: &Judged, verdict: &'static str| {
-        let digits = finding.as_ref().map(|finding| finding.digits.as_slice()).unwrap_or_default();
-        let printed: Vec<_> = digits.iter().map(|Digits { what, printed, .. }| format!("{what}: {printed}")).collect();
-        let here: Vec<_> = digits.iter().map(brief).collect();
-        row![
-            claim.id,
-            claim.statement,
-            claim.source,
-            claim.quantifier.word(),
-            verdict,
-            printed.join("; "),
-            here.join("; ")
-        ]
+    let row = |judged: &Judged| {
+        let Claim { id, statement, source, quantifier, .. } = judged.claim;
+        row![*id, word(judged), *statement, found(judged), format!("{source}; of {}", quantifier.word())]
     };
     Table::new(
         "claims",
-        "Every claim, restated with its place in the source and with what it is said of, and its verdict; where the source prints a \
-         number, that number and ours. The identifiers lead to the evidence.",
-        ["id", "claim", "place", "said_of", "verdict", "printed", "here"],
-        judged.iter().map(|judged| row(judged, word(judged))).collect(),
+        "The verdict on every claim, the claim restated, what decided it, its place in the source and what it is said of. Where the \
+         source prints a number, ours stands beside it. The identifiers lead to the evidence.",
+        ["id", "verdict", "claim", "found", "place"],
+        judged.iter().map(row).collect(),
     )
+}
+
+/// What a referee asks after the verdict: the numbers of the source beside ours, the counterexample, where it holds.
+fn found(judged: &Judged) -> String {
+    let finding = match &judged.finding {
+        Ok(finding) => finding,
+        Err(error) => return error.to_string(),
+    };
+    let mut sentences: Vec<_> = finding.digits.iter().map(beside).collect();
+    match judged.verdict() {
+        Some(Verdict::Refuted) => {
+            sentences.extend(finding.counterexample().map(|case| format!("Counterexample: {case}.")))
+        }
+        Some(Verdict::Qualified) => {}
+        _ => sentences.push(format!("{} comparisons hold.", finding.score())),
+    }
+    if judged.verdict() != Some(Verdict::Confirmed) {
+        sentences.extend(finding.where_it_holds.as_ref().map(|text| format!("Where it holds: {text}")));
+    }
+    sentences.join(" ")
+}
+
+/// A number of the source with ours.
+fn beside(digits: &Digits) -> String {
+    format!("{}: printed {}, here {}.", digits.what, digits.printed, brief(digits))
 }
 
 /// Our number with as many digits as the source has, two at least.
@@ -147,4 +162,32 @@ fn notes(judged: &[Judged]) -> Vec<String> {
         judged.len(),
         counts.join(", ")
     )]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::claim::{Case, Finding};
+
+    #[test]
+    fn a_row_says_what_decided_the_verdict() {
+        let claim =
+            |quantifier| claim::all().into_iter().find(|claim| claim.quantifier == quantifier).expect("such a claim");
+        let found = |quantifier, cases| {
+            let finding = Finding::on(cases, "").holds_where("For x < 1.").beside("x", "≈ 1.5", 1.518);
+            found(&Judged { claim: claim(quantifier), finding: Ok(Arc::new(finding)) })
+        };
+        let (yes, no) = (Case::below("y", 1.0, 2.0).under(true), Case::below("z", 3.0, 2.0));
+        let universal = claim::Quantifier::Universal;
+        assert_eq!(found(universal, vec![yes.clone()]), "x: printed ≈ 1.5, here 1.52. 1 of 1 comparisons hold.");
+        let refuted = found(universal, vec![yes.clone(), no.clone()]);
+        assert!(
+            refuted.contains("Counterexample: z: 3") && refuted.ends_with("Where it holds: For x < 1."),
+            "{refuted}"
+        );
+        let qualified = found(claim::Quantifier::General, vec![yes, no]);
+        assert_eq!(qualified, "x: printed ≈ 1.5, here 1.52. Where it holds: For x < 1.");
+    }
 }

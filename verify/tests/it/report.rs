@@ -478,6 +478,30 @@ fn figures_are_numbered_in_the_order_of_the_page() {
 }
 
 #[test]
+fn the_page_opens_with_each_question_its_answer_and_what_to_take() {
+    let paragraphs = [("Answer", "It is slow."), ("Take", "`rk4` instead.")]
+        .map(|(label, text)| (label.into(), text.into()))
+        .to_vec();
+    let asked = Section {
+        id: "answer-x".into(),
+        title: "Is x fast?".into(),
+        mark: "no".into(),
+        paragraphs,
+        ..Section::default()
+    };
+    let evidence = Evidence { sections: vec![asked], ..Evidence::default() };
+    let path = fresh("opening");
+    report::write(&Run::new(vec![Chapter { id: "answers".into(), evidence, ..Chapter::default() }], Vec::new()), &path)
+        .expect("the report is written");
+    let page = read(&path, "index.html");
+    let (opening, _) = page.split_once("id=\"_summary\"").expect("the counts");
+    for part in ["href=\"#answer-x\">Is x fast?</a>", ">no</span>", "Take <code>rk4</code> instead."] {
+        assert!(opening.contains(part), "{part} in {opening}");
+    }
+    assert!(!opening.contains("It is slow."), "the rest stands in the chapter");
+}
+
+#[test]
 fn figures_say_what_they_leave_out_and_draw_only_numbers() {
     let html = read(&written("figures"), "index.html");
     // Two of the seven bad points have a place on logarithmic axes.

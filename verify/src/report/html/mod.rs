@@ -47,6 +47,7 @@ pub(super) fn document(run: &Run) -> String {
                 (contents(run))
                 main {
                     noscript { p.error { "Without its script this page opens no details; they are in " code { "data/" } " and " code { "report.md" } "." } }
+                    (answers(run))
                     (summary(run, counts))
                     (PreEscaped(include_str!("../primer.html")))
                     @for (index, chapter) in run.chapters.iter().enumerate() {
@@ -142,6 +143,28 @@ fn contents(run: &Run) -> Markup {
                 a href="#_provenance" { "Provenance" }
                 @for file in ["results.json", "timings.json", "junit.xml", "report.md"] {
                     " · " a href=(file) { (file) }
+                }
+            }
+        }
+    }
+}
+
+/// The questions of the first chapter, each with its answer in a line, before anything else.
+fn answers(run: &Run) -> Markup {
+    let chapter = run.chapters.iter().find(|chapter| chapter.id == IN_SIGHT);
+    html! {
+        @if let Some(chapter) = chapter {
+            section #_answers {
+                ul.answers {
+                    @for section in &chapter.evidence.sections {
+                        li {
+                            a href=(format!("#{}", anchor(&section.id))) { (inline(&section.title)) } " "
+                            span.mark { (clean(&section.mark)) }
+                            @if let Some((label, text)) = section.paragraphs.iter().find(|(label, _)| label == "Take") {
+                                br; (inline(&format!("{label} {text}")))
+                            }
+                        }
+                    }
                 }
             }
         }
