@@ -56,6 +56,11 @@ pub trait FieldFn {
         false
     }
 
+    /// Whether f does not depend on t, as [`VectorField::is_autonomous`].
+    fn is_autonomous(&self) -> bool {
+        false
+    }
+
     /// Writes f(t, v) into `dv`; both have length [`dim`](Self::dim).
     fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]);
 }
@@ -234,6 +239,10 @@ impl<F: FieldFn> VectorField for AutoField<F> {
 
     fn is_linear(&self) -> bool {
         self.field.is_linear()
+    }
+
+    fn is_autonomous(&self) -> bool {
+        self.field.is_autonomous()
     }
 
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {

@@ -280,6 +280,14 @@ pub enum SolveError {
         /// Its value less that of A v + g(t).
         difference: f64,
     },
+    /// A field that declares that it does not depend on t and does.
+    #[error("component {row} of the field is declared independent of time and is not: it changes by {difference:.1e}")]
+    NotAutonomous {
+        /// Component of f.
+        row: usize,
+        /// Its change over the step.
+        difference: f64,
+    },
     /// The equations produced NaN or infinity.
     #[error("the equations are not finite at the present state")]
     NonFinite,

@@ -41,6 +41,12 @@ pub trait VectorField {
         false
     }
 
+    /// Whether f does not depend on t, so that what a linear f adds to every step is known beforehand. It is checked as
+    /// [`is_linear`](Self::is_linear) is: [`SolveError::NotAutonomous`](crate::SolveError::NotAutonomous).
+    fn is_autonomous(&self) -> bool {
+        false
+    }
+
     /// Writes f(t, v) into `dv`.
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]);
 

@@ -32,6 +32,8 @@ pub(super) struct LinearStep {
     /// The entries (i, j, a_ij − a_ji) with i < j that are not zero, times −h.
     skew: Vec<(usize, usize, f64)>,
     zero: Vec<f64>,
+    /// h g₀ + BᵀM⁻¹ h g₁ of a field that does not depend on t, of the step size `factored`.
+    forcing: Option<Vec<f64>>,
     /// Where the field is checked to be linear.
     probe: Vec<f64>,
     upper: Vec<f64>,
@@ -56,6 +58,7 @@ impl LinearStep {
             factored: None,
             skew: Vec::new(),
             zero: zeros.clone(),
+            forcing: None,
             probe: zeros.clone(),
             upper: zeros.clone(),
             estimate: [zeros.clone(), zeros],
@@ -139,8 +142,44 @@ impl LinearStep {
         if !self.uses_twisted {
             self.solver.prepare(&b)?;
         }
+        self.forcing = None;
+        if self.uses_twisted && self.skew.is_empty() && system.field.is_autonomous() {
+            self.forcing = Some(self.constant_forcing(system, at)?);
+        }
         self.factored = Some(at.h);
         Ok(())
+    }
+
+    /// h g + BᵀM⁻¹ h g, if g is the same at both ends of the step.
+    fn constant_forcing<F: VectorField>(
+        &mut self,
+        system: &System<'_, F>,
+        at: Interval,
+    ) -> Result<Vec<f64>, SolveError> {
+        let mut forcing = vec![0.0; self.zero.len()];
+        system.field.rhs(at.start, &self.zero, &mut forcing);
+        system.field.rhs(at.start + at.h, &self.zero, &mut self.upper);
+        for (row, (start, end)) in forcing.iter().zip(&self.upper).enumerate() {
+            if start != end {
+                return Err(SolveError::NotAutonomous { row, difference: end - start });
+            }
+        }
+        forcing.iter_mut().for_each(|g| *g *= at.h);
+        self.upper.copy_from_slice(&forcing);
+        system.mass.for_each(self.upper.len(), |i, _, m| self.upper[i] /= m);
+        if let Some(b) = &self.b {
+            b.mul_transpose_add(1.0, &self.upper, &mut forcing);
+        }
+        Ok(forcing)
+    }
+
+    /// Replaces `v` by the value at the end of a step in one pass over what is known of steps of this size; false, and `v` as it
+    /// is, where that is not enough or `v` not finite.
+    pub(super) fn march(&mut self, mass: &Mass, h: f64, v: &mut [f64]) -> bool {
+        match (&mut self.twisted, &self.forcing) {
+            (Some(twisted), Some(forcing)) if self.factored == Some(h) => twisted.march(mass, forcing, v),
+            _ => false,
+        }
     }
 
     pub(super) fn solve<F: VectorField>(

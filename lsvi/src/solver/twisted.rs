@@ -56,6 +56,28 @@ impl Twisted {
     }
 }
 
+/// A right-hand side whose solutions are surely finite.
+const LARGEST: f64 = 1e150;
+
+impl Twisted {
+    /// Replaces `v` by the solution of (M + BᵀM⁻¹B) y = 2 M v + g, with the factors that were [prepared](Self::condition), in
+    /// one pass from both ends to the middle and back; false, and `v` as it is, unless v and g are finite.
+    pub(crate) fn march(&mut self, mass: &Mass, g: &[f64], v: &mut [f64]) -> bool {
+        let Some(factors) = &mut self.factors else { return false };
+        let n = factors.dim;
+        let (g, start) = (&g[..n], &v[..n]);
+        let sum = match mass {
+            Mass::Diagonal(m) => factors.forward(|i| 2.0 * m[i] * start[i] + g[i]),
+            _ => factors.forward(|i| 2.0 * start[i] + g[i]),
+        };
+        let is_finite = sum < LARGEST;
+        if is_finite {
+            factors.backward(v);
+        }
+        is_finite
+    }
+}
+
 impl StepSolver for Twisted {
     fn check(&self, structure: &Structure, mass: &Mass) -> Result<(), InputError> {
         match (structure, mass) {
@@ -124,8 +146,9 @@ struct Factors {
     columns: Vec<Lanes>,
     /// The middle block, symmetric, by columns.
     middle: Vec<f64>,
-    /// The right-hand side by lanes.
+    /// The right-hand side by lanes, and in the middle.
     lanes: Vec<Lanes>,
+    center: Vec<f64>,
     diagonal: Vec<f64>,
 }
 
@@ -142,6 +165,7 @@ impl Factors {
             columns: vec![[0.0; 2]; (half + width) * (width + 1)],
             middle: vec![0.0; middle * middle],
             lanes: vec![[0.0; 2]; half + width],
+            center: vec![0.0; middle],
             diagonal: vec![0.0; dim],
         }
     }
@@ -187,7 +211,7 @@ impl Factors {
         let size = self.dim - 2 * self.half;
         let usable = pivots
             .chain((0..size).map(|k| self.middle[k * size + k]))
-            .all(|inverse| inverse > 0.0 && inverse.is_finite());
+            .all(|inverse| inverse > 0.0 && inverse < LARGEST);
         if usable { Ok(()) } else { Err(SolveError::Singular) }
     }
 
@@ -219,41 +243,47 @@ impl Factors {
 
     /// Overwrites `b` with the solution.
     fn solve(&mut self, b: &mut [f64]) {
-        let (half, width, size) = (self.half, self.width, self.dim - 2 * self.half);
-        let last = self.dim - 1;
-        for (k, lanes) in self.lanes.iter_mut().enumerate() {
-            *lanes = if k < half { [b[k], b[last - k]] } else { [0.0; 2] };
+        self.forward(|i| b[i]);
+        self.backward(b);
+    }
+
+    /// Eliminates the right-hand side with the given components; returns the sum of the sizes of what is left, which is not
+    /// finite if one of them is not.
+    fn forward(&mut self, right: impl Fn(usize) -> f64) -> f64 {
+        let (half, end, columns, lanes) = (self.half, self.dim - 1, &self.columns, &mut self.lanes);
+        let pair = |k: usize| [right(k), right(end - k)];
+        let sum = match self.width {
+            2 => forward::<2>(2, half, columns, lanes, pair),
+            4 => forward::<4>(4, half, columns, lanes, pair),
+            width => forward::<0>(width, half, columns, lanes, pair),
+        };
+        let size = self.center.len();
+        self.center.iter_mut().enumerate().for_each(|(j, x)| *x = right(half + j));
+        for (j, [down, up]) in lanes[half..].iter().enumerate() {
+            self.center[j] += down;
+            self.center[size - 1 - j] += up;
         }
-        match width {
-            2 => forward::<2>(2, half, &self.columns, &mut self.lanes),
-            4 => forward::<4>(4, half, &self.columns, &mut self.lanes),
-            _ => forward::<0>(width, half, &self.columns, &mut self.lanes),
-        }
-        let middle = &mut b[half..half + size];
-        for (j, [down, up]) in self.lanes[half..].iter().enumerate() {
-            middle[j] += down;
-            middle[size - 1 - j] += up;
-        }
+        sum + self.center.iter().map(|x| x.abs()).sum::<f64>()
+    }
+
+    /// Writes the solution for the right-hand side that was eliminated.
+    fn backward(&mut self, out: &mut [f64]) {
+        let (half, size, x) = (self.half, self.center.len(), &mut self.center);
         for k in 0..size {
             for i in k + 1..size {
-                middle[i] -= self.middle[k * size + i] * middle[k];
+                x[i] -= self.middle[k * size + i] * x[k];
             }
         }
         for k in (0..size).rev() {
-            let known: f64 = (k + 1..size).map(|i| self.middle[k * size + i] * middle[i]).sum();
-            middle[k] = middle[k] * self.middle[k * size + k] - known;
+            let known: f64 = (k + 1..size).map(|i| self.middle[k * size + i] * x[i]).sum();
+            x[k] = x[k] * self.middle[k * size + k] - known;
         }
-        for (j, lanes) in self.lanes[half..].iter_mut().enumerate() {
-            *lanes = [middle[j], middle[size - 1 - j]];
-        }
-        match width {
-            2 => backward::<2>(2, half, &self.columns, &mut self.lanes),
-            4 => backward::<4>(4, half, &self.columns, &mut self.lanes),
-            _ => backward::<0>(width, half, &self.columns, &mut self.lanes),
-        }
-        for (k, [down, up]) in self.lanes[..half].iter().enumerate() {
-            b[k] = *down;
-            b[last - k] = *up;
+        out[half..half + size].copy_from_slice(x);
+        let columns = &self.columns[..half * (self.width + 1)];
+        match self.width {
+            2 => backward::<2>(2, half, columns, &self.lanes, out),
+            4 => backward::<4>(4, half, columns, &self.lanes, out),
+            width => backward::<0>(width, half, columns, &self.lanes, out),
         }
     }
 }
@@ -286,27 +316,59 @@ fn eliminate<const WIDTH: usize>(width: usize, half: usize, columns: &mut [Lanes
     }
 }
 
-fn forward<const WIDTH: usize>(width: usize, half: usize, columns: &[Lanes], lanes: &mut [Lanes]) {
+/// Sets the first `half` lanes to L⁻¹ of the right-hand side and the others to what these take from the middle; returns the sum
+/// of their sizes, which is not finite if one of them is not.
+fn forward<const WIDTH: usize>(
+    width: usize,
+    half: usize,
+    columns: &[Lanes],
+    lanes: &mut [Lanes],
+    right: impl Fn(usize) -> Lanes,
+) -> f64 {
     let width = bandwidth::<WIDTH>(width);
-    for (k, column) in columns.chunks_exact(width + 1).take(half).enumerate() {
-        let (done, rest) = lanes.split_at_mut(k + 1);
-        let pivot = done[k];
-        for (x, l) in rest[..width].iter_mut().zip(&column[1..]) {
-            x[0] -= l[0] * pivot[0];
-            x[1] -= l[1] * pivot[1];
+    let stride = width + 1;
+    let (mut sum, mut last) = ([0.0; 2], [0.0; 2]);
+    for k in 0..half {
+        let mut x = right(k);
+        // The value before comes last: it is what everything waits for.
+        for a in (2..=width.min(k)).rev() {
+            x = less(x, columns[(k - a) * stride + a], lanes[k - a]);
         }
+        if width > 0 && k > 0 {
+            x = less(x, columns[(k - 1) * stride + 1], last);
+        }
+        lanes[k] = x;
+        last = x;
+        sum = [sum[0] + x[0].abs(), sum[1] + x[1].abs()];
+    }
+    for k in half..half + width {
+        lanes[k] = [0.0; 2];
+        for a in k - half + 1..=width.min(k) {
+            lanes[k] = less(lanes[k], columns[(k - a) * stride + a], lanes[k - a]);
+        }
+    }
+    sum[0] + sum[1]
+}
+
+/// Writes L⁻ᵀD⁻¹ of the first `half` lanes, from the middle outwards.
+fn backward<const WIDTH: usize>(width: usize, half: usize, columns: &[Lanes], lanes: &[Lanes], out: &mut [f64]) {
+    let width = bandwidth::<WIDTH>(width);
+    let end = out.len() - 1;
+    let mut last = [out[half.min(end)], out[end - half.min(end)]];
+    for (k, (column, lanes)) in columns.chunks_exact(width + 1).zip(&lanes[..half]).enumerate().rev() {
+        let mut x = [lanes[0] * column[0][0], lanes[1] * column[0][1]];
+        for a in (2..=width).rev() {
+            x = less(x, column[a], [out[k + a], out[end - k - a]]);
+        }
+        if width > 0 {
+            x = less(x, column[1], last);
+        }
+        (out[k], out[end - k]) = (x[0], x[1]);
+        last = x;
     }
 }
 
-fn backward<const WIDTH: usize>(width: usize, half: usize, columns: &[Lanes], lanes: &mut [Lanes]) {
-    let width = bandwidth::<WIDTH>(width);
-    for (k, column) in columns.chunks_exact(width + 1).take(half).enumerate().rev() {
-        let (done, rest) = lanes.split_at_mut(k + 1);
-        let mut x = [done[k][0] * column[0][0], done[k][1] * column[0][1]];
-        for (y, l) in rest[..width].iter().zip(&column[1..]).rev() {
-            x[0] -= l[0] * y[0];
-            x[1] -= l[1] * y[1];
-        }
-        done[k] = x;
-    }
+#[inline(always)]
+fn less(x: Lanes, l: Lanes, y: Lanes) -> Lanes {
+    [x[0] - l[0] * y[0], x[1] - l[1] * y[1]]
 }

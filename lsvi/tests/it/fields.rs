@@ -50,6 +50,9 @@ impl<F: VectorField> VectorField for As<F> {
     fn is_linear(&self) -> bool {
         self.1.is_linear()
     }
+    fn is_autonomous(&self) -> bool {
+        self.1.is_autonomous()
+    }
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
         self.1.rhs(t, v, dv);
     }

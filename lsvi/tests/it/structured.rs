@@ -436,3 +436,93 @@ fn second_derivatives_from_differences_give_the_same_steps() {
         (1..3).for_each(|i| assert!(distance(&v[0], &v[i]) <= 16.0 * f64::EPSILON, "h = {h}: {v:?}"));
     }
 }
+
+/// A v + g with a symmetric band A and constant g, or with g sin t.
+struct Still {
+    cells: usize,
+    width: usize,
+    is_autonomous: bool,
+    changes: bool,
+    mass: Mass,
+}
+
+impl Still {
+    fn entry(&self, i: usize, j: usize) -> f64 {
+        if i == j { -2.0 - self.width as f64 } else { 1.0 / (1.0 + i.abs_diff(j) as f64 + 0.1 * (i + j) as f64) }
+    }
+    fn band(&self, i: usize) -> std::ops::Range<usize> {
+        i.saturating_sub(self.width)..(i + self.width + 1).min(self.cells)
+    }
+}
+
+impl VectorField for Still {
+    fn dim(&self) -> usize {
+        self.cells
+    }
+    fn structure(&self) -> Structure {
+        Structure::Banded { lower: self.width, upper: self.width }
+    }
+    fn mass(&self) -> Mass {
+        self.mass.clone()
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+    fn is_autonomous(&self) -> bool {
+        self.is_autonomous
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        for (i, dv) in dv.iter_mut().enumerate() {
+            let source = if self.changes { t.sin() } else { 1.0 + 0.1 * i as f64 };
+            *dv = self.band(i).map(|j| self.entry(i, j) * v[j]).sum::<f64>() + source;
+        }
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        (0..v.len()).for_each(|i| self.band(i).for_each(|j| out.add(i, j, scale * self.entry(i, j))));
+    }
+}
+
+#[test]
+fn a_step_that_is_one_pass_over_a_band_is_the_same_step() {
+    for cells in [1, 2, 3, 4, 5, 8, 31] {
+        for width in [0, 1, 2, 3] {
+            let mass = Mass::Diagonal((0..cells).map(|i| 1.0 + 0.2 * (i % 3) as f64).collect());
+            for mass in [Mass::Identity, mass] {
+                let [marched, solved] = [true, false].map(|is_autonomous| {
+                    let field = Still { cells, width, is_autonomous, changes: false, mass: mass.clone() };
+                    end(method_i(field).expect("usable"), wave(cells), 0.5, 10.0)
+                });
+                let augmented = By::Augmented
+                    .method_i(Still { cells, width, is_autonomous: true, changes: false, mass: mass.clone() })
+                    .expect("usable");
+                let augmented = end(augmented, wave(cells), 0.5, 10.0);
+                // κ(M + BᵀM⁻¹B) ≤ (1 + h‖A‖)², ‖A‖ ≤ 4 + 2 width, times the ratio 1.4² of masses.
+                let condition = 2.0 * (1.0 + 0.5 * (4.0 + 2.0 * width as f64)).powi(2);
+                assert_same(&marched, &solved, 20.0, condition, &format!("{cells} cells, width {width}"));
+                assert_same(&marched, &augmented, 20.0, condition, &format!("{cells} cells, width {width}, augmented"));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_pass_over_a_band_refuses_what_a_step_refuses() {
+    let field = |changes| Still { cells: 9, width: 1, is_autonomous: true, changes, mass: Mass::Identity };
+    let step = method_i(field(true)).expect("valid").step(0.0, 0.1, &mut wave(9), &mut [0.0; 9]);
+    assert!(matches!(step, Err(StepError::Solve { source: SolveError::NotAutonomous { row: 0, .. }, .. })), "{step:?}");
+    let mut method = method_i(field(false)).expect("valid");
+    let (mut v, mut p) = (wave(9), [0.0; 9]);
+    method.step(0.0, 0.1, &mut v, &mut p).expect("solvable");
+    for bad in [f64::NAN, f64::INFINITY, 1e300] {
+        let mut spoiled = v.clone();
+        spoiled[4] = bad;
+        let before = spoiled.clone();
+        assert!(method.step(0.1, 0.1, &mut spoiled, &mut p).is_err() || bad == 1e300);
+        assert!(bad == 1e300 || spoiled.iter().zip(&before).all(|(a, b)| a.to_bits() == b.to_bits()), "{spoiled:?}");
+        let mut q = v.clone();
+        assert!(method.step(0.1, 0.1, &mut q, &mut [bad; 9]).is_err() || bad == 1e300);
+    }
+    let mut other = [1.0; 9];
+    method.step(0.1, 0.1, &mut v, &mut other).expect("solvable");
+    assert_eq!(other, [0.0; 9], "the momentum at the end of a step of Method I");
+}
