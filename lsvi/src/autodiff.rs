@@ -3,6 +3,7 @@
 mod constraint;
 mod force;
 mod lagrangian;
+mod sweep;
 
 pub use constraint::{AutoConstraint, ConstraintFn};
 pub use force::{AutoForce, ForceFn};

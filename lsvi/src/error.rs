@@ -288,6 +288,14 @@ pub enum SolveError {
         /// Its change over the step.
         difference: f64,
     },
+    /// A Lagrangian that declares L = ½ vᵀMv − V(t, q) and is not.
+    #[error("the Lagrangian is declared separable and is not: its second derivatives at ({row}, {column}) say so")]
+    NotSeparable {
+        /// Row of ∂²L/∂v² or ∂²L/∂q∂v.
+        row: usize,
+        /// Its column.
+        column: usize,
+    },
     /// The equations produced NaN or infinity.
     #[error("the equations are not finite at the present state")]
     NonFinite,

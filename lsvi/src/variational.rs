@@ -198,6 +198,9 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
 
 impl<D: DiscreteLegendre, C: Closure> OneStep for Variational<D, C> {
     fn step(&mut self, t: f64, h: f64, q: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
+        if self.is_position_momentum(h) && self.step_explicitly(Interval { start: t, h }, q, p)? {
+            return Ok(());
+        }
         self.solve(t, h, q, p)?;
         self.finish(Interval { start: t, h }, q, p);
         Ok(())
@@ -249,6 +252,27 @@ impl<D: DiscreteLegendre, C: LinearClosure> Variational<D, C> {
 }
 
 impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
+    /// Whether the closure is that p₀ is the momentum that the state carries.
+    fn is_position_momentum(&self, h: f64) -> bool {
+        self.closure.linear().is_some_and(|c| c.carried() == 1.0 && c.weights(h) == MomentumWeights::START)
+    }
+
+    fn step_explicitly(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) -> Result<bool, StepError> {
+        let n = self.discrete.dim();
+        check_step(at.h)?;
+        check_vector("q", q, n)?;
+        check_vector("p", p, n)?;
+        let failed = |source| StepError::Solve { t: at.start, h: at.h, source };
+        let is_explicit = self.discrete.explicit_step(at, q, p).map_err(failed)?;
+        if is_explicit {
+            let interior = self.unknowns.len() - n;
+            self.unknowns[interior..].copy_from_slice(q);
+            self.newton.work.steps += 1;
+            self.newton.work.residuals += 1;
+        }
+        Ok(is_explicit)
+    }
+
     /// Finds the unknowns of the step.
     fn solve(&mut self, t: f64, h: f64, q: &[f64], p: &[f64]) -> Result<(), StepError> {
         let n = self.discrete.dim();

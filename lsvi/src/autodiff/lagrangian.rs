@@ -2,7 +2,7 @@
 
 use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 
-use super::Scalar;
+use super::{Scalar, sweep};
 use crate::lagrangian::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
 use crate::linalg::Jacobian;
 use crate::pool::Pool;
@@ -25,6 +25,11 @@ pub trait LagrangianFn {
     /// Degrees of freedom n.
     fn dim(&self) -> usize;
 
+    /// Whether L = ½ vᵀMv − V(t, q) with a constant M, as [`Lagrangian::is_separable`].
+    fn is_separable(&self) -> bool {
+        false
+    }
+
     /// L(t, q, v); q and v have length [`dim`](Self::dim).
     fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T;
 }
@@ -32,6 +37,9 @@ pub trait LagrangianFn {
 impl<F: LagrangianFn> LagrangianFn for &F {
     fn dim(&self) -> usize {
         (**self).dim()
+    }
+    fn is_separable(&self) -> bool {
+        (**self).is_separable()
     }
     fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
         (**self).lagrangian(t, q, v)
@@ -80,16 +88,56 @@ impl<F: LagrangianFn> AutoLagrangian<F> {
     }
 }
 
+impl<F: LagrangianFn> AutoLagrangian<F> {
+    /// [`Lagrangian::gradient`] of N degrees of freedom.
+    #[inline]
+    fn gradient_small<const N: usize>(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        let q_dual: [Dual64; N] = std::array::from_fn(|i| q[i].into());
+        self.gradient_q_small::<N>(t, q, v, dl_dq);
+        dl_dv.copy_from_slice(&sweep::each::<N, _>(v, |v| self.function.lagrangian(t.into(), &q_dual, v).eps));
+    }
+
+    /// [`Lagrangian::gradient_q`] of N degrees of freedom.
+    #[inline]
+    fn gradient_q_small<const N: usize>(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64]) {
+        let v: [Dual64; N] = std::array::from_fn(|i| v[i].into());
+        dl_dq.copy_from_slice(&sweep::each::<N, _>(q, |q| self.function.lagrangian(t.into(), q, &v).eps));
+    }
+}
+
 impl<F: LagrangianFn> Lagrangian for AutoLagrangian<F> {
     fn dim(&self) -> usize {
         self.function.dim()
+    }
+
+    fn is_separable(&self) -> bool {
+        self.function.is_separable()
+    }
+
+    #[inline]
+    fn gradient_q(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], work: &mut [f64]) {
+        match q.len() {
+            1 => self.gradient_q_small::<1>(t, q, v, dl_dq),
+            2 => self.gradient_q_small::<2>(t, q, v, dl_dq),
+            3 => self.gradient_q_small::<3>(t, q, v, dl_dq),
+            4 => self.gradient_q_small::<4>(t, q, v, dl_dq),
+            _ => self.gradient(t, q, v, dl_dq, work),
+        }
     }
 
     fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
         self.function.lagrangian(t, q, v)
     }
 
+    #[inline]
     fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        match q.len() {
+            1 => return self.gradient_small::<1>(t, q, v, dl_dq, dl_dv),
+            2 => return self.gradient_small::<2>(t, q, v, dl_dq, dl_dv),
+            3 => return self.gradient_small::<3>(t, q, v, dl_dq, dl_dv),
+            4 => return self.gradient_small::<4>(t, q, v, dl_dq, dl_dv),
+            _ => {}
+        }
         self.first.with(|x| {
             let t = Dual64::from(t);
             x.seed(q, v);

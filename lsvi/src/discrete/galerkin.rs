@@ -7,7 +7,7 @@ use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, SolveError};
 use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::{Jacobian, Structure, add_block};
+use crate::linalg::{Jacobian, Structure, add_block, by_size, size};
 use crate::quadrature::{LagrangeBasis, Quadrature};
 
 /// L_d = h Σ b_i L(t₀ + c_i h, u(c_i), u̇(c_i)) at a path u of degree s that makes it stationary.
@@ -105,12 +105,8 @@ impl<L: Lagrangian> Galerkin<L> {
         for (point, b) in self.path.points.iter().zip(&self.weights) {
             point.place(at.h, q0, x, &mut self.q, &mut self.v);
             self.lagrangian.gradient(point.time(at), &self.q, &self.v, &mut self.dl_dq, &mut self.dl_dv);
-            for (row, out) in rows.clone().zip(out.chunks_exact_mut(q0.len())) {
-                let (value, slope) = test_function(point, row, w);
-                for ((o, lq), lv) in out.iter_mut().zip(&self.dl_dq).zip(&self.dl_dv) {
-                    *o += b * (at.h * value * lq + slope * lv);
-                }
-            }
+            let tests = rows.clone().map(|row| test_function(point, row, w));
+            by_size!(q0.len(), N => add_tested::<N>(at.h, *b, tests, (&self.dl_dq, &self.dl_dv), out));
         }
     }
 
@@ -139,6 +135,24 @@ impl<L: Lagrangian> Galerkin<L> {
                     }
                 }
             }
+        }
+    }
+}
+
+/// Adds the gradient at a point, tested against functions of the given values and derivatives, to their rows.
+#[inline]
+fn add_tested<const N: usize>(
+    h: f64,
+    weight: f64,
+    tests: impl Iterator<Item = (f64, f64)>,
+    (dl_dq, dl_dv): (&[f64], &[f64]),
+    out: &mut [f64],
+) {
+    let n = size::<N>(dl_dq.len());
+    let (dl_dq, dl_dv) = (&dl_dq[..n], &dl_dv[..n]);
+    for ((value, slope), out) in tests.zip(out.chunks_exact_mut(n)) {
+        for i in 0..n {
+            out[i] += weight * (h * value * dl_dq[i] + slope * dl_dv[i]);
         }
     }
 }

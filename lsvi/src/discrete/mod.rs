@@ -5,6 +5,7 @@
 
 mod galerkin;
 mod kong_yang_circle;
+mod leapfrog;
 mod midpoint;
 mod path;
 mod path_fitted;
@@ -72,6 +73,14 @@ pub trait DiscreteLegendre {
     /// # Errors
     /// [`SolveError::SingularMass`] if the momentum determines no velocity.
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError>;
+
+    /// Replaces (q₀, p₀) by (q₁, p₁) of the position–momentum form where that is explicit; false where it is not.
+    ///
+    /// # Errors
+    /// [`SolveError`]; q and p are then as they were.
+    fn explicit_step(&mut self, _at: Interval, _q: &mut [f64], _p: &mut [f64]) -> Result<bool, SolveError> {
+        Ok(false)
+    }
 
     /// Writes α p₀ + β p₁, combined before rounding can cancel what the two have in common.
     fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]);

@@ -1,6 +1,7 @@
 //! Polynomial paths over a step.
 
 use crate::discrete::Interval;
+use crate::linalg::{by_size, size};
 use crate::quadrature::Basis;
 
 /// A basis of polynomial paths x(c) = q₀ + Σ_{j≥1} (x_j − q₀) φ_j(c), tabulated at some points of the step.
@@ -53,10 +54,24 @@ impl Point {
 
     /// Writes the position and the velocity of the path with control values (q₀, x).
     pub(super) fn place(&self, h: f64, q0: &[f64], x: &[f64], q: &mut [f64], v: &mut [f64]) {
+        by_size!(q0.len(), N => self.place_sized::<N>(h, q0, x, q, v));
+    }
+
+    #[inline]
+    fn place_sized<const N: usize>(&self, h: f64, q0: &[f64], x: &[f64], q: &mut [f64], v: &mut [f64]) {
+        let (n, rate) = (size::<N>(q0.len()), h.recip());
+        let (q0, q, v) = (&q0[..n], &mut q[..n], &mut v[..n]);
         q.copy_from_slice(q0);
-        add_differences(&self.value, 1.0, q0, x, q);
         v.fill(0.0);
-        add_differences(&self.first, h.recip(), q0, x, v);
+        for ((values, c), slope) in x.chunks_exact(n).zip(&self.value[1..]).zip(&self.first[1..]) {
+            // Differences from q₀ keep the rounding of derivatives at that of the displacement.
+            let slope = rate * slope;
+            for i in 0..n {
+                let difference = values[i] - q0[i];
+                q[i] += c * difference;
+                v[i] += slope * difference;
+            }
+        }
     }
 
     /// Writes the acceleration.

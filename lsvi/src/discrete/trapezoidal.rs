@@ -1,5 +1,6 @@
 //! MacKay's discrete Lagrangian: straight path, trapezoidal rule, Eqs. (9), (18).
 
+use super::leapfrog::Leapfrog;
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
 use crate::error::SolveError;
@@ -16,6 +17,7 @@ pub struct Trapezoidal<L> {
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
     velocity_of: Velocity,
+    leapfrog: Option<Box<Leapfrog>>,
 }
 
 impl<L: Lagrangian> Trapezoidal<L> {
@@ -24,6 +26,7 @@ impl<L: Lagrangian> Trapezoidal<L> {
         let zeros = vec![0.0; lagrangian.dim()];
         Self {
             velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
+            leapfrog: lagrangian.is_separable().then(|| Box::new(Leapfrog::new(&lagrangian))),
             lagrangian,
             velocity: zeros.clone(),
             dl_dq: zeros.clone(),
@@ -50,6 +53,11 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         let v = self.velocity_of.of(&self.lagrangian, at.start, q0, p0)?;
         straight(at.h, q0, v, x);
         Ok(())
+    }
+
+    fn explicit_step(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) -> Result<bool, SolveError> {
+        let Some(leapfrog) = &mut self.leapfrog else { return Ok(false) };
+        leapfrog.step(&self.lagrangian, at, q, p).map(|()| true)
     }
 
     fn momentum(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut [f64]) {

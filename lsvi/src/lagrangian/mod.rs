@@ -39,11 +39,22 @@ pub trait Lagrangian {
         Structure::Dense
     }
 
+    /// Whether L = ½ vᵀMv − V(t, q) with a constant M, so that steps of the trapezoidal rule are explicit. It is checked in the
+    /// first such step: [`SolveError::NotSeparable`](crate::SolveError::NotSeparable).
+    fn is_separable(&self) -> bool {
+        false
+    }
+
     /// L(t, q, v).
     fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64;
 
     /// Writes ∂L/∂q and ∂L/∂v.
     fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]);
+
+    /// Writes ∂L/∂q; `work`, of the same length, is work space.
+    fn gradient_q(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], work: &mut [f64]) {
+        self.gradient(t, q, v, dl_dq, work);
+    }
 
     /// Adds `c.qq` L_qq + `c.qv` L_qv + `c.vq` L_vq + `c.vv` L_vv to `out`, where (L_qv)_ij = ∂²L/∂q_i∂v_j.
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian);

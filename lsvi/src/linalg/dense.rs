@@ -9,7 +9,7 @@ use faer::{Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 use super::entry::Entry;
-use super::{FactorError, row_scale};
+use super::{FactorError, by_size, row_scale, size};
 
 /// Largest order at which plain elimination is faster than the blocked one.
 const SMALL: usize = 16;
@@ -18,6 +18,8 @@ const SMALL: usize = 16;
 pub(crate) struct DenseLu<T: Entry = f64> {
     /// By columns.
     factors: Vec<T>,
+    /// The reciprocals of the pivots of a small matrix.
+    reciprocals: Vec<T>,
     row_scale: Vec<f64>,
     /// The row permutation; for small matrices the row that was exchanged with row j.
     forward: Vec<usize>,
@@ -40,6 +42,7 @@ impl<T: Entry> DenseLu<T> {
             .or(solve::solve_transpose_in_place_scratch::<usize, T>(dim, 1, Par::Seq));
         Self {
             factors: vec![T::from(0.0); dim * dim],
+            reciprocals: vec![T::from(1.0); dim],
             row_scale: vec![1.0; dim],
             forward: vec![0; dim],
             inverse: vec![0; dim],
@@ -69,6 +72,9 @@ impl<T: Entry> DenseLu<T> {
         }
         if n <= SMALL {
             eliminate(n, &mut self.factors, &mut self.forward);
+            for (k, reciprocal) in self.reciprocals.iter_mut().enumerate() {
+                *reciprocal = T::from(1.0) / self.factors[k * n + k];
+            }
             self.exchanges = self.forward[..n].iter().enumerate().filter(|(k, pivot)| k != *pivot).count();
         } else {
             let matrix = MatMut::from_column_major_slice_mut(&mut self.factors, n, n);
@@ -85,17 +91,43 @@ impl<T: Entry> DenseLu<T> {
 
     pub(super) fn solve(&mut self, b: &mut [T]) {
         let n = self.row_scale.len();
+        if n <= SMALL {
+            return by_size!(n, N => self.substitute::<N>(b));
+        }
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
             *x = x.scaled(*s);
-        }
-        if n <= SMALL {
-            return substitute(n, &self.factors, &self.forward, b);
         }
         let factors = MatRef::from_column_major_slice(&self.factors, n, n);
         let permutation = PermRef::new_checked(&self.forward, &self.inverse, n);
         let stack = MemStack::new(&mut self.scratch);
         let rhs = MatMut::from_column_major_slice_mut(b, n, 1);
         solve::solve_in_place_with_conj(factors, factors, permutation, Conj::No, rhs, Par::Seq, stack);
+    }
+
+    /// [`solve`](Self::solve) of small systems.
+    #[inline]
+    fn substitute<const N: usize>(&self, b: &mut [T]) {
+        let n = size::<N>(self.row_scale.len());
+        let (lu, reciprocals, b) = (&self.factors[..n * n], &self.reciprocals[..n], &mut b[..n]);
+        for (x, s) in b.iter_mut().zip(&self.row_scale) {
+            *x = x.scaled(*s);
+        }
+        for (k, &pivot) in self.forward[..n].iter().enumerate() {
+            if pivot != k {
+                b.swap(k, pivot);
+            }
+        }
+        for k in 0..n {
+            for i in k + 1..n {
+                b[i] = b[i] - lu[k * n + i] * b[k];
+            }
+        }
+        for k in (0..n).rev() {
+            b[k] *= reciprocals[k];
+            for i in 0..k {
+                b[i] = b[i] - lu[k * n + i] * b[k];
+            }
+        }
     }
 
     pub(super) fn solve_transpose(&mut self, b: &mut [T]) {
@@ -144,23 +176,6 @@ fn eliminate<T: Entry>(n: usize, a: &mut [T], exchanges: &mut [usize]) {
             for (x, l) in target[k + 1..].iter_mut().zip(&column[1..]) {
                 *x -= *l * factor;
             }
-        }
-    }
-}
-
-fn substitute<T: Entry>(n: usize, lu: &[T], exchanges: &[usize], b: &mut [T]) {
-    for (k, &pivot) in exchanges.iter().enumerate() {
-        b.swap(k, pivot);
-    }
-    for k in 0..n {
-        for i in k + 1..n {
-            b[i] -= lu[k * n + i] * b[k];
-        }
-    }
-    for k in (0..n).rev() {
-        b[k] /= lu[k * n + k];
-        for i in 0..k {
-            b[i] -= lu[k * n + i] * b[k];
         }
     }
 }

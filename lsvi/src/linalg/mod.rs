@@ -5,6 +5,7 @@ mod condition;
 mod dense;
 mod entry;
 mod jacobian;
+mod size;
 mod sparse;
 mod structure;
 
@@ -13,6 +14,7 @@ pub use structure::{Pattern, Structure};
 
 pub(crate) use condition::inverse_norm;
 pub(crate) use entry::Entry;
+pub(crate) use size::{by_size, size};
 
 use nalgebra::DMatrix;
 

@@ -5,8 +5,8 @@ use crate::systems::{Damping, DoublePendulum, Falling, Sphere};
 use lsvi::discrete::{Constrainable, DiscreteLegendre, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
-    AutoConstraint, AutoField, AutoForce, AutoLagrangian, Constrained, FieldFn, Forced, OneStep, Scalar, TwoStep,
-    method_i, method_ii, position_momentum,
+    AutoConstraint, AutoField, AutoForce, AutoLagrangian, Constrained, FieldFn, Forced, LagrangianFn, OneStep, Scalar,
+    TwoStep, method_i, method_ii, position_momentum,
 };
 
 fn assert_allocation_free(name: &str, method: &mut dyn OneStep, q0: &[f64], p0: &[f64]) {
@@ -17,6 +17,21 @@ fn assert_allocation_free(name: &str, method: &mut dyn OneStep, q0: &[f64], p0: 
         method.step(0.0, 0.05, &mut q, &mut p).expect("short step");
     });
     assert_eq!(count, 0, "{name}");
+}
+
+/// A separable Lagrangian.
+struct Explicit;
+
+impl LagrangianFn for Explicit {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn is_separable(&self) -> bool {
+        true
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        (v[0] * v[0] + v[1] * v[1]) * 0.5 + q[0].cos() * q[1].cos()
+    }
 }
 
 #[test]
@@ -35,6 +50,8 @@ fn steps_of_mechanics_do_not_allocate() {
     for (index, discrete) in discretisations.into_iter().enumerate() {
         assert_allocation_free(&index.to_string(), &mut position_momentum(discrete), &[1.0, 2.0], &[0.1, 0.2]);
     }
+    let mut explicit = position_momentum(Trapezoidal::new(AutoLagrangian::new(Explicit)));
+    assert_allocation_free("explicit", &mut explicit, &[1.0, 2.0], &[0.1, 0.2]);
     let mut printed = position_momentum(KongYangCircle::new(2));
     assert_allocation_free("kong-yang-circle", &mut printed, &[1.0, 0.0], &[0.0, 1.0]);
     let mut two_step = TwoStep::new(PathFitted::on(&free, NodeFamily::Gauss, 4).expect("m ≥ 2"));

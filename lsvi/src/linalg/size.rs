@@ -1,0 +1,37 @@
+//! Loops over few components, unrolled by the compiler.
+
+/// Evaluates an expression with the constant N = n for a small n, so that loops of this length are unrolled, and with N = 0 for
+/// any other; [`size`] turns N back into n.
+macro_rules! by_size {
+    ($n:expr, $N:ident => $call:expr) => {
+        match $n {
+            1 => {
+                const $N: usize = 1;
+                $call
+            }
+            2 => {
+                const $N: usize = 2;
+                $call
+            }
+            3 => {
+                const $N: usize = 3;
+                $call
+            }
+            4 => {
+                const $N: usize = 4;
+                $call
+            }
+            _ => {
+                const $N: usize = 0;
+                $call
+            }
+        }
+    };
+}
+pub(crate) use by_size;
+
+/// N, or `n` where that is 0.
+#[inline(always)]
+pub(crate) const fn size<const N: usize>(n: usize) -> usize {
+    if N == 0 { n } else { N }
+}
