@@ -177,12 +177,32 @@ impl<F: FieldFn> AutoField<F> {
         &self.field
     }
 
+    fn is_dense(&self) -> bool {
+        self.structure == Structure::Dense
+    }
+
     /// Whether the derivative along [`direction`] is that of the entries in `row_check`.
     fn has_declared_structure(&self, t: f64, sweep: &mut Sweep<Dual64>, row_check: &[RowCheck]) -> bool {
         sweep.v.iter_mut().enumerate().for_each(|(j, x)| x.eps = direction(j));
         self.field.rhs(t, &sweep.v, &mut sweep.dv);
         sweep.v.iter_mut().for_each(|x| x.eps = 0.0);
         row_check.iter().zip(&sweep.dv).all(|(row, f)| row.agrees(f.eps))
+    }
+
+    /// [`VectorField::linearize`] of a dense system of N unknowns.
+    #[inline]
+    fn linearize_small<const N: usize>(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+        let columns = sweep::each::<N, _>(v, |v| {
+            let mut f = [Dual64::from(0.0); N];
+            self.field.rhs(t, v, &mut f);
+            f
+        });
+        for (j, column) in columns.iter().enumerate() {
+            for (i, (dv, f)) in dv.iter_mut().zip(column).enumerate() {
+                *dv = f.re;
+                out.add(i, j, scale * f.eps);
+            }
+        }
     }
 
     /// [`VectorField::add_jacobian`] with work space.
@@ -248,6 +268,20 @@ impl<F: FieldFn> VectorField for AutoField<F> {
 
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
         self.field.rhs(t, v, dv);
+    }
+
+    #[inline]
+    fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+        match v.len() {
+            1 if self.is_dense() => self.linearize_small::<1>(t, v, dv, scale, out),
+            2 if self.is_dense() => self.linearize_small::<2>(t, v, dv, scale, out),
+            3 if self.is_dense() => self.linearize_small::<3>(t, v, dv, scale, out),
+            4 if self.is_dense() => self.linearize_small::<4>(t, v, dv, scale, out),
+            _ => {
+                self.field.rhs(t, v, dv);
+                self.add_jacobian(t, v, scale, out);
+            }
+        }
     }
 
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {

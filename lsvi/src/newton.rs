@@ -15,7 +15,11 @@
 //! increment of less than √ε of the first, which leaves room for an ill-conditioned derivative. A nonlinear equation whose
 //! state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
 
+mod kept;
+
 use std::ops::Add;
+
+use kept::Kept;
 
 use crate::error::SolveError;
 use crate::linalg::{Jacobian, Lu, Structure, max_norm};
@@ -121,6 +125,7 @@ pub(crate) struct Newton {
     reference: Vec<f64>,
     point: Vec<f64>,
     limit: Limit,
+    kept: Option<Box<Kept>>,
     pub(crate) work: Work,
 }
 
@@ -148,6 +153,7 @@ impl Newton {
         Self {
             lu: Lu::of(&jacobian),
             limit: Limit { lu: Lu::of(&jacobian), is_regular: false, scale: 1.0, orientation: None },
+            kept: None,
             jacobian,
             increment: zeros.clone(),
             guess: zeros.clone(),

@@ -280,12 +280,6 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         let failed = |source| StepError::Solve { t, h, source };
-        // F(p, p) = 0, which a nonlinear closure amounts to for h → 0, may have several roots: the one near the state's p counts.
-        if self.closure.linear().is_some_and(|closure| closure.carried() == 0.0) {
-            repeat(q, &mut self.unknowns);
-        } else {
-            self.discrete.predict(Interval { start: t, h }, q, p, &mut self.unknowns).map_err(failed)?;
-        }
         let mut equations = StepEquations {
             discrete: &mut self.discrete,
             closure: &self.closure,
@@ -294,7 +288,17 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
             p0: p,
             momenta: self.momenta.as_deref_mut(),
         };
-        self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(failed)
+        repeat(q, &mut self.unknowns);
+        if self.newton.solve_with_kept(&mut equations, h, &mut self.unknowns) {
+            return Ok(());
+        }
+        // F(p, p) = 0, which a nonlinear closure amounts to for h → 0, may have several roots: the one near the state's p counts.
+        if self.closure.linear().is_none_or(|closure| closure.carried() != 0.0) {
+            equations.discrete.predict(Interval { start: t, h }, q, p, &mut self.unknowns).map_err(failed)?;
+        }
+        self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(failed)?;
+        self.newton.keep(&mut equations, h, &self.unknowns);
+        Ok(())
     }
 
     /// Replaces (q₀, p₀) by (q₁, p₁).

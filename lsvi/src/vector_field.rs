@@ -53,6 +53,12 @@ pub trait VectorField {
     /// Adds `scale` · ∂f_i/∂v_j to `out` (i, j).
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian);
 
+    /// Writes f(t, v) into `dv` and adds `scale` · ∂f_i/∂v_j to `out` (i, j): both at once, where that is cheaper.
+    fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+        self.rhs(t, v, dv);
+        self.add_jacobian(t, v, scale, out);
+    }
+
     /// Adds `scale` · Σ_i w_i ∂²f_i/∂v_j∂v_k to `out` (j, k); nothing where f is linear in v.
     ///
     /// Unless it is overridden, from differences of Jacobians: accurate to √ε, which Newton's iteration hardly notices, at the

@@ -7,32 +7,32 @@
 //!
 //! | f_v | closure | equation | solved by |
 //! |---|---|---|---|
-//! | dense | any | the momenta of [`Trapezoidal`] | Newton's method on [`Variational`] |
+//! | dense | any | α p₀ + β p₁ = 0 | Newton's method |
 //! | banded, sparse | any | augmented by y = −M⁻¹(M v₁ − h f₁), as well conditioned as B | Newton's method |
 //! | any, f linear | Method I | M y + B v₁, Bᵀy − M v₁ given | a [`StepSolver`], factored once |
 //! | any, with a solver | Method I | minimum of the action | Gauss–Newton and a [`StepSolver`] |
 //! | any, with a solver | any other | α p₀ + β p₁ = 0 | inexact Newton and a [`StepSolver`] |
 
 mod closed;
+mod dense;
 mod gauss_newton;
 mod linear;
 mod newton;
 
 use closed::ClosedStep;
+use dense::DenseStep;
 use gauss_newton::GaussNewton;
 use linear::LinearStep;
 use newton::FullNewton;
 
 use crate::closure::Linear;
-use crate::discrete::{Interval, Trapezoidal};
+use crate::discrete::Interval;
 use crate::error::{InputError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
-use crate::lagrangian::LeastSquares;
 use crate::linalg::{Jacobian, Structure};
 use crate::mass::{Mass, rate};
 use crate::newton::Work;
 use crate::solver::{StepSolver, assembled_structure};
-use crate::variational::Variational;
 use crate::vector_field::VectorField;
 
 /// Method I, p₁ = 0: Eq. (22) on v̇ = −v, second order, L-stable on symmetric dissipative systems.
@@ -62,15 +62,16 @@ pub fn least_squares<F: VectorField>(field: F, closure: Linear) -> Result<LeastS
 /// The integrator of M v̇ = f(t, v) by a linear closure of the trapezoidal least-squares Lagrangian in the natural metric M⁻¹.
 ///
 /// A step costs in proportion to the entries of a banded or sparse [`structure`](VectorField::structure), and in proportion to
-/// the products of a matrix-free field. Another metric, or the derivative of a step, is for [`Variational`] with [`LeastSquares`], which
-/// is dense.
+/// the products of a matrix-free field. Another metric, or the derivative of a step, is for
+/// [`Variational`](crate::Variational) with [`LeastSquares`](crate::LeastSquares), which is dense.
 #[derive(Debug)]
-pub struct LeastSquaresStep<F>(Kind<F>);
-
-#[derive(Debug)]
-enum Kind<F> {
-    Dense(Box<Variational<Trapezoidal<LeastSquares<F>>, Linear>>),
-    Structured(Box<Structured<F>>),
+pub struct LeastSquaresStep<F> {
+    field: F,
+    mass: Mass,
+    closure: Linear,
+    equations: Equations,
+    next: Vec<f64>,
+    work: Work,
 }
 
 impl<F: VectorField> LeastSquaresStep<F> {
@@ -85,12 +86,7 @@ impl<F: VectorField> LeastSquaresStep<F> {
             return Err(InputError::NotAssembled);
         }
         mass.check_metric(field.dim())?;
-        Ok(Self(match structure {
-            Structure::Dense => {
-                Kind::Dense(Box::new(Variational::new(Trapezoidal::new(LeastSquares::new(field)?), closure)))
-            }
-            _ => Kind::Structured(Box::new(Structured::new(field, closure, None)?)),
-        }))
+        Self::of(field, closure, None)
     }
 
     /// Solves the linear systems of a step with `solver`, whatever the structure of the field.
@@ -107,7 +103,24 @@ impl<F: VectorField> LeastSquaresStep<F> {
     pub fn with_solver(field: F, closure: Linear, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
         solver.check(&field.structure(), &field.mass())?;
         field.mass().check_metric(field.dim())?;
-        Ok(Self(Kind::Structured(Box::new(Structured::new(field, closure, Some(Box::new(solver)))?))))
+        Self::of(field, closure, Some(Box::new(solver)))
+    }
+
+    fn of(field: F, closure: Linear, solver: Option<Box<dyn StepSolver>>) -> Result<Self, InputError> {
+        let (n, structure, mass) = (field.dim(), assembled_structure(&field), field.mass());
+        let is_method_i = closure.is_end_alone();
+        let equations = match solver {
+            None if structure == Structure::Dense => Equations::Dense(Box::new(DenseStep::new(n, &mass)?)),
+            solver if is_method_i && field.is_linear() => {
+                Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, solver)))
+            }
+            Some(solver) if is_method_i => {
+                Equations::GaussNewton(Box::new(GaussNewton::new(n, &structure, &mass, solver)?))
+            }
+            Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, &mass, solver)?)),
+            None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass)?)),
+        };
+        Ok(Self { field, mass, closure, equations, next: vec![0.0; n], work: Work::default() })
     }
 }
 
@@ -130,38 +143,31 @@ impl<F: VectorField> System<'_, F> {
 #[derive(Debug)]
 enum Equations {
     Linear(Box<LinearStep>),
+    Dense(Box<DenseStep>),
     Newton(Box<FullNewton>),
     GaussNewton(Box<GaussNewton>),
     Closed(Box<ClosedStep>),
 }
 
-#[derive(Debug)]
-struct Structured<F> {
-    field: F,
-    mass: Mass,
-    closure: Linear,
-    equations: Equations,
-    next: Vec<f64>,
-    work: Work,
-}
-
-impl<F: VectorField> Structured<F> {
-    fn new(field: F, closure: Linear, solver: Option<Box<dyn StepSolver>>) -> Result<Self, InputError> {
-        let (n, structure, mass) = (field.dim(), assembled_structure(&field), field.mass());
-        let is_method_i = closure.is_end_alone();
-        let equations = match solver {
-            solver if is_method_i && field.is_linear() => {
-                Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, solver)))
-            }
-            Some(solver) if is_method_i => {
-                Equations::GaussNewton(Box::new(GaussNewton::new(n, &structure, &mass, solver)?))
-            }
-            Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, &mass, solver)?)),
-            None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass)?)),
-        };
-        Ok(Self { field, mass, closure, equations, next: vec![0.0; n], work: Work::default() })
+impl<F: VectorField> Integrator for LeastSquaresStep<F> {
+    fn dim(&self) -> usize {
+        self.next.len()
     }
 
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+        advance_one_step(self, state, grid)
+    }
+
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        Ok(rate(&self.field, &self.mass, state, out)?)
+    }
+
+    fn work(&self) -> Work {
+        self.work
+    }
+}
+
+impl<F: VectorField> OneStep for LeastSquaresStep<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
         check_step(h)?;
         let n = self.next.len();
@@ -181,6 +187,7 @@ impl<F: VectorField> Structured<F> {
         let solved = match &mut self.equations {
             Equations::Linear(step) => step.solve(system, at, v, next, work),
             Equations::GaussNewton(step) => step.solve(system, at, v, next, work),
+            Equations::Dense(step) => step.solve((system, closure), at, v, next, work),
             Equations::Newton(step) => step.solve((system, closure), at, v, next, work),
             Equations::Closed(step) => step.solve((system, closure), at, v, next, work),
         };
@@ -188,6 +195,7 @@ impl<F: VectorField> Structured<F> {
         let system = System { field: &self.field, mass: &self.mass };
         match &mut self.equations {
             _ if self.closure.is_end_alone() => p.fill(0.0),
+            Equations::Dense(step) => step.momentum(system, at, v, &self.next, p),
             Equations::Newton(step) => step.momentum(system, at, v, p),
             Equations::Closed(step) => step.momentum(system, at, v, &self.next, p),
             _ => p.fill(0.0),
@@ -195,44 +203,5 @@ impl<F: VectorField> Structured<F> {
         v.copy_from_slice(&self.next);
         self.work.steps += 1;
         Ok(())
-    }
-}
-
-impl<F: VectorField> Integrator for LeastSquaresStep<F> {
-    fn dim(&self) -> usize {
-        match &self.0 {
-            Kind::Dense(method) => method.dim(),
-            Kind::Structured(method) => method.next.len(),
-        }
-    }
-
-    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
-        advance_one_step(self, state, grid)
-    }
-
-    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
-        match &mut self.0 {
-            Kind::Dense(method) => {
-                let field = method.discrete_mut().lagrangian().field();
-                Ok(rate(field, &field.mass(), state, out)?)
-            }
-            Kind::Structured(method) => Ok(rate(&method.field, &method.mass, state, out)?),
-        }
-    }
-
-    fn work(&self) -> Work {
-        match &self.0 {
-            Kind::Dense(method) => method.work(),
-            Kind::Structured(method) => method.work,
-        }
-    }
-}
-
-impl<F: VectorField> OneStep for LeastSquaresStep<F> {
-    fn step(&mut self, t: f64, h: f64, q: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
-        match &mut self.0 {
-            Kind::Dense(method) => method.step(t, h, q, p),
-            Kind::Structured(method) => method.step(t, h, q, p),
-        }
     }
 }

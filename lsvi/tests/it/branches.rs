@@ -185,6 +185,43 @@ fn no_step_returns_a_root_of_another_branch() {
     assert!(refused.len() <= steps / 1000, "{} refused:\n{}", refused.len(), refused.join("\n"));
 }
 
+/// Steps of one size with factors kept from earlier ones, towards blow-up, folds, crossings and rest.
+#[test]
+fn no_step_of_a_trajectory_returns_a_root_of_another_branch() {
+    let mut random = Random(3);
+    let (mut wrong, mut steps, mut with_kept_factors) = (Vec::new(), 0, 0);
+    for method in METHODS.into_iter().filter(|method| matches!(method, Method::Linear(..))) {
+        for field in [QUADRATIC_DRAG, LOGISTIC, CUBIC] {
+            for _ in 0..20 {
+                let mut integrator = method.build(field);
+                let (mut v, h) = (random.within(-2.0, 2.0), 10.0_f64.powf(random.within(-2.5, 0.5)));
+                for _ in 0..30 {
+                    let (mut x, before) = ([v], integrator.work().factorizations);
+                    let step = integrator.step(0.0, h, &mut x, &mut [0.0]);
+                    let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                    let is_right = match truth {
+                        Followed::To(root) => step.is_err() || agrees(x[0], root, v),
+                        Followed::Lost => step.is_err(),
+                        Followed::Undecided => true,
+                    };
+                    if !is_right {
+                        wrong.push(format!("{field:?} {method:?} v = {v} h = {h}: {x:?}, {truth:?}"));
+                    }
+                    if step.is_err() || !is_right || !matches!(truth, Followed::To(_)) {
+                        break;
+                    }
+                    v = x[0];
+                    steps += 1;
+                    with_kept_factors += u64::from(integrator.work().factorizations == before);
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong of {steps}:\n{}", wrong.len(), wrong.join("\n"));
+    // Enough of them to say something of steps with kept factors.
+    assert!(10 * with_kept_factors > steps, "{with_kept_factors} of {steps} steps with kept factors");
+}
+
 #[test]
 fn a_determinant_that_two_modes_turn_twice_does_not_hide_another_branch() {
     let mut random = Random(2);

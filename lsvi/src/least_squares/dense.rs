@@ -1,0 +1,176 @@
+//! Newton's method for closures of a nonlinear f, on dense matrices.
+
+use super::System;
+use crate::closure::{Linear, LinearClosure};
+use crate::discrete::Interval;
+use crate::error::{InputError, SolveError};
+use crate::linalg::Jacobian;
+use crate::mass::{Mass, MassInverse};
+use crate::newton::{self, LimitAtZero, Newton, Work};
+use crate::vector_field::VectorField;
+
+/// Newton's method for v₁ on (α + β) h (r₀ + r₁) + α h J₀ᵀM⁻¹ h r₀ − β h J₁ᵀM⁻¹ h r₁ = 0, 2h times the closure.
+///
+/// Its derivative is (α + β) (2M − h J₁) + α h J₀ᵀ − β h J₁ᵀ + β h J₁ᵀM⁻¹ h J₁ − β h Σ_i (M⁻¹ h r₁)_i ∂²f_i.
+#[derive(Debug)]
+pub(super) struct DenseStep {
+    newton: Newton,
+    scratch: Scratch,
+}
+
+#[derive(Debug)]
+struct Scratch {
+    /// J at the start and at the end of the step.
+    start: Jacobian,
+    end: Jacobian,
+    mass_inverse: MassInverse,
+    f0: Vec<f64>,
+    f1: Vec<f64>,
+    /// M⁻¹ h r₀ and M⁻¹ h r₁.
+    d0: Vec<f64>,
+    d1: Vec<f64>,
+    column: Vec<f64>,
+    momentum: Vec<f64>,
+}
+
+struct Equation<'a, F> {
+    system: System<'a, F>,
+    closure: &'a Linear,
+    t: f64,
+    v0: &'a [f64],
+    s: &'a mut Scratch,
+}
+
+impl DenseStep {
+    pub(super) fn new(dim: usize, mass: &Mass) -> Result<Self, InputError> {
+        let zeros = vec![0.0; dim];
+        Ok(Self {
+            newton: Newton::new(dim),
+            scratch: Scratch {
+                start: Jacobian::zeros(dim),
+                end: Jacobian::zeros(dim),
+                mass_inverse: MassInverse::new(mass)?,
+                f0: zeros.clone(),
+                f1: zeros.clone(),
+                d0: zeros.clone(),
+                d1: zeros.clone(),
+                column: zeros.clone(),
+                momentum: zeros,
+            },
+        })
+    }
+
+    pub(super) fn solve<F: VectorField>(
+        &mut self,
+        (system, closure): (System<'_, F>, &Linear),
+        at: Interval,
+        v0: &[f64],
+        v1: &mut [f64],
+        work: &mut Work,
+    ) -> Result<(), SolveError> {
+        let s = &mut self.scratch;
+        if closure.weights(at.h).alpha == 0.0 {
+            system.field.rhs(at.start, v0, &mut s.f0);
+        } else {
+            s.start.clear();
+            system.field.linearize(at.start, v0, &mut s.f0, 1.0, &mut s.start);
+        }
+        v1.copy_from_slice(v0);
+        let mut equation = Equation { system, closure, t: at.start, v0, s };
+        let solved = if self.newton.solve_with_kept(&mut equation, at.h, v1) {
+            Ok(())
+        } else {
+            let solved = self.newton.solve(&mut equation, at.h, v1);
+            if solved.is_ok() {
+                self.newton.keep(&mut equation, at.h, v1);
+            }
+            solved
+        };
+        *work = Work { steps: work.steps, ..self.newton.work };
+        solved
+    }
+
+    /// Writes p₁ at the solution.
+    pub(super) fn momentum<F: VectorField>(
+        &mut self,
+        system: System<'_, F>,
+        at: Interval,
+        v0: &[f64],
+        v1: &[f64],
+        p: &mut [f64],
+    ) {
+        let closure = &Linear::METHOD_I;
+        let mut equation = Equation { system, closure, t: at.start, v0, s: &mut self.scratch };
+        newton::System::residual(&mut equation, at.h, v1, p);
+        p.iter_mut().for_each(|p| *p /= 2.0 * at.h);
+    }
+}
+
+impl<F: VectorField> Equation<'_, F> {
+    /// What the closure's equation, of order h where α + β → 0, is multiplied by.
+    fn row(&self, h: f64) -> f64 {
+        if self.closure.has_limit() { 1.0 } else { h.recip() }
+    }
+}
+
+impl<F: VectorField> newton::System for Equation<'_, F> {
+    fn dim(&self) -> usize {
+        self.v0.len()
+    }
+
+    #[inline]
+    fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+        let row = self.row(h);
+        let (System { field, mass }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
+        let common = w.alpha + w.beta;
+        s.end.clear();
+        field.linearize(self.t + h, x, &mut s.f1, 1.0, &mut s.end);
+        for (((o, d0), d1), (f0, f1)) in out.iter_mut().zip(&mut s.d0).zip(&mut s.d1).zip(s.f0.iter().zip(&s.f1)) {
+            *o = -common * h * (f0 + f1);
+            *d0 = -h * f0;
+            *d1 = -h * f1;
+        }
+        mass.add_difference(2.0 * common, x, self.v0, out);
+        mass.add_difference(1.0, x, self.v0, &mut s.d1);
+        s.mass_inverse.solve(&mut s.d1);
+        s.end.mul_transpose_add(-w.beta * h, &s.d1, out);
+        if w.alpha != 0.0 {
+            mass.add_difference(1.0, x, self.v0, &mut s.d0);
+            s.mass_inverse.solve(&mut s.d0);
+            s.start.mul_transpose_add(w.alpha * h, &s.d0, out);
+        }
+        if row != 1.0 {
+            out.iter_mut().for_each(|o| *o *= row);
+        }
+    }
+
+    fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian) {
+        let row = self.row(h);
+        let (w, s) = (self.closure.weights(h), &mut *self.s);
+        let (common, beta) = (row * (w.alpha + w.beta), row * w.beta * h);
+        self.system.mass.add_to(2.0 * common, out);
+        s.end.for_each(|i, j, x| {
+            out.add(i, j, -common * h * x);
+            out.add(j, i, -beta * x);
+        });
+        if w.alpha != 0.0 {
+            s.start.for_each(|i, j, x| out.add(j, i, row * w.alpha * h * x));
+        }
+        if beta != 0.0 {
+            for j in 0..x.len() {
+                for (i, column) in s.column.iter_mut().enumerate() {
+                    *column = h * s.end.get(i, j);
+                }
+                s.mass_inverse.solve(&mut s.column);
+                s.momentum.fill(0.0);
+                s.end.mul_transpose_add(beta, &s.column, &mut s.momentum);
+                s.momentum.iter().enumerate().for_each(|(i, x)| out.add(i, j, *x));
+            }
+            self.system.field.add_curvature(self.t + h, x, &s.d1, -beta, out);
+        }
+    }
+
+    fn limit(&self) -> LimitAtZero {
+        if self.closure.has_limit() { LimitAtZero::Kept } else { LimitAtZero::OfEachStep }
+    }
+}

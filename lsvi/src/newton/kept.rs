@@ -1,0 +1,194 @@
+//! Steps by simplified Newton iterations with factors kept from an earlier step.
+//!
+//! Let A be ∂F/∂x at the end of an earlier step of the same size. The first increment, A⁻¹F(h, x₀) from the solution x₀ at h = 0,
+//! leads to the root but for a rest, which is smooth along a trajectory and is extrapolated from the last steps. What is
+//! needed for the root to be on the branch of x₀ comes with the iteration:
+//!
+//! - A differs from its limit for h → 0 by a matrix of norm [`CLOSE`] at most, which is measured where A is factored;
+//! - the rest is at most [`SURE_CONTRACTION`] of the way from x₀ to the root, so that A is close to the mean of the derivative
+//!   on that way;
+//! - the increments contract by [`SURE_CONTRACTION`].
+//!
+//! So on the whole way the derivative acts as its limit does, and the root is the one in reach. Where this is not found, the
+//! step is left to [`Newton::solve`].
+
+use super::{CLOSE, Limit, LimitAtZero, Newton, SURE_CONTRACTION, System};
+use crate::linalg::{Jacobian, Lu, Structure, by_size, size};
+
+/// Iterations after the first increment; an exact derivative needs no more.
+const ITERATIONS: u32 = 6;
+/// Iterations after which new factors pay.
+const FAST: u32 = 2;
+/// Increments of a few roundings may do as they like.
+const ROUNDINGS: f64 = 16.0;
+/// Steps to wait, at most, before factors are kept again after they did not serve.
+const LONGEST_PAUSE: u32 = 64;
+
+/// Kept factors and the rests of the last steps.
+#[derive(Debug)]
+pub(super) struct Kept {
+    /// Step size of the factors.
+    h: Option<f64>,
+    lu: Lu,
+    /// What was left after the first increment in the last steps, that of the last one at `newest`.
+    rests: [Vec<f64>; 3],
+    newest: usize,
+    known: usize,
+    pause: u32,
+    waited: u32,
+}
+
+impl Kept {
+    pub(super) fn new(jacobian: &Jacobian) -> Self {
+        let zeros = vec![0.0; jacobian.dim()];
+        Self {
+            h: None,
+            lu: Lu::of(jacobian),
+            rests: [zeros.clone(), zeros.clone(), zeros],
+            newest: 0,
+            known: 0,
+            pause: 0,
+            waited: 0,
+        }
+    }
+
+    /// Adds the rest of the step to come, by the polynomial through those that are known.
+    #[inline]
+    fn add_expected(&self, x: &mut [f64]) {
+        const WEIGHTS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, -1.0, 0.0], [3.0, -3.0, 1.0]];
+        let [wa, wb, wc] = WEIGHTS[self.known];
+        let [a, b, c] = [0, 2, 1].map(|age| &self.rests[(self.newest + age) % 3]);
+        for (((x, a), b), c) in x.iter_mut().zip(a).zip(b).zip(c) {
+            *x += wa * a + wb * b + wc * c;
+        }
+    }
+
+    fn drop_factors(&mut self) {
+        self.h = None;
+        self.known = 0;
+        self.pause = (2 * self.pause).clamp(1, LONGEST_PAUSE);
+        self.waited = 0;
+    }
+}
+
+/// The larger of `most` and |x|; `most` if x is NaN.
+#[inline(always)]
+fn larger(most: f64, x: f64) -> f64 {
+    if x.abs() > most { x.abs() } else { most }
+}
+
+impl Limit {
+    /// Whether A₀⁻¹ `a` differs from the unit matrix by [`CLOSE`] at most in the norm of column sums, A₀ the limit at scale 1.
+    fn is_like(&mut self, a: &Jacobian, scale: f64, column: &mut [f64]) -> bool {
+        let Some(a) = a.dense().filter(|_| self.is_regular) else { return false };
+        let factor = self.scale / scale;
+        a.column_iter().enumerate().all(|(j, entries)| {
+            column.copy_from_slice(entries.as_slice());
+            self.lu.solve(column);
+            let difference = |(i, x): (usize, &f64)| (factor * x - if i == j { 1.0 } else { 0.0 }).abs();
+            column.iter().enumerate().map(difference).sum::<f64>() <= CLOSE
+        })
+    }
+}
+
+impl Newton {
+    /// Replaces `x`, the solution at h = 0, by the root with kept factors; otherwise leaves it as it is and returns false.
+    pub(crate) fn solve_with_kept(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> bool {
+        if self.kept.as_ref().is_none_or(|kept| kept.h != Some(h)) {
+            return false;
+        }
+        self.origin.copy_from_slice(x);
+        match by_size!(x.len(), N => self.contract::<N>(system, h, x)) {
+            Some(iterations) => {
+                if iterations > FAST {
+                    self.keep(system, h, x);
+                }
+                true
+            }
+            None => {
+                self.kept.iter_mut().for_each(|kept| kept.drop_factors());
+                x.copy_from_slice(&self.origin);
+                false
+            }
+        }
+    }
+
+    /// The iterations after the first increment, if they find a root on the branch.
+    #[inline]
+    fn contract<const N: usize>(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Option<u32> {
+        let n = size::<N>(x.len());
+        let x = &mut x[..n];
+        let Self { kept, origin, whole, increment, work, .. } = self;
+        let kept = kept.as_deref_mut()?;
+        let (origin, whole, increment) = (&origin[..n], &mut whole[..n], &mut increment[..n]);
+        system.residual(h, x, whole);
+        work.residuals += 1;
+        kept.lu.solve(whole);
+        for (i, x) in x.iter_mut().enumerate() {
+            *x = origin[i] - whole[i];
+        }
+        kept.add_expected(x);
+        let mut last = f64::NAN;
+        for iterations in 1..=ITERATIONS {
+            system.residual(h, x, increment);
+            work.residuals += 1;
+            kept.lu.solve(increment);
+            let (mut delta, mut way, mut rest, mut largest, mut sum) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            for i in 0..n {
+                x[i] -= increment[i];
+                let moved = x[i] - origin[i];
+                delta = larger(delta, increment[i]);
+                way = larger(way, moved);
+                rest = larger(rest, moved + whole[i]);
+                largest = larger(larger(largest, x[i]), origin[i]);
+                sum += x[i];
+            }
+            let roundoff = f64::EPSILON * largest;
+            let noise = ROUNDINGS * roundoff;
+            if rest > SURE_CONTRACTION * way + noise || !sum.is_finite() {
+                return None;
+            }
+            let theta = delta / last;
+            if delta <= 4.0 * roundoff || theta * delta <= (1.0 - theta) * roundoff || last <= noise {
+                kept.newest = (kept.newest + 1) % 3;
+                for (i, rest) in kept.rests[kept.newest].iter_mut().enumerate() {
+                    *rest = x[i] - origin[i] + whole[i];
+                }
+                kept.known = (kept.known + 1).min(3);
+                kept.pause = 0;
+                return Some(iterations);
+            }
+            if theta > SURE_CONTRACTION {
+                return None;
+            }
+            last = delta;
+        }
+        None
+    }
+
+    /// Keeps the factors of ∂F/∂x at a solution for steps of the same size, if they are like their limit for h → 0.
+    pub(crate) fn keep(&mut self, system: &mut impl System, h: f64, x: &[f64]) {
+        if self.jacobian.structure() != Structure::Dense || system.limit() != LimitAtZero::Kept {
+            return;
+        }
+        let kept = self.kept.get_or_insert_with(|| Box::new(Kept::new(&self.jacobian)));
+        if kept.waited < kept.pause {
+            kept.waited += 1;
+            return;
+        }
+        system.residual(h, x, &mut self.part);
+        self.jacobian.clear();
+        system.derivative(h, x, &mut self.jacobian);
+        self.work.residuals += 1;
+        self.work.factorizations += 1;
+        let is_like = self.limit.is_like(&self.jacobian, system.scale(h), &mut self.part);
+        if is_like && kept.lu.factor(&self.jacobian).is_ok() {
+            if kept.h != Some(h) {
+                kept.known = 0;
+            }
+            kept.h = Some(h);
+        } else {
+            kept.drop_factors();
+        }
+    }
+}
