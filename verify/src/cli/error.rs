@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use lsvi::{InputError, SolveError, StepError};
+use verify::bench::BenchError;
 use verify::golden::GoldenError;
 use verify::judge::file::FileError;
 use verify::measure::refinement::data::DataError;
@@ -53,6 +54,10 @@ pub(super) enum Failure {
     Part(#[from] PartError),
     #[error(transparent)]
     Golden(#[from] GoldenError),
+    #[error(transparent)]
+    Bench(#[from] BenchError),
+    #[error("cannot write {}: {source}", path.display())]
+    Table { path: PathBuf, source: csv::Error },
     #[error("cannot read {}: {source}", path.display())]
     Read { path: PathBuf, source: io::Error },
     #[error("{}: {source}", path.display())]

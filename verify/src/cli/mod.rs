@@ -1,6 +1,7 @@
 //! Arguments, subcommands, exit statuses.
 
 mod args;
+mod bench;
 mod compare;
 mod error;
 mod golden;
@@ -49,6 +50,7 @@ enum Command {
     Compare(compare::Args),
     Golden(golden::Args),
     Judge(judge::Args),
+    Bench(bench::Args),
 }
 
 /// What became of a command that ran to its end.
@@ -83,6 +85,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args, &mut out),
         Command::Golden(args) => golden::run(&args, &mut out),
         Command::Judge(args) => judge::run(&args, &mut out),
+        Command::Bench(args) => bench::run(&args, &mut out),
     };
     // What was printed until an error stands, and comes before the message.
     match out.flush().map_err(Failure::Output).and(result) {

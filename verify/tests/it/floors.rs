@@ -14,7 +14,7 @@ const FLOORS: &[&[&str]] = &[
     &["order"],
     &["experiment"],
     &["evidence"],
-    &["compare", "judge"],
+    &["bench", "compare", "judge"],
     &["claim"],
     &["chapter"],
     &["golden"],
@@ -25,7 +25,7 @@ const FLOORS: &[&[&str]] = &[
 /// The rooms that may run a method or a reference, and the command line, which does so for its user.
 const SOLVERS: &[&str] = &["run", "reference", "order", "compare"];
 const MAY_SOLVE: &[&str] =
-    &["reference", "problem", "method", "theory", "run", "order", "experiment", "judge", "compare", "cli"];
+    &["reference", "problem", "method", "theory", "run", "order", "experiment", "bench", "judge", "compare", "cli"];
 /// What the other rooms may use of the library: values, no integrators.
 const VALUES: &[&str] = &["Work", "SolveError", "StepError", "InputError", "quadrature"];
 

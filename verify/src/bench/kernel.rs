@@ -1,0 +1,199 @@
+//! The kernels that are timed.
+
+use lsvi::discrete::{DiscreteLegendre, Galerkin, Midpoint, Trapezoidal};
+use lsvi::{
+    AutoField, AutoLagrangian, FieldFn, InputError, Jacobian, LagrangianFn, LeastSquaresStep, OneStep, Scalar,
+    StepError, Structure, VectorField, method_i, position_momentum,
+};
+
+use super::{Case, hand_written};
+
+/// Step size of the small systems.
+const H: f64 = 0.01;
+/// Steps of one run of them, to t = 10.
+const STEPS: usize = 1000;
+
+/// v̇ = −v².
+struct Drag;
+
+impl FieldFn for Drag {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[0] * v[0];
+    }
+}
+
+/// Damping of the pendulum.
+const DAMPING: f64 = 0.2;
+
+/// θ̇ = ω, ω̇ = −sin θ − c ω.
+struct DampedPendulum;
+
+impl FieldFn for DampedPendulum {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[1];
+        dv[1] = -v[0].sin() - v[1] * DAMPING;
+    }
+}
+
+/// Kepler's problem.
+struct Kepler;
+
+impl LagrangianFn for Kepler {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn is_separable(&self) -> bool {
+        true
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        (v[0] * v[0] + v[1] * v[1]) * 0.5 + (q[0] * q[0] + q[1] * q[1]).sqrt().recip()
+    }
+}
+
+/// Pericentre of an orbit of eccentricity 0.6.
+const PERICENTRE: ([f64; 2], [f64; 2]) = ([0.4, 0.0], [0.0, 2.0]);
+
+/// u_t = 2 + u_yy on |y| ≤ 1 in finite differences.
+struct Channel {
+    cells: usize,
+}
+
+impl Channel {
+    fn weight(&self) -> f64 {
+        ((self.cells + 1) as f64 / 2.0).powi(2)
+    }
+
+    /// The step size with h |λ_max| = 1000, at which LDLᵀ of the normal equations keeps ten digits.
+    fn step_size(&self) -> f64 {
+        250.0 / self.weight()
+    }
+}
+
+impl VectorField for Channel {
+    fn dim(&self) -> usize {
+        self.cells
+    }
+    fn structure(&self) -> Structure {
+        Structure::Banded { lower: 1, upper: 1 }
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        let (last, weight) = (v.len() - 1, self.weight());
+        for (i, dv) in dv.iter_mut().enumerate() {
+            let left = if i > 0 { v[i - 1] } else { 0.0 };
+            let right = if i < last { v[i + 1] } else { 0.0 };
+            *dv = 2.0 + weight * (left - 2.0 * v[i] + right);
+        }
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        let weight = scale * self.weight();
+        for i in 0..v.len() {
+            out.add(i, i, -2.0 * weight);
+            if i > 0 {
+                out.add(i, i - 1, weight);
+                out.add(i - 1, i, weight);
+            }
+        }
+    }
+}
+
+/// (q, p) after so many steps.
+fn run(method: &mut impl OneStep, q0: &[f64], p0: &[f64], h: f64, steps: usize) -> Result<[Vec<f64>; 2], StepError> {
+    let (mut q, mut p) = (q0.to_vec(), p0.to_vec());
+    for k in 0..steps {
+        method.step(k as f64 * h, h, &mut q, &mut p)?;
+    }
+    Ok([q, p])
+}
+
+fn least_squares<F: FieldFn + 'static>(
+    name: &str,
+    field: F,
+    start: Vec<f64>,
+    by_hand: impl FnMut() -> Vec<f64> + 'static,
+) -> Result<Case, InputError> {
+    let mut method = method_i(AutoField::new(field))?;
+    let rest = vec![0.0; start.len()];
+    Ok(Case {
+        name: name.into(),
+        wanted: 5.0,
+        items: STEPS as f64,
+        // A few roundings a step, of motions that do not spread.
+        rounding: 8.0 * STEPS as f64 * f64::EPSILON,
+        ours: Box::new(move || run(&mut method, &start, &rest, H, STEPS).map(|[q, _]| q)),
+        by_hand: Box::new(by_hand),
+    })
+}
+
+fn kepler(
+    name: &str,
+    discrete: impl DiscreteLegendre + 'static,
+    by_hand: fn([f64; 2], [f64; 2], f64, usize) -> [f64; 4],
+) -> Case {
+    let mut method = position_momentum(discrete);
+    let (q0, p0) = PERICENTRE;
+    Case {
+        name: name.into(),
+        wanted: 2.0,
+        items: STEPS as f64,
+        // A rounding of q is 1/h of one of p; along the orbit errors grow in proportion to time, and each pericentre of the
+        // one and a half orbits, where the attraction changes within r³ᐟ² = ¼, multiplies them by ten at most.
+        rounding: 100.0 * STEPS as f64 * f64::EPSILON / H,
+        ours: Box::new(move || run(&mut method, &q0, &p0, H, STEPS).map(|state| state.concat())),
+        by_hand: Box::new(move || by_hand(q0, p0, H, STEPS).to_vec()),
+    }
+}
+
+fn channel(cells: usize, steps: usize) -> Result<Case, InputError> {
+    let field = Channel { cells };
+    let h = field.step_size();
+    let mut by_hand = hand_written::Channel::new(cells, h);
+    let mut method: LeastSquaresStep<Channel> = method_i(field)?;
+    let rest = vec![0.0; cells];
+    let start = rest.clone();
+    let items = (cells * steps) as f64;
+    Ok(Case {
+        name: format!("channel, N = {cells}"),
+        wanted: 1.3,
+        items,
+        // The condition number of the normal equations, of 1e6, in each step, of solutions up to 1.
+        rounding: 1e6 * steps as f64 * f64::EPSILON,
+        ours: Box::new(move || run(&mut method, &start, &start, h, steps).map(|[q, _]| q)),
+        by_hand: Box::new(move || {
+            let mut u = rest.clone();
+            (0..steps).for_each(|_| by_hand.step(&mut u));
+            u
+        }),
+    })
+}
+
+/// All cases.
+///
+/// # Errors
+/// [`InputError`] if a kernel refuses its problem.
+pub fn all() -> Result<Vec<Case>, InputError> {
+    let l = || AutoLagrangian::new(Kepler);
+    Ok(vec![
+        least_squares("Method I, quadratic drag", Drag, vec![1.0], || vec![hand_written::drag(1.0, H, STEPS)])?,
+        least_squares("Method I, damped pendulum", DampedPendulum, vec![1.0, 0.0], || {
+            hand_written::damped_pendulum([1.0, 0.0], DAMPING, H, STEPS).to_vec()
+        })?,
+        kepler("Störmer–Verlet, Kepler", Trapezoidal::new(l()), hand_written::kepler_verlet),
+        kepler("midpoint, Kepler", Midpoint::new(l()), hand_written::kepler_midpoint),
+        kepler("Galerkin Gauss-2, Kepler", Galerkin::gauss(l(), 2)?, hand_written::kepler_gauss),
+        channel(1000, 500)?,
+        channel(100_000, 20)?,
+        channel(1_000_000, 4)?,
+    ])
+}
