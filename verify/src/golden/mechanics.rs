@@ -148,21 +148,24 @@ pub(super) fn printed_table(context: &Context, id: &str) -> Result<Vec<Row>, Stu
 }
 
 /// Orders and errors of path fitting by degree, on the pendulum.
+///
+/// An order log₂(e/e′) of two errors that are known to ρ is known to ρ (1/e + 1/e′)/ln 2.
 pub(super) fn path_fitted_orders(context: &Context) -> Result<Vec<Row>, StudyError> {
     let table = claim::table(context, "claims-path-fitted-orders")?;
     let values = ["order_equispaced", "error_equispaced", "order_gauss", "error_gauss"];
     Ok(rows(&table, &["degree"], &values, |entry| {
         let degree = entry.number("degree").unwrap_or(f64::NAN);
-        let value = match entry.column {
-            "order_equispaced" => 2.0 * (degree / 2.0).floor(),
-            "order_gauss" => 2.0 * (degree - 1.0),
-            // Forty steps at most, each with roundings of numbers up to 2 that differentiation magnifies m² times.
-            _ => {
-                let rounding = 40.0 * degree * degree * 2.0 * f64::EPSILON;
-                return (Tolerance::absolute(rounding, "roundings of the steps"), None);
-            }
+        // Forty steps at most, each with roundings of numbers up to 2 that differentiation magnifies m² times.
+        let rounding = 40.0 * degree * degree * 2.0 * f64::EPSILON;
+        let (order, error) = match entry.column {
+            "order_equispaced" => (2.0 * (degree / 2.0).floor(), "error_equispaced"),
+            "order_gauss" => (2.0 * (degree - 1.0), "error_gauss"),
+            _ => return (Tolerance::absolute(rounding, "roundings of the steps"), None),
         };
-        let truth = Truth { value, allowance: 0.3, source: "theory, between two steps".into() };
-        (Tolerance::absolute(0.01, "roundoff moves the finer error by a hundredth at most"), Some(truth))
+        let coarser = entry.number(error).unwrap_or(f64::NAN);
+        let finer = coarser / entry.value.exp2();
+        let moved = rounding * (coarser.recip() + finer.recip()) / std::f64::consts::LN_2;
+        let truth = Truth { value: order, allowance: 0.3, source: "theory, between two steps".into() };
+        (Tolerance::absolute(moved, "roundings of the steps over the two errors, in powers of 2"), Some(truth))
     }))
 }
