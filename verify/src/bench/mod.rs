@@ -127,3 +127,28 @@ fn median(mut times: Vec<Duration>) -> Duration {
     times.sort_unstable();
     times.get(times.len() / 2).copied().unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(ours: f64, by_hand: f64) -> Case {
+        Case {
+            name: "numbers".into(),
+            wanted: 1.0,
+            items: 1.0,
+            rounding: 1e-12,
+            ours: Box::new(move || Ok(vec![1.0, ours])),
+            by_hand: Box::new(move || vec![1.0, by_hand]),
+        }
+    }
+
+    #[test]
+    fn two_different_computations_have_no_figures() {
+        assert!(case(2.0, 2.0).measure(1).is_ok());
+        for (ours, by_hand) in [(2.0, 2.0 + 1e-11), (f64::NAN, 2.0), (2.0, f64::NAN)] {
+            let measured = case(ours, by_hand).measure(1);
+            assert!(matches!(measured, Err(BenchError::Different { .. })), "{ours} and {by_hand}: {measured:?}");
+        }
+    }
+}

@@ -63,7 +63,7 @@ fn table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
 
 #[test]
 fn help_teaches_and_fits() {
-    for name in ["", "report", "list", "solve", "order", "compare", "golden"] {
+    for name in ["", "report", "list", "solve", "order", "compare", "golden", "bench"] {
         for flag in ["--help", "-h"] {
             let (status, text, _) = say(&format!("{name} {flag}"));
             assert_eq!(status, 0, "{name}");
@@ -74,6 +74,34 @@ fn help_teaches_and_fits() {
     let (status, text, _) = say("golden diff --help");
     assert_eq!(status, 0);
     fits_a_terminal(&text);
+}
+
+#[test]
+fn bench_prints_what_it_measured_and_writes_the_same_as_a_table() {
+    let folder = directory("bench");
+    let out = folder.to_str().expect("UTF-8");
+    let (status, text, errors) = say(&format!("bench --only pendulum --rounds 1 --out {out}"));
+    assert_eq!(status, 0, "{errors}");
+    fits_a_terminal(&text);
+    let lines: Vec<_> = text.lines().collect();
+    assert!(lines[0].starts_with("case") && lines[0].ends_with("wanted"), "{text}");
+    assert!(lines[1].starts_with("Method I, damped pendulum ") && lines[1].ends_with("≤ 5"), "{text}");
+    let path = folder.join("data").join("bench.csv");
+    let mut table = csv::Reader::from_path(&path).expect("the table");
+    let header = ["case", "ours_ns", "limit_ns", "peer", "peer_ns", "ratio_limit", "ratio_peer"];
+    assert_eq!(table.headers().expect("a header"), &header[..]);
+    let rows: Vec<_> = table.records().collect::<Result<_, _>>().expect("records");
+    assert_eq!(rows.len(), 1, "{rows:?}");
+    let number = |i: usize| rows[0][i].parse::<f64>().expect("a number");
+    assert!(number(1) > 0.0 && number(2) > 0.0, "{rows:?}");
+    assert_eq!(number(5), number(1) / number(2), "{rows:?}");
+    // What is printed is what is written.
+    let printed: Vec<f64> = lines[1].split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    for (printed, i) in printed.iter().take(3).zip([1, 2, 5]) {
+        approx::assert_relative_eq!(*printed, number(i), max_relative = 0.01);
+    }
+    let (status, _, errors) = say(&format!("bench --only nothing --out {out}"));
+    assert_eq!(status, 2, "{errors}");
 }
 
 #[test]
