@@ -28,11 +28,11 @@ use crate::linalg::{Jacobian, Lu, Structure, max_norm};
 const CONTRACTION: f64 = 0.5;
 /// Ratio of the first two increments up to which the derivative, with quadratic contraction, changes by no more than a quarter
 /// on the way, so that no second root is as near as the first.
-const SURE_CONTRACTION: f64 = 0.125;
+pub(crate) const SURE_CONTRACTION: f64 = 0.125;
 /// Iterations of one attempt: as many as linear contraction by [`CONTRACTION`] needs to reach roundoff.
 const ITERATIONS: u32 = 60;
 /// Largest relative difference of two increments by derivatives that count as close.
-const CLOSE: f64 = 0.25;
+pub(crate) const CLOSE: f64 = 0.25;
 /// Radius of the disk round ⅝ for the ratio of increments by the derivatives at h and h/2; ⅜ belongs to modes that do not grow.
 const DECAYING: f64 = 0.4;
 /// Halvings of a step at which first increments are compared; stiffness of 2 to this power is beyond double precision.

@@ -198,7 +198,7 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
 
 impl<D: DiscreteLegendre, C: Closure> OneStep for Variational<D, C> {
     fn step(&mut self, t: f64, h: f64, q: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
-        if self.is_position_momentum(h) && self.step_explicitly(Interval { start: t, h }, q, p)? {
+        if self.is_position_momentum(h) && self.step_separably(Interval { start: t, h }, q, p)? {
             return Ok(());
         }
         self.solve(t, h, q, p)?;
@@ -257,20 +257,18 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         self.closure.linear().is_some_and(|c| c.carried() == 1.0 && c.weights(h) == MomentumWeights::START)
     }
 
-    fn step_explicitly(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) -> Result<bool, StepError> {
+    fn step_separably(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) -> Result<bool, StepError> {
         let n = self.discrete.dim();
         check_step(at.h)?;
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         let failed = |source| StepError::Solve { t: at.start, h: at.h, source };
-        let is_explicit = self.discrete.explicit_step(at, q, p).map_err(failed)?;
-        if is_explicit {
-            let interior = self.unknowns.len() - n;
-            self.unknowns[interior..].copy_from_slice(q);
+        let evaluations = self.discrete.separable_step(at, q, p, &mut self.unknowns).map_err(failed)?;
+        if let Some(evaluations) = evaluations {
             self.newton.work.steps += 1;
-            self.newton.work.residuals += 1;
+            self.newton.work.residuals += evaluations;
         }
-        Ok(is_explicit)
+        Ok(evaluations.is_some())
     }
 
     /// Finds the unknowns of the step.

@@ -2,6 +2,9 @@
 
 use std::ops::RangeInclusive;
 
+use nalgebra::DMatrix;
+
+use super::nystrom::{Coefficients, Nystrom};
 use super::path::{Path, Point};
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights};
@@ -29,6 +32,7 @@ pub struct Galerkin<L> {
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
     block: Jacobian,
+    nystrom: Option<Box<Nystrom>>,
 }
 
 /// The second derivatives of L, and the powers of d/dt on the test and trial functions that go with them.
@@ -57,8 +61,10 @@ impl<L: Lagrangian> Galerkin<L> {
         }
         let basis = LagrangeBasis::new(Quadrature::lobatto(degree + 1)?.nodes())?;
         let zeros = vec![0.0; lagrangian.dim()];
+        let path = Path::new(&basis, quadrature.nodes());
         Ok(Self {
-            path: Path::new(&basis, quadrature.nodes()),
+            nystrom: lagrangian.is_separable().then(|| nystrom(&lagrangian, &path, quadrature.weights())).flatten(),
+            path,
             weights: quadrature.weights().to_vec(),
             velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
             block: Jacobian::with_structure(zeros.len(), &lagrangian.structure()),
@@ -139,6 +145,17 @@ impl<L: Lagrangian> Galerkin<L> {
     }
 }
 
+/// With the path's derivative for v, the conditions are Σ_i b_i [h ψ_j(c_i) L_q + ψ_j′(c_i) M Σ_k φ_k′(c_i) d_k / h] = δ_j p₀.
+fn nystrom(l: &impl Lagrangian, path: &Path, weights: &[f64]) -> Option<Box<Nystrom>> {
+    let (m, r) = (path.degree(), path.points.len());
+    let test = |i: usize, j: usize| test_function(&path.points[i], j + 1, MomentumWeights::START);
+    let slopes = |i: usize, k: usize| path.points[i].first[k + 1];
+    let k = DMatrix::from_fn(m, m, |j, k| (0..r).map(|i| weights[i] * test(i, j).1 * slopes(i, k)).sum());
+    let v = DMatrix::from_fn(m, r, |j, i| weights[i] * test(i, j).0);
+    let coefficients = Coefficients::new(path, path.points.iter(), (k, v), |_| weights.to_vec())?;
+    Some(Box::new(Nystrom::new(l, coefficients)))
+}
+
 /// Adds the gradient at a point, tested against functions of the given values and derivatives, to their rows.
 #[inline]
 fn add_tested<const N: usize>(
@@ -183,6 +200,17 @@ impl<L: Lagrangian> DiscreteLegendre for Galerkin<L> {
         let v = self.velocity_of.of(&self.lagrangian, at.start, q0, p0)?;
         self.path.straight(at.h, q0, v, x);
         Ok(())
+    }
+
+    fn separable_step(
+        &mut self,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        let Some(nystrom) = &mut self.nystrom else { return Ok(None) };
+        nystrom.step(&self.lagrangian, at, q, p, x)
     }
 
     fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {

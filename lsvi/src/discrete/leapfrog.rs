@@ -1,45 +1,36 @@
 //! The explicit step of a separable Lagrangian.
 
 use super::Interval;
+use super::separable::{ConstantMass, Sum};
 use crate::error::SolveError;
-use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::{Jacobian, Lu};
-
-/// Largest relative difference of two mass matrices that passes for rounding.
-const CONSTANT: f64 = 1e-10;
+use crate::lagrangian::Lagrangian;
+use crate::linalg::{by_size, size};
 
 /// The position–momentum step of the trapezoidal rule for L = ½ vᵀMv − V(t, q): Störmer and Verlet's,
 /// M v = p₀ + ½h L_q|₀, q₁ = q₀ + h v, p₁ = M v + ½h L_q|₁, with one evaluation of L_q on a trajectory.
 #[derive(Debug)]
 pub(super) struct Leapfrog {
-    mass: Jacobian,
-    other: Jacobian,
-    /// The factors of M, once it is known.
-    lu: Option<Lu>,
+    mass: ConstantMass,
+    sum: Sum,
     velocity: Vec<f64>,
     next: Vec<f64>,
-    /// L_q at the end of the last step, at the time t and the position q, and of this one.
+    /// L_q at the end of the last step, and of this one.
     force: Vec<f64>,
-    t: f64,
-    q: Vec<f64>,
     end: Vec<f64>,
-    scratch: Vec<f64>,
+    work: Vec<f64>,
 }
 
 impl Leapfrog {
     pub(super) fn new(l: &impl Lagrangian) -> Self {
-        let (zeros, mass) = (vec![0.0; l.dim()], Jacobian::with_structure(l.dim(), &l.structure()));
+        let zeros = vec![0.0; l.dim()];
         Self {
-            other: mass.clone(),
-            mass,
-            lu: None,
+            mass: ConstantMass::new(l),
+            sum: Sum::new(l.dim()),
             velocity: zeros.clone(),
             next: zeros.clone(),
             force: zeros.clone(),
-            t: f64::NAN,
-            q: zeros.clone(),
             end: zeros.clone(),
-            scratch: zeros,
+            work: zeros,
         }
     }
 
@@ -51,74 +42,46 @@ impl Leapfrog {
         q: &mut [f64],
         p: &mut [f64],
     ) -> Result<(), SolveError> {
-        let (half, end) = (0.5 * at.h, at.start + at.h);
-        if self.t != at.start || self.q != q {
-            self.t = f64::NAN;
-            l.gradient_q(at.start, q, &self.velocity, &mut self.force, &mut self.scratch);
+        by_size!(q.len(), N => self.step_sized::<N>(l, at, q, p))
+    }
+
+    #[inline]
+    fn step_sized<const N: usize>(
+        &mut self,
+        l: &impl Lagrangian,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+    ) -> Result<(), SolveError> {
+        let n = size::<N>(q.len());
+        let (q, p, h, t) = (&mut q[..n], &mut p[..n], at.h, at.start + at.h);
+        let Self { mass, sum, velocity, next, force, end, work } = self;
+        let (velocity, next, force, end) = (&mut velocity[..n], &mut next[..n], &mut force[..n], &mut end[..n]);
+        if !sum.continues(at.start, q, p) {
+            l.gradient_q(at.start, q, velocity, force, work);
         }
-        let is_first = self.lu.is_none();
-        if is_first {
-            self.set_mass(l, at.start, q)?;
+        for i in 0..n {
+            velocity[i] = p[i] + 0.5 * h * force[i];
         }
-        let Some(lu) = &mut self.lu else { return Err(SolveError::SingularMass) };
-        for ((v, p), force) in self.velocity.iter_mut().zip(&*p).zip(&self.force) {
-            *v = p + half * force;
+        mass.inverse(l, (at.start, h), q, p)?.solve(velocity);
+        for i in 0..n {
+            next[i] = q[i] + h * velocity[i];
         }
-        lu.solve(&mut self.velocity);
-        for ((next, q), v) in self.next.iter_mut().zip(&*q).zip(&self.velocity) {
-            *next = q + at.h * v;
+        l.gradient_q(t, next, velocity, end, work);
+        let mut finite = 0.0;
+        for i in 0..n {
+            finite += end[i] + next[i];
         }
-        if is_first && let Err(error) = self.check_separable(l, [at.start, end], q) {
-            self.lu = None;
-            return Err(error);
-        }
-        l.gradient_q(end, &self.next, &self.velocity, &mut self.end, &mut self.scratch);
-        let sum: f64 = self.end.iter().zip(&self.next).map(|(force, q)| force + q).sum();
-        if !sum.is_finite() {
+        if !finite.is_finite() {
+            sum.forget();
             return Err(SolveError::NonFinite);
         }
-        for ((p, start), end) in p.iter_mut().zip(&self.force).zip(&self.end) {
-            *p = (*p + half * start) + half * end;
+        for i in 0..n {
+            let impulse = 0.5 * h * (force[i] + end[i]);
+            sum.add(i, (&mut q[i], h * velocity[i]), (&mut p[i], impulse));
+            force[i] = end[i];
         }
-        q.copy_from_slice(&self.next);
-        std::mem::swap(&mut self.force, &mut self.end);
-        std::mem::swap(&mut self.q, &mut self.next);
-        self.t = end;
-        Ok(())
-    }
-
-    fn set_mass(&mut self, l: &impl Lagrangian, t: f64, q: &[f64]) -> Result<(), SolveError> {
-        self.mass.clear();
-        self.velocity.fill(0.0);
-        l.add_hessian(t, q, &self.velocity, HessianWeights { vv: 1.0, ..Default::default() }, &mut self.mass);
-        let mut lu = Lu::of(&self.mass);
-        lu.factor(&self.mass).map_err(|_| SolveError::SingularMass)?;
-        self.lu = Some(lu);
-        Ok(())
-    }
-
-    /// Refuses a Lagrangian with other second derivatives in v at either end of the first step, or mixed ones.
-    fn check_separable(&mut self, l: &impl Lagrangian, times: [f64; 2], q: &[f64]) -> Result<(), SolveError> {
-        let mut largest = 0.0_f64;
-        self.mass.for_each(|_, _, m| largest = largest.max(m.abs()));
-        for (t, q) in times.into_iter().zip([q, &self.next]) {
-            for c in
-                [HessianWeights { vv: 1.0, ..Default::default() }, HessianWeights { qv: 1.0, ..Default::default() }]
-            {
-                self.other.clear();
-                l.add_hessian(t, q, &self.velocity, c, &mut self.other);
-                let (mass, mut different) = (&self.mass, None);
-                self.other.for_each(|i, j, x| {
-                    let is_same = if c.vv == 1.0 { (x - mass.get(i, j)).abs() <= CONSTANT * largest } else { x == 0.0 };
-                    if !is_same {
-                        different = Some((i, j));
-                    }
-                });
-                if let Some((row, column)) = different {
-                    return Err(SolveError::NotSeparable { row, column });
-                }
-            }
-        }
+        sum.end(t);
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! Wendlandt and Marsden's discrete Lagrangian: straight path, midpoint rule.
 
+use super::nystrom::{Coefficients, Nystrom};
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
 use crate::error::SolveError;
@@ -18,6 +19,7 @@ pub struct Midpoint<L> {
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
     velocity_of: Velocity,
+    nystrom: Option<Box<Nystrom>>,
 }
 
 impl<L: Lagrangian> Midpoint<L> {
@@ -25,6 +27,7 @@ impl<L: Lagrangian> Midpoint<L> {
     pub fn new(lagrangian: L) -> Self {
         let zeros = vec![0.0; lagrangian.dim()];
         Self {
+            nystrom: lagrangian.is_separable().then(|| Box::new(Nystrom::new(&lagrangian, Coefficients::midpoint()))),
             velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
             lagrangian,
             middle: zeros.clone(),
@@ -61,6 +64,17 @@ impl<L: Lagrangian> DiscreteLegendre for Midpoint<L> {
         let v = self.velocity_of.of(&self.lagrangian, at.start, q0, p0)?;
         straight(at.h, q0, v, x);
         Ok(())
+    }
+
+    fn separable_step(
+        &mut self,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        let Some(nystrom) = &mut self.nystrom else { return Ok(None) };
+        nystrom.step(&self.lagrangian, at, q, p, x)
     }
 
     fn momentum(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut [f64]) {

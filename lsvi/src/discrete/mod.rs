@@ -7,8 +7,10 @@ mod galerkin;
 mod kong_yang_circle;
 mod leapfrog;
 mod midpoint;
+mod nystrom;
 mod path;
 mod path_fitted;
+mod separable;
 mod trapezoidal;
 mod velocity;
 
@@ -74,12 +76,20 @@ pub trait DiscreteLegendre {
     /// [`SolveError::SingularMass`] if the momentum determines no velocity.
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError>;
 
-    /// Replaces (q₀, p₀) by (q₁, p₁) of the position–momentum form where that is explicit; false where it is not.
+    /// Replaces (q₀, p₀) by (q₁, p₁) of the position–momentum form without solving the equations of a step, as is possible for
+    /// a [separable](Lagrangian::is_separable) Lagrangian; writes the unknowns and returns the number of evaluations of all
+    /// forces. `None`, with q and p as they were, where it is not possible.
     ///
     /// # Errors
     /// [`SolveError`]; q and p are then as they were.
-    fn explicit_step(&mut self, _at: Interval, _q: &mut [f64], _p: &mut [f64]) -> Result<bool, SolveError> {
-        Ok(false)
+    fn separable_step(
+        &mut self,
+        _at: Interval,
+        _q: &mut [f64],
+        _p: &mut [f64],
+        _x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        Ok(None)
     }
 
     /// Writes α p₀ + β p₁, combined before rounding can cancel what the two have in common.

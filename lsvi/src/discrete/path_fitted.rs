@@ -2,6 +2,9 @@
 
 use std::ops::RangeInclusive;
 
+use nalgebra::DMatrix;
+
+use super::nystrom::{Coefficients, Nystrom};
 use super::path::Path;
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLegendre, Interval, MomentumWeights};
@@ -28,6 +31,7 @@ pub struct PathFitted<L> {
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
     block: Jacobian,
+    nystrom: Option<Box<Nystrom>>,
 }
 
 /// The derivatives of the Euler–Lagrange expression, in the position, velocity and acceleration.
@@ -69,8 +73,10 @@ impl<L: EulerLagrange> PathFitted<L> {
 
     fn with_basis(lagrangian: L, basis: &impl Basis, nodes: &[f64]) -> Self {
         let zeros = vec![0.0; lagrangian.dim()];
+        let path = Path::new(basis, nodes);
         Self {
-            path: Path::new(basis, nodes),
+            nystrom: lagrangian.is_separable().then(|| nystrom(&lagrangian, &path)).flatten(),
+            path,
             velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
             block: Jacobian::with_structure(zeros.len(), &lagrangian.structure()),
             lagrangian,
@@ -131,6 +137,21 @@ impl<L: EulerLagrange> PathFitted<L> {
     }
 }
 
+/// The conditions are M Σ_k φ_k″(c_i) d_k / h² = L_q at the interior nodes and M Σ_k φ_k′(0) d_k / h = p₀; p₁ is M Σ_k φ_k′(1) d_k / h.
+fn nystrom(l: &impl Lagrangian, path: &Path) -> Option<Box<Nystrom>> {
+    let m = path.degree();
+    let (start, interior, end) = (&path.points[0], &path.points[1..m], &path.points[m]);
+    let row = |j: usize| interior.get(j).map_or(&start.first, |point| &point.second);
+    let k = DMatrix::from_fn(m, m, |j, k| row(j)[k + 1]);
+    let v = -DMatrix::<f64>::identity(m, m - 1);
+    let weights = |control: &DMatrix<f64>| {
+        let column = |i: usize| control.column(i).iter().zip(&end.first[1..]).map(|(x, slope)| x * slope).sum();
+        (0..m - 1).map(column).collect()
+    };
+    let coefficients = Coefficients::new(path, interior.iter(), (k, v), weights)?;
+    Some(Box::new(Nystrom::new(l, coefficients)))
+}
+
 /// The interior nodes between the ends 0 and 1.
 fn with_ends(interior: &[f64]) -> Result<Vec<f64>, InputError> {
     if interior.is_empty() {
@@ -159,6 +180,17 @@ impl<L: EulerLagrange> DiscreteLegendre for PathFitted<L> {
         let v = self.velocity_of.of(&self.lagrangian, at.start, q0, p0)?;
         self.path.straight(at.h, q0, v, x);
         Ok(())
+    }
+
+    fn separable_step(
+        &mut self,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        let Some(nystrom) = &mut self.nystrom else { return Ok(None) };
+        nystrom.step(&self.lagrangian, at, q, p, x)
     }
 
     fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {

@@ -55,9 +55,17 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         Ok(())
     }
 
-    fn explicit_step(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) -> Result<bool, SolveError> {
-        let Some(leapfrog) = &mut self.leapfrog else { return Ok(false) };
-        leapfrog.step(&self.lagrangian, at, q, p).map(|()| true)
+    fn separable_step(
+        &mut self,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        let Some(leapfrog) = &mut self.leapfrog else { return Ok(None) };
+        leapfrog.step(&self.lagrangian, at, q, p)?;
+        x.copy_from_slice(q);
+        Ok(Some(1))
     }
 
     fn momentum(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut [f64]) {

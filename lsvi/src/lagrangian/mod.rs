@@ -39,8 +39,9 @@ pub trait Lagrangian {
         Structure::Dense
     }
 
-    /// Whether L = ½ vᵀMv − V(t, q) with a constant M, so that steps of the trapezoidal rule are explicit. It is checked in the
-    /// first such step: [`SolveError::NotSeparable`](crate::SolveError::NotSeparable).
+    /// Whether L = ½ vᵀMv − V(t, q) with a constant M. Steps in position–momentum form then need ∂L/∂q alone, those of the
+    /// trapezoidal rule once, and their additions are compensated, so that long runs lose no digits to h. It is checked in the first
+    /// such step: [`SolveError::NotSeparable`](crate::SolveError::NotSeparable).
     fn is_separable(&self) -> bool {
         false
     }

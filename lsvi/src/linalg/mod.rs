@@ -200,5 +200,11 @@ pub(crate) fn max_norm(v: &[f64]) -> f64 {
     v.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
 }
 
+/// The larger of `most` and |x|; `most` if x is NaN.
+#[inline(always)]
+pub(crate) fn larger(most: f64, x: f64) -> f64 {
+    if x.abs() > most { x.abs() } else { most }
+}
+
 #[cfg(test)]
 mod tests;

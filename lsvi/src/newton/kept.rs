@@ -13,7 +13,7 @@
 //! step is left to [`Newton::solve`].
 
 use super::{CLOSE, Limit, LimitAtZero, Newton, SURE_CONTRACTION, System};
-use crate::linalg::{Jacobian, Lu, Structure, by_size, size};
+use crate::linalg::{Jacobian, Lu, Structure, by_size, larger, size};
 
 /// Iterations after the first increment; an exact derivative needs no more.
 const ITERATIONS: u32 = 6;
@@ -71,12 +71,6 @@ impl Kept {
     }
 }
 
-/// The larger of `most` and |x|; `most` if x is NaN.
-#[inline(always)]
-fn larger(most: f64, x: f64) -> f64 {
-    if x.abs() > most { x.abs() } else { most }
-}
-
 impl Limit {
     /// Whether A₀⁻¹ `a` differs from the unit matrix by [`CLOSE`] at most in the norm of column sums, A₀ the limit at scale 1.
     fn is_like(&mut self, a: &Jacobian, scale: f64, column: &mut [f64]) -> bool {
@@ -128,7 +122,7 @@ impl Newton {
             *x = origin[i] - whole[i];
         }
         kept.add_expected(x);
-        let mut last = f64::NAN;
+        let (scale, mut last) = (system.scale(h), f64::NAN);
         for iterations in 1..=ITERATIONS {
             system.residual(h, x, increment);
             work.residuals += 1;
@@ -149,7 +143,9 @@ impl Newton {
                 return None;
             }
             let theta = delta / last;
-            if delta <= 4.0 * roundoff || theta * delta <= (1.0 - theta) * roundoff || last <= noise {
+            // What is left adds up along a trajectory: relative to q it is 1/h of that in a momentum.
+            let allowed = if scale == 1.0 { roundoff } else { f64::EPSILON * way };
+            if delta <= 4.0 * allowed || theta * delta <= (1.0 - theta) * allowed || last <= noise {
                 kept.newest = (kept.newest + 1) % 3;
                 for (i, rest) in kept.rests[kept.newest].iter_mut().enumerate() {
                     *rest = x[i] - origin[i] + whole[i];

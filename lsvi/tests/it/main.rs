@@ -12,6 +12,7 @@ mod mechanics;
 mod open_closures;
 mod recipes;
 mod seam;
+mod separable;
 mod structured;
 mod systems;
 mod trajectory;

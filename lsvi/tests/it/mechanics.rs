@@ -1,6 +1,6 @@
 //! Integrators of Lagrangian mechanics against closed forms, exact derivatives, each other and their order.
 
-use crate::systems::{ChargedParticle, Damping, Degenerate, DoublePendulum, Driven, HenonHeiles, Oscillator, Pendulum};
+use crate::systems::{ChargedParticle, Damping, Degenerate, DoublePendulum, Driven, Oscillator, Pendulum};
 use approx::assert_abs_diff_eq;
 use lsvi::discrete::{
     DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, KongYangCircle, Midpoint, MomentumWeights, PathFitted,
@@ -8,8 +8,8 @@ use lsvi::discrete::{
 };
 use lsvi::quadrature::{NodeFamily, Quadrature};
 use lsvi::{
-    AutoForce, AutoLagrangian, EulerLagrange, Forced, InputError, Integrator, Jacobian, Lagrangian, LagrangianFn,
-    MotionWeights, OneStep, Scalar, SolveError, State, StepError, Trajectory, TwoStep, position_momentum,
+    AutoForce, AutoLagrangian, EulerLagrange, Forced, InputError, Jacobian, Lagrangian, LagrangianFn, MotionWeights,
+    OneStep, SolveError, State, StepError, Trajectory, TwoStep, position_momentum,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -35,9 +35,11 @@ fn assert_close(a: &DMatrix<f64>, b: &DMatrix<f64>, tolerance: f64, what: &str) 
     assert!((a - b).amax() <= tolerance * scale, "{what}: {a} is not {b}");
 }
 
+pub(crate) type Named<'a> = (String, Box<dyn DiscreteLegendre + 'a>);
+
 /// Every discretisation in this crate of one Lagrangian.
-fn discretisations<'a, L: EulerLagrange>(l: &'a L) -> Vec<(String, Box<dyn DiscreteLegendre + 'a>)> {
-    let mut all: Vec<(String, Box<dyn DiscreteLegendre + 'a>)> =
+pub(crate) fn discretisations<L: EulerLagrange>(l: &L) -> Vec<Named<'_>> {
+    let mut all: Vec<Named<'_>> =
         vec![("trapezoidal".into(), Box::new(Trapezoidal::new(l))), ("midpoint".into(), Box::new(Midpoint::new(l)))];
     for m in 2..=4 {
         let nodes = NodeFamily::Equispaced.interior(m).expect("m ≥ 2");
@@ -463,59 +465,5 @@ fn bad_input_has_typed_errors() {
         let result = position_momentum(discrete).step(0.0, 0.1, &mut q, &mut p);
         let singular = matches!(result, Err(StepError::Solve { source: SolveError::SingularMass, .. }));
         assert!(singular && q == [0.3, 0.4] && p == [0.1, 0.2], "{name}: {result:?}");
-    }
-}
-
-/// A Lagrangian that says that it is separable.
-struct Separable<L>(L);
-
-impl<L: LagrangianFn> LagrangianFn for Separable<L> {
-    fn dim(&self) -> usize {
-        self.0.dim()
-    }
-    fn is_separable(&self) -> bool {
-        true
-    }
-    fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
-        self.0.lagrangian(t, q, v)
-    }
-}
-
-#[test]
-fn the_explicit_step_of_a_separable_lagrangian_is_the_implicit_one() {
-    let (separable, other) = (AutoLagrangian::new(Separable(HenonHeiles)), AutoLagrangian::new(HenonHeiles));
-    let (mut explicit, mut implicit) =
-        (position_momentum(Trapezoidal::new(&separable)), position_momentum(Trapezoidal::new(&other)));
-    let mut states = [([0.1, 0.2], [0.3, -0.1]); 2];
-    for k in 0..100 {
-        let t = 0.1 * f64::from(k);
-        let [(q, p), (r, s)] = &mut states;
-        explicit.step(t, 0.1, q, p).expect("bounded");
-        implicit.step(t, 0.1, r, s).expect("bounded");
-        // A position that a caller has changed is not taken for the end of the last step.
-        if k == 50 {
-            (q[0], r[0]) = (0.15, 0.15);
-        }
-        // p is (q₁ − q₀)/h of the implicit step: a rounding of q is 1/h of one of p, and regular motion lets them grow like t.
-        let distance = q.iter().chain(&*p).zip(r.iter().chain(&*s)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(distance <= 64.0 * (1.0 + t) * f64::EPSILON / 0.1, "step {k}: {distance:e}");
-    }
-    assert_eq!(explicit.work().factorizations, 0);
-    assert_eq!(explicit.work().steps, 100);
-    let (mut q, mut p) = ([f64::NAN, 0.0], [0.0; 2]);
-    assert!(explicit.step(0.0, 0.1, &mut q, &mut p).is_err());
-    let (mut q, mut p) = ([1e200, 0.0], [0.0; 2]);
-    assert!(explicit.step(0.0, 0.1, &mut q, &mut p).is_err());
-    assert_eq!((q, p), ([1e200, 0.0], [0.0; 2]), "as before the step that failed");
-}
-
-#[test]
-fn a_lagrangian_that_is_not_separable_as_it_says_is_refused() {
-    let (charged, double) =
-        (AutoLagrangian::new(Separable(ChargedParticle)), AutoLagrangian::new(Separable(DoublePendulum)));
-    let lagrangians: [&dyn lsvi::Lagrangian; 2] = [&charged, &double];
-    for l in lagrangians {
-        let step = position_momentum(Trapezoidal::new(l)).step(0.0, 0.1, &mut [1.0, 2.0], &mut [0.3, 0.1]);
-        assert!(matches!(step, Err(StepError::Solve { source: SolveError::NotSeparable { .. }, .. })), "{step:?}");
     }
 }

@@ -30,6 +30,9 @@ impl LagrangianFn for AsymmetricPendulum {
     fn dim(&self) -> usize {
         1
     }
+    fn is_separable(&self) -> bool {
+        true
+    }
     fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
         v[0] * v[0] * 0.5 + q[0].cos() - (q[0] * 2.0).sin() * 0.2
     }

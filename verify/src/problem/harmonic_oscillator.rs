@@ -31,6 +31,9 @@ impl LagrangianFn for HarmonicOscillator {
     fn dim(&self) -> usize {
         1
     }
+    fn is_separable(&self) -> bool {
+        true
+    }
     fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
         (v[0] * v[0] - q[0] * q[0] * self.omega.powi(2)) * 0.5
     }

@@ -35,6 +35,9 @@ impl LagrangianFn for HenonHeiles {
     fn dim(&self) -> usize {
         2
     }
+    fn is_separable(&self) -> bool {
+        true
+    }
     fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
         let (x2, y2) = (q[0] * q[0], q[1] * q[1]);
         (v[0] * v[0] + v[1] * v[1] - x2 - y2) * 0.5 - x2 * q[1] + y2 * q[1] / 3.0

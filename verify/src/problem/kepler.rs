@@ -25,6 +25,9 @@ impl LagrangianFn for Kepler {
     fn dim(&self) -> usize {
         2
     }
+    fn is_separable(&self) -> bool {
+        true
+    }
     fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
         (v[0] * v[0] + v[1] * v[1]) * 0.5 + (q[0] * q[0] + q[1] * q[1]).sqrt().recip()
     }

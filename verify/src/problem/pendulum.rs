@@ -28,6 +28,9 @@ impl LagrangianFn for Pendulum {
     fn dim(&self) -> usize {
         1
     }
+    fn is_separable(&self) -> bool {
+        true
+    }
     fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
         v[0] * v[0] * 0.5 + q[0].cos()
     }

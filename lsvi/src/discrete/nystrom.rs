@@ -1,0 +1,357 @@
+//! Steps of separable Lagrangians as Runge–Kutta–Nyström methods.
+//!
+//! For L = ½ vᵀMv − V(t, q) the conditions of a discretisation are linear in the path and the forces at its r nodes. Solved for
+//! the control values x_k of the path, with u = M⁻¹p₀ and the accelerations a_i = M⁻¹L_q(t + c_i h, q_i),
+//!
+//! x_k = q₀ + h γ_k u + h² Σ_j Γ_kj a_j,  q_i = q₀ + h c_i u + h² Σ_j A_ij a_j,  p₁ = p₀ + h Σ_j b_j M a_j.
+//!
+//! Evaluated in turn this is a simplified Newton iteration whose matrix is the limit of ∂F/∂x for h → 0 itself. What proves the root
+//! to be on the branch of q₀ is the same as with kept factors (`newton/kept.rs`):
+//!
+//! - where the first step of a trajectory starts, ∂F/∂x differs from its limit by [`CLOSE`] at most, ‖h² Γ M⁻¹L_qq(q₀)‖;
+//! - what is left after the first increment from q₀, h² Γ (a − a(q₀)), is [`SURE_CONTRACTION`] of the way at most;
+//! - the increments contract by [`SURE_CONTRACTION`].
+//!
+//! Every other step is left to Newton's method, and so are the next few.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Interval;
+use super::path::{Path, Point};
+use super::separable::{ConstantMass, Sum};
+use crate::error::SolveError;
+use crate::lagrangian::Lagrangian;
+use crate::linalg::{by_size, larger, size};
+use crate::newton::{CLOSE, SURE_CONTRACTION};
+
+/// Iterations; with a contraction by an eighth more of them are rounding.
+const ITERATIONS: u64 = 20;
+/// Increments of a few roundings may do as they like.
+const ROUNDINGS: f64 = 16.0;
+/// Accelerations that a first guess is extrapolated from.
+const KNOWN: usize = 6;
+/// Nodes nearer to each other than this, in steps, are one.
+const APART: f64 = 1e-3;
+/// Steps to leave to Newton's method, at most, after one that had to be.
+const LONGEST_PAUSE: u32 = 64;
+/// Rounding of the conditions of a path, relative to their largest coefficient.
+const STRAIGHT: f64 = 1e-10;
+
+/// The coefficients c, A, Γ, γ and b, matrices by rows.
+#[derive(Debug)]
+pub(super) struct Coefficients {
+    c: Vec<f64>,
+    a: Vec<f64>,
+    control: Vec<f64>,
+    gamma: Vec<f64>,
+    b: Vec<f64>,
+}
+
+impl Coefficients {
+    pub(super) fn midpoint() -> Self {
+        Self { c: vec![0.5], a: vec![0.25], control: vec![0.5], gamma: vec![1.0], b: vec![1.0] }
+    }
+
+    /// For a path whose control values d_k = x_k − q₀ satisfy Σ_k K_jk M d_k = δ_j h p₀ − h² Σ_i V_ji L_q(t + c_i h, q_i), δ_j 1
+    /// for the last condition and 0 for the others, at the given nodes; `end` makes b of Γ. `None` if these conditions do not
+    /// make the path of free motion straight.
+    pub(super) fn new<'a>(
+        path: &Path,
+        nodes: impl Iterator<Item = &'a Point>,
+        (k, v): (DMatrix<f64>, DMatrix<f64>),
+        end: impl FnOnce(&DMatrix<f64>) -> Vec<f64>,
+    ) -> Option<Self> {
+        let m = path.degree();
+        let gamma = &path.abscissae[1..];
+        let free = &k * DVector::from_column_slice(gamma);
+        let expected = |j: usize| if j + 1 == m { 1.0 } else { 0.0 };
+        let is_straight = free.iter().enumerate().all(|(j, x)| (x - expected(j)).abs() <= STRAIGHT * k.amax());
+        if !is_straight {
+            return None;
+        }
+        let control = -k.lu().solve(&v)?;
+        let nodes: Vec<_> = nodes.collect();
+        let values = DMatrix::from_fn(nodes.len(), m, |i, k| nodes[i].value[k + 1]);
+        let by_rows = |m: &DMatrix<f64>| m.transpose().as_slice().to_vec();
+        Some(Self {
+            c: nodes.iter().map(|node| node.c).collect(),
+            a: by_rows(&(&values * &control)),
+            b: end(&control),
+            control: by_rows(&control),
+            gamma: gamma.to_vec(),
+        })
+    }
+}
+
+/// The method, and what its steps keep for the next.
+#[derive(Debug)]
+pub(super) struct Nystrom {
+    coefficients: Coefficients,
+    /// Largest sum of absolute values in a row of Γ.
+    reach: f64,
+    mass: ConstantMass,
+    sum: Sum,
+    h: f64,
+    past: Past,
+    pause: u32,
+    waited: u32,
+    /// u, and work space.
+    velocity: Vec<f64>,
+    work: Vec<f64>,
+    /// By nodes: the accelerations at q₀, those of the iteration, the forces, and the positions.
+    start: Vec<f64>,
+    acceleration: Vec<f64>,
+    force: Vec<f64>,
+    positions: Vec<f64>,
+}
+
+/// Accelerations of the last steps, and the polynomial through them.
+#[derive(Debug)]
+struct Past {
+    /// For so many known steps, from 0 on: by nodes of the next step, the weights of the accelerations, newest step first.
+    weights: Vec<Vec<f64>>,
+    /// Accelerations, newest step first.
+    steps: Vec<f64>,
+    known: usize,
+}
+
+impl Past {
+    fn new(c: &[f64], dim: usize) -> Self {
+        let most = KNOWN.div_ceil(c.len().max(1));
+        let weights: Vec<_> = (0..=most).map(|known| extrapolation(c, known)).collect();
+        Self { weights, steps: vec![0.0; most * c.len() * dim], known: 0 }
+    }
+
+    fn forget(&mut self) {
+        self.known = 0;
+    }
+
+    /// Writes what is expected at the nodes of the next step; false if nothing is known.
+    #[inline]
+    fn expect<const N: usize>(&self, dim: usize, out: &mut [f64]) -> bool {
+        let n = size::<N>(dim);
+        let weights = &self.weights[self.known];
+        if weights.is_empty() {
+            return false;
+        }
+        let row = weights.len() / (out.len() / n);
+        for (out, weights) in out.chunks_exact_mut(n).zip(weights.chunks_exact(row)) {
+            out.fill(0.0);
+            for (weight, a) in weights.iter().zip(self.steps.chunks_exact(n)) {
+                for i in 0..n {
+                    out[i] += weight * a[i];
+                }
+            }
+        }
+        true
+    }
+
+    #[inline]
+    fn push(&mut self, accelerations: &[f64]) {
+        let (len, all) = (accelerations.len(), self.steps.len());
+        self.steps.copy_within(..all - len, len);
+        self.steps[..len].copy_from_slice(accelerations);
+        self.known = (self.known + 1).min(self.weights.len() - 1);
+    }
+}
+
+/// The values at the nodes `c` of the next step of the polynomial through those at the nodes of so many steps before, by weights.
+fn extrapolation(c: &[f64], steps: usize) -> Vec<f64> {
+    let nodes: Vec<f64> = (1..=steps).flat_map(|back| c.iter().map(move |c| c - back as f64)).collect();
+    let is_new = |i: usize| nodes[..i].iter().all(|node| (node - nodes[i]).abs() > APART);
+    // Of nodes that coincide the newer one counts, which comes first.
+    let used: Vec<usize> = (0..nodes.len()).filter(|&i| is_new(i)).take(KNOWN).collect();
+    let weight = |at: f64, i: usize| {
+        let others = used.iter().filter(|&&j| j != i);
+        let product = others.map(|&j| (at - nodes[j]) / (nodes[i] - nodes[j])).product::<f64>();
+        if used.contains(&i) { product } else { 0.0 }
+    };
+    c.iter().flat_map(|&at| (0..nodes.len()).map(|i| weight(at, i)).collect::<Vec<_>>()).collect()
+}
+
+impl Nystrom {
+    pub(super) fn new(l: &impl Lagrangian, coefficients: Coefficients) -> Self {
+        let (n, r) = (l.dim(), coefficients.c.len());
+        let (zeros, all) = (vec![0.0; n], vec![0.0; r * n]);
+        let rows = coefficients.control.chunks_exact(r);
+        Self {
+            reach: rows.map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max),
+            mass: ConstantMass::new(l),
+            sum: Sum::new(n),
+            h: f64::NAN,
+            past: Past::new(&coefficients.c, n),
+            pause: 0,
+            waited: 0,
+            velocity: zeros.clone(),
+            work: zeros,
+            start: all.clone(),
+            acceleration: all.clone(),
+            force: all.clone(),
+            positions: all,
+            coefficients,
+        }
+    }
+
+    /// Replaces (q₀, p₀) by (q₁, p₁), writes the control values, and returns how often the forces were evaluated; `None`, with
+    /// nothing changed, where the iteration does not prove its root.
+    pub(super) fn step(
+        &mut self,
+        l: &impl Lagrangian,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        by_size!(q.len(), N => self.step_sized::<N>(l, at, q, p, x))
+    }
+
+    #[inline]
+    fn step_sized<const N: usize>(
+        &mut self,
+        l: &impl Lagrangian,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        let n = size::<N>(q.len());
+        let (q, p, h) = (&mut q[..n], &mut p[..n], at.h);
+        if !self.sum.continues(at.start, q, p) || self.h != h {
+            self.past.forget();
+            self.h = h;
+        }
+        self.velocity.copy_from_slice(p);
+        self.mass.inverse(l, (at.start, h), q, p)?.solve(&mut self.velocity);
+        if self.waited < self.pause {
+            self.waited += 1;
+            return Ok(None);
+        }
+        if self.past.known == 0 {
+            let stiffness = self.mass.stiffness(l, at.start, q, &mut self.work);
+            let is_close = h * h * self.reach * stiffness <= CLOSE;
+            if !is_close {
+                return Ok(self.give_up());
+            }
+        }
+        let Some(iterations) = self.iterate::<N>(l, at, q, p)? else { return Ok(self.give_up()) };
+        let (r, m) = (self.coefficients.c.len(), self.coefficients.gamma.len());
+        let square = h * h;
+        let last = (m - 1) * n;
+        let (mut way, mut rest) = (0.0, 0.0);
+        for ((x, row), gamma) in
+            x.chunks_exact_mut(n).zip(self.coefficients.control.chunks_exact(r)).zip(&self.coefficients.gamma)
+        {
+            for i in 0..n {
+                let mut bend = 0.0;
+                for (weight, a) in row.iter().zip(self.acceleration.chunks_exact(n)) {
+                    bend += weight * a[i];
+                }
+                x[i] = h * gamma * self.velocity[i] + square * bend;
+                way = larger(way, x[i]);
+            }
+        }
+        for (a, start) in self.acceleration.iter().zip(&self.start) {
+            rest = larger(rest, a - start);
+        }
+        let noise = ROUNDINGS * f64::EPSILON * q.iter().fold(way, |most, q| larger(most, *q));
+        let is_sure = square * self.reach * rest <= SURE_CONTRACTION * way + noise;
+        if !is_sure {
+            return Ok(self.give_up());
+        }
+        self.pause = 0;
+        for values in x[..last].chunks_exact_mut(n) {
+            for i in 0..n {
+                values[i] += q[i];
+            }
+        }
+        for i in 0..n {
+            let mut impulse = 0.0;
+            for (b, force) in self.coefficients.b.iter().zip(self.force.chunks_exact(n)) {
+                impulse += b * force[i];
+            }
+            self.sum.add(i, (&mut q[i], x[last + i]), (&mut p[i], h * impulse));
+            x[last + i] = q[i];
+        }
+        self.sum.end(at.start + h);
+        self.past.push(&self.acceleration);
+        Ok(Some(iterations + 1))
+    }
+
+    fn give_up(&mut self) -> Option<u64> {
+        self.past.forget();
+        self.pause = (2 * self.pause).clamp(1, LONGEST_PAUSE);
+        self.waited = 0;
+        None
+    }
+
+    /// Sets the forces and accelerations of the step; returns how often they were evaluated for it.
+    #[inline]
+    fn iterate<const N: usize>(
+        &mut self,
+        l: &impl Lagrangian,
+        at: Interval,
+        q: &[f64],
+        p: &[f64],
+    ) -> Result<Option<u64>, SolveError> {
+        let n = size::<N>(q.len());
+        let (r, h) = (self.coefficients.c.len(), at.h);
+        let (square, reach) = (h * h, self.reach);
+        let Self { coefficients: Coefficients { c, a: weights, .. }, velocity, acceleration, force, positions, .. } =
+            self;
+        let Self { start, work, mass, past, .. } = self;
+        let inverse = mass.inverse(l, (at.start, h), q, p)?;
+        for ((c, start), force) in c.iter().zip(start.chunks_exact_mut(n)).zip(force.chunks_exact_mut(n)) {
+            l.gradient_q(at.start + c * h, q, velocity, force, work);
+            start.copy_from_slice(force);
+            inverse.solve(start);
+        }
+        if !past.expect::<N>(n, acceleration) {
+            acceleration.copy_from_slice(start);
+        }
+        let size_of_q = q.iter().fold(0.0, |most, q| larger(most, *q));
+        let fastest = velocity.iter().fold(0.0, |most, v| larger(most, *v));
+        let mut last = f64::NAN;
+        for iterations in 1..=ITERATIONS {
+            for ((place, row), c) in positions.chunks_exact_mut(n).zip(weights.chunks_exact(r)).zip(&*c) {
+                for i in 0..n {
+                    let mut bend = 0.0;
+                    for (weight, a) in row.iter().zip(acceleration.chunks_exact(n)) {
+                        bend += weight * a[i];
+                    }
+                    place[i] = q[i] + (h * c * velocity[i] + square * bend);
+                }
+            }
+            for ((place, force), c) in positions.chunks_exact(n).zip(force.chunks_exact_mut(n)).zip(&*c) {
+                l.gradient_q(at.start + c * h, place, velocity, force, work);
+            }
+            let (mut change, mut strongest, mut sum) = (0.0, 0.0, 0.0);
+            for (a, force) in acceleration.chunks_exact_mut(n).zip(force.chunks_exact(n)) {
+                work.copy_from_slice(force);
+                inverse.solve(work);
+                for i in 0..n {
+                    change = larger(change, work[i] - a[i]);
+                    strongest = larger(strongest, work[i]);
+                    sum += work[i];
+                    a[i] = work[i];
+                }
+            }
+            if !sum.is_finite() {
+                return Ok(None);
+            }
+            // An increment of x, and of M⁻¹p; q needs fewer digits than p where h is small.
+            let delta = square * reach * change;
+            let roundoff = f64::EPSILON * size_of_q;
+            let theta = change / last;
+            let speed = f64::EPSILON * larger(fastest, h * strongest);
+            let is_noise = square * reach * last <= ROUNDINGS * roundoff;
+            if delta <= 4.0 * roundoff || theta * h * change <= (1.0 - theta) * speed || is_noise {
+                return Ok(Some(iterations));
+            }
+            if theta > SURE_CONTRACTION {
+                return Ok(None);
+            }
+            last = change;
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,167 @@
+//! What steps of a separable Lagrangian, L = ½ vᵀMv − V(t, q), share.
+
+use crate::error::SolveError;
+use crate::lagrangian::{HessianWeights, Lagrangian};
+use crate::linalg::Jacobian;
+use crate::mass::{Mass, MassInverse};
+
+/// Largest relative difference of two mass matrices that passes for rounding.
+const CONSTANT: f64 = 1e-10;
+
+/// The inverse of M, once it is known and what the Lagrangian declares is checked.
+#[derive(Debug)]
+pub(super) struct ConstantMass {
+    mass: Jacobian,
+    other: Jacobian,
+    inverse: Option<MassInverse>,
+}
+
+impl ConstantMass {
+    pub(super) fn new(l: &impl Lagrangian) -> Self {
+        let mass = Jacobian::with_structure(l.dim(), &l.structure());
+        Self { other: mass.clone(), mass, inverse: None }
+    }
+
+    /// M⁻¹; what is found at the first call, with the state of a first step of length `h` from `t`, serves for all.
+    #[inline]
+    pub(super) fn inverse(
+        &mut self,
+        l: &impl Lagrangian,
+        (t, h): (f64, f64),
+        q: &[f64],
+        p: &[f64],
+    ) -> Result<&mut MassInverse, SolveError> {
+        if self.inverse.is_none() {
+            let inverse = self.checked_inverse(l, (t, h), q, p)?;
+            self.inverse = Some(inverse);
+        }
+        self.inverse.as_mut().ok_or(SolveError::SingularMass)
+    }
+
+    /// The norm of column sums of M⁻¹L_qq at q, NaN where M is not known yet.
+    pub(super) fn stiffness(&mut self, l: &impl Lagrangian, t: f64, q: &[f64], column: &mut [f64]) -> f64 {
+        let Some(inverse) = &mut self.inverse else { return f64::NAN };
+        self.other.clear();
+        l.add_hessian(t, q, column, HessianWeights { qq: 1.0, ..Default::default() }, &mut self.other);
+        let mut norm = 0.0_f64;
+        for j in 0..q.len() {
+            column.iter_mut().enumerate().for_each(|(i, x)| *x = self.other.get(i, j));
+            inverse.solve(column);
+            let sum: f64 = column.iter().map(|x| x.abs()).sum();
+            norm = if sum <= norm { norm } else { sum };
+        }
+        norm
+    }
+
+    /// Refuses a Lagrangian with other second derivatives in v at either end of the straight step, or mixed ones.
+    fn checked_inverse(
+        &mut self,
+        l: &impl Lagrangian,
+        (t, h): (f64, f64),
+        q: &[f64],
+        p: &[f64],
+    ) -> Result<MassInverse, SolveError> {
+        const VV: HessianWeights = HessianWeights { qq: 0.0, qv: 0.0, vq: 0.0, vv: 1.0 };
+        const QV: HessianWeights = HessianWeights { qq: 0.0, qv: 1.0, vq: 0.0, vv: 0.0 };
+        let mut v = vec![0.0; q.len()];
+        self.mass.clear();
+        l.add_hessian(t, q, &v, VV, &mut self.mass);
+        let mut inverse = MassInverse::new(&mass(&self.mass)).map_err(|_| SolveError::SingularMass)?;
+        v.copy_from_slice(p);
+        inverse.solve(&mut v);
+        let end: Vec<f64> = q.iter().zip(&v).map(|(q, v)| q + h * v).collect();
+        let mut largest = 0.0_f64;
+        self.mass.for_each(|_, _, m| largest = largest.max(m.abs()));
+        for (t, q) in [(t, q), (t + h, &end)] {
+            for which in [VV, QV] {
+                self.other.clear();
+                l.add_hessian(t, q, &v, which, &mut self.other);
+                let (mass, mut different) = (&self.mass, None);
+                self.other.for_each(|i, j, x| {
+                    let expected = if which == VV { mass.get(i, j) } else { 0.0 };
+                    let allowed = if which == VV { CONSTANT * largest } else { 0.0 };
+                    let is_same = (x - expected).abs() <= allowed;
+                    if !is_same {
+                        different = Some((i, j));
+                    }
+                });
+                if let Some((row, column)) = different {
+                    return Err(SolveError::NotSeparable { row, column });
+                }
+            }
+        }
+        Ok(inverse)
+    }
+}
+
+/// The mass in its simplest form.
+fn mass(m: &Jacobian) -> Mass {
+    let (mut is_diagonal, mut is_identity) = (true, true);
+    m.for_each(|i, j, x| {
+        is_diagonal &= i == j || x == 0.0;
+        is_identity &= x == if i == j { 1.0 } else { 0.0 };
+    });
+    match (is_identity, is_diagonal) {
+        (true, _) => Mass::Identity,
+        (_, true) => Mass::Diagonal((0..m.dim()).map(|i| m.get(i, i)).collect()),
+        _ => Mass::Matrix(m.clone()),
+    }
+}
+
+/// The end of the last step, and what the additions that led to it have lost, so that small changes add up without it
+/// ([HLW06] VIII.5, compensated summation).
+#[derive(Debug)]
+pub(super) struct Sum {
+    t: f64,
+    q: Vec<f64>,
+    p: Vec<f64>,
+    lost_q: Vec<f64>,
+    lost_p: Vec<f64>,
+}
+
+impl Sum {
+    pub(super) fn new(dim: usize) -> Self {
+        let zeros = vec![0.0; dim];
+        Self { t: f64::NAN, q: zeros.clone(), p: zeros.clone(), lost_q: zeros.clone(), lost_p: zeros }
+    }
+
+    /// Whether a step goes on from the end of the last one; otherwise nothing is lost yet.
+    #[inline]
+    pub(super) fn continues(&mut self, t: f64, q: &[f64], p: &[f64]) -> bool {
+        let is_same = self.t == t && self.q == q && self.p == p;
+        if !is_same {
+            self.forget();
+        }
+        is_same
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.t = f64::NAN;
+        self.lost_q.fill(0.0);
+        self.lost_p.fill(0.0);
+    }
+
+    /// Adds changes to a component of the position and of the momentum.
+    #[inline]
+    pub(super) fn add(&mut self, i: usize, (q, in_q): (&mut f64, f64), (p, in_p): (&mut f64, f64)) {
+        add(q, in_q, &mut self.lost_q[i]);
+        add(p, in_p, &mut self.lost_p[i]);
+        (self.q[i], self.p[i]) = (*q, *p);
+    }
+
+    /// The step ended at `t`.
+    #[inline]
+    pub(super) fn end(&mut self, t: f64) {
+        self.t = t;
+    }
+}
+
+/// Adds `change` and what was lost before to `x`, and keeps what this addition loses.
+#[inline(always)]
+fn add(x: &mut f64, change: f64, lost: &mut f64) {
+    let change = change + *lost;
+    let sum = *x + change;
+    let added = sum - *x;
+    *lost = (*x - (sum - added)) + (change - added);
+    *x = sum;
+}

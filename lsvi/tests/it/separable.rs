@@ -1,0 +1,170 @@
+//! Steps of separable Lagrangians against Newton's method on the equations of a step.
+
+use crate::mechanics::{Named, discretisations};
+use crate::systems::{ChargedParticle, DoublePendulum, HenonHeiles, Oscillator};
+use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
+use lsvi::{AutoLagrangian, Integrator, LagrangianFn, OneStep, Scalar, SolveError, StepError, position_momentum};
+
+/// A Lagrangian that says that it is separable.
+struct Separable<L>(L);
+
+impl<L: LagrangianFn> LagrangianFn for Separable<L> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn is_separable(&self) -> bool {
+        true
+    }
+    fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
+        self.0.lagrangian(t, q, v)
+    }
+}
+
+/// A mass that is not diagonal and a potential that depends on time.
+struct Swaying;
+
+impl LagrangianFn for Swaying {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
+        v[0] * v[0] + v[1] * v[1] * 0.5 + v[0] * v[1] * 0.6 + (q[0] - t).cos() - q[1] * q[1] * (q[0].sin() + 2.0) * 0.5
+    }
+}
+
+/// More wells than one.
+struct Washboard;
+
+impl LagrangianFn for Washboard {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        v[0] * v[0] * 0.5 + (q[0] * 2.0).cos() + q[0] * 0.3
+    }
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| if (a - b).abs() <= most { most } else { (a - b).abs() })
+}
+
+#[test]
+fn the_step_of_a_separable_lagrangian_is_that_of_its_equations() {
+    fn compare(separable: Vec<Named<'_>>, general: Vec<Named<'_>>) {
+        let (h, eps) = (0.05, f64::EPSILON);
+        for ((name, separable), (_, general)) in separable.into_iter().zip(general) {
+            let (mut one, mut other) = (position_momentum(separable), position_momentum(general));
+            let mut states = [([0.1, 0.2], [0.3, -0.1]); 2];
+            for k in 0..100 {
+                let t = h * f64::from(k);
+                let [(q, p), (r, s)] = &mut states;
+                one.step(t, h, q, p).expect("bounded");
+                other.step(t, h, r, s).expect("bounded");
+                // p is a derivative of the path, up to 16 roundings of q over h; regular motion lets them grow like t.
+                let allowed = 64.0 * (1.0 + t) * 16.0 * eps / h;
+                let apart = distance(q, r).max(distance(p, s)).max(distance(one.unknowns(), other.unknowns()));
+                assert!(apart <= allowed, "{name}, step {k}: {apart:e}");
+                // A position that a caller has changed is not taken for the end of the last step.
+                if k == 50 {
+                    (q[0], r[0]) = (0.15, 0.15);
+                }
+            }
+            assert_eq!((one.work().factorizations, one.work().steps), (0, 100), "{name}");
+            assert!(other.work().factorizations > 0, "{name}");
+        }
+    }
+    let (separable, general) = (AutoLagrangian::new(Separable(HenonHeiles)), AutoLagrangian::new(HenonHeiles));
+    compare(discretisations(&separable), discretisations(&general));
+    let (separable, general) = (AutoLagrangian::new(Separable(Swaying)), AutoLagrangian::new(Swaying));
+    compare(discretisations(&separable), discretisations(&general));
+}
+
+#[test]
+fn a_separable_step_that_fails_leaves_the_state_as_it_was() {
+    let l = AutoLagrangian::new(Separable(HenonHeiles));
+    for (name, discrete) in discretisations(&l) {
+        let mut method = position_momentum(discrete);
+        let (mut q, mut p) = ([f64::NAN, 0.0], [0.0; 2]);
+        assert!(method.step(0.0, 0.1, &mut q, &mut p).is_err(), "{name}");
+        let (mut q, mut p) = ([1e200, 0.0], [0.0; 2]);
+        assert!(method.step(0.0, 0.1, &mut q, &mut p).is_err(), "{name}");
+        assert_eq!((q, p), ([1e200, 0.0], [0.0; 2]), "{name}");
+    }
+}
+
+/// Steps along trajectories, as long as they are unstable even, against those that Newton's method takes from the same states.
+#[test]
+fn no_separable_step_returns_a_root_of_another_branch() {
+    let (separable, general) = (AutoLagrangian::new(Separable(Washboard)), AutoLagrangian::new(Washboard));
+    let (mut direct, mut wrong) = (0, Vec::new());
+    for i in 0..60 {
+        let h = 0.02 * 1.12_f64.powi(i);
+        for ((name, one), (_, other)) in discretisations(&separable).into_iter().zip(discretisations(&general)) {
+            let (mut one, mut other) = (position_momentum(one), position_momentum(other));
+            let (mut q, mut p) = ([0.3 + 0.01 * f64::from(i)], [1.5 - 0.05 * f64::from(i)]);
+            for k in 0..20 {
+                let (mut r, mut s, before) = (q, p, one.work().factorizations);
+                let (found, expected) = (one.step(0.0, h, &mut q, &mut p), other.step(0.0, h, &mut r, &mut s));
+                direct += i32::from(one.work().factorizations == before && found.is_ok());
+                // An explicit step has no other branch, and goes on where its equation has too small a derivative.
+                let is_same = match (&found, &expected) {
+                    (Ok(()), Ok(())) => {
+                        distance(&q, &r).max(distance(&p, &s)) <= 1e-7 * (1.0 + q[0].abs() + p[0].abs())
+                    }
+                    (Err(_), Err(_)) => true,
+                    _ => name == "trapezoidal",
+                };
+                if !is_same {
+                    wrong.push(format!(
+                        "{name}, h = {h}, step {k}: {q:?} {p:?} {found:?}, not {r:?} {s:?} {expected:?}"
+                    ));
+                }
+                if !is_same || found.is_err() || expected.is_err() {
+                    break;
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(direct > 5000, "{direct} steps without Newton's method");
+}
+
+#[test]
+fn rounding_adds_up_to_that_of_the_increments() {
+    // Gauss collocation conserves the energy of the oscillator: what it changes by is rounding.
+    let l = AutoLagrangian::new(Separable(Oscillator));
+    let (h, steps) = (1e-4, 1_000_000);
+    let mut midpoint = position_momentum(Midpoint::new(&l));
+    let mut gauss = position_momentum(Galerkin::gauss(&l, 2).expect("s ≥ 1"));
+    let mut verlet = position_momentum(Trapezoidal::new(&l));
+    let methods: [(&mut dyn OneStep, f64); 3] =
+        // Störmer and Verlet's conserves q² + p²/(1 − h²/4).
+        [(&mut midpoint, 0.0), (&mut gauss, 0.0), (&mut verlet, 0.25 * h * h)];
+    for (method, shift) in methods {
+        let (mut q, mut p) = ([0.8], [0.6 * f64::sqrt(1.0 - shift)]);
+        for k in 0..steps {
+            method.step(f64::from(k) * h, h, &mut q, &mut p).expect("linear");
+        }
+        let error = (q[0] * q[0] + p[0] * p[0] / (1.0 - shift) - 1.0).abs();
+        // Two roundings of each increment h q and h p, in the same way at worst: 4 ε t. Those of q and p in every step would add
+        // up to 2 ε √steps, nine times as much, at random; those of (q₁ − q₀)/h to 1/h of that.
+        assert!(error <= 4.0 * f64::EPSILON * h * f64::from(steps), "{error:e}");
+    }
+}
+
+#[test]
+fn a_lagrangian_that_is_not_separable_as_it_says_is_refused() {
+    let (charged, double) =
+        (AutoLagrangian::new(Separable(ChargedParticle)), AutoLagrangian::new(Separable(DoublePendulum)));
+    let refuses = |name: &str, method: &mut dyn OneStep| {
+        let step = method.step(0.0, 0.1, &mut [1.0, 2.0], &mut [0.3, 0.1]);
+        let is_refused = matches!(step, Err(StepError::Solve { source: SolveError::NotSeparable { .. }, .. }));
+        assert!(is_refused, "{name}: {step:?}");
+    };
+    for (name, discrete) in discretisations(&charged) {
+        refuses(&name, &mut position_momentum(discrete));
+    }
+    for (name, discrete) in discretisations(&double) {
+        refuses(&name, &mut position_momentum(discrete));
+    }
+}
