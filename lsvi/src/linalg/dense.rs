@@ -119,13 +119,13 @@ impl<T: Entry> DenseLu<T> {
         }
         for k in 0..n {
             for i in k + 1..n {
-                b[i] = b[i] - lu[k * n + i] * b[k];
+                b[i] -= lu[k * n + i] * b[k];
             }
         }
         for k in (0..n).rev() {
             b[k] *= reciprocals[k];
             for i in 0..k {
-                b[i] = b[i] - lu[k * n + i] * b[k];
+                b[i] -= lu[k * n + i] * b[k];
             }
         }
     }
