@@ -1,11 +1,11 @@
 //! Mass matrices M of systems M v̇ = f(t, v).
 
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::{InputError, check_vector};
 use crate::integrator::State;
-use crate::linalg::{FactorError, Jacobian, Lu};
+use crate::linalg::{Cholesky, FactorError, Jacobian, Lu};
 use crate::pool::Pool;
 use crate::vector_field::VectorField;
 
@@ -102,18 +102,17 @@ impl Mass {
         })
     }
 
-    /// Refuses a matrix that is no metric: one that is not symmetric positive definite.
-    pub(crate) fn check_metric(&self, dim: usize) -> Result<(), InputError> {
+    /// The factors of a matrix that is a metric, of order `dim`; refuses one that is not symmetric positive definite.
+    pub(crate) fn metric(&self, dim: usize) -> Result<MassInverse, InputError> {
         self.check(dim)?;
         match self {
-            Self::Identity => Ok(()),
             Self::Diagonal(m) => match m.iter().position(|&m| m <= 0.0) {
                 Some(i) => Err(InputError::Metric(format!("entry ({i}, {i}) is {}", m[i]))),
-                None => Ok(()),
+                None => MassInverse::new(self),
             },
-            Self::Matrix(m) => m.check_metric(),
-            // Its author promises it.
-            Self::Operator(_) => Ok(()),
+            Self::Matrix(m) => Ok(MassInverse::Cholesky(Box::new(m.cholesky()?))),
+            // Of an operator its author promises it.
+            Self::Identity | Self::Operator(_) => MassInverse::new(self),
         }
     }
 
@@ -171,7 +170,10 @@ pub(crate) fn rate(field: &impl VectorField, mass: &Mass, state: &State, out: &m
 pub(crate) enum MassInverse {
     Identity,
     Reciprocals(Vec<f64>),
-    Factors(Box<Lu>),
+    /// Of a metric.
+    Cholesky(Box<Cholesky>),
+    /// Of any other matrix, with the work space of the factors.
+    Factors(Box<Mutex<Lu>>),
     Operator(SharedMass),
 }
 
@@ -184,18 +186,19 @@ impl MassInverse {
             Mass::Matrix(m) => {
                 let mut lu = Lu::of(m);
                 lu.factor(m).map_err(|_| InputError::SingularMass)?;
-                Self::Factors(Box::new(lu))
+                Self::Factors(Box::new(Mutex::new(lu)))
             }
             Mass::Operator(m) => Self::Operator(m.clone()),
         })
     }
 
     /// Overwrites `b` with M⁻¹ b.
-    pub(crate) fn solve(&mut self, b: &mut [f64]) {
+    pub(crate) fn solve(&self, b: &mut [f64]) {
         match self {
             Self::Identity => {}
             Self::Reciprocals(m) => b.iter_mut().zip(m).for_each(|(b, m)| *b *= *m),
-            Self::Factors(lu) => lu.solve(b),
+            Self::Cholesky(factors) => factors.solve(b),
+            Self::Factors(lu) => lu.lock().unwrap_or_else(PoisonError::into_inner).solve(b),
             Self::Operator(m) => m.operator.solve(b),
         }
     }

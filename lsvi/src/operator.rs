@@ -2,7 +2,7 @@
 
 use crate::error::SolveError;
 use crate::linalg::{Jacobian, Lu};
-use crate::mass::Mass;
+use crate::mass::{Mass, MassInverse};
 use crate::vector_field::VectorField;
 
 /// A square matrix A of order n, known by its products.
@@ -44,6 +44,7 @@ pub struct StepOperator<'a> {
     v: &'a [f64],
     s: f64,
     assembled: Option<&'a Jacobian>,
+    mass_inverse: Option<&'a MassInverse>,
 }
 
 impl<'a> StepOperator<'a> {
@@ -55,7 +56,17 @@ impl<'a> StepOperator<'a> {
         s: f64,
         assembled: Option<&'a Jacobian>,
     ) -> Self {
-        Self { field, mass, t, v, s, assembled }
+        Self { field, mass, t, v, s, assembled, mass_inverse: None }
+    }
+
+    /// The same with the factors of M, which the normal equations need.
+    pub(crate) fn with_mass_inverse(self, mass_inverse: &'a MassInverse) -> Self {
+        Self { mass_inverse: Some(mass_inverse), ..self }
+    }
+
+    /// The factors of M; none in implicit stages, where M may be singular.
+    pub(crate) fn mass_inverse(&self) -> Option<&'a MassInverse> {
+        self.mass_inverse
     }
 
     /// The time t.

@@ -66,7 +66,7 @@ impl ConstantMass {
         let mut v = vec![0.0; q.len()];
         self.mass.clear();
         l.add_hessian(t, q, &v, VV, &mut self.mass);
-        let mut inverse = MassInverse::new(&mass(&self.mass)).map_err(|_| SolveError::SingularMass)?;
+        let inverse = MassInverse::new(&mass(&self.mass)).map_err(|_| SolveError::SingularMass)?;
         v.copy_from_slice(p);
         inverse.solve(&mut v);
         let end: Vec<f64> = q.iter().zip(&v).map(|(q, v)| q + h * v).collect();

@@ -68,7 +68,7 @@ struct Scratch {
 
 /// A symmetric positive definite M as a dense matrix.
 fn dense(mass: &Mass, n: usize) -> Result<DMatrix<f64>, InputError> {
-    mass.check_metric(n)?;
+    mass.metric(n)?;
     let mut m = Jacobian::zeros(n);
     mass.add_to(1.0, &mut m);
     m.check_structure().map_err(|_| InputError::NotAssembled)?;
@@ -88,7 +88,7 @@ impl<F: VectorField> LeastSquares<F> {
         }
         let (structure, mass) = (field.structure(), field.mass());
         if structure != Structure::Dense && matches!(mass, Mass::Identity | Mass::Diagonal(_)) {
-            mass.check_metric(n)?;
+            mass.metric(n)?;
             let mut rows = vec![Vec::new(); n];
             (0..n).for_each(|j| structure.rows(n, j).for_each(|i| rows[i].push(j)));
             let weights = Weights { mass, w: None, wm: None, mwm: None, rows: Some(rows) };
@@ -115,7 +115,7 @@ impl<F: VectorField> LeastSquares<F> {
         if let Some(&found) = [w.nrows(), w.ncols()].iter().find(|&&m| m != n) {
             return Err(InputError::Dimension { what: "metric", expected: n, found });
         }
-        Jacobian::from(w.clone()).check_metric()?;
+        Jacobian::from(w.clone()).cholesky()?;
         let weights = match self.field.mass() {
             Mass::Identity => {
                 Weights { mass: Mass::Identity, wm: Some(w.clone()), mwm: Some(w.clone()), w: Some(w), rows: None }

@@ -3,12 +3,11 @@
 use super::System;
 use crate::closure::{Linear, LinearClosure};
 use crate::discrete::Interval;
-use crate::error::{InputError, SolveError};
+use crate::error::SolveError;
 use crate::inexact::{InexactNewton, InexactSystem};
 use crate::linalg::{Jacobian, Structure};
-use crate::mass::{Mass, MassInverse};
 use crate::newton::Work;
-use crate::operator::{Operator, StepOperator};
+use crate::operator::Operator;
 use crate::solver::StepSolver;
 use crate::vector_field::VectorField;
 
@@ -34,7 +33,6 @@ struct Matrices {
 
 #[derive(Debug)]
 struct Scratch {
-    mass_inverse: MassInverse,
     f0: Vec<f64>,
     /// M⁻¹ h r₀ and M⁻¹ h r₁.
     d0: Vec<f64>,
@@ -54,15 +52,10 @@ struct Equation<'a, F> {
 }
 
 impl ClosedStep {
-    pub(super) fn new(
-        dim: usize,
-        structure: &Structure,
-        mass: &Mass,
-        solver: Box<dyn StepSolver>,
-    ) -> Result<Self, InputError> {
+    pub(super) fn new(dim: usize, structure: &Structure, solver: Box<dyn StepSolver>) -> Self {
         let matrix = || Jacobian::with_structure(dim, structure);
         let zeros = vec![0.0; dim];
-        Ok(Self {
+        Self {
             newton: InexactNewton::new(dim),
             solver,
             matrices: (*structure != Structure::MatrixFree).then(|| Matrices {
@@ -72,14 +65,13 @@ impl ClosedStep {
                 curvature: Jacobian::with_structure(dim, &structure.gram(dim)),
             }),
             work: Scratch {
-                mass_inverse: MassInverse::new(mass)?,
                 f0: zeros.clone(),
                 d0: zeros.clone(),
                 d1: zeros.clone(),
                 product: zeros.clone(),
                 image: zeros,
             },
-        })
+        }
     }
 
     pub(super) fn solve<F: VectorField>(
@@ -138,7 +130,7 @@ fn transpose(field: &impl VectorField, matrix: Option<&Jacobian>, (t, v): (f64, 
 
 impl<F: VectorField> InexactSystem for Equation<'_, F> {
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
-        let (System { field, mass }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
+        let (System { field, mass, mass_inverse }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
         let common = w.alpha + w.beta;
         if let Some(m) = &mut *self.matrices {
             m.end.clear();
@@ -153,7 +145,7 @@ impl<F: VectorField> InexactSystem for Equation<'_, F> {
         mass.add_difference(2.0 * common, x, self.v0, out);
         for d in [&mut s.d0, &mut s.d1] {
             mass.add_difference(1.0, x, self.v0, d);
-            s.mass_inverse.solve(d);
+            mass_inverse.solve(d);
         }
         let start = self.matrices.as_ref().map(|m| &m.start);
         transpose(*field, start, (self.t, self.v0), &s.d0, &mut s.product);
@@ -164,7 +156,7 @@ impl<F: VectorField> InexactSystem for Equation<'_, F> {
     }
 
     fn solve(&mut self, h: f64, x: &[f64], residual: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
-        let (System { field, mass }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
+        let (System { field, mass, mass_inverse }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
         if let Some(Matrices { end, b, curvature, .. }) = &mut *self.matrices {
             end.check_structure()?;
             b.clear();
@@ -176,7 +168,7 @@ impl<F: VectorField> InexactSystem for Equation<'_, F> {
             curvature.check_structure()?;
         }
         let matrices = self.matrices.as_ref();
-        let b = StepOperator::new(*field, mass, (self.t + h, x), h, matrices.map(|m| &m.b));
+        let b = self.system.operator((self.t + h, x), h, matrices.map(|m| &m.b));
         self.solver.prepare(&b)?;
         let (common, t, v0) = (w.alpha + w.beta, self.t, self.v0);
         let mut derivative = |y: &[f64], out: &mut [f64]| {
@@ -190,7 +182,7 @@ impl<F: VectorField> InexactSystem for Equation<'_, F> {
                 out.iter_mut().zip(&s.product).for_each(|(o, p)| *o += w.alpha * h * p);
             }
             if w.beta != 0.0 {
-                s.mass_inverse.solve(&mut s.image);
+                mass_inverse.solve(&mut s.image);
                 transpose(*field, matrices.map(|m| &m.end), (t + h, x), &s.image, &mut s.product);
                 out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
                 match matrices {

@@ -3,9 +3,8 @@
 use super::System;
 use crate::closure::{Linear, LinearClosure};
 use crate::discrete::Interval;
-use crate::error::{InputError, SolveError};
+use crate::error::SolveError;
 use crate::linalg::Jacobian;
-use crate::mass::{Mass, MassInverse};
 use crate::newton::{self, LimitAtZero, Newton, Work};
 use crate::vector_field::VectorField;
 
@@ -23,7 +22,6 @@ struct Scratch {
     /// J at the start and at the end of the step.
     start: Jacobian,
     end: Jacobian,
-    mass_inverse: MassInverse,
     f0: Vec<f64>,
     f1: Vec<f64>,
     /// M⁻¹ h r₀ and M⁻¹ h r₁.
@@ -42,14 +40,13 @@ struct Equation<'a, F> {
 }
 
 impl DenseStep {
-    pub(super) fn new(dim: usize, mass: &Mass) -> Result<Self, InputError> {
+    pub(super) fn new(dim: usize) -> Self {
         let zeros = vec![0.0; dim];
-        Ok(Self {
+        Self {
             newton: Newton::new(dim),
             scratch: Scratch {
                 start: Jacobian::zeros(dim),
                 end: Jacobian::zeros(dim),
-                mass_inverse: MassInverse::new(mass)?,
                 f0: zeros.clone(),
                 f1: zeros.clone(),
                 d0: zeros.clone(),
@@ -57,7 +54,7 @@ impl DenseStep {
                 column: zeros.clone(),
                 momentum: zeros,
             },
-        })
+        }
     }
 
     pub(super) fn solve<F: VectorField>(
@@ -121,7 +118,7 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
     #[inline]
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
         let row = self.row(h);
-        let (System { field, mass }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
+        let (System { field, mass, mass_inverse }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
         let common = w.alpha + w.beta;
         s.end.clear();
         field.linearize(self.t + h, x, &mut s.f1, 1.0, &mut s.end);
@@ -132,11 +129,11 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
         }
         mass.add_difference(2.0 * common, x, self.v0, out);
         mass.add_difference(1.0, x, self.v0, &mut s.d1);
-        s.mass_inverse.solve(&mut s.d1);
+        mass_inverse.solve(&mut s.d1);
         s.end.mul_transpose_add(-w.beta * h, &s.d1, out);
         if w.alpha != 0.0 {
             mass.add_difference(1.0, x, self.v0, &mut s.d0);
-            s.mass_inverse.solve(&mut s.d0);
+            mass_inverse.solve(&mut s.d0);
             s.start.mul_transpose_add(w.alpha * h, &s.d0, out);
         }
         if row != 1.0 {
@@ -161,7 +158,7 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
                 for (i, column) in s.column.iter_mut().enumerate() {
                     *column = h * s.end.get(i, j);
                 }
-                s.mass_inverse.solve(&mut s.column);
+                self.system.mass_inverse.solve(&mut s.column);
                 s.momentum.fill(0.0);
                 s.end.mul_transpose_add(beta, &s.column, &mut s.momentum);
                 s.momentum.iter().enumerate().for_each(|(i, x)| out.add(i, j, *x));

@@ -2,12 +2,11 @@
 
 use super::System;
 use crate::discrete::Interval;
-use crate::error::{InputError, SolveError};
+use crate::error::SolveError;
 use crate::inexact::forcing;
 use crate::linalg::{Jacobian, Structure, max_norm};
-use crate::mass::{Mass, MassInverse};
 use crate::newton::Work;
-use crate::operator::{Operator, StepOperator};
+use crate::operator::Operator;
 use crate::solver::StepSolver;
 use crate::vector_field::VectorField;
 
@@ -37,7 +36,6 @@ pub(super) struct GaussNewton {
 /// φ and what it is made of.
 #[derive(Debug)]
 struct Action {
-    mass_inverse: MassInverse,
     f0: Vec<f64>,
     /// h r₀ and h r₁ at the point of the last evaluation.
     start: Vec<f64>,
@@ -63,7 +61,7 @@ impl Action {
         for residual in [&mut self.start, &mut self.end] {
             system.mass.add_difference(1.0, v, v0, residual);
             self.dual.copy_from_slice(residual);
-            self.mass_inverse.solve(&mut self.dual);
+            system.mass_inverse.solve(&mut self.dual);
             sum += 0.5 * dot(residual, &self.dual);
         }
         Ok(sum)
@@ -71,29 +69,18 @@ impl Action {
 }
 
 impl GaussNewton {
-    pub(super) fn new(
-        dim: usize,
-        structure: &Structure,
-        mass: &Mass,
-        solver: Box<dyn StepSolver>,
-    ) -> Result<Self, InputError> {
+    pub(super) fn new(dim: usize, structure: &Structure, solver: Box<dyn StepSolver>) -> Self {
         let zeros = vec![0.0; dim];
-        Ok(Self {
+        Self {
             solver,
             damping: 0.0,
             b: (*structure != Structure::MatrixFree).then(|| Jacobian::with_structure(dim, structure)),
-            action: Action {
-                mass_inverse: MassInverse::new(mass)?,
-                f0: zeros.clone(),
-                start: zeros.clone(),
-                end: zeros.clone(),
-                dual: zeros.clone(),
-            },
+            action: Action { f0: zeros.clone(), start: zeros.clone(), end: zeros.clone(), dual: zeros.clone() },
             gradient: zeros.clone(),
             increment: zeros.clone(),
             trial: zeros.clone(),
             work: zeros,
-        })
+        }
     }
 
     pub(super) fn solve<F: VectorField>(
@@ -121,7 +108,7 @@ impl GaussNewton {
                 system.set_b(at.start + at.h, at.h, v, b);
                 b.check_structure()?;
             }
-            let b = StepOperator::new(system.field, system.mass, (at.start + at.h, v), at.h, self.b.as_ref());
+            let b = system.operator((at.start + at.h, v), at.h, self.b.as_ref());
             b.apply_transpose(&self.action.dual, &mut self.gradient);
             self.gradient.iter_mut().zip(&self.action.start).for_each(|(g, r)| *g += r);
             let before = std::mem::replace(&mut size, dot(&self.gradient, &self.gradient).sqrt());
@@ -164,7 +151,7 @@ impl GaussNewton {
         (tolerance, enough): (f64, f64),
         work: &mut Work,
     ) -> Result<Option<(f64, f64)>, SolveError> {
-        let b = StepOperator::new(system.field, system.mass, (at.start + at.h, v), at.h, self.b.as_ref());
+        let b = system.operator((at.start + at.h, v), at.h, self.b.as_ref());
         while self.damping < STRONGEST {
             for (d, g) in self.increment.iter_mut().zip(&self.gradient) {
                 *d = -g;

@@ -6,7 +6,7 @@ use crate::error::SolveError;
 use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::mass::Mass;
 use crate::newton::Work;
-use crate::operator::{Factored, Operator, StepOperator};
+use crate::operator::{Factored, Operator};
 use crate::solver::{Augmented, Iterative, StepSolver, Twisted};
 use crate::vector_field::VectorField;
 
@@ -131,7 +131,7 @@ impl LinearStep {
                 }
             });
         }
-        let b = StepOperator::new(system.field, system.mass, (at.start, &self.zero), at.h, self.b.as_ref());
+        let b = system.operator((at.start, &self.zero), at.h, self.b.as_ref());
         self.uses_twisted = match &mut self.twisted {
             Some(twisted) => {
                 twisted.prepare(&b)?;
@@ -196,7 +196,7 @@ impl LinearStep {
             work.factorizations += 1;
         }
         system.field.rhs(at.start, &self.zero, v1);
-        let b = StepOperator::new(system.field, system.mass, (at.start, &self.zero), at.h, self.b.as_ref());
+        let b = system.operator((at.start, &self.zero), at.h, self.b.as_ref());
         v1.iter_mut().for_each(|g| *g *= at.h);
         system.mass.mul_add(2.0, v0, v1);
         if self.b.is_some() {

@@ -30,8 +30,9 @@ use crate::discrete::Interval;
 use crate::error::{InputError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::{Jacobian, Structure};
-use crate::mass::{Mass, rate};
+use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::Work;
+use crate::operator::StepOperator;
 use crate::solver::{StepSolver, assembled_structure};
 use crate::vector_field::VectorField;
 
@@ -68,6 +69,7 @@ pub fn least_squares<F: VectorField>(field: F, closure: Linear) -> Result<LeastS
 pub struct LeastSquaresStep<F> {
     field: F,
     mass: Mass,
+    mass_inverse: MassInverse,
     closure: Linear,
     equations: Equations,
     next: Vec<f64>,
@@ -85,7 +87,6 @@ impl<F: VectorField> LeastSquaresStep<F> {
         if structure == Structure::MatrixFree || matches!(mass, Mass::Operator(_)) {
             return Err(InputError::NotAssembled);
         }
-        mass.check_metric(field.dim())?;
         Self::of(field, closure, None)
     }
 
@@ -102,25 +103,23 @@ impl<F: VectorField> LeastSquaresStep<F> {
     /// in the first step otherwise.
     pub fn with_solver(field: F, closure: Linear, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
         solver.check(&field.structure(), &field.mass())?;
-        field.mass().check_metric(field.dim())?;
         Self::of(field, closure, Some(Box::new(solver)))
     }
 
     fn of(field: F, closure: Linear, solver: Option<Box<dyn StepSolver>>) -> Result<Self, InputError> {
         let (n, structure, mass) = (field.dim(), assembled_structure(&field), field.mass());
+        let mass_inverse = mass.metric(n)?;
         let is_method_i = closure.is_end_alone();
         let equations = match solver {
-            None if structure == Structure::Dense => Equations::Dense(Box::new(DenseStep::new(n, &mass)?)),
+            None if structure == Structure::Dense => Equations::Dense(Box::new(DenseStep::new(n))),
             solver if is_method_i && field.is_linear() => {
                 Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, solver)))
             }
-            Some(solver) if is_method_i => {
-                Equations::GaussNewton(Box::new(GaussNewton::new(n, &structure, &mass, solver)?))
-            }
-            Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, &mass, solver)?)),
-            None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass)?)),
+            Some(solver) if is_method_i => Equations::GaussNewton(Box::new(GaussNewton::new(n, &structure, solver))),
+            Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, solver))),
+            None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass))),
         };
-        Ok(Self { field, mass, closure, equations, next: vec![0.0; n], work: Work::default() })
+        Ok(Self { field, mass, mass_inverse, closure, equations, next: vec![0.0; n], work: Work::default() })
     }
 }
 
@@ -128,9 +127,15 @@ impl<F: VectorField> LeastSquaresStep<F> {
 struct System<'a, F> {
     field: &'a F,
     mass: &'a Mass,
+    mass_inverse: &'a MassInverse,
 }
 
 impl<F: VectorField> System<'_, F> {
+    /// B at (t, v), and as a matrix if it was assembled.
+    fn operator<'b>(&'b self, (t, v): (f64, &'b [f64]), h: f64, b: Option<&'b Jacobian>) -> StepOperator<'b> {
+        StepOperator::new(self.field, self.mass, (t, v), h, b).with_mass_inverse(self.mass_inverse)
+    }
+
     /// Sets `b` to M − h f_v(t, v).
     fn set_b(&self, t: f64, h: f64, v: &[f64], b: &mut Jacobian) {
         b.clear();
@@ -182,22 +187,22 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
         }
         check_vector("q", v, n)?;
         check_vector("p", p, n)?;
-        let (system, at) = (System { field: &self.field, mass: &self.mass }, Interval { start: t, h });
+        let Self { field, mass, mass_inverse, .. } = self;
+        let (system, at) = (|| System { field: &*field, mass, mass_inverse }, Interval { start: t, h });
         let (closure, next, work) = (&self.closure, &mut self.next, &mut self.work);
         let solved = match &mut self.equations {
-            Equations::Linear(step) => step.solve(system, at, v, next, work),
-            Equations::GaussNewton(step) => step.solve(system, at, v, next, work),
-            Equations::Dense(step) => step.solve((system, closure), at, v, next, work),
-            Equations::Newton(step) => step.solve((system, closure), at, v, next, work),
-            Equations::Closed(step) => step.solve((system, closure), at, v, next, work),
+            Equations::Linear(step) => step.solve(system(), at, v, next, work),
+            Equations::GaussNewton(step) => step.solve(system(), at, v, next, work),
+            Equations::Dense(step) => step.solve((system(), closure), at, v, next, work),
+            Equations::Newton(step) => step.solve((system(), closure), at, v, next, work),
+            Equations::Closed(step) => step.solve((system(), closure), at, v, next, work),
         };
         solved.map_err(|source| StepError::Solve { t, h, source })?;
-        let system = System { field: &self.field, mass: &self.mass };
         match &mut self.equations {
             _ if self.closure.is_end_alone() => p.fill(0.0),
-            Equations::Dense(step) => step.momentum(system, at, v, &self.next, p),
-            Equations::Newton(step) => step.momentum(system, at, v, p),
-            Equations::Closed(step) => step.momentum(system, at, v, &self.next, p),
+            Equations::Dense(step) => step.momentum(system(), at, v, &self.next, p),
+            Equations::Newton(step) => step.momentum(system(), at, v, p),
+            Equations::Closed(step) => step.momentum(system(), at, v, &self.next, p),
             _ => p.fill(0.0),
         }
         v.copy_from_slice(&self.next);

@@ -3,9 +3,9 @@
 use super::System;
 use crate::closure::{Linear, LinearClosure};
 use crate::discrete::Interval;
-use crate::error::{InputError, SolveError};
+use crate::error::SolveError;
 use crate::linalg::{Jacobian, Structure};
-use crate::mass::{Mass, MassInverse};
+use crate::mass::Mass;
 use crate::newton::{self, LimitAtZero, Newton, Work};
 use crate::solver::{first, second, structure_of};
 use crate::vector_field::VectorField;
@@ -29,7 +29,6 @@ struct Scratch {
     end: Jacobian,
     /// Σ_i z_i ∂²f_i.
     curvature: Jacobian,
-    mass_inverse: MassInverse,
     f0: Vec<f64>,
     /// M⁻¹ f₀.
     rate: Vec<f64>,
@@ -51,10 +50,10 @@ struct Equation<'a, F> {
 }
 
 impl FullNewton {
-    pub(super) fn new(dim: usize, structure: &Structure, mass: &Mass) -> Result<Self, InputError> {
+    pub(super) fn new(dim: usize, structure: &Structure, mass: &Mass) -> Self {
         let gram = structure.gram(dim);
         let zeros = vec![0.0; dim];
-        Ok(Self {
+        Self {
             newton: Newton::with_structure(2 * dim, &structure_of(dim, structure, mass, Some(&gram))),
             unknowns: vec![0.0; 2 * dim],
             residual: vec![0.0; 2 * dim],
@@ -62,7 +61,6 @@ impl FullNewton {
                 start: Jacobian::with_structure(dim, structure),
                 end: Jacobian::with_structure(dim, structure),
                 curvature: Jacobian::with_structure(dim, &gram),
-                mass_inverse: MassInverse::new(mass)?,
                 f0: zeros.clone(),
                 rate: zeros.clone(),
                 v1: zeros.clone(),
@@ -72,7 +70,7 @@ impl FullNewton {
                 transposed: zeros.clone(),
                 plain: zeros,
             },
-        })
+        }
     }
 
     pub(super) fn solve<F: VectorField>(
@@ -87,7 +85,7 @@ impl FullNewton {
         system.field.rhs(at.start, v0, &mut s.f0);
         if closure.weights(at.h).alpha != 0.0 {
             s.rate.copy_from_slice(&s.f0);
-            s.mass_inverse.solve(&mut s.rate);
+            system.mass_inverse.solve(&mut s.rate);
             s.start.clear();
             system.field.add_jacobian(at.start, v0, 1.0, &mut s.start);
         }

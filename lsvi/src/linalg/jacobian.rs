@@ -2,14 +2,12 @@
 
 use std::sync::Arc;
 
-use faer::Side;
-use faer::sparse::{SparseColMat, Triplet};
 use nalgebra::DMatrix;
 
-use super::FactorError;
 use super::banded::Band;
 use super::sparse::Sparse;
 use super::structure::{Pattern, Structure};
+use super::{Cholesky, FactorError};
 use crate::error::InputError;
 
 /// A square matrix of derivatives, ∂F_i/∂x_j.
@@ -166,10 +164,9 @@ impl Jacobian {
         }
     }
 
-    /// Refuses a matrix that is not symmetric positive definite.
-    pub(crate) fn check_metric(&self) -> Result<(), InputError> {
-        let n = self.dim();
-        let (mut asymmetric, mut triplets) = (None, Vec::new());
+    /// The factors of a symmetric positive definite matrix; refuses any other.
+    pub(crate) fn cholesky(&self) -> Result<Cholesky, InputError> {
+        let mut asymmetric = None;
         self.for_each(|i, j, a| {
             let b = self.get(j, i);
             // Symmetric to rounding: a product such as M⁻¹ need not be so to the last bit.
@@ -178,14 +175,11 @@ impl Jacobian {
             if !symmetric {
                 asymmetric = Some(format!("entries ({i}, {j}) and its mirror image are {a} and {b}"));
             }
-            triplets.push(Triplet::new(i, j, a));
         });
         if let Some(what) = asymmetric {
             return Err(InputError::Metric(what));
         }
-        let definite = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &triplets)
-            .is_ok_and(|matrix| matrix.sp_cholesky(Side::Lower).is_ok());
-        if definite { Ok(()) } else { Err(InputError::Metric("it has no Cholesky factor".into())) }
+        Cholesky::new(self).ok_or_else(|| InputError::Metric("it has no Cholesky factor".into()))
     }
 
     /// Adds `scale` A x to `out`.

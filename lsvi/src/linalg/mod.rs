@@ -1,6 +1,7 @@
 //! Derivative matrices and the solution of linear systems with them, without allocation once set up.
 
 mod banded;
+mod cholesky;
 mod condition;
 mod dense;
 mod entry;
@@ -12,6 +13,7 @@ mod structure;
 pub use jacobian::Jacobian;
 pub use structure::{Pattern, Structure};
 
+pub(crate) use cholesky::Cholesky;
 pub(crate) use condition::inverse_norm;
 pub(crate) use entry::Entry;
 pub(crate) use size::{by_size, size};

@@ -43,8 +43,6 @@ enum Normal {
 
 #[derive(Debug)]
 struct Work {
-    /// `None` if M is singular.
-    mass_inverse: Option<MassInverse>,
     cg: ConjugateGradients,
     /// Allocated when they are asked for.
     gmres: Option<Gmres>,
@@ -106,10 +104,9 @@ impl<P> fmt::Debug for Iterative<P> {
 }
 
 impl Work {
-    fn new(mass: &Mass, n: usize) -> Self {
+    fn new(n: usize) -> Self {
         let zeros = vec![0.0; n];
         Self {
-            mass_inverse: MassInverse::new(mass).ok(),
             cg: ConjugateGradients::new(n),
             gmres: None,
             lsmr: None,
@@ -141,7 +138,7 @@ fn precondition_normal(p: &mut impl Preconditioner, mass: &Mass, work: &mut [f64
 impl<P: Preconditioner + Send> StepSolver for Iterative<P> {
     fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
         if self.work.is_none() {
-            self.work = Some(Work::new(b.mass(), b.dim()));
+            self.work = Some(Work::new(b.dim()));
         }
         let slow = self.last > MANY && self.first.is_some_and(|first| self.last > 2 * first);
         self.is_fresh = self.prepared != Some(b.s()) || slow;
@@ -171,10 +168,10 @@ impl<P: Preconditioner + Send> StepSolver for Iterative<P> {
         tolerance: f64,
     ) -> Result<u64, SolveError> {
         let tolerance = tolerance.max(self.tolerance);
-        let Some(Work { mass_inverse, cg, lsmr, u, w, a: work_a, b: work_b, .. }) = &mut self.work else {
+        let Some(Work { cg, lsmr, u, w, a: work_a, b: work_b, .. }) = &mut self.work else {
             return Err(SolveError::NotAssembled);
         };
-        let mass_inverse = mass_inverse.as_mut().ok_or(SolveError::SingularMass)?;
+        let mass_inverse = b.mass_inverse().ok_or(SolveError::SingularMass)?;
         let (p, mass) = (&mut self.preconditioner, b.mass());
         let iterations = match self.normal {
             Normal::ConjugateGradients => {
@@ -275,7 +272,7 @@ impl<P: Preconditioner> System for Closure<'_, P> {
 struct Stacked<'a, P> {
     b: &'a StepOperator<'a>,
     preconditioner: &'a mut P,
-    mass_inverse: &'a mut MassInverse,
+    mass_inverse: &'a MassInverse,
     /// 1 + μ.
     weight: f64,
     a: &'a mut [f64],

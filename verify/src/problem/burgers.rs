@@ -2,7 +2,7 @@
 
 use lsvi::{AutoField, FieldFn, Scalar, Structure, VectorField};
 
-use super::{Facts, Limit, Problem, Spec, Stiffness, Window, tabulated};
+use super::{Facts, Limit, Problem, Spec, tabulated};
 use crate::kinds::Principle;
 use crate::names::Parameter;
 use crate::reference::Ode;
@@ -139,23 +139,9 @@ impl Problem for Burgers {
         (is_default && self.cells == 8).then(|| tabulated::lookup("burgers cells=8", t)).flatten()
     }
     fn limit(&self, _principle: Principle) -> Limit<'_> {
-        Limit {
-            name: "semi-discrete",
-            ode: self,
-            initial: self.initial(),
-            exact: Box::new(|_| None),
-            order: None,
-            reason: "the equation discretised in space",
-        }
+        Limit::semi_discrete(self, |_| None)
     }
     fn facts(&self) -> Facts {
-        let window = Window { horizon: 1.0, coarsest: 0.1 };
-        Facts { window, stiffness: Stiffness::Transient(self.fastest()), ..Facts::default() }
-    }
-    fn is_stiff(&self) -> bool {
-        self.fastest() > 100.0
-    }
-    fn horizon(&self) -> f64 {
-        1.0
+        Facts::semi_discrete(self.fastest())
     }
 }

@@ -20,6 +20,13 @@ pub enum Stiffness {
     Forced(f64),
 }
 
+impl Stiffness {
+    /// Whether a rate is far beyond those of a solution on a time scale of order 1.
+    pub(super) fn is_fast(self) -> bool {
+        matches!(self, Self::Transient(rate) | Self::Forced(rate) if rate > 100.0)
+    }
+}
+
 /// Where J = ∂f/∂v, or J less a positive multiple of the identity, is singular on the solution or beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Singular {
@@ -45,6 +52,14 @@ pub struct Facts {
     pub singular: Option<Singular>,
     /// Where J has eigenvalues that are positive and of the size of its rates, if it has.
     pub growing: Option<Singular>,
+}
+
+impl Facts {
+    /// Those of a partial differential equation discretised in space whose fastest rate of decay is `rate`.
+    pub(super) fn semi_discrete(rate: f64) -> Self {
+        let window = Window { horizon: 1.0, coarsest: 0.1 };
+        Self { window, stiffness: Stiffness::Transient(rate), ..Self::default() }
+    }
 }
 
 impl Default for Facts {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use lsvi::{AutoField, FieldFn, Scalar, Structure, VectorField};
 
-use super::{Facts, Limit, Problem, Spec, Stiffness, Window};
+use super::{Facts, Limit, Problem, Spec};
 use crate::kinds::Principle;
 use crate::names::Parameter;
 use crate::reference::Ode;
@@ -156,23 +156,9 @@ impl Problem for Heat {
         Some(self.decaying(t, |k| k * k))
     }
     fn limit(&self, _principle: Principle) -> Limit<'_> {
-        Limit {
-            name: "semi-discrete",
-            ode: self,
-            initial: self.initial(),
-            exact: Box::new(|t| Some(self.semi_discrete(t))),
-            order: None,
-            reason: "the equation discretised in space",
-        }
+        Limit::semi_discrete(self, |t| Some(self.semi_discrete(t)))
     }
     fn facts(&self) -> Facts {
-        let window = Window { horizon: 1.0, coarsest: 0.1 };
-        Facts { window, stiffness: Stiffness::Transient(self.fastest()), ..Facts::default() }
-    }
-    fn is_stiff(&self) -> bool {
-        self.fastest() > 100.0
-    }
-    fn horizon(&self) -> f64 {
-        1.0
+        Facts::semi_discrete(self.fastest())
     }
 }

@@ -110,4 +110,7 @@ impl Problem for Hires {
     fn is_stiff(&self) -> bool {
         true
     }
+    fn horizon(&self) -> f64 {
+        2.0
+    }
 }

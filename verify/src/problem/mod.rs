@@ -120,12 +120,12 @@ pub trait Problem: fmt::Debug + Send + Sync {
 
     /// Whether explicit references would need steps far below the solution's own scale.
     fn is_stiff(&self) -> bool {
-        false
+        self.facts().stiffness.is_fast()
     }
 
     /// End of the time interval for cross-checks.
     fn horizon(&self) -> f64 {
-        2.0
+        self.facts().window.horizon
     }
 }
 
@@ -143,6 +143,20 @@ pub struct Limit<'a> {
     pub order: Option<f64>,
     /// Why this equation and this order.
     pub reason: &'static str,
+}
+
+impl<'a> Limit<'a> {
+    /// That of a partial differential equation discretised in space.
+    fn semi_discrete(problem: &'a dyn Problem, exact: impl Fn(f64) -> Option<Vec<f64>> + Sync + 'a) -> Self {
+        Self {
+            name: "semi-discrete",
+            ode: problem.ode(),
+            initial: problem.initial(),
+            exact: Box::new(exact),
+            order: None,
+            reason: "the equation discretised in space",
+        }
+    }
 }
 
 /// An entry of the registry.

@@ -174,10 +174,6 @@ impl Problem for Model {
     fn is_stiff(&self) -> bool {
         self.is_stiff
     }
-
-    fn horizon(&self) -> f64 {
-        self.horizon
-    }
 }
 
 /// The machine code, with the values of the inputs.

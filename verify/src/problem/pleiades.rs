@@ -167,9 +167,6 @@ impl Problem for Pleiades {
             ..Facts::default()
         }
     }
-    fn horizon(&self) -> f64 {
-        1.0
-    }
 }
 
 #[cfg(test)]

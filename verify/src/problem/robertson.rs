@@ -73,10 +73,4 @@ impl Problem for Robertson {
             ..Facts::default()
         }
     }
-    fn is_stiff(&self) -> bool {
-        true
-    }
-    fn horizon(&self) -> f64 {
-        0.4
-    }
 }

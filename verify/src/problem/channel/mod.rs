@@ -15,7 +15,7 @@ use self::band::Cholesky;
 use self::flow::Flow;
 use self::modes::Modes;
 use self::space::{Scheme, Shapes, Space};
-use super::{Facts, Limit, Problem, Spec, Stiffness, Window};
+use super::{Facts, Limit, Problem, Spec};
 use crate::kinds::Principle;
 use crate::names::{NameError, Parameter, Parameters};
 use crate::reference::Ode;
@@ -202,24 +202,10 @@ impl Problem for Channel {
         Some(self.points.iter().map(|y| self.flow.velocity(*y, t)).collect())
     }
     fn limit(&self, _principle: Principle) -> Limit<'_> {
-        Limit {
-            name: "semi-discrete",
-            ode: self,
-            initial: self.initial(),
-            exact: Box::new(|t| self.modes().map(|modes| modes.solution(t))),
-            order: None,
-            reason: "the equation discretised in space",
-        }
+        Limit::semi_discrete(self, |t| self.modes().map(|modes| modes.solution(t)))
     }
     fn facts(&self) -> Facts {
-        let window = Window { horizon: 1.0, coarsest: 0.1 };
-        Facts { window, stiffness: Stiffness::Transient(self.fastest()), ..Facts::default() }
-    }
-    fn is_stiff(&self) -> bool {
-        self.fastest() > 100.0
-    }
-    fn horizon(&self) -> f64 {
-        1.0
+        Facts::semi_discrete(self.fastest())
     }
 }
 

@@ -40,8 +40,8 @@ pub(super) struct Buffers {
 
 impl Modes {
     pub(super) fn new(points: usize) -> Self {
-        let largest = (points as i32 - 1) / 3;
-        let half = (0..=largest).flat_map(|k| (-largest..=largest).map(move |l| [k, l]));
+        let most = largest(points);
+        let half = (0..=most).flat_map(|k| (-most..=most).map(move |l| [k, l]));
         let waves: Vec<Wave> = half.filter(|[k, l]| *k > 0 || *l > 0).collect();
         let index = |k: i32| k.rem_euclid(points as i32) as usize;
         let place = |[k, l]: Wave| index(k) * points + index(l);
@@ -73,6 +73,13 @@ impl Modes {
         (0..n).map(move |i| 2.0 * PI * i as f64 / n as f64)
     }
 
+    /// The rows of a transposed array in which there are wave numbers, two thirds of them.
+    fn rows_with_modes<'b>(&self, array: &'b mut [Complex<f64>]) -> [&'b mut [Complex<f64>]; 2] {
+        let most = largest(self.points) as usize;
+        let (below, above) = array.split_at_mut((self.points - most) * self.points);
+        [&mut below[..(most + 1) * self.points], above]
+    }
+
     /// Writes the values of two fields, row by row in y, from functions of (k, coefficient pair) that give their complex
     /// coefficients at k.
     pub(super) fn values(
@@ -88,7 +95,9 @@ impl Modes {
             b.array[*plus] = p + q * Complex::i();
             b.array[*minus] = p.conj() + q.conj() * Complex::i();
         }
-        self.inverse.process_with_scratch(&mut b.array, &mut b.row);
+        self.rows_with_modes(&mut b.array)
+            .into_iter()
+            .for_each(|rows| self.inverse.process_with_scratch(rows, &mut b.row));
         transpose(self.points, &b.array, &mut b.transposed);
         self.inverse.process_with_scratch(&mut b.transposed, &mut b.row);
         for ((z, first), second) in b.transposed.iter().zip(first).zip(second) {
@@ -108,13 +117,19 @@ impl Modes {
         }
         self.forward.process_with_scratch(&mut b.array, &mut b.row);
         transpose(self.points, &b.array, &mut b.transposed);
-        self.forward.process_with_scratch(&mut b.transposed, &mut b.row);
+        let rows = self.rows_with_modes(&mut b.transposed);
+        rows.into_iter().for_each(|rows| self.forward.process_with_scratch(rows, &mut b.row));
         let scale = 1.0 / (self.points * self.points) as f64;
         for (m, (wave, [plus, minus])) in self.waves.iter().zip(&self.places).enumerate() {
             let (p, q) = (b.transposed[*plus] * scale, b.transposed[*minus].conj() * scale);
             visit(m, *wave, [(p + q) * 0.5, (p - q) * Complex::new(0.0, -0.5)]);
         }
     }
+}
+
+/// K for `points` grid points along a side.
+fn largest(points: usize) -> i32 {
+    (points as i32 - 1) / 3
 }
 
 /// The complex coefficient of e^{ik·x} of mode m.

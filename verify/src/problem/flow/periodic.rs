@@ -96,19 +96,16 @@ impl Periodic {
     }
 
     pub(super) fn field(&self) -> Field<'_> {
-        let grid = || vec![0.0; self.modes.points.pow(2)];
-        let scratch = Scratch {
-            buffers: self.modes.buffers(),
-            velocity: [grid(), grid()],
-            gradient: [grid(), grid()],
-            other: [grid(), grid()],
-            more: [grid(), grid()],
-        };
+        let pair = || [(); 2].map(|()| vec![0.0; self.modes.points.pow(2)]);
+        let scratch = Scratch { buffers: self.modes.buffers(), at: Vec::new(), velocity: pair(), other: pair() };
         Field { flow: self, scratch: RefCell::new(scratch) }
     }
 }
 
 /// The system of a [`Periodic`] flow with its work space.
+///
+/// Convection is u·∇ω = (∂_xx − ∂_yy)(uv) + ∂_xy(v² − u²) (C. Basdevant, J. Comput. Phys. 50, 1983, 209–214): two velocities in, two
+/// products out, so that f and each product with a derivative takes one complex transform each way.
 pub(super) struct Field<'a> {
     flow: &'a Periodic,
     scratch: RefCell<Scratch>,
@@ -116,12 +113,11 @@ pub(super) struct Field<'a> {
 
 struct Scratch {
     buffers: Buffers,
+    /// The state whose velocities these are: products with one Jacobian come in dozens.
+    at: Vec<f64>,
     /// u and v on the grid.
     velocity: [Vec<f64>; 2],
-    /// ω_x and ω_y.
-    gradient: [Vec<f64>; 2],
     other: [Vec<f64>; 2],
-    more: [Vec<f64>; 2],
 }
 
 fn pair([a, b]: &mut [Vec<f64>; 2]) -> [&mut [f64]; 2] {
@@ -132,24 +128,30 @@ fn zip<'a>([a, b]: &'a [Vec<f64>; 2]) -> impl Iterator<Item = [f64; 2]> + 'a {
     a.iter().zip(b).map(|(a, b)| [*a, *b])
 }
 
+/// The symbols of ∂_yy − ∂_xx and −∂_xy.
+fn second_derivatives(wave: Wave) -> [f64; 2] {
+    let [k, l] = wave.map(f64::from);
+    [k * k - l * l, k * l]
+}
+
 impl Scratch {
     fn linearise(&mut self, modes: &Modes, v: &[f64]) {
-        modes.values(|m, k| velocity(k, complex(v, m)), &mut self.buffers, pair(&mut self.velocity));
-        modes.values(|m, k| gradient(k, complex(v, m)), &mut self.buffers, pair(&mut self.gradient));
+        if self.at != v {
+            modes.values(|m, k| velocity(k, complex(v, m)), &mut self.buffers, pair(&mut self.velocity));
+            self.at.clear();
+            self.at.extend_from_slice(v);
+        }
     }
 }
 
-fn dot([a, b]: [f64; 2], [c, d]: [f64; 2]) -> f64 {
-    a * c + b * d
-}
-
 impl Field<'_> {
-    /// Writes M times what `rate` gives at k of the linear part, applied to v, minus the coefficients of `products`.
-    fn assemble(&self, v: &[f64], products: impl Iterator<Item = f64>, buffers: &mut Buffers, out: &mut [f64]) {
+    /// Writes M times the linear part applied to v, less the convection that belongs to the `products`.
+    fn assemble(&self, v: &[f64], products: impl Iterator<Item = [f64; 2]>, buffers: &mut Buffers, out: &mut [f64]) {
         let flow = self.flow;
         out.fill(0.0);
-        flow.modes.coefficients(products.map(|p| [p, 0.0]), buffers, |m, wave, [z, _]| {
-            add(out, m, (flow.rate(wave) * complex(v, m) - z) * flow.mass[2 * m]);
+        flow.modes.coefficients(products, buffers, |m, wave, [p, q]| {
+            let [a, b] = second_derivatives(wave);
+            add(out, m, (flow.rate(wave) * complex(v, m) + p * a + q * b) * flow.mass[2 * m]);
         });
     }
 }
@@ -166,7 +168,7 @@ impl VectorField for Field<'_> {
     fn rhs(&self, _t: f64, v: &[f64], out: &mut [f64]) {
         let s = &mut *self.scratch.borrow_mut();
         s.linearise(&self.flow.modes, v);
-        let products = zip(&s.velocity).zip(zip(&s.gradient)).map(|(u, grad)| dot(u, grad));
+        let products = zip(&s.velocity).map(|[u, v]| [u * v, (v - u) * (v + u)]);
         self.assemble(v, products, &mut s.buffers, out);
     }
 
@@ -191,41 +193,32 @@ impl VectorField for Field<'_> {
         }
     }
 
-    /// Of −u·∇ω in the direction x: −(u·∇x + u(x)·∇ω).
+    /// With (a, b) the velocities of x: the products are ub + va and 2 (vb − ua).
     fn apply_jacobian(&self, _t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
         let modes = &self.flow.modes;
         let s = &mut *self.scratch.borrow_mut();
         s.linearise(modes, v);
         modes.values(|m, k| velocity(k, complex(x, m)), &mut s.buffers, pair(&mut s.other));
-        modes.values(|m, k| gradient(k, complex(x, m)), &mut s.buffers, pair(&mut s.more));
-        let products = zip(&s.velocity).zip(zip(&s.gradient)).zip(zip(&s.other).zip(zip(&s.more)));
-        let products = products.map(|((u, grad), (other, more))| dot(u, more) + dot(other, grad));
+        let products = zip(&s.velocity).zip(zip(&s.other));
+        let products = products.map(|([u, v], [a, b])| [u * b + v * a, 2.0 * (v * b - u * a)]);
         self.assemble(x, products, &mut s.buffers, out);
     }
 
-    /// With w the values of M y, the transposes of gradient and velocity applied to −u w and −∇ω w.
+    /// With (p, q) the second derivatives of M y, the transpose of the velocity applied to (pv − 2qu, pu + 2qv).
     fn apply_transpose(&self, _t: f64, v: &[f64], y: &[f64], out: &mut [f64]) {
         let flow = self.flow;
         let s = &mut *self.scratch.borrow_mut();
         s.linearise(&flow.modes, v);
-        let zero = Complex::new(0.0, 0.0);
         let tested = |m: usize| complex(y, m) * flow.mass[2 * m];
-        flow.modes.values(|m, _| [tested(m), zero], &mut s.buffers, pair(&mut s.other));
+        let derivatives = |m, wave| second_derivatives(wave).map(|symbol| tested(m) * symbol);
+        flow.modes.values(derivatives, &mut s.buffers, pair(&mut s.other));
+        let products = zip(&s.velocity).zip(zip(&s.other));
+        let products = products.map(|([u, v], [p, q])| [p * v - 2.0 * q * u, p * u + 2.0 * q * v]);
         out.fill(0.0);
-        for (m, wave) in flow.modes.waves.iter().enumerate() {
-            add(out, m, flow.rate(*wave).conj() * tested(m));
-        }
-        let w = &s.other[0];
-        let transported = zip(&s.velocity).zip(w).map(|([a, b], w)| [a * w, b * w]);
-        // The transpose of a derivative is minus the derivative.
-        flow.modes.coefficients(transported, &mut s.buffers, |m, wave, [a, b]| {
-            let ([x, _], [_, y]) = (gradient(wave, a), gradient(wave, b));
-            add(out, m, x + y);
-        });
-        let stretched = zip(&s.gradient).zip(w).map(|([a, b], w)| [a * w, b * w]);
-        flow.modes.coefficients(stretched, &mut s.buffers, |m, wave, [a, b]| {
+        flow.modes.coefficients(products, &mut s.buffers, |m, wave, [a, b]| {
+            // The transpose of a derivative is minus the derivative.
             let ([_, y], [x, _]) = (gradient(wave, a), gradient(wave, b));
-            add(out, m, (y - x) / square(wave));
+            add(out, m, flow.rate(wave).conj() * tested(m) + (x - y) / square(wave));
         });
     }
 

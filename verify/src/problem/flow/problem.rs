@@ -10,7 +10,7 @@ use super::by_hand::ByHand;
 use super::confined::{Confined, Given};
 use super::staggered::{Component, Rectangle};
 use crate::kinds::Principle;
-use crate::problem::{Facts, Limit, Problem, Stiffness, Window};
+use crate::problem::{Facts, Limit, Problem};
 use crate::reference::Ode;
 
 /// A [`Confined`] flow with its statement by hand.
@@ -78,23 +78,9 @@ impl Problem for InRectangle {
         space.faces.iter().map(|face| Some(self.flow.given.exact(face.point, t)?[component(face.component)])).collect()
     }
     fn limit(&self, _principle: Principle) -> Limit<'_> {
-        Limit {
-            name: "semi-discrete",
-            ode: self,
-            initial: self.initial(),
-            exact: Box::new(|_| None),
-            order: None,
-            reason: "the equation discretised in space",
-        }
+        Limit::semi_discrete(self, |_| None)
     }
     fn facts(&self) -> Facts {
-        let window = Window { horizon: 1.0, coarsest: 0.1 };
-        Facts { window, stiffness: Stiffness::Transient(self.fastest()), ..Facts::default() }
-    }
-    fn is_stiff(&self) -> bool {
-        self.fastest() > 100.0
-    }
-    fn horizon(&self) -> f64 {
-        1.0
+        Facts::semi_discrete(self.fastest())
     }
 }

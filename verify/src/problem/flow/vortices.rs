@@ -9,7 +9,7 @@ use lsvi::solver::{Iterative, StepSolver};
 use super::periodic::{Helmholtz, Metric, Periodic};
 use crate::kinds::Principle;
 use crate::names::{NameError, Parameter, Parameters};
-use crate::problem::{Facts, Limit, Problem, Spec, Stiffness, Window};
+use crate::problem::{Facts, Limit, Problem, Spec};
 use crate::reference::Ode;
 
 const CELLS: Parameter =
@@ -177,28 +177,14 @@ impl Problem for OnTorus {
         Some(values.map(|w| decay * w).collect())
     }
     fn limit(&self, _principle: Principle) -> Limit<'_> {
-        Limit {
-            name: "semi-discrete",
-            ode: self,
-            initial: self.initial(),
-            exact: Box::new(|t| {
-                let Start::TaylorGreen = self.start else { return None };
-                let decay = (-2.0 * self.flow.nu * t).exp();
-                let [u, v] = self.flow.mean;
-                Some(self.flow.project(|x, y| 2.0 * decay * (x - u * t).cos() * (y - v * t).cos()))
-            }),
-            order: None,
-            reason: "the equation discretised in space",
-        }
+        Limit::semi_discrete(self, |t| {
+            let Start::TaylorGreen = self.start else { return None };
+            let decay = (-2.0 * self.flow.nu * t).exp();
+            let [u, v] = self.flow.mean;
+            Some(self.flow.project(|x, y| 2.0 * decay * (x - u * t).cos() * (y - v * t).cos()))
+        })
     }
     fn facts(&self) -> Facts {
-        let window = Window { horizon: 1.0, coarsest: 0.1 };
-        Facts { window, stiffness: Stiffness::Transient(self.fastest()), ..Facts::default() }
-    }
-    fn is_stiff(&self) -> bool {
-        self.fastest() > 100.0
-    }
-    fn horizon(&self) -> f64 {
-        1.0
+        Facts::semi_discrete(self.fastest())
     }
 }
