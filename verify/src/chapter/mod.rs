@@ -78,5 +78,5 @@ pub const ALL: &[Study] = &[
     work_precision::STUDY,
 ];
 
-/// Studies that `report --full` carries out as well: they take long.
-pub const LONG: &[Study] = &[flows::FULL];
+/// Studies that take long, each with the one of [`ALL`] in the place of which `report --full` carries it out.
+pub const LONG: &[(&str, Study)] = &[(flows::STUDY.id, flows::FULL)];

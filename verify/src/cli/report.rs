@@ -69,7 +69,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "OLD.json")]
     compare: Option<PathBuf>,
 
-    /// Run also what takes minutes: flows on fine grids
+    /// Run what takes minutes: flows on the grids of the literature
     #[arg(long, conflicts_with = "brief")]
     full: bool,
 
@@ -193,15 +193,21 @@ fn palette() -> Vec<String> {
 /// The chapter on a model has a name of its own.
 fn selected(names: &[String], has_model: bool, full: bool) -> Result<Vec<Study>, NameError> {
     let model = has_model.then_some(chapter::model::ID);
-    let known = || chapter::ALL.iter().chain(chapter::LONG);
+    let known = || chapter::ALL.iter().chain(chapter::LONG.iter().map(|(_, long)| long));
     let ids = || known().map(|study| study.id).chain(model);
     if let Some(name) = names.iter().find(|name| ids().all(|id| id != *name)) {
         return Err(NameError::unknown("study", name, ids()));
     }
-    let is_long = |study: &Study| chapter::LONG.iter().any(|long| long.id == study.id);
+    let is_named = |study: &Study| names.iter().any(|name| name == study.id);
+    let is_long = |study: &Study| chapter::LONG.iter().any(|(_, long)| long.id == study.id);
+    // A long study has the names of tables and checks of the one that it takes the place of.
+    let is_replaced = |study: &Study| {
+        let mut of = chapter::LONG.iter().filter(|(short, _)| *short == study.id);
+        of.any(|(_, long)| full || is_named(long))
+    };
     let is_selected = |study: &&Study| match names {
-        [] => full || !is_long(study),
-        names => names.iter().any(|name| name == study.id),
+        [] => full && is_long(study) || !is_long(study) && !is_replaced(study),
+        _ => is_named(study) && !is_replaced(study),
     };
     Ok(known().filter(is_selected).copied().collect())
 }

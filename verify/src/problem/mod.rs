@@ -348,6 +348,13 @@ mod tests {
                 field.add_jacobian(t, v, 1.0, &mut automatic);
                 let mut by_hand = DMatrix::zeros(n, n);
                 ode.jacobian(t, v, &mut |i, j, x| by_hand[(i, j)] += x);
+                let (x, mut product) = (seed[most_unknowns() - n..].to_vec(), vec![0.0; n]);
+                ode.product(t, v, &x, &mut product);
+                let of_entries: DVector<f64> = &by_hand * DVector::from(x);
+                let largest = by_hand.amax() * n as f64;
+                for (a, b) in product.iter().zip(of_entries.iter()) {
+                    prop_assert!((a - b).abs() <= 64.0 * f64::EPSILON * (4e3 + largest), "{} J x: {a} and {b}", spec.name);
+                }
                 // M v̇ = f of the methods is v̇ = f of the references.
                 let mass = mass(&*field);
                 let (automatic, by_hand) = (automatic.to_dense(), &mass * by_hand);

@@ -13,7 +13,7 @@ use diffsol::{
 use diffsol::matrix::MatrixRef;
 
 use super::{Ode, Reference, ReferenceError, Work, panic_text};
-use super::{Run, check};
+use super::{Run, bound, check_dense};
 
 /// Steps allowed in a solve.
 const MAX_STEPS: usize = 5_000_000;
@@ -63,7 +63,8 @@ impl Reference for Diffsol {
 
     /// One solve. Panics inside diffsol or the system become errors.
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
-        check(self.name, ode, t0, v0, times)?;
+        bound::check(ode, t0, v0, times)?;
+        check_dense(self.name, ode)?;
         let reached = Cell::new(t0);
         let integrate = || match ode.bandwidths() {
             Some(_) => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),
@@ -192,6 +193,7 @@ where
         rhs: seen.rhs.get(),
         jacobians: solver.problem().eqn().rhs().statistics().number_of_matrix_evals as u64,
         factorizations: statistics.number_of_linear_solver_setups as u64,
+        products: 0,
     };
     Ok(run)
 }

@@ -41,16 +41,21 @@ pub trait Ode: Sync {
     fn bandwidths(&self) -> Option<(usize, usize)> {
         None
     }
+
+    /// Writes J x.
+    fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        self.jacobian(t, v, &mut |i, j, a| out[i] += a * x[j]);
+    }
+
+    /// Whether products with the Jacobian are cheap and its entries dear, so that Krylov iterations should solve with it.
+    fn is_matrix_free(&self) -> bool {
+        false
+    }
 }
 
 /// Largest order of a dense matrix: it takes 128 MB.
 const MAX_DENSE: usize = 4096;
-
-/// Refuses what the solver must not be given: a malformed request, or one that would not fit into memory.
-fn check(solver: &str, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result<(), ReferenceError> {
-    bound::check(ode, t0, v0, times)?;
-    check_dense(solver, ode)
-}
 
 /// Refuses systems whose Jacobian would be stored as a larger dense matrix than [`MAX_DENSE`].
 fn check_dense(solver: &str, ode: &dyn Ode) -> Result<(), ReferenceError> {
@@ -72,8 +77,10 @@ pub struct Work {
     pub rhs: u64,
     /// Evaluations of the Jacobian.
     pub jacobians: u64,
-    /// Linear systems factored.
+    /// Linear systems factored, or set up for iterations.
     pub factorizations: u64,
+    /// Products of the Jacobian with a vector.
+    pub products: u64,
 }
 
 /// A solution at requested times with its own error bound.

@@ -284,6 +284,62 @@ fn banded_and_dense_matrices_give_the_same_solve() {
     }
 }
 
+/// Another system, known by its products.
+struct MatrixFree<'a> {
+    of: &'a dyn Ode,
+    /// What its products are multiplied by.
+    factor: f64,
+}
+
+impl Ode for MatrixFree<'_> {
+    fn dim(&self) -> usize {
+        self.of.dim()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.of.rhs(t, v, dv);
+    }
+    fn jacobian(&self, _: f64, _: &[f64], _: &mut dyn FnMut(usize, usize, f64)) {
+        panic!("the entries are dear");
+    }
+    fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.of.product(t, v, x, out);
+        out.iter_mut().for_each(|x| *x *= self.factor);
+    }
+    fn is_matrix_free(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(feature = "cvode")]
+#[test]
+fn products_with_the_jacobian_do_what_its_factors_do() {
+    let (n, cvode) = (20, reference("cvode-bdf"));
+    let sine: Vec<f64> = (1..=n).map(|i| (PI * i as f64 / (n + 1) as f64).sin()).collect();
+    let cases: [(&dyn Ode, &[f64], Vec<f64>); 2] =
+        [(&heat(n, None), &sine, times(5, 0.1)), (&van_der_pol(5.0), &[2.0, 0.0], times(5, 2.0))];
+    for (of, v0, times) in cases {
+        let by_factors = solve(cvode, of, v0, &times);
+        let by_products = solve(cvode, &MatrixFree { of, factor: 1.0 }, v0, &times);
+        for k in 0..times.len() {
+            let apart = distance(&by_factors.states[k], &by_products.states[k]);
+            assert!(apart <= by_factors.bound[k] + by_products.bound[k], "{apart:e} apart");
+        }
+        let (a, b) = (by_factors.work, by_products.work);
+        assert!(b.products > b.steps && b.jacobians == 0 && a.products == 0, "{a:?} {b:?}");
+        assert!((a.steps as f64 - b.steps as f64).abs() <= 0.1 * a.steps as f64, "{a:?} {b:?}");
+        // A wrong product costs iterations and steps: Newton's method does not contract as it should.
+        let wrong = solve(cvode, &MatrixFree { of, factor: -1.0 }, v0, &times).work;
+        assert!(wrong.rhs as f64 > 1.5 * b.rhs as f64, "{wrong:?} {b:?}");
+    }
+}
+
+#[cfg(feature = "cvode")]
+#[test]
+fn a_product_that_is_not_finite_stops_cvode() {
+    let (reason, _) = stopped(reference("cvode-bdf"), &MatrixFree { of: &decay(), factor: f64::NAN });
+    assert!(reason.contains("of J x is NaN"), "{reason}");
+}
+
 #[test]
 fn heat_equation_is_the_same_to_all_stiff_solvers() {
     let n = 8;

@@ -1,90 +1,155 @@
 //! Energy, enstrophy and error of periodic flows, in both metrics.
 
 use super::{Context, Scale, StudyError, contest, map, prose, short};
-use crate::evidence::{Check, Evidence, Figure, Panel, Requirement, Table};
-use crate::experiment::flow::periodic::{END, PeriodicErrors, STEPS, WithoutViscosity};
+use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::experiment::flow::periodic::{END, Found, METHODS, PeriodicErrors, Row, STEPS, WithoutViscosity};
 use crate::measure::norm::{Extremes, max_norm};
 use crate::row;
 
 const FLOWS: [&str; 2] = ["shear-layer", "turbulence-2d"];
 
 pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    let points = scale.points;
-    let found = context.get_each(FLOWS.map(|flow| PeriodicErrors { flow, points }).into())?;
-    let of = |flow: &str, method: &str, metric: &str, h: f64| {
-        let (_, found) = FLOWS.iter().zip(&found).find(|(name, _)| **name == flow)?;
-        found.rows.iter().find(|row| (row.method, row.metric, row.h) == (method, metric, h))
-    };
-    let error =
-        |flow: &str, method: &str, metric: &str, h: f64| of(flow, method, metric, h).map_or(f64::NAN, |row| row.error);
+    let cases: Vec<(&str, usize)> = scale.points.iter().flat_map(|points| FLOWS.map(|flow| (flow, *points))).collect();
+    let settings = cases.iter().map(|(flow, points)| PeriodicErrors { flow, points: *points });
+    let found = context.get_each(settings.collect())?;
     let [.., coarser, finest] = STEPS;
-    let mut rows = Vec::new();
-    let mut panels = Vec::new();
-    for (flow, found) in FLOWS.iter().zip(&found) {
-        let smallest = found.rows.iter().filter(|row| row.method != "rk4").map(|row| row.error).smallest();
-        evidence.checks.push(Check::new(
-            format!("periodic/{flow}/reference"),
-            format!("RK4 is a reference on {flow}: its error over the smallest of the others"),
-            found.reference_error / smallest,
-            Requirement::AtMost(0.01),
-            "a hundredth of an error moves no order by more than that; RK4's own, by two step sizes",
-        ));
-        for metric in ["velocity", "vorticity"] {
-            let of = |h| error(flow, "method-i", metric, h);
-            evidence.checks.push(Check::new(
-                format!("periodic/{flow}/order/{metric}"),
-                format!("Method I converges on {flow} with order 2 in the {metric} metric"),
-                (of(coarser) / of(finest)).log2(),
-                Requirement::Near(2.0, 0.2),
-                "from the two finest steps, where the next term of the error is a few per cent of it",
-            ));
+    let (mut rows, mut curves, mut maps) = (Vec::new(), Vec::new(), Vec::new());
+    for ((flow, points), found) in cases.iter().zip(&found) {
+        evidence.checks.extend(judged(&format!("{flow}/{points}"), found, [coarser, finest])?);
+        rows.extend(found.rows.iter().map(|r| {
+            let [energy, enstrophy] = r.balance;
+            row![*flow, *points, r.method, r.metric, r.h, r.error, r.energy, r.enstrophy, energy, enstrophy]
+        }));
+        let title = format!("{flow}, {points}²");
+        curves.push(errors(found).titled(title.clone()));
+        if scale.points.last() == Some(points) {
+            maps.push(vortices(&format!("{title}, t = {END}"), *points, &found.reference));
         }
-        rows.extend(found.rows.iter().map(|r| row![*flow, r.method, r.metric, r.h, r.error, r.energy, r.enstrophy]));
-        panels.push(vortices(&format!("{flow}, t = {END}"), points, &found.reference));
     }
     let (check, table) = conservation(context, scale)?;
     evidence.checks.push(check);
     evidence.tables.push(table);
-    let over = |flow, a: (&str, &str), b: (&str, &str)| error(flow, a.0, a.1, finest) / error(flow, b.0, b.1, finest);
-    let ratio = |flow, a, b| short(over(flow, a, b));
-    let balance = |flow, metric| of(flow, "method-i", metric, finest).map_or(f64::NAN, |row| row.enstrophy.abs());
+    let of = |flow: &str, (method, metric): (&str, &str)| {
+        let found = cases.iter().zip(&found).rfind(|((name, _), _)| *name == flow).map(|(_, found)| found);
+        found.and_then(|found| row_of(found, method, metric, finest)).ok_or("no such run")
+    };
     let (ours, other) = (("method-i", "velocity"), ("method-i", "vorticity"));
     let rule = ("tr-bdf2", "velocity");
+    let over = |flow, a, b| Ok::<_, StudyError>(of(flow, a)?.error / of(flow, b)?.error);
+    let ratio = |flow, a, b| over(flow, a, b).map(short);
+    let enstrophy = |flow| {
+        let [a, b] = [of(flow, other)?, of(flow, ours)?].map(|row| row.enstrophy.abs());
+        Ok::<_, StudyError>(short(a / b))
+    };
+    let balance = |flow, of_what: usize| Ok::<_, StudyError>(short(of(flow, ours)?.balance[of_what].abs()));
+    let [shear, turbulence] = FLOWS;
     let values = [
-        ("tr_bdf2", contest(&FLOWS.map(|flow| over(flow, ours, rule)))),
-        ("shear_metric", ratio("shear-layer", other, ours)),
-        ("turbulence_metric", ratio("turbulence-2d", other, ours)),
-        ("shear_enstrophy", short(balance("shear-layer", "vorticity") / balance("shear-layer", "velocity"))),
-        ("turbulence_enstrophy", short(balance("turbulence-2d", "vorticity") / balance("turbulence-2d", "velocity"))),
-        ("shear_tr_bdf2", ratio("shear-layer", ours, rule)),
-        ("turbulence_tr_bdf2", ratio("turbulence-2d", ours, rule)),
-        ("turbulence_trapezoidal", ratio("turbulence-2d", ours, ("trapezoidal", "velocity"))),
-        ("turbulence_euler", ratio("turbulence-2d", ("implicit-euler", "velocity"), ours)),
+        ("tr_bdf2", contest(&[over(shear, ours, rule)?, over(turbulence, ours, rule)?])),
+        ("shear_metric", ratio(shear, other, ours)?),
+        ("turbulence_metric", ratio(turbulence, other, ours)?),
+        ("shear_enstrophy", enstrophy(shear)?),
+        ("turbulence_enstrophy", enstrophy(turbulence)?),
+        ("shear_tr_bdf2", ratio(shear, ours, rule)?),
+        ("turbulence_tr_bdf2", ratio(turbulence, ours, rule)?),
+        ("turbulence_trapezoidal", ratio(turbulence, ours, ("trapezoidal", "velocity"))?),
+        ("turbulence_euler", ratio(turbulence, ("implicit-euler", "velocity"), ours)?),
+        ("shear_energy_balance", balance(shear, 0)?),
+        ("shear_enstrophy_balance", balance(shear, 1)?),
+        ("turbulence_energy_balance", balance(turbulence, 0)?),
+        ("turbulence_enstrophy_balance", balance(turbulence, 1)?),
         ("h", short(finest)),
     ];
     evidence.notes.extend(prose::fill(include_str!("balance.md"), &values)?);
     let caption = format!(
-        "Periodic flows on {points} × {points} points at t = {END}, by metric of the residual: relative error of the vorticity, root \
-         mean square, and of energy and enstrophy, against RK4 with half the finest step."
+        "Periodic flows at t = {END} on grids of points² points, by metric of the residual: relative error of the vorticity, root mean \
+         square, and of energy E and enstrophy Z, against RK4 with half the finest step; and what the run leaves of the balances \
+         Ė = −2νZ and Ż = −2νP, integrated over its own steps by Simpson's rule, in units of E and Z at the start."
     );
-    let id = format!("flow-periodic{}", scale.suffix);
-    let columns = ["flow", "method", "metric", "h", "error", "energy", "enstrophy"];
-    evidence.tables.push(Table::new(id.clone(), caption, columns, rows));
+    let columns = [
+        "flow",
+        "points",
+        "method",
+        "metric",
+        "h",
+        "error",
+        "energy",
+        "enstrophy",
+        "energy_balance",
+        "enstrophy_balance",
+    ];
+    evidence.tables.push(Table::new("flow-periodic", caption, columns, rows));
+    let caption = "Relative error of the vorticity of the periodic flows against step size.";
+    evidence.figures.push(Figure::new("flow-periodic", caption, "flow-periodic", curves).in_columns(2));
     let caption = "The vorticity of the two periodic flows at the end, over its largest value, from the reference.";
-    evidence.figures.push(Figure::new(format!("flow-vorticity{}", scale.suffix), caption, id, panels).in_columns(2));
+    evidence.figures.push(Figure::new("flow-vorticity", caption, "flow-periodic", maps).in_columns(2));
     Ok(())
+}
+
+fn row_of<'f>(found: &'f Found, method: &str, metric: &str, h: f64) -> Option<&'f Row> {
+    found.rows.iter().find(|row| (row.method, row.metric, row.h) == (method, metric, h))
+}
+
+/// The reference, the orders, and the balances of a flow on a grid.
+fn judged(setting: &str, found: &Found, [coarser, finest]: [f64; 2]) -> Result<Vec<Check>, StudyError> {
+    let of = |metric: &str, h: f64| row_of(found, "method-i", metric, h).ok_or("no such run");
+    let smallest = found.rows.iter().filter(|row| row.method != "rk4").map(|row| row.error).smallest();
+    let mut checks = vec![Check::new(
+        format!("periodic/{setting}/reference"),
+        format!("RK4 is a reference on {setting}: its error over the smallest of the others"),
+        found.reference_error / smallest,
+        Requirement::AtMost(0.01),
+        "a hundredth of an error moves no order by more than that; RK4's own, by two step sizes",
+    )];
+    for metric in ["velocity", "vorticity"] {
+        checks.push(Check::new(
+            format!("periodic/{setting}/order/{metric}"),
+            format!("Method I converges on {setting} with order 2 in the {metric} metric"),
+            (of(metric, coarser)?.error / of(metric, finest)?.error).log2(),
+            Requirement::Near(2.0, 0.2),
+            "from the two finest steps, where the next term of the error is a few per cent of it",
+        ));
+    }
+    for (place, what) in ["energy", "enstrophy"].into_iter().enumerate() {
+        let balance = |row: &Row| row.balance[place].abs();
+        checks.push(Check::new(
+            format!("periodic/{setting}/balance/{what}"),
+            format!("Method I keeps the balance of {what} on {setting} with order 2, in the velocity metric"),
+            (balance(of("velocity", coarser)?) / balance(of("velocity", finest)?)).log2(),
+            Requirement::Near(2.0, 0.2),
+            "as the error of the flow",
+        ));
+        checks.push(Check::new(
+            format!("periodic/{setting}/balance/{what}/reference"),
+            format!("The reference keeps the balance of {what} on {setting}: what it leaves over what Method I does"),
+            found.reference_balance[place].abs() / balance(of("velocity", finest)?),
+            Requirement::AtMost(0.01),
+            "RK4 and Simpson's rule are of fourth order, so that an equation without a term too many or too few leaves nothing",
+        ));
+    }
+    Ok(checks)
+}
+
+/// Error against step size of all methods.
+fn errors(found: &Found) -> Panel {
+    let curves = METHODS.iter().map(|(method, metric)| {
+        let of = |row: &&Row| (row.method, row.metric) == (*method, *metric);
+        let label = if *metric == "velocity" { (*method).to_owned() } else { format!("{method}, {metric}") };
+        Series::new(label, found.rows.iter().filter(of).map(|row| (row.h, row.error)).collect(), Mark::LineMarkers)
+    });
+    Panel::new(Axis::log("h"), Axis::log("error"), curves.collect())
 }
 
 /// Without viscosity the implicit midpoint rule keeps energy and enstrophy, quadratic forms that the dealiased equations conserve.
 fn conservation(context: &Context, scale: &Scale) -> Result<(Check, Table), StudyError> {
-    let found = context.get(WithoutViscosity { points: scale.points })?;
+    let [points, ..] = scale.points else { return Err("no grid".into()) };
+    let found = context.get(WithoutViscosity { points: *points })?;
     let caption = format!(
         "The shear layer without viscosity, which keeps both: relative change of energy and of enstrophy after ten steps of h = {}.",
         WithoutViscosity::H
     );
     let rows = found.iter().map(|c| row![c.method, c.metric, c.energy, c.enstrophy]).collect();
     let columns = ["method", "metric", "energy", "enstrophy"];
-    let table = Table::new(format!("flow-conservation{}", scale.suffix), caption, columns, rows);
+    let table = Table::new("flow-conservation", caption, columns, rows);
     let kept = found.iter().find(|change| change.method == "implicit-midpoint");
     let check = Check::new(
         "periodic/conservation",

@@ -2,7 +2,7 @@
 
 use super::{Context, Scale, StudyError, map, prose, short, streamlines};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Table};
-use crate::experiment::flow::against_cvode::AgainstCvode;
+use crate::experiment::flow::against_cvode::{AgainstCvode, Row};
 use crate::experiment::flow::approach::Approach;
 use crate::experiment::flow::cost::StepCost;
 use crate::experiment::flow::profile::{Published, published};
@@ -60,20 +60,19 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
         streams.push(streamlines(&format!("Re = {re}, ψ"), grid.cells, &grid.psi));
         vortices.push(vorticity(&format!("Re = {re}, ω"), grid));
     }
-    let suffix = scale.suffix;
     let caption = "Steady cavity by Method I: the largest |f| that is left, in units of M ψ̇, and the steps to it, each grid from the \
                    one before.";
-    let steady = format!("flow-steady{suffix}");
-    evidence.tables.push(Table::new(steady.clone(), caption, ["re", "cells", "residual", "steps"], reached));
+    let steady = "flow-steady";
+    evidence.tables.push(Table::new(steady, caption, ["re", "cells", "residual", "steps"], reached));
     let caption = "Velocities on the centre lines of the steady cavity: computed, and published.";
     let columns = ["re", "cells", "line", "coord", "velocity", "published", "source"];
-    let id = format!("cavity-profiles{suffix}");
-    evidence.tables.push(Table::data(id.clone(), caption, columns, rows));
-    evidence.figures.push(Figure::new(id.clone(), caption, id, profiles).in_columns(2));
+    let id = "cavity-profiles";
+    evidence.tables.push(Table::data(id, caption, columns, rows));
+    evidence.figures.push(Figure::new(id, caption, id, profiles).in_columns(2));
     for (what, panels) in [("streamlines", streams), ("vorticity", vortices)] {
-        let (id, columns) = (format!("flow-steady-{what}{suffix}"), panels.len().max(2));
+        let (id, columns) = (format!("flow-steady-{what}"), panels.len().max(2));
         let caption = format!("Steady cavity by Method I: {what}.");
-        evidence.figures.push(Figure::new(id, caption, steady.clone(), panels).in_columns(columns));
+        evidence.figures.push(Figure::new(id, caption, steady, panels).in_columns(columns));
     }
     spurious(context, evidence, scale)
 }
@@ -141,8 +140,8 @@ fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result
         "Method I from rest at Re = {RE} on {CELLS} cells a side, by step size: |f| in units of M ψ̇ where it comes to rest, and \
          what the library says."
     );
-    let id = format!("flow-spurious{}", scale.suffix);
-    evidence.tables.push(Table::new(id.clone(), caption, ["h", "residual", "outcome"], rows));
+    let id = "flow-spurious";
+    evidence.tables.push(Table::new(id, caption, ["h", "residual", "outcome"], rows));
     let steady = cases().find(|(_, found)| found.message.is_empty()).map(|(h, found)| (h, found, "steady"));
     let shown = steady.into_iter().chain([(h, worst, "refused")]);
     let panels: Vec<Panel> = shown
@@ -150,7 +149,7 @@ fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result
         .collect();
     let caption =
         "Streamlines where Method I comes to rest from rest with long steps: those that are refused are no flow.";
-    evidence.figures.push(Figure::new(id.clone(), caption, id, panels).in_columns(2));
+    evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(2));
     Ok(())
 }
 
@@ -204,7 +203,7 @@ pub(super) fn approach(context: &Context, evidence: &mut Evidence, scale: &Scale
         Approach::MOST
     );
     let columns = ["method", "h", "steps", "solves", "residual", "outcome"];
-    evidence.tables.push(Table::new(format!("flow-approach{}", scale.suffix), caption, columns, rows));
+    evidence.tables.push(Table::new("flow-approach", caption, columns, rows));
     Ok(())
 }
 
@@ -230,41 +229,84 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
         "the difference over what Method I's own two runs predict and CVODE's bound; a quarter for the terms beyond the second order",
     ));
     evidence.timings.push((format!("cavity, N = {cells}, by CVODE, two tolerances"), found.cvode_seconds));
-    let mut rows =
-        vec![row!["cvode-bdf", Cell::Empty, found.cvode_steps, found.cvode_factorizations, Cell::Empty, found.bound]];
-    for row in &found.rows {
-        evidence.timings.push((format!("cavity, N = {cells}, by Method I, {} steps", row.steps), row.seconds));
-        let (h, predicted) = (end / f64::from(row.steps), Cell::found(row.predicted));
-        rows.push(row!["method-i", h, u64::from(row.steps), row.solves, row.difference, predicted]);
+    let work = &found.cvode;
+    let mut rows = vec![row![
+        "cvode-bdf",
+        Cell::Empty,
+        work.steps,
+        work.rhs,
+        work.products,
+        Cell::Empty,
+        found.cvode_seconds,
+        Cell::Empty,
+        found.bound
+    ]];
+    for Row { steps, cost, difference, predicted } in &found.rows {
+        evidence.timings.push((format!("cavity, N = {cells}, by Method I, {steps} steps"), cost.seconds));
+        let (h, predicted) = (end / f64::from(*steps), Cell::found(*predicted));
+        let counts = [u64::from(*steps), cost.residuals, cost.inner, cost.solves].map(Cell::from);
+        let measured = [Cell::from(cost.seconds), Cell::from(*difference), predicted];
+        rows.push([Cell::from("method-i"), Cell::from(h)].into_iter().chain(counts).chain(measured).collect());
     }
     let caption = format!(
-        "The same semi-discrete cavity of {cells} cells a side, Re = {}, at t = {end}, by Method I and by CVODE, whose Jacobian is \
-         dense: steps, matrices factored, the largest difference of a velocity, and what each expects its own error to be.",
+        "The same semi-discrete cavity of {cells} cells a side, Re = {}, at t = {end}, by Method I and by CVODE, whose Newton iteration \
+         has GMRES and products with the Jacobian by hand: steps, evaluations of f, products with the Jacobian (of Method I with B and \
+         Bᵀ, for the first system after a factorisation of B with neither), systems of Gauss–Newton steps, seconds measured once, of \
+         CVODE for two tolerances, the largest difference of a velocity, and what each expects its own error to be.",
         AgainstCvode::RE
     );
-    let columns = ["method", "h", "steps", "factorizations", "difference", "own_bound"];
-    evidence.tables.push(Table::new(format!("flow-cvode{}", scale.suffix), caption, columns, rows));
+    let columns = ["method", "h", "steps", "rhs", "products", "systems", "seconds", "difference", "own_bound"];
+    evidence.tables.push(Table::new("flow-cvode", caption, columns, rows));
     Ok(())
 }
 
 /// Seconds of a step of Method I by the size of the grid.
 pub(super) fn costs(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    const FLOWS: [(&str, f64); 2] = [("cavity re=1000", 0.05), ("turbulence-2d re=1000", 0.01)];
+    type Steps = fn(usize) -> f64;
+    const FLOWS: [(&str, Steps); 3] = [
+        ("cavity re=1000", |_| 0.05),
+        ("turbulence-2d re=1000", |_| 0.01),
+        ("turbulence-2d re=1000", |points| 0.64 / points as f64),
+    ];
     let mut rows = Vec::new();
     for ((flow, h), cells) in FLOWS.into_iter().zip(scale.costs) {
         for &cells in cells {
+            let h = h(cells);
             let cost = context.get(StepCost { flow, cells, h })?;
             let each = 1e6 * cost.next / (cells * cells) as f64;
-            rows.push(row![flow, cells, cost.unknowns, h, cost.first, cost.next, each, cost.iterations, cost.inner]);
+            let inner = cost.iterations * cost.inner;
+            rows.push(row![
+                flow,
+                cells,
+                cost.unknowns,
+                h,
+                cost.first,
+                cost.next,
+                cost.iterations,
+                inner,
+                each,
+                each / inner
+            ]);
         }
     }
     if rows.is_empty() {
         return Ok(());
     }
     let caption = "Steps of Method I, one after another on the machine that made this page: seconds of the first, with what is set up \
-                   for all, and of each of the next, microseconds a cell, Gauss–Newton iterations a step and iterations of conjugate \
-                   gradients in each of those.";
-    let columns = ["flow", "cells", "unknowns", "h", "first", "next", "microseconds_a_cell", "iterations", "inner"];
+                   for all, and of each of the next; Gauss–Newton iterations and in all of them iterations of conjugate gradients a \
+                   step; microseconds a cell of a step, and of an iteration of conjugate gradients with its share of all else.";
+    let columns = [
+        "flow",
+        "cells",
+        "unknowns",
+        "h",
+        "first",
+        "next",
+        "iterations",
+        "inner",
+        "microseconds_a_cell",
+        "microseconds_a_cell_and_inner",
+    ];
     evidence.tables.push(Table::new("flow-costs", caption, columns, rows));
     Ok(())
 }

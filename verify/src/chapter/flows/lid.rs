@@ -62,7 +62,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
          RK4 with h = 1/128."
     );
     let columns = ["h", "t", "method", "error"];
-    evidence.tables.push(Table::new(format!("flow-lid{}", scale.suffix), caption, columns, rows.collect()));
+    evidence.tables.push(Table::new("flow-lid", caption, columns, rows.collect()));
     let mut data = Vec::new();
     let mut panels = Vec::new();
     for truth in &found.references {
@@ -79,9 +79,9 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     }
     let caption =
         format!("Velocity on the vertical centre line after one and after four steps of h = {large} from rest.");
-    let id = format!("flow-lid-profiles{}", scale.suffix);
-    evidence.tables.push(Table::data(id.clone(), caption.clone(), ["t", "method", "y", "u"], data));
-    evidence.figures.push(Figure::new(id.clone(), caption, id, panels).in_columns(2));
+    let id = "flow-lid-profiles";
+    evidence.tables.push(Table::data(id, caption.clone(), ["t", "method", "y", "u"], data));
+    evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(2));
     filmstrip(context, evidence, scale)
 }
 
@@ -100,20 +100,16 @@ fn filmstrip(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Resul
     }
     let caption =
         format!("Streamlines of the cavity after the lid has started, Re = {RE}, by Method I with h = {}.", StartUp::H);
-    let id = format!("flow-start-up{}", scale.suffix);
-    evidence.tables.push(Table::data(id.clone(), caption.clone(), ["t", "x", "y", "psi"], rows));
-    evidence.figures.push(Figure::new(id.clone(), caption, id, panels).in_columns(4));
+    let id = "flow-start-up";
+    evidence.tables.push(Table::data(id, caption.clone(), ["t", "x", "y", "psi"], rows));
+    evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(4));
     Ok(())
 }
 
 /// By what factor a step damps a small disturbance of the steady cavity.
-pub(super) fn disturbances(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+pub(super) fn disturbances(context: &Context, evidence: &mut Evidence, _scale: &Scale) -> Result<(), StudyError> {
     const METHODS: [&str; 5] = ["method-i", "trapezoidal", "implicit-midpoint", "tr-bdf2", "implicit-euler"];
     const STEPS: [f64; 3] = [1.0, 10.0, 100.0];
-    // The same at either scale.
-    if !scale.suffix.is_empty() {
-        return Ok(());
-    }
     let mut cases = Vec::new();
     for method in METHODS {
         cases.extend(STEPS.map(|h| (method, h)));

@@ -31,9 +31,6 @@ fn name(flow: &str) -> &str {
 }
 
 pub(super) fn in_time(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    if scale.flows.is_empty() {
-        return Ok(());
-    }
     let mut cases: Vec<(&str, &str)> = Vec::new();
     for flow in scale.flows {
         cases.extend(METHODS.map(|method| (*flow, method)));
@@ -137,8 +134,8 @@ pub(super) fn in_time_and_space(context: &Context, evidence: &mut Evidence, scal
         cells[0], cells[1]
     );
     let columns = ["flow", "method", "coarse", "fine", "order"];
-    let (table, figure) = (format!("flow-space-time{}", scale.suffix), format!("flow-convergence{}", scale.suffix));
-    evidence.tables.push(Table::new(table.clone(), caption.clone(), columns, rows));
+    let (table, figure) = ("flow-space-time", "flow-convergence");
+    evidence.tables.push(Table::new(table, caption.clone(), columns, rows));
     evidence.figures.push(Figure::new(figure, caption, table, panels).in_columns(3));
     Ok(())
 }
@@ -199,13 +196,13 @@ pub(super) fn against_work(context: &Context, evidence: &mut Evidence, scale: &S
          matrices and are separable, those of the others are not; seconds are measured once, beside other computations.",
         FlowPrecision::RE
     );
-    let id = format!("flow-precision{}", scale.suffix);
+    let id = "flow-precision";
     let panels = [
         panel("h", |p| p.h),
         panel("linear systems solved", |p| p.cost.solves as f64),
         panel("seconds", |p| p.cost.seconds),
     ];
-    evidence.tables.push(Table::new(id.clone(), caption.clone(), ["method", "h", "error", "solves", "inner"], rows));
-    evidence.figures.push(Figure::new(id.clone(), caption, id, panels).in_columns(3));
+    evidence.tables.push(Table::new(id, caption.clone(), ["method", "h", "error", "solves", "inner"], rows));
+    evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(3));
     Ok(())
 }

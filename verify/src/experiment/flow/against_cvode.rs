@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use super::{cavity, named, observed};
+use super::{Cost, cavity, named, observed};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::measure::norm::distance;
-use crate::reference;
+use crate::reference::{self, Work};
 
 /// Method I with three step sizes and CVODE.
 #[derive(Debug)]
@@ -27,8 +27,7 @@ impl AgainstCvode {
 #[derive(Debug)]
 pub(crate) struct Row {
     pub(crate) steps: u32,
-    pub(crate) solves: u64,
-    pub(crate) seconds: f64,
+    pub(crate) cost: Cost,
     /// Largest difference of a velocity from CVODE's.
     pub(crate) difference: f64,
     /// What the run with twice the step makes it expect of its own error: a third of the difference.
@@ -39,8 +38,9 @@ pub(crate) struct Row {
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) rows: Vec<Row>,
-    pub(crate) cvode_steps: u64,
-    pub(crate) cvode_factorizations: u64,
+    /// CVODE's work on the finer of its two solves.
+    pub(crate) cvode: Work,
+    /// The time that it took for both.
     pub(crate) cvode_seconds: f64,
     /// CVODE's bound on its own velocities.
     pub(crate) bound: f64,
@@ -67,8 +67,7 @@ impl Experiment for AgainstCvode {
             let (end, cost) = observed(&*problem, &*named("method-i")?, Self::END / f64::from(steps), Self::END)?;
             rows.push(Row {
                 steps,
-                solves: cost.solves,
-                seconds: cost.seconds,
+                cost,
                 difference: distance(&end, &truth),
                 predicted: last.map_or(f64::NAN, |last| distance(&last, &end) / 3.0),
             });
@@ -77,8 +76,7 @@ impl Experiment for AgainstCvode {
         context.tick();
         Ok(Ok(Found {
             rows,
-            cvode_steps: found.work.steps,
-            cvode_factorizations: found.work.factorizations,
+            cvode: found.work,
             cvode_seconds,
             // Differences of ψ, each wrong by the bound, over Δx.
             bound: 2.0 * self.cells as f64 * found.bound[0],

@@ -15,6 +15,8 @@ pub(crate) mod steady;
 
 use std::time::Instant;
 
+use lsvi::Work;
+
 use super::StudyError;
 use crate::method::{self, Method};
 use crate::problem::{self, Problem, flow};
@@ -31,6 +33,8 @@ pub(crate) struct Cost {
     pub(crate) solves: u64,
     /// Products and solutions inside of those.
     pub(crate) inner: u64,
+    /// Evaluations of the equations of a step, with one of f each.
+    pub(crate) residuals: u64,
     /// Measured once, beside other computations.
     pub(crate) seconds: f64,
 }
@@ -50,7 +54,8 @@ fn cavity(re: f64, cells: usize) -> Result<Box<dyn Problem>, StudyError> {
 /// The observed values of a run at its end.
 fn observed(problem: &dyn Problem, method: &dyn Method, h: f64, end: f64) -> Result<(Vec<f64>, Cost), StudyError> {
     let run = run(problem, method, h, end, |_| {})?;
-    let cost = Cost { solves: run.work.factorizations, inner: run.work.inner, seconds: run.seconds };
+    let Work { factorizations, inner, residuals, .. } = run.work;
+    let cost = Cost { solves: factorizations, inner, residuals, seconds: run.seconds };
     Ok((problem.observe(end, &run.end.q), cost))
 }
 
@@ -72,7 +77,8 @@ fn cavity_by(
     let mut scheme = Projection::new(cells, 1.0 / re, &*given, &problem.observe(0.0, &problem.initial()));
     (0..steps).for_each(|_| scheme.step(h));
     // Two components and the pressure.
-    let cost = Cost { solves: 3 * u64::from(steps), inner: 0, seconds: clock.elapsed().as_secs_f64() };
+    let solves = 3 * u64::from(steps);
+    let cost = Cost { solves, seconds: clock.elapsed().as_secs_f64(), ..Cost::default() };
     Ok((scheme.faces(), cost))
 }
 

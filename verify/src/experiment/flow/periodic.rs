@@ -22,6 +22,8 @@ pub(crate) const METHODS: [(&str, &str); 7] = [
 pub(crate) const STEPS: [f64; 3] = [0.05, 0.025, 0.0125];
 /// The end of the runs.
 pub(crate) const END: f64 = 1.0;
+/// The Reynolds number, 1/ν.
+const RE: f64 = 200.0;
 
 /// Runs of all methods on a flow.
 #[derive(Debug)]
@@ -44,6 +46,8 @@ pub(crate) struct Row {
     pub(crate) energy: f64,
     /// Relative error of ½ mean ω².
     pub(crate) enstrophy: f64,
+    /// What the run leaves of Ė = −2νZ and of Ż = −2νP, in units of E and of Z at the start.
+    pub(crate) balance: [f64; 2],
 }
 
 /// All runs, and the vorticity of the reference.
@@ -53,11 +57,39 @@ pub(crate) struct Found {
     pub(crate) reference: Vec<f64>,
     /// An estimate of the error of the reference: what RK4 with twice its step differs by, a fifteenth.
     pub(crate) reference_error: f64,
+    /// As in [`Row`].
+    pub(crate) reference_balance: [f64; 2],
 }
 
-/// ½ vᵀMv in the velocity metric, ½ vᵀv.
-fn energy_and_enstrophy(mass: &[f64], v: &[f64]) -> [f64; 2] {
-    [mass.iter().zip(v).map(|(m, v)| 0.5 * m * v * v).sum(), v.iter().map(|v| 0.5 * v * v).sum()]
+/// Energy E = ½ vᵀMv in the velocity metric, enstrophy Z = ½ vᵀv, palinstrophy P = ½ vᵀM⁻¹v.
+fn moments(mass: &[f64], v: &[f64]) -> [f64; 3] {
+    [-1, 0, 1].map(|power| mass.iter().zip(v).map(|(m, v)| 0.5 * m.powi(-power) * v * v).sum())
+}
+
+/// A run with its moments.
+struct Course {
+    end: Vec<f64>,
+    moments: [f64; 3],
+    balance: [f64; 2],
+}
+
+impl Course {
+    /// `mass` is that of the velocity metric, and the number of steps even.
+    fn new(problem: &dyn Problem, method: &str, h: f64, mass: &[f64]) -> Result<Self, StudyError> {
+        let mut seen = Vec::new();
+        let end = run(problem, &*named(method)?, h, END, |state| seen.push(moments(mass, &state.q)))?.end.q;
+        let [Some(first), Some(last)] = [seen.first(), seen.last()] else { return Err("no steps".into()) };
+        // Simpson's rule.
+        let intervals = seen.len() - 1;
+        let weight = |n: usize| match n {
+            n if n == 0 || n == intervals => h / 3.0,
+            n if n % 2 == 1 => 4.0 * h / 3.0,
+            _ => 2.0 * h / 3.0,
+        };
+        let integral = |of: usize| seen.iter().enumerate().map(|(n, m)| weight(n) * m[of]).sum::<f64>();
+        let balance = [0, 1].map(|of| (last[of] - first[of] + 2.0 / RE * integral(of + 1)) / first[of]);
+        Ok(Self { end, moments: *last, balance })
+    }
 }
 
 /// M of a flow in the velocity metric.
@@ -75,34 +107,32 @@ impl Experiment for PeriodicErrors {
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         let cases: Vec<_> = METHODS.iter().flat_map(|case| STEPS.map(|h| (*case, h))).collect();
         context.announce(cases.len() + 2);
-        let of = |metric: &str| setting(&format!("{} cells={} metric={metric}", self.flow, self.points));
+        let of = |metric: &str| setting(&format!("{} cells={} re={RE} metric={metric}", self.flow, self.points));
         let velocity = of("velocity")?;
         let weights = mass(&*velocity)?;
-        let end = |problem: &dyn Problem, method: &str, h: f64| -> Result<Vec<f64>, StudyError> {
-            let end = run(problem, &*named(method)?, h, END, |_| {})?.end.q;
+        let course = |problem: &dyn Problem, method: &str, h: f64| {
+            let course = Course::new(problem, method, h, &weights)?;
             context.tick();
-            Ok(end)
+            Ok::<_, StudyError>(course)
         };
         let [.., finest] = STEPS;
-        let state = end(&*velocity, "rk4", 0.5 * finest)?;
-        let truth = energy_and_enstrophy(&weights, &state);
-        let reference = velocity.observe(END, &state);
+        let truth = course(&*velocity, "rk4", 0.5 * finest)?;
+        let reference = velocity.observe(END, &truth.end);
         let size = rms(&reference, &vec![0.0; reference.len()]);
         let rows: Vec<Row> = cases
             .par_iter()
             .map(|((method, metric), h)| {
                 let problem = of(metric)?;
-                let state = end(&*problem, method, *h)?;
-                let [energy, enstrophy] = energy_and_enstrophy(&weights, &state);
-                let error = rms(&problem.observe(END, &state), &reference) / size;
-                let (energy, enstrophy) = (energy / truth[0] - 1.0, enstrophy / truth[1] - 1.0);
-                Ok(Row { method, metric, h: *h, error, energy, enstrophy })
+                let Course { end, moments, balance } = course(&*problem, method, *h)?;
+                let error = rms(&problem.observe(END, &end), &reference) / size;
+                let [energy, enstrophy] = [0, 1].map(|of| moments[of] / truth.moments[of] - 1.0);
+                Ok(Row { method, metric, h: *h, error, energy, enstrophy, balance })
             })
             .collect::<Result<_, StudyError>>()?;
         context.tick();
         let coarser = rows.iter().find(|row| row.method == "rk4" && row.h == finest);
         let reference_error = coarser.map_or(f64::NAN, |row| row.error / 15.0);
-        Ok(Found { rows, reference, reference_error })
+        Ok(Found { rows, reference, reference_error, reference_balance: truth.balance })
     }
 }
 
@@ -139,9 +169,9 @@ impl Experiment for WithoutViscosity {
             .par_iter()
             .map(|(method, metric)| {
                 let problem = of(metric)?;
-                let before = energy_and_enstrophy(&weights, &problem.initial());
+                let before = moments(&weights, &problem.initial());
                 let end = run(&*problem, &*named(method)?, Self::H, END, |_| {})?.end.q;
-                let after = energy_and_enstrophy(&weights, &end);
+                let after = moments(&weights, &end);
                 context.tick();
                 let (energy, enstrophy) = (after[0] / before[0] - 1.0, after[1] / before[1] - 1.0);
                 Ok(Change { method, metric, energy, enstrophy })

@@ -2,11 +2,18 @@
 
 use std::sync::OnceLock;
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use faer::linalg::solvers::SolveCore;
+use faer::sparse::linalg::solvers::Llt;
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{ColMut, Conj, Side};
 
 use super::confined::Given;
 use super::staggered::{Closed, Rectangle};
+use crate::measure::norm::max_norm;
 use crate::reference::Ode;
+
+/// Cholesky factors.
+pub(super) type Factors = Llt<usize, f64>;
 
 /// The system written out: velocities from differences of ψ, the momentum equation in fluxes through the sides of the cell
 /// round each face, and its circulation round every corner.
@@ -15,12 +22,9 @@ pub(super) struct ByHand<'a> {
     pub(super) rectangle: Rectangle,
     pub(super) nu: f64,
     pub(super) given: &'a dyn Given,
-    /// M⁻¹, dense: the references are given small systems only.
-    pub(super) inverse: &'a OnceLock<DMatrix<f64>>,
+    /// Of M, found when they are asked for.
+    pub(super) factors: &'a OnceLock<Option<Factors>>,
 }
-
-/// Distance of two corners in one direction beyond which neither sees the other.
-const REACH: usize = 2;
 
 impl ByHand<'_> {
     fn periodic(&self) -> bool {
@@ -137,42 +141,35 @@ impl ByHand<'_> {
         f
     }
 
-    /// The five-point formula, and on the upper wall of a channel the sum over its corners, times the area of a cell.
-    fn inverse(&self) -> &DMatrix<f64> {
-        self.inverse.get_or_init(|| {
+    /// M⁻¹ by the factors of M: the five-point formula, and on the upper wall of a channel the sum over its corners, times the
+    /// area of a cell.
+    fn solve(&self, f: &mut [f64]) {
+        let factors = self.factors.get_or_init(|| {
             let [dx, dy] = self.rectangle.spacing();
             let n = self.dim();
-            let mut m = DMatrix::zeros(n, n);
+            let mut m = Vec::new();
             for j in 1..self.rectangle.cells[1] as isize {
                 for i in 0..=self.columns() as isize {
                     let Some(k) = self.unknown(i, j).filter(|_| i < self.rectangle.cells[0] as isize) else { continue };
-                    m[(k, k)] += 2.0 * (dy / dx + dx / dy);
+                    m.push(Triplet::new(k, k, 2.0 * (dy / dx + dx / dy)));
                     for (i, j, weight) in
                         [(i - 1, j, dy / dx), (i + 1, j, dy / dx), (i, j - 1, dx / dy), (i, j + 1, dx / dy)]
                     {
                         let Some(l) = self.unknown(i, j) else { continue };
-                        m[(k, l)] -= weight;
+                        m.push(Triplet::new(k, l, -weight));
                         if self.periodic() && j == self.rectangle.cells[1] as isize {
-                            m[(l, k)] -= weight;
-                            m[(l, l)] += weight;
+                            m.extend([Triplet::new(l, k, -weight), Triplet::new(l, l, weight)]);
                         }
                     }
                 }
             }
             // Diagonally dominant with a boundary where ψ is given: positive definite.
-            Cholesky::new(m).map_or_else(|| DMatrix::from_element(n, n, f64::NAN), |factor| factor.inverse())
-        })
-    }
-
-    /// Groups of unknowns of which no two have an effect on the same corner.
-    fn independent(&self) -> Vec<Vec<usize>> {
-        if self.periodic() {
-            return (0..self.dim()).map(|k| vec![k]).collect();
+            SparseColMat::try_new_from_triplets(n, n, &m).ok()?.sp_cholesky(Side::Lower).ok()
+        });
+        match factors {
+            Some(factors) => factors.solve_in_place_with_conj(Conj::No, ColMut::from_slice_mut(f).as_mat_mut()),
+            None => f.fill(f64::NAN),
         }
-        let (period, columns) = (2 * REACH + 1, self.columns());
-        let mut groups = vec![Vec::new(); period * period];
-        (0..self.dim()).for_each(|k| groups[k / columns % period * period + k % columns % period].push(k));
-        groups
     }
 }
 
@@ -183,34 +180,39 @@ impl Ode for ByHand<'_> {
     }
 
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        let f = DVector::from(self.circulations(t, v));
-        dv.copy_from_slice((self.inverse() * f).as_slice());
+        dv.copy_from_slice(&self.circulations(t, v));
+        self.solve(dv);
     }
 
-    /// f is quadratic, so that its central differences with any step are its derivatives.
+    /// By columns.
     fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
-        let (columns, inverse) = (self.columns(), self.inverse());
-        let mut moved = v.to_vec();
-        for group in self.independent() {
-            let mut at = |step: f64| {
-                group.iter().for_each(|&k| moved[k] = v[k] + step);
-                let f = self.circulations(t, &moved);
-                group.iter().for_each(|&k| moved[k] = v[k]);
-                f
-            };
-            let (above, below) = (at(1.0), at(-1.0));
-            for &k in &group {
-                let near = |i: &usize| {
-                    let apart = |a: usize, b: usize| a.abs_diff(b) <= REACH;
-                    self.periodic() || (apart(i % columns, k % columns) && apart(i / columns, k / columns))
-                };
-                for i in (0..v.len()).filter(near) {
-                    let f = 0.5 * (above[i] - below[i]);
-                    if f != 0.0 {
-                        inverse.column(i).iter().enumerate().for_each(|(row, m)| add(row, k, m * f));
-                    }
-                }
-            }
+        let (mut unit, mut column) = (vec![0.0; v.len()], vec![0.0; v.len()]);
+        for k in 0..v.len() {
+            unit[k] = 1.0;
+            self.product(t, v, &unit, &mut column);
+            column.iter().enumerate().for_each(|(i, x)| add(i, k, *x));
+            unit[k] = 0.0;
         }
+    }
+
+    /// f is quadratic, so that its central difference with any step is its derivative; with one of the size of v least is
+    /// rounded off.
+    fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        let size = max_norm(x);
+        out.fill(0.0);
+        if size == 0.0 {
+            return;
+        }
+        let step = max_norm(v).max(1e-3) / size;
+        let at = |s: f64| self.circulations(t, &v.iter().zip(x).map(|(v, x)| v + s * x).collect::<Vec<_>>());
+        let (above, below) = (at(step), at(-step));
+        for (out, (a, b)) in out.iter_mut().zip(above.iter().zip(&below)) {
+            *out = (a - b) / (2.0 * step);
+        }
+        self.solve(out);
+    }
+
+    fn is_matrix_free(&self) -> bool {
+        true
     }
 }

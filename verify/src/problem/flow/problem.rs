@@ -4,9 +4,8 @@ use std::sync::OnceLock;
 
 use lsvi::solver::{Iterative, StepSolver};
 use lsvi::{Factored, VectorField};
-use nalgebra::DMatrix;
 
-use super::by_hand::ByHand;
+use super::by_hand::{ByHand, Factors};
 use super::confined::{Confined, Given};
 use super::staggered::{Component, Rectangle};
 use crate::kinds::Principle;
@@ -17,17 +16,17 @@ use crate::reference::Ode;
 #[derive(Debug)]
 pub(super) struct InRectangle {
     pub(super) flow: Confined,
-    inverse: OnceLock<DMatrix<f64>>,
+    factors: OnceLock<Option<Factors>>,
 }
 
 impl InRectangle {
     pub(super) fn new(rectangle: Rectangle, nu: f64, given: impl Given + 'static) -> Self {
-        Self { flow: Confined::new(rectangle, nu, Box::new(given)), inverse: OnceLock::new() }
+        Self { flow: Confined::new(rectangle, nu, Box::new(given)), factors: OnceLock::new() }
     }
 
     fn by_hand(&self) -> ByHand<'_> {
         let Confined { space, nu, given, .. } = &self.flow;
-        ByHand { rectangle: space.rectangle, nu: *nu, given: &**given, inverse: &self.inverse }
+        ByHand { rectangle: space.rectangle, nu: *nu, given: &**given, factors: &self.factors }
     }
 
     /// A bound of the fastest rate of decay, 4ν (1/Δx² + 1/Δy²).
@@ -46,6 +45,12 @@ impl Ode for InRectangle {
     }
     fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
         self.by_hand().jacobian(t, v, add);
+    }
+    fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.by_hand().product(t, v, x, out);
+    }
+    fn is_matrix_free(&self) -> bool {
+        self.by_hand().is_matrix_free()
     }
 }
 

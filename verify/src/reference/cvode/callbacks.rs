@@ -3,11 +3,25 @@
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use super::call::CallError;
 use crate::reference::{Ode, panic_text};
 
 /// A callback refused; [`Callbacks::explain`] knows why.
 #[derive(Debug)]
 pub(super) struct Refused;
+
+/// What CVODE keeps of the Jacobian.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Storage {
+    Dense,
+    /// Each bandwidth is less than the dimension.
+    Banded {
+        lower: usize,
+        upper: usize,
+    },
+    /// It is known by its products.
+    None,
+}
 
 /// The system, and what went wrong in it.
 ///
@@ -15,15 +29,19 @@ pub(super) struct Refused;
 pub(super) struct Callbacks<'a> {
     ode: &'a dyn Ode,
     dim: usize,
-    band: Option<(usize, usize)>,
+    storage: Storage,
     failure: RefCell<Option<String>>,
     message: RefCell<Option<String>>,
 }
 
 impl<'a> Callbacks<'a> {
     pub(super) fn new(ode: &'a dyn Ode, dim: usize) -> Self {
-        let band = ode.bandwidths().map(|(lower, upper)| (lower.min(dim - 1), upper.min(dim - 1)));
-        Callbacks { ode, dim, band, failure: RefCell::default(), message: RefCell::default() }
+        let storage = match ode.bandwidths() {
+            _ if ode.is_matrix_free() => Storage::None,
+            Some((lower, upper)) => Storage::Banded { lower: lower.min(dim - 1), upper: upper.min(dim - 1) },
+            None => Storage::Dense,
+        };
+        Callbacks { ode, dim, storage, failure: RefCell::default(), message: RefCell::default() }
     }
 
     /// The length of every vector; fixed, because the memory behind CVODE's pointers does not follow a changing `Ode::dim`.
@@ -31,9 +49,9 @@ impl<'a> Callbacks<'a> {
         self.dim
     }
 
-    /// Lower and upper bandwidth, each less than the dimension; fixed for the same reason.
-    pub(super) fn band(&self) -> Option<(usize, usize)> {
-        self.band
+    /// What the Jacobian is stored as; fixed for the same reason.
+    pub(super) fn storage(&self) -> Storage {
+        self.storage
     }
 
     /// Keeps CVODE's latest message.
@@ -42,10 +60,10 @@ impl<'a> Callbacks<'a> {
     }
 
     /// Why the solve failed: what a callback refused, else CVODE's own message, and in any case the call that failed.
-    pub(super) fn explain(&self, call: &str) -> String {
+    pub(super) fn explain(&self, call: CallError) -> String {
         match self.failure.take().or(self.message.take()) {
             Some(reason) => format!("{reason} ({call})"),
-            None => call.into(),
+            None => call.to_string(),
         }
     }
 
@@ -56,11 +74,26 @@ impl<'a> Callbacks<'a> {
 
     /// Writes f(t, v) into `dv`.
     pub(super) fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) -> Result<(), Refused> {
-        if let Err(payload) = catch_unwind(AssertUnwindSafe(|| self.ode.rhs(t, v, dv))) {
-            return self.refuse(format!("the right-hand side panicked: {}", panic_text(&*payload)));
+        self.finite((t, "the right-hand side", "f"), dv, |dv| self.ode.rhs(t, v, dv))
+    }
+
+    /// Writes J(t, v) x into `out`.
+    pub(super) fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) -> Result<(), Refused> {
+        self.finite((t, "the product with the Jacobian", "J x"), out, |out| self.ode.product(t, v, x, out))
+    }
+
+    /// Refuses what panics in `write`, or is not finite; `what` and `name` are in words and in short.
+    fn finite(
+        &self,
+        (t, what, name): (f64, &str, &str),
+        out: &mut [f64],
+        write: impl FnOnce(&mut [f64]),
+    ) -> Result<(), Refused> {
+        if let Err(payload) = catch_unwind(AssertUnwindSafe(|| write(out))) {
+            return self.refuse(format!("{what} panicked: {}", panic_text(&*payload)));
         }
-        match dv.iter().position(|x| !x.is_finite()) {
-            Some(i) => self.refuse(format!("component {i} of f is {} at t = {t}", dv[i])),
+        match out.iter().position(|x| !x.is_finite()) {
+            Some(i) => self.refuse(format!("component {i} of {name} is {} at t = {t}", out[i])),
             None => Ok(()),
         }
     }
@@ -70,8 +103,12 @@ impl<'a> Callbacks<'a> {
         let mut wrong = None;
         let mut checked = |i: usize, j: usize, x: f64| {
             let in_matrix = i < self.dim && j < self.dim;
-            let in_band = || self.band.is_none_or(|(lower, upper)| i <= j + lower && j <= i + upper);
-            if !in_matrix || !in_band() {
+            let in_storage = || match self.storage {
+                Storage::Dense => true,
+                Storage::Banded { lower, upper } => i <= j + lower && j <= i + upper,
+                Storage::None => false,
+            };
+            if !in_matrix || !in_storage() {
                 wrong = Some(format!("entry ({i}, {j}) lies outside the Jacobian or its declared band"));
             } else if !x.is_finite() {
                 wrong = Some(format!("entry ({i}, {j}) of the Jacobian is {x} at t = {t}"));

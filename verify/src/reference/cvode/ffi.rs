@@ -6,7 +6,8 @@ use std::{ptr, slice};
 
 use sundials_sys as sys;
 
-use super::callbacks::{Callbacks, Refused};
+use super::call::{CallError, Speaker};
+use super::callbacks::{Callbacks, Refused, Storage};
 use crate::reference::Work;
 
 // What the bindings leave out.
@@ -17,6 +18,9 @@ unsafe extern "C" {
 
 /// Steps allowed from one sample to the next; CVODE's own limit of 500 is meant for loose tolerances.
 const MAX_STEPS: c_long = 5_000_000;
+
+/// Directions that GMRES keeps; CVODE's own five are meant for loose tolerances too.
+const DIRECTIONS: c_int = 30;
 
 /// CVODE's families of formulas.
 #[derive(Debug, Clone, Copy)]
@@ -43,8 +47,8 @@ struct Owned<P: Copy> {
 
 impl<T> Owned<*mut T> {
     /// Takes over what `call` returned; SUNDIALS reports failure by a null pointer.
-    fn new(raw: *mut T, free: fn(*mut T), call: &str) -> Result<Self, String> {
-        if raw.is_null() { Err(format!("{call} failed")) } else { Ok(Owned { raw, free }) }
+    fn new(raw: *mut T, free: fn(*mut T), call: &'static str) -> Result<Self, CallError> {
+        if raw.is_null() { Err(CallError::Null(call)) } else { Ok(Owned { raw, free }) }
     }
 }
 
@@ -60,7 +64,7 @@ impl<P: Copy> Drop for Owned<P> {
 pub(super) struct Session<'a> {
     memory: Owned<*mut c_void>,
     _linear_solver: Owned<sys::SUNLinearSolver>,
-    _matrix: Owned<sys::SUNMatrix>,
+    _matrix: Option<Owned<sys::SUNMatrix>>,
     state: Owned<sys::N_Vector>,
     _context: Owned<sys::SUNContext>,
     /// CVODE keeps the address of the callbacks.
@@ -78,12 +82,11 @@ impl<'a> Session<'a> {
         v0: &[f64],
         tolerance: f64,
         callbacks: &'a Callbacks<'a>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, CallError> {
         assert_eq!(v0.len(), callbacks.dim(), "CVODE's vectors have the length that the callbacks believe in");
         let context = new_context()?;
         let state = new_vector(v0, &context)?;
-        let matrix = new_matrix(callbacks, &context)?;
-        let linear_solver = new_linear_solver(callbacks, &state, &matrix, &context)?;
+        let (linear_solver, matrix) = new_linear_solver(callbacks, &state, &context)?;
         let memory = new_memory(formulas, &context)?;
         let user_data = ptr::from_ref(callbacks).cast_mut().cast::<c_void>();
         // SAFETY: the pointers are live and belong together (one context, one dimension). `user_data` outlives the session by 'a,
@@ -94,8 +97,13 @@ impl<'a> Session<'a> {
             check("CVodeSStolerances", sys::CVodeSStolerances(memory.raw, tolerance, tolerance))?;
             check("CVodeSetUserData", sys::CVodeSetUserData(memory.raw, user_data))?;
             check("CVodeSetMaxNumSteps", sys::CVodeSetMaxNumSteps(memory.raw, MAX_STEPS))?;
-            check("CVodeSetLinearSolver", sys::CVodeSetLinearSolver(memory.raw, linear_solver.raw, matrix.raw))?;
-            check("CVodeSetJacFn", sys::CVodeSetJacFn(memory.raw, Some(on_jacobian)))?;
+            let raw = matrix.as_ref().map_or(ptr::null_mut(), |matrix| matrix.raw);
+            check_linear("CVodeSetLinearSolver", sys::CVodeSetLinearSolver(memory.raw, linear_solver.raw, raw))?;
+            if matrix.is_some() {
+                check_linear("CVodeSetJacFn", sys::CVodeSetJacFn(memory.raw, Some(on_jacobian)))?;
+            } else {
+                check_linear("CVodeSetJacTimes", sys::CVodeSetJacTimes(memory.raw, None, Some(on_product)))?;
+            }
         }
         Ok(Session {
             memory,
@@ -111,7 +119,7 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// Names the call that failed.
-    pub(super) fn stop_at(&mut self, t: f64) -> Result<(), String> {
+    pub(super) fn stop_at(&mut self, t: f64) -> Result<(), CallError> {
         // SAFETY: the memory is live.
         check("CVodeSetStopTime", unsafe { sys::CVodeSetStopTime(self.memory.raw, t) })
     }
@@ -120,7 +128,7 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// Names the call that failed.
-    pub(super) fn advance_to(&mut self, t: f64, v: &mut [f64]) -> Result<(), String> {
+    pub(super) fn advance_to(&mut self, t: f64, v: &mut [f64]) -> Result<(), CallError> {
         let mut reached = t;
         // SAFETY: the session's pointers are live, `reached` is writable, and the state vector is not borrowed during the call.
         unsafe {
@@ -134,7 +142,7 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// Names the call that failed.
-    pub(super) fn current_time(&self) -> Result<f64, String> {
+    pub(super) fn current_time(&self) -> Result<f64, CallError> {
         let mut t = 0.0;
         // SAFETY: the memory is live and `t` is writable.
         check("CVodeGetCurrentTime", unsafe { sys::CVodeGetCurrentTime(self.memory.raw, &mut t) })?;
@@ -145,13 +153,14 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// Names the call that failed.
-    pub(super) fn work(&self) -> Result<Work, String> {
-        let (mut steps, mut rhs, mut jacobians, mut factorizations) = (0, 0, 0, 0);
+    pub(super) fn work(&self) -> Result<Work, CallError> {
+        let (mut steps, mut rhs, mut jacobians, mut factorizations, mut products) = (0, 0, 0, 0, 0);
         // SAFETY: the memory is live and the counters are writable.
         unsafe {
             check("CVodeGetNumSteps", sys::CVodeGetNumSteps(self.memory.raw, &mut steps))?;
             check("CVodeGetNumRhsEvals", sys::CVodeGetNumRhsEvals(self.memory.raw, &mut rhs))?;
-            check("CVodeGetNumJacEvals", sys::CVodeGetNumJacEvals(self.memory.raw, &mut jacobians))?;
+            check_linear("CVodeGetNumJtimesEvals", sys::CVodeGetNumJtimesEvals(self.memory.raw, &mut products))?;
+            check_linear("CVodeGetNumJacEvals", sys::CVodeGetNumJacEvals(self.memory.raw, &mut jacobians))?;
             check("CVodeGetNumLinSolvSetups", sys::CVodeGetNumLinSolvSetups(self.memory.raw, &mut factorizations))?;
         }
         // Counters start at zero and grow.
@@ -161,35 +170,43 @@ impl<'a> Session<'a> {
             rhs: count(rhs),
             jacobians: count(jacobians),
             factorizations: count(factorizations),
+            products: count(products),
         })
     }
 }
 
-/// Turns CVODE's negative codes into an error; its positive ones (such as "stop time reached") are no failures.
-fn check(call: &str, code: c_int) -> Result<(), String> {
-    if code >= 0 {
-        return Ok(());
-    }
-    // SAFETY: CVodeGetReturnFlagName accepts any code and returns a zero-terminated string from malloc, which is copied and freed.
-    let name = unsafe {
-        let raw = sys::CVodeGetReturnFlagName(c_long::from(code));
+/// What SUNDIALS calls a code of its own; the number where it has no name for it.
+pub(super) fn name(speaker: Speaker, code: c_int) -> String {
+    let names = match speaker {
+        Speaker::Solver => sys::CVodeGetReturnFlagName,
+        Speaker::LinearSolver => sys::CVodeGetLinReturnFlagName,
+        Speaker::Library => return code.to_string(),
+    };
+    // SAFETY: both accept any code and return a zero-terminated string from malloc, which is copied and freed.
+    unsafe {
+        let raw = names(c_long::from(code));
         if raw.is_null() {
-            return Err(format!("{call} returned {code}"));
+            return code.to_string();
         }
         let name = CStr::from_ptr(raw).to_string_lossy().into_owned();
         free(raw.cast());
         name
-    };
-    Err(format!("{call} returned {name}"))
+    }
 }
 
-fn new_context() -> Result<Owned<sys::SUNContext>, String> {
+fn check(call: &'static str, code: c_int) -> Result<(), CallError> {
+    Speaker::Solver.check(call, code)
+}
+
+fn check_linear(call: &'static str, code: c_int) -> Result<(), CallError> {
+    Speaker::LinearSolver.check(call, code)
+}
+
+fn new_context() -> Result<Owned<sys::SUNContext>, CallError> {
     let mut raw = ptr::null_mut();
     // SAFETY: `raw` is writable; without MPI there is no communicator.
     let code = unsafe { sys::SUNContext_Create(sys::comm_no_mpi(), &mut raw) };
-    if code != 0 {
-        return Err(format!("SUNContext_Create returned {code}"));
-    }
+    Speaker::Library.check("SUNContext_Create", code)?;
     // SAFETY: called once with the context that was created, after everything that uses it.
     Owned::new(
         raw,
@@ -200,7 +217,7 @@ fn new_context() -> Result<Owned<sys::SUNContext>, String> {
     )
 }
 
-fn new_vector(v: &[f64], context: &Owned<sys::SUNContext>) -> Result<Owned<sys::N_Vector>, String> {
+fn new_vector(v: &[f64], context: &Owned<sys::SUNContext>) -> Result<Owned<sys::N_Vector>, CallError> {
     // SAFETY: the context is live; the vector is destroyed once.
     let vector = unsafe {
         Owned::new(sys::N_VNew_Serial(index(v.len()), context.raw), |raw| sys::N_VDestroy(raw), "N_VNew_Serial")?
@@ -210,30 +227,36 @@ fn new_vector(v: &[f64], context: &Owned<sys::SUNContext>) -> Result<Owned<sys::
     Ok(vector)
 }
 
-fn new_matrix(callbacks: &Callbacks, context: &Owned<sys::SUNContext>) -> Result<Owned<sys::SUNMatrix>, String> {
-    let n = index(callbacks.dim());
-    // SAFETY: the context is live and the bandwidths are less than the dimension; the matrix is destroyed once.
-    unsafe {
-        let (raw, call) = match callbacks.band() {
-            Some((lower, upper)) => (sys::SUNBandMatrix(n, index(upper), index(lower), context.raw), "SUNBandMatrix"),
-            None => (sys::SUNDenseMatrix(n, n, context.raw), "SUNDenseMatrix"),
-        };
-        Owned::new(raw, |raw| sys::SUNMatDestroy(raw), call)
-    }
-}
-
+/// The solver for the storage of the Jacobian, and the matrix where there is one.
 fn new_linear_solver(
     callbacks: &Callbacks,
     state: &Owned<sys::N_Vector>,
-    matrix: &Owned<sys::SUNMatrix>,
     context: &Owned<sys::SUNContext>,
-) -> Result<Owned<sys::SUNLinearSolver>, String> {
+) -> Result<(Owned<sys::SUNLinearSolver>, Option<Owned<sys::SUNMatrix>>), CallError> {
+    let n = index(callbacks.dim());
+    // SAFETY: the context is live and the bandwidths are less than the dimension; the matrix is destroyed once.
+    let matrix = unsafe {
+        let owned = |raw, call| Owned::new(raw, |raw| sys::SUNMatDestroy(raw), call).map(Some);
+        match callbacks.storage() {
+            Storage::Dense => owned(sys::SUNDenseMatrix(n, n, context.raw), "SUNDenseMatrix")?,
+            Storage::Banded { lower, upper } => {
+                owned(sys::SUNBandMatrix(n, index(upper), index(lower), context.raw), "SUNBandMatrix")?
+            }
+            Storage::None => None,
+        }
+    };
     // SAFETY: vector and matrix are live, of one dimension and from this context, and the solver is of the matrix's kind; it is
     // freed once.
-    unsafe {
-        let (raw, call) = match callbacks.band() {
-            Some(_) => (sys::SUNLinSol_Band(state.raw, matrix.raw, context.raw), "SUNLinSol_Band"),
-            None => (sys::SUNLinSol_Dense(state.raw, matrix.raw, context.raw), "SUNLinSol_Dense"),
+    let solver = unsafe {
+        let (raw, call) = match (callbacks.storage(), &matrix) {
+            (Storage::Banded { .. }, Some(matrix)) => {
+                (sys::SUNLinSol_Band(state.raw, matrix.raw, context.raw), "SUNLinSol_Band")
+            }
+            (_, Some(matrix)) => (sys::SUNLinSol_Dense(state.raw, matrix.raw, context.raw), "SUNLinSol_Dense"),
+            (_, None) => {
+                let unpreconditioned = sys::SUN_PREC_NONE as c_int;
+                (sys::SUNLinSol_SPGMR(state.raw, unpreconditioned, DIRECTIONS, context.raw), "SUNLinSol_SPGMR")
+            }
         };
         Owned::new(
             raw,
@@ -241,11 +264,12 @@ fn new_linear_solver(
                 let _ = sys::SUNLinSolFree(raw);
             },
             call,
-        )
-    }
+        )?
+    };
+    Ok((solver, matrix))
 }
 
-fn new_memory(formulas: Formulas, context: &Owned<sys::SUNContext>) -> Result<Owned<*mut c_void>, String> {
+fn new_memory(formulas: Formulas, context: &Owned<sys::SUNContext>) -> Result<Owned<*mut c_void>, CallError> {
     let formulas = match formulas {
         Formulas::Bdf => sys::CV_BDF,
         Formulas::Adams => sys::CV_ADAMS,
@@ -292,6 +316,24 @@ unsafe extern "C" fn on_rhs(t: f64, v: sys::N_Vector, dv: sys::N_Vector, user_da
     code(callbacks.rhs(t, v, dv))
 }
 
+unsafe extern "C" fn on_product(
+    x: sys::N_Vector,
+    out: sys::N_Vector,
+    t: f64,
+    v: sys::N_Vector,
+    _f: sys::N_Vector,
+    user_data: *mut c_void,
+    _: sys::N_Vector,
+) -> c_int {
+    // SAFETY: as in `on_rhs`; `out` is another vector than `x` and `v`.
+    let (callbacks, v, x, out) = unsafe {
+        let callbacks = &*user_data.cast::<Callbacks>();
+        let n = callbacks.dim();
+        (callbacks, entries(v, n), entries(x, n), entries_mut(out, n))
+    };
+    code(callbacks.product(t, v, x, out))
+}
+
 /// Adds to a matrix that CVODE has set to zero.
 unsafe extern "C" fn on_jacobian(
     t: f64,
@@ -308,7 +350,7 @@ unsafe extern "C" fn on_jacobian(
         let callbacks = &*user_data.cast::<Callbacks>();
         (callbacks, entries(v, callbacks.dim()))
     };
-    let banded = callbacks.band().is_some();
+    let banded = callbacks.storage() != Storage::Dense;
     code(callbacks.jacobian(t, v, |i, j, x| {
         // SAFETY: `Callbacks::jacobian` passes on only entries that lie inside the matrix and its band. A column pointer is to
         // row 0 of a dense matrix, and to the diagonal of a banded one.
@@ -337,7 +379,7 @@ mod messages {
         context: sys::SUNContext,
         memory: *mut c_void,
         user_data: *mut c_void,
-    ) -> Result<(), String> {
+    ) -> Result<(), CallError> {
         // Takes precedence over the stand-ins outside this function for what the version at hand does have.
         #[allow(unused_imports)]
         use sys::*;

@@ -1,14 +1,15 @@
 //! SUNDIALS CVODE: variable-order, variable-step BDF and Adams formulas with a Newton iteration on the analytic Jacobian, dense
-//! or banded (Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363–396).
+//! or banded with its factors, or by its products alone with GMRES (Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363–396).
 
+mod call;
 mod callbacks;
 #[allow(unsafe_code)]
 mod ffi;
 
+use self::call::CallError;
 use self::callbacks::Callbacks;
 use self::ffi::{Formulas, Session};
-use super::{Ode, Reference, ReferenceError};
-use super::{Run, check};
+use super::{Ode, Reference, ReferenceError, Run, bound, check_dense};
 
 /// CVODE with one of its two families of formulas.
 pub(super) struct Cvode {
@@ -39,10 +40,13 @@ impl Reference for Cvode {
     /// One solve. CVODE interpolates the samples with the polynomial of the step's own order; only the last is a stop time, so
     /// that f is never evaluated beyond it.
     fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
-        check(self.name, ode, t0, v0, times)?;
+        bound::check(ode, t0, v0, times)?;
+        if !ode.is_matrix_free() {
+            check_dense(self.name, ode)?;
+        }
         let callbacks = Callbacks::new(ode, v0.len());
         let failed =
-            |t: f64, call: String| ReferenceError::Solver { solver: self.name, t, reason: callbacks.explain(&call) };
+            |t: f64, call: CallError| ReferenceError::Solver { solver: self.name, t, reason: callbacks.explain(call) };
         let mut session =
             Session::new(self.formulas, t0, v0, tolerance, &callbacks).map_err(|call| failed(t0, call))?;
         let mut run = Run::with_capacity(times.len());
