@@ -27,6 +27,7 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
     let table = published()?;
     let (mut rows, mut reached, mut profiles) = (Vec::new(), Vec::new(), Vec::new());
     let (mut streams, mut vortices) = (Vec::new(), Vec::new());
+    let (mut within, mut extrapolated, mut on) = (Vec::new(), Vec::new(), 0);
     for (re, judged, cells) in scale.steady {
         let grids = context.get(SteadyCavity { re: *re, cells })?;
         reached.extend(grids.iter().map(|grid| row![*re, grid.cells, grid.residual, grid.steps]));
@@ -34,12 +35,28 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
         evidence.timings.extend(timings);
         let grid = grids.iter().find(|grid| grid.cells == *judged).ok_or("no such grid")?;
         let [.., coarse, fine] = grids.as_slice() else { return Err("two grids".into()) };
+        on = grid.cells;
         for source in [GHIA, BOTELLA] {
             let values: Vec<&Published> = table.iter().filter(|p| p.re == *re && p.source == source).collect();
             if values.is_empty() {
                 continue;
             }
-            evidence.checks.extend(against(&values, (*re, source), grid, coarse, fine));
+            let checks = against(&values, (*re, source), grid, coarse, fine);
+            let largest: Vec<String> = checks.iter().filter_map(|check| check.measured).map(short).collect();
+            match &*largest {
+                [ghia] => within.push((short(*re), ghia.clone())),
+                [_, richardson] => {
+                    let values = [
+                        ("coarse", coarse.cells.to_string()),
+                        ("fine", fine.cells.to_string()),
+                        ("richardson", richardson.clone()),
+                        ("re", short(*re)),
+                    ];
+                    extrapolated.extend(prose::fill(include_str!("richardson.md"), &values)?);
+                }
+                _ => {}
+            }
+            evidence.checks.extend(checks);
             rows.extend(values.iter().map(|p| {
                 let velocity = grid.profile.at(p.line, p.coord);
                 row![*re, grid.cells, p.line.to_string(), p.coord, velocity, p.velocity, p.source.clone()]
@@ -74,7 +91,11 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
         let caption = format!("Steady cavity by Method I: {what}.");
         evidence.figures.push(Figure::new(id, caption, steady, panels).in_columns(columns));
     }
-    spurious(context, evidence, scale)
+    let (res, largest): (Vec<_>, Vec<_>) = within.into_iter().unzip();
+    let values = [("cells", on.to_string()), ("re", res.join(", ")), ("ghia", largest.join(", "))];
+    spurious(context, evidence, scale, &values)?;
+    evidence.notes.extend(extrapolated);
+    Ok(())
 }
 
 /// A table of the literature against the grid on which it is judged, and the last two grids extrapolated.
@@ -116,13 +137,26 @@ fn vorticity(title: &str, grid: &Grid) -> Panel {
     map(title, place, grid.vorticity.clone(), vec![-10.0, -5.0, -3.0, -1.0, 0.0, 1.0, 3.0, 5.0], true)
 }
 
-/// Where the minimum of the action at a step too long for the grid is no steady flow.
-fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+/// Where the minimum of the action at a step too long for the grid is no steady flow; `steady` is what the words say of those that
+/// are.
+fn spurious(
+    context: &Context,
+    evidence: &mut Evidence,
+    scale: &Scale,
+    steady: &[(&str, String)],
+) -> Result<(), StudyError> {
     const RE: f64 = 1000.0;
     const CELLS: usize = 32;
     let found = context.get_each(scale.spurious.iter().map(|h| Spurious { re: RE, cells: CELLS, h: *h }).collect())?;
     let cases = || scale.spurious.iter().zip(&found);
     let Some((h, worst)) = cases().next_back() else { return Ok(()) };
+    let own = [
+        ("long", short(*h)),
+        ("long_re", short(RE)),
+        ("long_cells", CELLS.to_string()),
+        ("rest", short(worst.residual)),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("steady.md"), &[steady, &own].concat())?);
     let statement = format!(
         "Re = {RE} on {CELLS}² cells with h = {h}: where Method I comes to rest the flow is not steady, and the library refuses it; \
          |f| there"
@@ -228,6 +262,16 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
         Requirement::AtMost(1.25),
         "the difference over what Method I's own two runs predict and CVODE's bound; a quarter for the terms beyond the second order",
     ));
+    let values = [
+        ("h", short(end / f64::from(finest.steps))),
+        ("difference", short(finest.difference)),
+        ("predicted", short(finest.predicted)),
+        ("bound", short(found.bound)),
+        ("steps", found.cvode.steps.to_string()),
+        ("rhs", found.cvode.rhs.to_string()),
+        ("products", found.cvode.products.to_string()),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("cvode.md"), &values)?);
     evidence.timings.push((format!("cavity, N = {cells}, by CVODE, two tolerances"), found.cvode_seconds));
     let work = &found.cvode;
     let mut rows = vec![row![

@@ -85,13 +85,13 @@ fn study(context: &Context, scale: &Scale) -> Result<Evidence, StudyError> {
     let parts: [Part; 10] = [
         orders::in_time,
         orders::in_time_and_space,
+        cavity::steady,
+        cavity::cross_check,
         orders::against_work,
         balance::study,
         lid::study,
         lid::disturbances,
-        cavity::steady,
         cavity::approach,
-        cavity::cross_check,
         cavity::costs,
     ];
     let mut evidence = Evidence::default();

@@ -18,6 +18,13 @@ fn waves(points: usize) -> Vec<Wave> {
     all.filter(|[k, l]| *k > 0 || *l > 0).collect()
 }
 
+/// The place of a wave number among [`waves`].
+fn place(points: usize, [k, l]: Wave) -> Option<usize> {
+    let most = largest(points);
+    let inside = k.abs() <= most && l.abs() <= most && (k > 0 || k == 0 && l > 0);
+    inside.then(|| (k * (2 * most + 1) + l - 1) as usize)
+}
+
 /// Of u_p·∇ω_q: u_p = (ip_y, −ip_x) ω_p/|p|² and ∇ω_q = iq ω_q, so that the product is (p_x q_y − p_y q_x) ω_p ω_q/|p|².
 fn weight(p: Wave, q: Wave) -> f64 {
     f64::from(p[0] * q[1] - p[1] * q[0]) / f64::from(p[0] * p[0] + p[1] * p[1])
@@ -33,11 +40,11 @@ fn spectrum(points: usize, v: &[f64]) -> Vec<(Wave, Complex<f64>)> {
 
 /// The bilinear form Σ_{p+q=k} weight(p, q) a_p b_q at every k.
 fn convolve(points: usize, a: &[f64], b: &[f64], out: &mut [f64]) {
-    let (a, b, half) = (spectrum(points, a), spectrum(points, b), waves(points));
+    let (a, b) = (spectrum(points, a), spectrum(points, b));
     for (p, x) in &a {
         for (q, y) in &b {
             let k = [p[0] + q[0], p[1] + q[1]];
-            if let Some(m) = half.iter().position(|wave| *wave == k) {
+            if let Some(m) = place(points, k) {
                 add(out, m, x * y * weight(*p, *q));
             }
         }
