@@ -270,6 +270,8 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
         ("steps", found.cvode.steps.to_string()),
         ("rhs", found.cvode.rhs.to_string()),
         ("products", found.cvode.products.to_string()),
+        ("own_systems", finest.cost.solves.to_string()),
+        ("own_products", finest.cost.inner.to_string()),
     ];
     evidence.notes.extend(prose::fill(include_str!("cvode.md"), &values)?);
     evidence.timings.push((format!("cavity, N = {cells}, by CVODE, two tolerances"), found.cvode_seconds));
