@@ -1,7 +1,7 @@
 //! Energy, enstrophy and error of periodic flows, in both metrics.
 
 use super::{Context, Scale, StudyError, contest, map, prose, short};
-use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::flow::periodic::{END, Found, METHODS, PeriodicErrors, Row, STEPS, WithoutViscosity};
 use crate::measure::norm::{Extremes, max_norm};
 use crate::row;
@@ -18,7 +18,8 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         evidence.checks.extend(judged(&format!("{flow}/{points}"), found, [coarser, finest])?);
         rows.extend(found.rows.iter().map(|r| {
             let [energy, enstrophy] = r.balance;
-            row![*flow, *points, r.method, r.metric, r.h, r.error, r.energy, r.enstrophy, energy, enstrophy]
+            let numbers = [r.error, r.energy, r.enstrophy, energy, enstrophy].map(Cell::found);
+            row![*flow, *points, r.method, r.metric, r.h].into_iter().chain(numbers).collect()
         }));
         let title = format!("{flow}, {points}²");
         curves.push(errors(found).titled(title.clone()));
@@ -63,7 +64,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let caption = format!(
         "Periodic flows at t = {END} on grids of points² points, by metric of the residual: relative error of the vorticity, root mean \
          square, and of energy E and enstrophy Z, against RK4 with half the finest step; and what the run leaves of the balances \
-         Ė = −2νZ and Ż = −2νP, integrated over its own steps by Simpson's rule, in units of E and Z at the start."
+         Ė = −2νZ and Ż = −2νP, integrated over its own steps by Simpson's rule, in units of E and Z at the start. A run of RK4 with steps too long for the grid has no numbers."
     );
     let columns = [
         "flow",
@@ -134,7 +135,8 @@ fn errors(found: &Found) -> Panel {
     let curves = METHODS.iter().map(|(method, metric)| {
         let of = |row: &&Row| (row.method, row.metric) == (*method, *metric);
         let label = if *metric == "velocity" { (*method).to_owned() } else { format!("{method}, {metric}") };
-        Series::new(label, found.rows.iter().filter(of).map(|row| (row.h, row.error)).collect(), Mark::LineMarkers)
+        let points = found.rows.iter().filter(of).filter(|row| row.error.is_finite()).map(|row| (row.h, row.error));
+        Series::new(label, points.collect(), Mark::LineMarkers)
     });
     Panel::new(Axis::log("h"), Axis::log("error"), curves.collect())
 }
