@@ -210,10 +210,6 @@ impl Scale {
     /// Places and labels of about `count` ticks.
     fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         let span = self.high - self.low;
-        let within = |step: f64| {
-            let (first, last) = ((self.low / step - 1e-9).ceil() as i64, (self.high / step + 1e-9).floor() as i64);
-            first..=last
-        };
         let place = |value: f64| (value - self.low) / span;
         if self.log && span >= 1.0 {
             let stride = (span / count as f64).ceil().max(1.0);
@@ -223,7 +219,7 @@ impl Scale {
                 true => Short::new(format!("1e{exponent}").parse().unwrap_or(1.0), 4).text(),
                 false => power_of_ten(exponent),
             };
-            let mut ticks: Vec<_> = within(stride)
+            let mut ticks: Vec<_> = within(self.low, self.high, stride)
                 .map(|k| k as f64 * stride)
                 .map(|exponent| (place(exponent), label(exponent as i32)))
                 .collect();
@@ -240,17 +236,21 @@ impl Scale {
             }
             return ticks;
         }
-        // 1, 2 or 5 times a power of ten.
-        let raw = span / count as f64;
+        // 1, 2 or 5 times a power of ten apart; within a decade of a logarithmic axis too, where round numbers serve best.
+        let (low, high) =
+            if self.log { (10_f64.powf(self.low), 10_f64.powf(self.high)) } else { (self.low, self.high) };
+        let raw = (high - low) / count as f64;
         let power = 10_f64.powf(raw.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|step| *step >= raw).unwrap_or(power);
-        let label = |value: f64| {
-            let value = if self.log { 10_f64.powf(value) } else { value };
-            // Ticks are multiples of steps; six digits are what they are meant to be.
-            Short::new(format!("{value:.5e}").parse().unwrap_or(value), if self.log { 3 } else { 6 }).text()
-        };
-        within(step).map(|k| k as f64 * step).map(|value| (place(value), label(value))).collect()
+        // Ticks are multiples of steps; six digits are what they are meant to be.
+        let label = |value: f64| Short::new(format!("{value:.5e}").parse().unwrap_or(value), 6).text();
+        within(low, high, step).map(|k| k as f64 * step).map(|value| (self.place(value), label(value))).collect()
     }
+}
+
+/// The multiples of `step` in an interval, as integers.
+fn within(low: f64, high: f64, step: f64) -> std::ops::RangeInclusive<i64> {
+    (low / step - 1e-9).ceil() as i64..=(high / step + 1e-9).floor() as i64
 }
 
 /// The axes on the page.
@@ -398,6 +398,7 @@ mod tests {
         assert_eq!(labels(1e-16, 1.0, true), "10⁻¹⁵ 10⁻¹² 10⁻⁹ 10⁻⁶ 10⁻³ 10⁰");
         assert_eq!(labels(0.001, 10.0, true), "0.001 0.01 0.1 1 10");
         assert_eq!(labels(0.1, 1.0, true), "0.1 1 0.2 0.5");
+        assert_eq!(labels(0.0375, 0.0926, true), "0.04 0.05 0.06 0.07 0.08 0.09");
     }
 
     #[test]
