@@ -11,6 +11,7 @@ use crate::measure::order::{self, Expectation, OrderFit, Reason, Sample, Verdict
 use crate::method::Method;
 use crate::problem::{Limit, Problem, Window, component_names};
 use crate::program::{Answer, Program, ProgramError, Request};
+use crate::reference::bound::FINER;
 use crate::reference::{Reference, ReferenceError, by_name};
 use crate::run::run;
 use crate::theory::{OrderPlan, order_plan};
@@ -190,6 +191,12 @@ pub fn measure_on(
         steps.splice(..0, added);
         found = fit(&samples, &expectation);
     }
+    if untold.or(unsettled).is_none()
+        && truth.may_be_finer(&found, ladder)
+        && let Ok(finer) = measure_on(problem, method, truth, &Ladder { tolerance: Some(FINER), ..*ladder })
+    {
+        return Ok(finer);
+    }
     match untold {
         _ if found.verdict != Verdict::Pass
             && let Some(because) = untold.or(unsettled) =>
@@ -206,6 +213,15 @@ pub fn measure_on(
 }
 
 impl Truth {
+    /// Whether a numerical reference with a smaller bound may decide what this fit does not.
+    fn may_be_finer(self, found: &OrderFit, ladder: &Ladder) -> bool {
+        let is_floored = found.dropped.iter().any(|(_, reason)| *reason == Reason::AtFloor);
+        matches!(self, Self::Numerical(_))
+            && ladder.tolerance.is_none()
+            && is_floored
+            && found.verdict == Verdict::Inconclusive
+    }
+
     /// States with a bound on their errors at increasing `times`.
     fn solution(
         self,
@@ -278,17 +294,25 @@ pub fn measure_program(
         let exact = problem.observe(t, exact);
         Some((distance(state, &exact), *bound, max_norm(&exact)))
     };
-    let sample = |(h, answer): &(f64, Result<Answer, ProgramError>)| match answer {
-        Err(reason) => Sample::failed(*h, reason.to_string()),
-        Ok(answer) => match error((reached(answer.end().0, horizon), answer.end().1), &ends, &states) {
-            Some((error, bound, size)) => Sample::new(*h, error, bound + f64::EPSILON * size * (horizon / h)),
-            None => Sample::failed(*h, "it took no step"),
-        },
-    };
-    let samples: Vec<Sample> = answers.iter().map(sample).collect();
     let band = ladder.band.unwrap_or(PROGRAM_BAND);
-    let nominal = ladder.expected.unwrap_or_else(|| finest_slope(&samples, band));
-    let fit = fit(&samples, &Expectation::new(nominal, band));
+    let fitted = |states: &[(Vec<f64>, f64)]| {
+        let sample = |(h, answer): &(f64, Result<Answer, ProgramError>)| match answer {
+            Err(reason) => Sample::failed(*h, reason.to_string()),
+            Ok(answer) => match error((reached(answer.end().0, horizon), answer.end().1), &ends, states) {
+                Some((error, bound, size)) => Sample::new(*h, error, bound + f64::EPSILON * size * (horizon / h)),
+                None => Sample::failed(*h, "it took no step"),
+            },
+        };
+        let samples: Vec<Sample> = answers.iter().map(sample).collect();
+        let nominal = ladder.expected.unwrap_or_else(|| finest_slope(&samples, band));
+        fit(&samples, &Expectation::new(nominal, band))
+    };
+    let mut fit = fitted(&states);
+    if truth.may_be_finer(&fit, ladder)
+        && let Ok(finer) = truth.solution(problem, &limit, &ends, Some(FINER))
+    {
+        fit = fitted(&finer);
+    }
     let mut notes = Vec::new();
     if ladder.expected.is_none() {
         notes.push(

@@ -12,8 +12,9 @@
 //! 4. ln e is fitted against ln h, a point weighing less the more its floor could bend the local slopes.
 //! 5. **Pass** or **fail** is |slope − expected| ≤ band, two-sided and signed, so that divergence is never mistaken for
 //!    convergence. It is **inconclusive** where rule 3 leaves no window, or where twice the standard error exceeds the
-//!    band. Errors that grow at each of the last refinements, or into
-//!    overflow, **fail**, window or not.
+//!    band, or where the slope lies outside it but the local slopes come nearer to the expected order with every
+//!    refinement, into the band: what such errors show is a tail that the floor cuts off. Errors that grow at each of the
+//!    last refinements, or into overflow, **fail**, window or not.
 
 use std::fmt;
 
@@ -359,9 +360,15 @@ fn judge(
         let kind = if order < d.nominal { "reduction" } else { "super-convergence" };
         format!(" (declared {kind} from {}: {})", d.nominal, d.reason)
     });
+    let kept = &slopes[slopes.len() + 1 - settled..];
+    let distance = |s: &LocalSlope| (s.slope - order).abs();
+    let approaches = kept.windows(2).all(|s| distance(&s[1]) < distance(&s[0]));
     // A slope on the edge of the band is in it, so the comparison allows for rounding.
     if (slope - order).abs() <= band + line.rounding {
         (Verdict::Pass, format!("{measured} is {order} ± {band}{declared}"))
+    } else if approaches && kept.last().is_some_and(|finest| distance(finest) <= band) {
+        let text = format!("{measured}, and the local slopes still approach {order}: {}", join(kept));
+        (Verdict::Inconclusive, text)
     } else {
         (Verdict::Fail, format!("{measured} is not {order} ± {band}{declared}"))
     }

@@ -22,6 +22,8 @@ const ROUNDINGS_PER_STEP: f64 = 7.0;
 /// gained. At 1e-13 roundoff in the Newton iterations begins to show.
 const RATIO: f64 = 100.0;
 pub(super) const FINE: f64 = 1e-12;
+/// The tolerance for a second try, where the bound of the first decides too little: rounding shows, and its bound says so.
+pub(crate) const FINER: f64 = 1e-13;
 
 /// Times between two samples at which the two solves are compared as well: the difference of two scalars changes sign where
 /// neither of them is right, and a sample may hit that point.

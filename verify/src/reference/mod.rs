@@ -3,7 +3,7 @@
 //! A reference solves a first-order system v̇ = f(t, v) that a problem states by hand in [`Ode`]; it never sees
 //! the discretisation that it is to judge. Each is solved at two tolerances, and the difference is its error bound.
 
-mod bound;
+pub(crate) mod bound;
 #[cfg(feature = "cvode")]
 mod cvode;
 #[cfg(not(feature = "cvode"))]

@@ -224,6 +224,21 @@ fn drifting_slopes_are_inconclusive_not_failed() {
 }
 
 #[test]
+fn slopes_that_the_floor_cuts_off_on_their_way_to_the_order_do_not_refute_it() {
+    // Local slopes 4.16, 4.12, 4.08, 4.06, the last as uncertain as the floor makes it.
+    let s = ladder(2.0, 0.1, SQRT_2, 8);
+    let s: Vec<_> = s.into_iter().map(|h| Sample::new(h, h.powi(4) * (1.0 + 8.0 * h * h + 2.0 * h), 4e-9)).collect();
+    let f = fit(&s, &Expectation::new(4.0, 0.1));
+    assert!(f.line.is_some_and(|line| line.slope > 4.1), "{f:?}");
+    assert!(f.verdict == Verdict::Inconclusive && f.reason.contains("still approach 4"), "{f:?}");
+    // Neither do they confirm another, and slopes that leave the order refute it.
+    assert_eq!(verdict(&s, 4.4), Verdict::Fail);
+    let away: Vec<_> =
+        ladder(2.0, 0.1, SQRT_2, 8).into_iter().map(|h| Sample::new(h, h.powf(3.85) / (1.0 + h), 4e-9)).collect();
+    assert_eq!(verdict(&away, 4.0), Verdict::Fail);
+}
+
+#[test]
 fn the_ladder_divides_the_horizon_and_decreases() {
     let h = ladder(10.0, 0.25, SQRT_2, 9);
     assert_eq!((h[0], h[2], h[8]), (0.25, 0.125, 0.25 / 16.0));
