@@ -200,6 +200,22 @@ fn complain(name: &str, text: &str, more: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
 }
 
+/// Its slopes fall from 4.16 to 4.06 before the bound of the reference cuts them off.
+#[test]
+fn a_right_method_of_high_order_is_not_refuted_for_a_reference_of_few_digits() {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/models/van-der-pol.ds");
+    let order = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
+        command.args(["order", "--model", model, "--set", "mu=1", "--t-end", "2", "--method", "rk4"]).args(more);
+        let output = command.output().expect("starts");
+        (output.status.code(), String::from_utf8(output.stdout).expect("UTF-8"))
+    };
+    let (status, text) = order(&[]);
+    assert_eq!(status, Some(0), "{text}");
+    let (status, text) = order(&["--reference-tolerance", "1e-12"]);
+    assert!(status == Some(3) && text.contains("still approach 4"), "{text}");
+}
+
 #[test]
 fn a_mistake_is_shown_with_its_file_and_line() {
     let valid = "in_i { a = 1 }\nu_i { x = 1 }\nF_i { -a * x }\n";
