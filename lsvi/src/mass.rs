@@ -193,6 +193,7 @@ impl MassInverse {
     }
 
     /// Overwrites `b` with M⁻¹ b.
+    #[inline]
     pub(crate) fn solve(&self, b: &mut [f64]) {
         match self {
             Self::Identity => {}

@@ -146,7 +146,7 @@ impl<L: Lagrangian> Galerkin<L> {
 }
 
 /// With the path's derivative for v, the conditions are Σ_i b_i [h ψ_j(c_i) L_q + ψ_j′(c_i) M Σ_k φ_k′(c_i) d_k / h] = δ_j p₀.
-fn nystrom(l: &impl Lagrangian, path: &Path, weights: &[f64]) -> Option<Box<Nystrom>> {
+fn nystrom(l: &dyn Lagrangian, path: &Path, weights: &[f64]) -> Option<Box<Nystrom>> {
     let (m, r) = (path.degree(), path.points.len());
     let test = |i: usize, j: usize| test_function(&path.points[i], j + 1, MomentumWeights::START);
     let slopes = |i: usize, k: usize| path.points[i].first[k + 1];

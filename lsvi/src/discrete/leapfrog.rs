@@ -21,7 +21,7 @@ pub(super) struct Leapfrog {
 }
 
 impl Leapfrog {
-    pub(super) fn new(l: &impl Lagrangian) -> Self {
+    pub(super) fn new(l: &dyn Lagrangian) -> Self {
         let zeros = vec![0.0; l.dim()];
         Self {
             mass: ConstantMass::new(l),
@@ -37,7 +37,7 @@ impl Leapfrog {
     /// Replaces (q₀, p₀) by (q₁, p₁).
     pub(super) fn step(
         &mut self,
-        l: &impl Lagrangian,
+        l: &dyn Lagrangian,
         at: Interval,
         q: &mut [f64],
         p: &mut [f64],
@@ -48,7 +48,7 @@ impl Leapfrog {
     #[inline]
     fn step_sized<const N: usize>(
         &mut self,
-        l: &impl Lagrangian,
+        l: &dyn Lagrangian,
         at: Interval,
         q: &mut [f64],
         p: &mut [f64],

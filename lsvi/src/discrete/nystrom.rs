@@ -128,14 +128,14 @@ impl Past {
 
     /// Writes what is expected at the nodes of the next step; false if nothing is known.
     #[inline]
-    fn expect<const N: usize>(&self, dim: usize, out: &mut [f64]) -> bool {
+    fn expect<const N: usize, const R: usize>(&self, dim: usize, out: &mut [f64]) -> bool {
         let n = size::<N>(dim);
-        let weights = &self.weights[self.known];
-        if weights.is_empty() {
+        let r = size::<R>(out.len() / n);
+        let (weights, known) = (&self.weights[self.known], self.known * r);
+        if known == 0 {
             return false;
         }
-        let row = weights.len() / (out.len() / n);
-        for (out, weights) in out.chunks_exact_mut(n).zip(weights.chunks_exact(row)) {
+        for (out, weights) in out[..r * n].chunks_exact_mut(n).zip(weights.chunks_exact(known)) {
             out.fill(0.0);
             for (weight, a) in weights.iter().zip(self.steps.chunks_exact(n)) {
                 for i in 0..n {
@@ -170,7 +170,7 @@ fn extrapolation(c: &[f64], steps: usize) -> Vec<f64> {
 }
 
 impl Nystrom {
-    pub(super) fn new(l: &impl Lagrangian, coefficients: Coefficients) -> Self {
+    pub(super) fn new(l: &dyn Lagrangian, coefficients: Coefficients) -> Self {
         let (n, r) = (l.dim(), coefficients.c.len());
         let (zeros, all) = (vec![0.0; n], vec![0.0; r * n]);
         let rows = coefficients.control.chunks_exact(r);
@@ -196,85 +196,34 @@ impl Nystrom {
     /// nothing changed, where the iteration does not prove its root.
     pub(super) fn step(
         &mut self,
-        l: &impl Lagrangian,
+        l: &dyn Lagrangian,
         at: Interval,
         q: &mut [f64],
         p: &mut [f64],
         x: &mut [f64],
     ) -> Result<Option<u64>, SolveError> {
-        by_size!(q.len(), N => self.step_sized::<N>(l, at, q, p, x))
-    }
-
-    #[inline]
-    fn step_sized<const N: usize>(
-        &mut self,
-        l: &impl Lagrangian,
-        at: Interval,
-        q: &mut [f64],
-        p: &mut [f64],
-        x: &mut [f64],
-    ) -> Result<Option<u64>, SolveError> {
-        let n = size::<N>(q.len());
-        let (q, p, h) = (&mut q[..n], &mut p[..n], at.h);
-        if !self.sum.continues(at.start, q, p) || self.h != h {
+        if !self.sum.continues(at.start, q, p) || self.h != at.h {
             self.past.forget();
-            self.h = h;
+            self.h = at.h;
         }
         self.velocity.copy_from_slice(p);
-        self.mass.inverse(l, (at.start, h), q, p)?.solve(&mut self.velocity);
+        self.mass.inverse(l, (at.start, at.h), q, p)?.solve(&mut self.velocity);
         if self.waited < self.pause {
             self.waited += 1;
             return Ok(None);
         }
         if self.past.known == 0 {
             let stiffness = self.mass.stiffness(l, at.start, q, &mut self.work);
-            let is_close = h * h * self.reach * stiffness <= CLOSE;
+            let is_close = at.h * at.h * self.reach * stiffness <= CLOSE;
             if !is_close {
                 return Ok(self.give_up());
             }
         }
-        let Some(iterations) = self.iterate::<N>(l, at, q, p)? else { return Ok(self.give_up()) };
-        let (r, m) = (self.coefficients.c.len(), self.coefficients.gamma.len());
-        let square = h * h;
-        let last = (m - 1) * n;
-        let (mut way, mut rest) = (0.0, 0.0);
-        for ((x, row), gamma) in
-            x.chunks_exact_mut(n).zip(self.coefficients.control.chunks_exact(r)).zip(&self.coefficients.gamma)
-        {
-            for i in 0..n {
-                let mut bend = 0.0;
-                for (weight, a) in row.iter().zip(self.acceleration.chunks_exact(n)) {
-                    bend += weight * a[i];
-                }
-                x[i] = h * gamma * self.velocity[i] + square * bend;
-                way = larger(way, x[i]);
-            }
-        }
-        for (a, start) in self.acceleration.iter().zip(&self.start) {
-            rest = larger(rest, a - start);
-        }
-        let noise = ROUNDINGS * f64::EPSILON * q.iter().fold(way, |most, q| larger(most, *q));
-        let is_sure = square * self.reach * rest <= SURE_CONTRACTION * way + noise;
-        if !is_sure {
-            return Ok(self.give_up());
-        }
-        self.pause = 0;
-        for values in x[..last].chunks_exact_mut(n) {
-            for i in 0..n {
-                values[i] += q[i];
-            }
-        }
-        for i in 0..n {
-            let mut impulse = 0.0;
-            for (b, force) in self.coefficients.b.iter().zip(self.force.chunks_exact(n)) {
-                impulse += b * force[i];
-            }
-            self.sum.add(i, (&mut q[i], x[last + i]), (&mut p[i], h * impulse));
-            x[last + i] = q[i];
-        }
-        self.sum.end(at.start + h);
-        self.past.push(&self.acceleration);
-        Ok(Some(iterations + 1))
+        let (n, r) = (q.len(), self.coefficients.c.len());
+        let found = by_size!(n, N => by_size!(r, R => self.iterate::<N, R>(l, at, q)));
+        let Some(evaluations) = found else { return Ok(self.give_up()) };
+        let is_sure = by_size!(n, N => by_size!(r, R => self.finish::<N, R>(at, q, p, x)));
+        Ok(if is_sure { Some(evaluations) } else { self.give_up() })
     }
 
     fn give_up(&mut self) -> Option<u64> {
@@ -286,72 +235,126 @@ impl Nystrom {
 
     /// Sets the forces and accelerations of the step; returns how often they were evaluated for it.
     #[inline]
-    fn iterate<const N: usize>(
-        &mut self,
-        l: &impl Lagrangian,
-        at: Interval,
-        q: &[f64],
-        p: &[f64],
-    ) -> Result<Option<u64>, SolveError> {
-        let n = size::<N>(q.len());
-        let (r, h) = (self.coefficients.c.len(), at.h);
-        let (square, reach) = (h * h, self.reach);
-        let Self { coefficients: Coefficients { c, a: weights, .. }, velocity, acceleration, force, positions, .. } =
-            self;
-        let Self { start, work, mass, past, .. } = self;
-        let inverse = mass.inverse(l, (at.start, h), q, p)?;
-        for ((c, start), force) in c.iter().zip(start.chunks_exact_mut(n)).zip(force.chunks_exact_mut(n)) {
-            l.gradient_q(at.start + c * h, q, velocity, force, work);
-            start.copy_from_slice(force);
+    fn iterate<const N: usize, const R: usize>(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
+        let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
+        let (h, square, all) = (at.h, at.h * at.h, r * n);
+        let Self { coefficients, velocity, acceleration, force, positions, start, work, .. } = self;
+        let (c, a) = (&coefficients.c[..r], &coefficients.a[..r * r]);
+        let (q, velocity, work) = (&q[..n], &velocity[..n], &mut work[..n]);
+        let (acceleration, force) = (&mut acceleration[..all], &mut force[..all]);
+        let (positions, start) = (&mut positions[..all], &mut start[..all]);
+        let inverse = self.mass.known_inverse()?;
+        for j in 0..r {
+            let start = &mut start[j * n..(j + 1) * n];
+            l.gradient_q(at.start + c[j] * h, q, velocity, start, work);
             inverse.solve(start);
         }
-        if !past.expect::<N>(n, acceleration) {
+        if !self.past.expect::<N, R>(n, acceleration) {
             acceleration.copy_from_slice(start);
         }
-        let size_of_q = q.iter().fold(0.0, |most, q| larger(most, *q));
-        let fastest = velocity.iter().fold(0.0, |most, v| larger(most, *v));
+        let (mut size_of_q, mut fastest) = (0.0, 0.0);
+        for i in 0..n {
+            size_of_q = larger(size_of_q, q[i]);
+            fastest = larger(fastest, velocity[i]);
+        }
+        let roundoff = f64::EPSILON * size_of_q;
         let mut last = f64::NAN;
         for iterations in 1..=ITERATIONS {
-            for ((place, row), c) in positions.chunks_exact_mut(n).zip(weights.chunks_exact(r)).zip(&*c) {
+            for k in 0..r {
                 for i in 0..n {
                     let mut bend = 0.0;
-                    for (weight, a) in row.iter().zip(acceleration.chunks_exact(n)) {
-                        bend += weight * a[i];
+                    for j in 0..r {
+                        bend += a[k * r + j] * acceleration[j * n + i];
                     }
-                    place[i] = q[i] + (h * c * velocity[i] + square * bend);
+                    positions[k * n + i] = q[i] + h * (c[k] * velocity[i] + h * bend);
                 }
             }
-            for ((place, force), c) in positions.chunks_exact(n).zip(force.chunks_exact_mut(n)).zip(&*c) {
-                l.gradient_q(at.start + c * h, place, velocity, force, work);
-            }
             let (mut change, mut strongest, mut sum) = (0.0, 0.0, 0.0);
-            for (a, force) in acceleration.chunks_exact_mut(n).zip(force.chunks_exact(n)) {
-                work.copy_from_slice(force);
+            for k in 0..r {
+                let node = k * n..(k + 1) * n;
+                l.gradient_q(at.start + c[k] * h, &positions[node.clone()], velocity, &mut force[node.clone()], work);
+                work.copy_from_slice(&force[node]);
                 inverse.solve(work);
                 for i in 0..n {
-                    change = larger(change, work[i] - a[i]);
+                    change = larger(change, work[i] - acceleration[k * n + i]);
                     strongest = larger(strongest, work[i]);
                     sum += work[i];
-                    a[i] = work[i];
+                    acceleration[k * n + i] = work[i];
                 }
             }
             if !sum.is_finite() {
-                return Ok(None);
+                return None;
             }
-            // An increment of x, and of M⁻¹p; q needs fewer digits than p where h is small.
-            let delta = square * reach * change;
-            let roundoff = f64::EPSILON * size_of_q;
-            let theta = change / last;
+            // An increment of x, and one of M⁻¹p: a momentum needs its own digits, which are 1/h of those of q.
+            let (delta, theta) = (square * self.reach * change, change / last);
             let speed = f64::EPSILON * larger(fastest, h * strongest);
-            let is_noise = square * reach * last <= ROUNDINGS * roundoff;
+            let is_noise = square * self.reach * last <= ROUNDINGS * roundoff;
             if delta <= 4.0 * roundoff || theta * h * change <= (1.0 - theta) * speed || is_noise {
-                return Ok(Some(iterations));
+                return Some(iterations + 1);
             }
             if theta > SURE_CONTRACTION {
-                return Ok(None);
+                return None;
             }
             last = change;
         }
-        Ok(None)
+        None
+    }
+
+    /// Adds the changes to q₀ and p₀ and writes the control values, if what is left after the first increment is small.
+    #[inline]
+    fn finish<const N: usize, const R: usize>(
+        &mut self,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> bool {
+        let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
+        let (h, square, all) = (at.h, at.h * at.h, r * n);
+        let Self { coefficients, velocity, acceleration, force, start, sum, .. } = self;
+        let (q, p, velocity) = (&mut q[..n], &mut p[..n], &velocity[..n]);
+        let (acceleration, force, start) = (&acceleration[..all], &force[..all], &start[..all]);
+        let (mut way, mut rest) = (0.0, 0.0);
+        for ((x, row), gamma) in
+            x.chunks_exact_mut(n).zip(coefficients.control.chunks_exact(r)).zip(&coefficients.gamma)
+        {
+            for i in 0..n {
+                let mut bend = 0.0;
+                for j in 0..r {
+                    bend += row[j] * acceleration[j * n + i];
+                }
+                x[i] = h * (gamma * velocity[i] + h * bend);
+                way = larger(way, x[i]);
+            }
+        }
+        for j in 0..all {
+            rest = larger(rest, acceleration[j] - start[j]);
+        }
+        let largest = q.iter().fold(0.0, |most, q| larger(most, *q));
+        let noise = ROUNDINGS * f64::EPSILON * larger(largest, way);
+        let is_sure = square * self.reach * rest <= SURE_CONTRACTION * way + noise;
+        if !is_sure {
+            return false;
+        }
+        let last = x.len() - n;
+        let (interior, end) = x.split_at_mut(last);
+        for values in interior.chunks_exact_mut(n) {
+            for i in 0..n {
+                values[i] += q[i];
+            }
+        }
+        let b = &coefficients.b[..r];
+        for i in 0..n {
+            let mut impulse = 0.0;
+            for j in 0..r {
+                impulse += b[j] * force[j * n + i];
+            }
+            sum.add(i, (&mut q[i], end[i]), (&mut p[i], h * impulse));
+            end[i] = q[i];
+        }
+        sum.end(at.start + h);
+        self.pause = 0;
+        self.past.push(&self.acceleration);
+        true
     }
 }

@@ -138,7 +138,7 @@ impl<L: EulerLagrange> PathFitted<L> {
 }
 
 /// The conditions are M Σ_k φ_k″(c_i) d_k / h² = L_q at the interior nodes and M Σ_k φ_k′(0) d_k / h = p₀; p₁ is M Σ_k φ_k′(1) d_k / h.
-fn nystrom(l: &impl Lagrangian, path: &Path) -> Option<Box<Nystrom>> {
+fn nystrom(l: &dyn Lagrangian, path: &Path) -> Option<Box<Nystrom>> {
     let m = path.degree();
     let (start, interior, end) = (&path.points[0], &path.points[1..m], &path.points[m]);
     let row = |j: usize| interior.get(j).map_or(&start.first, |point| &point.second);

@@ -7,6 +7,8 @@ use crate::mass::{Mass, MassInverse};
 
 /// Largest relative difference of two mass matrices that passes for rounding.
 const CONSTANT: f64 = 1e-10;
+/// Roundings by which two times that are one may differ.
+const ROUNDINGS: f64 = 4.0;
 
 /// The inverse of M, once it is known and what the Lagrangian declares is checked.
 #[derive(Debug)]
@@ -17,7 +19,7 @@ pub(super) struct ConstantMass {
 }
 
 impl ConstantMass {
-    pub(super) fn new(l: &impl Lagrangian) -> Self {
+    pub(super) fn new(l: &dyn Lagrangian) -> Self {
         let mass = Jacobian::with_structure(l.dim(), &l.structure());
         Self { other: mass.clone(), mass, inverse: None }
     }
@@ -26,7 +28,7 @@ impl ConstantMass {
     #[inline]
     pub(super) fn inverse(
         &mut self,
-        l: &impl Lagrangian,
+        l: &dyn Lagrangian,
         (t, h): (f64, f64),
         q: &[f64],
         p: &[f64],
@@ -35,11 +37,17 @@ impl ConstantMass {
             let inverse = self.checked_inverse(l, (t, h), q, p)?;
             self.inverse = Some(inverse);
         }
-        self.inverse.as_mut().ok_or(SolveError::SingularMass)
+        self.known_inverse().ok_or(SolveError::SingularMass)
+    }
+
+    /// M⁻¹ as found by [`inverse`](Self::inverse).
+    #[inline]
+    pub(super) fn known_inverse(&mut self) -> Option<&mut MassInverse> {
+        self.inverse.as_mut()
     }
 
     /// The norm of column sums of M⁻¹L_qq at q, NaN where M is not known yet.
-    pub(super) fn stiffness(&mut self, l: &impl Lagrangian, t: f64, q: &[f64], column: &mut [f64]) -> f64 {
+    pub(super) fn stiffness(&mut self, l: &dyn Lagrangian, t: f64, q: &[f64], column: &mut [f64]) -> f64 {
         let Some(inverse) = &mut self.inverse else { return f64::NAN };
         self.other.clear();
         l.add_hessian(t, q, column, HessianWeights { qq: 1.0, ..Default::default() }, &mut self.other);
@@ -56,7 +64,7 @@ impl ConstantMass {
     /// Refuses a Lagrangian with other second derivatives in v at either end of the straight step, or mixed ones.
     fn checked_inverse(
         &mut self,
-        l: &impl Lagrangian,
+        l: &dyn Lagrangian,
         (t, h): (f64, f64),
         q: &[f64],
         p: &[f64],
@@ -128,7 +136,9 @@ impl Sum {
     /// Whether a step goes on from the end of the last one; otherwise nothing is lost yet.
     #[inline]
     pub(super) fn continues(&mut self, t: f64, q: &[f64], p: &[f64]) -> bool {
-        let is_same = self.t == t && self.q == q && self.p == p;
+        // A caller's k h and the sum t + h differ by their rounding.
+        let is_now = (self.t - t).abs() <= ROUNDINGS * f64::EPSILON * t.abs();
+        let is_same = is_now && self.q == q && self.p == p;
         if !is_same {
             self.forget();
         }
