@@ -1,8 +1,8 @@
 //! Energy, enstrophy and error of periodic flows, in both metrics.
 
-use super::{Context, Scale, StudyError, contest, map, prose, short};
+use super::{Context, Scale, StudyError, brief, contest, map, prose, short};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
-use crate::experiment::flow::periodic::{END, Found, METHODS, PeriodicErrors, Row, STEPS, WithoutViscosity};
+use crate::experiment::flow::periodic::{END, Found, METHODS, PeriodicErrors, RE, Row, STEPS, WithoutViscosity};
 use crate::measure::norm::{Extremes, max_norm};
 use crate::row;
 
@@ -27,7 +27,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
             maps.push(vortices(&format!("{title}, t = {END}"), *points, &found.reference));
         }
     }
-    let (check, table) = conservation(context, scale)?;
+    let (check, table, note) = conservation(context, scale)?;
     evidence.checks.push(check);
     evidence.tables.push(table);
     let of = |flow: &str, (method, metric): (&str, &str)| {
@@ -38,18 +38,24 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let rule = ("tr-bdf2", "velocity");
     let over = |flow, a, b| Ok::<_, StudyError>(of(flow, a)?.error / of(flow, b)?.error);
     let ratio = |flow, a, b| over(flow, a, b).map(short);
-    let enstrophy = |flow| {
-        let [a, b] = [of(flow, other)?, of(flow, ours)?].map(|row| row.enstrophy.abs());
-        Ok::<_, StudyError>(short(a / b))
-    };
+    let enstrophy = |flow, what| of(flow, what).map(|row| brief(row.enstrophy));
+    let signs = found.last().ok_or("no flow")?.rows.iter().filter(|row| (row.method, row.metric) == ours);
+    let signs: Vec<bool> = signs.map(|row| row.enstrophy > 0.0).collect();
+    let changes = signs.windows(2).any(|pair| pair[0] != pair[1]);
     let balance = |flow, of_what: usize| Ok::<_, StudyError>(short(of(flow, ours)?.balance[of_what].abs()));
     let [shear, turbulence] = FLOWS;
     let values = [
         ("tr_bdf2", contest(&[over(shear, ours, rule)?, over(turbulence, ours, rule)?])),
         ("shear_metric", ratio(shear, other, ours)?),
         ("turbulence_metric", ratio(turbulence, other, ours)?),
-        ("shear_enstrophy", enstrophy(shear)?),
-        ("turbulence_enstrophy", enstrophy(turbulence)?),
+        ("shear_enstrophy", enstrophy(shear, ours)?),
+        ("shear_enstrophy_other", enstrophy(shear, other)?),
+        ("turbulence_enstrophy", enstrophy(turbulence, ours)?),
+        ("turbulence_enstrophy_other", enstrophy(turbulence, other)?),
+        ("sign", if changes { "changes sign" } else { "keeps its sign" }.into()),
+        ("points", scale.points.last().ok_or("no grid")?.to_string()),
+        ("re", short(RE)),
+        ("end", short(END)),
         ("shear_tr_bdf2", ratio(shear, ours, rule)?),
         ("turbulence_tr_bdf2", ratio(turbulence, ours, rule)?),
         ("turbulence_trapezoidal", ratio(turbulence, ours, ("trapezoidal", "velocity"))?),
@@ -61,8 +67,9 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("h", short(finest)),
     ];
     evidence.notes.extend(prose::fill(include_str!("balance.md"), &values)?);
+    evidence.notes.extend(note);
     let caption = format!(
-        "Periodic flows at t = {END} on grids of points² points, by metric of the residual: relative error of the vorticity, root mean \
+        "Periodic flows at Re = {RE} and t = {END} on grids of points² points, by metric of the residual: relative error of the vorticity, root mean \
          square, and of energy E and enstrophy Z, against RK4 with half the finest step; and what the run leaves of the balances \
          Ė = −2νZ and Ż = −2νP, integrated over its own steps by Simpson's rule, in units of E and Z at the start. A run of RK4 with steps too long for the grid has no numbers."
     );
@@ -79,9 +86,14 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         "enstrophy_balance",
     ];
     evidence.tables.push(Table::new("flow-periodic", caption, columns, rows));
-    let caption = "Relative error of the vorticity of the periodic flows against step size.";
+    let caption = format!(
+        "Relative error of the vorticity of the periodic flows, root mean square, against step size: Re = {RE}, t = {END}."
+    );
     evidence.figures.push(Figure::new("flow-periodic", caption, "flow-periodic", curves).in_columns(2));
-    let caption = "The vorticity of the two periodic flows at the end, over its largest value, from the reference.";
+    let caption = format!(
+        "The vorticity of the two periodic flows at Re = {RE} and t = {END}, over its largest value, from the reference: shear layers \
+         before they roll up, and decaying turbulence."
+    );
     evidence.figures.push(Figure::new("flow-vorticity", caption, "flow-periodic", maps).in_columns(2));
     Ok(())
 }
@@ -138,11 +150,11 @@ fn errors(found: &Found) -> Panel {
         let points = found.rows.iter().filter(of).filter(|row| row.error.is_finite()).map(|row| (row.h, row.error));
         Series::new(label, points.collect(), Mark::LineMarkers)
     });
-    Panel::new(Axis::log("h"), Axis::log("error"), curves.collect())
+    Panel::new(Axis::log("h"), Axis::log("error, relative r.m.s."), curves.collect())
 }
 
 /// Without viscosity the implicit midpoint rule keeps energy and enstrophy, quadratic forms that the dealiased equations conserve.
-fn conservation(context: &Context, scale: &Scale) -> Result<(Check, Table), StudyError> {
+fn conservation(context: &Context, scale: &Scale) -> Result<(Check, Table, Vec<String>), StudyError> {
     let [points, ..] = scale.points else { return Err("no grid".into()) };
     let found = context.get(WithoutViscosity { points: *points })?;
     let caption = format!(
@@ -160,7 +172,23 @@ fn conservation(context: &Context, scale: &Scale) -> Result<(Check, Table), Stud
         Requirement::AtMost(1e-8),
         "it keeps quadratic invariants; the tolerance of the solver is 1e-10 a step, and there are ten",
     );
-    Ok((check, table))
+    let change = |method: &str, metric: &str| {
+        let found = found.iter().find(|change| (change.method, change.metric) == (method, metric));
+        short(found.map_or(f64::NAN, |change| change.energy))
+    };
+    let values = [
+        ("points", points.to_string()),
+        ("h", short(WithoutViscosity::H)),
+        ("end", short(END)),
+        ("method_i", change("method-i", "velocity")),
+        ("vorticity", change("method-i", "vorticity")),
+        ("trapezoidal", change("trapezoidal", "velocity")),
+        ("tr_bdf2", change("tr-bdf2", "velocity")),
+        ("midpoint", change("implicit-midpoint", "velocity")),
+        ("euler", change("implicit-euler", "velocity")),
+    ];
+    let note = prose::fill(include_str!("conservation.md"), &values)?;
+    Ok((check, table, note))
 }
 
 /// A map of the vorticity over its largest value.

@@ -6,7 +6,7 @@ mod lid;
 mod orders;
 
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::number::short;
+use crate::evidence::number::{brief, short};
 use crate::evidence::{Axis, Evidence, Field, Panel};
 use crate::experiment::flow::steady::corner;
 

@@ -13,7 +13,7 @@ pub(crate) struct FlowOrder {
 }
 
 /// Cells of the manufactured cavity, whose Reynolds number is 10.
-const CELLS: usize = 6;
+pub(crate) const CELLS: usize = 6;
 /// That cavity.
 pub(crate) const CAVITY: &str = "cavity-manufactured cells=6";
 /// The end of the runs.

@@ -23,7 +23,7 @@ pub(crate) const STEPS: [f64; 3] = [0.05, 0.025, 0.0125];
 /// The end of the runs.
 pub(crate) const END: f64 = 1.0;
 /// The Reynolds number, 1/ν.
-const RE: f64 = 200.0;
+pub(crate) const RE: f64 = 200.0;
 
 /// Runs of all methods on a flow.
 #[derive(Debug)]

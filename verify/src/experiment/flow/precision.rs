@@ -2,6 +2,7 @@
 
 use super::{Cost, cavity_by, rms};
 use crate::experiment::{Context, Experiment, StudyError};
+use crate::measure::norm::max_norm;
 
 /// Runs of a method with several step sizes.
 #[derive(Debug)]
@@ -23,9 +24,38 @@ impl FlowPrecision {
 #[derive(Debug)]
 pub(crate) struct Point {
     pub(crate) h: f64,
-    /// Root mean square of the difference from RK4 with small steps on the same grid; nothing where a step failed.
+    /// Root mean square of the difference from RK4 with small steps on the same grid; nothing where a step failed, where it is
+    /// above that of the flow itself, and with steps longer than one of those.
     pub(crate) error: Option<f64>,
     pub(crate) cost: Cost,
+}
+
+/// Runs, the longest steps first, and the flow that they are to follow.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) points: Vec<Point>,
+    /// Root mean square of the velocities at the end.
+    pub(crate) size: f64,
+    /// The largest of them.
+    pub(crate) speed: f64,
+}
+
+impl Found {
+    /// Log-log between the runs about it, the error with so many linear systems; `None` beyond them.
+    pub(crate) fn error_with(&self, solves: f64) -> Option<f64> {
+        let known: Vec<(f64, f64)> =
+            self.points.iter().filter_map(|p| Some(((p.cost.solves as f64).ln(), p.error?.ln()))).collect();
+        let pair = known.windows(2).find(|pair| pair[0].0 <= solves.ln() && solves.ln() <= pair[1].0)?;
+        let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
+        Some((y0 + (solves.ln() - x0) / (x1 - x0) * (y1 - y0)).exp())
+    }
+}
+
+/// Takes the errors of runs that lost the flow, and of those with longer steps, which come before them.
+fn without_lost(points: &mut [Point], size: f64) {
+    let lost = points.iter().rposition(|p| p.error.is_none_or(|error| error.is_nan() || error >= size));
+    let kept = lost.map_or(0, |last| last + 1);
+    points[..kept].iter_mut().for_each(|p| p.error = None);
 }
 
 /// The reference: RK4 with a fourth of the finest step, which is stable on these grids.
@@ -47,20 +77,52 @@ impl Experiment for Truth {
 
 impl Experiment for FlowPrecision {
     const ID: &'static str = "flow-precision";
-    type Found = Vec<Point>;
+    type Found = Found;
 
-    fn measure(&self, context: &Context) -> Result<Vec<Point>, StudyError> {
+    fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         context.announce(1);
         let truth = context.get(Truth { cells: self.cells })?;
         let points = Self::STEPS.iter().map(|steps| {
             let h = 1.0 / f64::from(*steps);
             match cavity_by(self.method, true, (Self::RE, self.cells), (h, *steps)) {
-                Ok((end, cost)) => Point { h, error: Some(rms(&end, &truth)).filter(|e| e.is_finite()), cost },
+                Ok((end, cost)) => Point { h, error: Some(rms(&end, &truth)), cost },
                 Err(_) => Point { h, error: None, cost: Cost::default() },
             }
         });
-        let points = points.collect();
+        let mut points: Vec<Point> = points.collect();
+        let size = rms(&truth, &vec![0.0; truth.len()]);
+        without_lost(&mut points, size);
         context.tick();
-        Ok(points)
+        Ok(Found { points, size, speed: max_norm(&truth) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(runs: &[(u64, f64)]) -> Vec<Point> {
+        let point = |(solves, error): &(u64, f64)| Point {
+            h: 1.0,
+            error: Some(*error),
+            cost: Cost { solves: *solves, ..Cost::default() },
+        };
+        runs.iter().map(point).collect()
+    }
+
+    #[test]
+    fn a_run_that_lost_the_flow_has_no_error_nor_have_longer_steps() {
+        for lost in [2.0, f64::INFINITY, f64::NAN] {
+            let mut runs = points(&[(1, 0.5), (2, lost), (4, 0.1)]);
+            without_lost(&mut runs, 1.0);
+            assert_eq!(runs.iter().map(|p| p.error).collect::<Vec<_>>(), [None, None, Some(0.1)]);
+        }
+    }
+
+    #[test]
+    fn errors_at_equal_work_lie_on_a_power_law_and_not_beyond_the_runs() {
+        let found = Found { points: points(&[(10, 1e-2), (20, 2.5e-3), (40, 6.25e-4)]), size: 1.0, speed: 1.0 };
+        approx::assert_relative_eq!(found.error_with(30.0).expect("between"), 1.0 / 900.0, max_relative = 1e-12);
+        assert_eq!(found.error_with(41.0), None);
     }
 }
