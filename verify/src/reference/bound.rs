@@ -21,7 +21,7 @@ const ROUNDINGS_PER_STEP: f64 = 7.0;
 /// bound is absolute. A factor of ten between them is not enough: the order selection of Adams' formulas then hides what is
 /// gained. At 1e-13 roundoff in the Newton iterations begins to show.
 const RATIO: f64 = 100.0;
-pub(super) const FINE: f64 = 1e-12;
+pub(crate) const FINE: f64 = 1e-12;
 /// The tolerance for a second try, where the bound of the first decides too little: rounding shows, and its bound says so.
 pub(crate) const FINER: f64 = 1e-13;
 

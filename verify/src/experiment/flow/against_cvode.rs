@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::{Cost, cavity, named, observed};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::measure::norm::distance;
-use crate::reference::{self, Work};
+use crate::reference::{self, Work, bound};
 
 /// Method I with three step sizes and CVODE.
 #[derive(Debug)]
@@ -21,6 +21,8 @@ impl AgainstCvode {
     pub(crate) const END: f64 = 1.0;
     /// Numbers of steps.
     pub(crate) const STEPS: [u32; 3] = [32, 64, 128];
+    /// What CVODE is asked for in the finer of its solves.
+    pub(crate) const TOLERANCE: f64 = bound::FINE;
 }
 
 /// A run of Method I.
@@ -40,7 +42,7 @@ pub(crate) struct Found {
     pub(crate) rows: Vec<Row>,
     /// CVODE's work on the finer of its two solves.
     pub(crate) cvode: Work,
-    /// The time that it took for both.
+    /// The time that one such solve takes.
     pub(crate) cvode_seconds: f64,
     /// CVODE's bound on its own velocities.
     pub(crate) bound: f64,
@@ -55,11 +57,13 @@ impl Experiment for AgainstCvode {
         context.announce(1);
         let problem = cavity(Self::RE, self.cells)?;
         let Some(cvode) = reference::by_name("cvode-bdf") else { return Err("no reference of that name".into()) };
-        let clock = Instant::now();
-        let found = match cvode.solve(problem.ode(), 0.0, &problem.initial(), &[Self::END]) {
+        let (ode, start) = (problem.ode(), problem.initial());
+        let found = match cvode.solve(ode, 0.0, &start, &[Self::END]) {
             Ok(found) => found,
             Err(error) => return Ok(Err(error.to_string())),
         };
+        let clock = Instant::now();
+        cvode.run(ode, 0.0, &start, &[Self::END], Self::TOLERANCE)?;
         let cvode_seconds = clock.elapsed().as_secs_f64();
         let truth = problem.observe(Self::END, &found.states[0]);
         let (mut rows, mut last) = (Vec::new(), None::<Vec<f64>>);
