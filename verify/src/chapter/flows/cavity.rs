@@ -189,8 +189,8 @@ fn spurious(
     let Some((h, worst)) = cases().next_back() else { return Ok(()) };
     let reach = others.iter().filter(|other| other.is_steady()).count();
     let reach = match others.len() - reach {
-        0 => "all come to the steady flow".to_owned(),
-        missed => format!("come to the steady flow in all but {missed} of their runs"),
+        0 => "all come to a steady flow".to_owned(),
+        missed => format!("come to a steady flow in all but {missed} of their runs"),
     };
     let own = [
         ("others", reach),

@@ -185,7 +185,7 @@ pub(super) fn against_work(context: &Context, evidence: &mut Evidence, scale: &S
     let work = [own_last, rule_last, tr_bdf2_last].map(|(_, solves)| solves as f64).into_iter().smallest();
     let over = |found: &Runs| Some(own.error_with(work)? / found.error_with(work)?);
     let ratio = |found: &Runs| brief(over(found).unwrap_or(f64::NAN));
-    let longest = scheme.points.iter().find(|p| p.error.is_some()).map_or(f64::NAN, |p| p.h);
+    let (longest, error) = scheme.points.iter().find_map(|p| Some((p.h, p.error?))).unwrap_or((f64::NAN, f64::NAN));
     let values = [
         ("re", short(FlowPrecision::RE)),
         ("cells", cells.to_string()),
@@ -202,6 +202,7 @@ pub(super) fn against_work(context: &Context, evidence: &mut Evidence, scale: &S
         ("longest", short(longest)),
         ("courant", brief(longest * cells as f64 * scheme.speed)),
         ("size", brief(scheme.size)),
+        ("share", brief(error / scheme.size)),
     ];
     evidence.notes.extend(prose::fill(include_str!("work.md"), &values)?);
     let caption = format!(
