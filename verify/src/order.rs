@@ -248,6 +248,19 @@ impl Truth {
     }
 }
 
+/// Whether f at the initial state depends on time, as far as a few times of the horizon tell.
+#[must_use]
+pub fn depends_on_time(problem: &dyn Problem) -> bool {
+    let (ode, initial, horizon) = (problem.ode(), problem.initial(), problem.facts().window.horizon);
+    let rate = |t: f64| {
+        let mut rate = vec![0.0; initial.len()];
+        ode.rhs(t, &initial, &mut rate);
+        rate
+    };
+    let first = rate(0.0);
+    [0.3, 0.7].into_iter().any(|part| rate(part * horizon) != first)
+}
+
 /// The order of a program of one's own, and what its times and first steps show.
 #[derive(Debug)]
 pub struct Programs {
@@ -299,7 +312,10 @@ pub fn measure_program(
         let sample = |(h, answer): &(f64, Result<Answer, ProgramError>)| match answer {
             Err(reason) => Sample::failed(*h, reason.to_string()),
             Ok(answer) => match error((reached(answer.end().0, horizon), answer.end().1), &ends, states) {
-                Some((error, bound, size)) => Sample::new(*h, error, bound + f64::EPSILON * size * (horizon / h)),
+                Some((error, bound, size)) => {
+                    let rounding = f64::EPSILON * size * (horizon / h);
+                    Sample::new(*h, error, bound + rounding + answer.printed.resolution(size))
+                }
                 None => Sample::failed(*h, "it took no step"),
             },
         };
@@ -320,6 +336,7 @@ pub fn measure_program(
         );
     }
     let ok = || answers.iter().filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
+    notes.extend(ok().find_map(|(_, answer)| answer.few_digits()));
     if let Some((h, t)) = ok().map(|(h, a)| (h, a.end().0)).find(|(_, t)| (t - horizon).abs() > 1e-9 * horizon) {
         notes.push(format!(
             "with h = {h} it ended at t = {t}, not at {horizon}; errors are taken at the times it reached, and a program \

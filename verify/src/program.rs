@@ -41,6 +41,50 @@ pub struct Answer {
     pub times: Vec<f64>,
     /// Values of the columns that were asked for, at each time.
     pub states: Vec<Vec<f64>>,
+    /// How the values are printed.
+    pub printed: Printed,
+}
+
+/// How many digits a program prints, by the longest of its numbers: a short one may be exact.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Printed {
+    /// Decimals after the point.
+    decimals: i32,
+    /// Significant digits.
+    significant: i32,
+}
+
+impl Printed {
+    /// Takes another number into account.
+    fn see(&mut self, text: &str) {
+        let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+        let exponent: i32 = exponent.parse().unwrap_or(0);
+        let decimals = mantissa.split_once('.').map_or(0, |(_, after)| after.len() as i32);
+        let digits = mantissa.chars().filter(char::is_ascii_digit);
+        let significant = digits.skip_while(|digit| *digit == '0').count() as i32;
+        self.decimals = self.decimals.max(decimals - exponent);
+        self.significant = self.significant.max(significant);
+    }
+
+    /// Half a unit of the last digit that a number of this size is printed with.
+    #[must_use]
+    pub fn resolution(self, size: f64) -> f64 {
+        if self.significant == 0 || size == 0.0 {
+            return 0.0;
+        }
+        let leading = size.abs().log10().floor() as i32;
+        0.5 * 10_f64.powi((-self.decimals).max(leading + 1 - self.significant))
+    }
+
+    /// In words, where doubles have more digits.
+    fn told(self) -> Option<String> {
+        (1..15).contains(&self.significant).then(|| {
+            format!(
+                "it prints {} significant digits, below which errors are not seen; `%.17g` prints all of them",
+                self.significant
+            )
+        })
+    }
 }
 
 /// Why a command gave no answer.
@@ -157,7 +201,7 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
     };
     let time = find("t")?;
     let positions: Vec<usize> = columns.iter().map(|name| find(name)).collect::<Result<_, _>>()?;
-    let mut answer = Answer { times: Vec::new(), states: Vec::new() };
+    let mut answer = Answer { times: Vec::new(), states: Vec::new(), printed: Printed::default() };
     for record in reader.records() {
         let record = record.map_err(junk)?;
         let line = record.position().map_or(0, csv::Position::line);
@@ -171,6 +215,7 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
             return Err(ProgramError::Junk { line, reason: format!("the time {t} does not follow on the one before") });
         }
         answer.states.push(positions.iter().map(|column| number(*column)).collect::<Result<_, _>>()?);
+        positions.iter().filter_map(|column| record.get(*column)).for_each(|text| answer.printed.see(text));
         answer.times.push(t);
     }
     if answer.times.is_empty() { Err(ProgramError::Empty) } else { Ok(answer) }
@@ -183,6 +228,12 @@ impl Answer {
         // `read` gives at least one row.
         let last = self.times.len() - 1;
         (self.times[last], &self.states[last])
+    }
+
+    /// A note on how many digits are printed, where they are few.
+    #[must_use]
+    pub fn few_digits(&self) -> Option<String> {
+        self.printed.told()
     }
 
     /// The part of the step `h` to which the last step was cut, where it was, and the others were not.
@@ -240,6 +291,19 @@ mod tests {
         assert_eq!(answer.end(), (1.0, &[2.0][..]));
     }
 
+    /// However much a program says before it fails, the end is shown.
+    #[test]
+    #[cfg(unix)]
+    fn the_reason_at_the_end_of_a_long_message_is_shown() {
+        for lines in [100, 5000] {
+            let command = format!("sh -c 'seq {lines} >&2; echo the reason >&2; exit 3'");
+            let program = Program::new(&command, Duration::from_secs(10)).expect("a command");
+            let error = program.run(&Request::default(), &columns()).expect_err("it fails");
+            let ProgramError::Failed { message, .. } = error else { panic!("{error}") };
+            assert!(message.ends_with("the reason") && message.chars().count() <= SHOWN, "{message}");
+        }
+    }
+
     /// Neither a child of the command survives its limit, nor one that keeps its output open delays it.
     #[test]
     #[cfg(unix)]
@@ -282,5 +346,24 @@ mod tests {
         let error = program.expect("a command").run(&request, &columns()).expect_err("it fails");
         let ProgramError::Failed { message, .. } = error else { panic!("{error}") };
         assert_eq!(message, "# --problem p --h 0.1 --t-end 2 --set cells=8");
+    }
+
+    #[test]
+    fn digits_are_those_of_the_longest_number() {
+        let resolution = |text: &str| read(text.as_bytes(), &columns()).expect("a table").printed.resolution(0.7);
+        // `%.6f`, `%g`, `%.17g` and the shortest that reads back, which may be short by chance.
+        for (text, expected) in [
+            ("t,v\n0,1.000000\n1,0.700000\n", 5e-7),
+            ("t,v\n0,1\n1,0.333333\n", 5e-7),
+            ("t,v\n0,1\n1,0.69999999999999996\n", 5e-18),
+            ("t,v\n0,0.5\n1,0.3333333333333333\n", 5e-17),
+            ("t,v\n0,1\n1,3.33333e-1\n", 5e-7),
+        ] {
+            let found = resolution(text);
+            assert!((found / expected - 1.0).abs() < 1e-9, "{text}: {found:e}");
+        }
+        let answer = |text: &str| read(text.as_bytes(), &columns()).expect("a table");
+        assert!(answer("t,v\n0,1.000000\n").few_digits().is_some());
+        assert_eq!(answer("t,v\n0,0.3333333333333333\n").few_digits(), None);
     }
 }

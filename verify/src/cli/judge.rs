@@ -8,7 +8,7 @@ use serde::Serialize;
 use verify::evidence::{Check, Outcome, Requirement};
 use verify::judge::file::{MethodFile, Shipped};
 use verify::judge::{Effort, Judgement, Kind, Verdict};
-use verify::order::{Ladder, measure_program};
+use verify::order::{Ladder, depends_on_time, measure_program};
 use verify::problem::Problem;
 use verify::problem::model::Model;
 use verify::program::Request;
@@ -115,6 +115,10 @@ pub(super) struct Args {
     format: Format,
 }
 
+const UNSEEN: &str = "\
+note: none of these equations depends on time, so that wrong stage times are
+      not seen; `--model` with one that does shows them";
+
 /// Nonlinear, oscillating, and with a solution that leaves every scale behind.
 const PROGRAM_PROBLEMS: [&str; 3] = ["logistic", "damped-pendulum", "van-der-pol"];
 
@@ -196,6 +200,10 @@ fn run_program(options: &Args, command: &str, order: f64, out: &mut Output) -> R
             reason: format!("{}{notes}", found.fit.reason),
         };
         verdicts.push(Verdict { kind: Kind::Run, subject: name.clone(), check });
+    }
+    if options.format == Format::Text && problems.iter().all(|(_, problem)| !depends_on_time(&**problem)) {
+        // Beside the verdicts, not among them.
+        let _ = writeln!(io::stderr(), "{UNSEEN}");
     }
     match options.format {
         Format::Text => write_verdicts(&verdicts, out),

@@ -17,6 +17,8 @@ const LARGEST: f64 = 1e60;
 const EXACT_PLACES: u32 = 6;
 /// Trailing zeros that a printed decimal may have lost.
 const DROPPED: u32 = 2;
+/// Significant digits of a double that is printed to be read back.
+const DOUBLE: std::ops::RangeInclusive<f64> = 15.0..=17.0;
 
 /// What is wrong with a coefficient, and where in its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -84,12 +86,23 @@ pub(super) struct Value {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rounding {
     places: Option<u32>,
+    is_declared: bool,
 }
 
 impl Rounding {
     /// As a file declares it with `digits`, or as its longest decimal shows; decimals all shorter than six places are exact.
     pub(super) fn new(declared: Option<u32>, longest: Option<u32>) -> Self {
-        Self { places: declared.or(longest.filter(|places| *places >= EXACT_PLACES)) }
+        let places = declared.or(longest.filter(|places| *places >= EXACT_PLACES));
+        Self { places, is_declared: declared.is_some() }
+    }
+
+    /// In words.
+    pub fn told(self) -> String {
+        match self.places {
+            Some(places) if self.is_declared => format!("decimals printed to {places} places"),
+            Some(places) => format!("decimals rounded in their last place, the longest has {places}"),
+            None => "coefficients taken as exact".into(),
+        }
     }
 
     /// Places after the point to which the decimals are printed; `None` where all are exact.
@@ -97,10 +110,17 @@ impl Rounding {
         self.places
     }
 
-    /// Half a unit in the last place of a decimal with so many places.
-    fn radius(self, places: u32) -> f64 {
+    /// How far a decimal with so many places may be from what it was rounded from: half a unit in its last place, or in that
+    /// of the others where `digits` says that trailing zeros may have been dropped; no less than the rounding of a double where
+    /// it has as many digits as one prints.
+    fn radius(self, value: f64, places: u32) -> f64 {
+        let half = |places: u32| 0.5 * 10_f64.powi(-(places as i32));
         match self.places {
-            Some(printed) if places + DROPPED >= printed => 0.5 * 10_f64.powi(-(places.max(printed) as i32)),
+            Some(printed) if self.is_declared && places + DROPPED >= printed => half(places.max(printed)),
+            Some(_) if !self.is_declared && places >= EXACT_PLACES => {
+                let digits = f64::from(places) + value.abs().log10().floor() + 1.0;
+                if DOUBLE.contains(&digits) { half(places).max(0.5 * f64::EPSILON * value.abs()) } else { half(places) }
+            }
             _ => 0.0,
         }
     }
@@ -171,7 +191,7 @@ impl Expression {
     pub(super) fn evaluate(&self, rounding: Rounding) -> Result<Value, Malformed> {
         let value = match self {
             Self::Number { value, places } => {
-                let radius = places.map_or(0.0, |places| rounding.radius(places));
+                let radius = places.map_or(0.0, |places| rounding.radius(value.to_f64().value(), places));
                 let real = Real::rational(value).widened(radius);
                 Value { exact: (radius == 0.0).then(|| value.clone()), real }
             }
@@ -510,11 +530,18 @@ mod tests {
 
     #[test]
     fn decimals_are_uncertain_by_half_their_last_place() {
-        let rounding = Rounding::new(None, Some(10));
-        let radius = |text: &str| Expression::parse(text).expect(text).evaluate(rounding).expect(text).real.radius();
+        let of = |rounding: Rounding, text: &str| {
+            Expression::parse(text).expect(text).evaluate(rounding).expect(text).real.radius()
+        };
+        let radius = |text: &str| of(Rounding::new(None, Some(10)), text);
         assert!((radius("0.2113248654") / 5e-11 - 1.0).abs() < 1e-9);
-        assert!((radius("0.21132486") / 5e-11 - 1.0).abs() < 1e-9, "two trailing zeros dropped");
+        assert!((radius("0.211324865") / 5e-10 - 1.0).abs() < 1e-9, "each by its own last place");
         assert_eq!(radius("0.5"), 0.0);
+        let declared = Rounding::new(Some(10), Some(10));
+        assert!((of(declared, "0.21132486") / 5e-11 - 1.0).abs() < 1e-9, "two trailing zeros dropped");
+        // A double that lost its leading zeros to the exponent: 16 digits, 18 places.
+        let double = of(Rounding::new(None, Some(18)), "0.008480655492356989");
+        assert!((double / (0.5 * f64::EPSILON * 0.008480655492356989) - 1.0).abs() < 1e-9, "{double}");
         assert_eq!(Rounding::new(None, Some(3)).places(), None);
         assert_eq!(Rounding::new(Some(3), Some(3)).places(), Some(3));
     }

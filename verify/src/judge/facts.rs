@@ -13,10 +13,7 @@ pub type Facts = Vec<(&'static str, String)>;
 impl Judgement {
     /// Kind, shape and digits in a line.
     pub fn headline(&self) -> String {
-        let digits = match self.file.rounding.places() {
-            Some(places) => format!("decimals printed to {places} places"),
-            None => "coefficients taken as exact".into(),
-        };
+        let digits = self.file.rounding.told();
         format!("{}, {digits}", self.theory.headline())
     }
 

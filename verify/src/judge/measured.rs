@@ -150,7 +150,8 @@ impl Defects {
                 required: Some(required),
                 reason: format!("a step of h = {STEP} on `henon-heiles` has the defect {defect:.1e}, {required}"),
             };
-            Verdict { kind: Kind::Run, subject: name.into(), check }
+            let subject = if by_condition { name.into() } else { format!("not {name}") };
+            Verdict { kind: Kind::Run, subject, check }
         };
         [
             verdict("symplectic", "symplecticity", traits.symplectic != Symplecticity::Never, self.symplectic),

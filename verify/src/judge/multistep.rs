@@ -366,11 +366,12 @@ impl Analysis for MultistepTheory {
             Verdict { kind: Kind::Consistency, subject: subject.into(), check }
         };
         let mut out = Vec::new();
-        out.extend(
-            self.find(Property::ZeroStable).map(|finding| {
-                verdict("convergence", "It is zero-stable, without which it does not converge", finding)
-            }),
-        );
+        out.extend(self.find(Property::ZeroStable).map(|finding| {
+            // Dahlquist: convergent if and only if zero-stable and consistent.
+            let inconsistent = format!("{}, but it is not consistent: its order is 0", finding.why);
+            let finding = if self.order == 0 { Finding::new(false, inconsistent) } else { finding };
+            verdict("convergence", "It is zero-stable and consistent, without which it does not converge", finding)
+        }));
         let (order, start) = (self.order, self.start.order_in_time);
         let why = format!("{} has order {start}, so that {} is what is left", self.start_name, self.started_order());
         let keeps = Finding::new(self.started_order() == order, why);

@@ -27,6 +27,9 @@ pub const FLOOR_MARGIN: f64 = 10.0;
 /// Refinements, counted from the finest, over which errors must grow to be called diverging.
 const DIVERGING: usize = 3;
 
+/// Slopes of no more than this either way: the error stays what it is.
+const STALLED: f64 = 0.05;
+
 /// The error at one step size, or why there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
@@ -320,7 +323,7 @@ impl Line {
 /// How the errors grow under refinement, if they do: at each of the last intervals, or into overflow.
 fn diverges(samples: &[Sample], slopes: &[LocalSlope]) -> Option<String> {
     let last = &slopes[slopes.len().saturating_sub(DIVERGING)..];
-    if last.len() >= 2 && last.iter().all(|s| s.slope + s.uncertainty < 0.0) {
+    if last.len() >= 2 && last.iter().all(|s| s.slope + s.uncertainty < -STALLED) {
         return Some(format!("the error grows at the last refinements, local slopes {}", join(last)));
     }
     let error = |s: &Sample| s.result.as_ref().map_or(f64::NAN, |m| m.error);
@@ -370,7 +373,12 @@ fn judge(
         let text = format!("{measured}, and the local slopes still approach {order}: {}", join(kept));
         (Verdict::Inconclusive, text)
     } else {
-        (Verdict::Fail, format!("{measured} is not {order} ± {band}{declared}"))
+        let stalls = if kept.iter().all(|s| s.slope.abs() <= STALLED) {
+            "; the error stays what it is under refinement: what converges is the solution of another equation, parameter or time"
+        } else {
+            ""
+        };
+        (Verdict::Fail, format!("{measured} is not {order} ± {band}{declared}{stalls}"))
     }
 }
 

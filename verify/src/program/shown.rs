@@ -34,6 +34,7 @@ impl Shown {
                  difference of order 1"
             ));
         }
+        shown.notes.extend(runs.iter().find_map(|(_, answer)| answer.few_digits()));
         let cut = runs.iter().find_map(|(h, answer)| h.and_then(|h| Some((h, answer.clipped(h)?))));
         shown.notes.extend(cut.map(|(h, part)| format!("with h = {h} the last step was cut to {part:.3} h")));
         let mut steps: Vec<(f64, &Answer)> = runs.iter().filter_map(|(h, answer)| Some(((*h)?, answer))).collect();
@@ -101,6 +102,7 @@ impl Pair {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Printed;
     use super::*;
 
     /// Runs on v' = −v to t = 1 that make an error of h^start in the first step and of h^p in each later one.
@@ -115,7 +117,7 @@ mod tests {
                 v += 0.1 * h.powi(if k == 0 { start } else { p });
                 states.push(vec![v]);
             }
-            (Some(h), Answer { times, states })
+            (Some(h), Answer { times, states, printed: Printed::default() })
         };
         [0.1, 0.05, 0.025, 0.0125].map(run).to_vec()
     }
@@ -137,7 +139,9 @@ mod tests {
 
     #[test]
     fn ends_that_differ_make_values_incomparable() {
-        let late = |h: f64| (Some(h), Answer { times: vec![0.0, h, 1.0 + h], states: vec![vec![1.0]; 3] });
+        let late = |h: f64| {
+            (Some(h), Answer { times: vec![0.0, h, 1.0 + h], states: vec![vec![1.0]; 3], printed: Printed::default() })
+        };
         let shown = Shown::by(&[late(0.1), late(0.05)]);
         assert!(shown.incomparable.is_some_and(|reason| reason.contains("different times")));
     }

@@ -58,7 +58,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("trapezoidal_high", brief(trapezoidal.1)),
         ("midpoint_low", brief(midpoint.0)),
         ("midpoint_high", brief(midpoint.1)),
-        ("gauss", brief(gauss)),
+        // "Or more": rounded down.
+        ("gauss", brief(rounded_down(gauss))),
     ];
     Ok(Answer {
         id: "answer-smooth",
@@ -69,4 +70,10 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         figure: None,
         table,
     })
+}
+
+/// To two digits, towards zero.
+fn rounded_down(ratio: f64) -> f64 {
+    let unit = 10_f64.powf(ratio.log10().floor() - 1.0);
+    (ratio / unit).floor() * unit
 }

@@ -64,7 +64,7 @@ fn as_printed(context: &Context) -> Result<Finding, StudyError> {
         .because(format!(
             "The constraint holds at the interior node only, and nothing holds qₖ₊₁ on the circle: the radial mode of \
              the recurrence has the multiplier −(3 + 2√2) = {} in the limit of small steps, and uniform motion, which \
-             satisfies (23) up to τ⁴/16 only, excites it. As printed, (23) also lacks the square roots in its denominators.",
+             satisfies (23) up to τ⁴/16 only, excites it.",
             text(Radius::growth())
         ))
         .with_figure(figure, data))

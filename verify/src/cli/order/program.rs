@@ -82,6 +82,7 @@ impl ProgramArgs {
         for (h, step, answer) in answers {
             let answer = answer.map_err(|source| Failure::Program { at: h, source })?;
             for (quantity, value) in quantities.iter_mut().zip(answer.end().1) {
+                quantity.resolution = quantity.resolution.max(answer.printed.resolution(*value));
                 quantity.grids.push(Grid { h, value: Some(*value) });
             }
             ran.push((step, answer));

@@ -13,7 +13,9 @@ use super::error::Fault;
 /// that has an index in brackets.
 pub(super) fn is_plain(text: &str) -> bool {
     let Some((_, first)) = lines(text).next() else { return false };
-    first.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) || name_of(first).is_some()
+    // What a TOML key is set to may name a coefficient too.
+    let named = first.split('=').next().unwrap_or_default();
+    first.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) || name_of(named).is_some()
 }
 
 /// The lines that say something, without comments, with the byte each starts at.

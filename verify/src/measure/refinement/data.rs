@@ -219,6 +219,7 @@ mod tests {
         };
         assert_eq!(fails("h,u\n0.1,one\n", step(), &[]), "line 2, column `u`: `one` is not a number");
         assert!(fails("h,u\n0.1,1\n0,2\n", step(), &[]).starts_with("line 3, column `h`: 0 is no step"));
+        assert!(fails("h,u\ninf,1\n", step(), &[]).starts_with("line 2, column `h`: inf is no step"));
         assert!(fails("dx,u\n0.1,1\n", step(), &[]).contains("the columns are `dx`, `u`"));
         assert!(fails("h,u\n0.1,1\n", step(), &["v".into()]).contains("no column is named `v`"));
         assert!(fails("h u\n0.1 1\n", step(), &[]).contains("the only one is `h u`; commas, semicolons or tabs"));

@@ -53,7 +53,7 @@ pub struct Quantity {
 pub struct Question {
     /// The order that it should have.
     pub expected: Option<f64>,
-    /// Largest distance from the expected order, and largest spread of settled orders.
+    /// Largest distance from the expected order; settled orders spread by half of it at most.
     pub band: f64,
     /// Its exact value.
     pub exact: Option<f64>,
@@ -278,7 +278,7 @@ impl Judgement {
                 "the differences alternate in sign: the grids are not in the asymptotic range, and the order is formal",
             );
         }
-        let (count, settled) = (self.triplets.len(), settled(&self.triplets, question.band));
+        let (count, settled) = (self.triplets.len(), settled(&self.triplets, question.band / 2.0));
         if count > 1 {
             // Where not enough grids have settled, the order of all of them, for information.
             let used = if settled > 1 { settled + 2 } else { points.len() };
@@ -286,7 +286,11 @@ impl Judgement {
                 return self.set(Verdict::Inconclusive, "no power law fits the values");
             };
             self.order = Some(power.order);
-            self.uncertainty = Some(power.stderr.hypot(power.sensitivity * resolution));
+            // Orders that drift are uncertain by their drift.
+            let orders = self.triplets.iter().rev().take(settled).flatten().map(|triplet| triplet.order);
+            let (low, high) = orders.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
+            let drift = if settled > 1 { 0.5 * (high - low) } else { 0.0 };
+            self.uncertainty = Some(power.stderr.max(drift).hypot(power.sensitivity * resolution));
             self.extrapolated = Some(power.limit);
         }
         let (verdict, reason) = self.compare(count, settled, question);
@@ -300,7 +304,8 @@ impl Judgement {
         let found = format!("order {} ± {own:.3}", decimals(order, 3));
         let grids = settled + 2;
         if count > 1 && settled < 2 {
-            let reason = format!("the orders of successive triplets differ by more than {band}: they have not settled");
+            let reason =
+                format!("the orders of successive triplets differ by more than {}: they have not settled", band / 2.0);
             return (Verdict::Inconclusive, reason);
         }
         if own.is_nan() || own > band {
@@ -337,14 +342,14 @@ impl Judgement {
 }
 
 /// Length of the longest run of triplets, counted from the finest, that converge monotonically with orders that agree to within
-/// `band`, each within its own uncertainty.
-fn settled(triplets: &[Result<Triplet, TripletError>], band: f64) -> usize {
+/// `spread`, each within its own uncertainty.
+fn settled(triplets: &[Result<Triplet, TripletError>], spread: f64) -> usize {
     let (mut highest_low, mut lowest_high) = (f64::NEG_INFINITY, f64::INFINITY);
     let agrees = |triplet: &&Result<Triplet, TripletError>| {
         let Ok(Triplet { order, uncertainty, oscillates: false, .. }) = triplet else { return false };
         highest_low = highest_low.max(order - uncertainty);
         lowest_high = lowest_high.min(order + uncertainty);
-        highest_low - lowest_high <= band
+        highest_low - lowest_high <= spread
     };
     triplets.iter().rev().take_while(agrees).count()
 }

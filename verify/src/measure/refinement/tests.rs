@@ -195,3 +195,70 @@ fn orders_solve_their_equation() {
         prop_assert!((Triplet::asymptotic_ratio(points, p) - 1.0).abs() < 1e-6 * size / fine);
     });
 }
+
+/// Differences of a few units of the last bit follow a power law as well as any, and are roundoff.
+#[test]
+fn a_power_law_in_the_last_bits_is_not_resolved() {
+    let ulps = |n: f64| 1.0 + n * f64::EPSILON;
+    let judgement = quantity(&[(1.0, 1.0), (2.0, ulps(2.0)), (4.0, ulps(10.0))], 0.0).judge(&expecting(2.0));
+    assert_eq!((judgement.convergence, judgement.verdict), (Convergence::Unresolved, Verdict::Inconclusive));
+}
+
+/// 0.1 + 0.2 and 0.3 are one spacing.
+#[test]
+fn spacings_that_differ_by_rounding_are_equal() {
+    let points = [(0.3, 1.0), (0.1 + 0.2, 1.1), (0.6, 1.4), (1.2, 2.6)];
+    let judgement = quantity(&points, 0.0).judge(&expecting(2.0));
+    assert!(judgement.reason.contains("the same spacing"), "{}", judgement.reason);
+}
+
+/// Orders 1.3 and 2.7 of two triplets, 2 between them.
+#[test]
+fn orders_that_differ_by_more_than_the_band_have_not_settled() {
+    let points = [(1.0, 0.0), (2.0, 1.0), (4.0, 1.0 + 2_f64.powf(1.3)), (8.0, 1.0 + 2_f64.powf(1.3) + 16.0)];
+    let judgement = quantity(&points, 0.0).judge(&expecting(2.0));
+    assert_eq!(judgement.verdict, Verdict::Inconclusive);
+    assert!(judgement.reason.contains("have not settled"), "{}", judgement.reason);
+}
+
+/// On a power law each index is 1.25 times the true error of its own grid, whatever the ratios.
+#[test]
+fn indices_on_unequal_ratios_are_those_of_their_own_grids() {
+    let points = [1.0, 1.5, 4.5].map(|h: f64| (h, 3.0 + 0.2 * h.powi(2)));
+    let triplet = Triplet::new(points, 0.0).expect("a power law");
+    for (gci, (_, value)) in [triplet.gci, triplet.gci_coarse].into_iter().zip(points) {
+        prints_as(gci, 1.25 * (value - 3.0) / value, 1e-9);
+    }
+}
+
+/// Digits that let the order move by more than the band decide nothing, on three grids or on four.
+#[test]
+fn an_order_that_the_digits_leave_open_decides_nothing() {
+    let points = [1.0, 1.1, 1.21, 1.331].map(|h: f64| (h, 5.0 + 6.0 * h.powi(2)));
+    for n in [3, 4] {
+        let judgement = quantity(&points[..n], 0.1).judge(&expecting(2.0));
+        assert_eq!(judgement.verdict, Verdict::Inconclusive, "{}", judgement.reason);
+        assert!(judgement.reason.contains("more than the band"), "{}", judgement.reason);
+    }
+}
+
+/// Errors of a few units of the last digit given are at their floor, though they follow a power law.
+#[test]
+fn errors_against_an_exact_value_count_from_ten_times_the_resolution_on() {
+    let points = [1.0, 2.0, 4.0, 8.0].map(|h: f64| (h, 2.0 + 1e-3 * h.powi(2)));
+    let exact = Question { exact: Some(2.0), ..expecting(2.0) };
+    let coarse = quantity(&points, 5e-4).judge(&exact);
+    assert_eq!(coarse.verdict, Verdict::Inconclusive, "{}", coarse.reason);
+    let fine = quantity(&points, 5e-8).judge(&exact);
+    assert_eq!((fine.verdict, fine.extrapolated), (Verdict::Pass, Some(2.0)), "{}", fine.reason);
+}
+
+/// Where the values scatter by more than they change, U = 3 (σ/Δφ)(ε + σ + d), at least 3 (σ/Δφ)(σ + |φ₁ − φ₀|).
+#[test]
+fn values_that_scatter_have_the_large_uncertainty() {
+    let points = [(1.0, 1.0), (2.0, 1.9), (3.0, 1.0), (4.0, 1.9), (5.0, 1.0)];
+    let fit = LeastSquares::fit(&points).expect("a fit");
+    assert!(fit.deviation >= fit.change, "{fit:?}");
+    let least = fit.deviation + (1.0 - fit.limit).abs();
+    assert!(fit.uncertainty >= 2.9 * fit.deviation / fit.change * least, "{fit:?}");
+}
