@@ -245,46 +245,12 @@ fn intervals_of_stability_and_principal_errors_are_those_of_the_literature() {
     near(pair.embedded.expect("a pair").error_norm.expect("not of all orders"), 1.18e-3, 1e-5);
 }
 
-/// Made for one property each, which a rule that is a little off gets wrong; the (0, 3) Padé approximation is A(88.23)-stable.
-#[test]
-fn claims_that_are_nearly_true_are_refuted() {
-    const PADE: &str = "a = [[0, 0, 1], [1, 0, 1], [\"-2/3\", \"1/6\", 1]]\nb = [0, 0, 1]";
-    const TRAPEZIUM: &str = "a = [[0, 0], [\"1/2\", \"1/2\"]]\nb = [0, 1]";
-    const KICKS: &str = "a = [[\"1/2\"], [1, \"-1/2\"], [1, -1, \"1/2\"]]\nb = [1, -1, 1]";
-    const SWAPPED: &str = "c = [\"1/2\", 0, 1]\nb = [\"2/3\", \"1/6\", \"1/6\"]\n\
-        a = [[\"1/3\", \"5/24\", \"-1/24\"], [0, 0, 0], [\"2/3\", \"1/6\", \"1/6\"]]";
-    const RK4: &str = "a = [[\"1/2\"], [0, \"1/2\"], [0, 0, 1]]\nb = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]";
-    for (body, holds, fails) in [
-        (PADE, "A(88.23)-stable", "A(88.3)-stable"),
-        (PADE, "not A(88.3)-stable", "not A(88.2)-stable"),
-        // |R| = 1 on the imaginary axis, and a pole at −1 − √5.
-        ("a = [[\"3/4\", \"1/4\"], [\"1/4\", \"-1/4\"]]\nb = [\"1/2\", \"1/2\"]", "not A-stable", "A-stable"),
-        (TRAPEZIUM, "stage order 1", "stage order 2"),
-        (&shipped("gauss2").replace("order = 4", "").replace("claims", "# claims"), "stage order 2", "stage order 1"),
-        // Composed midpoint rules: symplectic, with a negative weight.
-        (KICKS, "symplectic", "algebraically stable"),
-        ("a = [[\"1/4\", 1], [0, \"1/4\"]]\nb = [\"1/2\", \"1/2\"]", "not symplectic", "symplectic"),
-        (SWAPPED, "symmetric", "not symmetric"),
-        (RK4, "stable on the imaginary axis to 2.828", "stable on the imaginary axis to 2.84"),
-        (RK4, "dispersion order 4", "dispersion order 3"),
-    ] {
-        let kind = if body.contains("kind =") { "" } else { "kind = \"runge-kutta\"\n" };
-        for (claim, outcome) in [(holds, Outcome::Pass), (fails, Outcome::Fail)] {
-            let judgement = judge(&format!("note = \"made\"\n{kind}claims = [\"{claim}\"]\n{body}"), Effort::Theory);
-            let verdict = judgement.verdicts.iter().find(|v| v.subject.replace('°', "") == claim).expect(claim);
-            assert_eq!(verdict.check.outcome, outcome, "{claim}: {}", verdict.check.reason);
-        }
-    }
-}
-
 /// A double root of ρ at −1.
 #[test]
 fn double_roots_on_the_unit_circle_are_never_zero_stable() {
-    for (rho, sigma, outcome) in [("-1, -1, 1, 1", "0, 2, 2, 0", Outcome::Fail)] {
-        let text = format!("kind = \"multistep\"\nclaims = [\"zero-stable\"]\nrho = [{rho}]\nsigma = [{sigma}]\n");
-        let judgement = judge(&text, Effort::Theory);
-        assert_eq!(judgement.verdicts[0].check.outcome, outcome, "{}", judgement.verdicts[0].check.reason);
-    }
+    let text = "kind = \"multistep\"\nclaims = [\"zero-stable\"]\nrho = [-1, -1, 1, 1]\nsigma = [0, 2, 2, 0]\n";
+    let judgement = judge(text, Effort::Theory);
+    assert_eq!(judgement.verdicts[0].check.outcome, Outcome::Fail, "{}", judgement.verdicts[0].check.reason);
 }
 
 /// −1/3 of BDF2 and 5/12 of Adams and Bashforth (\[HNW93\] III.2), whatever the equation is multiplied by.

@@ -426,3 +426,51 @@ pub(super) fn costs(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     evidence.tables.push(Table::new("flow-costs", caption, columns, rows));
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::SMALL;
+    use super::*;
+    use crate::experiment::flow::profile::Profile;
+
+    #[test]
+    fn extrapolation_removes_an_error_of_second_order() {
+        // u = y³ + 1/N² on all faces.
+        let grid = |cells: usize| {
+            let u = (0..cells).flat_map(|j| {
+                let y = (j as f64 + 0.5) / cells as f64;
+                (1..cells).map(move |_| y.powi(3) + (cells as f64).powi(-2))
+            });
+            let faces: Vec<f64> = u.chain(vec![0.0; cells * (cells - 1)]).collect();
+            let profile = Profile::new(cells, &faces);
+            Grid { cells, profile, psi: Vec::new(), vorticity: Vec::new(), residual: 0.0, steps: 0, seconds: 0.0 }
+        };
+        let published = Published { re: 1000.0, line: 'u', coord: 0.5, velocity: 0.125, source: BOTELLA.into() };
+        let (coarse, fine) = (grid(16), grid(24));
+        let checks = against(&[&published], (1000.0, BOTELLA), &fine, &coarse, &fine);
+        let [plain, extrapolated] = checks.as_slice() else { panic!("{checks:?}") };
+        assert!((plain.measured.expect("a number") - 24.0_f64.powi(-2)).abs() < 1e-12);
+        assert!(extrapolated.measured.expect("a number") < 1e-12, "{extrapolated:?}");
+    }
+
+    #[test]
+    fn a_step_costs_its_seconds_over_the_cells() {
+        let mut evidence = Evidence::default();
+        costs(&Context::quick(), &mut evidence, &Scale { costs: [&[4], &[6], &[]], ..SMALL }).expect("they run");
+        let table = &evidence.tables[0];
+        let number =
+            |row: &[Cell], column: &str| match row[table.columns.iter().position(|c| c == column).expect("there")] {
+                Cell::Number(x) => x,
+                Cell::Integer(x) => x as f64,
+                _ => panic!("{column}"),
+            };
+        assert_eq!(table.rows.len(), 2);
+        for row in &table.rows {
+            let cells = number(row, "cells").powi(2);
+            let each = number(row, "microseconds_a_cell") * cells;
+            assert!((each - 1e6 * number(row, "next")).abs() <= 1e-9 * each.abs(), "{row:?}");
+            let inner = number(row, "microseconds_a_cell_and_inner") * number(row, "inner") * cells;
+            assert!((inner - each).abs() <= 1e-9 * each.abs(), "{row:?}");
+        }
+    }
+}

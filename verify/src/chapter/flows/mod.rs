@@ -131,3 +131,22 @@ fn streamlines(title: &str, cells: usize, psi: &[f64]) -> Panel {
     let values = (0..=cells).map(|j| (0..=cells).map(|i| corner(cells, psi, i, j)).collect()).collect();
     map(title, place, values, vec![-0.1, -0.08, -0.06, -0.04, -0.02, -0.005, -1e-4, 1e-5, 1e-4], true)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_larger_error_loses() {
+        assert_eq!(contest(&[1.1, 3.0]), "loses to");
+        assert_eq!(contest(&[0.9, 0.3]), "beats");
+        assert_eq!(contest(&[0.9, 1.3]), "is now ahead of and now behind");
+    }
+
+    #[test]
+    fn a_map_of_streamlines_has_its_rows_along_x() {
+        let field = streamlines("", 3, &[1.0, 2.0, 3.0, 4.0]).field.expect("a map");
+        assert_eq!(field.values[1], [0.0, 1.0, 2.0, 0.0]);
+        assert_eq!(field.values[2], [0.0, 3.0, 4.0, 0.0]);
+    }
+}

@@ -68,3 +68,16 @@ impl Experiment for Approach {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_ends_where_the_flow_is_steady_to_eight_digits() {
+        let run = |h| Approach { method: "tr-bdf2", re: 100.0, cells: 4, h }.measure(&Context::quick()).expect("known");
+        let (steady, moving) = (run(10.0), run(1e-3));
+        assert!(steady.is_steady() && steady.residual <= 1e-8 && steady.steps < 100, "{steady:?}");
+        assert!(!moving.is_steady() && moving.residual > 1e-6 && moving.steps == 100, "{moving:?}");
+    }
+}

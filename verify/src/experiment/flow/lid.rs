@@ -114,3 +114,19 @@ impl Experiment for StartUp {
         Ok(found)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_states_after_the_start_are_those_of_their_times() {
+        let found = StartUp { cells: 4 }.measure(&Context::quick()).expect("it starts");
+        let (problem, method) = (cavity(RE, 4).expect("known"), named("method-i").expect("known"));
+        assert_eq!(found.len(), StartUp::TIMES.len());
+        for (t, psi) in StartUp::TIMES.into_iter().zip(found) {
+            let end = run(&*problem, &*method, 0.25, t, |_| {}).expect("it runs").end;
+            assert_eq!(end.q, psi, "t = {t}");
+        }
+    }
+}

@@ -56,3 +56,47 @@ impl Profile {
         near.iter().enumerate().map(|(i, (_, u))| u * weight(i)).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_published_velocities_are_those_that_were_transcribed() {
+        const SUMS: [(&str, f64, char, f64); 8] = [
+            ("Ghia 1982", 100.0, 'u', 3.28674),
+            ("Ghia 1982", 100.0, 'v', 0.0273),
+            ("Ghia 1982", 400.0, 'u', 2.81385),
+            ("Ghia 1982", 400.0, 'v', -0.16126),
+            ("Ghia 1982", 1000.0, 'u', 2.05789),
+            ("Ghia 1982", 1000.0, 'v', -0.23732),
+            ("Botella 1998", 1000.0, 'u', 2.0712685),
+            ("Botella 1998", 1000.0, 'v', -0.2784137),
+        ];
+        let table = published().expect("it is well-formed");
+        assert_eq!(table.len(), 17 * SUMS.len());
+        for (source, re, line, sum) in SUMS {
+            let of: Vec<_> = table.iter().filter(|p| (&*p.source, p.re, p.line) == (source, re, line)).collect();
+            let found: f64 = of.iter().map(|p| p.velocity).sum();
+            assert!((found - sum).abs() < 1e-10, "{source}, Re = {re}, {line}: {found}");
+            // What lies on a wall moves with it; the others decide what is published in between.
+            let at = |end: f64| of.iter().find(|p| p.coord == end).map(|p| p.velocity);
+            assert_eq!([at(0.0), at(1.0)], [Some(0.0), Some(if line == 'u' { 1.0 } else { 0.0 })]);
+        }
+    }
+
+    /// u = y³ + x − ½ and v = x − x² + y − ½: on the centre lines y³, and x − x².
+    #[test]
+    fn a_profile_is_that_of_the_centre_lines() {
+        let n = 6;
+        let place = |i: usize| i as f64 / n as f64;
+        let middle = |i: usize| (i as f64 + 0.5) / n as f64;
+        let u = (0..n).flat_map(|j| (1..n).map(move |i| middle(j).powi(3) + place(i) - 0.5));
+        let v = (1..n).flat_map(|j| (0..n).map(move |i| middle(i) - middle(i).powi(2) + place(j) - 0.5));
+        let profile = Profile::new(n, &u.chain(v).collect::<Vec<_>>());
+        for x in [0.0, 0.0625, 0.3, 0.5, 0.77, 0.9766, 1.0] {
+            assert!((profile.at('u', x) - x.powi(3)).abs() < 1e-14);
+            assert!((profile.at('v', x) - (x - x * x)).abs() < 1e-14);
+        }
+    }
+}

@@ -178,4 +178,15 @@ mod tests {
         let faces: Vec<f64> = u.chain(v).collect();
         assert!(vorticity(n, &faces).iter().flatten().all(|w| (w + 6.0).abs() < 1e-12));
     }
+
+    #[test]
+    fn a_steady_cavity_is_at_rest_to_ten_digits() {
+        let grids = SteadyCavity { re: 100.0, cells: &[6, 8] }.measure(&Context::quick()).expect("it is steady");
+        for grid in grids {
+            let (problem, mut f) = (cavity(100.0, grid.cells).expect("known"), vec![0.0; grid.psi.len()]);
+            problem.field().rhs(0.0, &grid.psi, &mut f);
+            let largest = f.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+            assert!(largest <= 1e-10 && largest == grid.residual, "{largest} {}", grid.residual);
+        }
+    }
 }

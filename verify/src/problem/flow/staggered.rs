@@ -40,8 +40,9 @@ impl Rectangle {
 
     /// The point that lies (i, j) cells from the lower left corner.
     pub(super) fn point(&self, i: f64, j: f64) -> [f64; 2] {
-        let [dx, dy] = self.spacing();
-        [self.origin[0] + i * dx, self.origin[1] + j * dy]
+        // Exact on all sides: N · (1/N) is not 1 for some N.
+        let along = |k: usize, at: f64| self.origin[k] + self.size[k] * (at / self.cells[k] as f64);
+        [along(0, i), along(1, j)]
     }
 }
 

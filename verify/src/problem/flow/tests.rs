@@ -317,3 +317,93 @@ fn a_steady_flow_stays_under_further_steps() {
     problem.field().rhs(end.t, &end.q, &mut f);
     assert!(max_norm(&end.q) > 0.01 && max_norm(&f) <= 1e-14, "{}", max_norm(&f));
 }
+
+/// With four cells there is one unknown ψ: u = ±2ψ and v = ∓2ψ on the four faces, whose second differences are −48ψ each, and
+/// on the upper two the lid adds 2/Δy² = 8. Convection does no work, so that with one unknown there is none of it.
+#[test]
+fn the_smallest_cavity_is_what_it_is_by_pencil() {
+    for re in [1.0, 400.0] {
+        let problem = build_setting(&format!("cavity cells=2 re={re}")).expect("known");
+        for psi in [0.0, -0.1, 3.0] {
+            let mut f = [0.0];
+            problem.field().rhs(0.0, &[psi], &mut f);
+            let expected = -(4.0 + 96.0 * psi) / re;
+            assert!((f[0] - expected).abs() <= 1e-13 * (1.0 + psi.abs()), "Re = {re}, ψ = {psi}: {} {expected}", f[0]);
+        }
+    }
+}
+
+/// Where nothing moves, −ν|k|² M is all there is of the Jacobian, and M = 1/|k|² in the velocity metric and 1 in the other.
+#[test]
+fn the_viscosity_of_periodic_flows_is_the_inverse_of_the_reynolds_number() {
+    let waves = Periodic::new(8, 1.0, [0.0; 2], Metric::Velocity).modes.waves;
+    for flow in ["taylor-green mean=0", "shear-layer", "turbulence-2d"] {
+        for metric in ["velocity", "vorticity"] {
+            let problem = build_setting(&format!("{flow} cells=8 re=40 metric={metric}")).expect("known");
+            let field = problem.field();
+            let x = noise(field.dim(), 16);
+            let mut jx = vec![0.0; x.len()];
+            field.apply_jacobian(0.0, &vec![0.0; x.len()], &x, &mut jx);
+            for (i, (x, j)) in x.iter().zip(&jx).enumerate() {
+                let [k, l] = waves[i / 2];
+                let weight = if metric == "velocity" { 1.0 } else { f64::from(k * k + l * l) };
+                assert!((j + weight * x / 40.0).abs() <= 1e-14, "{flow} {metric}: {j} {x}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_shear_layers_start_as_they_are_described() {
+    let n = 64;
+    let problem = build_setting(&format!("shear-layer cells={n}")).expect("known");
+    let vorticity = problem.observe(0.0, &problem.initial());
+    let step = std::f64::consts::TAU / n as f64;
+    // u rises by 2 tanh(π/2δ) across each layer, and v_x = 0.05 cos x.
+    let lower: f64 = vorticity[..n * n / 2].iter().sum::<f64>() / n as f64 * step;
+    assert!((lower + 2.0 * std::f64::consts::PI.tanh()).abs() < 0.01, "{lower}");
+    let across: f64 = vorticity.iter().enumerate().map(|(k, w)| w * ((k % n) as f64 * step).cos()).sum();
+    assert!((2.0 * across / (n * n) as f64 - 0.05).abs() < 1e-12, "{across}");
+}
+
+#[test]
+fn turbulence_starts_with_an_energy_of_one_half_and_the_spectrum_that_it_is_named_for() {
+    let problem = build_setting("turbulence-2d cells=32 peak=4").expect("known");
+    let (v, Mass::Diagonal(mass)) = (problem.initial(), problem.field().mass()) else { panic!("not diagonal") };
+    let energy: f64 = mass.iter().zip(&v).map(|(m, v)| 0.5 * m * v * v).sum();
+    assert!((energy - 0.5).abs() <= 1e-14, "{energy}");
+    let waves = Periodic::new(32, 1.0, [0.0; 2], Metric::Velocity).modes.waves;
+    let size = |wave| {
+        let m = waves.iter().position(|w| *w == wave).expect("a mode");
+        v[2 * m].hypot(v[2 * m + 1])
+    };
+    // κ³ e^{−κ²} of κ = ½, 1 and 2.
+    let ratios = [size([2, 0]) / size([4, 0]), size([0, 8]) / size([4, 0])];
+    let expected = [0.125 * 0.75_f64.exp(), 8.0 * (-3.0_f64).exp()];
+    assert!(ratios.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{ratios:?} {expected:?}");
+}
+
+#[test]
+fn the_lid_moves_whatever_the_number_of_cells() {
+    for cells in [32, 49, 98] {
+        let problem = build_setting(&format!("cavity cells={cells}")).expect("known");
+        let mut f = problem.initial();
+        problem.field().rhs(0.0, &problem.initial(), &mut f);
+        assert!(max_norm(&f) > 1e-3, "{cells} cells: nothing moves");
+    }
+}
+
+/// Where viscosity and the mean flow outweigh convection, Helmholtz's operator is nearly all of B.
+#[test]
+fn helmholtz_preconditions_what_is_diagonal_in_a_few_iterations() {
+    let method = method::parse("method-i").expect("known");
+    for metric in ["velocity", "vorticity"] {
+        for mean in [0.0, 20.0] {
+            let text = format!("taylor-green cells=16 re=0.1 mean={mean} metric={metric}");
+            let problem = build_setting(&text).expect("known");
+            let work = run(&*problem, &*method, 0.02, 0.1, |_| {}).expect("it runs").work;
+            let each = work.inner as f64 / work.factorizations as f64;
+            assert!(work.inner > 0 && each <= 6.0, "{text}: {each} {work:?}");
+        }
+    }
+}
