@@ -413,7 +413,7 @@ fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>, crossing: f64) -> (F
 fn notes(crossing: f64) -> Vec<String> {
     vec![
         format!(
-            "Method I is called unconditionally stable for nonlinear dissipative problems too. It is not. On v̇ = −v² its step is a \
+            "Method I is called unconditionally stable for dissipative systems. It is not where they are nonlinear. On v̇ = −v² its step is a \
          cubic with the right root on the branch from the present state, and that branch ends in a fold at h v₀ = {:.3}: beyond, \
          a step has no solution that continues it, and the integrator says so. Below, every run reaches the right steady \
          state. The trapezoidal rule and Method II are no better; implicit Euler has a root for every step.",

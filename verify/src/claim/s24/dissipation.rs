@@ -29,8 +29,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         id: "S24-h-1",
-        source: "[S24] Abstract, Section 4",
-        statement: "Method I is unconditionally stable for nonlinear dissipative problems too.",
+        source: "[S24] Abstract, Section 6",
+        statement: "Method I is unconditionally stable for dissipative systems, nonlinear ones included.",
         quantifier: Quantifier::Universal,
         criterion: "On quadratic drag one live step from v₀ > 0 has a solution, which lies between 0 and v₀, for every \
                     W = h v₀ from 0.01 to 100.",
@@ -38,8 +38,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         id: "S24-h-2",
-        source: "[S24] Abstract, Section 4",
-        statement: "Method II is unconditionally stable for nonlinear dissipative problems too.",
+        source: "[S24] Abstract, Section 6",
+        statement: "Method II is unconditionally stable for dissipative systems, nonlinear ones included.",
         quantifier: Quantifier::Universal,
         criterion: "On quadratic drag one live step from v₀ > 0 has a solution, at most v₀ in size, for every W = h v₀ from 0.01 \
                     to 100.",
