@@ -62,7 +62,7 @@ impl Printed {
         let decimals = mantissa.split_once('.').map_or(0, |(_, after)| after.len() as i32);
         let digits = mantissa.chars().filter(char::is_ascii_digit);
         let significant = digits.skip_while(|digit| *digit == '0').count() as i32;
-        self.decimals = self.decimals.max(decimals - exponent);
+        self.decimals = self.decimals.max(decimals.saturating_sub(exponent));
         self.significant = self.significant.max(significant);
     }
 
@@ -362,6 +362,8 @@ mod tests {
             let found = resolution(text);
             assert!((found / expected - 1.0).abs() < 1e-9, "{text}: {found:e}");
         }
+        // An exponent of any size is read without a panic.
+        assert_eq!(resolution("t,v\n0,1e-2147483648\n").to_bits() >> 63, 0);
         let answer = |text: &str| read(text.as_bytes(), &columns()).expect("a table");
         assert!(answer("t,v\n0,1.000000\n").few_digits().is_some());
         assert_eq!(answer("t,v\n0,0.3333333333333333\n").few_digits(), None);

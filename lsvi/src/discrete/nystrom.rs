@@ -175,7 +175,7 @@ impl Nystrom {
         let (zeros, all) = (vec![0.0; n], vec![0.0; r * n]);
         let rows = coefficients.control.chunks_exact(r);
         Self {
-            reach: rows.map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max),
+            reach: rows.map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, larger),
             mass: ConstantMass::new(l),
             sum: Sum::new(n),
             h: f64::NAN,

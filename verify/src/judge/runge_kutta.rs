@@ -15,6 +15,7 @@ use super::theory::{Theory, WeightsTheory};
 use super::verdict::{Finding, Kind, Verdict};
 use crate::evidence::{Check, Figure, Outcome, Table};
 use crate::kinds::{Principle, Stability, Symplecticity};
+use crate::measure::norm::larger;
 use crate::method::Traits;
 
 impl Analysis for Theory {
@@ -207,7 +208,7 @@ pub(super) fn rows(c: &[Real], defects: &[Real]) -> Verdict {
         id: "rows".into(),
         statement: "The abscissae are the sums of the rows".into(),
         outcome: wrong.is_empty().into(),
-        measured: defects.iter().map(|defect| defect.to_f64().abs()).reduce(f64::max),
+        measured: defects.iter().map(|defect| defect.to_f64().abs()).reduce(larger),
         required: None,
         reason,
     };

@@ -60,7 +60,8 @@ mod tests {
     /// No measured value goes through a maximum that drops NaN.
     #[test]
     fn no_source_folds_with_a_maximum_that_loses_nan() {
-        let banned = ["fold(0.0, f64::max)", "fold(f64::NEG_INFINITY, f64::max)", "fold(f64::INFINITY, f64::min)"];
+        // As a value that a fold or a function is given; `x.max(y)` is read by the eye.
+        let banned = ["(f64::max", ", f64::max", "(f64::min", ", f64::min"];
         let mut folders = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
         let mut seen = 0;
         while let Some(folder) = folders.pop() {
@@ -69,7 +70,10 @@ mod tests {
                 // The report measures lengths on the page.
                 if path.is_dir() && !path.ends_with("src/report") {
                     folders.push(path);
-                } else if path.extension().is_some_and(|x| x == "rs") && !path.ends_with("measure/norm.rs") {
+                } else if path.extension().is_some_and(|x| x == "rs")
+                    && !path.ends_with("measure/norm.rs")
+                    && !path.ends_with("tests.rs")
+                {
                     let text = std::fs::read_to_string(&path).expect("readable");
                     assert!(!banned.iter().any(|fold| text.contains(fold)), "{}", path.display());
                     seen += 1;

@@ -164,6 +164,73 @@ fn a_program_is_judged_on_a_model() {
 }
 
 #[test]
+fn a_file_may_name_a_coefficient_in_words() {
+    let path = directory("words").join("named.toml");
+    let text =
+        "name = \"Heun, a[2,1] as printed\"\na = [[], [1]]\nb = [\"1/2\", \"1/2\"]\nclaims = [\"not symplectic\"]\n";
+    fs::write(&path, text).expect("writable");
+    let (code, out, error) = say(&format!("judge {}", path.display()));
+    assert!(code == 0 && out.contains("Heun, a[2,1] as printed"), "{out}{error}");
+    // What is confirmed is the claim, and not its opposite.
+    assert!(out.contains("confirmed    not symplectic: a step") && !out.contains("confirmed    symplectic"), "{out}");
+}
+
+#[test]
+fn published_decimals_are_held_to_their_own_last_places() {
+    let path = directory("decimals").join("alexander.toml");
+    // SDIRK of order 3 as printed: places differ from coefficient to coefficient.
+    let text = "order = 3\na = [[0.4358665215], [0.28206673925, 0.4358665215], [1.208496649, -0.644363171, 0.4358665215]]\n\
+                b = [1.208496649, -0.644363171, 0.4358665215]\nc = [0.4358665215, 0.71793326075, 1]\n";
+    fs::write(&path, text).expect("writable");
+    let (code, out, _) = say(&format!("judge {} --no-runs", path.display()));
+    assert!(code == 0 && out.contains("confirmed    order 3"), "{out}");
+    // A digit that is not that of rounding is still found.
+    fs::write(&path, text.replace("1.208496649,", "1.208496549,")).expect("writable");
+    let (code, out, _) = say(&format!("judge {} --no-runs", path.display()));
+    assert!(code == 1 && out.contains("REFUTED      order 3"), "{out}");
+}
+
+/// A wrong sign in Adams' and Bashforth's method of three steps: σ(1) is not ρ'(1), whatever the roots.
+#[test]
+fn a_method_that_is_not_consistent_does_not_converge() {
+    let path = directory("inconsistent").join("ab3.toml");
+    let text = "kind = \"multistep\"\nrho = [0, 0, -1, 1]\nsigma = [\"5/12\", \"16/12\", \"23/12\", 0]\n";
+    fs::write(&path, text).expect("writable");
+    let (code, out, _) = say(&format!("judge {} --no-runs", path.display()));
+    assert!(code == 1 && flat(&out).contains("REFUTED convergence:") && flat(&out).contains("not consistent"), "{out}");
+}
+
+/// RK4 that prints six decimals, and what its verdict rests on.
+#[test]
+fn few_printed_digits_decide_nothing_and_are_named() {
+    let script = directory("few").join("few.sh");
+    let own = env!("CARGO_BIN_EXE_verify");
+    let text = format!(
+        "\"{own}\" solve --method rk4 --csv - \"$@\" | awk -F, '/^#/ {{ next }} /^t/ {{ print; next }} \
+         {{ for (i = 1; i <= NF; i++) $i = $i == \"\" ? \"\" : sprintf(\"%.6f\", $i); print }}' OFS=,\n"
+    );
+    fs::write(&script, text).expect("writable");
+    let program = format!("sh {}", script.display());
+    let order = ["order", "--problem", "damped-pendulum", "--expect", "4", "--program", &program];
+    let (code, out, error) = verify(&order);
+    assert!(code == 3, "{out}{error}");
+    assert!(
+        flat(&format!("{out}{error}")).contains("significant digits, below which errors are not seen"),
+        "{out}{error}"
+    );
+}
+
+#[test]
+fn that_stage_times_are_not_seen_is_said_where_no_equation_depends_on_time() {
+    let program = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let (_, _, error) = verify(&["judge", "--expect", "4", "--problem", "logistic", "--program", &program]);
+    assert!(error.contains("wrong stage times are"), "{error}");
+    let depends = ["logistic", "channel-womersley"]
+        .map(|name| verify::order::depends_on_time(&*verify::problem::build(name, &[]).expect("a problem")));
+    assert_eq!(depends, [false, true]);
+}
+
+#[test]
 fn what_is_not_zero_stable_is_not_run() {
     let (code, out, _) = say("judge bdf7");
     let out = flat(&out);

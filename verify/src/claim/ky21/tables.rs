@@ -113,11 +113,10 @@ fn solutions(context: &Context) -> Result<Finding, StudyError> {
         }
     }
     let printed = |i: usize, column: usize| format!("{:.4}", TABLE_1[2 * i][column]);
-    let range = |pick: fn(f64, f64) -> f64, from| text(ratios.iter().copied().fold(from, pick));
     let evidence = format!(
         "The errors of (17) are {} to {} times those of (16).{}",
-        range(f64::min, f64::INFINITY),
-        range(f64::max, 0.0),
+        text(ratios.iter().copied().smallest()),
+        text(ratios.iter().copied().largest()),
         note(&unreproduced, 20)
     );
     let schemes = [Scheme::run(context, 0, PRINTED_START)?, Scheme::run(context, 1, PRINTED_START)?];

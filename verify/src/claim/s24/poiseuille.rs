@@ -172,11 +172,11 @@ fn a_quarter(context: &Context) -> Result<Finding, StudyError> {
         Ok(context.get(crossing)?.ok_or("the ratio is not passed")?)
     };
     let [implicit, explicit] = YARDSTICKS.map(start);
-    let range = |pick: fn(f64, f64) -> f64, start| text(cases.iter().map(|case| case.measured).fold(start, pick));
+    let ratios = || cases.iter().map(|case| case.measured);
     let evidence = format!(
         "The errors of the others are {} to {} times Method I's; as h → 0 all tend to {} times.",
-        range(f64::min, f64::INFINITY),
-        range(f64::max, 0.0),
+        text(ratios().smallest()),
+        text(ratios().largest()),
         text(limit)
     );
     let finding =

@@ -67,6 +67,12 @@ fn divergence_that_the_floors_hide_locally_fails_too() {
 }
 
 #[test]
+fn errors_that_stay_what_they_are_fail_and_are_not_called_growing() {
+    let f = fit(&samples(0.0, |h| 3.353e-4 * (1.0 - 0.01 * h)), &Expectation::new(4.0, 0.1));
+    assert!(f.verdict == Verdict::Fail && f.reason.contains("stays what it is"), "{f:?}");
+}
+
+#[test]
 fn a_sixth_order_method_at_four_and_a_half_fails() {
     let s = samples(1e-16, |h| h.powf(4.5));
     assert_eq!(verdict(&s, 6.0), Verdict::Fail);
