@@ -158,7 +158,7 @@ fn notes(judged: &[Judged]) -> Vec<String> {
         "The verdicts on {} claims: {}. A claim is a list of comparisons of live runs, and its quantifier decides what they \
              make of it. It is confirmed if all come out as claimed. A universal statement is refuted as stated by one \
              counterexample; any other is qualified if it holds under a condition that the paper does not state, refuted if \
-             it holds nowhere, and not supported if its score is mixed without a condition.",
+             it holds nowhere or never against one of the methods that it names, and not supported if its score is mixed without a condition.",
         judged.len(),
         counts.join(", ")
     )]

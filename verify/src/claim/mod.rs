@@ -7,6 +7,7 @@ pub(crate) mod ky21;
 mod measure;
 mod s24;
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
 
@@ -30,7 +31,8 @@ pub struct Claim {
     pub decide: fn(&Context) -> Result<Finding, StudyError>,
 }
 
-/// Of what the statement is said, which decides how comparisons make a verdict.
+/// Of what the statement is said, which decides how comparisons make a verdict. Claims that break up one sentence of the source
+/// share it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantifier {
     /// Of every case: "unconditionally", "by construction", "for all h". It falls with one counterexample.
@@ -38,7 +40,8 @@ pub enum Quantifier {
     /// Of cases that the source does not delimit, such as "for h ≳ 1.5" or "generally", or of nothing in particular. It may hold
     /// under a condition that the source does not state.
     General,
-    /// Of one method against others. It may hold under a condition too; a mixed score without one supports nothing.
+    /// Of one method against others. It may hold under a condition too. It falls with one of the others that the method is never
+    /// ahead of; a score that is mixed against each supports nothing.
     Comparison,
     /// A question that the source leaves open: the comparisons establish the answer.
     Open,
@@ -103,6 +106,7 @@ impl Quantifier {
             Self::Universal if cases.iter().any(fails) => Verdict::Refuted,
             Self::General | Self::Comparison if holds_under_a_condition => Verdict::Qualified,
             Self::General | Self::Comparison if !cases.is_empty() && cases.iter().all(fails) => Verdict::Refuted,
+            Self::Comparison if rivals(cases).any(|mut against| against.all(fails)) => Verdict::Refuted,
             _ => Verdict::NotSupported,
         }
     }
@@ -119,17 +123,31 @@ pub struct Case {
     pub required: Requirement,
     /// Whether it is a case of the condition under which the finding says that the statement holds.
     pub is_under_the_condition: bool,
+    /// The method that it compares with, where the statement is of one method against others.
+    pub rival: Option<&'static str>,
+}
+
+/// The cases of each method that is compared with.
+fn rivals(cases: &[Case]) -> impl Iterator<Item = impl Iterator<Item = &Case>> {
+    let names: BTreeSet<_> = cases.iter().filter_map(|case| case.rival).collect();
+    names.into_iter().map(move |name| cases.iter().filter(move |case| case.rival == Some(name)))
 }
 
 impl Case {
     fn new(what: impl Into<String>, measured: f64, required: Requirement) -> Self {
-        Self { what: what.into(), measured, required, is_under_the_condition: false }
+        Self { what: what.into(), measured, required, is_under_the_condition: false, rival: None }
     }
 
     /// Says whether it is a case of the condition under which the finding says that the statement holds.
     #[must_use]
     pub fn under(self, is_under_the_condition: bool) -> Self {
         Self { is_under_the_condition, ..self }
+    }
+
+    /// Names the method that it compares with.
+    #[must_use]
+    pub fn against(self, rival: &'static str) -> Self {
+        Self { rival: Some(rival), ..self }
     }
 
     /// `measured` < `bound`.
@@ -366,6 +384,36 @@ mod tests {
             assert_eq!(Comparison.verdict(&cases), general, "{cases:?}");
             assert_eq!(Open.verdict(&cases), open, "{cases:?}");
         }
+    }
+
+    #[test]
+    fn claims_of_one_sentence_share_its_quantifier() {
+        let of = |id| all().into_iter().find(|claim| claim.id == id).map(|claim| claim.quantifier).expect(id);
+        for sentence in [
+            &["S24-b-3", "S24-h-1", "S24-h-2"][..],
+            &["S24-d-1", "S24-d-2"],
+            &["S24-e-1", "S24-e-2"],
+            &["S24-g-1", "S24-g-2"],
+            &["S24-n-1", "S24-n-2"],
+            &["KY21-b-1", "KY21-b-2"],
+            &["KY21-e-1", "KY21-e-2"],
+        ] {
+            assert!(sentence.windows(2).all(|pair| of(pair[0]) == of(pair[1])), "{sentence:?}");
+        }
+    }
+
+    #[test]
+    fn a_comparison_falls_with_one_method_that_is_never_beaten() {
+        let (yes, no) = (Case::below("x", 1.0, 2.0), Case::above("x", 1.0, 2.0));
+        let judge = |cases: [(&Case, &'static str); 4]| {
+            Quantifier::Comparison.verdict(&cases.map(|(case, rival)| case.clone().against(rival)))
+        };
+        assert_eq!(judge([(&yes, "a"), (&no, "a"), (&yes, "b"), (&no, "b")]), Verdict::NotSupported);
+        assert_eq!(judge([(&yes, "a"), (&yes, "a"), (&no, "b"), (&no, "b")]), Verdict::Refuted);
+        assert_eq!(judge([(&yes, "a"), (&yes, "a"), (&yes, "b"), (&yes, "b")]), Verdict::Confirmed);
+        // What is not resolved is not known to be behind.
+        let unresolved = Case::below("x", f64::NAN, 2.0);
+        assert_eq!(judge([(&yes, "a"), (&yes, "a"), (&no, "b"), (&unresolved, "b")]), Verdict::NotSupported);
     }
 
     #[test]

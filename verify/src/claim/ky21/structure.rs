@@ -25,9 +25,9 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "KY21-e-2",
         source: "[KY21] Section 1",
-        statement: "Path-fitted integrators conserve momentum maps.",
+        statement: "Where the discrete Lagrangian is invariant under a group, path-fitted integrators conserve its momentum map.",
         quantifier: Quantifier::Universal,
-        criterion: "For degrees 2, 3 and 4 the angular momentum of Kepler's problem stays at rounding over two periods.",
+        criterion: "For degrees 2, 3 and 4 the angular momentum of Kepler's problem, whose fitted paths turn with their ends, stays at rounding over two periods.",
         decide: momentum,
     },
     Claim {
@@ -113,8 +113,9 @@ fn momentum(context: &Context) -> Result<Finding, StudyError> {
         text(gauss)
     );
     Ok(Finding::on(cases, evidence).holds_where("For degree 2 and for Gauss nodes.").because(format!(
-        "Noether's theorem needs a discrete Lagrangian, and on equispaced nodes there is none from degree 3 on. The \
-             Galerkin integrator of degree 3, which has one, changes it by {}.",
+        "The condition holds: the action (2) of a fitted path does not change when its ends are turned. But the momenta of the \
+             scheme are not the derivatives of that action; on equispaced nodes they are those of no discrete Lagrangian from \
+             degree 3 on, and Noether's theorem needs one. The Galerkin integrator of degree 3, which has one, changes it by {}.",
         text(galerkin)
     )))
 }

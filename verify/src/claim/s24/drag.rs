@@ -41,7 +41,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "S24-e-2",
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≲ 1.5 RK4 has smaller errors than Methods I and II.",
-        quantifier: Quantifier::Comparison,
+        quantifier: Quantifier::Universal,
         criterion: "The largest error on (0, 10] of RK4 is the smallest for every h from 0.01 to 1.5.",
         decide: runge_kutta_wins,
     },
