@@ -8,7 +8,7 @@ use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::method::Method;
 use crate::order::roundoff;
 use crate::problem::{Limit, Problem, component_names};
-use crate::program::{Program, Request};
+use crate::program::{Program, ProgramError, Request};
 use crate::reference::{self, Reference, ReferenceError};
 use crate::run::{RunError, run};
 use crate::theory::{breakdown, methods_for};
@@ -82,6 +82,21 @@ pub struct Guest {
     pub request: Request,
     /// Its order; 1 gives the widest bound, and so never accuses it falsely.
     pub order: f64,
+}
+
+impl Guest {
+    /// Whether it starts, and writes the components of `problem`, as one run shows.
+    ///
+    /// # Errors
+    /// [`ProgramError`] that every run would give.
+    pub fn check(&self, problem: &dyn Problem) -> Result<(), ProgramError> {
+        let horizon = problem.horizon();
+        let request = Request { h: Some(horizon / STEPS as f64), t_end: Some(horizon), ..self.request.clone() };
+        match self.program.run(&request, &component_names(problem)) {
+            Err(error) if error.is_of_every_run() => Err(error),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The same with programs among the solvers of the equation itself.
@@ -239,9 +254,11 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Resul
 fn by_program(problem: &dyn Problem, guest: &Guest, times: &[f64]) -> Result<Answer, Gap> {
     let columns = component_names(problem);
     let horizon = times[times.len() - 1];
-    let sampled = |steps: usize| -> Result<Vec<Vec<f64>>, Gap> {
+    let mut printed = 0.0_f64;
+    let mut sampled = |steps: usize| -> Result<Vec<Vec<f64>>, Gap> {
         let request = Request { h: Some(horizon / steps as f64), t_end: Some(horizon), ..guest.request.clone() };
         let answer = guest.program.run(&request, &columns).map_err(|error| Gap::Failed(error.to_string()))?;
+        printed = answer.printed.resolution(largest(&answer.states));
         let at = |t: &f64| answer.times.iter().position(|time| (time - t).abs() <= 1e-9 * horizon);
         let found = times.iter().map(|t| at(t).map(|k| answer.states[k].clone()).ok_or(*t));
         found.collect::<Result<_, f64>>().map_err(|t| {
@@ -256,7 +273,7 @@ fn by_program(problem: &dyn Problem, guest: &Guest, times: &[f64]) -> Result<Ans
         let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(guest.order) - 1.0);
         let bound = 2.0 * predicted + f64::EPSILON * size * steps as f64;
         if bound <= RESOLVED * size || steps > MOST_STEPS {
-            return Ok(Answer { states: fine, bound, astray: None });
+            return Ok(Answer { states: fine, bound: bound + printed, astray: None });
         }
         coarse = fine;
     }

@@ -3,9 +3,11 @@
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
+use lsvi::State;
 use rayon::prelude::*;
 
 use crate::kinds::Principle;
+use crate::measure::decimal::{plain, significant, trimmed};
 use crate::measure::norm::{distance, max_norm};
 use crate::measure::order::{self, Expectation, OrderFit, Reason, Sample, Verdict, fit};
 use crate::method::Method;
@@ -109,6 +111,14 @@ pub enum OrderError {
     /// The reference failed.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
+    /// The program does not do what it is asked for, whatever the step.
+    #[error("the program{}: {source}", .problem.as_ref().map_or_else(String::new, |name| format!(" on {name}")))]
+    Program {
+        /// The problem that it was asked for.
+        problem: Option<String>,
+        /// What it does instead.
+        source: ProgramError,
+    },
 }
 
 /// What a user may ask for in place of the plan that theory has for a pair.
@@ -172,9 +182,20 @@ pub fn measure_on(
     let solution = truth.solution(problem, &limit, &[horizon], ladder.tolerance)?;
     let (end, bound) = (&solution[0].0, solution[0].1);
     let size = max_norm(end).max(max_norm(&limit.initial));
-    let sample = |h: f64| match run(problem, method, h, horizon, |_| {}) {
-        Ok(run) => Sample::new(h, distance(&run.end.q, end), bound + roundoff(method, size, horizon / h)),
-        Err(error) => Sample::failed(h, error.to_string()),
+    let sample = |h: f64| {
+        let (mut last, mut length) = (Vec::new(), 0.0);
+        let watch = |state: &State| {
+            length += if last.is_empty() { 0.0 } else { distance(&state.q, &last) };
+            last.clone_from(&state.q);
+        };
+        match run(problem, method, h, horizon, watch) {
+            Ok(run) => {
+                let rounding =
+                    roundoff(method, size, horizon / h) + method.rounding_of_coefficients(size, length, horizon / h);
+                Sample::new(h, distance(&run.end.q, end), bound + rounding)
+            }
+            Err(error) => Sample::failed(h, error.to_string()),
+        }
     };
     let mut samples: Vec<Sample> = steps.par_iter().map(|h| sample(*h)).collect();
     let mut found = fit(&samples, &expectation);
@@ -264,7 +285,7 @@ pub fn depends_on_time(problem: &dyn Problem) -> bool {
 /// The order of a program of one's own, and what its times and first steps show.
 #[derive(Debug)]
 pub struct Programs {
-    /// The fit; where no order was expected, to the slope at the finest steps.
+    /// The fit.
     pub fit: OrderFit,
     /// What was noticed: steps cut short, ends missed, a first step of a lower order.
     pub notes: Vec<String>,
@@ -273,7 +294,8 @@ pub struct Programs {
 /// Measures the order of `program` on `problem`, which it knows by `request`, at the times that it really reaches.
 ///
 /// # Errors
-/// [`OrderError`] if there is no truth to measure against. Runs that fail are points that the fit drops, with the reason.
+/// [`OrderError`] if there is no truth to measure against, or the program does not start or has another header. Runs that fail
+/// are points that the fit drops, with the reason.
 pub fn measure_program(
     problem: &dyn Problem,
     program: &Program,
@@ -289,8 +311,16 @@ pub fn measure_program(
     let steps = order::ladder(horizon, ladder.coarsest.unwrap_or(coarsest), SQRT_2, points);
     let names = component_names(problem);
     let ask = |h: f64| Request { h: Some(h), t_end: Some(horizon), ..request.clone() };
+    // What the first run does wrong whatever the step, the others would repeat.
+    let first = steps.first().map(|h| (*h, program.run(&ask(*h), &names)));
+    if let Some((_, Err(error))) = &first
+        && error.is_of_every_run()
+    {
+        return Err(OrderError::Program { problem: request.problem.clone(), source: error.clone() });
+    }
+    let others = steps.par_iter().skip(1).map(|h| (*h, program.run(&ask(*h), &names)));
     let answers: Vec<(f64, Result<Answer, ProgramError>)> =
-        steps.par_iter().map(|h| (*h, program.run(&ask(*h), &names))).collect();
+        first.into_iter().chain(others.collect::<Vec<_>>()).collect();
 
     let ends = answers.iter().filter_map(|(_, answer)| Some(reached(answer.as_ref().ok()?.end().0, horizon)));
     let ends = increasing(ends);
@@ -320,8 +350,10 @@ pub fn measure_program(
             },
         };
         let samples: Vec<Sample> = answers.iter().map(sample).collect();
-        let nominal = ladder.expected.unwrap_or_else(|| finest_slope(&samples, band));
-        fit(&samples, &Expectation::new(nominal, band))
+        match ladder.expected {
+            Some(order) => fit(&samples, &Expectation::new(order, band)),
+            None => order::fit_freely(&samples, band),
+        }
     };
     let mut fit = fitted(&states);
     if truth.may_be_finer(&fit, ladder)
@@ -330,21 +362,21 @@ pub fn measure_program(
         fit = fitted(&finer);
     }
     let mut notes = Vec::new();
-    if ladder.expected.is_none() {
-        notes.push(
-            "no order was expected: that of the finest steps stands in, and a pass says that the others agree".into(),
-        );
-    }
     let ok = || answers.iter().filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
     notes.extend(ok().find_map(|(_, answer)| answer.few_digits()));
     if let Some((h, t)) = ok().map(|(h, a)| (h, a.end().0)).find(|(_, t)| (t - horizon).abs() > 1e-9 * horizon) {
         notes.push(format!(
-            "with h = {h} it ended at t = {t}, not at {horizon}; errors are taken at the times it reached, and a program \
-             that calls such a time {horizon} is of order 1"
+            "with h = {} it ended at t = {}, {} too {}; errors are taken at the times it reached, and a program that calls \
+             such a time {} is of order 1",
+            plain(h),
+            trimmed(t, 9),
+            significant((t - horizon).abs(), 3),
+            if t > horizon { "late" } else { "early" },
+            plain(horizon)
         ));
     }
     if let Some((h, part)) = ok().find_map(|(h, answer)| Some((h, answer.clipped(h)?))) {
-        notes.push(format!("with h = {h} the last step was cut to {part:.3} h"));
+        notes.push(format!("with h = {} the last step was cut to {part:.3} h", plain(h)));
     }
     let first = |answer: &Answer| answer.times.iter().position(|t| *t > 0.0).filter(|at| *at + 1 < answer.times.len());
     let firsts = increasing(ok().filter_map(|(_, answer)| Some(answer.times[first(answer)?])));
@@ -360,8 +392,8 @@ pub fn measure_program(
         Some(Sample::new(h, error, bound + f64::EPSILON * size))
     };
     let starts: Vec<Sample> = ok().filter_map(start).collect();
-    let local = order::fit(&starts, &Expectation::new(finest_slope(&starts, band), band));
-    if let (Some(start), Some(line)) = (local.line.filter(|_| local.verdict == Verdict::Pass), fit.line)
+    let local = order::fit_freely(&starts, band);
+    if let (Some(start), Some(line)) = (local.line.filter(|_| local.verdict == Verdict::Measured), fit.line)
         // A step of order p has a local error of order p + 1; one of order p starts a method of order p.
         && start.slope < line.slope + 0.5
     {
@@ -390,11 +422,6 @@ fn increasing(times: impl Iterator<Item = f64>) -> Vec<f64> {
 const PROGRAM_LADDER: usize = 9;
 /// Half-width of the band around the order expected of a program.
 const PROGRAM_BAND: f64 = 0.1;
-
-/// The slope at the finest steps whose errors count, which stands for an expected order where there is none.
-fn finest_slope(samples: &[Sample], band: f64) -> f64 {
-    fit(samples, &Expectation::new(0.0, band)).line.map_or(f64::NAN, |line| (100.0 * line.slope).round() / 100.0)
-}
 
 /// The roundoff that N steps of `method` leave in states no larger than `size`: N ε |q|, one rounding of the state per step,
 /// and that of the momentum, where the state carries one.

@@ -125,12 +125,16 @@ pub enum ProgramError {
         reason: String,
     },
     /// A column is missing.
-    #[error("its output has no column `{name}`; the columns are {known}")]
+    #[error(
+        "its output has no column `{name}`: the first line is `{found}`, where `{expected}` is expected, in any sequence"
+    )]
     Column {
         /// The column.
         name: String,
-        /// Those that there are.
-        known: String,
+        /// The first line that is no comment.
+        found: String,
+        /// What a header has.
+        expected: String,
     },
     /// There is no row.
     #[error("its output has no rows")]
@@ -139,6 +143,14 @@ pub enum ProgramError {
 
 /// Characters of standard error that are shown, the last ones: where the reason stands.
 const SHOWN: usize = 400;
+
+impl ProgramError {
+    /// Whether every run would say the same: there is no such command, or its output has another header.
+    #[must_use]
+    pub fn is_of_every_run(&self) -> bool {
+        matches!(self, Self::Command(..) | Self::Start { .. } | Self::Column { .. })
+    }
+}
 
 impl Program {
     /// A command line, split as a shell splits words, without a shell; each run is ended after `limit`.
@@ -186,6 +198,15 @@ impl Program {
     }
 }
 
+/// The start of a line.
+fn excerpt(line: &str) -> String {
+    const LONGEST: usize = 60;
+    match line.char_indices().nth(LONGEST) {
+        Some((at, _)) => format!("{}…", &line[..at]),
+        None => line.to_owned(),
+    }
+}
+
 /// The `columns` of a table, with its times.
 fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text);
@@ -195,9 +216,14 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
     };
     let header = reader.headers().map_err(junk)?.clone();
     let find = |name: &str| {
-        let known = || header.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        let position = header.iter().position(|column| column == name);
-        position.ok_or_else(|| ProgramError::Column { name: name.into(), known: known() })
+        let missing = || ProgramError::Column {
+            name: name.into(),
+            found: excerpt(&header.iter().collect::<Vec<_>>().join(",")),
+            expected: excerpt(
+                &std::iter::once("t").chain(columns.iter().map(String::as_str)).collect::<Vec<_>>().join(","),
+            ),
+        };
+        header.iter().position(|column| column == name).ok_or_else(missing)
     };
     let time = find("t")?;
     let positions: Vec<usize> = columns.iter().map(|name| find(name)).collect::<Result<_, _>>()?;

@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use clap::Args;
 use verify::judge::FileMethod;
-use verify::judge::file::MethodFile;
+use verify::judge::file::{MethodFile, SHIPPED, Shipped};
 use verify::method::{self, Method};
+use verify::names::NameError;
 use verify::problem::model::{CAVEAT, Model};
 use verify::problem::{self, Problem};
 use verify::program::{self, Program};
@@ -84,11 +85,24 @@ pub(super) fn method(text: &str) -> Result<Box<dyn Method>, Failure> {
     })
 }
 
-/// The file that `text` is the path of: a text with a slash or a file's ending.
+/// The file that `text` is the path of, a text with a slash or a file's ending; or that comes along by that name, where no method
+/// has it.
 pub(super) fn method_file(text: &str) -> Result<Option<MethodFile>, Failure> {
     let path = Path::new(text);
     let is_file = text.contains('/') || (path.extension().is_some() && !text.contains('('));
-    Ok(if is_file { Some(MethodFile::load(path)?) } else { None })
+    let is_shipped = Shipped::by_name(text).is_ok();
+    match (is_file, method::parse(text)) {
+        (_, Err(NameError::Unknown { .. })) if is_shipped && !path.exists() => {
+            Ok(Some(Shipped::by_name(text)?.read()?))
+        }
+        (true, _) => Ok(Some(MethodFile::load(path)?)),
+        // The nearest name of both lists.
+        (false, Err(NameError::Unknown { kind: "method", name, suggestion: None })) => {
+            let error = NameError::unknown("method", &name, SHIPPED.iter().map(|file| file.name));
+            Err(error.into())
+        }
+        _ => Ok(None),
+    }
 }
 
 /// The program that `command` runs. Interrupted, this process takes along what it has started.

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use verify::compare::{Guest, cross_check_beside};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
+use verify::order::OrderError;
 use verify::program::Request;
 
 use super::Status;
@@ -26,7 +27,8 @@ Each solver gives a bound on its own error: the references from two tolerances,
 the methods from two step sizes. Its answer must be no further from the truth,
 the exact solution or the best reference, than the bounds of both allow. A
 program is run with two step sizes, and must write a row at each quarter of the
-time; its bound is that of a method of order --expect.
+time, under the header that `verify list problems` shows; its bound is that of a
+method of order --expect, which is no claim here.
 
 Examples:
   verify compare --problem logistic
@@ -74,9 +76,15 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
         let program = args::program(command, options.time_limit)?;
         let request =
             Request { problem: Some(name.clone()), set: options.problem.set().to_vec(), ..Request::default() };
-        Ok(Guest { name: command.clone(), program, request, order: options.expect })
+        Ok::<_, Failure>(Guest { name: command.clone(), program, request, order: options.expect })
     };
-    let guests = options.program.iter().map(guest).collect::<Result<Vec<_>, Failure>>()?;
+    let checked = |command: &String| {
+        let guest = guest(command)?;
+        let wrong = |source| OrderError::Program { problem: Some(name.clone()), source };
+        guest.check(&*problem).map_err(wrong)?;
+        Ok(guest)
+    };
+    let guests = options.program.iter().map(checked).collect::<Result<Vec<_>, Failure>>()?;
     let asked: Vec<String> = own
         .iter()
         .map(|method| format!("/{}", method.name()))

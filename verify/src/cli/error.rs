@@ -17,6 +17,8 @@ use verify::reference::ReferenceError;
 use verify::report::{ComparisonError, PartError, ReportError};
 use verify::run::RunError;
 
+use super::layout::plain;
+
 /// Why a command did not run to its end.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Failure {
@@ -64,7 +66,7 @@ pub(super) enum Failure {
     Data { path: PathBuf, source: Box<DataError> },
     #[error(transparent)]
     Command(ProgramError),
-    #[error("the program, on the grid of spacing {at}: {source}")]
+    #[error("the program, on the grid of spacing {}: {source}", plain(*.at))]
     Program { at: f64, source: ProgramError },
     #[error("{option}: `{value}`, where {wanted} are expected")]
     Value { option: &'static str, value: String, wanted: &'static str },
@@ -78,10 +80,16 @@ pub(super) enum Failure {
 }
 
 impl Failure {
-    /// Exit status: 2 where the command asks for something that does not exist, 1 where it was tried and failed. `golden` is
-    /// like diff(1), where 1 says that files differ and 2 that they could not be compared.
+    /// Exit status: 2 where the command asks for something that does not exist, 1 where it was tried and failed, 3 where a
+    /// judgement was asked for and nothing can be judged. `golden` is like diff(1), where 1 says that files differ and 2 that they
+    /// could not be compared.
     pub(super) fn status(&self) -> u8 {
         match self {
+            // A program that cannot be started, or speaks another language, is a mistake of the command line.
+            Self::Program { source, .. } if !source.is_of_every_run() => 3,
+            Self::Order(OrderError::Reference(error)) if !matches!(error, ReferenceError::Unavailable(_)) => 3,
+            Self::Order(OrderError::Untold { .. }) => 3,
+            Self::Program { .. } | Self::Order(OrderError::Program { .. } | OrderError::Reference(_)) => 2,
             Self::Name(_)
             | Self::Model(_)
             | Self::MethodFile(_)
@@ -127,6 +135,11 @@ impl Failure {
                 "for example `--atol 1e-10`, `--atol 0` for relative accuracy alone, or one number for each component"
             }
             Self::Run { source, .. } => return run_hint(source).map(str::to_owned),
+            Self::Command(error)
+            | Self::Program { source: error, .. }
+            | Self::Order(OrderError::Program { source: error, .. }) => {
+                return program_hint(error).map(str::to_owned);
+            }
             Self::Order(OrderError::NoExact) => "`--reference cvode` or `--reference diffsol`",
             Self::Order(OrderError::Reference(ReferenceError::Unavailable(_))) => {
                 "build with the feature `cvode`, or use `--reference diffsol`"
@@ -137,12 +150,31 @@ impl Failure {
     }
 }
 
+fn program_hint(error: &ProgramError) -> Option<&'static str> {
+    match error {
+        ProgramError::Start { .. } => Some(
+            "the first word of the command is a program on the PATH, or a path like ./rk4; for a script name what runs it: \
+             'python3 mine.py'",
+        ),
+        ProgramError::Column { .. } => Some(
+            "the header has `t` and the names of the components, which `verify list problems` shows; `verify solve --problem \
+             NAME --method rk4 --h 0.1 --t-end 1 --csv -` writes an example",
+        ),
+        _ => None,
+    }
+}
+
 fn name_hint(error: &NameError) -> Option<String> {
     match error {
         NameError::Unknown { kind: "parameter", .. } => {
             Some("`verify list problems` shows the parameters of each problem".into())
         }
-        NameError::Unknown { kind: kind @ ("problem" | "method" | "reference" | "study" | "golden"), .. } => {
+        NameError::Unknown { kind: "method", .. } => Some(
+            "`verify list methods` and `verify list method-files` show the names; a file of your own has a slash or an ending: \
+             ./mine.toml"
+                .into(),
+        ),
+        NameError::Unknown { kind: kind @ ("problem" | "reference" | "study" | "golden"), .. } => {
             Some(format!("`verify list` shows every {kind}"))
         }
         NameError::Value { .. } => Some("`verify list problems` says what a parameter means".into()),

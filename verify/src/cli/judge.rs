@@ -55,9 +55,10 @@ for methods with two parts. Where those of a Runge-Kutta method fail, every
 change of a single coefficient is tried; those that mend everything are
 proposed. The orders of live runs are judged as by `order`.
 
-A program is what `order --program` takes; it is run on logistic,
-damped-pendulum and van-der-pol unless --problem names others, or --model a
-system of your own.
+A program is what `order --program` takes, and its header is t and the names of
+the components, t,v on logistic (`verify list problems` shows them all); it is
+run on logistic, damped-pendulum and van-der-pol unless --problem names others,
+or --model a system of your own.
 
 Examples:
   verify judge rk4
@@ -67,8 +68,8 @@ Examples:
   verify order --problem van-der-pol --method mine.toml
   verify judge --program 'python3 mine.py' --expect 4
 
-Exit status: 0 all is confirmed, 1 something is refuted, 2 bad usage,
-3 something is inconclusive.")]
+Exit status: 0 all is confirmed, 1 something is refuted, 2 bad input, which a
+program is that does not start, 3 something is inconclusive.")]
 pub(super) struct Args {
     /// The file, or a name that `verify list method-files` shows
     #[arg(value_name = "METHOD.toml", required_unless_present = "program")]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use clap::ValueEnum;
 use verify::experiment::Context;
 use verify::judge::file::SHIPPED;
+use verify::problem::component_names;
 use verify::{chapter, golden, method, problem, reference};
 
 use super::Status;
@@ -13,12 +14,15 @@ use super::error::Failure;
 use super::layout::{left, paragraph, width};
 use super::output::Output;
 
+/// Columns of a header that is shown as a whole.
+const MOST: usize = 66;
+
 /// Show the problems, methods, references, studies and goldens by name.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   verify list                everything
-  verify list problems       names, equations, and parameters with defaults
+  verify list problems       names, equations, headers, parameters with defaults
   verify list methods        names as `--method` takes them
   verify list method-files   names as `judge` takes them")]
 pub(super) struct Args {
@@ -68,6 +72,9 @@ fn list_problems(out: &mut Output) -> io::Result<()> {
     for spec in problem::ALL {
         writeln!(out, "{}", spec.name)?;
         paragraph(out, "", 4, spec.summary)?;
+        if let Ok(problem) = problem::build(spec.name, &[]) {
+            paragraph(out, "    header ", 11, &header(&component_names(&*problem)))?;
+        }
         for parameter in spec.parameters {
             let label = format!("    {}", left(&format!("{}={}", parameter.name, parameter.default), 20));
             paragraph(out, &label, 26, parameter.meaning)?;
@@ -78,6 +85,15 @@ fn list_problems(out: &mut Output) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// What a program writes above its numbers; of many components the first and the last.
+fn header(names: &[String]) -> String {
+    let all = format!("t,{}", names.join(","));
+    match names {
+        [first, second, .., last] if width(&all) > MOST => format!("t,{first},{second},…,{last}"),
+        _ => all,
+    }
 }
 
 fn list_methods(out: &mut Output) -> io::Result<()> {

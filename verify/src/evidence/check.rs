@@ -30,7 +30,8 @@ impl From<Verdict> for Outcome {
         match verdict {
             Verdict::Pass => Self::Pass,
             Verdict::Fail => Self::Fail,
-            Verdict::Inconclusive => Self::Inconclusive,
+            // What was claimed of nothing passes nothing.
+            Verdict::Measured | Verdict::Inconclusive => Self::Inconclusive,
         }
     }
 }

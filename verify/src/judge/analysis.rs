@@ -42,6 +42,12 @@ pub trait Analysis: fmt::Debug + Send + Sync {
         0.0
     }
 
+    /// How far coefficients that a file prints to few digits may move the end of a run of N `steps` along a solution of this
+    /// `size` and `length`: what the conditions are off by, times |h v̇| in every step.
+    fn rounding_of_coefficients(&self, _size: f64, _length: f64, _steps: f64) -> f64 {
+        0.0
+    }
+
     /// Unknowns that a step finds together, for each component of the problem.
     fn unknowns(&self) -> usize {
         0

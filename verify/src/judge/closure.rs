@@ -284,6 +284,7 @@ impl Analysis for ClosureTheory {
         let closure = match &self.constant {
             Some((a, b)) => Linear::new(a.to_f64(), b.to_f64()).map_err(|error| error.to_string())?,
             None => {
+                method::check_limit(problem)?;
                 // Evaluated to 57 digits, and asked for in every residual of every step.
                 let (closure, known) = (self.closure.clone(), Mutex::new(HashMap::new()));
                 Linear::of_step(move |h: f64| {

@@ -15,6 +15,8 @@ const DIGITS: usize = 200;
 const LARGEST: f64 = 1e60;
 /// Decimals with fewer places are numbers like 0.5 or 0.0625, printed in full; with more they have been rounded.
 const EXACT_PLACES: u32 = 6;
+/// With fewer places than this they rarely stand for anything else.
+const DOUBTED: u32 = 3;
 /// Trailing zeros that a printed decimal may have lost.
 const DROPPED: u32 = 2;
 /// Significant digits of a double that is printed to be read back.
@@ -87,13 +89,15 @@ pub(super) struct Value {
 pub struct Rounding {
     places: Option<u32>,
     is_declared: bool,
+    /// Places of the longest decimal, rounded or not.
+    longest: Option<u32>,
 }
 
 impl Rounding {
     /// As a file declares it with `digits`, or as its longest decimal shows; decimals all shorter than six places are exact.
     pub(super) fn new(declared: Option<u32>, longest: Option<u32>) -> Self {
         let places = declared.or(longest.filter(|places| *places >= EXACT_PLACES));
-        Self { places, is_declared: declared.is_some() }
+        Self { places, is_declared: declared.is_some(), longest }
     }
 
     /// In words.
@@ -103,6 +107,14 @@ impl Rounding {
             Some(places) => format!("decimals rounded in their last place, the longest has {places}"),
             None => "coefficients taken as exact".into(),
         }
+    }
+
+    /// Where decimals are taken as exact that may be no more than rounded: what would say so.
+    pub fn doubt(self) -> Option<String> {
+        let places = self.longest.filter(|places| *places >= DOUBTED && self.places.is_none())?;
+        Some(format!(
+            "Decimals of {places} places are taken as exact; if they are rounded, the line `digits = {places}` says so."
+        ))
     }
 
     /// Places after the point to which the decimals are printed; `None` where all are exact.

@@ -34,6 +34,13 @@ impl Judgement {
 
     /// Whether a label or a coefficient is wrong, in sentences; nothing where neither is.
     pub fn diagnosis_text(&self) -> Option<String> {
+        let found = self.found_wrong()?;
+        let is_too_low = matches!(self.diagnosis, Diagnosis::LabelTooLow { .. });
+        let doubt = self.file.rounding.doubt().filter(|_| !is_too_low);
+        Some(doubt.map_or_else(|| found.clone(), |doubt| format!("{found} {doubt}")))
+    }
+
+    fn found_wrong(&self) -> Option<String> {
         match &self.diagnosis {
             Diagnosis::Sound => None,
             Diagnosis::LabelTooLow { order } => {

@@ -56,7 +56,7 @@ pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> 
             let method = method.expected(order);
             let truth = Source::default_for(&*problem, &method).truth(&*problem, &method);
             let fit = measure(&*problem, &method, truth).map_err(|error| error.to_string())?;
-            Ok((from, fit))
+            Ok((from, fit.of_equations_in_general()))
         });
         let expected = measured.as_ref().ok().map(|(from, fit)| (fit.expected.order, *from));
         MeasuredOrder { kind, problem: name, expected, result: measured.map(|(_, fit)| fit) }

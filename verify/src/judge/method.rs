@@ -56,6 +56,10 @@ impl Method for FileMethod {
         self.theory.momentum_roundoff(steps)
     }
 
+    fn rounding_of_coefficients(&self, size: f64, length: f64, steps: f64) -> f64 {
+        self.theory.rounding_of_coefficients(size, length, steps)
+    }
+
     fn filled(&self, problem: &dyn Problem) -> usize {
         self.theory.unknowns() * problem.ode().dim()
     }

@@ -303,13 +303,26 @@ impl Analysis for MultistepTheory {
         Some(match property {
             Property::Order(p) => {
                 let first = self.order + 1;
+                let radius = || self.constants[..first as usize].iter().map(Real::radius).largest();
                 let why = match self.constants.get(first as usize) {
-                    Some(constant) => format!(
-                        "C_0 to C_{} vanish to within {:.0e}, C_{first} = {:.4e}",
-                        self.order,
-                        self.constants[..first as usize].iter().map(Real::radius).largest(),
-                        constant.to_f64()
-                    ),
+                    Some(c) if self.constants.iter().take(1).all(|c| !c.may_be_zero()) => {
+                        format!(
+                            "C_0 = {:.4e} does not vanish, and C_1 is {:.4e}",
+                            self.constants[0].to_f64(),
+                            c.to_f64()
+                        )
+                    }
+                    Some(c) if self.order == 0 => {
+                        format!("C_0 vanishes to within {:.0e}, C_1 = {:.4e}", radius(), c.to_f64())
+                    }
+                    Some(c) => {
+                        format!(
+                            "C_0 to C_{} vanish to within {:.0e}, C_{first} = {:.4e}",
+                            self.order,
+                            radius(),
+                            c.to_f64()
+                        )
+                    }
                     None => format!("all constants looked at vanish, to C_{MOST}"),
                 };
                 Finding::new(p == self.order, why).measured(self.order)
@@ -388,6 +401,12 @@ impl Analysis for MultistepTheory {
         };
         let stiff_order = (stability == Stability::Damping).then(|| self.started_order());
         Traits { stiff_order, ..Traits::new(self.started_order(), Principle::Equation, stability) }
+    }
+
+    /// Weights of ρ that do not add up to zero change values in every step.
+    fn rounding_of_coefficients(&self, size: f64, length: f64, steps: f64) -> f64 {
+        let [values, slopes @ ..] = &self.constants[..=self.order as usize] else { return 0.0 };
+        values.radius() * size * steps + slopes.iter().map(Real::radius).largest().max(0.0) * length
     }
 
     fn unknowns(&self) -> usize {

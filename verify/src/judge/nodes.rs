@@ -12,6 +12,7 @@ use super::tableau::Coefficient;
 use super::verdict::Finding;
 use crate::evidence::{Cell, Table};
 use crate::kinds::Symplecticity;
+use crate::measure::norm::larger;
 use crate::method::{Method, Traits, mechanics};
 use crate::problem::Problem;
 
@@ -173,6 +174,10 @@ impl Analysis for NodesTheory {
 
     fn momentum_roundoff(&self, steps: f64) -> f64 {
         self.method.as_ref().map_or(0.0, |method| method.momentum_roundoff(steps))
+    }
+
+    fn rounding_of_coefficients(&self, _size: f64, length: f64, _steps: f64) -> f64 {
+        self.moments.iter().map(Real::radius).fold(0.0, larger) * length
     }
 
     fn on_problem<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, String> {

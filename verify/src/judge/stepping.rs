@@ -139,16 +139,35 @@ impl<'a> Stepper<'a> {
         if halves.coupling == Coupling::SecondOrder && !is_second_order(&*field) {
             return Err("it is not q̇ = p, ṗ = g(q)".into());
         }
+        if halves.coupling == Coupling::Separable && !is_separable(&*field) {
+            return Err("it is made for q̇ = f(p), ṗ = g(q), and here q̇ depends on q, or ṗ on p".into());
+        }
         Ok(Self { field, halves, work: Work::default() })
     }
+}
+
+/// Whether neither half depends on itself, as the derivative at a point shows.
+fn is_separable(field: &dyn VectorField) -> bool {
+    let (m, jacobian) = (field.dim() / 2, derivative(field, &somewhere(field.dim())));
+    (0..m).all(|i| (0..m).all(|j| jacobian.get(i, j) == 0.0 && jacobian.get(m + i, m + j) == 0.0))
+}
+
+/// A state with no two components alike.
+fn somewhere(n: usize) -> Vec<f64> {
+    (0..n).map(|i| 0.3 + 0.1 * i as f64).collect()
+}
+
+fn derivative(field: &dyn VectorField, point: &[f64]) -> Jacobian {
+    let mut jacobian = Jacobian::with_structure(field.dim(), &field.structure());
+    field.add_jacobian(0.0, point, 1.0, &mut jacobian);
+    jacobian
 }
 
 /// Whether the first half of the field is p and the second does not depend on it, as its derivative at a point shows.
 fn is_second_order(field: &dyn VectorField) -> bool {
     let n = field.dim();
-    let point: Vec<f64> = (0..n).map(|i| 0.3 + 0.1 * i as f64).collect();
-    let mut jacobian = Jacobian::with_structure(n, &field.structure());
-    field.add_jacobian(0.0, &point, 1.0, &mut jacobian);
+    let point = somewhere(n);
+    let jacobian = derivative(field, &point);
     let m = n / 2;
     let required = |i: usize, j: usize| if j == i + m { 1.0 } else { 0.0 };
     let mut slope = vec![0.0; n];

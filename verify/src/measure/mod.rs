@@ -1,6 +1,7 @@
 //! Pure functions from numbers to verdicts; no solver is called here.
 
 pub mod amplification;
+pub mod decimal;
 pub mod norm;
 pub mod order;
 pub mod refinement;

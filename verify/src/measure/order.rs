@@ -18,6 +18,10 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
+use super::decimal::decimals;
+
 /// Fewest points in a fit: three local slopes to agree, two degrees of freedom for the standard error.
 pub const MIN_POINTS: usize = 4;
 
@@ -27,8 +31,13 @@ pub const FLOOR_MARGIN: f64 = 10.0;
 /// Refinements, counted from the finest, over which errors must grow to be called diverging.
 const DIVERGING: usize = 3;
 
+/// How the reason starts where they do.
+const DIVERGES: &str = "diverges: ";
+
 /// Slopes of no more than this either way: the error stays what it is.
 const STALLED: f64 = 0.05;
+/// What that means.
+const STANDSTILL: &str = "; the error stays what it is under refinement: what converges is the solution of another equation, parameter or time";
 
 /// The error at one step size, or why there is none.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,10 +126,13 @@ impl fmt::Display for Reason {
 }
 
 /// The decision.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// The order is the expected one.
     Pass,
+    /// There is an order, and none was expected.
+    Measured,
     /// The order is another one.
     Fail,
     /// The data do not decide.
@@ -132,7 +144,8 @@ pub enum Verdict {
 pub struct Line {
     /// The observed order.
     pub slope: f64,
-    /// Standard error of the slope: scatter about the line and the most that the floors can do, added in squares.
+    /// Standard error of the slope: scatter about the line, the most that the floors can do, and the rounding
+    /// of the logarithms, added in squares.
     pub stderr: f64,
     /// Coefficient of determination (weighted); 1 where all errors are equal and so is the line.
     pub r_squared: f64,
@@ -174,6 +187,25 @@ pub struct OrderFit {
 }
 
 impl OrderFit {
+    /// The verdict where the order expected is the one that a method has on equations in general, a whole number: on a special
+    /// one the first terms of the error may vanish, and a slope nearer to that order than to the one below has errors of
+    /// the next order in it still. Neither refutes it.
+    #[must_use]
+    pub fn of_equations_in_general(self) -> Self {
+        let Self { verdict: Verdict::Fail, line: Some(Line { slope, .. }), expected, reason, .. } = &self else {
+            return self;
+        };
+        if *slope <= expected.order - 0.5 || reason.starts_with(DIVERGES) {
+            return self;
+        }
+        let why = match *slope > expected.order {
+            true => "on this equation the errors fall faster, as where its first terms cancel, which another one tells",
+            false => "it is nearer to that order than to the next below, as where errors of several orders mix",
+        };
+        let reason = format!("{reason}; {why}");
+        Self { verdict: Verdict::Inconclusive, reason, ..self }
+    }
+
     /// All points, coarse to fine, with the reason why one is not in the fit.
     pub fn points(&self) -> Vec<(&Sample, Option<&Reason>)> {
         let dropped = self.dropped.iter().map(|(sample, reason)| (sample, Some(reason)));
@@ -220,7 +252,7 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
     }
     let line = (window >= MIN_POINTS).then(|| Line::through(&points[start..], settle));
     let (verdict, reason) = match diverges(&samples, &slopes) {
-        Some(how) => (Verdict::Fail, format!("diverges: {how}")),
+        Some(how) => (Verdict::Fail, format!("{DIVERGES}{how}")),
         None => judge(line, settled, points.len(), &slopes, &reasons, expected),
     };
 
@@ -232,6 +264,24 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
         }
     }
     OrderFit { line, local_slopes: slopes, kept, dropped, expected: expected.clone(), verdict, reason }
+}
+
+/// Measures the order of `samples` where none is expected: nothing can pass. The slopes have settled if they agree to half of
+/// `band`.
+#[must_use]
+pub fn fit_freely(samples: &[Sample], band: f64) -> OrderFit {
+    let own = |order: f64| fit(samples, &Expectation::new(order, band));
+    let first = own(0.0);
+    let Some(line) = first.line else { return first };
+    let found = own(line.slope);
+    if found.verdict != Verdict::Pass {
+        return found;
+    }
+    let (slope, steps) = (decimals(line.slope, 3), found.kept.len());
+    let stalls = if line.slope.abs() <= STALLED { STANDSTILL } else { "" };
+    let reason =
+        format!("order {slope} ± {:.1e}, settled on {steps} steps; no order was expected{stalls}", line.stderr);
+    OrderFit { verdict: Verdict::Measured, reason, ..found }
 }
 
 /// Step sizes for an order study over `horizon`, coarse to fine: h_k ≈ `coarsest`·`ratio`^{−k}, each dividing the horizon,
@@ -316,7 +366,8 @@ impl Line {
         let floors = sum(&|p| (p.x - x).abs() * p.u) / sxx;
         let rounding = sum(&|p| (p.x - x).abs() * rounding(p.x, p.y)) / sxx;
         let r_squared = if syy > 0.0 { 1.0 - residual / syy } else { 1.0 };
-        Self { slope, stderr: (scatter + floors * floors).sqrt(), r_squared, rounding }
+        let stderr = (scatter + floors * floors + rounding * rounding).sqrt();
+        Self { slope, stderr, r_squared, rounding }
     }
 }
 
@@ -373,11 +424,7 @@ fn judge(
         let text = format!("{measured}, and the local slopes still approach {order}: {}", join(kept));
         (Verdict::Inconclusive, text)
     } else {
-        let stalls = if kept.iter().all(|s| s.slope.abs() <= STALLED) {
-            "; the error stays what it is under refinement: what converges is the solution of another equation, parameter or time"
-        } else {
-            ""
-        };
+        let stalls = if kept.iter().all(|s| s.slope.abs() <= STALLED) { STANDSTILL } else { "" };
         (Verdict::Fail, format!("{measured} is not {order} ± {band}{declared}{stalls}"))
     }
 }
@@ -400,17 +447,6 @@ fn too_few(usable: usize, reasons: &[Option<Reason>]) -> String {
         text += &format!("; {} failed, the finest because: {finest}", failed.len());
     }
     text
-}
-
-/// A slope to so many places, with a proper minus sign, and without one where nothing but zeros is left of it.
-#[must_use]
-pub fn decimals(slope: f64, places: usize) -> String {
-    let text = format!("{slope:.places$}");
-    match text.strip_prefix('-') {
-        Some(zero) if !zero.contains(|c: char| matches!(c, '1'..='9' | 'i')) => zero.to_owned(),
-        Some(size) => format!("−{size}"),
-        None => text,
-    }
 }
 
 fn join(slopes: &[LocalSlope]) -> String {

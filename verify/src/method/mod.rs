@@ -50,6 +50,12 @@ pub trait Method: fmt::Debug + Send + Sync {
         0.0
     }
 
+    /// How far the digits that its coefficients are given to may move the end of a run of N `steps` along a solution of this
+    /// `size` and `length`; nothing where they are exact.
+    fn rounding_of_coefficients(&self, _size: f64, _length: f64, _steps: f64) -> f64 {
+        0.0
+    }
+
     /// The discrete Legendre transform that it steps in mechanics, where it is one of those, for what its trajectories do not
     /// show.
     ///
@@ -197,6 +203,14 @@ pub fn examples() -> Vec<Box<dyn Method>> {
 pub fn integrators() -> Vec<Box<dyn Method>> {
     let all = parse("path-fitted(2)").into_iter().chain(examples());
     all.filter(|method| method.principle() == Principle::Hamilton).collect()
+}
+
+/// Refuses problems on which a closure whose α and β depend on a rate converges to what the rate says.
+pub(crate) fn check_limit(problem: &dyn Problem) -> Result<(), String> {
+    if problem.limit(Principle::MomentumZero).name == problem.limit(Principle::MomentumConserved).name {
+        return Ok(());
+    }
+    Err("its Lagrangian keeps a remainder, and the limit would depend on the rate of the closure".into())
 }
 
 /// The trapezoidal discrete Lagrangian of `problem` with a closure of one's own.

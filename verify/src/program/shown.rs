@@ -2,6 +2,7 @@
 //! steps.
 
 use super::Answer;
+use crate::measure::decimal::{plain, trimmed};
 use crate::measure::norm::{distance, max_norm};
 
 /// Differences count above this many roundings of the values.
@@ -30,13 +31,15 @@ impl Shown {
         // A sum of steps may be off by rounding.
         if last - first > 1e-9 * last.abs() {
             shown.incomparable = Some(format!(
-                "the runs end at times from t = {first} to {last}: their values belong to different times, which alone makes a \
-                 difference of order 1"
+                "the runs end at times from t = {} to {}: their values belong to different times, which alone makes a difference \
+                 of order 1",
+                trimmed(first, 9),
+                trimmed(last, 9)
             ));
         }
         shown.notes.extend(runs.iter().find_map(|(_, answer)| answer.few_digits()));
         let cut = runs.iter().find_map(|(h, answer)| h.and_then(|h| Some((h, answer.clipped(h)?))));
-        shown.notes.extend(cut.map(|(h, part)| format!("with h = {h} the last step was cut to {part:.3} h")));
+        shown.notes.extend(cut.map(|(h, part)| format!("with h = {} the last step was cut to {part:.3} h", plain(h))));
         let mut steps: Vec<(f64, &Answer)> = runs.iter().filter_map(|(h, answer)| Some(((*h)?, answer))).collect();
         steps.sort_by(|a, b| b.0.total_cmp(&a.0));
         if shown.incomparable.is_none()

@@ -300,7 +300,7 @@ fn data_that_decide_nothing_say_why() {
         ("h,u\n4,1.50\n2,1.50\n1,1.50\n", "--expect 2", "exact or converged to all digits"),
         ("h,u\n4,1.50\n2,1.20\n2,1.21\n1,1.10\n", "--expect 2", "the same spacing 2"),
         ("h,u\n4,1.5\n2,1.2\n", "--expect 2", "two grids determine no order"),
-        ("h,u\n4,1.5\n", "--expect 2", "single grids determine no order"),
+        ("h,u\n4,1.5\n", "--expect 2", "one grid determines no order"),
         ("h,u\n4,1.0400\n2,1.0200\n1,1.0100\n", "--expect 2", "do not tell a wrong order"),
         ("h,u\n4,1.0001\n2,1.0000\n1,1.0000\n", "--expect 2", "ten times what the digits"),
         ("h,u\n8,1.0\n4,1.0\n2,1.0\n1,1.0\n", "--expect 2 --exact 1", "every value is the exact one"),
@@ -328,4 +328,188 @@ fn data_that_decide_nothing_say_why() {
     assert!(!out.contains("-0.000"), "{out}");
     let (code, _, error) = say(&format!("order --data {} --step h", dir.display()));
     assert!(code == 2 && error.contains("directory") && !error.contains("comma"), "{error}");
+}
+
+/// Nothing passes of which nothing is claimed: a program, and data.
+#[test]
+fn what_is_measured_without_an_expectation_is_called_measured() {
+    let dir = directory("measured");
+    let path = dir.join("law.csv");
+    let rows: String = [8.0, 4.0, 2.0, 1.0].map(|h: f64| format!("{h},{:.9}\n", 3.0 + 0.01 * h * h)).concat();
+    fs::write(&path, format!("h,u\n{rows}")).expect("writable");
+    let data = format!("order --data {} --step h", path.display());
+    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let program = ["order", "--problem", "logistic", "--program", &own];
+    let words: Vec<&str> = data.split(' ').collect();
+    for (line, order) in [(&words[..], "2"), (&[&words[..], &["--exact", "3"]].concat(), "2"), (&program[..], "4")] {
+        for (more, status, text, json) in [
+            (&[][..], 0, "MEASURED: ", "measured"),
+            (&["--expect", order], 0, "PASS: ", "pass"),
+            (&["--expect", "3"], 1, "FAIL: ", "fail"),
+        ] {
+            let (code, out, error) = verify(&[line, more].concat());
+            assert!(code == status && out.contains(&format!("\n{text}order ")), "{line:?} {more:?}: {out}{error}");
+            assert_eq!(out.contains("no order was expected"), more.is_empty(), "{out}");
+            let (code, out, _) = verify(&[line, more, &["--format", "json"]].concat());
+            let found: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+            assert_eq!((code, found["verdict"].as_str()), (status, Some(json)), "{out}");
+            assert!(!line.contains(&"--program") || found["expected"].is_null() == more.is_empty(), "{out}");
+        }
+    }
+}
+
+/// What a program has to write is shown with the error, and said once.
+#[test]
+fn a_wrong_header_stops_at_the_first_run_and_shows_the_right_one() {
+    let runs = directory("header").join("runs");
+    let program = format!("sh -c 'echo run >> {}; echo time,q; echo 0,1' -", runs.display());
+    for command in [&["order"][..], &["judge", "--expect", "2"], &["compare"]] {
+        let _ = fs::remove_file(&runs);
+        let (code, out, error) = verify(&[command, &["--problem", "pendulum", "--program", &program]].concat());
+        assert!(code == 2 && out.is_empty(), "{command:?}: {code} {out}");
+        let expected = "no column `t`: the first line is `time,q`, where `t,q,p` is expected";
+        assert!(error.contains("the program on pendulum") && error.contains(expected), "{error}");
+        assert!(flat(&error).contains("hint: the header has `t` and the names of the components"), "{error}");
+        assert_eq!(fs::read_to_string(&runs).expect("it ran").lines().count(), 1, "{command:?}");
+    }
+    let line = ["order", "--program", &program, "--quantity", "q", "--h", "0.1,0.05,0.025"];
+    let (code, _, error) = verify(&line);
+    assert!(code == 2 && error.contains("where `t,q` is expected"), "{error}");
+    for help in ["order --help", "judge --help", "compare --help", "list problems"] {
+        assert!(flat(&say(help).1).contains("header"), "{help}");
+    }
+    assert!(say("list problems").1.contains("header t,q,p"));
+}
+
+/// 0 holds, 1 is refuted, 2 is bad input, 3 is inconclusive: by every command that runs a program.
+#[test]
+fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive() {
+    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let wrong = format!("{own} --set lambda=1.01");
+    let order = ["order", "--problem", "logistic", "--expect", "4"];
+    let judge = ["judge", "--problem", "logistic", "--expect", "4"];
+    let compare = ["compare", "--problem", "logistic", "--expect", "4"];
+    let refined = [
+        "order",
+        "--problem",
+        "logistic",
+        "--expect",
+        "4",
+        "--quantity",
+        "v",
+        "--t-end",
+        "2",
+        "--h",
+        "0.2,0.1,0.05,0.025",
+    ];
+    let late = ["--time-limit", "1"];
+    for (line, statuses) in [(&order[..], [0, 1]), (&judge, [0, 1]), (&compare, [0, 1]), (&refined, [0, 0])] {
+        for (program, status) in [
+            (own.as_str(), statuses[0]),
+            (&wrong, statuses[1]),
+            ("/no/such/program", 2),
+            ("false", 3),
+            ("sh -c 'echo t,v; echo 0,junk'", 3),
+            ("sh -c 'sleep 30'", 3),
+        ] {
+            let (code, out, error) = verify(&[line, &["--program", program], &late].concat());
+            assert_eq!(code, status, "{line:?} {program}: {out}{error}");
+        }
+    }
+    for help in ["order --help", "judge --help"] {
+        assert!(flat(&say(help).1).contains("does not start"), "{help}");
+    }
+}
+
+/// Equations on which leading terms cancel, or which a method is not made for, refute nothing of its coefficients.
+#[test]
+fn a_special_problem_does_not_refute_the_order_of_a_method_file() {
+    let order = |name: &str, problem: &str| say(&format!("order --problem {problem} --method {METHODS}/{name}.toml"));
+    let (code, out, _) = order("gauss2", "quadratic-drag");
+    assert!(code == 3 && flat(&out).contains("the errors fall faster"), "{out}");
+    let (code, out, _) = order("dormand-prince", "damped-pendulum");
+    assert!(code == 3 && flat(&out).contains("nearer to that order than to the next below"), "{out}");
+    for (name, problem, reason) in [
+        ("forest-ruth", "damped-pendulum", "made for q̇ = f(p), ṗ = g(q)"),
+        ("fitted-pade", "poiseuille-ansatz", "keeps a remainder"),
+    ] {
+        let (code, _, error) = order(name, problem);
+        assert!(code == 2 && flat(&error).contains(reason), "{name}: {error}");
+    }
+    // An order below is still one.
+    let (code, out, _) = say(&format!("order --problem logistic --method {METHODS}/heun2.toml --expect 3"));
+    assert_eq!(code, 1, "{out}");
+}
+
+#[test]
+fn a_file_that_comes_along_goes_by_its_name_and_a_mistyped_one_is_guessed() {
+    let (code, out, error) = say("order --problem logistic --method heun2");
+    assert!(code == 0 && out.contains("is 2 ± 0.1"), "{out}{error}");
+    let (code, _, error) = say("order --problem logistic --method huen2");
+    assert!(code == 2 && error.contains("did you mean `heun2`?"), "{error}");
+}
+
+#[test]
+fn coefficients_that_contradict_their_kind_are_refused_at_their_place() {
+    let dir = directory("contradictions");
+    let path = dir.join("m.toml");
+    for (text, place, reason, hint) in [
+        ("kind = \"path-fitted\"\nnodes = [\"1/2\", 0.5]\n", ":2:17:", "`1/2` and `0.5` coincide", "differ"),
+        (
+            "kind = \"galerkin\"\ndegree = 1\nnodes = [0, 0]\nweights = [\"1/2\", \"1/2\"]\n",
+            ":3:13:",
+            "coincide",
+            "differ",
+        ),
+        (
+            "order = 1\nembedded_order = 2\na = [[]]\nb = [1]\n",
+            ":2:18:",
+            "gives no `b_hat`",
+            "weights of the embedded method",
+        ),
+        (
+            "claims = [\"not embedded order 2\"]\na = [[]]\nb = [1]\n",
+            ":1:12:",
+            "gives no `b_hat`",
+            "weights of the embedded method",
+        ),
+    ] {
+        fs::write(&path, text).expect("writable");
+        let (code, out, error) = verify(&["judge", &path.display().to_string(), "--no-runs"]);
+        assert!(code == 2 && out.is_empty(), "{text}: {out}");
+        assert!(error.contains(place) && error.contains(reason) && error.contains(hint), "{text}: {error}");
+    }
+    // A method of one stage has no rows, or an empty one.
+    for a in ["[]", "[[]]", "[[0]]"] {
+        fs::write(&path, format!("order = 1\na = {a}\nb = [1]\n")).expect("writable");
+        let (code, out, error) = verify(&["judge", &path.display().to_string(), "--no-runs"]);
+        assert!(code == 0 && out.contains("explicit, 1 stage"), "{a}: {out}{error}");
+    }
+}
+
+/// Gauss' method of two stages to six places: the runs see what the digits leave of the order, and do not refute it.
+#[test]
+fn runs_of_rounded_coefficients_count_their_rounding() {
+    let path = directory("six-places").join("gauss.toml");
+    let text = "order = 4\nc = [0.211325, 0.788675]\na = [[0.25, -0.038675], [0.538675, 0.25]]\nb = [0.5, 0.5]\n";
+    fs::write(&path, text).expect("writable");
+    let file = path.display().to_string();
+    let (code, out, _) = verify(&["judge", &file, "--no-runs"]);
+    assert!(code == 0 && out.contains("confirmed    order 4"), "{out}");
+    let (code, out, _) = verify(&["judge", &file]);
+    assert!(code != 1 && !out.contains("REFUTED"), "{out}");
+    for problem in ["logistic", "van-der-pol", "pendulum"] {
+        let (code, out, error) = verify(&["order", "--problem", problem, "--method", &file]);
+        assert!(code == 0 || code == 3, "{problem}: {out}{error}");
+        // The errors do not fall below what the digits leave, and the table says so.
+        assert!(out.contains("at the floor"), "{out}");
+    }
+    // Four places are taken at their word, with a hint.
+    fs::write(
+        &path,
+        text.replace("211325", "2113").replace("788675", "7887").replace("038675", "0387").replace("538675", "5387"),
+    )
+    .expect("writable");
+    let (code, out, _) = verify(&["judge", &file, "--no-runs"]);
+    assert!(code == 1 && flat(&out).contains("`digits = 4`"), "{out}");
 }

@@ -5,17 +5,16 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use verify::evidence::Outcome;
 use verify::measure::order::Verdict;
 use verify::measure::refinement::data::{Spacing, read};
 use verify::measure::refinement::least_squares::Form;
 use verify::measure::refinement::{BAND, Judgement, Quantity, Question, overall};
 use verify::program::Shown;
 
-use super::{Args, Format, outcome_word, picture};
+use super::{Args, Format, picture, word};
 use crate::cli::Status;
 use crate::cli::error::Failure;
-use crate::cli::layout::{number, paragraph, right, significant};
+use crate::cli::layout::{number, paragraph, right, significant, trimmed};
 use crate::cli::output::Output;
 
 /// A table of values instead of a method and a problem.
@@ -86,13 +85,14 @@ impl DataArgs {
         }
         let notes = &shown.notes[..];
         let verdict = overall(&judgements);
+        let all_notes = || notes.iter().chain(judgements.iter().flat_map(|judgement| &judgement.notes));
         let results: Vec<Summary<'_>> =
             quantities.iter().zip(&judgements).map(|(q, j)| Summary::new(q, j, notes)).collect();
         match args.format {
             Format::Json => match &results[..] {
                 [result] => serde_json::to_writer_pretty(&mut *out, result).map_err(io::Error::from),
                 results => {
-                    let all = serde_json::json!({ "verdict": Outcome::from(verdict), "quantities": results });
+                    let all = serde_json::json!({ "verdict": verdict, "quantities": results });
                     serde_json::to_writer_pretty(&mut *out, &all).map_err(io::Error::from)
                 }
             }
@@ -101,10 +101,10 @@ impl DataArgs {
                 .iter()
                 .zip(&judgements)
                 .try_for_each(|(q, j)| write_table(q, j, out))
-                .and_then(|()| notes.iter().try_for_each(|note| paragraph(out, "\nNote: ", 6, note)))
-                .and_then(|()| if notes.is_empty() { Ok(()) } else { writeln!(out) }),
+                .and_then(|()| all_notes().try_for_each(|note| paragraph(out, "\nNote: ", 6, note)))
+                .and_then(|()| if all_notes().next().is_none() { Ok(()) } else { writeln!(out) }),
             Format::Markdown => write_markdown(&results, out)
-                .and_then(|()| notes.iter().try_for_each(|note| writeln!(out, "\n- {note}"))),
+                .and_then(|()| all_notes().try_for_each(|note| writeln!(out, "\n- {note}"))),
         }
         .map_err(Failure::Output)?;
         if let Some(path) = &args.picture {
@@ -116,8 +116,7 @@ impl DataArgs {
 
 /// A value as it was given, cut to nine digits where it has more.
 fn given(x: f64) -> String {
-    let exact = x.to_string();
-    if exact.len() <= 12 { exact } else { significant(x, 9) }
+    trimmed(x, 9)
 }
 
 /// One quantity as JSON has it; the help states the schema.
@@ -133,9 +132,9 @@ struct Summary<'a> {
     triplet_orders: Vec<Option<f64>>,
     pair_orders: &'a [f64],
     least_squares: Option<Fitted>,
-    verdict: Outcome,
+    verdict: Verdict,
     reason: &'a str,
-    notes: &'a [String],
+    notes: Vec<&'a str>,
 }
 
 #[derive(Debug, Serialize)]
@@ -165,9 +164,9 @@ impl<'a> Summary<'a> {
             triplet_orders: judgement.triplets.iter().map(|t| t.ok().map(|t| t.order)).collect(),
             pair_orders: &judgement.pairs,
             least_squares: fitted,
-            verdict: judgement.verdict.into(),
+            verdict: judgement.verdict,
             reason: &judgement.reason,
-            notes,
+            notes: notes.iter().chain(&judgement.notes).map(String::as_str).collect(),
         }
     }
 }
@@ -184,7 +183,8 @@ fn form_text(form: Form) -> &'static str {
 fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
     let mut grids = quantity.grids.clone();
     grids.sort_by(|a, b| b.h.total_cmp(&a.h));
-    writeln!(out, "{}, {} grids\n", quantity.name, grids.len())?;
+    let grids_or_one = if grids.len() == 1 { "grid" } else { "grids" };
+    writeln!(out, "{}, {} {grids_or_one}\n", quantity.name, grids.len())?;
     writeln!(out, "{:>12} {:>15} {:>12} {:>9}", "h", "value", "difference", "order")?;
     for (i, grid) in grids.iter().enumerate() {
         let before = i.checked_sub(1).and_then(|i| Some(grid.value? - grids[i].value?));
@@ -230,7 +230,7 @@ fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write)
         line("least squares", text)?;
     }
     writeln!(out)?;
-    let verdict = outcome_word(judgement.verdict.into());
+    let verdict = word(judgement.verdict);
     paragraph(out, &format!("{verdict}: "), verdict.len() + 2, &judgement.reason)?;
     writeln!(out)
 }
@@ -260,7 +260,7 @@ fn write_markdown(results: &[Summary<'_>], out: &mut impl Write) -> io::Result<(
 impl From<Verdict> for Status {
     fn from(verdict: Verdict) -> Self {
         match verdict {
-            Verdict::Pass => Self::Ok,
+            Verdict::Pass | Verdict::Measured => Self::Ok,
             Verdict::Fail => Self::Failed,
             Verdict::Inconclusive => Self::Inconclusive,
         }

@@ -9,8 +9,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use serde::Serialize;
-use verify::evidence::Outcome;
-use verify::measure::order::{OrderFit, Reason, Sample, decimals};
+use verify::measure::order::{OrderFit, Reason, Sample, Verdict};
 use verify::order::{Ladder, Source, Truth, measure_on};
 use verify::program::{Request, Shown};
 
@@ -20,7 +19,7 @@ use program::ProgramArgs;
 use crate::cli::Status;
 use crate::cli::args::{self, ProblemArgs};
 use crate::cli::error::Failure;
-use crate::cli::layout::{number, paragraph, right, significant};
+use crate::cli::layout::{decimals, number, paragraph, right, significant};
 use crate::cli::output::Output;
 
 /// Measure the order of a method on a problem and judge it.
@@ -28,20 +27,23 @@ use crate::cli::output::Output;
 #[command(after_help = "\
 The errors at the end of a run are fitted against h. The verdict is pass, fail
 or inconclusive: the order must be the expected one within a two-sided band,
-and the table says which points decided and why the others did not. The order
-expected belongs to the pair of method and problem; where it is not the nominal
-one, the reason is given.
+and the table says which points decided and why the others did not. Of a method
+theory has an order to expect, which belongs to the pair of method and problem;
+where it is not the nominal one, the reason is given. Of a method file it is
+what the coefficients have on equations in general. Of a program, or of data,
+nothing is expected without --expect, and the verdict is measured.
 
 The default reference is the exact solution where it is known, else CVODE (or
 diffsol in a build without it). A solver is run at two tolerances; the bound on
 its error that follows is part of an error's floor.
 
-JSON, one object: problem, method, reference, expected {order, band},
-declared {nominal, reason} or null, notes, slope, stderr, r_squared (null where there
-is no fit), verdict (pass, fail, inconclusive), reason, and points, coarse to
-fine, each {h, error, floor, local_order, kept, reason}. error and floor are
-null where the run failed. local_order is taken with the next coarser point;
-null where there is none. reason says why a point was dropped, else it is null.
+JSON, one object: problem, method, reference, expected {order, band} or null,
+declared {nominal, reason} or null, notes, slope, stderr, r_squared (null where
+there is no fit), verdict (pass, measured, fail, inconclusive), reason, and
+points, coarse to fine, each {h, error, floor, local_order, kept, reason}. error
+and floor are null where the run failed. local_order is taken with the next
+coarser point; null where there is none. reason says why a point was dropped,
+else it is null.
 
 Examples:
   verify order --problem quadratic-drag --method method-i
@@ -55,17 +57,23 @@ Examples:
   verify order --program ./flow --quantity drag --refine cells=32,64,128,256
 
 A program gets the arguments --problem NAME --h H --t-end T [--set K=V ...] and
-writes CSV with a header, t and the components, to standard output, as `verify
-solve --csv -` does. Without a reference it is judged by its own values: of a
-column, at the last time, over several --h, or over a parameter with --refine,
-by the rules of --data. Runs are made in parallel.
+writes CSV to standard output, as `verify solve --csv -` does: a header, t and
+the names of the components, which `verify list problems` shows, then a row for
+each time. On van-der-pol:
+  t,x,y
+  0,2,0
+  0.1,1.99093,-0.172638
+Without a reference it is judged by its own values: of a column, at the last
+time, over several --h, or over a parameter with --refine, by the rules of
+--data. Runs are made in parallel.
 
 With --data the table has a header; one column is the spacing of the grids (or
 their number of cells), each other one a quantity, lines with # are comments.
 Three grids give the order, the limit and the grid convergence index of Celik
 et al. (2008); four or more also the least squares of Eca and Hoekstra (2014)
 and the test whether the order has settled. Half a unit of the last digit given
-is the resolution of a value: differences below ten times that decide nothing.
+is the resolution of a value: differences below ten times that decide nothing,
+and the finest grids are left out where they differ by less, or by rounding.
 JSON, for one quantity: quantity, grids, order, order_uncertainty, extrapolated,
 gci_fine (a part of the value, 0.01 for 1 %), convergence (monotonic,
 oscillatory, divergent, oscillatory and divergent, unresolved, unknown),
@@ -73,7 +81,9 @@ triplet_orders and pair_orders (coarse to fine), least_squares {form, weighted,
 limit, uncertainty} or null, verdict, reason, notes; for several: verdict and
 quantities. What could not be found is null.
 
-Exit status: 0 pass, 1 fail, 2 bad usage, 3 inconclusive.")]
+Exit status: 0 pass or measured, 1 fail, 2 bad input, 3 inconclusive. A program
+that does not start, or writes another header, is bad input; runs that fail or
+take too long are points without an error, and may leave too few to tell.")]
 pub(super) struct Args {
     #[command(flatten)]
     problem: ProblemArgs,
@@ -132,11 +142,15 @@ enum Format {
     Markdown,
 }
 
-fn outcome_word(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Pass => "PASS",
-        Outcome::Fail => "FAIL",
-        Outcome::Inconclusive | Outcome::NotRun => "INCONCLUSIVE",
+/// Characters of a reason that takes more than a line of its column.
+const LONG: usize = 33;
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "PASS",
+        Verdict::Measured => "MEASURED",
+        Verdict::Fail => "FAIL",
+        Verdict::Inconclusive => "INCONCLUSIVE",
     }
 }
 
@@ -171,8 +185,10 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let method = args::method(text)?;
     let mut ladder = ladder;
     let mut notes = Vec::new();
+    let file = args::method_file(text)?;
     // A wrong coefficient lowers the order that theory has, and the runs would agree with it.
-    if let Some(claimed) = args::method_file(text)?.and_then(|file| file.order()).filter(|p| *p != method.order()) {
+    let claimed = file.as_ref().and_then(|file| file.order()).filter(|p| *p != method.order());
+    if let Some(claimed) = claimed {
         ladder.expected = ladder.expected.or(Some(f64::from(claimed)));
         notes.push(format!(
             "the file claims order {claimed}, which is expected here unless `--expect` says otherwise, and its coefficients have \
@@ -185,7 +201,9 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
     let truth = source.truth(&*problem, &*method);
     let fit = measure_on(&*problem, &*method, truth, &ladder)?;
-    let result = Measurement::new(&name, method.name(), truth, &fit, &notes);
+    // Coefficients alone say nothing of a special problem.
+    let fit = if file.is_some() && ladder.expected.is_none() { fit.of_equations_in_general() } else { fit };
+    let result = Measurement::new(&name, method.name(), truth, (&fit, true), &notes);
     result.write(args, &fit, out)?;
     if args.format == Format::Table {
         args.problem.write_caveat(out).map_err(Failure::Output)?;
@@ -199,12 +217,12 @@ struct Measurement<'a> {
     problem: &'a str,
     method: String,
     reference: String,
-    expected: Expected,
+    expected: Option<Expected>,
     declared: Option<Declared<'a>>,
     slope: Option<f64>,
     stderr: Option<f64>,
     r_squared: Option<f64>,
-    verdict: Outcome,
+    verdict: Verdict,
     reason: &'a str,
     notes: &'a [String],
     points: Vec<Point>,
@@ -233,7 +251,14 @@ struct Point {
 }
 
 impl<'a> Measurement<'a> {
-    fn new(problem: &'a str, method: String, truth: Truth, fit: &'a OrderFit, notes: &'a [String]) -> Self {
+    /// Of a fit, and whether an order was expected.
+    fn new(
+        problem: &'a str,
+        method: String,
+        truth: Truth,
+        (fit, expects): (&'a OrderFit, bool),
+        notes: &'a [String],
+    ) -> Self {
         let point = |(sample, reason): (&Sample, Option<&Reason>)| {
             let measured = sample.result.as_ref().ok();
             Point {
@@ -250,12 +275,12 @@ impl<'a> Measurement<'a> {
             problem,
             method,
             reference: truth.to_string(),
-            expected: Expected { order: fit.expected.order, band: fit.expected.band },
+            expected: expects.then_some(Expected { order: fit.expected.order, band: fit.expected.band }),
             declared: declared.map(|d| Declared { nominal: d.nominal, reason: &d.reason }),
             slope: fit.line.map(|line| line.slope),
             stderr: fit.line.map(|line| line.stderr),
             r_squared: fit.line.map(|line| line.r_squared),
-            verdict: fit.verdict.into(),
+            verdict: fit.verdict,
             reason: &fit.reason,
             notes,
             points: fit.points().into_iter().map(point).collect(),
@@ -270,7 +295,9 @@ impl<'a> Measurement<'a> {
         }
         .map_err(Failure::Output)?;
         let title = || format!("{} on {}", self.method, self.problem);
-        args.picture.as_ref().map_or(Ok(()), |path| picture::write(&picture::of_errors(&title(), fit), path))
+        args.picture
+            .as_ref()
+            .map_or(Ok(()), |path| picture::write(&picture::of_errors(&title(), fit, self.expected.is_some()), path))
     }
 
     fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
@@ -288,7 +315,7 @@ impl<'a> Measurement<'a> {
             let fate = point.reason.as_ref().map_or_else(|| "yes".into(), |reason| format!("no: {reason}"));
             writeln!(out, "| {} | {} | {order} | {fate} |", number(point.h), cell(point.error))?;
         }
-        writeln!(out, "\n**{}**: {}", outcome_word(self.verdict), self.reason)?;
+        writeln!(out, "\n**{}**: {}", word(self.verdict), self.reason)?;
         self.notes.iter().try_for_each(|note| writeln!(out, "\n- {note}"))
     }
 
@@ -296,6 +323,7 @@ impl<'a> Measurement<'a> {
         let title = format!("{} on {}, errors against {}", self.method, self.problem, self.reference);
         paragraph(out, "", 0, &title)?;
         writeln!(out, "\n{:>11} {:>11} {:>9} {:>7}  in the fit", "h", "error", "floor", "order")?;
+        let mut before = None;
         for point in &self.points {
             let cell = |x: Option<f64>, digits| x.map_or_else(|| "—".into(), |x| significant(x, digits));
             let order = point.local_order.map_or_else(|| "—".into(), |x| decimals(x, 3));
@@ -306,11 +334,17 @@ impl<'a> Measurement<'a> {
                 right(&cell(point.floor, 2), 9),
                 right(&order, 7)
             );
-            let fate = point.reason.as_ref().map_or_else(|| "yes".into(), |reason| format!("no: {reason}"));
+            // A long reason is told once.
+            let fate = match &point.reason {
+                None => "yes".into(),
+                Some(reason) if before == Some(reason) && reason.len() > LONG => "no: the same".into(),
+                Some(reason) => format!("no: {reason}"),
+            };
+            before = point.reason.as_ref();
             paragraph(out, &label, 43, &fate)?;
         }
         writeln!(out)?;
-        let verdict = outcome_word(self.verdict);
+        let verdict = word(self.verdict);
         paragraph(out, &format!("{verdict}: "), verdict.len() + 2, self.reason)?;
         self.notes.iter().try_for_each(|note| paragraph(out, "\nNote: ", 6, note))
     }

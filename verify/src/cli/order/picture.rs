@@ -4,13 +4,13 @@ use std::io::Write;
 use std::path::Path;
 
 use verify::evidence::{Axis, Figure, Mark, Panel, Series};
-use verify::measure::order::{OrderFit, decimals};
+use verify::measure::order::OrderFit;
 use verify::measure::refinement::{Judgement, Quantity};
 use verify::replacement::Replacement;
 use verify::report::picture;
 
 use crate::cli::error::Failure;
-use crate::cli::layout::significant;
+use crate::cli::layout::{decimals, significant};
 
 /// Points of a fitted curve.
 const CURVE: u32 = 100;
@@ -23,7 +23,7 @@ pub(super) fn write(figure: &Figure, path: &Path) -> Result<(), Failure> {
 }
 
 /// Errors against h: those in the fit, the others, floors, and the order expected.
-pub(super) fn of_errors(title: &str, fit: &OrderFit) -> Figure {
+pub(super) fn of_errors(title: &str, fit: &OrderFit, expects: bool) -> Figure {
     let measured = fit.points().into_iter().filter_map(|(sample, reason)| {
         let measured = sample.result.as_ref().ok()?;
         Some((sample.h, measured.error, measured.floor, reason.is_none()))
@@ -39,7 +39,7 @@ pub(super) fn of_errors(title: &str, fit: &OrderFit) -> Figure {
     if let (Some(&(h, error)), [first, ..]) = (errors(true).last(), &measured[..]) {
         let order = fit.expected.order;
         let at = |x: f64| (x, error * (x / h).powf(order));
-        let label = format!("expected order {}", significant(order, 3));
+        let label = format!("{} {}", if expects { "expected order" } else { "order" }, significant(order, 3));
         series.push(Series::new(label, vec![at(first.0), at(h)], Mark::Line));
     }
     series.push(Series::new("floor", floors, Mark::Guide));

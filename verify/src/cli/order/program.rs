@@ -46,7 +46,8 @@ impl ProgramArgs {
         let program = self.program(command)?;
         let request = Request { problem: Some(name.clone()), ..request };
         let (truth, found) = measure_program(&*known, &program, &request, args.reference, ladder)?;
-        let result = Measurement::new(&name, command.to_owned(), truth, &found.fit, &found.notes);
+        let result =
+            Measurement::new(&name, command.to_owned(), truth, (&found.fit, args.expect.is_some()), &found.notes);
         result.write(args, &found.fit, out)?;
         Ok(found.fit.verdict.into())
     }

@@ -63,10 +63,9 @@ pub(super) fn matrix(
         let at = item.at();
         rows.push((at, parse(scalars(key, item)?)?));
     }
-    if rows.len() + 1 == s
-        && rows.first().is_some_and(|(_, row)| row.len() == 1)
-        && rows.last().is_some_and(|(_, row)| row.len() + 1 == s)
-    {
+    let leaves_out_first =
+        rows.first().is_some_and(|(_, row)| row.len() == 1) && rows.last().is_some_and(|(_, row)| row.len() + 1 == s);
+    if rows.len() + 1 == s && (s == 1 || leaves_out_first) {
         rows.insert(0, (at, Vec::new()));
     }
     if rows.len() != s {

@@ -63,6 +63,11 @@ impl Document {
         self.entries.remove(key).map(|(_, value)| value)
     }
 
+    /// Where the value of `key` stands.
+    pub(super) fn at(&self, key: &str) -> Option<usize> {
+        self.entries.get(key).map(|(_, value)| value.at())
+    }
+
     pub(super) fn scalar(&mut self, key: &'static str) -> Result<Option<Scalar>, Fault> {
         match self.take(key) {
             None => Ok(None),

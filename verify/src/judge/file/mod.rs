@@ -20,7 +20,7 @@ pub use error::FileError;
 pub use shipped::{SHIPPED, Shipped};
 
 use super::analysis::Analysis;
-use super::claim::Claim;
+use super::claim::{Claim, Property};
 use super::closure::{Closure, ClosureTheory};
 use super::expression::Rounding;
 use super::multistep::{Multistep, MultistepTheory};
@@ -143,16 +143,21 @@ impl MethodFile {
             let hint = format!("the kinds that can be judged: {}", KINDS.join(", "));
             return Err(Fault::new(kind.at, format!("the kind `{}` is not supported", kind.text)).hint(hint));
         }
-        let mut claims = Vec::new();
+        let (mut claims, mut embedded_at) = (Vec::new(), None);
         for (key, make) in [("order", Claim::order as fn(u32) -> Claim), ("embedded_order", Claim::embedded_order)] {
+            let at = document.at(key);
             if let Some(order) = document.count(key, 1, 20)? {
                 claims.push(make(order));
+                embedded_at = at.filter(|_| key == "embedded_order").or(embedded_at);
             }
         }
-        for claim in document.list("claims")?.unwrap_or_default() {
-            claims.push(
-                Claim::parse(&claim.text).map_err(|reason| Fault::new(claim.at, reason).hint(super::claim::FORMS))?,
-            );
+        for text in document.list("claims")?.unwrap_or_default() {
+            let claim =
+                Claim::parse(&text.text).map_err(|reason| Fault::new(text.at, reason).hint(super::claim::FORMS))?;
+            if matches!(claim.property, Property::EmbeddedOrder(_)) {
+                embedded_at = embedded_at.or(Some(text.at));
+            }
+            claims.push(claim);
         }
         let (source, note) = (document.text("source")?, document.text("note")?);
         let digits = document.count("digits", 1, 60)?;
@@ -168,6 +173,12 @@ impl MethodFile {
             _ => with(Body::RungeKutta, runge_kutta::read(document, digits)?),
         };
         std::mem::take(document).finish()?;
+        if let (Some(at), Body::RungeKutta(Tableau { b_hat: None, .. })) = (embedded_at, &body) {
+            return Err(Fault::new(at, "an order of the embedded method is claimed, and the file gives no `b_hat`")
+                .hint(
+                    "`b_hat` has the weights of the embedded method, one for each stage: b_hat = [\"1/2\", \"1/2\"]",
+                ));
+        }
         Ok(Self { name, source, note, claims, rounding, body })
     }
 

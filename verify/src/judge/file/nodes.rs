@@ -2,6 +2,7 @@
 
 use super::super::expression::Rounding;
 use super::super::nodes::Nodes;
+use super::super::tableau::Coefficient;
 use super::coefficients::{required, rounding, values};
 use super::document::Document;
 use super::error::Fault;
@@ -13,13 +14,25 @@ pub(super) fn path_fitted(document: &mut Document, digits: Option<u32>) -> Resul
     let rounding = rounding(digits, nodes.iter());
     let at: Vec<usize> = nodes.iter().map(|(scalar, _)| scalar.at).collect();
     let nodes = values(&nodes, rounding)?;
-    for (node, at) in nodes.iter().zip(at) {
+    for (node, at) in nodes.iter().zip(&at) {
         let x = node.real.to_f64();
         if !(x > 0.0 && x < 1.0) {
-            return Err(Fault::new(at, format!("the node `{}` is not between 0 and 1", node.text)).hint(FITTED));
+            return Err(Fault::new(*at, format!("the node `{}` is not between 0 and 1", node.text)).hint(FITTED));
         }
     }
+    check_distinct(&nodes, &at, FITTED)?;
     Ok((Nodes { degree: nodes.len() + 1, nodes, weights: None }, rounding))
+}
+
+/// Refuses nodes that coincide.
+fn check_distinct(nodes: &[Coefficient], at: &[usize], hint: &str) -> Result<(), Fault> {
+    for (k, (node, at)) in nodes.iter().zip(at).enumerate() {
+        if let Some(other) = nodes[..k].iter().find(|other| (&other.real - &node.real).may_be_zero()) {
+            let reason = format!("the nodes `{}` and `{}` coincide", other.text, node.text);
+            return Err(Fault::new(*at, reason).hint(format!("nodes differ from each other; {hint}")));
+        }
+    }
+    Ok(())
 }
 
 const GALERKIN: &str =
@@ -29,6 +42,9 @@ pub(super) fn galerkin(document: &mut Document, digits: Option<u32>) -> Result<(
     let nodes = required(document, "nodes", None, GALERKIN)?;
     let weights = required(document, "weights", Some(nodes.len()), GALERKIN)?;
     let rounding = rounding(digits, nodes.iter().chain(&weights));
+    let at: Vec<usize> = nodes.iter().map(|(scalar, _)| scalar.at).collect();
     let degree = document.count("degree", 1, nodes.len() as u32)?.unwrap_or(nodes.len() as u32) as usize;
-    Ok((Nodes { degree, nodes: values(&nodes, rounding)?, weights: Some(values(&weights, rounding)?) }, rounding))
+    let nodes = values(&nodes, rounding)?;
+    check_distinct(&nodes, &at, GALERKIN)?;
+    Ok((Nodes { degree, nodes, weights: Some(values(&weights, rounding)?) }, rounding))
 }

@@ -9,8 +9,11 @@
 //!   at another one they **fail**.
 //! - With the exact value known the errors themselves are fitted, by the rules of [`order`](super::order).
 //!
+//! Where no order is expected there is none to pass or fail: one that has settled is **measured**.
+//!
 //! A difference counts where it is [`FLOOR_MARGIN`] times the resolution of the values, the half unit of the last digit that
-//! was given. Two grids, equal spacings, missing values, differences that vanish or alternate in sign decide nothing.
+//! was given. The finest grids, where they differ by less or by rounding, are left out. Two grids, equal spacings, missing
+//! values, differences that vanish or alternate in sign decide nothing.
 
 pub mod data;
 pub mod least_squares;
@@ -20,7 +23,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::order::{Expectation, FLOOR_MARGIN, Line, Measured, Sample, Verdict, decimals, fit};
+use super::decimal::{decimals, significant, trimmed};
+use super::order::{Expectation, FLOOR_MARGIN, Line, Measured, OrderFit, Reason, Sample, Verdict, fit, fit_freely};
 use least_squares::LeastSquares;
 use three_grids::{Triplet, TripletError};
 
@@ -121,6 +125,41 @@ pub struct Judgement {
     pub verdict: Verdict,
     /// The decision in words.
     pub reason: String,
+    /// What else is to be known.
+    pub notes: Vec<String>,
+}
+
+/// Roundings that a run of thousands of steps, or of iterations, leaves in a value.
+const ROUNDINGS: f64 = 1000.0;
+
+/// The first of the points, fine to coarse, that differs from the next by more than digits and rounding; 0 unless three are
+/// left, and where what is left has a law by which the difference should be larger: values that stand still have not
+/// converged.
+fn first_above_floor(points: &[(f64, f64)], resolution: f64) -> usize {
+    let least = |value: f64| least_difference(resolution, value).max(ROUNDINGS * f64::EPSILON * value.abs());
+    let first = points.windows(2).take_while(|pair| (pair[0].1 - pair[1].1).abs() <= least(pair[1].1)).count();
+    let [h1, h2, h3] = match points.get(first..) {
+        Some([one, two, three, ..]) if first > 0 => [*one, *two, *three],
+        _ => return 0,
+    };
+    let power = |point: (f64, f64), p: f64| point.0.powf(p);
+    match Triplet::new([h1, h2, h3], resolution) {
+        Ok(Triplet { order: p, oscillates: false, .. }) => {
+            let finer = points[first - 1];
+            let next = (h2.1 - h1.1) * (power(h1, p) - power(finer, p)) / (power(h2, p) - power(h1, p));
+            if next.abs() <= 2.0 * least(h1.1) { first } else { 0 }
+        }
+        _ => 0,
+    }
+}
+
+/// `; left out at the floor of digits and rounding: h = 0.1`.
+fn left_out(spacings: impl Iterator<Item = f64>) -> String {
+    let spacings: Vec<String> = spacings.map(|h| trimmed(h, 6)).collect();
+    if spacings.is_empty() {
+        return String::new();
+    }
+    format!("; left out at the floor of digits and rounding: h = {}", spacings.join(", "))
 }
 
 impl Quantity {
@@ -132,14 +171,16 @@ impl Quantity {
         if let Some(reason) = unusable(&grids) {
             return Judgement::undecided(Convergence::Unknown, reason);
         }
-        let points: Vec<(f64, f64)> = grids.iter().filter_map(|grid| Some((grid.h, grid.value?))).collect();
+        let all: Vec<(f64, f64)> = grids.iter().filter_map(|grid| Some((grid.h, grid.value?))).collect();
+        let floored = if question.exact.is_none() { first_above_floor(&all, self.resolution) } else { 0 };
+        let (floored, points) = all.split_at(floored);
         let triplets: Vec<_> =
             points.windows(3).map(|p| Triplet::new([p[0], p[1], p[2]], self.resolution)).rev().collect();
         let Some(finest) = triplets.last() else {
             let mut judgement =
                 Judgement::undecided(Convergence::Unknown, "two grids determine no order; a third one does".into());
             if let Some(exact) = question.exact {
-                judgement.pairs = pair_orders(&points, exact);
+                judgement.pairs = pair_orders(points, exact);
             }
             return judgement;
         };
@@ -147,14 +188,28 @@ impl Quantity {
             convergence: Convergence::of(finest),
             gci: finest.as_ref().ok().map(|triplet| triplet.gci),
             triplets,
-            least_squares: (points.len() >= 4).then(|| LeastSquares::fit(&points).ok()).flatten(),
+            least_squares: (points.len() >= 4).then(|| LeastSquares::fit(points).ok()).flatten(),
             ..Judgement::undecided(Convergence::Unknown, String::new())
         };
         match question.exact {
-            Some(exact) => judgement.decide_by_errors(&points, exact, self.resolution, question),
-            None => judgement.decide_by_differences(&points, self.resolution, question),
+            Some(exact) => judgement.decide_by_errors(points, exact, self.resolution, question),
+            None => {
+                judgement.decide_by_differences(points, self.resolution, question);
+                judgement.reason += &left_out(floored.iter().map(|point| point.0));
+                judgement.notes.extend(self.may_be_errors(points[0].1, judgement.extrapolated));
+            }
         }
         judgement
+    }
+}
+
+impl Quantity {
+    /// A hint for a column that looks as if it held errors: by its name, or because it tends to nothing.
+    fn may_be_errors(&self, finest: f64, limit: Option<f64>) -> Option<String> {
+        let is_small = limit.is_some_and(|limit| limit.abs() <= 0.05 * finest.abs());
+        (is_small || self.name.to_lowercase().contains("err")).then(|| {
+            format!("if the values of `{}` are errors, their limit is known: `--exact 0` fits them as such", self.name)
+        })
     }
 }
 
@@ -168,15 +223,18 @@ fn unusable(grids: &[Grid]) -> Option<String> {
     }
     let equal = grids.windows(2).find(|pair| pair[1].h / pair[0].h <= 1.0 + 4.0 * f64::EPSILON);
     equal.map(|pair| format!("two grids have the same spacing {}", spacing(pair[0].h))).or_else(|| {
-        (grids.len() < 2)
-            .then(|| format!("{} grids determine no order; three do", if grids.is_empty() { "no" } else { "single" }))
+        (grids.len() < 2).then(|| {
+            format!(
+                "{} no order; three do",
+                if grids.is_empty() { "no grids determine" } else { "one grid determines" }
+            )
+        })
     })
 }
 
-/// A spacing as it was given, or six digits of one that was computed.
+/// Six digits of a spacing, which may be computed.
 fn spacing(h: f64) -> String {
-    let exact = h.to_string();
-    if exact.len() <= 8 { exact } else { format!("{h:.5e}") }
+    trimmed(h, 6)
 }
 
 /// ln(e₂/e₁)/ln(h₂/h₁) of neighbouring grids, coarse to fine.
@@ -214,6 +272,7 @@ impl Judgement {
             least_squares: None,
             verdict: Verdict::Inconclusive,
             reason,
+            notes: Vec::new(),
         }
     }
 
@@ -231,15 +290,16 @@ impl Judgement {
     fn decide_by_errors(&mut self, points: &[(f64, f64)], exact: f64, resolution: f64, question: &Question) {
         self.pairs = pair_orders(points, exact);
         self.extrapolated = Some(exact);
-        let rounding = f64::EPSILON * exact.abs();
+        let rounding = ROUNDINGS / FLOOR_MARGIN * f64::EPSILON * exact.abs();
         let sample = |&(h, value): &(f64, f64)| Sample {
             h,
             result: Ok(Measured { error: (value - exact).abs(), floor: resolution + rounding }),
         };
         let samples: Vec<_> = points.iter().map(sample).collect();
-        // Nothing expected, the slopes must settle at some order: at that of the finest pair.
-        let target = question.expected.or_else(|| self.pairs.last().copied()).unwrap_or(f64::NAN);
-        let fit = fit(&samples, &Expectation::new(target, question.band));
+        let fit = match question.expected {
+            Some(order) => fit(&samples, &Expectation::new(order, question.band)),
+            None => fit_freely(&samples, question.band),
+        };
         if let Some(Line { slope, stderr, .. }) = fit.line {
             (self.order, self.uncertainty) = (Some(slope), Some(stderr));
         }
@@ -253,7 +313,9 @@ impl Judgement {
                 FLOOR_MARGIN * (resolution + rounding)
             )
         } else {
-            fit.reason
+            let OrderFit { reason, dropped, .. } = &fit;
+            let floored = dropped.iter().filter(|(_, why)| *why == Reason::AtFloor).map(|(sample, _)| sample.h);
+            format!("{reason}{}", left_out(floored))
         };
         self.set(fit.verdict, reason);
     }
@@ -290,7 +352,9 @@ impl Judgement {
             let orders = self.triplets.iter().rev().take(settled).flatten().map(|triplet| triplet.order);
             let (low, high) = orders.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
             let drift = if settled > 1 { 0.5 * (high - low) } else { 0.0 };
-            self.uncertainty = Some(power.stderr.max(drift).hypot(power.sensitivity * resolution));
+            self.uncertainty = Some(
+                power.stderr.max(drift).hypot(power.sensitivity * (resolution + f64::EPSILON * points[0].1.abs())),
+            );
             self.extrapolated = Some(power.limit);
         }
         let (verdict, reason) = self.compare(count, settled, question);
@@ -301,7 +365,7 @@ impl Judgement {
     fn compare(&self, count: usize, settled: usize, question: &Question) -> (Verdict, String) {
         let (order, own) = (self.order.unwrap_or(f64::NAN), self.uncertainty.unwrap_or(f64::NAN));
         let Question { expected, band, .. } = *question;
-        let found = format!("order {} ± {own:.3}", decimals(order, 3));
+        let found = format!("order {} ± {}", decimals(order, 3), significant(own, 2));
         let grids = settled + 2;
         if count > 1 && settled < 2 {
             let reason =
@@ -318,7 +382,7 @@ impl Judgement {
                 Verdict::Inconclusive,
                 format!("{found}; three grids do not tell whether it has settled: a fourth does, or an expected order"),
             ),
-            (None, _) => (Verdict::Pass, format!("{found}, settled on {grids} grids; no order was expected")),
+            (None, _) => (Verdict::Measured, format!("{found}, settled on {grids} grids; no order was expected")),
             (Some(p), distance) if count == 1 && distance <= band => (
                 Verdict::Pass,
                 format!("{found} on three grids, expected {p} ± {band}; nothing is left to test it with"),
@@ -362,6 +426,8 @@ pub fn overall<'a>(judgements: impl IntoIterator<Item = &'a Judgement>) -> Verdi
         Verdict::Fail
     } else if verdicts.is_empty() || verdicts.contains(&Verdict::Inconclusive) {
         Verdict::Inconclusive
+    } else if verdicts.contains(&Verdict::Measured) {
+        Verdict::Measured
     } else {
         Verdict::Pass
     }

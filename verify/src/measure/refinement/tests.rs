@@ -118,7 +118,8 @@ fn settled_orders_pass_and_wrong_ones_fail() {
         assert!((judgement.order.expect("an order") - p).abs() < 1e-5);
         assert!((judgement.extrapolated.expect("a limit") - 2.0).abs() < 1e-7);
         assert_eq!(data.judge(&expecting(p + 0.5)).verdict, Verdict::Fail);
-        assert_eq!(data.judge(&Question::default()).verdict, Verdict::Pass);
+        assert_eq!(data.judge(&Question::default()).verdict, Verdict::Measured);
+        assert_eq!(data.judge(&Question { exact: Some(2.0), ..Question::default() }).verdict, Verdict::Measured);
         let exact = Question { exact: Some(2.0), ..expecting(p) };
         assert_eq!(data.judge(&exact).verdict, Verdict::Pass);
         assert_eq!(data.judge(&Question { expected: Some(p + 0.5), ..exact }).verdict, Verdict::Fail);
@@ -251,6 +252,34 @@ fn errors_against_an_exact_value_count_from_ten_times_the_resolution_on() {
     assert_eq!(coarse.verdict, Verdict::Inconclusive, "{}", coarse.reason);
     let fine = quantity(&points, 5e-8).judge(&exact);
     assert_eq!((fine.verdict, fine.extrapolated), (Verdict::Pass, Some(2.0)), "{}", fine.reason);
+}
+
+/// Noise of a few roundings at the fine end, which is left out, named, and does not count; values that stand still are not.
+#[test]
+fn grids_at_the_floor_of_rounding_are_left_out_and_named() {
+    let noise = |k: i32| f64::from((7 * k) % 5 - 2) * 100.0 * f64::EPSILON;
+    let points: Vec<_> = (0..13).map(|k| (0.5_f64.powi(k), 1.0 + 0.1 * 0.0625_f64.powi(k) + noise(k))).collect();
+    for question in [expecting(4.0), Question { exact: Some(1.0), ..expecting(4.0) }] {
+        let judgement = quantity(&points, 0.0).judge(&question);
+        assert_eq!(judgement.verdict, Verdict::Pass, "{}", judgement.reason);
+        assert!(judgement.reason.contains("left out at the floor") && judgement.reason.contains("2.44141e-4"));
+    }
+    // The last run is a copy of the one before: the law of the others leaves no room for that.
+    let copied = [8.0, 4.0, 2.0, 1.0, 0.5].map(|h: f64| (h, 3.0 + 0.1 * h.max(1.0).powi(2)));
+    let judgement = quantity(&copied, 5e-7).judge(&expecting(2.0));
+    assert_eq!(judgement.verdict, Verdict::Inconclusive, "{}", judgement.reason);
+    assert!(judgement.reason.contains("exact or converged"), "{}", judgement.reason);
+}
+
+/// Two decimals hide half of the smaller difference, and not that the other one is larger.
+#[test]
+fn values_that_diverge_are_told_from_rounding() {
+    let judgement = quantity(&[(1.0, 1.2), (2.0, 1.08), (4.0, 1.03), (8.0, 1.01)], 0.005).judge(&Question::default());
+    assert_eq!((judgement.convergence, judgement.verdict), (Convergence::Divergent, Verdict::Fail));
+    assert!(judgement.reason.contains("diverge"), "{}", judgement.reason);
+    // A unit of the last digit may be all that makes one difference larger.
+    let open = quantity(&[(1.0, 1.05), (2.0, 1.03), (4.0, 1.02), (8.0, 1.01)], 0.005).judge(&Question::default());
+    assert_eq!(open.verdict, Verdict::Inconclusive, "{}", open.reason);
 }
 
 /// Where the values scatter by more than they change, U = 3 (σ/Δφ)(ε + σ + d), at least 3 (σ/Δφ)(σ + |φ₁ − φ₀|).

@@ -3,7 +3,7 @@
 //! I. B. Celik et al., Procedure for estimation and reporting of uncertainty due to discretization in CFD applications,
 //! J. Fluids Eng. 130 (2008) 078001; P. J. Roache, J. Fluids Eng. 116 (1994) 405.
 
-use super::least_difference;
+use super::{FLOOR_MARGIN, least_difference};
 use crate::measure::search::root;
 
 /// Safety factor of the grid convergence index on three grids.
@@ -52,7 +52,10 @@ pub enum TripletError {
         least: f64,
     },
     /// The differences do not shrink as those of a positive order do.
-    #[error("the differences go from {coarse:.3e} to {fine:.3e} under refinement, which is no convergence{}", if *.oscillates { "; they alternate in sign" } else { "" })]
+    #[error(
+        "the values diverge: their differences go from {coarse:.3e} to {fine:.3e} under refinement{}",
+        if *.oscillates { " and alternate in sign" } else { "" }
+    )]
     Diverging {
         /// φ₂ − φ₁.
         fine: f64,
@@ -90,13 +93,20 @@ impl Triplet {
         let [(h1, f1), (h2, f2), (h3, f3)] = points;
         let (fine, coarse, r21, r32) = (f2 - f1, f3 - f2, h2 / h1, h3 / h2);
         let least = least_difference(resolution, f1.abs().max(f2.abs()).max(f3.abs()));
+        // As p → 0 the quotient of monotone differences tends to ln r₃₂/ln r₂₁, and it grows with p; alternating ones must shrink.
+        let standstill = |oscillates: bool| if oscillates { 1.0 } else { r32.ln() / r21.ln() };
+        let moved = 2.0 * least / FLOOR_MARGIN;
+        // Growth beyond what the digits can do is told whatever they hide of the smaller difference.
+        let may_oscillate = coarse * fine < 0.0 && coarse.abs() > moved;
+        if coarse.abs() + moved < standstill(may_oscillate).min(standstill(true)) * (fine.abs() - moved) {
+            return Err(TripletError::Diverging { fine, coarse, oscillates: may_oscillate });
+        }
         if fine.is_nan() || coarse.is_nan() || fine.abs().min(coarse.abs()) <= least {
             let difference = if fine.abs() > least { coarse } else { fine };
             return Err(TripletError::Unresolved { difference, least });
         }
         let oscillates = coarse / fine < 0.0;
-        // As p → 0 the quotient of monotone differences tends to ln r₃₂/ln r₂₁, and it grows with p; alternating ones must shrink.
-        let standstill = if oscillates { 1.0 } else { r32.ln() / r21.ln() };
+        let standstill = standstill(oscillates);
         if (coarse / fine).abs() <= standstill {
             return Err(TripletError::Diverging { fine, coarse, oscillates });
         }
@@ -107,7 +117,7 @@ impl Triplet {
         };
         let growth = r21.powf(order) - 1.0;
         // Each value moves by the resolution; the derivative of the equation in p is at least ½ ln(r₂₁ r₃₂).
-        let moved = 2.0 * resolution * (1.0 / fine.abs() + 1.0 / coarse.abs());
+        let moved = moved * (1.0 / fine.abs() + 1.0 / coarse.abs());
         let limit = f1 - fine / growth;
         Ok(Self {
             order,

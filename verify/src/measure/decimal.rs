@@ -1,0 +1,77 @@
+//! Numbers as decimal text, for a terminal and for sentences.
+
+/// Six significant digits in at most twelve columns: `0.333333`, `1.23457e-10`.
+#[must_use]
+pub fn number(x: f64) -> String {
+    significant(x, 6)
+}
+
+/// The same without trailing zeros, for numbers that were chosen rather than computed: `0.3`, `10`.
+#[must_use]
+pub fn plain(x: f64) -> String {
+    trimmed(x, 6)
+}
+
+/// So many significant digits at most, without trailing zeros.
+#[must_use]
+pub fn trimmed(x: f64, digits: usize) -> String {
+    let text = significant(x, digits);
+    let (digits, exponent) = text.find('e').map_or((text.as_str(), ""), |e| text.split_at(e));
+    match digits.contains('.') {
+        true => format!("{}{exponent}", digits.trim_end_matches('0').trim_end_matches('.')),
+        false => text,
+    }
+}
+
+/// `digits` significant digits, with an exponent where the plain form is longer.
+#[must_use]
+pub fn significant(x: f64, digits: usize) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    let scientific = format!("{x:.*e}", digits - 1);
+    // NaN and infinities have no exponent.
+    let Some(exponent) = scientific.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()) else {
+        return scientific;
+    };
+    match usize::try_from(digits as i32 - 1 - exponent) {
+        Ok(decimals) if exponent >= -3 => format!("{x:.decimals$}"),
+        _ => scientific,
+    }
+}
+
+/// A slope to so many places, with a proper minus sign, and without one where nothing but zeros is left of it.
+#[must_use]
+pub fn decimals(slope: f64, places: usize) -> String {
+    let text = format!("{slope:.places$}");
+    match text.strip_prefix('-') {
+        Some(zero) if !zero.contains(|c: char| matches!(c, '1'..='9' | 'i')) => zero.to_owned(),
+        Some(size) => format!("−{size}"),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_fit_their_column() {
+        for (x, text) in [
+            (0.0, "0"),
+            (1.0 / 3.0, "0.333333"),
+            (-0.001234567, "-0.00123457"),
+            (0.00012345678, "1.23457e-4"),
+            (999999.7, "1.00000e6"),
+            (99999.96, "100000"),
+            (-1.0e-300, "-1.00000e-300"),
+            (f64::NAN, "NaN"),
+            (f64::NEG_INFINITY, "-inf"),
+        ] {
+            assert_eq!(number(x), text);
+        }
+        for (x, text) in [(10.0, "10"), (0.1 + 0.2, "0.3"), (1e-9, "1e-9"), (100000.0, "100000"), (0.0, "0")] {
+            assert_eq!(plain(x), text);
+        }
+    }
+}
