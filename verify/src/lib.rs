@@ -4,6 +4,7 @@
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
+pub mod advise;
 pub mod bench;
 pub mod chapter;
 pub mod claim;

@@ -1,5 +1,6 @@
 //! Arguments, subcommands, exit statuses.
 
+mod advise;
 mod args;
 mod bench;
 mod compare;
@@ -39,7 +40,7 @@ Examples:
   verify report
 
 Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage;
-`order`, `compare`, `judge` and `report` have 3 for what is inconclusive.";
+`order`, `compare`, `judge`, `advise` and `report` have 3 for what is inconclusive.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -50,6 +51,7 @@ enum Command {
     Compare(compare::Args),
     Golden(golden::Args),
     Judge(judge::Args),
+    Advise(advise::Args),
     Bench(bench::Args),
 }
 
@@ -85,6 +87,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args, &mut out),
         Command::Golden(args) => golden::run(&args, &mut out),
         Command::Judge(args) => judge::run(&args, &mut out),
+        Command::Advise(args) => advise::run(&args, &mut out),
         Command::Bench(args) => bench::run(&args, &mut out),
     };
     // What was printed until an error stands, and comes before the message.

@@ -164,6 +164,7 @@ impl Method for LsGalerkin {
             stiff_order: self.stiff_order(),
             symplectic: if is_gauss { Symplecticity::Always } else { Symplecticity::Never },
             is_reversible: symmetric_nodes && (self.is_collocation() || self.alpha.abs() == self.beta.abs()),
+            stages: self.nodes as u32 * if self.is_collocation() { 1 } else { 2 },
             settles_late: !self.is_collocation() && self.alpha != 0.0,
             ..Traits::new(self.nominal_order(), principle, self.stability_class())
         }

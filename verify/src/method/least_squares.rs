@@ -80,7 +80,7 @@ impl Method for LinearClosure {
             _ => Stability::Conditional,
         };
         let stiff_order = Some(if conserves { 2 } else { 1 });
-        Traits { stiff_order, is_reversible: a == b, ..Traits::new(2, principle, stability) }
+        Traits { stiff_order, is_reversible: a == b, stages: 2, ..Traits::new(2, principle, stability) }
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {

@@ -204,8 +204,16 @@ impl Method for Mechanical {
             D::Midpoint | D::GalerkinGauss { .. } => Stability::Neutral,
             _ => Stability::Conditional,
         };
+        let stages = match self.0 {
+            D::Midpoint | D::StormerVerlet => 1,
+            D::PathFittedOn { ref interior } => interior.len(),
+            D::PathFitted { degree, .. } | D::Bernstein { degree } => degree - 1,
+            D::GalerkinGauss { degree } => degree,
+            D::GalerkinLobatto { degree } => degree + 1,
+            D::GalerkinOn { ref quadrature, .. } => quadrature.nodes().len(),
+        };
         let traits = Traits::new(order as u32, Principle::Hamilton, stability);
-        Traits { symplectic, is_reversible: true, has_even_defect, restates, ..traits }
+        Traits { symplectic, is_reversible: true, has_even_defect, restates, stages: stages as u32, ..traits }
     }
 
     /// Λ N^{3/2} with Λ² = Σ_j l_j′(1)², the squares of the coefficients of the unknowns in h ∂L/∂v at the end of a fitted path;

@@ -83,7 +83,7 @@ impl Method for Fitted {
     }
 
     fn traits(&self) -> Traits {
-        Traits::new(2, Principle::MomentumDecaying, Stability::Neutral)
+        Traits { stages: 2, ..Traits::new(2, Principle::MomentumDecaying, Stability::Neutral) }
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {
@@ -113,7 +113,7 @@ impl Method for Minimax {
     }
 
     fn traits(&self) -> Traits {
-        Traits { stiff_order: Some(1), ..Traits::new(2, Principle::MomentumZero, Stability::Neutral) }
+        Traits { stiff_order: Some(1), stages: 2, ..Traits::new(2, Principle::MomentumZero, Stability::Neutral) }
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {
@@ -139,7 +139,7 @@ impl Method for WindowMethod {
 
     fn traits(&self) -> Traits {
         let traits = Traits::new(2, Principle::MomentumZero, Stability::Damping);
-        Traits { stiff_order: Some(1), rows_per_solve: self.length, ..traits }
+        Traits { stiff_order: Some(1), stages: 2, rows_per_solve: self.length, ..traits }
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {

@@ -24,6 +24,8 @@ pub struct Traits {
     pub has_even_defect: bool,
     /// Whether the error terms of order p + 1 in hλ are as large as the leading one down to hλ ≪ 1.
     pub settles_late: bool,
+    /// Evaluations of f, or of the force, in one of its equations; a product Jᵀr counts as one.
+    pub stages: u32,
     /// Rows that one solution of its equations yields: more than one where several steps are found together.
     pub rows_per_solve: usize,
     /// Whether it chooses its steps itself, and takes a given h as the longest.
@@ -45,6 +47,7 @@ impl Traits {
             is_reversible: false,
             has_even_defect: false,
             settles_late: false,
+            stages: 1,
             rows_per_solve: 1,
             is_adaptive: false,
             restates: None,

@@ -14,7 +14,7 @@ const FLOORS: &[&[&str]] = &[
     &["order"],
     &["experiment"],
     &["evidence"],
-    &["bench", "compare", "judge"],
+    &["advise", "bench", "compare", "judge"],
     &["claim"],
     &["chapter"],
     &["golden"],
@@ -24,8 +24,20 @@ const FLOORS: &[&[&str]] = &[
 
 /// The rooms that may run a method or a reference, and the command line, which does so for its user.
 const SOLVERS: &[&str] = &["run", "reference", "order", "compare"];
-const MAY_SOLVE: &[&str] =
-    &["reference", "problem", "method", "theory", "run", "order", "experiment", "bench", "judge", "compare", "cli"];
+const MAY_SOLVE: &[&str] = &[
+    "reference",
+    "problem",
+    "method",
+    "theory",
+    "run",
+    "order",
+    "experiment",
+    "advise",
+    "bench",
+    "judge",
+    "compare",
+    "cli",
+];
 /// What the other rooms may use of the library: values, no integrators.
 const VALUES: &[&str] = &["Work", "SolveError", "StepError", "InputError", "quadrature"];
 

@@ -513,3 +513,19 @@ fn runs_of_rounded_coefficients_count_their_rounding() {
     let (code, out, _) = verify(&["judge", &file, "--no-runs"]);
     assert!(code == 1 && flat(&out).contains("`digits = 4`"), "{out}");
 }
+
+#[test]
+fn a_system_gets_advice_with_an_error_that_was_found_or_none() {
+    let (code, out, _) = verify(&["advise", "--problem", "channel-couette", "--set", "cells=8"]);
+    assert!(code == 0 && out.contains("TAKE") && out.contains("symmetric") && out.contains("dissipative"), "{out}");
+    let model = format!("{}/models/predator-prey.ds", env!("CARGO_MANIFEST_DIR"));
+    let (code, out, _) = verify(&["advise", "--model", &model, "--t-end", "2"]);
+    assert!([0, 3].contains(&code) && out.contains("evaluations") && out.contains("Note:"), "{out}");
+    assert!(out.lines().all(|line| line.chars().count() <= 81), "{out}");
+    // The solution of v̇ = −v² from −1 ends at t = 1.
+    let (code, out, _) = verify(&["advise", "--problem", "quadratic-drag", "--set", "v0=-1", "--t-end", "2"]);
+    assert!(code == 3 && out.contains("NO ADVICE") && !out.contains("TAKE"), "{out}");
+    for bad in ["0", "1", "NaN", "x"] {
+        assert_eq!(verify(&["advise", "--problem", "logistic", "--accuracy", bad]).0, 2);
+    }
+}

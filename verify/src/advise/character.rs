@@ -1,0 +1,158 @@
+//! What a system is like along its solution.
+
+use lsvi::{Jacobian, Mass, Structure};
+use nalgebra::{DMatrix, DVector};
+
+use super::worst;
+use crate::measure::norm::{Extremes, distance, max_norm};
+use crate::measure::stability::{numerical_abscissa, spectral_abscissa, spectral_radius};
+use crate::method::Method;
+use crate::problem::Problem;
+use crate::run::{run, run_from};
+
+/// Unknowns of the largest system that is looked at.
+const LARGEST: usize = 200;
+/// Instants at which it is looked at.
+const INSTANTS: usize = 32;
+/// Relative size below which an entry is roundoff of derivatives.
+const ROUNDOFF: f64 = 1e-9;
+
+/// What a system is like along its solution.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Character {
+    /// Its unknowns.
+    pub unknowns: usize,
+    /// The rest, if its matrices were looked at.
+    pub matrices: Option<Matrices>,
+    /// How far two solutions part that start a millionth apart: the factor, largest at four times.
+    pub parting: f64,
+}
+
+/// What the Jacobians A = M⁻¹ ∂f/∂v along the solution say, in coordinates where M = I.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matrices {
+    /// The instants.
+    pub instants: usize,
+    /// Largest |λ|.
+    pub fastest: f64,
+    /// Largest Re λ.
+    pub spectral: f64,
+    /// Largest eigenvalue of (A + Aᵀ)/2.
+    pub numerical: f64,
+    /// Largest ‖A − Aᵀ‖ over ‖A‖, 0 for a symmetric system.
+    pub asymmetry: f64,
+    /// Linear invariants: w with wᵀM v constant.
+    pub invariants: usize,
+    /// Whether ΩA is symmetric at all instants, with momenta after coordinates.
+    pub is_hamiltonian: bool,
+}
+
+impl Matrices {
+    /// Whether no two solutions part, in the norm of M.
+    pub fn is_dissipative(&self) -> bool {
+        self.numerical <= ROUNDOFF * self.fastest
+    }
+
+    /// Whether solutions may grow although no eigenvalue says so.
+    pub fn is_non_normal(&self) -> bool {
+        self.numerical > ROUNDOFF * self.fastest && self.spectral <= ROUNDOFF * self.fastest
+    }
+
+    /// Whether A is symmetric.
+    pub fn is_symmetric(&self) -> bool {
+        self.asymmetry <= ROUNDOFF
+    }
+}
+
+impl Character {
+    /// Along the solution of `problem` by an adaptive method, as far as it goes.
+    pub(super) fn of(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Self {
+        let unknowns = problem.ode().dim();
+        let mut states = Vec::new();
+        // What was seen until a failure is what there is to look at.
+        let _ =
+            run(problem, method, horizon / INSTANTS as f64, horizon, |state| states.push((state.t, state.q.clone())));
+        let every = states.len().div_ceil(INSTANTS + 1).max(1);
+        let states: Vec<_> = states.into_iter().step_by(every).collect();
+        Self { unknowns, matrices: matrices(problem, &states), parting: parting(problem, method, horizon) }
+    }
+}
+
+/// The Jacobians of a small system at the states.
+fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrices> {
+    let field = problem.field();
+    let n = field.dim();
+    let structure = field.structure();
+    if n > LARGEST || matches!(structure, Structure::MatrixFree) || states.iter().any(|(_, v)| v.len() != n) {
+        return None;
+    }
+    let mass = match field.mass() {
+        Mass::Identity => DMatrix::identity(n, n),
+        Mass::Diagonal(entries) => DMatrix::from_diagonal(&DVector::from_vec(entries)),
+        Mass::Matrix(matrix) => matrix.to_dense(),
+        _ => return None,
+    };
+    let factor = mass.cholesky()?.l();
+    let inverse = factor.clone().try_inverse()?;
+    let mut found: Vec<DMatrix<f64>> = Vec::new();
+    let mut columns = Vec::new();
+    for (t, v) in states {
+        let mut jacobian = Jacobian::with_structure(n, &structure);
+        field.add_jacobian(*t, v, 1.0, &mut jacobian);
+        let mut rate = vec![0.0; n];
+        field.rhs(*t, v, &mut rate);
+        let a = &inverse * jacobian.to_dense() * inverse.transpose();
+        let scale = a.norm();
+        if !scale.is_finite() {
+            return None;
+        }
+        // An invariant is orthogonal to every column of A, and to the rate, by their own sizes.
+        columns.extend(a.column_iter().map(|column| column / scale.max(f64::MIN_POSITIVE)));
+        let rate = &inverse * DVector::from_vec(rate);
+        columns.push(&rate / rate.norm().max(f64::MIN_POSITIVE));
+        found.push(a);
+    }
+    if found.is_empty() {
+        return None;
+    }
+    let all = DMatrix::from_columns(&columns);
+    // Squares of singular values: what is orthogonal to seven digits counts.
+    let sizes = (&all * all.transpose()).symmetric_eigenvalues();
+    let least = 16.0 * all.ncols() as f64 * f64::EPSILON * sizes.max();
+    let invariants = sizes.iter().filter(|size| **size <= least).count();
+    let relative = |difference: DMatrix<f64>, a: &DMatrix<f64>| difference.norm() / a.norm().max(f64::MIN_POSITIVE);
+    let omega = |a: &DMatrix<f64>| {
+        let half = n / 2;
+        DMatrix::from_fn(n, n, |i, j| if i < half { a[(i + half, j)] } else { -a[(i - half, j)] })
+    };
+    Some(Matrices {
+        instants: found.len(),
+        fastest: found.iter().map(spectral_radius).largest(),
+        spectral: found.iter().map(spectral_abscissa).largest(),
+        numerical: found.iter().map(numerical_abscissa).largest(),
+        asymmetry: worst(found.iter().map(|a| relative(a - a.transpose(), a))),
+        invariants,
+        is_hamiltonian: n.is_multiple_of(2)
+            && found.iter().all(|a| {
+                let b = omega(a);
+                relative(&b - b.transpose(), a) <= ROUNDOFF
+            }),
+    })
+}
+
+/// How far two solutions part that start a millionth apart; infinite where one of them ends early.
+fn parting(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> f64 {
+    let start = problem.initial();
+    let size = 1e-6 * max_norm(&start).max(1.0);
+    // No direction is special.
+    let moved: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + size * (1.0 + i as f64).sin()).collect();
+    let apart = distance(&start, &moved);
+    let end = |from: &[f64], t: f64| {
+        run_from(problem, from.to_vec(), method, t, t, |_| std::ops::ControlFlow::Continue(())).map(|run| run.end.q)
+    };
+    let at = |quarter: f64| match (end(&start, quarter * horizon), end(&moved, quarter * horizon)) {
+        (Ok(one), Ok(other)) => distance(&one, &other) / apart,
+        _ => f64::INFINITY,
+    };
+    worst([0.25, 0.5, 0.75, 1.0].map(at))
+}

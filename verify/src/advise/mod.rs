@@ -1,0 +1,205 @@
+//! What a system is like, and which method to take on it with which step size: from trial runs, never from a name.
+
+mod character;
+mod trial;
+
+use lsvi::adaptive::Tolerances;
+
+pub use character::Character;
+pub use trial::Trial;
+
+use crate::kinds::{Principle, Stability};
+use crate::measure::norm::larger;
+use crate::method::{self, Method};
+use crate::names::NameError;
+use crate::problem::Problem;
+use crate::run::RunError;
+use crate::theory::is_cheap;
+use trial::{Truth, search};
+
+/// What is tried: each stands for a family, and the cheapest of its family on some problem.
+const CANDIDATES: [&str; 11] = [
+    "method-i",
+    "trapezoidal",
+    "tr-bdf2",
+    "rk4",
+    "ls-galerkin(2,radau,2)",
+    "ls-galerkin(3,radau,3)",
+    "ls-galerkin(3,gauss,3)",
+    "stormer-verlet",
+    "path-fitted(4,gauss)",
+    "galerkin-gauss(3)",
+    "galerkin-gauss(5)",
+];
+
+/// The method that follows the solution with a tolerance.
+const ADAPTIVE: &str = "radau-adaptive";
+
+/// Two methods that differ by less in work do the same.
+const CLEAR: f64 = 1.1;
+
+/// What there is to say.
+#[derive(Debug)]
+pub struct Advice {
+    /// What the system is like; of a large or matrix-free system only its size.
+    pub character: Character,
+    /// The trial runs that reach the accuracy, the least work first.
+    pub trials: Vec<Trial>,
+    /// How far apart two independent runs are, against which the errors were measured.
+    pub uncertainty: f64,
+    /// Why no method is recommended, if none is.
+    pub refusal: Option<Refusal>,
+}
+
+impl Advice {
+    /// The recommendation.
+    pub fn recommended(&self) -> Option<&Trial> {
+        self.trials.first().filter(|_| self.refusal.is_none())
+    }
+}
+
+/// Why no method is recommended.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The solution cannot be followed.
+    #[error("the solution cannot be followed to the end: {0}")]
+    Lost(RunError),
+    /// Two accurate runs disagree.
+    #[error(
+        "two accurate runs differ by {difference:.1e}, too much to tell errors of {accuracy:e}: the solution is sensitive, or \
+         not smooth"
+    )]
+    Unresolved {
+        /// By so much.
+        difference: f64,
+        /// What was asked for.
+        accuracy: f64,
+    },
+    /// No trial reaches the accuracy.
+    #[error("no method reaches {accuracy:e} in {most} steps")]
+    OutOfReach {
+        /// What was asked for.
+        accuracy: f64,
+        /// So many steps were tried.
+        most: u32,
+    },
+    /// The errors of the cheapest method do not follow its order.
+    #[error(
+        "the errors of {method} fall with order {found:.1} where it has {nominal}: the solution is not smooth on the scale of its \
+         steps, and no error can be predicted"
+    )]
+    NotSmooth {
+        /// The method.
+        method: String,
+        /// The order found.
+        found: f64,
+        /// Its nominal order.
+        nominal: u32,
+    },
+    /// Two methods take the same work.
+    #[error("no clear winner: {first} and {second} take the same work to a tenth")]
+    Tie {
+        /// The one.
+        first: String,
+        /// The other.
+        second: String,
+    },
+}
+
+/// Tries methods on `problem` up to `horizon` for an error of `accuracy`, the largest of a component at four times relative to the
+/// largest component, or 1.
+///
+/// # Errors
+/// [`NameError`] if a candidate is not registered, which is a mistake of this program.
+pub fn advise(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Advice, NameError> {
+    let character = Character::of(problem, &*adaptive(1e-6)?, horizon);
+    let candidates = CANDIDATES.into_iter().map(method::parse).collect::<Result<Vec<_>, _>>()?;
+    let (trials, uncertainty, refusal) = match try_out(problem, horizon, accuracy, &candidates)? {
+        Err(lost) => (Vec::new(), f64::NAN, Some(Refusal::Lost(lost))),
+        Ok(Tried { trials, uncertainty, target }) => {
+            let refusal = match &trials[..] {
+                // NaN is no agreement.
+                _ if uncertainty.is_nan() || uncertainty > 0.1 * target => {
+                    Some(Refusal::Unresolved { difference: uncertainty, accuracy })
+                }
+                [] => Some(Refusal::OutOfReach { accuracy, most: trial::MOST }),
+                [first, ..] if let Some((found, nominal)) = first.unpredictable() => {
+                    Some(Refusal::NotSmooth { method: first.method.clone(), found, nominal })
+                }
+                [first, second, ..] if second.cost < CLEAR * first.cost => {
+                    Some(Refusal::Tie { first: first.method.clone(), second: second.method.clone() })
+                }
+                _ => None,
+            };
+            (trials, uncertainty, refusal)
+        }
+    };
+    Ok(Advice { character, trials, uncertainty, refusal })
+}
+
+/// Trials on a problem.
+#[derive(Debug)]
+pub struct Tried {
+    /// Those that reach the accuracy, the least work first.
+    pub trials: Vec<Trial>,
+    /// How far the accurate run that errors are measured against is from the best of another method.
+    pub uncertainty: f64,
+    /// The error to reach.
+    pub target: f64,
+}
+
+/// Runs `methods` that suit `problem` with ever more steps, and the adaptive method with ever smaller tolerances.
+///
+/// # Errors
+/// [`NameError`] as for [`advise`]; the inner [`RunError`] if the solution cannot be followed.
+pub fn try_out(
+    problem: &dyn Problem,
+    horizon: f64,
+    accuracy: f64,
+    methods: &[Box<dyn Method>],
+) -> Result<Result<Tried, RunError>, NameError> {
+    let truth = match Truth::by(problem, &*adaptive((1e-3 * accuracy).max(1e-12))?, horizon) {
+        Ok(truth) => truth,
+        Err(lost) => return Ok(Err(lost)),
+    };
+    let target = accuracy * truth.size();
+    let (mut trials, mut uncertainty) = (Vec::new(), f64::INFINITY);
+    for method in methods.iter().filter(|method| suits(problem, &***method)) {
+        let (found, closest) = search(problem, &**method, &truth, target);
+        uncertainty = uncertainty.min(closest);
+        trials.extend(found);
+    }
+    for tolerance in (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half))) {
+        if let Some(trial) = trial::with_tolerance(problem, &*adaptive(tolerance)?, tolerance, &truth, target) {
+            trials.push(trial);
+            break;
+        }
+    }
+    trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    Ok(Ok(Tried { trials, uncertainty, target }))
+}
+
+/// Whether the method says something about the solution of the problem itself, at a cost that is worth a trial.
+fn suits(problem: &dyn Problem, method: &dyn Method) -> bool {
+    matches!(method.principle(), Principle::Equation | Principle::Hamilton | Principle::MomentumZero)
+        && method.stability() != Stability::Unstable
+        && problem.limit(method.principle()).name == problem.limit(Principle::Equation).name
+        && is_cheap(problem, method)
+        && method.build(problem).is_ok()
+}
+
+fn adaptive(tolerance: f64) -> Result<Box<dyn Method>, NameError> {
+    let method = method::parse(ADAPTIVE)?;
+    // Positive tolerances are legal.
+    let with = Tolerances::new(tolerance, tolerance).ok().and_then(|tolerances| method.with_tolerances(tolerances));
+    Ok(with.unwrap_or(method))
+}
+
+/// The larger of errors, no NaN lost.
+fn worst(errors: impl IntoIterator<Item = f64>) -> f64 {
+    errors.into_iter().fold(0.0, larger)
+}
+
+#[cfg(test)]
+mod tests;

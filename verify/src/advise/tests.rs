@@ -1,0 +1,73 @@
+use rayon::prelude::*;
+
+use super::*;
+use crate::problem;
+use crate::theory::methods_for;
+
+/// Against every method that suits, on every problem that methods are paired with.
+#[test]
+fn what_is_advised_takes_at_most_twice_the_work_of_the_cheapest() {
+    let refusals = problem::paired().collect::<Vec<_>>().into_par_iter().filter_map(|spec| {
+        let problem = problem::small(spec.name).expect("registered");
+        let advice = advise(&*problem, problem.horizon(), 1e-4).expect("registered");
+        let Some(taken) = advice.recommended() else { return Some((spec.name, advice.refusal)) };
+        let all = try_out(&*problem, problem.horizon(), 1e-4, &methods_for(&*problem));
+        let all = all.expect("registered").expect("followed").trials;
+        let least = &all[0];
+        assert!(taken.cost <= 2.0 * least.cost, "{}: {taken:?}, where {least:?}", spec.name);
+        None
+    });
+    let refusals: Vec<_> = refusals.collect();
+    assert!(3 * refusals.len() <= problem::paired().count(), "{refusals:?}");
+}
+
+/// What a run of the advised method does again, by the exact solution.
+#[test]
+fn the_error_that_is_predicted_is_the_true_one() {
+    for name in ["logistic", "quadratic-drag", "prothero-robinson", "harmonic-oscillator"] {
+        let problem = problem::small(name).expect("registered");
+        let horizon = problem.horizon();
+        let advice = advise(&*problem, horizon, 1e-5).expect("registered");
+        let taken = advice.trials.first().expect("a trial");
+        let method = method::parse(&taken.method).expect("registered");
+        let method = if method.traits().is_adaptive { adaptive(taken.setting).expect("registered") } else { method };
+        let h = if method.traits().is_adaptive { horizon } else { taken.setting };
+        let end = crate::run::run(&*problem, &*method, h, horizon, |_| {}).expect("it ran before").end.q;
+        let exact = problem.exact(horizon).expect("it is known");
+        let error = crate::measure::norm::distance(&end[..exact.len()], &exact);
+        assert!(error <= taken.error + advice.uncertainty + 1e-8, "{name}: {error:e}, {taken:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_told_is_not_advised() {
+    // A solution that ends before the horizon.
+    let ends = problem::build_setting("quadratic-drag v0=-1").expect("registered");
+    assert!(matches!(advise(&*ends, 2.0, 1e-5).expect("registered").refusal, Some(Refusal::Lost(_))));
+    let falls = |found| Trial {
+        method: "rk4".into(),
+        setting: 0.1,
+        steps: 10,
+        error: 1e-6,
+        cost: 40.0,
+        order: Some((found, 4)),
+    };
+    assert_eq!(falls(3.4).unpredictable(), Some((3.4, 4)));
+    assert!(falls(f64::NAN).unpredictable().is_some() && falls(3.6).unpredictable().is_none());
+}
+
+/// Matrices of systems whose properties are known.
+#[test]
+fn the_character_of_a_system_is_told_by_its_matrices() {
+    let of = |text: &str| {
+        let problem = problem::build_setting(text).expect("registered");
+        Character::of(&*problem, &*adaptive(1e-6).expect("registered"), problem.horizon()).matrices.expect("small")
+    };
+    let channel = of("channel-couette cells=8");
+    assert!(channel.is_symmetric() && channel.is_dissipative() && channel.invariants == 0 && !channel.is_hamiltonian);
+    let kepler = of("kepler");
+    assert!(kepler.is_hamiltonian && !kepler.is_symmetric() && !kepler.is_dissipative());
+    let robertson = of("robertson");
+    assert!(robertson.invariants == 1 && robertson.fastest > 1e3);
+    assert!(of("non-normal").is_non_normal());
+}

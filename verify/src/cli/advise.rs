@@ -1,0 +1,157 @@
+//! `advise`: which method to take, and with which step size.
+
+use std::io::{self, Write};
+
+use verify::advise::{Advice, Character, Trial, advise};
+use verify::method;
+
+use super::Status;
+use super::args::{self, ProblemArgs};
+use super::error::Failure;
+use super::layout::{left, paragraph, plain, right, significant};
+use super::output::Output;
+
+/// Say what a system is like, and which method to take on it.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Methods of each family are run with ever shorter steps until their error, the
+largest of a component at four times, is within --accuracy of the largest
+component, or of 1. The errors are measured against an accurate run, and that
+against the best of another method. The cheapest is recommended, with the step
+size and the error that were found; work is counted in evaluations of f, a
+matrix as many as it has columns that differ.
+
+Nothing is recommended where two accurate runs disagree, where errors do not
+fall with the order of the method, or where two methods take the same work.
+
+Examples:
+  verify advise --problem van-der-pol
+  verify advise --problem burgers --accuracy 1e-3
+  verify advise --model verify/models/predator-prey.ds --t-end 5
+
+Exit status: 0 a method is recommended, 2 bad usage, 3 none is.")]
+pub(super) struct Args {
+    #[command(flatten)]
+    problem: ProblemArgs,
+
+    /// The error to reach
+    #[arg(long, value_name = "ERROR", default_value_t = 1e-5, value_parser = accuracy)]
+    accuracy: f64,
+
+    /// End time; the default is that of the cross-checks
+    #[arg(long, value_name = "T", value_parser = args::positive, allow_hyphen_values = true)]
+    t_end: Option<f64>,
+}
+
+/// What double precision can tell errors of.
+fn accuracy(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if (1e-10..=0.1).contains(&x) => Ok(x),
+        _ => Err("expected a number from 1e-10 to 0.1".into()),
+    }
+}
+
+pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
+    let horizon = options.t_end.filter(|_| options.problem.is_model());
+    let (name, problem) = options.problem.build(horizon)?;
+    let horizon = options.t_end.unwrap_or_else(|| problem.horizon());
+    let advice = advise(&*problem, horizon, options.accuracy)?;
+    show(&name, horizon, options.accuracy, &advice, out)
+        .and_then(|()| options.problem.write_caveat(out))
+        .map_err(Failure::Output)?;
+    Ok(if advice.recommended().is_some() { Status::Ok } else { Status::Inconclusive })
+}
+
+/// Where a text begins right of its label.
+const INDENT: usize = 14;
+/// Trials that are shown.
+const SHOWN: usize = 6;
+
+fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl Write) -> io::Result<()> {
+    let Advice { character, trials, uncertainty, refusal } = advice;
+    let of = if character.unknowns == 1 { "unknown" } else { "unknowns" };
+    writeln!(
+        out,
+        "{name}: {} {of}, to t = {}, for errors of {}\n",
+        character.unknowns,
+        plain(horizon),
+        plain(accuracy)
+    )?;
+    describe(character, horizon, out)?;
+    if !trials.is_empty() {
+        writeln!(out, "\n{}      steps        h or tol    error  evaluations", left("method", 24))?;
+    }
+    for Trial { method, setting, steps, error, cost, .. } in trials.iter().take(SHOWN) {
+        let numbers = [steps.to_string(), significant(*setting, 3), significant(*error, 2), format!("{cost:.0}")];
+        let [steps, setting, error, cost] = numbers;
+        let label = format!("{} {}", left(method, 24), right(&steps, 10));
+        writeln!(out, "{label} {} {} {}", right(&setting, 15), right(&error, 8), right(&cost, 12))?;
+    }
+    writeln!(out)?;
+    match (refusal, advice.recommended()) {
+        (None, Some(trial)) => {
+            let is_adaptive = method::parse(&trial.method).is_ok_and(|method| method.traits().is_adaptive);
+            let with = if is_adaptive { "tolerances of" } else { "h =" };
+            let text = format!(
+                "{} with {with} {}: in the trial its error was {}, measured to {}, for {:.0} evaluations{}.",
+                trial.method,
+                significant(trial.setting, 3),
+                significant(trial.error, 2),
+                significant(*uncertainty, 1),
+                trial.cost,
+                trials.get(1).map_or_else(String::new, |next| format!(
+                    ", {} times fewer than {}",
+                    significant(next.cost / trial.cost, 2),
+                    next.method
+                ))
+            );
+            paragraph(out, "TAKE", INDENT, &text)
+        }
+        (Some(refusal), _) => paragraph(out, "NO ADVICE", INDENT, &format!("{refusal}.")),
+        (None, None) => Ok(()),
+    }
+}
+
+fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Result<()> {
+    let parting = character.parting;
+    let neighbours = match parting {
+        x if !x.is_finite() => "one of two neighbouring solutions ends early".into(),
+        x => format!("two neighbouring solutions part by a factor of {} at most", significant(x, 2)),
+    };
+    paragraph(out, "growth", INDENT, &neighbours)?;
+    let Some(found) = &character.matrices else {
+        return paragraph(out, "structure", INDENT, "not looked at: the system is large or has no matrix");
+    };
+    let steps = found.fastest * horizon / 2.785;
+    let speed = format!(
+        "its fastest rate is {}; rk4 takes {} steps or more for stability",
+        significant(found.fastest, 3),
+        significant(steps.ceil().max(1.0), 3)
+    );
+    paragraph(out, "stiffness", INDENT, &speed)?;
+    let abscissas = format!(
+        "(numerical abscissa {}, spectral {})",
+        significant(found.numerical, 2),
+        significant(found.spectral, 2)
+    );
+    let damping = if found.is_dissipative() {
+        "dissipative: no two solutions part"
+    } else if found.is_non_normal() {
+        "non-normal: solutions may grow although no eigenvalue says so; Method I may amplify them"
+    } else {
+        "not dissipative: some solutions grow"
+    };
+    paragraph(out, "dissipation", INDENT, &format!("{damping} {abscissas}"))?;
+    let symmetry = match (found.is_symmetric(), found.is_hamiltonian) {
+        (true, _) => "symmetric: Method I is at home".into(),
+        (false, true) => "Hamiltonian: a symplectic method keeps its energy within bounds".to_owned(),
+        (false, false) => format!("neither symmetric nor Hamiltonian; asymmetry {}", significant(found.asymmetry, 2)),
+    };
+    paragraph(out, "symmetry", INDENT, &symmetry)?;
+    let invariants = match found.invariants {
+        0 => "none that is linear".into(),
+        1 => "one linear; least-squares methods in the Euclidean metric break it".to_owned(),
+        n => format!("{n} linear; least-squares methods in the Euclidean metric break them"),
+    };
+    paragraph(out, "invariants", INDENT, &invariants)
+}
