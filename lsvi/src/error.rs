@@ -239,8 +239,8 @@ pub enum InputError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SolveError {
-    /// The derivative of the step equation is singular however short the step: the closure determines nothing.
-    #[error("the closure determines no next state: its derivative is singular however short the step")]
+    /// The derivative of the step equation is singular however short the step: it determines nothing.
+    #[error("the equation of the step determines no next state: its derivative is singular however short the step")]
     Singular,
     /// The mass matrix ∂²L/∂v² is singular: the momentum determines no velocity.
     #[error("the mass matrix, the second derivative of L in the velocity, is singular at the present state")]

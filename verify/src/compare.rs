@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Table};
 use crate::kinds::{Principle, Stability};
+use crate::measure::decimal::{plain, trimmed};
 use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::method::Method;
 use crate::order::roundoff;
@@ -105,8 +106,9 @@ pub fn cross_check_beside(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Me
     let mut table = Table {
         id: format!("cross-check-{name}"),
         caption: format!(
-            "Solvers of {name} at {SAMPLES} times up to t = {horizon}: largest difference to the truth, and the bound on it \
-             that the solver itself gives."
+            "Solvers of {name} at {SAMPLES} times up to t = {}: largest difference to the truth, and the bound on it \
+             that the solver itself gives.",
+            plain(horizon)
         ),
         columns: ["equation", "solver", "truth", "difference", "bound", "status"].map(Into::into).to_vec(),
         rows: Vec::new(),
@@ -173,10 +175,10 @@ fn parting(times: &[f64], references: &[Solved]) -> Option<String> {
         "The references part: by {:.1e} at t = {}, by {:.1e} at t = {}. Differences grow like e^({rate:.2} t), and from there on a \
          disagreement says nothing of a solver. Compare up to t = {}.",
         apart(last - 1),
-        times[last - 1],
+        plain(times[last - 1]),
         apart(last),
-        times[last],
-        times[last - 1]
+        plain(times[last]),
+        plain(times[last - 1])
     ))
 }
 
@@ -262,7 +264,8 @@ fn by_program(problem: &dyn Problem, guest: &Guest, times: &[f64]) -> Result<Ans
         let at = |t: &f64| answer.times.iter().position(|time| (time - t).abs() <= 1e-9 * horizon);
         let found = times.iter().map(|t| at(t).map(|k| answer.states[k].clone()).ok_or(*t));
         found.collect::<Result<_, f64>>().map_err(|t| {
-            Gap::Failed(format!("it has no row at t = {t}, a multiple of its step h = {}", horizon / steps as f64))
+            let h = trimmed(horizon / steps as f64, 9);
+            Gap::Failed(format!("it has no row at t = {}, a multiple of its step h = {h}", trimmed(t, 9)))
         })
     };
     let (mut steps, mut coarse) = (STEPS, sampled(STEPS)?);

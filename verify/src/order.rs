@@ -366,8 +366,8 @@ pub fn measure_program(
     notes.extend(ok().find_map(|(_, answer)| answer.few_digits()));
     if let Some((h, t)) = ok().map(|(h, a)| (h, a.end().0)).find(|(_, t)| (t - horizon).abs() > 1e-9 * horizon) {
         notes.push(format!(
-            "with h = {} it ended at t = {}, {} too {}; errors are taken at the times it reached, and a program that calls \
-             such a time {} is of order 1",
+            "with h = {} it ended at t = {}, {} too {}: the order is that of the errors at the times it reached; taken for \
+             values at t = {} they are of order 1",
             plain(h),
             trimmed(t, 9),
             significant((t - horizon).abs(), 3),

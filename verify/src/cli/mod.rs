@@ -39,8 +39,11 @@ Examples:
   verify judge rk4
   verify report
 
-Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage;
-`order`, `compare`, `judge`, `advise` and `report` have 3 for what is inconclusive.";
+Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage.
+For `order`, `compare`, `judge` and `report` that is: 0 what is claimed holds, 1
+it is refuted, 2 bad input, 3 inconclusive. A program that does not start, or
+writes another header, is bad input; one that fails in its runs leaves them
+inconclusive. `advise` has 3 where no method is recommended.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -97,7 +100,7 @@ pub(crate) fn main() -> ExitCode {
             // Nobody can be told where standard error is closed too.
             let _ = writeln!(io::stderr(), "error: {failure}");
             if let Some(hint) = failure.hint() {
-                let _ = writeln!(io::stderr(), "hint: {hint}");
+                let _ = layout::paragraph(&mut io::stderr(), "hint: ", 6, &hint);
             }
             ExitCode::from(failure.status())
         }

@@ -4,13 +4,13 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use lsvi::{Integrator, VectorField};
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, Schur};
 
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::evidence::{coefficient_row, region, table};
 use super::facts::{Facts, short};
-use super::polynomial::{Polynomial, Sign};
+use super::polynomial::{ITERATIONS, Polynomial, Sign, simultaneous};
 use super::problem::{Autonomous, Linear, NonAutonomous};
 use super::real::Real;
 use super::stepping;
@@ -53,18 +53,23 @@ const MOST: u32 = 20;
 /// What roots that are found to half the digits may be off by, where no exact division tells.
 const RIM: f64 = 1e-7;
 
+/// Coefficients that are known so well are exact: what cannot be told from zero then is zero.
+const EXACT: f64 = 1e-40;
+
 /// Whether the roots of ρ are in the closed unit disc, those on its rim simple.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Roots {
     Stable,
-    /// A root outside, or a double one on the rim.
-    Unstable(Complex<f64>),
+    /// A root outside.
+    Outside(Complex<f64>),
+    /// A double one on the rim.
+    Double(Complex<f64>),
     /// A root that cannot be told from the rim.
     Undecided(Complex<f64>),
 }
 
 impl Roots {
-    /// Exact for roots ±1, which are divided out.
+    /// Exact for roots ±1, which are divided out, and for others on the rim where the coefficients are exact.
     fn of(polynomial: &Polynomial) -> Self {
         let mut rest = polynomial.clone();
         for at in [1_i64, -1] {
@@ -73,19 +78,31 @@ impl Roots {
                     break;
                 }
                 if found == 1 {
-                    return Self::Unstable(Complex::new(at as f64, 0.0));
+                    return Self::Double(Complex::new(at as f64, 0.0));
                 }
                 rest = rest.without_root(&Real::from(at));
             }
         }
-        let roots = rest.roots();
-        let outside = roots.iter().find(|z| z.norm() > 1.0 + RIM);
-        let rim = roots.iter().find(|z| (z.norm() - 1.0).abs() <= RIM);
-        match (outside, rim) {
-            (Some(z), _) => Self::Unstable(*z),
-            (None, Some(z)) => Self::Undecided(*z),
-            (None, None) => Self::Stable,
+        let on_rim = |p: &Polynomial| {
+            let mut roots = p.roots();
+            roots.retain(|z| (z.norm() - 1.0).abs() <= RIM);
+            roots
+        };
+        if let Some(z) = rest.roots().into_iter().find(|z| z.norm() > 1.0 + RIM) {
+            return Self::Outside(z);
         }
+        let rim = on_rim(&rest);
+        let Some(first) = rim.first() else { return Self::Stable };
+        if rest.radius() > EXACT {
+            return Self::Undecided(*first);
+        }
+        if let Some(z) = on_rim(&rest.repeated().reciprocal_part()).first() {
+            return Self::Double(*z);
+        }
+        // A simple root with no other near it that has 1/z beside it is 1/z̄, and so on the rim.
+        let simple = rest.squarefree();
+        let (all, certain) = (on_rim(&simple), on_rim(&simple.reciprocal_part()));
+        if all.len() == certain.len() { Self::Stable } else { Self::Undecided(*first) }
     }
 }
 
@@ -167,8 +184,15 @@ impl MultistepTheory {
             (i, j) if i == j + 1 => Complex::new(1.0, 0.0),
             _ => Complex::new(0.0, 0.0),
         };
-        let roots = DMatrix::from_fn(k, k, entry).eigenvalues();
-        roots.map_or(f64::NAN, |roots| roots.iter().map(|z| z.norm()).largest())
+        let schur = Schur::try_new(DMatrix::from_fn(k, k, entry), f64::EPSILON, ITERATIONS * k);
+        match schur.and_then(|schur| schur.eigenvalues()) {
+            Some(roots) => roots.iter().map(|z| z.norm()).largest(),
+            None => {
+                // Roots 0 change nothing.
+                let lowest = c.iter().position(|c| c.norm() > 0.0).unwrap_or(0);
+                simultaneous(&c[lowest..]).iter().map(|z| z.norm()).largest()
+            }
+        }
     }
 
     /// Re ρ(ζ) σ̄(ζ) ≥ 0 on the unit circle and no root of σ outside: with x = cos θ = (1 − s)/(1 + s) the former is a polynomial in
@@ -241,6 +265,11 @@ impl MultistepTheory {
     }
 }
 
+/// `−1`, or `0 + 1i` to five places.
+fn complex(z: Complex<f64>) -> String {
+    if z.im == 0.0 { short(z.re) } else { format!("{} {:+.5}i", short(z.re), z.im) }
+}
+
 fn constants(r: &[Real], s: &[Real]) -> Vec<Real> {
     let total: Real = s.iter().cloned().sum();
     let power = |j: usize, q: u32| (0..q).fold(Real::one(), |p, _| &p * &Real::from(j as i64));
@@ -282,7 +311,8 @@ impl Analysis for MultistepTheory {
         let order = format!("{}, error constant {constant:.4e}", self.order);
         let zero = match self.zero {
             Roots::Stable => "the root condition holds".into(),
-            Roots::Unstable(z) => format!("ρ has the root {:.5} {:+.5}i, |ζ| = {:.5}", z.re, z.im, z.norm()),
+            Roots::Outside(z) => format!("ρ has the root {:.5} {:+.5}i, |ζ| = {:.5}", z.re, z.im, z.norm()),
+            Roots::Double(z) => format!("ρ has {} as a double root", complex(z)),
             Roots::Undecided(z) => format!("whether |ζ| = 1 at the root {:.5} {:+.5}i is open", z.re, z.im),
         };
         let stability = match (self.alpha, self.negative) {
@@ -329,10 +359,10 @@ impl Analysis for MultistepTheory {
             }
             Property::ZeroStable => match self.zero {
                 Roots::Stable => Finding::new(true, "the roots of ρ are in the unit disc, those on its rim simple"),
-                Roots::Unstable(z) if z.norm() == 1.0 => {
-                    Finding::new(false, format!("ρ has {} as a double root", z.re))
+                Roots::Double(z) => {
+                    Finding::new(false, format!("ρ has {} as a double root", complex(z))).measured(z.norm())
                 }
-                Roots::Unstable(z) => {
+                Roots::Outside(z) => {
                     let why = format!("ρ has the root {:.6} {:+.6}i of modulus {:.6}", z.re, z.im, z.norm());
                     Finding::new(false, why).measured(z.norm())
                 }
@@ -361,6 +391,19 @@ impl Analysis for MultistepTheory {
                     Finding::new(false, format!("σ has a root of modulus {:.5}", self.infinity)).measured(self.infinity)
                 }
             },
+            Property::Symmetric => {
+                // ρ_j = −ρ_{k−j} and σ_j = σ_{k−j}: the formula is the same backwards in time.
+                let k = self.steps();
+                let at = |p: &Polynomial, j: usize| p.coefficients().get(j).cloned().unwrap_or_else(Real::zero);
+                let odd = |j: usize| (&at(&self.rho, j) + &at(&self.rho, k - j)).may_be_zero();
+                let even = |j: usize| (&at(&self.sigma, j) - &at(&self.sigma, k - j)).may_be_zero();
+                let why = match ((0..=k).find(|j| !odd(*j)), (0..=k).find(|j| !even(*j))) {
+                    (None, None) => "ρ_j = −ρ_{k−j} and σ_j = σ_{k−j} for all j".to_owned(),
+                    (Some(j), _) => format!("ρ_{j} is not −ρ_{}", k - j),
+                    (_, Some(j)) => format!("σ_{j} is not σ_{}", k - j),
+                };
+                Finding::new((0..=k).all(|j| odd(j) && even(j)), why)
+            }
             _ => return None,
         })
     }
@@ -453,7 +496,7 @@ impl Analysis for MultistepTheory {
     fn converges(&self) -> Result<(), String> {
         match self.zero {
             Roots::Stable => Ok(()),
-            Roots::Unstable(_) => Err("it is not zero-stable".into()),
+            Roots::Outside(_) | Roots::Double(_) => Err("it is not zero-stable".into()),
             Roots::Undecided(_) => Err("whether it is zero-stable is open".into()),
         }
     }

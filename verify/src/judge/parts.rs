@@ -13,6 +13,7 @@ use super::linear::Reach;
 use super::real::Real;
 use super::runge_kutta::{order as order_finding, rows, stages};
 use super::stepping::{Halves, Stepper};
+use super::structure::ascending;
 use super::tableau::{Coefficient, row_sums};
 use super::theory::WeightsTheory;
 use super::tree::{Forest, Rule};
@@ -170,13 +171,14 @@ impl PartsTheory {
         certain.max_by(|x, y| x.1.abs().total_cmp(&y.1.abs()))
     }
 
-    /// Whether it is its own adjoint, the stages taken in the reverse of their order: b_σ(j) = b_j and a_σ(i)σ(j) + a_ij = b_j for
+    /// Whether it is its own adjoint, the stages taken in the reverse of their order in c: b_σ(j) = b_j and a_σ(i)σ(j) + a_ij = b_j for
     /// both parts; of a Nyström method c_σ(i) = 1 − c_i, b_σ(i) = b_i, b̄_σ(i) = b_i − b̄_i and
     /// ā_σ(i)σ(j) − ā_ij = (1 − c_i) b_j − b̄_j.
     fn is_symmetric(&self) -> bool {
         let s = self.stages();
         let same = |x: &Real, y: &Real| (x - y).may_be_zero();
-        let mirror = |i: usize| s - 1 - i;
+        let ascending = ascending(&self.c);
+        let mirror = |i: usize| ascending.iter().position(|k| *k == i).map_or(i, |at| ascending[s - 1 - at]);
         let all = |holds: &dyn Fn(usize, usize) -> bool| (0..s).all(|i| (0..s).all(|j| holds(i, j)));
         let [b, b_hat] = &self.b;
         if self.coupling == Coupling::SecondOrder {

@@ -1,8 +1,14 @@
 //! Polynomials with real coefficients, and where they are negative.
 
-use nalgebra::{Complex, DMatrix};
+use std::f64::consts::PI;
+
+use nalgebra::{Complex, DMatrix, Schur};
 
 use super::real::Real;
+use crate::measure::norm::larger;
+
+/// Most iterations for a root; a handful is usual.
+pub(super) const ITERATIONS: usize = 100;
 
 /// Coefficients of 1, x, x², …; none that may be zero at the end.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,9 +121,67 @@ impl Polynomial {
             }
         }
         if companion.iter().all(|x| x.is_finite()) {
-            roots.extend(companion.complex_eigenvalues().iter().map(|z| z * scale));
+            let schur = Schur::try_new(companion, f64::EPSILON, ITERATIONS * n);
+            let found = schur.map(|schur| schur.complex_eigenvalues().iter().map(|z| z * scale).collect::<Vec<_>>());
+            let rest: Vec<Complex<f64>> = c[lowest..].iter().map(|c| Complex::new(*c, 0.0)).collect();
+            roots.extend(found.unwrap_or_else(|| simultaneous(&rest)));
         }
         roots
+    }
+
+    /// p′.
+    fn derivative(&self) -> Self {
+        Self::new(self.0.iter().enumerate().skip(1).map(|(k, c)| c * &Real::from(k as i64)).collect())
+    }
+
+    /// xⁿ p(1/x), which has the roots 1/r.
+    fn reversed(&self) -> Self {
+        Self::new(self.0.iter().rev().cloned().collect())
+    }
+
+    /// Quotient and remainder; the divisor is not zero.
+    fn divided_by(&self, divisor: &Self) -> (Self, Self) {
+        let (mut rest, n) = (self.0.clone(), divisor.0.len());
+        let mut quotient = vec![Real::zero(); (rest.len() + 1).saturating_sub(n)];
+        let Some(leading) = divisor.0.last() else { return (Self(Vec::new()), self.clone()) };
+        for k in (0..quotient.len()).rev() {
+            let factor = &rest[k + n - 1] / leading;
+            for (x, d) in rest[k..].iter_mut().zip(&divisor.0) {
+                *x = &*x - &(&factor * d);
+            }
+            quotient[k] = factor;
+        }
+        rest.truncate(n - 1);
+        (Self::new(quotient), Self::new(rest))
+    }
+
+    /// The greatest common divisor, by Euclid; what cannot be told from zero is zero.
+    fn common_divisor(&self, other: &Self) -> Self {
+        let (mut a, mut b) = (self.clone(), other.clone());
+        while b.degree().is_some() {
+            (a, b) = (b.clone(), a.divided_by(&b).1);
+        }
+        a
+    }
+
+    /// Each root once.
+    pub(super) fn squarefree(&self) -> Self {
+        self.divided_by(&self.repeated()).0
+    }
+
+    /// The roots that are there more than once, each one time less.
+    pub(super) fn repeated(&self) -> Self {
+        self.common_divisor(&self.derivative())
+    }
+
+    /// The part of which the roots come in pairs z, 1/z: those on the unit circle are among them.
+    pub(super) fn reciprocal_part(&self) -> Self {
+        self.common_divisor(&self.reversed())
+    }
+
+    /// The widest of the coefficients.
+    pub(super) fn radius(&self) -> f64 {
+        self.0.iter().map(Real::radius).fold(0.0, larger)
     }
 
     /// Where on x > 0 it is first negative. Candidates for a change of sign are the real roots in double precision; between
@@ -145,6 +209,38 @@ impl Polynomial {
     }
 }
 
+/// All roots of Σ c_k xᵏ, c_0 ≠ 0 ≠ c_n, at once, by the iteration of Ehrlich and Aberth: slower than the eigenvalues of the
+/// companion matrix, whose iteration stalls where many roots have one modulus.
+pub(super) fn simultaneous(c: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    let n = c.len() - 1;
+    let size = (c[0].norm() / c[n].norm()).powf(1.0 / n as f64);
+    // No symmetry of the roots is one of these angles.
+    let start = |k: usize| Complex::from_polar(size, 0.4 + 2.0 * PI * k as f64 / n as f64);
+    let mut roots: Vec<Complex<f64>> = (0..n).map(start).collect();
+    let zero = Complex::new(0.0, 0.0);
+    for _ in 0..ITERATIONS {
+        let mut is_settled = true;
+        for k in 0..n {
+            let z = roots[k];
+            let (value, slope, rounding) =
+                c.iter().rev().fold((zero, zero, 0.0), |(p, d, r), c| (p * z + c, d * z + p, r * z.norm() + c.norm()));
+            if value.norm() <= 2.0 * f64::EPSILON * rounding {
+                continue;
+            }
+            let newton = value / slope;
+            let others: Complex<f64> =
+                roots.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, other)| (z - other).inv()).sum();
+            let step = newton / (Complex::new(1.0, 0.0) - newton * others);
+            roots[k] = z - step;
+            is_settled &= step.norm() <= 4.0 * f64::EPSILON * z.norm();
+        }
+        if is_settled {
+            break;
+        }
+    }
+    roots
+}
+
 /// A double, which has no more bits than a [`Real`].
 pub(super) fn double(x: f64) -> Real {
     dashu_ratio::RBig::try_from(x).map_or_else(|_| Real::zero(), |x| Real::rational(&x))
@@ -168,6 +264,31 @@ mod tests {
         assert!(matches!(polynomial(&[0, -1, 1]).sign(), Sign::NegativeFrom { from: 0.0, .. }));
         assert!(matches!(polynomial(&[0, 0, -1]).sign(), Sign::NegativeFrom { from: 0.0, .. }));
         assert_eq!(polynomial(&[]).sign(), Sign::NonNegative);
+    }
+
+    /// Roots of unity, twice: the iteration for eigenvalues does not settle on them.
+    #[test]
+    fn roots_of_one_modulus_are_found_too() {
+        // (x − 1)(x² + 1)².
+        let p = polynomial(&[-1, 1, -2, 2, -1, 1]);
+        let roots = p.roots();
+        assert_eq!(roots.len(), 5);
+        for root in roots {
+            let near = |z: Complex<f64>| (z - root).norm() < 1e-6;
+            assert!(
+                near(Complex::new(1.0, 0.0)) || near(Complex::new(0.0, 1.0)) || near(Complex::new(0.0, -1.0)),
+                "{root}"
+            );
+        }
+        assert_eq!(p.repeated().degree(), Some(2));
+        assert_eq!(p.squarefree().degree(), Some(3));
+        assert_eq!(p.reciprocal_part().degree(), Some(5));
+        // (x − 2)(x² + 1): the pair on the circle alone.
+        assert_eq!(polynomial(&[-2, 1, -2, 1]).reciprocal_part().degree(), Some(2));
+        let complex: Vec<Complex<f64>> = [6.0, -5.0, 1.0].map(|c| Complex::new(c, 0.0)).to_vec();
+        let mut two = simultaneous(&complex).iter().map(|z| z.re).collect::<Vec<_>>();
+        two.sort_by(f64::total_cmp);
+        assert!((two[0] - 2.0).abs() < 1e-12 && (two[1] - 3.0).abs() < 1e-12, "{two:?}");
     }
 
     #[test]

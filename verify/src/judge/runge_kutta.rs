@@ -202,7 +202,10 @@ pub(super) fn rows(c: &[Real], defects: &[Real]) -> Verdict {
     let wrong: Vec<(usize, &Real)> = defects.iter().enumerate().filter(|(_, defect)| !defect.may_be_zero()).collect();
     let words = |(i, defect): &(usize, &Real)| {
         let sum = &c[*i] - *defect;
-        format!("row {} adds up to {:.10}, and c[{}] is {:.10}", i + 1, sum.to_f64(), i + 1, c[*i].to_f64())
+        // As many places as show the difference.
+        let places = (3.0 - defect.to_f64().abs().log10().floor()).clamp(10.0, 60.0) as usize;
+        let shown = |x: &Real| if places > 10 { x.decimal(places) } else { format!("{:.10}", x.to_f64()) };
+        format!("row {} adds up to {}, and c[{}] is {}", i + 1, shown(&sum), i + 1, shown(&c[*i]))
     };
     let reason = match wrong.as_slice() {
         [] => "c_i = Σ_j a_ij in every row".to_owned(),

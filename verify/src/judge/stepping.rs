@@ -65,6 +65,9 @@ impl Stages<'_> {
         let mut jacobian = Jacobian::with_structure(n, &self.field.structure());
         for iterations in 1..=ITERATIONS {
             let slopes = self.at(&y, work);
+            if slopes.iter().flatten().any(|x| !x.is_finite()) {
+                return Err(SolveError::NonFinite);
+            }
             let mut residual = &y - &self.start;
             let mut matrix = DMatrix::identity(s * n, s * n);
             for (j, slope) in slopes.iter().enumerate() {

@@ -64,8 +64,7 @@ pub fn symplectic_defect(numbers: &Numbers) -> Option<(usize, usize, f64)> {
 /// a_σ(i)σ(j) + a_ij = b_j. Stages that coincide are matched in the order they stand, and otherwise reversed.
 pub fn is_symmetric(numbers: &Numbers) -> bool {
     let (a, b, c, s) = (&numbers.a, &numbers.b, &numbers.c, numbers.stages());
-    let mut ascending: Vec<usize> = (0..s).collect();
-    ascending.sort_by(|&i, &j| c[i].to_f64().total_cmp(&c[j].to_f64()));
+    let ascending = ascending(c);
     let mut mirror = vec![0; s];
     for (k, &i) in ascending.iter().enumerate() {
         mirror[i] = ascending[s - 1 - k];
@@ -74,6 +73,13 @@ pub fn is_symmetric(numbers: &Numbers) -> bool {
         (&b[mirror[j]] - &b[j]).may_be_zero()
             && (0..s).all(|i| (&(&a[mirror[i]][mirror[j]] + &a[i][j]) - &b[j]).may_be_zero())
     })
+}
+
+/// The stages in the order of their c.
+pub(super) fn ascending(c: &[Real]) -> Vec<usize> {
+    let mut stages: Vec<usize> = (0..c.len()).collect();
+    stages.sort_by(|&i, &j| c[i].to_f64().total_cmp(&c[j].to_f64()));
+    stages
 }
 
 /// Why a method is not algebraically stable.

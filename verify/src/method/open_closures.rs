@@ -5,7 +5,7 @@ use lsvi::discrete::Trapezoidal;
 use lsvi::{InputError, Integrator, Window};
 
 use super::least_squares::stepped;
-use super::{Build, BuildError, Method, Spec, Traits, check_filled};
+use super::{Build, BuildError, Method, Spec, Traits, check_filled, check_limit};
 use crate::kinds::{Principle, Stability};
 use crate::names::{Call, NameError};
 use crate::problem::Problem;
@@ -92,10 +92,7 @@ impl Method for Fitted {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         check_filled(self, problem)?;
-        if problem.limit(Principle::MomentumZero).name != problem.limit(Principle::MomentumConserved).name {
-            let reason = "its Lagrangian keeps a remainder, and the limit would depend on LAMBDA".into();
-            return Err(BuildError { method: self.name(), reason });
-        }
+        check_limit(problem).map_err(|reason| BuildError { method: self.name(), reason })?;
         let closure = (self.closure)(self.rate).map_err(BuildError::of(self))?;
         stepped(self, problem, closure)
     }

@@ -79,6 +79,9 @@ pub enum PartError {
     /// A part was made of other studies, with other programs, or of another number of parts.
     #[error("the part {0} differs from the part {1} in {2}: they do not belong together")]
     Differs(Shard, Shard, &'static str),
+    /// A part with a number that none has.
+    #[error("no part can be called {0}")]
+    NoPlace(Shard),
     /// A part is there more than once.
     #[error("the part {0} is there twice")]
     Twice(Shard),
@@ -162,7 +165,8 @@ pub fn merge(parts: Vec<Part>) -> Result<(Vec<Chapter>, Provenance), PartError> 
         if part.provenance != first.provenance {
             return differs("what they were computed with");
         }
-        if std::mem::replace(&mut seen[part.shard.k as usize - 1], true) {
+        let place = part.shard.k.checked_sub(1).and_then(|k| seen.get_mut(k as usize));
+        if std::mem::replace(place.ok_or(PartError::NoPlace(part.shard))?, true) {
             return Err(PartError::Twice(part.shard));
         }
     }
@@ -174,4 +178,55 @@ pub fn merge(parts: Vec<Part>) -> Result<(Vec<Chapter>, Provenance), PartError> 
     let place = |chapter: &Chapter| first.studies.iter().position(|study| *study == chapter.id);
     chapters.sort_by_key(|chapter| place(chapter).unwrap_or(usize::MAX));
     Ok((chapters, first.provenance))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(k: u32, n: u32) -> Part {
+        let chapter = |id: String| Chapter { id, ..Chapter::default() };
+        let provenance = vec![("version".to_owned(), "1".to_owned())];
+        let studies = (1..=n).map(|k| format!("study-{k}")).collect();
+        Part { shard: Shard { k, n }, studies, provenance, chapters: vec![chapter(format!("study-{k}"))] }
+    }
+
+    #[test]
+    fn parts_join_in_reading_order_and_others_do_not_belong() {
+        let (chapters, _) = merge(vec![part(3, 3), part(1, 3), part(2, 3)]).expect("all there");
+        assert_eq!(
+            chapters.iter().map(|chapter| chapter.id.as_str()).collect::<Vec<_>>(),
+            ["study-1", "study-2", "study-3"]
+        );
+        let reason = |parts: Vec<Part>| merge(parts).map(|_| ()).expect_err("no report").to_string();
+        let mut later = part(2, 2);
+        later.provenance[0].1 = "2".into();
+        assert!(reason(vec![part(1, 2), later]).contains("differs from the part 1/2 in what they were computed with"));
+        assert!(reason(vec![part(1, 2), part(2, 3)]).contains("the number of parts"));
+        let mut other = part(2, 2);
+        other.studies[0] = "another".into();
+        assert!(reason(vec![part(1, 2), other]).contains("the studies asked for"));
+        for k in [0, 3] {
+            let mut stray = part(2, 2);
+            stray.shard.k = k;
+            assert!(reason(vec![part(1, 2), stray]).contains("no part can be called"), "{k}");
+        }
+        assert!(reason(vec![part(1, 2), part(1, 2)]).contains("twice"));
+        assert!(reason(vec![part(1, 3), part(3, 3)]).contains("missing: 2"));
+        assert!(reason(Vec::new()).contains("missing: 1"));
+    }
+
+    /// Another format, or a file that ends too soon.
+    #[test]
+    fn a_part_of_another_version_is_not_read() {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = part(1, 2).write(dir.path()).expect("writable");
+        let bytes = fs::read(&path).expect("readable");
+        assert_eq!(Part::read_all(dir.path()).expect("a part")[0].shard, Shard { k: 1, n: 2 });
+        let later = [&b"lsvi report part 2\n"[..], &bytes[MAGIC.len()..]].concat();
+        for foreign in [later, bytes[..bytes.len() - 1].to_vec(), Vec::new()] {
+            fs::write(&path, foreign).expect("writable");
+            assert!(matches!(Part::read_all(dir.path()), Err(PartError::Foreign(_))));
+        }
+    }
 }

@@ -708,3 +708,130 @@ fn a_report_of_a_judgement_has_its_figures() {
     assert!(results["chapters"][0]["figures"].as_array().is_some_and(|figures| !figures.is_empty()));
     assert_eq!((&results["counts"]["fail"], &results["counts"]["broken"]), (&0.into(), &0.into()), "{results}");
 }
+
+/// Made for one property each, which a rule that is a little off gets wrong; the (0, 3) Padé approximation is A(88.23)-stable.
+#[test]
+fn claims_that_are_nearly_true_are_refuted() {
+    const PADE: &str = "a = [[0, 0, 1], [1, 0, 1], [\"-2/3\", \"1/6\", 1]]\nb = [0, 0, 1]";
+    const TRAPEZIUM: &str = "a = [[0, 0], [\"1/2\", \"1/2\"]]\nb = [0, 1]";
+    const KICKS: &str = "a = [[\"1/2\"], [1, \"-1/2\"], [1, -1, \"1/2\"]]\nb = [1, -1, 1]";
+    const SWAPPED: &str = "c = [\"1/2\", 0, 1]\nb = [\"2/3\", \"1/6\", \"1/6\"]\n\
+        a = [[\"1/3\", \"5/24\", \"-1/24\"], [0, 0, 0], [\"2/3\", \"1/6\", \"1/6\"]]";
+    const RK4: &str = "a = [[\"1/2\"], [0, \"1/2\"], [0, 0, 1]]\nb = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]";
+    let multistep = |rho: &str, sigma: &str| format!("kind = \"multistep\"\nrho = [{rho}]\nsigma = [{sigma}]");
+    let nystrom = |a: &str, b_bar: &str, c: &str| {
+        format!("kind = \"nystrom\"\na = {a}\nb_bar = [\"{b_bar}\"]\nb = [1]\nc = [\"{c}\"]")
+    };
+    let galerkin = |degree: u32, nodes: &str, weights: &str| {
+        format!("kind = \"galerkin\"\ndegree = {degree}\nnodes = [{nodes}]\nweights = [{weights}]")
+    };
+    for (body, holds, fails) in [
+        (PADE, "A(88.23)-stable", "A(88.3)-stable"),
+        (PADE, "not A(88.3)-stable", "not A(88.2)-stable"),
+        // |R| = 1 on the imaginary axis, and a pole at −1 − √5.
+        ("a = [[\"3/4\", \"1/4\"], [\"1/4\", \"-1/4\"]]\nb = [\"1/2\", \"1/2\"]", "not A-stable", "A-stable"),
+        (TRAPEZIUM, "stage order 1", "stage order 2"),
+        (&shipped("gauss2").replace("order = 4", "").replace("claims", "# claims"), "stage order 2", "stage order 1"),
+        // Composed midpoint rules: symplectic, with a negative weight.
+        (KICKS, "symplectic", "algebraically stable"),
+        ("a = [[\"1/4\", 1], [0, \"1/4\"]]\nb = [\"1/2\", \"1/2\"]", "not symplectic", "symplectic"),
+        (SWAPPED, "symmetric", "not symmetric"),
+        (RK4, "stable on the imaginary axis to 2.828", "stable on the imaginary axis to 2.84"),
+        (RK4, "dispersion order 4", "dispersion order 3"),
+        // Roots ±i on the rim, simple and double; 1.01 of them is none.
+        (&multistep("-1, 1, -1, 1", "0, 0, 0, 2"), "zero-stable", "not zero-stable"),
+        (&multistep("-1, 1, -2, 2, -1, 1", "0, 0, 0, 0, 0, 4"), "not zero-stable", "zero-stable"),
+        (&multistep("-1, 1, \"-101/100\", \"101/100\"", "0, 0, 0, 2"), "zero-stable", "not zero-stable"),
+        (&multistep("\"-101/100\", \"101/100\", -1, 1", "0, 0, 0, 2"), "not zero-stable", "zero-stable"),
+        (&multistep("-1, 0, 1", "0, 2, 0"), "symmetric", "not symmetric"),
+        (&multistep("-1, 0, 1", "\"1/3\", \"4/3\", \"1/3\""), "symmetric", "not symmetric"),
+        (&multistep("0, -1, 1", "\"-1/2\", \"3/2\", 0"), "not symmetric", "symmetric"),
+        // Half a step of each: b̄ is no b/2, and a stage that needs itself is not explicit.
+        (&nystrom("[[0]]", "1/2", "1/2"), "explicit", "not explicit"),
+        (&nystrom("[[\"1/8\"]]", "1/2", "1/2"), "not explicit", "explicit"),
+        (&nystrom("[[0]]", "1/2", "1/2"), "order 2", "order 1"),
+        (&nystrom("[[0]]", "1/3", "1/2"), "not symplectic", "symplectic"),
+        (&nystrom("[[0]]", "1/3", "1/2"), "order 1", "order 2"),
+        // The order is the smaller of that of the quadrature and twice the degree.
+        (&galerkin(1, "0, \"1/2\", 1", "\"1/6\", \"2/3\", \"1/6\""), "order 2", "order 4"),
+        (&galerkin(2, "0, \"1/2\", 1", "\"1/6\", \"2/3\", \"1/6\""), "order 4", "order 2"),
+        (&galerkin(2, "0, \"1/2\", 1", "\"1/4\", \"1/2\", \"1/4\""), "order 2", "order 4"),
+        (&galerkin(2, "0, \"1/2\", 1", "\"1/6\", \"1/2\", \"1/3\""), "not symmetric", "symmetric"),
+    ] {
+        let kind = if body.contains("kind =") { "" } else { "kind = \"runge-kutta\"\n" };
+        for (claim, outcome) in [(holds, Outcome::Pass), (fails, Outcome::Fail)] {
+            let judgement = judge(&format!("note = \"made\"\n{kind}claims = [\"{claim}\"]\n{body}"), Effort::Theory);
+            let verdict = judgement.verdicts.iter().find(|v| v.subject.replace('°', "") == claim).expect(claim);
+            assert_eq!(verdict.check.outcome, outcome, "{claim}: {}", verdict.check.reason);
+        }
+    }
+}
+
+/// What oscillations are looked at to is said as a bound, and a claim beyond it stays open.
+#[test]
+fn a_search_that_ended_at_its_limit_says_so() {
+    let text = "kind = \"partitioned-runge-kutta\"\na = [[\"1/2\"]]\nb = [1]\na_hat = [[\"1/2\"]]\nb_hat = [1]\n";
+    let claim =
+        |end: u32| judge(&format!("claims = [\"stable on the imaginary axis to {end}\"]\n{text}"), Effort::Theory);
+    assert!(claim(50).facts().iter().any(|(_, text)| text.ends_with("to hω = 60 at least")), "{:?}", claim(50).facts());
+    assert_eq!((claim(50).outcome(), claim(70).outcome()), (Outcome::Pass, Outcome::Inconclusive));
+}
+
+/// The fields that scripts read.
+#[test]
+fn a_judgement_as_json_keeps_to_its_schema() {
+    let json = |line: &str| -> (i32, serde_json::Value) {
+        let (status, out, error) = say(&format!("judge --format json --no-runs {line}"));
+        (status, serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{error}")))
+    };
+    let keys = |value: &serde_json::Value| value.as_object().expect("an object").keys().cloned().collect::<Vec<_>>();
+    let (status, pair) = json("dormand-prince");
+    assert_eq!(status, 0);
+    let mut expected = vec!["name", "kind", "digits", "outcome", "order", "stages", "order_in_time", "embedded_order"];
+    expected.extend(["stage_order", "error_norm", "alpha", "verdicts", "diagnosis", "repairs", "facts"]);
+    let mut found = keys(&pair);
+    found.sort();
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+    for (key, value) in [
+        ("kind", "runge-kutta".into()),
+        ("outcome", "pass".into()),
+        ("order", 5.into()),
+        ("stages", 7.into()),
+        ("order_in_time", 5.into()),
+        ("embedded_order", 4.into()),
+        ("stage_order", 1.into()),
+        ("digits", serde_json::Value::Null),
+        ("alpha", serde_json::Value::Null),
+        ("diagnosis", serde_json::Value::Null),
+    ] {
+        assert_eq!(pair[key], value, "{key}");
+    }
+    assert!((pair["error_norm"].as_f64().expect("a number") - 3.99e-4).abs() < 1e-6);
+    assert_eq!(json("sdirk2").1["alpha"], 90.0);
+    let verdict = &pair["verdicts"][0];
+    assert_eq!((&verdict["kind"], &verdict["subject"]), (&"claim".into(), &"order 5".into()));
+    assert_eq!((&verdict["outcome"], &verdict["measured"]), (&"pass".into(), &5.0.into()));
+    let (status, wrong) = json("misprints/fehlberg45-a63");
+    let repair = &wrong["repairs"][0];
+    assert_eq!(status, 1);
+    assert_eq!((&repair["place"], &repair["was"]), (&"a[6,3]".into(), &"-3554/2565".into()));
+    assert_eq!((&repair["text"], &repair["mends"]), (&"-3544/2565".into(), &16.into()));
+    assert!((repair["value"].as_f64().expect("a number") + 3544.0 / 2565.0).abs() < 1e-12 && repair["with_c"] == false);
+    assert!(wrong["diagnosis"].as_str().is_some_and(|text| text.starts_with("A coefficient is wrong.")));
+    // A multistep method has no stages.
+    assert!(json("bdf2").1.get("stages").is_none());
+}
+
+/// Nothing refuted and something open is neither success nor failure.
+#[test]
+fn a_judgement_with_a_claim_left_open_has_status_three() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("open.toml");
+    let status = |claims: &str| {
+        std::fs::write(&path, shipped("bdf2").replace("\"zero-stable\"", claims)).expect("writable");
+        say(&format!("judge --no-runs {}", path.display())).0
+    };
+    assert_eq!(status("\"zero-stable\""), 0);
+    assert_eq!(status("\"symplectic\""), 3);
+    assert_eq!(status("\"symplectic\", \"explicit\""), 1);
+}

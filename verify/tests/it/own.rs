@@ -416,7 +416,7 @@ fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive
             assert_eq!(code, status, "{line:?} {program}: {out}{error}");
         }
     }
-    for help in ["order --help", "judge --help"] {
+    for help in ["order --help", "judge --help", "--help"] {
         assert!(flat(&say(help).1).contains("does not start"), "{help}");
     }
 }
@@ -447,6 +447,7 @@ fn a_file_that_comes_along_goes_by_its_name_and_a_mistyped_one_is_guessed() {
     assert!(code == 0 && out.contains("is 2 ± 0.1"), "{out}{error}");
     let (code, _, error) = say("order --problem logistic --method huen2");
     assert!(code == 2 && error.contains("did you mean `heun2`?"), "{error}");
+    error.lines().for_each(|line| assert!(columns(line) <= 80, "{line}"));
 }
 
 #[test]
@@ -487,15 +488,16 @@ fn coefficients_that_contradict_their_kind_are_refused_at_their_place() {
     }
 }
 
-/// Gauss' method of two stages to six places: the runs see what the digits leave of the order, and do not refute it.
+/// Alexander's method to six places, by which Σ b_i is off by 10⁻⁶: the runs see that, and do not refute the order.
 #[test]
 fn runs_of_rounded_coefficients_count_their_rounding() {
-    let path = directory("six-places").join("gauss.toml");
-    let text = "order = 4\nc = [0.211325, 0.788675]\na = [[0.25, -0.038675], [0.538675, 0.25]]\nb = [0.5, 0.5]\n";
+    let path = directory("six-places").join("sdirk.toml");
+    let text = "order = 3\nc = [0.435867, 0.717933, 1]\nb = [1.208497, -0.644363, 0.435867]\n\
+                a = [[0.435867], [0.282067, 0.435867], [1.208497, -0.644363, 0.435867]]\n";
     fs::write(&path, text).expect("writable");
     let file = path.display().to_string();
     let (code, out, _) = verify(&["judge", &file, "--no-runs"]);
-    assert!(code == 0 && out.contains("confirmed    order 4"), "{out}");
+    assert!(code == 0 && out.contains("confirmed    order 3"), "{out}");
     let (code, out, _) = verify(&["judge", &file]);
     assert!(code != 1 && !out.contains("REFUTED"), "{out}");
     for problem in ["logistic", "van-der-pol", "pendulum"] {
@@ -505,13 +507,17 @@ fn runs_of_rounded_coefficients_count_their_rounding() {
         assert!(out.contains("at the floor"), "{out}");
     }
     // Four places are taken at their word, with a hint.
-    fs::write(
-        &path,
-        text.replace("211325", "2113").replace("788675", "7887").replace("038675", "0387").replace("538675", "5387"),
-    )
-    .expect("writable");
+    let places = |n: usize| {
+        let numbers = [0.4358665215, 0.71793326075, 1.208496649, -0.644363171, 0.28206673925];
+        let [g, c, b, d, a] = numbers.map(|x: f64| format!("{x:.n$}"));
+        format!("order = 3\nc = [{g}, {c}, 1]\nb = [{b}, {d}, {g}]\na = [[{g}], [{a}, {g}], [{b}, {d}, {g}]]\n")
+    };
+    fs::write(&path, places(4)).expect("writable");
     let (code, out, _) = verify(&["judge", &file, "--no-runs"]);
     assert!(code == 1 && flat(&out).contains("`digits = 4`"), "{out}");
+    fs::write(&path, format!("digits = 4\n{}", places(4))).expect("writable");
+    let (code, out, _) = verify(&["judge", &file, "--no-runs"]);
+    assert!(code == 0 && !out.contains("DIAGNOSIS"), "{out}");
 }
 
 #[test]
@@ -527,5 +533,45 @@ fn a_system_gets_advice_with_an_error_that_was_found_or_none() {
     assert!(code == 3 && out.contains("NO ADVICE") && !out.contains("TAKE"), "{out}");
     for bad in ["0", "1", "NaN", "x"] {
         assert_eq!(verify(&["advise", "--problem", "logistic", "--accuracy", bad]).0, 2);
+    }
+}
+
+/// A band decides by how much an order may be off.
+#[test]
+fn the_band_that_is_asked_for_decides() {
+    let dir = directory("band");
+    let path = dir.join("law.csv");
+    let rows: String = [8.0, 4.0, 2.0, 1.0].map(|h: f64| format!("{h},{:.9}\n", 3.0 + 0.01 * h.powf(1.8))).concat();
+    fs::write(&path, format!("h,u\n{rows}")).expect("writable");
+    let data = format!("order --data {} --step h --expect 2", path.display());
+    let euler = format!("{} solve --method heun2 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let program = ["order", "--problem", "logistic", "--expect", "2.3", "--program", &euler];
+    let words: Vec<&str> = data.split(' ').collect();
+    for (line, narrow, wide, default) in [
+        (&words[..], "0.1", "0.25", 0),
+        (&[&words[..], &["--exact", "3"]].concat(), "0.1", "0.25", 0),
+        (&program[..], "0.2", "0.5", 1),
+        (&["order", "--problem", "logistic", "--method", "rk4", "--expect", "4.3"], "0.2", "0.5", 1),
+    ] {
+        assert_eq!(verify(line).0, default, "{line:?}");
+        for (band, status) in [(narrow, 1), (wide, 0)] {
+            let (code, out, error) = verify(&[line, &["--band", band]].concat());
+            assert_eq!(code, status, "{line:?} --band {band}: {out}{error}");
+        }
+    }
+    assert_eq!(say(&format!("{data} --band 0")).0, 2);
+}
+
+/// A program's bound is that of the order it is taken to have: too high a one accuses it.
+#[test]
+fn a_comparison_takes_the_order_of_a_program_for_its_bound() {
+    let own = format!("{} solve --method implicit-euler --csv -", env!("CARGO_BIN_EXE_verify"));
+    let compare = |order: &[&str]| {
+        let (code, out, _) = verify(&[&["compare", "--problem", "logistic", "--program", &own], order].concat());
+        (code, flat(&out))
+    };
+    for (order, status) in [(&[][..], 0), (&["--expect", "1"], 0), (&["--expect", "4"], 1)] {
+        let (code, out) = compare(order);
+        assert!(code == status && out.contains(" 0 do not") == (status == 0), "{order:?}: {out}");
     }
 }
