@@ -80,12 +80,22 @@ fn found(judged: &Judged) -> String {
             sentences.extend(finding.counterexample().map(|case| format!("Counterexample: {case}.")))
         }
         Some(Verdict::Qualified) => {}
+        Some(Verdict::Answered) => sentences.push(finding.evidence.clone()),
         _ => sentences.push(format!("{} comparisons hold.", finding.score())),
     }
     if judged.verdict() != Some(Verdict::Confirmed) {
-        sentences.extend(finding.where_it_holds.as_ref().map(|text| format!("Where it holds: {text}")));
+        sentences.extend(finding.where_it_holds.as_ref().map(|text| format!("{}: {text}", reach(judged))));
     }
     sentences.join(" ")
+}
+
+/// What the finding says of where the statement holds: that decides a verdict only where a condition makes it hold.
+fn reach(judged: &Judged) -> &'static str {
+    match judged.verdict() {
+        Some(Verdict::NotSupported) => "What is left of it",
+        Some(Verdict::Answered) => "For what",
+        _ => "Where it holds",
+    }
 }
 
 /// A number of the source with ours.
@@ -138,7 +148,7 @@ fn section(judged: &Judged) -> Section {
             if judged.verdict() == Some(Verdict::Refuted) {
                 paragraphs.extend(finding.counterexample().map(|case| ("Counterexample", format!("{case}."))));
             }
-            paragraphs.extend(finding.where_it_holds.clone().map(|text| ("Where it holds", text)));
+            paragraphs.extend(finding.where_it_holds.clone().map(|text| (reach(judged), text)));
             paragraphs.extend(finding.mechanism.clone().map(|text| ("Why", text)));
             section.figures = finding.figures.iter().map(|figure| figure.id.clone()).collect();
             section.tables = finding.tables.iter().map(|table| table.id.clone()).collect();

@@ -427,8 +427,8 @@ fn notes(crossing: f64) -> Vec<String> {
              on the branch from beside that state crosses another on the way, and leads up from it. Implicit Euler damps \
              fast growth too, but the branch that it keeps to leads to 1 from every start."
         ),
-        "Method II has a steady state of its own wherever f_v = 0, v = ½ on the logistic equation, and many runs alternate \
-         about it without end."
+        "Method II has a steady state of its own wherever f_v = 0, v = ½ on the logistic equation, and \
+         many of its runs come to a step without a solution."
             .into(),
     ]
 }

@@ -327,11 +327,11 @@ fn notes() -> Vec<String> {
             .into(),
         "As a function of hλ the best coefficient makes the step exact, θ = 1 − hλ/2 + …, and 1/(1 + hλ/2) is its Padé \
          approximation, of third order. Both need λ, and are exact or of third order for that rate alone: on nonlinear problems \
-         they are of second order with errors like the trapezoidal rule's. Where the Jacobian has an eigenvalue λ/2 they \
+         they are of second order, each behind the better of the trapezoidal and the midpoint rule on some problem. Where the Jacobian has an eigenvalue λ/2 they \
          determine nothing, as Method II where it is 0."
             .into(),
-        "A homogeneous condition F(p_n, p_{n+1}) = 0 on a scalar unknown is a linear closure, or a choice between several; it \
-         adds nothing. What is different is a window: with p = 0 only at the end of K steps, and the discrete Euler–Lagrange \
+        "A homogeneous condition F(p_n, p_{n+1}) = 0 on a scalar unknown is a linear closure, or a choice between several; at a \
+         given step it does no better than the best of them for that step. What is different is a window: with p = 0 only at the end of K steps, and the discrete Euler–Lagrange \
          equations in between, the mean local error falls from twice the trapezoidal rule's, Method I's, to half of it, \
          but only for windows longer than the time scale of the problem, whose cost is that of a boundary value problem."
             .into(),

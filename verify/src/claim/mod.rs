@@ -106,7 +106,7 @@ impl Quantifier {
             Self::Universal if cases.iter().any(fails) => Verdict::Refuted,
             Self::General | Self::Comparison if holds_under_a_condition => Verdict::Qualified,
             Self::General | Self::Comparison if !cases.is_empty() && cases.iter().all(fails) => Verdict::Refuted,
-            Self::Comparison if rivals(cases).any(|mut against| against.all(fails)) => Verdict::Refuted,
+            Self::Comparison if rivals(cases).any(|against| against.into_iter().all(fails)) => Verdict::Refuted,
             _ => Verdict::NotSupported,
         }
     }
@@ -128,9 +128,9 @@ pub struct Case {
 }
 
 /// The cases of each method that is compared with.
-fn rivals(cases: &[Case]) -> impl Iterator<Item = impl Iterator<Item = &Case>> {
+fn rivals(cases: &[Case]) -> impl Iterator<Item = Vec<&Case>> {
     let names: BTreeSet<_> = cases.iter().filter_map(|case| case.rival).collect();
-    names.into_iter().map(move |name| cases.iter().filter(move |case| case.rival == Some(name)))
+    names.into_iter().map(|name| cases.iter().filter(|case| case.rival == Some(name)).collect())
 }
 
 impl Case {
@@ -269,9 +269,13 @@ impl Finding {
         &self.cases
     }
 
-    /// The first comparison that does not come out as claimed.
+    /// The first comparison that does not come out as claimed, with a method that none comes out with where there is one.
     pub fn counterexample(&self) -> Option<&Case> {
-        self.cases.iter().find(|case| case.is_sound() && !case.holds())
+        let fails = |case: &&Case| case.is_sound() && !case.holds();
+        let unbeaten = rivals(&self.cases).find(|against| against.iter().all(|case| fails(&case)));
+        // A tie refutes too, but says less.
+        let worst = unbeaten.and_then(|against| against.into_iter().max_by(|a, b| a.measured.total_cmp(&b.measured)));
+        worst.or_else(|| self.cases.iter().find(fails))
     }
 
     /// How many comparisons hold: `9 of 10`.

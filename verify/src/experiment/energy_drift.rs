@@ -194,8 +194,8 @@ pub struct Halves {
     pub slopes: [f64; 2],
     /// The largest energy error.
     pub amplitude: f64,
-    /// What the larger slope adds up to over the whole run, relative to the energy error: where a slow oscillation hides a
-    /// drift, or looks like one, this is what can be said of it.
+    /// What the drift that both halves show, the smaller slope if they have one sign, adds up to over the whole run, relative to
+    /// the energy error.
     pub relative: f64,
 }
 
@@ -228,6 +228,7 @@ impl Experiment for HalfDrifts {
         let ((first, second), (early, late)) = (motion.states.split_at(half), errors.split_at(half));
         let slopes = [slope(first, early)?, slope(second, late)?];
         let amplitude = max_norm(errors);
-        Ok(Halves { slopes, amplitude, relative: max_norm(&slopes) * horizon / amplitude })
+        let shared = if slopes[0] * slopes[1] > 0.0 { slopes.map(f64::abs).into_iter().smallest() } else { 0.0 };
+        Ok(Halves { slopes, amplitude, relative: shared * horizon / amplitude })
     }
 }

@@ -190,7 +190,7 @@ impl Problem for PoiseuilleAnsatz {
             }
             Principle::MomentumZero => {
                 let reason = "p = ∂L/∂v̇ → 0 is the Galerkin equation, and ∂L/∂v does not vanish on its solutions, because \
-                              the Lagrangian (37) keeps a remainder that no v(t) removes";
+                              the Lagrangian (37) keeps a remainder that no v(t) from rest removes";
                 let (reason, exact) = relaxation(reason, &self.galerkin);
                 Limit {
                     name: "galerkin",

@@ -54,6 +54,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ),
     ];
     let values = [
+        ("problems", "four".into()),
+        ("h", H.to_string()),
         ("trapezoidal_low", brief(trapezoidal.0)),
         ("trapezoidal_high", brief(trapezoidal.1)),
         ("midpoint_low", brief(midpoint.0)),

@@ -102,11 +102,16 @@ fn homogeneous(context: &Context) -> Result<Finding, StudyError> {
         }
         ratios.push(format!("{} ({name})", text(ratio)));
     }
-    let evidence = format!("The lines nearest to α/β = 0.9 have α/β = {}.", ratios.join(", "));
+    let evidence = format!(
+        "It does no better than the best linear closure for the step, for it is one: the zero sets are lines, those nearest to \
+         α/β = 0.9 with α/β = {}.",
+        ratios.join(", ")
+    );
     Ok(Finding::on(cases, evidence)
         .holds_where("For a scalar unknown. For systems F would have to be a vector of conditions, which Eq. (28) is not.")
         .because(
-            "Homogeneity makes the zero set a union of lines through the origin: F selects one or more pairs (α, β), and a \
-             rule is needed to choose between them. It cannot do better than the best linear closure.",
+            "Homogeneity makes the zero set a union of lines through the origin, or the origin alone: F selects pairs (α, β), and \
+             where there are several a rule has to choose between them. At a given step it cannot do better than the best (α, β) \
+             for that step.",
         ))
 }

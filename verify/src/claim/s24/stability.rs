@@ -46,8 +46,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         id: "S24-c-1",
-        source: "[S24] Section 3, Eq. (25)",
-        statement: "Method II is unconditionally stable on the test problem.",
+        source: "[S24] Section 3, Eq. (25) and after Eq. (27)",
+        statement: "Method II is unconditionally stable: no step size amplifies what does not grow.",
         quantifier: Quantifier::Universal,
         criterion: "Live steps contract on v̇ = −v and on every damped plane rotation, and the spectral radius of a live step \
                     is at most 1 on the stable system of 3 unknowns that the search of S24-b-3, made for Method II, finds to be amplified most.",
@@ -104,9 +104,10 @@ fn method_i_on_dissipative_systems(context: &Context) -> Result<Finding, StudyEr
     }
     let evidence = "Scalars, rotations and linear dissipative systems are stable at every step size.";
     Ok(Finding::on(cases, evidence).because(
-        "For v̇ = Av one step is (I − hS + ½h²AᵀA)⁻¹(I + hK) with the symmetric and skew parts S and K of A. Where S is negative \
-         semidefinite the norm of the inverse times I + hK is at most 1: there it is a theorem. That the eigenvalues of A do not \
-         lie in the right half-plane is not enough (S24-b-3), and neither is dissipation where the problem is not linear \
+        "For v̇ = Av one step is (I − hS + ½h²AᵀA)⁻¹(I + hK) with the symmetric and skew parts S and K of A. For a unit eigenvector v \
+         with factor λ, (1 − h v*Sv + ½h²|Av|²) λ = 1 + h v*Kv. Where S is negative semidefinite, v*Kv = iκ and |Av|² ≥ κ² give \
+         |λ|² ≤ (1 + h²κ²)/(1 + ½h²κ²)² ≤ 1. The eigenvalues of a step are bounded so, its norm is not. That the eigenvalues of A \
+         do not lie in the right half-plane is not enough (S24-b-3), and neither is dissipation where the problem is not linear \
          (S24-h-1).",
     ))
 }
@@ -126,9 +127,9 @@ fn method_i_on_stable_systems(context: &Context) -> Result<Finding, StudyError> 
     Ok(Finding::on(cases, evidence)
         .holds_where("On scalars, on systems with a normal matrix, and on linear dissipative systems (S24-b-1).")
         .because(format!(
-            "Stability of a step rests on the symmetric part S of the matrix, not on its eigenvalues. The matrix with rows {}, {}, \
-             {} has no eigenvalue right of {}, but S has the eigenvalue {}, so that the system is not dissipative; it is \
-             amplified from h = {} on.",
+            "Stability of a step is guaranteed by a negative semidefinite symmetric part S, not by the eigenvalues of the matrix. The matrix with rows {}, {}, \
+             {} has no eigenvalue right of {}, but S has the eigenvalue {}, so that the system is not dissipative; the \
+             smallest step that amplifies it is h = {}.",
             row(0),
             row(1),
             row(2),
