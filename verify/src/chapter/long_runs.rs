@@ -133,7 +133,8 @@ fn drift_figure(windows: &Table) -> Figure {
         let curves = windows.where_text("problem", problem).curves("method", "t", "largest", Mark::Line);
         Panel::new(Axis::linear("t"), Axis::log("largest energy error"), curves).titled(*problem)
     });
-    let caption = "Largest energy error in each window of time: level where it stays bounded, rising where it drifts.";
+    let caption = "Largest energy error in each window of time. A drift shows here once it is as large as the error that oscillates; the \
+                   table has drifts far smaller.";
     Figure::new("drift", caption, windows.id.clone(), panels).in_columns(2)
 }
 

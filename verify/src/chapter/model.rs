@@ -96,7 +96,7 @@ fn recommend(model: &Model, evidence: &mut Evidence) -> Result<(), StudyError> {
         .filter(|p| p.error.is_finite())
         .map(|p| row![&p.solver, p.setting, p.error, p.steps, p.evaluations, p.factorizations]);
     let caption = format!(
-        "Error at the end against evaluations of f, or of the step equations, and against factorizations: fixed steps from 8 to \
+        "Error at the end against evaluations of f, in step equations as many as there are stages, and against factorizations: fixed steps from 8 to \
          512 in a run, and tolerances from 1e-2 to 1e-9. Errors above {} are left out.",
         brief(most)
     );

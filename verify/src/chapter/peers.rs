@@ -69,7 +69,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         evidence.spreads.extend(spread(title, found));
     }
     let caption = format!(
-        "Error at the end against evaluations of f, or of the step equations, and against factorizations of matrices: fixed \
+        "Error at the end against evaluations of f, in step equations as many as there are stages, and against factorizations of matrices: fixed \
          steps from 8 to 512 in a run, and tolerances from 1e-3 to 1e-9. Errors above {LOST} are left out."
     );
     evidence.tables.push(Table::data("peers", caption.clone(), COLUMNS, rows));

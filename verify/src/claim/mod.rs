@@ -271,11 +271,11 @@ impl Finding {
 
     /// The first comparison that does not come out as claimed, with a method that none comes out with where there is one.
     pub fn counterexample(&self) -> Option<&Case> {
-        let fails = |case: &&Case| case.is_sound() && !case.holds();
-        let unbeaten = rivals(&self.cases).find(|against| against.iter().all(|case| fails(&case)));
+        let fails = |case: &Case| case.is_sound() && !case.holds();
+        let unbeaten = rivals(&self.cases).find(|against| against.iter().all(|case| fails(case)));
         // A tie refutes too, but says less.
         let worst = unbeaten.and_then(|against| against.into_iter().max_by(|a, b| a.measured.total_cmp(&b.measured)));
-        worst.or_else(|| self.cases.iter().find(fails))
+        worst.or_else(|| self.cases.iter().find(|case| fails(case)))
     }
 
     /// How many comparisons hold: `9 of 10`.

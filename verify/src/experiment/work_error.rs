@@ -36,7 +36,7 @@ pub struct Point {
     pub setting: f64,
     /// Steps.
     pub steps: u64,
-    /// Evaluations of f, or of the step equations.
+    /// Evaluations of f: as many for each evaluation of its step equations as a method has stages.
     pub evaluations: u64,
     /// Factorizations.
     pub factorizations: u64,
@@ -203,7 +203,7 @@ fn own(
         is_reference: false,
         setting,
         steps: found.work.steps,
-        evaluations: found.work.residuals,
+        evaluations: u64::from(method.traits().stages) * found.work.residuals,
         factorizations: found.work.factorizations,
         error: error(&found.end.q, truth),
         seconds: found.seconds,
