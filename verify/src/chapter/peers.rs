@@ -149,19 +149,20 @@ fn check(title: &str, found: &Found) -> Check {
     verdict
 }
 
-/// The times of a problem as multiples of the median of the first reference, or of the first solver where there is none.
+/// The times of a problem as multiples of the fastest run of the first reference, or of the first solver where there is none.
 fn spread(title: &str, found: &Found) -> Vec<Spread> {
     let base = found.times.iter().find(|times| times.is_reference).or(found.times.first());
     let Some(base) = base else { return Vec::new() };
-    let middle = base.seconds[base.seconds.len() / 2];
+    // Beside other computations the fastest of some runs is the least disturbed.
+    let least = base.seconds[0];
     let spread = |times: &Times| {
-        let at = |place: usize| times.seconds[place] / middle;
+        let at = |place: usize| times.seconds[place] / least;
         let last = times.seconds.len() - 1;
         Spread {
             what: title.to_owned(),
             solver: times.solver.clone(),
             base: base.solver.clone(),
-            ratios: [at(0), at(last / 2), at(last)],
+            ratios: [at(0), at(last / 4), at(last / 2)],
         }
     };
     found.times.iter().map(spread).collect()

@@ -43,9 +43,9 @@ pub struct Spread {
     pub what: String,
     /// The solver.
     pub solver: String,
-    /// The solver whose median is 1.
+    /// The solver whose fastest run is 1.
     pub base: String,
-    /// Least, median and largest of repeated runs.
+    /// Least, lower quartile and median of repeated runs; what other computations cost them is in the slow ones.
     pub ratios: [f64; 3],
 }
 

@@ -176,7 +176,7 @@ impl Experiment for Decay {
     }
 }
 
-/// Evaluations of the step equation or of f in a run to t = 10.
+/// Evaluations of f in a run to t = 10, in those of a step equation as many as the method has stages.
 #[derive(Debug)]
 pub struct Evaluations(pub Errors);
 
@@ -187,7 +187,9 @@ impl Experiment for Evaluations {
     fn measure(&self, _: &Context) -> Result<u64, StudyError> {
         let Errors { problem, method, h } = self.0;
         let problem = problem::build_setting(problem)?;
-        Ok(run(&*problem, &*method::parse(method)?, h, HORIZON, |_| {})?.work.residuals)
+        let method = method::parse(method)?;
+        let work = run(&*problem, &*method, h, HORIZON, |_| {})?.work;
+        Ok(u64::from(method.traits().stages) * work.residuals)
     }
 }
 

@@ -109,7 +109,7 @@ fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, St
     let caption = format!(
         "{method} against each rival: the share of the step sizes at which its error is the smaller, and its error divided by \
          the rival's at h = 0.01, at equal step size and at equal work; below 1 it is ahead. Work is counted by the integrators: \
-         evaluations of the step equation or of f."
+         evaluations of f, in those of a step equation as many as the method has stages; a product Jᵀr counts as one."
     );
     let columns = ["problem", "rival", "share_ahead", "equal_step", "equal_evaluations"];
     let table = Table::new(format!("claims-rivals-{method}"), caption, columns, rows);

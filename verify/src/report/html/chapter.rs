@@ -103,10 +103,10 @@ fn body(chapter: &Chapter, told: Option<&str>, palette: Palette<'_>, numbers: &m
 fn spreads(spreads: &[Spread]) -> Markup {
     html! {
         div.table {
-            p.caption { "Times of repeated runs, each solver with the setting that reaches the accuracy fastest, as multiples of the median of the one named as base." }
+            p.caption { "Times of repeated runs, each solver with the setting that reaches the accuracy fastest, as multiples of the fastest of the one named as base." }
             div.scroll tabindex="0" role="region" aria-label="Times" {
                 table.sortable {
-                    thead { tr { @for name in ["problem", "solver", "least", "median", "largest", "base"] { th scope="col" { (name) } } } }
+                    thead { tr { @for name in ["problem", "solver", "least", "quartile", "median", "base"] { th scope="col" { (name) } } } }
                     tbody {
                         @for Spread { what, solver, base, ratios } in spreads {
                             tr {
