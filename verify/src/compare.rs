@@ -145,7 +145,7 @@ pub fn cross_check_beside(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Me
                 statement: format!("{solver} agrees with {truth_name} on {name}, {}", limit.reason),
                 outcome: judged.outcome,
                 measured: judged.difference,
-                required: judged.bound.map(Requirement::AtMost),
+                required: judged.required,
                 reason: judged.status,
             });
         }
@@ -313,12 +313,20 @@ fn truth(
 struct Judged {
     difference: Option<f64>,
     bound: Option<f64>,
+    /// Of the difference, which decides alone unless the bound is too wide.
+    required: Option<Requirement>,
     outcome: Outcome,
     status: String,
 }
 
 fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judged {
-    let without = |outcome, status: &str| Judged { difference: None, bound: None, outcome, status: status.into() };
+    let without = |outcome, status: &str| Judged {
+        difference: None,
+        bound: None,
+        required: None,
+        outcome,
+        status: status.into(),
+    };
     let (answer, (_, truth)) = match (answer, truth) {
         (Err(Gap::NotRun(reason)), _) => return without(Outcome::NotRun, &format!("not run: {reason}")),
         (Err(Gap::BrokeDown(reason)), _) => return without(Outcome::Pass, reason),
@@ -337,7 +345,12 @@ fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judg
         (false, None) if near => (Outcome::Inconclusive, "agrees, but the bounds are too wide to tell".into()),
         (false, None) => (Outcome::Fail, "differs by more than the bounds allow".into()),
     };
-    Judged { difference: Some(difference), bound: Some(bound), outcome, status }
+    let required = match answer.astray {
+        None => Some(Requirement::AtMost(bound)),
+        // One that a wide bound covers is astray for the width.
+        Some(_) => (resolved || !near).then_some(Requirement::Above(bound)),
+    };
+    Judged { difference: Some(difference), bound: Some(bound), required, outcome, status }
 }
 
 fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
@@ -375,5 +388,19 @@ mod tests {
         assert_eq!(astray(1.001, 2e-3), Outcome::Fail);
         assert_eq!(astray(1.003, 2e-3), Outcome::Pass);
         assert_eq!(astray(5e19, 9.8e19), Outcome::Pass);
+    }
+
+    /// What is printed as required is what was: the outcome follows from it wherever the bound resolves the truth.
+    #[test]
+    fn the_requirement_beside_an_outcome_is_the_one_that_decided_it() {
+        let truth = ("exact".to_owned(), Answer { states: vec![vec![1.0]], bound: 0.0, astray: None });
+        for astray in [None, Some("it must")] {
+            for answer in [1.001, 1.003] {
+                let answer = Answer { states: vec![vec![answer]], bound: 2e-3, astray };
+                let judged = judge(&Ok(answer), Some(&truth));
+                let is_met = judged.required.zip(judged.difference).map(|(required, x)| required.is_met_by(x));
+                assert_eq!(is_met, Some(judged.outcome == Outcome::Pass), "{astray:?}: {}", judged.status);
+            }
+        }
     }
 }

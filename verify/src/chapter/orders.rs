@@ -104,15 +104,14 @@ pub(super) fn report(measured: &[Measured]) -> Evidence {
 
 /// The orders as a map of methods and problems.
 fn grid(measured: &[Measured]) -> Grid {
-    let caption = "Measured order less the expected one. Green where it lies within its band, the darker the nearer to its \
-                   edge; red where it fails, amber where the data do not decide, grey where nothing is measured. A cell \
-                   leads to its check.";
+    let caption = "Measured order less the expected one, method by problem. A cell leads to its check. It is blank where the \
+                   method is not made for the problem.";
     let mut grid = Grid::new("orders", caption, 2);
     for pair in measured {
         let fit = pair.fit.as_ref().ok();
         let excess = fit.and_then(|fit| fit.line.map(|line| line.slope - fit.expected.order));
         let strain = excess.zip(fit).map_or(0.0, |(excess, fit)| excess.abs() / fit.expected.band);
-        grid.push(&pair.method, &pair.problem, excess, strain, format!("{}/{}", pair.problem, pair.method));
+        grid.push(&pair.method, &pair.problem, excess, Some(strain), format!("{}/{}", pair.problem, pair.method));
     }
     grid
 }

@@ -28,8 +28,9 @@ pub struct GridCell {
     pub column: usize,
     /// The number shown; nothing where the check measured none.
     pub value: Option<f64>,
-    /// How near the measured number came to its bound: 0 far from it, 1 at it.
-    pub strain: f64,
+    /// How near the measured number came to its bound: 0 far from it, 1 at it; nothing where theory predicts that the two
+    /// differ.
+    pub strain: Option<f64>,
     /// The identifier of the check in its chapter.
     pub check: String,
 }
@@ -42,7 +43,7 @@ impl Grid {
     }
 
     /// Adds the cell of a check.
-    pub fn push(&mut self, row: &str, column: &str, value: Option<f64>, strain: f64, check: impl Into<String>) {
+    pub fn push(&mut self, row: &str, column: &str, value: Option<f64>, strain: Option<f64>, check: impl Into<String>) {
         let place = |names: &mut Vec<String>, name: &str| {
             names.iter().position(|known| known == name).unwrap_or_else(|| {
                 names.push(name.to_owned());

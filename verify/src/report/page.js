@@ -32,6 +32,31 @@ const sortable = (root) => {
   }
 };
 sortable(document);
+// A map is one stop of the keyboard, and the arrow keys go from cell to cell.
+for (const map of document.querySelectorAll('table.grid')) {
+  const links = [...map.querySelectorAll('td a')];
+  links.forEach((link, place) => { link.tabIndex = place ? -1 : 0; });
+  const place = (link) => [link.closest('tr').sectionRowIndex, link.parentElement.cellIndex];
+  const steps = { ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowDown: [1, 0], ArrowUp: [-1, 0] };
+  map.addEventListener('keydown', (event) => {
+    const step = steps[event.key];
+    if (!step || !event.target.matches('td a')) return;
+    event.preventDefault();
+    const rows = map.tBodies[0].rows;
+    let [row, column] = place(event.target);
+    let next;
+    // Over blank cells to the next one that leads somewhere.
+    do {
+      row += step[0];
+      column += step[1];
+      next = rows[row]?.cells[column]?.querySelector('a');
+    } while (!next && rows[row]?.cells[column]);
+    if (!next) return;
+    event.target.tabIndex = -1;
+    next.tabIndex = 0;
+    next.focus();
+  });
+}
 // A large part travels compressed and is unpacked once, when it is opened.
 const unpack = async (part) => {
   const packed = part.querySelector(':scope > .packed');

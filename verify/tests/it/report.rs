@@ -226,8 +226,8 @@ fn linear_drag() -> Chapter {
 
 fn grid() -> Grid {
     let mut grid = Grid::new("map", "Log of the difference over its bound.", 1);
-    grid.push("method-i", NASTY, Some(-2.04), 0.0, "closed-form");
-    grid.push("rk4", "heat", None, 0.0, "cvode");
+    grid.push("method-i", NASTY, Some(-2.04), Some(0.0), "closed-form");
+    grid.push("rk4", "heat", None, Some(0.0), "cvode");
     grid
 }
 
@@ -461,6 +461,115 @@ fn a_keyboard_reaches_all_that_a_mouse_does() {
         assert_eq!(scrolls, of("tabindex") == Some("0"), "what scrolls takes the focus, and nothing else but controls");
         assert!(!scrolls || of("aria-label").or(of("aria-labelledby")).is_some(), "what takes the focus has a name");
     }
+}
+
+/// A third row is not a third column.
+#[test]
+fn the_style_counts_cells_and_never_rows() {
+    let page = read(&written("style"), "index.html");
+    let (_, style) = page.split_once("<style>").expect("a style");
+    let (style, _) = style.split_once("</style>").expect("its end");
+    let before: Vec<&str> = style.split(":nth-child(").collect();
+    assert!(before.len() > 3);
+    for selector in &before[..before.len() - 1] {
+        assert!(["td", "th", ":is(th, td)"].iter().any(|of| selector.ends_with(of)), "{selector}:nth-child(");
+    }
+}
+
+/// A difference that theory predicts passes, and is neither green nor red.
+#[test]
+fn a_map_explains_its_cells_and_sets_predicted_differences_apart() {
+    let mut map = grid();
+    map.push("astray", "heat", Some(8.0), None, "closed-form");
+    map.push("broke-down", "heat", None, None, "closed-form");
+    let chapter = linear_drag();
+    let evidence = Evidence { grids: vec![map], ..chapter.evidence };
+    let path = fresh("map");
+    report::write(&Run::new(vec![Chapter { evidence, ..chapter }], Vec::new()), &path).expect("written");
+    let page = read(&path, "index.html");
+    let cell =
+        |class: &str, text: &str| format!("<td class=\"{class}\"><a href=\"#linear-drag/closed-form\">{text}</a>");
+    for part in [cell("p0", "−2.0"), cell("predicted", "+8.0"), cell("predicted", "≠")] {
+        assert!(page.contains(&part), "{part}");
+    }
+    let (_, key) = page.split_once("<ul class=\"key\">").expect("a key");
+    let (key, _) = key.split_once("</ul>").expect("its end");
+    for (said, text) in [(true, "as predicted"), (true, "not run"), (true, "holds"), (false, "not decided")] {
+        assert_eq!(key.contains(text), said, "{text} in {key}");
+    }
+}
+
+#[test]
+fn a_chapter_of_checks_alone_takes_one_click() {
+    let evidence = Evidence { checks: vec![check("c", Outcome::Pass, Some(2.0))], ..Evidence::default() };
+    let path = fresh("one-click");
+    let chapter = Chapter { id: "alone".into(), evidence, ..Chapter::default() };
+    report::write(&Run::new(vec![chapter], Vec::new()), &path).expect("written");
+    let page = read(&path, "index.html");
+    let (_, chapter) = page.split_once("<section class=\"chapter\" id=\"alone\">").expect("the chapter");
+    let (chapter, _) = chapter.split_once("</section>").expect("its end");
+    assert_eq!(chapter.matches("<details").count(), 1, "{chapter}");
+    assert!(chapter.contains("1 check that passed") && chapter.contains("alone/c"));
+}
+
+/// Version, commit and date; how the claims came out, before how the checks did; and a way past all that for the keyboard.
+#[test]
+fn the_first_screen_says_what_it_is_and_counts_the_verdicts() {
+    let claim = |place: usize, mark: &str| Section { id: format!("S{place}"), mark: mark.into(), ..Section::default() };
+    let marks = ["confirmed", "refuted as stated", "confirmed", "open"];
+    let sections = marks.iter().enumerate().map(|(place, mark)| claim(place, mark)).collect();
+    let claims = Chapter {
+        id: "claims".into(),
+        evidence: Evidence { sections, checks: vec![check("c", Outcome::Pass, Some(2.0))], ..Evidence::default() },
+        ..Chapter::default()
+    };
+    let provenance = [("verify", "0.1.0"), ("commit", "abc123"), ("date", "2026-11-22"), ("target", "x")];
+    let provenance = provenance.map(|(key, value)| (key.into(), value.into())).to_vec();
+    let path = fresh("first-screen");
+    report::write(&Run::new(vec![claims], provenance), &path).expect("written");
+    let page = read(&path, "index.html");
+    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
+    assert!(page.contains("verify 0.1.0 · commit abc123 · date 2026-11-22"));
+    let order = [
+        "href=\"#_summary\">Skip",
+        "<h1>",
+        "4 claims of the papers",
+        "<b>2</b> <span>confirmed",
+        "<b>1</b> <span>refuted as stated",
+        "<b>1</b> <span>open",
+        " checks</p>",
+    ];
+    let places: Vec<usize> = order.iter().map(|text| place(text)).collect();
+    assert!(places.is_sorted(), "{places:?}");
+    assert!(!page.contains("<b>0</b> <span>qualified"), "what is no verdict of any claim has no tile");
+}
+
+/// In a real browser, if there is one: a map is one stop, and the arrow keys go over blank cells.
+#[test]
+fn arrow_keys_go_from_cell_to_cell_of_a_map() {
+    let mut map = Grid::new("keys", "Keys.", 1);
+    // A blank in the middle of the first row.
+    for (row, column) in [("a", "x"), ("b", "y"), ("b", "z"), ("a", "z")] {
+        map.push(row, column, Some(0.0), Some(0.0), format!("{row}{column}"));
+    }
+    let checks = ["ax", "by", "bz", "az"].map(|id| check(id, Outcome::Pass, Some(2.0))).to_vec();
+    let evidence = Evidence { grids: vec![map], checks, ..Evidence::default() };
+    let path = fresh("arrows");
+    let chapter = Chapter { id: "m".into(), evidence, ..Chapter::default() };
+    report::write(&Run::new(vec![chapter], Vec::new()), &path).expect("written");
+    let file = path.join("index.html");
+    let press = "<script>const stops = document.querySelectorAll('table.grid a[tabindex=\"0\"]');
+        stops[0].focus(); const seen = [stops.length];
+        for (const key of ['ArrowRight', 'ArrowDown', 'ArrowLeft', 'ArrowLeft', 'ArrowUp']) {
+          document.activeElement.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+          seen.push(document.activeElement.hash);
+        }
+        document.title = seen.join(' ');</script>";
+    fs::write(&file, format!("{}{press}", fs::read_to_string(&file).expect("the page"))).expect("writable");
+    let Some((page, said)) = browsed(&path, "") else { return };
+    assert!(said.is_empty(), "{said:#?}");
+    let (_, title) = page.split_once("<title>").expect("a title");
+    assert!(title.starts_with("1 #m/az #m/bz #m/by #m/by #m/by<"), "{}", &title[..80]);
 }
 
 #[test]
@@ -821,29 +930,40 @@ fn results_keep_to_their_schema() {
     }
 }
 
-/// The page with nasty text in it, in a real browser: its scripts run, nothing is said on the console, and every link within
-/// it leads somewhere. Where there is no Chromium, nothing is tested, which is said.
-#[test]
-fn a_browser_shows_the_page_without_complaint() {
-    let path = written("browser");
-    let profile = path.join("profile");
+/// The page of a report as Chromium has it once its scripts have run, and what it said on the console. Where there is no
+/// Chromium, nothing is tested, which is said.
+fn browsed(report: &Path, fragment: &str) -> Option<(String, Vec<String>)> {
     let output = Command::new("chromium")
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
         .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
         .args(["--enable-logging=stderr", "--v=0", "--virtual-time-budget=2000", "--dump-dom"])
-        .arg(format!("--user-data-dir={}", profile.display()))
-        // No part has this name, so that the script opens one after the other in search of it.
-        .arg(format!("file://{}#nowhere", path.canonicalize().expect("written").join("index.html").display()))
+        .arg(format!("--user-data-dir={}", report.join("profile").display()))
+        .arg(format!("file://{}{fragment}", report.canonicalize().expect("written").join("index.html").display()))
         .output();
     let output = match output {
         Ok(output) if output.status.success() => output,
-        Ok(output) => return eprintln!("not run: chromium ended with {}", output.status),
-        Err(error) => return eprintln!("not run: chromium: {error}"),
+        Ok(output) => {
+            eprintln!("not run: chromium ended with {}", output.status);
+            return None;
+        }
+        Err(error) => {
+            eprintln!("not run: chromium: {error}");
+            return None;
+        }
     };
     let said = String::from_utf8_lossy(&output.stderr);
-    let complaints: Vec<&str> = said.lines().filter(|line| line.contains("CONSOLE")).collect();
+    let complaints = said.lines().filter(|line| line.contains("CONSOLE")).map(str::to_owned).collect();
+    Some((String::from_utf8_lossy(&output.stdout).into_owned(), complaints))
+}
+
+/// The page with nasty text in it, in a real browser: its scripts run, nothing is said on the console, and every link within
+/// it leads somewhere.
+#[test]
+fn a_browser_shows_the_page_without_complaint() {
+    let path = written("browser");
+    // No part has this name, so that the script opens one after the other in search of it.
+    let Some((page, complaints)) = browsed(&path, "#nowhere") else { return };
     assert!(complaints.is_empty(), "{complaints:#?}");
-    let page = String::from_utf8_lossy(&output.stdout);
     let attribute = |name: &str| -> Vec<String> {
         let opening = format!(" {name}=\"");
         page.split(&opening).skip(1).filter_map(|rest| Some(rest.split_once('"')?.0.to_owned())).collect()

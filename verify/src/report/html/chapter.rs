@@ -4,9 +4,10 @@ use maud::{Markup, html};
 
 use super::super::style::Palette;
 use super::super::text::{anchor, clean, data_file};
-use super::figure::{figure, grid};
+use super::figure::figure;
 use super::fold::fold;
-use super::{Numbers, badge, by_reason, check_anchor, class, inline, number, permalink};
+use super::map::map;
+use super::{Numbers, badge, by_reason, check_anchor, inline, number, permalink};
 use crate::evidence::{Cell, Check, Evidence, Outcome, Section, Spread, Table};
 use crate::report::run::Chapter;
 
@@ -38,7 +39,7 @@ pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, nu
                 }
             }
             @for note in &evidence.notes { p { (inline(note)) } }
-            @for map in &evidence.grids { (grid(map, chapter)) }
+            @for grid in &evidence.grids { (map(grid, chapter)) }
             (undecided(chapter))
             @if let Some((_, table)) = &summary { (table) }
             @for part in recommended { (part) }
@@ -90,7 +91,10 @@ fn body(chapter: &Chapter, told: Option<&str>, palette: Palette<'_>, numbers: &m
                 }
             }
         }
-        @if !passed.is_empty() {
+        // What a fold of the chapter holds alone takes one click.
+        @if chapter.id != super::IN_SIGHT && evidence.figures.is_empty() && evidence.tables.iter().all(|table| !table.shown) {
+            (check_table(chapter, &passed))
+        } @else if !passed.is_empty() {
             details {
                 summary { (passed.len()) (if passed.len() == 1 { " check passed" } else { " checks passed" }) }
                 (check_table(chapter, &passed))
@@ -264,12 +268,4 @@ fn cell(content: &Cell, align: Option<&str>, sections: &[Section]) -> Markup {
 fn is_numeric(table: &Table, column: usize) -> bool {
     let mut cells = table.rows.iter().filter_map(|row| row.get(column)).filter(|cell| **cell != Cell::Empty).peekable();
     cells.peek().is_some() && cells.all(|cell| matches!(cell, Cell::Number(_) | Cell::Integer(_)))
-}
-
-/// The class of a cell in a map: what came out, and in four shades how near a passed check came to its bound.
-pub(super) fn shade(outcome: Outcome, strain: f64) -> String {
-    match outcome {
-        Outcome::Pass => format!("p{}", (strain.clamp(0.0, 1.0) * 3.0).round()),
-        other => class(other).to_owned(),
-    }
 }

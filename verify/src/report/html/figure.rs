@@ -1,14 +1,13 @@
-//! Figures with their legends, and maps of checks.
+//! Figures with their legends.
 
 use maud::{Markup, PreEscaped, html};
 
 use super::super::chart;
 use super::super::style::{Palette, Style, band};
-use super::super::text::{anchor, clean};
-use super::chapter::{data_link, shade};
-use super::{check_anchor, inline, permalink};
-use crate::evidence::{Figure, Grid, Mark};
-use crate::report::run::Chapter;
+use super::super::text::anchor;
+use super::chapter::data_link;
+use super::{inline, permalink};
+use crate::evidence::{Figure, Mark};
 
 pub(super) fn figure(figure: &Figure, palette: Palette<'_>, count: &mut usize) -> Markup {
     *count += 1;
@@ -117,52 +116,6 @@ impl<'a> Legend<'a> {
                 ul.legend {
                     @for (label, class) in &self.bands { li { span.band.(class) {} span { (inline(label)) } } }
                     @for (label, mark, style) in named { li { (PreEscaped(style.swatch(*mark, "class=\"swatch\""))) span { (inline(label)) } } }
-                }
-            }
-        }
-    }
-}
-
-/// A map of checks; each cell leads to its check.
-pub(super) fn grid(grid: &Grid, chapter: &Chapter) -> Markup {
-    let id = anchor(&format!("grid:{}", grid.id));
-    let show = |value: Option<f64>| match value {
-        // Through a fixed number of digits, so that a column can be read down; no sign before a zero.
-        Some(value) if value.is_finite() => {
-            let text = format!("{value:+.*}", grid.decimals);
-            if text.trim_start_matches(['+', '-', '0', '.']).is_empty() {
-                text[1..].to_owned()
-            } else {
-                text.replace('-', "−")
-            }
-        }
-        Some(_) => "∞".into(),
-        None => "–".into(),
-    };
-    html! {
-        div.table id=(id) {
-            p.caption id=(format!("{id}-caption")) { (inline(&grid.caption)) " " (permalink(&id, "map")) }
-            div.scroll tabindex="0" role="region" aria-labelledby=(format!("{id}-caption")) {
-                table.grid aria-labelledby=(format!("{id}-caption")) {
-                    thead { tr { td {} @for name in &grid.columns { th scope="col" { span { (clean(name)) } } } } }
-                    tbody {
-                        @for (row, name) in grid.rows.iter().enumerate() {
-                            tr {
-                                th scope="row" { (clean(name)) }
-                                @for column in 0..grid.columns.len() {
-                                    @let cell = grid.cells.iter().find(|cell| (cell.row, cell.column) == (row, column));
-                                    @match cell.and_then(|cell| Some((cell, chapter.check(&cell.check)?))) {
-                                        Some((cell, check)) => {
-                                            td.(shade(check.outcome, cell.strain)) {
-                                                a href=(format!("#{}", check_anchor(chapter, &check.id))) { (show(cell.value)) }
-                                            }
-                                        }
-                                        None => { td {} }
-                                    }
-                                }
-                            }
-                        }
-                    }
                 }
             }
         }

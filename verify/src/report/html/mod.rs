@@ -3,6 +3,8 @@
 mod chapter;
 mod figure;
 mod fold;
+mod map;
+mod opening;
 
 pub(super) use figure::Legend;
 
@@ -40,15 +42,18 @@ pub(super) fn document(run: &Run) -> String {
                 style { (PreEscaped(include_str!("../page.css"))) }
             }
             body {
-                header {
-                    h1 { "Verification of lsvi" }
-                    p.headline.(if counts.is_ok() { "good" } else { "bad" }) { (sentence(&verdict::headline(counts))) }
-                }
+                (opening::skip(run))
+                (opening::title(run, counts))
                 (contents(run))
                 main {
-                    noscript { p.error { "Without its script this page opens no details; they are in " code { "data/" } " and " code { "report.md" } "." } }
-                    (answers(run))
-                    (summary(run, counts))
+                    noscript {
+                        p.error {
+                            "The details of this page are packed, and its script unpacks them when they are opened. Without scripts they are in "
+                            code { "data/" } " and " code { "report.md" } "."
+                        }
+                    }
+                    (opening::answers(run))
+                    (opening::summary(run, counts))
                     (PreEscaped(include_str!("../primer.html")))
                     @for (index, chapter) in run.chapters.iter().enumerate() {
                         (chapter::write(index + 1, chapter, Palette(&run.palette), &mut numbers))
@@ -146,85 +151,6 @@ fn contents(run: &Run) -> Markup {
                 }
             }
         }
-    }
-}
-
-/// The questions of the first chapter, each with its answer in a line, before anything else.
-fn answers(run: &Run) -> Markup {
-    let chapter = run.chapters.iter().find(|chapter| chapter.id == IN_SIGHT);
-    html! {
-        @if let Some(chapter) = chapter {
-            section #_answers {
-                ul.answers {
-                    @for section in &chapter.evidence.sections {
-                        li {
-                            a href=(format!("#{}", anchor(&section.id))) { (inline(&section.title)) } " "
-                            span.mark { (clean(&section.mark)) }
-                            @if let Some((label, text)) = section.paragraphs.iter().find(|(label, _)| label == "Take") {
-                                br; (inline(&format!("{label} {text}")))
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn summary(run: &Run, counts: Counts) -> Markup {
-    let tiles = [
-        (counts.pass, Outcome::Pass),
-        (counts.fail, Outcome::Fail),
-        (counts.inconclusive, Outcome::Inconclusive),
-        (counts.not_run, Outcome::NotRun),
-    ];
-    let broken: Vec<_> = run.chapters.iter().filter_map(|chapter| Some((chapter, chapter.error.as_deref()?))).collect();
-    html! {
-        section #_summary {
-            ul.tiles {
-                @for (count, outcome) in tiles {
-                    li.(class(outcome)).none[count == 0] {
-                        b { (count) } " " span { (verdict::symbol(outcome)) " " (verdict::word(outcome)) }
-                    }
-                }
-            }
-            @if !broken.is_empty() {
-                h3 { "Studies that broke off" }
-                ul.points {
-                    @for (chapter, error) in broken {
-                        li { a href=(format!("#{}", anchor(&chapter.id))) { (clean(&chapter.title)) } ": " (inline(error)) }
-                    }
-                }
-            }
-            @for outcome in [Outcome::Fail, Outcome::Inconclusive] {
-                @let checks: Vec<_> = run.checks_that(outcome).collect();
-                @if !checks.is_empty() {
-                    h3 { (verdict::word(outcome)) " (" (checks.len()) ")" }
-                    ul.points { @for (chapter, check) in checks { li { (check_link(chapter, check)) } } }
-                }
-            }
-            @let reasons = by_reason(run.checks_that(Outcome::NotRun));
-            @if !reasons.is_empty() {
-                details {
-                    summary { "Not run (" (counts.not_run) "): " (reasons.len()) (if reasons.len() == 1 { " reason" } else { " reasons" }) }
-                    ul.points {
-                        @for (reason, checks) in reasons {
-                            li {
-                                (inline(&sentence(reason.trim_end_matches('.'))))
-                                @for (chapter, check) in &checks { br; (check_link(chapter, check)) }
-                            }
-                        }
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn check_link(chapter: &Chapter, check: &Check) -> Markup {
-    html! {
-        a href=(format!("#{}", check_anchor(chapter, &check.id))) { (inline(&check.statement)) } " "
-        span.where { (clean(&chapter.title)) }
     }
 }
 
