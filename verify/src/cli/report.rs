@@ -9,6 +9,7 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressStyle};
 use verify::chapter::{self, Context, Study, StudyError};
 use verify::evidence::Evidence;
+use verify::experiment::flow::PROJECTION;
 use verify::experiment::side_by_side;
 use verify::names::NameError;
 use verify::problem::model::Model;
@@ -186,7 +187,8 @@ fn palette() -> Vec<String> {
         first.chain(examples).chain(method::ALL.iter().map(|spec| spec.name().to_owned())).collect();
     let mut seen = std::collections::HashSet::new();
     methods.retain(|name| seen.insert(name.clone()));
-    methods.into_iter().chain(reference::all().into_iter().map(|reference| reference.name().to_owned())).collect()
+    let others = reference::all().into_iter().map(|reference| reference.name()).chain([PROJECTION]);
+    methods.into_iter().chain(others.map(str::to_owned)).collect()
 }
 
 /// The studies of these names in the order of the report; if there are none all of them, those that take minutes if `full`.

@@ -17,7 +17,7 @@ pub mod energy_drift;
 pub mod error_control;
 pub mod errors;
 pub mod floors;
-pub(crate) mod flow;
+pub mod flow;
 pub(crate) mod high_order;
 pub mod homogeneous;
 pub mod kepler_period;

@@ -330,6 +330,42 @@ fn products_with_the_jacobian_do_what_its_factors_do() {
     }
 }
 
+/// v̇ᵢ = −λᵢ (vᵢ − sin t): long steps, in which no two components are alike.
+struct Rates;
+
+impl Rates {
+    const ALL: [f64; 5] = [1.0, 10.0, 100.0, 1e3, 1e4];
+}
+
+impl Ode for Rates {
+    fn dim(&self) -> usize {
+        Self::ALL.len()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        for ((dv, v), rate) in dv.iter_mut().zip(v).zip(Self::ALL) {
+            *dv = -rate * (v - t.sin());
+        }
+    }
+    fn jacobian(&self, _: f64, _: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        Self::ALL.iter().enumerate().for_each(|(i, rate)| add(i, i, -rate));
+    }
+}
+
+/// GMRES solves a system with five eigenvalues in five directions, and with fewer it cannot where all differ: CVODE would have to
+/// shorten its steps.
+#[cfg(feature = "cvode")]
+#[test]
+fn products_with_the_jacobian_take_a_direction_for_each_rate() {
+    let (cvode, times) = (reference("cvode-bdf"), times(5, 10.0));
+    let factors = solve(cvode, &Rates, &[1.0; 5], &times).work;
+    let products = solve(cvode, &MatrixFree { of: &Rates, factor: 1.0 }, &[1.0; 5], &times).work;
+    assert!(
+        (factors.steps as f64 - products.steps as f64).abs() <= 0.1 * factors.steps as f64,
+        "{factors:?} {products:?}"
+    );
+    assert!(products.products > 2 * products.steps && products.products <= 5 * products.rhs, "{products:?}");
+}
+
 #[cfg(feature = "cvode")]
 #[test]
 fn a_product_that_is_not_finite_stops_cvode() {

@@ -8,7 +8,7 @@ mod orders;
 use super::{Context, Study, StudyError, prose};
 use crate::evidence::number::{brief, short};
 use crate::evidence::{Axis, Evidence, Field, Panel};
-use crate::experiment::flow::steady::corner;
+use crate::experiment::flow::steady::{corner, interpolated};
 
 pub(super) const STUDY: Study = Study {
     id: "flows",
@@ -45,6 +45,8 @@ struct Scale {
     approach: usize,
     /// Grid points of the periodic flows, the last ones shown.
     points: &'static [usize],
+    /// Grid points of shear layers that roll up.
+    rolled: Option<usize>,
     /// Cells of the cavity that CVODE solves as well.
     reference: usize,
     /// Grids on which the cost of a step is measured: of the cavity, and of decaying turbulence with steps of one size, and with
@@ -61,6 +63,7 @@ const SMALL: Scale = Scale {
     spurious: &[1e3],
     approach: 12,
     points: &[32],
+    rolled: None,
     reference: 16,
     costs: [&[]; 3],
 };
@@ -74,6 +77,7 @@ const LARGE: Scale = Scale {
     spurious: &[20.0, 50.0, 100.0, 200.0, 500.0, 1e3],
     approach: 32,
     points: &[64, 128],
+    rolled: Some(96),
     reference: 32,
     costs: [&[32, 64, 128, 256], &[64, 128, 256, 512], &[128, 256, 512]],
 };
@@ -127,9 +131,12 @@ fn map(title: &str, place: Vec<f64>, values: Vec<Vec<f64>>, levels: Vec<f64>, co
 
 /// Streamlines of a cavity from ψ at its interior corners.
 fn streamlines(title: &str, cells: usize, psi: &[f64]) -> Panel {
-    let place = (0..=cells).map(|i| i as f64 / cells as f64).collect();
-    let values = (0..=cells).map(|j| (0..=cells).map(|i| corner(cells, psi, i, j)).collect()).collect();
-    map(title, place, values, vec![-0.1, -0.08, -0.06, -0.04, -0.02, -0.005, -1e-4, 1e-5, 1e-4], true)
+    // As fine as the page shows it.
+    let drawn = cells * (96 / cells).max(1);
+    let psi = interpolated(cells, psi, drawn);
+    let place = (0..=drawn).map(|i| i as f64 / drawn as f64).collect();
+    let values = (0..=drawn).map(|j| (0..=drawn).map(|i| corner(drawn, &psi, i, j)).collect()).collect();
+    map(title, place, values, vec![-0.1, -0.07, -0.04, -0.02, -0.005, -1e-5, 1e-5], true)
 }
 
 #[cfg(test)]
@@ -146,7 +153,8 @@ mod tests {
     #[test]
     fn a_map_of_streamlines_has_its_rows_along_x() {
         let field = streamlines("", 3, &[1.0, 2.0, 3.0, 4.0]).field.expect("a map");
-        assert_eq!(field.values[1], [0.0, 1.0, 2.0, 0.0]);
-        assert_eq!(field.values[2], [0.0, 3.0, 4.0, 0.0]);
+        let corners = |row: &[f64]| row.iter().step_by(32).copied().collect::<Vec<f64>>();
+        assert_eq!(corners(&field.values[32]), [0.0, 1.0, 2.0, 0.0]);
+        assert_eq!(corners(&field.values[64]), [0.0, 3.0, 4.0, 0.0]);
     }
 }

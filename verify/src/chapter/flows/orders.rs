@@ -76,7 +76,7 @@ pub(super) fn in_time(context: &Context, evidence: &mut Evidence, scale: &Scale)
     let caption = format!(
         "Root mean square of the difference between runs with h and h/2 at t = {END}, on a fixed grid, by h; the order that the last \
          two give; and of the run with h = 1/{} the linear systems solved, `solves`, and `inner`, the iterations of conjugate \
-         gradients or solutions with factors inside of those.",
+         gradients, or of GMRES in methods with implicit stages, inside of those: none where factors solve.",
         f64::from(STEPS[3]) / END
     );
     let columns = ["flow", "method", "h_1_64", "h_1_128", "h_1_256", "order", "solves", "inner"];
@@ -209,7 +209,7 @@ pub(super) fn against_work(context: &Context, evidence: &mut Evidence, scale: &S
         "Manufactured cavity at Re = {} on {cells} cells a side, t = 1: root mean square of the error in time of the velocities, \
          against RK4 with small steps on the same grid. Where it is above that of the flow itself, {}, the run has lost the flow: it \
          and runs with longer steps have no error and no point. `solves` are linear systems and `inner` the iterations of conjugate \
-         gradients, or solutions with factors, inside of them. The systems of pressure correction have constant matrices and are \
+         gradients, or of GMRES in methods with implicit stages, inside of them. The systems of pressure correction have constant matrices and are \
          separable, those of the others are not.",
         FlowPrecision::RE,
         brief(scheme.size)

@@ -1,5 +1,7 @@
 //! Seconds of a step by the size of the grid.
 
+use std::time::Instant;
+
 use super::{named, setting};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::run::run;
@@ -40,15 +42,38 @@ impl Experiment for StepCost {
         let problem = setting(&format!("{} cells={}", self.flow, self.cells))?;
         let method = named("method-i")?;
         let one = run(&*problem, &*method, self.h, self.h, |_| {})?;
-        let all = run(&*problem, &*method, self.h, f64::from(1 + NEXT) * self.h, |_| {})?;
+        let mut seen = Vec::new();
+        let all = run(&*problem, &*method, self.h, f64::from(1 + NEXT) * self.h, |_| seen.push(Instant::now()))?;
+        let [start, first, .., end] = *seen else { return Err("several steps".into()) };
         context.tick();
         let iterations = (all.work.residuals - one.work.residuals) as f64;
         Ok(Found {
             unknowns: one.end.q.len(),
-            first: one.seconds,
-            next: (all.seconds - one.seconds) / f64::from(NEXT),
+            first: first.duration_since(start).as_secs_f64(),
+            next: end.duration_since(first).as_secs_f64() / f64::from(NEXT),
             iterations: iterations / f64::from(NEXT),
             inner: (all.work.inner - one.work.inner) as f64 / iterations,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::observed;
+    use super::*;
+
+    #[test]
+    fn the_iterations_of_a_step_are_those_of_the_four_after_the_first() {
+        let (flow, cells, h) = ("cavity re=1000", 6, 0.5);
+        let found = StepCost { flow, cells, h }.measure(&Context::quick()).expect("it runs");
+        let problem = setting("cavity re=1000 cells=6").expect("known");
+        let counts = |steps: f64| {
+            let (_, cost) = observed(&*problem, &*named("method-i").expect("known"), h, steps * h).expect("it runs");
+            [cost.solves as f64, cost.inner as f64]
+        };
+        let ([before, inner_before], [after, inner_after]) = (counts(1.0), counts(5.0));
+        assert!(after > before && found.unknowns == 25 && found.first > 0.0 && found.next > 0.0, "{found:?}");
+        assert_eq!(found.iterations, (after - before) / 4.0);
+        assert_eq!(found.inner, (inner_after - inner_before) / (after - before));
     }
 }

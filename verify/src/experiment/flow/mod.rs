@@ -20,23 +20,31 @@ use lsvi::Work;
 use super::StudyError;
 use crate::method::{self, Method};
 use crate::problem::{self, Problem, flow};
-use crate::run::run;
+use crate::run::{Run, run};
 use projection::Projection;
 
-/// The name of the scheme in [`projection`] among those of methods.
-pub(crate) const PROJECTION: &str = "pressure-correction";
+/// The name of incremental pressure correction among those of methods.
+pub const PROJECTION: &str = "pressure-correction";
 
 /// What a run costs.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Cost {
-    /// Solutions of linear systems of the size of the flow: by conjugate gradients in Gauss–Newton steps, with factors elsewhere.
+    /// Linear systems of the size of the flow that were solved, one for each linearisation.
     pub(crate) solves: u64,
-    /// Products and solutions inside of those.
+    /// Iterations inside of those: of conjugate gradients in Gauss–Newton steps, of GMRES in implicit stages and in other closures than Method I's;
+    /// none where factors solve, as in pressure correction and in Galerkin integrators.
     pub(crate) inner: u64,
     /// Evaluations of the equations of a step, with one of f each.
     pub(crate) residuals: u64,
     /// Measured once, beside other computations.
     pub(crate) seconds: f64,
+}
+
+impl Cost {
+    fn of(run: &Run) -> Self {
+        let Work { factorizations, inner, residuals, .. } = run.work;
+        Self { solves: factorizations, inner, residuals, seconds: run.seconds }
+    }
 }
 
 fn setting(text: &str) -> Result<Box<dyn Problem>, StudyError> {
@@ -54,9 +62,7 @@ fn cavity(re: f64, cells: usize) -> Result<Box<dyn Problem>, StudyError> {
 /// The observed values of a run at its end.
 fn observed(problem: &dyn Problem, method: &dyn Method, h: f64, end: f64) -> Result<(Vec<f64>, Cost), StudyError> {
     let run = run(problem, method, h, end, |_| {})?;
-    let Work { factorizations, inner, residuals, .. } = run.work;
-    let cost = Cost { solves: factorizations, inner, residuals, seconds: run.seconds };
-    Ok((problem.observe(end, &run.end.q), cost))
+    Ok((problem.observe(end, &run.end.q), Cost::of(&run)))
 }
 
 /// The velocities at the end of `steps` steps of size h in a cavity: of the method of that name, or of pressure correction.
@@ -76,13 +82,127 @@ fn cavity_by(
     let clock = Instant::now();
     let mut scheme = Projection::new(cells, 1.0 / re, &*given, &problem.observe(0.0, &problem.initial()));
     (0..steps).for_each(|_| scheme.step(h));
-    // Two components and the pressure.
-    let solves = 3 * u64::from(steps);
-    let cost = Cost { solves, seconds: clock.elapsed().as_secs_f64(), ..Cost::default() };
+    let cost = Cost { solves: scheme.solves(), seconds: clock.elapsed().as_secs_f64(), ..Cost::default() };
     Ok((scheme.faces(), cost))
+}
+
+/// The value at x by lines through the logarithms of ascending points; `None` beyond them.
+pub(crate) fn log_log(points: &[(f64, f64)], x: f64) -> Option<f64> {
+    let pair = points.windows(2).find(|pair| pair[0].0 <= x && x <= pair[1].0)?;
+    let [(x0, y0), (x1, y1)] = [pair[0], pair[1]].map(|(x, y)| (x.ln(), y.ln()));
+    Some((y0 + (x.ln() - x0) / (x1 - x0) * (y1 - y0)).exp())
 }
 
 /// Root mean square of a difference: the norm of the energy.
 pub(crate) fn rms(a: &[f64], b: &[f64]) -> f64 {
     (a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use lsvi::solver::{Product, StepSolver};
+    use lsvi::{SolveError, StepOperator, VectorField};
+
+    use super::*;
+    use crate::kinds::Principle;
+    use crate::problem::{Facts, Limit};
+    use crate::reference::Ode;
+
+    /// Systems, and iterations in them.
+    type Counts = Arc<[AtomicU64; 2]>;
+
+    /// A solver whose calls are counted.
+    #[derive(Debug)]
+    struct Counting(Box<dyn StepSolver>, Counts);
+
+    impl Counting {
+        fn count(&self, solved: Result<u64, SolveError>) -> Result<u64, SolveError> {
+            self.1[0].fetch_add(1, Ordering::Relaxed);
+            self.1[1].fetch_add(*solved.as_ref().unwrap_or(&0), Ordering::Relaxed);
+            solved
+        }
+    }
+
+    impl StepSolver for Counting {
+        fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+            self.0.prepare(b)
+        }
+        fn solve_stage(&mut self, b: &StepOperator<'_>, x: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
+            let solved = self.0.solve_stage(b, x, tolerance);
+            self.count(solved)
+        }
+        fn solve_normal(
+            &mut self,
+            b: &StepOperator<'_>,
+            damping: f64,
+            a: Option<&[f64]>,
+            x: &mut [f64],
+            tolerance: f64,
+        ) -> Result<u64, SolveError> {
+            let solved = self.0.solve_normal(b, damping, a, x, tolerance);
+            self.count(solved)
+        }
+        fn solve_closure(
+            &mut self,
+            b: &StepOperator<'_>,
+            matrix: Product<'_>,
+            x: &mut [f64],
+            tolerance: f64,
+        ) -> Result<u64, SolveError> {
+            let solved = self.0.solve_closure(b, matrix, x, tolerance);
+            self.count(solved)
+        }
+        fn tolerance(&self) -> f64 {
+            self.0.tolerance()
+        }
+    }
+
+    /// A cavity that is solved by that.
+    #[derive(Debug)]
+    struct Counted(Box<dyn Problem>, Counts);
+
+    impl Problem for Counted {
+        fn components(&self) -> &'static [&'static str] {
+            self.0.components()
+        }
+        fn initial(&self) -> Vec<f64> {
+            self.0.initial()
+        }
+        fn field(&self) -> Box<dyn VectorField + '_> {
+            self.0.field()
+        }
+        fn solver(&self) -> Option<Box<dyn StepSolver>> {
+            Some(Box::new(Counting(self.0.solver()?, Arc::clone(&self.1))))
+        }
+        fn ode(&self) -> &dyn Ode {
+            self.0.ode()
+        }
+        fn limit(&self, principle: Principle) -> Limit<'_> {
+            self.0.limit(principle)
+        }
+        fn facts(&self) -> Facts {
+            self.0.facts()
+        }
+    }
+
+    #[test]
+    fn the_cost_of_a_run_is_what_its_solver_was_asked_for() {
+        for method in ["method-i", "method-ii", "trapezoidal", "tr-bdf2", "bdf2"] {
+            let counts = Counts::default();
+            let problem = Counted(cavity(100.0, 6).expect("known"), Arc::clone(&counts));
+            let (_, cost) = observed(&problem, &*named(method).expect("known"), 0.1, 0.5).expect("it runs");
+            let [solves, inner] = [0, 1].map(|k| counts[k].load(Ordering::Relaxed));
+            assert!(solves >= 5 && inner > solves, "{method}: {solves} {inner}");
+            assert_eq!((cost.solves, cost.inner), (solves, inner), "{method}");
+        }
+    }
+
+    #[test]
+    fn pressure_correction_counts_two_velocities_and_the_pressure_of_each_step() {
+        let (_, cost) = cavity_by(PROJECTION, false, (100.0, 6), (0.01, 7)).expect("it runs");
+        assert_eq!((cost.solves, cost.inner), (3 * 7, 0));
+    }
 }

@@ -1,6 +1,6 @@
 //! Error in time of the manufactured cavity, against step size and work.
 
-use super::{Cost, cavity_by, rms};
+use super::{Cost, cavity_by, log_log, rms};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::measure::norm::max_norm;
 
@@ -44,10 +44,8 @@ impl Found {
     /// Log-log between the runs about it, the error with so many linear systems; `None` beyond them.
     pub(crate) fn error_with(&self, solves: f64) -> Option<f64> {
         let known: Vec<(f64, f64)> =
-            self.points.iter().filter_map(|p| Some(((p.cost.solves as f64).ln(), p.error?.ln()))).collect();
-        let pair = known.windows(2).find(|pair| pair[0].0 <= solves.ln() && solves.ln() <= pair[1].0)?;
-        let [(x0, y0), (x1, y1)] = [pair[0], pair[1]];
-        Some((y0 + (solves.ln() - x0) / (x1 - x0) * (y1 - y0)).exp())
+            self.points.iter().filter_map(|p| Some((p.cost.solves as f64, p.error?))).collect();
+        log_log(&known, solves)
     }
 }
 

@@ -30,7 +30,7 @@ pub(crate) fn corner(cells: usize, psi: &[f64], i: usize, j: usize) -> f64 {
 }
 
 /// ψ on another number of cells a side, by linear interpolation.
-fn interpolated(from: usize, psi: &[f64], to: usize) -> Vec<f64> {
+pub(crate) fn interpolated(from: usize, psi: &[f64], to: usize) -> Vec<f64> {
     let place = |k: usize| {
         let at = k as f64 * from as f64 / to as f64;
         let below = (at.floor() as usize).min(from - 1);

@@ -23,9 +23,14 @@ pub(in crate::problem) const SPEC: Spec = Spec {
         let nu = 1.0 / p.positive("re")?;
         let rectangle =
             Rectangle { origin: [0.0, -1.0], size: [2.0, 2.0], cells: [along, across], closed: Closed::Walls };
-        Ok(Box::new(InRectangle::new(rectangle, nu, Pressure { nu })))
+        Ok(Box::new(InRectangle::new(rectangle, nu, pressure(nu))))
     },
 };
+
+/// What the channel is given.
+pub(super) fn pressure(nu: f64) -> impl Given {
+    Pressure { nu }
+}
 
 /// The pressure gradient γ = 2ν that drives the steady profile 1 − y².
 #[derive(Debug)]

@@ -20,8 +20,7 @@ pub(in crate::problem) const SPEC: Spec = Spec {
     build: |p| {
         let (cells, re) = (p.count("cells", CELLS)?, p.positive("re")?);
         let rectangle = Rectangle { origin: [-0.5; 2], size: [1.5; 2], cells: [cells; 2], closed: Closed::Sides };
-        let decay = 0.5 * re - (0.25 * re * re + 4.0 * PI * PI).sqrt();
-        Ok(Box::new(InRectangle::new(rectangle, 1.0 / re, Kovasznay { decay, speed: p.number("speed")? })))
+        Ok(Box::new(InRectangle::new(rectangle, 1.0 / re, kovasznay(re, p.number("speed")?))))
     },
 };
 
@@ -31,6 +30,11 @@ pub(in crate::problem) const SPEC: Spec = Spec {
 struct Kovasznay {
     decay: f64,
     speed: f64,
+}
+
+/// The flow at a Reynolds number, from a frame of that speed.
+pub(super) fn kovasznay(re: f64, speed: f64) -> impl Given {
+    Kovasznay { decay: 0.5 * re - (0.25 * re * re + 4.0 * PI * PI).sqrt(), speed }
 }
 
 impl Kovasznay {

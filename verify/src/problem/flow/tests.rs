@@ -7,7 +7,10 @@ use crate::names::NameError;
 use crate::problem::build_setting;
 use crate::run::{RunError, run};
 
+use super::cavity::manufactured;
+use super::channel::pressure;
 use super::confined::{Confined, Given};
+use super::kovasznay::kovasznay;
 use super::periodic::{Metric, Periodic};
 use super::staggered::{Closed, Rectangle};
 
@@ -177,6 +180,27 @@ fn the_curvature_is_the_derivative_of_the_transposed_product() {
         };
         let difference = 0.5 * (moved(1.0) - moved(-1.0));
         assert!((&by_entries - &difference).amax() <= 1e-12 * by_entries.amax());
+    }
+}
+
+/// What the references are given too, as quadratic as f.
+#[test]
+fn the_products_by_hand_are_the_derivative() {
+    for text in ["cavity cells=5", "kovasznay cells=5", "channel-2d cells=5 length=4", "taylor-green cells=8"] {
+        let problem = build_setting(text).expect("known");
+        let (ode, n) = (problem.ode(), problem.initial().len());
+        let (v, x) = (noise(n, 17), noise(n, 18));
+        let moved = |s: f64| -> DVector<f64> {
+            let at: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + s * x).collect();
+            let mut f = vec![0.0; n];
+            ode.rhs(0.3, &at, &mut f);
+            f.into()
+        };
+        let mut product = vec![0.0; n];
+        ode.product(0.3, &v, &x, &mut product);
+        let difference = 0.5 * (moved(1.0) - moved(-1.0));
+        let apart = (DVector::from(product) - &difference).amax();
+        assert!(difference.amax() > 0.1 && apart <= 1e-11 * difference.amax(), "{text}: {apart}");
     }
 }
 
@@ -406,4 +430,73 @@ fn helmholtz_preconditions_what_is_diagonal_in_a_few_iterations() {
             assert!(work.inner > 0 && each <= 6.0, "{text}: {each} {work:?}");
         }
     }
+}
+
+/// The derivative by the central difference of eighth order: of sin 2πx all but (2π/100)⁸/630 = 4e-13.
+fn slope(f: impl Fn(f64) -> f64) -> f64 {
+    const SPACING: f64 = 0.01;
+    let weights = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
+    let pairs = weights.into_iter().zip(1..).map(|(w, k)| w * (f(f64::from(k) * SPACING) - f(-f64::from(k) * SPACING)));
+    pairs.sum::<f64>() / SPACING
+}
+
+/// The rotation of u_t + (u·∇)u − νΔu − f, in which the pressure does not occur, and the size of what cancels in it.
+fn rotation_of_the_residual(given: &dyn Given, nu: f64, [x, y]: [f64; 2], t: f64) -> [f64; 2] {
+    let u = |x: f64, y: f64, t: f64, of: usize| given.exact([x, y], t).expect("it is known")[of];
+    let omega = |x: f64, y: f64, t: f64| slope(|d| u(x + d, y, t, 1)) - slope(|d| u(x, y + d, t, 0));
+    let force = |x: f64, y: f64, of: usize| given.force([x, y], t).map_or(0.0, |force| force[of]);
+    let gradient = [slope(|d| omega(x + d, y, t)), slope(|d| omega(x, y + d, t))];
+    let laplacian = slope(|d| slope(|e| omega(x + d + e, y, t))) + slope(|d| slope(|e| omega(x, y + d + e, t)));
+    let terms = [
+        slope(|d| omega(x, y, t + d)),
+        u(x, y, t, 0) * gradient[0],
+        u(x, y, t, 1) * gradient[1],
+        -nu * laplacian,
+        -slope(|d| force(x + d, y, 1)),
+        slope(|d| force(x, y + d, 0)),
+    ];
+    [terms.iter().sum(), max_norm(&terms)]
+}
+
+/// To the accuracy of differences: three of them in one term leave 1e-16/0.01³ of rounding.
+#[test]
+fn the_exact_flows_with_their_forces_satisfy_the_equations() {
+    let flows: [(&str, f64, Box<dyn Given>); 5] = [
+        ("kovasznay", 1.0 / 40.0, Box::new(kovasznay(40.0, 0.5))),
+        ("kovasznay", 0.25, Box::new(kovasznay(4.0, -1.0))),
+        ("cavity-manufactured", 0.1, Box::new(manufactured(0.1))),
+        ("cavity-manufactured", 2.0, Box::new(manufactured(2.0))),
+        ("channel-2d", 0.7, Box::new(pressure(0.7))),
+    ];
+    for (name, nu, given) in &flows {
+        for (at, t) in [([0.31, 0.42], 0.37), ([0.72, -0.13], 0.37), ([0.15, 0.23], 0.8)] {
+            let [sum, size] = rotation_of_the_residual(&**given, *nu, at, t);
+            assert!(size > 0.01 && sum.abs() <= 1e-7 * size, "{name}, ν = {nu} at {at:?}, {t}: {sum} of {size}");
+        }
+    }
+}
+
+#[test]
+fn the_exact_flows_have_no_divergence_and_are_those_of_their_boundaries() {
+    let flows: [Box<dyn Given>; 2] = [Box::new(kovasznay(40.0, 0.5)), Box::new(manufactured(0.1))];
+    for given in &flows {
+        for ([x, y], t) in [([0.31, 0.42], 0.37), ([0.72, -0.13], 0.8)] {
+            let exact = given.exact([x, y], t).expect("it is known");
+            let rate = |of: usize, dx: f64, dy: f64| {
+                slope(|d| given.exact([x + d * dx, y + d * dy], t).expect("it is known")[of])
+            };
+            let psi = |dx: f64, dy: f64, dt: f64| slope(|d| given.stream([x + d * dx, y + d * dy], t + d * dt));
+            let apart = [
+                rate(0, 1.0, 0.0) + rate(1, 0.0, 1.0),
+                psi(0.0, 1.0, 0.0) - exact[0],
+                psi(1.0, 0.0, 0.0) + exact[1],
+                psi(0.0, 0.0, 1.0) - given.stream_rate([x, y], t),
+            ];
+            assert!(max_norm(&exact) > 0.01 && max_norm(&apart) <= 1e-8, "{given:?}: {apart:?}");
+            assert_eq!(given.velocity([x, y], t), exact, "{given:?}");
+        }
+    }
+    // Between the walls of the channel u depends on y alone, so that it has no divergence.
+    let given = pressure(0.7);
+    assert_eq!(given.exact([0.1, 0.3], 0.5), given.exact([0.9, 0.3], 0.5));
 }

@@ -445,3 +445,42 @@ mod messages {
         callbacks.note(message.to_string_lossy().into_owned());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::Ode;
+
+    /// v̇ = (t v₀ v₁, v₀²).
+    struct Quadratic;
+
+    impl Ode for Quadratic {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            (dv[0], dv[1]) = (t * v[0] * v[1], v[0] * v[0]);
+        }
+        fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+            add(0, 0, t * v[1]);
+            add(0, 1, t * v[0]);
+            add(1, 0, 2.0 * v[0]);
+        }
+    }
+
+    #[test]
+    fn the_product_that_cvode_gets_is_that_of_the_system() -> Result<(), CallError> {
+        let callbacks = Callbacks::new(&Quadratic, 2);
+        let context = new_context()?;
+        let [x, v, out] = [[0.5, -2.0], [3.0, 5.0], [f64::NAN; 2]].map(|entries| new_vector(&entries, &context));
+        let (x, v, out) = (x?, v?, out?);
+        let user_data = ptr::from_ref(&callbacks).cast_mut().cast::<c_void>();
+        // SAFETY: three live vectors of the dimension of the callbacks, which outlive the call; f and the work space are not used.
+        let found = unsafe {
+            let code = on_product(x.raw, out.raw, 7.0, v.raw, ptr::null_mut(), user_data, ptr::null_mut());
+            (code, entries(out.raw, 2))
+        };
+        assert_eq!(found, (0, [7.0 * (5.0 * 0.5 - 3.0 * 2.0), 2.0 * 3.0 * 0.5].as_slice()));
+        Ok(())
+    }
+}
