@@ -86,15 +86,23 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
                    one before.";
     let steady = "flow-steady";
     evidence.tables.push(Table::new(steady, caption, ["re", "cells", "residual", "steps"], reached));
-    let caption = "Velocities on the centre lines of the steady cavity: computed, and published; those of Ghia et al. as transcribed in \
-                   public codes.";
+    let caption = "Velocities on the centre lines of the steady cavity: computed, as lines, and published, as markers; those of Ghia et al. as \
+                   transcribed in public codes.";
     let columns = ["re", "cells", "line", "coord", "velocity", "published", "source"];
     let id = "cavity-profiles";
     evidence.tables.push(Table::data(id, caption, columns, rows));
     evidence.figures.push(Figure::new(id, caption, id, profiles).in_columns(2));
-    for (what, panels) in [("streamlines", streams), ("vorticity", vortices)] {
+    let pictures = [
+        (
+            "streamlines",
+            "streamlines. The lid moves to the right and drags a vortex along; where ψ > 0, palest, eddies turn the other way",
+            streams,
+        ),
+        ("vorticity", "vorticity, largest along the lid and where the flow meets the right wall", vortices),
+    ];
+    for (what, seen, panels) in pictures {
         let (id, columns) = (format!("flow-steady-{what}"), panels.len().max(2));
-        let caption = format!("Steady cavity by Method I: {what}.");
+        let caption = format!("Steady cavity by Method I: {seen}.");
         evidence.figures.push(Figure::new(id, caption, steady, panels).in_columns(columns));
     }
     let (res, largest): (Vec<_>, Vec<_>) = within.into_iter().unzip();

@@ -80,8 +80,10 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         panels
             .push(Panel::new(Axis::linear("y"), Axis::linear("u at x = ½"), curves).titled(format!("t = {}", truth.t)));
     }
-    let caption =
-        format!("Velocity on the vertical centre line after one and after four steps of h = {large} from rest.");
+    let caption = format!(
+        "Velocity on the vertical centre line after one and after four steps of h = {large} from rest: what swings beyond the reference \
+         next to the lid, at y = 1, is ringing."
+    );
     let id = "flow-lid-profiles";
     evidence.tables.push(Table::data(id, caption.clone(), ["t", "method", "y", "u"], data));
     evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(2));
@@ -101,8 +103,10 @@ fn filmstrip(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Resul
             row![t, i as f64 / cells as f64, j as f64 / cells as f64, *psi]
         }));
     }
-    let caption =
-        format!("Streamlines of the cavity after the lid has started, Re = {RE}, by Method I with h = {}.", StartUp::H);
+    let caption = format!(
+        "Streamlines of the cavity after the lid has started, Re = {RE}, by Method I with h = {}: the vortex grows from the lid into the cavity.",
+        StartUp::H
+    );
     let id = "flow-start-up";
     evidence.tables.push(Table::data(id, caption.clone(), ["t", "x", "y", "psi"], rows));
     evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(4));

@@ -186,7 +186,20 @@ pub(super) fn against_work(context: &Context, evidence: &mut Evidence, scale: &S
     let over = |found: &Runs| Some(own.error_with(work)? / found.error_with(work)?);
     let ratio = |found: &Runs| brief(over(found).unwrap_or(f64::NAN));
     let (longest, error) = scheme.points.iter().find_map(|p| Some((p.h, p.error?))).unwrap_or((f64::NAN, f64::NAN));
+    let scheme_seconds = scheme.points.last().map_or(f64::NAN, |p| p.cost.seconds);
+    let alike = match own.points.iter().find(|p| p.error.is_some_and(|error| error <= scheme_last.0)) {
+        Some(p) => format!(
+            "for an error no larger Method I takes {} s, with h = {}, and so {} it by a factor of {} in time",
+            brief(p.cost.seconds),
+            short(p.h),
+            if p.cost.seconds > scheme_seconds { "loses to" } else { "beats" },
+            brief((p.cost.seconds / scheme_seconds).max(scheme_seconds / p.cost.seconds))
+        ),
+        None => "no run of Method I here has an error as small".into(),
+    };
     let values = [
+        ("alike", alike),
+        ("projection_seconds", brief(scheme_seconds)),
         ("re", short(FlowPrecision::RE)),
         ("cells", cells.to_string()),
         ("steps", finest.to_string()),
