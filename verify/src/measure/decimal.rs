@@ -73,5 +73,9 @@ mod tests {
         for (x, text) in [(10.0, "10"), (0.1 + 0.2, "0.3"), (1e-9, "1e-9"), (100000.0, "100000"), (0.0, "0")] {
             assert_eq!(plain(x), text);
         }
+        // What a sum of steps or a product leaves in the last bits is no digit of the number.
+        for (x, text) in [(2.9699999999999998, "2.97"), (1.500000001689936, "1.5"), (1.00000001, "1.00000001")] {
+            assert_eq!(trimmed(x, 9), text);
+        }
     }
 }

@@ -4,6 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use rayon::prelude::*;
+use verify::judge::file::SHIPPED;
+
 const METHODS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/methods");
 
 fn verify(arguments: &[&str]) -> (i32, String, String) {
@@ -214,6 +217,10 @@ fn few_printed_digits_decide_nothing_and_are_named() {
     let order = ["order", "--problem", "damped-pendulum", "--expect", "4", "--program", &program];
     let (code, out, error) = verify(&order);
     assert!(code == 3, "{out}{error}");
+    // Beside the other solvers its last digit is part of its bound.
+    let compare = ["compare", "--problem", "damped-pendulum", "--expect", "4", "--program", &program];
+    let (code, text, _) = verify(&compare);
+    assert!(code == 0 && text.contains(" 0 do not"), "{text}");
     assert!(
         flat(&format!("{out}{error}")).contains("significant digits, below which errors are not seen"),
         "{out}{error}"
@@ -323,6 +330,18 @@ fn data_that_decide_nothing_say_why() {
         let (code, out, error) = order(text, "");
         assert!(code == 2 && out.is_empty() && error.contains(reason), "{text}: {error}");
     }
+    // A column of errors is recognised by its limit, or by its name.
+    for (text, is_named) in [
+        ("h,l2\n8,0.064000\n4,0.016000\n2,0.004000\n1,0.001000\n", true),
+        ("h,error\n8,1.064\n4,1.016\n2,1.004\n1,1.001\n", true),
+        ("h,drag\n8,1.064\n4,1.016\n2,1.004\n1,1.001\n", false),
+    ] {
+        let (_, out, _) = order(text, "");
+        assert_eq!(out.contains("`--exact 0` fits them"), is_named, "{out}");
+        assert!(!order(text, "--exact 0").1.contains("fits them"));
+    }
+    assert!(order("h,u\n1,2.5\n", "").1.contains("u, 1 grid h"));
+    assert!(!order("h,u\n8,1.64\n4,1.16\n2,1.04\n1,1.01\n", "").1.contains("± 0 "));
     // An order of about zero is written without a sign.
     let (_, out, _) = order("h,u\n8,2.1\n4,2.1001\n2,2.1002\n1,2.1003\n", "--expect 1 --exact 1");
     assert!(!out.contains("-0.000"), "{out}");
@@ -409,11 +428,14 @@ fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive
             (&wrong, statuses[1]),
             ("/no/such/program", 2),
             ("false", 3),
+            ("sh -c 'echo sh: no such thing as one that there would be >&2; exit 1'", 3),
             ("sh -c 'echo t,v; echo 0,junk'", 3),
             ("sh -c 'sleep 30'", 3),
         ] {
             let (code, out, error) = verify(&[line, &["--program", program], &late].concat());
             assert_eq!(code, status, "{line:?} {program}: {out}{error}");
+            // In a table the reason is told once, and again below it.
+            assert!(out.matches("sh: no such").count() <= 3, "{out}");
         }
     }
     for help in ["order --help", "judge --help", "--help"] {
@@ -436,6 +458,17 @@ fn a_special_problem_does_not_refute_the_order_of_a_method_file() {
         let (code, _, error) = order(name, problem);
         assert!(code == 2 && flat(&error).contains(reason), "{name}: {error}");
     }
+    // Every file that is right, on problems of each sort: it passes, does not apply, or is left open.
+    let files: Vec<&str> =
+        SHIPPED.iter().map(|file| file.name).filter(|name| *name != "bdf7" && !name.contains('/')).collect();
+    let problems = ["quadratic-drag", "pendulum"];
+    let refuted: Vec<String> = files
+        .par_iter()
+        .flat_map_iter(|name| problems.map(|problem| (name, problem)))
+        .filter(|(name, problem)| order(name, problem).0 == 1)
+        .map(|(name, problem)| format!("{name} on {problem}"))
+        .collect();
+    assert!(refuted.is_empty(), "{refuted:?}");
     // An order below is still one.
     let (code, out, _) = say(&format!("order --problem logistic --method {METHODS}/heun2.toml --expect 3"));
     assert_eq!(code, 1, "{out}");
@@ -573,5 +606,41 @@ fn a_comparison_takes_the_order_of_a_program_for_its_bound() {
     for (order, status) in [(&[][..], 0), (&["--expect", "1"], 0), (&["--expect", "4"], 1)] {
         let (code, out) = compare(order);
         assert!(code == status && out.contains(" 0 do not") == (status == 0), "{order:?}: {out}");
+    }
+}
+
+/// Grids in place of steps: a parameter that the program is given, without a reference.
+#[test]
+fn a_program_is_refined_in_space() {
+    let script = directory("refine").join("flow.awk");
+    let text =
+        "BEGIN { for (i = 1; i < ARGC; i++) if (split(ARGV[i], pair, \"=\") == 2 && pair[1] == \"cells\") n = pair[2]
+        print \"t,drag,lift\"; printf \"2,%.15g,%.15g\\n\", 1.5 + 0.3 / n ^ 2, 0.7 - 0.2 / n }";
+    fs::write(&script, text).expect("writable");
+    if !Command::new("awk").args(["BEGIN { exit 0 }"]).status().is_ok_and(|status| status.success()) {
+        return;
+    }
+    let program = format!("awk -f {} --", script.display());
+    let order = |more: &[&str]| verify(&[&["order", "--program", &program][..], more].concat());
+    let drag = ["--quantity", "drag", "--refine", "cells=32,64,128,256"];
+    for (expect, status, word) in [
+        (&["--expect", "2"][..], 0, "PASS: order 2.000"),
+        (&["--expect", "1"], 1, "FAIL"),
+        (&[], 0, "MEASURED: order 2.000"),
+    ] {
+        let (code, out, error) = order(&[&drag[..], expect].concat());
+        assert!(code == status && out.contains(word), "{out}{error}");
+    }
+    // Every quantity has to have the order.
+    let (code, out, _) = order(&[&drag[..], &["--quantity", "lift", "--expect", "2"]].concat());
+    assert!(code == 1 && out.contains("PASS: order 2.000") && out.contains("FAIL: order 1.000"), "{out}");
+    for (more, reason) in [
+        (&["--refine", "cells=32,64"][..], "--quantity"),
+        (&["--quantity", "drag", "--refine", "cells=32,x"], "--refine: `x`"),
+        (&["--quantity", "drag", "--refine", "cells"], "name=value"),
+        (&["--quantity", "mass", "--refine", "cells=32,64,128"], "where `t,mass` is expected"),
+    ] {
+        let (code, out, error) = order(more);
+        assert!(code == 2 && out.is_empty() && error.contains(reason), "{more:?}: {out}{error}");
     }
 }
