@@ -204,9 +204,10 @@ fn rolled(context: &Context, evidence: &mut Evidence, case: &PeriodicErrors, fou
 /// The reference, the orders, and the balances of a flow on a grid.
 fn judged(case: &PeriodicErrors, found: &Found) -> Result<Vec<Check>, StudyError> {
     let [_, coarser, finest] = case.steps();
+    let name = case.flow.split(' ').next().unwrap_or(case.flow);
     let setting = match case.end > END {
-        true => format!("{}/rolled-up", case.points),
-        false => format!("{}/{}", case.flow, case.points),
+        true => format!("{name}/{}/rolled-up", case.points),
+        false => format!("{name}/{}", case.points),
     };
     let of = |metric: &str, h: f64| row_of(found, "method-i", metric, h).ok_or("no such run");
     let smallest = found.rows.iter().filter(|row| row.method != "rk4").map(|row| row.error).smallest();
