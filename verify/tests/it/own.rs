@@ -435,7 +435,7 @@ fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive
             let (code, out, error) = verify(&[line, &["--program", program], &late].concat());
             assert_eq!(code, status, "{line:?} {program}: {out}{error}");
             // In a table the reason is told once, and again below it.
-            assert!(out.matches("sh: no such").count() <= 3, "{out}");
+            assert!(flat(&out).matches("sh: no such").count() <= 3, "{out}");
         }
     }
     for help in ["order --help", "judge --help", "--help"] {
