@@ -34,11 +34,15 @@ pub(super) fn size(columns: usize) -> (f64, f64) {
 
 /// Draws a panel of a figure with so many columns. `None` if nothing in it can be drawn.
 pub(super) fn panel(panel: &Panel, styles: &[Style], columns: usize) -> Option<Drawing> {
-    let (width, height) = size(columns);
+    let (width, mut height) = size(columns);
     let [x, y] = scales(panel)?;
     let (x_ticks, y_ticks) = (x.ticks(6), y.ticks(7));
     let widest = y_ticks.iter().map(|(_, label)| label.chars().count()).max().unwrap_or(0);
     let left = 30.0 + 7.2 * widest as f64;
+    // A map of a square is one.
+    if panel.field.as_ref().is_some_and(|field| field.x == field.y) {
+        height = width - left - RIGHT + TOP + BOTTOM;
+    }
     let frame = Frame { left, width: width - left - RIGHT, height: height - TOP - BOTTOM, x, y };
     let mut svg =
         format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">", escape(&description(panel)));

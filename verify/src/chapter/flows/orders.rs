@@ -113,7 +113,8 @@ pub(super) fn in_time_and_space(context: &Context, evidence: &mut Evidence, scal
                     format!("space-time/{}", name(flow)),
                     format!("Method I converges on {} in h and Δx together", name(flow)),
                     found.order,
-                    Requirement::Near(2.0, 0.1),
+                    // The exact series is smooth from the start; the other two have boundary layers of a few cells.
+                    Requirement::Near(2.0, if name(flow) == "channel-2d" { 0.05 } else { 0.1 }),
                     "second order in both",
                 ));
             }
