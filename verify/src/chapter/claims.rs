@@ -1,7 +1,7 @@
 //! The claims of the papers and their verdicts, the first chapter of the report.
 
 use super::{Context, Study, StudyError};
-use crate::claim::{self, Claim, Digits, Judged, Verdict};
+use crate::claim::{self, Claim, Digits, Judged, Quantifier, Verdict};
 use crate::evidence::number::digits;
 use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Section, Table};
 use crate::row;
@@ -37,7 +37,7 @@ fn check(judged: &Judged) -> Check {
     match finding {
         Ok(finding) => Check::at_most(
             claim.id,
-            format!("{} is decided, with the verdict {}: comparisons without a number", claim.id, word(judged)),
+            format!("{} is decided, whatever the verdict: comparisons without a number", claim.id),
             finding.unsound() as f64,
             0.0,
             format!("{} comparisons come out as claimed", finding.score()),
@@ -57,15 +57,25 @@ fn word(judged: &Judged) -> &'static str {
 fn verdicts(judged: &[Judged]) -> Table {
     let row = |judged: &Judged| {
         let Claim { id, statement, source, quantifier, .. } = judged.claim;
-        row![*id, word(judged), *statement, found(judged), format!("{source}; of {}", quantifier.word())]
+        row![*id, word(judged), *statement, found(judged), *source, said_of(*quantifier)]
     };
     Table::new(
         "claims",
         "The verdict on every claim, the claim restated, what decided it, its place in the source and what it is said of. Where the \
          source prints a number, ours stands beside it. The identifiers lead to the evidence.",
-        ["id", "verdict", "claim", "found", "place"],
+        ["id", "verdict", "claim", "found", "place", "said of"],
         judged.iter().map(row).collect(),
     )
+}
+
+/// Of what a claim is said.
+fn said_of(quantifier: Quantifier) -> &'static str {
+    match quantifier {
+        Quantifier::Universal => "all cases",
+        Quantifier::General => "cases left open",
+        Quantifier::Comparison => "one method against others",
+        Quantifier::Open => "an open question",
+    }
 }
 
 /// What a referee asks after the verdict: the numbers of the source beside ours, the counterexample, where it holds.

@@ -83,16 +83,6 @@ impl Verdict {
 }
 
 impl Quantifier {
-    /// Of what the statement is said, in words.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Universal => "every case",
-            Self::General => "cases not delimited",
-            Self::Comparison => "one method against others",
-            Self::Open => "an open question",
-        }
-    }
-
     /// The verdict that follows from comparisons. One that is not a number neither holds nor refutes.
     pub fn verdict(self, cases: &[Case]) -> Verdict {
         let fails = |case: &Case| case.is_sound() && !case.holds();

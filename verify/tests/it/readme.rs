@@ -78,7 +78,8 @@ fn the_answers_are_those_of_the_report() {
     let study = chapter::ALL.iter().find(|study| study.id == "answers").expect("the first chapter");
     let evidence = (study.run)(&Context::quick()).expect("it runs");
     assert!(evidence.checks.iter().all(|check| check.outcome == Outcome::Pass), "the sentences rest on the checks");
-    for section in &evidence.sections {
+    let answers = || evidence.sections.iter().filter(|section| !section.mark.is_empty());
+    for section in answers() {
         let caption = section.figures.first().and_then(|id| evidence.figures.iter().find(|figure| figure.id == *id));
         let answer = caption.map_or_else(|| section.paragraphs[0].1.clone(), |figure| figure.caption.clone());
         let question = format!("*{}* ", section.title);
@@ -91,7 +92,7 @@ fn the_answers_are_those_of_the_report() {
             "the README says\n{bullet}\nthe report\n{answer}"
         );
     }
-    assert!(bullets.len() + 1 == evidence.sections.len());
+    assert!(bullets.len() + 1 == answers().count());
 }
 
 /// What the README says about its picture, from the record of the picture's numbers.

@@ -587,8 +587,8 @@ fn figures_are_numbered_in_the_order_of_the_page() {
 }
 
 #[test]
-fn the_page_opens_with_each_question_its_answer_and_what_to_take() {
-    let paragraphs = [("Answer", "It is slow."), ("Take", "`rk4` instead.")]
+fn the_page_opens_with_each_question_its_answer_and_one_sentence() {
+    let paragraphs = [("Answer", "It is slow."), ("Short", "`rk4` is faster.")]
         .map(|(label, text)| (label.into(), text.into()))
         .to_vec();
     let asked = Section {
@@ -604,10 +604,11 @@ fn the_page_opens_with_each_question_its_answer_and_what_to_take() {
         .expect("the report is written");
     let page = read(&path, "index.html");
     let (opening, _) = page.split_once("id=\"_summary\"").expect("the counts");
-    for part in ["href=\"#answer-x\">Is x fast?</a>", ">no</span>", "Take <code>rk4</code> instead."] {
+    for part in ["href=\"#answer-x\">Is x fast?</a>", ">no</span>", "<code>rk4</code> is faster."] {
         assert!(opening.contains(part), "{part} in {opening}");
     }
     assert!(!opening.contains("It is slow."), "the rest stands in the chapter");
+    assert_eq!(page.matches("is faster").count(), 1, "and the sentence does not");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What a reader comes for: which method to take, and what it costs. Each answer rests on runs made for it.
 
+mod methods;
 mod parabolic;
 mod path_fitting;
 mod ringing;
@@ -22,9 +23,9 @@ struct Answer {
     id: &'static str,
     question: &'static str,
     /// In a word or two; shown only if every check holds.
-    short: &'static str,
+    short: String,
     /// The text with its placeholders filled. The first paragraph is the caption of the figure, if there is one; every other
-    /// begins with a label and a colon.
+    /// begins with a label and a colon. The one labelled `Short` is the sentence of the first screen.
     text: Vec<String>,
     checks: Vec<Check>,
     figure: Option<Figure>,
@@ -33,6 +34,7 @@ struct Answer {
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
     let mut evidence = Evidence::default();
+    methods::tell(context, &mut evidence)?;
     for answer in [parabolic::answer, ringing::answer, path_fitting::answer, smooth::answer, trust::answer] {
         answer(context)?.tell(&mut evidence)?;
     }
@@ -50,7 +52,7 @@ impl Answer {
         let mut section = Section {
             id: id.into(),
             title: question.into(),
-            mark: if holds { short } else { "unsettled" }.into(),
+            mark: if holds { short } else { "unsettled".into() },
             ..Section::default()
         };
         let mut rest = text.iter();

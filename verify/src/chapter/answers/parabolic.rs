@@ -6,6 +6,7 @@ use crate::evidence::number::brief;
 use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Table};
 use crate::experiment::end_errors::{EndErrors, Truth};
 use crate::measure::norm::Extremes;
+use crate::method;
 use crate::row;
 
 /// A method with the number of linear systems of the size of the problem in a step. The denominator of the stability function
@@ -15,7 +16,7 @@ pub(super) const METHODS: [(&str, u32); 5] =
     [("method-i", 2), ("trapezoidal", 1), ("tr-bdf2", 2), ("sdirk2", 2), ("ls-galerkin(2,radau,2)", 2)];
 
 /// The places of the trapezoidal rule and of Radau IIA among them.
-const TRAPEZOIDAL: usize = 1;
+pub(super) const TRAPEZOIDAL: usize = 1;
 const RADAU: usize = 4;
 
 pub(super) const CELLS: u32 = 64;
@@ -126,6 +127,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("later", CASES[1].2.to_string()),
         ("later_ratio", brief(later[later_best] / later[0])),
         ("soon", CASES[2].2.to_string()),
+        ("order", method::parse(METHODS[0].0)?.order().to_string()),
+        ("radau_order", method::parse(METHODS[RADAU].0)?.order().to_string()),
         ("first_low", brief(low)),
         ("first_high", brief(high)),
     ];
@@ -133,7 +136,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     Ok(Answer {
         id: "answer-parabolic",
         question: "Should I use Method I for my stiff parabolic problem?",
-        short: "only right after a jump",
+        short: "no, but for one step across a jump".into(),
         text: prose::fill(include_str!("parabolic.md"), &values)?,
         checks,
         figure: Some(Figure::new("answer-parabolic", "", "answer-parabolic", panels).in_columns(3)),

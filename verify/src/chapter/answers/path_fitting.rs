@@ -8,7 +8,7 @@ use crate::experiment::energy_course::EnergyCourse;
 use crate::experiment::kepler_period::KeplerPeriod;
 use crate::experiment::symplectic_defect::Defects;
 use crate::measure::norm::larger;
-use crate::row;
+use crate::{method, row};
 
 /// Three interior points each; the equations of a step are as many.
 const METHODS: [&str; 3] = ["path-fitted(4)", "path-fitted(4,gauss)", "galerkin-gauss(3)"];
@@ -93,6 +93,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     ];
     let values = [
         ("steps", LADDER[COMPARED].to_string()),
+        ("order", method::parse(METHODS[0])?.order().to_string()),
+        ("gauss_order", method::parse(METHODS[1])?.order().to_string()),
         ("gauss", brief(gauss)),
         ("galerkin", brief(galerkin)),
         ("long", steps.to_string()),
@@ -112,7 +114,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     Ok(Answer {
         id: "answer-path-fitted",
         question: "Should I use the path-fitted integrator with three interior points?",
-        short: "on Gauss' nodes",
+        short: "yes, with Gauss nodes".into(),
         text: prose::fill(include_str!("path_fitting.md"), &values)?,
         checks,
         figure: Some(Figure::new("answer-path-fitted", "", "answer-path-fitted", panels).in_columns(2)),

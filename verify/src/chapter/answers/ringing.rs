@@ -1,11 +1,12 @@
 //! The flow next to a wall that is set in motion at once.
 
-use super::parabolic::{CELLS, METHODS};
+use super::parabolic::{CELLS, METHODS, TRAPEZOIDAL};
 use super::{Answer, prose};
 use crate::chapter::{Context, StudyError};
 use crate::evidence::number::brief;
 use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Series, Table};
-use crate::experiment::course::Course;
+use crate::experiment::course::{Course, Found};
+use crate::experiment::one_step::OneStep;
 use crate::measure::norm::Extremes;
 use crate::row;
 
@@ -23,17 +24,25 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let problem = format!("channel-couette cells={CELLS}");
     let runs = METHODS.map(|(method, _)| Course { problem: problem.clone(), method, h: H, t_end });
     let found = context.get_each(runs.into())?;
+    // Those after the step before, which show what alternates.
+    let before = METHODS.map(|(method, _)| Course { problem: problem.clone(), method, h: H, t_end: t_end - H });
+    let before = context.get_each(before.into())?;
     let mut rows = Vec::new();
     let place = |i: usize| 2.0 * (i + 1) as f64 / f64::from(CELLS) - 1.0;
-    let mut profile = |label: &str, values: &[f64], mark: Mark| {
-        let near = values.len() - DRAWN.min(values.len());
-        let points: Vec<(f64, f64)> = (near..values.len()).map(|i| (place(i), values[i])).collect();
-        rows.extend(points.iter().map(|(y, u)| row!["profile", label, *y, *u]));
-        Series::new(label, points, mark)
-    };
-    let mut profiles: Vec<Series> =
-        METHODS.iter().zip(&found).map(|((method, _), run)| profile(method, &run.state, Mark::Line)).collect();
-    profiles.push(profile("exact", &found[0].exact, Mark::Guide));
+    let off = |run: &Found| run.state.iter().zip(&run.exact).map(|(u, exact)| u - exact).collect::<Vec<f64>>();
+    let mut profiles = Vec::new();
+    for (step, runs) in [(STEPS - 1, &before), (STEPS, &found)] {
+        let curves = METHODS.iter().zip(runs).map(|((method, _), run)| {
+            let errors = off(run);
+            let near = errors.len() - DRAWN.min(errors.len());
+            let points: Vec<(f64, f64)> = (near..errors.len()).map(|i| (place(i), errors[i])).collect();
+            rows.extend(points.iter().map(|(y, error)| row![format!("error after {step} steps"), *method, *y, *error]));
+            Series::new(*method, points, Mark::Line)
+        });
+        profiles.push((step, curves.collect::<Vec<_>>()));
+    }
+    let height = profiles.iter().flat_map(|(_, curves)| curves).flat_map(|curve| &curve.points);
+    let height = 1.05 * height.map(|point| point.1.abs()).largest();
     let courses: Vec<Series> = METHODS
         .iter()
         .zip(&found)
@@ -43,6 +52,9 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             Series::new(*method, points, Mark::LineMarkers)
         })
         .collect();
+    // −1 where the errors after two steps are the same but for their signs.
+    let (one, next_one) = (off(&before[TRAPEZOIDAL]), off(&found[TRAPEZOIDAL]));
+    let alternation = dot(&one, &next_one) / (dot(&one, &one) * dot(&next_one, &next_one)).sqrt();
     // How far a profile goes up and down, in heights of the exact one, which is monotone.
     let waves: Vec<f64> = found.iter().map(|run| variation(&run.state) / variation(&run.exact)).collect();
     let after = |step: usize| found.iter().map(|run| run.errors[step].1).collect::<Vec<f64>>();
@@ -53,6 +65,10 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     // The first step from which on the last winner has the smallest error.
     let wins = |step: &usize| after(*step).iter().all(|error| after(*step)[best] <= *error);
     let overtaken = (0..STEPS as usize).rev().take_while(wins).last().unwrap_or_default() + 1;
+    let mut fast = Vec::new();
+    for (method, _) in METHODS {
+        fast.push(OneStep::growth(method, 1e6).or_infinity(context)?);
+    }
     let checks = vec![
         Check::new(
             "ringing/trapezoidal",
@@ -62,6 +78,27 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             last[1] / last[0],
             Requirement::Above(10.0),
             "R(∞) = −1: what the wall excites stays, with alternating sign",
+        ),
+        Check::new(
+            "ringing/alternates",
+            "From each step to the next the error of the trapezoidal rule changes its sign: cosine of the angle between two",
+            alternation,
+            Requirement::Below(0.0),
+            "the last two steps",
+        ),
+        Check::new(
+            "ringing/fast",
+            "At a step that is long for it, a fast wave is damped to nothing by Method I, TR-BDF2, SDIRK2 and Radau IIA: largest |R|",
+            fast.iter().enumerate().filter(|(i, _)| *i != TRAPEZOIDAL).map(|(_, r)| r.abs()).largest(),
+            Requirement::AtMost(1e-5),
+            "hλ = 10⁶, and |R| falls like 1/(hλ) at least with a constant below 10",
+        ),
+        Check::within(
+            "ringing/turns",
+            "The trapezoidal rule only turns its sign: R",
+            fast[TRAPEZOIDAL],
+            [-1.0, -0.999],
+            "hλ = 10⁶; R = −1 + 4/(hλ + 2)",
         ),
         Check::new(
             "ringing/waves",
@@ -103,26 +140,34 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("cells", CELLS.to_string()),
         ("h", H.to_string()),
         ("steps", STEPS.to_string()),
+        ("before", (STEPS - 1).to_string()),
+        ("t", brief(t_end)),
         ("waves", brief(waves[1])),
         ("first", brief(next)),
         ("last", brief(last[1] / last[0])),
         ("later_best", format!("`{}`", METHODS[best].0)),
         ("overtaken", overtaken.to_string()),
     ];
-    let panels = [
-        Panel::new(Axis::linear("y"), Axis::linear("u"), profiles).titled("Next to the moving wall"),
-        Panel::new(Axis::linear("step"), Axis::log("largest error"), courses).titled("Step by step"),
-    ];
-    let caption = "Profiles next to the wall, u over y, and the largest error over the number of the step.";
+    let near = |(step, curves): (u32, Vec<Series>)| {
+        let axis = Axis::linear("error of u").between(-height, height);
+        Panel::new(Axis::linear("y"), axis, curves).titled(format!("Next to the wall, after {step} steps"))
+    };
+    let mut panels: Vec<Panel> = profiles.into_iter().map(near).collect();
+    panels.push(Panel::new(Axis::linear("step"), Axis::log("largest error"), courses).titled("Step by step"));
+    let caption = "Errors next to the wall over y after two steps, and the largest error over the number of the step.";
     Ok(Answer {
         id: "answer-ringing",
-        question: "Does it ring after a jump?",
-        short: "no",
+        question: "Does Method I ring after a jump?",
+        short: "no".into(),
         text: prose::fill(include_str!("ringing.md"), &values)?,
         checks,
-        figure: Some(Figure::new("answer-ringing", "", "answer-ringing", panels).in_columns(2)),
+        figure: Some(Figure::new("answer-ringing", "", "answer-ringing", panels).in_columns(3)),
         table: Table::data("answer-ringing", caption, ["what", "method", "y_or_step", "value"], rows),
     })
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Σ |uᵢ₊₁ − uᵢ|.

@@ -6,22 +6,23 @@ use crate::evidence::number::brief;
 use crate::evidence::{Cell, Check, Requirement, Table};
 use crate::experiment::end_errors::{EndErrors, Truth};
 use crate::measure::norm::Extremes;
+use crate::method;
 
 const METHODS: [&str; 5] =
     ["method-i", "trapezoidal", "implicit-midpoint", "ls-galerkin(2,gauss,2)", "ls-galerkin(3,gauss,3)"];
-const PROBLEMS: [&str; 4] = ["quadratic-drag", "logistic", "damped-pendulum", "van-der-pol"];
+pub(super) const PROBLEMS: [&str; 4] = ["quadratic-drag", "logistic", "damped-pendulum", "van-der-pol"];
+/// So many, in a word.
+pub(super) const COUNT: &str = "four";
+const _: () = assert!(PROBLEMS.len() == 4);
 const H: f64 = 0.05;
 const END: f64 = 2.0;
 
+/// A run as the answer compares them.
+pub(super) fn setting(problem: &str, method: &str) -> EndErrors {
+    EndErrors { problem: problem.into(), method: method.into(), h: H, pieces: 1, t_end: END, truth: Truth::Equations }
+}
+
 pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
-    let setting = |problem: &str, method: &str| EndErrors {
-        problem: problem.into(),
-        method: String::from(method),
-        h: H,
-        pieces: 1,
-        t_end: END,
-        truth: Truth::Equations,
-    };
     let runs = PROBLEMS.iter().flat_map(|problem| METHODS.map(|method| setting(problem, method))).collect();
     let found: Vec<f64> = context.get_each(runs)?.iter().map(|found| found.end).collect();
     let rows = PROBLEMS.iter().zip(found.chunks(METHODS.len())).map(|(problem, errors)| {
@@ -53,8 +54,12 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             "equal steps",
         ),
     ];
+    let order = |place: usize| Ok::<_, StudyError>(method::parse(METHODS[place])?.order().to_string());
     let values = [
-        ("problems", "four".into()),
+        ("problems", COUNT.into()),
+        ("order", order(0)?),
+        ("trapezoidal_order", order(1)?),
+        ("gauss_order", order(3)?),
         ("h", H.to_string()),
         ("trapezoidal_low", brief(trapezoidal.0)),
         ("trapezoidal_high", brief(trapezoidal.1)),
@@ -65,8 +70,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     ];
     Ok(Answer {
         id: "answer-smooth",
-        question: "What would I lose against the trapezoidal rule, or Gauss collocation?",
-        short: "digits",
+        question: "What would I lose with Method I against the trapezoidal rule, or Gauss collocation?",
+        short: format!("a factor of up to {}, or of {} and more", brief(trapezoidal.1), brief(rounded_down(gauss))),
         text: prose::fill(include_str!("smooth.md"), &values)?,
         checks,
         figure: None,

@@ -9,6 +9,7 @@ use crate::{method, problem, reference, row};
 pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let controls = context.get(Controls)?;
     let wrong = controls.iter().filter(|control| !control.holds());
+    let planted = controls.iter().filter(|control| control.wanted != "pass").count();
     let checks = vec![Check::new(
         "trust/controls",
         "The rules that judge this report refuse what is wrong: number of wrong answers",
@@ -19,6 +20,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let rows = controls.iter().map(|control| row![control.input, control.verdict.as_str(), control.wanted]);
     let caption = "Right and wrong inputs given to the rules that judge orders and closed forms.";
     let values = [
+        ("controls", controls.len().to_string()),
+        ("planted", planted.to_string()),
         ("problems", problem::ALL.len().to_string()),
         ("methods", method::ALL.len().to_string()),
         ("references", reference::all().len().to_string()),
@@ -26,7 +29,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     Ok(Answer {
         id: "answer-trust",
         question: "Can I trust these numbers?",
-        short: "check them",
+        short: "yes".into(),
         text: prose::fill(include_str!("trust.md"), &values)?,
         checks,
         figure: None,

@@ -154,8 +154,9 @@ fn section(section: &Section, chapter: &Chapter, palette: Palette<'_>, numbers: 
             @for part in evidence.figures.iter().filter(|figure| section.figures.contains(&figure.id)) {
                 (figure(part, palette, &mut numbers.figures))
             }
-            @if !section.paragraphs.is_empty() {
-                dl { @for (label, text) in &section.paragraphs { dt { (inline(label)) } dd { (inline(text)) } } }
+            @let paragraphs: Vec<_> = section.paragraphs.iter().filter(|(label, _)| label != super::SHORT).collect();
+            @if !paragraphs.is_empty() {
+                dl { @for (label, text) in paragraphs { dt { (inline(label)) } dd { (inline(text)) } } }
             }
             @for part in evidence.tables.iter().filter(|table| table.shown && section.tables.contains(&table.id)) {
                 (table(part, &evidence.sections, false, &mut numbers.tables))

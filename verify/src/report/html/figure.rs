@@ -50,13 +50,13 @@ pub(super) fn figure(figure: &Figure, palette: Palette<'_>, count: &mut usize) -
     }
 }
 
-/// Curves that another one covers: equal to a thousandth of a decade, or of the height of the panel, at every point.
+/// Curves that another one covers: equal at every point to a thousandth of a decade, or to half of a line's width.
 fn coincident(panel: &crate::evidence::Panel) -> Vec<(&str, &str)> {
     let values = panel.series.iter().flat_map(|series| &series.points).map(|point| point.1).filter(|y| y.is_finite());
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
     let is_near = |a: f64, b: f64| match panel.y.log {
         true => a > 0.0 && b > 0.0 && (a / b).log10().abs() < 1e-3,
-        false => (a - b).abs() < 1e-3 * (high - low),
+        false => (a - b).abs() < 4e-3 * (high - low),
     };
     let covers = |a: &[(f64, f64)], b: &[(f64, f64)]| {
         a.len() > 1 && a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && is_near(a.1, b.1))

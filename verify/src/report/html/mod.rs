@@ -19,6 +19,8 @@ use crate::evidence::{Check, Outcome};
 
 /// The chapter of which everything is in sight; of the others, what is behind their words takes a click.
 const IN_SIGHT: &str = "answers";
+/// The label of the sentence by which a section of it is told on the first screen, and there alone.
+const SHORT: &str = "Short";
 /// The section that stands in sight wherever it is.
 const RECOMMENDATION: &str = "model-recommendation";
 /// The chapter whose summary, its first table, is in sight.

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::super::run::{Chapter, Counts, Run};
 use super::super::text::{anchor, clean};
 use super::super::verdict;
-use super::{IN_SIGHT, SUMMARISED, by_reason, check_anchor, class, inline, sentence};
+use super::{IN_SIGHT, SHORT, SUMMARISED, by_reason, check_anchor, class, inline, sentence};
 use crate::claim::Verdict;
 use crate::evidence::{Check, Outcome};
 
@@ -40,13 +40,11 @@ pub(super) fn answers(run: &Run) -> Markup {
         @if let Some(chapter) = answered(run) {
             section #_answers tabindex="-1" {
                 ul.answers {
-                    @for section in &chapter.evidence.sections {
+                    @for section in chapter.evidence.sections.iter().filter(|section| !section.mark.is_empty()) {
                         li {
                             a href=(format!("#{}", anchor(&section.id))) { (inline(&section.title)) } " "
                             span.mark { (clean(&section.mark)) }
-                            @if let Some((label, text)) = section.paragraphs.iter().find(|(label, _)| label == "Take") {
-                                br; (inline(&format!("{label} {text}")))
-                            }
+                            @if let Some((_, text)) = section.paragraphs.iter().find(|(label, _)| label == SHORT) { br; (inline(text)) }
                         }
                     }
                 }
