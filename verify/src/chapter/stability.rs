@@ -42,7 +42,9 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let rows = classes.iter().map(|class| {
         let (found, yes) = (&class.found, |holds: bool| if holds { "yes" } else { "no" });
         let [a_stable, damps] = [found.is_a_stable(), found.far <= DAMPED].map(yes);
-        let start = row![&class.name, found.largest, found.at.re, found.at.im, a_stable];
+        // On an axis the other part is the rounding of the angle.
+        let part = |x: f64| if x.abs() < 4.0 * f64::EPSILON * found.at.norm() { 0.0 } else { x };
+        let start = row![&class.name, found.largest, part(found.at.re), part(found.at.im), a_stable];
         [start, row![found.far, damps, class.real, class.imaginary]].concat()
     });
     let table = Table::new(

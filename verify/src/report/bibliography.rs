@@ -7,7 +7,7 @@ const SOURCES: [(&str, &str); 6] = [
     (
         "S24",
         "S. Sungkeetanon and others, Unconditionally stable symplectic integrators for the Navier–Stokes equations and \
-         other dissipative systems. The Citadel, 2024.",
+         other dissipative systems. Preprint, 2024, arXiv:2411.13569, doi:10.31224/4107.",
     ),
     (
         "KY21",
@@ -21,6 +21,19 @@ const SOURCES: [(&str, &str); 6] = [
     ),
     ("HW96", "E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. Springer, 1996."),
     ("HLW06", "E. Hairer, C. Lubich and G. Wanner, Geometric Numerical Integration, 2nd ed. Springer, 2006."),
+];
+
+/// Sources that the report cites by their authors.
+const BY_NAME: [&str; 5] = [
+    "U. Ghia, K. N. Ghia and C. T. Shin, High-Re solutions for incompressible flow using the Navier–Stokes equations and a \
+     multigrid method. Journal of Computational Physics 48, 1982, doi:10.1016/0021-9991(82)90058-4.",
+    "O. Botella and R. Peyret, Benchmark spectral results on the lid-driven cavity flow. Computers & Fluids 27, 1998, \
+     doi:10.1016/S0045-7930(98)00002-4.",
+    "F. Mazzia and C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4. University of Bari, 2008.",
+    "I. B. Celik and others, Procedure for estimation and reporting of uncertainty due to discretization in CFD applications. \
+     Journal of Fluids Engineering 130, 2008, doi:10.1115/1.2960953.",
+    "L. Eça and M. Hoekstra, A procedure for the estimation of the numerical uncertainty of CFD calculations based on grid \
+     refinement studies. Journal of Computational Physics 262, 2014, doi:10.1016/j.jcp.2014.01.006.",
 ];
 
 /// The keys in `text` that no source explains: `[HW96]`.
@@ -38,6 +51,7 @@ pub(super) fn write() -> Markup {
         section #_bibliography {
             h2 { "Bibliography" }
             dl { @for (key, source) in SOURCES { dt id=(format!("_{key}")) { "[" (key) "]" } dd { (source) } } }
+            ul.data { @for source in BY_NAME { li { (source) } } }
         }
     }
 }

@@ -331,9 +331,8 @@ impl Frame {
                 begin = end;
             }
         }
-        let count = paths.len();
         for (index, d) in paths.into_iter().enumerate().filter(|(_, d)| !d.is_empty()) {
-            let _ = write!(svg, "<path class=\"{}\" d=\"{d}\"/>", band(index, count, field.contours));
+            let _ = write!(svg, "<path class=\"{}\" d=\"{d}\"/>", band(index, &field.levels, field.contours));
         }
     }
 

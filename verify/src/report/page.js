@@ -75,7 +75,7 @@ packed().forEach((part) => part.addEventListener('toggle', () => unpack(part)));
 const reveal = async () => {
   const id = decodeURIComponent(location.hash.slice(1));
   if (!id) return;
-  const isHere = (part) => id.startsWith(`${part.closest('.chapter').id}/`);
+  const isHere = (part) => id.startsWith(`${part.closest('.chapter')?.id}/`);
   const parts = packed().sort((a, b) => isHere(b) - isHere(a));
   let target = document.getElementById(id);
   while (!target && parts.length) {

@@ -115,12 +115,29 @@ impl Style {
     }
 }
 
-/// The class of band `index` of `count`: shades of one hue where the bands are ordered, distinct tints for categories.
-pub(super) fn band(index: usize, count: usize, is_ordered: bool) -> String {
+/// The class of band `index` between `levels`: distinct tints for categories; where the bands are ordered, shades of one hue, or
+/// of two on both sides of zero if the levels have both signs, so that zero is the palest.
+pub(super) fn band(index: usize, levels: &[f64], is_ordered: bool) -> String {
     const SHADES: usize = 8;
-    match is_ordered {
-        true => format!("q{}", index * (SHADES - 1) / (count.max(2) - 1)),
-        false => format!("c{}", index % SHADES),
+    /// Shades on either side of the middle one.
+    const SIDE: usize = 7;
+    let last = levels.len();
+    let below = levels.iter().filter(|level| **level < 0.0).count();
+    let above = levels.iter().filter(|level| **level > 0.0).count();
+    if !is_ordered {
+        return format!("c{}", index % SHADES);
+    }
+    if below == 0 || above == 0 {
+        return format!("q{}", index * (SHADES - 1) / last.max(1));
+    }
+    // Without a level at zero, the band around it is the middle one.
+    let has_zero = usize::from(below + above < last);
+    let (down, up) = ((below + has_zero).saturating_sub(index), index.saturating_sub(below));
+    let most = below.max(above) + has_zero;
+    let shade = |steps: usize| steps * SIDE / most;
+    match (down, up) {
+        (0, up) => format!("d{}", SIDE + shade(up)),
+        (down, _) => format!("d{}", SIDE - shade(down)),
     }
 }
 
@@ -146,5 +163,19 @@ mod tests {
         seen.dedup();
         assert_eq!(seen.len(), names.len());
         assert_ne!(looks("an exact curve", 0), looks("an exact curve", 1));
+    }
+
+    #[test]
+    fn bands_of_signed_values_are_palest_at_zero_and_all_differ() {
+        let classes = |levels: &[f64]| (0..=levels.len()).map(|i| band(i, levels, true)).collect::<Vec<_>>();
+        assert_eq!(classes(&[-2.0, -1.0, 1.0, 2.0]), ["d0", "d4", "d7", "d10", "d14"]);
+        assert_eq!(classes(&[-1.0, 0.0, 1.0]), ["d0", "d4", "d10", "d14"]);
+        // The streamlines of a cavity.
+        let psi = classes(&[-0.1, -0.07, -0.04, -0.02, -0.005, -1e-5, 1e-5]);
+        assert_eq!(psi.iter().collect::<std::collections::HashSet<_>>().len(), 8, "{psi:?}");
+        assert_eq!(psi[6], "d7");
+        let far: Vec<f64> = (-6..=6).filter(|k| *k != 0).map(f64::from).collect();
+        assert_eq!(classes(&far).iter().collect::<std::collections::HashSet<_>>().len(), 13);
+        assert_eq!(classes(&[0.1, 0.3, 1.0]), ["q0", "q2", "q4", "q7"]);
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::evidence::number::digits;
+
 /// Escapes text for HTML and XML, element content and quoted attributes alike. Characters that XML 1.0 forbids become
 /// U+FFFD.
 pub(super) fn escape(text: &str) -> String {
@@ -31,13 +33,57 @@ pub(super) fn inline_html(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for span in spans(text) {
         match span {
-            Span::Plain(text) => out.push_str(&typeset(text)),
+            Span::Plain(text) => out.push_str(&typeset(&numerals(text))),
             Span::Code(code) => {
                 let _ = write!(out, "<code>{}</code>", escape(code));
             }
         }
     }
     out
+}
+
+/// Numbers with an exponent as they are written everywhere else, with the digits that they have: 1.8e-10 is 1.8×10⁻¹⁰.
+fn numerals(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let (before, tail) = rest.split_at(start);
+        out.push_str(before);
+        let is_word = |c: char| c.is_alphanumeric() || "._".contains(c);
+        let end = numeral(tail).filter(|_| !out.ends_with(is_word));
+        let value = end.and_then(|end| Some((end, tail[..end].parse::<f64>().ok()?)));
+        let Some((end, value)) = value else {
+            let end = tail.find(|c| !is_word(c)).unwrap_or(tail.len());
+            let (word, after) = tail.split_at(end);
+            out.push_str(word);
+            rest = after;
+            continue;
+        };
+        // A sign, not a hyphen or a difference.
+        if out.ends_with('-') && !out[..out.len() - 1].ends_with(is_word) {
+            out.pop();
+            out.push('−');
+        }
+        let mantissa = tail[..end].split('e').next().unwrap_or_default();
+        let known = mantissa.trim_start_matches(['0', '.']).chars().filter(char::is_ascii_digit).count();
+        out.push_str(&digits(value, known.max(1)));
+        rest = &tail[end..];
+    }
+    out + rest
+}
+
+/// Where a number with an exponent ends that `text` begins with. A complex one may go on with `i`.
+fn numeral(text: &str) -> Option<usize> {
+    let run = |from: usize| from + text[from..].bytes().take_while(u8::is_ascii_digit).count();
+    let mut end = run(0);
+    if text[end..].starts_with('.') && run(end + 1) > end + 1 {
+        end = run(end + 1);
+    }
+    let exponent = text[end..].strip_prefix('e')?;
+    let from = end + 1 + usize::from(exponent.starts_with(['-', '+']));
+    end = run(from);
+    let after = text[end..].strip_prefix('i').unwrap_or(&text[end..]);
+    (end > from && !after.starts_with(|c: char| c.is_alphanumeric() || c == '_')).then_some(end)
 }
 
 /// What a single letter is followed by after `_`, and anything after `^`, lowered and raised: p_n, a_{ij}, tol^{2/3}, 10^-3.
@@ -89,7 +135,7 @@ pub(super) fn inline_markdown(text: &str) -> String {
     for span in spans(text) {
         match span {
             Span::Plain(text) => {
-                for c in text.chars() {
+                for c in numerals(text).chars() {
                     match c {
                         '\\' | '`' | '*' | '_' | '[' | ']' | '#' | '|' | '~' | '$' | '!' | '@' => out.extend(['\\', c]),
                         '<' => out.push_str("&lt;"),
@@ -106,6 +152,43 @@ pub(super) fn inline_markdown(text: &str) -> String {
         }
     }
     out
+}
+
+/// The head of a column from the key that its file has.
+pub(super) fn heading(key: &str) -> String {
+    const HEADS: [(&str, &str); 27] = [
+        ("a_stable", "A-stable"),
+        ("at_im", "there Im hλ"),
+        ("at_re", "there Re hλ"),
+        ("best_theta", "best θ"),
+        ("damps_at_infinity", "damps at ∞"),
+        ("growth_at_infinity", "growth at ∞"),
+        ("h_1_128", "h = 1/128"),
+        ("h_1_256", "h = 1/256"),
+        ("h_1_64", "h = 1/64"),
+        ("h_or_tolerance", "h or tolerance"),
+        ("h_up_to", "hλ up to"),
+        ("id", "claim no."),
+        ("implicit_euler", "implicit Euler"),
+        ("kh", "Kh"),
+        ("l_stable", "L-stable"),
+        ("max_error", "largest error"),
+        ("method_i", "Method I"),
+        ("method_ii", "Method II"),
+        ("r_infinity", "R(∞)"),
+        ("r_squared", "R²"),
+        ("re", "Re"),
+        ("rhs", "evaluations of f"),
+        ("stderr", "standard error"),
+        ("t_at_max", "t of the largest"),
+        ("t_end", "end t"),
+        ("tau", "τ"),
+        ("theta", "θ"),
+    ];
+    HEADS
+        .iter()
+        .find(|(known, _)| *known == key)
+        .map_or_else(|| clean(&key.replace('_', " ")), |(_, head)| (*head).into())
 }
 
 /// An anchor from an identifier, one to one: what may not stand in an `id` or a fragment is replaced by its code point.
@@ -172,6 +255,19 @@ mod tests {
             ("p_{<b>}", "p<sub>&lt;b&gt;</sub>"),
         ];
         cases.iter().for_each(|(text, html)| assert_eq!(inline_html(text), *html));
+    }
+
+    #[test]
+    fn raw_numbers_are_written_as_all_others_are() {
+        let cases = [
+            ("order 3.898 ± 2.2e-2, 0.000 ± 1.8e-10", "order 3.898 ± 0.022, 0.000 ± 1.8×10⁻¹⁰"),
+            ("ends at a step of 1.0000e0.", "ends at a step of 1."),
+            ("t = 1.000e1; from 1e2 to 1e10", "t = 10; from 10² to 10¹⁰"),
+            ("hλ = -3.162e4+0.000e0i", "hλ = −31620+0i"),
+            ("`1e-6` stays, 5e and 2em too, v1e3 is a name", "<code>1e-6</code> stays, 5e and 2em too, v1e3 is a name"),
+        ];
+        cases.iter().for_each(|(text, html)| assert_eq!(inline_html(text), *html));
+        assert_eq!(inline_markdown("below 1e-8"), "below 10⁻⁸");
     }
 
     #[test]

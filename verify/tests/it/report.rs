@@ -465,14 +465,14 @@ fn a_keyboard_reaches_all_that_a_mouse_does() {
 
 /// A third row is not a third column.
 #[test]
-fn the_style_counts_cells_and_never_rows() {
+fn the_style_says_whether_it_counts_cells_or_rows() {
     let page = read(&written("style"), "index.html");
     let (_, style) = page.split_once("<style>").expect("a style");
     let (style, _) = style.split_once("</style>").expect("its end");
     let before: Vec<&str> = style.split(":nth-child(").collect();
     assert!(before.len() > 3);
     for selector in &before[..before.len() - 1] {
-        assert!(["td", "th", ":is(th, td)"].iter().any(|of| selector.ends_with(of)), "{selector}:nth-child(");
+        assert!(["td", "th", ":is(th, td)", " tr"].iter().any(|of| selector.ends_with(of)), "{selector}:nth-child(");
     }
 }
 
@@ -497,6 +497,58 @@ fn a_map_explains_its_cells_and_sets_predicted_differences_apart() {
     for (said, text) in [(true, "as predicted"), (true, "not run"), (true, "holds"), (false, "not decided")] {
         assert_eq!(key.contains(text), said, "{text} in {key}");
     }
+}
+
+/// What a reader sees, without code: no number as a programming language prints it, and no key of a file as a head.
+#[test]
+fn numbers_and_heads_read_as_a_person_would_write_them() {
+    let reason = "order 3.898 ± 2.2e-2, ends at a step of 1.0000e0, t = 1.000e1, `1e-6` is code";
+    let checks = vec![Check { reason: reason.into(), ..check("c", Outcome::Fail, Some(1e-12)) }];
+    let keys = ["h_1_64", "at_re", "t_end", "method_ii", "r_infinity", "problem"];
+    let rows = vec![vec![Cell::Number(1e-9), text("below 1e-8"), text("a"), text("b"), Cell::Number(0.0), text("c")]];
+    let evidence = Evidence { checks, tables: vec![table("keys", &keys, rows, true)], ..Evidence::default() };
+    let path = fresh("people");
+    report::write(&Run::new(vec![Chapter { id: "p".into(), evidence, ..Chapter::default() }], Vec::new()), &path)
+        .expect("written");
+    let page = read(&path, "index.html");
+    let (_, body) = page.split_once("<main>").expect("the page");
+    let (body, _) = body.split_once("</main>").expect("its end");
+    let seen: String =
+        body.split("<code>").map(|part| part.split_once("</code>").map_or(part, |(_, rest)| rest)).collect();
+    let seen: String =
+        seen.split('<').map(|part| part.split_once('>').map_or(part, |(_, text)| text)).collect::<Vec<_>>().join(" ");
+    let bytes = seen.as_bytes();
+    for (place, _) in seen.match_indices('e') {
+        let digit = |at: usize| bytes.get(at).is_some_and(u8::is_ascii_digit);
+        let signed = bytes.get(place + 1).is_some_and(|b| b"+-".contains(b)) && digit(place + 2);
+        let is_raw = place > 0 && digit(place - 1) && (digit(place + 1) || signed);
+        assert!(!is_raw, "{}", &seen[place.saturating_sub(20)..place + 4]);
+    }
+    for (said, text) in [(true, "± 0.022"), (true, "step of 1,"), (true, "t = 10,"), (true, "below 10⁻⁸")] {
+        assert_eq!(seen.contains(text), said, "{text} in {seen}");
+    }
+    for head in ["h = 1/64", "Re hλ", "end t", "Method II", "R(∞)", "problem"] {
+        assert!(seen.contains(head), "{head}");
+    }
+    assert!(keys[..5].iter().all(|key| !seen.contains(key) && !seen.contains(&key.replace('_', " "))), "{seen}");
+}
+
+/// Who asks about a model of his own finds what to take before the notes and the words.
+#[test]
+fn the_recommendation_for_a_model_comes_first_and_the_words_are_folded() {
+    let told = Section { id: "model-recommendation".into(), title: "Which method to use".into(), ..Section::default() };
+    let evidence = Evidence { notes: vec!["A note.".into()], sections: vec![told], ..Evidence::default() };
+    let model = Chapter { id: "model".into(), evidence, ..Chapter::default() };
+    let path = fresh("model-first");
+    report::write(&Run::new(vec![model.clone()], Vec::new()), &path).expect("written");
+    let alone = read(&path, "index.html");
+    let place = |page: &str, text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
+    assert!(place(&alone, "Which method to use") < place(&alone, "A note."));
+    assert!(alone.contains("<details><summary>Terms"));
+    // Beside the answers of the whole report the words stand open.
+    let answers = Chapter { id: "answers".into(), ..Chapter::default() };
+    report::write(&Run::new(vec![answers, model], Vec::new()), &path).expect("written");
+    assert!(!read(&path, "index.html").contains("<details><summary>Terms"));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::super::style::Palette;
-use super::super::text::{anchor, clean, data_file};
+use super::super::text::{anchor, clean, data_file, heading};
 use super::figure::figure;
 use super::fold::fold;
 use super::map::map;
@@ -38,11 +38,11 @@ pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, nu
                     b { "This study broke off:" } " " (inline(&ended(error))) " What it found until then is below."
                 }
             }
+            @for part in recommended { (part) }
             @for note in &evidence.notes { p { (inline(note)) } }
             @for grid in &evidence.grids { (map(grid, chapter)) }
             (undecided(chapter))
             @if let Some((_, table)) = &summary { (table) }
-            @for part in recommended { (part) }
             @if chapter.id == super::IN_SIGHT { (body) }
             @else if !body.0.is_empty() { (fold("evidence", &behind(chapter), body)) }
         }
@@ -233,7 +233,7 @@ fn table(table: &Table, sections: &[Section], whole: bool, count: &mut usize) ->
                 div.scroll.tall[table.rows.len() > TALL_TABLE && !whole] tabindex="0" role="region" aria-labelledby=(format!("{id}-caption")) {
                     table.sortable.prose[is_prose] aria-labelledby=(format!("{id}-caption")) {
                         thead {
-                            tr { @for (column, name) in table.columns.iter().enumerate() { th scope="col" class=[align(column)] { (clean(&name.replace('_', " "))) } } }
+                            tr { @for (column, name) in table.columns.iter().enumerate() { th scope="col" class=[align(column)] { (heading(name)) } } }
                         }
                         tbody {
                             @for row in &table.rows {

@@ -88,7 +88,7 @@ impl<'a> Legend<'a> {
         }
         for field in figure.panels.iter().filter_map(|panel| panel.field.as_ref()) {
             for (index, name) in field.bands.iter().enumerate() {
-                let entry = (name.as_str(), band(index, field.levels.len() + 1, field.contours));
+                let entry = (name.as_str(), band(index, &field.levels, field.contours));
                 if !legend.bands.contains(&entry) {
                     legend.bands.push(entry);
                 }

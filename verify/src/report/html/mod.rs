@@ -56,7 +56,7 @@ pub(super) fn document(run: &Run) -> String {
                     }
                     (opening::answers(run))
                     (opening::summary(run, counts))
-                    (PreEscaped(include_str!("../primer.html")))
+                    (primer(run))
                     @for (index, chapter) in run.chapters.iter().enumerate() {
                         (chapter::write(index + 1, chapter, Palette(&run.palette), &mut numbers))
                     }
@@ -68,6 +68,18 @@ pub(super) fn document(run: &Run) -> String {
         }
     };
     page.into_string()
+}
+
+/// What the words mean. Who asks about a model of his own looks for the recommendation first, and finds this folded.
+fn primer(run: &Run) -> Markup {
+    let text = PreEscaped(include_str!("../primer.html"));
+    let is_known = |id: &str| run.chapters.iter().any(|chapter| chapter.id == id);
+    let recommends =
+        run.chapters.iter().flat_map(|chapter| &chapter.evidence.sections).any(|part| part.id == RECOMMENDATION);
+    html! {
+        @if recommends && !is_known(IN_SIGHT) { details { summary { "Terms: what is asked, and in which words" } (text) } }
+        @else { (text) }
+    }
 }
 
 /// Running numbers over the whole page.
