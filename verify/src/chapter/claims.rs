@@ -170,10 +170,11 @@ fn section(judged: &Judged) -> Section {
 }
 
 fn notes(judged: &[Judged]) -> Vec<String> {
-    let counts = Verdict::ALL.map(|verdict| {
-        let count = judged.iter().filter(|judged| judged.verdict() == Some(verdict)).count();
-        format!("{count} {}", verdict.word())
+    let counts = Verdict::ALL.iter().filter_map(|verdict| {
+        let count = judged.iter().filter(|judged| judged.verdict() == Some(*verdict)).count();
+        (count > 0).then(|| format!("{count} {}", verdict.word()))
     });
+    let counts: Vec<_> = counts.collect();
     vec![format!(
         "The verdicts on {} claims: {}. A claim is a list of comparisons of live runs, and its quantifier decides what they \
              make of it. It is confirmed if all come out as claimed. A universal statement is refuted as stated by one \

@@ -51,7 +51,7 @@ pub(super) fn write() -> Markup {
         section #_bibliography {
             h2 { "Bibliography" }
             dl { @for (key, source) in SOURCES { dt id=(format!("_{key}")) { "[" (key) "]" } dd { (source) } } }
-            ul.data { @for source in BY_NAME { li { (source) } } }
+            ul.sources { @for source in BY_NAME { li { (source) } } }
         }
     }
 }
