@@ -81,7 +81,7 @@ fn poiseuille_errors_decay(context: &Context) -> Result<Finding, StudyError> {
     let cases = decay(context, "poiseuille-ansatz", &[0.5, 0.1, 0.01, 0.001, 1e-4])?;
     let worst = slowest(&cases)?;
     let evidence = match worst.measured {
-        0.0 => "All late errors are roundoff.".into(),
+        0.0 => format!("All {} late errors are roundoff.", cases.len()),
         ratio => format!("The slowest decay leaves {} of the early error: {}.", text(ratio), worst.what),
     };
     Ok(Finding::on(cases, evidence).because(

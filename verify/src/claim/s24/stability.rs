@@ -6,7 +6,7 @@ use crate::experiment::momentum_map::{Closed, MomentumMap};
 use crate::experiment::non_normal::{Amplified, AmplifiedFrom, Dissipative, MARGIN, ROUNDOFF, Rotation, Rotations};
 use crate::experiment::one_step::{LeavesAt, OneStep};
 use crate::experiment::{Context, StudyError};
-use crate::measure::norm::max_norm;
+use crate::measure::norm::{Extremes, max_norm};
 use crate::measure::stability::numerical_abscissa;
 
 pub(super) const CLAIMS: &[Claim] = &[
@@ -98,11 +98,17 @@ fn conventional_map(context: &Context) -> Result<Finding, StudyError> {
 
 fn method_i_on_dissipative_systems(context: &Context) -> Result<Finding, StudyError> {
     let mut cases = on_normal_systems(context, "method-i")?;
-    for found in context.get(Dissipative)?.iter() {
+    let found = context.get(Dissipative)?;
+    for found in found.iter() {
         let what = format!("largest spectral radius, dissipative systems of {} unknowns", found.order);
         cases.push(Case::at_most(what, found.radius, 1.0 + ROUNDOFF));
     }
-    let evidence = "Scalars, rotations and linear dissipative systems are stable at every step size.";
+    let largest = cases[cases.len() - found.len()..].iter().map(|case| case.measured).largest();
+    let evidence = format!(
+        "Scalars, rotations and linear dissipative systems are stable at every step size; the largest spectral radius of the last \
+         is {}.",
+        text(largest)
+    );
     Ok(Finding::on(cases, evidence).because(
         "For v̇ = Av one step is (I − hS + ½h²AᵀA)⁻¹(I + hK) with the symmetric and skew parts S and K of A. For a unit eigenvector v \
          with factor λ, (1 − h v*Sv + ½h²|Av|²) λ = 1 + h v*Kv. Where S is negative semidefinite, v*Kv = iκ and |Av|² ≥ κ² give \
