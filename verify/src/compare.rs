@@ -140,9 +140,12 @@ pub fn cross_check_beside(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Me
                 number(judged.bound),
                 Cell::Text(judged.status.clone()),
             ]);
+            let is_predicted = matches!(answer, Ok(Answer { astray: Some(_), .. }) | Err(Gap::BrokeDown(_)));
+            let [does, why] =
+                if is_predicted { ["does not follow", ", as theory predicts"] } else { ["agrees with", ""] };
             checks.push(Check {
                 id: format!("{name}/{}/{solver}", limit.name),
-                statement: format!("{solver} agrees with {truth_name} on {name}, {}", limit.reason),
+                statement: format!("{solver} {does} {truth_name} on {name}{why}, {}", limit.reason),
                 outcome: judged.outcome,
                 measured: judged.difference,
                 required: judged.required,

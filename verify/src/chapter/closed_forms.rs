@@ -114,8 +114,8 @@ fn figure(table: &Table) -> Figure {
     let caption = "Largest error of a live step on v̇ = −v against its closed form, over several starts: relative to the \
                    result v_{n+1}, and to the state v_n before the step.";
     let panels = [
-        panel("(a) relative to the result", "error / |v_{n+1}|", "relative_error"),
-        panel("(b) relative to the state before", "error / |v_n|", "error"),
+        panel("(a) relative to the result", "error / |vₙ₊₁|", "relative_error"),
+        panel("(b) relative to the state before", "error / |vₙ|", "error"),
     ];
     Figure::new("closed-forms", caption, table.id.clone(), panels).in_columns(2)
 }

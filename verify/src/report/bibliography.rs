@@ -14,7 +14,10 @@ const SOURCES: [(&str, &str); 6] = [
         "X. Kong and X. Yang, Variational integrators for mechanical systems based on Lagrange interpolation polynomial \
          fitting (in Chinese). Journal of Dynamics and Control, 2021, doi:10.6052/1672-6553-2020-077.",
     ),
-    ("MW01", "J. Marsden and M. West, Discrete mechanics and variational integrators. Acta Numerica 10, 2001."),
+    (
+        "MW01",
+        "J. Marsden and M. West, Discrete mechanics and variational integrators. Acta Numerica 10, 2001, doi:10.1017/S096249290100006X.",
+    ),
     (
         "HNW93",
         "E. Hairer, S. Nørsett and G. Wanner, Solving Ordinary Differential Equations I, 2nd ed. Springer, 1993.",

@@ -536,8 +536,15 @@ fn numbers_and_heads_read_as_a_person_would_write_them() {
 /// Who asks about a model of his own finds what to take before the notes and the words.
 #[test]
 fn the_recommendation_for_a_model_comes_first_and_the_words_are_folded() {
-    let told = Section { id: "model-recommendation".into(), title: "Which method to use".into(), ..Section::default() };
-    let evidence = Evidence { notes: vec!["A note.".into()], sections: vec![told], ..Evidence::default() };
+    let told = Section {
+        id: "model-recommendation".into(),
+        title: "Which method to use".into(),
+        paragraphs: vec![("Answer".into(), "Take `rk4`.".into())],
+        figures: vec!["work".into()],
+        ..Section::default()
+    };
+    let figures = vec![figure("work", 1, vec![order_panel("Work", 1e-16)])];
+    let evidence = Evidence { notes: vec!["A note.".into()], sections: vec![told], figures, ..Evidence::default() };
     let model = Chapter { id: "model".into(), evidence, ..Chapter::default() };
     let path = fresh("model-first");
     report::write(&Run::new(vec![model.clone()], Vec::new()), &path).expect("written");
@@ -545,6 +552,9 @@ fn the_recommendation_for_a_model_comes_first_and_the_words_are_folded() {
     let place = |page: &str, text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
     assert!(place(&alone, "Which method to use") < place(&alone, "A note."));
     assert!(alone.contains("<details><summary>Terms"));
+    let (opening, rest) = alone.split_once("id=\"_summary\"").expect("the counts");
+    assert!(opening.contains("Take <code>rk4</code>.") && opening.contains("href=\"#_answers\">Skip"));
+    assert!(place(rest, "Take <code>rk4</code>.") < place(rest, "figure:work"), "before the pictures that show why");
     // Beside the answers of the whole report the words stand open.
     let answers = Chapter { id: "answers".into(), ..Chapter::default() };
     report::write(&Run::new(vec![answers, model], Vec::new()), &path).expect("written");

@@ -144,6 +144,7 @@ fn undecided(chapter: &Chapter) -> Markup {
 fn section(section: &Section, chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
     let id = anchor(&section.id);
     let evidence = &chapter.evidence;
+    let is_recommendation = section.id == super::RECOMMENDATION;
     html! {
         section.part id=(id) {
             h3 {
@@ -151,18 +152,23 @@ fn section(section: &Section, chapter: &Chapter, palette: Palette<'_>, numbers: 
                 @if !section.mark.is_empty() { " " span.mark.(clean(&section.mark).replace(' ', "-")) { (clean(&section.mark)) } }
                 " " (permalink(&id, "section"))
             }
+            // What to take comes before the pictures that show why; elsewhere the picture is the answer.
+            @if is_recommendation { (paragraphs(section)) }
             @for part in evidence.figures.iter().filter(|figure| section.figures.contains(&figure.id)) {
                 (figure(part, palette, &mut numbers.figures))
             }
-            @let paragraphs: Vec<_> = section.paragraphs.iter().filter(|(label, _)| label != super::SHORT).collect();
-            @if !paragraphs.is_empty() {
-                dl { @for (label, text) in paragraphs { dt { (inline(label)) } dd { (inline(text)) } } }
-            }
+            @if !is_recommendation { (paragraphs(section)) }
             @for part in evidence.tables.iter().filter(|table| table.shown && section.tables.contains(&table.id)) {
                 (table(part, &evidence.sections, false, &mut numbers.tables))
             }
         }
     }
+}
+
+/// The labelled paragraphs, but the one that the first screen has.
+fn paragraphs(section: &Section) -> Markup {
+    let told: Vec<_> = section.paragraphs.iter().filter(|(label, _)| label != super::SHORT).collect();
+    html! { @if !told.is_empty() { dl { @for (label, text) in told { dt { (inline(label)) } dd { (inline(text)) } } } } }
 }
 
 fn ended(text: &str) -> String {

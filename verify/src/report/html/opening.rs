@@ -5,16 +5,17 @@ use maud::{Markup, html};
 use super::super::run::{Chapter, Counts, Run};
 use super::super::text::{anchor, clean};
 use super::super::verdict;
-use super::{IN_SIGHT, SHORT, SUMMARISED, by_reason, check_anchor, class, inline, sentence};
+use super::{IN_SIGHT, RECOMMENDATION, SHORT, SUMMARISED, by_reason, check_anchor, class, inline, sentence};
 use crate::claim::Verdict;
-use crate::evidence::{Check, Outcome};
+use crate::evidence::{Check, Outcome, Section};
 
 /// What of the provenance stands under the title.
 const ORIGIN: [&str; 3] = ["verify", "commit", "date"];
 
 /// The first stop of the keyboard.
 pub(super) fn skip(run: &Run) -> Markup {
-    let target = if answered(run).is_some() { "#_answers" } else { "#_summary" };
+    let is_answered = told(run).into_iter().any(|section| answer(section).is_some());
+    let target = if is_answered { "#_answers" } else { "#_summary" };
     html! { a.skip href=(target) { "Skip to the answers" } }
 }
 
@@ -30,23 +31,37 @@ pub(super) fn title(run: &Run, counts: Counts) -> Markup {
     }
 }
 
-fn answered(run: &Run) -> Option<&Chapter> {
-    run.chapters.iter().find(|chapter| chapter.id == IN_SIGHT)
+/// What the first screen tells: which method to take for a model of one's own, and the sections of the first chapter.
+fn told(run: &Run) -> Vec<&Section> {
+    let own =
+        run.chapters.iter().flat_map(|chapter| &chapter.evidence.sections).filter(|part| part.id == RECOMMENDATION);
+    let first =
+        run.chapters.iter().filter(|chapter| chapter.id == IN_SIGHT).flat_map(|chapter| &chapter.evidence.sections);
+    own.chain(first).collect()
 }
 
-/// The questions of the first chapter, each with its answer in a line, before anything else.
+/// The sentence that answers the question of a section.
+fn answer(section: &Section) -> Option<&str> {
+    let is_answer = |label: &str| label == SHORT || section.id == RECOMMENDATION && label == "Answer";
+    section.paragraphs.iter().find(|(label, _)| is_answer(label)).map(|(_, text)| text.as_str())
+}
+
+/// Each question with a word and a sentence, before anything else; then what else there is to look up.
 pub(super) fn answers(run: &Run) -> Markup {
+    let (questions, others): (Vec<_>, Vec<_>) = told(run).into_iter().partition(|section| answer(section).is_some());
+    let link = |section: &Section| html! { a href=(format!("#{}", anchor(&section.id))) { (inline(&section.title)) } };
     html! {
-        @if let Some(chapter) = answered(run) {
+        @if !questions.is_empty() {
             section #_answers tabindex="-1" {
                 ul.answers {
-                    @for section in chapter.evidence.sections.iter().filter(|section| !section.mark.is_empty()) {
+                    @for section in questions {
                         li {
-                            a href=(format!("#{}", anchor(&section.id))) { (inline(&section.title)) } " "
-                            span.mark { (clean(&section.mark)) }
-                            @if let Some((_, text)) = section.paragraphs.iter().find(|(label, _)| label == SHORT) { br; (inline(text)) }
+                            (link(section)) " "
+                            @if !section.mark.is_empty() { span.mark { (clean(&section.mark)) } }
+                            br; (inline(answer(section).unwrap_or_default()))
                         }
                     }
+                    @for section in others { li { (link(section)) } }
                 }
             }
         }
