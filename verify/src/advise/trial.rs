@@ -123,7 +123,8 @@ pub(super) fn search(problem: &dyn Problem, method: &dyn Method, truth: &Truth, 
     };
     // Twice the steps, for the order and for an error that is known.
     let Some(fine) = tried(2 * found.0) else { return (None, found.1) };
-    let order = (found.1 / fine.1).log2();
+    // Of a method that is exact here there is no order to see.
+    let order = (found.1 > 0.0).then(|| ((found.1 / fine.1).log2(), method.order()));
     let mut best = found;
     if let Some((few, error, _)) = coarse {
         // Between the two, where the error reaches the target; a multiple of four steps.
@@ -139,7 +140,7 @@ pub(super) fn search(problem: &dyn Problem, method: &dyn Method, truth: &Truth, 
         steps: u64::from(steps),
         error,
         cost: cost(problem, method, work),
-        order: Some((order, method.order())),
+        order,
     };
     (Some(trial), fine.1.min(error))
 }

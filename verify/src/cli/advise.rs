@@ -70,13 +70,13 @@ const SHOWN: usize = 6;
 fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl Write) -> io::Result<()> {
     let Advice { character, trials, uncertainty, refusal } = advice;
     let of = if character.unknowns == 1 { "unknown" } else { "unknowns" };
-    writeln!(
-        out,
-        "{name}: {} {of}, to t = {}, for errors of {}\n",
-        character.unknowns,
-        plain(horizon),
-        plain(accuracy)
-    )?;
+    let (to, errors) = (plain(horizon), plain(accuracy));
+    let about = format!(
+        "{name}: {} {of}, to t = {to}, for errors of {errors} relative to the largest component, or to 1",
+        character.unknowns
+    );
+    paragraph(out, "", 0, &about)?;
+    writeln!(out)?;
     describe(character, horizon, out)?;
     if !trials.is_empty() {
         writeln!(out, "\n{}      steps        h or tol    error  evaluations", left("method", 24))?;
@@ -116,7 +116,10 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let parting = character.parting;
     let neighbours = match parting {
         x if !x.is_finite() => "one of two neighbouring solutions ends early".into(),
-        x => format!("two neighbouring solutions part by a factor of {} at most", significant(x, 2)),
+        x => format!(
+            "at the quarters of the run two neighbouring solutions are up to {} times as far apart as at its start",
+            significant(x, 2)
+        ),
     };
     paragraph(out, "growth", INDENT, &neighbours)?;
     let Some(found) = &character.matrices else {

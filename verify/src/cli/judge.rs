@@ -15,7 +15,7 @@ use verify::program::Request;
 use verify::report::{self, Chapter, Run};
 
 use super::Status;
-use super::args::{self, positive};
+use super::args::{self, assignment, positive};
 use super::error::Failure;
 use super::layout::paragraph;
 use super::output::Output;
@@ -57,8 +57,9 @@ proposed. The orders of live runs are judged as by `order`.
 
 A program is what `order --program` takes, and its header is t and the names of
 the components, t,v on logistic (`verify list problems` shows them all); it is
-run on logistic, damped-pendulum and van-der-pol unless --problem names others,
-or --model a system of your own.
+run on logistic, damped-pendulum, van-der-pol and, for wrong stage times,
+prothero-robinson with --set lambda=1, unless --problem names others, or --model
+a system of your own.
 
 Examples:
   verify judge rk4
@@ -83,7 +84,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "P", requires = "program", value_parser = positive)]
     expect: Option<f64>,
 
-    /// A problem that the program knows; repeatable
+    /// A problem that the program knows, with its parameters: 'NAME x=1'; repeatable
     #[arg(long, value_name = "NAME", requires = "program", default_values = PROGRAM_PROBLEMS, hide_default_value = true)]
     problem: Vec<String>,
 
@@ -118,10 +119,12 @@ pub(super) struct Args {
 
 const UNSEEN: &str = "\
 note: none of these equations depends on time, so that wrong stage times are
-      not seen; `--model` with one that does shows them";
+      not seen; `--problem 'prothero-robinson lambda=1'` shows them, or
+      `--model` with an equation that does";
 
-/// Nonlinear, oscillating, and with a solution that leaves every scale behind.
-const PROGRAM_PROBLEMS: [&str; 3] = ["logistic", "damped-pendulum", "van-der-pol"];
+/// Nonlinear, oscillating, with a solution that leaves every scale behind, and with time in the equation: wrong stage times show
+/// nowhere else.
+const PROGRAM_PROBLEMS: [&str; 4] = ["logistic", "damped-pendulum", "van-der-pol", "prothero-robinson lambda=1"];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
@@ -168,28 +171,37 @@ fn status(outcome: Outcome) -> Status {
     }
 }
 
+/// A problem that a program is asked for: its name, the parameters that are set, and itself.
+type Asked = (String, Vec<(String, String)>, Box<dyn Problem>);
+
 /// The orders of a program on several problems, with what its times and its start show.
 fn run_program(options: &Args, command: &str, order: f64, out: &mut Output) -> Result<Status, Failure> {
     let program = args::program(command, options.time_limit)?;
     let ladder = Ladder { expected: Some(order), ..Ladder::default() };
     let mut verdicts = Vec::new();
-    let problems: Vec<(String, Box<dyn Problem>)> = match &options.model {
+    let problems: Vec<Asked> = match &options.model {
         Some(path) => {
             let model = Model::load(path, &options.set, options.t_end)?;
-            vec![(model.name().to_owned(), Box::new(model))]
+            vec![(model.name().to_owned(), options.set.clone(), Box::new(model))]
         }
         None => {
-            let built = |name: &String| Ok((name.clone(), verify::problem::build(name, &[])?));
+            let built = |text: &String| {
+                let mut words = text.split_whitespace();
+                let name = words.next().unwrap_or_default().to_owned();
+                let set = words.map(assignment).collect::<Result<Vec<_>, _>>().map_err(|_| Failure::Value {
+                    option: "--problem",
+                    value: text.clone(),
+                    wanted: "a name and parameters, NAME x=1,",
+                })?;
+                let problem = verify::problem::build(&name, &set)?;
+                Ok((name, set, problem))
+            };
             options.problem.iter().map(built).collect::<Result<_, Failure>>()?
         }
     };
-    for (name, problem) in &problems {
-        let request = Request {
-            problem: Some(name.clone()),
-            t_end: options.t_end,
-            set: options.set.clone(),
-            ..Request::default()
-        };
+    for (name, set, problem) in &problems {
+        let request =
+            Request { problem: Some(name.clone()), t_end: options.t_end, set: set.clone(), ..Request::default() };
         let (truth, found) = measure_program(&**problem, &program, &request, None, &ladder)?;
         let notes = found.notes.iter().map(|note| format!("; {note}")).collect::<String>();
         let check = Check {
@@ -202,7 +214,7 @@ fn run_program(options: &Args, command: &str, order: f64, out: &mut Output) -> R
         };
         verdicts.push(Verdict { kind: Kind::Run, subject: name.clone(), check });
     }
-    if options.format == Format::Text && problems.iter().all(|(_, problem)| !depends_on_time(&**problem)) {
+    if options.format == Format::Text && problems.iter().all(|(.., problem)| !depends_on_time(&**problem)) {
         // Beside the verdicts, not among them.
         let _ = writeln!(io::stderr(), "{UNSEEN}");
     }

@@ -56,9 +56,32 @@ fn product(a: &[Vec<Real>], b: &[Vec<Real>]) -> Vec<Vec<Real>> {
 impl StabilityFunction {
     /// R of the method (A, `b`).
     pub fn new(numbers: &Numbers, b: &[Real]) -> Self {
+        if numbers.a.iter().enumerate().all(|(i, row)| row[i + 1..].iter().all(Real::is_zero)) {
+            return Self::of_triangular(numbers, b);
+        }
         let shifted: Vec<Vec<Real>> =
             numbers.a.iter().map(|row| row.iter().zip(b).map(|(a, b)| a - b).collect()).collect();
         Self { numerator: determinant(&shifted), denominator: determinant(&numbers.a) }
+    }
+
+    /// R where A is lower triangular: D is the product of its diagonal, and N that of D with the series 1 + Σ bᵀAᵏ⁻¹1 zᵏ. The
+    /// determinants would widen what printed digits leave open by cancellation, until terms vanish in it.
+    fn of_triangular(Numbers { a, .. }: &Numbers, b: &[Real]) -> Self {
+        let mut denominator = vec![Real::one()];
+        for (i, row) in a.iter().enumerate().filter(|(i, row)| !row[*i].is_zero()) {
+            denominator.push(Real::zero());
+            for k in (1..denominator.len()).rev() {
+                denominator[k] = &denominator[k] - &(&row[i] * &denominator[k - 1]);
+            }
+        }
+        let (mut series, mut power) = (vec![Real::one()], vec![Real::one(); b.len()]);
+        for _ in b {
+            series.push(dot(b, &power));
+            power = a.iter().map(|row| dot(row, &power)).collect();
+        }
+        let term = |k: usize| (0..denominator.len().min(k + 1)).map(|j| &denominator[j] * &series[k - j]).sum();
+        let numerator = (0..series.len()).map(term).collect();
+        Self { numerator: Polynomial::new(numerator), denominator: Polynomial::new(denominator) }
     }
 
     /// R(z).

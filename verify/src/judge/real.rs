@@ -78,6 +78,11 @@ impl Real {
         to_f64(&self.mid)
     }
 
+    /// Whether the number is zero and no other.
+    pub fn is_zero(&self) -> bool {
+        self.radius == 0.0 && self.may_be_zero()
+    }
+
     /// Whether the number may be zero.
     pub fn may_be_zero(&self) -> bool {
         self.to_f64().abs() <= self.radius * SLACK

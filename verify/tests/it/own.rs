@@ -644,3 +644,67 @@ fn a_program_is_refined_in_space() {
         assert!(code == 2 && out.is_empty() && error.contains(reason), "{more:?}: {out}{error}");
     }
 }
+
+/// Few digits widen what is known of R, but a term of the series that is there does not vanish in it.
+#[test]
+fn an_explicit_method_of_few_digits_is_not_taken_for_a_stable() {
+    let path = directory("few-digits").join("dopri.toml");
+    let rows = [
+        "[0.2]",
+        "[0.075, 0.225]",
+        "[0.97777778, -3.73333333, 3.55555556]",
+        "[2.95259869, -11.59579332, 9.82289285, -0.29080933]",
+        "[2.84627525, -10.75757576, 8.90642272, 0.27840909, -0.27353130]",
+    ];
+    let text = format!(
+        "order = 5\nclaims = [\"not A-stable\", \"not A(30)-stable\"]\nc = [0, 0.2, 0.3, 0.8, 0.88888889, 1]\na = [[], {}]\n\
+         b = [0.09114583, 0, 0.44923630, 0.65104167, -0.32237618, 0.13095238]\n",
+        rows.join(", ")
+    );
+    fs::write(&path, text).expect("writable");
+    let (code, out, error) = say(&format!("judge {} --no-runs", path.display()));
+    assert!(
+        code == 0 && out.contains("confirmed    not A-stable") && !out.contains("all of the negative"),
+        "{out}{error}"
+    );
+    let kutta = directory("few-digits").join("kutta.toml");
+    let text = "digits = 3\norder = 4\nclaims = [\"stable on the imaginary axis to 2.7\", \"dissipation order 5\"]\n\
+                c = [0, 0.333, 0.667, 1]\na = [[], [0.333], [-0.333, 1], [1, -1, 1]]\nb = [0.125, 0.375, 0.375, 0.125]\n";
+    fs::write(&kutta, text).expect("writable");
+    let (_, out, error) = say(&format!("judge {} --no-runs", kutta.display()));
+    assert!(!out.contains("REFUTED"), "{out}{error}");
+}
+
+/// RK4 all of whose stages take the time at the start of the step: right where no equation depends on time.
+#[test]
+fn wrong_stage_times_of_a_program_are_refuted_without_being_asked_for() {
+    let script = directory("stages").join("late.sh");
+    let text = r#"
+        while [ $# -gt 0 ]; do
+            case $1 in
+                --problem) problem=$2 ;; --h) h=$2 ;; --t-end) end=$2 ;;
+            esac
+            shift 2
+        done
+        awk -v p="$problem" -v h="$h" -v T="$end" '
+            function f(t, x) { return p == "logistic" ? x * (1 - x) : -(x - cos(t)) - sin(t) }
+            BEGIN {
+                x = p == "logistic" ? 0.1 : 1; n = int(T / h + 0.5); print "t,v"; printf "0,%.17g\n", x
+                for (k = 0; k < n; k++) {
+                    t = k * h; a = f(t, x); b = f(t, x + h * a / 2); c = f(t, x + h * b / 2); d = f(t, x + h * c)
+                    x += h * (a + 2 * b + 2 * c + d) / 6; printf "%.17g,%.17g\n", (k + 1) * h, x
+                }
+            }'
+    "#;
+    fs::write(&script, text).expect("writable");
+    let program = format!("sh {}", script.display());
+    let judge = |problems: &[&str]| verify(&[&["judge", "--expect", "4", "--program", &program], problems].concat());
+    let start = verify::problem::build("logistic", &[]).expect("registered").initial()[0];
+    fs::write(&script, text.replace("? 0.1 :", &format!("? {start:?} :"))).expect("writable");
+    let (code, out, error) = judge(&["--problem", "logistic"]);
+    assert!(code == 0 && error.contains("prothero-robinson lambda=1"), "{out}{error}");
+    let (code, out, error) = judge(&["--problem", "logistic", "--problem", "prothero-robinson lambda=1"]);
+    assert!(code == 1 && out.contains("REFUTED") && error.is_empty(), "{out}{error}");
+    let (code, _, error) = judge(&["--problem", "prothero-robinson lambda"]);
+    assert!(code == 2 && error.contains("NAME x=1"), "{error}");
+}
