@@ -58,7 +58,7 @@ proposed. The orders of live runs are judged as by `order`.
 A program is what `order --program` takes, and its header is t and the names of
 the components, t,v on logistic (`verify list problems` shows them all); it is
 run on logistic, damped-pendulum, van-der-pol and, for wrong stage times,
-prothero-robinson with --set lambda=1, unless --problem names others, or --model
+prothero-robinson with --set lambda=2, unless --problem names others, or --model
 a system of your own.
 
 Examples:
@@ -119,12 +119,12 @@ pub(super) struct Args {
 
 const UNSEEN: &str = "\
 note: none of these equations depends on time, so that wrong stage times are
-      not seen; `--problem 'prothero-robinson lambda=1'` shows them, or
+      not seen; `--problem 'prothero-robinson lambda=2'` shows them, or
       `--model` with an equation that does";
 
 /// Nonlinear, oscillating, with a solution that leaves every scale behind, and with time in the equation: wrong stage times show
 /// nowhere else.
-const PROGRAM_PROBLEMS: [&str; 4] = ["logistic", "damped-pendulum", "van-der-pol", "prothero-robinson lambda=1"];
+const PROGRAM_PROBLEMS: [&str; 4] = ["logistic", "damped-pendulum", "van-der-pol", "prothero-robinson lambda=2"];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {

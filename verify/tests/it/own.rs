@@ -687,7 +687,7 @@ fn wrong_stage_times_of_a_program_are_refuted_without_being_asked_for() {
             shift 2
         done
         awk -v p="$problem" -v h="$h" -v T="$end" '
-            function f(t, x) { return p == "logistic" ? x * (1 - x) : -(x - cos(t)) - sin(t) }
+            function f(t, x) { return p == "logistic" ? x * (1 - x) : -2 * (x - cos(t)) - sin(t) }
             BEGIN {
                 x = p == "logistic" ? 0.1 : 1; n = int(T / h + 0.5); print "t,v"; printf "0,%.17g\n", x
                 for (k = 0; k < n; k++) {
@@ -702,8 +702,8 @@ fn wrong_stage_times_of_a_program_are_refuted_without_being_asked_for() {
     let start = verify::problem::build("logistic", &[]).expect("registered").initial()[0];
     fs::write(&script, text.replace("? 0.1 :", &format!("? {start:?} :"))).expect("writable");
     let (code, out, error) = judge(&["--problem", "logistic"]);
-    assert!(code == 0 && error.contains("prothero-robinson lambda=1"), "{out}{error}");
-    let (code, out, error) = judge(&["--problem", "logistic", "--problem", "prothero-robinson lambda=1"]);
+    assert!(code == 0 && error.contains("prothero-robinson lambda=2"), "{out}{error}");
+    let (code, out, error) = judge(&["--problem", "logistic", "--problem", "prothero-robinson lambda=2"]);
     assert!(code == 1 && out.contains("REFUTED") && error.is_empty(), "{out}{error}");
     let (code, _, error) = judge(&["--problem", "prothero-robinson lambda"]);
     assert!(code == 2 && error.contains("NAME x=1"), "{error}");
