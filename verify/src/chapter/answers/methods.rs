@@ -133,7 +133,7 @@ fn row(text: &str) -> Result<Vec<Cell>, StudyError> {
     let decay = match (method.principle(), method.stability()) {
         (Principle::Hamilton, _) => "",
         (_, Stability::Damping) => "damped",
-        (_, Stability::Neutral) => "kept: it rings",
+        (_, Stability::Neutral) => "not to zero",
         (_, Stability::Conditional) => "wants small steps",
         (_, Stability::Unstable) => "grows",
     };

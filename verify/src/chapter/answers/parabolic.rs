@@ -136,7 +136,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     Ok(Answer {
         id: "answer-parabolic",
         question: "Should I use Method I for my stiff parabolic problem?",
-        short: "no, but for one step across a jump".into(),
+        short: "no, but for a run of one step across a jump".into(),
         text: prose::fill(include_str!("parabolic.md"), &values)?,
         checks,
         figure: Some(Figure::new("answer-parabolic", "", "answer-parabolic", panels).in_columns(3)),
