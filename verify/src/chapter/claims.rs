@@ -211,4 +211,59 @@ mod tests {
         let qualified = found(claim::Quantifier::General, vec![yes, no]);
         assert_eq!(qualified, "x: printed ≈ 1.5, here 1.52. Where it holds: For x < 1.");
     }
+
+    fn judged(quantifier: Quantifier, cases: Vec<Case>) -> Judged {
+        let claim = claim::all().into_iter().find(|claim| claim.quantifier == quantifier).expect("such a claim");
+        let finding = Finding::on(cases, "The answer is 42.").holds_where("For x < 1.");
+        let finding = finding.beside("x", "0.3", 0.324).beside("y", "2", 2.04);
+        Judged { claim, finding: Ok(Arc::new(finding)) }
+    }
+
+    #[test]
+    fn the_table_of_cases_has_each_bound_on_its_side_and_says_which_holds() {
+        let of = vec![Case::below("a", 1.0, 2.0), Case::above("b", 1.0, 2.0), Case::between("c", 1.0, 0.5, 2.0)];
+        let table = cases(&[judged(Quantifier::Universal, of)]);
+        let shown: Vec<_> = table.rows.iter().map(|row| (&row[3], &row[4], &row[5])).collect();
+        let (empty, two, half) = (&Cell::Empty, &Cell::Number(2.0), &Cell::Number(0.5));
+        let [yes, no] = [&text("yes"), &text("no")];
+        assert_eq!(shown, [(empty, two, yes), (two, empty, no), (half, two, yes)]);
+    }
+
+    #[test]
+    fn every_part_of_the_chapter_tells_the_verdict_that_was_reached() {
+        let (yes, no) = (Case::below("y", 1.0, 2.0), Case::below("z", 3.0, 2.0));
+        let refuted = judged(Quantifier::Universal, vec![yes.clone(), no.clone()]);
+        let confirmed = judged(Quantifier::General, vec![yes.clone()]);
+        let mixed = judged(Quantifier::Comparison, vec![yes.clone(), no]);
+        let answered = judged(Quantifier::Open, vec![yes]);
+        let labels = |judged: &Judged| -> Vec<String> {
+            section(judged).paragraphs.into_iter().map(|(label, _)| label).collect()
+        };
+        assert!(labels(&refuted).contains(&"Counterexample".to_owned()));
+        assert!(!labels(&confirmed).contains(&"Counterexample".to_owned()));
+        assert!(labels(&mixed).contains(&"What is left of it".to_owned()));
+        assert!(found(&answered).contains("The answer is 42."));
+        // As many digits as the source has, two at least, and every number of it.
+        assert!(found(&confirmed).contains("printed 0.3, here 0.32. y: printed 2, here 2.0."), "{}", found(&confirmed));
+        let table = verdicts(&[refuted, confirmed, mixed, answered]);
+        let words: Vec<_> = table.rows.iter().map(|row| (row[1].clone(), row[5].clone())).collect();
+        let expected = [
+            ("refuted as stated", "all cases"),
+            ("confirmed", "cases left open"),
+            ("not supported", "one method against others"),
+            ("answered", "an open question"),
+        ];
+        assert_eq!(words, expected.map(|(verdict, of)| (text(verdict), text(of))));
+    }
+
+    #[test]
+    fn verdicts_are_counted_and_a_claim_without_comparisons_is_not_decided() {
+        let confirmed = || judged(Quantifier::Universal, vec![Case::below("y", 1.0, 2.0)]);
+        let refuted = judged(Quantifier::Universal, vec![Case::below("y", 3.0, 2.0)]);
+        let all = [confirmed(), refuted, confirmed()];
+        assert!(notes(&all)[0].starts_with("The verdicts on 3 claims: 2 confirmed, 1 refuted as stated."));
+        assert_eq!(check(&confirmed()).outcome, Outcome::Pass);
+        assert_eq!(check(&judged(Quantifier::Universal, vec![])).outcome, Outcome::Fail);
+        assert_eq!(check(&judged(Quantifier::Universal, vec![Case::below("y", f64::NAN, 2.0)])).outcome, Outcome::Fail);
+    }
 }

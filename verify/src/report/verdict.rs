@@ -59,3 +59,31 @@ pub(super) fn tally(counts: Counts) -> String {
         .collect();
     if parts.is_empty() { "no checks".into() } else { parts.join(", ") }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COUNTS: Counts = Counts { pass: 7, fail: 5, inconclusive: 3, not_run: 2, broken: 0 };
+
+    #[test]
+    fn a_headline_claims_no_more_than_the_counts() {
+        let none = Counts { fail: 0, ..COUNTS };
+        assert_eq!(headline(COUNTS), "5 checks failed");
+        assert_eq!(headline(none), "no check failed, 7 of 12 passed");
+        assert_eq!(headline(Counts { inconclusive: 0, ..none }), "no check failed, 7 of 9 passed");
+        assert_eq!(headline(Counts { not_run: 0, ..none }), "no check failed, 7 of 10 passed");
+        assert_eq!(headline(Counts { pass: 7, ..Counts::default() }), "all 7 checks passed");
+        assert_eq!(headline(Counts { broken: 1, ..none }), "1 study broke off");
+        assert_eq!(tally(COUNTS), "5 fail, 3 inconclusive, 2 not run, 7 pass");
+    }
+
+    /// A failure or a study that broke off makes a run that is not well, and the exit status 1.
+    #[test]
+    fn what_failed_or_broke_off_is_not_well() {
+        let well = Counts { fail: 0, ..COUNTS };
+        assert!(well.is_ok() && !COUNTS.is_ok() && !Counts { broken: 1, ..well }.is_ok());
+        let signs = [Outcome::Pass, Outcome::Fail, Outcome::Inconclusive, Outcome::NotRun].map(symbol);
+        assert_eq!(signs, ['✓', '✗', '?', '–']);
+    }
+}
