@@ -79,13 +79,13 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
     writeln!(out)?;
     describe(character, horizon, out)?;
     if !trials.is_empty() {
-        writeln!(out, "\n{}      steps        h or tol    error  evaluations", left("method", 24))?;
+        writeln!(out)?;
+        row(["method", "steps", "h or tol", "error", "evaluations"], out)?;
     }
     for Trial { method, setting, steps, error, cost, .. } in trials.iter().take(SHOWN) {
         let numbers = [steps.to_string(), significant(*setting, 3), significant(*error, 2), format!("{cost:.0}")];
-        let [steps, setting, error, cost] = numbers;
-        let label = format!("{} {}", left(method, 24), right(&steps, 10));
-        writeln!(out, "{label} {} {} {}", right(&setting, 15), right(&error, 8), right(&cost, 12))?;
+        let [steps, setting, error, cost] = &numbers;
+        row([method, steps, setting, error, cost], out)?;
     }
     writeln!(out)?;
     match (refusal, advice.recommended()) {
@@ -112,6 +112,12 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
     }
 }
 
+/// A line of the table of trials.
+fn row([method, steps, setting, error, cost]: [&str; 5], out: &mut impl Write) -> io::Result<()> {
+    let cells = [right(steps, 7), right(setting, 12), right(error, 9), right(cost, 13)];
+    writeln!(out, "{}{}", left(method, 26), cells.concat())
+}
+
 fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Result<()> {
     let parting = character.parting;
     let neighbours = match parting {
@@ -129,7 +135,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let speed = format!(
         "its fastest rate is {}; rk4 takes {} steps or more for stability",
         significant(found.fastest, 3),
-        significant(steps.ceil().max(1.0), 3)
+        plain(steps.ceil().max(1.0))
     );
     paragraph(out, "stiffness", INDENT, &speed)?;
     let abscissas = format!(
