@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use crate::evidence::{Cell, Check, Evidence, Outcome, Requirement, Table};
 use crate::kinds::{Principle, Stability};
 use crate::measure::decimal::{plain, trimmed};
 use crate::measure::norm::{Extremes, distance, max_norm};
@@ -15,7 +14,7 @@ use crate::run::{RunError, run};
 use crate::theory::{breakdown, methods_for};
 
 /// Sample times, equally spaced, the last at the horizon.
-const SAMPLES: usize = 4;
+pub const SAMPLES: usize = 4;
 
 /// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`]; doubled up to [`MOST_STEPS`] until the bound resolves
 /// the solution.
@@ -57,19 +56,55 @@ impl From<ReferenceError> for Gap {
 /// A solver and what it gave.
 type Solved = (String, Result<Answer, Gap>);
 
-/// Solves `problem`, named `name`, by every reference and every method that applies, and holds each answer against the
-/// truth: the exact solution where it is known, else the other reference with the smallest bound.
-///
-/// A reference gives its own error bound. A method's is twice the error that its runs with h and h/2 predict,
-/// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's, and the bound
-/// must be small beside the solution, lest a run that diverges agree with everything.
-pub fn cross_check(name: &str, problem: &dyn Problem) -> Evidence {
-    cross_check_with(name, problem, Vec::new())
+/// How an answer stands to the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// Within bounds that resolve the solution.
+    Agrees,
+    /// Within bounds that are too wide to tell.
+    Unresolved,
+    /// Outside of the bounds.
+    Differs,
+    /// It does not follow the truth, or breaks down, as theory predicts.
+    Astray,
+    /// It follows the truth, which theory rules out.
+    Unforeseen,
+    /// There is no answer, or no truth.
+    Undecided,
+    /// It was not run.
+    NotRun,
 }
 
-/// The same with methods of one's own among the others.
-pub fn cross_check_with(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>) -> Evidence {
-    cross_check_beside(name, problem, own, &[])
+/// A solver's answer beside the truth.
+#[derive(Debug, Clone)]
+pub struct Compared {
+    /// The equation that it solves, and why it is this one.
+    pub equation: (&'static str, &'static str),
+    /// A reference, a method or a program.
+    pub solver: String,
+    /// Whose solution is taken for the truth.
+    pub truth: Option<String>,
+    /// Largest difference at the sample times.
+    pub difference: Option<f64>,
+    /// What the two solutions' own bounds allow.
+    pub bound: Option<f64>,
+    /// What follows.
+    pub standing: Standing,
+    /// The same in words.
+    pub status: String,
+}
+
+/// All solvers of a problem.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// The problem.
+    pub problem: String,
+    /// The last of the [`SAMPLES`] times.
+    pub horizon: f64,
+    /// One for every solver and equation.
+    pub solvers: Vec<Compared>,
+    /// What is to be known of the references.
+    pub notes: Vec<String>,
 }
 
 /// A program to compare, by the name it goes by, with what it is asked for and the order that its runs are taken to have.
@@ -100,21 +135,15 @@ impl Guest {
     }
 }
 
-/// The same with programs among the solvers of the equation itself.
-pub fn cross_check_beside(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, guests: &[Guest]) -> Evidence {
+/// Solves `problem`, named `name`, by every reference, every method that applies, `own` methods and `guests`, and holds each
+/// answer against the truth: the exact solution where it is known, else the other reference with the smallest bound.
+///
+/// A reference gives its own error bound. A method's is twice the error that its runs with h and h/2 predict,
+/// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's, and the bound
+/// must be small beside the solution, lest a run that diverges agree with everything.
+pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, guests: &[Guest]) -> Comparison {
     let horizon = problem.horizon();
-    let mut table = Table {
-        id: format!("cross-check-{name}"),
-        caption: format!(
-            "Solvers of {name} at {SAMPLES} times up to t = {}: largest difference to the truth, and the bound on it \
-             that the solver itself gives.",
-            plain(horizon)
-        ),
-        columns: ["equation", "solver", "truth", "difference", "bound", "status"].map(Into::into).to_vec(),
-        rows: Vec::new(),
-        shown: true,
-    };
-    let (mut checks, mut notes) = (Vec::new(), Vec::new());
+    let (mut solvers, mut notes) = (Vec::new(), Vec::new());
     for (limit, methods) in by_equation(problem, own) {
         let times: Vec<f64> = (1..=SAMPLES).map(|k| horizon * k as f64 / SAMPLES as f64).collect();
         let mut solved: Vec<Solved> = reference::all()
@@ -129,31 +158,20 @@ pub fn cross_check_beside(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Me
         }
         for (solver, answer) in &solved {
             let truth = truth(problem, &limit, &times, &solved, solver);
-            let judged = judge(answer, truth.as_ref());
-            let number = |x: Option<f64>| x.map_or(Cell::Empty, Cell::Number);
-            let truth_name = truth.as_ref().map_or("none", |(name, _)| name);
-            table.rows.push(vec![
-                Cell::Text(limit.name.into()),
-                Cell::Text(solver.clone()),
-                Cell::Text(truth_name.into()),
-                number(judged.difference),
-                number(judged.bound),
-                Cell::Text(judged.status.clone()),
-            ]);
-            let is_predicted = matches!(answer, Ok(Answer { astray: Some(_), .. }) | Err(Gap::BrokeDown(_)));
-            let [does, why] =
-                if is_predicted { ["does not follow", ", as theory predicts"] } else { ["agrees with", ""] };
-            checks.push(Check {
-                id: format!("{name}/{}/{solver}", limit.name),
-                statement: format!("{solver} {does} {truth_name} on {name}{why}, {}", limit.reason),
-                outcome: judged.outcome,
-                measured: judged.difference,
-                required: judged.required,
-                reason: judged.status,
+            let (standing, status) = judge(answer, truth.as_ref().map(|(_, truth)| truth));
+            let both = answer.as_ref().ok().zip(truth.as_ref());
+            solvers.push(Compared {
+                equation: (limit.name, limit.reason),
+                solver: solver.clone(),
+                difference: both.map(|(answer, (_, truth))| largest_distance(&answer.states, &truth.states)),
+                bound: both.map(|(answer, (_, truth))| answer.bound + truth.bound),
+                truth: truth.map(|(name, _)| name),
+                standing,
+                status,
             });
         }
     }
-    Evidence { checks, tables: vec![table], notes, ..Evidence::default() }
+    Comparison { problem: name.to_owned(), horizon, solvers, notes }
 }
 
 /// Where the references themselves part before the horizon, because the equation magnifies every difference: what is said then.
@@ -313,47 +331,25 @@ fn truth(
 }
 
 /// The decision on one answer.
-struct Judged {
-    difference: Option<f64>,
-    bound: Option<f64>,
-    /// Of the difference, which decides alone unless the bound is too wide.
-    required: Option<Requirement>,
-    outcome: Outcome,
-    status: String,
-}
-
-fn judge(answer: &Result<Answer, Gap>, truth: Option<&(String, Answer)>) -> Judged {
-    let without = |outcome, status: &str| Judged {
-        difference: None,
-        bound: None,
-        required: None,
-        outcome,
-        status: status.into(),
-    };
-    let (answer, (_, truth)) = match (answer, truth) {
-        (Err(Gap::NotRun(reason)), _) => return without(Outcome::NotRun, &format!("not run: {reason}")),
-        (Err(Gap::BrokeDown(reason)), _) => return without(Outcome::Pass, reason),
+fn judge(answer: &Result<Answer, Gap>, truth: Option<&Answer>) -> (Standing, String) {
+    let (answer, truth) = match (answer, truth) {
+        (Err(Gap::NotRun(reason)), _) => return (Standing::NotRun, format!("not run: {reason}")),
+        (Err(Gap::BrokeDown(reason)), _) => return (Standing::Astray, reason.clone()),
         // What gave no answer disagrees with nothing, and agrees with nothing.
-        (Err(Gap::Failed(reason)), _) => return without(Outcome::Inconclusive, &format!("failed: {reason}")),
-        (Ok(_), None) => return without(Outcome::Inconclusive, "there is nothing to compare with"),
+        (Err(Gap::Failed(reason)), _) => return (Standing::Undecided, format!("failed: {reason}")),
+        (Ok(_), None) => return (Standing::Undecided, "there is nothing to compare with".into()),
         (Ok(answer), Some(truth)) => (answer, truth),
     };
-    let difference = largest_distance(&answer.states, &truth.states);
     let bound = answer.bound + truth.bound;
-    let (near, resolved) = (difference <= bound, bound <= RESOLVED * largest(&truth.states));
-    let (outcome, status) = match (near && resolved, answer.astray) {
-        (true, None) => (Outcome::Pass, "agrees".into()),
-        (true, Some(reason)) => (Outcome::Fail, format!("agrees, against what is declared: {reason}")),
-        (false, Some(reason)) => (Outcome::Pass, format!("goes astray, as declared: {reason}")),
-        (false, None) if near => (Outcome::Inconclusive, "agrees, but the bounds are too wide to tell".into()),
-        (false, None) => (Outcome::Fail, "differs by more than the bounds allow".into()),
-    };
-    let required = match answer.astray {
-        None => Some(Requirement::AtMost(bound)),
-        // One that a wide bound covers is astray for the width.
-        Some(_) => (resolved || !near).then_some(Requirement::Above(bound)),
-    };
-    Judged { difference: Some(difference), bound: Some(bound), required, outcome, status }
+    let near = largest_distance(&answer.states, &truth.states) <= bound;
+    let resolved = bound <= RESOLVED * largest(&truth.states);
+    match (near && resolved, answer.astray) {
+        (true, None) => (Standing::Agrees, "agrees".into()),
+        (true, Some(reason)) => (Standing::Unforeseen, format!("agrees, against what is declared: {reason}")),
+        (false, Some(reason)) => (Standing::Astray, format!("goes astray, as declared: {reason}")),
+        (false, None) if near => (Standing::Unresolved, "agrees, but the bounds are too wide to tell".into()),
+        (false, None) => (Standing::Differs, "differs by more than the bounds allow".into()),
+    }
 }
 
 fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
@@ -364,46 +360,29 @@ fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 mod tests {
     use super::*;
 
-    /// The outcome for an answer and a bound on it, where the truth is 1 exactly.
-    fn outcome_where(astray: Option<&'static str>, answer: f64, bound: f64) -> Outcome {
-        let truth = ("exact".to_owned(), Answer { states: vec![vec![1.0]], bound: 0.0, astray: None });
-        judge(&Ok(Answer { states: vec![vec![answer]], bound, astray }), Some(&truth)).outcome
-    }
-
-    fn outcome(answer: f64, bound: f64) -> Outcome {
-        outcome_where(None, answer, bound)
+    /// How an answer with a bound stands where the truth is 1 exactly.
+    fn standing_where(astray: Option<&'static str>, answer: f64, bound: f64) -> Standing {
+        let truth = Answer { states: vec![vec![1.0]], bound: 0.0, astray: None };
+        judge(&Ok(Answer { states: vec![vec![answer]], bound, astray }), Some(&truth)).0
     }
 
     #[test]
     fn only_a_small_bound_can_agree() {
-        assert_eq!(outcome(1.001, 2e-3), Outcome::Pass);
-        assert_eq!(outcome(1.003, 2e-3), Outcome::Fail);
-        assert_eq!(outcome(f64::NAN, 2e-3), Outcome::Fail);
-        assert_eq!(outcome(5e19, 9.8e19), Outcome::Inconclusive);
-        assert_eq!(outcome(1.0, f64::INFINITY), Outcome::Inconclusive);
-        assert_eq!(outcome(1.0, f64::NAN), Outcome::Fail);
+        let standing = |answer, bound| standing_where(None, answer, bound);
+        assert_eq!(standing(1.001, 2e-3), Standing::Agrees);
+        assert_eq!(standing(1.003, 2e-3), Standing::Differs);
+        assert_eq!(standing(f64::NAN, 2e-3), Standing::Differs);
+        assert_eq!(standing(5e19, 9.8e19), Standing::Unresolved);
+        assert_eq!(standing(1.0, f64::INFINITY), Standing::Unresolved);
+        assert_eq!(standing(1.0, f64::NAN), Standing::Differs);
     }
 
     /// A declared failure must happen.
     #[test]
-    fn what_must_go_astray_fails_if_it_agrees() {
-        let astray = |answer, bound| outcome_where(Some("it must"), answer, bound);
-        assert_eq!(astray(1.001, 2e-3), Outcome::Fail);
-        assert_eq!(astray(1.003, 2e-3), Outcome::Pass);
-        assert_eq!(astray(5e19, 9.8e19), Outcome::Pass);
-    }
-
-    /// What is printed as required is what was: the outcome follows from it wherever the bound resolves the truth.
-    #[test]
-    fn the_requirement_beside_an_outcome_is_the_one_that_decided_it() {
-        let truth = ("exact".to_owned(), Answer { states: vec![vec![1.0]], bound: 0.0, astray: None });
-        for astray in [None, Some("it must")] {
-            for answer in [1.001, 1.003] {
-                let answer = Answer { states: vec![vec![answer]], bound: 2e-3, astray };
-                let judged = judge(&Ok(answer), Some(&truth));
-                let is_met = judged.required.zip(judged.difference).map(|(required, x)| required.is_met_by(x));
-                assert_eq!(is_met, Some(judged.outcome == Outcome::Pass), "{astray:?}: {}", judged.status);
-            }
-        }
+    fn what_must_go_astray_is_unforeseen_if_it_agrees() {
+        let astray = |answer, bound| standing_where(Some("it must"), answer, bound);
+        assert_eq!(astray(1.001, 2e-3), Standing::Unforeseen);
+        assert_eq!(astray(1.003, 2e-3), Standing::Astray);
+        assert_eq!(astray(5e19, 9.8e19), Standing::Astray);
     }
 }

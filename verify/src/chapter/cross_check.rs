@@ -1,11 +1,9 @@
 //! Methods, exact solutions, CVODE and diffsol against each other on every problem.
 
-use rayon::prelude::*;
-
 use super::{Context, Study, StudyError};
-use crate::compare::cross_check;
-use crate::evidence::{Evidence, Grid, Outcome, Requirement, Table};
-use crate::problem;
+use crate::evidence::{Cell, Check, Evidence, Grid, Outcome, Requirement, Table};
+use crate::experiment::cross_check::{Compared, Comparison, CrossChecks, SAMPLES, Standing};
+use crate::measure::decimal::plain;
 
 pub(super) const STUDY: Study = Study {
     id: "cross-check",
@@ -15,21 +13,76 @@ pub(super) const STUDY: Study = Study {
     run,
 };
 
+/// What a comparison says: a check for every solver, and all of them in a table.
+#[must_use]
+pub fn evidence(comparison: &Comparison) -> Evidence {
+    let name = &comparison.problem;
+    let number = |x: Option<f64>| x.map_or(Cell::Empty, Cell::Number);
+    let row = |compared: &Compared| {
+        vec![
+            Cell::Text(compared.equation.0.into()),
+            Cell::Text(compared.solver.clone()),
+            Cell::Text(compared.truth.as_deref().unwrap_or("none").into()),
+            number(compared.difference),
+            number(compared.bound),
+            Cell::Text(compared.status.clone()),
+        ]
+    };
+    let caption = format!(
+        "Solvers of {name} at {SAMPLES} times up to t = {}: largest difference to the truth, and the bound on it \
+         that the solver itself gives.",
+        plain(comparison.horizon)
+    );
+    let columns = ["equation", "solver", "truth", "difference", "bound", "status"];
+    let rows = comparison.solvers.iter().map(row).collect();
+    Evidence {
+        checks: comparison.solvers.iter().map(|compared| check(name, compared)).collect(),
+        tables: vec![Table::new(format!("cross-check-{name}"), caption, columns, rows)],
+        notes: comparison.notes.clone(),
+        ..Evidence::default()
+    }
+}
+
+fn check(name: &str, compared: &Compared) -> Check {
+    let Compared { equation: (equation, reason), solver, standing, .. } = compared;
+    let truth = compared.truth.as_deref().unwrap_or("none");
+    let is_predicted = matches!(standing, Standing::Astray | Standing::Unforeseen);
+    let [does, why] = if is_predicted { ["does not follow", ", as theory predicts"] } else { ["agrees with", ""] };
+    Check {
+        id: format!("{name}/{equation}/{solver}"),
+        statement: format!("{solver} {does} {truth} on {name}{why}, {reason}"),
+        outcome: outcome(*standing),
+        measured: compared.difference,
+        required: required(compared),
+        reason: compared.status.clone(),
+    }
+}
+
+fn outcome(standing: Standing) -> Outcome {
+    match standing {
+        Standing::Agrees | Standing::Astray => Outcome::Pass,
+        Standing::Differs | Standing::Unforeseen => Outcome::Fail,
+        Standing::Unresolved | Standing::Undecided => Outcome::Inconclusive,
+        Standing::NotRun => Outcome::NotRun,
+    }
+}
+
+/// Of the difference, which decides alone unless the bound is too wide.
+fn required(compared: &Compared) -> Option<Requirement> {
+    let (difference, bound) = compared.difference.zip(compared.bound)?;
+    match compared.standing {
+        Standing::Unforeseen => Some(Requirement::Above(bound)),
+        // One that a wide bound covers is astray for the width.
+        Standing::Astray => (difference > bound || difference.is_nan()).then_some(Requirement::Above(bound)),
+        _ => Some(Requirement::AtMost(bound)),
+    }
+}
+
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    let specs: Vec<_> = problem::paired().collect();
-    context.announce(specs.len());
-    let parts: Vec<Evidence> = specs
-        .par_iter()
-        .map(|spec| {
-            let problem = problem::small(spec.name)?;
-            let evidence = cross_check(spec.name, &*problem);
-            context.tick();
-            Ok(evidence)
-        })
-        .collect::<Result<_, StudyError>>()?;
     let mut grid = Grid::new("cross-check", String::new(), 1);
     let mut all = Evidence::default();
-    for (spec, part) in specs.iter().zip(parts) {
+    for comparison in context.get(CrossChecks)?.iter() {
+        let part = evidence(comparison);
         for check in &part.checks {
             // `problem/equation/solver`; one solver meets one equation of a problem.
             let solver = check.id.rsplit('/').next().unwrap_or_default();
@@ -40,7 +93,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             let is_predicted = check.outcome == Outcome::Pass && !agrees;
             // No difference at all is as good as two decades.
             let strain = (!is_predicted).then(|| ratio.map_or(0.0, |ratio| 1.0 + 0.5 * ratio));
-            grid.push(solver, spec.name, ratio, strain, &check.id);
+            grid.push(solver, &comparison.problem, ratio, strain, &check.id);
         }
         all.checks.extend(part.checks);
         all.tables.extend(part.tables.into_iter().map(|table| Table { shown: false, ..table }));
@@ -73,6 +126,32 @@ fn caption(grid: &Grid) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What is printed as required is what was: the outcome follows from it wherever the bound resolves the truth.
+    #[test]
+    fn the_requirement_beside_an_outcome_is_the_one_that_decided_it() {
+        let compared = |difference: f64, standing| Compared {
+            equation: ("e", "for a reason"),
+            solver: "s".into(),
+            truth: Some("exact".into()),
+            difference: Some(difference),
+            bound: Some(2e-3),
+            standing,
+            status: String::new(),
+        };
+        for (difference, standing) in [
+            (1e-3, Standing::Agrees),
+            (3e-3, Standing::Differs),
+            (1e-3, Standing::Unforeseen),
+            (3e-3, Standing::Astray),
+            (f64::NAN, Standing::Differs),
+        ] {
+            let check = check("p", &compared(difference, standing));
+            let is_met = check.required.map(|required| required.is_met_by(difference));
+            assert_eq!(is_met, Some(check.outcome == Outcome::Pass), "{standing:?}");
+        }
+        assert_eq!(check("p", &compared(1e-3, Standing::Astray)).required, None, "the bound is too wide");
+    }
 
     #[test]
     fn the_caption_counts_what_is_as_predicted() {

@@ -6,7 +6,7 @@ mod claims;
 mod closed_forms;
 pub(crate) mod constraints;
 mod couette_large_steps;
-mod cross_check;
+pub mod cross_check;
 mod error_control;
 pub(crate) mod figures;
 mod flows;

@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::{Context, StudyError, orders, prose};
-use crate::compare::cross_check;
+use super::{Context, StudyError, cross_check, orders, prose};
 use crate::evidence::number::brief;
 use crate::evidence::{Axis, Cell, Evidence, Figure, Mark, Panel, Section, Series, Table};
+use crate::experiment::cross_check::compare;
+use crate::experiment::orders::{LOST, measure_one};
 use crate::experiment::work_error::{self, Found, Plan, Point};
 use crate::measure::norm::max_norm;
 use crate::problem::Problem;
@@ -44,14 +45,14 @@ pub fn examine(model: &Model, context: &Context) -> Result<Evidence, StudyError>
     let measured: Vec<_> = methods
         .into_par_iter()
         .map(|method| {
-            let measured = orders::measure_one(model.name(), model, &*method);
+            let measured = measure_one(model.name(), model, &*method);
             context.tick();
             measured
         })
         .collect();
     let mut evidence = orders::report(&measured);
     evidence.figures.extend(orders::figures(&measured));
-    let crossed = cross_check(model.name(), model);
+    let crossed = cross_check::evidence(&compare(model.name(), model, Vec::new(), &[]));
     context.tick();
     evidence.checks.extend(crossed.checks);
     evidence.tables.extend(crossed.tables);
@@ -88,7 +89,7 @@ fn recommend(model: &Model, evidence: &mut Evidence) -> Result<(), StudyError> {
 
     let found = work_error::measure(model, horizon, PLAN)?;
     let last = course.last().map_or(1.0, |(_, state)| max_norm(state).max(1.0));
-    let most = orders::LOST * last;
+    let most = LOST * last;
     let text = advice(model, &found, TARGET * last)?;
     let rows = found
         .points

@@ -1,17 +1,13 @@
 //! Where nonlinear problems end up: the right steady state, another one, or a step equation without a solution.
 
-use std::ops::ControlFlow;
-
-use lsvi::{SolveError, StepError};
-use rayon::prelude::*;
+use std::sync::Arc;
 
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Requirement, Series, Table};
+use crate::experiment::ends::End;
+use crate::experiment::fates::{self, Fate, Fates, Folds, GRID, Map, STEPS, Spacing};
 use crate::measure::norm::{Extremes, larger};
 use crate::measure::search::root;
-use crate::method::{self, Method};
-use crate::problem::{self, Problem};
-use crate::run::{RunError, run, run_while};
 
 pub(super) const STUDY: Study = Study {
     id: "nonlinear-stability",
@@ -21,154 +17,51 @@ pub(super) const STUDY: Study = Study {
     run: study,
 };
 
-/// What becomes of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fate {
-    /// It approaches the steady state of the problem that attracts the solution.
-    Right,
-    /// It settles where f ≠ 0, or at a steady state that repels the solution.
-    Wrong,
-    /// A step equation has no solution on the branch that starts at the present state.
-    NoStep,
-    /// It has settled nowhere within [`STEPS`], or is not finite.
-    Unsettled,
-}
-
-/// Steps of a run at most.
-const STEPS: usize = 2000;
-/// Values of each of h and v₀.
-const GRID: u32 = 32;
 const METHODS: [&str; 4] = ["method-i", "method-ii", "implicit-euler", "trapezoidal"];
 
-/// A problem with a steady state that attracts all solutions from v₀ > 0, and the (h, v₀) to start from.
+/// An arena of runs, and how it is shown.
 struct Arena {
-    problem: &'static str,
+    runs: fates::Arena,
     equation: &'static str,
-    /// The attracting steady state.
-    right: f64,
-    /// The repelling one that runs may end at.
-    wrong: Option<f64>,
-    /// How near to it a run counts as there, as a part of the initial distance.
-    near: f64,
-    h: Vec<f64>,
-    v0: Vec<f64>,
     axes: fn() -> [Axis; 2],
     /// What the curves are, for the caption.
     marked: &'static str,
 }
 
-fn arenas() -> [Arena; 2] {
-    let grid = |at: fn(f64) -> f64| (0..GRID).map(|i| at((f64::from(i) + 0.5) / f64::from(GRID))).collect();
-    [
-        Arena {
-            problem: "quadratic-drag",
-            equation: "v̇ = −v²",
-            right: 0.0,
-            wrong: None,
-            // The solution decays like 1/t: a tenth is reached in 9/(h v₀) steps.
-            near: 0.1,
-            h: grid(|s| 10_f64.powf(2.0 * s - 1.0)),
-            v0: grid(|s| 10_f64.powf(2.0 * s - 1.0)),
-            axes: || [Axis::log("h"), Axis::log("v₀")],
-            marked: " The first step of Method I has a solution below the dashed line.",
-        },
-        Arena {
-            problem: "logistic",
-            equation: "v̇ = v (1 − v)",
-            right: 1.0,
-            wrong: Some(0.0),
-            near: 1e-6,
-            h: grid(|s| 6.0 * s),
-            v0: grid(|s| 0.01 * 300_f64.powf(s)),
-            axes: || [Axis::linear("h").between(0.0, 6.0), Axis::log("v₀")],
-            marked: " Below the spurious steady state v = ½ − 1/h, drawn up to where its branch crosses another, Method I goes to 0 instead of \
-                     1; the dashed line is the fold of its first step.",
-        },
-    ]
-}
-
-fn problem(name: &str, v0: f64) -> Result<Box<dyn Problem>, StudyError> {
-    Ok(problem::build(name, &[("v0".into(), v0.to_string())])?)
-}
-
-impl Arena {
-    fn fate(&self, method: &dyn Method, h: f64, v0: f64) -> Result<Fate, StudyError> {
-        let problem = problem(self.problem, v0)?;
-        let (mut fate, mut last) = (Fate::Unsettled, f64::NAN);
-        let result = run_while(&*problem, method, h, STEPS as f64 * h, |state| {
-            let v = state.q[0];
-            let distance = (v - self.right).abs();
-            if distance <= self.near * (v0 - self.right).abs() || distance < 1e-9 {
-                fate = Fate::Right;
-            } else if (v - last).abs() <= 1e-12 * v.abs() || self.wrong.is_some_and(|wrong| (v - wrong).abs() < 1e-9) {
-                fate = Fate::Wrong;
-            }
-            last = v;
-            if fate == Fate::Unsettled { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        });
-        match result {
-            Ok(_) => Ok(fate),
-            Err(RunError::Step(StepError::Solve { .. })) => Ok(Fate::NoStep),
-            Err(RunError::NonFinite(_)) => Ok(Fate::Unsettled),
-            Err(error) => Err(error.into()),
-        }
-    }
-
-    /// The step size at which the first step of Method I from v₀ loses its branch, if it does below `longest`.
-    fn fold(&self, v0: f64, longest: f64) -> Result<Option<f64>, StudyError> {
-        match run(&*problem(self.problem, v0)?, &*method::parse("method-i")?, longest, longest, |_| {}) {
-            Err(RunError::Step(StepError::Solve { source: SolveError::BranchLost { reached }, .. })) => {
-                Ok(Some(reached))
-            }
-            Ok(_) => Ok(None),
-            Err(error) => Err(error.into()),
-        }
-    }
-}
-
-/// The fates of one method, `fates[j][i]` at (h[i], v0[j]).
-struct Map {
-    method: &'static str,
-    fates: Vec<Vec<Fate>>,
-}
-
-impl Map {
-    /// The part of the starts with this fate.
-    fn share(&self, fate: Fate) -> f64 {
-        let all = self.fates.iter().flatten();
-        all.clone().filter(|f| **f == fate).count() as f64 / all.count() as f64
-    }
-}
+const ARENAS: [Arena; 2] = [
+    Arena {
+        runs: fates::QUADRATIC_DRAG,
+        equation: "v̇ = −v²",
+        axes: || [Axis::log("h"), Axis::log("v₀")],
+        marked: " The first step of Method I has a solution below the dashed line.",
+    },
+    Arena {
+        runs: fates::LOGISTIC,
+        equation: "v̇ = v (1 − v)",
+        axes: || [Axis::linear("h").between(0.0, 6.0), Axis::log("v₀")],
+        marked: " Below the spurious steady state v = ½ − 1/h, drawn up to where its branch crosses another, Method I goes to 0 instead of \
+                 1; the dashed line is the fold of its first step.",
+    },
+];
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
-    context.announce(2 * METHODS.len());
     let mut evidence = Evidence::default();
     let mut shares = Vec::new();
-    let crossing = crossing()?;
-    for arena in arenas() {
-        let maps: Vec<Map> = METHODS
-            .par_iter()
-            .map(|name| {
-                let method = method::parse(name)?;
-                let row = |v0: &f64| arena.h.iter().map(|h| arena.fate(&*method, *h, *v0)).collect();
-                let fates = arena.v0.par_iter().map(row).collect::<Result<_, StudyError>>()?;
-                context.tick();
-                Ok(Map { method: name, fates })
-            })
-            .collect::<Result<_, StudyError>>()?;
+    let crossing = crossing(context)?;
+    for arena in ARENAS {
+        let runs = METHODS.map(|method| Fates { arena: arena.runs, method });
+        let maps = context.get_each(runs.into())?;
         // Beyond the picture, so that the curve reaches its edges.
-        let longest = 2.0 * arena.h[arena.h.len() - 1];
-        let folds = arena.v0.iter().map(|v0| Ok((arena.fold(*v0, longest)?, *v0)));
-        let fold: Vec<(f64, f64)> =
-            folds.filter_map(|r| r.map(|(h, v0)| Some((h?, v0))).transpose()).collect::<Result<_, StudyError>>()?;
+        let longest = 2.0 * arena.runs.h.values().into_iter().largest();
+        let fold = context.get(Folds { arena: arena.runs, longest })?;
         evidence.checks.extend(checks(&arena, &maps, &fold));
         shares.extend(maps.iter().map(|map| share_row(&arena, map)));
-        let (figure, table) = show(&arena, &maps, fold, crossing);
+        let (figure, table) = show(&arena, &maps, &fold, crossing);
         evidence.figures.push(figure);
         evidence.tables.push(table);
     }
-    evidence.checks.push(spurious_drag()?);
-    let (checks, factors) = spurious_logistic()?;
+    evidence.checks.push(spurious_drag(context)?);
+    let (checks, factors) = spurious_logistic(context)?;
     evidence.checks.extend(checks);
     evidence.checks.push(Check::new(
         "logistic/crossing",
@@ -180,7 +73,7 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
         "F = ∂F/∂x = ∂F/∂s = 0 of the cubic F(s, x) from v = ½ − 1/h; bisection to 10⁻⁴",
     ));
     evidence.tables.push(factors);
-    evidence.checks.push(spurious_method_ii()?);
+    evidence.checks.push(spurious_method_ii(context)?);
     evidence.tables.insert(
         0,
         Table::new(
@@ -195,13 +88,13 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
 }
 
 fn share_row(arena: &Arena, map: &Map) -> Vec<Cell> {
-    let names = [arena.problem, map.method].map(|name| Cell::Text(name.into()));
+    let names = [arena.runs.problem, map.method].map(|name| Cell::Text(name.into()));
     let shares = [Fate::Right, Fate::Wrong, Fate::NoStep, Fate::Unsettled].map(|fate| Cell::Number(map.share(fate)));
     names.into_iter().chain(shares).collect()
 }
 
-fn checks(arena: &Arena, maps: &[Map], fold: &[(f64, f64)]) -> Vec<Check> {
-    let id = |what: &str| format!("{}/{what}", arena.problem);
+fn checks(arena: &Arena, maps: &[Arc<Map>], fold: &[(f64, f64)]) -> Vec<Check> {
+    let id = |what: &str| format!("{}/{what}", arena.runs.problem);
     let on = |what: &str| format!("On {} {what}", arena.equation);
     let share =
         |method: &str, fate| maps.iter().find(|map| map.method == method).map_or(f64::NAN, |map| map.share(fate));
@@ -222,7 +115,7 @@ fn checks(arena: &Arena, maps: &[Map], fold: &[(f64, f64)]) -> Vec<Check> {
             grid.as_str(),
         ),
     ];
-    if arena.problem == "quadratic-drag" {
+    if arena.runs.problem == "quadratic-drag" {
         let exact = drag_fold();
         let deviation = fold.iter().map(|(h, v0)| (h * v0 / exact - 1.0).abs()).largest();
         checks.push(Check::new(
@@ -245,11 +138,12 @@ fn checks(arena: &Arena, maps: &[Map], fold: &[(f64, f64)]) -> Vec<Check> {
 }
 
 /// Starts of Method I whose fate is not decided by the side of the fold, h v₀ = `fold`.
-fn mismatches(arena: &Arena, maps: &[Map], fold: f64) -> f64 {
+fn mismatches(arena: &Arena, maps: &[Arc<Map>], fold: f64) -> f64 {
     let Some(map) = maps.iter().find(|map| map.method == "method-i") else { return f64::NAN };
     let mut count = 0;
-    for (v0, row) in arena.v0.iter().zip(&map.fates) {
-        for (h, fate) in arena.h.iter().zip(row) {
+    let [h, v0] = [arena.runs.h, arena.runs.v0].map(Spacing::values);
+    for (v0, row) in v0.iter().zip(&map.fates) {
+        for (h, fate) in h.iter().zip(row) {
             let expected = if h * v0 < fold { Fate::Right } else { Fate::NoStep };
             count += usize::from(*fate != expected);
         }
@@ -264,19 +158,16 @@ fn drag_fold() -> f64 {
     root([0.1, 1.0], cubic).map_or(f64::NAN, w)
 }
 
-/// v at the end of a run; NaN, which no check takes for a number, where a step has no solution.
-fn end(problem: &dyn Problem, method: &dyn Method, h: f64, t_end: f64) -> Result<f64, StudyError> {
-    match run(problem, method, h, t_end, |_| {}) {
-        Ok(run) => Ok(run.end.q[0]),
-        Err(RunError::Step(StepError::Solve { .. })) => Ok(f64::NAN),
-        Err(error) => Err(error.into()),
-    }
+/// v at the end of a run from v₀.
+fn end(context: &Context, [problem, method]: [&str; 2], v0: f64, h: f64, steps: u32) -> Result<f64, StudyError> {
+    let problem = format!("{problem} v0={v0}");
+    Ok(*context.get(End { problem, method: method.into(), h, steps })?)
 }
 
 /// Solutions of v̇ = −v² from v₀ < 0 run away; Method I has a steady state there.
-fn spurious_drag() -> Result<Check, StudyError> {
-    let (h, v0) = (0.5, -1.0);
-    let v = end(&*problem("quadratic-drag", v0)?, &*method::parse("method-i")?, h, 200.0)?;
+fn spurious_drag(context: &Context) -> Result<Check, StudyError> {
+    let h = 0.5;
+    let v = end(context, ["quadratic-drag", "method-i"], -1.0, h, 400)?;
     Ok(Check::new(
         "quadratic-drag/spurious",
         "On v̇ = −v² Method I turns the runaway from v₀ = −1 into a steady state at v = −1/h, where f is not zero: distance",
@@ -288,13 +179,12 @@ fn spurious_drag() -> Result<Check, StudyError> {
 
 /// The largest h at which the branch of solutions from beside v = ½ − 1/h leads back there: beyond, it passes a crossing with another
 /// one at a smaller step, and goes up.
-fn crossing() -> Result<f64, StudyError> {
-    let method = method::parse("method-i")?;
+fn crossing(context: &Context) -> Result<f64, StudyError> {
     let (mut below, mut above) = (2.2, 2.8);
     while above - below > 1e-4 {
         let h = 0.5 * (below + above);
         let v0 = spurious_state(h) + 1e-9;
-        let v = end(&*problem("logistic", v0)?, &*method, h, h)?;
+        let v = end(context, ["logistic", "method-i"], v0, h, 1)?;
         if (v - v0).abs() < 1e-6 { below = h } else { above = h }
     }
     Ok(below)
@@ -302,12 +192,11 @@ fn crossing() -> Result<f64, StudyError> {
 
 /// On logistic growth hJ = 2 at v = ½ − 1/h, between the two steady states if h > 2. A small distance from there is
 /// multiplied in each step by 4/(8 − h²), up to the [`crossing`].
-fn spurious_logistic() -> Result<(Vec<Check>, Table), StudyError> {
-    let method = method::parse("method-i")?;
+fn spurious_logistic(context: &Context) -> Result<(Vec<Check>, Table), StudyError> {
     let (mut checks, mut rows) = (Vec::new(), Vec::new());
     for h in [2.2, 2.3, 2.4] {
         let spurious = spurious_state(h);
-        let end = |v0: f64, steps: usize| end(&*problem("logistic", v0)?, &*method, h, h * steps as f64);
+        let end = |v0: f64, steps: u32| end(context, ["logistic", "method-i"], v0, h, steps);
         let distance = 1e-5;
         let (predicted, factor) = (4.0 / (8.0 - h * h), (end(spurious + distance, 1)? - spurious) / distance);
         let (below, above) = (end(0.9 * spurious, STEPS)?, end(1.1 * spurious, STEPS)?);
@@ -336,9 +225,8 @@ fn spurious_logistic() -> Result<(Vec<Check>, Table), StudyError> {
 }
 
 /// The fixed points of Method II satisfy J f = 0: v = ½ is one on logistic growth.
-fn spurious_method_ii() -> Result<Check, StudyError> {
-    let (h, v0) = (1.0, 0.5);
-    let v = end(&*problem("logistic", v0)?, &*method::parse("method-ii")?, h, STEPS as f64 * h)?;
+fn spurious_method_ii(context: &Context) -> Result<Check, StudyError> {
+    let v = end(context, ["logistic", "method-ii"], 0.5, 1.0, STEPS)?;
     Ok(Check::new(
         "logistic/method-ii",
         "On v̇ = v (1 − v) Method II stays at v = ½, where the growth is fastest: distance",
@@ -357,15 +245,16 @@ fn spurious_state(h: f64) -> f64 {
     0.5 - 1.0 / h
 }
 
-fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>, crossing: f64) -> (Figure, Table) {
+fn show(arena: &Arena, maps: &[Arc<Map>], fold: &[(f64, f64)], crossing: f64) -> (Figure, Table) {
+    let [h, v0] = [arena.runs.h, arena.runs.v0].map(Spacing::values);
     let panels = maps.iter().map(|map| {
         let [x, y] = (arena.axes)();
-        let inside = |(h, _): &&(f64, f64)| *h <= arena.h[arena.h.len() - 1];
+        let inside = |(edge, _): &&(f64, f64)| *edge <= h[h.len() - 1];
         let marked = map.method == "method-i" && !fold.is_empty();
         let curve = marked
             .then(|| Series::new("fold of the first step", fold.iter().filter(inside).copied().collect(), Mark::Guide));
         let values = map.fates.iter().map(|row| row.iter().map(|fate| f64::from(*fate as u8)).collect()).collect();
-        let separatrix = (arena.problem == "logistic" && map.method == "method-i").then(|| {
+        let separatrix = (arena.runs.problem == "logistic" && map.method == "method-i").then(|| {
             let points = (1..=40).map(|i| 2.0 + (crossing - 2.0) * f64::from(i) / 40.0).map(|h| (h, spurious_state(h)));
             Series::new("v = ½ − 1/h", points.collect(), Mark::Line)
         });
@@ -375,8 +264,8 @@ fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>, crossing: f64) -> (F
             y,
             series: curve.into_iter().chain(separatrix).collect(),
             field: Some(Field {
-                x: arena.h.clone(),
-                y: arena.v0.clone(),
+                x: h.clone(),
+                y: v0.clone(),
                 values,
                 levels: vec![0.5, 1.5, 2.5],
                 bands: ["right steady state", "wrong steady state", "no solution of a step", "unsettled"]
@@ -386,7 +275,7 @@ fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>, crossing: f64) -> (F
             }),
         }
     });
-    let id = format!("fates-{}", arena.problem);
+    let id = format!("fates-{}", arena.runs.problem);
     let figure = Figure {
         id: id.clone(),
         caption: format!(
@@ -399,8 +288,8 @@ fn show(arena: &Arena, maps: &[Map], fold: Vec<(f64, f64)>, crossing: f64) -> (F
     };
     let mut rows = Vec::new();
     for map in maps {
-        for (v0, fates) in arena.v0.iter().zip(&map.fates) {
-            for (h, fate) in arena.h.iter().zip(fates) {
+        for (v0, fates) in v0.iter().zip(&map.fates) {
+            for (h, fate) in h.iter().zip(fates) {
                 let fate = format!("{fate:?}").to_lowercase();
                 rows.push(vec![Cell::Text(map.method.into()), Cell::found(*h), Cell::found(*v0), Cell::Text(fate)]);
             }

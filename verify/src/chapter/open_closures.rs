@@ -1,17 +1,13 @@
 //! The closures that the first paper leaves open: the best constant, exponential fitting, windows of several steps.
 
-use lsvi::StepError;
-use lsvi::closure::{Linear, LinearClosure};
-use rayon::prelude::*;
-
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
-use crate::measure::norm::{Extremes, distance, larger};
-use crate::measure::order::{Expectation, Sample, fit, ladder};
-use crate::method;
-use crate::problem::{self, Problem};
-use crate::run::{RunError, run};
+use crate::experiment::ends::{DragErrors, End, HorizonError};
+use crate::experiment::minimax::{Found, Minimax};
+use crate::experiment::one_step::OneStep;
+use crate::measure::norm::{Extremes, larger};
+use crate::measure::order::{Expectation, fit};
 
 pub(super) const STUDY: Study = Study {
     id: "open-closures",
@@ -21,17 +17,11 @@ pub(super) const STUDY: Study = Study {
     run: study,
 };
 
-/// v₁/v₀ of one live step on v̇ = −v.
-fn amplification(method: &str, h: f64) -> Result<f64, StudyError> {
-    let problem = problem::build("linear-drag", &[])?;
-    Ok(run(&*problem, &*method::parse(method)?, h, h, |_| {})?.end.q[0])
-}
-
 fn study(context: &Context) -> Result<Evidence, StudyError> {
     context.announce(4);
     let mut evidence = Evidence::default();
     for part in [one_step, constants, beyond_one_rate, windows] {
-        let Part { checks, tables, figure } = part()?;
+        let Part { checks, tables, figure } = part(context)?;
         evidence.checks.extend(checks);
         evidence.tables.extend(tables);
         evidence.figures.extend(figure);
@@ -49,7 +39,7 @@ struct Part {
 }
 
 /// The error of one step on v̇ = −v over the step size.
-fn one_step() -> Result<Part, StudyError> {
+fn one_step(context: &Context) -> Result<Part, StudyError> {
     const SHOWN: [&str; 6] = ["method-i", "method-ii", "linear(-0.5,1)", "minimax(0,2)", "fitted-pade(1)", "fitted(1)"];
     let mut rows = Vec::new();
     let mut curves = Vec::new();
@@ -58,7 +48,7 @@ fn one_step() -> Result<Part, StudyError> {
         let mut points = Vec::new();
         for k in 0..=72 {
             let h = 10_f64.powf(f64::from(k) / 24.0 - 1.5);
-            let error = (amplification(name, h)? - (-h).exp()).abs();
+            let error = (OneStep::growth(name, h).or_infinity(context)? - (-h).exp()).abs();
             rows.push(vec![Cell::Text(name.into()), Cell::found(h), Cell::found(error)]);
             points.push((h, error));
         }
@@ -68,18 +58,9 @@ fn one_step() -> Result<Part, StudyError> {
             curves.push(Series::new(name, points, Mark::Line));
         }
     }
-    // At the finest h of each run, where only roundoff and the order are left.
-    let order = |name: &str, expected: f64| -> Result<Check, StudyError> {
-        let problem = problem::build("linear-drag", &[])?;
-        let exact = problem.exact(2.0).ok_or("linear drag has an exact solution")?;
-        let method = method::parse(name)?;
-        let samples = ladder(2.0, 0.2, std::f64::consts::SQRT_2, 9).into_iter().map(|h| {
-            match run(&*problem, &*method, h, 2.0, |_| {}) {
-                Ok(run) => Sample::new(h, distance(&run.end.q, &exact), f64::EPSILON * 2.0 / h),
-                Err(error) => Sample::failed(h, error.to_string()),
-            }
-        });
-        let fitted = fit(&samples.collect::<Vec<_>>(), &Expectation::new(expected, 0.1));
+    let order = |name: &'static str, expected: f64| -> Result<Check, StudyError> {
+        let samples = context.get(DragErrors { method: name })?;
+        let fitted = fit(&samples, &Expectation::new(expected, 0.1));
         let statement = format!("{name} is of order {expected} on v̇ = −v at t = 2");
         Ok(order_check(format!("order/{name}"), statement, &fitted))
     };
@@ -113,44 +94,17 @@ fn one_step() -> Result<Part, StudyError> {
 }
 
 /// The best constant for ranges of steps.
-fn constants() -> Result<Part, StudyError> {
+fn constants(context: &Context) -> Result<Part, StudyError> {
     const RANGES: [(f64, f64); 7] =
         [(0.0, 0.5), (0.0, 1.0), (0.0, 2.0), (0.0, 5.0), (0.0, 100.0), (0.5, 1.5), (2.0, 10.0)];
-    let worst = |method: &str, (from, to): (f64, f64)| -> Result<(f64, f64), StudyError> {
-        // Finer towards the lower end, where the error of a wide range has its maximum.
-        (1..=300).try_fold((0.0_f64, 0.0_f64), |(low, high), k| {
-            let h = from + (to - from) * (f64::from(k) / 300.0).powi(2);
-            let error = amplification(method, h)? - (-h).exp();
-            Ok((low.min(error), high.max(error)))
-        })
-    };
-    let modulus = |(low, high): (f64, f64)| high.max(-low);
-    let rows = RANGES.par_iter().map(|range| {
-        let (from, to) = *range;
-        let weights = Linear::minimax(from, to)?.weights(1.0);
-        let theta = -weights.alpha / weights.beta;
-        let constant = |theta: f64| worst(&format!("linear({:?},1)", -theta), *range);
-        let (low, high) = worst(&format!("minimax({from},{to})"), *range)?;
-        let beside = modulus(constant(0.98 * theta)?).min(modulus(constant(1.0 - 0.98 * (1.0 - theta))?));
-        Ok([
-            from,
-            to,
-            theta,
-            low,
-            high,
-            beside,
-            modulus(worst("method-i", *range)?),
-            modulus(worst("method-ii", *range)?),
-            modulus(worst("implicit-euler", *range)?),
-        ])
-    });
-    let rows: Vec<[f64; 9]> = rows.collect::<Result<_, StudyError>>()?;
-    let over = |f: fn(&[f64; 9]) -> f64| rows.iter().map(f).largest();
+    let ranges = RANGES.map(|(from, to)| Minimax { from, to });
+    let found = context.get_each(ranges.into())?;
+    let over = |f: fn(&Found) -> f64| found.iter().map(|found| f(found)).largest();
     let checks = vec![
         Check::new(
             "minimax/equal",
             "The two extreme errors of the minimax constant are equal, over live steps: largest relative difference",
-            over(|r| (r[4] + r[3]).abs() / r[4]),
+            over(|r| (r.extremes[1] + r.extremes[0]).abs() / r.extremes[1]),
             // 300 samples miss a maximum by an eighth of the squared spacing, below 0.07 h, times curvature over height.
             Requirement::AtMost(2e-3),
             "the error falls everywhere as θ grows, so that equality marks the best θ",
@@ -158,18 +112,23 @@ fn constants() -> Result<Part, StudyError> {
         Check::new(
             "minimax/best",
             "Constants on either side of it are worse: largest ratio of its error to the better neighbour's",
-            over(|r| r[4].max(-r[3]) / r[5]),
+            over(|r| r.best() / r.neighbour),
             Requirement::AtMost(1.0),
             "θ and 1 − θ changed by two parts in a hundred",
         ),
         Check::new(
             "minimax/rivals",
             "It is better than Methods I and II over every range tried: largest ratio of its error to the better of theirs",
-            over(|r| r[4].max(-r[3]) / r[6].min(r[7])),
+            over(|r| r.best() / r.method_i.min(r.method_ii)),
             Requirement::AtMost(1.0),
             "live steps on v̇ = −v",
         ),
     ];
+    let rows = RANGES.iter().zip(&found).map(|((from, to), r)| {
+        let [low, high] = r.extremes;
+        let row = [*from, *to, r.theta, low, high, r.neighbour, r.method_i, r.method_ii, r.implicit_euler];
+        row.map(Cell::Number).to_vec()
+    });
     let table = Table::new(
         "minimax-constants",
         "The constant θ = −α/β with the least largest error of one step on v̇ = −v over a range of steps, its extreme errors, and \
@@ -185,13 +144,13 @@ fn constants() -> Result<Part, StudyError> {
             "method_ii",
             "implicit_euler",
         ],
-        rows.iter().map(|row| row.map(Cell::Number).to_vec()).collect(),
+        rows.collect(),
     );
     Ok(Part { checks, tables: vec![table], figure: None })
 }
 
 /// Errors on problems that have more than one rate, or none.
-fn beyond_one_rate() -> Result<Part, StudyError> {
+fn beyond_one_rate(context: &Context) -> Result<Part, StudyError> {
     const PROBLEMS: [&str; 5] =
         ["linear-drag", "quadratic-drag", "damped-pendulum", "van-der-pol", "prothero-robinson"];
     const METHODS: [&str; 9] = [
@@ -210,28 +169,22 @@ fn beyond_one_rate() -> Result<Part, StudyError> {
     let mut worst = [0.0_f64; 3];
     let mut lost = Vec::new();
     for name in PROBLEMS {
-        let problem = problem::build(name, &[])?;
         let h = if name == "van-der-pol" { 0.01 } else { 0.1 };
-        let horizon = problem.facts().window.horizon;
-        let truth = truth(&*problem, horizon)?;
-        let mut errors = Vec::new();
-        for method in METHODS {
-            // A step without a solution leaves no error, and is told as what it is.
-            errors.push(match run(&*problem, &*method::parse(method)?, h, horizon, |_| {}) {
-                Ok(run) => Some(distance(&run.end.q, &truth)),
-                Err(RunError::Step(StepError::Solve { t, .. })) => {
-                    lost.push(format!("`{method}` on `{name}` at t = {t:.2}"));
-                    None
-                }
-                Err(error) => return Err(error.into()),
-            });
+        let runs = METHODS.map(|method| HorizonError { problem: name, method, h });
+        let found = context.get_each(runs.into())?;
+        // A step without a solution leaves no error, and is told as what it is.
+        for (method, ended) in METHODS.iter().zip(&found) {
+            lost.extend(ended.error.err().map(|t| format!("`{method}` on `{name}` at t = {t:.2}")));
         }
+        let errors: Vec<Option<f64>> = found.iter().map(|ended| ended.error.ok()).collect();
         let rule = errors[7..].iter().map(|error| error.unwrap_or(f64::NAN)).smallest();
         for (worst, error) in worst.iter_mut().zip(&errors[3..6]) {
             *worst = error.map_or(*worst, |error| larger(*worst, error / rule));
         }
         let cells = errors.into_iter().map(|error| error.map_or(Cell::Empty, Cell::found));
-        rows.push([Cell::Text(name.into()), Cell::found(h), Cell::found(horizon)].into_iter().chain(cells).collect());
+        rows.push(
+            [Cell::Text(name.into()), Cell::found(h), Cell::found(found[0].horizon)].into_iter().chain(cells).collect(),
+        );
     }
     let columns: Vec<&str> = ["problem", "h", "t_end"].into_iter().chain(METHODS).collect();
     let table = Table::new(
@@ -255,20 +208,10 @@ fn beyond_one_rate() -> Result<Part, StudyError> {
     Ok(Part { checks: vec![check], tables: vec![table], figure: None })
 }
 
-/// The solution at t, exact or by a method of high order.
-fn truth(problem: &dyn Problem, t: f64) -> Result<Vec<f64>, StudyError> {
-    if let Some(exact) = problem.exact(t).or_else(|| problem.tabulated(t)) {
-        return Ok(exact);
-    }
-    // Errors of h = 0.01 are compared; those of RK4 with h = 1e-4 are 1e-12 of them.
-    Ok(run(problem, &*method::parse("rk4")?, 1e-4, t, |_| {})?.end.q)
-}
-
 /// Windows of K steps: mean local error on v̇ = −v against the law in Kh.
-fn windows() -> Result<Part, StudyError> {
+fn windows(context: &Context) -> Result<Part, StudyError> {
     const LENGTHS: [u32; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
     let law = |span: f64| 1.0 / 24.0 - (-2.0 * span).exp_m1() / (16.0 * span);
-    let problem = problem::build("linear-drag", &[])?;
     let mut rows = Vec::new();
     let mut curves = Vec::new();
     let mut deviation = 0.0_f64;
@@ -276,9 +219,10 @@ fn windows() -> Result<Part, StudyError> {
         let mut points = Vec::new();
         for length in LENGTHS {
             let span = h * f64::from(length);
-            let end = run(&*problem, &*method::parse(&format!("window({length})"))?, h, span, |_| {})?.end;
+            let method = format!("window({length})");
+            let end = context.get(End { problem: "linear-drag".into(), method, h, steps: length })?;
             let steps = f64::from(length);
-            let mean = ((end.q[0].ln() + span) / steps).exp_m1() / h.powi(3);
+            let mean = ((end.ln() + span) / steps).exp_m1() / h.powi(3);
             deviation = larger(deviation, (mean / law(span) - 1.0).abs() / (h * h));
             rows.push([steps, h, span, mean, law(span)].map(Cell::Number).to_vec());
             points.push((span, mean));

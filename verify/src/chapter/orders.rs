@@ -1,17 +1,11 @@
 //! Orders of accuracy of every method on every problem.
 
-use rayon::prelude::*;
-
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Grid, Mark, Outcome, Panel, Series, Table};
+use crate::experiment::orders::{LOST, Measured, OrderError, Orders};
 use crate::kinds::Principle;
-use crate::measure::norm::max_norm;
-use crate::measure::order::{OrderFit, Sample};
-use crate::method::Method;
-use crate::order::{OrderError, Source, Truth, measure};
-use crate::problem::{self, Problem};
-use crate::theory::methods_for;
+use crate::measure::order::Sample;
 
 pub(super) const STUDY: Study = Study {
     id: "orders",
@@ -21,54 +15,8 @@ pub(super) const STUDY: Study = Study {
     run,
 };
 
-/// The order of one method on one problem.
-pub(crate) struct Measured {
-    pub(crate) problem: String,
-    pub(crate) method: String,
-    family: &'static str,
-    pub(crate) truth: Truth,
-    pub(crate) fit: Result<OrderFit, OrderError>,
-    /// The largest error that is drawn.
-    most: f64,
-}
-
-/// A run with a larger error, over the largest component of the initial state or 1, has not followed the solution at all.
-pub(super) const LOST: f64 = 10.0;
-
-/// Measures the order of `method` on `problem`, against the best truth that there is.
-pub(super) fn measure_one(name: &str, problem: &dyn Problem, method: &dyn Method) -> Measured {
-    let truth = Source::default_for(problem, method).truth(problem, method);
-    Measured {
-        problem: name.into(),
-        method: method.name(),
-        family: family(method),
-        truth,
-        fit: measure(problem, method, truth),
-        most: LOST * max_norm(&problem.initial()).max(1.0),
-    }
-}
-
-/// Measures every method on every problem that it applies to.
-pub(crate) fn measure_all(context: &Context) -> Result<Vec<Measured>, StudyError> {
-    let mut pairs = Vec::new();
-    for spec in problem::paired() {
-        let problem = problem::small(spec.name)?;
-        pairs.extend(methods_for(&*problem).into_iter().map(|method| (spec.name, method)));
-    }
-    context.announce(pairs.len());
-    pairs
-        .into_par_iter()
-        .map(|(name, method)| {
-            let problem = problem::small(name)?;
-            let measured = measure_one(name, &*problem, &*method);
-            context.tick();
-            Ok(measured)
-        })
-        .collect()
-}
-
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    let measured = measure_all(context)?;
+    let measured = context.get(Orders)?;
     Ok(Evidence {
         figures: figures(&measured),
         notes: vec![
@@ -196,8 +144,8 @@ fn points(measured: &[Measured]) -> Table {
 }
 
 /// The family by what a method steps.
-fn family(method: &dyn Method) -> &'static str {
-    match method.principle() {
+fn family(pair: &Measured) -> &'static str {
+    match pair.principle {
         Principle::Equation => FAMILIES[1],
         Principle::Hamilton => FAMILIES[2],
         _ => FAMILIES[0],
@@ -211,12 +159,12 @@ const FAMILIES: [&str; 3] =
 pub(super) fn figures(measured: &[Measured]) -> Vec<Figure> {
     let mut problems: Vec<&str> = measured.iter().map(|pair| pair.problem.as_str()).collect();
     problems.dedup();
-    let figure = |(place, family): (usize, &&str)| {
+    let figure = |(place, name): (usize, &&str)| {
         let of =
-            |problem: &str| measured.iter().filter(|pair| pair.family == *family && pair.problem == problem).collect();
+            |problem: &str| measured.iter().filter(|pair| family(pair) == *name && pair.problem == problem).collect();
         let panels = problems.iter().filter_map(|problem| panel(problem, of(problem)));
         let caption = format!(
-            "Error at the end of the interval against the step size, {family}; the slope is the order. The dashed lines have the \
+            "Error at the end of the interval against the step size, {name}; the slope is the order. The dashed lines have the \
              slopes that theory expects. Errors above {LOST} times the initial state, or {LOST}, are left out: such a run is lost."
         );
         Figure::new(format!("orders-{}", place + 1), caption, "order-points", panels).in_columns(3)

@@ -1,8 +1,8 @@
 //! Work against error beside the solvers of other libraries.
 
-use super::orders::LOST;
 use super::{Context, Study, StudyError, prose};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Spread, Table};
+use crate::experiment::orders::LOST;
 use crate::experiment::work_error::{Found, Plan, Point, Times, WorkError};
 use crate::{problem, row};
 

@@ -2,7 +2,8 @@
 
 use std::io::{self, Write};
 
-use verify::compare::{Guest, cross_check_beside};
+use verify::chapter::cross_check;
+use verify::compare::{Guest, compare};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
 use verify::order::OrderError;
 use verify::program::Request;
@@ -90,7 +91,7 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
         .map(|method| format!("/{}", method.name()))
         .chain(options.program.iter().map(|it| format!("/{it}")))
         .collect();
-    let evidence = cross_check_beside(&name, &*problem, own, &guests);
+    let evidence = cross_check::evidence(&compare(&name, &*problem, own, &guests));
     show(&evidence, out).and_then(|()| options.problem.write_caveat(out)).map_err(Failure::Output)?;
     let any = |outcome| evidence.checks.iter().any(|check| check.outcome == outcome);
     let is_told = |id: &String| {

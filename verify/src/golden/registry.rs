@@ -1,11 +1,10 @@
 //! Every golden, one line each.
 
 use super::{Golden, Row, Tolerance, Truth, figures, mechanics};
-use crate::chapter;
 use crate::chapter::figures::{FIGURE_2, FIGURE_4, FIGURE_7};
 use crate::claim::{self, Judged, Verdict};
+use crate::experiment::orders::{OrderError, Orders, Truth as Reference};
 use crate::experiment::{Context, StudyError};
-use crate::order;
 use crate::problem::poiseuille_series;
 use std::sync::Arc;
 
@@ -38,26 +37,27 @@ pub fn all(context: &Arc<Context<'static>>) -> Vec<Golden> {
 /// The fitted orders of every pair whose truth is exact or tabulated.
 fn orders(context: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
-    for pair in chapter::orders::measure_all(context)? {
-        if matches!(pair.truth, order::Truth::Numerical(_)) {
+    for pair in context.get(Orders)?.iter() {
+        if matches!(pair.truth, Reference::Numerical(_)) {
             continue;
         }
         let key = format!("{} {}", pair.problem, pair.method);
-        let fit = match pair.fit {
-            Err(order::OrderError::Untold { because, .. }) => {
+        let fit = match &pair.fit {
+            Err(OrderError::Untold { because, .. }) => {
                 rows.push(Row::text(key, format!("the order is not told: {because}")));
                 continue;
             }
-            fit => fit?,
+            Err(error) => return Err(error.to_string().into()),
+            Ok(fit) => fit,
         };
-        rows.push(match fit.line {
+        rows.push(match &fit.line {
             Some(line) => {
                 let tolerance = Tolerance::absolute(0.01, "roundoff moves the finest error used by a tenth at most");
                 let truth =
                     Truth { value: fit.expected.order, allowance: fit.expected.band, source: "theory".to_owned() };
                 Row::number(key, line.slope, tolerance).with_truth(truth)
             }
-            None => Row::text(key, fit.reason),
+            None => Row::text(key, fit.reason.clone()),
         });
     }
     Ok(rows)

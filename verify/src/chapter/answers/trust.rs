@@ -4,7 +4,8 @@ use super::{Answer, prose};
 use crate::chapter::{Context, StudyError};
 use crate::evidence::{Check, Requirement, Table};
 use crate::experiment::controls::Controls;
-use crate::{method, problem, reference, row};
+use crate::experiment::cross_check::references;
+use crate::{method, problem, row};
 
 pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let controls = context.get(Controls)?;
@@ -24,7 +25,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("planted", planted.to_string()),
         ("problems", problem::ALL.len().to_string()),
         ("methods", method::ALL.len().to_string()),
-        ("references", reference::all().len().to_string()),
+        ("references", references().to_string()),
     ];
     Ok(Answer {
         id: "answer-trust",

@@ -1,0 +1,66 @@
+//! The order of every method on every problem.
+
+use rayon::prelude::*;
+
+use crate::experiment::{Context, Experiment, StudyError};
+use crate::kinds::Principle;
+use crate::measure::norm::max_norm;
+use crate::measure::order::OrderFit;
+use crate::method::Method;
+pub(crate) use crate::order::{OrderError, Truth};
+use crate::order::{Source, measure};
+use crate::problem::{self, Problem};
+use crate::theory::methods_for;
+
+/// Every method on every problem that it applies to, against the best truth that there is.
+#[derive(Debug)]
+pub(crate) struct Orders;
+
+/// The order of one method on one problem.
+#[derive(Debug)]
+pub(crate) struct Measured {
+    pub(crate) problem: String,
+    pub(crate) method: String,
+    /// What the method steps.
+    pub(crate) principle: Principle,
+    pub(crate) truth: Truth,
+    pub(crate) fit: Result<OrderFit, OrderError>,
+    /// A run with a larger error is [`LOST`].
+    pub(crate) most: f64,
+}
+
+/// A run with a larger error, over the largest component of the initial state or 1, has not followed the solution at all.
+pub(crate) const LOST: f64 = 10.0;
+
+/// Measures the order of `method` on `problem`, named `name`.
+pub(crate) fn measure_one(name: &str, problem: &dyn Problem, method: &dyn Method) -> Measured {
+    let truth = Source::default_for(problem, method).truth(problem, method);
+    Measured {
+        problem: name.into(),
+        method: method.name(),
+        principle: method.principle(),
+        truth,
+        fit: measure(problem, method, truth),
+        most: LOST * max_norm(&problem.initial()).max(1.0),
+    }
+}
+
+impl Experiment for Orders {
+    const ID: &'static str = "orders";
+    type Found = Vec<Measured>;
+
+    fn measure(&self, context: &Context) -> Result<Self::Found, StudyError> {
+        let mut pairs = Vec::new();
+        for spec in problem::paired() {
+            let problem = problem::small(spec.name)?;
+            pairs.extend(methods_for(&*problem).into_iter().map(|method| (spec.name, method)));
+        }
+        context.announce(pairs.len());
+        let one = |(name, method): (&str, Box<dyn Method>)| {
+            let measured = measure_one(name, &*problem::small(name)?, &*method);
+            context.tick();
+            Ok(measured)
+        };
+        pairs.into_par_iter().map(one).collect()
+    }
+}
