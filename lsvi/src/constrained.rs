@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use crate::constraint::Constraint;
 use crate::discrete::{Constrainable, Interval, MomentumWeights};
-use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
+use crate::error::{ConstraintError, InputError, SolveError, StepError, SystemError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::{Entrywise, Jacobian, add_block};
@@ -60,15 +60,19 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
     /// Holds the motions of `discrete` on `constraint`.
     ///
     /// # Errors
-    /// [`InputError::Dimension`] if the two differ in their degrees of freedom, [`InputError::RedundantConstraints`] if there
+    /// [`SystemError::Dimension`] if the two differ in their degrees of freedom, [`ConstraintError::RedundantConstraints`] if there
     /// are more constraints than those.
     pub fn new(discrete: D, constraint: K) -> Result<Self, InputError> {
         let (n, m) = (discrete.dim(), constraint.count());
         if constraint.dim() != n {
-            return Err(InputError::Dimension { what: "constraint", expected: n, found: constraint.dim() });
+            return Err(InputError::System(SystemError::Dimension {
+                what: "constraint",
+                expected: n,
+                found: constraint.dim(),
+            }));
         }
         if m > n {
-            return Err(InputError::RedundantConstraints { count: m, rank: n });
+            return Err(InputError::Constraint(ConstraintError::RedundantConstraints { count: m, rank: n }));
         }
         let path = discrete.interior() + n;
         let unknowns = path + path / n * m;
@@ -120,7 +124,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let off = scratch.reaction.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         if let Some((index, &value)) = off.filter(|(_, r)| r.abs() > tolerance * norm(&self.projector.p)) {
-            return Err(InputError::OffHiddenConstraint { index, value }.into());
+            return Err(InputError::Constraint(ConstraintError::OffHiddenConstraint { index, value }).into());
         }
         let length = norm(q) + h * norm(&self.projector.velocity[..q.len()]);
         let values = &mut scratch.reaction[..self.constraint.count()];
@@ -128,7 +132,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         for (index, &value) in values.iter().enumerate() {
             // |f| / |∇f| is the distance from the constraint.
             if value.is_nan() || value.abs() > tolerance * length * scratch.gradient.row(index).norm() {
-                return Err(InputError::OffConstraint { index, value }.into());
+                return Err(InputError::Constraint(ConstraintError::OffConstraint { index, value }).into());
             }
         }
         scratch.at_start.copy_from(&scratch.gradient);
@@ -160,7 +164,7 @@ impl Projector {
             if source == SolveError::Singular {
                 let rank = scratch.gradient.rank(n as f64 * f64::EPSILON * scratch.gradient.amax());
                 if rank < count {
-                    return Err(InputError::RedundantConstraints { count, rank }.into());
+                    return Err(InputError::Constraint(ConstraintError::RedundantConstraints { count, rank }).into());
                 }
                 source = SolveError::SingularMass;
             }

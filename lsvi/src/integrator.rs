@@ -1,6 +1,6 @@
 //! Stepping: states, the time grid and integrators.
 
-use crate::error::{InputError, StepError, check_step, check_vector};
+use crate::error::{InputError, StepError, TimeError, check_step, check_vector};
 pub use crate::newton::Work;
 
 /// A point of a trajectory.
@@ -64,10 +64,10 @@ impl Grid {
         check_step(h)?;
         check_vector("t", &[t0], 1)?;
         if !(t_end.is_finite() && t_end >= t0) {
-            return Err(InputError::EndTime { t0, t_end });
+            return Err(InputError::Time(TimeError::EndTime { t0, t_end }));
         }
         if t_end > t0 && h < 4.0 * f64::EPSILON * t0.abs().max(t_end.abs()) {
-            return Err(InputError::Unresolvable { t0, t_end, h });
+            return Err(InputError::Time(TimeError::Unresolvable { t0, t_end, h }));
         }
         Ok(Self { t0, h, t_end })
     }
@@ -124,9 +124,9 @@ pub trait Integrator {
     /// [`Trajectory`](crate::Trajectory) is made of. It may allocate.
     ///
     /// # Errors
-    /// [`StepError`] if M or the mass matrix of L has no inverse there; [`InputError::NoRate`] by default.
+    /// [`StepError`] if M or the mass matrix of L has no inverse there; [`TimeError::NoRate`] by default.
     fn rate(&mut self, _state: &State, _out: &mut [f64]) -> Result<(), StepError> {
-        Err(InputError::NoRate.into())
+        Err(InputError::Time(TimeError::NoRate).into())
     }
 
     /// Writes q at a time within the last step, if the method has a dense output of its own.

@@ -103,7 +103,9 @@ pub use autodiff::{
 pub use coloring::Coloring;
 pub use constrained::Constrained;
 pub use constraint::Constraint;
-pub use error::{InputError, SolveError, StepError};
+pub use error::{
+    ClosureError, ConstraintError, InputError, NodeError, SettingError, SolveError, StepError, SystemError, TimeError,
+};
 pub use integrator::{Grid, GridStep, Integrator, OneStep, State, Work};
 pub use lagrangian::{EulerLagrange, Force, Forced, HessianWeights, Lagrangian, LeastSquares, MotionWeights};
 pub use least_squares::{LeastSquaresStep, least_squares, method_i, method_ii};

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::error::{InputError, check_vector};
+use crate::error::{InputError, SystemError, check_vector};
 use crate::integrator::State;
 use crate::linalg::{Cholesky, FactorError, Jacobian, Lu};
 use crate::pool::Pool;
@@ -79,14 +79,14 @@ impl Mass {
             Self::Identity => Ok(()),
             Self::Diagonal(m) => check_vector("mass", m, dim),
             Self::Matrix(m) if m.dim() != dim => {
-                Err(InputError::Dimension { what: "mass", expected: dim, found: m.dim() })
+                Err(InputError::System(SystemError::Dimension { what: "mass", expected: dim, found: m.dim() }))
             }
             Self::Matrix(m) => match m.outside() {
-                Some((row, column)) => Err(InputError::OutsideStructure { row, column }),
+                Some((row, column)) => Err(InputError::System(SystemError::OutsideStructure { row, column })),
                 None => Ok(()),
             },
             Self::Operator(m) if m.operator.dim() != dim => {
-                Err(InputError::Dimension { what: "mass", expected: dim, found: m.operator.dim() })
+                Err(InputError::System(SystemError::Dimension { what: "mass", expected: dim, found: m.operator.dim() }))
             }
             Self::Operator(_) => Ok(()),
         }
@@ -97,8 +97,10 @@ impl Mass {
         let mut union = a.clone();
         self.add_to(1.0, &mut union);
         union.check_structure().map_err(|error| match error {
-            FactorError::OutsideStructure { row, column } => InputError::OutsideStructure { row, column },
-            _ => InputError::NotAssembled,
+            FactorError::OutsideStructure { row, column } => {
+                InputError::System(SystemError::OutsideStructure { row, column })
+            }
+            _ => InputError::System(SystemError::NotAssembled),
         })
     }
 
@@ -107,7 +109,7 @@ impl Mass {
         self.check(dim)?;
         match self {
             Self::Diagonal(m) => match m.iter().position(|&m| m <= 0.0) {
-                Some(i) => Err(InputError::Metric(format!("entry ({i}, {i}) is {}", m[i]))),
+                Some(i) => Err(InputError::System(SystemError::Metric(format!("entry ({i}, {i}) is {}", m[i])))),
                 None => MassInverse::new(self),
             },
             Self::Matrix(m) => Ok(MassInverse::Cholesky(Box::new(m.cholesky()?))),
@@ -181,11 +183,11 @@ impl MassInverse {
     pub(crate) fn new(mass: &Mass) -> Result<Self, InputError> {
         Ok(match mass {
             Mass::Identity => Self::Identity,
-            Mass::Diagonal(m) if m.contains(&0.0) => return Err(InputError::SingularMass),
+            Mass::Diagonal(m) if m.contains(&0.0) => return Err(InputError::System(SystemError::SingularMass)),
             Mass::Diagonal(m) => Self::Reciprocals(m.iter().map(|m| m.recip()).collect()),
             Mass::Matrix(m) => {
                 let mut lu = Lu::of(m);
-                lu.factor(m).map_err(|_| InputError::SingularMass)?;
+                lu.factor(m).map_err(|_| InputError::System(SystemError::SingularMass))?;
                 Self::Factors(Box::new(Mutex::new(lu)))
             }
             Mass::Operator(m) => Self::Operator(m.clone()),

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::error::{InputError, check_vector};
+use crate::error::{InputError, NodeError, check_vector};
 
 /// A quadrature rule on \[0, 1\]: ∫ f ≈ Σ b_i f(c_i).
 ///
@@ -22,7 +22,7 @@ impl Quadrature {
         at_least("quadrature nodes", 1, nodes.len())?;
         check_vector("weights", &weights, nodes.len())?;
         match nodes.iter().position(|x| !(0.0..=1.0).contains(x)) {
-            Some(index) => Err(InputError::NodeRange { index, value: nodes[index] }),
+            Some(index) => Err(InputError::Nodes(NodeError::NodeRange { index, value: nodes[index] })),
             None => Ok(Self { nodes, weights }),
         }
     }
@@ -30,7 +30,7 @@ impl Quadrature {
     /// Gauss's rule with n nodes, exact for degree 2n − 1.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] if n = 0.
+    /// [`NodeError::TooFew`] if n = 0.
     pub fn gauss(n: usize) -> Result<Self, InputError> {
         at_least("Gauss nodes", 1, n)?;
         Ok(Self::on_unit_interval((0..n).map(|k| {
@@ -47,7 +47,7 @@ impl Quadrature {
     /// Lobatto's rule with n ≥ 2 nodes, among them both ends, exact for degree 2n − 3.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] if n < 2.
+    /// [`NodeError::TooFew`] if n < 2.
     pub fn lobatto(n: usize) -> Result<Self, InputError> {
         at_least("Lobatto nodes", 2, n)?;
         let last = n - 1;
@@ -68,7 +68,7 @@ impl Quadrature {
     /// Radau's right rule (that of Radau IIA) with n nodes, the last at 1, exact for degree 2n − 2.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] if n = 0.
+    /// [`NodeError::TooFew`] if n = 0.
     pub fn radau(n: usize) -> Result<Self, InputError> {
         at_least("Radau nodes", 1, n)?;
         let square = (n * n) as f64;
@@ -104,7 +104,7 @@ impl Quadrature {
 }
 
 fn at_least(what: &'static str, least: usize, found: usize) -> Result<(), InputError> {
-    if found < least { Err(InputError::TooFew { what, least, found }) } else { Ok(()) }
+    if found < least { Err(InputError::Nodes(NodeError::TooFew { what, least, found })) } else { Ok(()) }
 }
 
 /// The zero near `x` of the function whose Newton step is `step`.
@@ -163,7 +163,7 @@ impl NodeFamily {
     /// The m − 1 interior nodes of a path of degree m ≥ 2.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] if m < 2.
+    /// [`NodeError::TooFew`] if m < 2.
     pub fn interior(self, m: usize) -> Result<Vec<f64>, InputError> {
         at_least("degree of the path", 2, m)?;
         let inner = 1..m;
@@ -206,17 +206,17 @@ impl LagrangeBasis {
     /// The basis on `nodes`, in any order.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] without nodes, [`InputError::NodeRange`] for one outside \[0, 1\],
-    /// [`InputError::CoincidentNodes`] if two agree to within rounding.
+    /// [`NodeError::TooFew`] without nodes, [`NodeError::NodeRange`] for one outside \[0, 1\],
+    /// [`NodeError::CoincidentNodes`] if two agree to within rounding.
     pub fn new(nodes: &[f64]) -> Result<Self, InputError> {
         at_least("nodes", 1, nodes.len())?;
         let n = nodes.len();
         for (j, &c) in nodes.iter().enumerate() {
             if !(0.0..=1.0).contains(&c) {
-                return Err(InputError::NodeRange { index: j, value: c });
+                return Err(InputError::Nodes(NodeError::NodeRange { index: j, value: c }));
             }
             if let Some(first) = nodes[..j].iter().position(|b| (b - c).abs() < 16.0 * f64::EPSILON) {
-                return Err(InputError::CoincidentNodes { first, second: j, value: c });
+                return Err(InputError::Nodes(NodeError::CoincidentNodes { first, second: j, value: c }));
             }
         }
         let others = |j: usize| (0..n).filter(move |&i| i != j);
@@ -430,12 +430,15 @@ mod tests {
 
     #[test]
     fn refuses_bad_nodes() {
-        assert!(matches!(Quadrature::lobatto(1), Err(InputError::TooFew { least: 2, found: 1, .. })));
-        assert!(matches!(Quadrature::gauss(0), Err(InputError::TooFew { .. })));
-        assert!(matches!(NodeFamily::Gauss.interior(1), Err(InputError::TooFew { .. })));
+        assert!(matches!(Quadrature::lobatto(1), Err(InputError::Nodes(NodeError::TooFew { least: 2, found: 1, .. }))));
+        assert!(matches!(Quadrature::gauss(0), Err(InputError::Nodes(NodeError::TooFew { .. }))));
+        assert!(matches!(NodeFamily::Gauss.interior(1), Err(InputError::Nodes(NodeError::TooFew { .. }))));
         let basis = |nodes: &[f64]| LagrangeBasis::new(nodes).err();
-        assert!(matches!(basis(&[0.0, 1.5]), Some(InputError::NodeRange { index: 1, .. })));
-        assert!(matches!(basis(&[0.0, f64::NAN]), Some(InputError::NodeRange { index: 1, .. })));
-        assert!(matches!(basis(&[0.5, 0.0, 0.5]), Some(InputError::CoincidentNodes { first: 0, second: 2, .. })));
+        assert!(matches!(basis(&[0.0, 1.5]), Some(InputError::Nodes(NodeError::NodeRange { index: 1, .. }))));
+        assert!(matches!(basis(&[0.0, f64::NAN]), Some(InputError::Nodes(NodeError::NodeRange { index: 1, .. }))));
+        assert!(matches!(
+            basis(&[0.5, 0.0, 0.5]),
+            Some(InputError::Nodes(NodeError::CoincidentNodes { first: 0, second: 2, .. }))
+        ));
     }
 }

@@ -5,7 +5,7 @@
 
 use thiserror::Error;
 
-use crate::error::{InputError, StepError};
+use crate::error::{InputError, SettingError, StepError};
 use crate::integrator::{OneStep, State};
 use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::vector_field::VectorField;
@@ -76,7 +76,7 @@ pub fn march(
     most: u64,
 ) -> Result<Steady, SteadyError> {
     if !(tolerance > 0.0 && tolerance.is_finite()) {
-        return Err(InputError::Tolerance(tolerance).into());
+        return Err(InputError::Setting(SettingError::Tolerance(tolerance)).into());
     }
     let mut probe = Probe::new(field);
     let mut before = state.q.clone();
@@ -181,7 +181,7 @@ mod tests {
         let few = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 3);
         assert!(matches!(few, Err(SteadyError::NotReached { steps: 3, .. })), "{few:?}");
         let zero = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 0.0, 3);
-        assert!(matches!(zero, Err(SteadyError::Input(InputError::Tolerance(_)))), "{zero:?}");
+        assert!(matches!(zero, Err(SteadyError::Input(InputError::Setting(SettingError::Tolerance(_))))), "{zero:?}");
     }
 
     #[test]

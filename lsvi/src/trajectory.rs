@@ -1,6 +1,6 @@
 //! An integration under way, and the solution between its steps.
 
-use crate::error::{InputError, StepError};
+use crate::error::{InputError, StepError, SystemError, TimeError};
 use crate::integrator::{Grid, Integrator, State};
 use crate::newton::Work;
 
@@ -159,18 +159,23 @@ impl<I: Integrator> Trajectory<I> {
     /// Writes q at a time within the last step.
     ///
     /// # Errors
-    /// [`InputError::NoStep`] before the first step, [`InputError::Outside`] if the last one does not contain `t`,
-    /// [`InputError::Dimension`] if `out` has the wrong length, or the reason why the method knows no rate q̇ at one of its ends.
+    /// [`TimeError::NoStep`] before the first step, [`TimeError::Outside`] if the last one does not contain `t`,
+    /// [`SystemError::Dimension`] if `out` has the wrong length, or the reason why the method knows no rate q̇ at one of its ends.
     pub fn interpolate(&mut self, t: f64, out: &mut [f64]) -> Result<(), StepError> {
         let (from, to) = (self.before.t, self.state.t);
         if out.len() != self.state.q.len() {
-            return Err(InputError::Dimension { what: "out", expected: self.state.q.len(), found: out.len() }.into());
+            return Err(InputError::System(SystemError::Dimension {
+                what: "out",
+                expected: self.state.q.len(),
+                found: out.len(),
+            })
+            .into());
         }
         if !self.has_step {
-            return Err(InputError::NoStep { t }.into());
+            return Err(InputError::Time(TimeError::NoStep { t }).into());
         }
         if !(from..=to).contains(&t) {
-            return Err(InputError::Outside { t, from, to }.into());
+            return Err(InputError::Time(TimeError::Outside { t, from, to }).into());
         }
         // The ends are what they are, without rounding.
         if t == from || t == to {
@@ -213,14 +218,16 @@ impl<I: Integrator> Trajectory<I> {
     /// ```
     ///
     /// # Errors
-    /// [`InputError::SaveTime`] for a time out of order or outside the interval, before any step is taken; [`StepError`] as for
+    /// [`TimeError::SaveTime`] for a time out of order or outside the interval, before any step is taken; [`StepError`] as for
     /// [`step`](Self::step) and [`interpolate`](Self::interpolate).
     pub fn sample(&mut self, times: &[f64], mut observe: impl FnMut(f64, &[f64])) -> Result<(), StepError> {
         let mut last = if self.has_step { self.before.t } else { self.state.t };
         for (index, &t) in times.iter().enumerate() {
             let inside = t >= last && t <= self.grid.t_end();
             if !inside {
-                return Err(InputError::SaveTime { index, t, from: last, to: self.grid.t_end() }.into());
+                return Err(
+                    InputError::Time(TimeError::SaveTime { index, t, from: last, to: self.grid.t_end() }).into()
+                );
             }
             last = t;
         }
@@ -264,7 +271,7 @@ impl<I: Integrator> Trajectory<I> {
     /// ```
     ///
     /// # Errors
-    /// [`StepError`] as for [`step`](Self::step) and [`interpolate`](Self::interpolate); [`InputError::NonFinite`] if g is
+    /// [`StepError`] as for [`step`](Self::step) and [`interpolate`](Self::interpolate); [`SystemError::NonFinite`] if g is
     /// not finite.
     pub fn until(
         &mut self,
@@ -309,7 +316,11 @@ impl<I: Integrator> Trajectory<I> {
         self.point = point;
         written?;
         let value = g(t, &self.point);
-        if value.is_finite() { Ok(value) } else { Err(InputError::NonFinite { what: "g", index: 0, value }.into()) }
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(InputError::System(SystemError::NonFinite { what: "g", index: 0, value }).into())
+        }
     }
 
     /// The first time in (left, right] where g no longer has the sign that it has at the left, by bisection to the spacing of

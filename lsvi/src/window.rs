@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::closure::Linear;
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
-use crate::error::{InputError, StepError, check_step, check_vector};
+use crate::error::{InputError, NodeError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, State};
 use crate::linalg::{Jacobian, Structure, add_block};
 use crate::newton::{LimitAtZero, Newton, System, Work};
@@ -46,10 +46,10 @@ impl<D: DiscreteLegendre> Window<D> {
     /// Windows of `length` steps of `discrete`.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] if the length is 0.
+    /// [`NodeError::TooFew`] if the length is 0.
     pub fn new(discrete: D, length: usize) -> Result<Self, InputError> {
         if length == 0 {
-            return Err(InputError::TooFew { what: "steps in a window", least: 1, found: 0 });
+            return Err(InputError::Nodes(NodeError::TooFew { what: "steps in a window", least: 1, found: 0 }));
         }
         let n = discrete.dim();
         let m = discrete.interior() + n;

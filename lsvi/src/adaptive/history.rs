@@ -1,7 +1,7 @@
 //! The collocation polynomial of the last accepted step.
 
 use super::coefficients::Coefficients;
-use crate::error::InputError;
+use crate::error::{InputError, TimeError};
 
 /// v(t + c h) = v + Σ ℓⱼ(c) Zⱼ on the last step: between its ends the dense output, beyond them the next step's first guess.
 #[derive(Debug)]
@@ -34,9 +34,9 @@ impl History {
     /// The last step, if it contains `t`.
     pub(super) fn at(&self, t: f64) -> Result<Last, InputError> {
         match self.last {
-            None => Err(InputError::NoStep { t }),
+            None => Err(InputError::Time(TimeError::NoStep { t })),
             Some(last) if t >= last.t && t <= last.end => Ok(last),
-            Some(Last { t: from, end: to, .. }) => Err(InputError::Outside { t, from, to }),
+            Some(Last { t: from, end: to, .. }) => Err(InputError::Time(TimeError::Outside { t, from, to })),
         }
     }
 

@@ -1,7 +1,7 @@
 //! What a user may choose about adaptive steps.
 
 use super::tolerances::Tolerances;
-use crate::error::InputError;
+use crate::error::{InputError, NodeError, SettingError};
 
 /// Tolerances and bounds of adaptive steps; each setting checks what it is given.
 ///
@@ -53,7 +53,7 @@ impl Options {
     /// The first step to be tried; without it, one that changes v by about a hundredth.
     ///
     /// # Errors
-    /// [`InputError::Setting`] unless positive and finite.
+    /// [`SettingError::Setting`] unless positive and finite.
     pub fn h0(self, h: f64) -> Result<Self, InputError> {
         let positive = h.is_finite() && h > 0.0;
         checked("h0", h, "positive and finite", positive).map(|h| Self { h0: Some(h), ..self })
@@ -62,7 +62,7 @@ impl Options {
     /// The longest step, besides that of the grid.
     ///
     /// # Errors
-    /// [`InputError::Setting`] unless positive.
+    /// [`SettingError::Setting`] unless positive.
     pub fn h_max(self, h: f64) -> Result<Self, InputError> {
         checked("h_max", h, "positive", h > 0.0).map(|h_max| Self { h_max, ..self })
     }
@@ -71,7 +71,7 @@ impl Options {
     /// fails with [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
     ///
     /// # Errors
-    /// [`InputError::Setting`] unless finite and not negative.
+    /// [`SettingError::Setting`] unless finite and not negative.
     pub fn h_min(self, h: f64) -> Result<Self, InputError> {
         checked("h_min", h, "finite and not negative", h.is_finite() && h >= 0.0).map(|h_min| Self { h_min, ..self })
     }
@@ -79,7 +79,7 @@ impl Options {
     /// The part of the step size that the estimate would allow which is tried.
     ///
     /// # Errors
-    /// [`InputError::Setting`] unless in (0, 1).
+    /// [`SettingError::Setting`] unless in (0, 1).
     pub fn safety(self, factor: f64) -> Result<Self, InputError> {
         checked("safety", factor, "between 0 and 1", factor > 0.0 && factor < 1.0).map(|safety| Self { safety, ..self })
     }
@@ -88,10 +88,10 @@ impl Options {
     /// [`StepError::TooManySteps`](crate::StepError::TooManySteps).
     ///
     /// # Errors
-    /// [`InputError::TooFew`] for none.
+    /// [`NodeError::TooFew`] for none.
     pub fn max_steps(self, limit: u64) -> Result<Self, InputError> {
         match limit {
-            0 => Err(InputError::TooFew { what: "steps allowed", least: 1, found: 0 }),
+            0 => Err(InputError::Nodes(NodeError::TooFew { what: "steps allowed", least: 1, found: 0 })),
             _ => Ok(Self { max_steps: limit, ..self }),
         }
     }
@@ -99,16 +99,16 @@ impl Options {
     /// The numbers of stages s that may be chosen from: 3, 5, 7, of order 2s − 1 = 5, 9, 13.
     ///
     /// # Errors
-    /// [`InputError::Stages`] unless both are among them and in order.
+    /// [`SettingError::Stages`] unless both are among them and in order.
     pub fn stages(self, fewest: usize, most: usize) -> Result<Self, InputError> {
         if [fewest, most].iter().all(|s| [3, 5, 7].contains(s)) && fewest <= most {
             Ok(Self { fewest, most, ..self })
         } else {
-            Err(InputError::Stages { fewest, most })
+            Err(InputError::Setting(SettingError::Stages { fewest, most }))
         }
     }
 }
 
 fn checked(what: &'static str, value: f64, range: &'static str, holds: bool) -> Result<f64, InputError> {
-    if holds { Ok(value) } else { Err(InputError::Setting { what, value, range }) }
+    if holds { Ok(value) } else { Err(InputError::Setting(SettingError::Setting { what, value, range })) }
 }

@@ -6,7 +6,7 @@ use super::history::{History, Last};
 use super::options::Options;
 use super::stages::{Equations, Iteration, StageSystem, Stages, iterations};
 use super::tolerances::{root_mean, squared};
-use crate::error::{InputError, SolveError, StepError, check_vector};
+use crate::error::{InputError, SolveError, StepError, SystemError, check_vector};
 use crate::integrator::{Grid, Integrator, State};
 use crate::linalg::{FactorError, Jacobian};
 use crate::mass::{Mass, rate};
@@ -124,7 +124,7 @@ impl<F: VectorField> Radau<F> {
     /// Ends a step at each of `times`, in place of those given before.
     ///
     /// # Errors
-    /// [`InputError::NonFinite`] for a time that is not finite.
+    /// [`SystemError::NonFinite`] for a time that is not finite.
     pub fn stop_at(&mut self, times: &[f64]) -> Result<(), InputError> {
         check_vector("stop times", times, times.len())?;
         self.stops = times.to_vec();
@@ -146,11 +146,15 @@ impl<F: VectorField> Radau<F> {
     /// s + 1 ≥ 4 in h between the nodes.
     ///
     /// # Errors
-    /// [`InputError::NoStep`] before the first step, [`InputError::Outside`] if the last one does not contain `t`,
-    /// [`InputError::Dimension`] if `out` has the wrong length.
+    /// [`TimeError::NoStep`](crate::TimeError::NoStep) before the first step, [`TimeError::Outside`](crate::TimeError::Outside) if the last one does not contain `t`,
+    /// [`SystemError::Dimension`] if `out` has the wrong length.
     pub fn interpolate(&self, t: f64, out: &mut [f64]) -> Result<(), InputError> {
         if out.len() != self.history.to.len() {
-            return Err(InputError::Dimension { what: "out", expected: self.history.to.len(), found: out.len() });
+            return Err(InputError::System(SystemError::Dimension {
+                what: "out",
+                expected: self.history.to.len(),
+                found: out.len(),
+            }));
         }
         let last = self.history.at(t)?;
         if t == last.end {

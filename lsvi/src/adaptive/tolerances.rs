@@ -1,6 +1,6 @@
 //! Which error is tolerated.
 
-use crate::error::InputError;
+use crate::error::{InputError, NodeError, SettingError, SystemError};
 
 /// The error that is tolerated in each component, τᵢ = atolᵢ + rtol |vᵢ|.
 ///
@@ -30,12 +30,12 @@ impl Tolerances {
     /// A relative tolerance, and an absolute one for all components, in the units of v.
     ///
     /// # Errors
-    /// [`InputError::RelativeTolerance`] unless [`LEAST_RTOL`](Self::LEAST_RTOL) ≤ rtol ≤ 1,
-    /// [`InputError::AbsoluteTolerance`] unless atol ≥ 0 is finite.
+    /// [`SettingError::RelativeTolerance`] unless [`LEAST_RTOL`](Self::LEAST_RTOL) ≤ rtol ≤ 1,
+    /// [`SettingError::AbsoluteTolerance`] unless atol ≥ 0 is finite.
     pub fn new(rtol: f64, atol: f64) -> Result<Self, InputError> {
         let within = (Self::LEAST_RTOL..=1.0).contains(&rtol);
         if !within {
-            return Err(InputError::RelativeTolerance { rtol, least: Self::LEAST_RTOL });
+            return Err(InputError::Setting(SettingError::RelativeTolerance { rtol, least: Self::LEAST_RTOL }));
         }
         Self { rtol, atol: Vec::new() }.with_atol(vec![atol])
     }
@@ -43,13 +43,13 @@ impl Tolerances {
     /// The same with an absolute tolerance for each component, or one for all.
     ///
     /// # Errors
-    /// [`InputError::AbsoluteTolerance`] unless each is finite and not negative, [`InputError::TooFew`] without any.
+    /// [`SettingError::AbsoluteTolerance`] unless each is finite and not negative, [`NodeError::TooFew`] without any.
     pub fn with_atol(self, atol: Vec<f64>) -> Result<Self, InputError> {
         if atol.is_empty() {
-            return Err(InputError::TooFew { what: "absolute tolerances", least: 1, found: 0 });
+            return Err(InputError::Nodes(NodeError::TooFew { what: "absolute tolerances", least: 1, found: 0 }));
         }
         match atol.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
-            Some(index) => Err(InputError::AbsoluteTolerance { index, atol: atol[index] }),
+            Some(index) => Err(InputError::Setting(SettingError::AbsoluteTolerance { index, atol: atol[index] })),
             None => Ok(Self { atol, ..self }),
         }
     }
@@ -72,7 +72,7 @@ impl Tolerances {
         if self.atol.len() == n {
             Ok(self)
         } else {
-            Err(InputError::Dimension { what: "atol", expected: n, found: self.atol.len() })
+            Err(InputError::System(SystemError::Dimension { what: "atol", expected: n, found: self.atol.len() }))
         }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
+use crate::error::{InputError, SolveError, StepError, SystemError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, advance_one_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse};
@@ -68,7 +68,7 @@ pub(super) fn check_tableau(a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<(), 
     check_vector("b", b, b.len().max(1))?;
     check_vector("c", c, b.len())?;
     if a.len() != b.len() {
-        return Err(InputError::Dimension { what: "A", expected: b.len(), found: a.len() });
+        return Err(InputError::System(SystemError::Dimension { what: "A", expected: b.len(), found: a.len() }));
     }
     a.iter().try_for_each(|row| check_vector("a row of A", row, b.len()))
 }

@@ -2,7 +2,7 @@
 
 use super::coupled::check_tableau;
 use super::stage::{InexactStage, StageSolver, Stages};
-use crate::error::{InputError, SolveError, StepError, check_step, check_vector};
+use crate::error::{InputError, NodeError, SolveError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse, rate};
@@ -34,7 +34,7 @@ impl Tableau {
         check_tableau(a, b, c)?;
         for (row, entries) in a.iter().enumerate() {
             if let Some(k) = entries[row + 1..].iter().position(|x| *x != 0.0) {
-                return Err(InputError::AboveDiagonal { row, column: row + 1 + k });
+                return Err(InputError::Nodes(NodeError::AboveDiagonal { row, column: row + 1 + k }));
             }
         }
         let rows = a.iter().enumerate().map(|(i, row)| row[..=i].to_vec());
@@ -114,7 +114,7 @@ impl<F: VectorField> RungeKutta<F> {
     ///
     /// # Errors
     /// [`InputError`] if M does not fit the field, or is singular where its inverse is needed;
-    /// [`InputError::NotAssembled`] if there are no entries to factor: then give a solver.
+    /// [`SystemError::NotAssembled`](crate::SystemError::NotAssembled) if there are no entries to factor: then give a solver.
     pub fn new(field: F, tableau: Tableau) -> Result<Self, InputError> {
         let (n, structure) = (field.dim(), field.structure());
         if tableau.is_implicit() {
@@ -126,7 +126,7 @@ impl<F: VectorField> RungeKutta<F> {
     /// The method with the given tableau, its implicit stages by an inexact Newton method with `solver`.
     ///
     /// # Errors
-    /// As for [`new`](Self::new); [`InputError::NotAssembled`] or [`InputError::Solver`] if the solver does not fit.
+    /// As for [`new`](Self::new); [`SystemError::NotAssembled`](crate::SystemError::NotAssembled) or [`SystemError::Solver`](crate::SystemError::Solver) if the solver does not fit.
     pub fn with_solver(field: F, tableau: Tableau, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
         let stages = StageSolver::new(&field, solver)?;
         Self::with_stages(field, tableau, Stages::Solved(Box::new(stages)))

@@ -1,7 +1,7 @@
 //! Closures p₁ = θ p₀ fitted to the decay e^{−λt}: exact, rational, and uniformly best over a range of steps.
 
 use super::Linear;
-use crate::error::InputError;
+use crate::error::{ClosureError, InputError};
 
 impl Linear {
     /// (α, β) = (−θ, 1) with θ(hλ) such that one step multiplies a solution of v̇ = −λv by exactly e^{−hλ}.
@@ -12,7 +12,7 @@ impl Linear {
     /// stay there, as at a steady state, so that λ should exceed twice the fastest growth.
     ///
     /// # Errors
-    /// [`InputError::Rate`] unless λ is positive and finite.
+    /// [`ClosureError::Rate`] unless λ is positive and finite.
     pub fn fitted(rate: f64) -> Result<Self, InputError> {
         check_rate(rate)?;
         Ok(Self::of_step(move |h| (-theta(h * rate), 1.0)))
@@ -22,7 +22,7 @@ impl Linear {
     /// e^{−hλ}, of order 3. Otherwise as [`fitted`](Self::fitted), whose θ it approximates to order 2 for small hλ.
     ///
     /// # Errors
-    /// [`InputError::Rate`] unless λ is positive and finite.
+    /// [`ClosureError::Rate`] unless λ is positive and finite.
     pub fn fitted_pade(rate: f64) -> Result<Self, InputError> {
         check_rate(rate)?;
         Ok(Self::of_step(move |h| (-1.0 / (1.0 + 0.5 * h * rate), 1.0)))
@@ -35,17 +35,17 @@ impl Linear {
     /// extremes are equal.
     ///
     /// # Errors
-    /// [`InputError::StepRange`] unless 0 ≤ `from` ≤ `to` and `to` is positive and finite.
+    /// [`ClosureError::StepRange`] unless 0 ≤ `from` ≤ `to` and `to` is positive and finite.
     pub fn minimax(from: f64, to: f64) -> Result<Self, InputError> {
         if !(0.0 <= from && from <= to && to > 0.0 && to.is_finite()) {
-            return Err(InputError::StepRange { from, to });
+            return Err(InputError::Closure(ClosureError::StepRange { from, to }));
         }
         Self::new(-minimax_theta(from, to), 1.0)
     }
 }
 
 fn check_rate(rate: f64) -> Result<(), InputError> {
-    if rate > 0.0 && rate.is_finite() { Ok(()) } else { Err(InputError::Rate(rate)) }
+    if rate > 0.0 && rate.is_finite() { Ok(()) } else { Err(InputError::Closure(ClosureError::Rate(rate))) }
 }
 
 /// (∫₀¹ s² e^{−sz} ds, ∫₀¹ (1 − s)² e^{−sz} ds) for z ≥ 0: numerator and denominator of θ are z³/2 times these.
@@ -204,11 +204,14 @@ mod tests {
     #[test]
     fn unusable_rates_and_ranges_are_refused() {
         for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(matches!(Linear::fitted(rate), Err(InputError::Rate(_))));
-            assert!(matches!(Linear::fitted_pade(rate), Err(InputError::Rate(_))));
+            assert!(matches!(Linear::fitted(rate), Err(InputError::Closure(ClosureError::Rate(_)))));
+            assert!(matches!(Linear::fitted_pade(rate), Err(InputError::Closure(ClosureError::Rate(_)))));
         }
         for (from, to) in [(-1.0, 1.0), (2.0, 1.0), (0.0, 0.0), (0.0, f64::INFINITY), (f64::NAN, 1.0)] {
-            assert!(matches!(Linear::minimax(from, to), Err(InputError::StepRange { .. })), "[{from}, {to}]");
+            assert!(
+                matches!(Linear::minimax(from, to), Err(InputError::Closure(ClosureError::StepRange { .. }))),
+                "[{from}, {to}]"
+            );
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::Linear;
-use crate::error::InputError;
+use crate::error::{ClosureError, InputError};
 
 impl Linear {
     /// The closure that F(p₀, p₁) = 0 amounts to, for F homogeneous of any degree and one degree of freedom, Eq. (28).
@@ -23,7 +23,7 @@ impl Linear {
     /// ```
     ///
     /// # Errors
-    /// [`InputError::NoLine`] if F changes sign on no line or is not finite, [`InputError::Closure`] if `near` is (0, 0).
+    /// [`ClosureError::NoLine`] if F changes sign on no line or is not finite, [`ClosureError::Closure`] if `near` is (0, 0).
     pub fn from_homogeneous(f: impl Fn(f64, f64) -> f64, near: (f64, f64)) -> Result<Self, InputError> {
         Self::new(near.0, near.1)?;
         // On the line through direction φ, (p₀, p₁) ∝ (cos φ, sin φ) and (α, β) ∝ (sin φ, −cos φ).
@@ -40,7 +40,7 @@ impl Linear {
                 }
             }
         }
-        Err(InputError::NoLine)
+        Err(InputError::Closure(ClosureError::NoLine))
     }
 }
 
@@ -82,8 +82,14 @@ mod tests {
 
     #[test]
     fn refuses_functions_without_a_line() {
-        assert_eq!(Linear::from_homogeneous(|a, b| a * a + b * b, (0.0, 1.0)).err(), Some(InputError::NoLine));
-        assert_eq!(Linear::from_homogeneous(|_, _| f64::NAN, (0.0, 1.0)).err(), Some(InputError::NoLine));
+        assert_eq!(
+            Linear::from_homogeneous(|a, b| a * a + b * b, (0.0, 1.0)).err(),
+            Some(InputError::Closure(ClosureError::NoLine))
+        );
+        assert_eq!(
+            Linear::from_homogeneous(|_, _| f64::NAN, (0.0, 1.0)).err(),
+            Some(InputError::Closure(ClosureError::NoLine))
+        );
         assert!(Linear::from_homogeneous(|a, _| a, (0.0, 0.0)).is_err());
     }
 }

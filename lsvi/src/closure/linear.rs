@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::LinearClosure;
 use crate::discrete::MomentumWeights;
-use crate::error::InputError;
+use crate::error::{ClosureError, InputError};
 
 /// α p₀ + β p₁ = 0, with α and β constant or functions of the step size.
 ///
@@ -28,11 +28,11 @@ impl Linear {
     /// Constant coefficients.
     ///
     /// # Errors
-    /// [`InputError::Closure`] unless both are finite and not both zero.
+    /// [`ClosureError::Closure`] unless both are finite and not both zero.
     pub fn new(alpha: f64, beta: f64) -> Result<Self, InputError> {
         let usable = alpha.is_finite() && beta.is_finite() && (alpha != 0.0 || beta != 0.0);
         if !usable {
-            return Err(InputError::Closure { alpha, beta });
+            return Err(InputError::Closure(ClosureError::Closure { alpha, beta }));
         }
         Ok(Self(Weights::Constant(MomentumWeights { alpha, beta })))
     }

@@ -8,7 +8,7 @@ use super::nystrom::{Coefficients, Nystrom};
 use super::path::{Path, Point};
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights};
-use crate::error::{InputError, SolveError};
+use crate::error::{InputError, NodeError, SolveError};
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::{Jacobian, Structure, add_block, by_size, size};
 use crate::quadrature::{LagrangeBasis, Quadrature};
@@ -50,14 +50,14 @@ impl<L: Lagrangian> Galerkin<L> {
     /// Discretises `lagrangian` by paths of degree s with the given quadrature.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] if s = 0 or the rule has fewer than s nodes, which cannot determine a path of degree s.
+    /// [`NodeError::TooFew`] if s = 0 or the rule has fewer than s nodes, which cannot determine a path of degree s.
     pub fn new(lagrangian: L, degree: usize, quadrature: &Quadrature) -> Result<Self, InputError> {
         let found = quadrature.nodes().len();
         if found < degree {
-            return Err(InputError::TooFew { what: "quadrature nodes", least: degree, found });
+            return Err(InputError::Nodes(NodeError::TooFew { what: "quadrature nodes", least: degree, found }));
         }
         if degree == 0 {
-            return Err(InputError::TooFew { what: "degree of the path", least: 1, found: degree });
+            return Err(InputError::Nodes(NodeError::TooFew { what: "degree of the path", least: 1, found: degree }));
         }
         let basis = LagrangeBasis::new(Quadrature::lobatto(degree + 1)?.nodes())?;
         let zeros = vec![0.0; lagrangian.dim()];

@@ -8,7 +8,7 @@ use super::nystrom::{Coefficients, Nystrom};
 use super::path::Path;
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLegendre, Interval, MomentumWeights};
-use crate::error::{InputError, SolveError};
+use crate::error::{InputError, NodeError, SolveError};
 use crate::lagrangian::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
 use crate::linalg::{Jacobian, Structure, add_block};
 use crate::quadrature::{Basis, BernsteinBasis, LagrangeBasis, NodeFamily};
@@ -44,7 +44,7 @@ impl<L: EulerLagrange> PathFitted<L> {
     /// The path through its values at given interior nodes, \[KY21\] (8); m − 1 nodes make its degree m.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] without interior nodes, [`InputError::NodeRange`] or [`InputError::CoincidentNodes`] if they
+    /// [`NodeError::TooFew`] without interior nodes, [`NodeError::NodeRange`] or [`NodeError::CoincidentNodes`] if they
     /// are not distinct points strictly inside the step.
     pub fn new(lagrangian: L, interior: &[f64]) -> Result<Self, InputError> {
         let nodes = with_ends(interior)?;
@@ -55,7 +55,7 @@ impl<L: EulerLagrange> PathFitted<L> {
     /// Degree m on the nodes of a family.
     ///
     /// # Errors
-    /// [`InputError::TooFew`] if m < 2.
+    /// [`NodeError::TooFew`] if m < 2.
     pub fn on(lagrangian: L, family: NodeFamily, degree: usize) -> Result<Self, InputError> {
         Self::new(lagrangian, &family.interior(degree)?)
     }
@@ -155,10 +155,10 @@ fn nystrom(l: &dyn Lagrangian, path: &Path) -> Option<Box<Nystrom>> {
 /// The interior nodes between the ends 0 and 1.
 fn with_ends(interior: &[f64]) -> Result<Vec<f64>, InputError> {
     if interior.is_empty() {
-        return Err(InputError::TooFew { what: "interior nodes", least: 1, found: 0 });
+        return Err(InputError::Nodes(NodeError::TooFew { what: "interior nodes", least: 1, found: 0 }));
     }
     if let Some(index) = interior.iter().position(|c| !(0.0..=1.0).contains(c)) {
-        return Err(InputError::NodeRange { index, value: interior[index] });
+        return Err(InputError::Nodes(NodeError::NodeRange { index, value: interior[index] }));
     }
     Ok([&[0.0], interior, &[1.0]].concat())
 }

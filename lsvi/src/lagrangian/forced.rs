@@ -1,7 +1,7 @@
 //! Non-conservative forces by the discrete Lagrange–d'Alembert principle ([MW01]).
 
 use super::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
-use crate::error::InputError;
+use crate::error::{InputError, SystemError};
 use crate::linalg::Jacobian;
 use crate::pool::Pool;
 
@@ -34,11 +34,11 @@ impl<L: Lagrangian, F: Force> Forced<L, F> {
     /// Applies `force` to the motions of `lagrangian`.
     ///
     /// # Errors
-    /// [`InputError::Dimension`] if the two differ in their degrees of freedom.
+    /// [`SystemError::Dimension`] if the two differ in their degrees of freedom.
     pub fn new(lagrangian: L, force: F) -> Result<Self, InputError> {
         let (expected, found) = (lagrangian.dim(), force.dim());
         if found != expected {
-            return Err(InputError::Dimension { what: "force", expected, found });
+            return Err(InputError::System(SystemError::Dimension { what: "force", expected, found }));
         }
         Ok(Self { lagrangian, force, scratch: Pool::new(move || vec![0.0; expected]) })
     }

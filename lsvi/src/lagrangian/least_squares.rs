@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix};
 
 use super::{HessianWeights, Lagrangian};
-use crate::error::InputError;
+use crate::error::{InputError, SystemError};
 use crate::linalg::{Jacobian, Structure, add_block};
 use crate::mass::Mass;
 use crate::pool::Pool;
@@ -71,7 +71,7 @@ fn dense(mass: &Mass, n: usize) -> Result<DMatrix<f64>, InputError> {
     mass.metric(n)?;
     let mut m = Jacobian::zeros(n);
     mass.add_to(1.0, &mut m);
-    m.check_structure().map_err(|_| InputError::NotAssembled)?;
+    m.check_structure().map_err(|_| InputError::System(SystemError::NotAssembled))?;
     Ok(m.to_dense())
 }
 
@@ -79,12 +79,12 @@ impl<F: VectorField> LeastSquares<F> {
     /// The residual in its natural norm, W = M⁻¹.
     ///
     /// # Errors
-    /// [`InputError::Metric`] or another if M is not symmetric positive definite; [`InputError::NotAssembled`] if the field is
+    /// [`SystemError::Metric`] or another if M is not symmetric positive definite; [`SystemError::NotAssembled`] if the field is
     /// matrix-free or M an operator.
     pub fn new(field: F) -> Result<Self, InputError> {
         let n = field.dim();
         if field.structure() == Structure::MatrixFree {
-            return Err(InputError::NotAssembled);
+            return Err(InputError::System(SystemError::NotAssembled));
         }
         let (structure, mass) = (field.structure(), field.mass());
         if structure != Structure::Dense && matches!(mass, Mass::Identity | Mass::Diagonal(_)) {
@@ -98,8 +98,8 @@ impl<F: VectorField> LeastSquares<F> {
             Mass::Identity => Weights { mass: Mass::Identity, w: None, wm: None, mwm: None, rows: None },
             mass => {
                 let m = dense(&mass, n)?;
-                let w =
-                    Cholesky::new(m.clone()).ok_or_else(|| InputError::Metric("it has no Cholesky factor".into()))?;
+                let w = Cholesky::new(m.clone())
+                    .ok_or_else(|| InputError::System(SystemError::Metric("it has no Cholesky factor".into())))?;
                 Weights { mass, w: Some(w.inverse()), wm: None, mwm: Some(m), rows: None }
             }
         };
@@ -109,11 +109,11 @@ impl<F: VectorField> LeastSquares<F> {
     /// Measures the residual in the metric `w`, an n × n symmetric positive definite matrix.
     ///
     /// # Errors
-    /// [`InputError::Dimension`] or [`InputError::Metric`] if `w` is not such a matrix.
+    /// [`SystemError::Dimension`] or [`SystemError::Metric`] if `w` is not such a matrix.
     pub fn with_metric(self, w: DMatrix<f64>) -> Result<Self, InputError> {
         let n = self.field.dim();
         if let Some(&found) = [w.nrows(), w.ncols()].iter().find(|&&m| m != n) {
-            return Err(InputError::Dimension { what: "metric", expected: n, found });
+            return Err(InputError::System(SystemError::Dimension { what: "metric", expected: n, found }));
         }
         Jacobian::from(w.clone()).cholesky()?;
         let weights = match self.field.mass() {

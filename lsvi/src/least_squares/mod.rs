@@ -27,7 +27,7 @@ use newton::FullNewton;
 
 use crate::closure::Linear;
 use crate::discrete::Interval;
-use crate::error::{InputError, StepError, check_step, check_vector};
+use crate::error::{InputError, StepError, SystemError, check_step, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::{Jacobian, Structure};
 use crate::mass::{Mass, MassInverse, rate};
@@ -80,12 +80,12 @@ impl<F: VectorField> LeastSquaresStep<F> {
     /// Solves by Newton's method with factors, on the branch that is continuous in h.
     ///
     /// # Errors
-    /// [`InputError::Metric`] if M is not symmetric positive definite, [`InputError::NotAssembled`] if the field is matrix-free
+    /// [`SystemError::Metric`] if M is not symmetric positive definite, [`SystemError::NotAssembled`] if the field is matrix-free
     /// or M an operator: then give a solver.
     pub fn new(field: F, closure: Linear) -> Result<Self, InputError> {
         let (structure, mass) = (field.structure(), field.mass());
         if structure == Structure::MatrixFree || matches!(mass, Mass::Operator(_)) {
-            return Err(InputError::NotAssembled);
+            return Err(InputError::System(SystemError::NotAssembled));
         }
         Self::of(field, closure, None)
     }
@@ -98,7 +98,7 @@ impl<F: VectorField> LeastSquaresStep<F> {
     /// by its contraction alone.
     ///
     /// # Errors
-    /// [`InputError::Metric`] if M is not symmetric positive definite; [`InputError::NotAssembled`] or [`InputError::Solver`] if
+    /// [`SystemError::Metric`] if M is not symmetric positive definite; [`SystemError::NotAssembled`] or [`SystemError::Solver`] if
     /// the solver does not fit. A closure with α ≠ 0 needs one that [works with products](StepSolver::solve_closure), and fails
     /// in the first step otherwise.
     pub fn with_solver(field: F, closure: Linear, solver: impl StepSolver + 'static) -> Result<Self, InputError> {

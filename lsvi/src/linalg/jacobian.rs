@@ -8,7 +8,7 @@ use super::banded::Band;
 use super::sparse::Sparse;
 use super::structure::{Pattern, Structure};
 use super::{Cholesky, FactorError};
-use crate::error::InputError;
+use crate::error::{InputError, SystemError};
 
 /// A square matrix of derivatives, ∂F_i/∂x_j.
 ///
@@ -177,9 +177,9 @@ impl Jacobian {
             }
         });
         if let Some(what) = asymmetric {
-            return Err(InputError::Metric(what));
+            return Err(InputError::System(SystemError::Metric(what)));
         }
-        Cholesky::new(self).ok_or_else(|| InputError::Metric("it has no Cholesky factor".into()))
+        Cholesky::new(self).ok_or_else(|| InputError::System(SystemError::Metric("it has no Cholesky factor".into())))
     }
 
     /// Adds `scale` A x to `out`.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::InputError;
+use crate::error::{InputError, SystemError};
 
 /// The positions at which the Jacobian of a system may differ from zero.
 ///
@@ -30,7 +30,7 @@ impl Structure {
     /// The positions of a sparse matrix of order `dim`; the diagonal always belongs to them.
     ///
     /// # Errors
-    /// [`InputError::Position`] if one of them lies outside the matrix.
+    /// [`SystemError::Position`] if one of them lies outside the matrix.
     pub fn sparse(dim: usize, positions: impl IntoIterator<Item = (usize, usize)>) -> Result<Self, InputError> {
         Ok(Self::Sparse(Arc::new(Pattern::new(dim, positions)?)))
     }
@@ -92,12 +92,12 @@ impl Pattern {
     /// The given (row, column) positions, repeated ones once, and the diagonal, in a matrix of order `dim`.
     ///
     /// # Errors
-    /// [`InputError::Position`] if one of them lies outside the matrix.
+    /// [`SystemError::Position`] if one of them lies outside the matrix.
     pub fn new(dim: usize, positions: impl IntoIterator<Item = (usize, usize)>) -> Result<Self, InputError> {
         let mut entries: Vec<(usize, usize)> = (0..dim).map(|i| (i, i)).collect();
         for (row, column) in positions {
             if row >= dim || column >= dim {
-                return Err(InputError::Position { row, column, dim });
+                return Err(InputError::System(SystemError::Position { row, column, dim }));
             }
             entries.push((column, row));
         }

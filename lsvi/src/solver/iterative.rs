@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::krylov::{ConjugateGradients, Gmres, LeastSquaresSystem, Lsmr, System, axpy, dot};
 use super::{Product, StepSolver};
-use crate::error::{InputError, SolveError};
+use crate::error::{InputError, SettingError, SolveError};
 use crate::mass::{Mass, MassInverse};
 use crate::operator::{Operator, Preconditioner, StepOperator};
 
@@ -77,10 +77,10 @@ impl<P: Preconditioner> Iterative<P> {
     /// the largest component of the state. Inner iterations are stopped earlier where the outer ones gain nothing by more.
     ///
     /// # Errors
-    /// [`InputError::Tolerance`] unless it is in (0, 1).
+    /// [`SettingError::Tolerance`] unless it is in (0, 1).
     pub fn with_tolerance(self, tolerance: f64) -> Result<Self, InputError> {
         if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(InputError::Tolerance(tolerance));
+            return Err(InputError::Setting(SettingError::Tolerance(tolerance)));
         }
         Ok(Self { tolerance, ..self })
     }

@@ -26,7 +26,7 @@ use std::fmt;
 
 use auto_impl::auto_impl;
 
-use crate::error::{InputError, SolveError};
+use crate::error::{InputError, SolveError, SystemError};
 use crate::linalg::Structure;
 use crate::mass::Mass;
 use crate::operator::StepOperator;
@@ -38,7 +38,7 @@ pub type Product<'a> = &'a mut dyn FnMut(&[f64], &mut [f64]);
 /// Refuses what has no entries to factor.
 pub(crate) fn check_assembled(structure: &Structure, mass: &Mass) -> Result<(), InputError> {
     match (structure, mass) {
-        (Structure::MatrixFree, _) | (_, Mass::Operator(_)) => Err(InputError::NotAssembled),
+        (Structure::MatrixFree, _) | (_, Mass::Operator(_)) => Err(InputError::System(SystemError::NotAssembled)),
         _ => Ok(()),
     }
 }
@@ -57,7 +57,7 @@ pub trait StepSolver: fmt::Debug + Send {
     /// Refuses a field of a structure, or a mass, that it cannot serve.
     ///
     /// # Errors
-    /// [`InputError::NotAssembled`] or [`InputError::Solver`].
+    /// [`SystemError::NotAssembled`] or [`SystemError::Solver`].
     fn check(&self, _structure: &Structure, _mass: &Mass) -> Result<(), InputError> {
         Ok(())
     }

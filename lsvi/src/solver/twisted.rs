@@ -1,7 +1,7 @@
 //! The normal equations of a band matrix by LDLᵀ from both ends at once.
 
 use super::{Augmented, StepSolver};
-use crate::error::{InputError, SolveError};
+use crate::error::{InputError, SolveError, SystemError};
 use crate::linalg::{Jacobian, Structure, inverse_norm};
 use crate::mass::Mass;
 use crate::operator::StepOperator;
@@ -83,9 +83,9 @@ impl StepSolver for Twisted {
         match (structure, mass) {
             (Structure::Banded { .. }, Mass::Identity | Mass::Diagonal(_)) => Ok(()),
             (Structure::Banded { .. }, _) => {
-                Err(InputError::Solver("twisted elimination needs a diagonal mass matrix"))
+                Err(InputError::System(SystemError::Solver("twisted elimination needs a diagonal mass matrix")))
             }
-            _ => Err(InputError::Solver("twisted elimination needs a banded structure")),
+            _ => Err(InputError::System(SystemError::Solver("twisted elimination needs a banded structure"))),
         }
     }
 

@@ -3,7 +3,8 @@
 use crate::fields::{As, Line, Walls};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::{
-    AutoField, FieldFn, InputError, Mass, Scalar, SolveError, State, StepError, Structure, Trajectory, VectorField,
+    AutoField, FieldFn, InputError, Mass, NodeError, Scalar, SettingError, SolveError, State, StepError, Structure,
+    SystemError, TimeError, Trajectory, VectorField,
 };
 
 struct VanDerPol {
@@ -307,8 +308,8 @@ fn steps_end_at_stop_times_and_the_solution_is_dense() {
     let mut method = radau(AutoField::new(ProtheroRobinson { lambda: 10.0 }), 1e-8, 1e-8);
     let stops = [3.0, 1.0, 1.25];
     method.stop_at(&stops).expect("finite");
-    assert!(matches!(method.interpolate(0.0, &mut [0.0]), Err(InputError::NoStep { .. })));
-    assert!(matches!(method.stop_at(&[f64::NAN]), Err(InputError::NonFinite { .. })));
+    assert!(matches!(method.interpolate(0.0, &mut [0.0]), Err(InputError::Time(TimeError::NoStep { .. }))));
+    assert!(matches!(method.stop_at(&[f64::NAN]), Err(InputError::System(SystemError::NonFinite { .. }))));
     method.stop_at(&stops).expect("finite");
     let (mut state, grid) = (State::new(0.0, vec![1.0]), lsvi::Grid::new(0.0, 0.7, 4.0).expect("valid"));
     let (mut ends, mut before) = (Vec::new(), 0.0);
@@ -333,36 +334,45 @@ fn steps_end_at_stop_times_and_the_solution_is_dense() {
         assert!(ends.contains(&stop), "{stop} is not among {ends:?}");
     }
     assert_eq!(ends.last(), Some(&4.0));
-    assert!(matches!(method.interpolate(4.1, &mut [0.0]), Err(InputError::Outside { .. })));
-    assert!(matches!(method.interpolate(4.0, &mut []), Err(InputError::Dimension { .. })));
+    assert!(matches!(method.interpolate(4.1, &mut [0.0]), Err(InputError::Time(TimeError::Outside { .. }))));
+    assert!(matches!(method.interpolate(4.0, &mut []), Err(InputError::System(SystemError::Dimension { .. }))));
 }
 
 #[test]
 fn what_cannot_be_solved_is_a_typed_error() {
     for bad in [0.0, -1e-6, f64::NAN, f64::INFINITY, 1e-15] {
-        assert!(matches!(Tolerances::new(bad, 1e-6), Err(InputError::RelativeTolerance { .. })));
+        assert!(matches!(Tolerances::new(bad, 1e-6), Err(InputError::Setting(SettingError::RelativeTolerance { .. }))));
     }
     for bad in [-1e-6, f64::NAN, f64::INFINITY] {
         let each = Tolerances::new(1e-6, 0.0).expect("relative alone").with_atol(vec![1e-6, bad]);
-        assert!(matches!(each, Err(InputError::AbsoluteTolerance { index: 1, .. })));
+        assert!(matches!(each, Err(InputError::Setting(SettingError::AbsoluteTolerance { index: 1, .. }))));
     }
     let three = Tolerances::new(1e-6, 0.0).and_then(|t| t.with_atol(vec![1e-6; 3])).expect("positive");
     assert!(matches!(
         Radau::new(AutoField::new(BlowUp), three.clone()),
-        Err(InputError::Dimension { what: "atol", .. })
+        Err(InputError::System(SystemError::Dimension { what: "atol", .. }))
     ));
     let options = Options::new(three);
     for bad in [0.0, -1.0, f64::NAN] {
-        assert!(matches!(options.clone().h0(bad), Err(InputError::Setting { what: "h0", .. })));
-        assert!(matches!(options.clone().h_max(bad), Err(InputError::Setting { what: "h_max", .. })));
-        assert!(matches!(options.clone().h_min(bad - 1.0), Err(InputError::Setting { what: "h_min", .. })));
+        assert!(matches!(options.clone().h0(bad), Err(InputError::Setting(SettingError::Setting { what: "h0", .. }))));
+        assert!(matches!(
+            options.clone().h_max(bad),
+            Err(InputError::Setting(SettingError::Setting { what: "h_max", .. }))
+        ));
+        assert!(matches!(
+            options.clone().h_min(bad - 1.0),
+            Err(InputError::Setting(SettingError::Setting { what: "h_min", .. }))
+        ));
         assert!(
-            matches!(options.clone().safety(bad + 1.0), Err(InputError::Setting { what: "safety", .. })) || bad == -1.0
+            matches!(
+                options.clone().safety(bad + 1.0),
+                Err(InputError::Setting(SettingError::Setting { what: "safety", .. }))
+            ) || bad == -1.0
         );
     }
-    assert!(matches!(options.clone().max_steps(0), Err(InputError::TooFew { .. })));
+    assert!(matches!(options.clone().max_steps(0), Err(InputError::Nodes(NodeError::TooFew { .. }))));
     for (fewest, most) in [(4, 5), (5, 3), (3, 9), (1, 3)] {
-        assert!(matches!(options.clone().stages(fewest, most), Err(InputError::Stages { .. })));
+        assert!(matches!(options.clone().stages(fewest, most), Err(InputError::Setting(SettingError::Stages { .. }))));
     }
     let mut state = State::new(0.0, vec![1.0]);
     let grid = lsvi::Grid::new(0.0, 2.0, 2.0).expect("valid");
@@ -388,5 +398,5 @@ fn what_cannot_be_solved_is_a_typed_error() {
     assert!(matches!(error, StepError::Solve { source: SolveError::OutsideStructure { .. }, .. }), "{error}");
     let mut nan = State::new(0.0, vec![f64::NAN, 0.0]);
     let error = lsvi::Integrator::advance(&mut method, &mut nan, &grid).expect_err("not a number");
-    assert!(matches!(error, StepError::Input(InputError::NonFinite { .. })), "{error}");
+    assert!(matches!(error, StepError::Input(InputError::System(SystemError::NonFinite { .. }))), "{error}");
 }

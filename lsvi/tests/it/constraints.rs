@@ -5,8 +5,8 @@ use approx::assert_abs_diff_eq;
 use lsvi::discrete::{Constrainable, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
-    AutoConstraint, AutoLagrangian, Constrained, ConstraintFn, InputError, OneStep, Scalar, SolveError, State,
-    StepError, Trajectory, TwoStep, position_momentum,
+    AutoConstraint, AutoLagrangian, Constrained, ConstraintError, ConstraintFn, InputError, OneStep, Scalar,
+    SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -187,16 +187,20 @@ fn bad_constraints_have_typed_errors() {
     let mut method = Constrained::new(Trapezoidal::new(&l), circle()).expect("dimensions fit");
     assert_eq!(step(&mut method, [0.0, -1.0], [1.0, 0.0]), None);
     let off = step(&mut method, [0.0, -1.1], [1.0, 0.0]);
-    assert!(matches!(off, Some(StepError::Input(InputError::OffConstraint { index: 0, .. }))), "{off:?}");
+    assert!(
+        matches!(off, Some(StepError::Input(InputError::Constraint(ConstraintError::OffConstraint { index: 0, .. })))),
+        "{off:?}"
+    );
     let hidden = step(&mut method, [0.0, -1.0], [1.0, 0.5]);
     let hidden_expected = matches!(
         hidden,
-        Some(StepError::Input(InputError::OffHiddenConstraint { index: 1, value })) if (value - 0.5).abs() < 8.0 * EPS
+        Some(StepError::Input(InputError::Constraint(ConstraintError::OffHiddenConstraint { index: 1, value }))) if (value - 0.5).abs() < 8.0 * EPS
     );
     assert!(hidden_expected, "{hidden:?}");
     let mut twice = Constrained::new(Trapezoidal::new(&l), AutoConstraint::new(Twice)).expect("dimensions fit");
     let redundant = step(&mut twice, [0.0, -1.0], [1.0, 0.0]);
-    let expected = StepError::Input(InputError::RedundantConstraints { count: 2, rank: 1 });
+    let expected =
+        StepError::Input(InputError::Constraint(ConstraintError::RedundantConstraints { count: 2, rank: 1 }));
     assert_eq!(redundant, Some(expected));
     let degenerate = AutoLagrangian::new(Degenerate);
     let mut massless = Constrained::new(Galerkin::gauss(&degenerate, 2).expect("s ≥ 1"), circle()).expect("fits");
@@ -204,5 +208,5 @@ fn bad_constraints_have_typed_errors() {
     assert!(matches!(singular, Some(StepError::Solve { source: SolveError::SingularMass, .. })), "{singular:?}");
     let space = AutoConstraint::new(Sphere { dim: 3 });
     let wrong = Constrained::new(Trapezoidal::new(&l), space).err();
-    assert_eq!(wrong, Some(InputError::Dimension { what: "constraint", expected: 2, found: 3 }));
+    assert_eq!(wrong, Some(InputError::System(SystemError::Dimension { what: "constraint", expected: 2, found: 3 })));
 }

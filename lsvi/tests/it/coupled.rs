@@ -3,8 +3,8 @@
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLegendre, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoField, FieldFn, InputError, Jacobian, LeastSquares, OneStep, Scalar, Variational, VectorField, least_squares,
-    method_i,
+    AutoField, FieldFn, InputError, Jacobian, LeastSquares, OneStep, Scalar, SystemError, Variational, VectorField,
+    least_squares, method_i,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use proptest::prelude::*;
@@ -168,10 +168,13 @@ fn metrics_that_are_none_are_refused() {
             .with_metric(DMatrix::from_row_slice(3, 3, entries))
             .err()
     };
-    let refused = |entries: &[f64]| matches!(metric(entries), Some(InputError::Metric(_)));
+    let refused = |entries: &[f64]| matches!(metric(entries), Some(InputError::System(SystemError::Metric(_))));
     assert!(refused(&[1.0, 0.5, 0.0, 0.4, 1.0, 0.0, 0.0, 0.0, 1.0]), "not symmetric");
     assert!(refused(&[1.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0]), "indefinite");
     assert!(refused(&[1.0, 0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0, 1.0]), "not finite");
     let small = LeastSquares::new(AutoField::new(Coupled)).expect("usable").with_metric(DMatrix::identity(2, 2));
-    assert!(matches!(small.err(), Some(InputError::Dimension { what: "metric", expected: 3, found: 2 })));
+    assert!(matches!(
+        small.err(),
+        Some(InputError::System(SystemError::Dimension { what: "metric", expected: 3, found: 2 }))
+    ));
 }

@@ -5,8 +5,8 @@ use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoField, FieldFn, InputError, LeastSquares, OneStep, Scalar, SolveError, State, StepError, Trajectory,
-    Variational, method_i, method_ii, position_momentum,
+    AutoField, ClosureError, FieldFn, InputError, LeastSquares, OneStep, Scalar, SolveError, State, StepError,
+    SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
 };
 
 struct Drag;
@@ -153,17 +153,23 @@ fn refuses_unusable_input() {
     let refuse = |state: State, h, t_end| {
         Trajectory::new(method_i(AutoField::new(Drag)).expect("usable"), state, h, t_end).err()
     };
-    assert_eq!(refuse(state.clone(), 0.0, 1.0), Some(InputError::StepSize(0.0)));
-    assert_eq!(refuse(state.clone(), -1.0, 1.0), Some(InputError::StepSize(-1.0)));
-    assert!(matches!(refuse(state.clone(), f64::NAN, 1.0), Some(InputError::StepSize(_))));
-    assert_eq!(refuse(state.clone(), 0.1, -1.0), Some(InputError::EndTime { t0: 0.0, t_end: -1.0 }));
-    assert!(matches!(refuse(state.clone(), 1e-300, 1.0), Some(InputError::Unresolvable { .. })));
+    assert_eq!(refuse(state.clone(), 0.0, 1.0), Some(InputError::Time(TimeError::StepSize(0.0))));
+    assert_eq!(refuse(state.clone(), -1.0, 1.0), Some(InputError::Time(TimeError::StepSize(-1.0))));
+    assert!(matches!(refuse(state.clone(), f64::NAN, 1.0), Some(InputError::Time(TimeError::StepSize(_)))));
+    assert_eq!(refuse(state.clone(), 0.1, -1.0), Some(InputError::Time(TimeError::EndTime { t0: 0.0, t_end: -1.0 })));
+    assert!(matches!(refuse(state.clone(), 1e-300, 1.0), Some(InputError::Time(TimeError::Unresolvable { .. }))));
     let two = State::new(0.0, vec![1.0, 2.0]);
-    assert_eq!(refuse(two, 0.1, 1.0), Some(InputError::Dimension { what: "q", expected: 1, found: 2 }));
+    assert_eq!(
+        refuse(two, 0.1, 1.0),
+        Some(InputError::System(SystemError::Dimension { what: "q", expected: 1, found: 2 }))
+    );
     let nan = State::new(0.0, vec![f64::NAN]);
-    assert!(matches!(refuse(nan, 0.1, 1.0), Some(InputError::NonFinite { what: "q", index: 0, .. })));
-    assert!(matches!(Linear::new(0.0, 0.0), Err(InputError::Closure { .. })));
-    assert!(matches!(Linear::new(f64::NAN, 1.0), Err(InputError::Closure { .. })));
+    assert!(matches!(
+        refuse(nan, 0.1, 1.0),
+        Some(InputError::System(SystemError::NonFinite { what: "q", index: 0, .. }))
+    ));
+    assert!(matches!(Linear::new(0.0, 0.0), Err(InputError::Closure(ClosureError::Closure { .. }))));
+    assert!(matches!(Linear::new(f64::NAN, 1.0), Err(InputError::Closure(ClosureError::Closure { .. }))));
 }
 
 struct Logistic;

@@ -9,7 +9,7 @@ use lsvi::discrete::{
 use lsvi::quadrature::{NodeFamily, Quadrature};
 use lsvi::{
     AutoForce, AutoLagrangian, EulerLagrange, Forced, InputError, Jacobian, Lagrangian, LagrangianFn, MotionWeights,
-    OneStep, SolveError, State, StepError, Trajectory, TwoStep, position_momentum,
+    NodeError, OneStep, SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -446,18 +446,21 @@ fn two_step_form_is_the_one_step_form() {
 fn bad_input_has_typed_errors() {
     let l = AutoLagrangian::new(Pendulum);
     let nodes = |c: &[f64]| PathFitted::new(&l, c).err();
-    assert!(matches!(nodes(&[]), Some(InputError::TooFew { least: 1, .. })));
-    assert!(matches!(nodes(&[0.5, 1.5]), Some(InputError::NodeRange { .. })));
-    assert!(matches!(nodes(&[0.5, f64::NAN]), Some(InputError::NodeRange { .. })));
-    assert!(matches!(nodes(&[0.5, 0.5]), Some(InputError::CoincidentNodes { .. })));
-    assert!(matches!(nodes(&[0.0, 0.5]), Some(InputError::CoincidentNodes { .. })));
-    assert!(matches!(PathFitted::bernstein(&l, &[1.0]), Err(InputError::CoincidentNodes { .. })));
-    assert!(matches!(PathFitted::on(&l, NodeFamily::Gauss, 1), Err(InputError::TooFew { .. })));
-    assert!(matches!(Galerkin::gauss(&l, 0), Err(InputError::TooFew { .. })));
+    assert!(matches!(nodes(&[]), Some(InputError::Nodes(NodeError::TooFew { least: 1, .. }))));
+    assert!(matches!(nodes(&[0.5, 1.5]), Some(InputError::Nodes(NodeError::NodeRange { .. }))));
+    assert!(matches!(nodes(&[0.5, f64::NAN]), Some(InputError::Nodes(NodeError::NodeRange { .. }))));
+    assert!(matches!(nodes(&[0.5, 0.5]), Some(InputError::Nodes(NodeError::CoincidentNodes { .. }))));
+    assert!(matches!(nodes(&[0.0, 0.5]), Some(InputError::Nodes(NodeError::CoincidentNodes { .. }))));
+    assert!(matches!(PathFitted::bernstein(&l, &[1.0]), Err(InputError::Nodes(NodeError::CoincidentNodes { .. }))));
+    assert!(matches!(PathFitted::on(&l, NodeFamily::Gauss, 1), Err(InputError::Nodes(NodeError::TooFew { .. }))));
+    assert!(matches!(Galerkin::gauss(&l, 0), Err(InputError::Nodes(NodeError::TooFew { .. }))));
     let rule = Quadrature::gauss(2).expect("n ≥ 1");
-    assert!(matches!(Galerkin::new(&l, 3, &rule), Err(InputError::TooFew { least: 3, found: 2, .. })));
+    assert!(matches!(
+        Galerkin::new(&l, 3, &rule),
+        Err(InputError::Nodes(NodeError::TooFew { least: 3, found: 2, .. }))
+    ));
     let two = AutoForce::new(Damping { dim: 2, rate: 1.0 });
-    let expected = InputError::Dimension { what: "force", expected: 1, found: 2 };
+    let expected = InputError::System(SystemError::Dimension { what: "force", expected: 1, found: 2 });
     assert_eq!(Forced::new(AutoLagrangian::new(Pendulum), two).err(), Some(expected));
     let degenerate = AutoLagrangian::new(Degenerate);
     for (name, discrete) in discretisations(&degenerate) {

@@ -11,8 +11,8 @@ use lsvi::solver::{Augmented, Iterative};
 use lsvi::{
     AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, Forced, Grid, InputError, Integrator,
     Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Operator, Preconditioner,
-    Scalar, SolveError, State, StepError, StepOperator, Structure, Trajectory, VectorField, Window, Work, add_columns,
-    least_squares, method_i, method_ii,
+    Scalar, SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory, VectorField, Window, Work,
+    add_columns, least_squares, method_i, method_ii,
 };
 
 fn wave(n: usize, k: f64) -> Vec<f64> {
@@ -139,7 +139,7 @@ fn constructors_refuse_what_has_no_matrix() {
         LeastSquaresStep::with_solver(&products, Linear::METHOD_I, Augmented::new()).err(),
     ];
     for (i, error) in refused.into_iter().enumerate() {
-        assert_eq!(error, Some(InputError::NotAssembled), "{i}");
+        assert_eq!(error, Some(InputError::System(SystemError::NotAssembled)), "{i}");
     }
     let mut window =
         Window::new(Trapezoidal::new(LeastSquares::new(As(Structure::Dense, &products)).expect("dense")), 2)

@@ -8,8 +8,9 @@ use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
 use lsvi::solver::Iterative;
 use lsvi::{
-    AutoField, Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, Mass, OneStep, SolveError, State,
-    StepError, Structure, Trajectory, Variational, VectorField, Window, method_i,
+    AutoField, Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, Mass, NodeError, OneStep,
+    SettingError, SolveError, State, StepError, Structure, SystemError, Trajectory, Variational, VectorField, Window,
+    method_i,
 };
 
 fn wave(n: usize) -> Vec<f64> {
@@ -288,10 +289,10 @@ fn unusable_solvers_and_masses_are_refused_at_once() {
     let line = || Line::new(5, 0.0, Walls::Dirichlet);
     let refused = |field: &dyn VectorField, by: By| by.method_i(field).err();
     let dense = As(Structure::Dense, line());
-    assert!(matches!(refused(&dense, By::Twisted), Some(InputError::Solver(_))));
+    assert!(matches!(refused(&dense, By::Twisted), Some(InputError::System(SystemError::Solver(_)))));
     for tolerance in [0.0, -1.0, 1.0, f64::NAN] {
         let solver = Iterative::new(Factored::default()).with_tolerance(tolerance);
-        assert!(matches!(solver.err(), Some(InputError::Tolerance(_))));
+        assert!(matches!(solver.err(), Some(InputError::Setting(SettingError::Tolerance(_)))));
     }
     let matrix = |entries: &[(usize, usize, f64)]| {
         let mut m = Jacobian::with_structure(5, &Structure::Banded { lower: 1, upper: 1 });
@@ -329,7 +330,10 @@ fn a_singular_mass_is_for_implicit_methods() {
     assert_abs_diff_eq!(2.0 * v[1], v[0] + v[2], epsilon = 1e-14);
     for tableau in [Tableau::rk4(), Tableau::trapezoidal()] {
         let explicit = tableau == Tableau::rk4();
-        assert_eq!(RungeKutta::new(&field, tableau).err(), explicit.then_some(InputError::SingularMass));
+        assert_eq!(
+            RungeKutta::new(&field, tableau).err(),
+            explicit.then_some(InputError::System(SystemError::SingularMass))
+        );
     }
 }
 
@@ -376,9 +380,9 @@ fn stages_found_together_are_those_found_one_by_one() {
         }
     }
     let error = Tableau::lower_triangular(&[vec![0.0, 1.0], vec![0.0, 0.0]], &[0.5, 0.5], &[0.0, 1.0]);
-    assert_eq!(error, Err(InputError::AboveDiagonal { row: 0, column: 1 }));
+    assert_eq!(error, Err(InputError::Nodes(NodeError::AboveDiagonal { row: 0, column: 1 })));
     let error = CoupledRungeKutta::new(&line, &[vec![0.5]], &[0.5, 0.5], &[0.5, 0.5]).map(|_| ());
-    assert!(matches!(error, Err(InputError::Dimension { what: "A", .. })), "{error:?}");
+    assert!(matches!(error, Err(InputError::System(SystemError::Dimension { what: "A", .. }))), "{error:?}");
 }
 
 /// v̇ = −v² on three unknowns that do not know of each other.

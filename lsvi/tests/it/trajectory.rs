@@ -7,7 +7,7 @@ use lsvi::discrete::{Galerkin, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
     AutoField, AutoLagrangian, Crossing, FieldFn, Grid, InputError, Integrator, Mass, Scalar, State, StepError,
-    Trajectory, Window, Work, method_i, position_momentum,
+    SystemError, TimeError, Trajectory, Window, Work, method_i, position_momentum,
 };
 
 /// m v̇ = m (v₁, −v₀): (cos t, −sin t) from (1, 0).
@@ -191,7 +191,7 @@ fn sampled_times_are_exact_where_steps_end() {
     for bad in [[0.5, 0.4], [-0.1, 0.5], [0.5, 2.1], [0.5, f64::NAN]] {
         let mut trajectory = start();
         let error = trajectory.sample(&bad, |_, _| panic!("nothing is shown")).expect_err("refused");
-        assert!(matches!(error, StepError::Input(InputError::SaveTime { .. })), "{error}");
+        assert!(matches!(error, StepError::Input(InputError::Time(TimeError::SaveTime { .. }))), "{error}");
         assert_eq!(trajectory.state().t, 0.0);
     }
 }
@@ -204,17 +204,20 @@ fn what_lies_outside_the_last_step_is_refused() {
         Err(StepError::Input(error)) => error,
         other => panic!("{other:?}"),
     };
-    assert!(matches!(input(trajectory.interpolate(0.0, &mut [0.0; 2])), InputError::NoStep { .. }));
+    assert!(matches!(input(trajectory.interpolate(0.0, &mut [0.0; 2])), InputError::Time(TimeError::NoStep { .. })));
     trajectory.step().expect("solvable");
     trajectory.step().expect("solvable");
     for t in [0.4, 1.1, f64::NAN] {
-        assert!(matches!(input(trajectory.interpolate(t, &mut [0.0; 2])), InputError::Outside { .. }));
+        assert!(matches!(input(trajectory.interpolate(t, &mut [0.0; 2])), InputError::Time(TimeError::Outside { .. })));
     }
-    assert!(matches!(input(trajectory.interpolate(0.7, &mut [0.0])), InputError::Dimension { .. }));
+    assert!(matches!(
+        input(trajectory.interpolate(0.7, &mut [0.0])),
+        InputError::System(SystemError::Dimension { .. })
+    ));
     let refused = trajectory.until(|_, _| f64::NAN, Crossing::Any).map(|_| ());
-    assert!(matches!(input(refused), InputError::NonFinite { .. }));
+    assert!(matches!(input(refused), InputError::System(SystemError::NonFinite { .. })));
     let backward = Trajectory::new(method_i(circle()).expect("usable"), State::new(1.0, vec![1.0, 0.0]), 0.1, 0.0);
-    assert!(matches!(backward, Err(InputError::EndTime { .. })));
+    assert!(matches!(backward, Err(InputError::Time(TimeError::EndTime { .. }))));
 }
 
 /// A method that says nothing of its rate has states, and a typed error between them.
@@ -238,6 +241,6 @@ fn a_method_without_a_rate_says_so() {
     let mut trajectory = Trajectory::new(Still, State::new(0.0, vec![1.0]), 0.5, 1.0).expect("valid");
     trajectory.step().expect("a step");
     let error = trajectory.interpolate(0.2, &mut [0.0]).expect_err("no rate");
-    assert!(matches!(error, StepError::Input(InputError::NoRate)), "{error}");
+    assert!(matches!(error, StepError::Input(InputError::Time(TimeError::NoRate))), "{error}");
     trajectory.interpolate(0.5, &mut [0.0]).expect("a state");
 }

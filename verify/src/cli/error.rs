@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use lsvi::{InputError, SolveError, StepError};
+use lsvi::{InputError, SettingError, SolveError, StepError, TimeError};
 use verify::bench::BenchError;
 use verify::golden::GoldenError;
 use verify::judge::file::FileError;
@@ -128,7 +128,7 @@ impl Failure {
             Self::Comparison(ComparisonError::Malformed { .. }) => "`--compare` takes the results.json of a report",
             Self::NoStepSize(_) => "for example `--h 0.1`",
             Self::NoTolerances(_) => "`radau-adaptive` is adaptive",
-            Self::Tolerance(InputError::RelativeTolerance { .. }) => {
+            Self::Tolerance(InputError::Setting(SettingError::RelativeTolerance { .. })) => {
                 "for example `--rtol 1e-8`; for an absolute error alone, `--rtol 1e-14` beside a larger `--atol`"
             }
             Self::Tolerance(_) => {
@@ -184,9 +184,11 @@ fn name_hint(error: &NameError) -> Option<String> {
 
 fn run_hint(error: &RunError) -> Option<&'static str> {
     match error {
-        RunError::Input(InputError::StepSize(_)) => Some("for example `--h 0.1`"),
-        RunError::Input(InputError::EndTime { .. }) => Some("runs start at t = 0; for example `--t-end 10`"),
-        RunError::Input(InputError::Unresolvable { .. }) => Some("use a larger `--h`"),
+        RunError::Input(InputError::Time(TimeError::StepSize(_))) => Some("for example `--h 0.1`"),
+        RunError::Input(InputError::Time(TimeError::EndTime { .. })) => {
+            Some("runs start at t = 0; for example `--t-end 10`")
+        }
+        RunError::Input(InputError::Time(TimeError::Unresolvable { .. })) => Some("use a larger `--h`"),
         RunError::Step(StepError::Solve { source: SolveError::Singular, .. }) => {
             Some("no step size helps; another method may: `verify list methods`")
         }

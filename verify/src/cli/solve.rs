@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
-use lsvi::{Grid, InputError};
+use lsvi::{Grid, InputError, SystemError};
 use verify::measure::norm::distance;
 use verify::method::Method;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
@@ -298,7 +298,7 @@ fn with_tolerances(method: Box<dyn Method>, components: usize, args: &Args) -> R
     let atol = if args.atol.is_empty() { vec![DEFAULT_ATOL] } else { args.atol.clone() };
     if ![1, components].contains(&atol.len()) {
         let (expected, found) = (components, atol.len());
-        return Err(Failure::Tolerance(InputError::Dimension { what: "--atol", expected, found }));
+        return Err(Failure::Tolerance(InputError::System(SystemError::Dimension { what: "--atol", expected, found })));
     }
     let tolerances = Tolerances::new(args.rtol.unwrap_or(DEFAULT_RTOL), 0.0).and_then(|t| t.with_atol(atol));
     method.with_tolerances(tolerances.map_err(Failure::Tolerance)?).ok_or_else(|| Failure::NoTolerances(method.name()))

@@ -2,7 +2,7 @@
 
 use lsvi::closure::PositionMomentum;
 use lsvi::discrete::Constrainable;
-use lsvi::{Constrained, Constraint, InputError, Variational, position_momentum};
+use lsvi::{Constrained, Constraint, ConstraintError, InputError, Variational, position_momentum};
 use nalgebra::DMatrix;
 
 use super::StudyError;
@@ -58,7 +58,7 @@ fn tangent_projector(constraint: &dyn Constraint, q: &[f64]) -> Result<DMatrix<f
     let mut gradient = DMatrix::zeros(m, n);
     constraint.jacobian(q, &mut gradient);
     let normal = (&gradient * gradient.transpose()).cholesky();
-    let normal = normal.ok_or(InputError::RedundantConstraints { count: m, rank: 0 })?;
+    let normal = normal.ok_or(InputError::Constraint(ConstraintError::RedundantConstraints { count: m, rank: 0 }))?;
     let along = DMatrix::identity(n, n) - gradient.transpose() * normal.solve(&gradient);
     let mut projector = DMatrix::zeros(2 * n, 2 * n);
     projector.view_mut((0, 0), (n, n)).copy_from(&along);

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use lsvi::{Grid, InputError, Integrator, Jacobian, Mass, SolveError, State, StepError, VectorField, Work};
+use lsvi::{
+    Grid, InputError, Integrator, Jacobian, Mass, SolveError, State, StepError, SystemError, VectorField, Work,
+};
 use nalgebra::{DMatrix, DVector};
 
 use super::parts::Coupling;
@@ -292,7 +294,7 @@ impl Integrator for Multistep<'_> {
                 Block::same(implicit).add(&slopes[0], &mut known);
             }
             if let Some(index) = known.iter().position(|x| !x.is_finite()) {
-                return Err(InputError::NonFinite { what: "v", index, value: known[index] }.into());
+                return Err(InputError::System(SystemError::NonFinite { what: "v", index, value: known[index] }).into());
             }
             state.q = known;
             state.t = step.end;
