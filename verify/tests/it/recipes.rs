@@ -80,6 +80,12 @@ impl Method for Tenth {
     }
 }
 
+/// An expectation: by how much halving the step divides the error, from facts and traits alone.
+fn ratio(problem: &dyn Problem, method: &dyn Method) -> f64 {
+    let limit = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
+    f64::from(method.order()).min(limit).exp2()
+}
+
 /// A reference: the classical Runge–Kutta method with as many equal steps as the fourth root of the tolerance asks for.
 struct Rk4;
 
@@ -202,6 +208,17 @@ fn a_problem_and_a_method_are_enough_to_measure_an_order() {
 }
 
 #[test]
+fn an_expectation_knows_the_problem_and_the_method_by_their_facts_and_traits() {
+    let error = |steps: u32| {
+        let end = run::run(&Cubic, &Tenth, f64::from(steps).recip(), 1.0, |_| {}).expect("smooth").end;
+        (end.q[0] - 3_f64.sqrt().recip()).abs()
+    };
+    let [expected, found] = [ratio(&Cubic, &Tenth), error(64) / error(128)];
+    // What is left is of order h.
+    assert!((found / expected - 1.0).abs() < 1.0 / 64.0, "{found}, expected {expected}");
+}
+
+#[test]
 fn a_reference_brings_one_solve_and_is_given_its_bound() {
     let times = [0.5, 1.0, 2.0];
     let sampled = Rk4.solve_within(&Cubic, 0.0, &[1.0], &times, 1e-9).expect("smooth");
@@ -253,9 +270,18 @@ fn quoted(cell: &str) -> Vec<&str> {
 fn every_recipe_names_a_file_and_a_line_that_are_there() {
     let recipes = recipes();
     let kinds: Vec<&str> = recipes.iter().map(|row| row[0].as_str()).collect();
-    for kind in
-        ["problem", "method", "discretisation", "closure", "reference", "experiment", "chapter", "claim", "golden"]
-    {
+    for kind in [
+        "problem",
+        "method",
+        "discretisation",
+        "closure",
+        "expectation",
+        "reference",
+        "experiment",
+        "chapter",
+        "claim",
+        "golden",
+    ] {
         assert!(kinds.contains(&kind), "no recipe for a {kind} among {kinds:?}");
     }
     for row in &recipes {
