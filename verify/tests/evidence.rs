@@ -2,6 +2,11 @@
 //!
 //! They run in one process and share what they compute.
 
+#[path = "evidence/answers.rs"]
+mod answers;
+#[path = "evidence/curves.rs"]
+mod curves;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::{Arc, LazyLock};
@@ -27,15 +32,20 @@ fn main() {
         .into_iter()
         .map(|golden| Trial::test(format!("golden::{}", golden.name), move || it_holds(&golden)));
     let strays = Trial::test("golden::none_is_left_over", none_is_left_over);
-    let trials = chapters.chain(claims).chain(goldens).chain([strays]).collect();
+    let answers = Trial::test("answers::rest_on_their_tables", answers::rest_on_their_tables);
+    let trials = chapters.chain(claims).chain(goldens).chain([strays, answers]).collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
 
-/// Whatever the chapter found holds, and what it says is fit to print.
+/// Whatever the chapter found holds, what it draws is in its tables, and what it says is fit to print.
 fn every_check_holds(study: &Study) -> Result<(), Failed> {
     let evidence = (study.run)(&CONTEXT).map_err(|error| error.to_string())?;
     if evidence.checks.is_empty() {
         return Err("it decides nothing".into());
+    }
+    let strays = curves::strays(&evidence);
+    if !strays.is_empty() {
+        return Err(strays.join("\n").into());
     }
     let chapter = Chapter { id: study.id.into(), title: study.title.into(), evidence, ..Chapter::default() };
     // With the audit that the report makes of itself.

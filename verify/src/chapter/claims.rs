@@ -241,7 +241,11 @@ mod tests {
         };
         assert!(labels(&refuted).contains(&"Counterexample".to_owned()));
         assert!(!labels(&confirmed).contains(&"Counterexample".to_owned()));
-        assert!(labels(&mixed).contains(&"What is left of it".to_owned()));
+        // What is said of where it holds has the name that suits the verdict, in the table and below it.
+        for (judged, label) in [(&refuted, "Where it holds"), (&mixed, "What is left of it"), (&answered, "For what")] {
+            assert!(labels(judged).contains(&label.to_owned()));
+            assert!(found(judged).ends_with(&format!("{label}: For x < 1.")), "{}", found(judged));
+        }
         assert!(found(&answered).contains("The answer is 42."));
         // As many digits as the source has, two at least, and every number of it.
         assert!(found(&confirmed).contains("printed 0.3, here 0.32. y: printed 2, here 2.0."), "{}", found(&confirmed));

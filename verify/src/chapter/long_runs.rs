@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::experiment::energy_drift::{Drift, EnergyDrift, Kind};
 use crate::experiment::motion::{Difference, Motion};
 use crate::experiment::pendulum_orbit::PendulumOrbit;
@@ -218,7 +218,7 @@ fn pendulum(evidence: &mut Evidence, context: &Context, steps: u64) -> Result<()
         }
     }
     let caption = format!("One in {} states of orbits of the pendulum over {steps} steps.", PendulumOrbit::KEPT);
-    let orbits = Table::data("pendulum-orbits", caption, ["scheme", "orbit", "t", "q", "p"], states);
+    let mut orbits = Table::data("pendulum-orbits", caption, ["scheme", "orbit", "t", "q", "p"], states);
     let caption = format!("Largest energy error on the pendulum in each hundredth of {steps} steps.");
     let energies = Table::data("pendulum-energy", caption, ["scheme", "t", "largest"], energies);
     let curves = energies.curves("scheme", "t", "largest", Mark::Line);
@@ -230,8 +230,10 @@ fn pendulum(evidence: &mut Evidence, context: &Context, steps: u64) -> Result<()
         let panel = Panel::new(Axis::linear("q"), Axis::linear("p"), portrait);
         portraits.push(panel.titled(format!("Phase portrait, {scheme}")));
     }
+    let (solution, rows) = solution(context)?;
+    orbits.rows.extend(rows);
     let panels = [
-        Panel::new(Axis::linear("t"), Axis::linear("q"), solution(context)?).titled("Solution"),
+        Panel::new(Axis::linear("t"), Axis::linear("q"), solution).titled("Solution"),
         Panel::new(Axis::linear("t"), from_zero, curves).titled("Energy"),
     ];
     let caption = format!(
@@ -245,14 +247,15 @@ fn pendulum(evidence: &mut Evidence, context: &Context, steps: u64) -> Result<()
     Ok(())
 }
 
-/// A libration by (21), and the exact one.
-fn solution(context: &Context) -> Result<Vec<Series>, StudyError> {
+/// A libration by (21), and the exact one; and the rows of its data.
+fn solution(context: &Context) -> Result<(Vec<Series>, Vec<Vec<Cell>>), StudyError> {
     let (scheme, method) = SCHEMES[0];
     let run = context.get(Motion { problem: "pendulum", method: method.into(), h: H, t_end: 30.0 })?;
     let pendulum = problem::build_setting("pendulum")?;
     let exact = run.states.iter().filter_map(|(t, _)| Some((*t, pendulum.exact(*t)?[0])));
     let (exact, live) = (exact.collect(), run.states.iter().map(|(t, q)| (*t, q[0])).collect());
-    Ok(vec![Series::new(scheme, live, Mark::Line), Series::new("exact", exact, Mark::Guide)])
+    let rows = run.states.iter().map(|(t, q)| row![scheme, "solution", *t, q[0], q[1]]).collect();
+    Ok((vec![Series::new(scheme, live, Mark::Line), Series::new("exact", exact, Mark::Guide)], rows))
 }
 
 /// The exact orbit p = ± √(2 (E + cos q)).

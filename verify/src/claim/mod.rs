@@ -411,6 +411,17 @@ mod tests {
     }
 
     #[test]
+    fn the_counterexample_is_the_worst_case_of_a_method_that_is_never_beaten_and_else_the_first() {
+        let case = |measured: f64, rival| Case::below("x", measured, 1.0).against(rival);
+        let of = |cases: &[Case]| Finding::on(cases.to_vec(), "").counterexample().map(|case| case.measured);
+        // A tie with `b` is none of its defeats.
+        let never = [case(7.0, "a"), case(0.5, "a"), case(1.0, "b"), case(3.0, "b"), case(2.0, "b")];
+        assert_eq!(of(&never), Some(3.0));
+        assert_eq!(of(&[case(0.5, "a"), case(f64::NAN, "a"), case(2.0, "a"), case(3.0, "a")]), Some(2.0));
+        assert_eq!(of(&[case(0.5, "a"), case(f64::NAN, "b")]), None);
+    }
+
+    #[test]
     fn a_case_that_is_not_a_number_neither_holds_nor_is_sound() {
         for required in [Requirement::Below(1.0), Requirement::Above(1.0), Requirement::Within(0.0, 1.0)] {
             let case = Case::new("", f64::NAN, required);

@@ -94,12 +94,16 @@ pub(super) struct Args {
 /// The studies of the first page.
 const BRIEF: [&str; 2] = ["answers", "claims"];
 
+/// The studies that are asked for by name.
+fn asked(args: &Args) -> Vec<String> {
+    if args.brief { BRIEF.map(str::to_owned).to_vec() } else { args.only.clone() }
+}
+
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     if !args.merge.is_empty() {
         return join(args, out);
     }
-    let only = if args.brief { BRIEF.map(str::to_owned).to_vec() } else { args.only.clone() };
-    let studies = selected(&only, args.model.is_some(), args.full)?;
+    let studies = selected(&asked(args), args.model.is_some(), args.full)?;
     if let Some(shard) = args.shard {
         return run_part(args, shard, &studies, out);
     }
@@ -292,6 +296,24 @@ fn provenance() -> Vec<(String, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: Args,
+    }
+
+    #[test]
+    fn a_brief_report_has_the_answers_and_the_claims_and_nothing_else() {
+        let titles = |arguments: &[&str]| {
+            let Line { args } = clap::Parser::parse_from([&["report"], arguments].concat());
+            let studies = selected(&asked(&args), false, args.full).expect("they are known");
+            studies.iter().map(|study| study.title).collect::<Vec<_>>()
+        };
+        assert_eq!(titles(&["--brief"]), ["In short", "The claims of the papers"]);
+        assert_eq!(titles(&["--only", "orders"]), ["Orders of accuracy"]);
+        assert_eq!(titles(&[]).len(), chapter::ALL.len());
+    }
 
     #[test]
     fn a_study_that_breaks_off_leaves_the_others_alone() {

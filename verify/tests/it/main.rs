@@ -4,6 +4,7 @@ mod claims;
 mod cli;
 mod closed_forms;
 mod floors;
+mod formats;
 mod goldens;
 mod judge;
 mod model;

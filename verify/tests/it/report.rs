@@ -299,7 +299,7 @@ fn synthetic() -> Run {
 }
 
 /// A path of its own for each test, with nothing there.
-fn fresh(name: &str) -> PathBuf {
+pub(super) fn fresh(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&path);
     path
@@ -311,7 +311,7 @@ fn written(name: &str) -> PathBuf {
     path
 }
 
-fn read(path: &Path, name: &str) -> String {
+pub(super) fn read(path: &Path, name: &str) -> String {
     unpacked(&fs::read_to_string(path.join(name)).expect("a file of the report"))
 }
 

@@ -68,3 +68,32 @@ impl Answer {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_stands_beside_a_question_only_if_every_check_holds() {
+        let mark = |outcomes: &[Outcome]| {
+            let check = |outcome: &Outcome| Check::undecided("c", "It holds", *outcome, "");
+            let answer = Answer {
+                id: "a",
+                question: "Is it so?",
+                short: "yes".into(),
+                text: vec!["Short: It is.".into()],
+                checks: outcomes.iter().map(check).collect(),
+                figure: None,
+                table: Table::new("t", "", [""], Vec::new()),
+            };
+            let mut evidence = Evidence::default();
+            answer.tell(&mut evidence).expect("it has a label");
+            evidence.sections[0].mark.clone()
+        };
+        let pass = Outcome::Pass;
+        assert_eq!(mark(&[pass, pass]), "yes");
+        for other in [Outcome::Fail, Outcome::Inconclusive, Outcome::NotRun] {
+            assert_eq!(mark(&[pass, other, pass]), "unsettled", "{other:?}");
+        }
+    }
+}
