@@ -68,14 +68,16 @@ int main(int argc, char **argv)
     }
     if (logistic)
         v[0] = 0.1;
-    long steps = lround(t_end / h);
+    long steps = (long)ceil(t_end / h - 1e-9);
     puts(logistic ? "t,v" : "t,x,y");
     for (long k = 0; k <= steps; k++) {
-        printf("%.17g,%.17g", k * h, v[0]);
+        /* The last step is cut short where h does not divide the time. */
+        double t = k < steps ? k * h : t_end, next = k + 1 < steps ? (k + 1) * h : t_end;
+        printf("%.17g,%.17g", t, v[0]);
         if (n == 2)
             printf(",%.17g", v[1]);
         putchar('\n');
-        step(v, h);
+        step(v, next - t);
     }
     return 0;
 }

@@ -1,4 +1,6 @@
-//! The order of a method on a problem, measured against a reference.
+//! The order of a method, or of a program, on a problem, measured against a reference.
+
+mod program;
 
 use std::f64::consts::SQRT_2;
 use std::fmt;
@@ -6,17 +8,17 @@ use std::fmt;
 use lsvi::State;
 use rayon::prelude::*;
 
-use crate::kinds::Principle;
-use crate::measure::decimal::{plain, significant, trimmed};
 use crate::measure::norm::{distance, max_norm};
-use crate::measure::order::{self, Expectation, OrderFit, Reason, Sample, Verdict, fit};
+use crate::measure::order::{self, OrderFit, Reason, Sample, Verdict, fit};
 use crate::method::Method;
-use crate::problem::{Limit, Problem, Window, component_names};
-use crate::program::{Answer, Program, ProgramError, Request};
+use crate::problem::{Limit, Problem};
+use crate::program::ProgramError;
 use crate::reference::bound::FINER;
 use crate::reference::{Reference, ReferenceError, by_name};
 use crate::run::run;
 use crate::theory::{OrderPlan, order_plan};
+
+pub use program::{Programs, measure_program};
 
 /// What the errors are measured against.
 #[derive(Debug, Clone, Copy)]
@@ -281,147 +283,6 @@ pub fn depends_on_time(problem: &dyn Problem) -> bool {
     let first = rate(0.0);
     [0.3, 0.7].into_iter().any(|part| rate(part * horizon) != first)
 }
-
-/// The order of a program of one's own, and what its times and first steps show.
-#[derive(Debug)]
-pub struct Programs {
-    /// The fit.
-    pub fit: OrderFit,
-    /// What was noticed: steps cut short, ends missed, a first step of a lower order.
-    pub notes: Vec<String>,
-}
-
-/// Measures the order of `program` on `problem`, which it knows by `request`, at the times that it really reaches.
-///
-/// # Errors
-/// [`OrderError`] if there is no truth to measure against, or the program does not start or has another header. Runs that fail
-/// are points that the fit drops, with the reason.
-pub fn measure_program(
-    problem: &dyn Problem,
-    program: &Program,
-    request: &Request,
-    source: Option<Source>,
-    ladder: &Ladder,
-) -> Result<(Truth, Programs), OrderError> {
-    let Window { horizon, coarsest } = problem.facts().window;
-    let horizon = request.t_end.unwrap_or(horizon);
-    let limit = problem.limit(Principle::Equation);
-    let truth = source.unwrap_or_else(|| Source::at_hand(problem, &limit, horizon)).of(problem, horizon);
-    let points = ladder.points.unwrap_or(PROGRAM_LADDER);
-    let steps = order::ladder(horizon, ladder.coarsest.unwrap_or(coarsest), SQRT_2, points);
-    let names = component_names(problem);
-    let ask = |h: f64| Request { h: Some(h), t_end: Some(horizon), ..request.clone() };
-    // What the first run does wrong whatever the step, the others would repeat.
-    let first = steps.first().map(|h| (*h, program.run(&ask(*h), &names)));
-    if let Some((_, Err(error))) = &first
-        && error.is_of_every_run()
-    {
-        return Err(OrderError::Program { problem: request.problem.clone(), source: error.clone() });
-    }
-    let others = steps.par_iter().skip(1).map(|h| (*h, program.run(&ask(*h), &names)));
-    let answers: Vec<(f64, Result<Answer, ProgramError>)> =
-        first.into_iter().chain(others.collect::<Vec<_>>()).collect();
-
-    let ends = answers.iter().filter_map(|(_, answer)| Some(reached(answer.as_ref().ok()?.end().0, horizon)));
-    let ends = increasing(ends);
-    let library = || Source::library().of(problem, horizon);
-    // A table knows the horizon alone.
-    let (truth, states) = match truth.solution(problem, &limit, &ends, ladder.tolerance) {
-        Err(OrderError::NoExact) if source.is_none() => {
-            (library(), library().solution(problem, &limit, &ends, ladder.tolerance)?)
-        }
-        solved => (truth, solved?),
-    };
-    let error = |(t, state): (f64, &[f64]), times: &[f64], states: &[(Vec<f64>, f64)]| {
-        let (exact, bound) = &states[times.iter().position(|time| *time == t)?];
-        let exact = problem.observe(t, exact);
-        Some((distance(state, &exact), *bound, max_norm(&exact)))
-    };
-    let band = ladder.band.unwrap_or(PROGRAM_BAND);
-    let fitted = |states: &[(Vec<f64>, f64)]| {
-        let sample = |(h, answer): &(f64, Result<Answer, ProgramError>)| match answer {
-            Err(reason) => Sample::failed(*h, reason.to_string()),
-            Ok(answer) => match error((reached(answer.end().0, horizon), answer.end().1), &ends, states) {
-                Some((error, bound, size)) => {
-                    let rounding = f64::EPSILON * size * (horizon / h);
-                    Sample::new(*h, error, bound + rounding + answer.printed.resolution(size))
-                }
-                None => Sample::failed(*h, "it took no step"),
-            },
-        };
-        let samples: Vec<Sample> = answers.iter().map(sample).collect();
-        match ladder.expected {
-            Some(order) => fit(&samples, &Expectation::new(order, band)),
-            None => order::fit_freely(&samples, band),
-        }
-    };
-    let mut fit = fitted(&states);
-    if truth.may_be_finer(&fit, ladder)
-        && let Ok(finer) = truth.solution(problem, &limit, &ends, Some(FINER))
-    {
-        fit = fitted(&finer);
-    }
-    let mut notes = Vec::new();
-    let ok = || answers.iter().filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
-    notes.extend(ok().find_map(|(_, answer)| answer.few_digits()));
-    if let Some((h, t)) = ok().map(|(h, a)| (h, a.end().0)).find(|(_, t)| (t - horizon).abs() > 1e-9 * horizon) {
-        notes.push(format!(
-            "with h = {} it ended at t = {}, {} too {}: the order is that of the errors at the times it reached; taken for \
-             values at t = {} they are of order 1",
-            plain(h),
-            trimmed(t, 9),
-            significant((t - horizon).abs(), 3),
-            if t > horizon { "late" } else { "early" },
-            plain(horizon)
-        ));
-    }
-    if let Some((h, part)) = ok().find_map(|(h, answer)| Some((h, answer.clipped(h)?))) {
-        notes.push(format!("with h = {} the last step was cut to {part:.3} h", plain(h)));
-    }
-    let first = |answer: &Answer| answer.times.iter().position(|t| *t > 0.0).filter(|at| *at + 1 < answer.times.len());
-    let firsts = increasing(ok().filter_map(|(_, answer)| Some(answer.times[first(answer)?])));
-    let beginning = match truth {
-        Truth::Tabulated => library(),
-        truth => truth,
-    };
-    // Without a solution there the first steps are not judged.
-    let near = beginning.solution(problem, &limit, &firsts, ladder.tolerance).unwrap_or_default();
-    let start = |(h, answer): (f64, &Answer)| {
-        let at = first(answer).filter(|_| near.len() == firsts.len())?;
-        let (error, bound, size) = error((answer.times[at], &answer.states[at]), &firsts, &near)?;
-        Some(Sample::new(h, error, bound + f64::EPSILON * size))
-    };
-    let starts: Vec<Sample> = ok().filter_map(start).collect();
-    let local = order::fit_freely(&starts, band);
-    if let (Some(start), Some(line)) = (local.line.filter(|_| local.verdict == Verdict::Measured), fit.line)
-        // A step of order p has a local error of order p + 1; one of order p starts a method of order p.
-        && start.slope < line.slope + 0.5
-    {
-        notes.push(format!(
-            "the first step has an error of order {:.2}, and what follows {:.2}: a starting procedure limits the order",
-            start.slope, line.slope
-        ));
-    }
-    Ok((truth, Programs { fit, notes }))
-}
-
-/// The time `t` that a run ended at, without the rounding of a sum of steps that should be `horizon`.
-fn reached(t: f64, horizon: f64) -> f64 {
-    if (t - horizon).abs() <= 1e-12 * horizon { horizon } else { t }
-}
-
-/// Positive times in order, each once.
-fn increasing(times: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut times: Vec<f64> = times.filter(|t| *t > 0.0).collect();
-    times.sort_by(f64::total_cmp);
-    times.dedup();
-    times
-}
-
-/// Step sizes in a study of a program.
-const PROGRAM_LADDER: usize = 9;
-/// Half-width of the band around the order expected of a program.
-const PROGRAM_BAND: f64 = 0.1;
 
 /// The roundoff that N steps of `method` leave in states no larger than `size`: N ε |q|, one rounding of the state per step,
 /// and that of the momentum, where the state carries one.

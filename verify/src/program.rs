@@ -14,6 +14,8 @@ pub use process::end_all;
 use process::{Ended, MOST};
 pub use shown::Shown;
 
+use crate::measure::decimal::parsed;
+
 /// A command and how long one run of it may take.
 #[derive(Debug, Clone)]
 pub struct Program {
@@ -57,7 +59,7 @@ pub struct Printed {
 impl Printed {
     /// Takes another number into account.
     fn see(&mut self, text: &str) {
-        let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+        let (mantissa, exponent) = text.split_once(['e', 'E', 'd', 'D']).unwrap_or((text, "0"));
         let exponent: i32 = exponent.parse().unwrap_or(0);
         let decimals = mantissa.split_once('.').map_or(0, |(_, after)| after.len() as i32);
         let digits = mantissa.chars().filter(char::is_ascii_digit);
@@ -233,7 +235,7 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
         let line = record.position().map_or(0, csv::Position::line);
         let number = |column: usize| {
             let text = record.get(column).unwrap_or_default();
-            let value = text.parse::<f64>().ok().filter(|x| x.is_finite());
+            let value = parsed(text).filter(|x| x.is_finite());
             value.ok_or_else(|| ProgramError::Junk { line, reason: format!("`{text}` is not a finite number") })
         };
         let t = number(time)?;
@@ -246,6 +248,16 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
     }
     if answer.times.is_empty() { Err(ProgramError::Empty) } else { Ok(answer) }
 }
+
+/// Whether runs with different steps are one run, where they show more than its end.
+pub(crate) fn are_one_run<'a>(mut answers: impl Iterator<Item = &'a Answer>) -> bool {
+    let Some(first) = answers.next().filter(|first| first.times.len() > 2) else { return false };
+    let mut others = answers.peekable();
+    others.peek().is_some() && others.all(|other| other.times == first.times && other.states == first.states)
+}
+
+/// What is said of them.
+pub(crate) const ONE_RUN: &str = "every run gives the same values at the same times: the program does not use --h";
 
 impl Answer {
     /// The last time and the values there.

@@ -14,6 +14,10 @@ use crate::run::{run, run_from};
 const LARGEST: usize = 200;
 /// Instants at which it is looked at.
 const INSTANTS: usize = 32;
+/// Growth by which a solution that cannot be followed further has blown up.
+const BLOWN: f64 = 1e6;
+/// Times at which two solutions are compared: one that grows and falls again in between is seen.
+const COMPARED: u32 = 16;
 /// Relative size below which an entry is roundoff of derivatives.
 const ROUNDOFF: f64 = 1e-9;
 
@@ -24,8 +28,12 @@ pub struct Character {
     pub unknowns: usize,
     /// The rest, if its matrices were looked at.
     pub matrices: Option<Matrices>,
-    /// How far two solutions part that start a millionth apart: the factor, largest at four times.
+    /// How far two solutions part that start a millionth apart: the factor, largest at sixteen times.
     pub parting: f64,
+    /// The largest component at the start, and on the way.
+    pub sizes: (f64, f64),
+    /// The time up to which the solution was followed.
+    pub reached: f64,
 }
 
 /// What the Jacobians A = M⁻¹ ∂f/∂v along the solution say, in coordinates where M = I.
@@ -72,9 +80,18 @@ impl Character {
         // What was seen until a failure is what there is to look at.
         let _ =
             run(problem, method, horizon / INSTANTS as f64, horizon, |state| states.push((state.t, state.q.clone())));
+        let size = |(_, state): &(f64, Vec<f64>)| max_norm(state);
+        let sizes = (states.first().map_or(0.0, size), worst(states.iter().map(size)));
+        let reached = states.last().map_or(0.0, |(t, _)| *t);
         let every = states.len().div_ceil(INSTANTS + 1).max(1);
         let states: Vec<_> = states.into_iter().step_by(every).collect();
-        Self { unknowns, matrices: matrices(problem, &states), parting: parting(problem, method, horizon) }
+        let parting = parting(problem, method, horizon);
+        Self { unknowns, matrices: matrices(problem, &states), parting, sizes, reached }
+    }
+
+    /// Whether the solution has grown beyond all measure where it was lost.
+    pub fn blows_up(&self) -> bool {
+        self.sizes.1 > BLOWN * self.sizes.0.max(1.0)
     }
 }
 
@@ -150,9 +167,9 @@ fn parting(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> f64 {
     let end = |from: &[f64], t: f64| {
         run_from(problem, from.to_vec(), method, t, t, |_| std::ops::ControlFlow::Continue(())).map(|run| run.end.q)
     };
-    let at = |quarter: f64| match (end(&start, quarter * horizon), end(&moved, quarter * horizon)) {
+    let at = |part: f64| match (end(&start, part * horizon), end(&moved, part * horizon)) {
         (Ok(one), Ok(other)) => distance(&one, &other) / apart,
         _ => f64::INFINITY,
     };
-    worst([0.25, 0.5, 0.75, 1.0].map(at))
+    worst((1..=COMPARED).map(|k| at(f64::from(k) / f64::from(COMPARED))))
 }

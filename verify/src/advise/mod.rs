@@ -47,6 +47,8 @@ pub struct Advice {
     pub trials: Vec<Trial>,
     /// How far apart two independent runs are, against which the errors were measured.
     pub uncertainty: f64,
+    /// The largest error that is within what was asked for, as the errors of the trials are: in absolute terms.
+    pub target: f64,
     /// Why no method is recommended, if none is.
     pub refusal: Option<Refusal>,
 }
@@ -65,6 +67,9 @@ pub enum Refusal {
     /// The solution cannot be followed.
     #[error("the solution cannot be followed to the end: {0}")]
     Lost(RunError),
+    /// The solution stays at its start.
+    #[error("the solution stays what it is at the start, on which no method makes an error: start it elsewhere")]
+    Constant,
     /// Two accurate runs disagree.
     #[error(
         "two accurate runs differ by {difference:.1e}, too much to tell errors of {accuracy:e}: the solution is sensitive, or \
@@ -115,10 +120,11 @@ pub enum Refusal {
 pub fn advise(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Advice, NameError> {
     let character = Character::of(problem, &*adaptive(1e-6)?, horizon);
     let candidates = CANDIDATES.into_iter().map(method::parse).collect::<Result<Vec<_>, _>>()?;
-    let (trials, uncertainty, refusal) = match try_out(problem, horizon, accuracy, &candidates)? {
-        Err(lost) => (Vec::new(), f64::NAN, Some(Refusal::Lost(lost))),
-        Ok(Tried { trials, uncertainty, target }) => {
+    let (trials, uncertainty, target, refusal) = match try_out(problem, horizon, accuracy, &candidates)? {
+        Err(lost) => (Vec::new(), f64::NAN, f64::NAN, Some(Refusal::Lost(lost))),
+        Ok(Tried { trials, uncertainty, target, is_constant }) => {
             let refusal = match &trials[..] {
+                _ if is_constant => Some(Refusal::Constant),
                 // NaN is no agreement.
                 _ if uncertainty.is_nan() || uncertainty > 0.1 * target => {
                     Some(Refusal::Unresolved { difference: uncertainty, accuracy })
@@ -132,10 +138,10 @@ pub fn advise(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Advi
                 }
                 _ => None,
             };
-            (trials, uncertainty, refusal)
+            (trials, uncertainty, target, refusal)
         }
     };
-    Ok(Advice { character, trials, uncertainty, refusal })
+    Ok(Advice { character, trials, uncertainty, target, refusal })
 }
 
 /// Trials on a problem.
@@ -147,6 +153,8 @@ pub struct Tried {
     pub uncertainty: f64,
     /// The error to reach.
     pub target: f64,
+    /// Whether the solution moves by less than the target.
+    pub is_constant: bool,
 }
 
 /// Runs `methods` that suit `problem` with ever more steps, and the adaptive method with ever smaller tolerances.
@@ -177,7 +185,8 @@ pub fn try_out(
         }
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    Ok(Ok(Tried { trials, uncertainty, target }))
+    let is_constant = truth.is_constant(&problem.initial(), target);
+    Ok(Ok(Tried { trials, uncertainty, target, is_constant }))
 }
 
 /// Whether the method says something about the solution of the problem itself, at a cost that is worth a trial.

@@ -44,6 +44,9 @@ fn what_cannot_be_told_is_not_advised() {
     // A solution that ends before the horizon.
     let ends = problem::build_setting("quadratic-drag v0=-1").expect("registered");
     assert!(matches!(advise(&*ends, 2.0, 1e-5).expect("registered").refusal, Some(Refusal::Lost(_))));
+    // One that stays where it is.
+    let rests = problem::build_setting("quadratic-drag v0=0").expect("registered");
+    assert!(matches!(advise(&*rests, 2.0, 1e-5).expect("registered").refusal, Some(Refusal::Constant)));
     let falls = |found| Trial {
         method: "rk4".into(),
         setting: 0.1,

@@ -58,6 +58,11 @@ impl Truth {
         worst(self.states.iter().map(|state| max_norm(state))).max(1.0)
     }
 
+    /// Whether it stays within `least` of its start.
+    pub(super) fn is_constant(&self, start: &[f64], least: f64) -> bool {
+        (0..self.states.len()).all(|quarter| self.error(quarter, start) < least)
+    }
+
     fn error(&self, quarter: usize, state: &[f64]) -> f64 {
         let truth = &self.states[quarter];
         let count = truth.len().min(state.len());

@@ -1,8 +1,9 @@
 //! `advise`: which method to take, and with which step size.
 
+use std::f64::consts::TAU;
 use std::io::{self, Write};
 
-use verify::advise::{Advice, Character, Trial, advise};
+use verify::advise::{Advice, Character, Refusal, Trial, advise};
 use verify::method;
 
 use super::Status;
@@ -16,12 +17,13 @@ use super::output::Output;
 #[command(after_help = "\
 Methods of each family are run with ever shorter steps until their error, the
 largest of a component at four times, is within --accuracy of the largest
-component, or of 1. The errors are measured against an accurate run, and that
+component, or of 1; the table shows it in absolute terms. The errors are measured against an accurate run, and that
 against the best of another method. The cheapest is recommended, with the step
 size and the error that were found; work is counted in evaluations of f, a
 matrix as many as it has columns that differ.
 
-Nothing is recommended where two accurate runs disagree, where errors do not
+Nothing is recommended where the solution stands still, or ends before the run
+does, where two accurate runs disagree, where errors do not
 fall with the order of the method, or where two methods take the same work.
 
 Examples:
@@ -68,11 +70,13 @@ const INDENT: usize = 14;
 const SHOWN: usize = 6;
 
 fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl Write) -> io::Result<()> {
-    let Advice { character, trials, uncertainty, refusal } = advice;
+    let Advice { character, trials, uncertainty, refusal, .. } = advice;
     let of = if character.unknowns == 1 { "unknown" } else { "unknowns" };
     let (to, errors) = (plain(horizon), plain(accuracy));
+    let absolute =
+        if advice.target.is_nan() { String::new() } else { format!(", {} absolute", significant(advice.target, 2)) };
     let about = format!(
-        "{name}: {} {of}, to t = {to}, for errors of {errors} relative to the largest component, or to 1",
+        "{name}: {} {of}, to t = {to}, for errors of {errors} relative to the largest component, or to 1{absolute}",
         character.unknowns
     );
     paragraph(out, "", 0, &about)?;
@@ -80,7 +84,7 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
     describe(character, horizon, out)?;
     if !trials.is_empty() {
         writeln!(out)?;
-        row(["method", "steps", "h or tol", "error", "evaluations"], out)?;
+        row(["method", "steps", "h or tol", "abs. error", "evaluations"], out)?;
     }
     for Trial { method, setting, steps, error, cost, .. } in trials.iter().take(SHOWN) {
         let numbers = [steps.to_string(), significant(*setting, 3), significant(*error, 2), format!("{cost:.0}")];
@@ -93,7 +97,7 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
             let is_adaptive = method::parse(&trial.method).is_ok_and(|method| method.traits().is_adaptive);
             let with = if is_adaptive { "tolerances of" } else { "h =" };
             let text = format!(
-                "{} with {with} {}: in the trial its error was {}, measured to {}, for {:.0} evaluations{}.",
+                "{} with {with} {}: in the trial its largest absolute error was {}, measured to {}, for {:.0} evaluations{}.",
                 trial.method,
                 significant(trial.setting, 3),
                 significant(trial.error, 2),
@@ -107,6 +111,16 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
             );
             paragraph(out, "TAKE", INDENT, &text)
         }
+        (Some(refusal @ Refusal::Lost(_)), _) if character.blows_up() => {
+            let sizes = [character.sizes.0, character.sizes.1].map(|size| significant(size, 2));
+            let text = format!(
+                "the solution blows up: its largest component grows from {} to {} by t = {}. {refusal}.",
+                sizes[0],
+                sizes[1],
+                significant(character.reached, 5)
+            );
+            paragraph(out, "NO ADVICE", INDENT, &text)
+        }
         (Some(refusal), _) => paragraph(out, "NO ADVICE", INDENT, &format!("{refusal}.")),
         (None, None) => Ok(()),
     }
@@ -114,7 +128,7 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
 
 /// A line of the table of trials.
 fn row([method, steps, setting, error, cost]: [&str; 5], out: &mut impl Write) -> io::Result<()> {
-    let cells = [right(steps, 7), right(setting, 12), right(error, 9), right(cost, 13)];
+    let cells = [right(steps, 7), right(setting, 12), right(error, 11), right(cost, 13)];
     writeln!(out, "{}{}", left(method, 26), cells.concat())
 }
 
@@ -123,8 +137,10 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let neighbours = match parting {
         x if !x.is_finite() => "one of two neighbouring solutions ends early".into(),
         x => format!(
-            "at the quarters of the run two neighbouring solutions are up to {} times as far apart as at its start",
-            significant(x, 2)
+            "along the run two neighbouring solutions are up to {} times as far apart as at its start, the largest component up \
+             to {}",
+            significant(x, 2),
+            significant(character.sizes.1, 2)
         ),
     };
     paragraph(out, "growth", INDENT, &neighbours)?;
@@ -138,6 +154,12 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         plain(steps.ceil().max(1.0))
     );
     paragraph(out, "stiffness", INDENT, &speed)?;
+    // What turns at this rate has not come round once.
+    if found.fastest * horizon < TAU {
+        let part = significant(found.fastest * horizon / TAU, 2);
+        let text = format!("short: the run is {part} of a turn at its fastest rate; `--t-end` sets a later end");
+        paragraph(out, "duration", INDENT, &text)?;
+    }
     let abscissas = format!(
         "(numerical abscissa {}, spectral {})",
         significant(found.numerical, 2),

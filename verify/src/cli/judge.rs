@@ -38,14 +38,15 @@ list of texts, optional), digits, source, note, and those of its kind:
 Coefficients are numbers or texts such as \"1/2 - sqrt(3)/6\", with + - * / ^ and
 sqrt, cbrt, sin, cos, tan, exp, pi. A plain table is read as a Runge-Kutta
 method too: a line of c, a line of b, then the rows of A below the diagonal; or
+as it is typeset, `1/2 | 1/2` a row of A and `| 1/6 2/3 1/6` the weights; or
 lists headed k c[k], k b[k], k j A[k,j].
 
 Decimals with six places or more are taken as rounded: conditions then hold or
 fail to the digits printed. Shorter ones are exact, unless digits = N says that
 N places are printed.
 
-Claims: order 4, embedded order 3, stage order 2, explicit, diagonally implicit,
-A-stable, A(88)-stable, L-stable, algebraically stable, stiffly accurate,
+Claims: order 4, embedded order 3, stage order 2, explicit, implicit, diagonally
+implicit, A-stable, A(88)-stable, L-stable, algebraically stable, stiffly accurate,
 symplectic, symmetric, zero-stable, dispersion order 4, dissipation order 5,
 stable on the imaginary axis to 2.8; each with `not` before it denies. What a
 kind is not judged by is inconclusive.

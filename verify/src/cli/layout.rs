@@ -49,6 +49,20 @@ pub(super) fn paragraph(out: &mut impl Write, label: &str, indent: usize, text: 
     writeln!(out, "{}", line.trim_end())
 }
 
+/// Writes a message line by line, those that are too long broken at blanks.
+pub(super) fn message(out: &mut impl Write, label: &str, text: &str) -> io::Result<()> {
+    for (k, line) in text.trim_end().lines().enumerate() {
+        let label = if k == 0 { label } else { "" };
+        if width(label) + width(line) <= columns() {
+            writeln!(out, "{label}{line}")?;
+        } else {
+            let own = line.len() - line.trim_start().len();
+            paragraph(out, label, width(label).max(own), line)?;
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -80,7 +80,7 @@ impl From<Status> for ExitCode {
 }
 
 pub(crate) fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| misused(&error));
     let mut out = Output::stdout();
     let result = match cli.command {
         Command::Report(args) => report::run(&args, &mut out),
@@ -98,11 +98,21 @@ pub(crate) fn main() -> ExitCode {
         Ok(status) => status.into(),
         Err(failure) => {
             // Nobody can be told where standard error is closed too.
-            let _ = writeln!(io::stderr(), "error: {failure}");
+            let _ = layout::message(&mut io::stderr(), "error: ", &failure.to_string());
             if let Some(hint) = failure.hint() {
-                let _ = layout::paragraph(&mut io::stderr(), "hint: ", 6, &hint);
+                let _ = layout::message(&mut io::stderr(), "hint: ", &hint);
             }
             ExitCode::from(failure.status())
         }
     }
+}
+
+/// Prints help, or what is wrong with the arguments, and ends.
+fn misused(error: &clap::Error) -> ! {
+    let text = error.render().to_string();
+    if !error.use_stderr() || text.lines().all(|line| layout::width(line) <= layout::columns()) {
+        error.exit();
+    }
+    let _ = layout::message(&mut io::stderr(), "", &text);
+    std::process::exit(error.exit_code())
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// The claims that can be judged, for a hint.
-pub(super) const FORMS: &str = "claims are texts like \"order 4\", \"embedded order 3\", \"stage order 2\", \"explicit\", \
+pub(super) const FORMS: &str = "claims are texts like \"order 4\", \"embedded order 3\", \"stage order 2\", \"explicit\", \"implicit\", \
      \"diagonally implicit\", \"A-stable\", \"A(88)-stable\", \"L-stable\", \"algebraically stable\", \"stiffly accurate\", \
      \"symplectic\", \"symmetric\", \"zero-stable\", \"dispersion order 4\", \"dissipation order 5\", \"stable on the imaginary axis to 2.8\"; \
      each with \"not\" before it denies";
@@ -23,7 +23,7 @@ pub enum Property {
     DiagonallyImplicit,
     /// |R| ≤ 1 in the left half-plane.
     AStable,
-    /// |R| ≤ 1 in a sector about the negative axis, of this half-angle in degrees.
+    /// |R| ≤ 1 in a sector about the negative axis, of this half-angle in degrees; of 0, in some sector.
     AlphaStable(f64),
     /// A-stable, and R(∞) = 0.
     LStable,
@@ -86,6 +86,9 @@ impl Claim {
             Some(rest) => (true, rest.trim()),
             None => (false, words.as_str()),
         };
+        if rest == "implicit" {
+            return Ok(Self { property: Property::Explicit, denied: !denied });
+        }
         let property = property(rest).ok_or_else(|| format!("`{text}` is no claim that can be judged"))?;
         Ok(Self { property, denied })
     }
@@ -119,7 +122,10 @@ fn property(text: &str) -> Option<Property> {
     }
     let number = |text: &str, most: f64| text.trim().parse::<f64>().ok().filter(|x| *x > 0.0 && *x <= most);
     if let Some(angle) = text.strip_prefix("a(").and_then(|rest| rest.strip_suffix(")-stable")) {
-        return number(angle.trim_end_matches('°'), 90.0).map(Property::AlphaStable);
+        let angle = angle.trim_end_matches('°');
+        // In some sector, however narrow.
+        let narrow = || angle.trim().parse::<f64>().is_ok_and(|angle| angle == 0.0).then_some(0.0);
+        return number(angle, 90.0).or_else(narrow).map(Property::AlphaStable);
     }
     number(text.strip_prefix("stable on the imaginary axis to ")?, 1e6).map(Property::ImaginaryInterval)
 }

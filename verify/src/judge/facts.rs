@@ -66,7 +66,11 @@ impl Judgement {
                         ));
                     }
                 }
-                let weights = if self.theory.order() < claimed { "b" } else { "b_hat" };
+                let embedded = self.runge_kutta().and_then(|theory| theory.embedded.as_ref());
+                let (weights, order) = match embedded.filter(|_| self.theory.order() >= claimed) {
+                    Some(embedded) => ("b_hat", embedded.order),
+                    None => ("b", *order),
+                };
                 Some(format!(
                     "The label is too high, or more than one coefficient is wrong: the row sums hold, the conditions on \
                      {weights} fail, and no change of a single coefficient mends them. As they stand they have order {order}."

@@ -216,3 +216,35 @@ pub struct LinearOrders {
     /// Of the amplitude on oscillations.
     pub dissipation: Option<(u32, f64)>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::judge::file::{Body, Shipped};
+
+    /// Two ways to R of the same method, coefficient by coefficient, and R of the implicit midpoint rule.
+    #[test]
+    fn the_product_of_the_diagonal_and_the_series_are_the_determinants() {
+        for name in ["rk4", "heun2", "sdirk2", "tr-bdf2", "dormand-prince"] {
+            let file = Shipped::by_name(name).and_then(|file| Ok(file.read().expect("well-formed"))).expect("there");
+            let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
+            let numbers = tableau.numbers();
+            let found = StabilityFunction::of_triangular(&numbers, &numbers.b);
+            let shifted: Vec<Vec<Real>> =
+                numbers.a.iter().map(|row| row.iter().zip(&numbers.b).map(|(a, b)| a - b).collect()).collect();
+            for (one, other) in
+                [(&found.denominator, determinant(&numbers.a)), (&found.numerator, determinant(&shifted))]
+            {
+                let at = |p: &Polynomial, k: usize| p.coefficients().get(k).cloned().unwrap_or_else(Real::zero);
+                for k in 0..=numbers.stages() {
+                    let (one, other) = (at(one, k), at(&other, k));
+                    assert!((&one - &other).may_be_zero(), "{name}, z^{k}: {} and {}", one.to_f64(), other.to_f64());
+                }
+            }
+        }
+        let half = || &Real::one() / &Real::from(2);
+        let midpoint = Numbers { a: vec![vec![half()]], b: vec![Real::one()], c: vec![half()], b_hat: None };
+        let found = StabilityFunction::new(&midpoint, &midpoint.b);
+        assert_eq!((found.numerator.doubles(), found.denominator.doubles()), (vec![1.0, 0.5], vec![1.0, -0.5]));
+    }
+}

@@ -380,7 +380,7 @@ impl Analysis for MultistepTheory {
             Property::AlphaStable(angle) => match self.alpha {
                 Some(alpha) => {
                     let why = format!("the root locus leaves the sector |arg(−hλ)| < {alpha:.3}° free");
-                    Finding::new(angle <= alpha + 0.01, why).measured(alpha)
+                    Finding::new(alpha > 0.0 && angle <= alpha + 0.01, why).measured(alpha)
                 }
                 None => Finding::new(false, "not even the negative axis is in the region of stability"),
             },

@@ -62,9 +62,13 @@ pub fn repairs(tableau: &Tableau, target: Target) -> Vec<Repair> {
     let mut found: Vec<Repair> =
         search.candidates().into_iter().filter_map(|(place, x)| search.verify(place, &x)).collect();
     let is_new = |place| matches!(place, Place::A(i, j) if i == j && tableau.shape() == Shape::Explicit);
+    // An explicit method is not made implicit where a change within its shape will do.
+    if found.iter().any(|repair| !is_new(repair.place)) {
+        found.retain(|repair| !is_new(repair.place));
+    }
     found.sort_by_key(|repair| {
         let distance = strsim::damerau_levenshtein(&repair.was, &repair.text);
-        (repair.with_c, is_new(repair.place), distance, repair.place)
+        (repair.with_c, distance, repair.place)
     });
     found.dedup_by(|a, b| a.place == b.place && a.text == b.text);
     found

@@ -245,7 +245,7 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
             Some(alpha) => {
                 let why = format!("|R| ≤ 1 in the sector |arg(−z)| ≤ {alpha:.2}°");
                 // The angle is found to a hundredth, and claims are rounded to the digits they have.
-                Finding::new(angle <= alpha + 0.01, why).measured(alpha)
+                Finding::new(alpha > 0.0 && angle <= alpha + 0.01, why).measured(alpha)
             }
             None => Finding::new(false, "not even the negative axis is in the region of stability"),
         },

@@ -51,6 +51,12 @@ pub fn decimals(slope: f64, places: usize) -> String {
     }
 }
 
+/// A number as it is printed, by Fortran too: `1.5D-3`.
+#[must_use]
+pub fn parsed(text: &str) -> Option<f64> {
+    text.parse().ok().or_else(|| text.replace(['d', 'D'], "e").parse().ok())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -37,7 +37,8 @@ const DIVERGES: &str = "diverges: ";
 /// Slopes of no more than this either way: the error stays what it is.
 const STALLED: f64 = 0.05;
 /// What that means.
-const STANDSTILL: &str = "; the error stays what it is under refinement: what converges is the solution of another equation, parameter or time";
+const STANDSTILL: &str = "; the error stays what it is under refinement: what converges is the solution of another equation, parameter \
+                          or time, or what the errors are measured against is wrong";
 
 /// The error at one step size, or why there is none.
 #[derive(Debug, Clone, PartialEq)]
@@ -198,7 +199,11 @@ impl OrderFit {
         if *slope <= expected.order - 0.5 || reason.starts_with(DIVERGES) {
             return self;
         }
+        let is_floored = self.dropped.iter().any(|(_, reason)| *reason == Reason::AtFloor);
         let why = match *slope > expected.order {
+            true if is_floored && *slope < expected.order + 0.5 => {
+                "rounding ends the window before errors of higher order vanish"
+            }
             true => "on this equation the errors fall faster, as where its first terms cancel, which another one tells",
             false => "it is nearer to that order than to the next below, as where errors of several orders mix",
         };
@@ -253,6 +258,9 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
     let line = (window >= MIN_POINTS).then(|| Line::through(&points[start..], settle));
     let (verdict, reason) = match diverges(&samples, &slopes) {
         Some(how) => (Verdict::Fail, format!("{DIVERGES}{how}")),
+        None if !reasons.is_empty() && reasons.iter().all(|reason| *reason == Some(Reason::AtFloor)) => {
+            (Verdict::Inconclusive, floored(&samples))
+        }
         None => judge(line, settled, points.len(), &slopes, &reasons, expected),
     };
 
@@ -429,11 +437,15 @@ fn judge(
     }
 }
 
+/// What errors say that are all at their floors.
+fn floored(samples: &[Sample]) -> String {
+    let floors = samples.iter().filter_map(|sample| Some(sample.result.as_ref().ok()?.floor));
+    let largest = floors.fold(0.0, f64::max);
+    format!("every error is at its floor: the method is exact here to {largest:.1e}, below which nothing is measured")
+}
+
 fn too_few(usable: usize, reasons: &[Option<Reason>]) -> String {
     let at_floor = reasons.iter().flatten().filter(|r| matches!(r, Reason::AtFloor)).count();
-    if at_floor > 0 && at_floor == reasons.len() {
-        return "every error is at its floor: the method is exact here as far as can be measured".to_owned();
-    }
     let mut text = format!("{usable} usable of {} points, at least {MIN_POINTS} are needed", reasons.len());
     if at_floor > 0 {
         text += &format!("; {at_floor} at the floor");

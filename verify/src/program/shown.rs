@@ -1,7 +1,7 @@
 //! What runs of one program with several steps show of it without a reference: by the times that they reach, and by their first
 //! steps.
 
-use super::Answer;
+use super::{Answer, ONE_RUN, are_one_run};
 use crate::measure::decimal::{plain, trimmed};
 use crate::measure::norm::{distance, max_norm};
 
@@ -42,6 +42,11 @@ impl Shown {
         shown.notes.extend(cut.map(|(h, part)| format!("with h = {} the last step was cut to {part:.3} h", plain(h))));
         let mut steps: Vec<(f64, &Answer)> = runs.iter().filter_map(|(h, answer)| Some(((*h)?, answer))).collect();
         steps.sort_by(|a, b| b.0.total_cmp(&a.0));
+        if steps.len() > 1 && are_one_run(steps.iter().map(|(_, answer)| *answer)) {
+            shown.incomparable = Some(ONE_RUN.into());
+        } else if let Some(own) = own_steps(&steps) {
+            shown.incomparable = shown.incomparable.or(Some(own));
+        }
         if shown.incomparable.is_none()
             && let Some((start, end)) = start_up(&steps)
         {
@@ -52,6 +57,27 @@ impl Shown {
         }
         shown
     }
+}
+
+/// What is to be said of runs whose steps are neither the ones asked for nor a part of them that is the same in all.
+fn own_steps(runs: &[(f64, &Answer)]) -> Option<String> {
+    let median = |answer: &Answer| {
+        let mut steps: Vec<f64> = answer.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().filter(|_| steps.len() > 1)
+    };
+    let own: Vec<f64> = runs.iter().map(|(_, answer)| median(answer)).collect::<Option<_>>()?;
+    let spread = |values: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+        (high > low * (1.0 + 1e-6)).then_some((low, high))
+    };
+    // Rows at times of their own, the same for all, tell nothing of the steps.
+    spread(&mut own.iter().copied())?;
+    let (low, high) = spread(&mut own.iter().zip(runs).map(|(own, (h, _))| own / h))?;
+    Some(format!(
+        "the rows of the runs are from {low:.3} h to {high:.3} h apart: the program takes other steps than it is asked for, and an \
+         order in h is not one in its steps"
+    ))
 }
 
 /// The orders of the differences of neighbouring runs, coarse to fine, where they first reach a time together and at the end; if

@@ -141,6 +141,7 @@ struct Summary<'a> {
 struct Fitted {
     form: &'static str,
     weighted: bool,
+    grids: usize,
     limit: f64,
     uncertainty: f64,
 }
@@ -150,6 +151,7 @@ impl<'a> Summary<'a> {
         let fitted = judgement.least_squares.map(|fit| Fitted {
             form: form_text(fit.form),
             weighted: fit.weighted,
+            grids: judgement.used,
             limit: fit.limit,
             uncertainty: fit.uncertainty,
         });
@@ -208,22 +210,37 @@ fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write)
     }
     writeln!(out)?;
     let mut line = |name: &str, text: String| paragraph(out, &format!("{name}  "), 15, &text);
-    line("convergence", judgement.convergence.to_string())?;
+    let finest = judgement.triplets.last().and_then(|triplet| triplet.ok());
+    let only = if judgement.triplets.len() > 1 { ", on the finest three grids" } else { "" };
+    line("convergence", format!("{}{only}", judgement.convergence))?;
+    // Where order and limit are from, and what the uncertainty covers.
+    let (from, covers) = match (judgement.pairs.is_empty(), judgement.triplets.len()) {
+        (false, _) => ("errors against the exact value".to_owned(), "scatter and digits"),
+        (true, 1) => ("three grids".to_owned(), "the digits alone"),
+        (true, _) => (format!("power law on {} grids", judgement.used), "scatter, drift and digits"),
+    };
     if let Some(order) = judgement.order {
-        let uncertainty = judgement.uncertainty.map_or_else(String::new, |u| format!(" ± {}", significant(u, 2)));
-        line("order", format!("{}{uncertainty}", significant(order, 5)))?;
+        let uncertainty = judgement.uncertainty.map(|u| (format!(" ± {}", significant(u, 2)), format!("; ± {covers}")));
+        let (value, covers) = uncertainty.unwrap_or_default();
+        line("order", format!("{}{value} ({from}{covers})", significant(order, 5)))?;
     }
     if let Some(limit) = judgement.extrapolated {
-        line("extrapolated", significant(limit, 8))?;
+        let with = if judgement.pairs.is_empty() { "with that order" } else { "as given" };
+        line("extrapolated", format!("{} ({with})", significant(limit, 8)))?;
     }
-    if let Some(gci) = judgement.gci {
-        line("GCI, fine", format!("{} % of the value (Celik et al. 2008)", significant(100.0 * gci, 6)))?;
+    if let (Some(gci), Some(triplet)) = (judgement.gci, finest) {
+        let (percent, order) = (significant(100.0 * gci, 6), significant(triplet.order, 4));
+        line("GCI, fine", format!("{percent} % of the value (Celik et al. 2008), p = {order} of the finest three"))?;
     }
     if let Some(fit) = judgement.least_squares {
         let weights = if fit.weighted { ", weighted" } else { "" };
+        let order =
+            fit.power.filter(|_| fit.form == Form::Power).map(|power| format!(", p = {}", significant(power.order, 4)));
         let text = format!(
-            "{}{weights}: limit {}, uncertainty {} (Eça and Hoekstra 2014)",
+            "{}{weights}{} on {} grids: limit {}, uncertainty {} (Eça and Hoekstra 2014)",
             form_text(fit.form),
+            order.unwrap_or_default(),
+            judgement.used,
             significant(fit.limit, 8),
             significant(fit.uncertainty, 4)
         );

@@ -29,9 +29,13 @@ The errors at the end of a run are fitted against h. The verdict is pass, fail
 or inconclusive: the order must be the expected one within a two-sided band,
 and the table says which points decided and why the others did not. Of a method
 theory has an order to expect, which belongs to the pair of method and problem;
-where it is not the nominal one, the reason is given. Of a method file it is
-what the coefficients have on equations in general. Of a program, or of data,
+where it is not the nominal one, the reason is given. Of a method file it is the
+order that it claims, or what the coefficients have on equations in general; a
+claim that they do not have there passes nowhere. Of a program, or of data,
 nothing is expected without --expect, and the verdict is measured.
+
+A program is run with steps that divide the time, and then with steps that leave
+half a one over: a last step that is cut short shows there.
 
 The default reference is the exact solution where it is known, else CVODE (or
 diffsol in a build without it). A solver is run at two tolerances; the bound on
@@ -78,8 +82,8 @@ JSON, for one quantity: quantity, grids, order, order_uncertainty, extrapolated,
 gci_fine (a part of the value, 0.01 for 1 %), convergence (monotonic,
 oscillatory, divergent, oscillatory and divergent, unresolved, unknown),
 triplet_orders and pair_orders (coarse to fine), least_squares {form, weighted,
-limit, uncertainty} or null, verdict, reason, notes; for several: verdict and
-quantities. What could not be found is null.
+grids, limit, uncertainty} or null, verdict, reason, notes; for several: verdict
+and quantities. What could not be found is null.
 
 Exit status: 0 pass or measured, 1 fail, 2 bad input, 3 inconclusive. A program
 that does not start, or writes another header, is bad input; runs that fail or
@@ -203,6 +207,15 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let fit = measure_on(&*problem, &*method, truth, &ladder)?;
     // Coefficients alone say nothing of a special problem.
     let fit = if file.is_some() && ladder.expected.is_none() { fit.of_equations_in_general() } else { fit };
+    let overstated = claimed.filter(|claimed| *claimed > method.order() && args.expect.is_none());
+    let fit = match (overstated, fit.verdict) {
+        (Some(_), Verdict::Pass) => OrderFit {
+            verdict: Verdict::Inconclusive,
+            reason: format!("{}, on this equation: on others the order is {}", fit.reason, method.order()),
+            ..fit
+        },
+        _ => fit,
+    };
     let result = Measurement::new(&name, method.name(), truth, (&fit, true), &notes);
     result.write(args, &fit, out)?;
     if args.format == Format::Table {

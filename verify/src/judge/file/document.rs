@@ -68,6 +68,14 @@ impl Document {
         self.entries.get(key).map(|(_, value)| value.at())
     }
 
+    /// Entries of the list under `key`.
+    pub(super) fn length(&self, key: &str) -> Option<usize> {
+        match self.entries.get(key) {
+            Some((_, Value::List { items, .. })) => Some(items.len()),
+            _ => None,
+        }
+    }
+
     pub(super) fn scalar(&mut self, key: &'static str) -> Result<Option<Scalar>, Fault> {
         match self.take(key) {
             None => Ok(None),

@@ -157,7 +157,9 @@ impl MethodFile {
             if matches!(claim.property, Property::EmbeddedOrder(_)) {
                 embedded_at = embedded_at.or(Some(text.at));
             }
-            claims.push(claim);
+            if !claims.contains(&claim) {
+                claims.push(claim);
+            }
         }
         let (source, note) = (document.text("source")?, document.text("note")?);
         let digits = document.count("digits", 1, 60)?;

@@ -1,7 +1,8 @@
 //! Plain tables, as tableaus are published on the web.
 //!
 //! Either a block of numbers, a line of the c_i, a line of the b_i, then the rows of A below its diagonal (a third line as
-//! long as the first two is b̂); or lists under headings `k c[k]`, `k b[k]`, `k j A[k,j]`, a coefficient a line with its
+//! long as the first two is b̂); or the same as it is typeset, c_i before a bar and a row of A behind it, below them b, and b̂
+//! where there is one, behind a bar with nothing before it; or lists under headings `k c[k]`, `k b[k]`, `k j A[k,j]`, a coefficient a line with its
 //! indices, counted from 0 or from 1; or one coefficient a line with its name, `a[2,1] = 1/18`. `#`, `%` and `!` start comments.
 
 use std::collections::BTreeMap;
@@ -44,7 +45,13 @@ fn name_of(line: &str) -> Option<&'static str> {
 }
 
 pub(super) fn read(text: &str) -> Result<Document, Fault> {
-    if lines(text).any(|(_, line)| name_of(line).is_some()) { read_lists(text) } else { read_block(text) }
+    if lines(text).any(|(_, line)| name_of(line).is_some()) {
+        read_lists(text)
+    } else if lines(text).any(|(_, line)| line.contains('|')) {
+        read_barred(text)
+    } else {
+        read_block(text)
+    }
 }
 
 fn words(at: usize, line: &str) -> Vec<Scalar> {
@@ -86,6 +93,34 @@ fn read_block(text: &str) -> Result<Document, Fault> {
     document.insert("c", *c_at, list(*c_at, c.clone()));
     document.insert("b", *b_at, list(*b_at, b.clone()));
     document.insert("a", at, Value::List { items, at });
+    Ok(document)
+}
+
+/// A tableau with bars.
+fn read_barred(text: &str) -> Result<Document, Fault> {
+    let (mut c, mut a, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+    // A rule has no digits.
+    for (at, line) in lines(text).filter(|(_, line)| line.contains(|c: char| c.is_ascii_alphanumeric())) {
+        let Some((left, right)) = line.split_once('|') else {
+            return Err(Fault::new(at, "a row without a bar").hint("c_i | a_i1 a_i2, and below them | b_1 b_2"));
+        };
+        let behind = at + left.len() + 1;
+        let row = list(behind, words(behind, right));
+        match &words(at, left)[..] {
+            [] => weights.push((behind, row)),
+            [node] if weights.is_empty() => {
+                c.push(node.clone());
+                a.push(row);
+            }
+            _ => return Err(Fault::new(at, "more than one number before the bar, or a row of A below the weights")),
+        }
+    }
+    let mut document = Document::default();
+    for (key, (at, row)) in ["b", "b_hat"].into_iter().zip(weights) {
+        document.insert(key, at, row);
+    }
+    document.insert("c", 0, list(0, c));
+    document.insert("a", 0, Value::List { items: a, at: 0 });
     Ok(document)
 }
 

@@ -9,6 +9,15 @@ use super::error::Fault;
 const HINT: &str = "a Runge–Kutta method has `a` (rows), `b`, and mostly `c`";
 
 pub(super) fn read(document: &mut Document, digits: Option<u32>) -> Result<(Tableau, Rounding), Fault> {
+    // Where two lists agree, the third is the wrong one.
+    let [in_a, in_b, in_c] = ["a", "b", "c"].map(|key| document.length(key));
+    if let (Some(rows), Some(weights), Some(nodes), Some(at)) = (in_a, in_b, in_c, document.at("b"))
+        && weights != nodes
+        && rows == nodes
+    {
+        let reason = format!("`b` has {weights} entries where `a` has {rows} rows and `c` has {nodes} entries");
+        return Err(Fault::new(at, reason).hint("one weight for each stage"));
+    }
     let b = required(document, "b", None, HINT)?;
     let s = b.len();
     let a = matrix(document, "a", s, HINT)?;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::io::Read;
 
 use super::{Grid, Quantity};
+use crate::measure::decimal::parsed;
 
 /// Where the spacing of the grids stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -136,11 +137,7 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
         let cell = |column: usize| record.get(column).unwrap_or_default();
         let number = |column: usize| {
             let text = cell(column);
-            text.parse::<f64>().map_err(|_| DataError::Number {
-                line,
-                column: header[column].clone(),
-                text: text.into(),
-            })
+            parsed(text).ok_or_else(|| DataError::Number { line, column: header[column].clone(), text: text.into() })
         };
         let size = number(own)?;
         if !(size > 0.0 && size.is_finite()) {
@@ -172,7 +169,7 @@ fn separator(text: &[u8]) -> u8 {
 
 /// The unit of the last digit of a decimal number: 10⁻⁵ for `0.97050`, 10⁻⁸ for `1.5e-7`.
 fn last_place(text: &str) -> Option<f64> {
-    let lower = text.to_ascii_lowercase();
+    let lower = text.to_ascii_lowercase().replace('d', "e");
     let (mantissa, exponent) = lower.split_once('e').unwrap_or((&lower, "0"));
     let decimals = mantissa.split_once('.').map_or(0, |(_, digits)| digits.len());
     let exponent: i32 = exponent.parse().ok()?;
@@ -185,7 +182,9 @@ mod tests {
 
     #[test]
     fn the_last_digit_given_is_the_resolution() {
-        for (text, place) in [("0.97050", 1e-5), ("-6", 1.0), ("1.5e-7", 1e-8), ("2.0E+3", 1e2), (".5", 0.1)] {
+        for (text, place) in
+            [("0.97050", 1e-5), ("-6", 1.0), ("1.5e-7", 1e-8), ("2.0E+3", 1e2), ("2.50D-3", 1e-5), (".5", 0.1)]
+        {
             let found = last_place(text).expect("a number");
             assert!((found / place - 1.0).abs() < 1e-14, "{text}: {found}");
         }

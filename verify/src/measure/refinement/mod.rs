@@ -6,7 +6,8 @@
 //! - Three grids determine p, C and φ₀, and nothing is left to test them with. They **pass** where an order is expected and
 //!   found; another order than the expected one is *inconclusive*, since the grids may be too coarse.
 //! - From four grids on, the orders of successive triplets must agree. Settled at the expected order they **pass**, settled
-//!   at another one they **fail**.
+//!   at another one they **fail**. Orders that move away from the expected one, by more than digits explain and so fast that
+//!   the next refinement would leave the band, are *inconclusive*.
 //! - With the exact value known the errors themselves are fitted, by the rules of [`order`](super::order).
 //!
 //! Where no order is expected there is none to pass or fail: one that has settled is **measured**.
@@ -119,8 +120,11 @@ pub struct Judgement {
     pub triplets: Vec<Result<Triplet, TripletError>>,
     /// Orders of the errors of neighbouring grids, coarse to fine, where the exact value is known.
     pub pairs: Vec<f64>,
-    /// The fit of Eça and Hoekstra, from four grids on.
+    /// The fit of Eça and Hoekstra to the grids that the order is from, from four on; `None` where the finest three diverge or are
+    /// not resolved.
     pub least_squares: Option<LeastSquares>,
+    /// Number of grids, from the finest that is used, that the order and the fit are from.
+    pub used: usize,
     /// The decision.
     pub verdict: Verdict,
     /// The decision in words.
@@ -153,14 +157,19 @@ fn first_above_floor(points: &[(f64, f64)], resolution: f64) -> usize {
     }
 }
 
-/// `; left out at the floor of digits and rounding: h = 0.1`.
-fn left_out(spacings: impl Iterator<Item = f64>) -> String {
-    let spacings: Vec<String> = spacings.map(|h| trimmed(h, 6)).collect();
+/// `; left out at the floor of digits and rounding: h = 0.1`, where `why` is the floor.
+fn left_out(why: &str, spacings: impl Iterator<Item = f64>) -> String {
+    let spacings: Vec<String> = spacings.map(spacing).collect();
     if spacings.is_empty() {
         return String::new();
     }
-    format!("; left out at the floor of digits and rounding: h = {}", spacings.join(", "))
+    format!("; left out {why}: h = {}", spacings.join(", "))
 }
+
+/// Why the finest grids are left out.
+const FLOORED: &str = "at the floor of digits and rounding";
+/// Why the coarsest are.
+const TOO_COARSE: &str = "as too coarse, with orders that do not agree with those of the finer grids";
 
 impl Quantity {
     /// Judges the quantity.
@@ -188,22 +197,24 @@ impl Quantity {
             convergence: Convergence::of(finest),
             gci: finest.as_ref().ok().map(|triplet| triplet.gci),
             triplets,
-            least_squares: (points.len() >= 4).then(|| LeastSquares::fit(points).ok()).flatten(),
+            used: points.len(),
             ..Judgement::undecided(Convergence::Unknown, String::new())
         };
         match question.exact {
             Some(exact) => judgement.decide_by_errors(points, exact, self.resolution, question),
             None => {
                 judgement.decide_by_differences(points, self.resolution, question);
-                judgement.reason += &left_out(floored.iter().map(|point| point.0));
+                judgement.reason += &left_out(TOO_COARSE, points[judgement.used..].iter().rev().map(|point| point.0));
+                judgement.reason += &left_out(FLOORED, floored.iter().map(|point| point.0));
                 judgement.notes.extend(self.may_be_errors(points[0].1, judgement.extrapolated));
             }
         }
+        if points.len() >= 4 && !judgement.convergence.is_without_limit() {
+            judgement.least_squares = LeastSquares::fit(&points[..judgement.used]).ok();
+        }
         judgement
     }
-}
 
-impl Quantity {
     /// A hint for a column that looks as if it held errors: by its name, or because it tends to nothing.
     fn may_be_errors(&self, finest: f64, limit: Option<f64>) -> Option<String> {
         let is_small = limit.is_some_and(|limit| limit.abs() <= 0.05 * finest.abs());
@@ -244,6 +255,11 @@ fn pair_orders(points: &[(f64, f64)], exact: f64) -> Vec<f64> {
 }
 
 impl Convergence {
+    /// Whether the values tend to nothing that could be fitted.
+    fn is_without_limit(self) -> bool {
+        matches!(self, Self::Divergent | Self::OscillatoryDivergent | Self::Unresolved | Self::Unknown)
+    }
+
     fn of(finest: &Result<Triplet, TripletError>) -> Self {
         match finest {
             Ok(triplet) if triplet.oscillates => Self::Oscillatory,
@@ -270,6 +286,7 @@ impl Judgement {
             triplets: Vec::new(),
             pairs: Vec::new(),
             least_squares: None,
+            used: 0,
             verdict: Verdict::Inconclusive,
             reason,
             notes: Vec::new(),
@@ -314,10 +331,29 @@ impl Judgement {
             )
         } else {
             let OrderFit { reason, dropped, .. } = &fit;
-            let floored = dropped.iter().filter(|(_, why)| *why == Reason::AtFloor).map(|(sample, _)| sample.h);
-            format!("{reason}{}", left_out(floored))
+            let of = |reason: Reason| dropped.iter().filter(move |(_, why)| *why == reason).map(|(sample, _)| sample.h);
+            let coarse = left_out(TOO_COARSE, of(Reason::PreAsymptotic));
+            format!("{reason}{coarse}{}{}", left_out(FLOORED, of(Reason::AtFloor)), self.another_limit(points, exact))
         };
-        self.set(fit.verdict, reason);
+        let slopes: Vec<(f64, f64)> = fit.local_slopes.iter().map(|local| (local.slope, local.uncertainty)).collect();
+        match drifts_away(&slopes, question).filter(|_| fit.verdict == Verdict::Pass) {
+            Some(why) => self.set(Verdict::Inconclusive, format!("{reason}; {why}")),
+            None => self.set(fit.verdict, reason),
+        }
+    }
+
+    /// What is to be said where the values tend to something else than `exact`: the error stays what it is.
+    fn another_limit(&self, points: &[(f64, f64)], exact: f64) -> String {
+        let Some(Ok(Triplet { limit, oscillates: false, .. })) = self.triplets.last() else { return String::new() };
+        let (left, finest) = ((limit - exact).abs(), (points[0].1 - exact).abs());
+        // As much of the error is left for h → 0 as disappears.
+        if left <= 0.5 * finest {
+            return String::new();
+        }
+        let [limit, exact] = [*limit, exact].map(|x| significant(x, 8));
+        format!(
+            "; the values tend to {limit} and not to {exact}: the exact value may be wrong, or that of another equation or parameter"
+        )
     }
 
     /// The verdict from the differences between grids, fine to coarse.
@@ -356,9 +392,15 @@ impl Judgement {
                 power.stderr.max(drift).hypot(power.sensitivity * (resolution + f64::EPSILON * points[0].1.abs())),
             );
             self.extrapolated = Some(power.limit);
+            self.used = used;
         }
         let (verdict, reason) = self.compare(count, settled, question);
-        self.set(verdict, reason);
+        let orders: Vec<_> =
+            self.triplets.iter().flatten().map(|triplet| (triplet.order, triplet.uncertainty)).collect();
+        match drifts_away(&orders, question).filter(|_| count > 1 && verdict == Verdict::Pass) {
+            Some(why) => self.set(Verdict::Inconclusive, format!("{reason}; {why}")),
+            None => self.set(verdict, reason),
+        }
     }
 
     /// The order found on so many triplets, of which the finest have settled, beside the expected one.
@@ -403,6 +445,19 @@ impl Judgement {
             }
         }
     }
+}
+
+/// What is to be said where the last two orders, each with its uncertainty, go away from the expected one and out of its band.
+fn drifts_away(orders: &[(f64, f64)], question: &Question) -> Option<String> {
+    let (&[.., (coarse, one), (fine, other)], Some(expected)) = (orders, question.expected) else { return None };
+    let step = fine - coarse;
+    let leaves = (fine + step - expected).abs() > question.band && (fine - expected).abs() > (coarse - expected).abs();
+    (leaves && step.abs() > one + other).then(|| {
+        let [coarse, fine] = [coarse, fine].map(|order| decimals(order, 3));
+        format!(
+            "but with refinement the orders go from {coarse} to {fine}, away from {expected}: a finer grid would tell"
+        )
+    })
 }
 
 /// Length of the longest run of triplets, counted from the finest, that converge monotonically with orders that agree to within

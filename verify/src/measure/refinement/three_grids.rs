@@ -4,6 +4,7 @@
 //! J. Fluids Eng. 130 (2008) 078001; P. J. Roache, J. Fluids Eng. 116 (1994) 405.
 
 use super::{FLOOR_MARGIN, least_difference};
+use crate::measure::decimal::significant;
 use crate::measure::search::root;
 
 /// Safety factor of the grid convergence index on three grids.
@@ -42,8 +43,14 @@ pub struct Triplet {
 pub enum TripletError {
     /// A difference is no larger than what the values resolve.
     #[error(
-        "the difference {difference:.3e} between neighbouring grids is below {least:.1e}, ten times what the digits of the values \
-         resolve: {}", if *.difference == 0.0 { "exact or converged to all digits, they do not tell which" } else { "it is rounding, or nearly so" }
+        "{}", if *.difference == 0.0 {
+            "two neighbouring grids have the same value: exact or converged to all digits, they do not tell which".to_owned()
+        } else {
+            format!(
+                "the difference {} between neighbouring grids is below {}, ten times what the digits of the values resolve: it is \
+                 rounding, or nearly so", significant(-.difference, 4), significant(*.least, 2)
+            )
+        }
     )]
     Unresolved {
         /// The difference.
@@ -53,8 +60,8 @@ pub enum TripletError {
     },
     /// The differences do not shrink as those of a positive order do.
     #[error(
-        "the values diverge: their differences go from {coarse:.3e} to {fine:.3e} under refinement{}",
-        if *.oscillates { " and alternate in sign" } else { "" }
+        "the values diverge: their differences go from {} to {} under refinement{}",
+        significant(-.coarse, 4), significant(-.fine, 4), if *.oscillates { " and alternate in sign" } else { "" }
     )]
     Diverging {
         /// φ₂ − φ₁.
@@ -65,7 +72,7 @@ pub enum TripletError {
         oscillates: bool,
     },
     /// No order up to 20 solves the equation.
-    #[error("no order up to 20 explains differences of {coarse:.3e} and {fine:.3e}")]
+    #[error("no order up to 20 explains differences of {} and {}", significant(-.coarse, 4), significant(-.fine, 4))]
     NoOrder {
         /// φ₂ − φ₁.
         fine: f64,

@@ -1,0 +1,324 @@
+//! The order of a program of one's own on a problem.
+//!
+//! The first ladder of steps divides the time. Where the order is found there, a second one leaves half a step over, so that
+//! the last step of a run is cut short: what is wrong with that step shows nowhere else.
+
+use std::f64::consts::SQRT_2;
+
+use rayon::prelude::*;
+
+use super::{Ladder, OrderError, Source, Truth};
+use crate::kinds::Principle;
+use crate::measure::decimal::{decimals, plain, significant, trimmed};
+use crate::measure::norm::{distance, max_norm};
+use crate::measure::order::{self, Expectation, OrderFit, Sample, Verdict, fit};
+use crate::measure::refinement::BAND;
+use crate::problem::{Limit, Problem, Window, component_names};
+use crate::program::{Answer, ONE_RUN, Program, ProgramError, Request, are_one_run};
+use crate::reference::bound::FINER;
+
+/// Step sizes in a study of a program.
+const PROGRAM_LADDER: usize = 9;
+/// Half-width of the band around the order expected of a program.
+const PROGRAM_BAND: f64 = 0.1;
+/// Times that the coarsest step is halved where runs are unstable.
+const FINER_STARTS: i32 = 10;
+
+/// The order of a program of one's own, and what its times, its first and its last steps show.
+#[derive(Debug)]
+pub struct Programs {
+    /// The fit.
+    pub fit: OrderFit,
+    /// What was noticed: steps cut short, ends missed, a first or last step of a lower order.
+    pub notes: Vec<String>,
+}
+
+/// A run with its step.
+type Ran = (f64, Result<Answer, ProgramError>);
+/// Times with the solution there and its bound.
+type Solution = Vec<(f64, Vec<f64>, f64)>;
+
+/// Measures the order of `program` on `problem`, which it knows by `request`, at the times that it really reaches.
+///
+/// # Errors
+/// [`OrderError`] if there is no truth to measure against, or the program does not start or has another header. Runs that fail
+/// are points that the fit drops, with the reason.
+pub fn measure_program(
+    problem: &dyn Problem,
+    program: &Program,
+    request: &Request,
+    source: Option<Source>,
+    ladder: &Ladder,
+) -> Result<(Truth, Programs), OrderError> {
+    let Window { horizon, coarsest } = problem.facts().window;
+    let horizon = request.t_end.unwrap_or(horizon);
+    let limit = problem.limit(Principle::Equation);
+    let truth = source.unwrap_or_else(|| Source::at_hand(problem, &limit, horizon)).of(problem, horizon);
+    let study = Study { problem, limit, horizon, program, request, source, ladder, names: component_names(problem) };
+    let steps = |coarsest: f64| order::ladder(horizon, coarsest, SQRT_2, ladder.points.unwrap_or(PROGRAM_LADDER));
+
+    let asked = ladder.coarsest.unwrap_or(coarsest);
+    let divisors = steps(asked);
+    // What the first run does wrong whatever the step, the others would repeat.
+    let first = divisors.first().map(|h| (*h, study.run(*h)));
+    if let Some((_, Err(error))) = &first
+        && error.is_of_every_run()
+    {
+        return Err(OrderError::Program { problem: request.problem.clone(), source: error.clone() });
+    }
+    let others = divisors.par_iter().skip(1).map(|h| (*h, study.run(*h)));
+    let mut answers: Vec<Ran> = first.into_iter().chain(others.collect::<Vec<_>>()).collect();
+    let (mut truth, mut fit) = study.fit(truth, &answers, ladder.expected)?;
+    let mut notes = Vec::new();
+    if study.is_unstable(truth, &fit) {
+        let finer = (1..=FINER_STARTS).map(|k| asked * 0.5_f64.powi(k));
+        let stable = finer.into_iter().find(|h| {
+            let probe = study.fit(truth, &[(*h, study.run(*h))], ladder.expected);
+            probe.is_ok_and(|(_, fit)| !study.is_unstable(truth, &fit))
+        });
+        if let Some(start) = stable.filter(|_| ladder.coarsest.is_none()) {
+            answers = study.runs(&steps(start));
+            (truth, fit) = study.fit(truth, &answers, ladder.expected)?;
+            notes.push(format!(
+                "coarse runs are unstable: the steps start at h = {} instead of {}",
+                plain(start),
+                plain(asked)
+            ));
+        } else if problem.is_stiff() || stable.is_some() {
+            fit.verdict = Verdict::Inconclusive;
+            fit.reason = format!(
+                "coarse runs are unstable, with errors above the solution itself: smaller steps would tell{}",
+                stable.map_or_else(String::new, |h| format!(", from `--coarsest {}` on", plain(h)))
+            );
+        }
+    }
+    if answers.iter().all(|(_, answer)| answer.is_ok())
+        && are_one_run(answers.iter().filter_map(|(_, answer)| answer.as_ref().ok()))
+    {
+        fit.verdict = Verdict::Inconclusive;
+        fit.reason = ONE_RUN.into();
+        return Ok((truth, Programs { fit, notes }));
+    }
+    let mut cut = Vec::new();
+    if matches!(fit.verdict, Verdict::Pass | Verdict::Measured) {
+        let leaves_half = |(h, _): &Ran| horizon / ((horizon / h).round() + 0.5);
+        cut = study.runs(&answers.iter().map(leaves_half).collect::<Vec<_>>());
+        notes.extend(study.judge_cut(truth, &cut, &mut fit)?);
+    }
+    let ok = || answers.iter().chain(&cut).filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
+    notes.extend(ok().find_map(|(_, answer)| answer.few_digits()));
+    if let Some((h, t)) = ok().map(|(h, a)| (h, a.end().0)).find(|(_, t)| (t - horizon).abs() > 1e-9 * horizon) {
+        notes.push(format!(
+            "with h = {} it ended at t = {}, {} too {}: the order is that of the errors at the times it reached; taken for \
+             values at t = {} they are of order 1",
+            plain(h),
+            trimmed(t, 9),
+            significant((t - horizon).abs(), 3),
+            if t > horizon { "late" } else { "early" },
+            plain(horizon)
+        ));
+    }
+    notes.extend(study.first_step(truth, &answers, &fit));
+    // Where the solution is slaved to something, the error of a step depends on its own length.
+    if !problem.is_stiff() {
+        notes.extend([&answers, &cut].into_iter().find_map(|ran| study.last_step(truth, ran)));
+    }
+    Ok((truth, Programs { fit, notes }))
+}
+
+/// What all runs of a study share.
+struct Study<'a> {
+    problem: &'a dyn Problem,
+    limit: Limit<'a>,
+    horizon: f64,
+    program: &'a Program,
+    request: &'a Request,
+    source: Option<Source>,
+    ladder: &'a Ladder,
+    names: Vec<String>,
+}
+
+impl Study<'_> {
+    fn run(&self, h: f64) -> Result<Answer, ProgramError> {
+        let request = Request { h: Some(h), t_end: Some(self.horizon), ..self.request.clone() };
+        self.program.run(&request, &self.names)
+    }
+
+    fn runs(&self, steps: &[f64]) -> Vec<Ran> {
+        steps.par_iter().map(|h| (*h, self.run(*h))).collect()
+    }
+
+    fn band(&self) -> f64 {
+        self.ladder.band.unwrap_or(PROGRAM_BAND)
+    }
+
+    /// What the program shows of the solution at `times`, with its bound.
+    fn solution(&self, truth: Truth, times: &[f64], tolerance: Option<f64>) -> Result<Solution, OrderError> {
+        let states = truth.solution(self.problem, &self.limit, times, tolerance)?;
+        let seen = |(t, (state, bound)): (&f64, (Vec<f64>, f64))| (*t, self.problem.observe(*t, &state), bound);
+        Ok(times.iter().zip(states).map(seen).collect())
+    }
+
+    /// The order of the errors at the ends of runs; with another truth where a table does not know their times.
+    fn fit(&self, truth: Truth, answers: &[Ran], expected: Option<f64>) -> Result<(Truth, OrderFit), OrderError> {
+        let end = |answer: &Answer| reached(answer.end().0, self.horizon);
+        let ends = increasing(answers.iter().filter_map(|(_, answer)| Some(end(answer.as_ref().ok()?))));
+        let solve = |truth: Truth| Ok((truth, self.solution(truth, &ends, self.ladder.tolerance)?));
+        let (truth, states) = match solve(truth) {
+            Err(OrderError::NoExact) if self.source.is_none() => {
+                solve(Source::library().of(self.problem, self.horizon))?
+            }
+            solved => solved?,
+        };
+        let fitted = |states: &Solution| {
+            let sample = |(h, answer): &Ran| match answer {
+                Err(reason) => Sample::failed(*h, reason.to_string()),
+                Ok(answer) => match states.iter().find(|(t, ..)| *t == end(answer)) {
+                    Some((_, exact, bound)) => {
+                        let size = max_norm(exact);
+                        let rounding = f64::EPSILON * size * (self.horizon / h);
+                        let floor = bound + rounding + answer.printed.resolution(size);
+                        Sample::new(*h, distance(answer.end().1, exact), floor)
+                    }
+                    None => Sample::failed(*h, "it took no step"),
+                },
+            };
+            let samples: Vec<Sample> = answers.iter().map(sample).collect();
+            match expected {
+                Some(order) => fit(&samples, &Expectation::new(order, self.band())),
+                None => order::fit_freely(&samples, self.band()),
+            }
+        };
+        let found = fitted(&states);
+        if truth.may_be_finer(&found, self.ladder)
+            && let Ok(finer) = self.solution(truth, &ends, Some(FINER))
+        {
+            return Ok((truth, fitted(&finer)));
+        }
+        Ok((truth, found))
+    }
+
+    /// Whether the errors are larger than the solution where they are finest, or overflow.
+    fn is_unstable(&self, truth: Truth, fit: &OrderFit) -> bool {
+        if fit.verdict == Verdict::Pass {
+            return false;
+        }
+        let end = self.solution(truth, &[self.horizon], self.ladder.tolerance).unwrap_or_default();
+        let start = self.problem.observe(0.0, &self.limit.initial);
+        let size = end.first().map_or(0.0, |(_, state, _)| max_norm(state)).max(max_norm(&start));
+        let blown = |sample: &Sample| sample.result.as_ref().map_or(true, |measured| !(measured.error <= 10.0 * size));
+        let points = fit.points();
+        points.iter().any(|(sample, _)| sample.result.is_ok()) && points.last().is_some_and(|(sample, _)| blown(sample))
+    }
+
+    /// Judges runs whose last step is half a step long, into `fit`, which holds for those of whole steps.
+    fn judge_cut(&self, truth: Truth, cut: &[Ran], fit: &mut OrderFit) -> Result<Option<String>, OrderError> {
+        if let Some((_, Err(error))) = cut.first()
+            && cut.iter().all(|(_, answer)| answer.is_err())
+        {
+            return Ok(Some(format!("with steps that do not divide the time no run succeeds: {error}")));
+        }
+        let whole = fit.line.map(|line| line.slope);
+        let (_, found) = self.fit(truth, cut, self.ladder.expected.or(whole))?;
+        let clipped = cut.iter().find_map(|(h, answer)| Some((*h, answer.as_ref().ok()?.clipped(*h)?)));
+        if found.verdict == Verdict::Pass {
+            return Ok(clipped.map(|(h, part)| {
+                let order = found.line.map_or_else(String::new, |line| decimals(line.slope, 3));
+                let at = format!("with h = {} to {part:.3} h", plain(h));
+                format!("where h does not divide the time the last step is cut, {at}; the order is {order} there")
+            }));
+        }
+        let expects = self.ladder.expected.is_some();
+        let because = match (whole, &found.reason) {
+            (Some(whole), reason) if expects => format!("{reason}; where it does the order is {}", decimals(whole, 3)),
+            (Some(whole), _) => {
+                let order = found.line.map_or_else(|| "not told".into(), |line| decimals(line.slope, 3));
+                format!("the order is {order}, and where it does {}", decimals(whole, 3))
+            }
+            (None, reason) => reason.clone(),
+        };
+        let reason = format!("where h does not divide the time, and the last step is shorter: {because}");
+        let verdict = if expects { found.verdict } else { Verdict::Inconclusive };
+        *fit = OrderFit { verdict, reason, ..found };
+        Ok(None)
+    }
+
+    /// What to measure steps at other times than the end by.
+    fn between(&self, truth: Truth) -> Truth {
+        match truth {
+            // A table knows the horizon alone.
+            Truth::Tabulated => Source::library().of(self.problem, self.horizon),
+            truth => truth,
+        }
+    }
+
+    /// A note where the first step limits the order that was found.
+    fn first_step(&self, truth: Truth, answers: &[Ran], fit: &OrderFit) -> Option<String> {
+        let ok = || answers.iter().filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
+        let first =
+            |answer: &Answer| answer.times.iter().position(|t| *t > 0.0).filter(|at| *at + 1 < answer.times.len());
+        let firsts = increasing(ok().filter_map(|(_, answer)| Some(answer.times[first(answer)?])));
+        // Without a solution there the first steps are not judged.
+        let near = self.solution(self.between(truth), &firsts, self.ladder.tolerance).ok()?;
+        let start = |(h, answer): (f64, &Answer)| {
+            let at = first(answer)?;
+            let (_, exact, bound) = near.iter().find(|(t, ..)| *t == answer.times[at])?;
+            Some(Sample::new(h, distance(&answer.states[at], exact), bound + f64::EPSILON * max_norm(exact)))
+        };
+        let starts: Vec<Sample> = ok().filter_map(start).collect();
+        let local = order::fit_freely(&starts, self.band());
+        let (start, line) = (local.line.filter(|_| local.verdict == Verdict::Measured)?, fit.line?);
+        // A step of order p has a local error of order p + 1; one of order p starts a method of order p.
+        (start.slope < line.slope + 0.5).then(|| {
+            format!(
+                "the first step has an error of order {:.2}, and what follows {:.2}: a starting procedure limits the order",
+                start.slope, line.slope
+            )
+        })
+    }
+
+    /// A note where the error grows by a lower order in the last step than in the one before it.
+    fn last_step(&self, truth: Truth, answers: &[Ran]) -> Option<String> {
+        let ok = || answers.iter().filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
+        let ok = || ok().filter(|(_, answer)| answer.times.len() > 3);
+        let time = |t: f64| reached(t, self.horizon);
+        let last = |answer: &Answer| answer.times[answer.times.len() - 3..].to_vec();
+        let times = increasing(ok().flat_map(|(_, answer)| last(answer)).map(time));
+        let exact = self.solution(self.between(truth), &times, self.ladder.tolerance).ok()?;
+        let order = |back: usize| {
+            let gained = |(h, answer): (f64, &Answer)| {
+                let error = |back: usize| {
+                    let at = answer.times.len() - 1 - back;
+                    let (_, exact, bound) = exact.iter().find(|(t, ..)| *t == time(answer.times[at]))?;
+                    let size = max_norm(exact);
+                    let floor = bound + f64::EPSILON * size + answer.printed.resolution(size);
+                    Some((answer.states[at].iter().zip(exact).map(|(a, b)| a - b).collect::<Vec<f64>>(), floor))
+                };
+                let ((after, one), (before, other)) = (error(back)?, error(back + 1)?);
+                Some(Sample::new(h, distance(&after, &before), one + other))
+            };
+            let found = order::fit_freely(&ok().filter_map(gained).collect::<Vec<_>>(), 2.0 * BAND);
+            found.line.filter(|_| found.verdict == Verdict::Measured).map(|line| line.slope)
+        };
+        let (last, before) = (order(0)?, order(1)?);
+        (last < before - 0.5).then(|| {
+            format!(
+                "the last step has an error of order {last:.2}, and the one before it {before:.2}: it is taken by a method of \
+                 lower order"
+            )
+        })
+    }
+}
+
+/// The time `t` that a run ended at, without the rounding of a sum of steps that should be `horizon`.
+fn reached(t: f64, horizon: f64) -> f64 {
+    if (t - horizon).abs() <= 1e-12 * horizon { horizon } else { t }
+}
+
+/// Positive times in order, each once.
+fn increasing(times: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut times: Vec<f64> = times.filter(|t| *t > 0.0).collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+}
