@@ -114,7 +114,7 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
         (Some(refusal @ Refusal::Lost(_)), _) if character.blows_up() => {
             let sizes = [character.sizes.0, character.sizes.1].map(|size| significant(size, 2));
             let text = format!(
-                "the solution blows up: its largest component grows from {} to {} by t = {}. {refusal}.",
+                "the solution blows up: its largest component grows from {} to {} by t = {}; {refusal}.",
                 sizes[0],
                 sizes[1],
                 significant(character.reached, 5)
@@ -155,7 +155,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     );
     paragraph(out, "stiffness", INDENT, &speed)?;
     // What turns at this rate has not come round once.
-    if found.fastest * horizon < TAU {
+    if found.fastest > 0.0 && found.fastest * horizon < TAU {
         let part = significant(found.fastest * horizon / TAU, 2);
         let text = format!("short: the run is {part} of a turn at its fastest rate; `--t-end` sets a later end");
         paragraph(out, "duration", INDENT, &text)?;

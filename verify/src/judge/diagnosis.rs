@@ -49,6 +49,15 @@ impl Diagnosis {
         }
     }
 
+    /// Leaves out repairs that make an explicit method implicit, where there are others.
+    pub(super) fn keep_explicit(&mut self) {
+        if let Self::Coefficient { repairs, .. } = self
+            && repairs.iter().any(|repair| !repair.makes_implicit)
+        {
+            repairs.retain(|repair| !repair.makes_implicit);
+        }
+    }
+
     /// The same for kinds whose conditions are a system in their coefficients.
     fn of_system(body: &Body, found: u32, claimed: Option<u32>) -> Self {
         let orders: Vec<u32> = match claimed {

@@ -122,7 +122,8 @@ impl Repair {
         } else {
             format!("all {} failing conditions", self.mends)
         };
-        format!("{}: {} → {}{with_c}, mends {failing}", self.place, self.was, self.text)
+        let implicit = if self.makes_implicit { ", which makes the method implicit" } else { "" };
+        format!("{}: {} → {}{with_c}, mends {failing}{implicit}", self.place, self.was, self.text)
     }
 }
 

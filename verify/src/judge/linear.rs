@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn the_product_of_the_diagonal_and_the_series_are_the_determinants() {
         for name in ["rk4", "heun2", "sdirk2", "tr-bdf2", "dormand-prince"] {
-            let file = Shipped::by_name(name).and_then(|file| Ok(file.read().expect("well-formed"))).expect("there");
+            let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
             let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
             let numbers = tableau.numbers();
             let found = StabilityFunction::of_triangular(&numbers, &numbers.b);

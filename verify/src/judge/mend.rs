@@ -70,7 +70,7 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
             let (text, value) = written(&x, &radicands);
             if failing(system, &with(k, &value)).is_empty() {
                 let (was, mends) = (old.text.clone(), wrong.len());
-                found.push(Repair { place: *place, with_c: false, was, text, value, mends });
+                found.push(Repair { place: *place, with_c: false, makes_implicit: false, was, text, value, mends });
             }
         }
     }

@@ -32,7 +32,7 @@ pub mod work;
 use std::sync::Arc;
 
 use analysis::Analysis;
-use claim::Claim;
+use claim::{Claim, Property};
 use diagnosis::Diagnosis;
 pub use expression::Rounding;
 use file::MethodFile;
@@ -77,7 +77,10 @@ impl Judgement {
         let claimed = file.order();
         let claimed_embedded = file.claims.iter().find_map(Claim::as_embedded_order);
         let theory = file.body.analyse(claimed, claimed_embedded);
-        let diagnosis = Diagnosis::new(&file.body, &*theory, claimed, claimed_embedded);
+        let mut diagnosis = Diagnosis::new(&file.body, &*theory, claimed, claimed_embedded);
+        if file.claims.contains(&Claim { property: Property::Explicit, denied: false }) {
+            diagnosis.keep_explicit();
+        }
         let method = FileMethod::new(&file.name, Arc::clone(&theory));
         let ((measured, defects), (energy, work)) = match effort {
             Effort::Theory => ((Vec::new(), None), (None, None)),

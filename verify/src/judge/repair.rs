@@ -30,6 +30,8 @@ pub struct Repair {
     pub place: Place,
     /// Whether c_i has to follow, so that its row sum stays right.
     pub with_c: bool,
+    /// Whether the method is explicit as it stands, and would not be.
+    pub makes_implicit: bool,
     /// The text that stands there.
     pub was: String,
     /// What should stand there: a rational number, one with a square root, or digits.
@@ -61,14 +63,9 @@ pub fn repairs(tableau: &Tableau, target: Target) -> Vec<Repair> {
     search.rows = failing_rows(&search.numbers);
     let mut found: Vec<Repair> =
         search.candidates().into_iter().filter_map(|(place, x)| search.verify(place, &x)).collect();
-    let is_new = |place| matches!(place, Place::A(i, j) if i == j && tableau.shape() == Shape::Explicit);
-    // An explicit method is not made implicit where a change within its shape will do.
-    if found.iter().any(|repair| !is_new(repair.place)) {
-        found.retain(|repair| !is_new(repair.place));
-    }
     found.sort_by_key(|repair| {
         let distance = strsim::damerau_levenshtein(&repair.was, &repair.text);
-        (repair.with_c, distance, repair.place)
+        (repair.with_c, repair.makes_implicit, distance, repair.place)
     });
     found.dedup_by(|a, b| a.place == b.place && a.text == b.text);
     found
@@ -186,7 +183,8 @@ impl Search<'_> {
         }
         let with_c = matches!(place, Place::A(..)) && self.rows.is_empty() && self.tableau.c.is_some();
         let mends = self.failing.iter().map(Vec::len).sum::<usize>() + self.rows.len();
-        Some(Repair { place, with_c, was: old.text.clone(), text, value, mends })
+        let makes_implicit = matches!(place, Place::A(i, j) if i == j) && self.tableau.shape() == Shape::Explicit;
+        Some(Repair { place, with_c, makes_implicit, was: old.text.clone(), text, value, mends })
     }
 }
 

@@ -71,8 +71,7 @@ pub fn measure_program(
     let (mut truth, mut fit) = study.fit(truth, &answers, ladder.expected)?;
     let mut notes = Vec::new();
     if study.is_unstable(truth, &fit) {
-        let finer = (1..=FINER_STARTS).map(|k| asked * 0.5_f64.powi(k));
-        let stable = finer.into_iter().find(|h| {
+        let stable = (1..=FINER_STARTS).map(|k| asked * 0.5_f64.powi(k)).find(|h| {
             let probe = study.fit(truth, &[(*h, study.run(*h))], ladder.expected);
             probe.is_ok_and(|(_, fit)| !study.is_unstable(truth, &fit))
         });
@@ -206,9 +205,11 @@ impl Study<'_> {
         let end = self.solution(truth, &[self.horizon], self.ladder.tolerance).unwrap_or_default();
         let start = self.problem.observe(0.0, &self.limit.initial);
         let size = end.first().map_or(0.0, |(_, state, _)| max_norm(state)).max(max_norm(&start));
-        let blown = |sample: &Sample| sample.result.as_ref().map_or(true, |measured| !(measured.error <= 10.0 * size));
+        // NaN is within nothing.
+        let holds = |sample: &Sample| sample.result.as_ref().is_ok_and(|measured| measured.error <= 10.0 * size);
         let points = fit.points();
-        points.iter().any(|(sample, _)| sample.result.is_ok()) && points.last().is_some_and(|(sample, _)| blown(sample))
+        points.iter().any(|(sample, _)| sample.result.is_ok())
+            && points.last().is_some_and(|(sample, _)| !holds(sample))
     }
 
     /// Judges runs whose last step is half a step long, into `fit`, which holds for those of whole steps.

@@ -13,3 +13,8 @@ mod readme;
 mod recipes;
 mod references;
 mod report;
+
+/// A text on one line: where a terminal breaks it is another matter.
+fn flat(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
