@@ -40,6 +40,8 @@ pub struct Found {
     pub first: f64,
     /// At the end.
     pub end: f64,
+    /// Evaluations of f: as many for each evaluation of its step equations as a method has stages.
+    pub evaluations: u64,
 }
 
 impl Experiment for EndErrors {
@@ -55,14 +57,15 @@ impl Experiment for EndErrors {
         let error = |q: &[f64], t: f64| exact(t).map_or(f64::NAN, |exact| distance(q, &exact));
         let (mut first, mut count) = (f64::NAN, 0);
         let h = self.h / f64::from(self.pieces);
-        let end = run(&*problem, &*method::parse(&self.method)?, h, self.t_end, |state| {
+        let method = method::parse(&self.method)?;
+        let run = run(&*problem, &*method, h, self.t_end, |state| {
             if count == self.pieces {
                 first = error(&state.q, state.t);
             }
             count += 1;
-        })?
-        .end;
-        Ok(Found { first, end: error(&end.q, end.t) })
+        })?;
+        let evaluations = u64::from(method.traits().stages) * run.work.residuals;
+        Ok(Found { first, end: error(&run.end.q, run.end.t), evaluations })
     }
 }
 

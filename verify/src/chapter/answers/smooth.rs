@@ -1,10 +1,12 @@
 //! What Method I loses on smooth nonlinear problems.
 
+use std::sync::Arc;
+
 use super::{Answer, prose};
 use crate::chapter::{Context, StudyError};
 use crate::evidence::number::brief;
 use crate::evidence::{Cell, Check, Requirement, Table};
-use crate::experiment::end_errors::{EndErrors, Truth};
+use crate::experiment::end_errors::{EndErrors, Found, Truth};
 use crate::measure::norm::Extremes;
 use crate::method;
 
@@ -16,28 +18,45 @@ pub(super) const COUNT: &str = "four";
 const _: () = assert!(PROBLEMS.len() == 4);
 const H: f64 = 0.05;
 const END: f64 = 2.0;
+/// The place of Gauss collocation, and the numbers of steps among which Method I has the one for as much work.
+const GAUSS: usize = 3;
+const STEPS: [u32; 13] = [20, 24, 28, 32, 36, 40, 44, 48, 52, 56, 60, 70, 80];
 
 /// A run as the answer compares them.
 pub(super) fn setting(problem: &str, method: &str) -> EndErrors {
     EndErrors { problem: problem.into(), method: method.into(), h: H, pieces: 1, t_end: END, truth: Truth::Equations }
 }
 
+/// The least error of a run with at most so many evaluations of f.
+fn for_equal_work(runs: &[Arc<Found>], most: u64) -> f64 {
+    runs.iter().filter(|run| run.evaluations <= most).map(|run| run.end).smallest()
+}
+
 pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let runs = PROBLEMS.iter().flat_map(|problem| METHODS.map(|method| setting(problem, method))).collect();
-    let found: Vec<f64> = context.get_each(runs)?.iter().map(|found| found.end).collect();
-    let rows = PROBLEMS.iter().zip(found.chunks(METHODS.len())).map(|(problem, errors)| {
+    let runs = context.get_each(runs)?;
+    let found: Vec<f64> = runs.iter().map(|found| found.end).collect();
+    let mut work = Vec::new();
+    for (problem, runs) in PROBLEMS.iter().zip(runs.chunks(METHODS.len())) {
+        let own = STEPS.map(|n| EndErrors { h: END / f64::from(n), ..setting(problem, METHODS[0]) });
+        work.push(for_equal_work(&context.get_each(own.into())?, runs[GAUSS].evaluations));
+    }
+    let rows = PROBLEMS.iter().zip(found.chunks(METHODS.len())).zip(&work).map(|((problem, errors), work)| {
         let start = [Cell::from(*problem), Cell::from(H), Cell::from(END)];
-        start.into_iter().chain(errors.iter().copied().map(Cell::found)).collect()
+        start.into_iter().chain(errors.iter().chain([work]).copied().map(Cell::found)).collect()
     });
-    let caption = "Errors at t_end; `ls-galerkin(S,gauss,S)` is Gauss collocation of order 2S.";
-    let columns: Vec<&str> = ["problem", "h", "t_end"].into_iter().chain(METHODS).collect();
+    let caption = "Errors at t_end with steps of h; `ls-galerkin(S,gauss,S)` is Gauss collocation of order 2S. Last, the least error of Method I \
+                   for at most as many evaluations of f as Gauss collocation with two nodes takes.";
+    let columns: Vec<&str> =
+        ["problem", "h", "t_end"].into_iter().chain(METHODS).chain(["method_i_for_equal_work"]).collect();
     let table = Table::data("answer-smooth-errors", caption, columns, rows.collect());
     // Least and largest error of Method I over that of another method.
     let ratios = |other: usize| {
         let ratios = || found.chunks(METHODS.len()).map(|errors| errors[0] / errors[other]);
         (ratios().smallest(), ratios().largest())
     };
-    let (trapezoidal, midpoint, (gauss, _)) = (ratios(1), ratios(2), ratios(3));
+    let (trapezoidal, midpoint, (gauss, _)) = (ratios(1), ratios(2), ratios(GAUSS));
+    let equal_work = found.chunks(METHODS.len()).zip(&work).map(|(errors, work)| work / errors[GAUSS]).smallest();
     let checks = vec![
         Check::new(
             "smooth/midpoint",
@@ -53,13 +72,20 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             Requirement::AtLeast(100.0),
             "equal steps",
         ),
+        Check::new(
+            "smooth/work",
+            "It is for as many evaluations of f too: least ratio of Method I's error to its",
+            equal_work,
+            Requirement::AtLeast(100.0),
+            "the best of Method I's runs with as many evaluations at most",
+        ),
     ];
     let order = |place: usize| Ok::<_, StudyError>(method::parse(METHODS[place])?.order().to_string());
     let values = [
         ("problems", COUNT.into()),
         ("order", order(0)?),
         ("trapezoidal_order", order(1)?),
-        ("gauss_order", order(3)?),
+        ("gauss_order", order(GAUSS)?),
         ("h", H.to_string()),
         ("trapezoidal_low", brief(trapezoidal.0)),
         ("trapezoidal_high", brief(trapezoidal.1)),
@@ -67,11 +93,16 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("midpoint_high", brief(midpoint.1)),
         // "Or more": rounded down.
         ("gauss", brief(rounded_down(gauss))),
+        ("equal_work", brief(rounded_down(equal_work))),
     ];
     Ok(Answer {
         id: "answer-smooth",
         question: "What would I lose with Method I against the trapezoidal rule, or Gauss collocation?",
-        short: format!("a factor of up to {}, or of {} and more", brief(trapezoidal.1), brief(rounded_down(gauss))),
+        short: format!(
+            "with equal steps a factor of up to {}, or of {} and more",
+            brief(trapezoidal.1),
+            brief(rounded_down(gauss))
+        ),
         text: prose::fill(include_str!("smooth.md"), &values)?,
         checks,
         figure: None,
@@ -83,4 +114,17 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
 fn rounded_down(ratio: f64) -> f64 {
     let unit = 10_f64.powf(ratio.log10().floor() - 1.0);
     (ratio / unit).floor() * unit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_work_is_no_more_evaluations_and_the_least_error_for_it() {
+        let runs = [(100, 4.0), (210, 1.0), (200, 2.0), (211, 0.5)];
+        let runs = runs.map(|(evaluations, end)| Arc::new(Found { first: f64::NAN, end, evaluations }));
+        assert_eq!(for_equal_work(&runs, 210), 1.0);
+        assert!(for_equal_work(&runs, 99).is_nan());
+    }
 }
