@@ -109,6 +109,11 @@ impl<T: Entry> BandLu<T> {
         (rows, start)
     }
 
+    /// Entries of L and of U, the diagonal counted once.
+    pub(super) fn entries(&self) -> usize {
+        (0..self.dim).map(|j| self.reach.min(j) + 1 + self.lower.min(self.dim - 1 - j)).sum()
+    }
+
     /// Factors the matrix in place.
     pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
         let (n, lower, reach) = (self.dim, self.lower, self.reach);

@@ -36,6 +36,11 @@ impl<T: Entry> fmt::Debug for DenseLu<T> {
 }
 
 impl<T: Entry> DenseLu<T> {
+    /// Entries of L and of U, the diagonal counted once.
+    pub(super) fn entries(&self) -> usize {
+        self.factors.len()
+    }
+
     pub(super) fn new(dim: usize) -> Self {
         let requirement = factor::lu_in_place_scratch::<usize, T>(dim, dim, Par::Seq, Default::default())
             .or(solve::solve_in_place_scratch::<usize, T>(dim, 1, Par::Seq))

@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use super::banded::Band;
 use super::sparse::Sparse;
 use super::structure::{Pattern, Structure};
-use super::{Cholesky, FactorError};
-use crate::error::{InputError, SystemError};
+use super::{Cholesky, FactorError, Lu};
+use crate::error::{InputError, SolveError, SystemError};
 
 /// A square matrix of derivatives, ∂F_i/∂x_j.
 ///
@@ -106,6 +106,36 @@ impl Jacobian {
             Entries::Sparse(a) => a.get(i, j),
         }
         .unwrap_or(0.0)
+    }
+
+    /// The entries of the LU factors with which a step would solve for this matrix, nnz(L + U): their storage, and the products
+    /// that a solution takes. Rows are exchanged, and the columns of a sparse matrix ordered for little fill (COLAMD).
+    ///
+    /// It factors the matrix, to be thrown away.
+    ///
+    /// # Errors
+    /// [`SolveError::Singular`] without usable factors; [`SolveError::OutsideStructure`], [`SolveError::NotAssembled`].
+    ///
+    /// ```
+    /// use lsvi::{Jacobian, Structure};
+    ///
+    /// // Elimination in a ring joins the two neighbours of every unknown, until three are left.
+    /// let n = 12;
+    /// let neighbours = (0..n).flat_map(|i| [(i, (i + 1) % n), ((i + 1) % n, i)]);
+    /// let structure = Structure::sparse(n, neighbours)?;
+    /// let mut a = Jacobian::with_structure(n, &structure);
+    /// for i in 0..n {
+    ///     a.add(i, i, 4.0);
+    ///     a.add(i, (i + 1) % n, -1.0);
+    ///     a.add((i + 1) % n, i, -1.0);
+    /// }
+    /// assert_eq!(a.factor_entries()?, 3 * n + 2 * (n - 3));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn factor_entries(&self) -> Result<usize, SolveError> {
+        let mut lu = Lu::of(self);
+        lu.factor(self)?;
+        Ok(lu.entries())
     }
 
     /// A copy as a dense matrix.

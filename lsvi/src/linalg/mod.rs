@@ -132,6 +132,15 @@ impl<T: Entry> Lu<T> {
 }
 
 impl Lu {
+    /// Entries stored for L and U, the diagonal counted once: as many products as a solve takes.
+    fn entries(&self) -> usize {
+        match self {
+            Self::Dense(lu) => lu.entries(),
+            Self::Banded(lu) => lu.entries(),
+            Self::Sparse(lu) => lu.entries(),
+        }
+    }
+
     /// The sign of det A of the matrix that was factored last; NaN for sparse ones, whose permutations are not kept.
     pub(crate) fn sign(&self) -> f64 {
         match self {

@@ -164,6 +164,13 @@ impl<T: Entry> SparseLu<T> {
         if usable { Ok(()) } else { Err(FactorError::Singular) }
     }
 
+    /// Entries of L and of U after the last factorisation, the diagonal counted once.
+    pub(super) fn entries(&self) -> usize {
+        let (l, u) = (self.factors.l_factor_unsorted(), self.factors.u_factor_unsorted());
+        // L has its ones.
+        l.compute_nnz() + u.compute_nnz() - self.pattern.dim()
+    }
+
     pub(super) fn solve(&mut self, b: &mut [T]) {
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
             *x = x.scaled(*s);

@@ -49,6 +49,50 @@ fn solves_in_every_structure() {
     }
 }
 
+/// Rings, whose fill is the same in every order, and tridiagonal matrices, where exchanges of rows may bring a second diagonal
+/// above.
+#[test]
+fn counts_the_entries_of_the_factors_of_matrices_whose_fill_is_known() {
+    for n in [4, 9, 200] {
+        let ring: Vec<_> = (0..n).flat_map(|i| [(i, (i + 1) % n), ((i + 1) % n, i)]).collect();
+        assert_eq!(sparse(n, &ring).factor_entries(), Ok(3 * n + 2 * (n - 3)), "ring of {n}");
+        assert_eq!(dominated(n, &Structure::Dense, &ring).factor_entries(), Ok(n * n));
+        let line: Vec<_> = (1..n).flat_map(|i| [(i - 1, i), (i, i - 1)]).collect();
+        let band = Structure::Banded { lower: 1, upper: 1 };
+        assert_eq!(dominated(n, &band, &line).factor_entries(), Ok(3 * n - 2 + (n - 2)));
+    }
+}
+
+/// There is no fill where the point of an arrow is eliminated last, and nothing else where it is first.
+#[test]
+fn the_columns_of_a_sparse_matrix_are_ordered_for_little_fill() {
+    let n = 200;
+    let arrow: Vec<_> = (1..n).flat_map(|i| [(0, i), (i, 0)]).collect();
+    assert_eq!(sparse(n, &arrow).factor_entries(), Ok(3 * n - 2));
+}
+
+/// The matrix with −1 at `entries` and a diagonal that is larger than the sum of each row.
+fn dominated(n: usize, structure: &Structure, entries: &[(usize, usize)]) -> Jacobian {
+    let mut a = Jacobian::with_structure(n, structure);
+    (0..n).for_each(|i| a.add(i, i, 2.0 * n as f64));
+    entries.iter().for_each(|(i, j)| a.add(*i, *j, -1.0));
+    a
+}
+
+fn sparse(n: usize, entries: &[(usize, usize)]) -> Jacobian {
+    dominated(n, &Structure::sparse(n, entries.iter().copied()).expect("inside"), entries)
+}
+
+#[test]
+fn a_matrix_without_factors_has_no_entries_of_them() {
+    assert_eq!(Jacobian::zeros(3).factor_entries(), Err(SolveError::Singular));
+    let structure = Structure::sparse(3, []).expect("inside");
+    let mut outside = Jacobian::with_structure(3, &structure);
+    outside.add(0, 2, 1.0);
+    assert_eq!(outside.factor_entries(), Err(SolveError::OutsideStructure { row: 0, column: 2 }));
+    assert_eq!(Jacobian::with_structure(3, &Structure::MatrixFree).factor_entries(), Err(SolveError::NotAssembled));
+}
+
 /// (A − iσ) x = b in complex numbers, its real and imaginary part multiplied out; bounds as for real ones.
 #[test]
 fn solves_shifted_complex_systems_in_every_structure() {
