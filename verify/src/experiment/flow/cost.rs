@@ -1,6 +1,8 @@
-//! Seconds of a step by the size of the grid.
+//! Seconds of a step by the size of the grid, and what fills the factors of its matrix.
 
 use std::time::Instant;
+
+use lsvi::{Mass, State, VectorField};
 
 use super::{named, setting};
 use crate::experiment::{Context, Experiment, StudyError};
@@ -28,6 +30,8 @@ pub(crate) struct Found {
     pub(crate) iterations: f64,
     /// Inner iterations of each of those.
     pub(crate) inner: f64,
+    /// Entries of the LU factors of B at the end; none where the metric is not a matrix, as in Fourier space.
+    pub(crate) factor_entries: Option<usize>,
 }
 
 /// Steps after the first.
@@ -53,8 +57,16 @@ impl Experiment for StepCost {
             next: end.duration_since(first).as_secs_f64() / f64::from(NEXT),
             iterations: iterations / f64::from(NEXT),
             inner: (all.work.inner - one.work.inner) as f64 / iterations,
+            factor_entries: factor_entries(&*problem.field(), self.h, &all.end)?,
         })
     }
+}
+
+/// Entries of the LU factors of B = M − h J.
+fn factor_entries(field: &dyn VectorField, h: f64, at: &State) -> Result<Option<usize>, StudyError> {
+    let Mass::Matrix(mut b) = field.mass() else { return Ok(None) };
+    field.add_jacobian(at.t, &at.q, -h, &mut b);
+    Ok(Some(b.factor_entries()?))
 }
 
 #[cfg(test)]
@@ -75,5 +87,16 @@ mod tests {
         assert!(after > before && found.unknowns == 25 && found.first > 0.0 && found.next > 0.0, "{found:?}");
         assert_eq!(found.iterations, (after - before) / 4.0);
         assert_eq!(found.inner, (inner_after - inner_before) / (after - before));
+    }
+
+    /// Two cells a side have one unknown, three have four, each a neighbour of the others, and in Fourier space M is diagonal.
+    #[test]
+    fn the_factors_of_the_smallest_cavities_are_full() {
+        let entries = |flow, cells| {
+            let cost = StepCost { flow, cells, h: 0.1 }.measure(&Context::quick()).expect("it runs");
+            cost.factor_entries
+        };
+        assert_eq!([2, 3].map(|cells| entries("cavity re=100", cells)), [Some(1), Some(16)]);
+        assert_eq!(entries("turbulence-2d re=100", 8), None);
     }
 }
