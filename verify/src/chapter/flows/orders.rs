@@ -39,13 +39,12 @@ pub(super) fn in_time(context: &Context, evidence: &mut Evidence, scale: &Scale)
     let found = context.get_each(cases.iter().map(|(flow, method)| FlowOrder { flow, method }).collect())?;
     let mut rows = Vec::new();
     for ((flow, method), found) in cases.iter().zip(&found) {
-        let is_ours = ["method-i", "method-ii"].contains(method);
         evidence.checks.push(Check::new(
             format!("order/{}/{method}", name(flow)),
             format!("{method} converges in h on {} with its order, the grid fixed", name(flow)),
             found.order,
-            Requirement::Near(found.nominal, if is_ours { 0.05 } else { 0.1 }),
-            "from differences of successive halvings, whose next term is a few per cent of them",
+            Requirement::Near(found.nominal, 0.05),
+            "from differences of successive halvings, whose next term, at most 3.5 per cent of them, moves log₂ by no more",
         ));
         let setting = [Cell::Text((*flow).into()), Cell::Text((*method).into())];
         let numbers = found.differences.iter().copied().chain([found.order]).map(Cell::found);
@@ -79,7 +78,7 @@ pub(super) fn in_time(context: &Context, evidence: &mut Evidence, scale: &Scale)
          gradients, or of GMRES in methods with implicit stages, inside of those: none where factors solve.",
         f64::from(STEPS[3]) / END
     );
-    let columns = ["flow", "method", "h_1_64", "h_1_128", "h_1_256", "order", "solves", "inner"];
+    let columns = ["flow", "method", "h_1_128", "h_1_256", "h_1_512", "order", "solves", "inner"];
     evidence.tables.push(Table::new("flow-orders", caption, columns, rows));
     Ok(())
 }
