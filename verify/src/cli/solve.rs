@@ -14,7 +14,7 @@ use lsvi::{Grid, InputError, SystemError};
 use verify::measure::norm::distance;
 use verify::method::Method;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
-use verify::problem::{Problem, component_names};
+use verify::problem::{Invariant, Problem, component_names};
 use verify::run::{RunError, run_while};
 use verify::theory::breakdown;
 
@@ -36,7 +36,8 @@ const MANY: f64 = 1e7;
 Rows run from t = 0 to the end time; where the step size does not divide it,
 the last step is shorter. An adaptive method gives a row per accepted step.
 Columns: t, the components, and where an exact solution is known error, the
-largest error of a component.
+largest error of a component. After the rows, what is lost of energy, angular
+momentum or enstrophy, for problems that have them.
 
 A run of more than a second shows its progress on a terminal.
 
@@ -60,6 +61,8 @@ Examples:
       --t-end 1 --csv - | head
   verify solve --problem cavity --set re=400 --set cells=32 \\
       --method method-i --h 0.1 --t-end 1 --csv cavity.csv
+  verify solve --problem shear-layer --set re=1e12 --method trapezoidal \\
+      --h 0.1 --t-end 1
   verify solve --model van-der-pol.ds --set mu=2 --method method-i \\
       --h 0.01 --t-end 20
 
@@ -196,10 +199,24 @@ impl<'a> Solve<'a> {
         // The rows up to a failure tell where it came from.
         table.write(out).map_err(Failure::Output)?;
         let summary = result.map_err(|stop| stop.at(Failure::Output))?;
-        writeln!(out, "{summary}").map_err(Failure::Output)?;
+        writeln!(out, "{summary}{}", self.changes(&summary)).map_err(Failure::Output)?;
         out.flush().map_err(Failure::Output)?;
         self.warn(&summary);
         Ok(())
+    }
+
+    /// What became of energy, angular momentum and the like, a line each.
+    fn changes(&self, summary: &Summary) -> String {
+        let (first, last) = summary.watch.ends();
+        let line = |quantity: &Invariant| {
+            let (before, after) = (quantity.value(first), quantity.value(last));
+            let change = match before {
+                0.0 => format!("change {}", number(after)),
+                _ => format!("relative change {}", number(after / before - 1.0)),
+            };
+            format!("\n{} {} at t = 0, {change}", quantity.name, number(before))
+        };
+        self.problem.quantities().iter().map(line).collect()
     }
 
     /// Says on standard error what the rows do not, and returns it as comment lines.
@@ -234,7 +251,9 @@ impl<'a> Solve<'a> {
         let comments = self.warn(&summary);
         file.write_all(comments.as_bytes()).map_err(unwritable)?;
         file.commit().map_err(unwritable)?;
-        writeln!(out, "{} rows written to {}\n{summary}", summary.rows, path.display()).map_err(Failure::Output)
+        let changes = self.changes(&summary);
+        writeln!(out, "{} rows written to {}\n{summary}{changes}", summary.rows, path.display())
+            .map_err(Failure::Output)
     }
 
     fn csv<W: Write>(&self, writer: W) -> io::Result<csv::Writer<W>> {

@@ -50,6 +50,26 @@ pub struct Spread {
 }
 
 impl Evidence {
+    /// Takes up what was found under a heading: its words, figures and tables stand together there.
+    pub fn add_under(&mut self, (id, title): (String, &str), part: Self) {
+        let Self { checks, tables, figures, grids, notes, sections, timings, spreads } = part;
+        self.sections.push(Section {
+            id,
+            title: title.into(),
+            paragraphs: notes.into_iter().map(|text| (String::new(), text)).collect(),
+            figures: figures.iter().map(|figure| figure.id.clone()).collect(),
+            tables: tables.iter().filter(|table| table.shown).map(|table| table.id.clone()).collect(),
+            ..Section::default()
+        });
+        self.checks.extend(checks);
+        self.tables.extend(tables);
+        self.figures.extend(figures);
+        self.grids.extend(grids);
+        self.sections.extend(sections);
+        self.timings.extend(timings);
+        self.spreads.extend(spreads);
+    }
+
     /// Every text that a reader meets.
     pub fn texts(&self) -> impl Iterator<Item = &String> {
         let checks = self.checks.iter().flat_map(|check| [&check.statement, &check.reason]);
@@ -82,10 +102,17 @@ pub struct Section {
     pub title: String,
     /// A word set off beside the heading, such as a verdict; may be empty.
     pub mark: String,
-    /// Labelled paragraphs, `inline code` allowed.
+    /// Labelled paragraphs, `inline code` allowed. Those of the running text, which is in sight, have empty labels.
     pub paragraphs: Vec<(String, String)>,
     /// Ids of the chapter's figures that are shown here.
     pub figures: Vec<String>,
     /// Ids of the chapter's tables that are shown here.
     pub tables: Vec<String>,
+}
+
+impl Section {
+    /// Whether it belongs to the running text.
+    pub fn is_text(&self) -> bool {
+        self.paragraphs.iter().any(|(label, _)| label.is_empty())
+    }
 }

@@ -28,7 +28,7 @@ impl<'a> Mechanics<'a> {
     }
 }
 
-/// A function of the state that the motion conserves.
+/// A function of the state that the motion conserves, or would without friction.
 pub struct Invariant<'a> {
     /// Its name in tables and figures.
     pub name: &'static str,

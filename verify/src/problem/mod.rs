@@ -92,6 +92,11 @@ pub trait Problem: fmt::Debug + Send + Sync {
         Vec::new()
     }
 
+    /// The functions of the state whose course is of interest: what is conserved, unless there is more.
+    fn quantities(&self) -> Vec<Invariant<'_>> {
+        self.invariants()
+    }
+
     /// The same system by hand, for the references.
     fn ode(&self) -> &dyn Ode;
 

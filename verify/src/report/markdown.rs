@@ -112,14 +112,21 @@ fn chapter_details(chapter: &Chapter) -> String {
     for paragraph in std::iter::once(&chapter.question).chain(&evidence.notes).filter(|text| !text.is_empty()) {
         let _ = write!(out, "\n{}\n", inline(paragraph));
     }
+    let shown = || evidence.tables.iter().filter(|table| table.shown);
+    for section in evidence.sections.iter().filter(|section| section.is_text()) {
+        let _ = write!(out, "\n#### {}\n", inline(&section.title));
+        for (_, text) in &section.paragraphs {
+            let _ = write!(out, "\n{}\n", inline(text));
+        }
+        shown().filter(|table| section.tables.contains(&table.id)).for_each(|table| show_table(&mut out, table));
+    }
     if !evidence.checks.is_empty() {
         out.push_str("\n| | Check | Measured | Required |\n|:--|:--|--:|:--|\n");
         evidence.checks.iter().for_each(|check| check_row(&mut out, check));
     }
-    // The details of sections are in `index.html`.
-    let is_detail = |table: &&Table| evidence.sections.iter().any(|section| section.tables.contains(&table.id));
-    let shown = evidence.tables.iter().filter(|table| table.shown && !is_detail(table));
-    shown.for_each(|table| show_table(&mut out, table));
+    // The details of other sections are in `index.html`.
+    let is_placed = |table: &&Table| evidence.sections.iter().any(|section| section.tables.contains(&table.id));
+    shown().filter(|table| !is_placed(table)).for_each(|table| show_table(&mut out, table));
     out.push_str("\n</details>\n");
     out
 }

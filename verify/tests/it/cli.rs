@@ -116,6 +116,27 @@ fn a_step_that_stalls_says_so_with_a_remedy() {
     assert!(flat(message).contains("hint: a smaller `--h` may help"), "{message}");
 }
 
+/// Taylor and Green's vortices lose 1 − exp(−4νt) of both, of which a step of 1/20 misses a thousandth part at most.
+#[test]
+fn a_solve_says_what_is_lost_of_energy_and_enstrophy() {
+    let line = "solve --problem taylor-green --set cells=8 --method method-i --h 0.05 --t-end 0.5";
+    let output = command(&line.split(' ').collect::<Vec<_>>()).output().expect("starts");
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    for (name, start) in [("energy", "0.25"), ("enstrophy", "0.5")] {
+        let told = said.lines().find(|line| line.starts_with(&format!("{name} "))).unwrap_or_else(|| panic!("{said}"));
+        assert!(told.starts_with(&format!("{name} {start} at t = 0, relative change -0.18")), "{told}");
+        let change: f64 = told.rsplit(' ').next().and_then(|x| x.parse().ok()).expect("a number");
+        approx::assert_relative_eq!(change, (-0.2_f64).exp_m1(), max_relative = 1e-3);
+    }
+    let line = "solve --problem kepler --method stormer-verlet --h 0.05 --t-end 1";
+    let output = command(&line.split(' ').collect::<Vec<_>>()).output().expect("starts");
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(said.contains("\nangular momentum "), "{said}");
+    let line = "solve --problem logistic --method rk4 --h 0.05 --t-end 1";
+    let output = command(&line.split(' ').collect::<Vec<_>>()).output().expect("starts");
+    assert!(!String::from_utf8(output.stdout).expect("UTF-8").contains("relative change"));
+}
+
 /// Every `verify …` line in the help is a command that the program accepts.
 #[test]
 fn examples_in_the_help_work() {

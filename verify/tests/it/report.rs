@@ -561,6 +561,52 @@ fn the_recommendation_for_a_model_comes_first_and_the_words_are_folded() {
     assert!(!read(&path, "index.html").contains("<details><summary>Terms"));
 }
 
+/// Words, figures and tables that belong together stand under one heading, on the page and in Markdown.
+#[test]
+fn running_text_has_headings_in_sight_and_its_evidence_below_them() {
+    let found = |name: &str| Evidence {
+        notes: vec![format!("All about {name} with `verify {name}`.")],
+        tables: vec![table(name, &["h"], vec![vec![Cell::Number(0.25)]], true)],
+        figures: vec![Figure { data: name.into(), ..figure(name, 1, vec![order_panel(name, 1e-16)]) }],
+        checks: vec![check(name, Outcome::Pass, Some(2.0))],
+        ..Evidence::default()
+    };
+    let mut evidence = Evidence::default();
+    for name in ["gains", "losses"] {
+        evidence.add_under((format!("told-{name}"), &format!("Where it {name}")), found(name));
+    }
+    let path = fresh("running-text");
+    let chapter = Chapter { id: "told".into(), evidence, ..Chapter::default() };
+    report::write(&Run::new(vec![chapter], Vec::new()), &path).expect("written");
+    let page = read(&path, "index.html");
+    let (_, page) = page.split_once("<section class=\"chapter\" id=\"told\">").expect("the chapter");
+    let order = [
+        "<h3>Where it gains",
+        "<p>All about gains with <code>verify gains</code>.</p>",
+        "<summary>1 figure, 1 table</summary>",
+        "figure:gains",
+        "table:gains",
+        "<h3>Where it losses",
+        "<p>All about losses",
+        "figure:losses",
+        "table:losses",
+        "<summary>2 checks that passed</summary>",
+        "told/gains",
+    ];
+    let mut rest = page;
+    for text in order {
+        let Some((_, after)) = rest.split_once(text) else { panic!("{text} is not in its place:\n{page}") };
+        rest = after;
+    }
+    assert_eq!(page.matches("id=\"figure:gains\"").count(), 1);
+    assert_eq!(page.matches("id=\"table:gains\"").count(), 1);
+    let markdown = read(&path, "report.md");
+    let order = ["#### Where it gains\n\nAll about gains", "Errors of `gains`", "#### Where it losses", "| | Check |"];
+    let places = order.map(|text| markdown.find(text).unwrap_or_else(|| panic!("{text}:\n{markdown}")));
+    assert!(places.is_sorted(), "{places:?}\n{markdown}");
+    assert_eq!(markdown.matches("Errors of `gains`").count(), 1);
+}
+
 #[test]
 fn a_chapter_of_checks_alone_takes_one_click() {
     let evidence = Evidence { checks: vec![check("c", Outcome::Pass, Some(2.0))], ..Evidence::default() };

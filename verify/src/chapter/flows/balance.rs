@@ -1,5 +1,7 @@
 //! Energy, enstrophy and error of periodic flows, in both metrics.
 
+use std::sync::Arc;
+
 use super::{Context, Scale, StudyError, brief, contest, map, prose, short};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::flow::log_log;
@@ -19,12 +21,50 @@ fn rolled_up(points: usize) -> PeriodicErrors {
     PeriodicErrors { flow: "shear-layer thickness=0.21", points, end: 8.0, longest: 0.1 }
 }
 
-pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    let short_runs = scale.points.iter().flat_map(|points| FLOWS.map(|flow| short_run(flow, *points)));
-    let cases: Vec<PeriodicErrors> = short_runs.chain(scale.rolled.map(rolled_up)).collect();
-    let found = context.get_each(cases.clone())?;
+/// Runs on all flows and grids.
+struct Runs {
+    cases: Vec<PeriodicErrors>,
+    found: Vec<Arc<Found>>,
+}
+
+impl Runs {
+    fn new(context: &Context, scale: &Scale) -> Result<Self, StudyError> {
+        let short_runs = scale.points.iter().flat_map(|points| FLOWS.map(|flow| short_run(flow, *points)));
+        let cases: Vec<PeriodicErrors> = short_runs.chain(scale.rolled.map(rolled_up)).collect();
+        Ok(Self { found: context.get_each(cases.clone())?, cases })
+    }
+
+    /// Those of a flow on its finest grid.
+    fn of(&self, flow: &str) -> Result<&Found, StudyError> {
+        let found = self.cases.iter().zip(&self.found).rfind(|(case, _)| case.flow == flow).map(|(_, found)| &**found);
+        found.ok_or_else(|| "no such flow".into())
+    }
+
+    /// That with the finest step.
+    fn finest(&self, flow: &str, (method, metric): (&str, &str)) -> Result<&Row, StudyError> {
+        row_of(self.of(flow)?, method, metric, finest()).ok_or_else(|| "no such run".into())
+    }
+
+    /// The error of a run over that of another, both with the finest step.
+    fn over(&self, flow: &str, a: (&str, &str), b: (&str, &str)) -> Result<f64, StudyError> {
+        Ok(self.finest(flow, a)?.error / self.finest(flow, b)?.error)
+    }
+}
+
+/// The finest step of the short runs.
+fn finest() -> f64 {
+    let [_, _, finest] = short_run("", 0).steps();
+    finest
+}
+
+const OURS: (&str, &str) = ("method-i", "velocity");
+
+/// Errors of all methods against step size and work.
+pub(super) fn errors(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    let runs = Runs::new(context, scale)?;
+    let Runs { cases, found } = &runs;
     let (mut rows, mut curves, mut costs, mut maps) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (case, found) in cases.iter().zip(&found) {
+    for (case, found) in cases.iter().zip(found) {
         let PeriodicErrors { flow, points, end, .. } = *case;
         evidence.checks.extend(judged(case, found)?);
         rows.extend(found.rows.iter().map(|r| {
@@ -43,65 +83,32 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
                 }),
             );
             costs.push(
-                errors(found, Axis::log("evaluations of f, J·x and Jᵀ·x"), |r| r.evaluations as f64)
+                curves_of(found, Axis::log("evaluations of f, J·x and Jᵀ·x"), |r| r.evaluations as f64)
                     .titled(title.clone()),
             );
             maps.push(vortices(&title, points, &found.reference));
         }
-        curves.push(errors(found, Axis::log("h"), |r| r.h).titled(title));
+        curves.push(curves_of(found, Axis::log("h"), |r| r.h).titled(title));
     }
-    let (check, table, note) = conservation(context, scale)?;
-    evidence.checks.push(check);
-    evidence.tables.push(table);
-    let [_, _, finest] = short_run("", 0).steps();
-    let of = |flow: &str, (method, metric): (&str, &str)| {
-        let found = cases.iter().zip(&found).rfind(|(case, _)| case.flow == flow).map(|(_, found)| found);
-        found.and_then(|found| row_of(found, method, metric, finest)).ok_or("no such run")
-    };
-    let (ours, other) = (("method-i", "velocity"), ("method-i", "vorticity"));
-    let rule = ("tr-bdf2", "velocity");
-    let over = |flow, a, b| Ok::<_, StudyError>(of(flow, a)?.error / of(flow, b)?.error);
-    let ratio = |flow, a, b| over(flow, a, b).map(short);
-    let enstrophy = |flow, what| of(flow, what).map(|row| brief(row.enstrophy));
-    let last = cases.iter().rposition(|case| case.end == END).ok_or("no flow")?;
-    let signs = found[last].rows.iter().filter(|row| (row.method, row.metric) == ours);
-    let signs: Vec<bool> = signs.map(|row| row.enstrophy > 0.0).collect();
-    let changes = signs.windows(2).any(|pair| pair[0] != pair[1]);
-    let balance = |flow, of_what: usize| Ok::<_, StudyError>(short(of(flow, ours)?.balance[of_what].abs()));
     let [shear, turbulence] = FLOWS;
+    let rule = ("tr-bdf2", "velocity");
+    let ratio = |flow, a, b| runs.over(flow, a, b).map(short);
     let values = [
-        ("tr_bdf2", contest(&[over(shear, ours, rule)?, over(turbulence, ours, rule)?])),
-        ("shear_metric", ratio(shear, other, ours)?),
-        ("turbulence_metric", ratio(turbulence, other, ours)?),
-        ("shear_enstrophy", enstrophy(shear, ours)?),
-        ("shear_enstrophy_other", enstrophy(shear, other)?),
-        ("turbulence_enstrophy", enstrophy(turbulence, ours)?),
-        ("turbulence_enstrophy_other", enstrophy(turbulence, other)?),
-        ("sign", if changes { "changes sign" } else { "keeps its sign" }.into()),
+        ("tr_bdf2", contest(&[runs.over(shear, OURS, rule)?, runs.over(turbulence, OURS, rule)?])),
         ("points", scale.points.last().ok_or("no grid")?.to_string()),
         ("re", short(RE)),
         ("end", short(END)),
-        ("shear_tr_bdf2", ratio(shear, ours, rule)?),
-        ("turbulence_tr_bdf2", ratio(turbulence, ours, rule)?),
-        ("turbulence_trapezoidal", ratio(turbulence, ours, ("trapezoidal", "velocity"))?),
-        ("turbulence_euler", ratio(turbulence, ("implicit-euler", "velocity"), ours)?),
-        ("shear_energy_balance", balance(shear, 0)?),
-        ("shear_enstrophy_balance", balance(shear, 1)?),
-        ("turbulence_energy_balance", balance(turbulence, 0)?),
-        ("turbulence_enstrophy_balance", balance(turbulence, 1)?),
-        ("h", short(finest)),
+        ("h", short(finest())),
+        ("shear_tr_bdf2", ratio(shear, OURS, rule)?),
+        ("turbulence_tr_bdf2", ratio(turbulence, OURS, rule)?),
+        ("turbulence_trapezoidal", ratio(turbulence, OURS, ("trapezoidal", "velocity"))?),
+        ("turbulence_euler", ratio(turbulence, ("implicit-euler", "velocity"), OURS)?),
     ];
-    evidence.notes.extend(prose::fill(include_str!("balance.md"), &values)?);
-    evidence.notes.extend(note);
-    let work = |flow| {
-        let found = cases.iter().zip(&found).rfind(|(case, _)| case.flow == flow).map(|(_, found)| found);
-        Ok::<_, StudyError>(brief(equal_work(found.ok_or("no such flow")?, "tr-bdf2")))
-    };
+    evidence.notes.extend(prose::fill(include_str!("periodic.md"), &values)?);
+    let work = |flow| Ok::<_, StudyError>(brief(equal_work(runs.of(flow)?, "tr-bdf2")));
     // The explicit method's longest step that holds, beside Method I's most accurate run.
-    let own = of(shear, ours)?;
-    let layers = cases.iter().zip(&found).rfind(|(case, _)| case.flow == shear).map(|(_, found)| found);
-    let runs = layers.ok_or("no such flow")?.rows.iter();
-    let holds = runs.filter(|row| row.method == "rk4" && row.error < own.error);
+    let own = runs.finest(shear, OURS)?;
+    let holds = runs.of(shear)?.rows.iter().filter(|row| row.method == "rk4" && row.error < own.error);
     let cheapest = holds.min_by(|a, b| a.evaluations.cmp(&b.evaluations)).ok_or("RK4 is nowhere ahead")?;
     let explicit = (cheapest.error, cheapest.evaluations);
     evidence.checks.push(Check::new(
@@ -121,7 +128,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("own_evaluations", own.evaluations.to_string()),
     ];
     evidence.notes.extend(prose::fill(include_str!("evaluations.md"), &values)?);
-    for (case, found) in cases.iter().zip(&found).filter(|(case, _)| case.end > END) {
+    for (case, found) in cases.iter().zip(found).filter(|(case, _)| case.end > END) {
         rolled(context, evidence, case, found)?;
     }
     let caption = format!(
@@ -242,7 +249,7 @@ fn judged(case: &PeriodicErrors, found: &Found) -> Result<Vec<Check>, StudyError
             format!("Method I converges on {setting} with order 2 in the {metric} metric"),
             (of(metric, coarser)?.error / of(metric, finest)?.error).log2(),
             Requirement::Near(2.0, 0.2),
-            "from the two finest steps, where the next term of the error is a few per cent of it",
+            "from the two finest steps, where the next term of the error, at most 15 per cent of it, moves log₂ by no more",
         ));
     }
     for (place, what) in ["energy", "enstrophy"].into_iter().enumerate() {
@@ -266,7 +273,7 @@ fn judged(case: &PeriodicErrors, found: &Found) -> Result<Vec<Check>, StudyError
 }
 
 /// Error against step size, or what runs cost, of all methods.
-fn errors(found: &Found, axis: Axis, of_run: fn(&Row) -> f64) -> Panel {
+fn curves_of(found: &Found, axis: Axis, of_run: fn(&Row) -> f64) -> Panel {
     let curves = METHODS.iter().map(|(method, metric)| {
         let of = |row: &&Row| (row.method, row.metric) == (*method, *metric);
         let label = if *metric == "velocity" { (*method).to_owned() } else { format!("{method}, {metric}") };
@@ -277,8 +284,42 @@ fn errors(found: &Found, axis: Axis, of_run: fn(&Row) -> f64) -> Panel {
     Panel::new(axis, Axis::log("error, relative r.m.s."), curves.collect())
 }
 
-/// Without viscosity the implicit midpoint rule keeps energy and enstrophy, quadratic forms that the dealiased equations conserve.
-fn conservation(context: &Context, scale: &Scale) -> Result<(Check, Table, Vec<String>), StudyError> {
+/// What measuring the residual by vorticity does to errors.
+pub(super) fn metric(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
+    let runs = Runs::new(context, scale)?;
+    let [shear, turbulence] = FLOWS;
+    let other = ("method-i", "vorticity");
+    let ratio = |flow| runs.over(flow, other, OURS).map(short);
+    let enstrophy = |flow, what| runs.finest(flow, what).map(|row| brief(row.enstrophy));
+    let last = runs.cases.iter().rposition(|case| case.end == END).ok_or("no flow")?;
+    let signs = runs.found[last].rows.iter().filter(|row| (row.method, row.metric) == OURS);
+    let signs: Vec<bool> = signs.map(|row| row.enstrophy > 0.0).collect();
+    let changes = signs.windows(2).any(|pair| pair[0] != pair[1]);
+    let values = [
+        ("h", short(finest())),
+        ("shear_metric", ratio(shear)?),
+        ("turbulence_metric", ratio(turbulence)?),
+        ("shear_enstrophy", enstrophy(shear, OURS)?),
+        ("shear_enstrophy_other", enstrophy(shear, other)?),
+        ("turbulence_enstrophy", enstrophy(turbulence, OURS)?),
+        ("turbulence_enstrophy_other", enstrophy(turbulence, other)?),
+        ("sign", if changes { "changes sign" } else { "keeps its sign" }.into()),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("metric.md"), &values)?);
+    let balance = |flow, of_what: usize| runs.finest(flow, OURS).map(|row| short(row.balance[of_what].abs()));
+    let values = [
+        ("h", short(finest())),
+        ("shear_energy_balance", balance(shear, 0)?),
+        ("shear_enstrophy_balance", balance(shear, 1)?),
+        ("turbulence_energy_balance", balance(turbulence, 0)?),
+        ("turbulence_enstrophy_balance", balance(turbulence, 1)?),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("balance.md"), &values)?);
+    Ok(())
+}
+
+/// The implicit midpoint rule keeps energy and enstrophy, quadratic forms that the dealiased equations conserve.
+pub(super) fn without_viscosity(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
     let [points, ..] = scale.points else { return Err("no grid".into()) };
     let found = context.get(WithoutViscosity { points: *points })?;
     let caption = format!(
@@ -311,8 +352,10 @@ fn conservation(context: &Context, scale: &Scale) -> Result<(Check, Table, Vec<S
         ("midpoint", change("implicit-midpoint", "velocity")),
         ("euler", change("implicit-euler", "velocity")),
     ];
-    let note = prose::fill(include_str!("conservation.md"), &values)?;
-    Ok((check, table, note))
+    evidence.checks.push(check);
+    evidence.tables.push(table);
+    evidence.notes.extend(prose::fill(include_str!("conservation.md"), &values)?);
+    Ok(())
 }
 
 /// A map of the vorticity over its largest value.

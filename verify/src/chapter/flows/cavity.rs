@@ -1,11 +1,10 @@
-//! The steady cavity against the literature, the way to it, the cavity against CVODE, and the cost of steps.
+//! The steady cavity against the literature, the way to it, and the cavity against CVODE.
 
 use super::{Context, Scale, StudyError, brief, map, prose, short, streamlines};
 use crate::evidence::number::digits;
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Table};
 use crate::experiment::flow::against_cvode::{AgainstCvode, Loose, Row};
 use crate::experiment::flow::approach::{Approach, Found as Reached};
-use crate::experiment::flow::cost::StepCost;
 use crate::experiment::flow::profile::{Published, published};
 use crate::experiment::flow::steady::{Grid, STEADY, Spurious, SteadyCavity};
 use crate::measure::norm::Extremes;
@@ -107,7 +106,7 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
     }
     let (res, largest): (Vec<_>, Vec<_>) = within.into_iter().unzip();
     let values = [("cells", on.to_string()), ("re", res.join(", ")), ("ghia", largest.join(", "))];
-    spurious(context, evidence, scale, &values)?;
+    evidence.notes.extend(prose::fill(include_str!("steady.md"), &values)?);
     evidence.notes.extend(extrapolated);
     Ok(())
 }
@@ -179,14 +178,8 @@ fn vorticity(title: &str, grid: &Grid) -> Panel {
     map(title, place, grid.vorticity.clone(), vec![-5.0, -3.0, -1.0, 0.0, 1.0, 3.0, 5.0], true)
 }
 
-/// Where the minimum of the action at a step too long for the grid is no steady flow; `steady` is what the words say of those that
-/// are.
-fn spurious(
-    context: &Context,
-    evidence: &mut Evidence,
-    scale: &Scale,
-    steady: &[(&str, String)],
-) -> Result<(), StudyError> {
+/// Where the minimum of the action at a step too long for the grid is no steady flow.
+pub(super) fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
     const RE: f64 = 1000.0;
     const CELLS: usize = 32;
     const OTHERS: [&str; 2] = ["implicit-euler", "tr-bdf2"];
@@ -200,14 +193,14 @@ fn spurious(
         0 => "all come to a steady flow".to_owned(),
         missed => format!("come to a steady flow in all but {missed} of their runs"),
     };
-    let own = [
+    let values = [
         ("others", reach),
-        ("long", short(*h)),
-        ("long_re", short(RE)),
-        ("long_cells", CELLS.to_string()),
+        ("h", short(*h)),
+        ("re", short(RE)),
+        ("cells", CELLS.to_string()),
         ("rest", short(worst.residual)),
     ];
-    evidence.notes.extend(prose::fill(include_str!("steady.md"), &[steady, &own].concat())?);
+    evidence.notes.extend(prose::fill(include_str!("spurious.md"), &values)?);
     let statement = format!(
         "Re = {RE} on {CELLS}² cells with h = {h}: where Method I comes to rest the flow is not steady, and the library refuses it; \
          |f| there"
@@ -412,60 +405,8 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
     Ok(())
 }
 
-/// Seconds of a step of Method I by the size of the grid.
-pub(super) fn costs(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    type Steps = fn(usize) -> f64;
-    const FLOWS: [(&str, Steps); 3] = [
-        ("cavity re=1000", |_| 0.05),
-        ("turbulence-2d re=1000", |_| 0.01),
-        ("turbulence-2d re=1000", |points| 0.64 / points as f64),
-    ];
-    let mut rows = Vec::new();
-    for ((flow, h), cells) in FLOWS.into_iter().zip(scale.costs) {
-        for &cells in cells {
-            let h = h(cells);
-            let cost = context.get(StepCost { flow, cells, h })?;
-            let each = 1e6 * cost.next / (cells * cells) as f64;
-            let inner = cost.iterations * cost.inner;
-            rows.push(row![
-                flow,
-                cells,
-                cost.unknowns,
-                h,
-                cost.first,
-                cost.next,
-                cost.iterations,
-                inner,
-                each,
-                each / inner
-            ]);
-        }
-    }
-    if rows.is_empty() {
-        return Ok(());
-    }
-    let caption = "Steps of Method I, one after another on the machine that made this page: seconds of the first, with what is set up \
-                   for all, and of each of the next; Gauss–Newton iterations and in all of them iterations of conjugate gradients a \
-                   step; microseconds a cell of a step, and of an iteration of conjugate gradients with its share of all else.";
-    let columns = [
-        "flow",
-        "cells",
-        "unknowns",
-        "h",
-        "first",
-        "next",
-        "iterations",
-        "inner",
-        "microseconds_a_cell",
-        "microseconds_a_cell_and_inner",
-    ];
-    evidence.tables.push(Table::new("flow-costs", caption, columns, rows));
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::SMALL;
     use super::*;
     use crate::experiment::flow::profile::Profile;
 
@@ -487,26 +428,5 @@ mod tests {
         let [plain, extrapolated] = checks.as_slice() else { panic!("{checks:?}") };
         assert!((plain.measured.expect("a number") - 24.0_f64.powi(-2)).abs() < 1e-12);
         assert!(extrapolated.measured.expect("a number") < 1e-12, "{extrapolated:?}");
-    }
-
-    #[test]
-    fn a_step_costs_its_seconds_over_the_cells() {
-        let mut evidence = Evidence::default();
-        costs(&Context::quick(), &mut evidence, &Scale { costs: [&[4], &[6], &[]], ..SMALL }).expect("they run");
-        let table = &evidence.tables[0];
-        let number =
-            |row: &[Cell], column: &str| match row[table.columns.iter().position(|c| c == column).expect("there")] {
-                Cell::Number(x) => x,
-                Cell::Integer(x) => x as f64,
-                _ => panic!("{column}"),
-            };
-        assert_eq!(table.rows.len(), 2);
-        for row in &table.rows {
-            let cells = number(row, "cells").powi(2);
-            let each = number(row, "microseconds_a_cell") * cells;
-            assert!((each - 1e6 * number(row, "next")).abs() <= 1e-9 * each.abs(), "{row:?}");
-            let inner = number(row, "microseconds_a_cell_and_inner") * number(row, "inner") * cells;
-            assert!((inner - each).abs() <= 1e-9 * each.abs(), "{row:?}");
-        }
     }
 }

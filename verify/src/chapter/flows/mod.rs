@@ -2,6 +2,8 @@
 
 mod balance;
 mod cavity;
+mod cost;
+mod identities;
 mod lid;
 mod orders;
 
@@ -10,21 +12,24 @@ use crate::evidence::number::{brief, short};
 use crate::evidence::{Axis, Evidence, Field, Panel};
 use crate::experiment::flow::steady::{corner, interpolated};
 
+const ID: &str = "flows";
+const FULL_ID: &str = "flows-full";
+
 pub(super) const STUDY: Study = Study {
-    id: "flows",
+    id: ID,
     title: "Two-dimensional flows",
     question: "What do the least-squares integrators do on the Navier–Stokes equations: which answers are right, where do they \
                lose to TR-BDF2 or to a projection method, and where do their large steps pay?",
     source: "[S24] title and Section 5; claims b, h, n",
-    run: |context| study(context, &SMALL),
+    run: |context| study(context, ID, &SMALL),
 };
 
 pub(super) const FULL: Study = Study {
-    id: "flows-full",
+    id: FULL_ID,
     title: "Two-dimensional flows on fine grids",
     question: "Does what holds on coarse grids hold on the grids of the literature: cavity to 160², periodic flows to 128²?",
     source: STUDY.source,
-    run: |context| study(context, &LARGE),
+    run: |context| study(context, FULL_ID, &LARGE),
 };
 
 /// How large the grids are.
@@ -65,7 +70,7 @@ const SMALL: Scale = Scale {
     points: &[32],
     rolled: None,
     reference: 16,
-    costs: [&[]; 3],
+    costs: [&[16, 32, 64], &[32, 64], &[32, 64]],
 };
 
 const LARGE: Scale = Scale {
@@ -85,24 +90,36 @@ const LARGE: Scale = Scale {
 /// Adds what it finds at a scale.
 type Part = fn(&Context, &mut Evidence, &Scale) -> Result<(), StudyError>;
 
-fn study(context: &Context, scale: &Scale) -> Result<Evidence, StudyError> {
-    let parts: [Part; 10] = [
-        orders::in_time,
-        orders::in_time_and_space,
-        cavity::steady,
-        cavity::cross_check,
-        orders::against_work,
-        balance::study,
-        lid::study,
-        lid::disturbances,
-        cavity::approach,
-        cavity::costs,
-    ];
+/// Headings, each with what is found under it.
+const PARTS: [(&str, &str, &[Part]); 7] = [
+    (
+        "right",
+        "What it gets right",
+        &[identities::study, orders::in_time, orders::in_time_and_space, cavity::steady, cavity::cross_check],
+    ),
+    ("loses", "Where it loses", &[orders::against_work, balance::errors]),
+    ("metric", "The metric, energy and enstrophy", &[balance::metric, balance::without_viscosity]),
+    ("large-steps", "Where large steps pay", &[lid::study, lid::disturbances, cavity::approach]),
+    ("spurious", "Spurious steady states", &[cavity::spurious]),
+    ("cost", "What a step costs", &[cost::study]),
+    ("rerun", "How to rerun it", &[rerun]),
+];
+
+fn study(context: &Context, id: &str, scale: &Scale) -> Result<Evidence, StudyError> {
     let mut evidence = Evidence::default();
-    for part in parts {
-        part(context, &mut evidence, scale)?;
+    for (name, title, parts) in PARTS {
+        let mut found = Evidence::default();
+        for part in parts {
+            part(context, &mut found, scale)?;
+        }
+        evidence.add_under((format!("{id}-{name}"), title), found);
     }
     Ok(evidence)
+}
+
+fn rerun(_context: &Context, evidence: &mut Evidence, _scale: &Scale) -> Result<(), StudyError> {
+    evidence.notes.extend(prose::fill(include_str!("rerun.md"), &[])?);
+    Ok(())
 }
 
 /// What a method with these errors, over another's, does to it.
@@ -141,7 +158,26 @@ fn streamlines(title: &str, cells: usize, psi: &[f64]) -> Panel {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+
     use super::*;
+
+    /// A paragraph that is told without it could not be rerun by its reader.
+    #[test]
+    fn every_paragraph_names_the_command_that_reruns_it() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/chapter/flows");
+        let files = fs::read_dir(folder).expect("a folder of this crate").map(|file| file.expect("readable").path());
+        let templates: Vec<_> =
+            files.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect();
+        assert!(templates.len() > 10);
+        for path in templates {
+            let text = fs::read_to_string(&path).expect("readable");
+            for paragraph in text.split("\n\n") {
+                assert!(paragraph.contains("`verify "), "{}: {paragraph}", path.display());
+            }
+        }
+    }
 
     #[test]
     fn the_larger_error_loses() {

@@ -43,6 +43,11 @@ impl Watch {
         }
     }
 
+    /// The first state and the last.
+    pub(super) fn ends(&self) -> (&[f64], &[f64]) {
+        (&self.first, &self.last.1)
+    }
+
     /// What is to be said of the run on `problem`.
     pub(super) fn warnings(&self, problem: &dyn Problem) -> Vec<String> {
         let ended = self.ended.map(|t| {

@@ -3,6 +3,7 @@
 pub(crate) mod against_cvode;
 pub(crate) mod approach;
 pub(crate) mod cost;
+pub(crate) mod identities;
 pub(crate) mod lid;
 pub(crate) mod order;
 pub(crate) mod periodic;

@@ -9,7 +9,7 @@ use lsvi::solver::{Iterative, StepSolver};
 use super::periodic::{Helmholtz, Metric, Periodic};
 use crate::kinds::Principle;
 use crate::names::{NameError, Parameter, Parameters};
-use crate::problem::{Facts, Limit, Problem, Spec};
+use crate::problem::{Facts, Invariant, Limit, Problem, Spec};
 use crate::reference::Ode;
 
 const CELLS: Parameter =
@@ -175,6 +175,11 @@ impl Problem for OnTorus {
         let rows: Vec<f64> = self.flow.modes.coordinates().collect();
         let values = rows.iter().flat_map(|y| rows.iter().map(move |x| 2.0 * (x - u * t).cos() * (y - v * t).cos()));
         Some(values.map(|w| decay * w).collect())
+    }
+    /// Conserved without viscosity.
+    fn quantities(&self) -> Vec<Invariant<'_>> {
+        let moment = |place: usize| move |v: &[f64]| self.flow.energy_and_enstrophy(v)[place];
+        vec![Invariant::new("energy", moment(0)), Invariant::new("enstrophy", moment(1))]
     }
     fn limit(&self, _principle: Principle) -> Limit<'_> {
         Limit::semi_discrete(self, |t| {

@@ -8,7 +8,7 @@ use super::figure::figure;
 use super::fold::fold;
 use super::map::map;
 use super::{Numbers, badge, by_reason, check_anchor, inline, number, permalink};
-use crate::evidence::{Cell, Check, Evidence, Outcome, Section, Spread, Table};
+use crate::evidence::{Cell, Check, Evidence, Figure, Outcome, Section, Spread, Table};
 use crate::report::run::Chapter;
 
 /// Longer tables scroll within the page.
@@ -27,6 +27,8 @@ pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, nu
     let is_recommendation = |part: &&Section| part.id == super::RECOMMENDATION;
     let recommended = evidence.sections.iter().filter(is_recommendation);
     let recommended: Vec<_> = recommended.map(|part| section(part, chapter, palette, numbers)).collect();
+    let text = evidence.sections.iter().filter(|part| part.is_text());
+    let text: Vec<_> = text.map(|part| text_section(part, chapter, palette, numbers)).collect();
     let body = body(chapter, summary.as_ref().map(|(id, _)| id.as_str()), palette, numbers);
     html! {
         section.chapter id=(id) {
@@ -42,21 +44,33 @@ pub(super) fn write(position: usize, chapter: &Chapter, palette: Palette<'_>, nu
             @for note in &evidence.notes { p { (inline(note)) } }
             @for grid in &evidence.grids { (map(grid, chapter)) }
             (undecided(chapter))
+            @for part in text { (part) }
             @if let Some((_, table)) = &summary { (table) }
             @if chapter.id == super::IN_SIGHT { (body) }
-            @else if !body.0.is_empty() { (fold("evidence", &behind(chapter), body)) }
+            @else if !body.0.is_empty() {
+                @let (figures, tables) = outside_text(evidence);
+                @let passed = evidence.checks.iter().filter(|check| check.outcome == Outcome::Pass).count();
+                (fold("evidence", &behind(figures.len(), tables.len(), passed), body))
+            }
         }
     }
 }
 
+/// Figures and tables to be shown that belong to no section of the running text.
+fn outside_text(evidence: &Evidence) -> (Vec<&Figure>, Vec<&Table>) {
+    let sections = || evidence.sections.iter().filter(|part| part.is_text());
+    let figures = evidence.figures.iter().filter(|figure| !sections().any(|part| part.figures.contains(&figure.id)));
+    let tables = evidence.tables.iter().filter(|table| table.shown);
+    let tables = tables.filter(|table| !sections().any(|part| part.tables.contains(&table.id)));
+    (figures.collect(), tables.collect())
+}
+
 /// What a click shows.
-fn behind(chapter: &Chapter) -> String {
-    let Evidence { checks, tables, figures, .. } = &chapter.evidence;
-    let passed = checks.iter().filter(|check| check.outcome == Outcome::Pass).count();
+fn behind(figures: usize, tables: usize, passed: usize) -> String {
     let count = |n: usize, one: &str, many: &str| (n > 0).then(|| format!("{n} {}", if n == 1 { one } else { many }));
     let parts = [
-        count(figures.len(), "figure", "figures"),
-        count(tables.iter().filter(|table| table.shown).count(), "table", "tables"),
+        count(figures, "figure", "figures"),
+        count(tables, "table", "tables"),
         count(passed, "check that passed", "checks that passed"),
     ];
     match parts.into_iter().flatten().collect::<Vec<_>>().as_slice() {
@@ -82,7 +96,9 @@ fn body(chapter: &Chapter, told: Option<&str>, palette: Palette<'_>, numbers: &m
             (table(part, sections, false, &mut numbers.tables))
         }
         @if !evidence.spreads.is_empty() { (spreads(&evidence.spreads)) }
-        @for part in sections.iter().filter(|part| part.id != super::RECOMMENDATION) { (section(part, chapter, palette, numbers)) }
+        @for part in sections.iter().filter(|part| part.id != super::RECOMMENDATION && !part.is_text()) {
+            (section(part, chapter, palette, numbers))
+        }
         @if !loose.is_empty() {
             p.data { "Further data:" }
             ul.data {
@@ -92,7 +108,8 @@ fn body(chapter: &Chapter, told: Option<&str>, palette: Palette<'_>, numbers: &m
             }
         }
         // What a fold of the chapter holds alone takes one click.
-        @if chapter.id != super::IN_SIGHT && evidence.figures.is_empty() && evidence.tables.iter().all(|table| !table.shown) {
+        @let (figures, tables) = outside_text(evidence);
+        @if chapter.id != super::IN_SIGHT && figures.is_empty() && tables.is_empty() {
             (check_table(chapter, &passed))
         } @else if !passed.is_empty() {
             details {
@@ -136,6 +153,26 @@ fn undecided(chapter: &Chapter) -> Markup {
             details.not-run {
                 summary { "– Not run (" (checks.len()) "): " (inline(reason.trim_start_matches("not run: "))) }
                 ul { @for (_, check) in checks { li id=(check_anchor(chapter, &check.id)) { (inline(&check.statement)) } } }
+            }
+        }
+    }
+}
+
+/// A section of the running text: what it says, and its figures and tables a click behind.
+fn text_section(section: &Section, chapter: &Chapter, palette: Palette<'_>, numbers: &mut Numbers) -> Markup {
+    let id = anchor(&section.id);
+    let evidence = &chapter.evidence;
+    let figures = evidence.figures.iter().filter(|figure| section.figures.contains(&figure.id));
+    let figures: Vec<_> = figures.map(|part| figure(part, palette, &mut numbers.figures)).collect();
+    let tables = evidence.tables.iter().filter(|table| table.shown && section.tables.contains(&table.id));
+    let tables: Vec<_> = tables.map(|part| table(part, &evidence.sections, false, &mut numbers.tables)).collect();
+    let label = behind(figures.len(), tables.len(), 0);
+    html! {
+        section.part id=(id) {
+            h3 { (inline(&section.title)) " " (permalink(&id, "section")) }
+            @for (_, text) in &section.paragraphs { p { (inline(text)) } }
+            @if !figures.is_empty() || !tables.is_empty() {
+                (fold("evidence", &label, html! { @for part in figures.iter().chain(&tables) { (part) } }))
             }
         }
     }

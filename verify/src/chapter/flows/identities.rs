@@ -1,0 +1,56 @@
+//! What the discrete equations owe to each other.
+
+use super::{Context, Scale, StudyError, prose, short};
+use crate::evidence::{Cell, Check, Evidence, Requirement, Table};
+use crate::experiment::flow::identities::Identities;
+use crate::measure::norm::Extremes;
+use crate::row;
+
+/// Flows, and whether nothing but viscosity and the walls changes their energy.
+const FLOWS: [(&str, bool); 7] = [
+    ("cavity cells=12", true),
+    ("cavity-manufactured cells=12", false),
+    ("kovasznay cells=12", false),
+    ("channel-2d cells=12 length=4", false),
+    ("taylor-green cells=16", true),
+    ("turbulence-2d cells=16", true),
+    ("turbulence-2d cells=16 metric=vorticity", true),
+];
+
+pub(super) fn study(context: &Context, evidence: &mut Evidence, _scale: &Scale) -> Result<(), StudyError> {
+    let cases = FLOWS.map(|(flow, is_closed)| Identities { flow, is_closed });
+    let found = context.get_each(cases.into())?;
+    let mut rows = Vec::new();
+    for ((flow, _), found) in FLOWS.into_iter().zip(&found) {
+        let mut add = |what: &str, says: &str, measured: f64, most: f64, why: &'static str| {
+            let id = format!("identities/{what}/{}", flow.replace([' ', '='], "-"));
+            let statement = format!("{says} on {flow}: relative difference");
+            evidence.checks.push(Check::new(id, statement, measured, Requirement::AtMost(most), why));
+        };
+        let rounding = "sums of as many terms as there are unknowns and neighbours, each rounded";
+        add("adjoint", "Jᵀy is the adjoint of Jx", found.adjoint, 1e-12, rounding);
+        add(
+            "jacobian",
+            "Jx is the derivative of f",
+            found.jacobian,
+            1e-8,
+            "f is quadratic: its central difference is rounded only",
+        );
+        if let Some(work) = found.work {
+            add("work", "Convection does no work", work, 1e-12, rounding);
+        }
+        rows.push(row![flow, found.adjoint, found.jacobian, Cell::found(found.work.unwrap_or(f64::NAN))]);
+    }
+    let largest = |of: Vec<f64>| short(of.into_iter().largest());
+    let values = [
+        ("adjoint", largest(found.iter().map(|found| found.adjoint).collect())),
+        ("jacobian", largest(found.iter().map(|found| found.jacobian).collect())),
+        ("work", largest(found.iter().filter_map(|found| found.work).collect())),
+    ];
+    evidence.notes.extend(prose::fill(include_str!("identities.md"), &values)?);
+    let caption = "Identities of the discrete equations at states without pattern, relative to what they equate: yᵀ(Jx) = (Jᵀy)ᵀx, Jx and the \
+                   central difference of f, and vᵀf = 0 without viscosity, where the flow is closed: of energy, and in the metric of the \
+                   vorticity of enstrophy.";
+    evidence.tables.push(Table::new("flow-identities", caption, ["flow", "adjoint", "jacobian", "work"], rows));
+    Ok(())
+}
