@@ -156,16 +156,13 @@ pub(super) fn inline_markdown(text: &str) -> String {
 
 /// The head of a column from the key that its file has.
 pub(super) fn heading(key: &str) -> String {
-    const HEADS: [(&str, &str); 27] = [
+    const HEADS: [(&str, &str); 24] = [
         ("a_stable", "A-stable"),
         ("at_im", "there Im hλ"),
         ("at_re", "there Re hλ"),
         ("best_theta", "best θ"),
         ("damps_at_infinity", "damps at ∞"),
         ("growth_at_infinity", "growth at ∞"),
-        ("h_1_128", "h = 1/128"),
-        ("h_1_256", "h = 1/256"),
-        ("h_1_64", "h = 1/64"),
         ("h_or_tolerance", "h or tolerance"),
         ("h_up_to", "hλ up to"),
         ("id", "claim no."),
@@ -185,6 +182,9 @@ pub(super) fn heading(key: &str) -> String {
         ("tau", "τ"),
         ("theta", "θ"),
     ];
+    if let Some(steps) = key.strip_prefix("h_1_") {
+        return format!("h = 1/{}", clean(steps));
+    }
     HEADS
         .iter()
         .find(|(known, _)| *known == key)

@@ -94,7 +94,7 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
     let pictures = [
         (
             "streamlines",
-            "streamlines. The lid moves to the right and drags a vortex along; where ψ > 0, palest, eddies turn the other way",
+            "streamlines. The lid moves to the right and drags a vortex along; where ψ > 0, in the other colour, eddies turn the other way",
             streams,
         ),
         ("vorticity", "vorticity, largest along the lid and where the flow meets the right wall", vortices),

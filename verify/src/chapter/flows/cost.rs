@@ -35,19 +35,17 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         return Err("two grids".into());
     };
     let [(_, small), .., (_, large)] = proportional.as_slice() else { return Err("two grids".into()) };
-    let (cost, iterations) = (last.microseconds / first.microseconds, last.inner / first.inner);
     let fills = [first, last].map(|cost| cost.fill.unwrap_or(f64::NAN));
     let values = [
         ("coarse", coarse.to_string()),
         ("fine", fine.to_string()),
         ("first", brief(first.microseconds)),
         ("last", brief(last.microseconds)),
-        ("cost", brief(cost)),
-        ("iterations", brief(iterations)),
+        ("cost", brief(last.microseconds / first.microseconds)),
+        ("iterations", brief(last.inner / first.inner)),
         ("fill_first", short(fills[0])),
         ("fill_last", short(fills[1])),
         ("fill", brief(fills[1] / fills[0])),
-        ("rest", brief(cost / (iterations * fills[1] / fills[0]))),
         ("points", points.to_string()),
         ("same_first", brief(same_first.microseconds)),
         ("same_last", brief(same_last.microseconds)),
