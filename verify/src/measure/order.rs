@@ -21,6 +21,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::decimal::decimals;
+use super::norm::larger;
 
 /// Fewest points in a fit: three local slopes to agree, two degrees of freedom for the standard error.
 pub const MIN_POINTS: usize = 4;
@@ -440,7 +441,7 @@ fn judge(
 /// What errors say that are all at their floors.
 fn floored(samples: &[Sample]) -> String {
     let floors = samples.iter().filter_map(|sample| Some(sample.result.as_ref().ok()?.floor));
-    let largest = floors.fold(0.0, f64::max);
+    let largest = floors.fold(0.0, larger);
     format!("every error is at its floor: the method is exact here to {largest:.1e}, below which nothing is measured")
 }
 
