@@ -9,6 +9,7 @@ pub mod bench;
 pub mod chapter;
 pub mod claim;
 pub mod compare;
+pub mod estimate;
 pub mod evidence;
 pub mod experiment;
 pub mod golden;

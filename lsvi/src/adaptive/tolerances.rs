@@ -54,6 +54,13 @@ impl Tolerances {
         }
     }
 
+    /// All of them divided by `factor` ≥ 1, the relative one down to [`LEAST_RTOL`](Self::LEAST_RTOL).
+    #[must_use]
+    pub fn tightened(&self, factor: f64) -> Self {
+        let atol = self.atol.iter().map(|atol| atol / factor).collect();
+        Self { rtol: (self.rtol / factor).max(Self::LEAST_RTOL), atol }
+    }
+
     /// The relative tolerance.
     pub fn rtol(&self) -> f64 {
         self.rtol

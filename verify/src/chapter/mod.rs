@@ -8,6 +8,7 @@ pub(crate) mod constraints;
 mod couette_large_steps;
 pub mod cross_check;
 mod error_control;
+mod estimates;
 pub(crate) mod figures;
 mod flows;
 mod high_order;
@@ -69,6 +70,7 @@ pub const ALL: &[Study] = &[
     open_closures::STUDY,
     high_order::STUDY,
     error_control::STUDY,
+    estimates::STUDY,
     published_values::STUDY,
     peers::STUDY,
     oscillator::STUDY,

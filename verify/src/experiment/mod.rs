@@ -18,6 +18,7 @@ pub mod energy_course;
 pub mod energy_drift;
 pub mod error_control;
 pub mod errors;
+pub(crate) mod estimates;
 pub(crate) mod fates;
 pub mod floors;
 pub mod flow;

@@ -24,6 +24,12 @@ struct RadauMethod {
     tolerances: Option<Tolerances>,
 }
 
+impl RadauMethod {
+    fn tolerances(&self) -> Result<Tolerances, lsvi::InputError> {
+        self.tolerances.clone().map_or_else(|| Tolerances::new(DEFAULT_RTOL, DEFAULT_ATOL), Ok)
+    }
+}
+
 impl Method for RadauMethod {
     fn name(&self) -> String {
         "radau-adaptive".into()
@@ -39,12 +45,13 @@ impl Method for RadauMethod {
         Some(Box::new(Self { tolerances: Some(tolerances) }))
     }
 
+    fn tightened(&self, factor: f64) -> Option<Box<dyn Method>> {
+        Some(Box::new(Self { tolerances: Some(self.tolerances().ok()?.tightened(factor)) }))
+    }
+
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         let unfit = |error: lsvi::InputError| BuildError { method: self.name(), reason: error.to_string() };
-        let tolerances = match &self.tolerances {
-            Some(tolerances) => tolerances.clone(),
-            None => Tolerances::new(DEFAULT_RTOL, DEFAULT_ATOL).map_err(unfit)?,
-        };
+        let tolerances = self.tolerances().map_err(unfit)?;
         Ok(Box::new(Radau::new(problem.field(), tolerances).map_err(unfit)?))
     }
 }

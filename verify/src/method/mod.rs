@@ -73,6 +73,11 @@ pub trait Method: fmt::Debug + Send + Sync {
         None
     }
 
+    /// The same method with tolerances divided by `factor`, if it is adaptive.
+    fn tightened(&self, _factor: f64) -> Option<Box<dyn Method>> {
+        None
+    }
+
     /// Order of the largest matrix that a step on `problem` fills although it is banded or sparse; 0 for methods that follow
     /// the structure of the Jacobian.
     fn filled(&self, _problem: &dyn Problem) -> usize {

@@ -59,8 +59,8 @@ fn fits_a_terminal(text: &str) {
 fn table(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
     let header = reader.headers().expect("a header").iter().map(str::to_owned).collect();
-    let rows = reader.deserialize().collect::<Result<Vec<Vec<f64>>, _>>().expect("numbers");
-    (header, rows)
+    let rows = reader.deserialize().collect::<Result<Vec<Vec<Option<f64>>>, _>>().expect("numbers");
+    (header, rows.into_iter().map(|row| row.into_iter().map(|cell| cell.unwrap_or(f64::NAN)).collect()).collect())
 }
 
 #[test]
@@ -225,14 +225,45 @@ fn csv_has_the_columns_and_the_numbers_of_the_run() {
             }
             solved.expect("solvable");
             assert_eq!(output.status.code(), Some(0), "{} by {name}: {}", spec.name, stderr(&output));
-            let (header, rows) = table(stdout(&output));
+            let (header, mut rows) = table(stdout(&output));
+            for row in &mut rows {
+                let estimate = row.pop().expect("an estimate");
+                assert!(estimate.is_nan() || estimate >= 0.0, "{} by {name}: {estimate}", spec.name);
+            }
             let mut expected_header = vec!["t".to_owned()];
             expected_header.extend(problem::component_names(&*problem));
             expected_header.extend(problem.exact(0.0).map(|_| "error".to_owned()));
+            expected_header.push("estimate".to_owned());
             assert_eq!(header, expected_header);
             assert_eq!(rows, expected, "{} by {name}", spec.name);
         }
     }
+}
+
+#[test]
+fn an_estimate_stands_beside_the_error_and_can_be_left_out() {
+    let solve = "solve --problem logistic --method trapezoidal --h 0.1 --t-end 2 --csv -";
+    let (header, rows) = table(&say(solve).1);
+    assert_eq!(header, ["t", "v", "error", "estimate"]);
+    // Of the error of second order the next term is a hundredth here.
+    assert!(rows[1..].iter().all(|row| (row[3] / row[2] - 1.0).abs() < 0.02), "{rows:?}");
+    let (header, without) = table(&say(&format!("{solve} --no-estimate")).1);
+    assert_eq!(header, ["t", "v", "error"]);
+    assert!(rows.iter().zip(&without).all(|(row, other)| row[..3] == other[..]));
+
+    // Beside a model, and with tolerances.
+    let model = format!("{}/models/van-der-pol.ds", env!("CARGO_MANIFEST_DIR"));
+    let (status, text, message) = say(&format!("solve --model {model} --method radau-adaptive --rtol 1e-5 --t-end 2"));
+    assert_eq!(status, 0, "{message}");
+    assert!(
+        text.lines().next().is_some_and(|line| line.ends_with("estimate")) && text.contains("\nlargest estimate "),
+        "{text}"
+    );
+
+    // A finer run that fails is told, and leaves empty cells.
+    let (status, text, message) = say("solve --problem van-der-pol --method linear(-0.5,1) --h 3 --t-end 3 --csv -");
+    assert!(status == 0 && flat(&message).contains("the estimate ends early"), "{message}");
+    assert!(text.contains("# the estimate ends early") && table(&text).1[1][3].is_nan(), "{text}");
 }
 
 #[test]
@@ -360,7 +391,7 @@ fn a_solve_that_fails_says_where_and_leaves_no_file() {
 
     // On the very first step there is nothing but the initial state.
     let (status, out, message) = say("solve --problem quadratic-drag --method method-ii --h 1 --t-end 5 --csv -");
-    assert_eq!((status, out.as_str()), (1, "t,v,error\n0.0,1.0,0.0\n"));
+    assert_eq!((status, out.as_str()), (1, "t,v,error,estimate\n0.0,1.0,0.0,0.0\n"));
     assert!(flat(&message).contains("step from t = 0 with h = 1"), "{message}");
 }
 
@@ -444,12 +475,14 @@ fn a_table_is_one_screen_however_many_rows() {
         fits_a_terminal(&out);
         let lines: Vec<_> = out.lines().collect();
         assert!(lines.len() <= 23, "{out}");
-        assert_eq!(lines[0].split_whitespace().collect::<Vec<_>>(), ["t", "v", "error"]);
-        assert_eq!(lines[1].split_whitespace().collect::<Vec<_>>(), ["0", "0.100000", "0"]);
+        assert_eq!(lines[0].split_whitespace().collect::<Vec<_>>(), ["t", "v", "error", "estimate"]);
+        assert_eq!(lines[1].split_whitespace().collect::<Vec<_>>(), ["0", "0.100000", "0", "0"]);
         let rows: Vec<f64> =
             lines[1..].iter().filter_map(|line| line.trim_start().split("  ").next()?.parse().ok()).collect();
         assert!(rows.is_sorted() && rows.last() == Some(&2.0), "{out}");
-        assert!(lines[lines.len() - 1].starts_with(&format!("{steps} steps to t = 2; largest error ")), "{out}");
+        let [.., summary, estimate] = lines[..] else { panic!("{out}") };
+        assert!(summary.starts_with(&format!("{steps} steps to t = 2; largest error ")), "{out}");
+        assert!(estimate.starts_with("largest estimate "), "{out}");
         assert_eq!(out.contains("writes them all"), rows.len() <= steps);
     }
 }

@@ -11,7 +11,7 @@ const FLOORS: &[&[&str]] = &[
     &["problem"],
     &["method"],
     &["theory", "run", "program"],
-    &["order"],
+    &["order", "estimate"],
     &["compare"],
     &["experiment"],
     &["evidence"],
@@ -24,7 +24,7 @@ const FLOORS: &[&[&str]] = &[
 ];
 
 /// The rooms that may run a method or a reference, and the command line, which does so for its user.
-const SOLVERS: &[&str] = &["run", "reference", "order", "compare"];
+const SOLVERS: &[&str] = &["run", "reference", "order", "compare", "estimate"];
 const MAY_SOLVE: &[&str] = &[
     "reference",
     "problem",
@@ -32,6 +32,7 @@ const MAY_SOLVE: &[&str] = &[
     "theory",
     "run",
     "order",
+    "estimate",
     "experiment",
     "advise",
     "bench",

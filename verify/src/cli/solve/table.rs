@@ -6,7 +6,7 @@ use super::Row;
 use crate::cli::layout::{columns, number, plain, right};
 
 /// Rows kept: they fit on a screen of 24 lines with the heading and the summary.
-const ROWS: usize = 18;
+const ROWS: usize = 17;
 
 /// Columns of a terminal that one column of numbers takes.
 const COLUMN: usize = 13;
@@ -14,7 +14,7 @@ const COLUMN: usize = 13;
 /// At most [`ROWS`] rows, evenly thinned, and the last. What is kept is bounded, however many rows come.
 pub(super) struct Table {
     columns: Vec<String>,
-    has_error: bool,
+    components: usize,
     count: usize,
     stride: usize,
     kept: Vec<Kept>,
@@ -22,15 +22,15 @@ pub(super) struct Table {
 }
 
 /// A [`Row`] of its own.
-type Kept = (f64, Vec<f64>, Option<f64>);
+type Kept = (f64, Vec<f64>, Vec<Option<f64>>);
 
 impl Table {
-    pub(super) fn new(columns: Vec<String>, has_error: bool) -> Self {
-        Self { columns, has_error, count: 0, stride: 1, kept: Vec::new(), last: None }
+    pub(super) fn new(columns: Vec<String>, components: usize) -> Self {
+        Self { columns, components, count: 0, stride: 1, kept: Vec::new(), last: None }
     }
 
-    pub(super) fn push(&mut self, (t, values, error): Row) {
-        let row = (t, values.to_vec(), error);
+    pub(super) fn push(&mut self, Row { t, values, errors }: Row) {
+        let row = (t, values.to_vec(), errors.to_vec());
         if !self.count.is_multiple_of(self.stride) {
             self.last = Some(row);
         } else {
@@ -50,18 +50,18 @@ impl Table {
     }
 
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let extra = 1 + usize::from(self.has_error);
-        let components = self.columns.len() - extra;
+        let components = self.components;
+        let extra = self.columns.len() - components;
         let shown = components.min(columns() / COLUMN - extra);
         let line = |cells: &mut dyn Iterator<Item = String>| -> String {
             cells.map(|cell| right(&cell, COLUMN)).collect::<String>()[1..].to_owned()
         };
         let headings = self.columns[..=shown].iter().chain(&self.columns[1 + components..]);
         writeln!(out, "{}", line(&mut headings.cloned()))?;
-        for (t, values, error) in self.kept.iter().chain(&self.last) {
+        for (t, values, errors) in self.kept.iter().chain(&self.last) {
             let numbers = [plain(*t)].into_iter().chain(values[..shown].iter().copied().map(number));
-            let error = self.has_error.then(|| error.map_or_else(String::new, number));
-            writeln!(out, "{}", line(&mut numbers.chain(error)))?;
+            let errors = errors.iter().map(|error| error.map_or_else(String::new, number));
+            writeln!(out, "{}", line(&mut numbers.chain(errors)))?;
         }
         if shown < components {
             writeln!(out, "and {} more components; `--csv FILE` writes them all", components - shown)?;

@@ -1,0 +1,133 @@
+//! Whether the estimate that `solve` prints is the error.
+
+use super::{Context, Study, StudyError, prose};
+use crate::evidence::number::brief;
+use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Series, Table};
+use crate::experiment::estimates::{Adaptive, AdaptiveEstimates, Estimated, Estimates};
+use crate::measure::norm::Extremes;
+use crate::row;
+
+pub(super) const STUDY: Study = Study {
+    id: "estimates",
+    title: "Estimates of the error",
+    question: "Is the estimate that `solve` prints beside a solution its error?",
+    source: "`verify solve`",
+    run,
+};
+
+/// The factor between estimate and error where the order p ≥ 1 has settled. With a local order of p − ½ to p + ½ over the halving
+/// the ratio is between (1 − √2/2^p)/(1 − 1/2^p) ≥ 0.58 and (1 − 1/(√2 2^p))/(1 − 1/2^p) ≤ 1.3; the error's own floor, a tenth, comes on top.
+const SETTLED: f64 = 2.0;
+
+/// The factor for an adaptive method: its errors may be anything from not smaller to ten times smaller than in proportion.
+const ADAPTIVE: f64 = 10.0;
+
+/// What an estimate is wrong by, in either direction; NaN for none.
+fn factor(ratio: f64) -> f64 {
+    if ratio < 1.0 { ratio.recip() } else { ratio }
+}
+
+fn run(context: &Context) -> Result<Evidence, StudyError> {
+    let found = context.get(Estimates)?;
+    let adaptive = context.get(AdaptiveEstimates)?;
+    let of = |settled: bool| found.iter().filter(move |run| run.is_settled == settled);
+    Ok(Evidence {
+        checks: problems(&found)
+            .into_iter()
+            .map(|problem| check(problem, &found))
+            .chain([tolerances(&adaptive)])
+            .collect(),
+        figures: vec![figure(&found, &adaptive)],
+        tables: vec![table(&found), adaptive_table(&adaptive)],
+        notes: notes(&of(true).collect::<Vec<_>>(), &of(false).collect::<Vec<_>>(), &adaptive)?,
+        ..Evidence::default()
+    })
+}
+
+fn problems(found: &[Estimated]) -> Vec<&str> {
+    let mut problems: Vec<&str> = found.iter().map(|run| run.problem.as_str()).collect();
+    problems.dedup();
+    problems
+}
+
+fn check(problem: &str, found: &[Estimated]) -> Check {
+    let runs = || found.iter().filter(|run| run.is_settled && run.problem == problem);
+    let worst = runs().map(|run| factor(run.ratio())).largest();
+    let named = runs().find(|run| factor(run.ratio()) == worst).map_or("none", |run| run.method.as_str());
+    Check::at_most(
+        problem,
+        format!("On {problem} the estimate is the error where the order has settled: largest factor between the two"),
+        worst,
+        SETTLED,
+        format!("{} methods, each at the coarsest step of its fit; farthest is {named}", runs().count()),
+    )
+}
+
+fn tolerances(adaptive: &[Adaptive]) -> Check {
+    Check::at_most(
+        "radau-adaptive",
+        "With tolerances the estimate has the size of the error: largest factor between the two",
+        adaptive.iter().map(|run| factor(run.estimate / run.error)).largest(),
+        ADAPTIVE,
+        format!("{} runs", adaptive.len()),
+    )
+}
+
+fn notes(settled: &[&Estimated], coarse: &[&Estimated], adaptive: &[Adaptive]) -> Result<Vec<String>, StudyError> {
+    let within = |runs: &[&Estimated]| runs.iter().filter(|run| factor(run.ratio()) <= SETTLED).count().to_string();
+    let ratios = || settled.iter().map(|run| run.ratio());
+    let adapted = || adaptive.iter().map(|run| run.estimate / run.error);
+    let small = || coarse.iter().filter(|run| run.ratio() < 0.1);
+    let smallest = small().min_by(|a, b| a.ratio().total_cmp(&b.ratio()));
+    let smallest = smallest.map(|run| format!(", the least that of `{}` on `{}`", run.method, run.problem));
+    prose::fill(
+        include_str!("estimates.md"),
+        &[
+            ("settled", within(settled)),
+            ("settled_all", settled.len().to_string()),
+            ("least", brief(ratios().smallest())),
+            ("most", brief(ratios().largest())),
+            ("coarse", within(coarse)),
+            ("coarse_all", coarse.len().to_string()),
+            ("small", small().count().to_string()),
+            ("smallest", smallest.unwrap_or_default()),
+            ("adaptive_least", brief(adapted().smallest())),
+            ("adaptive_most", brief(adapted().largest())),
+            ("adaptive_all", adaptive.len().to_string()),
+        ],
+    )
+}
+
+fn figure(found: &[Estimated], adaptive: &[Adaptive]) -> Figure {
+    let of = |settled: bool| {
+        let runs = found.iter().filter(move |run| run.is_settled == settled);
+        runs.filter_map(|run| Some((run.error, run.estimate?))).filter(|(error, _)| *error < 10.0).collect::<Vec<_>>()
+    };
+    let all = [of(true), of(false)].concat();
+    let [least, most] = [all.iter().map(|point| point.0).smallest(), all.iter().map(|point| point.0).largest()];
+    let series = vec![
+        Series::new("coarsest step", of(false), Mark::Markers),
+        Series::new("coarsest step with the order settled", of(true), Mark::Markers),
+        Series::new("radau-adaptive", adaptive.iter().map(|run| (run.error, run.estimate)).collect(), Mark::Markers),
+        Series::new("estimate = error", vec![(least, least), (most, most)], Mark::Guide),
+    ];
+    let caption = "Estimate against error at the end of each run, all pairs of method and problem with a confirmed order. On the dashed line the \
+                   two are equal; what lies below it is told too small. Errors above 10 are left out.";
+    Figure::new("estimates", caption, "estimates", [Panel::new(Axis::log("error"), Axis::log("estimate"), series)])
+}
+
+fn table(found: &[Estimated]) -> Table {
+    let rows = found.iter().map(|run| {
+        let settled = if run.is_settled { "settled" } else { "not settled" };
+        row![&run.problem, &run.method, run.h, run.error, run.estimate, run.ratio(), settled]
+    });
+    let columns = ["problem", "method", "h", "error", "estimate", "ratio", "order"];
+    Table::data("estimates", "Error and estimate at the end of each run.", columns, rows.collect())
+}
+
+fn adaptive_table(adaptive: &[Adaptive]) -> Table {
+    let rows =
+        adaptive.iter().map(|run| row![run.problem, run.tolerance, run.error, run.estimate, run.estimate / run.error]);
+    let caption = "Error of `radau-adaptive` at the end of a run with this relative tolerance, and the estimate.";
+    Table::new("adaptive-estimates", caption, ["problem", "tolerance", "error", "estimate", "ratio"], rows.collect())
+}

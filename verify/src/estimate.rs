@@ -1,0 +1,115 @@
+//! The error of a run in time, estimated by a finer run beside it.
+
+use lsvi::{Integrator, State, StepError, Trajectory};
+
+use crate::method::Method;
+use crate::problem::Problem;
+use crate::run::RunError;
+use crate::theory::order_plan;
+
+/// A tightening of tolerances divides the error by about this.
+const TIGHTENED: f64 = 10.0;
+
+/// A finer run beside another one: with half the step or, of an adaptive method, a tenth of the tolerances.
+///
+/// Of the error of a method of order p the difference of the two is the part 1 − 2^−p, and 1 − 1/10 where the error is in
+/// proportion to the tolerance. The estimate is the difference over that part. It knows nothing of an error in space or in the model.
+pub struct Estimator<'a> {
+    fine: Trajectory<Box<dyn Integrator + 'a>>,
+    part: f64,
+    at: Vec<f64>,
+    failure: Option<StepError>,
+}
+
+impl<'a> Estimator<'a> {
+    /// Beside a run of `method` with steps of `h` to `t_end`.
+    ///
+    /// # Errors
+    /// [`RunError`] if the method does not apply, or half the step is too short for double precision.
+    pub fn new(problem: &'a dyn Problem, method: &dyn Method, h: f64, t_end: f64) -> Result<Self, RunError> {
+        let (integrator, h, part) = match method.tightened(TIGHTENED) {
+            Some(tightened) => (tightened.build(problem)?, h, 1.0 - TIGHTENED.recip()),
+            None => {
+                let limit = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
+                let order = order_plan(problem, method).expectation.order.min(limit);
+                (method.build(problem)?, 0.5 * h, 1.0 - (-order).exp2())
+            }
+        };
+        let initial = problem.initial();
+        let at = initial.clone();
+        Ok(Self { fine: Trajectory::new(integrator, State::new(0.0, initial), h, t_end)?, part, at, failure: None })
+    }
+
+    /// The finer run's state at t, later than the last one asked for; `None` from where it failed.
+    pub fn at(&mut self, t: f64) -> Option<&[f64]> {
+        if self.failure.is_none() {
+            self.failure = self.reach(t).err();
+        }
+        self.failure.is_none().then_some(&self.at)
+    }
+
+    fn reach(&mut self, t: f64) -> Result<(), StepError> {
+        while self.fine.state().t < t && self.fine.step()?.is_some() {}
+        if self.fine.state().t == t {
+            self.at.copy_from_slice(&self.fine.state().q);
+            return Ok(());
+        }
+        self.fine.interpolate(t, &mut self.at)
+    }
+
+    /// The error that a difference from [`at`](Self::at) stands for.
+    #[must_use]
+    pub fn error(&self, difference: f64) -> f64 {
+        difference / self.part
+    }
+
+    /// Why the finer run ended early, if it did.
+    #[must_use]
+    pub fn failure(&self) -> Option<&StepError> {
+        self.failure.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::norm::distance;
+    use crate::run::run;
+    use crate::{method, problem};
+
+    /// The largest and the least ratio of the estimate to the error.
+    fn ratios(problem: &str, method: &str, h: f64, t_end: f64) -> [f64; 2] {
+        let (problem, method) = (problem::build(problem, &[]).expect("known"), method::parse(method).expect("known"));
+        let mut estimator = Estimator::new(&*problem, &*method, h, t_end).expect("applies");
+        let mut found = [f64::INFINITY, 0.0];
+        run(&*problem, &*method, h, t_end, |state| {
+            let error = distance(&state.q, &problem.exact(state.t).expect("known"));
+            let finer = distance(&state.q, estimator.at(state.t).expect("it goes on"));
+            if state.t > 0.0 {
+                let ratio = estimator.error(finer) / error;
+                found = [found[0].min(ratio), found[1].max(ratio)];
+            }
+        })
+        .expect("smooth");
+        found
+    }
+
+    #[test]
+    fn an_estimate_is_the_error_but_for_terms_of_the_next_order_the_last_short_step_included() {
+        for method in ["implicit-euler", "method-i", "rk4", "ls-galerkin(2,radau,2)"] {
+            let [least, most] = ratios("linear-drag", method, 0.03, 1.0);
+            // The next term is at most h times the first.
+            assert!((least - 1.0).abs() < 0.04 && (most - 1.0).abs() < 0.04, "{method}: {least} to {most}");
+        }
+    }
+
+    #[test]
+    fn a_finer_run_that_fails_gives_no_estimate_from_there_on() {
+        let (problem, method) =
+            (problem::build("quadratic-drag", &[]).expect("known"), method::parse("method-i").expect("known"));
+        let mut estimator = Estimator::new(&*problem, &*method, 20.0, 40.0).expect("applies");
+        assert!(estimator.at(0.0).is_some() && estimator.failure().is_none());
+        assert!(estimator.at(20.0).is_none() && estimator.failure().is_some(), "W = 10 is beyond the fold");
+        assert!(estimator.at(40.0).is_none());
+    }
+}
