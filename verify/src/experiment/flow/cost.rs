@@ -1,7 +1,6 @@
-//! Seconds of a step by the size of the grid, and what fills the factors of its matrix.
+//! Seconds of CPU time of a step by the size of the grid, and what fills the factors of its matrix.
 
-use std::time::Instant;
-
+use cpu_time::ThreadTime;
 use lsvi::{Mass, State, VectorField};
 
 use super::{named, setting};
@@ -22,9 +21,9 @@ pub(crate) struct StepCost {
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) unknowns: usize,
-    /// With what is set up for all steps.
+    /// CPU time of the first step, with what is set up for all.
     pub(crate) first: f64,
-    /// Each of the next.
+    /// That of each of the next.
     pub(crate) next: f64,
     /// Gauss–Newton iterations of each of the next.
     pub(crate) iterations: f64,
@@ -47,7 +46,7 @@ impl Experiment for StepCost {
         let method = named("method-i")?;
         let one = run(&*problem, &*method, self.h, self.h, |_| {})?;
         let mut seen = Vec::new();
-        let all = run(&*problem, &*method, self.h, f64::from(1 + NEXT) * self.h, |_| seen.push(Instant::now()))?;
+        let all = run(&*problem, &*method, self.h, f64::from(1 + NEXT) * self.h, |_| seen.push(ThreadTime::now()))?;
         let [start, first, .., end] = *seen else { return Err("several steps".into()) };
         context.tick();
         let iterations = (all.work.residuals - one.work.residuals) as f64;
