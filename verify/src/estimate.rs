@@ -17,6 +17,8 @@ const TIGHTENED: f64 = 10.0;
 pub struct Estimator<'a> {
     fine: Trajectory<Box<dyn Integrator + 'a>>,
     part: f64,
+    /// Whether the finer run chooses its steps, which may then be those of the other.
+    is_adaptive: bool,
     at: Vec<f64>,
     failure: Option<StepError>,
 }
@@ -27,6 +29,7 @@ impl<'a> Estimator<'a> {
     /// # Errors
     /// [`RunError`] if the method does not apply, or half the step is too short for double precision.
     pub fn new(problem: &'a dyn Problem, method: &dyn Method, h: f64, t_end: f64) -> Result<Self, RunError> {
+        let is_adaptive = method.traits().is_adaptive;
         let (integrator, h, part) = match method.tightened(TIGHTENED) {
             Some(tightened) => (tightened.build(problem)?, h, 1.0 - TIGHTENED.recip()),
             None => {
@@ -37,7 +40,8 @@ impl<'a> Estimator<'a> {
         };
         let initial = problem.initial();
         let at = initial.clone();
-        Ok(Self { fine: Trajectory::new(integrator, State::new(0.0, initial), h, t_end)?, part, at, failure: None })
+        let fine = Trajectory::new(integrator, State::new(0.0, initial), h, t_end)?;
+        Ok(Self { fine, part, is_adaptive, at, failure: None })
     }
 
     /// The finer run's state at t, later than the last one asked for; `None` from where it failed.
@@ -57,10 +61,11 @@ impl<'a> Estimator<'a> {
         self.fine.interpolate(t, &mut self.at)
     }
 
-    /// The error that a difference from [`at`](Self::at) stands for.
+    /// The error that a difference from [`at`](Self::at) stands for; `None` where an adaptive method has taken the same steps for
+    /// both tolerances, and the two runs are one.
     #[must_use]
-    pub fn error(&self, difference: f64) -> f64 {
-        difference / self.part
+    pub fn error(&self, difference: f64) -> Option<f64> {
+        (!self.is_adaptive || difference != 0.0).then(|| difference / self.part)
     }
 
     /// Why the finer run ended early, if it did.
@@ -86,7 +91,7 @@ mod tests {
             let error = distance(&state.q, &problem.exact(state.t).expect("known"));
             let finer = distance(&state.q, estimator.at(state.t).expect("it goes on"));
             if state.t > 0.0 {
-                let ratio = estimator.error(finer) / error;
+                let ratio = estimator.error(finer).expect("the steps are fixed") / error;
                 found = [found[0].min(ratio), found[1].max(ratio)];
             }
         })
@@ -101,6 +106,18 @@ mod tests {
             // The next term is at most h times the first.
             assert!((least - 1.0).abs() < 0.04 && (most - 1.0).abs() < 0.04, "{method}: {least} to {most}");
         }
+    }
+
+    #[test]
+    fn two_runs_with_the_same_steps_estimate_nothing() {
+        let problem = problem::build("linear-drag", &[]).expect("known");
+        let estimator = |method: &str| {
+            let method = method::parse(method).expect("known");
+            Estimator::new(&*problem, &*method, 0.1, 1.0).expect("applies")
+        };
+        assert_eq!(estimator("radau-adaptive").error(0.0), None);
+        assert_eq!(estimator("radau-adaptive").error(0.9), Some(1.0));
+        assert_eq!(estimator("method-i").error(0.0), Some(0.0));
     }
 
     #[test]

@@ -40,7 +40,8 @@ Columns: t, the components, where an exact solution is known error, the largest
 error of a component, and estimate, what the step size alone is estimated to
 contribute to it: a second run with half the step, of an adaptive method with a
 tenth of the tolerances, tells. It takes two thirds of the time; with
---no-estimate there is none. After the rows, what is lost of energy, angular
+--no-estimate there is none. It is empty where both tolerances lead to the same
+steps. After the rows, what is lost of energy, angular
 momentum or enstrophy, for problems that have them.
 
 A run of more than a second shows its progress on a terminal.
@@ -203,7 +204,7 @@ impl<'a> Solve<'a> {
             let error = self.problem.exact(state.t).map(|exact| distance(&values, &exact));
             let estimate = estimator.as_mut().and_then(|estimator| {
                 let difference = distance(&values, &self.problem.observe(state.t, estimator.at(state.t)?));
-                Some(estimator.error(difference))
+                estimator.error(difference)
             });
             summary.add(state.t, error, estimate);
             summary.watch.add(state.t, &state.q, self.has_exact && error.is_none());

@@ -62,7 +62,7 @@ impl Experiment for Estimates {
             let end = run(&*problem, &*method, h, horizon, |_| {})?.end;
             let mut estimator = Estimator::new(&*problem, &*method, h, horizon)?;
             let difference = estimator.at(end.t).map(|finer| distance(&end.q, finer));
-            let estimate = difference.map(|difference| estimator.error(difference));
+            let estimate = difference.and_then(|difference| estimator.error(difference));
             context.tick();
             Ok(Estimated { problem: name.into(), method: by.into(), h, error, estimate, is_settled })
         };
@@ -80,7 +80,15 @@ pub(crate) struct Adaptive {
     pub(crate) problem: &'static str,
     pub(crate) tolerance: f64,
     pub(crate) error: f64,
-    pub(crate) estimate: f64,
+    /// `None` where both tolerances lead to the same steps.
+    pub(crate) estimate: Option<f64>,
+}
+
+impl Adaptive {
+    /// The estimate over the error, if there is one.
+    pub(crate) fn ratio(&self) -> Option<f64> {
+        Some(self.estimate? / self.error)
+    }
 }
 
 impl Experiment for AdaptiveEstimates {
