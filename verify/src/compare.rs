@@ -359,6 +359,7 @@ fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::problem;
 
     /// How an answer with a bound stands where the truth is 1 exactly.
     fn standing_where(astray: Option<&'static str>, answer: f64, bound: f64) -> Standing {
@@ -375,6 +376,43 @@ mod tests {
         assert_eq!(standing(5e19, 9.8e19), Standing::Unresolved);
         assert_eq!(standing(1.0, f64::INFINITY), Standing::Unresolved);
         assert_eq!(standing(1.0, f64::NAN), Standing::Differs);
+    }
+
+    #[test]
+    fn two_digits_are_the_least_that_resolves_a_solution_and_the_truth_has_a_bound_too() {
+        assert_eq!(standing_where(None, 1.0, 9e-3), Standing::Agrees);
+        assert_eq!(standing_where(None, 1.0, 2e-2), Standing::Unresolved);
+        let judged = |bound| {
+            let truth = Answer { states: vec![vec![1.0]], bound, astray: None };
+            judge(&Ok(Answer { states: vec![vec![1.003]], bound: 2e-3, astray: None }), Some(&truth)).0
+        };
+        assert_eq!([0.0, 2e-3].map(judged), [Standing::Differs, Standing::Agrees]);
+    }
+
+    /// The bound is twice what two runs predict, and the prediction is the error where it falls with the order.
+    #[test]
+    fn the_bound_of_a_method_is_twice_its_error() {
+        let found = compare("logistic", &*problem::build("logistic", &[]).expect("known"), Vec::new(), &[]);
+        for solver in ["trapezoidal", "implicit-euler"] {
+            let row = found.solvers.iter().find(|row| row.solver == solver).expect("it applies");
+            let ratio = row.bound.expect("a bound") / row.difference.expect("a difference");
+            assert!((ratio - 2.0).abs() < 0.1, "{solver}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn the_truth_is_the_best_of_the_other_references() {
+        let problem = problem::build("van-der-pol", &[]).expect("known");
+        let times = [0.3];
+        let answer = |bound| Ok(Answer { states: vec![vec![bound, 0.0]], bound, astray: None });
+        let names: Vec<&str> = reference::all().iter().map(|reference| reference.name()).collect();
+        let solved: Vec<Solved> =
+            names.iter().zip([2e-9, 1e-9, 3e-9]).map(|(name, bound)| ((*name).to_owned(), answer(bound))).collect();
+        let truth_for = |solver: &str| {
+            truth(&*problem, &problem.limit(Principle::Equation), &times, &solved, solver).expect("a truth").0
+        };
+        assert_eq!(truth_for("method-i"), names[1]);
+        assert_eq!(truth_for(names[1]), names[0], "not itself");
     }
 
     /// A declared failure must happen.

@@ -30,6 +30,8 @@ impl<'a> Estimator<'a> {
     /// [`RunError`] if the method does not apply, or half the step is too short for double precision.
     pub fn new(problem: &'a dyn Problem, method: &dyn Method, h: f64, t_end: f64) -> Result<Self, RunError> {
         let is_adaptive = method.traits().is_adaptive;
+        // A longer step is cut to the interval, which is then what is halved; an empty interval has no steps.
+        let h = if t_end > 0.0 { h.min(t_end) } else { h };
         let (integrator, h, part) = match method.tightened(TIGHTENED) {
             Some(tightened) => (tightened.build(problem)?, h, 1.0 - TIGHTENED.recip()),
             None => {
@@ -105,6 +107,13 @@ mod tests {
             let [least, most] = ratios("linear-drag", method, 0.03, 1.0);
             // The next term is at most h times the first.
             assert!((least - 1.0).abs() < 0.04 && (most - 1.0).abs() < 0.04, "{method}: {least} to {most}");
+        }
+    }
+
+    #[test]
+    fn a_step_longer_than_the_interval_is_halved_where_it_was_cut() {
+        for h in [1.0, 1.5, 2.0, 5.0] {
+            assert_eq!(ratios("linear-drag", "method-i", h, 1.0), ratios("linear-drag", "method-i", 1.0, 1.0));
         }
     }
 

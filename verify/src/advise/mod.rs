@@ -65,7 +65,7 @@ impl Advice {
 #[non_exhaustive]
 pub enum Refusal {
     /// The solution cannot be followed.
-    #[error("the solution cannot be followed to the end: {0}")]
+    #[error("radau-adaptive, which the trials are measured by, cannot follow the solution to the end: {0}")]
     Lost(RunError),
     /// The solution stays at its start.
     #[error("the solution stays what it is at the start, on which no method makes an error: start it elsewhere")]

@@ -116,8 +116,8 @@ fn caption(grid: &Grid) -> String {
     let shown = || grid.cells.iter().filter_map(|cell| cell.value);
     format!(
         "log₁₀ of the largest difference over its bound, solver by problem: −1 is ten times closer than the bound. The bound of a method \
-         is twice the error that its own two runs predict, so that a method whose error is as predicted stands at log₁₀ ½ = −0.3, as \
-         {} of {} cells do. A cell leads to its check. It is blank where the solver is not made for the problem.",
+         is twice the error that its own two runs predict and a rounding for each step, and the truth's own bound comes on top; a method whose error \
+         is as predicted, and far above both, stands at log₁₀ ½ = −0.3, as {} of {} cells do. A cell leads to its check. It is blank where the solver is not made for the problem.",
         shown().filter(|value| is_half(*value)).count(),
         shown().count()
     )
@@ -151,6 +151,43 @@ mod tests {
             assert_eq!(is_met, Some(check.outcome == Outcome::Pass), "{standing:?}");
         }
         assert_eq!(check("p", &compared(1e-3, Standing::Astray)).required, None, "the bound is too wide");
+    }
+
+    #[test]
+    fn every_standing_has_its_outcome_and_every_number_its_column() {
+        let compared = |standing| Compared {
+            equation: ("e", "for a reason"),
+            solver: "s".into(),
+            truth: Some("exact".into()),
+            difference: Some(0.5),
+            bound: Some(0.25),
+            standing,
+            status: "so".into(),
+        };
+        for (standing, expected, says) in [
+            (Standing::Agrees, Outcome::Pass, "s agrees with exact on p"),
+            (Standing::Unresolved, Outcome::Inconclusive, "s agrees with exact on p"),
+            (Standing::Differs, Outcome::Fail, "s agrees with exact on p"),
+            (Standing::Astray, Outcome::Pass, "s does not follow exact on p, as theory predicts"),
+            (Standing::Unforeseen, Outcome::Fail, "s does not follow exact on p, as theory predicts"),
+            (Standing::Undecided, Outcome::Inconclusive, "s agrees with exact on p"),
+            (Standing::NotRun, Outcome::NotRun, "s agrees with exact on p"),
+        ] {
+            let check = check("p", &compared(standing));
+            assert_eq!((check.outcome, check.statement), (expected, format!("{says}, for a reason")));
+        }
+        let all = Comparison {
+            problem: "p".into(),
+            horizon: 1.0,
+            solvers: vec![compared(Standing::Agrees)],
+            notes: Vec::new(),
+        };
+        let table = &evidence(&all).tables[0];
+        let cell = |column: &str| {
+            let place = table.columns.iter().position(|name| name == column).expect("a column");
+            table.rows[0][place].to_string()
+        };
+        assert_eq!(["difference", "bound", "truth", "status"].map(cell), ["0.5", "0.25", "exact", "so"]);
     }
 
     #[test]

@@ -78,9 +78,8 @@ fn notes(settled: &[&Estimated], coarse: &[&Estimated], adaptive: &[Adaptive]) -
     let within = |runs: &[&Estimated]| runs.iter().filter(|run| factor(run.ratio()) <= SETTLED).count().to_string();
     let ratios = || settled.iter().map(|run| run.ratio());
     let adapted = || adaptive.iter().filter_map(Adaptive::ratio);
-    let small = || coarse.iter().filter(|run| run.ratio() < 0.1);
-    let smallest = small().min_by(|a, b| a.ratio().total_cmp(&b.ratio()));
-    let smallest = smallest.map(|run| format!(", the least that of `{}` on `{}`", run.method, run.problem));
+    let far = || coarse.iter().map(|run| run.ratio()).filter(|ratio| ratio.is_nan() || factor(*ratio) > SETTLED);
+    let smallest = coarse.iter().min_by(|a, b| a.ratio().total_cmp(&b.ratio())).ok_or("no run at a coarse step")?;
     prose::fill(
         include_str!("estimates.md"),
         &[
@@ -90,8 +89,9 @@ fn notes(settled: &[&Estimated], coarse: &[&Estimated], adaptive: &[Adaptive]) -
             ("most", brief(ratios().largest())),
             ("coarse", within(coarse)),
             ("coarse_all", coarse.len().to_string()),
-            ("small", small().count().to_string()),
-            ("smallest", smallest.unwrap_or_default()),
+            ("far_least", brief(far().smallest())),
+            ("far_most", brief(far().largest())),
+            ("smallest", format!("`{}` on `{}`", smallest.method, smallest.problem)),
             ("adaptive_least", brief(adapted().smallest())),
             ("adaptive_most", brief(adapted().largest())),
             ("adaptive_all", adapted().count().to_string()),
@@ -135,4 +135,54 @@ fn adaptive_table(adaptive: &[Adaptive]) -> Table {
     let rows = adaptive.iter().map(|run| row![run.problem, run.tolerance, run.error, run.estimate, run.ratio()]);
     let caption = "Error of `radau-adaptive` at the end of a run with this relative tolerance, and the estimate.";
     Table::new("adaptive-estimates", caption, ["problem", "tolerance", "error", "estimate", "ratio"], rows.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    fn estimated(error: f64, estimate: Option<f64>, is_settled: bool) -> Estimated {
+        Estimated { problem: "p".into(), method: "m".into(), h: 0.1, error, estimate, is_settled }
+    }
+
+    #[test]
+    fn an_estimate_is_judged_in_either_direction_and_none_never_passes() {
+        let outcome =
+            |estimate| check("p", &[estimated(1.0, estimate, true), estimated(1.0, Some(9.0), false)]).outcome;
+        assert_eq!([0.6, 1.0, 1.9].map(|estimate| outcome(Some(estimate))), [Outcome::Pass; 3]);
+        assert_eq!([Some(0.3), Some(3.0), None].map(outcome), [Outcome::Fail; 3]);
+        assert_eq!(check("p", &[]).outcome, Outcome::Fail);
+
+        let adaptive =
+            |estimate| tolerances(&[Adaptive { problem: "p", tolerance: 1e-3, error: 1.0, estimate }]).outcome;
+        assert_eq!([Some(0.2), Some(50.0)].map(adaptive), [Outcome::Pass; 2]);
+        assert_eq!([Some(0.01), None].map(adaptive), [Outcome::Fail; 2]);
+    }
+
+    #[test]
+    fn the_words_count_what_is_within_a_factor_of_two() {
+        let settled = [estimated(1.0, Some(0.9), true), estimated(1.0, Some(1.2), true)];
+        let coarse = [0.2, 1.0, 8.0].map(|estimate| estimated(1.0, Some(estimate), false));
+        let adaptive = [Some(0.5), Some(4.0), None].map(|estimate| Adaptive {
+            problem: "p",
+            tolerance: 1e-3,
+            error: 1.0,
+            estimate,
+        });
+        let notes = notes(&settled.iter().collect::<Vec<_>>(), &coarse.iter().collect::<Vec<_>>(), &adaptive);
+        let text = notes.expect("complete").join(" ");
+        let between = |low: f64, high: f64| format!("between {} and {} of", brief(low), brief(high));
+        for words in [
+            format!("2 of 2 estimates lie within a factor of two of the error, {} it", between(0.9, 1.2)),
+            format!(
+                "1 of 3 estimates lie within a factor of two of the error, and the others {} it",
+                between(0.2, 8.0)
+            ),
+            format!("lies {} the error over 2 runs", between(0.5, 4.0)),
+            "there is no estimate: 1.".into(),
+        ] {
+            assert!(text.contains(&words), "{words}\n{text}");
+        }
+    }
 }

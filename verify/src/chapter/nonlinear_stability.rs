@@ -321,3 +321,35 @@ fn notes(crossing: f64) -> Vec<String> {
             .into(),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    fn map(method: &'static str, fates: [Fate; 4]) -> Arc<Map> {
+        Arc::new(Map { method, fates: vec![fates.to_vec()] })
+    }
+
+    #[test]
+    fn each_fate_has_its_column() {
+        use Fate::{NoStep, Right, Unsettled, Wrong};
+        let of = |fates| {
+            share_row(&ARENAS[0], &map("method-i", fates))[2..].iter().map(ToString::to_string).collect::<Vec<_>>()
+        };
+        assert_eq!(of([Wrong, Wrong, NoStep, Right]), ["0.25", "0.5", "0.25", "0"]);
+        assert_eq!(of([Unsettled, NoStep, NoStep, NoStep]), ["0", "0", "0.75", "0.25"]);
+    }
+
+    #[test]
+    fn the_claim_on_a_method_is_judged_on_its_own_runs() {
+        let [all, some] = [[Fate::Right; 4], [Fate::Right, Fate::Right, Fate::Right, Fate::NoStep]];
+        let outcomes = |euler, own| {
+            let maps = [map("method-i", own), map("method-ii", all), map("implicit-euler", euler)];
+            checks(&ARENAS[1], &maps, &[]).iter().map(|check| check.outcome).collect::<Vec<_>>()
+        };
+        assert_eq!(outcomes(all, some), [Outcome::Pass; 2]);
+        assert_eq!(outcomes(all, all), [Outcome::Pass, Outcome::Fail]);
+        assert_eq!(outcomes(some, some), [Outcome::Fail, Outcome::Pass]);
+    }
+}

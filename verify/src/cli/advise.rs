@@ -95,11 +95,11 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
     match (refusal, advice.recommended()) {
         (None, Some(trial)) => {
             let is_adaptive = method::parse(&trial.method).is_ok_and(|method| method.traits().is_adaptive);
-            let with = if is_adaptive { "tolerances of" } else { "h =" };
+            let with = significant(trial.setting, 3);
+            let with = if is_adaptive { format!("--rtol {with} --atol {with}") } else { format!("h = {with}") };
             let text = format!(
-                "{} with {with} {}: in the trial its largest absolute error was {}, measured to {}, for {:.0} evaluations{}.",
+                "{} with {with}: in the trial its largest absolute error at four times was {}, measured to {}, for {:.0} evaluations{}.",
                 trial.method,
-                significant(trial.setting, 3),
                 significant(trial.error, 2),
                 significant(*uncertainty, 1),
                 trial.cost,
@@ -135,7 +135,7 @@ fn row([method, steps, setting, error, cost]: [&str; 5], out: &mut impl Write) -
 fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Result<()> {
     let parting = character.parting;
     let neighbours = match parting {
-        x if !x.is_finite() => "one of two neighbouring solutions ends early".into(),
+        x if !x.is_finite() => "two neighbouring solutions cannot both be followed".into(),
         x => format!(
             "along the run two neighbouring solutions are up to {} times as far apart as at its start, the largest component up \
              to {}",

@@ -114,6 +114,13 @@ mod tests {
     }
 
     #[test]
+    fn a_run_that_loses_its_branch_says_when() {
+        let ended = Context::silent().get(HorizonError { problem: "van-der-pol", method: "fitted(1)", h: 0.01 });
+        let ended = ended.expect("known");
+        assert!(ended.error.expect_err("the branch ends") < ended.horizon, "{ended:?}");
+    }
+
+    #[test]
     fn the_error_at_the_horizon_is_that_of_the_closed_form() {
         let ended = Context::silent().get(HorizonError { problem: "linear-drag", method: "trapezoidal", h: 0.1 });
         let ended = ended.expect("it runs");

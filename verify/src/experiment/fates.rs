@@ -57,6 +57,8 @@ pub(crate) struct Arena {
     pub(crate) wrong: Option<f64>,
     /// How near to it a run counts as there, as a part of the initial distance.
     pub(crate) near: f64,
+    /// Whether it attracts from below as well.
+    pub(crate) both_sides: bool,
     pub(crate) h: Spacing,
     pub(crate) v0: Spacing,
 }
@@ -67,6 +69,8 @@ pub(crate) const QUADRATIC_DRAG: Arena = Arena {
     wrong: None,
     // The solution decays like 1/t: a tenth is reached in 9/(h v₀) steps.
     near: 0.1,
+    // From below zero solutions run away.
+    both_sides: false,
     h: Spacing::Log(0.1, 10.0),
     v0: Spacing::Log(0.1, 10.0),
 };
@@ -76,6 +80,7 @@ pub(crate) const LOGISTIC: Arena = Arena {
     right: 1.0,
     wrong: Some(0.0),
     near: 1e-6,
+    both_sides: true,
     h: Spacing::Linear(6.0),
     v0: Spacing::Log(0.01, 3.0),
 };
@@ -87,7 +92,7 @@ impl Arena {
 
     /// Whether a run from v₀ that came from `last` to `v` is decided, and how.
     fn decided(&self, v0: f64, last: f64, v: f64) -> Option<Fate> {
-        let distance = (v - self.right).abs();
+        let distance = if self.both_sides || v >= self.right { (v - self.right).abs() } else { f64::INFINITY };
         if distance <= self.near * (v0 - self.right).abs() || distance < 1e-9 {
             Some(Fate::Right)
         } else if (v - last).abs() <= 1e-12 * v.abs() || self.wrong.is_some_and(|wrong| (v - wrong).abs() < 1e-9) {
@@ -190,6 +195,18 @@ mod tests {
         assert_eq!(decided(0.1, 1e-10), Some(Fate::Wrong), "at the repelling state");
         assert_eq!(decided(0.3, 0.3), Some(Fate::Wrong), "where f is not zero");
         assert_eq!(decided(f64::NAN, 0.3), None);
+    }
+
+    #[test]
+    fn what_has_passed_a_state_that_repels_on_that_side_has_not_arrived() {
+        assert_eq!(QUADRATIC_DRAG.decided(1.0, 0.2, 0.05), Some(Fate::Right));
+        assert_eq!(QUADRATIC_DRAG.decided(1.0, 0.2, -0.05), None);
+    }
+
+    #[test]
+    fn values_lie_in_the_middle_of_equal_intervals() {
+        let values = Spacing::Linear(1.0).values();
+        assert_eq!([values[0], values[values.len() - 1]], [0.5 / f64::from(GRID), 1.0 - 0.5 / f64::from(GRID)]);
     }
 
     #[test]

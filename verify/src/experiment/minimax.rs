@@ -79,5 +79,7 @@ mod tests {
         assert!((found.implicit_euler - (0.5 - exact)).abs() < 1e-14 && (found.method_i - (0.4 - exact)).abs() < 1e-14);
         assert!((found.method_ii - (exact - 1.0 / 3.0)).abs() < 1e-14, "{found:?}");
         assert_eq!(found.best(), found.extremes[1].max(-found.extremes[0]));
+        // A change of θ by two parts in a hundred is a small one.
+        assert!(found.best() < found.neighbour && found.neighbour < 1.5 * found.best(), "{found:?}");
     }
 }

@@ -6,7 +6,7 @@
 //! F_i { y, mu * (1 - x * x) * y - x }      f(t, u)
 //! ```
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -196,6 +196,11 @@ impl Compiled {
         if let Some(reason) = beyond_first_order(&model) {
             return Err(ModelError::Form { path: path.into(), reason: reason.into() });
         }
+        if let Some(name) = ambiguous(&model) {
+            let reason =
+                format!("`{name}` names two things, and only one of them would be meant by it; rename the other");
+            return Err(ModelError::Form { path: path.into(), reason });
+        }
         let inputs = inputs(path, model.input(), set)?;
         let compiler = Compiler::from_discrete_model(&model, CompilerOptions::default(), Some(code))
             .map_err(|e| located(e.to_string()))?;
@@ -219,6 +224,21 @@ fn beyond_first_order(model: &DiscreteModel) -> Option<&'static str> {
     } else {
         None
     }
+}
+
+/// A name that a tensor, or an element of one, shares with another, such as a component `u` with the state itself: DiffSL takes
+/// one of the two without a word.
+fn ambiguous(model: &DiscreteModel) -> Option<String> {
+    let defined = [model.constant_defns(), model.input_dep_defns(), model.time_dep_defns(), model.state_dep_defns()];
+    let tensors = model.input().into_iter().chain([model.state(), model.rhs()]).chain(defined.into_iter().flatten());
+    let mut seen = HashSet::from(["t"]);
+    for tensor in tensors {
+        let elements = tensor.elmts().iter().filter_map(|block| block.name());
+        if let Some(name) = std::iter::once(tensor.name()).chain(elements).find(|name| !seen.insert(*name)) {
+            return Some(name.to_owned());
+        }
+    }
+    None
 }
 
 /// The smallest system whose sparsity pays.
@@ -322,9 +342,6 @@ fn labels(tensor: &Tensor) -> Vec<String> {
 /// The value of every input: what is set, else its default.
 fn inputs(path: &Path, tensor: Option<&Tensor>, set: &[(String, String)]) -> Result<Vec<f64>, ModelError> {
     let names = tensor.map_or_else(Vec::new, labels);
-    if let Some(name) = names.iter().enumerate().find_map(|(i, name)| names[..i].contains(name).then_some(name)) {
-        return Err(ModelError::Form { path: path.into(), reason: format!("it has two inputs `{name}`") });
-    }
     let blocks = tensor.into_iter().flat_map(|tensor| tensor.elmts());
     let defaults = blocks.flat_map(|block| std::iter::repeat_n(constant(block.expr()), block.nnz()));
     let mut values = Vec::with_capacity(names.len());

@@ -120,7 +120,7 @@ fn parabolic(evidence: &Evidence) -> Result<(), Failed> {
             "Middle, a wall set in motion at once, followed to t = 0.5. Right, the same at t = 0.02:".into(),
             format!("Take: `{radau}` with fixed steps"),
             format!(
-                "Short: Radau IIA with two stages (`{radau}`) has {of_radau} of Method I's error on smooth data and {of_later} of it well after a jump, for the work of 32 linear systems, because its order is 3 and Method I's 2;"
+                "Short: Radau IIA with two stages (`{radau}`) has {of_radau} of Method I's error on smooth data and {of_later} of it well after a jump, for the work of 32 linear systems; its order is 3 and Method I's 2."
             ),
         ],
     )?;
@@ -221,7 +221,7 @@ fn path_fitting(evidence: &Evidence) -> Result<(), Failed> {
                 defect[0], defect[1], defect[2]
             ),
             format!(
-                "Short: On Kepler's problem three equispaced points (`path-fitted(4)`) make {gauss} times the error of three Gauss nodes (`path-fitted(4,gauss)`) for as many evaluations, because their order is 4 and that of Gauss nodes 6."
+                "Short: On Kepler's problem three equispaced points (`path-fitted(4)`) make {gauss} times the error of three Gauss nodes (`path-fitted(4,gauss)`) for as many evaluations, at 256 steps: their order is 4 and that of Gauss nodes 6."
             ),
         ],
     )?;

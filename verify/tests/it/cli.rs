@@ -251,6 +251,19 @@ fn an_estimate_stands_beside_the_error_and_can_be_left_out() {
     assert_eq!(header, ["t", "v", "error"]);
     assert!(rows.iter().zip(&without).all(|(row, other)| row[..3] == other[..]));
 
+    // Of what is shown, which are velocities where the state is a stream function, at the time that is shown.
+    let shown = |h: &str| {
+        let line =
+            format!("solve --problem cavity-manufactured --set cells=4 --method tr-bdf2 --h {h} --t-end 0.25 --csv -");
+        table(&say(&line).1)
+    };
+    let ((header, coarse), (_, fine)) = (shown("0.125"), shown("0.0625"));
+    let components = header.iter().position(|name| name == "error" || name == "estimate").expect("a column");
+    for (k, row) in coarse.iter().enumerate() {
+        let apart = (1..components).map(|i| (row[i] - fine[2 * k][i]).abs()).fold(0.0, verify::measure::norm::larger);
+        assert!((0.75 * row[row.len() - 1] - apart).abs() <= 1e-9, "{apart} in {row:?}");
+    }
+
     // Beside a model, and with tolerances.
     let model = format!("{}/models/van-der-pol.ds", env!("CARGO_MANIFEST_DIR"));
     let (status, text, message) = say(&format!("solve --model {model} --method radau-adaptive --rtol 1e-5 --t-end 2"));

@@ -231,7 +231,16 @@ fn a_mistake_is_shown_with_its_file_and_line() {
         ("mass", "u_i { x = 1 }\ndudt_i { y = 0 }\nM_i { 2 * y }\nF_i { x }\n", vec!["mass.ds is not", "mass matrix"]),
         ("event", "u_i { x = 1 }\nF_i { x }\nstop_i { x - 2 }\n", vec!["event.ds is not", "stop_i"]),
         ("start", "u_i { x = log(0 - 1) }\nF_i { x }\n", vec!["x at t = 0 = NaN"]),
-        ("twice", "in_i { a = 1, a = 2 }\nu_i { x = 1 }\nF_i { a * x }\n", vec!["two inputs `a`"]),
+        (
+            "twice",
+            "in_i { a = 1, a = 2 }\nu_i { x = 1 }\nF_i { a * x }\n",
+            vec!["twice.ds is not", "`a` names two things"],
+        ),
+        ("state", "u_i { v = 2, u = 1 }\nF_i { u, v }\n", vec!["`u` names two things"]),
+        ("both", "u_i { a = 1, a = 2 }\nF_i { -a, -a }\n", vec!["`a` names two things"]),
+        ("shadow", "in_i { k = 3 }\nu_i { k = 1 }\nF_i { -k }\n", vec!["`k` names two things"]),
+        ("inside", "u_i { x = 1 }\nz_i { x = 3, q = 4 }\nF_i { -x }\n", vec!["`x` names two things"]),
+        ("time", "u_i { t = 1 }\nF_i { -t }\n", vec!["time.ds:1:1", "t is a reserved name"]),
         ("output", "u_i { x = 1 }\nF_i { x }\nout_i { 2 * x }\n", vec!["out_i states outputs"]),
         ("default", "in_i { a = 1 + 1 }\nu_i { x = 1 }\nF_i { a * x }\n", vec!["default of its input `a`"]),
     ] {

@@ -292,9 +292,23 @@ pub(super) fn metric(context: &Context, evidence: &mut Evidence, scale: &Scale) 
     let ratio = |flow| runs.over(flow, other, OURS).map(short);
     let enstrophy = |flow, what| runs.finest(flow, what).map(|row| brief(row.enstrophy));
     let last = runs.cases.iter().rposition(|case| case.end == END).ok_or("no flow")?;
-    let signs = runs.found[last].rows.iter().filter(|row| (row.method, row.metric) == OURS);
-    let signs: Vec<bool> = signs.map(|row| row.enstrophy > 0.0).collect();
-    let changes = signs.windows(2).any(|pair| pair[0] != pair[1]);
+    let sign = |of: (&str, &str)| {
+        let signs = runs.found[last].rows.iter().filter(|row| (row.method, row.metric) == of);
+        let signs: Vec<bool> = signs.map(|row| row.enstrophy > 0.0).collect();
+        if signs.windows(2).any(|pair| pair[0] != pair[1]) { "changes sign" } else { "keeps its sign" }.to_owned()
+    };
+    let rolled = runs.cases.iter().zip(&runs.found).find(|(case, _)| case.end > END).and_then(|(case, found)| {
+        let [.., finest] = case.steps();
+        let [own, other] = [OURS, other].map(|(method, metric)| row_of(found, method, metric, finest));
+        let (own, other) = (own?, other?);
+        Some(format!(
+            " On shear layers that have rolled up, with h = {}, the vorticity metric has {} of the error, and {} instead of {} in the enstrophy.",
+            short(finest),
+            brief(other.error / own.error),
+            brief(other.enstrophy),
+            brief(own.enstrophy)
+        ))
+    });
     let values = [
         ("h", short(finest())),
         ("shear_metric", ratio(shear)?),
@@ -303,7 +317,9 @@ pub(super) fn metric(context: &Context, evidence: &mut Evidence, scale: &Scale) 
         ("shear_enstrophy_other", enstrophy(shear, other)?),
         ("turbulence_enstrophy", enstrophy(turbulence, OURS)?),
         ("turbulence_enstrophy_other", enstrophy(turbulence, other)?),
-        ("sign", if changes { "changes sign" } else { "keeps its sign" }.into()),
+        ("sign", sign(OURS)),
+        ("sign_other", sign(other)),
+        ("rolled", rolled.unwrap_or_default()),
     ];
     evidence.notes.extend(prose::fill(include_str!("metric.md"), &values)?);
     let balance = |flow, of_what: usize| runs.finest(flow, OURS).map(|row| short(row.balance[of_what].abs()));

@@ -202,7 +202,7 @@ pub(super) fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale
     ];
     evidence.notes.extend(prose::fill(include_str!("spurious.md"), &values)?);
     let statement = format!(
-        "Re = {RE} on {CELLS}² cells with h = {h}: where Method I comes to rest the flow is not steady, and the library refuses it; \
+        "Re = {RE} on {CELLS}² cells with h = {h}: where the iteration of Method I ends the flow is not steady, and the library refuses it; \
          |f| there"
     );
     evidence.checks.push(Check::new(
@@ -210,7 +210,7 @@ pub(super) fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale
         statement,
         if worst.message.is_empty() { f64::NAN } else { worst.residual },
         Requirement::AtLeast(1e6 * STEADY),
-        "(2M − h Jᵀ) M⁻¹f = 0 has roots with f ≠ 0 where hM⁻¹J has the eigenvalue 2",
+        "a million times what counts as steady; (2M − h Jᵀ) M⁻¹f = 0 can have roots with f ≠ 0 where hM⁻¹J has the eigenvalue 2",
     ));
     let outcome = |message: &str| if message.is_empty() { "steady".to_owned() } else { format!("refused: {message}") };
     let own = cases().map(|(h, found)| row!["method-i", *h, found.residual, outcome(&found.message)]);
@@ -219,7 +219,7 @@ pub(super) fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale
         each.zip(&others).map(|((method, h), found)| row![method, h, Cell::found(found.residual), ended(found)]);
     let rows = own.chain(others).collect();
     let caption = format!(
-        "From rest at Re = {RE} on {CELLS} cells a side, by step size: |f| in units of M ψ̇ where Method I comes to rest, or where \
+        "From rest at Re = {RE} on {CELLS} cells a side, by step size: |f| in units of M ψ̇ where the iteration of Method I ends, or where \
          another method has it below {:e}, and the outcome.",
         Approach::STEADY
     );

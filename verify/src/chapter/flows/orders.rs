@@ -197,7 +197,14 @@ pub(super) fn against_work(context: &Context, evidence: &mut Evidence, scale: &S
         ),
         None => "no run of Method I here has an error as small".into(),
     };
+    let seconds = |found: &Runs| found.points.last().map_or(f64::NAN, |p| p.cost.seconds);
+    let in_equal_time = |found: &Runs, error: f64| brief(own_last.0 / error * (seconds(own) / seconds(found)).powi(2));
     let values = [
+        ("own_seconds", brief(seconds(own))),
+        ("tr_bdf2_seconds", brief(seconds(tr_bdf2))),
+        ("rule_seconds", brief(seconds(rule))),
+        ("tr_bdf2_time", in_equal_time(tr_bdf2, tr_bdf2_last.0)),
+        ("rule_time", in_equal_time(rule, rule_last.0)),
         ("alike", alike),
         ("projection_seconds", brief(scheme_seconds)),
         ("re", short(FlowPrecision::RE)),

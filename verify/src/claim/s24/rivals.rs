@@ -116,7 +116,7 @@ fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, St
     let finding = Finding::on(cases, evidence).with_table(table);
     if method == BOTH[1] {
         return Ok(finding
-            .holds_where("On linear problems it is the trapezoidal rule; what it wins, that rule wins too.")
+            .holds_where("On linear problems with an invertible matrix it is the trapezoidal rule; what it wins, that rule wins too.")
             .because("Local error h³/12 on linear problems, the trapezoidal rule's, to the last digits."));
     }
     let crossing =

@@ -46,8 +46,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         id: "S24-c-1",
-        source: "[S24] Section 3, Eq. (25) and after Eq. (27)",
-        statement: "Method II is unconditionally stable: no step size amplifies what does not grow.",
+        source: "[S24] Section 3, Eq. (25)",
+        statement: "Method II is stable at every step size on the test problem and on stable linear systems with an invertible matrix.",
         quantifier: Quantifier::Universal,
         criterion: "Live steps contract on v̇ = −v and on every damped plane rotation, and the spectral radius of a live step \
                     is at most 1 on the stable system of 3 unknowns that the search of S24-b-3, made for Method II, finds to be amplified most.",
@@ -156,7 +156,8 @@ fn method_ii_is_stable(context: &Context) -> Result<Finding, StudyError> {
     );
     Ok(Finding::on(cases, evidence).because(
         "On linear problems with an invertible matrix Method II is the trapezoidal rule, which is stable wherever the \
-         solutions do not grow. On nonlinear problems it is not that rule: see S24-h-2.",
+         solutions do not grow. Where the matrix is singular a step determines nothing, and on nonlinear problems it is not \
+         that rule: the unrestricted sentence of the abstract is S24-h-2.",
     ))
 }
 
