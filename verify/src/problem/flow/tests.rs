@@ -500,3 +500,36 @@ fn the_exact_flows_have_no_divergence_and_are_those_of_their_boundaries() {
     let given = pressure(0.7);
     assert_eq!(given.exact([0.1, 0.3], 0.5), given.exact([0.9, 0.3], 0.5));
 }
+
+/// The layout that the README tells.
+#[test]
+fn observed_values_run_along_x_first_and_u_comes_before_v() {
+    use std::f64::consts::PI;
+    let problem = build_setting("cavity-manufactured cells=4").expect("known");
+    let exact = problem.exact(0.5).expect("known");
+    // ψ = a sin² πx (y³ − y²), u = ψ_y, v = −ψ_x.
+    let u = |x: f64, y: f64| (PI * x).sin().powi(2) * (3.0 * y * y - 2.0 * y);
+    let v = |x: f64, y: f64| -PI * (2.0 * PI * x).sin() * (y.powi(3) - y * y);
+    let mut shape = Vec::new();
+    for j in 1..=4 {
+        shape.extend((1..=3).map(|i| u(f64::from(i) / 4.0, (f64::from(j) - 0.5) / 4.0)));
+    }
+    for j in 1..=3 {
+        shape.extend((1..=4).map(|i| v((f64::from(i) - 0.5) / 4.0, f64::from(j) / 4.0)));
+    }
+    let a = exact[0] / shape[0];
+    assert!(a.abs() > 0.01 && exact.len() == shape.len());
+    assert!(exact.iter().zip(&shape).all(|(exact, shape)| (exact - a * shape).abs() < 1e-12), "{exact:?}");
+
+    let problem = build_setting("taylor-green cells=8").expect("known");
+    let at = |k: usize| 2.0 * PI * k as f64 / 8.0;
+    let seen = problem.observe(0.0, &problem.initial());
+    let vorticity = (0..64).map(|k| 2.0 * at(k % 8).cos() * at(k / 8).cos());
+    assert!(seen.iter().zip(vorticity).all(|(seen, exact)| (seen - exact).abs() < 1e-12));
+    // Of the two directions the start of the shear layers tells x from y.
+    let problem = build_setting("shear-layer cells=16").expect("known");
+    let seen = problem.observe(0.0, &problem.initial());
+    let along_x = (seen[1] - seen[0]).abs();
+    let along_y = (seen[16 * 2] - seen[0]).abs();
+    assert!(along_x < 0.01 && along_y > 0.05, "{along_x} {along_y}");
+}
