@@ -291,3 +291,24 @@ fn values_that_scatter_have_the_large_uncertainty() {
     let least = fit.deviation + (1.0 - fit.limit).abs();
     assert!(fit.uncertainty >= 2.9 * fit.deviation / fit.change * least, "{fit:?}");
 }
+
+#[test]
+fn a_column_that_tends_to_nothing_looks_like_errors_and_one_that_tends_to_a_fifth_does_not() {
+    let notes = |limit: f64| {
+        let points = [1.0, 2.0, 4.0, 8.0].map(|h| (h, limit + (1.0 - limit) * h * h));
+        quantity(&points, 1e-12).judge(&expecting(2.0)).notes.join(" ")
+    };
+    assert!(notes(0.02).contains("`--exact 0`"), "{}", notes(0.02));
+    assert!(!notes(0.2).contains("`--exact 0`"), "{}", notes(0.2));
+}
+
+#[test]
+fn another_limit_is_told_where_most_of_the_error_stays() {
+    let reason = |exact: f64| {
+        let points = [1.0, 2.0, 4.0, 8.0].map(|h| (h, 1.0 + 0.05 * h * h));
+        quantity(&points, 1e-12).judge(&Question { exact: Some(exact), ..expecting(2.0) }).reason
+    };
+    // Two thirds of the finest error stay, and two sevenths.
+    assert!(reason(0.9).contains("the values tend to 1"), "{}", reason(0.9));
+    assert!(!reason(0.98).contains("the values tend to"), "{}", reason(0.98));
+}
