@@ -381,3 +381,87 @@ fn vortices(title: &str, points: usize, vorticity: &[f64]) -> Panel {
     let values = vorticity.chunks(points).map(|row| row.iter().map(|w| w / largest).collect()).collect();
     map(title, place, values, vec![-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75], true)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+    use crate::experiment::flow::Cost;
+
+    fn row(method: &'static str, (h, error): (f64, f64), evaluations: u64) -> Row {
+        let balance = [error, 2.0 * error];
+        Row {
+            method,
+            metric: "velocity",
+            h,
+            error,
+            energy: 0.0,
+            enstrophy: 0.0,
+            balance,
+            evaluations,
+            cost: Cost::default(),
+        }
+    }
+
+    /// Method I in both metrics with errors h², and RK4, a reference that is as good as they ask for.
+    fn found(case: &PeriodicErrors) -> Found {
+        let own = case.steps().map(|h| row("method-i", (h, h * h), (10.0 / h) as u64));
+        let other = own.clone().map(|row| Row { metric: "vorticity", ..row });
+        let [.., finest] = own.each_ref().map(|row| row.error);
+        Found {
+            rows: own.into_iter().chain(other).collect(),
+            reference: Vec::new(),
+            reference_error: 1e-3 * finest,
+            reference_balance: [1e-3 * finest, 2e-3 * finest],
+        }
+    }
+
+    #[test]
+    fn at_equal_work_errors_are_compared_on_their_power_laws() {
+        // 8/n² of the one, 2/n² of the other, as far as both have come.
+        let own = [10, 20, 40].map(|n| row("method-i", (1.0, 8.0 / f64::from(n).powi(2)), n as u64));
+        let rule = [15, 30, 60].map(|n| row("tr-bdf2", (1.0, 2.0 / f64::from(n).powi(2)), n as u64));
+        let (reference, balance) = (Vec::new(), [0.0; 2]);
+        let found = Found {
+            rows: own.into_iter().chain(rule).collect(),
+            reference,
+            reference_error: 0.0,
+            reference_balance: balance,
+        };
+        approx::assert_relative_eq!(equal_work(&found, "tr-bdf2"), 4.0, max_relative = 1e-12);
+        assert!(equal_work(&found, "bdf2").is_nan());
+    }
+
+    /// The ends of the names of the checks that do not pass.
+    fn refused(found: &Found, case: &PeriodicErrors) -> Vec<String> {
+        let checks = judged(case, found).expect("all runs are there");
+        let refused = checks.into_iter().filter(|check| check.outcome != Outcome::Pass);
+        refused.map(|check| check.id.replace("periodic/shear-layer/8/", "")).collect()
+    }
+
+    #[test]
+    fn each_check_judges_what_it_names_and_nothing_else() {
+        let case = short_run("shear-layer", 8);
+        assert_eq!(refused(&found(&case), &case), [""; 0]);
+        for (place, what) in ["energy", "enstrophy"].into_iter().enumerate() {
+            let mut wrong = found(&case);
+            for row in &mut wrong.rows {
+                row.balance[place] = -3.0 * row.error;
+            }
+            assert_eq!(refused(&wrong, &case), [format!("balance/{what}")]);
+            let mut wrong = found(&case);
+            wrong.reference_balance[place] *= -20.0;
+            assert_eq!(refused(&wrong, &case), [format!("balance/{what}/reference")]);
+        }
+        for metric in ["velocity", "vorticity"] {
+            let mut wrong = found(&case);
+            for row in wrong.rows.iter_mut().filter(|row| row.metric == metric && row.h == case.steps()[1]) {
+                row.error *= 2.0;
+            }
+            assert_eq!(refused(&wrong, &case), [format!("order/{metric}")]);
+        }
+        let mut wrong = found(&case);
+        wrong.reference_error *= 20.0;
+        assert_eq!(refused(&wrong, &case), ["reference"]);
+    }
+}

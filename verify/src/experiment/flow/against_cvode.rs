@@ -110,3 +110,35 @@ impl Experiment for AgainstCvode {
         }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn predictions_bounds_and_loose_solves_are_what_they_are_called() {
+        let cells = 4;
+        let found = AgainstCvode { cells }.measure(&Context::quick()).expect("it runs");
+        let Ok(found) = found else { return };
+        let problem = cavity(AgainstCvode::RE, cells).expect("known");
+        let end = |steps: u32| {
+            let h = AgainstCvode::END / f64::from(steps);
+            observed(&*problem, &*named("method-i").expect("known"), h, AgainstCvode::END).expect("it runs").0
+        };
+        let [first, ..] = &found.rows[..] else { panic!("no rows") };
+        assert!(first.predicted.is_nan());
+        for row in &found.rows[1..] {
+            let halved = distance(&end(row.steps / 2), &end(row.steps));
+            approx::assert_relative_eq!(3.0 * row.predicted, halved, max_relative = 1e-12);
+        }
+        // A velocity is a difference of two stream functions over Δx = 1/4.
+        let cvode = reference::by_name("cvode-bdf").expect("known");
+        let solved = cvode.solve(problem.ode(), 0.0, &problem.initial(), &[AgainstCvode::END]).expect("it is here");
+        approx::assert_relative_eq!(found.bound, 8.0 * solved.bound[0], max_relative = 1e-12);
+        // Each asks for more than the one before.
+        assert_eq!(found.loose.iter().map(|run| run.tolerance).collect::<Vec<_>>(), AgainstCvode::LOOSE);
+        for pair in found.loose.windows(2) {
+            assert!(pair[1].difference < pair[0].difference && pair[0].difference > found.bound, "{pair:?}");
+        }
+    }
+}

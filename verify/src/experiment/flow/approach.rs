@@ -80,4 +80,16 @@ mod tests {
         assert!(steady.is_steady() && steady.residual <= 1e-8 && steady.steps < 100, "{steady:?}");
         assert!(!moving.is_steady() && moving.residual > 1e-6 && moving.steps == 100, "{moving:?}");
     }
+
+    #[test]
+    fn the_solves_of_a_run_are_its_linear_systems() {
+        let found =
+            Approach { method: "tr-bdf2", re: 100.0, cells: 4, h: 10.0 }.measure(&Context::quick()).expect("known");
+        let problem = cavity(100.0, 4).expect("known");
+        let end = 10.0 * found.steps as f64;
+        let (_, cost) =
+            super::super::observed(&*problem, &*named("tr-bdf2").expect("known"), 10.0, end).expect("it runs");
+        assert_eq!(found.solves, cost.solves);
+        assert_ne!(cost.solves, cost.residuals);
+    }
 }

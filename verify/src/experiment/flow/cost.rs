@@ -1,5 +1,7 @@
 //! Seconds of CPU time of a step by the size of the grid, and what fills the factors of its matrix.
 
+use std::time::Duration;
+
 use cpu_time::ThreadTime;
 use lsvi::{Mass, State, VectorField};
 
@@ -46,19 +48,28 @@ impl Experiment for StepCost {
         let method = named("method-i")?;
         let one = run(&*problem, &*method, self.h, self.h, |_| {})?;
         let mut seen = Vec::new();
-        let all = run(&*problem, &*method, self.h, f64::from(1 + NEXT) * self.h, |_| seen.push(ThreadTime::now()))?;
-        let [start, first, .., end] = *seen else { return Err("several steps".into()) };
+        let all = run(&*problem, &*method, self.h, f64::from(1 + NEXT) * self.h, |_| {
+            seen.push(ThreadTime::now().as_duration())
+        })?;
+        let [first, next] = seconds(&seen).ok_or("several steps")?;
         context.tick();
         let iterations = (all.work.residuals - one.work.residuals) as f64;
         Ok(Found {
             unknowns: one.end.q.len(),
-            first: first.duration_since(start).as_secs_f64(),
-            next: end.duration_since(first).as_secs_f64() / f64::from(NEXT),
+            first,
+            next,
             iterations: iterations / f64::from(NEXT),
             inner: (all.work.inner - one.work.inner) as f64 / iterations,
             factor_entries: factor_entries(&*problem.field(), self.h, &all.end)?,
         })
     }
+}
+
+/// Seconds of the first step, and of each of the next, by a clock that was read at the start and after every step.
+fn seconds(clock: &[Duration]) -> Option<[f64; 2]> {
+    let [start, first, .., end] = *clock else { return None };
+    let next = (end - first).as_secs_f64() / (clock.len() - 2) as f64;
+    Some([(first - start).as_secs_f64(), next])
 }
 
 /// Entries of the LU factors of B = M − h J.
@@ -97,5 +108,12 @@ mod tests {
         };
         assert_eq!([2, 3].map(|cells| entries("cavity re=100", cells)), [Some(1), Some(16)]);
         assert_eq!(entries("turbulence-2d re=100", 8), None);
+    }
+
+    #[test]
+    fn the_time_of_a_later_step_is_the_mean_of_those_after_the_first() {
+        let clock = [10, 17, 18, 20, 24, 25].map(Duration::from_secs);
+        assert_eq!(seconds(&clock), Some([7.0, 2.0]));
+        assert_eq!(seconds(&clock[..2]), None);
     }
 }

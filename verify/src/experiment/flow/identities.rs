@@ -46,12 +46,13 @@ impl Experiment for Identities {
         let apart: Vec<f64> = apart.collect();
         let work = if self.is_closed { Some(work(self.flow)?) } else { None };
         context.tick();
-        Ok(Found {
-            adjoint: (dot(&y, &jx) - dot(&jty, &x)).abs() / (dot(&y, &y) * dot(&jx, &jx)).sqrt(),
-            jacobian: max_norm(&apart) / max_norm(&jx),
-            work,
-        })
+        Ok(Found { adjoint: adjoint((&x, &jx), (&y, &jty)), jacobian: max_norm(&apart) / max_norm(&jx), work })
     }
+}
+
+/// |yᵀ(J x) − (Jᵀy)ᵀx| over |y| |J x|.
+fn adjoint((x, jx): (&[f64], &[f64]), (y, jty): (&[f64], &[f64])) -> f64 {
+    (dot(y, jx) - dot(jty, x)).abs() / (dot(y, y) * dot(jx, jx)).sqrt()
 }
 
 /// |vᵀf| over the sum of its terms' sizes, with the smallest viscosity that there is.
@@ -76,4 +77,17 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Numbers in [−1, 1] without pattern.
 fn scattered(n: usize, seed: f64) -> Vec<f64> {
     (1..=n).map(|i| (seed * (i * i) as f64).sin()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_transpose_that_is_half_of_the_right_one_is_off_by_half() {
+        // J = (0 3; 0 0).
+        let (x, jx, y) = ([0.0, 2.0], [6.0, 0.0], [5.0, 0.0]);
+        assert_eq!(adjoint((&x, &jx), (&y, &[0.0, 15.0])), 0.0);
+        assert_eq!(adjoint((&x, &jx), (&y, &[0.0, 7.5])), 0.5);
+    }
 }

@@ -129,4 +129,22 @@ mod tests {
             assert_eq!(end.q, psi, "t = {t}");
         }
     }
+
+    #[test]
+    fn errors_after_the_start_are_absolute_and_that_of_the_reference_is_a_third_of_what_halving_changes() {
+        let found = StartedLid { cells: 4 }.measure(&Context::quick()).expect("it starts");
+        let by =
+            |method, h: f64, t: f64| cavity_by(method, false, (RE, 4), (h, (t / h).round() as u32)).expect("it runs").0;
+        assert_eq!((found.references.len(), found.cases.len()), (2, 28));
+        for (truth, t) in found.references.iter().zip(TIMES) {
+            let [coarse, fine] = [64.0, 128.0].map(|steps| by("rk4", 1.0 / steps, t));
+            assert_eq!((truth.t, &truth.velocities), (t, &fine));
+            approx::assert_relative_eq!(3.0 * truth.error, rms(&coarse, &fine), max_relative = 1e-12);
+        }
+        for case in &found.cases {
+            let truth = found.references.iter().find(|truth| truth.t == case.t).expect("a time");
+            let end = by(case.method, case.h, case.t);
+            assert_eq!((case.error, &case.velocities), (rms(&end, &truth.velocities), &end), "{}", case.method);
+        }
+    }
 }

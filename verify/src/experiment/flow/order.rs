@@ -61,3 +61,15 @@ impl Experiment for FlowOrder {
         Ok(Found { order, differences, nominal, cost, end })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_order_is_that_of_the_shortest_steps() {
+        let found = FlowOrder { flow: CAVITY, method: "implicit-euler" }.measure(&Context::quick()).expect("it runs");
+        let [_, before, last] = *found.differences else { panic!("{found:?}") };
+        assert_eq!((found.order, found.nominal), ((before / last).log2(), 1.0));
+    }
+}

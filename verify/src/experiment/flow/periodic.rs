@@ -124,17 +124,20 @@ impl Course {
         let run = run(problem, &*named(method)?, h, end, |state| seen.push(moments(mass, &state.q)))?;
         let (cost, end) = (Cost::of(&run), run.end.q);
         let [Some(first), Some(last)] = [seen.first(), seen.last()] else { return Err("no steps".into()) };
-        // Simpson's rule.
-        let intervals = seen.len() - 1;
-        let weight = |n: usize| match n {
-            n if n == 0 || n == intervals => h / 3.0,
-            n if n % 2 == 1 => 4.0 * h / 3.0,
-            _ => 2.0 * h / 3.0,
-        };
-        let integral = |of: usize| seen.iter().enumerate().map(|(n, m)| weight(n) * m[of]).sum::<f64>();
+        let integral = |of: usize| simpson(h, &seen.iter().map(|m| m[of]).collect::<Vec<_>>());
         let balance = [0, 1].map(|of| (last[of] - first[of] + 2.0 / RE * integral(of + 1)) / first[of]);
         Ok(Self { end, cost, moments: *last, balance })
     }
+}
+
+/// Simpson's rule for values at equal distances h, an odd number of them.
+fn simpson(h: f64, values: &[f64]) -> f64 {
+    let weight = |n: usize| match n {
+        n if n == 0 || n == values.len() - 1 => h / 3.0,
+        n if n % 2 == 1 => 4.0 * h / 3.0,
+        _ => 2.0 * h / 3.0,
+    };
+    values.iter().enumerate().map(|(n, value)| weight(n) * value).sum()
 }
 
 /// M of a flow in the velocity metric.
@@ -227,5 +230,108 @@ impl Experiment for WithoutViscosity {
                 Ok(Change { method, metric, energy, enstrophy })
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: PeriodicErrors = PeriodicErrors { flow: "turbulence-2d", points: 12, end: 0.4, longest: 0.2 };
+
+    fn small(metric: &str) -> Box<dyn Problem> {
+        setting(&format!("turbulence-2d cells=12 re={RE} metric={metric}")).expect("known")
+    }
+
+    fn end(problem: &dyn Problem, method: &str, h: f64, end: f64) -> Vec<f64> {
+        run(problem, &*named(method).expect("known"), h, end, |_| {}).expect("it runs").end.q
+    }
+
+    /// The relative change of the enstrophy, by Parseval from the vorticity on the grid.
+    fn grown(to: &[f64], from: &[f64]) -> f64 {
+        to.iter().map(|w| w * w).sum::<f64>() / from.iter().map(|w| w * w).sum::<f64>() - 1.0
+    }
+
+    #[test]
+    fn moments_are_energy_enstrophy_and_palinstrophy() {
+        assert_eq!(moments(&[2.0, 4.0], &[1.0, 3.0]), [19.0, 5.0, 1.375]);
+    }
+
+    #[test]
+    fn normal_equations_take_two_products_an_iteration_and_one_for_their_right_hand_side() {
+        let cost = Cost { solves: 3, inner: 5, residuals: 7, seconds: 0.0 };
+        assert_eq!(["method-i", "tr-bdf2"].map(|method| evaluations(method, &cost)), [7 + 3 + 2 * 5, 7 + 5]);
+    }
+
+    #[test]
+    fn the_integral_is_exact_for_cubics() {
+        let values: Vec<f64> = (0..=6).map(|n| (0.5 * f64::from(n)).powi(3)).collect();
+        approx::assert_relative_eq!(simpson(0.5, &values), 3.0_f64.powi(4) / 4.0, max_relative = 1e-14);
+    }
+
+    /// Of fourth order, as RK4 and Simpson's rule are: h⁴ = 1.6e-7.
+    #[test]
+    fn small_steps_of_rk4_leave_nothing_of_the_balances() {
+        let problem = small("velocity");
+        let mass = mass(&*problem).expect("diagonal");
+        let course = Course::new(&*problem, "rk4", (0.02, 0.4), &mass).expect("it runs");
+        assert!(course.balance.iter().all(|left| left.abs() < 1e-7), "{:?}", course.balance);
+        // Viscosity takes much more.
+        let before = moments(&mass, &problem.initial());
+        assert!([0, 1].iter().all(|of| course.moments[*of] < (1.0 - 1e-3) * before[*of]), "{:?}", course.moments);
+    }
+
+    #[test]
+    fn errors_are_against_the_reference_and_its_own_is_that_of_half_the_step() {
+        let found = SMALL.measure(&Context::quick()).expect("it runs");
+        let problem = small("velocity");
+        let weights = mass(&*problem).expect("diagonal");
+        let truth = end(&*problem, "rk4", 0.025, SMALL.end);
+        assert_eq!(found.reference, problem.observe(SMALL.end, &truth));
+        for row in &found.rows {
+            let problem = small(row.metric);
+            let end = end(&*problem, row.method, row.h, SMALL.end);
+            let [energy, enstrophy] =
+                [0, 1].map(|of| moments(&weights, &end)[of] / moments(&weights, &truth)[of] - 1.0);
+            assert_eq!((row.energy, row.enstrophy), (energy, enstrophy), "{row:?}");
+            let end = problem.observe(SMALL.end, &end);
+            approx::assert_abs_diff_eq!(enstrophy, grown(&end, &found.reference), epsilon = 1e-12);
+            let none = vec![0.0; end.len()];
+            assert_eq!(row.error, rms(&end, &found.reference) / rms(&found.reference, &none), "{row:?}");
+        }
+        // The next term of the error is of relative size h.
+        let finer = problem.observe(SMALL.end, &super::tests::end(&*problem, "rk4", 0.025 / 8.0, SMALL.end));
+        let own = rms(&found.reference, &finer) / rms(&finer, &vec![0.0; finer.len()]);
+        approx::assert_relative_eq!(found.reference_error, own, max_relative = 0.1);
+    }
+
+    #[test]
+    fn what_the_grid_leaves_is_seen_at_the_points_that_a_finer_one_shares() {
+        let context = Context::quick();
+        let found = GridError { of: SMALL }.measure(&context).expect("it runs");
+        let problem = setting(&format!("turbulence-2d cells=24 re={RE}")).expect("known");
+        let fine = problem.observe(SMALL.end, &end(&*problem, "rk4", 0.05, SMALL.end));
+        let coarse = &context.get(SMALL).expect("it runs").reference;
+        let (mut apart, mut size) = (0.0, 0.0);
+        for (k, coarse) in coarse.iter().enumerate() {
+            let fine = fine[2 * (k / 12) * 24 + 2 * (k % 12)];
+            apart += (coarse - fine).powi(2);
+            size += fine.powi(2);
+        }
+        approx::assert_relative_eq!(found, (apart / size).sqrt(), max_relative = 1e-12);
+    }
+
+    #[test]
+    fn without_viscosity_changes_of_energy_and_of_enstrophy_are_told_apart() {
+        let found = WithoutViscosity { points: 16 }.measure(&Context::quick()).expect("it runs");
+        assert_eq!(found.len(), METHODS.len());
+        for change in &found {
+            let problem = setting(&format!("shear-layer cells=16 re=1e12 metric={}", change.metric)).expect("known");
+            let [start, end] = [problem.initial(), end(&*problem, change.method, WithoutViscosity::H, END)];
+            let enstrophy = grown(&problem.observe(END, &end), &problem.observe(0.0, &start));
+            approx::assert_abs_diff_eq!(change.enstrophy, enstrophy, epsilon = 1e-12);
+        }
+        let euler = found.iter().find(|change| change.method == "implicit-euler").expect("a row");
+        assert!(euler.enstrophy < euler.energy && euler.energy < 0.0, "{euler:?}");
     }
 }

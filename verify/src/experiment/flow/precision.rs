@@ -123,4 +123,14 @@ mod tests {
         approx::assert_relative_eq!(found.error_with(30.0).expect("between"), 1.0 / 900.0, max_relative = 1e-12);
         assert_eq!(found.error_with(41.0), None);
     }
+
+    #[test]
+    fn the_size_of_a_flow_is_a_root_mean_square_and_its_speed_a_maximum() {
+        let context = Context::quick();
+        let found = FlowPrecision { method: "implicit-euler", cells: 4 }.measure(&context).expect("it runs");
+        let truth = context.get(Truth { cells: 4 }).expect("it runs");
+        let squares: f64 = truth.iter().map(|u| u * u).sum();
+        approx::assert_relative_eq!(found.size.powi(2) * truth.len() as f64, squares, max_relative = 1e-12);
+        assert!(truth.iter().all(|u| u.abs() <= found.speed) && truth.iter().any(|u| u.abs() == found.speed));
+    }
 }

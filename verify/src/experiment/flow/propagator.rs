@@ -115,3 +115,15 @@ impl Experiment for Disturbances {
         Ok(Found { difference, radius: spectral_radius(&live), slowest })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slowest_disturbance_is_the_largest_by_modulus_and_turns_by_the_trapezoidal_rule_with_long_steps() {
+        let found = Disturbances { method: "trapezoidal", h: 100.0 }.measure(&Context::quick()).expect("it steps");
+        approx::assert_relative_eq!(found.slowest.norm(), found.radius, max_relative = 1e-10);
+        assert!(found.slowest.re < 0.0, "{found:?}");
+    }
+}

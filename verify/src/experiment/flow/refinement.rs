@@ -47,3 +47,21 @@ impl Experiment for Refinement {
         Ok(Found { errors: [first, second], order, end })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_as_long_as_cells_are_wide() {
+        let (flow, method, cells) = ("cavity-manufactured re=10", "implicit-euler", [4, 8]);
+        let found = Refinement { flow, method, cells }.measure(&Context::quick()).expect("it runs");
+        for (cells, error) in cells.into_iter().zip(found.errors) {
+            let problem = setting(&format!("{flow} cells={cells}")).expect("known");
+            let run = crate::run::run(&*problem, &*named(method).expect("known"), 1.0 / cells as f64, END, |_| {});
+            let run = run.expect("it runs");
+            assert_eq!(error, rms(&problem.observe(END, &run.end.q), &problem.exact(END).expect("known")), "{cells}");
+        }
+        approx::assert_relative_eq!(found.order, (found.errors[0] / found.errors[1]).log2(), max_relative = 1e-12);
+    }
+}
