@@ -6,6 +6,8 @@
 mod answers;
 #[path = "evidence/curves.rs"]
 mod curves;
+#[path = "evidence/flows.rs"]
+mod flows;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -33,7 +35,8 @@ fn main() {
         .map(|golden| Trial::test(format!("golden::{}", golden.name), move || it_holds(&golden)));
     let strays = Trial::test("golden::none_is_left_over", none_is_left_over);
     let answers = Trial::test("answers::rest_on_their_tables", answers::rest_on_their_tables);
-    let trials = chapters.chain(claims).chain(goldens).chain([strays, answers]).collect();
+    let flows = Trial::test("flows::rest_on_their_tables", flows::rest_on_their_tables);
+    let trials = chapters.chain(claims).chain(goldens).chain([strays, answers, flows]).collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
 

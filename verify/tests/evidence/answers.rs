@@ -30,7 +30,7 @@ fn told(evidence: &Evidence, id: &str) -> String {
 }
 
 /// That a text has each of these parts, and no number beside them. Names in backticks may have digits.
-fn consists(text: &str, parts: &[String]) -> Result<(), Failed> {
+pub(super) fn consists(text: &str, parts: &[String]) -> Result<(), Failed> {
     let mut rest = text.to_owned();
     for part in parts {
         if !rest.contains(part.as_str()) {
@@ -47,7 +47,7 @@ fn consists(text: &str, parts: &[String]) -> Result<(), Failed> {
     }
 }
 
-fn table<'a>(evidence: &'a Evidence, id: &str) -> &'a Table {
+pub(super) fn table<'a>(evidence: &'a Evidence, id: &str) -> &'a Table {
     evidence.tables.iter().find(|table| table.id == id).expect("a table")
 }
 
