@@ -5,7 +5,7 @@
 
 use thiserror::Error;
 
-use crate::error::{InputError, SettingError, StepError};
+use crate::error::{InputError, SettingError, StepError, check_vector};
 use crate::integrator::{OneStep, State};
 use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::vector_field::VectorField;
@@ -53,12 +53,23 @@ pub enum SteadyError {
     },
 }
 
+/// Refuses what cannot be a state of `field`, and what is no tolerance.
+fn admit(field: &impl VectorField, v: &[f64], tolerance: f64) -> Result<(), InputError> {
+    check_vector("v", v, field.dim())?;
+    if tolerance > 0.0 && tolerance.is_finite() {
+        Ok(())
+    } else {
+        Err(InputError::Setting(SettingError::Tolerance(tolerance)))
+    }
+}
+
 /// |f(t, v)| in the max norm.
 ///
 /// # Errors
 /// [`SteadyError::Spurious`] if it exceeds `tolerance`, in the units of f, and what the rounding of v and of the terms of f
-/// explains.
+/// explains, [`SteadyError::Input`] if `v` is no state of `field`, or `tolerance` not a number above 0.
 pub fn check(field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<f64, SteadyError> {
+    admit(field, v, tolerance)?;
     Probe::new(field).check(field, t, v, tolerance)
 }
 
@@ -75,9 +86,7 @@ pub fn march(
     tolerance: f64,
     most: u64,
 ) -> Result<Steady, SteadyError> {
-    if !(tolerance > 0.0 && tolerance.is_finite()) {
-        return Err(InputError::Setting(SettingError::Tolerance(tolerance)).into());
-    }
+    admit(field, &state.q, tolerance)?;
     let mut probe = Probe::new(field);
     let mut before = state.q.clone();
     let (start, mut residual) = (state.t, f64::INFINITY);
@@ -167,6 +176,23 @@ mod tests {
         }
         fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
             dv[0] = -v[0] * v[0] + self.drive;
+        }
+    }
+
+    #[test]
+    fn what_is_no_state_or_no_tolerance_is_refused() {
+        struct Decay;
+        impl FieldFn for Decay {
+            fn dim(&self) -> usize {
+                1
+            }
+            fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+                dv[0] = -v[0];
+            }
+        }
+        let field = AutoField::new(Decay);
+        for (v, tolerance) in [(vec![], 1.0), (vec![1.0, 2.0], 1.0), (vec![f64::NAN], 1.0), (vec![1.0], -1.0)] {
+            assert!(matches!(check(&field, 0.0, &v, tolerance), Err(SteadyError::Input(_))), "{v:?} {tolerance}");
         }
     }
 

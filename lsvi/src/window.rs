@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::closure::Linear;
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
-use crate::error::{InputError, NodeError, StepError, check_step, check_vector};
+use crate::error::{InputError, NodeError, SettingError, StepError, check_step, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, State};
 use crate::linalg::{Jacobian, Structure, add_block};
 use crate::newton::{LimitAtZero, Newton, System, Work};
@@ -42,6 +42,9 @@ struct Scratch {
     in_start: Jacobian,
 }
 
+/// Entries of the largest matrix that a window is given.
+const LARGEST: usize = 1 << 31;
+
 impl<D: DiscreteLegendre> Window<D> {
     /// Windows of `length` steps of `discrete`.
     ///
@@ -53,6 +56,11 @@ impl<D: DiscreteLegendre> Window<D> {
         }
         let n = discrete.dim();
         let m = discrete.interior() + n;
+        // Blocks of m rows that reach two blocks to either side.
+        if length.checked_mul(5 * m * m).is_none_or(|entries| entries > LARGEST) {
+            let (what, value) = ("steps in a window", length as f64);
+            return Err(InputError::Setting(SettingError::Setting { what, value, range: "few enough for memory" }));
+        }
         let of_step = discrete.structure();
         let structure = window_structure(&of_step, n, m, length);
         Ok(Self {

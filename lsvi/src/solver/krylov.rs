@@ -68,6 +68,14 @@ impl ConjugateGradients {
         precondition(&self.residual, &mut self.preconditioned);
         let start = dot(&self.residual, &self.preconditioned);
         let mut rho = start;
+        if !start.is_finite() {
+            return Err(SolveError::NonFinite);
+        }
+        // What a preconditioner that is not positive definite makes of a residual does not measure it.
+        let is_zero = |x: &[f64]| x.iter().all(|x| *x == 0.0);
+        if start < 0.0 || is_zero(&self.preconditioned) && !is_zero(&self.residual) {
+            return Err(SolveError::Linear { iterations: 0, residual: 1.0 });
+        }
         self.direction.copy_from_slice(&self.preconditioned);
         self.image.copy_from_slice(&self.residual);
         for iterations in 0..most {
@@ -83,6 +91,9 @@ impl ConjugateGradients {
             axpy(-alpha, &self.product, &mut self.residual);
             precondition(&self.residual, &mut self.preconditioned);
             let next = dot(&self.residual, &self.preconditioned);
+            if next < 0.0 {
+                return Err(SolveError::Linear { iterations: iterations + 1, residual: (next.abs() / start).sqrt() });
+            }
             let beta = next / rho;
             rho = next;
             xpby(&self.preconditioned, beta, &mut self.direction);
@@ -328,4 +339,27 @@ impl Lsmr {
 
 fn scale(a: &mut [f64], b: &mut [f64], by: f64) {
     a.iter_mut().chain(b).for_each(|x| *x /= by);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_preconditioner_that_is_not_positive_definite_is_no_solution() {
+        let solve = |factor: f64| {
+            let mut b = [1.0, 2.0];
+            let multiply = |x: &[f64], _: &[f64], out: &mut [f64]| out.copy_from_slice(&[3.0 * x[0], 5.0 * x[1]]);
+            let precondition = |x: &[f64], out: &mut [f64]| out.copy_from_slice(&[factor * x[0], factor * x[1]]);
+            ConjugateGradients::new(2).solve(multiply, precondition, 1e-12, 50, &mut b).map(|_| b)
+        };
+        let [x, y] = solve(1.0).expect("positive definite");
+        assert!((x - 1.0 / 3.0).abs() < 1e-12 && (y - 0.4).abs() < 1e-12);
+        for factor in [0.0, -1.0] {
+            assert!(matches!(solve(factor), Err(SolveError::Linear { iterations: 0, .. })), "{factor}");
+        }
+        for factor in [f64::INFINITY, f64::NAN] {
+            assert_eq!(solve(factor), Err(SolveError::NonFinite), "{factor}");
+        }
+    }
 }
