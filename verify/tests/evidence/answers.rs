@@ -334,7 +334,7 @@ fn methods(evidence: &Evidence) -> Result<(), Failed> {
             "method-ii",
             vec![
                 format!(
-                    "On linear problems its step is the trapezoidal rule's, and rings: {} times Method I's error after a jump.",
+                    "On linear problems with an invertible matrix its step is the trapezoidal rule's, and rings: {} times Method I's error after a jump.",
                     brief(course("trapezoidal") / course("method-i"))
                 ),
                 // The quadratic for v₁ has no real root for hv₀ > 1.
