@@ -10,6 +10,7 @@ use verify::experiment::end_errors::{EndErrors, Truth};
 use verify::experiment::kepler_period::KeplerPeriod;
 use verify::experiment::symplectic_defect::Defects;
 use verify::measure::amplification::Amplification;
+use verify::measure::norm::Extremes;
 use verify::{method, problem, reference};
 
 use super::CONTEXT;
@@ -373,9 +374,9 @@ fn best_constant() -> f64 {
             let h = 3.0 * f64::from(k) / 300.0;
             (closure.factor(Complex::from(-h)).re - (-h).exp()).abs()
         };
-        (1..=300).map(error).fold(0.0, f64::max)
+        (1..=300).map(error).largest()
     };
-    (0..=1000).map(|k| worst(f64::from(k) / 1000.0)).fold(f64::INFINITY, f64::min) / worst(0.0)
+    (0..=1000).map(|k| worst(f64::from(k) / 1000.0)).smallest() / worst(0.0)
 }
 
 /// That each panel, by its title, draws for each method in its order all rows of its group.

@@ -29,8 +29,7 @@ fn assert_with_insta(dir: &Path, golden: &Golden) {
 
 /// A directory of its own for one test, with the golden `sample` of [`sample_rows`] in it.
 fn fixture(test: &str) -> PathBuf {
-    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    let _ = fs::remove_dir_all(&dir);
+    let dir = crate::scratch(&format!("goldens/{test}"));
     let (ok, printed) = run(Action::Refresh, &dir, &[sample(sample_rows())]);
     assert!(ok && printed.contains("wrote sample.snap.csv: 4 rows"), "{printed}");
     dir

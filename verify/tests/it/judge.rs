@@ -698,7 +698,7 @@ fn a_file_goes_where_the_name_of_a_method_goes() {
 
 #[test]
 fn a_report_of_a_judgement_has_its_figures() {
-    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("judge");
+    let directory = crate::scratch("judge");
     let (status, _, error) = say(&format!("judge sdirk2 --out {}", directory.display()));
     assert_eq!(status, 0, "{error}");
     let page = std::fs::read_to_string(directory.join("index.html")).expect("a page");
@@ -826,7 +826,7 @@ fn a_judgement_as_json_keeps_to_its_schema() {
 /// Nothing refuted and something open is neither success nor failure.
 #[test]
 fn a_judgement_with_a_claim_left_open_has_status_three() {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("open.toml");
+    let path = crate::scratch("open.toml");
     let status = |claims: &str| {
         std::fs::write(&path, shipped("bdf2").replace("\"zero-stable\"", claims)).expect("writable");
         say(&format!("judge --no-runs {}", path.display())).0

@@ -1,13 +1,13 @@
 //! Methods, programs and data of the reader's own, as a stranger hands them to the command.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 use rayon::prelude::*;
 use verify::judge::file::SHIPPED;
 
-use crate::flat;
+use crate::{fits_a_terminal, flat, scratch};
 
 const METHODS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/methods");
 
@@ -24,14 +24,9 @@ fn say(line: &str) -> (i32, String, String) {
 }
 
 fn directory(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own").join(name);
-    let _ = fs::remove_dir_all(&path);
+    let path = scratch(&format!("own/{name}"));
     fs::create_dir_all(&path).expect("writable");
     path
-}
-
-fn columns(line: &str) -> usize {
-    line.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count()
 }
 
 #[test]
@@ -141,8 +136,7 @@ fn long_names_leave_the_table_of_a_comparison_as_wide_as_a_terminal() {
         verify(&["compare", "--problem", "pendulum", "--program", &own, "--expect", "4", "--method", &long]);
     assert_eq!(code, 0, "{out}");
     // A path is no longer than it is.
-    let is_path = |line: &str| line.split_whitespace().any(|word| columns(word) > 60);
-    out.lines().filter(|line| !is_path(line)).for_each(|line| assert!(columns(line) <= 80, "{line}"));
+    fits_a_terminal(&out);
     let row = |start: &str| out.lines().find(|line| line.contains(start)).unwrap_or_default().to_owned();
     assert!(row("[1]").contains("agrees") && flat(&out).contains(&format!("[2] {own}")), "{out}");
 }
@@ -297,7 +291,7 @@ fn data_that_decide_nothing_say_why() {
     let order = |text: &str, more: &str| {
         fs::write(&path, text).expect("writable");
         let (code, out, error) = say(&format!("order --data {} --step h {more}", path.display()));
-        out.lines().for_each(|line| assert!(columns(line) <= 80, "{line}"));
+        fits_a_terminal(&out);
         (code, flat(&out), error)
     };
     for (text, more, reason) in [
@@ -480,7 +474,7 @@ fn a_file_that_comes_along_goes_by_its_name_and_a_mistyped_one_is_guessed() {
     assert!(code == 0 && out.contains("is 2 ± 0.1"), "{out}{error}");
     let (code, _, error) = say("order --problem logistic --method huen2");
     assert!(code == 2 && flat(&error).contains("did you mean `heun2`?"), "{error}");
-    error.lines().for_each(|line| assert!(columns(line) <= 80, "{line}"));
+    fits_a_terminal(&error);
 }
 
 #[test]
@@ -786,7 +780,7 @@ fn a_table_of_values_is_judged_by_its_trend_and_says_what_its_numbers_are_from()
         let rows: String = rows.iter().map(|(h, u)| format!("{h},{u:.12}\n")).collect();
         fs::write(&path, format!("h,u\n{rows}")).expect("writable");
         let (code, out, _) = say(&format!("order --data {} --step h {more}", path.display()));
-        out.lines().for_each(|line| assert!(columns(line) <= 80, "{line}"));
+        fits_a_terminal(&out);
         (code, flat(&out))
     };
     // Differences that halve to the power of an order each.
@@ -933,8 +927,7 @@ fn errors_are_as_wide_as_a_terminal() {
     for line in lines {
         let (code, _, error) = verify(&line);
         assert!(code == 2 && error.starts_with("error: "), "{line:?}: {code} {error}");
-        let fits = |text: &str| columns(text) <= 80 || text.split_whitespace().any(|word| columns(word) > 60);
-        error.lines().for_each(|text| assert!(fits(text), "{line:?}: {text}"));
+        fits_a_terminal(&error);
     }
 }
 

@@ -238,8 +238,7 @@ fn chapter_claim_and_golden_read_what_one_experiment_measured_once() {
     let finding = (CLAIM.decide)(&context).expect("it is decided");
     assert_eq!(CLAIM.quantifier.verdict(finding.cases()), Verdict::Refuted);
 
-    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join("recipes");
-    let _ = fs::remove_dir_all(&dir);
+    let dir = crate::scratch("recipes");
     for action in [Action::Refresh, Action::Check] {
         let mut printed = Vec::new();
         let holds = golden::run(action, &dir, &[toy_golden(&context)], None, &mut printed).expect("a usable directory");

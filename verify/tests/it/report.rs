@@ -300,9 +300,7 @@ fn synthetic() -> Run {
 
 /// A path of its own for each test, with nothing there.
 pub(super) fn fresh(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = fs::remove_dir_all(&path);
-    path
+    crate::scratch(&format!("report/{name}"))
 }
 
 fn written(name: &str) -> PathBuf {

@@ -1,6 +1,7 @@
 //! The published examples to their printed digits, and what must not pass.
 
 use super::*;
+use crate::measure::norm::larger;
 use crate::measure::order::Verdict;
 use proptest::prelude::*;
 
@@ -190,7 +191,7 @@ fn orders_solve_their_equation() {
         let points = hs.map(|h: f64| (h, f0 + c * h.powf(p)));
         let triplet = Triplet::new(points, 0.0).expect("a power law");
         // The differences carry rounding of the values, and the equation divides by ½ ln(r₂₁ r₃₂).
-        let size = points.iter().map(|p| p.1.abs()).fold(1.0, f64::max);
+        let size = points.iter().map(|p| p.1.abs()).fold(1.0, larger);
         let fine = (points[1].1 - points[0].1).abs();
         prop_assert!((triplet.order - p).abs() <= 20.0 * f64::EPSILON * size / fine / (r21 * r32).ln() + 1e-12);
         prop_assert!((Triplet::asymptotic_ratio(points, p) - 1.0).abs() < 1e-6 * size / fine);
