@@ -135,8 +135,9 @@ impl Guest {
     }
 }
 
-/// Solves `problem`, named `name`, by every reference, every method that applies, `own` methods and `guests`, and holds each
-/// answer against the truth: the exact solution where it is known, else the other reference with the smallest bound.
+/// Solves `problem`, named `name`, by every reference, every method that applies, `own` methods that have other names, and
+/// `guests`, and holds each answer against the truth: the exact solution where it is known, else the other reference with the
+/// smallest bound.
 ///
 /// A reference gives its own error bound. A method's is twice the error that its runs with h and h/2 predict,
 /// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's, and the bound
@@ -209,7 +210,12 @@ fn by_equation(problem: &dyn Problem, mut own: Vec<Box<dyn Method>>) -> Vec<(Lim
     for principle in Principle::ALL {
         let mut suited = methods_for(problem);
         suited.retain(|method| method.principle() == principle);
-        suited.extend(own.extract_if(.., |method| method.principle() == principle));
+        for method in own.extract_if(.., |method| method.principle() == principle) {
+            // What is asked for may be among them, or be asked for twice.
+            if suited.iter().all(|known| known.name() != method.name()) {
+                suited.push(method);
+            }
+        }
         if suited.is_empty() {
             continue;
         }

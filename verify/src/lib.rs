@@ -19,6 +19,7 @@ pub mod measure;
 pub mod method;
 pub mod names;
 pub mod order;
+mod panics;
 pub mod problem;
 pub mod program;
 pub mod reference;

@@ -9,7 +9,7 @@ use lsvi::State;
 use rayon::prelude::*;
 
 use crate::measure::norm::{distance, max_norm};
-use crate::measure::order::{self, OrderFit, Reason, Sample, Verdict, fit};
+use crate::measure::order::{self, Measured, OrderFit, Reason, Sample, Verdict, fit};
 use crate::method::Method;
 use crate::problem::{Limit, Problem};
 use crate::program::ProgramError;
@@ -110,6 +110,14 @@ pub enum OrderError {
         /// What the trial gave instead.
         found: String,
     },
+    /// The coarsest step asked for is longer than the time.
+    #[error("the coarsest step {coarsest} is longer than the time of a run, {horizon}")]
+    Coarsest {
+        /// The step.
+        coarsest: f64,
+        /// The time.
+        horizon: f64,
+    },
     /// The reference failed.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
@@ -136,6 +144,17 @@ pub struct Ladder {
     pub points: Option<usize>,
     /// Tolerance of a numerical reference.
     pub tolerance: Option<f64>,
+}
+
+impl Ladder {
+    /// Refuses a coarsest step that no run up to `horizon` takes.
+    fn check(&self, horizon: f64) -> Result<(), OrderError> {
+        match self.coarsest {
+            // Half a unit of the last digit that a horizon is shown with is no difference.
+            Some(coarsest) if coarsest > horizon * (1.0 + 1e-6) => Err(OrderError::Coarsest { coarsest, horizon }),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Doublings of the coarsest step where errors turn out to be at their floor: a high order leaves it within a few.
@@ -174,6 +193,7 @@ pub fn measure_on(
     let asks = ladder.coarsest.is_some() || ladder.points.is_some();
     let OrderPlan { mut expectation, horizon, mut steps, untold, unsettled } = plan;
     let (untold, unsettled) = if asks { (None, None) } else { (untold, unsettled) };
+    ladder.check(horizon)?;
     expectation.order = ladder.expected.unwrap_or(expectation.order);
     expectation.band = ladder.band.unwrap_or(expectation.band);
     let ratio = steps.windows(2).next_back().map_or(SQRT_2, |pair| pair[0] / pair[1]);
@@ -192,14 +212,15 @@ pub fn measure_on(
         };
         match run(problem, method, h, horizon, watch) {
             Ok(run) => {
-                let rounding =
-                    roundoff(method, size, horizon / h) + method.rounding_of_coefficients(size, length, horizon / h);
-                Sample::new(h, distance(&run.end.q, end), bound + rounding)
+                let digits = method.rounding_of_coefficients(size, length, horizon / h);
+                let floor = bound + roundoff(method, size, horizon / h) + digits;
+                (Sample::new(h, distance(&run.end.q, end), floor), digits)
             }
-            Err(error) => Sample::failed(h, error.to_string()),
+            Err(error) => (Sample::failed(h, error.to_string()), 0.0),
         }
     };
-    let mut samples: Vec<Sample> = steps.par_iter().map(|h| sample(*h)).collect();
+    let runs = |steps: &[f64]| -> (Vec<Sample>, Vec<f64>) { steps.par_iter().map(|h| sample(*h)).unzip() };
+    let (mut samples, mut digits) = runs(&steps);
     let mut found = fit(&samples, &expectation);
     for _ in 0..COARSER {
         let floored = found.dropped.iter().filter(|(_, reason)| *reason == Reason::AtFloor).count();
@@ -210,9 +231,14 @@ pub fn measure_on(
         }
         let added: Vec<f64> = order::ladder(horizon, coarser, ratio, steps.len());
         let added: Vec<f64> = added.into_iter().filter(|h| *h > steps[0] * (1.0 + 1e-9)).collect();
-        samples.extend(added.par_iter().map(|h| sample(*h)).collect::<Vec<_>>());
+        let (more, of_them) = runs(&added);
+        samples.extend(more);
+        digits.extend(of_them);
         steps.splice(..0, added);
         found = fit(&samples, &expectation);
+    }
+    if found.verdict == Verdict::Inconclusive {
+        found.reason.extend(blame_digits(samples.iter().zip(digits), expectation.band * ratio.ln()));
     }
     if untold.or(unsettled).is_none()
         && truth.may_be_finer(&found, ladder)
@@ -233,6 +259,21 @@ pub fn measure_on(
             Ok(OrderFit { verdict: Verdict::Fail, reason, ..found })
         }
     }
+}
+
+/// What is to be said where the digits of the coefficients are most of a floor that moves local slopes by half the band:
+/// two floors in ln e, over ln r from a step to the next, where `band` stands for the product of the band and ln r.
+fn blame_digits<'a>(samples: impl Iterator<Item = (&'a Sample, f64)>, band: f64) -> Option<String> {
+    let open = samples.filter_map(|(sample, digits)| {
+        let Measured { error, floor } = *sample.result.as_ref().ok()?;
+        (digits > 0.5 * floor && 2.0 * floor > 0.5 * band * error).then_some(digits)
+    });
+    open.max_by(f64::total_cmp).map(|digits| {
+        format!(
+            "; the coefficients are rounded, and the digits printed leave {digits:.1e} of these errors open: more digits \
+             would tell, or the line `digits = N` where zeros at the end are left out"
+        )
+    })
 }
 
 impl Truth {

@@ -9,7 +9,7 @@ use verify::method;
 use super::Status;
 use super::args::{self, ProblemArgs};
 use super::error::Failure;
-use super::layout::{left, paragraph, plain, right, significant};
+use super::layout::{counted, left, paragraph, plain, right, significant};
 use super::output::Output;
 
 /// Say what a system is like, and which method to take on it.
@@ -71,13 +71,12 @@ const SHOWN: usize = 6;
 
 fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl Write) -> io::Result<()> {
     let Advice { character, trials, uncertainty, refusal, .. } = advice;
-    let of = if character.unknowns == 1 { "unknown" } else { "unknowns" };
     let (to, errors) = (plain(horizon), plain(accuracy));
     let absolute =
         if advice.target.is_nan() { String::new() } else { format!(", {} absolute", significant(advice.target, 2)) };
     let about = format!(
-        "{name}: {} {of}, to t = {to}, for errors of {errors} relative to the largest component, or to 1{absolute}",
-        character.unknowns
+        "{name}: {}, to t = {to}, for errors of {errors} relative to the largest component, or to 1{absolute}",
+        counted(character.unknowns, "unknown")
     );
     paragraph(out, "", 0, &about)?;
     writeln!(out)?;

@@ -5,6 +5,8 @@ use std::io::{self, Write};
 use verify::chapter::cross_check;
 use verify::compare::{Guest, compare};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
+use verify::judge::FileMethod;
+use verify::method::{self, Method};
 use verify::order::OrderError;
 use verify::program::Request;
 
@@ -71,7 +73,7 @@ pub(super) struct Args {
 
 pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
     let (name, problem) = options.problem.build(options.t_end)?;
-    let own = options.method.iter().map(|text| args::method(text)).collect::<Result<Vec<_>, _>>()?;
+    let own = own(&options.method)?;
     own.iter().try_for_each(|method| method.build(&*problem).map(|_| ()))?;
     let guest = |command: &String| {
         let program = args::program(command, options.time_limit)?;
@@ -103,6 +105,23 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
         false if any(Outcome::Pass) && asked.iter().all(is_told) => Status::Ok,
         false => Status::Inconclusive,
     })
+}
+
+/// The methods that `texts` name. A file has its path beside its name where another method has the same.
+fn own(texts: &[String]) -> Result<Vec<Box<dyn Method>>, Failure> {
+    let mut own: Vec<Box<dyn Method>> = Vec::new();
+    for text in texts {
+        own.push(match args::method_file(text)? {
+            None => args::method(text)?,
+            Some(mut file) => {
+                if method::parse(&file.name).is_ok() || own.iter().any(|other| other.name() == file.name) {
+                    file.name = format!("{} of {text}", file.name);
+                }
+                Box::new(FileMethod::of(&file))
+            }
+        });
+    }
+    Ok(own)
 }
 
 fn show(evidence: &Evidence, out: &mut impl Write) -> io::Result<()> {

@@ -104,7 +104,7 @@ impl Failure {
             | Self::NoTolerances(_)
             | Self::Tolerance(_)
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
-            | Self::Order(OrderError::NoExact | OrderError::Adaptive(_))
+            | Self::Order(OrderError::NoExact | OrderError::Adaptive(_) | OrderError::Coarsest { .. })
             | Self::Comparison(_)
             | Self::Part(_)
             | Self::Report(ReportError::Unwritable { .. })
@@ -124,6 +124,10 @@ impl Failure {
             Self::Model(ModelError::Compile(_)) => {
                 "the language is described at https://martinjrobins.github.io/diffsl"
             }
+            Self::Model(ModelError::GaveUp { .. }) => {
+                "a model states its inputs, its state at t = 0 and f once each, as in_i { mu = 1 } u_i { x = 2, y = 0 } F_i \
+                 { y, -mu * x }; https://martinjrobins.github.io/diffsl has the language"
+            }
             Self::Comparison(ComparisonError::Schema { .. }) => "write it again with this version: `verify report`",
             Self::Comparison(ComparisonError::Malformed { .. }) => "`--compare` takes the results.json of a report",
             Self::NoStepSize(_) => "for example `--h 0.1`",
@@ -139,6 +143,9 @@ impl Failure {
             | Self::Program { source: error, .. }
             | Self::Order(OrderError::Program { source: error, .. }) => {
                 return program_hint(error).map(str::to_owned);
+            }
+            Self::Order(OrderError::Coarsest { .. }) => {
+                "steps divide the time; `--t-end`, for a model or a program, makes it longer"
             }
             Self::Order(OrderError::NoExact) => "`--reference cvode` or `--reference diffsol`",
             Self::Order(OrderError::Reference(ReferenceError::Unavailable(_))) => {

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::sync::OnceLock;
 
-pub(super) use verify::measure::decimal::{decimals, number, plain, significant, trimmed};
+pub(super) use verify::measure::decimal::{counted, decimals, number, plain, significant, trimmed};
 
 /// Columns of a terminal that does not say otherwise.
 const WIDTH: usize = 80;

@@ -22,7 +22,7 @@ use verify::theory::breakdown;
 use super::Status;
 use super::args::{self, ProblemArgs};
 use super::error::Failure;
-use super::layout::{number, paragraph, plain};
+use super::layout::{counted, number, paragraph, plain};
 use super::output::Output;
 use beware::Watch;
 use table::Table;
@@ -387,8 +387,7 @@ impl Summary {
 
 impl std::fmt::Display for Summary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let steps = self.rows - 1;
-        write!(f, "{steps} step{} to t = {}", if steps == 1 { "" } else { "s" }, plain(self.t))?;
+        write!(f, "{} to t = {}", counted(self.rows - 1, "step"), plain(self.t))?;
         match self.error {
             Some((error, t)) => write!(f, "; largest error {} at t = {}", number(error), plain(t)),
             None => write!(f, "; no exact solution is known"),

@@ -215,3 +215,48 @@ pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> Ve
     };
     Verdict { kind: Kind::Run, subject: "energy".into(), check }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::energy_drift::Window;
+    use crate::kinds::{Principle, Stability};
+
+    /// A defect four digits above what can be measured as zero is one, whatever the coefficients say.
+    #[test]
+    fn defects_are_held_to_what_the_coefficients_say() {
+        let plain = Traits::new(2, Principle::Equation, Stability::Neutral);
+        let keeps = Traits { symplectic: Symplecticity::Always, is_reversible: true, ..plain.clone() };
+        let outcomes = |defect: f64, traits: &Traits| {
+            let defects = Defects { symplectic: defect, symmetric: defect };
+            defects.verdicts(traits).map(|verdict| verdict.check.outcome)
+        };
+        for (defect, kept, not) in [
+            (1e-13, Outcome::Pass, Outcome::Inconclusive),
+            (1e-8, Outcome::Fail, Outcome::Pass),
+            (f64::NAN, Outcome::Fail, Outcome::Fail),
+        ] {
+            assert_eq!((outcomes(defect, &keeps), outcomes(defect, &plain)), ([kept; 2], [not; 2]), "{defect:e}");
+        }
+    }
+
+    /// Where a drift is not resolved, what should have none passes, and of what should have one nothing is told.
+    #[test]
+    fn a_drift_that_does_not_show_confirms_none() {
+        let outcome = |kind: drift::Kind, drift: f64| {
+            let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
+            let (stderr, rounding, momentum) = (1e-6, 0.0, None);
+            let (problem, method, steps) = ("henon-heiles", String::new(), 400);
+            let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
+            energy_verdict(Ok(Ok(found))).check.outcome
+        };
+        use drift::Kind::{Dissipative, Symplectic};
+        for (drift, kept, not) in [
+            (1e-6, Outcome::Pass, Outcome::NotRun),
+            (1e-2, Outcome::Fail, Outcome::Pass),
+            (f64::NAN, Outcome::Inconclusive, Outcome::Inconclusive),
+        ] {
+            assert_eq!((outcome(Symplectic, drift), outcome(Dissipative, drift)), (kept, not), "{drift:e}");
+        }
+    }
+}

@@ -19,6 +19,7 @@ use super::theory::Theory;
 use super::verdict::{Finding, Kind, Verdict};
 use crate::evidence::{Cell, Check, Figure, Outcome, Table};
 use crate::kinds::{Principle, Stability};
+use crate::measure::decimal::counted;
 use crate::measure::norm::Extremes;
 use crate::measure::search::root;
 use crate::method::Traits;
@@ -297,8 +298,7 @@ impl Analysis for MultistepTheory {
 
     fn headline(&self) -> String {
         let shape = if self.infinity == f64::INFINITY { "explicit" } else { "implicit" };
-        let k = self.steps();
-        let steps = if k == 1 { "1 step".into() } else { format!("{k} steps") };
+        let steps = counted(self.steps(), "step");
         format!("linear multistep, {shape}, {steps}, started by {}", self.start_name)
     }
 

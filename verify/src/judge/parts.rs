@@ -11,7 +11,7 @@ use super::evidence::{coefficient_row, table};
 use super::facts::{Facts, order as order_fact};
 use super::linear::Reach;
 use super::real::Real;
-use super::runge_kutta::{order as order_finding, rows, stages};
+use super::runge_kutta::{order as order_finding, rows};
 use super::stepping::{Halves, Stepper};
 use super::structure::ascending;
 use super::tableau::{Coefficient, row_sums};
@@ -20,6 +20,7 @@ use super::tree::{Forest, Rule};
 use super::verdict::{Finding, Verdict};
 use crate::evidence::{Outcome, Table};
 use crate::kinds::{Principle, Stability, Symplecticity};
+use crate::measure::decimal::counted;
 use crate::measure::search::root;
 use crate::method::Traits;
 
@@ -315,7 +316,7 @@ impl Analysis for PartsTheory {
             (true, _) => "explicit on separable systems",
             (false, _) => "implicit",
         };
-        format!("{name}, {shape}, {}", stages(self.stages()))
+        format!("{name}, {shape}, {}", counted(self.stages(), "stage"))
     }
 
     fn order(&self) -> u32 {

@@ -15,6 +15,7 @@ use super::theory::{Theory, WeightsTheory};
 use super::verdict::{Finding, Kind, Verdict};
 use crate::evidence::{Check, Figure, Outcome, Table};
 use crate::kinds::{Principle, Stability, Symplecticity};
+use crate::measure::decimal::counted;
 use crate::measure::norm::larger;
 use crate::method::Traits;
 
@@ -29,7 +30,7 @@ impl Analysis for Theory {
             Shape::DiagonallyImplicit => "diagonally implicit",
             Shape::FullyImplicit => "fully implicit",
         };
-        format!("Runge–Kutta, {shape}, {}", stages(self.numbers.stages()))
+        format!("Runge–Kutta, {shape}, {}", counted(self.numbers.stages(), "stage"))
     }
 
     fn order(&self) -> u32 {
@@ -117,11 +118,6 @@ impl Analysis for Theory {
     fn as_runge_kutta(&self) -> Option<&Theory> {
         Some(self)
     }
-}
-
-/// `1 stage`, `2 stages`.
-pub(super) fn stages(s: usize) -> String {
-    if s == 1 { "1 stage".into() } else { format!("{s} stages") }
 }
 
 impl Theory {

@@ -51,6 +51,16 @@ pub fn decimals(slope: f64, places: usize) -> String {
     }
 }
 
+/// So many of what a noun names: `1 row`, `2 rows`, `3 entries`.
+#[must_use]
+pub fn counted(n: usize, noun: &str) -> String {
+    match (n, noun.strip_suffix('y')) {
+        (1, _) => format!("1 {noun}"),
+        (_, Some(stem)) => format!("{n} {stem}ies"),
+        (_, None) => format!("{n} {noun}s"),
+    }
+}
+
 /// A number as it is printed, by Fortran too: `1.5D-3`.
 #[must_use]
 pub fn parsed(text: &str) -> Option<f64> {
@@ -60,6 +70,12 @@ pub fn parsed(text: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_counted_agrees_with_its_number() {
+        assert_eq!([0, 1, 2].map(|n| counted(n, "row")), ["0 rows", "1 row", "2 rows"]);
+        assert_eq!([1, 3].map(|n| counted(n, "entry")), ["1 entry", "3 entries"]);
+    }
 
     #[test]
     fn numbers_fit_their_column() {

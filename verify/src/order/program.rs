@@ -52,6 +52,7 @@ pub fn measure_program(
 ) -> Result<(Truth, Programs), OrderError> {
     let Window { horizon, coarsest } = problem.facts().window;
     let horizon = request.t_end.unwrap_or(horizon);
+    ladder.check(horizon)?;
     let limit = problem.limit(Principle::Equation);
     let truth = source.unwrap_or_else(|| Source::at_hand(problem, &limit, horizon)).of(problem, horizon);
     let study = Study { problem, limit, horizon, program, request, source, ladder, names: component_names(problem) };

@@ -9,7 +9,6 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::io;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -22,6 +21,7 @@ use lsvi::{Coloring, Differences, Jacobian, Structure, VectorField};
 
 use super::{Facts, Problem, Window};
 use crate::measure::norm::Extremes;
+use crate::panics::caught;
 use crate::reference::Ode;
 
 /// What every judgement on a model has to say.
@@ -49,6 +49,14 @@ pub enum ModelError {
     /// The file is no DiffSL.
     #[error("the model does not compile\n{0}")]
     Compile(String),
+    /// A text that DiffSL's compiler does not survive.
+    #[error("the compiler of DiffSL gave up on {}: {reason}", path.display())]
+    GaveUp {
+        /// The file.
+        path: PathBuf,
+        /// Its last words.
+        reason: String,
+    },
     /// A model beyond first-order systems u̇ = F(t, u).
     #[error("{} is not of the form du/dt = F(t, u): {reason}", path.display())]
     Form {
@@ -108,10 +116,8 @@ impl Model {
             return Err(ModelError::Horizon(horizon));
         }
         // The compiler is not made for every text that its grammar admits.
-        let compiled = catch_unwind(AssertUnwindSafe(|| Compiled::new(path, &code, set)));
-        let compiled = compiled.unwrap_or_else(|_| {
-            Err(ModelError::Compile(format!("{}: the compiler of DiffSL gave up without an error", path.display())))
-        })?;
+        let compiled = caught(|| Compiled::new(path, &code, set));
+        let compiled = compiled.map_err(|reason| ModelError::GaveUp { path: path.into(), reason })??;
         Self::new(path, compiled, horizon)
     }
 

@@ -3,7 +3,6 @@
 //! It shares nothing with the methods under test but the package `nalgebra`.
 
 use std::cell::{Cell, RefCell};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use diffsol::{
     DefaultDenseMatrix, DiffsolError, FaerSparseLU, FaerSparseMat, LinearSolver, NalgebraLU, NalgebraMat, OdeBuilder,
@@ -12,8 +11,9 @@ use diffsol::{
 
 use diffsol::matrix::MatrixRef;
 
-use super::{Ode, Reference, ReferenceError, Work, panic_text};
+use super::{Ode, Reference, ReferenceError, Work};
 use super::{Run, bound, check_dense};
+use crate::panics::caught;
 
 /// Steps allowed in a solve.
 const MAX_STEPS: usize = 5_000_000;
@@ -70,8 +70,7 @@ impl Reference for Diffsol {
             Some(_) => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),
             None => self.integrate::<NalgebraMat<f64>, NalgebraLU<f64>>(ode, v0, times, tolerance, &reached),
         };
-        let solved = catch_unwind(AssertUnwindSafe(integrate))
-            .unwrap_or_else(|payload| Err(format!("panicked: {}", panic_text(&*payload))));
+        let solved = caught(integrate).unwrap_or_else(|message| Err(format!("panicked: {message}")));
         solved.map_err(|reason| ReferenceError::Solver { solver: self.name, t: reached.get(), reason })
     }
 }

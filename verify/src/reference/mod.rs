@@ -13,7 +13,6 @@ mod diffsol;
 
 pub use bound::Run;
 
-use std::any::Any;
 use std::fmt;
 
 /// Every reference, whether compiled in or not.
@@ -166,10 +165,4 @@ impl fmt::Debug for dyn Reference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
-}
-
-/// The message of a caught panic.
-fn panic_text(payload: &(dyn Any + Send)) -> &str {
-    let text = payload.downcast_ref::<String>().map(String::as_str);
-    text.or(payload.downcast_ref::<&str>().copied()).unwrap_or("no message")
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// From the ground up. Rooms of one floor do not use each other.
 const FLOORS: &[&[&str]] = &[
-    &["kinds", "names", "measure", "replacement"],
+    &["kinds", "names", "measure", "panics", "replacement"],
     &["reference"],
     &["problem"],
     &["method"],

@@ -14,7 +14,7 @@ use verify::program::Shown;
 use super::{Args, Format, picture, word};
 use crate::cli::Status;
 use crate::cli::error::Failure;
-use crate::cli::layout::{number, paragraph, right, significant, trimmed};
+use crate::cli::layout::{counted, number, paragraph, right, significant, trimmed};
 use crate::cli::output::Output;
 
 /// A table of values instead of a method and a problem.
@@ -185,8 +185,7 @@ fn form_text(form: Form) -> &'static str {
 fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
     let mut grids = quantity.grids.clone();
     grids.sort_by(|a, b| b.h.total_cmp(&a.h));
-    let grids_or_one = if grids.len() == 1 { "grid" } else { "grids" };
-    writeln!(out, "{}, {} {grids_or_one}\n", quantity.name, grids.len())?;
+    writeln!(out, "{}, {}\n", quantity.name, counted(grids.len(), "grid"))?;
     writeln!(out, "{:>12} {:>15} {:>12} {:>9}", "h", "value", "difference", "order")?;
     for (i, grid) in grids.iter().enumerate() {
         let before = i.checked_sub(1).and_then(|i| Some(grid.value? - grids[i].value?));

@@ -4,6 +4,7 @@ use super::super::expression::{Expression, Malformed, Rounding};
 use super::super::tableau::Coefficient;
 use super::document::{Document, Scalar, Value, scalars};
 use super::error::Fault;
+use crate::measure::decimal::counted;
 
 /// Most stages or steps; the methods of order 14 have 35.
 const MOST: usize = 40;
@@ -21,11 +22,11 @@ pub(super) fn list(
     let at = found.first().map_or(0, |first| first.at);
     match length {
         Some(length) if found.len() != length => {
-            let reason = format!("`{key}` has {} entries where there should be {length}", found.len());
+            let reason = format!("`{key}` has {} where there should be {length}", counted(found.len(), "entry"));
             Err(Fault::new(at, reason))
         }
         None if found.is_empty() || found.len() > MOST => {
-            Err(Fault::new(at, format!("`{key}` has {} entries; there are 1 to {MOST}", found.len())))
+            Err(Fault::new(at, format!("`{key}` has {}; there are 1 to {MOST}", counted(found.len(), "entry"))))
         }
         _ => parse(found).map(Some),
     }
@@ -69,16 +70,20 @@ pub(super) fn matrix(
         rows.insert(0, (at, Vec::new()));
     }
     if rows.len() != s {
-        return Err(Fault::new(at, format!("`{key}` has {} rows where there are {s} weights", rows.len())));
+        let reason = format!("`{key}` has {} beside {}", counted(rows.len(), "row"), counted(s, "weight"));
+        return Err(Fault::new(at, reason).hint("each stage has a row and a weight; a first row without entries is []"));
     }
     for (i, (at, row)) in rows.iter().enumerate() {
         let fits = row.len() == s || row.len() == i || row.len() == i + 1;
         if !fits {
-            let reason = format!("row {} of `{key}` has {} entries", i + 1, row.len());
-            let hint = format!(
-                "a row has all {s} entries, or those left of the diagonal, with it or without: {i} or {}",
-                i + 1
-            );
+            let reason = format!("row {} of `{key}` has {}", i + 1, counted(row.len(), "entry"));
+            let hint = match s {
+                1 => "a row of a method of one stage has one entry, or none".to_owned(),
+                _ => format!(
+                    "a row has all {s} entries, or those left of the diagonal, with it or without: {i} or {}",
+                    i + 1
+                ),
+            };
             return Err(Fault::new(*at, reason).hint(hint));
         }
     }

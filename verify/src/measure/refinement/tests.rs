@@ -313,3 +313,40 @@ fn another_limit_is_told_where_most_of_the_error_stays() {
     assert!(reason(0.9).contains("the values tend to 1"), "{}", reason(0.9));
     assert!(!reason(0.98).contains("the values tend to"), "{}", reason(0.98));
 }
+
+/// Orders 1.9 and 2.1: half of the band is what settled ones may differ by.
+#[test]
+fn orders_that_differ_by_more_than_half_of_the_band_have_not_settled() {
+    let second = 1.0 + 2_f64.powf(1.9);
+    let points = [(1.0, 0.0), (2.0, 1.0), (4.0, second), (8.0, second + 16.0)];
+    let judgement = quantity(&points, 0.0).judge(&expecting(2.0));
+    assert_eq!(judgement.verdict, Verdict::Inconclusive);
+    assert!(judgement.reason.contains("have not settled"), "{}", judgement.reason);
+}
+
+/// An order outside of the band by less than its own uncertainty is another one or is not.
+#[test]
+fn an_order_that_its_uncertainty_brings_into_the_band_fails_nothing() {
+    let points = [1.0, 2.0, 4.0, 8.0].map(|h: f64| (h, 5.0 + h.powi(2)));
+    let judged = |expected: f64| quantity(&points, 0.02).judge(&expecting(expected));
+    let found = judged(2.0);
+    let (order, own) = (found.order.expect("an order"), found.uncertainty.expect("of digits"));
+    assert!(found.verdict == Verdict::Pass && own > 1e-3, "{found:?}");
+    for (beyond, verdict) in [(0.5, Verdict::Inconclusive), (2.0, Verdict::Fail)] {
+        assert_eq!(judged(order + BAND + beyond * own).verdict, verdict, "{beyond}");
+        assert_eq!(judged(order - BAND - beyond * own).verdict, verdict, "{beyond}");
+    }
+}
+
+/// Errors of second order by numbers of cells, and of a step in seconds that they really fall with.
+#[test]
+fn spacings_that_may_be_numbers_of_cells_are_named() {
+    let noted = |points: &[(f64, f64)]| {
+        let judgement = quantity(points, 0.0).judge(&Question::default());
+        judgement.notes.iter().any(|note| note.contains("--cells"))
+    };
+    let grids = [10.0, 20.0, 40.0, 80.0];
+    assert!(noted(&grids.map(|n: f64| (n, n.powi(-2)))));
+    assert!(!noted(&grids.map(|h: f64| (h, h.powi(2)))));
+    assert!(!noted(&grids.map(|n: f64| (n / 100.0, n.powi(-2)))));
+}

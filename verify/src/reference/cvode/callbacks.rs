@@ -1,10 +1,10 @@
 //! What CVODE calls back into: safe code that never unwinds and says why it refuses.
 
 use std::cell::RefCell;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::call::CallError;
-use crate::reference::{Ode, panic_text};
+use crate::panics::caught;
+use crate::reference::Ode;
 
 /// A callback refused; [`Callbacks::explain`] knows why.
 #[derive(Debug)]
@@ -89,8 +89,8 @@ impl<'a> Callbacks<'a> {
         out: &mut [f64],
         write: impl FnOnce(&mut [f64]),
     ) -> Result<(), Refused> {
-        if let Err(payload) = catch_unwind(AssertUnwindSafe(|| write(out))) {
-            return self.refuse(format!("{what} panicked: {}", panic_text(&*payload)));
+        if let Err(message) = caught(|| write(out)) {
+            return self.refuse(format!("{what} panicked: {message}"));
         }
         match out.iter().position(|x| !x.is_finite()) {
             Some(i) => self.refuse(format!("component {i} of {name} is {} at t = {t}", out[i])),
@@ -116,8 +116,8 @@ impl<'a> Callbacks<'a> {
                 add(i, j, x);
             }
         };
-        if let Err(payload) = catch_unwind(AssertUnwindSafe(|| self.ode.jacobian(t, v, &mut checked))) {
-            return self.refuse(format!("the Jacobian panicked: {}", panic_text(&*payload)));
+        if let Err(message) = caught(|| self.ode.jacobian(t, v, &mut checked)) {
+            return self.refuse(format!("the Jacobian panicked: {message}"));
         }
         wrong.map_or(Ok(()), |why| self.refuse(why))
     }
