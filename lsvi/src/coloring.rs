@@ -39,19 +39,22 @@ impl Coloring {
         self.column.len() / self.dim.max(1)
     }
 
-    /// The columns of group `c`.
+    /// The columns of group `c`; none if there is no such group.
     pub fn columns(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
         self.color.iter().enumerate().filter(move |(_, color)| **color == c).map(|(j, _)| j)
     }
 
     /// The column of group `c` that each row meets, as (row, column).
     pub fn entries(&self, c: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let rows = &self.column[c * self.dim..(c + 1) * self.dim];
+        let rows = self.column.chunks_exact(self.dim.max(1)).nth(c).unwrap_or_default();
         rows.iter().enumerate().filter_map(|(i, j)| j.map(|j| (i, j)))
     }
 
-    /// The column of group `c` that row `i` meets.
+    /// The column of group `c` that row `i` meets; none if there is no such group or row.
     pub fn column(&self, c: usize, i: usize) -> Option<usize> {
-        self.column[c * self.dim + i]
+        if i >= self.dim {
+            return None;
+        }
+        self.column.get(c.saturating_mul(self.dim).saturating_add(i)).copied().flatten()
     }
 }

@@ -8,7 +8,9 @@ use nalgebra::DMatrix;
 
 use crate::constraint::Constraint;
 use crate::discrete::{Constrainable, Interval, MomentumWeights};
-use crate::error::{ConstraintError, InputError, SolveError, StepError, SystemError, check_step, check_vector};
+use crate::error::{
+    ConstraintError, InputError, SolveError, StepError, SystemError, check_step_from, check_unknowns, check_vector,
+};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::{Entrywise, Jacobian, add_block};
@@ -64,6 +66,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
     /// are more constraints than those.
     pub fn new(discrete: D, constraint: K) -> Result<Self, InputError> {
         let (n, m) = (discrete.dim(), constraint.count());
+        check_unknowns(n)?;
         if constraint.dim() != n {
             return Err(InputError::System(SystemError::Dimension {
                 what: "constraint",
@@ -131,7 +134,12 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         self.constraint.value(q, values);
         for (index, &value) in values.iter().enumerate() {
             // |f| / |∇f| is the distance from the constraint.
-            if value.is_nan() || value.abs() > tolerance * length * scratch.gradient.row(index).norm() {
+            if !value.is_finite() {
+                return Err(
+                    InputError::System(SystemError::NonFinite { what: "the constraint f", index, value }).into()
+                );
+            }
+            if value.abs() > tolerance * length * scratch.gradient.row(index).norm() {
                 return Err(InputError::Constraint(ConstraintError::OffConstraint { index, value }).into());
             }
         }
@@ -393,7 +401,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
     /// Finds the unknowns of the step and the momentum that ends it.
     fn solve(&mut self, t: f64, h: f64, q: &[f64], p: &[f64]) -> Result<(), StepError> {
         let n = self.discrete.dim();
-        check_step(h)?;
+        check_step_from(t, h)?;
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         self.projector.start(p);

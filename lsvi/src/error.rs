@@ -1,8 +1,11 @@
 //! Typed errors: what was wrong with the input, or where and why a step failed.
 
 mod input;
+mod number;
 
 use thiserror::Error;
+
+use number::Number;
 
 pub use input::{ClosureError, ConstraintError, NodeError, SettingError, SystemError, TimeError};
 
@@ -94,6 +97,14 @@ pub enum SolveError {
     /// The equations produced NaN or infinity.
     #[error("the equations are not finite at the present state")]
     NonFinite,
+    /// The derivative of an equation of the step is NaN or infinite.
+    #[error("the derivative of equation {row} of the step by unknown {column} is not finite")]
+    NonFiniteDerivative {
+        /// Row of the entry.
+        row: usize,
+        /// Column of the entry.
+        column: usize,
+    },
     /// A matrix is needed that the field does not assemble.
     #[error("the field is matrix-free, and no matrix can be factored: give an iterative solver with a preconditioner")]
     NotAssembled,
@@ -105,6 +116,9 @@ pub enum SolveError {
         /// Norm of the residual relative to that of the right-hand side.
         residual: f64,
     },
+    /// Vectors or settings that a solver or a preconditioner of the user's was refused.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// Gauss–Newton iterations ran out, or came to rest where they need damping: away from a minimum of the action, or at one
     /// where the residual is large, which is no approximation of the solution. A shorter step has none of them.
     #[error("the step came to rest after {iterations} iterations with |g| = {gradient:.1e}, |f| = {rate:.1e}")]
@@ -128,7 +142,7 @@ pub enum StepError {
     #[error(transparent)]
     Input(#[from] InputError),
     /// The step equation was not solved; the state is left as it was.
-    #[error("step from t = {t} with h = {h}: {source}")]
+    #[error("step from t = {} with h = {}: {source}", Number(*t), Number(*h))]
     Solve {
         /// Time at the beginning of the step.
         t: f64,
@@ -138,7 +152,7 @@ pub enum StepError {
         source: SolveError,
     },
     /// An adaptive method found no step size that meets its tolerance.
-    #[error("the step size fell to h = {h:e} at t = {t}: the tolerance cannot be met there")]
+    #[error("the step size fell to h = {h:e} at t = {}: the tolerance cannot be met there", Number(*t))]
     StepUnderflow {
         /// Time at the beginning of the step.
         t: f64,
@@ -146,7 +160,7 @@ pub enum StepError {
         h: f64,
     },
     /// An adaptive method used up the steps that it was allowed.
-    #[error("at t = {t} all of the {limit} steps that are allowed have been tried")]
+    #[error("at t = {} all of the {limit} steps that are allowed have been tried", Number(*t))]
     TooManySteps {
         /// Time that was reached.
         t: f64,
@@ -157,13 +171,32 @@ pub enum StepError {
 
 /// Refuses a vector of the wrong length or with a non-finite component.
 pub(crate) fn check_vector(what: &'static str, v: &[f64], dim: usize) -> Result<(), InputError> {
-    if v.len() != dim {
-        return Err(InputError::System(SystemError::Dimension { what, expected: dim, found: v.len() }));
-    }
+    check_length(what, v.len(), dim)?;
     match v.iter().position(|x| !x.is_finite()) {
         Some(index) => Err(InputError::System(SystemError::NonFinite { what, index, value: v[index] })),
         None => Ok(()),
     }
+}
+
+/// Refuses a slice of another length.
+pub(crate) fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(), InputError> {
+    if found == expected { Ok(()) } else { Err(InputError::System(SystemError::Dimension { what, expected, found })) }
+}
+
+/// Refuses a system of no unknowns.
+pub(crate) fn check_unknowns(n: usize) -> Result<(), InputError> {
+    if n > 0 { Ok(()) } else { Err(InputError::System(SystemError::Empty)) }
+}
+
+/// Refuses a time that is not finite.
+pub(crate) fn check_time(t: f64) -> Result<(), InputError> {
+    if t.is_finite() { Ok(()) } else { Err(InputError::Time(TimeError::Time(t))) }
+}
+
+/// Refuses a step that starts at no time, or whose size is not positive and finite.
+pub(crate) fn check_step_from(t: f64, h: f64) -> Result<(), InputError> {
+    check_time(t)?;
+    check_step(h)
 }
 
 /// Refuses a step size that is not positive and finite.

@@ -1,6 +1,6 @@
 //! Stepping: states, the time grid and integrators.
 
-use crate::error::{InputError, StepError, TimeError, check_step, check_vector};
+use crate::error::{InputError, StepError, TimeError, check_step, check_time, check_vector};
 pub use crate::newton::Work;
 
 /// A point of a trajectory.
@@ -34,7 +34,7 @@ impl State {
     pub(crate) fn check(&self, dim: usize) -> Result<(), InputError> {
         check_vector("q", &self.q, dim)?;
         check_vector("p", &self.p, dim)?;
-        check_vector("t", &[self.t], 1)
+        check_time(self.t)
     }
 }
 
@@ -62,7 +62,7 @@ impl Grid {
     /// [`InputError`] unless h > 0, t_end ≥ t0, all are finite, and h is resolved: t_end/h below 2⁵², t + h > t.
     pub fn new(t0: f64, h: f64, t_end: f64) -> Result<Self, InputError> {
         check_step(h)?;
-        check_vector("t", &[t0], 1)?;
+        check_time(t0)?;
         if !(t_end.is_finite() && t_end >= t0) {
             return Err(InputError::Time(TimeError::EndTime { t0, t_end }));
         }

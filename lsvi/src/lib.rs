@@ -111,7 +111,7 @@ pub use lagrangian::{EulerLagrange, Force, Forced, HessianWeights, Lagrangian, L
 pub use least_squares::{LeastSquaresStep, least_squares, method_i, method_ii};
 pub use linalg::{Jacobian, Pattern, Structure};
 pub use mass::{Mass, MassOperator, SharedMass};
-pub use operator::{Factored, Operator, Preconditioner, StepOperator};
+pub use operator::{Factored, Preconditioner, StepOperator};
 pub use trajectory::{Crossing, Trajectory};
 pub use two_step::TwoStep;
 pub use variational::{Variational, position_momentum};

@@ -3,9 +3,10 @@
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::error::{InputError, SystemError, check_vector};
+use crate::error::{InputError, SystemError, check_length, check_vector};
 use crate::integrator::State;
 use crate::linalg::{Cholesky, FactorError, Jacobian, Lu};
+use crate::operator::check_product;
 use crate::pool::Pool;
 use crate::vector_field::VectorField;
 
@@ -68,7 +69,23 @@ impl Mass {
     }
 
     /// Writes M x.
-    pub fn apply(&self, x: &[f64], out: &mut [f64]) {
+    ///
+    /// # Errors
+    /// [`SystemError::Dimension`] unless x and out have the order of M, which the identity takes from x.
+    pub fn apply(&self, x: &[f64], out: &mut [f64]) -> Result<(), InputError> {
+        let order = match self {
+            Self::Identity => x.len(),
+            Self::Diagonal(m) => m.len(),
+            Self::Matrix(m) => m.dim(),
+            Self::Operator(m) => m.operator.dim(),
+        };
+        check_product(order, x, out)?;
+        self.multiply(x, out);
+        Ok(())
+    }
+
+    /// [`apply`](Self::apply) to vectors that fit.
+    pub(crate) fn multiply(&self, x: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         self.mul_add(1.0, x, out);
     }
@@ -83,7 +100,9 @@ impl Mass {
             }
             Self::Matrix(m) => match m.outside() {
                 Some((row, column)) => Err(InputError::System(SystemError::OutsideStructure { row, column })),
-                None => Ok(()),
+                None => m.non_finite().map_or(Ok(()), |(row, column)| {
+                    Err(InputError::System(SystemError::NonFiniteEntry { what: "mass matrix", row, column }))
+                }),
             },
             Self::Operator(m) if m.operator.dim() != dim => {
                 Err(InputError::System(SystemError::Dimension { what: "mass", expected: dim, found: m.operator.dim() }))
@@ -162,6 +181,7 @@ impl Mass {
 /// Writes v̇ = M⁻¹ f(t, v). It allocates where M is not the identity.
 pub(crate) fn rate(field: &impl VectorField, mass: &Mass, state: &State, out: &mut [f64]) -> Result<(), InputError> {
     check_vector("v", &state.q, field.dim())?;
+    check_length("out", out.len(), field.dim())?;
     field.rhs(state.t, &state.q, out);
     MassInverse::new(mass)?.solve(out);
     Ok(())

@@ -1,36 +1,58 @@
 //! The matrices of a step by what they do to vectors.
 
-use crate::error::SolveError;
-use crate::linalg::{Jacobian, Lu};
+use crate::error::{InputError, SolveError, SystemError, check_length};
+use crate::linalg::{Jacobian, Lu, Structure};
 use crate::mass::{Mass, MassInverse};
+use crate::solver::check_assembled;
 use crate::vector_field::VectorField;
 
-/// A square matrix A of order n, known by its products.
-pub trait Operator {
-    /// Order n.
-    fn dim(&self) -> usize;
-
+/// A square matrix A, known by its products with vectors that fit.
+pub(crate) trait Operator {
     /// Writes A x.
-    fn apply(&self, x: &[f64], out: &mut [f64]);
+    fn multiply(&self, x: &[f64], out: &mut [f64]);
 
     /// Writes Aᵀ x.
-    fn apply_transpose(&self, x: &[f64], out: &mut [f64]);
+    fn multiply_transpose(&self, x: &[f64], out: &mut [f64]);
 }
 
 impl Operator for Jacobian {
-    fn dim(&self) -> usize {
-        self.dim()
-    }
-
-    fn apply(&self, x: &[f64], out: &mut [f64]) {
+    fn multiply(&self, x: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         self.mul_add(1.0, x, out);
     }
 
-    fn apply_transpose(&self, x: &[f64], out: &mut [f64]) {
+    fn multiply_transpose(&self, x: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         self.mul_transpose_add(1.0, x, out);
     }
+}
+
+impl Jacobian {
+    /// Writes A x.
+    ///
+    /// # Errors
+    /// [`SystemError::Dimension`](crate::SystemError::Dimension) unless x and out have the order of the matrix.
+    pub fn apply(&self, x: &[f64], out: &mut [f64]) -> Result<(), InputError> {
+        check_product(self.dim(), x, out)?;
+        self.multiply(x, out);
+        Ok(())
+    }
+
+    /// Writes Aᵀ x.
+    ///
+    /// # Errors
+    /// As for [`apply`](Self::apply).
+    pub fn apply_transpose(&self, x: &[f64], out: &mut [f64]) -> Result<(), InputError> {
+        check_product(self.dim(), x, out)?;
+        self.multiply_transpose(x, out);
+        Ok(())
+    }
+}
+
+/// Refuses a factor or a product that has not the order of the matrix.
+pub(crate) fn check_product(order: usize, x: &[f64], out: &[f64]) -> Result<(), InputError> {
+    check_length("x", x.len(), order)?;
+    check_length("out", out.len(), order)
 }
 
 /// B = M − s f_v(t, v), the matrix of an implicit stage of length s at the point (t, v).
@@ -94,6 +116,31 @@ impl<'a> StepOperator<'a> {
         self.assembled
     }
 
+    /// Order n.
+    pub fn dim(&self) -> usize {
+        self.v.len()
+    }
+
+    /// Writes B x.
+    ///
+    /// # Errors
+    /// [`SystemError::Dimension`](crate::SystemError::Dimension) unless x and out have length n.
+    pub fn apply(&self, x: &[f64], out: &mut [f64]) -> Result<(), InputError> {
+        check_product(self.dim(), x, out)?;
+        self.multiply(x, out);
+        Ok(())
+    }
+
+    /// Writes Bᵀ x.
+    ///
+    /// # Errors
+    /// As for [`apply`](Self::apply).
+    pub fn apply_transpose(&self, x: &[f64], out: &mut [f64]) -> Result<(), InputError> {
+        check_product(self.dim(), x, out)?;
+        self.multiply_transpose(x, out);
+        Ok(())
+    }
+
     /// Overwrites J x, or Jᵀ x, by M x − s J x.
     fn finish(&self, x: &[f64], out: &mut [f64]) {
         out.iter_mut().for_each(|o| *o *= -self.s);
@@ -102,13 +149,9 @@ impl<'a> StepOperator<'a> {
 }
 
 impl Operator for StepOperator<'_> {
-    fn dim(&self) -> usize {
-        self.v.len()
-    }
-
-    fn apply(&self, x: &[f64], out: &mut [f64]) {
+    fn multiply(&self, x: &[f64], out: &mut [f64]) {
         match self.assembled {
-            Some(b) => b.apply(x, out),
+            Some(b) => b.multiply(x, out),
             None => {
                 self.field.apply_jacobian(self.t, self.v, x, out);
                 self.finish(x, out);
@@ -116,9 +159,9 @@ impl Operator for StepOperator<'_> {
         }
     }
 
-    fn apply_transpose(&self, x: &[f64], out: &mut [f64]) {
+    fn multiply_transpose(&self, x: &[f64], out: &mut [f64]) {
         match self.assembled {
-            Some(b) => b.apply_transpose(x, out),
+            Some(b) => b.multiply_transpose(x, out),
             None => {
                 self.field.apply_transpose(self.t, self.v, x, out);
                 self.finish(x, out);
@@ -133,6 +176,14 @@ impl Operator for StepOperator<'_> {
 /// P preconditions the systems of implicit stages, and PᵀM⁻¹P those of Method I. With P = B the spectrum of the latter lies
 /// in (1, 2] on dissipative systems, whatever the number of unknowns.
 pub trait Preconditioner {
+    /// Refuses a field of a structure, or a mass, of which no P can be made.
+    ///
+    /// # Errors
+    /// [`SystemError::Solver`](crate::SystemError::Solver), which says what is missing.
+    fn check(&self, _structure: &Structure, _mass: &Mass) -> Result<(), InputError> {
+        Ok(())
+    }
+
     /// Sets P up for B. Called for the first system, when the length s changes, and when iterations have become many; in
     /// between P serves the matrices of later iterations and steps.
     ///
@@ -153,6 +204,9 @@ pub trait Preconditioner {
 }
 
 impl<P: Preconditioner + ?Sized> Preconditioner for Box<P> {
+    fn check(&self, structure: &Structure, mass: &Mass) -> Result<(), InputError> {
+        (**self).check(structure, mass)
+    }
     fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
         (**self).prepare(b)
     }
@@ -172,6 +226,13 @@ impl<P: Preconditioner + ?Sized> Preconditioner for Box<P> {
 pub struct Factored(Option<Lu>);
 
 impl Preconditioner for Factored {
+    fn check(&self, structure: &Structure, mass: &Mass) -> Result<(), InputError> {
+        check_assembled(structure, mass).map_err(|_| {
+            let what = "Factored needs matrices, and the field or its mass has none: give a preconditioner of your own";
+            InputError::System(SystemError::Solver(what))
+        })
+    }
+
     fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
         let b = b.assembled().ok_or(SolveError::NotAssembled)?;
         Ok(self.0.get_or_insert_with(|| Lu::of(b)).factor(b)?)

@@ -14,17 +14,28 @@ pub struct Quadrature {
 }
 
 impl Quadrature {
-    /// Any rule: `nodes` in \[0, 1\] with as many `weights`.
+    /// Any rule: distinct `nodes` in \[0, 1\] with as many `weights`, which sum to 1.
     ///
     /// # Errors
-    /// [`InputError`] for nodes outside the unit interval, none at all, numbers that are not finite, or not as many weights.
+    /// [`NodeError::TooFew`] without nodes, [`NodeError::NodeRange`] for one outside the unit interval,
+    /// [`NodeError::CoincidentNodes`] if two agree to within rounding, [`NodeError::WeightSum`] if the weights do not sum to 1 as
+    /// far as seven digits of each show; [`SystemError`](crate::SystemError) for weights that are not finite, or not as many.
     pub fn new(nodes: Vec<f64>, weights: Vec<f64>) -> Result<Self, InputError> {
+        check_distinct("quadrature nodes", &nodes)?;
+        let rule = Self::inconsistent(nodes, weights)?;
+        check_sum(&rule.weights)?;
+        Ok(rule)
+    }
+
+    /// As [`new`](Self::new), but nodes may coincide and the weights sum to anything: to see what a slip in them does.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new) otherwise.
+    pub fn inconsistent(nodes: Vec<f64>, weights: Vec<f64>) -> Result<Self, InputError> {
         at_least("quadrature nodes", 1, nodes.len())?;
         check_vector("weights", &weights, nodes.len())?;
-        match nodes.iter().position(|x| !(0.0..=1.0).contains(x)) {
-            Some(index) => Err(InputError::Nodes(NodeError::NodeRange { index, value: nodes[index] })),
-            None => Ok(Self { nodes, weights }),
-        }
+        check_range(&nodes)?;
+        Ok(Self { nodes, weights })
     }
 
     /// Gauss's rule with n nodes, exact for degree 2n − 1.
@@ -101,6 +112,34 @@ impl Quadrature {
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
+}
+
+/// Refuses weights that do not sum to 1 to within the rounding of seven printed digits.
+pub(crate) fn check_sum(weights: &[f64]) -> Result<(), InputError> {
+    const PRINTED: f64 = 5e-8;
+    let sum: f64 = weights.iter().sum();
+    let is_one = (sum - 1.0).abs() <= PRINTED * weights.iter().map(|b| b.abs().max(1.0)).sum::<f64>();
+    if is_one { Ok(()) } else { Err(InputError::Nodes(NodeError::WeightSum { sum })) }
+}
+
+/// Refuses nodes outside the unit interval.
+fn check_range(nodes: &[f64]) -> Result<(), InputError> {
+    match nodes.iter().position(|x| !(0.0..=1.0).contains(x)) {
+        Some(index) => Err(InputError::Nodes(NodeError::NodeRange { index, value: nodes[index] })),
+        None => Ok(()),
+    }
+}
+
+/// Refuses nodes that are none, outside the unit interval, or the same to within rounding.
+fn check_distinct(what: &'static str, nodes: &[f64]) -> Result<(), InputError> {
+    at_least(what, 1, nodes.len())?;
+    check_range(nodes)?;
+    for (second, &value) in nodes.iter().enumerate() {
+        if let Some(first) = nodes[..second].iter().position(|b| (b - value).abs() < 16.0 * f64::EPSILON) {
+            return Err(InputError::Nodes(NodeError::CoincidentNodes { first, second, value }));
+        }
+    }
+    Ok(())
 }
 
 fn at_least(what: &'static str, least: usize, found: usize) -> Result<(), InputError> {
@@ -209,16 +248,8 @@ impl LagrangeBasis {
     /// [`NodeError::TooFew`] without nodes, [`NodeError::NodeRange`] for one outside \[0, 1\],
     /// [`NodeError::CoincidentNodes`] if two agree to within rounding.
     pub fn new(nodes: &[f64]) -> Result<Self, InputError> {
-        at_least("nodes", 1, nodes.len())?;
+        check_distinct("nodes", nodes)?;
         let n = nodes.len();
-        for (j, &c) in nodes.iter().enumerate() {
-            if !(0.0..=1.0).contains(&c) {
-                return Err(InputError::Nodes(NodeError::NodeRange { index: j, value: c }));
-            }
-            if let Some(first) = nodes[..j].iter().position(|b| (b - c).abs() < 16.0 * f64::EPSILON) {
-                return Err(InputError::Nodes(NodeError::CoincidentNodes { first, second: j, value: c }));
-            }
-        }
         let others = |j: usize| (0..n).filter(move |&i| i != j);
         // The unit interval has capacity 1/4: factors of 4 keep the products near 1.
         let weight = |j: usize| others(j).map(|i| 4.0 * (nodes[j] - nodes[i])).product::<f64>().recip();

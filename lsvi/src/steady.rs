@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::error::{InputError, SettingError, StepError, check_vector};
 use crate::integrator::{OneStep, State};
 use crate::linalg::{Jacobian, Structure, max_norm};
-use crate::vector_field::VectorField;
+use crate::vector_field::{VectorField, check_system};
 
 /// A state with f(t, v) = 0 up to `residual`.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +55,7 @@ pub enum SteadyError {
 
 /// Refuses what cannot be a state of `field`, and what is no tolerance.
 fn admit(field: &impl VectorField, v: &[f64], tolerance: f64) -> Result<(), InputError> {
+    check_system(field)?;
     check_vector("v", v, field.dim())?;
     if tolerance > 0.0 && tolerance.is_finite() {
         Ok(())

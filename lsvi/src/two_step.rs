@@ -2,7 +2,7 @@
 
 use crate::closure::PositionMomentum;
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
-use crate::error::{StepError, check_step, check_vector};
+use crate::error::{StepError, check_step_from, check_unknowns, check_vector};
 use crate::integrator::OneStep;
 use crate::linalg::Jacobian;
 use crate::newton::{Newton, System};
@@ -62,7 +62,8 @@ impl<D: DiscreteLegendre> TwoStep<D> {
     /// Finds the path from q₀ to q₁ and sets `p` to its momentum at the end.
     fn join(&mut self, t: f64, h: f64, q0: &[f64], q1: &[f64]) -> Result<(), StepError> {
         let n = self.p.len();
-        check_step(h)?;
+        check_unknowns(n)?;
+        check_step_from(t, h)?;
         check_vector("q0", q0, n)?;
         check_vector("q1", q1, n)?;
         let discrete = self.method.discrete_mut();

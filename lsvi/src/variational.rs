@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::closure::{Closure, LinearClosure, PositionMomentum};
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
-use crate::error::{StepError, check_step, check_vector};
+use crate::error::{InputError, StepError, check_length, check_step_from, check_unknowns, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::{Jacobian, Lu, Structure};
 use crate::newton::{LimitAtZero, Newton, System, Work};
@@ -165,6 +165,7 @@ pub(crate) fn velocity(
     let (at, n) = (Interval { start: state.t, h: 1.0 }, discrete.dim());
     check_vector("q", &state.q, n)?;
     check_vector("p", &state.p, n)?;
+    check_length("out", out.len(), n)?;
     let failed = |source| StepError::Solve { t: state.t, h: 0.0, source };
     discrete.predict(at, &state.q, &state.p, x).map_err(failed)?;
     let end = &x[x.len() - n..];
@@ -257,11 +258,17 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         self.closure.linear().is_some_and(|c| c.carried() == 1.0 && c.weights(h) == MomentumWeights::START)
     }
 
-    fn step_separably(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) -> Result<bool, StepError> {
+    /// Refuses what cannot be a step.
+    fn check(&self, at: Interval, q: &[f64], p: &[f64]) -> Result<(), InputError> {
         let n = self.discrete.dim();
-        check_step(at.h)?;
+        check_unknowns(n)?;
+        check_step_from(at.start, at.h)?;
         check_vector("q", q, n)?;
-        check_vector("p", p, n)?;
+        check_vector("p", p, n)
+    }
+
+    fn step_separably(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) -> Result<bool, StepError> {
+        self.check(at, q, p)?;
         let failed = |source| StepError::Solve { t: at.start, h: at.h, source };
         let evaluations = self.discrete.separable_step(at, q, p, &mut self.unknowns).map_err(failed)?;
         if let Some(evaluations) = evaluations {
@@ -273,10 +280,7 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
 
     /// Finds the unknowns of the step.
     fn solve(&mut self, t: f64, h: f64, q: &[f64], p: &[f64]) -> Result<(), StepError> {
-        let n = self.discrete.dim();
-        check_step(h)?;
-        check_vector("q", q, n)?;
-        check_vector("p", p, n)?;
+        self.check(Interval { start: t, h }, q, p)?;
         let failed = |source| StepError::Solve { t, h, source };
         let mut equations = StepEquations {
             discrete: &mut self.discrete,

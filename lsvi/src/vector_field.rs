@@ -3,6 +3,7 @@
 use auto_impl::auto_impl;
 
 use crate::coloring::Coloring;
+use crate::error::{InputError, SystemError, check_unknowns};
 use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::mass::Mass;
 
@@ -35,8 +36,9 @@ pub trait VectorField {
     }
 
     /// Whether f(t, v) = A v + g(t) with a constant matrix A. Methods may then factor once, and solve for the new value
-    /// itself instead of for increments, which keeps digits that f(t, v) has lost. What it says is checked once per step
-    /// size, at the state of the step: [`SolveError::NotLinear`](crate::SolveError::NotLinear).
+    /// itself instead of for increments, which keeps digits that f(t, v) has lost. What it says is checked by
+    /// [`LeastSquaresStep`](crate::LeastSquaresStep), whatever the structure, once per step size at the state of the step:
+    /// [`SolveError::NotLinear`](crate::SolveError::NotLinear).
     fn is_linear(&self) -> bool {
         false
     }
@@ -73,9 +75,10 @@ pub trait VectorField {
     /// Writes J x, J = ∂f/∂v at (t, v).
     ///
     /// The default assembles J, which allocates; integrators use it of matrix-free fields only, where it has to be given.
-    /// A matrix-free field without it has products of NaN, and its steps fail as not finite.
+    /// A matrix-free field without it has products of NaN, and its steps fail as not finite; so has one of vectors that have not
+    /// the length n.
     fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
-        assembled(self, out, |jacobian, out| {
+        assembled(self, [v.len(), x.len()], out, |jacobian, out| {
             self.add_jacobian(t, v, 1.0, jacobian);
             jacobian.mul_add(1.0, x, out);
         });
@@ -83,7 +86,7 @@ pub trait VectorField {
 
     /// Writes Jᵀ w, otherwise as [`apply_jacobian`](Self::apply_jacobian). Least-squares methods need it.
     fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
-        assembled(self, out, |jacobian, out| {
+        assembled(self, [v.len(), w.len()], out, |jacobian, out| {
             self.add_jacobian(t, v, 1.0, jacobian);
             jacobian.mul_transpose_add(1.0, w, out);
         });
@@ -108,10 +111,26 @@ pub trait VectorField {
             self.apply_transpose(t, &shifted(-1.0), w, &mut minus);
             return out.iter_mut().zip(&minus).for_each(|(o, m)| *o = (*o - m) / (2.0 * delta));
         }
-        let mut curvature = Jacobian::with_structure(self.dim(), &self.structure().gram(self.dim()));
+        let n = self.dim();
+        if [v.len(), w.len(), x.len(), out.len()] != [n; 4] {
+            return out.fill(f64::NAN);
+        }
+        let mut curvature = Jacobian::with_structure(n, &self.structure().gram(n));
         self.add_curvature(t, v, w, 1.0, &mut curvature);
         out.fill(0.0);
         curvature.mul_add(1.0, x, out);
+    }
+}
+
+/// Refuses a structure or a mass that is not that of as many unknowns as `field` has, and a field of none.
+pub(crate) fn check_system(field: &impl VectorField) -> Result<(), InputError> {
+    let n = field.dim();
+    check_unknowns(n)?;
+    match field.structure() {
+        Structure::Sparse(pattern) if pattern.dim() != n => {
+            Err(InputError::System(SystemError::Pattern { expected: n, found: pattern.dim() }))
+        }
+        _ => field.mass().check(n),
     }
 }
 
@@ -132,7 +151,8 @@ impl Differences {
     }
 
     /// Adds `scale` · Σ_i w_i ∂²f_i/∂v_j∂v_k of `field` to `out` (j, k), as [`VectorField::add_curvature`]: one Jacobian at v and
-    /// one for each group of columns that share no row, at distance √ε max(|v_k|, ‖v‖/1000).
+    /// one for each group of columns that share no row, at distance √ε max(|v_k|, ‖v‖/1000). NaN if v or w has not the length
+    /// that this was made for.
     pub fn add_curvature<F: VectorField + ?Sized>(
         &mut self,
         field: &F,
@@ -142,6 +162,9 @@ impl Differences {
         scale: f64,
         out: &mut Jacobian,
     ) {
+        if [v.len(), w.len()] != [self.v.len(); 2] {
+            return out.add(0, 0, f64::NAN);
+        }
         self.here.clear();
         field.add_jacobian(t, v, 1.0, &mut self.here);
         let largest = max_norm(v);
@@ -165,13 +188,20 @@ impl Differences {
     }
 }
 
-/// Lets `multiply` work with a zero matrix of the structure of `field`; without one the product is NaN.
-fn assembled<F: VectorField + ?Sized>(field: &F, out: &mut [f64], multiply: impl FnOnce(&mut Jacobian, &mut [f64])) {
-    if field.structure() == Structure::MatrixFree {
+/// Lets `multiply` work with a zero matrix of the structure of `field`; without one, and for arguments that have not the length
+/// n, the product is NaN.
+fn assembled<F: VectorField + ?Sized>(
+    field: &F,
+    lengths: [usize; 2],
+    out: &mut [f64],
+    multiply: impl FnOnce(&mut Jacobian, &mut [f64]),
+) {
+    let n = field.dim();
+    if field.structure() == Structure::MatrixFree || lengths != [n; 2] || out.len() != n {
         return out.fill(f64::NAN);
     }
     out.fill(0.0);
-    multiply(&mut Jacobian::with_structure(field.dim(), &field.structure()), out);
+    multiply(&mut Jacobian::with_structure(n, &field.structure()), out);
 }
 
 /// Adds `scale` · J to `out` from the n products J e_j: [`VectorField::add_jacobian`] of a matrix-free field that is to run on

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::closure::Linear;
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
-use crate::error::{InputError, NodeError, SettingError, StepError, check_step, check_vector};
+use crate::error::{InputError, SettingError, StepError, check_step_from, check_unknowns, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, State};
 use crate::linalg::{Jacobian, Structure, add_block};
 use crate::newton::{LimitAtZero, Newton, System, Work};
@@ -49,12 +49,14 @@ impl<D: DiscreteLegendre> Window<D> {
     /// Windows of `length` steps of `discrete`.
     ///
     /// # Errors
-    /// [`NodeError::TooFew`] if the length is 0.
+    /// [`SettingError::Setting`] if the length is 0, or the matrix of a window too large for memory.
     pub fn new(discrete: D, length: usize) -> Result<Self, InputError> {
         if length == 0 {
-            return Err(InputError::Nodes(NodeError::TooFew { what: "steps in a window", least: 1, found: 0 }));
+            let (what, value) = ("steps in a window", 0.0);
+            return Err(InputError::Setting(SettingError::Setting { what, value, range: "at least 1" }));
         }
         let n = discrete.dim();
+        check_unknowns(n)?;
         let m = discrete.interior() + n;
         // Blocks of m rows that reach two blocks to either side.
         if length.checked_mul(5 * m * m).is_none_or(|entries| entries > LARGEST) {
@@ -98,8 +100,9 @@ impl<D: DiscreteLegendre> Window<D> {
     fn find(&mut self, first: GridStep, state: &State, grid: &Grid) -> Result<(), StepError> {
         self.steps.clear();
         self.handed_out = 0;
-        check_step(first.h)?;
+        check_step_from(state.t, first.h)?;
         check_vector("q", &state.q, self.discrete.dim())?;
+        check_vector("p", &state.p, self.discrete.dim())?;
         let mut next = Some(first);
         while let Some(step) = next.filter(|_| self.steps.len() < self.length()) {
             self.steps.push(step);

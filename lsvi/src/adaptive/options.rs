@@ -1,7 +1,7 @@
 //! What a user may choose about adaptive steps.
 
 use super::tolerances::Tolerances;
-use crate::error::{InputError, NodeError, SettingError};
+use crate::error::{InputError, SettingError};
 
 /// Tolerances and bounds of adaptive steps; each setting checks what it is given.
 ///
@@ -62,18 +62,24 @@ impl Options {
     /// The longest step, besides that of the grid.
     ///
     /// # Errors
-    /// [`SettingError::Setting`] unless positive.
+    /// [`SettingError::Setting`] unless positive, [`SettingError::StepBounds`] below the shortest.
     pub fn h_max(self, h: f64) -> Result<Self, InputError> {
-        checked("h_max", h, "positive", h > 0.0).map(|h_max| Self { h_max, ..self })
+        checked("h_max", h, "positive", h > 0.0).and_then(|h_max| Self { h_max, ..self }.bounded())
     }
 
     /// The shortest step that may be tried, unless less is left of the interval; a tolerance that asks for a shorter one
     /// fails with [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
     ///
     /// # Errors
-    /// [`SettingError::Setting`] unless finite and not negative.
+    /// [`SettingError::Setting`] unless finite and not negative, [`SettingError::StepBounds`] above the longest.
     pub fn h_min(self, h: f64) -> Result<Self, InputError> {
-        checked("h_min", h, "finite and not negative", h.is_finite() && h >= 0.0).map(|h_min| Self { h_min, ..self })
+        checked("h_min", h, "finite and not negative", h.is_finite() && h >= 0.0)
+            .and_then(|h_min| Self { h_min, ..self }.bounded())
+    }
+
+    fn bounded(self) -> Result<Self, InputError> {
+        let Self { h_min, h_max, .. } = self;
+        if h_min <= h_max { Ok(self) } else { Err(InputError::Setting(SettingError::StepBounds { h_min, h_max })) }
     }
 
     /// The part of the step size that the estimate would allow which is tried.
@@ -88,12 +94,10 @@ impl Options {
     /// [`StepError::TooManySteps`](crate::StepError::TooManySteps).
     ///
     /// # Errors
-    /// [`NodeError::TooFew`] for none.
+    /// [`SettingError::Setting`] for none.
     pub fn max_steps(self, limit: u64) -> Result<Self, InputError> {
-        match limit {
-            0 => Err(InputError::Nodes(NodeError::TooFew { what: "steps allowed", least: 1, found: 0 })),
-            _ => Ok(Self { max_steps: limit, ..self }),
-        }
+        checked("max_steps", limit as f64, "at least 1", limit > 0)?;
+        Ok(Self { max_steps: limit, ..self })
     }
 
     /// The numbers of stages s that may be chosen from: 3, 5, 7, of order 2s − 1 = 5, 9, 13.

@@ -11,7 +11,7 @@ use crate::integrator::{Grid, Integrator, State};
 use crate::linalg::{FactorError, Jacobian};
 use crate::mass::{Mass, rate};
 use crate::newton::Work;
-use crate::vector_field::VectorField;
+use crate::vector_field::{VectorField, check_system};
 
 /// Rate of convergence up to which the Jacobian is kept for the next step.
 const KEEP_JACOBIAN: f64 = 1e-3;
@@ -97,7 +97,7 @@ impl<F: VectorField> Radau<F> {
         let n = field.dim();
         options.tolerances = options.tolerances.expanded(n)?;
         let mass = field.mass();
-        mass.check(n)?;
+        check_system(&field)?;
         let jacobian = Jacobian::with_structure(n, &field.structure());
         mass.check_within(&jacobian)?;
         for s in [3, 5, 7] {

@@ -94,7 +94,7 @@ impl StageSystem {
         let gamma = c.gamma / h;
         self.real.assign(&self.jacobian, |x| -x)?;
         mass.for_each(v.len(), |i, j, m| self.real.add(i, j, gamma * m));
-        self.real.decompose()?;
+        self.real.decompose().map_err(|error| self.jacobian.blame(error))?;
         // The first time for every pair there may be: sparse factors allocate then, and a rise of the order must not.
         let pairs = if self.is_fresh { self.complex.len() } else { S / 2 };
         self.is_fresh = false;

@@ -1,6 +1,6 @@
 //! Which error is tolerated.
 
-use crate::error::{InputError, NodeError, SettingError, SystemError};
+use crate::error::{InputError, SettingError, SystemError};
 
 /// The error that is tolerated in each component, τᵢ = atolᵢ + rtol |vᵢ|.
 ///
@@ -43,10 +43,10 @@ impl Tolerances {
     /// The same with an absolute tolerance for each component, or one for all.
     ///
     /// # Errors
-    /// [`SettingError::AbsoluteTolerance`] unless each is finite and not negative, [`NodeError::TooFew`] without any.
+    /// [`SettingError::AbsoluteTolerance`] unless each is finite and not negative, [`SystemError::Dimension`] without any.
     pub fn with_atol(self, atol: Vec<f64>) -> Result<Self, InputError> {
         if atol.is_empty() {
-            return Err(InputError::Nodes(NodeError::TooFew { what: "absolute tolerances", least: 1, found: 0 }));
+            return Err(InputError::System(SystemError::Dimension { what: "atol", expected: 1, found: 0 }));
         }
         match atol.iter().position(|x| !(x.is_finite() && *x >= 0.0)) {
             Some(index) => Err(InputError::Setting(SettingError::AbsoluteTolerance { index, atol: atol[index] })),

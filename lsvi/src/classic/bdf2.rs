@@ -1,6 +1,6 @@
 //! The two-step backward differentiation formula.
 
-use crate::error::{InputError, StepError, check_vector};
+use crate::error::{InputError, StepError, check_step_from, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, OneStep, State};
 use crate::linalg::Jacobian;
 use crate::mass::Mass;
@@ -120,6 +120,7 @@ impl<F: VectorField> Integrator for Bdf2<F> {
     fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
         let Some(step) = grid.next(state.t) else { return Ok(()) };
         let (t, h) = (state.t, step.h);
+        check_step_from(t, h)?;
         check_vector("v", &state.q, self.now.len())?;
         let last = self.last.take().filter(|last| last.end == t && self.now == state.q);
         self.next.copy_from_slice(&state.q);

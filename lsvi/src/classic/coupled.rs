@@ -2,13 +2,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::{InputError, SolveError, StepError, SystemError, check_step, check_vector};
+use crate::error::{InputError, SolveError, StepError, SystemError, check_step_from, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, advance_one_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse};
 use crate::newton::{LimitAtZero, Newton, System, Work};
+use crate::quadrature::check_sum;
 use crate::solver::check_assembled;
-use crate::vector_field::VectorField;
+use crate::vector_field::{VectorField, check_system};
 
 /// Smallest ratio of the pivots of A for which its inverse is used.
 const REGULAR: f64 = 1e-10;
@@ -64,7 +65,7 @@ struct Scratch {
 }
 
 /// Refuses coefficients that are not s × s, s and s finite numbers.
-pub(super) fn check_tableau(a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<(), InputError> {
+pub(super) fn check_sizes(a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<(), InputError> {
     check_vector("b", b, b.len().max(1))?;
     check_vector("c", c, b.len())?;
     if a.len() != b.len() {
@@ -77,13 +78,24 @@ impl<F: VectorField> CoupledRungeKutta<F> {
     /// The method with s rows of s entries in `a`, weights `b` and abscissae `c`, for `field`.
     ///
     /// # Errors
-    /// [`InputError`] for sizes that do not fit, numbers that are not finite, a field or a mass that is known by its products
+    /// [`InputError`] for sizes that do not fit, numbers that are not finite, a b that does not sum to 1
+    /// ([`NodeError::WeightSum`](crate::NodeError::WeightSum)), a field or a mass that is known by its products
     /// alone, and a singular mass where A is singular too.
     pub fn new(field: F, a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<Self, InputError> {
-        check_tableau(a, b, c)?;
+        check_sizes(a, b, c)?;
+        check_sum(b)?;
+        Self::inconsistent(field, a, b, c)
+    }
+
+    /// As [`new`](Self::new), but b may sum to anything: to see what a slip in it does.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new) otherwise.
+    pub fn inconsistent(field: F, a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<Self, InputError> {
+        check_sizes(a, b, c)?;
         let (n, s) = (field.dim(), b.len());
         let mass = field.mass();
-        mass.check(n)?;
+        check_system(&field)?;
         check_assembled(&field.structure(), &mass)?;
         let lu = DMatrix::from_fn(s, s, |i, j| a[j][i]).full_piv_lu();
         let pivots = lu.u().diagonal().map(f64::abs);
@@ -171,7 +183,7 @@ impl<F: VectorField> Integrator for CoupledRungeKutta<F> {
 
 impl<F: VectorField> OneStep for CoupledRungeKutta<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], _p: &mut [f64]) -> Result<(), StepError> {
-        check_step(h)?;
+        check_step_from(t, h)?;
         let n = self.next.len();
         check_vector("v", v, n)?;
         let failed = |source| StepError::Solve { t, h, source };

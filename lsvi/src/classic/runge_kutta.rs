@@ -1,14 +1,15 @@
 //! Runge–Kutta methods with lower triangular tableaux: explicit, diagonally implicit, and mixtures.
 
-use super::coupled::check_tableau;
+use super::coupled::check_sizes;
 use super::stage::{InexactStage, StageSolver, Stages};
-use crate::error::{InputError, NodeError, SolveError, StepError, check_step, check_vector};
+use crate::error::{InputError, NodeError, SolveError, StepError, check_step_from, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::{LimitAtZero, Newton, System, Work};
+use crate::quadrature::check_sum;
 use crate::solver::{StepSolver, check_assembled};
-use crate::vector_field::VectorField;
+use crate::vector_field::{VectorField, check_system};
 
 /// A lower triangular Butcher tableau; a zero on the diagonal makes a stage explicit.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,10 +29,21 @@ impl Tableau {
     /// The tableau of s rows of s entries in `a`, weights `b` and abscissae `c`, which need not be the sums of the rows.
     ///
     /// # Errors
-    /// [`InputError`] for sizes that do not fit, numbers that are not finite, and entries above the diagonal, for which there
-    /// is [`CoupledRungeKutta`](super::CoupledRungeKutta).
+    /// [`InputError`] for sizes that do not fit, numbers that are not finite, a b that does not sum to 1
+    /// ([`NodeError::WeightSum`]), and entries above the diagonal, for which there is
+    /// [`CoupledRungeKutta`](super::CoupledRungeKutta).
     pub fn lower_triangular(a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<Self, InputError> {
-        check_tableau(a, b, c)?;
+        check_sizes(a, b, c)?;
+        check_sum(b)?;
+        Self::inconsistent(a, b, c)
+    }
+
+    /// As [`lower_triangular`](Self::lower_triangular), but b may sum to anything: to see what a slip in it does.
+    ///
+    /// # Errors
+    /// As for [`lower_triangular`](Self::lower_triangular) otherwise.
+    pub fn inconsistent(a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<Self, InputError> {
+        check_sizes(a, b, c)?;
         for (row, entries) in a.iter().enumerate() {
             if let Some(k) = entries[row + 1..].iter().position(|x| *x != 0.0) {
                 return Err(InputError::Nodes(NodeError::AboveDiagonal { row, column: row + 1 + k }));
@@ -134,7 +146,7 @@ impl<F: VectorField> RungeKutta<F> {
 
     fn with_stages(field: F, tableau: Tableau, stages: Stages) -> Result<Self, InputError> {
         let (n, mass) = (field.dim(), field.mass());
-        mass.check(n)?;
+        check_system(&field)?;
         let mass_inverse = tableau.needs_inverse().then(|| MassInverse::new(&mass)).transpose()?;
         Ok(Self {
             stages,
@@ -217,7 +229,7 @@ impl<F: VectorField> Integrator for RungeKutta<F> {
 
 impl<F: VectorField> OneStep for RungeKutta<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], _p: &mut [f64]) -> Result<(), StepError> {
-        check_step(h)?;
+        check_step_from(t, h)?;
         check_vector("v", v, self.known.len())?;
         let failed = |source| StepError::Solve { t, h, source };
         let tableau = &self.tableau;

@@ -74,6 +74,7 @@ impl ConstantMass {
         let mut v = vec![0.0; q.len()];
         self.mass.clear();
         l.add_hessian(t, q, &v, VV, &mut self.mass);
+        check_finite(&self.mass)?;
         let inverse = MassInverse::new(&mass(&self.mass)).map_err(|_| SolveError::SingularMass)?;
         v.copy_from_slice(p);
         inverse.solve(&mut v);
@@ -84,6 +85,7 @@ impl ConstantMass {
             for which in [VV, QV] {
                 self.other.clear();
                 l.add_hessian(t, q, &v, which, &mut self.other);
+                check_finite(&self.other)?;
                 let (mass, mut different) = (&self.mass, None);
                 self.other.for_each(|i, j, x| {
                     let expected = if which == VV { mass.get(i, j) } else { 0.0 };
@@ -100,6 +102,10 @@ impl ConstantMass {
         }
         Ok(inverse)
     }
+}
+
+fn check_finite(hessian: &Jacobian) -> Result<(), SolveError> {
+    hessian.non_finite().map_or(Ok(()), |(row, column)| Err(SolveError::NonFiniteDerivative { row, column }))
 }
 
 /// The mass in its simplest form.

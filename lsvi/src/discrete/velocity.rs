@@ -2,7 +2,7 @@
 
 use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::{Jacobian, Lu, Structure};
+use crate::linalg::{FactorError, Jacobian, Lu, Structure};
 
 /// The inverse of p = ∂L/∂v, for first guesses.
 #[derive(Debug)]
@@ -26,7 +26,10 @@ impl Velocity {
         self.velocity.iter_mut().zip(p).for_each(|(v, p)| *v = p - *v);
         self.mass.clear();
         l.add_hessian(t, q, &self.rest, HessianWeights { vv: 1.0, ..Default::default() }, &mut self.mass);
-        self.lu.factor(&self.mass).map_err(|_| SolveError::SingularMass)?;
+        self.lu.factor(&self.mass).map_err(|error| match error {
+            FactorError::Singular => SolveError::SingularMass,
+            other => other.into(),
+        })?;
         self.lu.solve(&mut self.velocity);
         Ok(&self.velocity)
     }

@@ -2,15 +2,20 @@
 
 use thiserror::Error;
 
+use super::number::Number;
+
 /// Step sizes, ends and times that no run can have.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TimeError {
     /// The step size is not a positive finite number.
-    #[error("step size h = {0} must be positive and finite")]
+    #[error("step size h = {} must be positive and finite", Number(*_0))]
     StepSize(f64),
+    /// A time that is not a finite number.
+    #[error("time t = {0} must be finite")]
+    Time(f64),
     /// The end time is not a finite number at or after the start.
-    #[error("end time {t_end} must be finite and not before the start t = {t0}")]
+    #[error("end time {} must be finite and not before the start t = {}", Number(*t_end), Number(*t0))]
     EndTime {
         /// Start of the integration.
         t0: f64,
@@ -18,7 +23,10 @@ pub enum TimeError {
         t_end: f64,
     },
     /// Steps so small that t + h = t in floating point, or more of them than can be counted.
-    #[error("step size h = {h} cannot resolve the interval [{t0}, {t_end}] in double precision")]
+    #[error(
+        "step size h = {} cannot resolve the interval [{}, {}] in double precision",
+        Number(*h), Number(*t0), Number(*t_end)
+    )]
     Unresolvable {
         /// Start of the integration.
         t0: f64,
@@ -28,13 +36,16 @@ pub enum TimeError {
         h: f64,
     },
     /// A time within a step, before any step was taken.
-    #[error("no step has been taken that could contain t = {t}")]
+    #[error("no step has been taken that could contain t = {}", Number(*t))]
     NoStep {
         /// The time that was asked for.
         t: f64,
     },
     /// Times to be shown that are not sorted, or not within the run.
-    #[error("time {index}, t = {t}, is not between {from} and {to}: times are sorted and within the run")]
+    #[error(
+        "time {index}, t = {}, is not between {} and {}: times are sorted and within the run",
+        Number(*t), Number(*from), Number(*to)
+    )]
     SaveTime {
         /// Which time.
         index: usize,
@@ -49,7 +60,7 @@ pub enum TimeError {
     #[error("the method gives no rate of the configuration, and has no solution between its steps")]
     NoRate,
     /// A time outside the last step.
-    #[error("t = {t} is not in the last step, from {from} to {to}")]
+    #[error("t = {} is not in the last step, from {} to {}", Number(*t), Number(*from), Number(*to))]
     Outside {
         /// The offending time.
         t: f64,
@@ -74,6 +85,9 @@ pub enum SystemError {
         /// Size that was given.
         found: usize,
     },
+    /// A system of no unknowns.
+    #[error("the system has no unknowns: there is nothing to integrate")]
+    Empty,
     /// A component is NaN or infinite.
     #[error("{what}[{index}] = {value} is not finite")]
     NonFinite {
@@ -83,6 +97,24 @@ pub enum SystemError {
         index: usize,
         /// The offending value.
         value: f64,
+    },
+    /// An entry of a matrix that is NaN or infinite.
+    #[error("entry ({row}, {column}) of the {what} is not finite")]
+    NonFiniteEntry {
+        /// Which matrix.
+        what: &'static str,
+        /// Row of the entry.
+        row: usize,
+        /// Column of the entry.
+        column: usize,
+    },
+    /// A sparsity pattern of a matrix of another order than the system has unknowns.
+    #[error("the sparsity pattern is that of a matrix of order {found}, and there are {expected} unknowns")]
+    Pattern {
+        /// Unknowns of the system.
+        expected: usize,
+        /// Order of the pattern.
+        found: usize,
     },
     /// A position outside the matrix that a sparsity pattern describes.
     #[error("entry ({row}, {column}) lies outside a matrix of order {dim}")]
@@ -125,7 +157,7 @@ pub enum SystemError {
 #[non_exhaustive]
 pub enum ClosureError {
     /// Closure coefficients that define no condition.
-    #[error("closure coefficients (alpha, beta) = ({alpha}, {beta}) define no condition")]
+    #[error("closure coefficients (alpha, beta) = ({}, {}) define no condition", Number(*alpha), Number(*beta))]
     Closure {
         /// Coefficient of p_n.
         alpha: f64,
@@ -133,10 +165,10 @@ pub enum ClosureError {
         beta: f64,
     },
     /// A rate to fit that is not positive and finite.
-    #[error("the decay rate {0} must be positive and finite")]
+    #[error("the decay rate {} must be positive and finite", Number(*_0))]
     Rate(f64),
     /// A range of steps that is empty, negative or unbounded.
-    #[error("[{from}, {to}] is no range of positive step sizes")]
+    #[error("[{}, {}] is no range of positive step sizes", Number(*from), Number(*to))]
     StepRange {
         /// Its lower end.
         from: f64,
@@ -171,7 +203,7 @@ pub enum NodeError {
         found: usize,
     },
     /// A node outside the step.
-    #[error("node {index} = {value} is not in the unit interval")]
+    #[error("node {index} = {} is not in the unit interval", Number(*value))]
     NodeRange {
         /// Which node.
         index: usize,
@@ -179,7 +211,7 @@ pub enum NodeError {
         value: f64,
     },
     /// Two nodes that agree to within rounding.
-    #[error("nodes {first} and {second} coincide at {value}")]
+    #[error("nodes {first} and {second} coincide at {}", Number(*value))]
     CoincidentNodes {
         /// One node.
         first: usize,
@@ -187,6 +219,12 @@ pub enum NodeError {
         second: usize,
         /// Where they are; the ends of a step count as nodes.
         value: f64,
+    },
+    /// Weights that do not integrate a constant.
+    #[error("the weights sum to {} and not to 1, so that no step has the length h", Number(*sum))]
+    WeightSum {
+        /// Their sum.
+        sum: f64,
     },
 }
 
@@ -227,10 +265,10 @@ pub enum ConstraintError {
 #[non_exhaustive]
 pub enum SettingError {
     /// A tolerance that is not a positive finite number.
-    #[error("tolerance {0} must be positive and finite")]
+    #[error("tolerance {} must be positive and finite", Number(*_0))]
     Tolerance(f64),
     /// A relative tolerance that no arithmetic in double precision can keep, or no number at all.
-    #[error("relative tolerance {rtol:e} must be between {least:.1e}, ten roundings of double precision, and 1")]
+    #[error("relative tolerance {} must be between {least:.1e}, ten roundings of double precision, and 1", Number(*rtol))]
     RelativeTolerance {
         /// The offending tolerance.
         rtol: f64,
@@ -238,7 +276,7 @@ pub enum SettingError {
         least: f64,
     },
     /// An absolute tolerance that is negative or not finite.
-    #[error("absolute tolerance {atol:e} of component {index} must be finite and not negative")]
+    #[error("absolute tolerance {} of component {index} must be finite and not negative", Number(*atol))]
     AbsoluteTolerance {
         /// Which component.
         index: usize,
@@ -246,7 +284,7 @@ pub enum SettingError {
         atol: f64,
     },
     /// A setting of an adaptive method outside its range.
-    #[error("{what} = {value} must be {range}")]
+    #[error("{what} = {} must be {range}", Number(*value))]
     Setting {
         /// Which setting.
         what: &'static str,
@@ -254,6 +292,14 @@ pub enum SettingError {
         value: f64,
         /// What it must be.
         range: &'static str,
+    },
+    /// A shortest step that is longer than the longest.
+    #[error("the shortest step h_min = {} must not exceed the longest, h_max = {}", Number(*h_min), Number(*h_max))]
+    StepBounds {
+        /// The shortest step.
+        h_min: f64,
+        /// The longest step.
+        h_max: f64,
     },
     /// Numbers of stages that the adaptive method does not have.
     #[error("stages from {fewest} to {most}: the method has 3, 5 or 7")]

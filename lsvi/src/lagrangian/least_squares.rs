@@ -7,7 +7,7 @@ use crate::error::{InputError, SystemError};
 use crate::linalg::{Jacobian, Structure, add_block};
 use crate::mass::Mass;
 use crate::pool::Pool;
-use crate::vector_field::VectorField;
+use crate::vector_field::{VectorField, check_system};
 
 /// L(t, v, v̇) = ½ rᵀ W r of the residual r = M v̇ − f, Eq. (15); W = M⁻¹ unless a metric is given.
 ///
@@ -86,6 +86,7 @@ impl<F: VectorField> LeastSquares<F> {
         if field.structure() == Structure::MatrixFree {
             return Err(InputError::System(SystemError::NotAssembled));
         }
+        check_system(&field)?;
         let (structure, mass) = (field.structure(), field.mass());
         if structure != Structure::Dense && matches!(mass, Mass::Identity | Mass::Diagonal(_)) {
             mass.metric(n)?;
@@ -115,7 +116,7 @@ impl<F: VectorField> LeastSquares<F> {
         if let Some(&found) = [w.nrows(), w.ncols()].iter().find(|&&m| m != n) {
             return Err(InputError::System(SystemError::Dimension { what: "metric", expected: n, found }));
         }
-        Jacobian::from(w.clone()).cholesky()?;
+        Jacobian::try_from(w.clone())?.cholesky()?;
         let weights = match self.field.mass() {
             Mass::Identity => {
                 Weights { mass: Mass::Identity, wm: Some(w.clone()), mwm: Some(w.clone()), w: Some(w), rows: None }

@@ -123,7 +123,7 @@ impl ClosedStep {
 /// Writes Jᵀ w by the matrix, if there is one.
 fn transpose(field: &impl VectorField, matrix: Option<&Jacobian>, (t, v): (f64, &[f64]), w: &[f64], out: &mut [f64]) {
     match matrix {
-        Some(matrix) => matrix.apply_transpose(w, out),
+        Some(matrix) => matrix.multiply_transpose(w, out),
         None => field.apply_transpose(t, v, w, out),
     }
 }
@@ -172,7 +172,7 @@ impl<F: VectorField> InexactSystem for Equation<'_, F> {
         self.solver.prepare(&b)?;
         let (common, t, v0) = (w.alpha + w.beta, self.t, self.v0);
         let mut derivative = |y: &[f64], out: &mut [f64]| {
-            b.apply(y, &mut s.image);
+            b.multiply(y, &mut s.image);
             for (o, i) in out.iter_mut().zip(&s.image) {
                 *o = common * i;
             }
@@ -186,7 +186,7 @@ impl<F: VectorField> InexactSystem for Equation<'_, F> {
                 transpose(*field, matrices.map(|m| &m.end), (t + h, x), &s.image, &mut s.product);
                 out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);
                 match matrices {
-                    Some(m) => m.curvature.apply(y, &mut s.product),
+                    Some(m) => m.curvature.multiply(y, &mut s.product),
                     None => field.apply_curvature(t + h, x, &s.d1, y, &mut s.product),
                 }
                 out.iter_mut().zip(&s.product).for_each(|(o, p)| *o -= w.beta * h * p);

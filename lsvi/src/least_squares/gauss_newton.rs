@@ -109,7 +109,7 @@ impl GaussNewton {
                 b.check_structure()?;
             }
             let b = system.operator((at.start + at.h, v), at.h, self.b.as_ref());
-            b.apply_transpose(&self.action.dual, &mut self.gradient);
+            b.multiply_transpose(&self.action.dual, &mut self.gradient);
             self.gradient.iter_mut().zip(&self.action.start).for_each(|(g, r)| *g += r);
             let before = std::mem::replace(&mut size, dot(&self.gradient, &self.gradient).sqrt());
             first = if iterations == 1 { size } else { first };
@@ -161,7 +161,7 @@ impl GaussNewton {
             for ((trial, v), d) in self.trial.iter_mut().zip(v).zip(&self.increment) {
                 *trial = v + d;
             }
-            system.mass.apply(&self.increment, &mut self.work);
+            system.mass.multiply(&self.increment, &mut self.work);
             let predicted =
                 -0.5 * dot(&self.gradient, &self.increment) + 0.5 * self.damping * dot(&self.increment, &self.work);
             let next = self.action.at(system, at, v0, &self.trial)?;

@@ -14,12 +14,14 @@
 //! | any, with a solver | any other | α p₀ + β p₁ = 0 | inexact Newton and a [`StepSolver`] |
 
 mod closed;
+mod declared;
 mod dense;
 mod gauss_newton;
 mod linear;
 mod newton;
 
 use closed::ClosedStep;
+use declared::Declared;
 use dense::DenseStep;
 use gauss_newton::GaussNewton;
 use linear::LinearStep;
@@ -27,14 +29,14 @@ use newton::FullNewton;
 
 use crate::closure::Linear;
 use crate::discrete::Interval;
-use crate::error::{InputError, StepError, SystemError, check_step, check_vector};
+use crate::error::{InputError, StepError, SystemError, check_step_from, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::linalg::{Jacobian, Structure};
 use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::Work;
 use crate::operator::StepOperator;
 use crate::solver::{StepSolver, assembled_structure};
-use crate::vector_field::VectorField;
+use crate::vector_field::{VectorField, check_system};
 
 /// Method I, p₁ = 0: Eq. (22) on v̇ = −v, second order, L-stable on symmetric dissipative systems.
 ///
@@ -71,6 +73,7 @@ pub struct LeastSquaresStep<F> {
     mass: Mass,
     mass_inverse: MassInverse,
     closure: Linear,
+    declared: Option<Declared>,
     equations: Equations,
     next: Vec<f64>,
     work: Work,
@@ -99,16 +102,21 @@ impl<F: VectorField> LeastSquaresStep<F> {
     ///
     /// # Errors
     /// [`SystemError::Metric`] if M is not symmetric positive definite; [`SystemError::NotAssembled`] or [`SystemError::Solver`] if
-    /// the solver does not fit. A closure with α ≠ 0 needs one that [works with products](StepSolver::solve_closure), and fails
-    /// in the first step otherwise.
+    /// the solver does not fit: a closure with α ≠ 0 needs one that [takes products](StepSolver::takes_products).
     pub fn with_solver(field: F, closure: Linear, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
         solver.check(&field.structure(), &field.mass())?;
+        if !closure.is_end_alone() && !solver.takes_products() {
+            let what = "closures other than Method I need a solver that works with products, such as Iterative";
+            return Err(InputError::System(SystemError::Solver(what)));
+        }
         Self::of(field, closure, Some(Box::new(solver)))
     }
 
     fn of(field: F, closure: Linear, solver: Option<Box<dyn StepSolver>>) -> Result<Self, InputError> {
         let (n, structure, mass) = (field.dim(), assembled_structure(&field), field.mass());
+        check_system(&field)?;
         let mass_inverse = mass.metric(n)?;
+        let declared = Declared::of(&field, &structure);
         let is_method_i = closure.is_end_alone();
         let equations = match solver {
             None if structure == Structure::Dense => Equations::Dense(Box::new(DenseStep::new(n))),
@@ -119,7 +127,7 @@ impl<F: VectorField> LeastSquaresStep<F> {
             Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, solver))),
             None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass))),
         };
-        Ok(Self { field, mass, mass_inverse, closure, equations, next: vec![0.0; n], work: Work::default() })
+        Ok(Self { field, mass, mass_inverse, closure, declared, equations, next: vec![0.0; n], work: Work::default() })
     }
 }
 
@@ -174,7 +182,7 @@ impl<F: VectorField> Integrator for LeastSquaresStep<F> {
 
 impl<F: VectorField> OneStep for LeastSquaresStep<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
-        check_step(h)?;
+        check_step_from(t, h)?;
         let n = self.next.len();
         if let Equations::Linear(step) = &mut self.equations {
             // Momenta other than zero are replaced, or refused, below.
@@ -190,6 +198,10 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
         let Self { field, mass, mass_inverse, .. } = self;
         let (system, at) = (|| System { field: &*field, mass, mass_inverse }, Interval { start: t, h });
         let (closure, next, work) = (&self.closure, &mut self.next, &mut self.work);
+        let failed = |source| StepError::Solve { t, h, source };
+        if let Some(declared) = &mut self.declared {
+            declared.check(&system(), at, v).map_err(failed)?;
+        }
         let solved = match &mut self.equations {
             Equations::Linear(step) => step.solve(system(), at, v, next, work),
             Equations::GaussNewton(step) => step.solve(system(), at, v, next, work),
@@ -197,7 +209,7 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             Equations::Newton(step) => step.solve((system(), closure), at, v, next, work),
             Equations::Closed(step) => step.solve((system(), closure), at, v, next, work),
         };
-        solved.map_err(|source| StepError::Solve { t, h, source })?;
+        solved.map_err(failed)?;
         match &mut self.equations {
             _ if self.closure.is_end_alone() => p.fill(0.0),
             Equations::Dense(step) => step.momentum(system(), at, v, &self.next, p),

@@ -8,7 +8,7 @@ use super::banded::Band;
 use super::sparse::Sparse;
 use super::structure::{Pattern, Structure};
 use super::{Cholesky, FactorError, Lu};
-use crate::error::{InputError, SolveError, SystemError};
+use crate::error::{InputError, SolveError, SystemError, check_length};
 
 /// A square matrix of derivatives, ∂F_i/∂x_j.
 ///
@@ -170,6 +170,25 @@ impl Jacobian {
         self.outside.map_or(Ok(()), |(row, column)| Err(FactorError::OutsideStructure { row, column }))
     }
 
+    /// The first entry that is not finite.
+    pub(crate) fn non_finite(&self) -> Option<(usize, usize)> {
+        let mut found = None;
+        self.for_each(|i, j, x| {
+            if !x.is_finite() {
+                found.get_or_insert((i, j));
+            }
+        });
+        found
+    }
+
+    /// Why the matrix has no factors: what elimination takes for singular may not be finite.
+    pub(crate) fn blame(&self, error: FactorError) -> FactorError {
+        match (error, self.non_finite()) {
+            (FactorError::Singular, Some((row, column))) => FactorError::NonFinite { row, column },
+            _ => error,
+        }
+    }
+
     /// The first entry that was added where the structure has none.
     pub(crate) fn outside(&self) -> Option<(usize, usize)> {
         self.outside
@@ -223,10 +242,12 @@ impl Jacobian {
     }
 }
 
-impl From<DMatrix<f64>> for Jacobian {
-    /// The dense matrix `a`, which must be square.
-    fn from(a: DMatrix<f64>) -> Self {
-        debug_assert!(a.is_square());
-        Self { entries: Entries::Dense(a), outside: None, is_missing: false }
+impl TryFrom<DMatrix<f64>> for Jacobian {
+    type Error = InputError;
+
+    /// The dense matrix `a`; [`SystemError::Dimension`] unless it is square.
+    fn try_from(a: DMatrix<f64>) -> Result<Self, InputError> {
+        check_length("columns of the matrix", a.ncols(), a.nrows())?;
+        Ok(Self { entries: Entries::Dense(a), outside: None, is_missing: false })
     }
 }

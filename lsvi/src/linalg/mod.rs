@@ -29,8 +29,10 @@ use sparse::SparseLu;
 /// Why a matrix has no usable factors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FactorError {
-    /// A pivot is zero, not finite, or lost in the rounding of its own row.
+    /// A pivot is zero, or lost in the rounding of its own row.
     Singular,
+    /// An entry is NaN or infinite.
+    NonFinite { row: usize, column: usize },
     /// An entry was added where the declared structure has none.
     OutsideStructure { row: usize, column: usize },
     /// The matrix is known by its products only.
@@ -41,6 +43,7 @@ impl From<FactorError> for SolveError {
     fn from(error: FactorError) -> Self {
         match error {
             FactorError::Singular => Self::Singular,
+            FactorError::NonFinite { row, column } => Self::NonFiniteDerivative { row, column },
             FactorError::OutsideStructure { row, column } => Self::OutsideStructure { row, column },
             FactorError::NotAssembled => Self::NotAssembled,
         }
@@ -109,7 +112,7 @@ impl<T: Entry> Lu<T> {
     /// Factors a copy of `a`, which is stored as the matrix given to [`of`](Self::of).
     pub(crate) fn factor(&mut self, a: &Jacobian) -> Result<(), FactorError> {
         self.assign(a, T::from)?;
-        self.decompose()
+        self.decompose().map_err(|error| a.blame(error))
     }
 
     /// Overwrites `b` with the solution of A x = b.

@@ -157,17 +157,31 @@ fn solves_badly_scaled_rows() {
 
 #[test]
 fn refuses_singular_matrices() {
-    for (n, entries) in [
-        (1, vec![0.0]),
-        (2, vec![0.1, 0.3, 0.2, 0.6]),
-        (2, vec![f64::NAN, 0.0, 0.0, 1.0]),
-        (3, vec![1.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 1.0]),
-    ] {
+    for (n, entries) in
+        [(1, vec![0.0]), (2, vec![0.1, 0.3, 0.2, 0.6]), (3, vec![1.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 1.0])]
+    {
         for structure in structures(n) {
             let mut a = Jacobian::with_structure(n, &structure);
             (0..n * n).for_each(|k| a.add(k / n, k % n, entries[k]));
             if a.outside().is_none() {
                 assert_eq!(Lu::<f64>::of(&a).factor(&a), Err(FactorError::Singular), "{structure:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn refuses_matrices_that_are_not_finite() {
+    for bad in [f64::NAN, f64::INFINITY] {
+        for structure in structures(3) {
+            for j in 0..3 {
+                let mut a = Jacobian::with_structure(3, &structure);
+                (0..3).for_each(|i| a.add(i, i, 1.0));
+                a.add(0, j, bad);
+                if a.outside().is_none() {
+                    let expected = Err(FactorError::NonFinite { row: 0, column: j });
+                    assert_eq!(Lu::<f64>::of(&a).factor(&a), expected, "{structure:?}");
+                }
             }
         }
     }

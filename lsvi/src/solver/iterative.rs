@@ -5,6 +5,7 @@ use std::fmt;
 use super::krylov::{ConjugateGradients, Gmres, LeastSquaresSystem, Lsmr, System, axpy, dot};
 use super::{Product, StepSolver};
 use crate::error::{InputError, SettingError, SolveError};
+use crate::linalg::Structure;
 use crate::mass::{Mass, MassInverse};
 use crate::operator::{Operator, Preconditioner, StepOperator};
 
@@ -131,11 +132,19 @@ impl<P: Preconditioner> Iterative<P> {
 fn precondition_normal(p: &mut impl Preconditioner, mass: &Mass, work: &mut [f64], x: &[f64], out: &mut [f64]) {
     work.copy_from_slice(x);
     p.solve_transpose(work);
-    mass.apply(work, out);
+    mass.multiply(work, out);
     p.solve(out);
 }
 
 impl<P: Preconditioner + Send> StepSolver for Iterative<P> {
+    fn check(&self, structure: &Structure, mass: &Mass) -> Result<(), InputError> {
+        self.preconditioner.check(structure, mass)
+    }
+
+    fn takes_products(&self) -> bool {
+        true
+    }
+
     fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
         if self.work.is_none() {
             self.work = Some(Work::new(b.dim()));
@@ -178,7 +187,7 @@ impl<P: Preconditioner + Send> StepSolver for Iterative<P> {
                 if let Some(a) = a {
                     w.copy_from_slice(a);
                     mass_inverse.solve(w);
-                    b.apply_transpose(w, u);
+                    b.multiply_transpose(w, u);
                     axpy(1.0, u, x);
                 }
                 let is_exact = self.is_fresh && p.is_exact();
@@ -186,9 +195,9 @@ impl<P: Preconditioner + Send> StepSolver for Iterative<P> {
                     if is_exact {
                         out.copy_from_slice(image);
                     } else {
-                        b.apply(direction, work_a);
+                        b.multiply(direction, work_a);
                         mass_inverse.solve(work_a);
-                        b.apply_transpose(work_a, out);
+                        b.multiply_transpose(work_a, out);
                     }
                     mass.mul_add(1.0 + damping, direction, out);
                 };
@@ -241,7 +250,7 @@ struct Stage<'a, P> {
 
 impl<P: Preconditioner> System for Stage<'_, P> {
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
-        self.b.apply(x, out);
+        self.b.multiply(x, out);
     }
 
     fn precondition(&mut self, x: &[f64], out: &mut [f64]) {
@@ -281,7 +290,7 @@ struct Stacked<'a, P> {
 
 impl<P: Preconditioner> Stacked<'_, P> {
     fn norm(&mut self, u: &[f64], w: &[f64]) -> f64 {
-        self.b.mass().apply(u, self.a);
+        self.b.mass().multiply(u, self.a);
         self.b_work.copy_from_slice(w);
         self.mass_inverse.solve(self.b_work);
         (self.weight * dot(u, self.a) + dot(w, self.b_work)).max(0.0).sqrt()
@@ -290,7 +299,7 @@ impl<P: Preconditioner> Stacked<'_, P> {
 
 impl<P: Preconditioner> LeastSquaresSystem for Stacked<'_, P> {
     fn forward(&mut self, x: &[f64], a: f64, u: &mut [f64], w: &mut [f64]) -> f64 {
-        self.b.apply(x, self.a);
+        self.b.multiply(x, self.a);
         w.iter_mut().zip(&*self.a).for_each(|(w, b)| *w = b - a * *w);
         u.iter_mut().zip(x).for_each(|(u, x)| *u = x - a * *u);
         self.norm(u, w)
@@ -299,7 +308,7 @@ impl<P: Preconditioner> LeastSquaresSystem for Stacked<'_, P> {
     fn adjoint(&mut self, u: &[f64], w: &[f64], out: &mut [f64]) {
         self.a.copy_from_slice(w);
         self.mass_inverse.solve(self.a);
-        self.b.apply_transpose(self.a, out);
+        self.b.multiply_transpose(self.a, out);
         self.b.mass().mul_add(self.weight, u, out);
     }
 

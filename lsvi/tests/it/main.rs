@@ -9,6 +9,7 @@ mod formulations;
 mod high_order;
 mod least_squares;
 mod mechanics;
+mod misuse;
 mod open_closures;
 mod recipes;
 mod seam;

@@ -10,8 +10,8 @@ use lsvi::discrete::Trapezoidal;
 use lsvi::solver::{Augmented, Iterative};
 use lsvi::{
     AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, Forced, Grid, InputError, Integrator,
-    Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Operator, Preconditioner,
-    Scalar, SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory, VectorField, Window, Work,
+    Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Preconditioner, Scalar,
+    SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory, VectorField, Window, Work,
     add_columns, least_squares, method_i, method_ii,
 };
 

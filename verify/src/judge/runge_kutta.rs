@@ -79,10 +79,11 @@ impl Analysis for Theory {
     fn on_field<'a>(&self, field: Box<dyn VectorField + 'a>) -> Result<Box<dyn Integrator + 'a>, String> {
         let refused = |error: InputError| error.to_string();
         let (a, b, c) = self.numbers.doubles();
+        // Weights that do not sum to 1 are what a file may be wrong in, and what a run has to show.
         if self.shape == Shape::FullyImplicit {
-            return Ok(Box::new(CoupledRungeKutta::new(field, &a, &b, &c).map_err(refused)?));
+            return Ok(Box::new(CoupledRungeKutta::inconsistent(field, &a, &b, &c).map_err(refused)?));
         }
-        let tableau = LowerTriangular::lower_triangular(&a, &b, &c).map_err(refused)?;
+        let tableau = LowerTriangular::inconsistent(&a, &b, &c).map_err(refused)?;
         Ok(Box::new(RungeKutta::new(field, tableau).map_err(refused)?))
     }
 

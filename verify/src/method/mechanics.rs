@@ -145,12 +145,12 @@ pub(crate) fn path_fitted_on(interior: &[f64]) -> Result<Box<dyn Method>, InputE
     Ok(Box::new(Mechanical(Discretisation::PathFittedOn { interior: interior.to_vec() })))
 }
 
-/// The Galerkin integrator of this degree with a quadrature of one's own.
+/// The Galerkin integrator of this degree with a quadrature of one's own, which may be inconsistent.
 ///
 /// # Errors
 /// [`InputError`] for a quadrature that is none.
 pub(crate) fn galerkin_on(degree: usize, nodes: &[f64], weights: &[f64]) -> Result<Box<dyn Method>, InputError> {
-    let quadrature = Quadrature::new(nodes.to_vec(), weights.to_vec())?;
+    let quadrature = Quadrature::inconsistent(nodes.to_vec(), weights.to_vec())?;
     Ok(Box::new(Mechanical(Discretisation::GalerkinOn { degree, quadrature })))
 }
 

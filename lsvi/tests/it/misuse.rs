@@ -1,0 +1,538 @@
+//! What is refused: input that fits nothing, declarations that are false, numbers that are none. Nothing panics.
+
+use lsvi::adaptive::{Options, Radau, Tolerances};
+use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
+use lsvi::closure::Linear;
+use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
+use lsvi::quadrature::Quadrature;
+use lsvi::solver::{Augmented, Iterative, Twisted};
+use lsvi::{
+    AutoConstraint, AutoField, AutoLagrangian, Coloring, Constrained, ConstraintFn, Differences, Factored, FieldFn,
+    InputError, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, NodeError, OneStep, Preconditioner,
+    Scalar, SettingError, SolveError, State, StepError, StepOperator, Structure, SystemError, TimeError, Trajectory,
+    TwoStep, VectorField, Window, add_columns, field, least_squares, method_i, method_ii, nalgebra, position_momentum,
+    steady,
+};
+
+/// v̇ = −v in two unknowns, with a structure and declarations as they may be wrong.
+#[derive(Debug, Clone)]
+struct Decay {
+    structure: Structure,
+    linear: bool,
+    autonomous: bool,
+    /// A term −v³, and one of t.
+    cubic: f64,
+    forced: f64,
+}
+
+impl Default for Decay {
+    fn default() -> Self {
+        Self { structure: Structure::Dense, linear: false, autonomous: false, cubic: 0.0, forced: 0.0 }
+    }
+}
+
+impl FieldFn for Decay {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+    fn is_linear(&self) -> bool {
+        self.linear
+    }
+    fn is_autonomous(&self) -> bool {
+        self.autonomous
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        for (dv, &v) in dv.iter_mut().zip(v) {
+            *dv = -v - v * v * v * self.cubic + self.forced * t;
+        }
+    }
+}
+
+/// v̇ = −v by products alone.
+#[derive(Debug)]
+struct MatrixFree;
+
+impl VectorField for MatrixFree {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn structure(&self) -> Structure {
+        Structure::MatrixFree
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -v);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        add_columns(self, t, v, scale, out);
+    }
+    fn apply_jacobian(&self, _t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+        out.iter_mut().zip(x).for_each(|(out, x)| *out = -x);
+    }
+    fn apply_transpose(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.apply_jacobian(t, v, x, out);
+    }
+}
+
+fn band() -> Structure {
+    Structure::Banded { lower: 0, upper: 0 }
+}
+
+fn is_dimension(error: &InputError) -> bool {
+    matches!(error, InputError::System(SystemError::Dimension { .. }))
+}
+
+#[test]
+fn products_with_vectors_of_another_length_are_refused() {
+    let matrix = Jacobian::zeros(2);
+    let masses = [Mass::Diagonal(vec![1.0; 2]), Mass::Matrix(matrix.clone())];
+    for (x, out) in [(1, 2), (3, 2), (2, 1), (2, 3), (0, 0)] {
+        let x = vec![1.0; x];
+        let refused = |error: Result<(), InputError>| assert!(error.is_err_and(|e| is_dimension(&e)), "{x:?} {out}");
+        refused(matrix.apply(&x, &mut vec![0.0; out]));
+        refused(matrix.apply_transpose(&x, &mut vec![0.0; out]));
+        masses.iter().for_each(|mass| refused(mass.apply(&x, &mut vec![0.0; out])));
+    }
+    assert!(Mass::Identity.apply(&[1.0], &mut []).is_err_and(|e| is_dimension(&e)));
+    let mut out = [0.0; 2];
+    masses[0].apply(&[1.0, 2.0], &mut out).expect("two of two");
+    assert_eq!(out, [1.0, 2.0]);
+    assert!(Jacobian::try_from(nalgebra::DMatrix::zeros(2, 3)).is_err_and(|e| is_dimension(&e)));
+}
+
+#[test]
+fn products_of_a_step_with_vectors_of_another_length_fail_the_step() {
+    /// Multiplies with a vector that is too long.
+    struct Clumsy;
+    impl Preconditioner for Clumsy {
+        fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+            Ok(b.apply(&[1.0; 3], &mut [0.0; 3])?)
+        }
+        fn solve(&mut self, _x: &mut [f64]) {}
+        fn solve_transpose(&mut self, _x: &mut [f64]) {}
+    }
+    let mut method = LeastSquaresStep::with_solver(MatrixFree, Linear::METHOD_I, Iterative::new(Clumsy)).expect("fits");
+    let error = method.step(0.0, 0.1, &mut [1.0; 2], &mut [0.0; 2]).expect_err("3 is not 2");
+    let StepError::Solve { source: SolveError::Input(source), .. } = &error else { panic!("{error}") };
+    assert!(is_dimension(source), "{error}");
+}
+
+#[test]
+fn derivatives_at_points_of_another_length_are_not_finite() {
+    let field = AutoField::new(Decay::default());
+    for n in [0, 1, 3] {
+        let v = vec![1.0; n];
+        let mut out = vec![0.0; 2];
+        field.apply_transpose(0.0, &v, &[1.0; 2], &mut out);
+        assert!(out[0].is_nan());
+        field.apply_curvature(0.0, &[1.0; 2], &v, &[1.0; 2], &mut out);
+        assert!(out[0].is_nan());
+        let mut matrix = Jacobian::zeros(2);
+        Differences::new(2, &Structure::Dense).add_curvature(&field, 0.0, &v, &[1.0; 2], 1.0, &mut matrix);
+        assert!(matrix.get(0, 0).is_nan());
+    }
+}
+
+#[test]
+fn groups_that_do_not_exist_are_empty() {
+    for structure in [Structure::Dense, band(), Structure::MatrixFree] {
+        let coloring = Coloring::new(2, &structure);
+        for c in [coloring.groups(), usize::MAX] {
+            assert_eq!((coloring.columns(c).count(), coloring.entries(c).count(), coloring.column(c, 0)), (0, 0, None));
+        }
+        assert!([2, usize::MAX].iter().all(|&i| coloring.column(0, i).is_none()));
+    }
+    assert_eq!(Coloring::new(0, &Structure::Dense).groups(), 0);
+}
+
+#[test]
+fn rates_are_not_written_into_a_slice_of_another_length() {
+    use lsvi::Integrator;
+    let state = State::new(0.0, vec![1.0, 2.0]);
+    let mut first = method_i(AutoField::new(Decay::default())).expect("usable");
+    let oscillator = AutoLagrangian::new(Oscillator);
+    let mut mechanics = position_momentum(Trapezoidal::new(&oscillator));
+    let one = State::new(0.0, vec![1.0]);
+    for mut out in [vec![], vec![0.0; 3]] {
+        let refused = |error| matches!(error, Err(StepError::Input(input)) if is_dimension(&input));
+        assert!(refused(first.rate(&state, &mut out)) && refused(mechanics.rate(&one, &mut out)));
+    }
+}
+
+#[test]
+fn a_sparsity_pattern_of_another_order_is_refused() {
+    let field =
+        || AutoField::new(Decay { structure: Structure::sparse(3, [(0, 1)]).expect("inside"), ..Decay::default() });
+    let expected = InputError::System(SystemError::Pattern { expected: 2, found: 3 });
+    let tableau = Tableau::implicit_euler;
+    let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+    let iterative = || Iterative::new(Factored::default());
+    let refused = [
+        method_i(field()).err(),
+        method_ii(field()).err(),
+        LeastSquaresStep::with_solver(field(), Linear::METHOD_I, Augmented::new()).err(),
+        LeastSquares::new(field()).err(),
+        RungeKutta::new(field(), tableau()).err(),
+        RungeKutta::with_solver(field(), tableau(), iterative()).err(),
+        Bdf2::new(field()).err(),
+        Bdf2::with_solver(field(), iterative).err(),
+        CoupledRungeKutta::new(field(), &[vec![1.0]], &[1.0], &[1.0]).err(),
+        Radau::new(field(), tolerances).err(),
+    ];
+    for (i, error) in refused.into_iter().enumerate() {
+        assert_eq!(error, Some(expected.clone()), "{i}");
+    }
+    let error = steady::check(&field(), 0.0, &[1.0; 2], 1.0).expect_err("another order");
+    assert_eq!(error, steady::SteadyError::Input(expected.clone()));
+    assert!(expected.to_string().contains("order 3") && expected.to_string().contains("2 unknowns"), "{expected}");
+}
+
+#[test]
+fn a_shortest_step_above_the_longest_is_refused() {
+    let options = || Options::new(Tolerances::new(1e-6, 1e-6).expect("positive"));
+    let expected = Some(InputError::Setting(SettingError::StepBounds { h_min: 0.2, h_max: 0.1 }));
+    assert_eq!(options().h_max(0.1).and_then(|o| o.h_min(0.2)).err(), expected);
+    assert_eq!(options().h_min(0.2).and_then(|o| o.h_max(0.1)).err(), expected);
+    assert!(options().h_min(0.1).and_then(|o| o.h_max(0.1)).is_ok());
+}
+
+#[test]
+fn settings_that_are_none_are_told_as_settings() {
+    let tolerances = || Tolerances::new(1e-6, 1e-6).expect("positive");
+    let steps = Options::new(tolerances()).max_steps(0).expect_err("none");
+    assert!(matches!(steps, InputError::Setting(SettingError::Setting { what: "max_steps", .. })), "{steps}");
+    let atol = tolerances().with_atol(vec![]).expect_err("none");
+    assert!(matches!(atol, InputError::System(SystemError::Dimension { what: "atol", found: 0, .. })), "{atol}");
+    let field = AutoField::new(Decay::default());
+    let window = Window::new(Trapezoidal::new(LeastSquares::new(field).expect("usable")), 0).expect_err("none");
+    assert!(matches!(window, InputError::Setting(SettingError::Setting { value: 0.0, .. })), "{window}");
+}
+
+#[test]
+fn quadratures_that_integrate_no_constant_or_have_a_node_twice_are_refused() {
+    let rule = |nodes: &[f64], weights: &[f64]| Quadrature::new(nodes.to_vec(), weights.to_vec());
+    let twice = rule(&[0.5, 0.2, 0.5], &[0.25, 0.5, 0.25]).expect_err("twice");
+    assert!(matches!(twice, InputError::Nodes(NodeError::CoincidentNodes { first: 0, second: 2, .. })), "{twice}");
+    for sum in [0.0, 0.5, 2.0, 1.0 + 1e-6] {
+        let error = rule(&[0.0, 1.0], &[0.5 * sum, 0.5 * sum]).expect_err("another sum");
+        assert!(matches!(error, InputError::Nodes(NodeError::WeightSum { .. })), "{error}");
+    }
+    // Gauss's weights with three nodes, 5/18, 8/18 and 5/18, to seven digits; their signs may differ.
+    assert!(rule(&[0.1, 0.5, 0.9], &[0.2777778, 0.4444444, 0.2777778]).is_ok());
+    assert!(rule(&[0.1, 0.5, 0.9], &[1e3, -1999.0, 1e3]).is_ok());
+    assert!(Quadrature::inconsistent(vec![0.5, 0.5], vec![1.0, 1.0]).is_ok());
+}
+
+#[test]
+fn tableaux_whose_weights_do_not_sum_to_one_are_refused() {
+    let refused = |error: InputError| matches!(error, InputError::Nodes(NodeError::WeightSum { sum: 0.0 }));
+    assert!(refused(Tableau::lower_triangular(&[vec![0.0]], &[0.0], &[0.0]).expect_err("no step")));
+    let field = AutoField::new(Decay::default());
+    assert!(refused(CoupledRungeKutta::new(&field, &[vec![1.0]], &[0.0], &[1.0]).expect_err("no step")));
+    assert!(Tableau::inconsistent(&[vec![0.0]], &[0.0], &[0.0]).is_ok());
+    assert!(CoupledRungeKutta::inconsistent(&field, &[vec![1.0]], &[0.0], &[1.0]).is_ok());
+}
+
+/// What a step with these declarations of (v, h) = (1, 0.1) says.
+fn first_step(field: Decay, closure: Linear) -> Result<(), SolveError> {
+    let mut method = least_squares(AutoField::new(field), closure).expect("usable");
+    match method.step(0.0, 0.1, &mut [1.0; 2], &mut [0.0; 2]) {
+        Err(StepError::Solve { source, .. }) => Err(source),
+        Err(other) => panic!("{other}"),
+        Ok(()) => Ok(()),
+    }
+}
+
+#[test]
+fn false_declarations_are_found_in_fields_of_every_structure() {
+    let sparse = Structure::sparse(2, []).expect("inside");
+    for structure in [Structure::Dense, band(), sparse] {
+        for closure in [Linear::METHOD_I, Linear::METHOD_II] {
+            let field = Decay { structure: structure.clone(), linear: true, ..Decay::default() };
+            assert_eq!(first_step(field.clone(), closure), Ok(()));
+        }
+        for closure in [Linear::METHOD_I, Linear::METHOD_II] {
+            let field = Decay { structure: structure.clone(), linear: true, cubic: 1.0, ..Decay::default() };
+            let error = first_step(field, closure);
+            assert!(matches!(error, Err(SolveError::NotLinear { row: 0, .. })), "{structure:?}: {error:?}");
+        }
+        for (linear, cubic) in [(true, 0.0), (false, 1.0)] {
+            let structure = structure.clone();
+            let field = Decay { structure, linear, cubic, autonomous: true, forced: 1.0 };
+            let error = first_step(field.clone(), Linear::METHOD_I);
+            assert!(matches!(error, Err(SolveError::NotAutonomous { row: 0, .. })), "{field:?}: {error:?}");
+            assert_eq!(first_step(Decay { forced: 0.0, ..field }, Linear::METHOD_I), Ok(()));
+        }
+    }
+}
+
+#[test]
+fn a_false_declaration_is_found_again_with_another_step_size() {
+    /// v̇ = −v for v ≤ 1 and −v² beyond, declared linear.
+    struct Half;
+    impl FieldFn for Half {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = if v[0].re() <= 1.0 { -v[0] } else { -v[0] * v[0] };
+        }
+    }
+    let mut method = method_i(AutoField::new(Half)).expect("usable");
+    method.step(0.0, 0.1, &mut [0.5], &mut [0.0]).expect("linear there");
+    let error = method.step(0.0, 0.2, &mut [2.0], &mut [0.0]).expect_err("not linear there");
+    assert!(matches!(error, StepError::Solve { source: SolveError::NotLinear { .. }, .. }), "{error}");
+}
+
+#[test]
+fn solvers_that_lack_something_are_refused_when_they_are_given() {
+    let banded = || AutoField::new(Decay { structure: band(), ..Decay::default() });
+    let why = |error: Option<InputError>| match error {
+        Some(InputError::System(SystemError::Solver(why))) => why,
+        other => panic!("{other:?}"),
+    };
+    let twisted = LeastSquaresStep::with_solver(banded(), Linear::METHOD_II, Twisted::new());
+    assert!(why(twisted.err()).contains("products"));
+    let augmented = LeastSquaresStep::with_solver(banded(), Linear::METHOD_II, Augmented::new());
+    assert!(why(augmented.err()).contains("products"));
+    let iterative = || Iterative::new(Factored::default());
+    assert!(LeastSquaresStep::with_solver(banded(), Linear::METHOD_II, iterative()).is_ok());
+    let boxed: Box<dyn lsvi::solver::StepSolver> = Box::new(iterative());
+    assert!(LeastSquaresStep::with_solver(banded(), Linear::METHOD_II, boxed).is_ok());
+    let matrix_free = [
+        LeastSquaresStep::with_solver(MatrixFree, Linear::METHOD_I, iterative()).err(),
+        RungeKutta::with_solver(MatrixFree, Tableau::implicit_euler(), iterative()).err(),
+        Bdf2::with_solver(MatrixFree, iterative).err(),
+    ];
+    for error in matrix_free {
+        assert!(why(error).contains("preconditioner of your own"));
+    }
+}
+
+/// L = ½ v² − ½ q², and what may be wrong with it.
+struct Oscillator;
+
+impl LagrangianFn for Oscillator {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        (v[0] * v[0] - q[0] * q[0]) * 0.5
+    }
+}
+
+/// L = ½ m(q) v² with m = NaN.
+struct NoMass {
+    separable: bool,
+}
+
+impl LagrangianFn for NoMass {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn is_separable(&self) -> bool {
+        self.separable
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, _q: &[T], v: &[T]) -> T {
+        v[0] * v[0] * f64::NAN
+    }
+}
+
+/// The derivative of the square root of |q| − 1 is infinite on the circle, and NaN inside.
+struct Root;
+
+impl ConstraintFn for Root {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn count(&self) -> usize {
+        1
+    }
+    fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+        out[0] = (q[0] * q[0] + q[1] * q[1] - 1.0).sqrt();
+    }
+}
+
+struct Free;
+
+impl LagrangianFn for Free {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, _q: &[T], v: &[T]) -> T {
+        (v[0] * v[0] + v[1] * v[1]) * 0.5
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_not_told_as_singular() {
+    let is_non_finite = |error: &StepError| {
+        let solve =
+            |source: &SolveError| matches!(source, SolveError::NonFinite | SolveError::NonFiniteDerivative { .. });
+        let told = matches!(error, StepError::Solve { source, .. } if solve(source))
+            || matches!(error, StepError::Input(InputError::System(SystemError::NonFinite { .. })));
+        told && error.to_string().contains("not finite")
+    };
+    for separable in [false, true] {
+        let l = AutoLagrangian::new(NoMass { separable });
+        let methods: [Box<dyn OneStep>; 2] = [
+            Box::new(position_momentum(Trapezoidal::new(&l))),
+            Box::new(position_momentum(Galerkin::gauss(&l, 2).expect("degree 2"))),
+        ];
+        for mut method in methods {
+            let error = method.step(0.0, 0.1, &mut [1.0], &mut [1.0]).expect_err("no mass");
+            assert!(is_non_finite(&error), "{error}");
+        }
+        let error = TwoStep::new(Trapezoidal::new(&l)).step(0.0, 0.1, &mut [1.0], &mut [1.0]).expect_err("no mass");
+        assert!(is_non_finite(&error), "{error}");
+    }
+    let free = AutoLagrangian::new(Free);
+    for q in [[1.0, 0.0], [0.5, 0.0]] {
+        let mut method = Constrained::new(Trapezoidal::new(&free), AutoConstraint::new(Root)).expect("fits");
+        let error = method.step(0.0, 0.1, &mut q.clone(), &mut [0.0, 1.0]).expect_err("no gradient");
+        assert!(is_non_finite(&error), "{error}");
+        let error = method.project(0.0, &q, &mut [0.0, 1.0]).expect_err("no gradient");
+        assert!(is_non_finite(&error), "{error}");
+    }
+    /// f = 0 with a Jacobian of NaN.
+    struct NoJacobian(Structure);
+    impl VectorField for NoJacobian {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            self.0.clone()
+        }
+        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv.fill(-1.0);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            out.add(1, 1, scale * f64::NAN);
+        }
+    }
+    for structure in [Structure::Dense, band(), Structure::sparse(2, []).expect("inside")] {
+        let field = || NoJacobian(structure.clone());
+        let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+        let runs = [
+            Trajectory::new(method_i(field()).expect("usable"), State::new(0.0, vec![1.0; 2]), 0.1, 1.0)
+                .expect("usable")
+                .observe(|_| {}),
+            Trajectory::new(Radau::new(field(), tolerances).expect("usable"), State::new(0.0, vec![1.0; 2]), 0.1, 1.0)
+                .expect("usable")
+                .observe(|_| {}),
+            Trajectory::new(
+                RungeKutta::new(field(), Tableau::implicit_euler()).expect("usable"),
+                State::new(0.0, vec![1.0; 2]),
+                0.1,
+                1.0,
+            )
+            .expect("usable")
+            .observe(|_| {}),
+        ];
+        for run in runs {
+            let error = run.expect_err("no Jacobian");
+            assert!(is_non_finite(&error), "{structure:?}: {error}");
+        }
+    }
+    let mut nan = Jacobian::zeros(2);
+    nan.add(1, 0, f64::NAN);
+    #[derive(Debug)]
+    struct Massive(Jacobian);
+    impl VectorField for Massive {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn mass(&self) -> Mass {
+            Mass::Matrix(self.0.clone())
+        }
+        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv.fill(0.0);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], _scale: f64, _out: &mut Jacobian) {}
+    }
+    let error = method_i(Massive(nan.clone())).expect_err("no mass");
+    assert_eq!(error, InputError::System(SystemError::NonFiniteEntry { what: "mass matrix", row: 1, column: 0 }));
+}
+
+#[test]
+fn a_step_from_a_time_that_is_none_is_refused() {
+    let field = AutoField::new(Decay::default());
+    let declared = AutoField::new(Decay { structure: band(), linear: true, autonomous: true, ..Decay::default() });
+    let mut steps: Vec<Box<dyn OneStep>> = vec![
+        Box::new(method_i(&field).expect("usable")),
+        Box::new(method_i(&declared).expect("usable")),
+        Box::new(RungeKutta::new(&field, Tableau::rk4()).expect("usable")),
+        Box::new(CoupledRungeKutta::new(&field, &[vec![0.5]], &[1.0], &[0.5]).expect("usable")),
+        Box::new(position_momentum(Trapezoidal::new(AutoLagrangian::new(Free)))),
+        Box::new(position_momentum(Galerkin::gauss(AutoLagrangian::new(Free), 2).expect("degree 2"))),
+    ];
+    for (i, method) in steps.iter_mut().enumerate() {
+        // A step before, so that what is known of it cannot answer.
+        method.step(0.0, 0.1, &mut [1.0; 2], &mut [0.0; 2]).expect("a step");
+        for t in [f64::NAN, f64::INFINITY] {
+            let error = method.step(t, 0.1, &mut [1.0; 2], &mut [0.0; 2]).expect_err("no time");
+            assert!(matches!(error, StepError::Input(InputError::Time(TimeError::Time(_)))), "{i}: {error}");
+        }
+    }
+    let state = State::new(f64::NAN, vec![1.0; 2]);
+    let error = Trajectory::new(method_i(&field).expect("usable"), state, 0.1, 1.0).expect_err("no time");
+    assert!(matches!(error, InputError::Time(TimeError::Time(_))), "{error}");
+    assert_eq!(error.to_string(), "time t = NaN must be finite");
+}
+
+#[test]
+fn systems_of_no_unknowns_are_refused() {
+    let nothing = || field!(0, |_t, _v, _dv| {});
+    struct Nothing;
+    impl LagrangianFn for Nothing {
+        fn dim(&self) -> usize {
+            0
+        }
+        fn is_separable(&self) -> bool {
+            true
+        }
+        fn lagrangian<T: Scalar>(&self, _t: T, _q: &[T], _v: &[T]) -> T {
+            T::from(0.0)
+        }
+    }
+    let l = AutoLagrangian::new(Nothing);
+    let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+    let refused = [
+        method_i(nothing()).err(),
+        method_ii(nothing()).err(),
+        RungeKutta::new(nothing(), Tableau::sdirk2()).err(),
+        CoupledRungeKutta::new(nothing(), &[vec![0.5]], &[1.0], &[0.5]).err(),
+        Bdf2::new(nothing()).err(),
+        Radau::new(nothing(), tolerances).err(),
+        Window::new(Trapezoidal::new(&l), 3).err(),
+    ];
+    assert!(refused.into_iter().all(|error| error == Some(InputError::System(SystemError::Empty))));
+    let mut methods: [Box<dyn OneStep>; 3] = [
+        Box::new(position_momentum(Trapezoidal::new(&l))),
+        Box::new(position_momentum(Midpoint::new(&l))),
+        Box::new(position_momentum(Galerkin::gauss(&l, 2).expect("degree 2"))),
+    ];
+    for method in &mut methods {
+        let error = method.step(0.0, 0.1, &mut [], &mut []).expect_err("nothing");
+        assert_eq!(error, StepError::Input(InputError::System(SystemError::Empty)));
+    }
+    let mut two_step = TwoStep::new(Galerkin::gauss(&l, 2).expect("degree 2"));
+    assert!(two_step.step(0.0, 0.1, &mut [], &mut []).is_err());
+}
+
+#[test]
+fn messages_show_the_size_of_a_number() {
+    let error = Trajectory::new(
+        method_i(AutoField::new(Decay::default())).expect("usable"),
+        State::new(0.0, vec![1.0; 2]),
+        1e-300,
+        1.0,
+    )
+    .expect_err("unresolvable");
+    assert_eq!(error.to_string(), "step size h = 1e-300 cannot resolve the interval [0, 1] in double precision");
+}
