@@ -1,8 +1,5 @@
 //! What the energy and the angular momentum do over long runs.
 
-use nalgebra::{DMatrix, DVector};
-
-use super::motion::Motion;
 use super::{Context, Experiment, StudyError};
 use crate::measure::norm::{Extremes, larger, max_norm};
 use crate::method::{self, Method};
@@ -180,55 +177,4 @@ fn line(windows: &[Window]) -> (f64, f64) {
     let slope = windows.iter().map(|w| (w.t - t) * (w.mean - mean)).sum::<f64>() / stt;
     let residual: f64 = windows.iter().map(|w| (w.mean - mean - slope * (w.t - t)).powi(2)).sum();
     (slope, (residual / (n - 2.0) / stt).sqrt())
-}
-
-/// Drifts of the energy in the two halves of a rotation, per unit of time: the coefficient of t in a least-squares fit of the
-/// energy error by 1, t and functions of period 2π in the angle, which take up its oscillation.
-#[derive(Debug)]
-pub struct HalfDrifts(pub Motion);
-
-/// What is found of them.
-#[derive(Debug)]
-pub struct Halves {
-    /// The two slopes.
-    pub slopes: [f64; 2],
-    /// The largest energy error.
-    pub amplitude: f64,
-    /// What the drift that both halves show, the smaller slope if they have one sign, adds up to over the whole run, relative to
-    /// the energy error.
-    pub relative: f64,
-}
-
-impl Experiment for HalfDrifts {
-    const ID: &'static str = "half-drifts";
-    type Found = Halves;
-
-    fn measure(&self, context: &Context) -> Result<Halves, StudyError> {
-        const HARMONICS: usize = 10;
-        let motion = context.get(self.0.clone())?;
-        let horizon = self.0.t_end;
-        let (_, errors) = motion.changes.iter().find(|(name, _)| *name == "energy").ok_or("no energy")?;
-        if !motion.is_complete {
-            return Err(format!("{} broke off", self.0.method).into());
-        }
-        let slope = |states: &[(f64, Vec<f64>)], errors: &[f64]| -> Result<f64, StudyError> {
-            let functions = DMatrix::from_fn(states.len(), 2 + 2 * HARMONICS, |i, j| {
-                let (t, angle) = (states[i].0, states[i].1[0]);
-                match j {
-                    0 => 1.0,
-                    1 => t / horizon - 0.5,
-                    j if j % 2 == 0 => ((j / 2) as f64 * angle).cos(),
-                    j => ((j / 2) as f64 * angle).sin(),
-                }
-            });
-            let normal = (functions.transpose() * &functions).cholesky().ok_or("the fit is degenerate")?;
-            Ok(normal.solve(&(functions.transpose() * DVector::from_column_slice(errors)))[1] / horizon)
-        };
-        let half = motion.states.len() / 2;
-        let ((first, second), (early, late)) = (motion.states.split_at(half), errors.split_at(half));
-        let slopes = [slope(first, early)?, slope(second, late)?];
-        let amplitude = max_norm(errors);
-        let shared = if slopes[0] * slopes[1] > 0.0 { slopes.map(f64::abs).into_iter().smallest() } else { 0.0 };
-        Ok(Halves { slopes, amplitude, relative: shared * horizon / amplitude })
-    }
 }

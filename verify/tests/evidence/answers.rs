@@ -210,10 +210,9 @@ fn path_fitting(evidence: &Evidence) -> Result<(), Failed> {
         &told(evidence, "answer-path-fitted"),
         &[
             format!(
-                "on Kepler's problem `path-fitted(4)` has {gauss} times the error of `path-fitted(4,gauss)` for as many evaluations"
+                "with 256 steps in a period of Kepler's problem `path-fitted(4)` has {gauss} times the error of `path-fitted(4,gauss)` for as many evaluations"
             ),
             format!("`galerkin-gauss(3)` has {galerkin} times the error of `path-fitted(4,gauss)`."),
-            "the numbers are those of 256 steps".into(),
             format!(
                 "over {steps} steps it drifts by {equispaced} on equispaced nodes, and changes by {kept} at most on Gauss nodes and with the Galerkin integrator."
             ),

@@ -33,8 +33,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Abstract, Section 6",
         statement: "Method I is unconditionally stable for dissipative systems, nonlinear ones included.",
         quantifier: Quantifier::Universal,
-        criterion: "On quadratic drag one live step from v₀ > 0 has a solution, which lies between 0 and v₀, for every \
-                    W = h v₀ from 0.01 to 100.",
+        criterion: "On quadratic drag one live step from v₀ > 0 has a solution that continues v₀ from h = 0, and lies between 0 \
+                    and v₀, for every W = h v₀ from 0.01 to 100.",
         decide: |context| nonlinear(context, "method-i"),
     },
     Claim {
@@ -42,8 +42,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Abstract, Section 6",
         statement: "Method II is unconditionally stable for dissipative systems, nonlinear ones included.",
         quantifier: Quantifier::Universal,
-        criterion: "On quadratic drag one live step from v₀ > 0 has a solution, at most v₀ in size, for every W = h v₀ from 0.01 \
-                    to 100.",
+        criterion: "On quadratic drag one live step from v₀ > 0 has a solution that continues v₀ from h = 0, at most v₀ in size, \
+                    for every W = h v₀ from 0.01 to 100.",
         decide: |context| nonlinear(context, "method-ii"),
     },
 ];
@@ -96,7 +96,7 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
     let mut cases = Vec::new();
     for w in [0.01, 0.1, 0.5, 0.9, 1.1, 1.5, 1.9, 2.1, 3.0, 5.0, 10.0, 100.0] {
         let v = step(w).or_infinity(context)?;
-        cases.push(Case::between(format!("v₁/v₀, W = {w}"), v, low, 1.0).under(w < last));
+        cases.push(Case::between(format!("v₁/v₀ on the branch from h = 0, W = {w}"), v, low, 1.0).under(w < last));
     }
     let just_below = step(last * (1.0 - 1e-6)).or_infinity(context)?;
     let bound = number::Short::new(last, 4).text();
