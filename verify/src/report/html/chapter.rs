@@ -266,6 +266,9 @@ fn table(table: &Table, sections: &[Section], whole: bool, count: &mut usize) ->
     let is_prose = table.rows.iter().flatten().any(is_prose);
     let right: Vec<_> = (0..table.columns.len()).map(|column| is_numeric(table, column)).collect();
     let align = |column: usize| (right.get(column) == Some(&true)).then_some("right");
+    let label = |name: String| if name.ends_with('?') { name } else { name + ":" };
+    let labels: Vec<String> = table.columns.iter().filter(|_| is_prose).map(|name| label(heading(name))).collect();
+    let label = |column: usize| labels.get(column).map(String::as_str);
     html! {
         div.table id=(id) {
             p.caption id=(format!("{id}-caption")) {
@@ -280,7 +283,7 @@ fn table(table: &Table, sections: &[Section], whole: bool, count: &mut usize) ->
                         }
                         tbody {
                             @for row in &table.rows {
-                                tr { @for (column, content) in row.iter().enumerate() { (cell(content, align(column), sections)) } }
+                                tr { @for (column, content) in row.iter().enumerate() { (cell(content, align(column), label(column), sections)) } }
                             }
                         }
                     }
@@ -290,21 +293,28 @@ fn table(table: &Table, sections: &[Section], whole: bool, count: &mut usize) ->
     }
 }
 
-fn cell(content: &Cell, align: Option<&str>, sections: &[Section]) -> Markup {
+/// `label` is the heading of its column, for a narrow window, which has no room for a head.
+fn cell(content: &Cell, align: Option<&str>, label: Option<&str>, sections: &[Section]) -> Markup {
     match content {
         Cell::Text(text) => match sections.iter().find(|section| section.id == *text) {
             Some(section) => {
-                html! { td class=[align] { a.part href=(format!("#{}", anchor(&section.id))) { (clean(text)) } } }
+                html! { td class=[align] data-label=[label] { a.part href=(format!("#{}", anchor(&section.id))) { (clean(text)) } } }
             }
             // A verdict looks the same here as beside the heading of its section.
             None if !text.is_empty() && sections.iter().any(|section| section.mark == *text) => {
-                html! { td { span.mark.(clean(text).replace(' ', "-")) { (clean(text)) } } }
+                html! { td data-label=[label] { span.mark.(clean(text).replace(' ', "-")) { (clean(text)) } } }
             }
-            None if text.len() > SENTENCE && text.ends_with(['.', '?']) => html! { td.sentence { (inline(text)) } },
-            None => html! { td class=[align] { (inline(text)) } },
+            None if text.len() > SENTENCE && text.ends_with(['.', '?']) => {
+                html! { td.sentence data-label=[label] { (inline(text)) } }
+            }
+            None => html! { td class=[align] data-label=[label] { (inline(text)) } },
         },
-        Cell::Number(value) => html! { td class=[align] data-value=[sort_key(*value)] { (number(*value)) } },
-        Cell::Integer(value) => html! { td class=[align] data-value=(value) { (value.to_string().replace('-', "−")) } },
+        Cell::Number(value) => {
+            html! { td class=[align] data-label=[label] data-value=[sort_key(*value)] { (number(*value)) } }
+        }
+        Cell::Integer(value) => {
+            html! { td class=[align] data-label=[label] data-value=(value) { (value.to_string().replace('-', "−")) } }
+        }
         Cell::Empty => html! { td class=[align] {} },
     }
 }
