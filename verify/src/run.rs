@@ -95,6 +95,23 @@ pub fn run_from(
     Ok(Run { end: trajectory.state().clone(), work: trajectory.work(), seconds: begun.elapsed().as_secs_f64() })
 }
 
+/// The states at `times`, increasing and positive, each a run from the one before, with steps that it chooses or one step.
+///
+/// # Errors
+/// As for [`run`].
+pub fn run_through(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Result<Vec<Vec<f64>>, RunError> {
+    let mut state = State::new(0.0, problem.initial());
+    let mut reach = |t: &f64| {
+        let trajectory = Trajectory::new(method.build(problem)?, state.clone(), t - state.t, *t)?;
+        state = trajectory.observe(|_| {})?;
+        match state.q.iter().all(|x| x.is_finite()) {
+            true => Ok(state.q.clone()),
+            false => Err(RunError::NonFinite(state.t)),
+        }
+    };
+    times.iter().map(&mut reach).collect()
+}
+
 /// One step of `h` from `start`.
 ///
 /// # Errors

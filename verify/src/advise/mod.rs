@@ -1,11 +1,13 @@
 //! What a system is like, and which method to take on it with which step size: from trial runs, never from a name.
 
 mod character;
+mod duration;
 mod trial;
 
 use lsvi::adaptive::Tolerances;
 
 pub use character::Character;
+pub use duration::duration;
 pub use trial::Trial;
 
 use crate::kinds::{Principle, Stability};
@@ -34,6 +36,9 @@ const CANDIDATES: [&str; 11] = [
 
 /// The method that follows the solution with a tolerance.
 const ADAPTIVE: &str = "radau-adaptive";
+
+/// A method whose runs take so many times the work of the cheapest trial, and are not accurate enough, is tried no further.
+const HOPELESS: f64 = 16.0;
 
 /// Two methods that differ by less in work do the same.
 const CLEAR: f64 = 1.1;
@@ -112,8 +117,8 @@ pub enum Refusal {
     },
 }
 
-/// Tries methods on `problem` up to `horizon` for an error of `accuracy`, the largest of a component at four times relative to the
-/// largest component, or 1.
+/// Tries methods on `problem` up to `horizon` for an error of `accuracy`, the largest of a component at sixteen times
+/// relative to the largest component, or 1.
 ///
 /// # Errors
 /// [`NameError`] if a candidate is not registered, which is a mistake of this program.
@@ -172,17 +177,18 @@ pub fn try_out(
         Err(lost) => return Ok(Err(lost)),
     };
     let target = accuracy * truth.size();
-    let (mut trials, mut uncertainty) = (Vec::new(), f64::INFINITY);
-    for method in methods.iter().filter(|method| suits(problem, &***method)) {
-        let (found, closest) = search(problem, &**method, &truth, target);
-        uncertainty = uncertainty.min(closest);
-        trials.extend(found);
-    }
+    let (mut trials, mut uncertainty) = (Vec::<Trial>::new(), f64::INFINITY);
     for tolerance in (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half))) {
         if let Some(trial) = trial::with_tolerance(problem, &*adaptive(tolerance)?, tolerance, &truth, target) {
             trials.push(trial);
             break;
         }
+    }
+    for method in methods.iter().filter(|method| suits(problem, &***method)) {
+        let least = trials.iter().map(|trial| trial.cost).fold(f64::INFINITY, f64::min);
+        let (found, closest) = search(problem, &**method, &truth, target, HOPELESS * least);
+        uncertainty = uncertainty.min(closest);
+        trials.extend(found);
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let is_constant = truth.is_constant(&problem.initial(), target);

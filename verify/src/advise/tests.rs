@@ -1,6 +1,11 @@
+use std::f64::consts::TAU;
+
 use rayon::prelude::*;
 
 use super::*;
+use lsvi::State;
+
+use crate::measure::norm::distance;
 use crate::problem;
 use crate::theory::methods_for;
 
@@ -33,10 +38,50 @@ fn the_error_that_is_predicted_is_the_true_one() {
         let method = if method.traits().is_adaptive { adaptive(taken.setting).expect("registered") } else { method };
         let h = if method.traits().is_adaptive { horizon } else { taken.setting };
         let end = crate::run::run(&*problem, &*method, h, horizon, |_| {}).expect("it ran before").end.q;
+        if !method.traits().is_adaptive {
+            let sixteenth = |state: &State| (16.0 * state.t / horizon).fract() == 0.0 && state.t > 0.0;
+            let mut errors = Vec::new();
+            crate::run::run(&*problem, &*method, h, horizon, |state| {
+                let exact = problem.exact(state.t).expect("it is known");
+                errors.extend(sixteenth(state).then(|| distance(&state.q[..exact.len()], &exact)));
+            })
+            .expect("it ran before");
+            let off = (taken.error - errors.iter().copied().fold(0.0, f64::max)).abs();
+            assert!(errors.len() == taken.times && off <= advice.uncertainty + 1e-8, "{name}: {errors:?}, {taken:?}");
+        }
         let exact = problem.exact(horizon).expect("it is known");
         let error = crate::measure::norm::distance(&end[..exact.len()], &exact);
         assert!(error <= taken.error + advice.uncertainty + 1e-8, "{name}: {error:e}, {taken:?}");
     }
+}
+
+/// Two periods of a motion that comes round; what grows to a rest, or ends, has none.
+#[test]
+fn a_run_is_as_long_as_two_turns_of_the_motion() {
+    let of = |text: &str| {
+        let problem = problem::build_setting(text).expect("registered");
+        (duration(&*problem).expect("registered"), problem.horizon())
+    };
+    for (text, period) in
+        [("harmonic-oscillator omega=1", TAU), ("harmonic-oscillator omega=0.3", TAU / 0.3), ("kepler", TAU)]
+    {
+        let (found, _) = of(text);
+        // The last step, and the rounding to two digits.
+        assert!((1.9 * period..2.4 * period).contains(&found), "{text}: {found}");
+    }
+    for text in ["logistic", "quadratic-drag v0=-1", "quadratic-drag v0=0", "heat-2d", "robertson"] {
+        let (found, own) = of(text);
+        assert_eq!(found, own, "{text}");
+    }
+}
+
+/// Robertson's transient is over before the first quarter, and seen from eight steps on: the error of four and that of eight steps
+/// belong to different times, and give no order.
+#[test]
+fn an_order_is_that_of_errors_at_the_same_times() {
+    let problem = problem::small("robertson").expect("registered");
+    let advice = advise(&*problem, problem.horizon(), 1e-5).expect("registered");
+    assert!(!matches!(advice.refusal, Some(Refusal::NotSmooth { .. })), "{:?}", advice.refusal);
 }
 
 #[test]
@@ -52,6 +97,7 @@ fn what_cannot_be_told_is_not_advised() {
         setting: 0.1,
         steps: 10,
         error: 1e-6,
+        times: 16,
         cost: 40.0,
         order: Some((found, 4)),
     };

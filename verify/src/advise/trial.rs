@@ -3,10 +3,10 @@
 use lsvi::{Structure, Work};
 
 use super::worst;
-use crate::measure::norm::{distance, max_norm};
+use crate::measure::norm::{distance, larger, max_norm};
 use crate::method::Method;
 use crate::problem::Problem;
-use crate::run::{RunError, run};
+use crate::run::{RunError, run, run_through};
 
 /// A run that reaches the accuracy.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,8 +17,10 @@ pub struct Trial {
     pub setting: f64,
     /// Its steps.
     pub steps: u64,
-    /// Its largest error.
+    /// Its largest error, at so many times.
     pub error: f64,
+    /// The number of these times, sixteen where the steps allow it.
+    pub times: usize,
     /// Its work in evaluations of f.
     pub cost: f64,
     /// The order with which the errors fall here, and the nominal one; none for an adaptive method.
@@ -37,10 +39,10 @@ impl Trial {
 const LEAST: u32 = 4;
 pub(super) const MOST: u32 = 1 << 14;
 
-/// The times at which errors are measured, as quarters of the whole.
-const QUARTERS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// Errors are measured at the sixteenths of the whole, so far as steps end there.
+pub(super) const TIMES: usize = 16;
 
-/// An accurate solution at the quarters.
+/// An accurate solution at the sixteenths.
 pub(super) struct Truth {
     horizon: f64,
     states: Vec<Vec<f64>>,
@@ -49,8 +51,7 @@ pub(super) struct Truth {
 impl Truth {
     /// By an adaptive method.
     pub(super) fn by(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Result<Self, RunError> {
-        let at = |quarter: f64| Ok(run(problem, method, quarter * horizon, quarter * horizon, |_| {})?.end.q);
-        Ok(Self { horizon, states: QUARTERS.into_iter().map(at).collect::<Result<_, RunError>>()? })
+        Ok(Self { horizon, states: run_through(problem, method, &sixteenths(horizon))? })
     }
 
     /// The largest component, or 1.
@@ -60,30 +61,54 @@ impl Truth {
 
     /// Whether it stays within `least` of its start.
     pub(super) fn is_constant(&self, start: &[f64], least: f64) -> bool {
-        (0..self.states.len()).all(|quarter| self.error(quarter, start) < least)
+        (0..self.states.len()).all(|k| self.error(k, start) < least)
     }
 
-    fn error(&self, quarter: usize, state: &[f64]) -> f64 {
-        let truth = &self.states[quarter];
+    /// The error of a state at the k-th of the times.
+    fn error(&self, k: usize, state: &[f64]) -> f64 {
+        let truth = &self.states[k];
         let count = truth.len().min(state.len());
         distance(&state[..count], &truth[..count])
     }
 }
 
-/// The largest error at the quarters of a run with steps of `h`, and its work.
-fn errors(problem: &dyn Problem, method: &dyn Method, h: f64, truth: &Truth) -> Result<(f64, Work), RunError> {
-    let each = (0.25 * truth.horizon / h).round().max(1.0) as usize;
-    let (mut step, mut found) = (0, Vec::new());
-    let run = run(problem, method, h, truth.horizon, |state| {
-        if step > 0 && step % each == 0 && step / each <= QUARTERS.len() {
-            found.push(truth.error(step / each - 1, &state.q));
-        }
-        step += 1;
-    })?;
-    Ok((worst(found), run.work))
+fn sixteenths(horizon: f64) -> Vec<f64> {
+    (1..=TIMES).map(|k| horizon * k as f64 / TIMES as f64).collect()
 }
 
-/// The run of an adaptive method, if its error at the quarters, at each of which a run ends, is within the target.
+/// A run with a number of steps: its errors at the times where a step ends, and its work.
+struct Ran {
+    steps: u32,
+    /// Its errors at the times by their number.
+    errors: Vec<(usize, f64)>,
+    error: f64,
+    work: Work,
+}
+
+impl Ran {
+    fn new(problem: &dyn Problem, method: &dyn Method, steps: u32, truth: &Truth) -> Result<Self, RunError> {
+        let (mut step, mut errors) = (0, Vec::new());
+        let run = run(problem, method, truth.horizon / f64::from(steps), truth.horizon, |state| {
+            // Step n ends at the time k with k/16 = n/N.
+            let (k, rest) = (step * TIMES / steps as usize, step * TIMES % steps as usize);
+            if rest == 0 && (1..=TIMES).contains(&k) {
+                errors.push((k, truth.error(k - 1, &state.q)));
+            }
+            step += 1;
+        })?;
+        let error = worst(errors.iter().map(|(_, error)| *error));
+        Ok(Self { steps, errors, error, work: run.work })
+    }
+
+    /// The largest error at the times of `other`.
+    fn error_at_times_of(&self, other: &Self) -> f64 {
+        let is_shared = |k: usize| other.errors.iter().any(|(other, _)| *other == k);
+        worst(self.errors.iter().filter(|(k, _)| is_shared(*k)).map(|(_, error)| *error))
+    }
+}
+
+/// The run of an adaptive method, if its error at the times, where its steps are made to end, is within the target. The work is
+/// that of a run whose steps are its own.
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
     method: &dyn Method,
@@ -91,63 +116,72 @@ pub(super) fn with_tolerance(
     truth: &Truth,
     target: f64,
 ) -> Option<Trial> {
-    let runs = QUARTERS.map(|quarter| {
-        let horizon = quarter * truth.horizon;
-        run(problem, method, horizon, horizon, |_| {}).ok()
-    });
-    let runs = runs.into_iter().collect::<Option<Vec<_>>>()?;
-    let error = worst(runs.iter().enumerate().map(|(quarter, run)| truth.error(quarter, &run.end.q)));
-    let work = runs.last()?.work;
+    let states = run_through(problem, method, &sixteenths(truth.horizon)).ok()?;
+    let stops = worst(states.iter().enumerate().map(|(k, state)| truth.error(k, state)));
+    if stops > target {
+        return None;
+    }
+    let run = run(problem, method, truth.horizon, truth.horizon, |_| {}).ok()?;
+    let error = larger(stops, truth.error(TIMES - 1, &run.end.q));
+    let work = run.work;
     let trial = Trial {
         method: method.name(),
         setting: tolerance,
         steps: work.steps,
         error,
+        times: TIMES,
         cost: cost(problem, method, work),
         order: None,
     };
     (error <= target).then_some(trial)
 }
 
-/// The fewest steps with which a method reaches the target, found by halving and by its order, and its smallest error.
-pub(super) fn search(problem: &dyn Problem, method: &dyn Method, truth: &Truth, target: f64) -> (Option<Trial>, f64) {
+/// The fewest steps with which a method reaches the target, found by halving and by its order, and its smallest error. None where
+/// a run takes more work than `most`.
+pub(super) fn search(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    truth: &Truth,
+    target: f64,
+    most: f64,
+) -> (Option<Trial>, f64) {
     let horizon = truth.horizon;
-    let tried = |steps: u32| {
-        let h = horizon / f64::from(steps);
-        errors(problem, method, h, truth).ok().map(|(error, work)| (steps, error, work))
-    };
+    let tried = |steps: u32| Ran::new(problem, method, steps, truth).ok();
     let mut before = None;
     let mut steps = LEAST;
     let (coarse, found) = loop {
         let now = tried(steps);
         match now {
-            Some(found) if found.1 <= target => break (before, found),
-            _ if steps == MOST => return (None, now.map_or(f64::INFINITY, |(_, error, _)| error)),
+            Some(found) if found.error <= target => break (before, found),
+            _ if steps == MOST || now.as_ref().is_some_and(|ran| cost(problem, method, ran.work) > most) => {
+                return (None, now.map_or(f64::INFINITY, |ran| ran.error));
+            }
             _ => (before, steps) = (now, 2 * steps),
         }
     };
     // Twice the steps, for the order and for an error that is known.
-    let Some(fine) = tried(2 * found.0) else { return (None, found.1) };
+    let Some(fine) = tried(2 * found.steps) else { return (None, found.error) };
     // Of a method that is exact here there is no order to see.
-    let order = (found.1 > 0.0).then(|| ((found.1 / fine.1).log2(), method.order()));
-    let mut best = found;
-    if let Some((few, error, _)) = coarse {
-        // Between the two, where the error reaches the target; a multiple of four steps.
-        let factor = (error / target).powf(1.0 / (error / found.1).log2().max(0.5));
-        let between = 4 * (f64::from(few) * factor / 4.0).ceil() as u32;
-        let nearer = (between < found.0).then(|| tried(between)).flatten();
-        best = nearer.filter(|(_, error, _)| *error <= target).unwrap_or(found);
-    }
-    let (steps, error, work) = best;
+    let order = (found.error > 0.0).then(|| ((found.error / fine.error_at_times_of(&found)).log2(), method.order()));
+    let nearer = coarse.and_then(|coarse| {
+        // Between the two, where the error reaches the target; a multiple of four steps, or of sixteen where that is little more.
+        let factor = (coarse.error / target).powf(1.0 / (coarse.error / found.error).log2().max(0.5));
+        let steps = f64::from(coarse.steps) * factor;
+        let unit = if steps < 64.0 { 4.0 } else { TIMES as f64 };
+        let between = (unit * (steps / unit).ceil()) as u32;
+        (between < found.steps).then(|| tried(between)).flatten()
+    });
+    let Ran { steps, errors, error, work } = nearer.filter(|ran| ran.error <= target).unwrap_or(found);
     let trial = Trial {
         method: method.name(),
         setting: horizon / f64::from(steps),
         steps: u64::from(steps),
         error,
+        times: errors.len(),
         cost: cost(problem, method, work),
         order,
     };
-    (Some(trial), fine.1.min(error))
+    (Some(trial), fine.error.min(error))
 }
 
 /// Work in evaluations of f: an equation of the method takes as many as it has stages, a matrix those of its columns that differ.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::io::{self, Write};
 
-use verify::advise::{Advice, Character, Refusal, Trial, advise};
+use verify::advise::{Advice, Character, Refusal, Trial, advise, duration};
 use verify::method;
 
 use super::Status;
@@ -16,8 +16,9 @@ use super::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Methods of each family are run with ever shorter steps until their error, the
-largest of a component at four times, is within --accuracy of the largest
-component, or of 1; the table shows it in absolute terms. The errors are measured against an accurate run, and that
+largest of a component at sixteen times, or at fewer where there are fewer
+steps, is within --accuracy of the largest component, or of 1; the table shows it
+in absolute terms. The errors are measured against an accurate run, and that
 against the best of another method. The cheapest is recommended, with the step
 size and the error that were found; work is counted in evaluations of f, a
 matrix as many as it has columns that differ.
@@ -40,7 +41,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "ERROR", default_value_t = 1e-5, value_parser = accuracy)]
     accuracy: f64,
 
-    /// End time; the default is that of the cross-checks
+    /// End time; the default is that of the cross-checks, or later, when the
+    /// direction of the motion has turned twice
     #[arg(long, value_name = "T", value_parser = args::positive, allow_hyphen_values = true)]
     t_end: Option<f64>,
 }
@@ -56,9 +58,10 @@ fn accuracy(text: &str) -> Result<f64, String> {
 pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
     let horizon = options.t_end.filter(|_| options.problem.is_model());
     let (name, problem) = options.problem.build(horizon)?;
-    let horizon = options.t_end.unwrap_or_else(|| problem.horizon());
+    let horizon = options.t_end.map_or_else(|| duration(&*problem), Ok)?;
     let advice = advise(&*problem, horizon, options.accuracy)?;
-    show(&name, horizon, options.accuracy, &advice, out)
+    let own = if options.t_end.is_some() { horizon } else { problem.horizon() };
+    show(&name, (horizon, own), options.accuracy, &advice, out)
         .and_then(|()| options.problem.write_caveat(out))
         .map_err(Failure::Output)?;
     Ok(if advice.recommended().is_some() { Status::Ok } else { Status::Inconclusive })
@@ -69,7 +72,14 @@ const INDENT: usize = 14;
 /// Trials that are shown.
 const SHOWN: usize = 6;
 
-fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl Write) -> io::Result<()> {
+/// Of a run to a horizon, which may be later than the problem's own.
+fn show(
+    name: &str,
+    (horizon, own): (f64, f64),
+    accuracy: f64,
+    advice: &Advice,
+    out: &mut impl Write,
+) -> io::Result<()> {
     let Advice { character, trials, uncertainty, refusal, .. } = advice;
     let (to, errors) = (plain(horizon), plain(accuracy));
     let absolute =
@@ -80,6 +90,10 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
     );
     paragraph(out, "", 0, &about)?;
     writeln!(out)?;
+    if horizon > own {
+        let text = "the run ends when the direction of the motion has turned twice; `--t-end` sets another end";
+        paragraph(out, "duration", INDENT, text)?;
+    }
     describe(character, horizon, out)?;
     if !trials.is_empty() {
         writeln!(out)?;
@@ -97,8 +111,9 @@ fn show(name: &str, horizon: f64, accuracy: f64, advice: &Advice, out: &mut impl
             let with = significant(trial.setting, 3);
             let with = if is_adaptive { format!("--rtol {with} --atol {with}") } else { format!("h = {with}") };
             let text = format!(
-                "{} with {with}: in the trial its largest absolute error at four times was {}, measured to {}, for {:.0} evaluations{}.",
+                "{} with {with}: in the trial its largest absolute error at {} times was {}, measured to {}, for {:.0} evaluations{}.",
                 trial.method,
+                trial.times,
                 significant(trial.error, 2),
                 significant(*uncertainty, 1),
                 trial.cost,

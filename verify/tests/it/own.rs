@@ -956,11 +956,15 @@ fn steps_of_a_programs_own_make_no_order_in_h() {
 
 #[test]
 fn advice_says_what_the_solution_does_and_what_its_errors_are() {
-    let (code, out, _) = say("advise --problem kepler");
+    let (code, out, _) = say("advise --problem kepler --t-end 0.6");
     let out = flat(&out);
     assert!(code == 0 && out.contains("of a turn at its fastest rate; `--t-end`"), "{out}");
-    assert!(out.contains("relative to the largest component, or to 1, 1.7e-5 absolute"), "{out}");
-    assert!(!flat(&say("advise --problem kepler --t-end 6.3").1).contains("of a turn"));
+    assert!(out.contains("relative to the largest component, or to 1, 2.0e-5 absolute"), "{out}");
+    // Two periods of 2π, to two digits and the end of a step.
+    let (code, out, _) = say("advise --problem harmonic-oscillator");
+    let out = flat(&out);
+    assert!(code == 0 && out.contains("unknowns, to t = 14,") && out.contains("has turned twice; `--t-end`"), "{out}");
+    assert!(!out.contains("of a turn") && out.contains("its largest absolute error at 16 times was "), "{out}");
     let (code, out, _) = say("advise --problem quadratic-drag --set v0=-1 --t-end 2");
     assert!(code == 3 && flat(&out).contains("the solution blows up"), "{out}");
     let (code, out, _) = say("advise --problem quadratic-drag --set v0=0 --t-end 2");
