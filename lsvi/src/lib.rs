@@ -24,8 +24,70 @@
 //! | mechanics L(q, q̇), long runs | [`position_momentum`] of [`Galerkin::gauss`](discrete::Galerkin::gauss) | 2s, symplectic |
 //! | the same with forces, or constraints f(q) = 0 | [`Forced`], [`Constrained`] | as without |
 //! | two configurations instead of a momentum | [`TwoStep`] | as without |
-//! | large and sparse, or known by products only | any of the first two with a [`solver`] | |
+//! | large and sparse | the first two, with the [`Structure`] of the field declared | |
+//! | known by products only | [`method_i`]'s [`LeastSquaresStep`], [`RungeKutta`](classic::RungeKutta) or [`Bdf2`](classic::Bdf2), `with_solver` | 2 |
 //! | something to compare with | the baseline methods in [`classic`] | 1, 2, 4 |
+//!
+//! A mechanical system L = ½ vᵀMv − V(t, q) with a constant M should [say so](Lagrangian::is_separable): its steps then take
+//! forces alone, without Hessians, and are several times cheaper.
+//!
+//! # Without a matrix
+//!
+//! A field of structure [`Structure::MatrixFree`] gives products with its Jacobian, and its steps are solved iteratively with a
+//! [`Preconditioner`] P ≈ M − s f_v:
+//!
+//! ```
+//! use lsvi::{Jacobian, LeastSquaresStep, Preconditioner, SolveError, State, StepOperator, Structure, Trajectory};
+//! use lsvi::{VectorField, add_columns, closure::Linear, solver::Iterative};
+//!
+//! /// v̇_i = −(1 + i) v_i + (the mean of v): its Jacobian is full, and a product with it costs 2n.
+//! struct Mixed(usize);
+//!
+//! impl VectorField for Mixed {
+//!     fn dim(&self) -> usize {
+//!         self.0
+//!     }
+//!     fn structure(&self) -> Structure {
+//!         Structure::MatrixFree
+//!     }
+//!     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+//!         self.apply_jacobian(t, v, v, dv);
+//!     }
+//!     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+//!         add_columns(self, t, v, scale, out);
+//!     }
+//!     fn apply_jacobian(&self, _t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+//!         let mean = x.iter().sum::<f64>() / x.len() as f64;
+//!         out.iter_mut().zip(x).enumerate().for_each(|(i, (out, x))| *out = mean - (1 + i) as f64 * x);
+//!     }
+//!     fn apply_transpose(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+//!         self.apply_jacobian(t, v, x, out);
+//!     }
+//! }
+//!
+//! /// The diagonal of M − s f_v without the mean.
+//! struct Diagonal(Vec<f64>);
+//!
+//! impl Preconditioner for Diagonal {
+//!     fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+//!         self.0 = (0..b.dim()).map(|i| 1.0 + b.s() * (1 + i) as f64).collect();
+//!         Ok(())
+//!     }
+//!     fn solve(&mut self, x: &mut [f64]) {
+//!         x.iter_mut().zip(&self.0).for_each(|(x, d)| *x /= d);
+//!     }
+//!     fn solve_transpose(&mut self, x: &mut [f64]) {
+//!         self.solve(x);
+//!     }
+//! }
+//!
+//! let n = 1000;
+//! let method = LeastSquaresStep::with_solver(Mixed(n), Linear::METHOD_I, Iterative::new(Diagonal(Vec::new())))?;
+//! let mut run = Trajectory::new(method, State::new(0.0, vec![1.0; n]), 0.1, 1.0)?;
+//! while run.step()?.is_some() {}
+//! assert!(run.state().q[0] > run.state().q[n - 1]);
+//! # Ok::<(), lsvi::StepError>(())
+//! ```
 //!
 //! # The parts
 //!

@@ -182,16 +182,7 @@ mod tests {
 
     #[test]
     fn what_is_no_state_or_no_tolerance_is_refused() {
-        struct Decay;
-        impl FieldFn for Decay {
-            fn dim(&self) -> usize {
-                1
-            }
-            fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
-                dv[0] = -v[0];
-            }
-        }
-        let field = AutoField::new(Decay);
+        let field = crate::field!(1, |_t, v, dv| dv[0] = -v[0]);
         for (v, tolerance) in [(vec![], 1.0), (vec![1.0, 2.0], 1.0), (vec![f64::NAN], 1.0), (vec![1.0], -1.0)] {
             assert!(matches!(check(&field, 0.0, &v, tolerance), Err(SteadyError::Input(_))), "{v:?} {tolerance}");
         }

@@ -101,6 +101,47 @@ impl<I: Integrator> Trajectory<I> {
         &mut self.integrator
     }
 
+    /// Goes on from the present state to another end, with another step size: after the end was reached, or after an error.
+    ///
+    /// ```
+    /// # use lsvi::{State, StepError, Trajectory, classic::{RungeKutta, Tableau}, field};
+    /// // Implicit Euler on v̇ = v² has no next state for steps longer than 1/4v.
+    /// let method = RungeKutta::new(field!(1, |_t, v, dv| dv[0] = v[0] * v[0]), Tableau::implicit_euler())?;
+    /// let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 0.2, 0.5)?;
+    /// while run.state().t < 0.5 {
+    ///     if let Err(StepError::Solve { h, .. }) = run.step() {
+    ///         run.resume(0.5 * h, 0.5)?;
+    ///     }
+    /// }
+    /// # Ok::<(), StepError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`InputError`] as for [`new`](Self::new); the trajectory is then as it was.
+    pub fn resume(&mut self, h: f64, t_end: f64) -> Result<(), InputError> {
+        self.grid = Grid::new(self.state.t, h, t_end)?;
+        Ok(())
+    }
+
+    /// The integrator and the present state, from which [`new`](Self::new) goes on with another integrator.
+    ///
+    /// ```
+    /// # use lsvi::{State, Trajectory, adaptive::{Radau, Tolerances}, classic::{RungeKutta, Tableau}, field};
+    /// # let relaxation = || field!(1, |t, v, dv| dv[0] = (-v[0] + t.cos()) * 100.0);
+    /// // The initial layer in short steps, the rest with a tolerance.
+    /// let method = RungeKutta::new(relaxation(), Tableau::rk4())?;
+    /// let mut layer = Trajectory::new(method, State::new(0.0, vec![0.0]), 1e-3, 0.1)?;
+    /// while layer.step()?.is_some() {}
+    /// let (_, state) = layer.into_parts();
+    /// let method = Radau::new(relaxation(), Tolerances::new(1e-6, 1e-6)?)?;
+    /// let end = Trajectory::new(method, state, 1.0, 1.0)?.observe(|_| {})?;
+    /// assert!((end.q[0] - 1_f64.cos()).abs() < 0.01);
+    /// # Ok::<(), lsvi::StepError>(())
+    /// ```
+    pub fn into_parts(self) -> (I, State) {
+        (self.integrator, self.state)
+    }
+
     /// Takes one step and lends the state at its end; `None` once t_end is reached.
     ///
     /// # Errors

@@ -67,6 +67,31 @@ pub fn least_squares<F: VectorField>(field: F, closure: Linear) -> Result<LeastS
 /// A step costs in proportion to the entries of a banded or sparse [`structure`](VectorField::structure), and in proportion to
 /// the products of a matrix-free field. Another metric, or the derivative of a step, is for
 /// [`Variational`](crate::Variational) with [`LeastSquares`](crate::LeastSquares), which is dense.
+///
+/// # Solutions that end
+/// The action has a minimum for steps of any size, and the branch of Method I that starts at the present state can go on where
+/// the solution does not. Nothing in one step tells: there is a root, it is the right one, and a stiff solution leaves as large
+/// a residual. So a pole within a step is not seen; two step sizes that disagree show it, and implicit stages lose their branch.
+///
+/// ```
+/// use lsvi::classic::{RungeKutta, Tableau};
+/// use lsvi::{OneStep, SolveError, StepError, field, method_i};
+///
+/// // v̇ = v² from 1 ends at t = 1.
+/// let growth = || field!(1, |_t, v, dv| dv[0] = v[0] * v[0]);
+/// let (mut one, mut two) = ([1.0], [1.0]);
+/// method_i(growth())?.step(0.0, 2.0, &mut one, &mut [0.0])?;
+/// let mut halves = method_i(growth())?;
+/// for t in [0.0, 1.0] {
+///     halves.step(t, 1.0, &mut two, &mut [0.0])?;
+/// }
+/// assert!((one[0] - two[0]).abs() > 0.2);
+///
+/// let mut midpoint = RungeKutta::new(growth(), Tableau::implicit_midpoint())?;
+/// let error = midpoint.step(0.0, 2.0, &mut [1.0], &mut [0.0]);
+/// assert!(matches!(error, Err(StepError::Solve { source: SolveError::BranchLost { .. }, .. })));
+/// # Ok::<(), StepError>(())
+/// ```
 #[derive(Debug)]
 pub struct LeastSquaresStep<F> {
     field: F,

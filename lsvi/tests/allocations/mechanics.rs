@@ -5,8 +5,8 @@ use crate::systems::{Damping, DoublePendulum, Falling, Sphere};
 use lsvi::discrete::{Constrainable, DiscreteLegendre, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
-    AutoConstraint, AutoField, AutoForce, AutoLagrangian, Constrained, FieldFn, Forced, LagrangianFn, OneStep, Scalar,
-    TwoStep, method_i, method_ii, position_momentum,
+    AutoConstraint, AutoForce, AutoLagrangian, Constrained, Forced, LagrangianFn, OneStep, Scalar, TwoStep, field,
+    method_i, method_ii, position_momentum,
 };
 
 fn assert_allocation_free(name: &str, method: &mut dyn OneStep, q0: &[f64], p0: &[f64]) {
@@ -85,26 +85,12 @@ fn steps_on_constraints_do_not_allocate() {
 
 #[test]
 fn steps_of_least_squares_do_not_allocate() {
-    struct VanDerPol;
-    impl FieldFn for VanDerPol {
-        fn dim(&self) -> usize {
-            2
-        }
-        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+    let van_der_pol = || {
+        field!(2, |_t, v, dv| {
             dv[0] = v[1];
             dv[1] = (-v[0] * v[0] + 1.0) * v[1] - v[0];
-        }
-    }
-    assert_allocation_free(
-        "method I",
-        &mut method_i(AutoField::new(VanDerPol)).expect("usable"),
-        &[2.0, 0.0],
-        &[0.0, 0.0],
-    );
-    assert_allocation_free(
-        "method II",
-        &mut method_ii(AutoField::new(VanDerPol)).expect("usable"),
-        &[2.0, 0.0],
-        &[0.0, 0.0],
-    );
+        })
+    };
+    assert_allocation_free("method I", &mut method_i(van_der_pol()).expect("usable"), &[2.0, 0.0], &[0.0, 0.0]);
+    assert_allocation_free("method II", &mut method_ii(van_der_pol()).expect("usable"), &[2.0, 0.0], &[0.0, 0.0]);
 }

@@ -244,3 +244,45 @@ fn a_method_without_a_rate_says_so() {
     assert!(matches!(error, StepError::Input(InputError::Time(TimeError::NoRate))), "{error}");
     trajectory.interpolate(0.5, &mut [0.0]).expect("a state");
 }
+
+/// Steps of h to t = 1 and on to 2 are those to 2 at once, which also a method with a memory has to know.
+#[test]
+fn a_run_goes_on_after_its_end_as_if_it_had_none() {
+    let tolerances = || Tolerances::new(1e-6, 1e-6).expect("positive");
+    let methods: [fn() -> Box<dyn Integrator>; 3] = [
+        || Box::new(method_i(circle()).expect("usable")),
+        || Box::new(Bdf2::new(circle()).expect("usable")),
+        || Box::new(RungeKutta::new(circle(), Tableau::rk4()).expect("usable")),
+    ];
+    for (i, method) in methods.iter().enumerate() {
+        let start = || State::new(0.0, vec![1.0, 0.0]);
+        let whole = Trajectory::new(method(), start(), 0.125, 2.0).expect("valid").observe(|_| {}).expect("solvable");
+        let mut parts = Trajectory::new(method(), start(), 0.125, 1.0).expect("valid");
+        while parts.step().expect("solvable").is_some() {}
+        parts.resume(0.125, 2.0).expect("later");
+        while parts.step().expect("solvable").is_some() {}
+        assert_eq!(*parts.state(), whole, "{i}");
+        let refused = [parts.resume(0.125, 1.0), parts.resume(0.0, 3.0), parts.resume(0.1, f64::NAN)];
+        assert!(refused.iter().all(Result::is_err));
+        assert!(parts.step().expect("at the end").is_none(), "a refused end is none");
+    }
+    let method = Radau::new(circle(), tolerances()).expect("usable");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 1.0, 1.0).expect("valid");
+    while run.step().expect("solvable").is_some() {}
+    let (method, state) = run.into_parts();
+    let end = Trajectory::new(method, state, 1.0, 2.0).expect("valid").observe(|_| {}).expect("solvable");
+    // The tolerance, with room for its growth along two units of time.
+    assert!((end.q[0] - 2_f64.cos()).abs() < 1e-5, "{}", end.q[0]);
+}
+
+#[test]
+fn a_run_goes_on_after_an_error_with_a_shorter_step() {
+    let growth = lsvi::field!(1, |_t, v, dv| dv[0] = v[0] * v[0]);
+    let method = RungeKutta::new(growth, Tableau::implicit_euler()).expect("usable");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 0.3, 0.5).expect("valid");
+    let error = run.step().expect_err("no next state for steps above a quarter");
+    assert!(matches!(error, StepError::Solve { t: 0.0, .. }), "{error}");
+    run.resume(0.01, 0.5).expect("shorter");
+    while run.step().expect("solvable").is_some() {}
+    assert!((run.state().q[0] - 2.0).abs() < 0.1, "{}", run.state().q[0]);
+}
