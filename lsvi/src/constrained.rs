@@ -9,7 +9,8 @@ use nalgebra::DMatrix;
 use crate::constraint::Constraint;
 use crate::discrete::{Constrainable, Interval, MomentumWeights};
 use crate::error::{
-    ConstraintError, InputError, SolveError, StepError, SystemError, check_step_from, check_unknowns, check_vector,
+    ConstraintError, InputError, SolveError, StepError, SystemError, check_step_from, check_time, check_unknowns,
+    check_vector,
 };
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
 use crate::lagrangian::{HessianWeights, Lagrangian};
@@ -109,6 +110,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
     /// [`StepError`] if the vectors are unusable, the constraints redundant at `q`, or ∂²L/∂v² singular along them.
     pub fn project(&mut self, t: f64, q: &[f64], p: &mut [f64]) -> Result<(), StepError> {
         let n = self.discrete.dim();
+        check_time(t)?;
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         self.projector.start(p);

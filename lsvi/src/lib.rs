@@ -105,6 +105,12 @@
 //! [`Preconditioner`] of your own, and run matrix-free. Galerkin methods, windows and the adaptive method need matrices;
 //! constrained motions, and a least-squares metric other than the inverse of a diagonal M, need dense ones.
 //!
+//! # Errors
+//!
+//! Whatever takes states, settings, coefficients or solvers checks them and returns an [`InputError`]; a step that fails is a
+//! [`StepError`] that says where and why, and leaves the state as it was. The functions of a problem itself, those of
+//! [`VectorField`], [`Lagrangian`], [`Force`] and [`Constraint`], are called with slices of the lengths that are stated there.
+//!
 //! # Notation
 //!
 //! | symbol | meaning | in code |

@@ -5,7 +5,7 @@
 
 use thiserror::Error;
 
-use crate::error::{InputError, SettingError, StepError, check_vector};
+use crate::error::{InputError, SettingError, StepError, check_time, check_vector};
 use crate::integrator::{OneStep, State};
 use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::vector_field::{VectorField, check_system};
@@ -54,7 +54,8 @@ pub enum SteadyError {
 }
 
 /// Refuses what cannot be a state of `field`, and what is no tolerance.
-fn admit(field: &impl VectorField, v: &[f64], tolerance: f64) -> Result<(), InputError> {
+fn admit(field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<(), InputError> {
+    check_time(t)?;
     check_system(field)?;
     check_vector("v", v, field.dim())?;
     if tolerance > 0.0 && tolerance.is_finite() {
@@ -68,9 +69,9 @@ fn admit(field: &impl VectorField, v: &[f64], tolerance: f64) -> Result<(), Inpu
 ///
 /// # Errors
 /// [`SteadyError::Spurious`] if it exceeds `tolerance`, in the units of f, and what the rounding of v and of the terms of f
-/// explains, [`SteadyError::Input`] if `v` is no state of `field`, or `tolerance` not a number above 0.
+/// explains, [`SteadyError::Input`] if `t` and `v` are no state of `field`, or `tolerance` not a number above 0.
 pub fn check(field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<f64, SteadyError> {
-    admit(field, v, tolerance)?;
+    admit(field, t, v, tolerance)?;
     Probe::new(field).check(field, t, v, tolerance)
 }
 
@@ -78,7 +79,7 @@ pub fn check(field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Res
 ///
 /// # Errors
 /// [`SteadyError::Spurious`] if the state rests with a larger |f|, [`SteadyError::NotReached`] after `most` steps,
-/// [`SteadyError::Step`] if a step fails, and [`SteadyError::Input`] if `tolerance` is not a number above 0.
+/// [`SteadyError::Step`] if a step fails, and [`SteadyError::Input`] if `tolerance` is not a number above 0, or `most` 0.
 pub fn march(
     mut method: impl OneStep,
     field: &impl VectorField,
@@ -87,7 +88,11 @@ pub fn march(
     tolerance: f64,
     most: u64,
 ) -> Result<Steady, SteadyError> {
-    admit(field, &state.q, tolerance)?;
+    admit(field, state.t, &state.q, tolerance)?;
+    if most == 0 {
+        let (what, range) = ("the largest number of steps", "at least 1");
+        return Err(InputError::Setting(SettingError::Setting { what, value: 0.0, range }).into());
+    }
     let mut probe = Probe::new(field);
     let mut before = state.q.clone();
     let (start, mut residual) = (state.t, f64::INFINITY);

@@ -50,7 +50,7 @@ impl Options {
         }
     }
 
-    /// The first step to be tried; without it, one that changes v by about a hundredth.
+    /// The first step to be tried, unless it is longer than a step may be; without it, one that changes v by about a hundredth.
     ///
     /// # Errors
     /// [`SettingError::Setting`] unless positive and finite.

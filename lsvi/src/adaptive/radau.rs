@@ -6,7 +6,7 @@ use super::history::{History, Last};
 use super::options::Options;
 use super::stages::{Equations, Iteration, StageSystem, Stages, iterations};
 use super::tolerances::{root_mean, squared};
-use crate::error::{InputError, SolveError, StepError, SystemError, check_vector};
+use crate::error::{InputError, SolveError, StepError, SystemError, check_time, check_vector};
 use crate::integrator::{Grid, Integrator, State};
 use crate::linalg::{FactorError, Jacobian};
 use crate::mass::{Mass, rate};
@@ -289,6 +289,7 @@ impl<F: VectorField> Integrator for Radau<F> {
 
     /// One accepted step of at most the grid's h.
     fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
+        check_time(state.t)?;
         if grid.next(state.t).is_none() {
             return Ok(());
         }

@@ -233,7 +233,7 @@ pub enum NodeError {
 #[non_exhaustive]
 pub enum ConstraintError {
     /// A configuration that violates a holonomic constraint.
-    #[error("the configuration violates the constraint: f[{index}] = {value:e}")]
+    #[error("the configuration violates the constraint: f[{index}] = {}", Number(*value))]
     OffConstraint {
         /// Which component of f.
         index: usize,
@@ -242,7 +242,8 @@ pub enum ConstraintError {
     },
     /// A momentum whose velocity leaves the constraint.
     #[error(
-        "the momentum violates the hidden constraint: its velocity leaves f = 0, and component {index} has {value:e} too much"
+        "the momentum violates the hidden constraint: its velocity leaves f = 0, and component {index} has {} too much",
+        Number(*value)
     )]
     OffHiddenConstraint {
         /// Component of the momentum that differs most from its projection.

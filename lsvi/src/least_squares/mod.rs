@@ -123,7 +123,8 @@ impl<F: VectorField> LeastSquaresStep<F> {
     /// Method I on a nonlinear f is then the Gauss–Newton iteration with Levenberg–Marquardt damping, which descends from v₀ to
     /// a minimum of the action. It converges where Newton's method meets the end of its branch; for steps that long it may find
     /// another minimum than the one continuous in h. Other closures are solved by an inexact Newton method, held to the branch
-    /// by its contraction alone.
+    /// by its contraction alone. Where f_v is singular a closure with α + β = 0, as Method II, has many solutions: factors find
+    /// that out and fail, an iterative solver can return one of them.
     ///
     /// # Errors
     /// [`SystemError::Metric`] if M is not symmetric positive definite; [`SystemError::NotAssembled`] or [`SystemError::Solver`] if

@@ -8,10 +8,10 @@ use lsvi::quadrature::Quadrature;
 use lsvi::solver::{Augmented, Iterative, Twisted};
 use lsvi::{
     AutoConstraint, AutoField, AutoLagrangian, Coloring, Constrained, ConstraintFn, Differences, Factored, FieldFn,
-    InputError, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, NodeError, OneStep, Preconditioner,
-    Scalar, SettingError, SolveError, State, StepError, StepOperator, Structure, SystemError, TimeError, Trajectory,
-    TwoStep, VectorField, Window, add_columns, field, least_squares, method_i, method_ii, nalgebra, position_momentum,
-    steady,
+    Grid, InputError, Integrator, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, NodeError, OneStep,
+    Preconditioner, Scalar, SettingError, SolveError, State, StepError, StepOperator, Structure, SystemError,
+    TimeError, Trajectory, TwoStep, VectorField, Window, add_columns, field, least_squares, method_i, method_ii,
+    nalgebra, position_momentum, steady,
 };
 
 /// v̇ = −v in two unknowns, with a structure and declarations as they may be wrong.
@@ -149,7 +149,6 @@ fn groups_that_do_not_exist_are_empty() {
 
 #[test]
 fn rates_are_not_written_into_a_slice_of_another_length() {
-    use lsvi::Integrator;
     let state = State::new(0.0, vec![1.0, 2.0]);
     let mut first = method_i(AutoField::new(Decay::default())).expect("usable");
     let oscillator = AutoLagrangian::new(Oscillator);
@@ -479,6 +478,15 @@ fn a_step_from_a_time_that_is_none_is_refused() {
             assert!(matches!(error, StepError::Input(InputError::Time(TimeError::Time(_)))), "{i}: {error}");
         }
     }
+    let mut adaptive = Radau::new(&field, Tolerances::new(1e-6, 1e-6).expect("positive")).expect("usable");
+    let grid = Grid::new(0.0, 0.1, 1.0).expect("usable");
+    let error = adaptive.advance(&mut State::new(f64::NAN, vec![1.0; 2]), &grid).expect_err("no time");
+    assert!(matches!(error, StepError::Input(InputError::Time(TimeError::Time(_)))), "{error}");
+    let free = AutoLagrangian::new(Free);
+    let mut held = Constrained::new(Trapezoidal::new(&free), AutoConstraint::new(Root)).expect("fits");
+    assert!(held.project(f64::NAN, &[2.0, 0.0], &mut [0.0, 1.0]).is_err());
+    let error = steady::check(&field, f64::NAN, &[0.0; 2], 1.0).expect_err("no time");
+    assert!(matches!(error, steady::SteadyError::Input(InputError::Time(TimeError::Time(_)))), "{error}");
     let state = State::new(f64::NAN, vec![1.0; 2]);
     let error = Trajectory::new(method_i(&field).expect("usable"), state, 0.1, 1.0).expect_err("no time");
     assert!(matches!(error, InputError::Time(TimeError::Time(_))), "{error}");
@@ -523,6 +531,31 @@ fn systems_of_no_unknowns_are_refused() {
     }
     let mut two_step = TwoStep::new(Galerkin::gauss(&l, 2).expect("degree 2"));
     assert!(two_step.step(0.0, 0.1, &mut [], &mut []).is_err());
+}
+
+#[test]
+fn a_window_names_the_entry_outside_its_structure() {
+    /// v̇ = (−v₀ + v₁, −v₁) as if it had no coupling.
+    struct Coupled;
+    impl FieldFn for Coupled {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            band()
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = -v[0] + v[1];
+            dv[1] = -v[1];
+        }
+    }
+    let lagrangian = LeastSquares::new(AutoField::new(Coupled)).expect("usable");
+    let window = Window::new(Trapezoidal::new(lagrangian), 3).expect("three steps");
+    let run = Trajectory::new(window, State::new(0.0, vec![1.0; 2]), 0.1, 1.0).expect("usable").observe(|_| {});
+    let error = run.expect_err("outside");
+    let StepError::Solve { source: SolveError::OutsideStructure { row: 0, column: 1 }, .. } = error else {
+        panic!("{error}");
+    };
 }
 
 #[test]

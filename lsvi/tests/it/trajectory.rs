@@ -262,6 +262,9 @@ fn a_run_goes_on_after_its_end_as_if_it_had_none() {
         parts.resume(0.125, 2.0).expect("later");
         while parts.step().expect("solvable").is_some() {}
         assert_eq!(*parts.state(), whole, "{i}");
+        parts.resume(0.3, 2.9).expect("later");
+        assert_eq!(parts.step().expect("solvable").expect("not at the end").t, 2.3, "{i}");
+        parts.resume(0.3, 2.3).expect("here");
         let refused = [parts.resume(0.125, 1.0), parts.resume(0.0, 3.0), parts.resume(0.1, f64::NAN)];
         assert!(refused.iter().all(Result::is_err));
         assert!(parts.step().expect("at the end").is_none(), "a refused end is none");
