@@ -31,8 +31,8 @@ pub fn duration(problem: &dyn Problem) -> Result<f64, NameError> {
     let (mut turning, mut fastest, mut steps) = (0.0, 0.0_f64, 0);
     let (mut rate, mut before) = (vec![0.0; field.dim()], None);
     let mut turned = None;
-    // What was seen of a solution that cannot be followed does not count.
-    let followed = run_while(problem, &*adaptive(1e-4)?, own / 4.0, LONGER * own, |state| {
+    // A solution that cannot be followed has not turned.
+    let _ = run_while(problem, &*adaptive(1e-4)?, own / 4.0, LONGER * own, |state| {
         if state.q.len() != rate.len() {
             return ControlFlow::Break(());
         }
@@ -56,8 +56,8 @@ pub fn duration(problem: &dyn Problem) -> Result<f64, NameError> {
         ControlFlow::Break(())
     });
     let unit = |t: f64| 10_f64.powf(t.log10().floor() - 1.0);
-    Ok(match (followed, turned) {
-        (Ok(_), Some(t)) if t > own => (t / unit(t)).ceil() * unit(t),
+    Ok(match turned {
+        Some(t) if t > own => (t / unit(t)).ceil() * unit(t),
         _ => own,
     })
 }

@@ -130,6 +130,9 @@ impl Failure {
             }
             Self::Comparison(ComparisonError::Schema { .. }) => "write it again with this version: `verify report`",
             Self::Comparison(ComparisonError::Malformed { .. }) => "`--compare` takes the results.json of a report",
+            Self::Data { source, .. } if matches!(**source, DataError::Number { .. }) => {
+                "`--quantity COLUMN` leaves out the columns that hold no numbers"
+            }
             Self::NoStepSize(_) => "for example `--h 0.1`",
             Self::NoTolerances(_) => "`radau-adaptive` is adaptive",
             Self::Tolerance(InputError::Setting(SettingError::RelativeTolerance { .. })) => {

@@ -118,6 +118,10 @@ pub fn measure_program(
             plain(horizon)
         ));
     }
+    if let Some(start) = study.start(&answers) {
+        notes.push(start);
+        return Ok((truth, Programs { fit, notes }));
+    }
     notes.extend(study.first_step(truth, &answers, &fit));
     // Where the solution is slaved to something, the error of a step depends on its own length.
     if !problem.is_stiff() {
@@ -252,6 +256,18 @@ impl Study<'_> {
             Truth::Tabulated => Source::library().of(self.problem, self.horizon),
             truth => truth,
         }
+    }
+
+    /// A note where the program starts from another state than the problem.
+    fn start(&self, answers: &[Ran]) -> Option<String> {
+        let exact = self.problem.observe(0.0, &self.limit.initial);
+        let (_, answer) = answers.iter().find(|(_, answer)| answer.is_ok())?;
+        let answer = answer.as_ref().ok().filter(|answer| answer.times[0] == 0.0)?;
+        let found = &answer.states[0];
+        let close = |x: f64| answer.printed.resolution(x) + f64::EPSILON * x.abs();
+        let i = (0..exact.len()).find(|i| (found[*i] - exact[*i]).abs() > 2.0 * close(exact[*i]))?;
+        let [name, found, exact] = [&self.names[i], &trimmed(found[i], 9), &trimmed(exact[i], 9)];
+        Some(format!("its row at t = 0 has {name} = {found}, where the problem starts from {name} = {exact}"))
     }
 
     /// A note where the first step limits the order that was found.

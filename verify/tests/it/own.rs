@@ -1085,3 +1085,29 @@ fn a_program_is_judged_within_the_band_that_is_shown() {
     assert_eq!(code, 0, "{out}");
     assert_eq!(json[0]["required"]["near"], serde_json::json!([4.0, 0.1]), "{out}");
 }
+
+/// v̇ = v(1 − v) from another state than the problem's is another solution, whatever the steps.
+#[test]
+#[cfg(unix)]
+fn a_program_that_starts_elsewhere_is_told_so() {
+    let own = format!("{} solve --method rk4 --no-estimate --csv - --set v0=0.5", env!("CARGO_BIN_EXE_verify"));
+    let (code, out, error) = verify(&["judge", "--program", &own, "--expect", "4", "--problem", "logistic"]);
+    let out = flat(&out);
+    assert!(
+        code == 1 && out.contains("its row at t = 0 has v = 0.5, where the problem starts from v = 0.1"),
+        "{out}{error}"
+    );
+    assert!(!out.contains("starting procedure"), "{out}");
+}
+
+#[test]
+fn mistakes_in_tables_and_claims_are_answered_by_what_mends_them() {
+    let dir = directory("mended");
+    let (table, method) = (dir.join("data.csv"), dir.join("method.toml"));
+    fs::write(&table, "h,u,note\n0.1,1.01,a\n0.05,1.0025,b\n").expect("writable");
+    let (code, _, error) = say(&format!("order --data {} --step h", table.display()));
+    assert!(code == 2 && flat(&error).contains("`a` is not a number hint: `--quantity COLUMN`"), "{error}");
+    fs::write(&method, "claims = \"L-stable\"\nb = [1]\na = [[1]]\n").expect("writable");
+    let (code, _, error) = say(&format!("judge {}", method.display()));
+    assert!(code == 2 && error.contains("`claims` is a list: [\"A-stable\"]"), "{error}");
+}

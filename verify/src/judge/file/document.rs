@@ -120,7 +120,10 @@ impl Document {
 /// The items of a list, none of which may be a list.
 pub(super) fn scalars(key: &str, value: Value) -> Result<Vec<Scalar>, Fault> {
     let Value::List { items, .. } = value else {
-        return Err(Fault::new(value.at(), format!("`{key}` is a list: [\"1/2\", \"1/2\"]")));
+        return Err(Fault::new(
+            value.at(),
+            format!("`{key}` is a list: {}", if key == "claims" { "[\"A-stable\"]" } else { "[\"1/2\", \"1/2\"]" }),
+        ));
     };
     let item = |value| match value {
         Value::Scalar(scalar) => Ok(scalar),

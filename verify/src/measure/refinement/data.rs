@@ -69,6 +69,9 @@ pub enum DataError {
         /// What it should be.
         what: &'static str,
     },
+    /// A quantity is asked for in the column of the spacings.
+    #[error("column `{0}` holds the spacings, and is no quantity on them")]
+    NoQuantity(String),
     /// It is no table of grids.
     #[error("it has more than {} MiB", MOST >> 20)]
     TooLong,
@@ -124,6 +127,9 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
         [] => (0..header.len()).filter(|column| *column != own).collect(),
         names => names.iter().map(|name| find(name)).collect::<Result<_, _>>()?,
     };
+    if columns.contains(&own) {
+        return Err(DataError::NoQuantity(name.clone()));
+    }
     if columns.is_empty() {
         return Err(DataError::Empty("no column beside the spacing"));
     }
@@ -222,6 +228,7 @@ mod tests {
         assert!(fails("dx,u\n0.1,1\n", step(), &[]).contains("the columns are `dx`, `u`"));
         assert!(fails("h,u\n0.1,1\n", step(), &["v".into()]).contains("no column is named `v`"));
         assert!(fails("h u\n0.1 1\n", step(), &[]).contains("the only one is `h u`; commas, semicolons or tabs"));
+        assert!(fails("h,u\n0.1,1\n", step(), &["h".into()]).contains("`h` holds the spacings"));
         assert!(fails("", step(), &[]).contains("no header"));
         assert!(fails("h;u\n0,1;1\n", step(), &[]).contains("decimals have a point"));
         assert!(fails("h,u,u\n0.1,1,2\n", step(), &[]).contains("two columns"));
