@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
-use lsvi::{Grid, InputError, SystemError};
+use lsvi::{Grid, InputError, State, SystemError};
 use verify::estimate::Estimator;
-use verify::measure::norm::distance;
+use verify::measure::norm::{distance, max_norm};
 use verify::method::Method;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
 use verify::problem::{Invariant, Problem, component_names};
@@ -42,7 +42,9 @@ contribute to it: a second run with half the step, of an adaptive method with a
 tenth of the tolerances, tells. It takes two thirds of the time; with
 --no-estimate there is none. It is empty where both tolerances lead to the same
 steps. After the rows, what is lost of energy, angular
-momentum or enstrophy, for problems that have them.
+momentum or enstrophy, for problems that have them, and for flows |f|, the
+largest component of f, which is near 0 where the end is a steady state, and the
+linear systems that the steps took.
 
 A run of more than a second shows its progress on a terminal.
 
@@ -147,6 +149,8 @@ struct Summary {
     estimate: Option<(f64, f64)>,
     /// Why there are no estimates at the end.
     unestimated: Option<String>,
+    /// Of flows, |f| at the end and the linear systems that were solved.
+    effort: Option<(f64, u64)>,
     watch: Watch,
 }
 
@@ -216,10 +220,19 @@ impl<'a> Solve<'a> {
             })
         });
         io.map_err(Stop::Io)?;
-        solved.map_err(|source| Stop::Failed(self.failed(source)))?;
+        let run = solved.map_err(|source| Stop::Failed(self.failed(source)))?;
+        summary.effort = self.problem.solver().map(|_| (self.rate(&run.end), run.work.factorizations));
         let failure = estimator.and_then(|estimator| estimator.failure().map(ToString::to_string));
         summary.unestimated = failure;
         Ok(summary)
+    }
+
+    /// The largest component of f.
+    fn rate(&self, state: &State) -> f64 {
+        let field = self.problem.field();
+        let mut f = vec![0.0; field.dim()];
+        field.rhs(state.t, &state.q, &mut f);
+        max_norm(&f)
     }
 
     fn show(&self, out: &mut Output) -> Result<(), Failure> {
@@ -394,6 +407,13 @@ impl std::fmt::Display for Summary {
         }?;
         match self.estimate {
             Some((estimate, t)) => write!(f, "\nlargest estimate {} at t = {}", number(estimate), plain(t)),
+            None => Ok(()),
+        }?;
+        match self.effort {
+            Some((rate, systems)) => {
+                let plural = if systems == 1 { "" } else { "s" };
+                write!(f, "\n|f| = {} at the end; {systems} linear system{plural} solved", number(rate))
+            }
             None => Ok(()),
         }
     }

@@ -127,6 +127,34 @@ fn a_solve_says_what_is_lost_of_energy_and_enstrophy() {
     assert!(!String::from_utf8(output.stdout).expect("UTF-8").contains("relative change"));
 }
 
+/// At rest |f| is what the tolerances of a step leave of it, and each step takes a system at least.
+#[test]
+fn a_solve_of_a_flow_ends_with_the_size_of_f_and_its_linear_systems() {
+    let ends = |h: f64, steps: u32| {
+        let line = format!(
+            "solve --problem cavity --set cells=6 --method tr-bdf2 --h {h} --t-end {} --no-estimate",
+            h * f64::from(steps)
+        );
+        let (status, out, message) = say(&line);
+        assert_eq!(status, 0, "{message}");
+        let told = out.lines().last().and_then(|line| line.strip_prefix("|f| = ")).unwrap_or_else(|| panic!("{out}"));
+        let (rate, systems) = told.split_once(" at the end; ").expect("two parts");
+        let systems = systems.strip_suffix(" linear systems solved").expect("a number");
+        (rate.parse::<f64>().expect("a number"), systems.parse::<u32>().expect("a number"))
+    };
+    let problem = problem::build_setting("cavity cells=6").expect("known");
+    let mut f = vec![0.0; 25];
+    let end = run::run(&*problem, &*method::parse("tr-bdf2").expect("known"), 0.25, 0.5, |_| {}).expect("it runs");
+    problem.field().rhs(0.5, &end.end.q, &mut f);
+    let largest = f.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+    let (rate, systems) = ends(0.25, 2);
+    approx::assert_relative_eq!(rate, largest, max_relative = 1e-3);
+    assert_eq!(u64::from(systems), end.work.factorizations);
+    assert!(ends(100.0, 20).0 < 1e-8);
+    let (_, out, _) = say("solve --problem logistic --method trapezoidal --h 0.1 --t-end 1");
+    assert!(!out.contains("|f|"), "{out}");
+}
+
 /// Every `verify …` line in the help is a command that the program accepts.
 #[test]
 fn examples_in_the_help_work() {
@@ -491,7 +519,8 @@ fn a_table_is_one_screen_however_many_rows() {
 fn order_passes_fails_or_cannot_tell() {
     let (status, out, _) = say("order --problem quadratic-drag --method method-i");
     assert_eq!(status, 0, "{out}");
-    assert!(out.starts_with("method-i on quadratic-drag, errors against exact\n"));
+    let heading = "method-i on quadratic-drag, errors against exact\nthe largest difference of a component of the state at t = 1\n";
+    assert!(out.starts_with(heading), "{out}");
     assert!(out.contains("\nPASS: order ") && out.contains(" is 2 ± 0.1"), "{out}");
     fits_a_terminal(&out);
 

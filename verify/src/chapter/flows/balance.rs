@@ -57,6 +57,13 @@ fn finest() -> f64 {
     finest
 }
 
+/// The error of Method I over that of TR-BDF2 on each of the flows, with the finest step.
+pub(super) fn over_tr_bdf2(context: &Context, scale: &Scale) -> Result<[f64; 2], StudyError> {
+    let runs = Runs::new(context, scale)?;
+    let [shear, turbulence] = FLOWS.map(|flow| runs.over(flow, OURS, ("tr-bdf2", "velocity")));
+    Ok([shear?, turbulence?])
+}
+
 const OURS: (&str, &str) = ("method-i", "velocity");
 
 /// Errors of all methods against step size and work.
@@ -94,7 +101,7 @@ pub(super) fn errors(context: &Context, evidence: &mut Evidence, scale: &Scale) 
     let rule = ("tr-bdf2", "velocity");
     let ratio = |flow, a, b| runs.over(flow, a, b).map(short);
     let values = [
-        ("tr_bdf2", contest(&[runs.over(shear, OURS, rule)?, runs.over(turbulence, OURS, rule)?])),
+        ("tr_bdf2", contest(&over_tr_bdf2(context, scale)?)),
         ("points", scale.points.last().ok_or("no grid")?.to_string()),
         ("re", short(RE)),
         ("end", short(END)),
@@ -463,5 +470,55 @@ mod tests {
         let mut wrong = found(&case);
         wrong.reference_error *= 20.0;
         assert_eq!(refused(&wrong, &case), ["reference"]);
+    }
+
+    /// The sentences of the full chapter about layers that have rolled up, on a small grid, from the rows of the table.
+    #[test]
+    fn what_is_said_of_rolled_up_layers_is_in_the_table() {
+        let scale = Scale { points: &[8], rolled: Some(8), ..super::super::SMALL };
+        let (context, mut evidence) = (Context::quick(), Evidence::default());
+        errors(&context, &mut evidence, &scale).expect("they run");
+        metric(&context, &mut evidence, &scale).expect("they ran");
+        let table = &evidence.tables[0];
+        let place = |name: &str| table.column(name).expect("a column");
+        let of = |method: &str, metric: &str, column: &str| -> Vec<f64> {
+            let is_it = |row: &&Vec<Cell>| {
+                let texts = [row[place("method")].to_string(), row[place("metric")].to_string()];
+                row[place("t")] == Cell::Number(8.0) && texts == [method, metric]
+            };
+            table.rows.iter().filter(is_it).map(|row| row[place(column)].number().expect("a number")).collect()
+        };
+        let last = |method: &str| of(method, "velocity", "error")[2];
+        // Both axes logarithmic, at the evaluations of the shorter of the two last runs.
+        let at = |method: &str, work: f64| {
+            let [works, errors] = ["evaluations", "error"].map(|column| of(method, "velocity", column));
+            let k = if work <= works[1] { 0 } else { 1 };
+            let slope = (errors[k + 1] / errors[k]).ln() / (works[k + 1] / works[k]).ln();
+            errors[k] * (work / works[k]).powf(slope)
+        };
+        let work = of("method-i", "velocity", "evaluations")[2].min(of("tr-bdf2", "velocity", "evaluations")[2]);
+        let grid = *context.get(GridError { of: rolled_up(8) }).expect("it runs");
+        let own = last("method-i");
+        let expected = format!(
+            "at t = 8. On 8² points, where twice as many change the vorticity by {}, the error of Method I with h = 0.025 is {}: {} times \
+             that of TR-BDF2 at equal steps and {} times at equal evaluations, and {} times that of the trapezoidal rule at equal steps; \
+             implicit Euler has {} times its error. Look at them with `verify solve --problem shear-layer --set thickness=0.21 --set",
+            short(grid),
+            short(own),
+            brief(own / last("tr-bdf2")),
+            brief(at("method-i", work) / at("tr-bdf2", work)),
+            brief(own / last("trapezoidal")),
+            brief(last("implicit-euler") / own)
+        );
+        let said = |text: &str| evidence.notes.iter().any(|note| note.contains(text));
+        assert!(said(&expected), "{expected}\n{:#?}", evidence.notes);
+        let other = |column: &str| of("method-i", "vorticity", column)[2];
+        let expected = format!(
+            "with h = 0.025, the vorticity metric has {} of the error, and {} instead of {} in the enstrophy.",
+            brief(other("error") / own),
+            brief(other("enstrophy")),
+            brief(of("method-i", "velocity", "enstrophy")[2])
+        );
+        assert!(said(&expected), "{expected}\n{:#?}", evidence.notes);
     }
 }

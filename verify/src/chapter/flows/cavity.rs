@@ -15,6 +15,11 @@ const BOTELLA: &str = "Botella 1998";
 /// Re, line, coordinate and velocity of an entry of Ghia's table in most public copies, where the table here has another.
 const COPIED: (f64, char, f64, f64) = (400.0, 'v', 0.9063, -0.23827);
 
+/// The check of the steady cavity against that table.
+pub(super) fn against_ghia(re: f64) -> String {
+    format!("steady/{re}/{GHIA}")
+}
+
 /// What a table is uncertain by: Ghia et al. carry the error of their own grids.
 fn band(source: &str, re: f64) -> f64 {
     match re {
@@ -178,13 +183,22 @@ fn vorticity(title: &str, grid: &Grid) -> Panel {
     map(title, place, grid.vorticity.clone(), vec![-5.0, -3.0, -1.0, 0.0, 1.0, 3.0, 5.0], true)
 }
 
+/// Steps from rest on a grid that is too coarse for them.
+pub(super) fn too_long(h: f64) -> Spurious {
+    Spurious { re: 1000.0, cells: 32, h }
+}
+
+/// Steps from rest to the steady cavity.
+pub(super) fn from_rest(method: &'static str, cells: usize, h: f64) -> Approach {
+    Approach { method, re: 100.0, cells, h }
+}
+
 /// Where the minimum of the action at a step too long for the grid is no steady flow.
 pub(super) fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    const RE: f64 = 1000.0;
-    const CELLS: usize = 32;
     const OTHERS: [&str; 2] = ["implicit-euler", "tr-bdf2"];
-    let found = context.get_each(scale.spurious.iter().map(|h| Spurious { re: RE, cells: CELLS, h: *h }).collect())?;
-    let by = |method| scale.spurious.iter().map(move |h| Approach { method, re: RE, cells: CELLS, h: *h });
+    let Spurious { re, cells, .. } = too_long(0.0);
+    let found = context.get_each(scale.spurious.iter().map(|h| too_long(*h)).collect())?;
+    let by = |method| scale.spurious.iter().map(move |h| Approach { method, re, cells, h: *h });
     let others = context.get_each(OTHERS.into_iter().flat_map(by).collect())?;
     let cases = || scale.spurious.iter().zip(&found);
     let Some((h, worst)) = cases().next_back() else { return Ok(()) };
@@ -196,13 +210,14 @@ pub(super) fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale
     let values = [
         ("others", reach),
         ("h", short(*h)),
-        ("re", short(RE)),
-        ("cells", CELLS.to_string()),
+        ("re", short(re)),
+        ("cells", cells.to_string()),
         ("rest", short(worst.residual)),
+        ("gradient", worst.gradient.map_or("an unknown number of".into(), short)),
     ];
     evidence.notes.extend(prose::fill(include_str!("spurious.md"), &values)?);
     let statement = format!(
-        "Re = {RE} on {CELLS}² cells with h = {h}: where the iteration of Method I ends the flow is not steady, and the library refuses it; \
+        "Re = {re} on {cells}² cells with h = {h}: where the iteration of Method I ends the flow is not steady, and the library refuses it; \
          |f| there"
     );
     evidence.checks.push(Check::new(
@@ -213,22 +228,23 @@ pub(super) fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale
         "a million times what counts as steady; (2M − h Jᵀ) M⁻¹f = 0 can have roots with f ≠ 0 where hM⁻¹J has the eigenvalue 2",
     ));
     let outcome = |message: &str| if message.is_empty() { "steady".to_owned() } else { format!("refused: {message}") };
-    let own = cases().map(|(h, found)| row!["method-i", *h, found.residual, outcome(&found.message)]);
+    let own = cases().map(|(h, found)| row!["method-i", *h, found.residual, found.gradient, outcome(&found.message)]);
     let each = OTHERS.into_iter().flat_map(|method| scale.spurious.iter().map(move |h| (method, *h)));
-    let others =
-        each.zip(&others).map(|((method, h), found)| row![method, h, Cell::found(found.residual), ended(found)]);
+    let others = each
+        .zip(&others)
+        .map(|((method, h), found)| row![method, h, Cell::found(found.residual), Cell::Empty, ended(found)]);
     let rows = own.chain(others).collect();
     let caption = format!(
-        "From rest at Re = {RE} on {CELLS} cells a side, by step size: |f| in units of M ψ̇ where the iteration of Method I ends, or where \
-         another method has it below {:e}, and the outcome.",
+        "From rest at Re = {re} on {cells} cells a side, by step size: |f| in units of M ψ̇ where the iteration of Method I ends, or where \
+         another method has it below {:e}; where that iteration stalls, the gradient of the action over that at rest; and the outcome.",
         Approach::STEADY
     );
     let id = "flow-spurious";
-    evidence.tables.push(Table::new(id, caption, ["method", "h", "residual", "outcome"], rows));
+    evidence.tables.push(Table::new(id, caption, ["method", "h", "residual", "gradient", "outcome"], rows));
     let steady = cases().find(|(_, found)| found.message.is_empty()).map(|(h, found)| (h, found, "steady"));
     let shown = steady.into_iter().chain([(h, worst, "refused")]);
     let panels: Vec<Panel> = shown
-        .filter_map(|(h, found, what)| Some(streamlines(&format!("h = {h}, {what}"), CELLS, found.psi.as_ref()?)))
+        .filter_map(|(h, found, what)| Some(streamlines(&format!("h = {h}, {what}"), cells, found.psi.as_ref()?)))
         .collect();
     let caption =
         "Streamlines where Method I comes to rest from rest with long steps: those that are refused are no flow.";
@@ -249,13 +265,13 @@ fn ended(found: &Reached) -> String {
 pub(super) fn approach(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
     const METHODS: [&str; 5] = ["method-i", "trapezoidal", "tr-bdf2", "bdf2", "implicit-euler"];
     const STEPS: [f64; 3] = [1.0, 10.0, 100.0];
-    const RE: f64 = 100.0;
     let mut cases = Vec::new();
     for method in METHODS {
         cases.extend(STEPS.map(|h| (method, h)));
     }
     let cells = scale.approach;
-    let settings = cases.iter().map(|(method, h)| Approach { method, re: RE, cells, h: *h });
+    let Approach { re, .. } = from_rest("", cells, 0.0);
+    let settings = cases.iter().map(|(method, h)| from_rest(method, cells, *h));
     let found = context.get_each(settings.collect())?;
     let rows = cases.iter().zip(&found).map(|((method, h), found)| {
         row![*method, *h, found.steps, found.solves, Cell::found(found.residual), ended(found)]
@@ -278,7 +294,7 @@ pub(super) fn approach(context: &Context, evidence: &mut Evidence, scale: &Scale
     };
     let verdict = |other| if pays(other) { "pay" } else { "do not pay" };
     let values = [
-        ("re", short(RE)),
+        ("re", short(re)),
         ("cells", cells.to_string()),
         ("ten", short(ten)),
         ("hundred", short(hundred)),
@@ -288,6 +304,9 @@ pub(super) fn approach(context: &Context, evidence: &mut Evidence, scale: &Scale
         ("euler_ten", count("implicit-euler", ten)),
         ("method_i_hundred", count("method-i", hundred)),
         ("tr_bdf2_hundred", count("tr-bdf2", hundred)),
+        ("bdf2_ten", count("bdf2", ten)),
+        ("bdf2_hundred", count("bdf2", hundred)),
+        ("against_bdf2", verdict("bdf2").into()),
         ("euler_hundred", count("implicit-euler", hundred)),
         ("against_rule", verdict("trapezoidal").into()),
         ("against_tr_bdf2", verdict("tr-bdf2").into()),
@@ -295,7 +314,7 @@ pub(super) fn approach(context: &Context, evidence: &mut Evidence, scale: &Scale
     ];
     evidence.notes.extend(prose::fill(include_str!("approach.md"), &values)?);
     let caption = format!(
-        "Cavity of {cells} cells a side, Re = {RE}, from rest until |f| ≤ {:e} in units of M ψ̇: steps, up to {} of them, and `solves`, the linear systems.",
+        "Cavity of {cells} cells a side, Re = {re}, from rest until |f| ≤ {:e} in units of M ψ̇: steps, up to {} of them, and `solves`, the linear systems.",
         Approach::STEADY,
         Approach::MOST
     );
@@ -317,7 +336,10 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
             return Ok(());
         }
     };
-    let [.., finest] = found.rows.as_slice() else { return Err("three runs".into()) };
+    let [coarse, middle, finest] = found.rows.as_slice() else { return Err("three runs".into()) };
+    let excess = finest.difference - (finest.predicted + found.bound);
+    // From a h² + b h³ with steps of 4h and 2h; a third of the difference of the errors with 2h and h has 7/3 of b h³.
+    let of_third_order = (coarse.difference - 4.0 * middle.difference) / 32.0;
     evidence.checks.push(Check::new(
         "cvode",
         statement,
@@ -347,6 +369,11 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
         ("seconds", brief(found.cvode_seconds)),
         ("h", short(end / f64::from(finest.steps))),
         ("difference", short(finest.difference)),
+        ("excess", brief(excess.abs())),
+        ("more", if excess > 0.0 { "more" } else { "less" }.into()),
+        ("first_ratio", short(coarse.difference / middle.difference)),
+        ("second_ratio", short(middle.difference / finest.difference)),
+        ("missed", brief(-4.0 / 3.0 * of_third_order)),
         ("predicted", short(finest.predicted)),
         ("bound", short(found.bound)),
         ("steps", found.cvode.steps.to_string()),

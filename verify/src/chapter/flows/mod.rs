@@ -6,6 +6,8 @@ mod cost;
 mod identities;
 mod lid;
 mod orders;
+mod summary;
+mod work;
 
 use super::{Context, Study, StudyError, prose};
 use crate::evidence::number::{brief, short};
@@ -97,7 +99,7 @@ const PARTS: [(&str, &str, &[Part]); 7] = [
         "What it gets right",
         &[identities::study, orders::in_time, orders::in_time_and_space, cavity::steady, cavity::cross_check],
     ),
-    ("loses", "Where it loses", &[orders::against_work, balance::errors]),
+    ("loses", "Where it loses", &[work::study, balance::errors]),
     ("metric", "The metric, energy and enstrophy", &[balance::metric, balance::without_viscosity]),
     ("large-steps", "Where large steps pay", &[lid::study, lid::disturbances, cavity::approach]),
     ("spurious", "Spurious steady states", &[cavity::spurious]),
@@ -114,6 +116,7 @@ fn study(context: &Context, id: &str, scale: &Scale) -> Result<Evidence, StudyEr
         }
         evidence.add_under((format!("{id}-{name}"), title), found);
     }
+    evidence.notes.extend(summary::told(context, &evidence.checks, scale)?);
     Ok(evidence)
 }
 

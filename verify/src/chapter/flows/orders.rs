@@ -1,9 +1,8 @@
-//! Orders in time on a fixed grid, in time and space together, and errors against work.
+//! Orders in time on a fixed grid, and in time and space together.
 
-use super::{Context, Scale, StudyError, brief, prose, short};
+use super::{Context, Scale, StudyError, prose, short};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::flow::order::{CAVITY, CELLS, END, FlowOrder, Found, STEPS};
-use crate::experiment::flow::precision::{FlowPrecision, Found as Runs, Point};
 use crate::experiment::flow::refinement::Refinement;
 use crate::experiment::flow::{PROJECTION, rms};
 use crate::measure::norm::Extremes;
@@ -149,99 +148,4 @@ fn streamwise(velocities: &[f64], cells: usize) -> f64 {
     let (u, v) = velocities.split_at(LENGTH * cells);
     let along = u.chunks(LENGTH).map(|row| row.iter().copied().largest() - row.iter().copied().smallest());
     along.chain(v.iter().map(|v| v.abs())).largest()
-}
-
-/// Error in time against step size and against linear systems solved, on a flow in which convection matters.
-pub(super) fn against_work(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    const METHODS: [&str; 6] = ["method-i", "trapezoidal", "tr-bdf2", "bdf2", "implicit-euler", PROJECTION];
-    let cells = scale.precision;
-    let found = context.get_each(METHODS.map(|method| FlowPrecision { method, cells }).into())?;
-    let mut rows = Vec::new();
-    for (method, found) in METHODS.into_iter().zip(&found) {
-        for Point { h, error, cost } in &found.points {
-            rows.push(row![method, *h, *error, cost.solves, cost.inner]);
-            evidence.timings.push((format!("manufactured cavity, N = {cells}, {method}, h = {h}"), cost.seconds));
-        }
-    }
-    let panel = |label: &str, work: fn(&Point) -> f64| {
-        let curves = METHODS.into_iter().zip(&found).map(|(method, found)| {
-            let curve = found.points.iter().filter_map(|p| Some((work(p), p.error?))).collect();
-            Series::new(method, curve, Mark::LineMarkers)
-        });
-        Panel::new(Axis::log(label), Axis::log("error, r.m.s."), curves.collect())
-    };
-    let of = |method: &str| {
-        let found = METHODS.into_iter().zip(&found).find(|(name, _)| *name == method);
-        found.map(|(_, found)| found).ok_or("no such method")
-    };
-    let [own, rule, tr_bdf2, scheme] = [of("method-i")?, of("trapezoidal")?, of("tr-bdf2")?, of(PROJECTION)?];
-    let [.., finest] = FlowPrecision::STEPS;
-    let last = |found: &Runs| -> Result<(f64, u64), StudyError> {
-        let point = found.points.last().ok_or("no run")?;
-        Ok((point.error.unwrap_or(f64::NAN), point.cost.solves))
-    };
-    let [own_last, rule_last, tr_bdf2_last, scheme_last] = [last(own)?, last(rule)?, last(tr_bdf2)?, last(scheme)?];
-    // So many that every method has runs on both sides.
-    let work = [own_last, rule_last, tr_bdf2_last].map(|(_, solves)| solves as f64).into_iter().smallest();
-    let over = |found: &Runs| Some(own.error_with(work)? / found.error_with(work)?);
-    let ratio = |found: &Runs| brief(over(found).unwrap_or(f64::NAN));
-    let (longest, error) = scheme.points.iter().find_map(|p| Some((p.h, p.error?))).unwrap_or((f64::NAN, f64::NAN));
-    let scheme_seconds = scheme.points.last().map_or(f64::NAN, |p| p.cost.seconds);
-    let alike = match own.points.iter().find(|p| p.error.is_some_and(|error| error <= scheme_last.0)) {
-        Some(p) => format!(
-            "for an error no larger Method I takes {} s, with h = {}, and so {} it by a factor of {} in time",
-            brief(p.cost.seconds),
-            short(p.h),
-            if p.cost.seconds > scheme_seconds { "loses to" } else { "beats" },
-            brief((p.cost.seconds / scheme_seconds).max(scheme_seconds / p.cost.seconds))
-        ),
-        None => "no run of Method I here has an error as small".into(),
-    };
-    let seconds = |found: &Runs| found.points.last().map_or(f64::NAN, |p| p.cost.seconds);
-    let in_equal_time = |found: &Runs, error: f64| brief(own_last.0 / error * (seconds(own) / seconds(found)).powi(2));
-    let values = [
-        ("own_seconds", brief(seconds(own))),
-        ("tr_bdf2_seconds", brief(seconds(tr_bdf2))),
-        ("rule_seconds", brief(seconds(rule))),
-        ("tr_bdf2_time", in_equal_time(tr_bdf2, tr_bdf2_last.0)),
-        ("rule_time", in_equal_time(rule, rule_last.0)),
-        ("alike", alike),
-        ("projection_seconds", brief(scheme_seconds)),
-        ("re", short(FlowPrecision::RE)),
-        ("cells", cells.to_string()),
-        ("steps", finest.to_string()),
-        ("method_i", short(own_last.0)),
-        ("method_i_solves", own_last.1.to_string()),
-        ("tr_bdf2", short(tr_bdf2_last.0)),
-        ("tr_bdf2_solves", tr_bdf2_last.1.to_string()),
-        ("projection", short(scheme_last.0)),
-        ("projection_solves", scheme_last.1.to_string()),
-        ("work", short(work)),
-        ("tr_bdf2_ratio", ratio(tr_bdf2)),
-        ("rule_ratio", ratio(rule)),
-        ("longest", short(longest)),
-        ("courant", brief(longest * cells as f64 * scheme.speed)),
-        ("size", brief(scheme.size)),
-        ("share", brief(error / scheme.size)),
-    ];
-    evidence.notes.extend(prose::fill(include_str!("work.md"), &values)?);
-    let caption = format!(
-        "Manufactured cavity at Re = {} on {cells} cells a side, t = 1: root mean square of the error in time of the velocities, \
-         against RK4 with small steps on the same grid. Where it is above that of the flow itself, {}, the run has lost the flow: it \
-         and runs with longer steps have no error and no point. `solves` are linear systems and `inner` the iterations of conjugate \
-         gradients, or of GMRES in methods with implicit stages, inside of them. The systems of pressure correction have constant matrices and are \
-         separable, those of the others are not.",
-        FlowPrecision::RE,
-        brief(scheme.size)
-    );
-    let id = "flow-precision";
-    let panels = [
-        panel("h", |p| p.h),
-        panel("linear systems solved", |p| p.cost.solves as f64),
-        panel("seconds", |p| p.cost.seconds),
-    ];
-    evidence.tables.push(Table::new(id, caption.clone(), ["method", "h", "error", "solves", "inner"], rows));
-    let caption = format!("{caption} Seconds are measured once, beside other computations.");
-    evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(3));
-    Ok(())
 }

@@ -12,6 +12,7 @@ use serde::Serialize;
 use verify::measure::order::{OrderFit, Reason, Sample, Verdict};
 use verify::order::{Ladder, Source, Truth, measure_on};
 use verify::program::{Request, Shown};
+use verify::theory::order_plan;
 
 use data::DataArgs;
 use program::ProgramArgs;
@@ -41,7 +42,7 @@ The default reference is the exact solution where it is known, else CVODE (or
 diffsol in a build without it). A solver is run at two tolerances; the bound on
 its error that follows is part of an error's floor.
 
-JSON, one object: problem, method, reference, expected {order, band} or null,
+JSON, one object: problem, method, reference, t_end, expected {order, band} or null,
 declared {nominal, reason} or null, notes, slope, stderr, r_squared (null where
 there is no fit), verdict (pass, measured, fail, inconclusive), reason, and
 points, coarse to fine, each {h, error, floor, local_order, kept, reason}. error
@@ -216,7 +217,8 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         },
         _ => fit,
     };
-    let result = Measurement::new(&name, method.name(), truth, (&fit, true), &notes);
+    let end = order_plan(&*problem, &*method).horizon;
+    let result = Measurement::new(&name, method.name(), (truth, end), (&fit, true), &notes);
     result.write(args, &fit, out)?;
     if args.format == Format::Table {
         args.problem.write_caveat(out).map_err(Failure::Output)?;
@@ -230,6 +232,7 @@ struct Measurement<'a> {
     problem: &'a str,
     method: String,
     reference: String,
+    t_end: f64,
     expected: Option<Expected>,
     declared: Option<Declared<'a>>,
     slope: Option<f64>,
@@ -268,7 +271,7 @@ impl<'a> Measurement<'a> {
     fn new(
         problem: &'a str,
         method: String,
-        truth: Truth,
+        (truth, t_end): (Truth, f64),
         (fit, expects): (&'a OrderFit, bool),
         notes: &'a [String],
     ) -> Self {
@@ -288,6 +291,7 @@ impl<'a> Measurement<'a> {
             problem,
             method,
             reference: truth.to_string(),
+            t_end,
             expected: expects.then_some(Expected { order: fit.expected.order, band: fit.expected.band }),
             declared: declared.map(|d| Declared { nominal: d.nominal, reason: &d.reason }),
             slope: fit.line.map(|line| line.slope),
@@ -313,6 +317,11 @@ impl<'a> Measurement<'a> {
             .map_or(Ok(()), |path| picture::write(&picture::of_errors(&title(), fit, self.expected.is_some()), path))
     }
 
+    /// What an error is.
+    fn compared(&self) -> String {
+        format!("the largest difference of a component of the state at t = {}", number(self.t_end))
+    }
+
     fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
         serde_json::to_writer_pretty(&mut *out, self)?;
         writeln!(out)
@@ -320,7 +329,14 @@ impl<'a> Measurement<'a> {
 
     /// A table of the points for a pull request, the verdict below.
     fn write_markdown(&self, out: &mut impl Write) -> io::Result<()> {
-        writeln!(out, "`{}` on `{}`, errors against {}\n", self.method, self.problem, self.reference)?;
+        writeln!(
+            out,
+            "`{}` on `{}`, errors against {}: {}\n",
+            self.method,
+            self.problem,
+            self.reference,
+            self.compared()
+        )?;
         writeln!(out, "| h | error | order | in the fit |\n|---|---|---|---|")?;
         for point in &self.points {
             let cell = |x: Option<f64>| x.map_or_else(|| "—".into(), |x| significant(x, 4));
@@ -335,6 +351,7 @@ impl<'a> Measurement<'a> {
     fn write_table(&self, out: &mut impl Write) -> io::Result<()> {
         let title = format!("{} on {}, errors against {}", self.method, self.problem, self.reference);
         paragraph(out, "", 0, &title)?;
+        paragraph(out, "", 0, &self.compared())?;
         writeln!(out, "\n{:>11} {:>11} {:>9} {:>7}  in the fit", "h", "error", "floor", "order")?;
         let mut before = None;
         for point in &self.points {

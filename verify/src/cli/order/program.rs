@@ -44,10 +44,16 @@ impl ProgramArgs {
     ) -> Result<Status, Failure> {
         let (name, known) = args.problem.build(request.t_end)?;
         let program = self.program(command)?;
+        let end = request.t_end.unwrap_or(known.facts().window.horizon);
         let request = Request { problem: Some(name.clone()), ..request };
         let (truth, found) = measure_program(&*known, &program, &request, args.reference, ladder)?;
-        let result =
-            Measurement::new(&name, command.to_owned(), truth, (&found.fit, args.expect.is_some()), &found.notes);
+        let result = Measurement::new(
+            &name,
+            command.to_owned(),
+            (truth, end),
+            (&found.fit, args.expect.is_some()),
+            &found.notes,
+        );
         result.write(args, &found.fit, out)?;
         Ok(found.fit.verdict.into())
     }

@@ -3,7 +3,7 @@
 use lsvi::Mass;
 use rayon::prelude::*;
 
-use super::{Cost, named, rms, setting};
+use super::{Cost, named, rms, setting, timed};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::problem::Problem;
 use crate::run::run;
@@ -121,8 +121,10 @@ impl Course {
     /// `mass` is that of the velocity metric, and the number of steps even.
     fn new(problem: &dyn Problem, method: &str, (h, end): (f64, f64), mass: &[f64]) -> Result<Self, StudyError> {
         let mut seen = Vec::new();
-        let run = run(problem, &*named(method)?, h, end, |state| seen.push(moments(mass, &state.q)))?;
-        let (cost, end) = (Cost::of(&run), run.end.q);
+        let method = named(method)?;
+        let (run, seconds) = timed(|| run(problem, &*method, h, end, |state| seen.push(moments(mass, &state.q))));
+        let run = run?;
+        let (cost, end) = (Cost::of(&run, seconds), run.end.q);
         let [Some(first), Some(last)] = [seen.first(), seen.last()] else { return Err("no steps".into()) };
         let integral = |of: usize| simpson(h, &seen.iter().map(|m| m[of]).collect::<Vec<_>>());
         let balance = [0, 1].map(|of| (last[of] - first[of] + 2.0 / RE * integral(of + 1)) / first[of]);

@@ -1,12 +1,46 @@
-//! Error in time of the manufactured cavity, against step size and work.
+//! Error in time of two cavities, against step size and work.
 
-use super::{Cost, cavity_by, log_log, rms};
+use super::{Cost, cavity_by, lid, log_log, rms};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::measure::norm::max_norm;
+
+/// A cavity whose solution is smooth from the start, or one that is not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flow {
+    /// The manufactured solution, at a Reynolds number at which convection matters.
+    Manufactured,
+    /// Fluid at rest whose lid starts at once.
+    Started,
+}
+
+impl Flow {
+    /// The Reynolds number.
+    pub(crate) fn re(self) -> f64 {
+        match self {
+            Self::Manufactured => 1000.0,
+            Self::Started => lid::RE,
+        }
+    }
+
+    /// The end of the runs.
+    pub(crate) fn end(self) -> f64 {
+        match self {
+            Self::Manufactured => 1.0,
+            Self::Started => 2.0,
+        }
+    }
+
+    /// The velocities at the end of so many steps.
+    fn by(self, method: &str, cells: usize, steps: u32) -> Result<(Vec<f64>, Cost), StudyError> {
+        let h = self.end() / f64::from(steps);
+        cavity_by(method, self == Self::Manufactured, (self.re(), cells), (h, steps))
+    }
+}
 
 /// Runs of a method with several step sizes.
 #[derive(Debug)]
 pub(crate) struct FlowPrecision {
+    pub(crate) flow: Flow,
     /// The method, or [`PROJECTION`](super::PROJECTION).
     pub(crate) method: &'static str,
     /// Cells along a side.
@@ -14,9 +48,7 @@ pub(crate) struct FlowPrecision {
 }
 
 impl FlowPrecision {
-    /// The Reynolds number: convection matters.
-    pub(crate) const RE: f64 = 1000.0;
-    /// Steps to t = 1.
+    /// Steps to the end.
     pub(crate) const STEPS: [u32; 5] = [4, 8, 16, 32, 64];
 }
 
@@ -27,6 +59,8 @@ pub(crate) struct Point {
     /// Root mean square of the difference from RK4 with small steps on the same grid; nothing where a step failed, where it is
     /// above that of the flow itself, and with steps longer than one of those.
     pub(crate) error: Option<f64>,
+    /// Why it broke off.
+    pub(crate) failure: Option<String>,
     pub(crate) cost: Cost,
 }
 
@@ -38,6 +72,8 @@ pub(crate) struct Found {
     pub(crate) size: f64,
     /// The largest of them.
     pub(crate) speed: f64,
+    /// No less than the error of what the runs are held against.
+    pub(crate) reference_error: f64,
 }
 
 impl Found {
@@ -46,6 +82,17 @@ impl Found {
         let known: Vec<(f64, f64)> =
             self.points.iter().filter_map(|p| Some((p.cost.solves as f64, p.error?))).collect();
         log_log(&known, solves)
+    }
+
+    /// Seconds of CPU time for an error, log-log between the runs about it; those of the longest steps that hold where these are
+    /// more accurate, and `None` where no run is as accurate.
+    pub(crate) fn seconds_for(&self, error: f64) -> Option<f64> {
+        let known: Vec<(f64, f64)> =
+            self.points.iter().rev().filter_map(|p| Some((p.error?, p.cost.seconds))).collect();
+        match known.last() {
+            Some((largest, seconds)) if *largest <= error => Some(*seconds),
+            _ => log_log(&known, error),
+        }
     }
 }
 
@@ -56,20 +103,24 @@ fn without_lost(points: &mut [Point], size: f64) {
     points[..kept].iter_mut().for_each(|p| p.error = None);
 }
 
-/// The reference: RK4 with a fourth of the finest step, which is stable on these grids.
+/// The reference: RK4 with a fourth of the finest step, which is stable on these grids, and a third of what twice that step differs
+/// by, no less than its error whatever a jump leaves of the order.
 #[derive(Debug)]
 struct Truth {
+    flow: Flow,
     cells: usize,
 }
 
 impl Experiment for Truth {
     const ID: &'static str = "flow-precision-truth";
-    type Found = Vec<f64>;
+    type Found = (Vec<f64>, f64);
 
-    fn measure(&self, _: &Context) -> Result<Vec<f64>, StudyError> {
+    fn measure(&self, _: &Context) -> Result<Self::Found, StudyError> {
         let [.., finest] = FlowPrecision::STEPS;
-        let steps = 4 * finest;
-        Ok(cavity_by("rk4", true, (FlowPrecision::RE, self.cells), (1.0 / f64::from(steps), steps))?.0)
+        let by = |steps| self.flow.by("rk4", self.cells, steps);
+        let ((coarse, _), (fine, _)) = (by(2 * finest)?, by(4 * finest)?);
+        let error = rms(&coarse, &fine) / 3.0;
+        Ok((fine, error))
     }
 }
 
@@ -79,19 +130,21 @@ impl Experiment for FlowPrecision {
 
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         context.announce(1);
-        let truth = context.get(Truth { cells: self.cells })?;
+        let Self { flow, method, cells } = *self;
+        let reference = context.get(Truth { flow, cells })?;
+        let (truth, reference_error) = &*reference;
         let points = Self::STEPS.iter().map(|steps| {
-            let h = 1.0 / f64::from(*steps);
-            match cavity_by(self.method, true, (Self::RE, self.cells), (h, *steps)) {
-                Ok((end, cost)) => Point { h, error: Some(rms(&end, &truth)), cost },
-                Err(_) => Point { h, error: None, cost: Cost::default() },
+            let h = flow.end() / f64::from(*steps);
+            match flow.by(method, cells, *steps) {
+                Ok((end, cost)) => Point { h, error: Some(rms(&end, truth)), failure: None, cost },
+                Err(error) => Point { h, error: None, failure: Some(error.to_string()), cost: Cost::default() },
             }
         });
         let mut points: Vec<Point> = points.collect();
-        let size = rms(&truth, &vec![0.0; truth.len()]);
+        let size = rms(truth, &vec![0.0; truth.len()]);
         without_lost(&mut points, size);
         context.tick();
-        Ok(Found { points, size, speed: max_norm(&truth) })
+        Ok(Found { points, size, speed: max_norm(truth), reference_error: *reference_error })
     }
 }
 
@@ -103,6 +156,7 @@ mod tests {
         let point = |(solves, error): &(u64, f64)| Point {
             h: 1.0,
             error: Some(*error),
+            failure: None,
             cost: Cost { solves: *solves, ..Cost::default() },
         };
         runs.iter().map(point).collect()
@@ -117,9 +171,28 @@ mod tests {
         }
     }
 
+    fn of(points: Vec<Point>) -> Found {
+        Found { points, size: 1.0, speed: 1.0, reference_error: 0.0 }
+    }
+
+    #[test]
+    fn the_time_for_an_error_lies_between_runs_or_is_that_of_the_longest_steps_that_hold() {
+        let mut runs = points(&[(1, 0.1), (2, 4e-2), (4, 1e-2)]);
+        for (run, seconds) in runs.iter_mut().zip([7.0, 1.0, 2.0]) {
+            run.cost.seconds = seconds;
+        }
+        runs[0].error = None;
+        let found = of(runs);
+        approx::assert_relative_eq!(found.seconds_for(2e-2).expect("between"), 2.0_f64.sqrt(), max_relative = 1e-12);
+        assert_eq!(
+            [found.seconds_for(0.1), found.seconds_for(4e-2), found.seconds_for(9e-3)],
+            [Some(1.0), Some(1.0), None]
+        );
+    }
+
     #[test]
     fn errors_at_equal_work_lie_on_a_power_law_and_not_beyond_the_runs() {
-        let found = Found { points: points(&[(10, 1e-2), (20, 2.5e-3), (40, 6.25e-4)]), size: 1.0, speed: 1.0 };
+        let found = of(points(&[(10, 1e-2), (20, 2.5e-3), (40, 6.25e-4)]));
         approx::assert_relative_eq!(found.error_with(30.0).expect("between"), 1.0 / 900.0, max_relative = 1e-12);
         assert_eq!(found.error_with(41.0), None);
     }
@@ -127,8 +200,10 @@ mod tests {
     #[test]
     fn the_size_of_a_flow_is_a_root_mean_square_and_its_speed_a_maximum() {
         let context = Context::quick();
-        let found = FlowPrecision { method: "implicit-euler", cells: 4 }.measure(&context).expect("it runs");
-        let truth = context.get(Truth { cells: 4 }).expect("it runs");
+        let flow = Flow::Manufactured;
+        let found = FlowPrecision { flow, method: "implicit-euler", cells: 4 }.measure(&context).expect("it runs");
+        let reference = context.get(Truth { flow, cells: 4 }).expect("it runs");
+        let (truth, _) = &*reference;
         let squares: f64 = truth.iter().map(|u| u * u).sum();
         approx::assert_relative_eq!(found.size.powi(2) * truth.len() as f64, squares, max_relative = 1e-12);
         assert!(truth.iter().all(|u| u.abs() <= found.speed) && truth.iter().any(|u| u.abs() == found.speed));

@@ -1,14 +1,12 @@
 //! The steady cavity by large steps of Method I, and where such steps rest although the flow is not steady.
 
-use std::time::Instant;
-
 use lsvi::closure::Linear;
 use lsvi::solver::Augmented;
 use lsvi::steady::{self, Steady, SteadyError};
 use lsvi::{LeastSquaresStep, SolveError, State, StepError};
 
-use super::cavity;
 use super::profile::Profile;
+use super::{cavity, timed};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::problem::Problem;
 
@@ -98,9 +96,9 @@ impl Experiment for SteadyCavity {
                 Some(coarse) => interpolated(coarse.cells, &coarse.psi, cells),
                 None => problem.initial(),
             };
-            let clock = Instant::now();
-            let Steady { state, residual, steps } = march(&*problem, start, step_size(self.re, grids.is_empty()))?;
-            let seconds = clock.elapsed().as_secs_f64();
+            let h = step_size(self.re, grids.is_empty());
+            let (steady, seconds) = timed(|| march(&*problem, start, h));
+            let Steady { state, residual, steps } = steady?;
             let faces = problem.observe(0.0, &state.q);
             let (profile, vorticity) = (Profile::new(cells, &faces), vorticity(cells, &faces));
             grids.push(Grid { cells, psi: state.q, profile, vorticity, residual, steps, seconds });
@@ -126,6 +124,8 @@ pub(crate) struct Refused {
     pub(crate) residual: f64,
     /// ψ there, where it is known.
     pub(crate) psi: Option<Vec<f64>>,
+    /// The gradient of the action over that at rest, where the iteration stalls.
+    pub(crate) gradient: Option<f64>,
     /// What the library says.
     pub(crate) message: String,
 }
@@ -141,15 +141,22 @@ impl Experiment for Spurious {
             Err(error) => {
                 let message = error.to_string();
                 match error {
-                    SteadyError::Spurious { residual, v, .. } => Refused { residual, psi: Some(v), message },
-                    SteadyError::NotReached { residual, .. } => Refused { residual, psi: None, message },
-                    SteadyError::Step(StepError::Solve { source: SolveError::Stalled { rate, v, .. }, .. }) => {
-                        Refused { residual: rate, psi: Some(v.into_vec()), message }
+                    SteadyError::Spurious { residual, v, .. } => {
+                        Refused { residual, psi: Some(v), gradient: None, message }
                     }
+                    SteadyError::NotReached { residual, .. } => {
+                        Refused { residual, psi: None, gradient: None, message }
+                    }
+                    SteadyError::Step(StepError::Solve {
+                        source: SolveError::Stalled { rate, gradient, v, .. },
+                        ..
+                    }) => Refused { residual: rate, psi: Some(v.into_vec()), gradient: Some(gradient), message },
                     other => return Err(other.into()),
                 }
             }
-            Ok(steady) => Refused { residual: steady.residual, psi: Some(steady.state.q), message: String::new() },
+            Ok(Steady { residual, state, .. }) => {
+                Refused { residual, psi: Some(state.q), gradient: None, message: String::new() }
+            }
         };
         context.tick();
         Ok(found)
