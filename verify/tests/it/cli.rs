@@ -519,7 +519,7 @@ fn a_table_is_one_screen_however_many_rows() {
 fn order_passes_fails_or_cannot_tell() {
     let (status, out, _) = say("order --problem quadratic-drag --method method-i");
     assert_eq!(status, 0, "{out}");
-    let heading = "method-i on quadratic-drag, errors against exact\nthe largest difference of a component of the state at t = 1\n";
+    let heading = "method-i on quadratic-drag, errors against exact\nthe largest difference of a component of the state at t = 2\n";
     assert!(out.starts_with(heading), "{out}");
     assert!(out.contains("\nPASS: order ") && out.contains(" is 2 ± 0.1"), "{out}");
     fits_a_terminal(&out);

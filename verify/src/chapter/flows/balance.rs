@@ -383,10 +383,12 @@ pub(super) fn without_viscosity(context: &Context, evidence: &mut Evidence, scal
 
 /// A map of the vorticity over its largest value.
 fn vortices(title: &str, points: usize, vorticity: &[f64]) -> Panel {
-    let place = (0..points).map(|i| 2.0 * std::f64::consts::PI * i as f64 / points as f64).collect();
+    // The last are the first again.
+    let place: Vec<f64> = (0..=points).map(|i| 2.0 * std::f64::consts::PI * i as f64 / points as f64).collect();
     let largest = max_norm(vorticity);
-    let values = vorticity.chunks(points).map(|row| row.iter().map(|w| w / largest).collect()).collect();
-    map(title, place, values, vec![-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75], true)
+    let at = |i: usize, j: usize| vorticity[j % points * points + i % points] / largest;
+    let values: Vec<Vec<f64>> = (0..=points).map(|j| (0..=points).map(|i| at(i, j)).collect()).collect();
+    map(title, &place, &values, vec![-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75], true)
 }
 
 #[cfg(test)]

@@ -143,8 +143,24 @@ fn bands(levels: &[f64]) -> Vec<String> {
     below.into_iter().chain(between).chain(above).collect()
 }
 
-/// A map of values at `place` along both axes.
-fn map(title: &str, place: Vec<f64>, values: Vec<Vec<f64>>, levels: Vec<f64>, contours: bool) -> Panel {
+/// Values at equally spaced places, with others between them on lines, until there are as many as the page shows.
+fn finer(values: &[f64]) -> Vec<f64> {
+    const SHOWN: usize = 128;
+    let parts = (SHOWN / values.len()).max(1);
+    let between = values
+        .windows(2)
+        .flat_map(|pair| (0..parts).map(move |k| pair[0] + k as f64 / parts as f64 * (pair[1] - pair[0])));
+    between.chain(values.last().copied()).collect()
+}
+
+/// A map of values at `place` along both axes, bilinear between them.
+fn map(title: &str, place: &[f64], values: &[Vec<f64>], levels: Vec<f64>, contours: bool) -> Panel {
+    let rows: Vec<Vec<f64>> = values.iter().map(|row| finer(row)).collect();
+    let across = rows.first().map_or(0, Vec::len);
+    let columns: Vec<Vec<f64>> =
+        (0..across).map(|i| finer(&rows.iter().map(|row| row[i]).collect::<Vec<_>>())).collect();
+    let place = finer(place);
+    let values = (0..place.len()).map(|j| columns.iter().map(|column| column[j]).collect()).collect();
     let field = Field { x: place.clone(), y: place, values, bands: bands(&levels), levels, contours };
     Panel::new(Axis::linear("x"), Axis::linear("y"), Vec::new()).titled(title).over(field)
 }
@@ -154,9 +170,9 @@ fn streamlines(title: &str, cells: usize, psi: &[f64]) -> Panel {
     // As fine as the page shows it.
     let drawn = cells * (128 / cells).max(1);
     let psi = interpolated(cells, psi, drawn);
-    let place = (0..=drawn).map(|i| i as f64 / drawn as f64).collect();
-    let values = (0..=drawn).map(|j| (0..=drawn).map(|i| corner(drawn, &psi, i, j)).collect()).collect();
-    map(title, place, values, vec![-0.1, -0.07, -0.04, -0.02, -0.005, -1e-5, 1e-5], true)
+    let place: Vec<f64> = (0..=drawn).map(|i| i as f64 / drawn as f64).collect();
+    let values: Vec<Vec<f64>> = (0..=drawn).map(|j| (0..=drawn).map(|i| corner(drawn, &psi, i, j)).collect()).collect();
+    map(title, &place, &values, vec![-0.1, -0.07, -0.04, -0.02, -0.005, -1e-5, 1e-5], true)
 }
 
 #[cfg(test)]
@@ -187,6 +203,16 @@ mod tests {
         assert_eq!(contest(&[1.1, 3.0]), "loses to");
         assert_eq!(contest(&[0.9, 0.3]), "beats");
         assert_eq!(contest(&[0.9, 1.3]), "is now ahead of and now behind");
+    }
+
+    #[test]
+    fn a_map_is_bilinear_between_its_values() {
+        let values = [vec![0.0, 1.0, 2.0], vec![3.0, 4.0, 5.0], vec![6.0, 7.0, 8.0]];
+        let field = map("", &[0.0, 1.0, 2.0], &values, vec![0.5], true).field.expect("a map");
+        assert!(field.x.len() > 80 && field.x.len() == field.y.len() && field.x == field.y);
+        for (y, row) in field.y.iter().zip(&field.values) {
+            assert!(field.x.iter().zip(row).all(|(x, value)| (value - (x + 3.0 * y)).abs() < 1e-12));
+        }
     }
 
     #[test]

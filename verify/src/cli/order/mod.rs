@@ -20,7 +20,7 @@ use program::ProgramArgs;
 use crate::cli::Status;
 use crate::cli::args::{self, ProblemArgs};
 use crate::cli::error::Failure;
-use crate::cli::layout::{decimals, number, paragraph, right, significant};
+use crate::cli::layout::{decimals, number, paragraph, plain, right, significant};
 use crate::cli::output::Output;
 
 /// Measure the order of a method on a problem and judge it.
@@ -319,7 +319,7 @@ impl<'a> Measurement<'a> {
 
     /// What an error is.
     fn compared(&self) -> String {
-        format!("the largest difference of a component of the state at t = {}", number(self.t_end))
+        format!("the largest difference of a component of the state at t = {}", plain(self.t_end))
     }
 
     fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
