@@ -18,8 +18,13 @@ pub(super) fn rest_on_their_tables() -> Result<(), Failed> {
     let evidence = &(study.run)(&CONTEXT).map_err(|error| error.to_string())?;
     let parts: [fn(&Evidence) -> Result<(), Failed>; 9] =
         [summary, work, periodic, conservation, lid, disturbances, approach, spurious, cvode];
+    all(parts.map(|part| part(evidence)))
+}
+
+/// What fails of several, together.
+fn all(found: impl IntoIterator<Item = Result<(), Failed>>) -> Result<(), Failed> {
     let failures: Vec<String> =
-        parts.iter().filter_map(|part| Some(part(evidence).err()?.message()?.to_owned())).collect();
+        found.into_iter().filter_map(|found| Some(found.err()?.message()?.to_owned())).collect();
     if failures.is_empty() { Ok(()) } else { Err(failures.join("\n\n").into()) }
 }
 
@@ -115,7 +120,7 @@ fn work(evidence: &Evidence) -> Result<(), Failed> {
     let over = |method: &str| brief(with("method-i") / with(method));
     let (longest, held) = runs(evidence, MANUFACTURED, "pressure-correction", ["h", "error"])[0];
     let [size, speed] = size_and_speed()?;
-    consists(
+    let words = consists(
         &paragraph(evidence, "In the manufactured cavity at Re = 1000")?,
         &[
             "at Re = 1000 on 16 cells a side, with 64 steps to the end".into(),
@@ -139,7 +144,7 @@ fn work(evidence: &Evidence) -> Result<(), Failed> {
                 brief(held / size)
             ),
         ],
-    )?;
+    );
     let times = |flow: &str| {
         let [own, second, rule, tr_bdf2, bdf2, rk4, projection] =
             ["method-i", "method-ii", "trapezoidal", "tr-bdf2", "bdf2", "rk4", "pressure-correction"].map(|method| {
@@ -151,7 +156,7 @@ fn work(evidence: &Evidence) -> Result<(), Failed> {
              correction {projection}."
         )
     };
-    consists(
+    let times = consists(
         &paragraph(evidence, "In CPU time a system counts")?,
         &[
             format!(
@@ -163,7 +168,8 @@ fn work(evidence: &Evidence) -> Result<(), Failed> {
             format!("For an error of {} after", short(asked(evidence, STARTED))),
             times(STARTED),
         ],
-    )
+    );
+    all([words, times])
 }
 
 fn periodic(evidence: &Evidence) -> Result<(), Failed> {
@@ -190,7 +196,7 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
         [false, false] => "beats",
         _ => "is now ahead of and now behind",
     };
-    consists(
+    let errors = consists(
         &paragraph(evidence, "On smooth periodic flows")?,
         &[
             format!("on 32² points at Re = 200 up to t = 1, Method I {word} TR-BDF2: at h = 0.0125 its error"),
@@ -199,7 +205,7 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
             format!("There it is {} times that of the trapezoidal rule", short(over(turbulence, OURS, trapezoidal))),
             format!("implicit Euler has {} times its error", short(over(turbulence, euler, OURS))),
         ],
-    )?;
+    );
     let runs =
         |flow: &str, case: [&str; 2]| steps.map(|h| (of(flow, case, h, "evaluations"), of(flow, case, h, "error")));
     let equal_work = |flow: &str| {
@@ -210,7 +216,7 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
     let own = runs(shear, OURS)[2];
     let explicit = runs(shear, ["rk4", "velocity"]);
     let cheapest = explicit.into_iter().find(|run| run.1 < own.1).ok_or("RK4 is nowhere ahead")?;
-    consists(
+    let evaluations = consists(
         &paragraph(evidence, "On 32² points at equal numbers of evaluations")?,
         &[
             "On 32² points".into(),
@@ -219,14 +225,14 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
             format!("a run of {} evaluations has an error of {}, where", cheapest.0, brief(cheapest.1)),
             format!("takes {} for {}.", own.0, brief(own.1)),
         ],
-    )?;
+    );
     let other = ["method-i", "vorticity"];
     let enstrophy = |flow: &str, case: [&str; 2]| brief(finest(flow, case, "enstrophy"));
     let sign = |case: [&str; 2]| {
         let signs = steps.map(|h| of(turbulence, case, h, "enstrophy") > 0.0);
         if signs[0] == signs[1] && signs[1] == signs[2] { "keeps its sign" } else { "changes sign" }
     };
-    consists(
+    let metric = consists(
         &paragraph(evidence, "The metric is part of the method.")?,
         &[
             format!(
@@ -243,10 +249,10 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
                 sign(other)
             ),
         ],
-    )?;
+    );
     let [[e0, z0], [e1, z1]] =
         FLOWS.map(|flow| ["energy_balance", "enstrophy_balance"].map(|of| short(finest(flow, OURS, of).abs())));
-    consists(
+    let balance = consists(
         &paragraph(evidence, "Convection neither makes nor takes")?,
         &[
             format!(
@@ -254,7 +260,8 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
             ),
             format!("of turbulence {e1} and {z1}."),
         ],
-    )
+    );
+    all([errors, evaluations, metric, balance])
 }
 
 fn conservation(evidence: &Evidence) -> Result<(), Failed> {
@@ -289,7 +296,7 @@ fn lid(evidence: &Evidence) -> Result<(), Failed> {
     let is_best = first
         .map(|row| row[method].to_string())
         .all(|name| name == "method-i" || error(0.5, 0.5, &name) > error(0.5, 0.5, "method-i"));
-    consists(
+    let large = consists(
         &paragraph(evidence, "A lid that starts at once")?,
         &[
             "of 20 cells a side at Re = 100, after one step of h = 0.5".into(),
@@ -309,7 +316,7 @@ fn lid(evidence: &Evidence) -> Result<(), Failed> {
                 ratio("tr-bdf2", 0.5, 2.0)
             ),
         ],
-    )?;
+    );
     let cases = [(0.5, 0.5), (0.25, 0.5), (0.5, 2.0), (0.25, 2.0)];
     let ahead = cases.map(|(h, t)| error(h, t, "method-i") < error(h, t, "pressure-correction"));
     let word = match ahead.iter().filter(|ahead| **ahead).count() {
@@ -329,7 +336,7 @@ fn lid(evidence: &Evidence) -> Result<(), Failed> {
         ratio("tr-bdf2", 0.25, 0.5),
         ratio("trapezoidal", 0.25, 0.5)
     );
-    consists(
+    let small = consists(
         &paragraph(evidence, "With h = 0.25 Method I has")?,
         &[
             early,
@@ -337,7 +344,8 @@ fn lid(evidence: &Evidence) -> Result<(), Failed> {
             format!("Method I {word} pressure correction"),
             "Courant numbers of 10 and 5, h over Δx".into(),
         ],
-    )
+    );
+    all([large, small])
 }
 
 fn disturbances(evidence: &Evidence) -> Result<(), Failed> {
