@@ -128,7 +128,7 @@ fn show(evidence: &Evidence, out: &mut impl Write) -> io::Result<()> {
     for table in &evidence.tables {
         paragraph(out, "", 0, &table.caption)?;
         writeln!(out)?;
-        let (table, legend) = with_short_names(table);
+        let (table, legend) = with_short_names(&without_the_only_equation(table));
         show_table(&table, out)?;
         if !legend.is_empty() {
             writeln!(out)?;
@@ -144,6 +144,17 @@ fn show(evidence: &Evidence, out: &mut impl Write) -> io::Result<()> {
         paragraph(out, "", 0, note)?;
     }
     writeln!(out, "\n{pass} agree, {fail} do not, {open} inconclusive, {not_run} not run")
+}
+
+/// The table without its column of equations where all solvers solve one.
+fn without_the_only_equation(table: &Table) -> Table {
+    let mut table = table.clone();
+    let Some(column) = table.column("equation") else { return table };
+    if table.rows.windows(2).all(|pair| pair[0][column] == pair[1][column]) {
+        table.columns.remove(column);
+        table.rows.iter_mut().for_each(|row| drop(row.remove(column)));
+    }
+    table
 }
 
 /// The table with its long names cut, each with a number, and what they stand for.

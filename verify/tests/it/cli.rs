@@ -612,10 +612,17 @@ fn compare_shows_every_solver() {
     let problem = problem::build("quadratic-drag", &[]).unwrap();
     let names = theory::methods_for(&*problem).into_iter().map(|method| method.name());
     for name in names.chain(reference::all().iter().map(|reference| reference.name().to_owned())) {
-        let line = out.lines().find(|line| line.split_whitespace().nth(1) == Some(&name));
+        let line = out.lines().find(|line| line.split_whitespace().next() == Some(&name));
         assert!(line.is_some_and(|line| line.contains("agrees") || line.contains("not ")), "{name}: {out}");
     }
     assert!(out.lines().last().is_some_and(|line| line.contains(" 0 do not")), "{out}");
+    // A row a line, on a flow with the longest names too; two equations are told apart.
+    let (status, out, _) = say("compare --problem cavity --set cells=6");
+    assert_eq!(status, 0, "{out}");
+    fits_a_terminal(&out);
+    assert!(out.lines().any(|line| line.starts_with("rk4 ") && line.ends_with("agrees")), "{out}");
+    let (_, out, _) = say("compare --problem poiseuille-ansatz");
+    assert!(out.lines().any(|line| line.starts_with("equation ")), "{out}");
 }
 
 #[test]

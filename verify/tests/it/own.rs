@@ -1000,7 +1000,7 @@ fn a_method_that_is_compared_anyway_is_listed_once_and_a_file_of_its_name_beside
     fs::write(&path, "name = \"rk4\"\na = [[]]\nb = [1]\n").expect("writable");
     let file = path.display().to_string();
     let (code, out, error) = verify(&["compare", "--problem", "logistic", "--method", "method-i", "--method", &file]);
-    let count = |name: &str| out.lines().filter(|line| line.starts_with(&format!("equation  {name} "))).count();
+    let count = |name: &str| out.lines().filter(|line| line.starts_with(&format!("{name} "))).count();
     assert_eq!((code, count("method-i"), count("rk4"), count("rk4 of")), (0, 1, 2, 1), "{out}{error}");
 }
 
