@@ -73,6 +73,12 @@ impl Matrices {
 }
 
 impl Character {
+    /// Of a problem whose solution is not followed.
+    pub(super) fn unseen(problem: &dyn Problem) -> Self {
+        let unknowns = problem.field().dim();
+        Self { unknowns, matrices: None, parting: f64::NAN, sizes: (f64::NAN, f64::NAN), reached: 0.0 }
+    }
+
     /// Along the solution of `problem` by an adaptive method, as far as it goes.
     pub(super) fn of(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Self {
         let unknowns = problem.ode().dim();

@@ -4,6 +4,7 @@ mod character;
 mod duration;
 mod trial;
 
+use lsvi::Structure;
 use lsvi::adaptive::Tolerances;
 
 pub use character::Character;
@@ -46,7 +47,7 @@ const CLEAR: f64 = 1.1;
 /// What there is to say.
 #[derive(Debug)]
 pub struct Advice {
-    /// What the system is like; of a large or matrix-free system only its size.
+    /// What the system is like; of a large one without its matrices, of a matrix-free one only its size.
     pub character: Character,
     /// The trial runs that reach the accuracy, the least work first.
     pub trials: Vec<Trial>,
@@ -72,6 +73,12 @@ pub enum Refusal {
     /// The solution cannot be followed.
     #[error("radau-adaptive, which the trials are measured by, cannot follow the solution to the end: {0}")]
     Lost(RunError),
+    /// There is no matrix of the Jacobian.
+    #[error(
+        "the system is known by products with its Jacobian, and radau-adaptive, which the trials are measured by, needs the \
+         matrix; `verify order` compares methods of fixed steps on it"
+    )]
+    MatrixFree,
     /// The solution stays at its start.
     #[error("the solution stays what it is at the start, on which no method makes an error: start it elsewhere")]
     Constant,
@@ -123,6 +130,10 @@ pub enum Refusal {
 /// # Errors
 /// [`NameError`] if a candidate is not registered, which is a mistake of this program.
 pub fn advise(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Advice, NameError> {
+    if problem.field().structure() == Structure::MatrixFree {
+        let (character, refusal) = (Character::unseen(problem), Some(Refusal::MatrixFree));
+        return Ok(Advice { character, trials: Vec::new(), uncertainty: f64::NAN, target: f64::NAN, refusal });
+    }
     let character = Character::of(problem, &*adaptive(1e-6)?, horizon);
     let candidates = CANDIDATES.into_iter().map(method::parse).collect::<Result<Vec<_>, _>>()?;
     let (trials, uncertainty, target, refusal) = match try_out(problem, horizon, accuracy, &candidates)? {

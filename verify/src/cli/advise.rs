@@ -94,7 +94,9 @@ fn show(
         let text = "the run ends when the direction of the motion has turned twice; `--t-end` sets another end";
         paragraph(out, "duration", INDENT, text)?;
     }
-    describe(character, horizon, out)?;
+    if *refusal != Some(Refusal::MatrixFree) {
+        describe(character, horizon, out)?;
+    }
     if !trials.is_empty() {
         writeln!(out)?;
         row(["method", "steps", "h or tol", "abs. error", "evaluations"], out)?;
@@ -159,7 +161,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     };
     paragraph(out, "growth", INDENT, &neighbours)?;
     let Some(found) = &character.matrices else {
-        return paragraph(out, "structure", INDENT, "not looked at: the system is large or has no matrix");
+        return paragraph(out, "structure", INDENT, "not looked at: the system is large");
     };
     let steps = found.fastest * horizon / 2.785;
     let speed = format!(
