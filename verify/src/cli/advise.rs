@@ -89,12 +89,12 @@ fn show(
         counted(character.unknowns, "unknown")
     );
     paragraph(out, "", 0, &about)?;
-    writeln!(out)?;
-    if horizon > own {
-        let text = "the run ends when the direction of the motion has turned twice; `--t-end` sets another end";
-        paragraph(out, "duration", INDENT, text)?;
-    }
     if *refusal != Some(Refusal::MatrixFree) {
+        writeln!(out)?;
+        if horizon > own {
+            let text = "the run ends when the direction of the motion has turned twice; `--t-end` sets another end";
+            paragraph(out, "duration", INDENT, text)?;
+        }
         describe(character, horizon, out)?;
     }
     if !trials.is_empty() {
