@@ -12,7 +12,7 @@ pub use duration::duration;
 pub use trial::Trial;
 
 use crate::kinds::{Principle, Stability};
-use crate::measure::norm::larger;
+use crate::measure::norm::{Extremes, larger};
 use crate::method::{self, Method};
 use crate::names::NameError;
 use crate::problem::Problem;
@@ -196,7 +196,7 @@ pub fn try_out(
         }
     }
     for method in methods.iter().filter(|method| suits(problem, &***method)) {
-        let least = trials.iter().map(|trial| trial.cost).fold(f64::INFINITY, f64::min);
+        let least = trials.iter().map(|trial| trial.cost).chain([f64::INFINITY]).smallest();
         let (found, closest) = search(problem, &**method, &truth, target, HOPELESS * least);
         uncertainty = uncertainty.min(closest);
         trials.extend(found);

@@ -548,7 +548,7 @@ fn order_as_json_keeps_to_its_schema() {
     assert_eq!(status, 0);
     let keys: Vec<_> = value.as_object().expect("an object").keys().map(String::as_str).collect();
     let mut expected =
-        ["problem", "method", "reference", "expected", "declared", "slope", "stderr", "r_squared"].to_vec();
+        ["problem", "method", "reference", "t_end", "expected", "declared", "slope", "stderr", "r_squared"].to_vec();
     expected.extend(["verdict", "reason", "notes", "points"]);
     expected.sort_unstable();
     assert_eq!(keys, expected);

@@ -306,7 +306,7 @@ fn a_claim_that_a_kind_is_not_judged_by_is_inconclusive() {
 #[test]
 fn mistakes_in_a_file_of_any_kind_are_shown_where_they_are() {
     for (name, from, to, line, reason) in [
-        ("stormer-verlet", "b_hat = [\"1/2\", \"1/2\"]", "b_hat = [1]", 15, "`b_hat` has 1 entries"),
+        ("stormer-verlet", "b_hat = [\"1/2\", \"1/2\"]", "b_hat = [1]", 15, "`b_hat` has 1 entry"),
         ("forest-ruth", "\"separable\"", "\"some\"", 5, "`systems` is"),
         ("nystrom4", "b_bar", "bbar", 1, "`b_bar` is missing"),
         ("bdf2", "sigma = [0, 0, 1]", "sigma = [0, 1]", 7, "`sigma` has 2 entries"),

@@ -141,6 +141,9 @@ mod tests {
         fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
             self.0.prepare(b)
         }
+        fn takes_products(&self) -> bool {
+            self.0.takes_products()
+        }
         fn solve_stage(&mut self, b: &StepOperator<'_>, x: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
             let solved = self.0.solve_stage(b, x, tolerance);
             self.count(solved)
