@@ -100,9 +100,14 @@ impl DataArgs {
             Format::Table => quantities
                 .iter()
                 .zip(&judgements)
-                .try_for_each(|(q, j)| write_table(q, j, out))
-                .and_then(|()| all_notes().try_for_each(|note| paragraph(out, "\nNote: ", 6, note)))
-                .and_then(|()| if all_notes().next().is_none() { Ok(()) } else { writeln!(out) }),
+                .enumerate()
+                .try_for_each(|(i, (q, j))| {
+                    if i > 0 {
+                        writeln!(out)?;
+                    }
+                    write_table(q, j, out)
+                })
+                .and_then(|()| all_notes().try_for_each(|note| paragraph(out, "\nNote: ", 6, note))),
             Format::Markdown => write_markdown(&results, out)
                 .and_then(|()| all_notes().try_for_each(|note| writeln!(out, "\n- {note}"))),
         }
@@ -163,7 +168,7 @@ impl<'a> Summary<'a> {
             extrapolated: judgement.extrapolated,
             gci_fine: judgement.gci,
             convergence: judgement.convergence.to_string(),
-            triplet_orders: judgement.triplets.iter().map(|t| t.ok().map(|t| t.order)).collect(),
+            triplet_orders: judgement.triplets.iter().map(|t| t.ok()?.power_order()).collect(),
             pair_orders: &judgement.pairs,
             least_squares: fitted,
             verdict: judgement.verdict,
@@ -192,7 +197,7 @@ fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write)
         // With an exact value an order belongs to two grids, else to three.
         let order = match judgement.pairs.is_empty() {
             false => i.checked_sub(1).and_then(|i| judgement.pairs.get(i).copied()),
-            true => i.checked_sub(2).and_then(|i| judgement.triplets.get(i)?.ok().map(|t| t.order)),
+            true => i.checked_sub(2).and_then(|i| judgement.triplets.get(i)?.ok()?.power_order()),
         };
         let cell = |x: Option<f64>, digits: usize| {
             // Errors of zero have no order.
@@ -247,8 +252,7 @@ fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write)
     }
     writeln!(out)?;
     let verdict = word(judgement.verdict);
-    paragraph(out, &format!("{verdict}: "), verdict.len() + 2, &judgement.reason)?;
-    writeln!(out)
+    paragraph(out, &format!("{verdict}: "), verdict.len() + 2, &judgement.reason)
 }
 
 fn write_markdown(results: &[Summary<'_>], out: &mut impl Write) -> io::Result<()> {

@@ -5,9 +5,11 @@
 //!
 //! - Three grids determine p, C and φ₀, and nothing is left to test them with. They **pass** where an order is expected and
 //!   found; another order than the expected one is *inconclusive*, since the grids may be too coarse.
-//! - From four grids on, the orders of successive triplets must agree. Settled at the expected order they **pass**, settled
-//!   at another one they **fail**. Orders that move away from the expected one, by more than digits explain and so fast that
-//!   the next refinement would leave the band, are *inconclusive*.
+//! - From four grids on, the orders of successive triplets must agree, with each other and with the order that their drift
+//!   leads to. Settled at the expected order they **pass**, settled at another one they **fail**. Orders that move away from
+//!   the expected one, by more than digits explain and so fast that the next refinement would leave the band, are
+//!   *inconclusive*.
+//! - Differences that grow, on the two finest triplets and by more than the digits allow, refute convergence: they **fail**.
 //! - With the exact value known the errors themselves are fitted, by the rules of [`order`](super::order).
 //!
 //! Where no order is expected there is none to pass or fail: one that has settled is **measured**.
@@ -27,11 +29,14 @@ use serde::Serialize;
 use super::decimal::{decimals, significant, trimmed};
 use super::order::{Expectation, FLOOR_MARGIN, Line, Measured, OrderFit, Reason, Sample, Verdict, fit, fit_freely};
 use least_squares::LeastSquares;
-use three_grids::{Triplet, TripletError};
+use three_grids::{SAFETY, Triplet, TripletError};
 
 /// Half-width of the band around an expected order, unless another one is asked for: orders come in halves where solutions are
 /// not smooth, and a quarter tells neighbouring halves apart.
 pub const BAND: f64 = 0.25;
+
+/// Highest order that is believed without being expected: methods in use have 8 at most, extrapolation seldom more than 10.
+const HIGHEST: f64 = 10.0;
 
 /// A value on a grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,9 +112,9 @@ pub struct Judgement {
     /// Its behaviour on the three finest grids.
     pub convergence: Convergence,
     /// The order: of the fit to the errors where the exact value is known, else of the least-squares fit from four grids
-    /// on, else of the three grids; `None` where there is none, or several.
+    /// on, else of the three grids; `None` where no power law holds.
     pub order: Option<f64>,
-    /// How far the order is uncertain: by the digits of the values, and by the scatter of a fit.
+    /// How far the order is uncertain: by the digits of the values, and by the scatter and the drift of a fit.
     pub uncertainty: Option<f64>,
     /// The limit for h → 0, from where the order is from.
     pub extrapolated: Option<f64>,
@@ -195,7 +200,6 @@ impl Quantity {
         };
         let mut judgement = Judgement {
             convergence: Convergence::of(finest),
-            gci: finest.as_ref().ok().map(|triplet| triplet.gci),
             triplets,
             used: points.len(),
             ..Judgement::undecided(Convergence::Unknown, String::new())
@@ -272,13 +276,14 @@ fn pair_orders(points: &[(f64, f64)], exact: f64) -> Vec<f64> {
 impl Convergence {
     /// Whether the values tend to nothing that could be fitted.
     fn is_without_limit(self) -> bool {
-        matches!(self, Self::Divergent | Self::OscillatoryDivergent | Self::Unresolved | Self::Unknown)
+        self != Self::Monotonic
     }
 
     fn of(finest: &Result<Triplet, TripletError>) -> Self {
         match finest {
             Ok(triplet) if triplet.oscillates => Self::Oscillatory,
             Ok(_) => Self::Monotonic,
+            Err(TripletError::Diverging { certain: false, .. }) => Self::Unresolved,
             Err(TripletError::Diverging { oscillates: true, .. }) => Self::OscillatoryDivergent,
             Err(TripletError::Diverging { oscillates: false, .. }) => Self::Divergent,
             Err(TripletError::Unresolved { .. }) => Self::Unresolved,
@@ -376,33 +381,58 @@ impl Judgement {
         let triplet = match self.triplets.last() {
             Some(Ok(triplet)) => *triplet,
             Some(Err(error)) => {
-                let grows = |t: &Result<Triplet, TripletError>| matches!(t, Err(TripletError::Diverging { .. }));
-                let diverges = self.triplets.len() > 1 && self.triplets.iter().all(grows);
+                let grows =
+                    |t: &Result<Triplet, TripletError>| matches!(t, Err(TripletError::Diverging { certain: true, .. }));
+                // As with a wrong order, three grids may be too coarse; four with growing differences are not converging.
+                let diverges = self.triplets.len() > 1 && self.triplets.iter().rev().take(2).all(grows);
                 let verdict = if diverges { Verdict::Fail } else { Verdict::Inconclusive };
                 return self.set(verdict, error.to_string());
             }
             None => return,
         };
-        (self.order, self.uncertainty) = (Some(triplet.order), Some(triplet.uncertainty));
-        self.extrapolated = Some(triplet.limit);
         if triplet.oscillates {
             return self.set(
                 Verdict::Inconclusive,
-                "the differences alternate in sign: the grids are not in the asymptotic range, and the order is formal",
+                "the differences alternate in sign: the grids are not in the asymptotic range, and have no order",
             );
         }
-        let (count, settled) = (self.triplets.len(), settled(&self.triplets, question.band / 2.0));
-        if count > 1 {
-            // Where not enough grids have settled, the order of all of them, for information.
-            let used = if settled > 1 { settled + 2 } else { points.len() };
+        let (count, most) =
+            (self.triplets.len(), question.expected.map_or(HIGHEST, |p| HIGHEST.max(p + question.band)));
+        if triplet.order > most {
+            let order = decimals(triplet.order, 1);
+            let reason = format!(
+                "the differences of the finest grids shrink as those of an order {order} would: above {most} it is taken for \
+                 grids outside of the asymptotic range"
+            );
+            return self.set(Verdict::Inconclusive, reason);
+        }
+        self.gci = Some(triplet.gci);
+        let towards = towards(&self.triplets, points);
+        let settled = settled(&self.triplets, towards, question.band / 2.0);
+        if count == 1 {
+            (self.order, self.uncertainty) = (Some(triplet.order), Some(triplet.uncertainty));
+            self.extrapolated = Some(triplet.limit);
+        } else if settled < 2 {
+            return self.set(
+                Verdict::Inconclusive,
+                format!(
+                    "the orders of successive triplets, and the one that they drift to, {}, differ by more than {}: they \
+                     have not settled",
+                    decimals(towards, 3),
+                    question.band / 2.0
+                ),
+            );
+        } else {
+            let used = settled + 2;
             let Some(power) = LeastSquares::fit(&points[..used]).ok().and_then(|fit| fit.power) else {
                 return self.set(Verdict::Inconclusive, "no power law fits the values");
             };
             self.order = Some(power.order);
-            // Orders that drift are uncertain by their drift.
+            // Orders that drift are uncertain by how far the fit is from where they go, with the safety factor of the grid
+            // convergence index for that extrapolation, and orders that scatter by half of their spread.
             let orders = self.triplets.iter().rev().take(settled).flatten().map(|triplet| triplet.order);
             let (low, high) = orders.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
-            let drift = if settled > 1 { 0.5 * (high - low) } else { 0.0 };
+            let drift = (SAFETY * (power.order - towards).abs()).max(0.5 * (high - low));
             self.uncertainty = Some(
                 power.stderr.max(drift).hypot(power.sensitivity * (resolution + f64::EPSILON * points[0].1.abs())),
             );
@@ -424,11 +454,6 @@ impl Judgement {
         let Question { expected, band, .. } = *question;
         let found = format!("order {} ± {}", decimals(order, 3), significant(own, 2));
         let grids = settled + 2;
-        if count > 1 && settled < 2 {
-            let reason =
-                format!("the orders of successive triplets differ by more than {}: they have not settled", band / 2.0);
-            return (Verdict::Inconclusive, reason);
-        }
         if own.is_nan() || own > band {
             let reason =
                 format!("{found}, more than the band of {band}: more digits, or grids further apart, would tell");
@@ -475,15 +500,40 @@ fn drifts_away(orders: &[(f64, f64)], question: &Question) -> Option<String> {
     })
 }
 
+/// Where the orders of the triplets, coarse to fine, go for h → 0.
+///
+/// With φ = φ₀ + C hᵖ(1 + D h^q + …) the orders p_k of triplets drift as p_k − p ~ h_k^q. Under refinement by ρ their differences
+/// thus have the ratio r = ρ^−q, and Δ r/(1 − r) of the last difference Δ is still to come. Three triplets tell r; orders come
+/// in halves, so that q ≥ ½ bounds it. Two do not, and the next term of a power series, q = 1, is assumed. Differences that
+/// alternate are scatter, which leads nowhere. Digits play no part: they may widen what is left open, never narrow it.
+/// From one triplet to the next the mean spacing of its three grids shrinks by ρ = (h₄/h₁)^⅓.
+fn towards(triplets: &[Result<Triplet, TripletError>], points: &[(f64, f64)]) -> f64 {
+    let orders = || triplets.iter().rev().map_while(|triplet| triplet.ok()?.power_order());
+    let finest: Vec<f64> = orders().take(3).collect();
+    let refinement = points.get(3).map_or(2.0, |point| (point.0 / points[0].0).cbrt());
+    let growth = |r: f64| r / (1.0 - r);
+    match finest[..] {
+        [one, two, three] => {
+            let (last, before) = (one - two, two - three);
+            let ratio = if last * before > 0.0 { (last / before).min(refinement.powf(-0.5)) } else { 0.0 };
+            one + last * growth(ratio)
+        }
+        [one, two] => one + (one - two) * growth(1.0 / refinement),
+        _ => finest.first().copied().unwrap_or(f64::NAN),
+    }
+}
+
 /// Length of the longest run of triplets, counted from the finest, that converge monotonically with orders that agree to within
-/// `spread`, each within its own uncertainty.
-fn settled(triplets: &[Result<Triplet, TripletError>], spread: f64) -> usize {
-    let (mut highest_low, mut lowest_high) = (f64::NEG_INFINITY, f64::INFINITY);
+/// `spread`, the finest of them with the order that they go `towards`, too.
+fn settled(triplets: &[Result<Triplet, TripletError>], towards: f64, spread: f64) -> usize {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     let agrees = |triplet: &&Result<Triplet, TripletError>| {
-        let Ok(Triplet { order, uncertainty, oscillates: false, .. }) = triplet else { return false };
-        highest_low = highest_low.max(order - uncertainty);
-        lowest_high = lowest_high.min(order + uncertainty);
-        highest_low - lowest_high <= spread
+        let Ok(Triplet { order, oscillates: false, .. }) = triplet else { return false };
+        if low > high && (order - towards).abs() > spread {
+            return false;
+        }
+        (low, high) = (low.min(*order), high.max(*order));
+        high - low <= spread
     };
     triplets.iter().rev().take_while(agrees).count()
 }

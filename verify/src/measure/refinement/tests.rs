@@ -350,3 +350,76 @@ fn spacings_that_may_be_numbers_of_cells_are_named() {
     assert!(!noted(&grids.map(|h: f64| (h, h.powi(2)))));
     assert!(!noted(&grids.map(|n: f64| (n / 100.0, n.powi(-2)))));
 }
+
+/// Linear errors with a quadratic term of the same size: orders 1.459 and 1.300 that go on falling, to 1.
+#[test]
+fn orders_that_still_drift_have_not_settled_and_fewer_digits_do_not_settle_them() {
+    let points = [0.4, 0.2, 0.1, 0.05].map(|h: f64| (h, 1.0 + h + 2.0 * h * h));
+    for resolution in [0.0, 5e-6, 5e-4] {
+        for question in [expecting(1.0), expecting(2.0), Question::default()] {
+            let judgement = quantity(&points, resolution).judge(&question);
+            assert_eq!(judgement.verdict, Verdict::Inconclusive, "{}", judgement.reason);
+            assert!(judgement.reason.contains("have not settled"), "{}", judgement.reason);
+            assert_eq!((judgement.order, judgement.extrapolated), (None, None));
+        }
+    }
+}
+
+/// The order 1 of a h + b h² lies within what is said of it, and digits widen that.
+#[test]
+fn the_uncertainty_of_an_order_covers_its_drift() {
+    for b in [0.02, 0.05, 0.1, 0.2] {
+        for n in [4, 5, 6] {
+            let points: Vec<_> =
+                (0..n).map(|k| 0.4 * 0.5_f64.powi(k)).map(|h| (h, 1.0 + 0.3 * h + b * h * h)).collect();
+            let judge = |resolution: f64| quantity(&points, resolution).judge(&Question::default());
+            let (exact, digits) = (judge(0.0), judge(1e-5));
+            let Some((order, uncertainty)) = exact.order.zip(exact.uncertainty) else { continue };
+            assert!((order - 1.0).abs() <= uncertainty, "{b} {n}: {}", exact.reason);
+            assert!(digits.uncertainty.is_none_or(|digits| digits >= uncertainty), "{b} {n}: {}", digits.reason);
+        }
+    }
+    let settled = [0.4, 0.2, 0.1, 0.05, 0.025].map(|h: f64| (h, 1.0 + 0.3 * h + 0.2 * h * h));
+    assert_eq!(quantity(&settled, 0.0).judge(&expecting(1.0)).verdict, Verdict::Pass);
+}
+
+/// 1 + 0.3(−1)ᵏh on halved grids, and differences that shrink by a factor of 2500.
+#[test]
+fn where_no_power_law_holds_there_is_neither_order_nor_limit() {
+    let alternating = [(0.4, 1.12), (0.2, 0.94), (0.1, 1.03), (0.05, 0.985)];
+    let absurd = [(1.0, 1.0), (2.0, 1.0001), (4.0, 1.2501)];
+    for (points, convergence) in [
+        (&alternating[..], Convergence::Oscillatory),
+        (&alternating[1..], Convergence::Oscillatory),
+        (&absurd, Convergence::Monotonic),
+    ] {
+        let judgement = quantity(points, 0.0).judge(&Question::default());
+        assert_eq!((judgement.convergence, judgement.verdict), (convergence, Verdict::Inconclusive));
+        assert_eq!((judgement.order, judgement.uncertainty), (None, None), "{}", judgement.reason);
+        assert_eq!((judgement.extrapolated, judgement.gci), (None, None));
+        assert!(judgement.least_squares.is_none());
+    }
+    // An order that is expected is believed.
+    let eleventh = [1.0, 2.0, 4.0].map(|h: f64| (h, 1.0 + 1e-4 * h.powi(11)));
+    assert_eq!(quantity(&eleventh, 0.0).judge(&expecting(11.0)).verdict, Verdict::Pass);
+}
+
+/// Differences that double: the digits decide whether that refutes convergence, and the number of grids from four on does not.
+#[test]
+fn one_verdict_on_values_that_diverge() {
+    let points = [(0.4, 1.0), (0.2, 1.1), (0.1, 1.3), (0.05, 1.7), (0.025, 2.5)];
+    for question in [expecting(1.0), Question::default()] {
+        for n in [4, 5] {
+            let judgement = quantity(&points[..n], 5e-4).judge(&question);
+            assert_eq!((judgement.convergence, judgement.verdict), (Convergence::Divergent, Verdict::Fail));
+            // Two more grids on which it seemed to converge.
+            let mut more = vec![(1.6, 2.0), (0.8, 1.2)];
+            more.extend(&points[..n]);
+            assert_eq!(quantity(&more, 5e-4).judge(&question).verdict, Verdict::Fail);
+        }
+        // Rounding by 0.05 may have made 0.3 and 0.3 of the finest differences 0.2 and 0.4.
+        let open = quantity(&points[..4], 0.05).judge(&question);
+        assert_eq!((open.convergence, open.verdict), (Convergence::Unresolved, Verdict::Inconclusive));
+        assert!(open.reason.contains("may diverge") && open.reason.contains("digits"), "{}", open.reason);
+    }
+}

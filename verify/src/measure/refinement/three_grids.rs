@@ -60,8 +60,10 @@ pub enum TripletError {
     },
     /// The differences do not shrink as those of a positive order do.
     #[error(
-        "the values diverge: their differences go from {} to {} under refinement{}",
-        significant(-.coarse, 4), significant(-.fine, 4), if *.oscillates { " and alternate in sign" } else { "" }
+        "{}: their differences go from {} to {} under refinement{}{}",
+        if *.certain { "the values diverge" } else { "the values may diverge" },
+        significant(-.coarse, 4), significant(-.fine, 4), if *.oscillates { " and alternate in sign" } else { "" },
+        if *.certain { "" } else { ", which their digits leave open: more digits, or grids further apart, would tell" }
     )]
     Diverging {
         /// φ₂ − φ₁.
@@ -70,6 +72,8 @@ pub enum TripletError {
         coarse: f64,
         /// Whether they alternate in sign.
         oscillates: bool,
+        /// Whether they grow whatever the digits of the values hide.
+        certain: bool,
     },
     /// No order up to 20 solves the equation.
     #[error("no order up to 20 explains differences of {} and {}", significant(-.coarse, 4), significant(-.fine, 4))]
@@ -105,17 +109,19 @@ impl Triplet {
         let moved = 2.0 * least / FLOOR_MARGIN;
         // Growth beyond what the digits can do is told whatever they hide of the smaller difference.
         let may_oscillate = coarse * fine < 0.0 && coarse.abs() > moved;
+        let (oscillates, unresolved) = (coarse * fine < 0.0, fine.abs().min(coarse.abs()) <= least);
         if coarse.abs() + moved < standstill(may_oscillate).min(standstill(true)) * (fine.abs() - moved) {
-            return Err(TripletError::Diverging { fine, coarse, oscillates: may_oscillate });
+            return Err(TripletError::Diverging { fine, coarse, oscillates: may_oscillate, certain: true });
         }
-        if fine.is_nan() || coarse.is_nan() || fine.abs().min(coarse.abs()) <= least {
+        if fine.is_nan() || coarse.is_nan() {
+            return Err(TripletError::Unresolved { difference: f64::NAN, least });
+        }
+        if coarse.abs() <= standstill(oscillates) * fine.abs() && fine.abs() > moved {
+            return Err(TripletError::Diverging { fine, coarse, oscillates, certain: false });
+        }
+        if unresolved {
             let difference = if fine.abs() > least { coarse } else { fine };
             return Err(TripletError::Unresolved { difference, least });
-        }
-        let oscillates = coarse / fine < 0.0;
-        let standstill = standstill(oscillates);
-        if (coarse / fine).abs() <= standstill {
-            return Err(TripletError::Diverging { fine, coarse, oscillates });
         }
         let order = match orders(coarse / fine, r21, r32)[..] {
             [order] => order,
@@ -136,6 +142,12 @@ impl Triplet {
             gci_coarse: SAFETY * (coarse / f2).abs() / (r32.powf(order) - 1.0),
             oscillates,
         })
+    }
+
+    /// The order as that of a power law, which differences of alternating signs do not follow.
+    #[must_use]
+    pub fn power_order(&self) -> Option<f64> {
+        (!self.oscillates).then_some(self.order)
     }
 
     /// GCI₂₃/(r₂₁^p GCI₁₂), near 1 where the three grids are in the asymptotic range of order `p`: by construction for their
