@@ -200,7 +200,10 @@ fn path_fitting(evidence: &Evidence) -> Result<(), Failed> {
         error.push(run.error);
         defect.push(brief(CONTEXT.get(Defects { problem: "double-pendulum", method: method.into() })?.at(0.2)));
     }
-    let drift = |method: &str| (energy(method)[energy(method).len() - 1].1 - energy(method)[0].1).abs();
+    let drift = |method: &str| {
+        let means = || energy(method).into_iter().map(|(_, mean)| mean);
+        means().largest() - means().smallest()
+    };
     // Windows of equal length, and steps of 0.5, as the title of the picture says.
     let first = &energy(FITTED[0])[..2];
     let steps = (first[1].0 - first[0].0) * energy(FITTED[0]).len() as f64 / 0.5;

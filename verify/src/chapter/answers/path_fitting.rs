@@ -7,7 +7,7 @@ use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Series, Tab
 use crate::experiment::energy_course::EnergyCourse;
 use crate::experiment::kepler_period::KeplerPeriod;
 use crate::experiment::symplectic_defect::Defects;
-use crate::measure::norm::larger;
+use crate::measure::norm::{Extremes, larger};
 use crate::{method, row};
 
 /// Three interior points each; the equations of a step are as many.
@@ -44,8 +44,11 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             Series::new(*name, windows.to_vec(), Mark::LineMarkers)
         })
         .collect();
-    // What the mean changes by from the first window to the last.
-    let drift = |i: usize| (courses[i][courses[i].len() - 1].1 - courses[i][0].1).abs();
+    // By how much the means of the windows differ at most: of a drift, those of the first and the last.
+    let drift = |i: usize| {
+        let means = || courses[i].iter().map(|(_, mean)| *mean);
+        means().largest() - means().smallest()
+    };
     let kept = larger(drift(1), drift(2));
     let mut defects = Vec::new();
     for name in METHODS {

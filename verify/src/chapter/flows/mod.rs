@@ -101,8 +101,8 @@ const PARTS: [(&str, &str, &[Part]); 7] = [
     ),
     ("loses", "Where it loses", &[work::study, balance::errors]),
     ("metric", "The metric, energy and enstrophy", &[balance::metric, balance::without_viscosity]),
-    ("large-steps", "Where large steps pay", &[lid::study, lid::disturbances, cavity::approach]),
-    ("spurious", "Spurious steady states", &[cavity::spurious]),
+    ("large-steps", "What large steps are good for", &[lid::study, lid::disturbances, cavity::approach]),
+    ("spurious", "Steps too long for their grid", &[cavity::spurious]),
     ("cost", "What a step costs", &[cost::study]),
     ("rerun", "How to rerun it", &[rerun]),
 ];

@@ -178,8 +178,8 @@ fn energy(context: &Context) -> Result<Finding, StudyError> {
     );
     let finding = Finding::on(cases, evidence)
         .holds_where(
-            "For degree 2; with Gauss nodes in place of equispaced ones where L = ½ẋᵀMẋ − V(x) with constant M; and for degrees 3 \
-             and 4 on the oscillator and the librating pendulum, where every orbit is symmetric in time.",
+            "Where L = ½ẋᵀMẋ − V(x) with constant M: for degree 2, and with Gauss nodes in place of equispaced ones for every \
+             degree; for degrees 3 and 4 on the oscillator and the librating pendulum, where every orbit is symmetric in time.",
         )
         .because(format!(
             "The nodes are symmetric, so that the schemes are reversible, and that alone bounds the error on orbits that the \
