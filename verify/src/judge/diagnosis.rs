@@ -4,7 +4,7 @@ use super::analysis::Analysis;
 use super::file::Body;
 use super::mend;
 use super::repair::{Repair, Target, repairs};
-use super::tableau::Tableau;
+use super::tableau::{Shape, Tableau};
 use super::theory::Theory;
 use super::tree::MAX_ORDER;
 
@@ -120,7 +120,7 @@ fn mend(
         // Where the row sums hold, one order more is within reach of a free parameter; two at once are not.
         None => {
             let least = if theory.wrong_rows().is_empty() { main + 2 } else { main };
-            (least..=(main + TRIED).min(MAX_ORDER)).rev().collect()
+            (least..=(main + TRIED).min(highest(tableau)).min(MAX_ORDER)).rev().collect()
         }
     };
     let targets = orders.into_iter().flat_map(|order| {
@@ -142,4 +142,19 @@ fn mend(
         }
     }
     None
+}
+
+/// A bound on the order of a tableau of its shape with one entry changed: 2s, for explicit ones Butcher's barriers (\[HNW93\] II.5).
+fn highest(tableau: &Tableau) -> u32 {
+    let s = tableau.stages() as u32;
+    match (tableau.shape(), s) {
+        // The lost diagonal entry of the implicit midpoint rule.
+        (Shape::Explicit, 1) => 2,
+        (Shape::Explicit, 2..=4) => s,
+        (Shape::Explicit, 5..=7) => s - 1,
+        (Shape::Explicit, 8..=9) => s - 2,
+        (Shape::Explicit, 10..) => s - 3,
+        // A lost entry above the diagonal makes coupled stages look diagonally implicit.
+        _ => 2 * s,
+    }
 }

@@ -8,7 +8,7 @@ use super::multistep::Multistep;
 use super::nodes::{Nodes, node_moments, quadrature_moments};
 use super::parts::{Coupling, Parts};
 use super::real::Real;
-use super::repair::{Repair, interpolate, polish, written};
+use super::repair::{Repair, forms, interpolate, polish};
 use super::tableau::{Coefficient, Place, row_sums};
 use super::tree::{Forest, Rule};
 
@@ -67,8 +67,8 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
             if (&x - &old.real).may_be_zero() {
                 continue;
             }
-            let (text, value) = written(&x, &radicands);
-            if failing(system, &with(k, &value)).is_empty() {
+            let holds = |(_, value): &(String, Real)| failing(system, &with(k, value)).is_empty();
+            if let Some((text, value)) = forms(&x, old, &radicands).find(holds) {
                 let (was, mends) = (old.text.clone(), wrong.len());
                 found.push(Repair { place: *place, with_c: false, makes_implicit: false, was, text, value, mends });
             }

@@ -95,6 +95,7 @@ impl Judgement {
             }
         };
         let mut verdicts: Vec<Verdict> = file.claims.par_iter().map(|claim| verdict::judge(claim, &*theory)).collect();
+        verdicts.extend(verdict::consistency(&file, &*theory));
         verdicts.extend(theory.consistency());
         verdicts.extend(measured.iter().map(MeasuredOrder::verdict));
         if let Some(Ok(defects)) = &defects {

@@ -8,7 +8,7 @@ use dashu_ratio::RBig;
 use super::conditions::Weights;
 use super::polynomial::{Polynomial, double};
 use super::real::Real;
-use super::tableau::{Numbers, Place, Shape, Tableau, row_sums};
+use super::tableau::{Coefficient, Numbers, Place, Shape, Tableau, row_sums};
 use super::tree::{Forest, Rule};
 
 /// Largest denominator of a rational number that is proposed as such.
@@ -86,6 +86,16 @@ impl Search<'_> {
         };
         let main = failing(Some(&numbers.b), self.target.order);
         [main, failing(numbers.b_hat.as_deref(), self.target.embedded.unwrap_or(0))]
+    }
+
+    /// Whether nothing fails, which the first condition that does decides.
+    fn holds(&self, numbers: &Numbers) -> bool {
+        let mut weights = Weights::new(&self.forest, numbers);
+        let mut hold = |b: Option<&[Real]>, order: u32| {
+            let trees = |b| (1..=order).flat_map(|n| self.forest.of_order(n)).map(move |k| (k, b));
+            b.into_iter().flat_map(trees).all(|(k, b)| weights.residual(k, b).may_be_zero())
+        };
+        hold(Some(&numbers.b), self.target.order) && hold(numbers.b_hat.as_deref(), self.target.embedded.unwrap_or(0))
     }
 
     /// Places with the values that one condition asks for.
@@ -176,11 +186,11 @@ impl Search<'_> {
         if (x - &old.real).may_be_zero() {
             return None;
         }
-        let (text, value) = written(x, &self.tableau.radicands);
-        let changed = self.changed(place, &value);
-        if !self.failures(&changed).iter().all(Vec::is_empty) || !failing_rows(&changed).is_empty() {
-            return None;
-        }
+        let holds = |(_, value): &(String, Real)| {
+            let changed = self.changed(place, value);
+            failing_rows(&changed).is_empty() && self.holds(&changed)
+        };
+        let (text, value) = forms(x, old, &self.tableau.radicands).find(holds)?;
         let with_c = matches!(place, Place::A(..)) && self.rows.is_empty() && self.tableau.c.is_some();
         let mends = self.failing.iter().map(Vec::len).sum::<usize>() + self.rows.len();
         let makes_implicit = matches!(place, Place::A(i, j) if i == j) && self.tableau.shape() == Shape::Explicit;
@@ -188,8 +198,34 @@ impl Search<'_> {
     }
 }
 
+/// The forms in which `x` can replace `old`: a rounded decimal by one of as many places, uncertain by as much, as a reader of the
+/// file takes it; or else as one would print it.
+pub(super) fn forms(x: &Real, old: &Coefficient, radicands: &[i64]) -> impl Iterator<Item = (String, Real)> {
+    to_places(x, old).into_iter().chain(std::iter::once_with(move || written(x, radicands)))
+}
+
+/// `x` to the places of `old`, where that is a rounded decimal.
+fn to_places(x: &Real, old: &Coefficient) -> Option<(String, Real)> {
+    let is_decimal = old.text.chars().all(|c| c.is_ascii_digit() || "+-−.".contains(c));
+    let places = -(2.0 * old.real.radius()).log10();
+    if old.exact.is_some() || !is_decimal || !(0.5..45.0).contains(&places) || (places - places.round()).abs() > 1e-6 {
+        return None;
+    }
+    let places = places.round() as usize;
+    let unit = (0..places).fold(Real::one(), |unit, _| &unit * &Real::from(10));
+    let whole = (x * &unit).mid().to_int().value();
+    let value = &Real::rational(&RBig::from(whole.clone())) / &unit;
+    let (sign, digits) = match whole.to_string() {
+        text if text.starts_with('-') => ("-", text[1..].to_owned()),
+        text => ("", text),
+    };
+    let digits = format!("{digits:0>width$}", width = places + 1);
+    let (before, after) = digits.split_at(digits.len() - places);
+    Some((format!("{sign}{before}.{after}"), value.widened(old.real.radius())))
+}
+
 /// A number as one would print it: rational, with a square root that the file has elsewhere, or its digits.
-pub(super) fn written(x: &Real, radicands: &[i64]) -> (String, Real) {
+fn written(x: &Real, radicands: &[i64]) -> (String, Real) {
     let largest_radius = 1e-4 / (SIMPLE as f64).powi(2);
     if let Some(rational) = x.simplest() {
         // The simplest rational in an interval that wide says something only if its denominator is far smaller.
@@ -245,7 +281,8 @@ pub(super) fn polish(polynomial: &Polynomial, start: f64) -> Option<Real> {
     }
     let (value, s) = (polynomial.at(&x), slope.at(&x));
     let error = (value.to_f64().abs() + value.radius()) / s.to_f64().abs();
-    (error < 1e-3).then(|| x.widened(error))
+    // Three digits leave a thousandth open, and what the conditions make of it decides; more than a tenth is no digit at all.
+    (error < 0.1).then(|| x.widened(error))
 }
 
 /// x = (m + n √d)/k in small whole numbers, by reduction of the lattice of (k, m, n, 10⁴⁰ (k x − m − n √d)).

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::analysis::Analysis;
 use super::claim::Claim;
+use super::file::MethodFile;
 
 use crate::evidence::{Check, Outcome};
 
@@ -74,4 +75,29 @@ pub(super) fn judge(claim: &Claim, theory: &dyn Analysis) -> Verdict {
         reason: finding.why,
     };
     Verdict { kind: Kind::Claim, subject: text, check }
+}
+
+/// Consistency, which every method claims: order 1 at least, of b and of b̂ where there is one. Nothing where an order is claimed,
+/// which says more.
+pub(super) fn consistency(file: &MethodFile, theory: &dyn Analysis) -> Vec<Verdict> {
+    let embedded = theory.as_runge_kutta().and_then(|theory| theory.embedded.as_ref()).map(|embedded| embedded.order);
+    let is_claimed = file.claims.iter().any(|claim| claim.as_embedded_order().is_some());
+    let main = file.order().is_none().then(|| ("consistency", "The method", theory.order()));
+    let embedded = embedded.filter(|_| !is_claimed).map(|order| ("embedded consistency", "The embedded method", order));
+    let verdict = |(subject, what, order): (&str, &str, u32)| {
+        let reason = match order {
+            0 => "the conditions of order 1 fail: its runs do not converge to the solution",
+            _ => "the conditions of order 1 hold",
+        };
+        let check = Check {
+            id: subject.replace(' ', "-"),
+            statement: format!("{what} is consistent, as any method is meant to be"),
+            outcome: (order >= 1).into(),
+            measured: Some(f64::from(order)),
+            required: None,
+            reason: reason.into(),
+        };
+        Verdict { kind: Kind::Consistency, subject: subject.into(), check }
+    };
+    main.into_iter().chain(embedded).map(verdict).collect()
 }

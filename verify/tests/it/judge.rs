@@ -835,3 +835,54 @@ fn a_judgement_with_a_claim_left_open_has_status_three() {
     assert_eq!(status("\"symplectic\""), 3);
     assert_eq!(status("\"symplectic\", \"explicit\""), 1);
 }
+
+fn judged(text: &str) -> Judgement {
+    Judgement::new(MethodFile::parse("method", "method", text).expect("well-formed"), Effort::Theory)
+}
+
+/// Ralston's method of order 4 to four places, with b₃ = 1.2055 misprinted, and Kutta's of order 3 to three places.
+#[test]
+fn repairs_have_the_places_of_the_file_and_are_confirmed_when_they_are_made() {
+    let ralston = "order = 4\ndigits = 4\nc = [0, 0.4, 0.4557, 1]\n\
+        a = [[0.4], [0.2970, 0.1588], [0.2181, -3.0510, 3.8329]]\nb = [0.1748, -0.5515, 1.2505, 0.1712]\n";
+    let kutta = |b: &str| {
+        format!("order = 3\ndigits = 3\na = [['1/2'], [-1, 2]]\nc = [0, '1/2', 1]\nb = [0.167, {b}, 0.167]\n")
+    };
+    assert_eq!(judged(&kutta("0.667")).outcome(), Outcome::Pass);
+    for (text, was, right) in
+        [(ralston.to_owned(), "1.2505", "1.2055"), (kutta("0.767"), "0.767", "0.66"), (kutta("0.676"), "0.676", "0.66")]
+    {
+        let judgement = judged(&text);
+        let Some(repair) = judgement.repairs().iter().find(|repair| repair.was == was) else {
+            panic!("{was}: {:?}", judgement.diagnosis)
+        };
+        assert!(repair.text.starts_with(right) && repair.text.len() == was.len(), "{was}: {}", repair.text);
+        let mended = judged(&text.replace(was, &repair.text));
+        assert_eq!(mended.outcome(), Outcome::Pass, "{:?}", mended.verdicts);
+    }
+}
+
+/// Heun's method, its sum of b off by a digit, and an embedded one.
+#[test]
+fn a_table_without_claims_is_meant_to_be_consistent() {
+    let outcome = |text: &str| judged(text).outcome();
+    assert_eq!(outcome("0 |\n1 | 1\n  | 1/2 1/2\n"), Outcome::Pass);
+    assert_eq!(outcome("0 |\n1 | 1\n  | 1/2 2/5\n"), Outcome::Fail);
+    assert_eq!(outcome("0 |\n1 | 1\n  | 1/2 1/2\n  | 1 0\n"), Outcome::Pass);
+    assert_eq!(outcome("0 |\n1 | 1\n  | 1/2 1/2\n  | 1 1\n"), Outcome::Fail);
+}
+
+/// No explicit method of seven stages has an order above 6, so that Dormand and Prince's of order 5 is as it was meant to be.
+#[test]
+fn orders_that_no_such_tableau_has_are_not_looked_for() {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("methods/dormand-prince.toml"));
+    let text = text.expect("it is shipped");
+    let unlabelled: String = text
+        .lines()
+        .filter(|line| !line.contains("order") && !line.starts_with("claims"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let judgement = judged(&unlabelled);
+    assert!(matches!(judgement.diagnosis, Diagnosis::Sound), "{:?}", judgement.diagnosis);
+    assert_eq!(judgement.outcome(), Outcome::Pass);
+}

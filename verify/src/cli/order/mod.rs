@@ -217,6 +217,15 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         },
         _ => fit,
     };
+    // Runs of an inconsistent method agree with its order, which is none.
+    let fit = match (method.order(), args.expect, fit.verdict) {
+        (0, None, Verdict::Pass | Verdict::Measured) => OrderFit {
+            verdict: Verdict::Fail,
+            reason: format!("{}: a method without order does not converge; `verify judge {text}` says why", fit.reason),
+            ..fit
+        },
+        _ => fit,
+    };
     let end = order_plan(&*problem, &*method).horizon;
     let result = Measurement::new(&name, method.name(), (truth, end), (&fit, true), &notes);
     result.write(args, &fit, out)?;
