@@ -226,7 +226,8 @@ pub fn measure_on(
         let floored = found.dropped.iter().filter(|(_, reason)| *reason == Reason::AtFloor).count();
         let coarser = 2.0 * steps[0];
         let given = asks || untold.or(unsettled).is_some();
-        if given || found.verdict != Verdict::Inconclusive || 2 * floored < samples.len() || coarser > 0.5 * horizon {
+        let tells = found.verdict != Verdict::Inconclusive || found.still_approaches();
+        if given || tells || 2 * floored < samples.len() || coarser > 0.5 * horizon {
             break;
         }
         let added: Vec<f64> = order::ladder(horizon, coarser, ratio, steps.len());

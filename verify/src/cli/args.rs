@@ -85,6 +85,13 @@ pub(super) fn method(text: &str) -> Result<Box<dyn Method>, Failure> {
     })
 }
 
+/// What is to be said where the file `text` claims another order than its runs have.
+pub(super) fn overclaim(text: &str, file: &MethodFile) -> Option<String> {
+    let claimed = file.order()?;
+    let but = FileMethod::of(file).refutes(claimed)?;
+    Some(format!("{text} claims order {claimed}, and {but}: `verify judge {text}` says why"))
+}
+
 /// The file that `text` is the path of, a text with a slash or a file's ending; or that comes along by that name, where no method
 /// has it.
 pub(super) fn method_file(text: &str) -> Result<Option<MethodFile>, Failure> {

@@ -114,6 +114,10 @@ fn own(texts: &[String]) -> Result<Vec<Box<dyn Method>>, Failure> {
         own.push(match args::method_file(text)? {
             None => args::method(text)?,
             Some(mut file) => {
+                if let Some(warning) = args::overclaim(text, &file) {
+                    // Nobody can be told where standard error is closed.
+                    let _ = paragraph(&mut io::stderr(), "warning: ", 9, &warning);
+                }
                 if method::parse(&file.name).is_ok() || own.iter().any(|other| other.name() == file.name) {
                     file.name = format!("{} of {text}", file.name);
                 }

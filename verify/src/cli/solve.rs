@@ -126,6 +126,8 @@ struct Solve<'a> {
     method: Box<dyn Method>,
     h: f64,
     has_exact: bool,
+    /// What speaks against the order that the method's file claims.
+    overclaim: Option<String>,
 }
 
 /// A row of the result.
@@ -172,7 +174,8 @@ impl<'a> Solve<'a> {
             }
             None => return Err(Failure::NoStepSize(method.name())),
         };
-        let solve = Self { args, name, has_exact: problem.exact(0.0).is_some(), problem, method, h };
+        let overclaim = args::method_file(&args.method)?.and_then(|file| args::overclaim(&args.method, &file));
+        let solve = Self { args, name, has_exact: problem.exact(0.0).is_some(), problem, method, h, overclaim };
         Grid::new(0.0, h, args.t_end).map_err(|error| solve.failed(error.into()))?;
         let steps = args.t_end / h;
         if steps > MANY {
@@ -267,6 +270,7 @@ impl<'a> Solve<'a> {
     /// Says on standard error what the rows do not, and returns it as comment lines.
     fn warn(&self, summary: &Summary) -> String {
         let mut warnings = summary.watch.warnings(&*self.problem);
+        warnings.extend(self.overclaim.clone());
         warnings.extend(
             summary.unestimated.as_ref().map(|why| format!("the estimate ends early, for the finer run fails: {why}")),
         );

@@ -23,6 +23,11 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     /// The order that the coefficients have.
     fn order(&self) -> u32;
 
+    /// Why runs have a lower order than the coefficients, where they have.
+    fn lowered(&self) -> Option<String> {
+        None
+    }
+
     /// What they say, each with its label.
     fn facts(&self) -> Facts;
 

@@ -28,6 +28,13 @@ impl FileMethod {
         Self::new(&file.name, file.body.analyse(None, None))
     }
 
+    /// What speaks against the order `claimed`, if runs have another.
+    pub fn refutes(&self, claimed: u32) -> Option<String> {
+        let coefficients = format!("its coefficients have order {}", self.theory.order());
+        let why = self.theory.lowered().map_or_else(String::new, |why| format!(", but {why}"));
+        (claimed != self.traits.order).then(|| coefficients + &why)
+    }
+
     /// The same, with another order expected of it.
     #[must_use]
     pub(super) fn expected(&self, order: u32) -> Self {

@@ -167,6 +167,11 @@ impl MultistepTheory {
         self.order.min(self.start.order_in_time + 1)
     }
 
+    fn what_starts(&self) -> String {
+        let (start, left) = (self.start.order_in_time, self.started_order());
+        format!("{} has order {start}, so that {left} is what is left", self.start_name)
+    }
+
     /// ρ/σ at e^{iθ}: the z = hλ with a root on the unit circle.
     fn locus(&self, theta: f64) -> Complex<f64> {
         let zeta = Complex::from_polar(1.0, theta);
@@ -306,6 +311,10 @@ impl Analysis for MultistepTheory {
         self.order
     }
 
+    fn lowered(&self) -> Option<String> {
+        (self.started_order() < self.order).then(|| format!("its start {}", self.what_starts()))
+    }
+
     fn facts(&self) -> Facts {
         let constant = &self.constants[self.order as usize + 1..].first().map_or(0.0, Real::to_f64);
         let order = format!("{}, error constant {constant:.4e}", self.order);
@@ -428,9 +437,7 @@ impl Analysis for MultistepTheory {
             let finding = if self.order == 0 { Finding::new(false, inconsistent) } else { finding };
             verdict("convergence", "It is zero-stable and consistent, without which it does not converge", finding)
         }));
-        let (order, start) = (self.order, self.start.order_in_time);
-        let why = format!("{} has order {start}, so that {} is what is left", self.start_name, self.started_order());
-        let keeps = Finding::new(self.started_order() == order, why);
+        let keeps = Finding::new(self.started_order() == self.order, self.what_starts());
         out.push(verdict("start", "The starting procedure keeps the order", keeps));
         out
     }

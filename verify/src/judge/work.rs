@@ -113,7 +113,11 @@ pub(super) fn summary(problem: &str, points: &[Point]) -> String {
         format!("{name} {}", least.map_or_else(|| "not reached".into(), |count| count.to_string()))
     };
     let counts: Vec<String> = names.into_iter().map(least).collect();
-    format!("evaluations for an error of {TARGET:e} on {problem}: {}", counts.join(", "))
+    format!(
+        "evaluations for an error of {TARGET:e} on {problem}, of f or of forces by the libraries, stormer-verlet and explicit \
+         Runge–Kutta methods, by the others of all the equations of a step at once, which is another unit: {}",
+        counts.join(", ")
+    )
 }
 
 /// Every run.
@@ -125,8 +129,9 @@ pub(super) fn work_table(points: &[Point]) -> Table {
         row.push(Cell::Number(point.error));
         row
     };
-    let caption = "Work and error of every run, fixed steps by h and the libraries by tolerance: steps, evaluations of f or of the \
-                   equations of a step, factorizations.";
+    let caption = "Work and error of every run, fixed steps by h and the libraries by tolerance: steps, evaluations of f, \
+                   or of all the equations of a step at once by all but the libraries, stormer-verlet and explicit Runge–Kutta methods, \
+                   factorizations.";
     let columns = ["solver", "h or tolerance", "steps", "evaluations", "factorizations", "error"];
     table("work", caption, &columns, points.iter().map(row).collect())
 }

@@ -13,8 +13,8 @@
 //! 5. **Pass** or **fail** is |slope − expected| ≤ band, two-sided and signed, so that divergence is never mistaken for
 //!    convergence. It is **inconclusive** where rule 3 leaves no window, or where twice the standard error exceeds the
 //!    band, or where the slope lies outside it but the local slopes come nearer to the expected order with every
-//!    refinement, into the band: what such errors show is a tail that the floor cuts off. Errors that grow at each of the
-//!    last refinements, or into overflow, **fail**, window or not.
+//!    refinement, and at that rate into the band: what such errors show is a tail that the floor cuts off. Errors that
+//!    grow at each of the last refinements, or into overflow, **fail**, window or not.
 
 use std::fmt;
 
@@ -34,6 +34,9 @@ const DIVERGING: usize = 3;
 
 /// How the reason starts where they do.
 const DIVERGES: &str = "diverges: ";
+
+/// What it has where the local slopes tend to the order and the ladder ends too soon.
+const APPROACHES: &str = "the local slopes still approach";
 
 /// Slopes of no more than this either way: the error stays what it is.
 const STALLED: f64 = 0.05;
@@ -210,6 +213,11 @@ impl OrderFit {
         };
         let reason = format!("{reason}; {why}");
         Self { verdict: Verdict::Inconclusive, reason, ..self }
+    }
+
+    /// Whether finer steps alone would tell: the local slopes tend to the order that is expected.
+    pub(crate) fn still_approaches(&self) -> bool {
+        self.verdict == Verdict::Inconclusive && self.reason.contains(APPROACHES)
     }
 
     /// All points, coarse to fine, with the reason why one is not in the fit.
@@ -424,18 +432,33 @@ fn judge(
         format!(" (declared {kind} from {}: {})", d.nominal, d.reason)
     });
     let kept = &slopes[slopes.len() + 1 - settled..];
-    let distance = |s: &LocalSlope| (s.slope - order).abs();
-    let approaches = kept.windows(2).all(|s| distance(&s[1]) < distance(&s[0]));
     // A slope on the edge of the band is in it, so the comparison allows for rounding.
     if (slope - order).abs() <= band + line.rounding {
         (Verdict::Pass, format!("{measured} is {order} ± {band}{declared}"))
-    } else if approaches && kept.last().is_some_and(|finest| distance(finest) <= band) {
-        let text = format!("{measured}, and the local slopes still approach {order}: {}", join(kept));
+    } else if may_reach(kept, order, band) {
+        let end = match reasons.last() {
+            Some(Some(Reason::AtFloor)) => "where errors reach their floor",
+            _ => "where the steps end",
+        };
+        let text = format!("{measured}, and {APPROACHES} {order} {end}: {}", join(kept));
         (Verdict::Inconclusive, text)
     } else {
         let stalls = if kept.iter().all(|s| s.slope.abs() <= STALLED) { STANDSTILL } else { "" };
         (Verdict::Fail, format!("{measured} is not {order} ± {band}{declared}{stalls}"))
     }
+}
+
+/// Whether local slopes come nearer to `order` with every step, and finer steps might bring them to within `band`.
+///
+/// Where e = C hᵖ(1 + a h), what a local slope lacks is in proportion to h. If it was d for steps r times as long as the finest,
+/// and is d' there, then p is (d − d')/(r − 1) nearer than the finest slope. Over the whole window noise of a single slope
+/// counts least, and terms of higher order vanish sooner.
+fn may_reach(slopes: &[LocalSlope], order: f64, band: f64) -> bool {
+    let distance = |s: &LocalSlope| (s.slope - order).abs();
+    let approach = slopes.windows(2).all(|s| distance(&s[1]) < distance(&s[0]));
+    let [coarsest, .., finest] = slopes else { return false };
+    let still = (distance(coarsest) - distance(finest)) / (coarsest.fine / finest.fine - 1.0);
+    approach && distance(finest) - still <= band
 }
 
 /// What errors say that are all at their floors.

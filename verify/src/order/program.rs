@@ -287,9 +287,12 @@ impl Study<'_> {
         let local = order::fit_freely(&starts, self.band());
         let (start, line) = (local.line.filter(|_| local.verdict == Verdict::Measured)?, fit.line?);
         // A step of order p has a local error of order p + 1; one of order p starts a method of order p.
-        (start.slope < line.slope + 0.5).then(|| {
+        let lowers = self.ladder.expected.is_none_or(|order| line.slope < order - self.band());
+        (lowers && start.slope < line.slope + 0.5).then(|| {
+            let condition = if self.ladder.expected.is_some() { "" } else { ", if the method's own is higher" };
             format!(
-                "the first step has an error of order {:.2}, and what follows {:.2}: a starting procedure limits the order",
+                "the first step has an error of order {:.2}, and what follows {:.2}: a starting procedure limits the \
+                 order{condition}",
                 start.slope, line.slope
             )
         })

@@ -11,7 +11,7 @@ use verify::method;
 use verify::problem::model::{Model, ModelError};
 use verify::problem::{self, Problem};
 
-use crate::flat;
+use crate::{flat, scratch};
 
 fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)
@@ -216,6 +216,32 @@ fn a_right_method_of_high_order_is_not_refuted_for_a_reference_of_few_digits() {
     assert_eq!(status, Some(0), "{text}");
     let (status, text) = order(&["--reference-tolerance", "1e-12"]);
     assert!(status == Some(3) && text.contains("still approach 4"), "{text}");
+}
+
+/// The local slopes of RK4 end at 3.95, 4.11 and 4.10, where the floor cuts them off.
+#[test]
+fn slopes_outside_the_band_that_still_approach_the_order_are_inconclusive_for_methods_built_in_and_from_files() {
+    let directory = scratch("model/approach");
+    fs::create_dir_all(&directory).expect("writable");
+    let model = directory.join("sir.ds");
+    let text = "u_i { s = 0.99, i = 0.01, r = 0 }\n\
+                F_i { 0.02 - 1.5*s*i - 0.02*s, 1.5*s*i - 0.42*i, 0.4*i - 0.02*r }\n";
+    fs::write(&model, text).expect("writable");
+    let model = model.to_str().expect("UTF-8");
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/methods/rk4.toml");
+    for method in ["rk4", file] {
+        for problem in [
+            &["--model", model, "--t-end", "5"][..],
+            &["--problem", "logistic", "--set", "lambda=10"],
+            &["--problem", "van-der-pol", "--set", "mu=5"],
+        ] {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
+            let output = command.args(["order", "--method", method]).args(problem).output().expect("starts");
+            let text = String::from_utf8(output.stdout).expect("UTF-8");
+            let is_told = flat(&text).contains("still approach 4 where errors reach their floor");
+            assert!(output.status.code() == Some(3) && is_told, "{method} {problem:?}: {text}");
+        }
+    }
 }
 
 #[test]

@@ -95,6 +95,27 @@ fn a_method_file_is_held_to_the_order_that_it_claims() {
     assert!(code == 0 && flat(&out).contains("the file claims order 4"), "{out}");
     let (code, out, _) = say(&format!("order --problem logistic --method {METHODS}/rk4.toml"));
     assert!(code == 0 && !out.contains("Note"), "{out}");
+    let solve = "solve --problem logistic --h 0.1 --t-end 1 --method";
+    for line in ["compare --problem logistic --method", solve] {
+        let (_, _, warning) = say(&format!("{line} {path}"));
+        let is_told = flat(&warning).contains("claims order 4, and its coefficients have order 1");
+        assert!(is_told, "{line}: {warning}");
+        let (_, _, warning) = say(&format!("{line} {METHODS}/rk4.toml"));
+        assert!(!warning.contains("warning"), "{line}: {warning}");
+    }
+}
+
+/// Adams–Moulton of order 5, of which a start of order 1 leaves 2.
+#[test]
+fn a_start_that_lowers_the_order_is_blamed_and_not_the_coefficients() {
+    let path = directory("start").join("am5.toml");
+    let text = "kind = \"multistep\"\norder = 5\nrho = [0, 0, 0, -1, 1]\nstart = \"implicit-euler\"\n\
+                sigma = [\"-19/720\", \"106/720\", \"-264/720\", \"646/720\", \"251/720\"]\n";
+    fs::write(&path, text).expect("writable");
+    let (code, out, _) = say(&format!("order --problem logistic --method {}", path.display()));
+    let out = flat(&out);
+    let blame = "its coefficients have order 5, but its start implicit-euler has order 1, so that 2 is what is left";
+    assert!(code == 1 && out.contains(blame), "{out}");
 }
 
 /// Every command that takes the name of a method takes a file of every kind.

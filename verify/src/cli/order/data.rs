@@ -83,8 +83,10 @@ impl DataArgs {
         if let Some(reason) = &shown.incomparable {
             judgements.iter_mut().for_each(|judgement| judgement.leave_open(reason));
         }
-        let notes = &shown.notes[..];
         let verdict = overall(&judgements);
+        // An order that is the one expected is limited by nothing.
+        let start = shown.start.iter().filter(|_| verdict != Verdict::Pass);
+        let notes: &[String] = &shown.notes.iter().chain(start).cloned().collect::<Vec<_>>();
         let all_notes = || notes.iter().chain(judgements.iter().flat_map(|judgement| &judgement.notes));
         let results: Vec<Summary<'_>> =
             quantities.iter().zip(&judgements).map(|(q, j)| Summary::new(q, j, notes)).collect();

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use serde::Serialize;
+use verify::judge::FileMethod;
 use verify::measure::order::{OrderFit, Reason, Sample, Verdict};
 use verify::order::{Ladder, Source, Truth, measure_on};
 use verify::program::{Request, Shown};
@@ -195,10 +196,10 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let claimed = file.as_ref().and_then(|file| file.order()).filter(|p| *p != method.order());
     if let Some(claimed) = claimed {
         ladder.expected = ladder.expected.or(Some(f64::from(claimed)));
+        let but = file.as_ref().and_then(|file| FileMethod::of(file).refutes(claimed)).unwrap_or_default();
         notes.push(format!(
-            "the file claims order {claimed}, which is expected here unless `--expect` says otherwise, and its coefficients have \
-             order {}: `verify judge {text}` says why",
-            method.order()
+            "the file claims order {claimed}, which is expected here unless `--expect` says otherwise, and {but}: `verify judge \
+             {text}` says why"
         ));
     }
     // A method that does not apply would otherwise show as a failure at each step size.
@@ -207,7 +208,8 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let truth = source.truth(&*problem, &*method);
     let fit = measure_on(&*problem, &*method, truth, &ladder)?;
     // Coefficients alone say nothing of a special problem.
-    let fit = if file.is_some() && ladder.expected.is_none() { fit.of_equations_in_general() } else { fit };
+    let is_special = file.is_some() || args.problem.is_model();
+    let fit = if is_special && ladder.expected.is_none() { fit.of_equations_in_general() } else { fit };
     let overstated = claimed.filter(|claimed| *claimed > method.order() && args.expect.is_none());
     let fit = match (overstated, fit.verdict) {
         (Some(_), Verdict::Pass) => OrderFit {

@@ -245,6 +245,28 @@ fn slopes_that_the_floor_cuts_off_on_their_way_to_the_order_do_not_refute_it() {
 }
 
 #[test]
+fn slopes_that_are_outside_the_band_where_the_floor_cuts_them_off_do_not_refute_the_order_they_tend_to() {
+    // The local slopes end at 3.90, 4.14 and 4.21, those of a method of order 4 with a large next term.
+    for (c, a, floor) in [(10.0, -0.9, 2.8e-5), (10.0, 1.5, 6e-5), (10.0, 2.5, 4e-5)] {
+        let s: Vec<_> = ladder(2.0, 0.5, SQRT_2, 12)
+            .into_iter()
+            .map(|h| Sample::new(h, c * h.powi(4) * (1.0 + a * h), floor))
+            .collect();
+        let f = fit(&s, &Expectation::new(4.0, 0.1));
+        let finest = f.local_slopes.last().unwrap().slope;
+        assert!((finest - 4.0).abs() > 0.1, "{f:?}");
+        assert_eq!(f.verdict, Verdict::Inconclusive, "{f:?}");
+        assert!(f.reason.contains("still approach 4 where errors reach their floor"), "{f:?}");
+    }
+    // Slopes that come nearer and settle away from the order refute it, above it and below.
+    for (settles, a) in [(2.0, 1.0), (3.0, -0.5), (3.8, -0.3), (5.0, 0.5), (4.25, 0.3)] {
+        let s = samples(1e-13, |h| h.powf(settles) * (1.0 + a * h));
+        let f = fit(&s, &Expectation::new(4.0, 0.1));
+        assert_eq!(f.verdict, Verdict::Fail, "{settles}: {f:?}");
+    }
+}
+
+#[test]
 fn the_ladder_divides_the_horizon_and_decreases() {
     let h = ladder(10.0, 0.25, SQRT_2, 9);
     assert_eq!((h[0], h[2], h[8]), (0.25, 0.125, 0.25 / 16.0));
