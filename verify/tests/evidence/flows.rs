@@ -385,7 +385,7 @@ fn disturbances(evidence: &Evidence) -> Result<(), Failed> {
                 factor("method-i", 1.0)
             ),
             format!(
-                "With h = 100 the trapezoidal rule keeps {}, {sign}; Method I keeps {}, TR-BDF2 {} and implicit Euler {}; those of Method I cost two solves an iteration.",
+                "With h = 100 the trapezoidal rule keeps {}, {sign}; Method I keeps {}, TR-BDF2 {} and implicit Euler {}.",
                 factor("trapezoidal", 100.0),
                 factor("method-i", 100.0),
                 factor("tr-bdf2", 100.0),
@@ -598,7 +598,7 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
             format!("and {} times that of pressure correction; at t = 2 it is", lid(0.5, projection)),
             format!("{} times and {} times theirs.", lid(2.0, "tr-bdf2"), lid(2.0, projection)),
             format!(
-                "with h = 100 it takes {} linear systems, TR-BDF2 {}, BDF2 {} and implicit Euler {}.",
+                "with h = 100 it takes {} linear systems, TR-BDF2 {}, BDF2 {} and implicit Euler {}; those of Method I cost two solves an iteration.",
                 solves("method-i"),
                 solves("tr-bdf2"),
                 solves("bdf2"),
