@@ -288,6 +288,59 @@ fn a_false_declaration_is_found_again_with_another_step_size() {
     assert!(matches!(error, StepError::Solve { source: SolveError::NotLinear { .. }, .. }), "{error}");
 }
 
+/// In a field that depends on time a declaration is compared at both ends of the step, and at the state itself: at v = 0, or
+/// at the start alone, neither is seen.
+#[test]
+fn a_dependence_on_time_is_no_linear_and_no_autonomous_field() {
+    struct Growing {
+        linear: bool,
+    }
+    impl FieldFn for Growing {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn is_linear(&self) -> bool {
+            self.linear
+        }
+        fn is_autonomous(&self) -> bool {
+            !self.linear
+        }
+        fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = -v[0] * (1.0 + t);
+        }
+    }
+    let first = |linear| {
+        let mut method = method_i(AutoField::new(Growing { linear })).expect("usable");
+        method.step(0.0, 0.1, &mut [1.0], &mut [0.0]).expect_err("a false declaration")
+    };
+    let [linear, autonomous] = [true, false].map(first);
+    assert!(matches!(linear, StepError::Solve { source: SolveError::NotLinear { .. }, .. }), "{linear}");
+    assert!(matches!(autonomous, StepError::Solve { source: SolveError::NotAutonomous { .. }, .. }), "{autonomous}");
+}
+
+#[test]
+fn messages_put_each_number_in_its_place() {
+    let bounds = SettingError::StepBounds { h_min: 0.2, h_max: 0.1 }.to_string();
+    assert!(bounds.contains("h_min = 0.2") && bounds.contains("h_max = 0.1"), "{bounds}");
+    let few = NodeError::TooFew { what: "stages", least: 2, found: 1 }.to_string();
+    assert_eq!(few, "stages: 1 is fewer than 2");
+    let mass = Mass::Diagonal(vec![1.0, 2.0]);
+    let apply = |x: &[f64], out: &mut [f64]| match mass.apply(x, out) {
+        Err(InputError::System(SystemError::Dimension { what, found, .. })) => (what, found),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(apply(&[1.0], &mut [0.0; 2]), ("x", 1));
+    assert_eq!(apply(&[1.0; 2], &mut [0.0; 3]), ("out", 3));
+}
+
+#[test]
+fn no_steps_are_no_march() {
+    let field = || AutoField::new(Decay::default());
+    let (method, start) = (method_i(field()).expect("usable"), State::new(0.0, vec![1.0; 2]));
+    let error = steady::march(method, &field(), start, 0.1, 1e-6, 0).expect_err("none");
+    assert!(error.to_string().contains("at least 1"), "{error}");
+}
+
 #[test]
 fn solvers_that_lack_something_are_refused_when_they_are_given() {
     let banded = || AutoField::new(Decay { structure: band(), ..Decay::default() });

@@ -272,7 +272,9 @@ fn a_run_goes_on_after_its_end_as_if_it_had_none() {
     let method = Radau::new(circle(), tolerances()).expect("usable");
     let mut run = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 1.0, 1.0).expect("valid");
     while run.step().expect("solvable").is_some() {}
+    let reached = run.state().clone();
     let (method, state) = run.into_parts();
+    assert!(state == reached && state.t == 1.0, "{state:?}");
     let end = Trajectory::new(method, state, 1.0, 2.0).expect("valid").observe(|_| {}).expect("solvable");
     // The tolerance, with room for its growth along two units of time.
     assert!((end.q[0] - 2_f64.cos()).abs() < 1e-5, "{}", end.q[0]);
