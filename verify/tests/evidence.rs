@@ -4,6 +4,8 @@
 
 #[path = "evidence/answers.rs"]
 mod answers;
+#[path = "evidence/claims/mod.rs"]
+mod claims;
 #[path = "evidence/curves.rs"]
 mod curves;
 #[path = "evidence/flows.rs"]
@@ -85,7 +87,8 @@ fn it_is_decided_by_numbers_and_explained(claim: &'static Claim) -> Result<(), F
     cases.sort();
     let count = cases.len();
     cases.dedup();
-    require(cases.len() == count, "two comparisons have the same name".into())
+    require(cases.len() == count, "two comparisons have the same name".into())?;
+    claims::says_what_was_found(claim, finding)
 }
 
 /// As `verify golden diff --only NAME` has it. Where it does not, insta leaves what was computed for `cargo insta review`.

@@ -31,6 +31,12 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     Ok(evidence)
 }
 
+/// How the comparisons of a claim make its verdict; ARCHITECTURE.md has the same words.
+const RULE: &str = "A claim is confirmed if all its comparisons come out as claimed. A universal statement is refuted as stated \
+                    by one counterexample. Any other is qualified if it holds in all cases of a condition that the paper does \
+                    not state; if there is none, it is refuted if it holds in no case or, as a comparison of methods, in no case \
+                    against one of the others; and else it is not supported.";
+
 /// That a claim could be decided, whatever the verdict: the recorded verdicts are held by the goldens.
 fn check(judged: &Judged) -> Check {
     let Judged { claim, finding } = judged;
@@ -89,7 +95,9 @@ fn found(judged: &Judged) -> String {
         Some(Verdict::Refuted) => {
             sentences.extend(finding.counterexample().map(|case| format!("Counterexample: {case}.")))
         }
-        Some(Verdict::Qualified) => {}
+        Some(Verdict::Qualified) => {
+            sentences.extend(finding.counterexample().map(|case| format!("It does not hold everywhere: {case}.")));
+        }
         Some(Verdict::Answered) => sentences.push(finding.evidence.clone()),
         _ => sentences.push(format!("{} comparisons hold.", finding.score())),
     }
@@ -155,9 +163,12 @@ fn section(judged: &Judged) -> Section {
     match finding {
         Ok(finding) => {
             paragraphs.push(("Evidence", format!("{} {} comparisons hold.", finding.evidence, finding.score())));
-            if judged.verdict() == Some(Verdict::Refuted) {
-                paragraphs.extend(finding.counterexample().map(|case| ("Counterexample", format!("{case}."))));
-            }
+            let label = match judged.verdict() {
+                Some(Verdict::Refuted) => Some("Counterexample"),
+                Some(Verdict::Qualified) => Some("Where it does not hold"),
+                _ => None,
+            };
+            paragraphs.extend(label.zip(finding.counterexample()).map(|(label, case)| (label, format!("{case}."))));
             paragraphs.extend(finding.where_it_holds.clone().map(|text| (reach(judged), text)));
             paragraphs.extend(finding.mechanism.clone().map(|text| ("Why", text)));
             section.figures = finding.figures.iter().map(|figure| figure.id.clone()).collect();
@@ -177,9 +188,7 @@ fn notes(judged: &[Judged]) -> Vec<String> {
     let counts: Vec<_> = counts.collect();
     vec![format!(
         "The verdicts on {} claims: {}. A claim is a list of comparisons of live runs, and its quantifier decides what they \
-             make of it. It is confirmed if all come out as claimed. A universal statement is refuted as stated by one \
-             counterexample; any other is qualified if it holds under a condition that the paper does not state, refuted if \
-             it holds nowhere or never against one of the methods that it names, and not supported if its score is mixed without a condition.",
+             make of it. {RULE}",
         judged.len(),
         counts.join(", ")
     )]
@@ -209,7 +218,10 @@ mod tests {
             "{refuted}"
         );
         let qualified = found(claim::Quantifier::General, vec![yes, no]);
-        assert_eq!(qualified, "x: printed ≈ 1.5, here 1.52. Where it holds: For x < 1.");
+        assert_eq!(
+            qualified,
+            "x: printed ≈ 1.5, here 1.52. It does not hold everywhere: z: 3, where < 2 is claimed. Where it holds: For x < 1."
+        );
     }
 
     fn judged(quantifier: Quantifier, cases: Vec<Case>) -> Judged {
@@ -230,10 +242,18 @@ mod tests {
     }
 
     #[test]
+    fn the_rule_of_verdicts_has_the_same_words_everywhere() {
+        let architecture = include_str!("../../../ARCHITECTURE.md").split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(architecture.contains(RULE), "{RULE}");
+        assert!(notes(&[])[0].ends_with(RULE));
+    }
+
+    #[test]
     fn every_part_of_the_chapter_tells_the_verdict_that_was_reached() {
         let (yes, no) = (Case::below("y", 1.0, 2.0), Case::below("z", 3.0, 2.0));
         let refuted = judged(Quantifier::Universal, vec![yes.clone(), no.clone()]);
         let confirmed = judged(Quantifier::General, vec![yes.clone()]);
+        let qualified = judged(Quantifier::General, vec![yes.clone().under(true), no.clone()]);
         let mixed = judged(Quantifier::Comparison, vec![yes.clone(), no]);
         let answered = judged(Quantifier::Open, vec![yes]);
         let labels = |judged: &Judged| -> Vec<String> {
@@ -241,6 +261,7 @@ mod tests {
         };
         assert!(labels(&refuted).contains(&"Counterexample".to_owned()));
         assert!(!labels(&confirmed).contains(&"Counterexample".to_owned()));
+        assert!(labels(&qualified).contains(&"Where it does not hold".to_owned()));
         // What is said of where it holds has the name that suits the verdict, in the table and below it.
         for (judged, label) in [(&refuted, "Where it holds"), (&mixed, "What is left of it"), (&answered, "For what")] {
             assert!(labels(judged).contains(&label.to_owned()));

@@ -30,7 +30,8 @@ fn told(evidence: &Evidence, id: &str) -> String {
     captions.map(|figure| figure.caption.clone()).chain(paragraphs).collect::<Vec<_>>().join("\n")
 }
 
-/// That a text has each of these parts, and no number beside them. Names in backticks may have digits.
+/// That a text has each of these parts, and no number beside them. Names in backticks and numbers of equations, as in (16), may
+/// have digits.
 pub(super) fn consists(text: &str, parts: &[String]) -> Result<(), Failed> {
     let mut rest = text.to_owned();
     for part in parts {
@@ -42,7 +43,12 @@ pub(super) fn consists(text: &str, parts: &[String]) -> Result<(), Failed> {
     let plain: String = rest.split('`').step_by(2).collect::<Vec<_>>().join(" ");
     let begins_with_digit =
         |word: &&str| word.trim_start_matches(|c: char| !c.is_alphanumeric()).starts_with(|c: char| c.is_ascii_digit());
-    match plain.split_whitespace().find(begins_with_digit) {
+    let is_equation = |word: &str| {
+        let digits =
+            word.strip_prefix('(').and_then(|rest| rest.trim_end_matches(['.', ',', ';', ':']).strip_suffix(')'));
+        digits.is_some_and(|digits| digits.len() <= 2 && digits.chars().all(|c| c.is_ascii_digit()))
+    };
+    match plain.split_whitespace().find(|word| begins_with_digit(word) && !is_equation(word)) {
         Some(number) => Err(format!("nothing is known of the number {number} in:\n{text}").into()),
         None => Ok(()),
     }

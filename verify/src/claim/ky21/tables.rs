@@ -212,8 +212,10 @@ fn nodes(context: &Context) -> Result<Finding, StudyError> {
         for (column, t) in TIMES.into_iter().enumerate() {
             let error = |scheme: usize| schemes[scheme].solution_error(t);
             if start == "printed" {
-                cases.push(Case::below(format!("error of (18) at t = {t}, against (16)"), error(2), error(0)));
-                cases.push(Case::below(format!("error of (19) at t = {t}, against (16)"), error(3), error(0)));
+                let against = |name: &str, scheme| {
+                    Case::below(format!("error of {name} at t = {t}, against (16)"), error(scheme), error(0))
+                };
+                cases.extend([against("(18)", 2), against("(19)", 3)].map(|case| case.against("(16)")));
             } else {
                 orderly &= error(2) < error(0) && error(3) < error(2);
             }

@@ -95,7 +95,7 @@ fn large_steps(context: &Context, method: &'static str) -> Result<Finding, Study
         for rival in YARDSTICKS {
             let what = format!("largest error, h = {h}, against {rival}");
             let is_between = h > overtakes && loses.is_none_or(|loses| h < loses);
-            cases.push(Case::below(what, error, linear(context, rival, h)?).under(is_between));
+            cases.push(Case::below(what, error, linear(context, rival, h)?).under(is_between).against(rival));
         }
     }
     let evidence = format!(
@@ -217,7 +217,8 @@ fn quadratic_against_euler(context: &Context) -> Result<Finding, StudyError> {
             let is_within_the_fold = method == BOTH[0] || h < 1.0;
             cases.push(
                 Case::below(what, quadratic(context, method, h)?, quadratic(context, "implicit-euler", h)?)
-                    .under(is_within_the_fold),
+                    .under(is_within_the_fold)
+                    .against("implicit-euler"),
             );
         }
     }
@@ -243,7 +244,8 @@ fn quadratic_against_runge_kutta(context: &Context) -> Result<Finding, StudyErro
     for method in BOTH {
         for h in &QUADRATIC_STEPS[1..] {
             let what = format!("largest error of rk4, h = {h}, against {method}");
-            cases.push(Case::below(what, quadratic(context, "rk4", *h)?, quadratic(context, method, *h)?));
+            let case = Case::below(what, quadratic(context, "rk4", *h)?, quadratic(context, method, *h)?);
+            cases.push(case.against(method));
         }
     }
     let evidence = format!(

@@ -1,9 +1,13 @@
 //! Stability on linear problems: the conventional map, Methods I and II.
 
+use std::sync::Arc;
+
 use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::experiment::momentum_map::{Closed, MomentumMap};
-use crate::experiment::non_normal::{Amplified, AmplifiedFrom, Dissipative, MARGIN, ROUNDOFF, Rotation, Rotations};
+use crate::experiment::non_normal::{
+    self, Amplified, AmplifiedFrom, Dissipative, MARGIN, ROUNDOFF, Rotation, Rotations,
+};
 use crate::experiment::one_step::{LeavesAt, OneStep};
 use crate::experiment::{Context, StudyError};
 use crate::measure::norm::{Extremes, max_norm};
@@ -40,8 +44,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 3, after Eq. (27)",
         statement: "Method I is unconditionally stable: no step size amplifies what does not grow.",
         quantifier: Quantifier::Universal,
-        criterion: "The spectral radius of a live step is at most 1 on v̇ = −v, on damped plane rotations, and on the stable linear \
-                    system of 3 unknowns that a search finds to be amplified most.",
+        criterion: "The spectral radius of a live step is at most 1 on v̇ = −v, on damped plane rotations, on v̇ = 0, and on the \
+                    stable linear system of 3 unknowns that a search finds to be amplified most.",
         decide: method_i_on_stable_systems,
     },
     Claim {
@@ -68,6 +72,14 @@ pub(super) const CLAIMS: &[Claim] = &[
         quantifier: Quantifier::General,
         criterion: "One live step on v̇ = −v changes the sign of v for every h from 0.01 to 10⁶.",
         decide: method_ii_oscillates,
+    },
+    Claim {
+        id: "S24-c-4",
+        source: "[S24] Section 3, after Eq. (27)",
+        statement: "Method II is unconditionally stable: no step size amplifies what does not grow.",
+        quantifier: Quantifier::Universal,
+        criterion: "As for S24-b-3.",
+        decide: method_ii_on_stable_systems,
     },
 ];
 
@@ -118,12 +130,43 @@ fn method_i_on_dissipative_systems(context: &Context) -> Result<Finding, StudyEr
     ))
 }
 
-fn method_i_on_stable_systems(context: &Context) -> Result<Finding, StudyError> {
-    let mut cases = on_normal_systems(context, "method-i")?;
-    let search = || Amplified { method: "method-i", order: 3 };
-    let worst = context.get(search())?;
+/// Steps on normal systems, on one whose matrix is singular, and on the stable system that is amplified most, which is returned too.
+fn on_stable_systems(
+    context: &Context,
+    method: &'static str,
+) -> Result<(Vec<Case>, Arc<non_normal::Found>), StudyError> {
+    let mut cases = on_normal_systems(context, method)?;
+    cases.push(Case::at_most("|v₁/v₀| on v̇ = 0, h = 1", at_rest(context, method)?.abs(), 1.0 + ROUNDOFF));
+    let worst = context.get(Amplified { method, order: 3 })?;
     cases.push(Case::at_most("largest spectral radius, stable systems of 3 unknowns", worst.radius, 1.0 + ROUNDOFF));
-    let first = context.get(AmplifiedFrom(search()))?.ok_or("the radius of the counterexample does not pass 1")?;
+    Ok((cases, worst))
+}
+
+/// v₁ of a step of 1 on v̇ = 0 from v₀ = 1.
+fn at_rest(context: &Context, method: &'static str) -> Result<f64, StudyError> {
+    Ok(OneStep { problem: "linear-drag lambda=0", ..OneStep::growth(method, 1.0) }.or_infinity(context)?)
+}
+
+fn method_ii_on_stable_systems(context: &Context) -> Result<Finding, StudyError> {
+    let (cases, worst) = on_stable_systems(context, "method-ii")?;
+    let evidence = format!(
+        "A step on v̇ = 0 with h = 1 gives v₁/v₀: {}. The search among stable systems of 3 unknowns, whose matrices are \
+         invertible, reaches a spectral radius of {}.",
+        text(at_rest(context, "method-ii")?),
+        text(worst.radius)
+    );
+    Ok(Finding::on(cases, evidence)
+        .holds_where("On stable linear systems with an invertible matrix (S24-c-1).")
+        .because(
+            "Jᵀ(r₀ + r₁) = 0 leaves the residual free along the null vectors of Jᵀ, so that a step is not determined where the matrix is \
+             singular. Method I, whose step is there to be had, amplifies other systems (S24-b-3).",
+        ))
+}
+
+fn method_i_on_stable_systems(context: &Context) -> Result<Finding, StudyError> {
+    let (cases, worst) = on_stable_systems(context, "method-i")?;
+    let search = Amplified { method: "method-i", order: 3 };
+    let first = context.get(AmplifiedFrom(search))?.ok_or("the radius of the counterexample does not pass 1")?;
     let a = &worst.matrix;
     let row = |i: usize| format!("({}, {}, {})", text(a[(i, 0)]), text(a[(i, 1)]), text(a[(i, 2)]));
     let evidence = format!(

@@ -1,0 +1,361 @@
+//! What the findings of the claims of \[KY21\] say.
+
+use libtest_mimic::Failed;
+use verify::experiment::constraint::Radius;
+use verify::experiment::energy_drift::EnergyDrift;
+use verify::experiment::motion::Motion;
+
+use super::super::CONTEXT;
+use super::{Found, Known, require, text, texts};
+
+const TIMES: [&str; 5] = ["10", "20", "30", "40", "50"];
+
+pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
+    Ok(match id {
+        "a" => Known::of([format!("the traces differ from them by {} at most.", text(found.largest("|trace − R|")))]),
+        "b-1" => solutions(found)?,
+        "b-2" => energies(found)?,
+        "b-3" => at_equal_order(found)?,
+        "c-1" => nodes(found)?,
+        "c-2" => more_nodes(found)?,
+        "d" => Known::of([format!("The two differ by {} at most,", text(found.largest("")))]),
+        "e-1" => {
+            let of =
+                |problem: &str| {
+                    texts([2, 3, 4].map(|m| {
+                        found.cell("claims-symplecticity", &[problem, &format!("path-fitted({m})")], "defect")
+                    }))
+                };
+            let names = ["henon-heiles", "charged-particle", "double-pendulum"].map(of);
+            Known::of([
+                format!(
+                    "The defects of degrees 2, 3 and 4 are {} on Hénon–Heiles, {} for the charged particle, {} for the double pendulum.",
+                    names[0], names[1], names[2]
+                ),
+                "For degree 2 and, with Gauss nodes".into(),
+            ])
+        }
+        "e-2" => {
+            let run = |method: &str| Motion { problem: "kepler", method: method.into(), h: 0.05, t_end: 12.5 };
+            let change = |method: &str| -> Result<f64, Failed> {
+                Ok(CONTEXT.get(run(method))?.largest_change("angular momentum", 0.0, 12.5))
+            };
+            let of = |m: u32| text(found.measured(&format!("change, degree {m}")));
+            Known::of([
+                format!(
+                    "The angular momentum of 0.8 changes by {}, {} and {} with degrees 2, 3 and 4; by {} with degree 4 on Gauss nodes.",
+                    of(2),
+                    of(3),
+                    of(4),
+                    text(change("path-fitted(4,gauss)")?)
+                ),
+                "For degree 2 and for Gauss nodes".into(),
+                "from degree 3 on, and Noether's".into(),
+                format!(
+                    "The Galerkin integrator of degree 3, which has one, changes it by {}.",
+                    text(change("galerkin-gauss(3)")?)
+                ),
+            ])
+        }
+        "f-1" => {
+            Known::of([format!("The late energy error is {} times the early one at most.", text(found.largest("")))])
+        }
+        "f-2" => drift(found)?,
+        "g" => {
+            let run =
+                CONTEXT.get(Motion { problem: "pendulum", method: "path-fitted(2)".into(), h: 0.1, t_end: 100.0 })?;
+            let [early, late] = [[0.0, 10.0], [90.0, 100.0]].map(|[from, to]| run.largest_change("energy", from, to));
+            Known::of([
+                format!(
+                    "Printed and live schemes differ by {} and {}; the order is {}, the energy error {} early and {} late.",
+                    text(found.measured("distance of (21) from the live trajectory")),
+                    text(found.measured("distance of (22) from the live trajectory")),
+                    text(found.measured("order at t = 10")),
+                    text(early),
+                    text(late)
+                ),
+                "path fitting of degree 2; its".into(),
+            ])
+        }
+        "h-1" => {
+            let [a, b, c] = departures(found);
+            // The larger root in size of λ² + 6λ + 1 = 0.
+            let growth = -3.0 - 8.0_f64.sqrt();
+            Known::of([
+                format!("|q| is off by {a}, {b} and {c};"),
+                format!(
+                    "a small radial perturbation is multiplied by {} per step.",
+                    text(CONTEXT.get(Radius { tau: 0.01 })?.ratio)
+                ),
+                format!("the multiplier −(3 + 2√2) = {} in the limit", text(growth)),
+            ])
+        }
+        "h-2" => {
+            let kept = |problem: &str| {
+                let of = |what: &str| text(found.measured(&format!("{what}, {problem}")));
+                format!(
+                    "{}, {} and {} on {problem}",
+                    of("||q|² − 1|"),
+                    of("|q · p|"),
+                    of("change of the angular momentum")
+                )
+            };
+            let [a, b, c] = departures(found);
+            Known::of([
+                format!(
+                    "As the paper writes it out for a circle, (23), |q| comes to be off by {a}, {b}, {c}. Repaired,"
+                ),
+                format!("are kept to {}, {};", kept("circle"), kept("spherical-pendulum")),
+                format!("the order is {}.", text(found.measured("order on the circle"))),
+                "f(xₖ₊₁) = 0 with".into(),
+            ])
+        }
+        _ => Known::default(),
+    })
+}
+
+/// How far (23) leaves the circle with steps of 0.05, 0.1 and 0.2.
+fn departures(found: &Found) -> [String; 3] {
+    ["0.05", "0.1", "0.2"].map(|tau| text(found.measured(&format!("largest ||q| − 1| under (23), τ = {tau}"))))
+}
+
+/// The error of x at a time by the recurrence x_{k+1} = R x_k − x_{k−1} with R as (16), (17), (18) and (19) have it at τ = 0.1.
+fn recurred(scheme: &str, first: f64, t: f64) -> f64 {
+    let s: f64 = 0.1 * 0.1;
+    let r = match scheme {
+        "(16)" => (16.0 - 6.0 * s) / (8.0 + s),
+        "(17)" => (8.0 - 2.0 * s) / (4.0 + s),
+        "(18)" => (972.0 - 468.0 * s + 22.0 * s * s) / (486.0 + 9.0 * s + 2.0 * s * s),
+        "(19)" => {
+            (294_912.0 - 142_848.0 * s + 9616.0 * s * s - 150.0 * s.powi(3))
+                / (147_456.0 + 2304.0 * s - 184.0 * s * s + 9.0 * s.powi(3))
+        }
+        _ => unreachable!("{scheme}"),
+    };
+    let (mut before, mut x) = (1.0, first);
+    for _ in 1..(10.0 * t) as u32 {
+        (before, x) = (x, r * x - before);
+    }
+    (x - t.cos() - t.sin()).abs()
+}
+
+/// The starts with x₁ of either.
+fn starts() -> [(&'static str, f64); 2] {
+    [("printed", 1.0948), ("exact", 0.1_f64.cos() + 0.1_f64.sin())]
+}
+
+/// That the solution errors of a table are those of the recurrences, and which of its printed cells ours do not round to.
+fn unreproduced(found: &Found, id: &str, half_unit: impl Fn(f64) -> f64) -> Result<(Vec<String>, usize), Failed> {
+    let table = found.0.tables.iter().find(|table| table.id == id).expect("a table");
+    let (mut lost, mut printed_cells) = (Vec::new(), 0);
+    for row in &table.rows {
+        let [scheme, start, quantity] = [1, 2, 3].map(|i| row[i].to_string());
+        let (t, value) = (row[0].number().unwrap_or(f64::NAN), row[4].number().unwrap_or(f64::NAN));
+        let (_, first) = starts().into_iter().find(|(name, _)| *name == start).ok_or("another start")?;
+        let is_solution = quantity == "solution";
+        let off = (value - recurred(&scheme, first, t)).abs();
+        require(!is_solution || off < 1e-9, || format!("{scheme} from {start} at t = {t}: off by {off:e}"))?;
+        if let Some(printed) = row[5].number() {
+            printed_cells += 1;
+            if (value - printed).abs() > half_unit(printed) {
+                let what = if id == "ky21-table-1" { format!("{quantity} of ") } else { String::new() };
+                lost.push(format!("{what}{scheme} at t = {t}"));
+            }
+        }
+    }
+    Ok((lost, printed_cells))
+}
+
+fn reproduction((lost, of): (Vec<String>, usize)) -> String {
+    match lost.as_slice() {
+        [] => format!("All {of} printed numbers are reproduced."),
+        lost => format!("Of the {of} printed numbers {} are not reproduced: {}.", lost.len(), lost.join(", ")),
+    }
+}
+
+fn solutions(found: &Found) -> Result<Known, Failed> {
+    let mut ratios = Vec::new();
+    for (start, first) in starts() {
+        for t in TIMES {
+            let [own, theirs] = ["(16)", "(17)"].map(|scheme| recurred(scheme, first, t.parse().expect("a time")));
+            let [measured, bound] = found.pair(&format!("error of (16) at t = {t}, start {start}, against (17)"));
+            require((measured - own).abs() < 1e-9 && (bound - theirs).abs() < 1e-9, || format!("t = {t}, {start}"))?;
+            ratios.push(theirs / own);
+        }
+    }
+    let [low, high] =
+        [ratios.iter().copied().fold(f64::INFINITY, f64::min), ratios.iter().copied().fold(0.0, f64::max)];
+    let lost = unreproduced(found, "ky21-table-1", |_| 0.5e-4)?;
+    let at = |scheme: &str, t: f64| recurred(scheme, 1.0948, t);
+    Ok(Known::of([
+        format!("The errors of (17) are {} to {} times those of (16). {}", text(low), text(high), reproduction(lost)),
+        "the start x₁ = 1.0948 adds".into(),
+    ])
+    .beside("(16), t = 10", "0.0007", at("(16)", 10.0))
+    .beside("(16), t = 50", "0.0128", at("(16)", 50.0))
+    .beside("(17), t = 10", "0.0023", at("(17)", 10.0))
+    .beside("(17), t = 50", "0.0518", at("(17)", 50.0)))
+}
+
+fn energies(found: &Found) -> Result<Known, Failed> {
+    let largest = |what: &str| {
+        let pairs = TIMES.map(|t| found.pair(&format!("energy error of (16), {what}, t = {t}, against (17)")));
+        [0, 1].map(|side| pairs.iter().map(|pair| pair[side]).fold(0.0, f64::max))
+    };
+    let ways = ["velocities of the table", "forward differences", "momenta"];
+    let [table, forward, momenta] = ways.map(largest);
+    let both = |[own, theirs]: [f64; 2]| format!("{} and {}", text(own), text(theirs));
+    require(found.score(ways[0])[0] == 5 && momenta[1] < 1e-14, || "not with the velocities of the table".into())?;
+    // The copied cells: the energies of (17) and the solutions of (16) in the paper's Table 1.
+    let solution = [0.0007, 0.0019, 0.0069, 0.0116, 0.0128];
+    let energy = [0.0186, 0.0339, 0.0463, 0.0116, 0.0128];
+    let same: Vec<_> =
+        TIMES.iter().zip(solution.iter().zip(energy)).filter(|(_, (a, b))| **a == *b).map(|(t, _)| *t).collect();
+    Ok(Known::of([
+        format!(
+            "The largest errors of (16) and (17) are {} with the velocities of the table, {} with forward differences for both, {} with the momenta of both.",
+            both(table),
+            both(forward),
+            both(momenta)
+        ),
+        format!("At t = {} the table prints for the energy errors of (17) the digits of the solution errors of (16)", same.join(" and ")),
+    ])
+    .beside("largest energy error, (16)", "0.0011", table[0])
+    .beside("largest energy error, (17)", "0.0463", table[1]))
+}
+
+fn at_equal_order(found: &Found) -> Result<Known, Failed> {
+    let (mut ratios, mut ahead, mut never, mut behind) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for problem in ["harmonic-oscillator", "pendulum", "kepler"] {
+        for rival in ["midpoint-vi", "stormer-verlet"] {
+            let [own, theirs] = found.pair(&format!("largest error, {problem}, τ = 0.1, against {rival}"));
+            ratios.push(format!("{} ({problem}, {rival})", text(own / theirs)));
+            let cases: Vec<_> = found
+                .of(&format!("largest error, {problem},"))
+                .into_iter()
+                .filter(|case| case.what.ends_with(rival))
+                .collect();
+            let (holding, of) = (cases.iter().filter(|case| case.holds()).count(), cases.len());
+            ahead.push(format!("{holding} of {of} steps on {problem} against {rival}"));
+            if holding == 0 {
+                never.push(format!("at none of {of} steps on {problem} against {rival}"));
+            }
+            let single = format!("error of one step, {problem}, τ = 0.1, against {rival}");
+            let [own, theirs] = found.pair(&single);
+            if own >= theirs {
+                behind.push(format!(
+                    "{single}: {}, where < {} is claimed",
+                    text(own),
+                    verify::evidence::number::bound(theirs)
+                ));
+            }
+        }
+    }
+    // (16 − 6τ²)/(8 + τ²) = −2.
+    let limit = text(8.0_f64.sqrt());
+    Ok(Known::of([
+        format!(
+            "At τ = 0.1 the error of degree 2 divided by the other's is {}. It is ahead {}. Of single steps these fail: {}.",
+            ratios.join(", "),
+            never.join(", "),
+            behind.join("; ")
+        ),
+        format!("on the oscillator below τ = {limit}, beyond"),
+        format!("It is ahead at {}, and at {} of 6 single steps of 0.1.", ahead.join(", "), 6 - behind.len()),
+        "τ³/48 (degree 2), τ³/12 (midpoint rule)".into(),
+    ]))
+}
+
+fn nodes(found: &Found) -> Result<Known, Failed> {
+    let first = starts();
+    let at_10 = ["(16)", "(17)", "(18)", "(19)"].map(|scheme| recurred(scheme, first[0].1, 10.0));
+    require(at_10[3] > at_10[2], || "at t = 10 (19) errs less than (18)".into())?;
+    for (place, scheme) in [(2, "(18)"), (3, "(19)")] {
+        let [own, theirs] = found.pair(&format!("error of {scheme} at t = 10, against (16)"));
+        require((own - at_10[place]).abs() < 1e-9 && (theirs - at_10[0]).abs() < 1e-9, || scheme.into())?;
+    }
+    let falls = |t: f64| {
+        let [a, b, c] = ["(16)", "(18)", "(19)"].map(|scheme| recurred(scheme, first[1].1, t));
+        a > b && b > c
+    };
+    require([10.0, 20.0, 30.0, 40.0, 50.0].into_iter().all(falls), || "they do not fall in this order".into())?;
+    let lost =
+        unreproduced(found, "ky21-table-2", |printed| 0.5 * 10_f64.powf(printed.log10().floor() - 4.0) * (1.0 + 1e-9))?;
+    let run =
+        CONTEXT.get(Motion { problem: "harmonic-oscillator", method: "path-fitted(4)".into(), h: 0.1, t_end: 50.0 })?;
+    let (t, state) = &run.states[1];
+    let (off, local) = ((first[0].1 - first[1].1).abs(), (state[0] - t.cos() - t.sin()).abs());
+    require(off > local, || "the start is off by less than a step of (19)".into())?;
+    Ok(Known::of([
+        format!(
+            "the errors at t = 10 are {} (16), {} (18) and {} (19). {}",
+            text(at_10[0]),
+            text(at_10[2]),
+            text(at_10[3]),
+            reproduction(lost)
+        ),
+        "That (19) errs less than (18) is not claimed, and at t = 10 it does not:".into(),
+        format!(
+            "the start x₁ = 1.0948 is off by {}, more than a step of (19) errs, which is {},",
+            text(off),
+            text(local)
+        ),
+        "From the exact x₁ the errors of (16), (18) and (19) are falling in this order at every time.".into(),
+    ])
+    .beside("(16), t = 10", "7.1987×10⁻⁴", at_10[0])
+    .beside("(17), t = 10", "0.0023042", at_10[1])
+    .beside("(18), t = 10", "1.3519×10⁻⁴", at_10[2])
+    .beside("(19), t = 10", "2.0468×10⁻⁴", at_10[3]))
+}
+
+fn more_nodes(found: &Found) -> Result<Known, Failed> {
+    let of = |m: u32, column: &str| found.cell("claims-path-fitted-orders", &[&m.to_string()], column);
+    let orders = |degrees: std::ops::RangeInclusive<u32>, column: &str| {
+        degrees.map(|m| format!("{:.1}", of(m, column))).collect::<Vec<_>>().join(", ")
+    };
+    for m in 3..=6 {
+        let [own, before] = found.pair(&format!("error of degree {m}, against degree {}", m - 1));
+        require([own, before] == [of(m, "error_equispaced"), of(m - 1, "error_equispaced")], || format!("degree {m}"))?;
+        // Two orders from an odd degree to an even one, none from an even to an odd one; on Gauss nodes twice the degree less one.
+        let gain = of(m, "order_equispaced") - of(m - 1, "order_equispaced");
+        require((gain - f64::from(2 * (1 - m % 2))).abs() < 0.2, || format!("degree {m} gains {gain} orders"))?;
+        require((own < before) == (m % 2 == 0) || m == 3, || format!("degree {m}"))?;
+    }
+    require((2..=4).all(|m| (of(m, "order_gauss") - f64::from(2 * (m - 1))).abs() < 0.2), || "Gauss nodes".into())?;
+    Ok(Known::of([
+        format!("The orders of degrees 2 to 6 on equispaced nodes are {};", orders(2..=6, "order_equispaced")),
+        format!("those of 2 to 4 on Gauss nodes {}.", orders(2..=4, "order_gauss")),
+        // As Table 2 of the paper has them.
+        "Table 2 itself prints a larger error for (19) than for (18) at t = 10, 2.0468×10⁻⁴ against 1.3519×10⁻⁴,"
+            .into(),
+        "m − 1 stages: m − 1 equispaced nodes".into(),
+        "to order 2⌊m/2⌋, Gauss nodes to 2(m − 1), at".into(),
+    ]))
+}
+
+fn drift(found: &Found) -> Result<Known, Failed> {
+    let of = |column: &str| found.cell("claims-energy", &["path-fitted(3)"], column);
+    let [measured, resolved] = found.pair("drift of path-fitted(3), asymmetric-pendulum");
+    require([measured, resolved] == [of("drift"), of("resolved")], || "the table has another drift".into())?;
+    let run = |h: f64| {
+        CONTEXT.get(EnergyDrift { problem: "asymmetric-pendulum", method: "path-fitted(3)".into(), h, steps: 20_000 })
+    };
+    let (whole, half) = (run(0.5)?, run(0.25)?);
+    // Of as many steps, in half the time.
+    let power = (whole.drift / half.drift / (whole.steps as f64 / half.steps as f64) * 0.5).log2();
+    let horizon = 0.5 * whole.steps as f64;
+    require((of("per_time") * horizon / measured - 1.0).abs() < 1e-9, || "the drift in a unit of time".into())?;
+    Ok(Known::of([
+        format!(
+            "the mean energy of degree 3 drifts by {} over {} steps of 0.5, where {} would be resolved.",
+            text(measured),
+            whole.steps,
+            text(resolved)
+        ),
+        "for degree 2, and with Gauss nodes".into(),
+        "for degrees 3 and 4 on the oscillator".into(),
+        "from degree 3 on (KY21-e-1)".into(),
+        format!("The drift of degree 3 in a unit of time falls like τ to the power {} from τ = 0.5,", text(power)),
+        format!("a time of {} to grow as large", text(of("size") / of("drift") * horizon)),
+    ]))
+}
