@@ -256,8 +256,9 @@ pub fn measure_on(
         None => Ok(found),
         // What must not be told is told: the theory is wrong here.
         Some(because) => {
-            let reason = format!("{}, where no order should be told: {because}", found.reason);
-            Ok(OrderFit { verdict: Verdict::Fail, reason, ..found })
+            found.verdict = Verdict::Fail;
+            found.reason += &format!(", where no order should be told: {because}");
+            Ok(found)
         }
     }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::*;
 use lsvi::State;
 
-use crate::measure::norm::distance;
+use crate::measure::norm::{distance, larger};
 use crate::problem;
 use crate::theory::methods_for;
 
@@ -48,7 +48,7 @@ fn the_error_that_is_predicted_is_the_true_one() {
                 errors.extend(sixteenth(state).then(|| distance(&state.q[..exact.len()], &exact)));
             })
             .expect("it ran before");
-            let off = (taken.error - errors.iter().copied().fold(0.0, f64::max)).abs();
+            let off = (taken.error - errors.iter().copied().fold(0.0, larger)).abs();
             assert!(errors.len() == taken.times && off <= advice.uncertainty + 1e-8, "{name}: {errors:?}, {taken:?}");
         }
         let exact = problem.exact(horizon).expect("it is known");

@@ -32,12 +32,6 @@ pub const FLOOR_MARGIN: f64 = 10.0;
 /// Refinements, counted from the finest, over which errors must grow to be called diverging.
 const DIVERGING: usize = 3;
 
-/// How the reason starts where they do.
-const DIVERGES: &str = "diverges: ";
-
-/// What it has where the local slopes tend to the order and the ladder ends too soon.
-const APPROACHES: &str = "the local slopes still approach";
-
 /// Slopes of no more than this either way: the error stays what it is.
 const STALLED: f64 = 0.05;
 /// What that means.
@@ -171,6 +165,17 @@ pub struct LocalSlope {
     pub uncertainty: f64,
 }
 
+/// Where the errors lead under refinement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Trend {
+    /// To a slope that the verdict compares, or nowhere yet.
+    Levels,
+    /// The local slopes tend to the order that is expected, and the ladder ends too soon.
+    Approaches,
+    /// They grow.
+    Diverges,
+}
+
 /// An order measured, and the verdict on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderFit {
@@ -189,6 +194,8 @@ pub struct OrderFit {
     pub verdict: Verdict,
     /// The decision in words, with its numbers.
     pub reason: String,
+    /// What the slopes do.
+    trend: Trend,
 }
 
 impl OrderFit {
@@ -200,7 +207,7 @@ impl OrderFit {
         let Self { verdict: Verdict::Fail, line: Some(Line { slope, .. }), expected, reason, .. } = &self else {
             return self;
         };
-        if *slope <= expected.order - 0.5 || reason.starts_with(DIVERGES) {
+        if *slope <= expected.order - 0.5 || self.trend == Trend::Diverges {
             return self;
         }
         let is_floored = self.dropped.iter().any(|(_, reason)| *reason == Reason::AtFloor);
@@ -217,7 +224,7 @@ impl OrderFit {
 
     /// Whether finer steps alone would tell: the local slopes tend to the order that is expected.
     pub(crate) fn still_approaches(&self) -> bool {
-        self.verdict == Verdict::Inconclusive && self.reason.contains(APPROACHES)
+        self.trend == Trend::Approaches
     }
 
     /// All points, coarse to fine, with the reason why one is not in the fit.
@@ -265,10 +272,10 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
         reasons[i] = Some(Reason::PreAsymptotic);
     }
     let line = (window >= MIN_POINTS).then(|| Line::through(&points[start..], settle));
-    let (verdict, reason) = match diverges(&samples, &slopes) {
-        Some(how) => (Verdict::Fail, format!("{DIVERGES}{how}")),
+    let (verdict, trend, reason) = match diverges(&samples, &slopes) {
+        Some(how) => (Verdict::Fail, Trend::Diverges, format!("diverges: {how}")),
         None if !reasons.is_empty() && reasons.iter().all(|reason| *reason == Some(Reason::AtFloor)) => {
-            (Verdict::Inconclusive, floored(&samples))
+            (Verdict::Inconclusive, Trend::Levels, floored(&samples))
         }
         None => judge(line, settled, points.len(), &slopes, &reasons, expected),
     };
@@ -280,7 +287,7 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
             Some(reason) => dropped.push((sample, reason)),
         }
     }
-    OrderFit { line, local_slopes: slopes, kept, dropped, expected: expected.clone(), verdict, reason }
+    OrderFit { line, local_slopes: slopes, kept, dropped, expected: expected.clone(), verdict, reason, trend }
 }
 
 /// Measures the order of `samples` where none is expected: nothing can pass. The slopes have settled if they agree to half of
@@ -408,24 +415,24 @@ fn judge(
     slopes: &[LocalSlope],
     reasons: &[Option<Reason>],
     expected: &Expectation,
-) -> (Verdict, String) {
+) -> (Verdict, Trend, String) {
     let Expectation { order, band, .. } = *expected;
     if !(order.is_finite() && band > 0.0 && band.is_finite()) {
-        return (Verdict::Inconclusive, format!("no order can be expected to be {order} ± {band}"));
+        return (Verdict::Inconclusive, Trend::Levels, format!("no order can be expected to be {order} ± {band}"));
     }
     let Some(line) = line else {
-        return (Verdict::Inconclusive, too_few(usable, reasons));
+        return (Verdict::Inconclusive, Trend::Levels, too_few(usable, reasons));
     };
     if settled < MIN_POINTS {
         let list = join(&slopes[slopes.len() - (MIN_POINTS - 1)..]);
         let text = format!("the local slopes have not settled to within {}: {list} at the fine end", band / 2.0);
-        return (Verdict::Inconclusive, text);
+        return (Verdict::Inconclusive, Trend::Levels, text);
     }
     let Line { slope, stderr, .. } = line;
     let measured = format!("order {} ± {stderr:.1e}", decimals(slope, 3));
     if 2.0 * stderr > band {
         let text = format!("{measured}: twice the standard error exceeds the band of {band}");
-        return (Verdict::Inconclusive, text);
+        return (Verdict::Inconclusive, Trend::Levels, text);
     }
     let declared = expected.declared.as_ref().map_or(String::new(), |d| {
         let kind = if order < d.nominal { "reduction" } else { "super-convergence" };
@@ -434,17 +441,17 @@ fn judge(
     let kept = &slopes[slopes.len() + 1 - settled..];
     // A slope on the edge of the band is in it, so the comparison allows for rounding.
     if (slope - order).abs() <= band + line.rounding {
-        (Verdict::Pass, format!("{measured} is {order} ± {band}{declared}"))
+        (Verdict::Pass, Trend::Levels, format!("{measured} is {order} ± {band}{declared}"))
     } else if may_reach(kept, order, band) {
         let end = match reasons.last() {
             Some(Some(Reason::AtFloor)) => "where errors reach their floor",
             _ => "where the steps end",
         };
-        let text = format!("{measured}, and {APPROACHES} {order} {end}: {}", join(kept));
-        (Verdict::Inconclusive, text)
+        let text = format!("{measured}, and the local slopes still approach {order} {end}: {}", join(kept));
+        (Verdict::Inconclusive, Trend::Approaches, text)
     } else {
         let stalls = if kept.iter().all(|s| s.slope.abs() <= STALLED) { STANDSTILL } else { "" };
-        (Verdict::Fail, format!("{measured} is not {order} ± {band}{declared}{stalls}"))
+        (Verdict::Fail, Trend::Levels, format!("{measured} is not {order} ± {band}{declared}{stalls}"))
     }
 }
 

@@ -225,7 +225,7 @@ impl Study<'_> {
             return Ok(Some(format!("with steps that do not divide the time no run succeeds: {error}")));
         }
         let whole = fit.line.map(|line| line.slope);
-        let (_, found) = self.fit(truth, cut, self.ladder.expected.or(whole))?;
+        let (_, mut found) = self.fit(truth, cut, self.ladder.expected.or(whole))?;
         let clipped = cut.iter().find_map(|(h, answer)| Some((*h, answer.as_ref().ok()?.clipped(*h)?)));
         if found.verdict == Verdict::Pass {
             return Ok(clipped.map(|(h, part)| {
@@ -243,9 +243,9 @@ impl Study<'_> {
             }
             (None, reason) => reason.clone(),
         };
-        let reason = format!("where h does not divide the time, and the last step is shorter: {because}");
-        let verdict = if expects { found.verdict } else { Verdict::Inconclusive };
-        *fit = OrderFit { verdict, reason, ..found };
+        found.reason = format!("where h does not divide the time, and the last step is shorter: {because}");
+        found.verdict = if expects { found.verdict } else { Verdict::Inconclusive };
+        *fit = found;
         Ok(None)
     }
 

@@ -209,25 +209,17 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let fit = measure_on(&*problem, &*method, truth, &ladder)?;
     // Coefficients alone say nothing of a special problem.
     let is_special = file.is_some() || args.problem.is_model();
-    let fit = if is_special && ladder.expected.is_none() { fit.of_equations_in_general() } else { fit };
+    let mut fit = if is_special && ladder.expected.is_none() { fit.of_equations_in_general() } else { fit };
     let overstated = claimed.filter(|claimed| *claimed > method.order() && args.expect.is_none());
-    let fit = match (overstated, fit.verdict) {
-        (Some(_), Verdict::Pass) => OrderFit {
-            verdict: Verdict::Inconclusive,
-            reason: format!("{}, on this equation: on others the order is {}", fit.reason, method.order()),
-            ..fit
-        },
-        _ => fit,
-    };
+    if overstated.is_some() && fit.verdict == Verdict::Pass {
+        fit.verdict = Verdict::Inconclusive;
+        fit.reason += &format!(", on this equation: on others the order is {}", method.order());
+    }
     // Runs of an inconsistent method agree with its order, which is none.
-    let fit = match (method.order(), args.expect, fit.verdict) {
-        (0, None, Verdict::Pass | Verdict::Measured) => OrderFit {
-            verdict: Verdict::Fail,
-            reason: format!("{}: a method without order does not converge; `verify judge {text}` says why", fit.reason),
-            ..fit
-        },
-        _ => fit,
-    };
+    if let (0, None, Verdict::Pass | Verdict::Measured) = (method.order(), args.expect, fit.verdict) {
+        fit.verdict = Verdict::Fail;
+        fit.reason += &format!(": a method without order does not converge; `verify judge {text}` says why");
+    }
     let end = order_plan(&*problem, &*method).horizon;
     let result = Measurement::new(&name, method.name(), (truth, end), (&fit, true), &notes);
     result.write(args, &fit, out)?;
