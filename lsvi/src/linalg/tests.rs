@@ -198,6 +198,7 @@ fn refuses_entries_outside_the_structure() {
         assert_eq!(Lu::<f64>::of(&a).factor(&a), Err(FactorError::OutsideStructure { row: 2, column: 0 }));
         a.clear();
         a.add(0, 3, 1.0);
+        a.add(2, 0, 1.0);
         assert_eq!(Lu::<f64>::of(&a).factor(&a), Err(FactorError::OutsideStructure { row: 0, column: 3 }));
     }
     assert!(Structure::sparse(3, [(1, 3)]).is_err());

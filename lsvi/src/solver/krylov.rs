@@ -362,4 +362,19 @@ mod tests {
             assert_eq!(solve(factor), Err(SolveError::NonFinite), "{factor}");
         }
     }
+
+    /// Conjugate gradients take an iteration for each eigenvalue.
+    #[test]
+    fn iterations_are_counted_as_they_are_made() {
+        let solve = |diagonal: [f64; 2], factors: [f64; 2]| {
+            let multiply = |x: &[f64], _: &[f64], out: &mut [f64]| (0..2).for_each(|i| out[i] = diagonal[i] * x[i]);
+            let precondition = |x: &[f64], out: &mut [f64]| (0..2).for_each(|i| out[i] = factors[i] * x[i]);
+            ConjugateGradients::new(2).solve(multiply, precondition, 1e-12, 50, &mut [1.0, 2.0])
+        };
+        assert_eq!(solve([3.0, 3.0], [1.0; 2]), Ok(1));
+        assert_eq!(solve([3.0, 5.0], [1.0; 2]), Ok(2));
+        // r = (1, 2) has r·z = 2, and after the first step r·z < 0.
+        let error = solve([3.0, 5.0], [-2.0, 1.0]).expect_err("indefinite");
+        assert!(matches!(error, SolveError::Linear { iterations: 1, .. }), "{error}");
+    }
 }

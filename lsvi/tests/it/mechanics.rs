@@ -449,6 +449,7 @@ fn bad_input_has_typed_errors() {
     assert!(matches!(nodes(&[]), Some(InputError::Nodes(NodeError::TooFew { least: 1, .. }))));
     assert!(matches!(nodes(&[0.5, 1.5]), Some(InputError::Nodes(NodeError::NodeRange { .. }))));
     assert!(matches!(nodes(&[0.5, f64::NAN]), Some(InputError::Nodes(NodeError::NodeRange { .. }))));
+    assert!(matches!(nodes(&[0.5, 0.5 + 4.0 * EPS]), Some(InputError::Nodes(NodeError::CoincidentNodes { .. }))));
     assert!(matches!(nodes(&[0.5, 0.5]), Some(InputError::Nodes(NodeError::CoincidentNodes { .. }))));
     assert!(matches!(nodes(&[0.0, 0.5]), Some(InputError::Nodes(NodeError::CoincidentNodes { .. }))));
     assert!(matches!(PathFitted::bernstein(&l, &[1.0]), Err(InputError::Nodes(NodeError::CoincidentNodes { .. }))));

@@ -132,7 +132,39 @@ fn derivatives_at_points_of_another_length_are_not_finite() {
         let mut matrix = Jacobian::zeros(2);
         Differences::new(2, &Structure::Dense).add_curvature(&field, 0.0, &v, &[1.0; 2], 1.0, &mut matrix);
         assert!(matrix.get(0, 0).is_nan());
+        let mut matrix = Jacobian::zeros(2);
+        Differences::new(2, &Structure::Dense).add_curvature(&field, 0.0, &[1.0; 2], &v, 1.0, &mut matrix);
+        assert!(matrix.get(0, 0).is_nan());
     }
+}
+
+#[test]
+fn a_mass_without_positive_entries_is_no_metric() {
+    struct Massive(f64);
+    impl FieldFn for Massive {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn mass(&self) -> Mass {
+            Mass::Diagonal(vec![1.0, self.0])
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv.iter_mut().zip(v).for_each(|(dv, &v)| *dv = -v);
+        }
+    }
+    for mass in [0.0, -1.0] {
+        let error = method_i(AutoField::new(Massive(mass))).err();
+        let what = format!("entry (1, 1) is {mass}");
+        assert_eq!(error, Some(InputError::System(SystemError::Metric(what))));
+    }
+}
+
+#[test]
+fn tolerances_are_not_tightened_below_what_arithmetic_resolves() {
+    let tolerances = Tolerances::new(1e-3, 1e-6).expect("usable");
+    assert_eq!(tolerances.tightened(10.0), Tolerances::new(1e-3 / 10.0, 1e-6 / 10.0).expect("usable"));
+    let tight = tolerances.tightened(1e18);
+    assert_eq!((tight.rtol(), tight.atol()), (Tolerances::LEAST_RTOL, &[1e-6 / 1e18][..]));
 }
 
 #[test]
