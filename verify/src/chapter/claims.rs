@@ -20,7 +20,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         checks: judged.iter().map(check).collect(),
         tables: vec![verdicts(judged), cases(judged)],
         notes: notes(judged),
-        sections: judged.iter().map(section).collect(),
+        sections: judged.iter().map(section).chain([unexamined()]).collect(),
         ..Evidence::default()
     };
     for Judged { finding, .. } in judged.iter() {
@@ -178,6 +178,45 @@ fn section(judged: &Judged) -> Section {
     }
     section.paragraphs = paragraphs.into_iter().map(|(label, text)| (label.to_owned(), text)).collect();
     section
+}
+
+/// What the abstracts and the conclusions say besides, and why no computation decides it.
+const UNEXAMINED: [(&str, &str); 6] = [
+    (
+        "Validation of the canonical Hamiltonian formulation ([S24] Abstract, Sections 5 and 6)",
+        "That a scheme is accurate does not tell the formulation from any other with the same solutions: the least-squares Lagrangian of an \
+         equation has them whatever is discretised. What the accuracy on Poiseuille flow comes from is S24-j and S24-l-2.",
+    ),
+    (
+        "The first symplectic integrator for the Navier–Stokes equations ([S24] Abstract)",
+        "Who was first is a question to the literature. Whether the schemes are symplectic is S24-m-2.",
+    ),
+    (
+        "Unprecedented performance of further symplectic integrators ([S24] Section 6)",
+        "A forecast that names no method and no measure. S24-o judges what can be built of the paper's own parts.",
+    ),
+    (
+        "Use in commercial programs for fluid dynamics ([S24] Sections 5 and 6)",
+        "A hope. The chapter on flows measures errors and costs beside usual methods.",
+    ),
+    (
+        "A simpler construction, above all at high order ([KY21] Abstract, Introduction)",
+        "Simplicity has no unit here. What the construction omits, a quadrature of the action, is what symplecticity needs: KY21-e-1.",
+    ),
+    (
+        "A general technique for any symplectic integrator and any dissipative system ([S24] Abstract, Sections 1 and 2)",
+        "A statement on all integrators and systems cannot be run, only fall with single ones: Method II determines no step where the \
+         matrix is singular, S24-c-4.",
+    ),
+];
+
+fn unexamined() -> Section {
+    Section {
+        id: "claims-unexamined".into(),
+        title: "What was not examined, and why".into(),
+        paragraphs: UNEXAMINED.map(|(what, why)| (what.to_owned(), why.to_owned())).into(),
+        ..Section::default()
+    }
 }
 
 fn notes(judged: &[Judged]) -> Vec<String> {

@@ -69,7 +69,9 @@ fn check(pair: &Measured) -> Check {
     let statement = format!("{} converges on {} with its order, against {}", pair.method, pair.problem, pair.truth);
     match &pair.fit {
         Ok(fit) => order_check(id, statement, fit),
-        Err(error @ OrderError::Untold { .. }) => Check::undecided(id, statement, Outcome::NotRun, error.to_string()),
+        Err(error @ OrderError::Untold { .. }) => {
+            Check::undecided(id, statement, Outcome::NotSettled, error.to_string())
+        }
         Err(error) => Check::undecided(id, statement, Outcome::Inconclusive, error.to_string()),
     }
 }

@@ -166,7 +166,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
 
 fn status(outcome: Outcome) -> Status {
     match outcome {
-        Outcome::Pass | Outcome::NotRun => Status::Ok,
+        Outcome::Pass | Outcome::NotSettled | Outcome::NotRun => Status::Ok,
         Outcome::Fail => Status::Failed,
         Outcome::Inconclusive => Status::Inconclusive,
     }
@@ -239,6 +239,7 @@ fn word(outcome: Outcome) -> &'static str {
         Outcome::Pass => "confirmed",
         Outcome::Fail => "REFUTED",
         Outcome::Inconclusive => "inconclusive",
+        Outcome::NotSettled => "not settled",
         Outcome::NotRun => "not run",
     }
 }

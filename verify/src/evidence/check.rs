@@ -15,6 +15,8 @@ pub enum Outcome {
     Fail,
     /// The data allow no decision; never counted as a pass.
     Inconclusive,
+    /// The check ran and misses the resolution that it needs, as theory predicts of it; never counted as a pass.
+    NotSettled,
     /// The check could not run here (a feature or library is missing).
     NotRun,
 }
@@ -50,7 +52,7 @@ pub struct Check {
     pub measured: Option<f64>,
     /// What was required of it; nothing where the check could not come as far.
     pub required: Option<Requirement>,
-    /// Where the requirement comes from, or why the check failed, was inconclusive or did not run.
+    /// Where the requirement comes from, or why the check failed, was inconclusive, not settled or did not run.
     pub reason: String,
 }
 

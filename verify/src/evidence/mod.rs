@@ -116,3 +116,30 @@ impl Section {
         self.paragraphs.iter().any(|(label, _)| label.is_empty())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_heading_names_the_tables_that_are_shown_and_every_text_is_met() {
+        let table = |id: &str, shown| Table {
+            shown,
+            ..Table::new(id, format!("Of {id}."), ["x"], vec![vec![Cell::from("cell")]])
+        };
+        let check = Check::undecided("c", "The statement", Outcome::NotSettled, "the reason");
+        let part = Evidence {
+            checks: vec![check],
+            tables: vec![table("seen", true), table("data", false)],
+            ..Evidence::default()
+        };
+        let mut whole = Evidence::default();
+        whole.add_under(("here".into(), "The heading"), part);
+        assert_eq!(whole.sections[0].tables, ["seen"]);
+        assert_eq!(whole.tables.len(), 2);
+        let texts: Vec<_> = whole.texts().map(String::as_str).collect();
+        for text in ["The statement", "the reason", "Of seen.", "Of data.", "cell", "The heading"] {
+            assert!(texts.contains(&text), "{text} in {texts:?}");
+        }
+    }
+}

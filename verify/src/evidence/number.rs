@@ -147,11 +147,27 @@ mod tests {
     }
 
     #[test]
+    fn a_brief_number_is_written_out_up_to_five_digits() {
+        let cases = [
+            (3.62, "3.6"),
+            (0.8449, "0.84"),
+            (123.4, "120"),
+            (1234.5, "1200"),
+            (12_345.0, "12000"),
+            (99_499.0, "99000"),
+        ];
+        cases.iter().for_each(|(value, text)| assert_eq!(brief(*value), *text));
+        assert_eq!([brief(123_456.0), brief(1.234e-5)], ["1.2×10⁵", "1.2×10⁻⁵"]);
+    }
+
+    #[test]
     fn bounds_show_what_was_chosen() {
         let cases = [(1.0, "1"), (0.3, "0.3"), (10.0, "10"), (0.0123456, "0.0123456"), (1.0 / 3.0, "0.3333")];
         cases.iter().for_each(|(value, text)| assert_eq!(bound(*value), *text));
         assert_eq!(bound(1.0 + 1e-7), "1 + 10⁻⁷");
         assert_eq!(bound(1.0 - 2e-5), "1 − 2×10⁻⁵");
+        // An excess that four digits show is shown by them.
+        assert_eq!([bound(1.0005), bound(0.9995), bound(1.0 + 9e-5)], ["1.0005", "0.9995", "1 + 9×10⁻⁵"]);
     }
 
     #[test]

@@ -125,6 +125,15 @@ mod tests {
         assert!(Within(1.0, 2.0).is_met_by(2.0) && !Within(1.0, 2.0).is_met_by(2.1) && !Near(1.0, 0.1).is_met_by(0.8));
     }
 
+    /// Whatever the text of a bound rounds away, the comparison does not.
+    #[test]
+    fn a_number_a_little_beyond_one_is_beyond_one() {
+        for excess in [5e-4, 1e-7, f64::EPSILON] {
+            assert!(!AtMost(1.0).is_met_by(1.0 + excess) && AtMost(1.0 + excess).is_met_by(1.0 + excess));
+            assert!(AtMost(1.0 + excess).to_string() != "≤ 1", "{excess}");
+        }
+    }
+
     #[test]
     fn what_every_number_meets_is_no_requirement() {
         for required in [AtMost(f64::INFINITY), Within(0.0, f64::INFINITY), Within(2.0, 1.0), Near(1.0, -1.0)] {

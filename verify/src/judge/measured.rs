@@ -190,14 +190,14 @@ pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> Ve
                 (true, resolved) => (!resolved).into(),
                 (false, true) => Outcome::Pass,
                 // A slow drift hides in the oscillation, where it is not absent.
-                (false, false) => Outcome::NotRun,
+                (false, false) => Outcome::NotSettled,
             };
             let reason = format!(
                 "over {steps} steps of {h} on {name} by {:.1e}, where {:.1e} would show; the largest error is {:.1e}{}",
                 drift.drift,
                 drift.resolved(),
                 drift.largest(),
-                if outcome == Outcome::NotRun { "; too slow a drift to be told in so many" } else { "" }
+                if outcome == Outcome::NotSettled { "; too slow a drift to be told in so many" } else { "" }
             );
             let required =
                 if keeps { Requirement::AtMost(drift.resolved()) } else { Requirement::Above(drift.resolved()) };
@@ -252,7 +252,7 @@ mod tests {
         };
         use drift::Kind::{Dissipative, Symplectic};
         for (drift, kept, not) in [
-            (1e-6, Outcome::Pass, Outcome::NotRun),
+            (1e-6, Outcome::Pass, Outcome::NotSettled),
             (1e-2, Outcome::Fail, Outcome::Pass),
             (f64::NAN, Outcome::Inconclusive, Outcome::Inconclusive),
         ] {

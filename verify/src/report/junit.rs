@@ -2,7 +2,7 @@
 //!
 //! A failed check is a `<failure>` and a study that broke off an `<error>`. JUnit knows no third verdict: readers take
 //! failures and errors for a broken build. An inconclusive check breaks no build and must not count as passed either, so it
-//! is `<skipped>` like one that did not run, with a message that begins with `inconclusive:`.
+//! is `<skipped>` like one that was not settled or did not run, with a message that begins with `inconclusive:`.
 
 use std::fmt::Write;
 
@@ -27,7 +27,7 @@ fn attributes(counts: Counts) -> String {
         counts.checks() + counts.broken,
         counts.fail,
         counts.broken,
-        counts.inconclusive + counts.not_run
+        counts.inconclusive + counts.not_settled + counts.not_run
     )
 }
 
@@ -47,6 +47,7 @@ fn suite(out: &mut String, chapter: &Chapter) {
             Outcome::Pass => None,
             Outcome::Fail => Some(("failure type=\"fail\"", "")),
             Outcome::Inconclusive => Some(("skipped", "inconclusive: ")),
+            Outcome::NotSettled => Some(("skipped", "not settled: ")),
             Outcome::NotRun => Some(("skipped", "not run: ")),
         };
         match verdict {

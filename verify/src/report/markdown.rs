@@ -17,7 +17,7 @@ const MAX_ROWS: usize = 25;
 pub(super) fn document(run: &Run) -> String {
     let counts = run.counts();
     let mut out = format!("# Verification: {}\n\n", verdict::headline(counts));
-    out.push_str("| Chapter | Pass | Fail | Inconclusive | Not run |\n|:--|--:|--:|--:|--:|\n");
+    out.push_str("| Chapter | Pass | Fail | Inconclusive | Not settled | Not run |\n|:--|--:|--:|--:|--:|--:|\n");
     for chapter in &run.chapters {
         let title = inline(&chapter.title);
         let title = if chapter.error.is_some() { format!("**{title}** (broke off)") } else { title };
@@ -40,8 +40,8 @@ pub(super) fn document(run: &Run) -> String {
 }
 
 fn row(out: &mut String, title: &str, counts: Counts) {
-    let Counts { pass, fail, inconclusive, not_run, .. } = counts;
-    let _ = writeln!(out, "| {title} | {pass} | {fail} | {inconclusive} | {not_run} |");
+    let Counts { pass, fail, inconclusive, not_settled, not_run, .. } = counts;
+    let _ = writeln!(out, "| {title} | {pass} | {fail} | {inconclusive} | {not_settled} | {not_run} |");
 }
 
 fn changes(out: &mut String, comparison: &Comparison) {
@@ -68,7 +68,7 @@ fn open_points(out: &mut String, run: &Run) {
             let _ = writeln!(out, "- **{}**: {}", inline(&chapter.title), inline(error));
         }
     }
-    for outcome in [Outcome::Fail, Outcome::Inconclusive, Outcome::NotRun] {
+    for outcome in [Outcome::Fail, Outcome::Inconclusive, Outcome::NotSettled, Outcome::NotRun] {
         let checks: Vec<_> = run.checks_that(outcome).collect();
         if checks.is_empty() {
             continue;

@@ -133,6 +133,8 @@ pub struct Counts {
     pub fail: usize,
     /// Checks that the data could not decide.
     pub inconclusive: usize,
+    /// Checks that were tried and miss the resolution that they need.
+    pub not_settled: usize,
     /// Checks that could not run here.
     pub not_run: usize,
     /// Chapters whose study broke off with an error.
@@ -147,6 +149,7 @@ impl Counts {
             pass: count(Outcome::Pass),
             fail: count(Outcome::Fail),
             inconclusive: count(Outcome::Inconclusive),
+            not_settled: count(Outcome::NotSettled),
             not_run: count(Outcome::NotRun),
             broken: usize::from(chapter.error.is_some()),
         }
@@ -159,7 +162,7 @@ impl Counts {
 
     /// All checks, whatever came of them.
     pub fn checks(self) -> usize {
-        self.pass + self.fail + self.inconclusive + self.not_run
+        self.pass + self.fail + self.inconclusive + self.not_settled + self.not_run
     }
 
     fn plus(self, other: Self) -> Self {
@@ -167,6 +170,7 @@ impl Counts {
             pass: self.pass + other.pass,
             fail: self.fail + other.fail,
             inconclusive: self.inconclusive + other.inconclusive,
+            not_settled: self.not_settled + other.not_settled,
             not_run: self.not_run + other.not_run,
             broken: self.broken + other.broken,
         }

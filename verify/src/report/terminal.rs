@@ -9,6 +9,9 @@ use super::verdict;
 use crate::evidence::Outcome;
 
 const WIDTH: usize = 80;
+/// Of the titles, beside which the counts have room.
+const TITLE: usize = 30;
+const BROKE_OFF: &str = " (broke off)";
 /// Lines for chapters and for what did not pass, so that the whole fits a screen of 24 lines.
 const MAX_CHAPTERS: usize = 12;
 const MAX_POINTS: usize = 5;
@@ -25,7 +28,10 @@ pub fn wants_color() -> bool {
 /// Counts by chapter, then what did not pass, the failures first.
 pub fn summary(run: &Run, color: bool) -> String {
     let counts = run.counts();
-    let mut out = format!("{:38} {:>8} {:>8} {:>13} {:>8}\n", "", "pass", "fail", "inconclusive", "not run");
+    let mut out = format!(
+        "{:TITLE$} {:>6} {:>6} {:>13} {:>12} {:>8}\n",
+        "", "pass", "fail", "inconclusive", "not settled", "not run"
+    );
     // Chapters with something to look at come before those that merely fill the screen.
     let mut chapters: Vec<_> = run.chapters.iter().collect();
     if chapters.len() > MAX_CHAPTERS {
@@ -54,11 +60,12 @@ fn line(out: &mut String, title: &str, counts: Counts, color: bool) {
     };
     let _ = writeln!(
         out,
-        "{} {} {} {} {}",
-        if counts.broken > 0 { pad(title, 26) + " (broke off)" } else { pad(title, 38) },
-        number(counts.pass, 8, GREEN),
-        number(counts.fail, 8, RED),
+        "{} {} {} {} {} {}",
+        if counts.broken > 0 { pad(title, TITLE - BROKE_OFF.len()) + BROKE_OFF } else { pad(title, TITLE) },
+        number(counts.pass, 6, GREEN),
+        number(counts.fail, 6, RED),
         number(counts.inconclusive, 13, YELLOW),
+        number(counts.not_settled, 12, YELLOW),
         number(counts.not_run, 8, YELLOW)
     );
 }
@@ -67,13 +74,13 @@ fn points(out: &mut String, run: &Run, color: bool) {
     let broken = run.chapters.iter().filter_map(|chapter| {
         chapter.error.as_ref().map(|error| (RED, format!("✗ {} broke off: {error}", chapter.id)))
     });
-    let checks =
-        [(Outcome::Fail, RED), (Outcome::Inconclusive, YELLOW), (Outcome::NotRun, YELLOW)].map(|(outcome, style)| {
-            run.checks_that(outcome).map(move |(chapter, check)| {
-                (style, format!("{} {}: {} ({})", verdict::symbol(outcome), chapter.id, check.id, check.reason))
-            })
-        });
-    let points: Vec<_> = broken.chain(checks.into_iter().flatten()).collect();
+    let open = [Outcome::Inconclusive, Outcome::NotSettled, Outcome::NotRun].map(|outcome| (outcome, YELLOW));
+    let checks = [(Outcome::Fail, RED)].into_iter().chain(open).map(|(outcome, style)| {
+        run.checks_that(outcome).map(move |(chapter, check)| {
+            (style, format!("{} {}: {} ({})", verdict::symbol(outcome), chapter.id, check.id, check.reason))
+        })
+    });
+    let points: Vec<_> = broken.chain(checks.flatten()).collect();
     if !points.is_empty() {
         out.push('\n');
     }

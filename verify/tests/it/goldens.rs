@@ -155,6 +155,19 @@ fn texts_and_statements_about_numbers_are_exact() {
 }
 
 #[test]
+fn a_tolerance_that_allows_everything_is_no_tolerance() {
+    let dir = fixture("tolerance");
+    for (rtol, atol) in [(0.0, f64::INFINITY), (f64::INFINITY, 0.0), (f64::NAN, 0.0), (0.0, -1.0)] {
+        let mut rows = sample_rows();
+        if let golden::Value::Number(number) = &mut rows[1].value {
+            (number.tolerance.rtol, number.tolerance.atol) = (rtol, atol);
+        }
+        let (ok, printed) = run(Action::Refresh, &dir, &[sample(rows)]);
+        assert!(!ok && printed.contains("is no tolerance") && printed.contains("refused sample"), "{printed}");
+    }
+}
+
+#[test]
 fn a_wrong_number_is_not_frozen_as_right() {
     let dir = fixture("untrue");
     let wrong = with_value(1, 0.97);

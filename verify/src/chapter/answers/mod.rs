@@ -92,7 +92,7 @@ mod tests {
         };
         let pass = Outcome::Pass;
         assert_eq!(mark(&[pass, pass]), "yes");
-        for other in [Outcome::Fail, Outcome::Inconclusive, Outcome::NotRun] {
+        for other in [Outcome::Fail, Outcome::Inconclusive, Outcome::NotSettled, Outcome::NotRun] {
             assert_eq!(mark(&[pass, other, pass]), "unsettled", "{other:?}");
         }
     }

@@ -4,10 +4,11 @@ use maud::{Markup, html};
 
 use super::super::style::Palette;
 use super::super::text::{anchor, clean, data_file, heading};
+use super::super::verdict;
 use super::figure::figure;
 use super::fold::fold;
 use super::map::map;
-use super::{Numbers, badge, by_reason, check_anchor, inline, number, permalink};
+use super::{Numbers, badge, by_reason, check_anchor, class, inline, number, permalink};
 use crate::evidence::{Cell, Check, Evidence, Figure, Outcome, Section, Spread, Table};
 use crate::report::run::Chapter;
 
@@ -143,17 +144,19 @@ fn spreads(spreads: &[Spread]) -> Markup {
     }
 }
 
-/// What failed or was not decided stands in sight; what did not run, once for each reason.
+/// What failed or was not decided stands in sight; what was not settled or did not run, once for each reason.
 fn undecided(chapter: &Chapter) -> Markup {
     let of = |outcome| chapter.evidence.checks.iter().filter(move |check| check.outcome == outcome);
     let open: Vec<_> = of(Outcome::Fail).chain(of(Outcome::Inconclusive)).collect();
     html! {
         (check_table(chapter, &open))
-        @for (reason, checks) in by_reason(of(Outcome::NotRun).map(|check| ((), check))) {
-            details.not-run {
-                summary { "– Not run (" (checks.len()) "): " (inline(reason.trim_start_matches("not run: "))) }
+        @for outcome in [Outcome::NotSettled, Outcome::NotRun] {
+        @for (reason, checks) in by_reason(of(outcome).map(|check| ((), check))) {
+            details.(class(outcome)) {
+                summary { (verdict::symbol(outcome)) " " (verdict::word(outcome)) " (" (checks.len()) "): " (inline(reason.trim_start_matches("not run: "))) }
                 ul { @for (_, check) in checks { li id=(check_anchor(chapter, &check.id)) { (inline(&check.statement)) } } }
             }
+        }
         }
     }
 }

@@ -83,6 +83,7 @@ fn key(found: &[String]) -> Markup {
         (PREDICTED, "differs or breaks down, as predicted (≠ without a number)"),
         (class(Outcome::Fail), "fails"),
         (class(Outcome::Inconclusive), "not decided"),
+        (class(Outcome::NotSettled), "tried, not settled"),
         (class(Outcome::NotRun), "– not run"),
     ];
     html! {

@@ -118,6 +118,7 @@ fn class(outcome: Outcome) -> &'static str {
         Outcome::Pass => "pass",
         Outcome::Fail => "fail",
         Outcome::Inconclusive => "inconclusive",
+        Outcome::NotSettled => "not-settled",
         Outcome::NotRun => "not-run",
     }
 }
@@ -136,6 +137,7 @@ fn contents(run: &Run) -> Markup {
     let state = |counts: Counts| match counts {
         counts if !counts.is_ok() => Some(Outcome::Fail),
         Counts { inconclusive: 1.., .. } => Some(Outcome::Inconclusive),
+        Counts { not_settled: 1.., .. } => Some(Outcome::NotSettled),
         Counts { not_run: 1.., .. } => Some(Outcome::NotRun),
         Counts { pass: 1.., .. } => Some(Outcome::Pass),
         _ => None,

@@ -81,6 +81,7 @@ pub(super) fn summary(run: &Run, counts: Counts) -> Markup {
         (counts.pass, Outcome::Pass),
         (counts.fail, Outcome::Fail),
         (counts.inconclusive, Outcome::Inconclusive),
+        (counts.not_settled, Outcome::NotSettled),
         (counts.not_run, Outcome::NotRun),
     ];
     let verdicts = verdicts(run);
@@ -118,10 +119,11 @@ pub(super) fn summary(run: &Run, counts: Counts) -> Markup {
                     ul.points { @for (chapter, check) in checks { li { (check_link(chapter, check)) } } }
                 }
             }
-            @let reasons = by_reason(run.checks_that(Outcome::NotRun));
+            @for (outcome, count) in [(Outcome::NotSettled, counts.not_settled), (Outcome::NotRun, counts.not_run)] {
+            @let reasons = by_reason(run.checks_that(outcome));
             @if !reasons.is_empty() {
                 details {
-                    summary { "Not run (" (counts.not_run) "): " (reasons.len()) (if reasons.len() == 1 { " reason" } else { " reasons" }) }
+                    summary { (verdict::word(outcome)) " (" (count) "): " (reasons.len()) (if reasons.len() == 1 { " reason" } else { " reasons" }) }
                     ul.points {
                         @for (reason, checks) in reasons {
                             li {
@@ -131,6 +133,7 @@ pub(super) fn summary(run: &Run, counts: Counts) -> Markup {
                         }
                     }
                 }
+            }
             }
         }
     }

@@ -134,6 +134,30 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             )])
             .beside("RK4 is the best up to h", "≈ 1.5", one.min(two))
         }
+        "e-3" => {
+            let of = |problem: &'static str| {
+                let [one, two] = ["method-i", "method-ii"].map(|method| rate(problem, method));
+                Ok::<_, Failed>((one?, two?, rate(problem, "implicit-euler")?))
+            };
+            let [linear, quadratic, ansatz] = [of("linear-drag")?, of("quadratic-drag")?, of("poiseuille-ansatz")?];
+            for (problem, orders) in
+                [("linear-drag", linear), ("quadratic-drag", quadratic), ("poiseuille-ansatz", ansatz)]
+            {
+                let cell = |column: &str| found.cell("claims-rates", &[problem], column);
+                require((cell("method_i"), cell("method_ii"), cell("implicit_euler")) == orders, || problem.into())?;
+            }
+            require(ansatz.1 > ansatz.2 + 0.5 && ansatz.0 < 1.5, || format!("{ansatz:?} on the ansatz"))?;
+            let both = |(one, two, _): (f64, f64, f64)| format!("{} and {}", text(one), text(two));
+            Known::of([
+                format!(
+                    "The orders of Methods I and II are {} on linear drag, {} on quadratic drag, and {} on the Poiseuille ansatz.",
+                    both(linear),
+                    both(quadratic),
+                    both(ansatz)
+                ),
+                "with it p = 0 is met".into(),
+            ])
+        }
         "f-1" => {
             let methods = ["method-i", "method-ii", "implicit-euler", "rk4"];
             let is_stable =
@@ -328,6 +352,13 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         }
         _ => Known::default(),
     })
+}
+
+/// The order at which the largest error tends to its limit, from steps that halve.
+fn rate(problem: &'static str, method: &'static str) -> Result<f64, Failed> {
+    let error = |h| Errors::of(problem, method, h).largest(&CONTEXT);
+    let [a, b, c] = [error(0.04)?, error(0.02)?, error(0.01)?];
+    Ok(((a - b) / (b - c)).log2())
 }
 
 /// The sentence on the comparison with the largest number.

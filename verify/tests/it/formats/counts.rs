@@ -16,9 +16,10 @@ fn every_format_counts_what_the_run_has() {
 
     let results: Value = serde_json::from_str(&read(&path, "results.json")).expect("JSON");
     let in_json = |counts: &Value| {
-        ["pass", "fail", "inconclusive", "not_run", "broken"].map(|key| counts[key].as_u64().expect("a count") as usize)
+        ["pass", "fail", "inconclusive", "not_settled", "not_run", "broken"]
+            .map(|key| counts[key].as_u64().expect("a count") as usize)
     };
-    let with = |[a, b, c, d]: [usize; 4], broken: usize| [a, b, c, d, broken];
+    let with = |[a, b, c, d, e]: [usize; 5], broken: usize| [a, b, c, d, e, broken];
     assert_eq!(in_json(&results["counts"]), with(total, 1));
     for (chapter, written) in chapters.iter().zip(results["chapters"].as_array().expect("chapters")) {
         assert_eq!(in_json(&written["counts"]), with(tally(std::slice::from_ref(chapter)), broken(chapter)));
@@ -30,8 +31,8 @@ fn every_format_counts_what_the_run_has() {
     let declared = |node: Node| {
         ["tests", "failures", "errors", "skipped"].map(|key| node.attribute(key).and_then(|n| n.parse().ok()))
     };
-    let expected = |[pass, fail, open, not_run]: [usize; 4], broken: usize| {
-        [pass + fail + open + not_run + broken, fail, broken, open + not_run].map(Some)
+    let expected = |[pass, fail, open, not_settled, not_run]: [usize; 5], broken: usize| {
+        [pass + fail + open + not_settled + not_run + broken, fail, broken, open + not_settled + not_run].map(Some)
     };
     assert_eq!(declared(junit.root_element()), expected(total, 1));
     for (chapter, suite) in chapters.iter().zip(suites) {
@@ -41,17 +42,21 @@ fn every_format_counts_what_the_run_has() {
             let nodes = with_tag(suite, &[tag]).into_iter().filter_map(|node| node.attribute("message"));
             nodes.filter(|message| message.starts_with(beginning)).count()
         };
-        let found =
-            [said("failure", "Fail"), said("skipped", "inconclusive: Incon"), said("skipped", "not run: NotRun")];
+        let found = [
+            said("failure", "Fail"),
+            said("skipped", "inconclusive: Incon"),
+            said("skipped", "not settled: NotS"),
+            said("skipped", "not run: NotRun"),
+        ];
         assert_eq!(found, counts[1..], "{}", chapter.id);
     }
 
     let markdown = read(&path, "report.md");
-    let row = |title: &str, [pass, fail, open, not_run]: [usize; 4]| {
-        format!("| {title} | {pass} | {fail} | {open} | {not_run} |")
+    let row = |title: &str, [pass, fail, open, not_settled, not_run]: [usize; 5]| {
+        format!("| {title} | {pass} | {fail} | {open} | {not_settled} | {not_run} |")
     };
-    let words = |counts: [usize; 4], broken: bool| {
-        let parts = [(1, "fail"), (2, "inconclusive"), (3, "not run"), (0, "pass")];
+    let words = |counts: [usize; 5], broken: bool| {
+        let parts = [(1, "fail"), (2, "inconclusive"), (3, "not settled"), (4, "not run"), (0, "pass")];
         let parts = parts.into_iter().filter(|(place, _)| counts[*place] > 0);
         let start = broken.then(|| "broke off".to_owned());
         let parts = parts.map(|(place, word)| format!("{} {word}", counts[place]));
@@ -71,7 +76,9 @@ fn every_format_counts_what_the_run_has() {
             assert_eq!(markdown.contains(&row), check.outcome == outcome, "{row}");
         }
     }
-    for (word, count) in [("Fail", total[1]), ("Inconclusive", total[2]), ("Not run", total[3])] {
+    for (word, count) in
+        [("Fail", total[1]), ("Inconclusive", total[2]), ("Not settled", total[3]), ("Not run", total[4])]
+    {
         let (_, list) = markdown.split_once(&format!("## {word} ({count})\n\n")).expect(word);
         assert_eq!(list.lines().take_while(|line| line.starts_with("- **")).count(), count, "{word}");
     }
@@ -82,13 +89,13 @@ fn every_format_counts_what_the_run_has() {
     let line = |title: &str| {
         let line = plain.lines().find(|line| line.starts_with(title)).unwrap_or_else(|| panic!("{title} in {plain}"));
         let fields: Vec<usize> =
-            line[38..].split_whitespace().filter_map(|n| n.replace('·', "0").parse().ok()).collect();
-        fields[fields.len() - 4..].to_vec()
+            line[30..].split_whitespace().filter_map(|n| n.replace('·', "0").parse().ok()).collect();
+        fields[fields.len() - 5..].to_vec()
     };
     assert_eq!(line("All"), total);
     for chapter in chapters {
         assert_eq!(line(&chapter.title), tally(std::slice::from_ref(chapter)), "{}", chapter.title);
-        assert_eq!(plain.contains(&format!("{:26} (broke off)", chapter.title)), broken(chapter) > 0);
+        assert_eq!(plain.contains(&format!("{:18} (broke off)", chapter.title)), broken(chapter) > 0);
     }
 
     let page = page(&path);
@@ -100,9 +107,10 @@ fn every_format_counts_what_the_run_has() {
     assert_eq!(tiles, said.collect::<Vec<_>>());
     assert!(text(summary).contains(&format!("{} checks", total.iter().sum::<usize>())));
     let heads: Vec<_> = with_tag(summary, &["h3", "summary"]).into_iter().map(text).collect();
-    let not_run = format!("Not run ({}): 2 reasons", total[3]);
+    let settled = format!("Not settled ({}): 2 reasons", total[3]);
+    let not_run = format!("Not run ({}): 2 reasons", total[4]);
     let [fail, open] = [(1, "Fail"), (2, "Inconclusive")].map(|(place, word)| format!("{word} ({})", total[place]));
-    assert_eq!(heads, ["Studies that broke off".to_owned(), fail, open, not_run]);
+    assert_eq!(heads, ["Studies that broke off".to_owned(), fail, open, settled, not_run]);
     let contents = with_tag(element(&document, "_contents"), &["li"]);
     let shown: Vec<_> = contents.into_iter().map(|entry| only(&with_class(entry, "sign"))).collect();
     let states = CHAPTERS.iter().map(|chapter| FACES[chapter.3]).chain([FACES[0]]);
@@ -115,11 +123,11 @@ fn every_format_counts_what_the_run_has() {
 
 #[test]
 fn what_is_not_well_is_said_first_and_in_red() {
-    let well = ["answers", "idle", "open"];
+    let well = ["answers", "idle", "open", "tried"];
     let well: Vec<Chapter> = CHAPTERS.into_iter().filter(|(id, ..)| well.contains(id)).map(chapter).collect();
     let cases = [
-        (well.clone(), "no check failed, 35 of 59 passed", "good", "32"),
-        ([well.clone(), vec![chapter(CHAPTERS[5])]].concat(), "1 study broke off", "bad", "31"),
+        (well.clone(), "no check failed, 40 of 93 passed", "good", "32"),
+        ([well.clone(), vec![chapter(CHAPTERS[6])]].concat(), "1 study broke off", "bad", "31"),
         ([well, vec![chapter(CHAPTERS[2])]].concat(), "2 checks failed", "bad", "31"),
         (CHAPTERS.map(chapter).into(), "2 checks failed, 1 study broke off", "bad", "31"),
     ];
@@ -134,10 +142,10 @@ fn what_is_not_well_is_said_first_and_in_red() {
         assert!(report::summary(&run, true).contains(&format!("\n\u{1b}[{colour}m{said}\u{1b}[0m\n")), "{said}");
         assert!(read(&path, "report.md").starts_with(&format!("# Verification: {said}\n")));
     }
-    // The colours of a line with all four.
+    // The colours of a line with all five.
     let coloured = report::summary(&run(), true);
     let line = coloured.lines().find(|line| line.starts_with("The claims chapter")).expect("its line");
-    let numbers = [("32", 8, 7), ("31", 8, 2), ("33", 13, 3), ("33", 8, 5)];
+    let numbers = [("32", 6, 7), ("31", 6, 2), ("33", 13, 3), ("33", 12, 11), ("33", 8, 5)];
     let numbers = numbers.map(|(colour, width, count)| format!("\u{1b}[{colour}m{count:>width$}\u{1b}[0m"));
     assert!(line.ends_with(&numbers.join(" ")), "{line:?}");
 }

@@ -74,19 +74,23 @@ fn every_verdict_and_outcome_has_its_word_sign_and_colour_wherever_it_stands() {
     for chapter in run.chapters() {
         for check in &chapter.evidence.checks {
             let place = element(&document, &format!("{}/{}", chapter.id, check.id));
-            let (sign, word, class, _) = FACES[OUTCOMES.iter().position(|o| *o == check.outcome).expect("one of four")];
+            let (sign, word, class, _) = FACES[OUTCOMES.iter().position(|o| *o == check.outcome).expect("one of five")];
             assert!(text(place).contains(&check.statement.replace('`', "")), "{}", check.statement);
             let folded = place.ancestors().any(|node| node.has_tag_name("details"));
             assert!(
-                !folded || matches!(check.outcome, Outcome::Pass | Outcome::NotRun),
+                !folded || matches!(check.outcome, Outcome::Pass | Outcome::NotSettled | Outcome::NotRun),
                 "{} is out of sight",
                 check.id
             );
-            if check.outcome == Outcome::NotRun {
+            if [Outcome::NotSettled, Outcome::NotRun].contains(&check.outcome) {
                 let list = place.ancestors().find(|node| node.has_tag_name("details")).expect("a fold");
-                assert_eq!(classes(&list), ["not-run"]);
+                assert_eq!(classes(&list), [class]);
                 let reason = check.reason.trim_start_matches("not run: ");
-                assert!(text(list).starts_with("– Not run (") && text(list).contains(reason), "{}", text(list));
+                assert!(
+                    text(list).starts_with(&format!("{sign} {word} (")) && text(list).contains(reason),
+                    "{}",
+                    text(list)
+                );
                 continue;
             }
             let badge = only(&with_class(place, "badge"));
