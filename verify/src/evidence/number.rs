@@ -30,6 +30,13 @@ pub fn brief(value: f64) -> String {
     }
 }
 
+/// What a measurement that was repeated says, one significant digit of its least and of its most: `2 to 4`, and `about 3` where the two
+/// have the same.
+pub fn about(least: f64, most: f64) -> String {
+    let [least, most] = [least, most].map(|value| brief(format!("{value:.0e}").parse().unwrap_or(value)));
+    if least == most { format!("about {least}") } else { format!("{least} to {most}") }
+}
+
 /// A bound: as it was chosen if that takes six digits at most, and otherwise four digits of it. One a little beyond 1 shows
 /// by how much.
 pub fn bound(value: f64) -> String {
@@ -117,6 +124,21 @@ pub(crate) fn power_of_ten(exponent: i32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_repetitions_agree_on_has_one_digit() {
+        let cases = [
+            ((2.9, 3.2), "about 3"),
+            ((1.8, 4.1), "2 to 4"),
+            ((74.0, 93.0), "70 to 90"),
+            ((170.0, 230.0), "about 200"),
+        ];
+        for ((least, most), text) in cases {
+            assert_eq!(about(least, most), text);
+        }
+        assert_eq!(about(0.0031, 0.0058), "0.003 to 0.006");
+        assert_eq!(about(9.6, 10.2), "about 10");
+    }
 
     #[test]
     fn short_numbers_read_as_a_person_would_write_them() {

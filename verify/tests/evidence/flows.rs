@@ -2,7 +2,7 @@
 
 use libtest_mimic::Failed;
 use verify::chapter;
-use verify::evidence::number::{brief, short};
+use verify::evidence::number::{about, brief, short};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
 use verify::measure::norm::Extremes;
 use verify::run::run;
@@ -19,6 +19,11 @@ pub(super) fn rest_on_their_tables() -> Result<(), Failed> {
     let evidence = &(study.run)(&CONTEXT).map_err(|error| error.to_string())?;
     all([
         summary(evidence),
+        identities(evidence),
+        orders(evidence),
+        space_time(evidence),
+        step_costs(evidence),
+        captions(evidence),
         steady(evidence),
         work(evidence),
         periodic(evidence),
@@ -82,15 +87,23 @@ fn asked(evidence: &Evidence, flow: &str) -> f64 {
     runs(evidence, flow, "method-i", ["h", "error"])[2].1
 }
 
-/// CPU seconds for that error; those of the longest steps that hold where these are more accurate, and not a number where none holds.
-fn seconds(evidence: &Evidence, flow: &str, method: &str) -> f64 {
-    let mut known = runs(evidence, flow, method, ["error", "cpu_seconds"]);
-    known.reverse();
-    match known.last() {
-        None => f64::NAN,
-        Some((error, seconds)) if *error <= asked(evidence, flow) => *seconds,
-        Some(_) => at(&known, asked(evidence, flow)),
-    }
+/// The least and the most CPU seconds for that error; those of the longest steps that hold where these are more accurate, and not a number
+/// where none holds.
+fn seconds(evidence: &Evidence, flow: &str, method: &str) -> [f64; 2] {
+    ["least_seconds", "most_seconds"].map(|column| {
+        let mut known = runs(evidence, flow, method, ["error", column]);
+        known.reverse();
+        match known.last() {
+            None => f64::NAN,
+            Some((error, seconds)) if *error <= asked(evidence, flow) => *seconds,
+            Some(_) => at(&known, asked(evidence, flow)),
+        }
+    })
+}
+
+/// One measured several times over another.
+fn over([least, most]: [f64; 2], other: [f64; 2]) -> String {
+    about(least / other[1], most / other[0])
 }
 
 /// A number of the table of costs.
@@ -112,9 +125,10 @@ fn work(evidence: &Evidence) -> Result<(), Failed> {
     for flow in [MANUFACTURED, STARTED] {
         let last = |method: &str| runs(evidence, flow, method, ["h", "error"]).last().map_or(f64::NAN, |run| run.1);
         for method in ["method-i", "method-ii", "trapezoidal", "tr-bdf2", "bdf2", "rk4", "pressure-correction"] {
-            let found = ["error", "over_method_i", "cpu_seconds_for_equal_error"]
+            let found = ["error", "over_method_i", "least_for_equal_error", "most_for_equal_error"]
                 .map(|column| cost(evidence, flow, method, column));
-            let expected = [last(method), last(method) / last("method-i"), seconds(evidence, flow, method)];
+            let [least, most] = seconds(evidence, flow, method);
+            let expected = [last(method), last(method) / last("method-i"), least, most];
             // Neither is a number where no run arrives.
             let is_it = |(a, b): (f64, f64)| (a / b - 1.0).abs() <= 1e-12 || a.is_nan() && b.is_nan();
             if !found.into_iter().zip(expected).all(is_it) {
@@ -158,8 +172,8 @@ fn work(evidence: &Evidence) -> Result<(), Failed> {
     let times = |flow: &str| {
         let [own, second, rule, tr_bdf2, bdf2, rk4, projection] =
             ["method-i", "method-ii", "trapezoidal", "tr-bdf2", "bdf2", "rk4", "pressure-correction"].map(|method| {
-                let seconds = seconds(evidence, flow, method);
-                if seconds.is_nan() { "breaks off".into() } else { format!("{} s", brief(seconds)) }
+                let [least, most] = seconds(evidence, flow, method);
+                if least.is_nan() { "has no run".into() } else { format!("{} s", about(least, most)) }
             });
         format!(
             "Method I {own}, Method II {second}, the trapezoidal rule {rule}, TR-BDF2 {tr_bdf2}, BDF2 {bdf2}, RK4 {rk4} and pressure \
@@ -237,10 +251,21 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
         ],
     );
     let other = ["method-i", "vorticity"];
-    let enstrophy = |flow: &str, case: [&str; 2]| brief(finest(flow, case, "enstrophy"));
-    let sign = |case: [&str; 2]| {
-        let signs = steps.map(|h| of(turbulence, case, h, "enstrophy") > 0.0);
-        if signs[0] == signs[1] && signs[1] == signs[2] { "keeps its sign" } else { "changes sign" }
+    let enstrophies = |flow: &str| {
+        let changes = [OURS, other].map(|case| {
+            let signs = steps.map(|h| of(flow, case, h, "enstrophy") > 0.0);
+            signs != [signs[0]; 3]
+        });
+        let place = match changes {
+            [false, false] => {
+                let [own, other] = [OURS, other].map(|case| brief(finest(flow, case, "enstrophy")));
+                return format!("its error is {other} instead of {own}");
+            }
+            [true, false] => "in the velocity metric",
+            [false, true] => "in that of the vorticity",
+            [true, true] => "in both metrics",
+        };
+        format!("the two cannot be compared, as with h the error passes zero {place}")
     };
     let metric = consists(
         &paragraph(evidence, "The metric is part of the method.")?,
@@ -250,14 +275,8 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
                 short(over(shear, other, OURS))
             ),
             format!("on the shear layers and {} times on turbulence.", short(over(turbulence, other, OURS))),
-            format!("{} instead of {} on the shear layers", enstrophy(shear, other), enstrophy(shear, OURS)),
-            format!(
-                "{} instead of {} on turbulence, where with h it {} in the velocity metric and {} in that of the vorticity.",
-                enstrophy(turbulence, other),
-                enstrophy(turbulence, OURS),
-                sign(OURS),
-                sign(other)
-            ),
+            format!("As for the enstrophy, on the shear layers {}, and on", enstrophies(shear)),
+            format!("turbulence {}.", enstrophies(turbulence)),
         ],
     );
     let [[e0, z0], [e1, z1]] =
@@ -272,6 +291,227 @@ fn periodic(evidence: &Evidence) -> Result<(), Failed> {
         ],
     );
     all([errors, evaluations, metric, balance])
+}
+
+/// Largest of a column; of its numbers, where it has them.
+fn largest(table: &Table, column: &str) -> f64 {
+    let place = table.column(column).expect("a column");
+    table.rows.iter().filter_map(|row| row[place].number()).largest()
+}
+
+fn identities(evidence: &Evidence) -> Result<(), Failed> {
+    let data = table(evidence, "flow-identities");
+    let [adjoint, jacobian, work] = ["adjoint", "jacobian", "work"].map(|column| short(largest(data, column)));
+    consists(
+        &paragraph(evidence, "The equations in space are consistent")?,
+        &[
+            format!("Jᵀ is the adjoint of J within {adjoint}, J the derivative of f within {jacobian}, and"),
+            format!("convection does no work within {work}, relative"),
+        ],
+    )
+}
+
+fn orders(evidence: &Evidence) -> Result<(), Failed> {
+    const CAVITY: &str = "cavity-manufactured cells=6";
+    let data = table(evidence, "flow-orders");
+    let of = |method: &str, column: &str| value(data, &[("flow", text(CAVITY)), ("method", text(method))], column);
+    // Of the table, those within a twentieth of an order that the name of the method tells.
+    let place = |name: &str| data.column(name).expect("a column");
+    let kept = data.rows.iter().filter(|row| {
+        let nominal = match row[place("method")].to_string().as_str() {
+            "implicit-euler" => 1.0,
+            "ls-galerkin(2,radau,2)" => 3.0,
+            "rk4" => 4.0,
+            _ => 2.0,
+        };
+        row[place("order")].number().is_some_and(|order| (order - nominal).abs() <= 0.05)
+    });
+    for row in &data.rows {
+        let [second, third, order] =
+            ["h_1_256", "h_1_512", "order"].map(|c| row[place(c)].number().unwrap_or(f64::NAN));
+        if ((second / third).log2() - order).abs().partial_cmp(&1e-12) != Some(std::cmp::Ordering::Less) {
+            return Err(format!("not the order of its row: {row:?}").into());
+        }
+    }
+    // From runs of their own.
+    let known = |error: &dyn std::fmt::Display| Failed::from(error.to_string());
+    let problem = problem::build_setting(CAVITY).map_err(|error| known(&error))?;
+    for name in ["method-i", "tr-bdf2"] {
+        let method = method::parse(name).map_err(|error| known(&error))?;
+        let end = |steps: f64| {
+            let run = run(&*problem, &*method, 0.25 / steps, 0.25, |_| {}).map_err(|error| known(&error))?;
+            Ok::<_, Failed>((problem.observe(0.25, &run.end.q), run.work.factorizations as f64))
+        };
+        let ((coarse, _), (fine, solves)) = (end(128.0)?, end(256.0)?);
+        let squares: f64 = coarse.iter().zip(&fine).map(|(a, b)| (a - b).powi(2)).sum();
+        let difference = (squares / fine.len() as f64).sqrt();
+        if (difference / of(name, "h_1_512") - 1.0).abs() > 1e-12 || solves != of(name, "solves") {
+            return Err(format!("{name}: {difference} in {solves} systems").into());
+        }
+    }
+    let galerkin = "ls-galerkin(2,radau,2)";
+    let difference = |method: &str| short(of(method, "h_1_512"));
+    consists(
+        &paragraph(evidence, "Of 38 runs")?,
+        &[
+            "Of 38 runs".into(),
+            format!("a known flow, {} have the order", kept.count()),
+            "cavity of 6 cells a side the runs with 128 and 256 steps differ by".into(),
+            format!("{} for Method I, {} for Method II,", difference("method-i"), difference("method-ii")),
+            format!(
+                "{} for the least-squares Galerkin integrator of third order, {} for TR-BDF2 and {} for pressure",
+                difference(galerkin),
+                difference("tr-bdf2"),
+                difference("pressure-correction")
+            ),
+            format!(
+                "With 256 steps Method I solves {} linear systems, TR-BDF2 {}, and pressure correction {} that",
+                of("method-i", "solves"),
+                of("tr-bdf2", "solves"),
+                of("pressure-correction", "solves")
+            ),
+        ],
+    )
+}
+
+fn space_time(evidence: &Evidence) -> Result<(), Failed> {
+    let data = table(evidence, "flow-space-time");
+    let of =
+        |flow: &str, method: &str, column: &str| value(data, &[("flow", text(flow)), ("method", text(method))], column);
+    let order = |flow: &str| {
+        let [coarse, fine] = ["coarse", "fine"].map(|column| of(flow, "implicit-euler", column));
+        (coarse / fine).log2()
+    };
+    let steady = order("kovasznay");
+    let verdict = match (steady - 2.0).abs() <= 0.1 {
+        true => "which would pass for second order, as h plays no part there",
+        false => "which would not pass for second order",
+    };
+    consists(
+        &paragraph(evidence, "In h and Δx together")?,
+        &[
+            "on 12 and 24 cells across".into(),
+            format!("an order of {} too, {verdict};", short(steady)),
+            format!("on the manufactured cavity it has {} and", short(order("cavity-manufactured"))),
+            format!("the channel {}.", short(order("channel-2d"))),
+        ],
+    )
+}
+
+fn step_costs(evidence: &Evidence) -> Result<(), Failed> {
+    let data = table(evidence, "flow-costs");
+    // The step sizes of a flow tell its two series apart, of which one has a row of the other.
+    let of = |flow: &str, cells: usize, h: f64, column: &str| {
+        let place = |name: &str| data.column(name).expect("a column");
+        let known = [text(flow), Cell::from(cells), Cell::Number(h)];
+        let row = data.rows.iter().rfind(|row| ["flow", "cells", "h"].map(|name| row[place(name)].clone()) == known);
+        row.map_or(f64::NAN, |row| row[place(column)].number().unwrap_or(f64::NAN))
+    };
+    let cavity = |cells: usize, column: &str| of("cavity re=1000", cells, 0.05, column);
+    let each = |flow: &str, cells: usize, h: f64| 1e6 * of(flow, cells, h, "next") / (cells * cells) as f64;
+    let [first, last] = [16, 64].map(|cells| each("cavity re=1000", cells, 0.05));
+    let turbulence = "turbulence-2d re=1000";
+    let inner = |cells| of(turbulence, cells, 0.01, "inner");
+    let told = |value: f64| about(value, value);
+    all([
+        consists(
+            &paragraph(evidence, "Between walls a cell costs more")?,
+            &[
+                format!(
+                    "takes {} microseconds a cell on 16² cells and {} on 64², {} times as many.",
+                    told(first),
+                    told(last),
+                    told(last / first)
+                ),
+                format!(
+                    "factors that have {} and {} entries an unknown, {} times as many, in {} times as many iterations",
+                    short(cavity(16, "fill")),
+                    short(cavity(64, "fill")),
+                    brief(cavity(64, "fill") / cavity(16, "fill")),
+                    brief(cavity(64, "inner") / cavity(16, "inner"))
+                ),
+            ],
+        ),
+        consists(
+            &paragraph(evidence, "On the periodic square nothing is factored.")?,
+            &[
+                "From the coarsest grid to 64² points".into(),
+                format!(
+                    "a step takes {} to {} microseconds a point with one h, in {} to {} iterations of conjugate gradients, and {} to {} with",
+                    told(each(turbulence, 32, 0.01)),
+                    told(each(turbulence, 64, 0.01)),
+                    brief(inner(32)),
+                    brief(inner(64)),
+                    told(each(turbulence, 32, 0.02)),
+                    told(each(turbulence, 64, 0.01))
+                ),
+            ],
+        ),
+    ])
+}
+
+/// Numbers in what is said under figures and tables, as the chapter sets them, and none beside them.
+fn captions(evidence: &Evidence) -> Result<(), Failed> {
+    let asked = |flow| short(asked(evidence, flow));
+    let [size, _] = size_and_speed()?;
+    let known: [(&str, &[String]); 15] = [
+        ("flow-orders", &["t = 0.25, on".into(), "h = 1/1024".into()]),
+        ("flow-space-time", &["t = 1 against".into(), "on 12 and 24 cells across".into(), "h = 1/N".into()]),
+        ("flow-convergence", &["t = 1 against".into(), "on 12 and 24 cells across".into(), "h = 1/N".into()]),
+        ("flow-cvode", &["of 16 cells a side, Re = 100, at t = 1, by".into()]),
+        (
+            "flow-cost-per-error",
+            &[
+                "of 64 steps: the manufactured cavity at Re = 1000 on 16 cells a side, t = 1, which".into(),
+                "Re = 100 on 20 cells, t = 2. The".into(),
+                format!("an error of {} and of {}, which", asked(MANUFACTURED), asked(STARTED)),
+                "has with 16 steps".into(),
+            ],
+        ),
+        (
+            "flow-precision",
+            &[
+                "with 4 to 64 steps".into(),
+                format!("above that of the flow itself, {} and", brief(size)),
+                started_size()?,
+            ],
+        ),
+        ("flow-periodic", &["Re = 200".into(), "Ė = −2νZ and Ż = −2νP,".into()]),
+        ("flow-periodic drawn", &["Re = 200".into()]),
+        ("flow-periodic-work", &["Re = 200".into()]),
+        ("flow-vorticity", &["Re = 200".into(), "which at t = 1 have".into()]),
+        ("flow-conservation", &["ten steps of h = 0.1".into()]),
+        ("flow-lid", &["of 20 cells a side, Re = 100, lid".into(), "RK4 with h = 1/128".into()]),
+        ("flow-lid-profiles", &["steps of h = 0.5 from".into(), "y = 1, is".into()]),
+        ("flow-start-up", &["Re = 100, by Method I with h = 0.25:".into()]),
+        ("flow-disturbances", &["of 8 cells a side at Re = 100".into()]),
+    ];
+    let others: [(&str, &[String]); 5] = [
+        ("flow-identities", &["vᵀf = 0 without".into()]),
+        ("flow-steady-streamlines", &["where ψ > 0, in".into()]),
+        ("flow-spurious drawn", &[]),
+        (
+            "flow-approach",
+            &["of 12 cells a side, Re = 100, from rest until |f| ≤ 1e-8 in".into(), "up to 100 of".into()],
+        ),
+        ("flow-spurious", &["Re = 1000 on 32 cells a side, by".into(), "below 1e-8;".into()]),
+    ];
+    let expected = |name: &str| known.iter().chain(&others).find(|(of, _)| *of == name).map(|(_, parts)| *parts);
+    let tables = evidence.tables.iter().map(|table| (&table.caption, expected(&table.id)));
+    // A figure has the caption of the table of its name, unless it is listed by itself.
+    let drawn = |id: &str| expected(&format!("{id} drawn")).or_else(|| expected(id));
+    let figures = evidence.figures.iter().map(|figure| (&figure.caption, drawn(&figure.id)));
+    all(tables.chain(figures).map(|(caption, parts)| consists(caption, parts.unwrap_or(&[]))))
+}
+
+/// Root mean square of the velocities after the start of the lid, from another run.
+fn started_size() -> Result<String, Failed> {
+    let problem = problem::build_setting("cavity re=100 cells=20").map_err(|error| error.to_string())?;
+    let rk4 = method::parse("rk4").map_err(|error| error.to_string())?;
+    let run = run(&*problem, &*rk4, 1.0 / 128.0, 2.0, |_| {}).map_err(|error| error.to_string())?;
+    let velocities = problem.observe(2.0, &run.end.q);
+    let squares: f64 = velocities.iter().map(|u| u * u).sum();
+    Ok(format!("{}, the run has", brief((squares / velocities.len() as f64).sqrt())))
 }
 
 fn conservation(evidence: &Evidence) -> Result<(), Failed> {
@@ -414,6 +654,10 @@ fn approach(evidence: &Evidence) -> Result<(), Failed> {
         });
         if fewer[0] && fewer[1] { "pay" } else { "do not pay" }
     };
+    let times = |other: &str| {
+        let seconds = |method: &str| ["least_seconds", "most_seconds"].map(|c| to_steady(evidence, method, 100.0, c));
+        over(seconds("method-i"), seconds(other))
+    };
     consists(
         &paragraph(evidence, "Where only the steady flow matters")?,
         &[
@@ -440,6 +684,12 @@ fn approach(evidence: &Evidence) -> Result<(), Failed> {
                 pay("bdf2"),
                 pay("implicit-euler")
             ),
+            format!(
+                "its run with h = 100 takes {} times that of TR-BDF2, {} times that of BDF2 and {} times that of implicit Euler.",
+                times("tr-bdf2"),
+                times("bdf2"),
+                times("implicit-euler")
+            ),
         ],
     )
 }
@@ -463,20 +713,26 @@ fn spurious(evidence: &Evidence) -> Result<(), Failed> {
 
 fn cvode(evidence: &Evidence) -> Result<(), Failed> {
     let data = table(evidence, "flow-cvode");
-    let of = |method: &str, h: Cell, column: &str| value(data, &[("method", text(method)), ("h", h)], column);
-    let own = |steps: f64, column: &str| of("method-i", Cell::Number(1.0 / steps), column);
-    let reference = |column: &str| of("cvode-bdf", Cell::Empty, column);
+    let own = |steps: f64, column: &str| {
+        value(data, &[("method", text("method-i")), ("h", Cell::Number(1.0 / steps))], column)
+    };
+    let reference =
+        |column: &str| value(data, &[("method", text("cvode-bdf")), ("tolerance", Cell::Number(1e-12))], column);
     let [coarse, middle, fine] = [32.0, 64.0, 128.0].map(|steps| own(steps, "difference"));
     let excess = fine - own(128.0, "own_bound") - reference("own_bound");
     // b h³ by elimination of a h² from a (4h)² + b (4h)³ and a (2h)² + b (2h)³; what (e(2h) − e(h))/3 has of it is 7/3.
     let third = (coarse - 4.0 * middle) / (64.0 - 4.0 * 8.0);
     let place = |name: &str| data.column(name).expect("a column");
-    let is_loose = |row: &&Vec<Cell>| row[place("method")].to_string().starts_with("cvode-bdf, tolerance");
-    let as_good = data.rows.iter().filter(is_loose).find(|row| row[place("difference")].number() <= Some(fine));
-    let row = as_good.ok_or("no loose solve is as good")?;
+    let mut loose: Vec<&Vec<Cell>> = data.rows.iter().filter(|row| row[place("method")] == text("cvode-bdf")).collect();
+    loose.retain(|row| row[place("difference")].number().is_some_and(|difference| difference <= fine));
+    loose.sort_by(|a, b| {
+        a[place("difference")].number().partial_cmp(&b[place("difference")].number()).expect("numbers")
+    });
+    let row = loose.last().ok_or("no loose solve is as good")?;
     let number = |name: &str| row[place(name)].number().unwrap_or(f64::NAN);
-    let name = row[place("method")].to_string();
-    let tolerance: f64 = name.rsplit(' ').next().and_then(|word| word.parse().ok()).ok_or(name)?;
+    let seconds = |of: &dyn Fn(&str) -> f64| ["least_seconds", "most_seconds"].map(of);
+    let [cvode, best, ours] = [seconds(&number), seconds(&reference), seconds(&|column| own(128.0, column))];
+    let told = |[least, most]: [f64; 2]| about(least, most);
     consists(
         &paragraph(evidence, "CVODE, with GMRES")?,
         &[
@@ -496,23 +752,27 @@ fn cvode(evidence: &Evidence) -> Result<(), Failed> {
                 reference("steps"),
                 reference("rhs"),
                 reference("products"),
-                brief(reference("seconds"))
+                told(best)
             ),
             format!("is {} times the bound of CVODE's", brief(own(128.0, "own_bound") / reference("own_bound"))),
             format!(
                 "{} linear systems, {} products with B and Bᵀ and {} s.",
                 own(128.0, "systems"),
                 own(128.0, "products"),
-                brief(own(128.0, "seconds"))
+                told(ours)
             ),
-            format!("For an error of {}, no more than", short(number("difference"))),
             format!(
-                "with a tolerance of {} takes {} steps, {} evaluations, {} products and {} s.",
-                short(tolerance),
+                "a quarter of a decade apart, {} gives CVODE the error that is nearest to that of Method I from below, {} of it; with",
+                brief(number("tolerance")),
+                brief(number("difference") / fine)
+            ),
+            format!(
+                "it takes {} steps, {} evaluations, {} products and {} s, and Method I {} times the CPU time.",
                 number("steps"),
                 number("rhs"),
                 number("products"),
-                brief(number("seconds"))
+                told(cvode),
+                over(ours, cvode)
             ),
         ],
     )
@@ -556,8 +816,7 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
         [false, false, false] => "beats",
         _ => "is now ahead of and now behind",
     };
-    let times =
-        |flow: &str, own: &str, other: &str| brief(seconds(evidence, flow, own) / seconds(evidence, flow, other));
+    let times = |flow: &str, own: &str, other: &str| over(seconds(evidence, flow, own), seconds(evidence, flow, other));
     let lid = |t: f64, other: &str| {
         let error = |method: &str| {
             let known = [("h", 0.5.into()), ("t", t.into()), ("method", text(method))];

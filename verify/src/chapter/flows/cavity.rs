@@ -1,12 +1,10 @@
-//! The steady cavity against the literature, the way to it, and the cavity against CVODE.
+//! The steady cavity against the literature.
 
-use super::{Context, Scale, StudyError, brief, map, prose, short, streamlines};
+use super::{Context, Scale, StudyError, map, prose, short, streamlines};
 use crate::evidence::number::digits;
-use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Outcome, Panel, Requirement, Series, Table};
-use crate::experiment::flow::against_cvode::{AgainstCvode, Loose, Row};
-use crate::experiment::flow::approach::{Approach, Found as Reached};
+use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::flow::profile::{Published, published};
-use crate::experiment::flow::steady::{Grid, STEADY, Spurious, SteadyCavity};
+use crate::experiment::flow::steady::{Grid, SteadyCavity};
 use crate::measure::norm::Extremes;
 use crate::row;
 
@@ -207,272 +205,69 @@ fn vorticity(title: &str, grid: &Grid) -> Panel {
     map(title, &place, &grid.vorticity, vec![-5.0, -3.0, -1.0, 0.0, 1.0, 3.0, 5.0], true)
 }
 
-/// Steps from rest on a grid that is too coarse for them.
-pub(super) fn too_long(h: f64) -> Spurious {
-    Spurious { re: 1000.0, cells: 32, h }
-}
-
-/// Steps from rest to the steady cavity.
-pub(super) fn from_rest(method: &'static str, cells: usize, h: f64) -> Approach {
-    Approach { method, re: 100.0, cells, h }
-}
-
-/// Where the minimum of the action at a step too long for the grid is no steady flow.
-pub(super) fn spurious(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    const OTHERS: [&str; 2] = ["implicit-euler", "tr-bdf2"];
-    let Spurious { re, cells, .. } = too_long(0.0);
-    let found = context.get_each(scale.spurious.iter().map(|h| too_long(*h)).collect())?;
-    let by = |method| scale.spurious.iter().map(move |h| Approach { method, re, cells, h: *h });
-    let others = context.get_each(OTHERS.into_iter().flat_map(by).collect())?;
-    let cases = || scale.spurious.iter().zip(&found);
-    let Some((h, worst)) = cases().next_back() else { return Ok(()) };
-    let reach = others.iter().filter(|other| other.is_steady()).count();
-    let reach = match others.len() - reach {
-        0 => "all come to a steady flow".to_owned(),
-        missed => format!("come to a steady flow in all but {missed} of their runs"),
-    };
-    let values = [
-        ("others", reach),
-        ("h", short(*h)),
-        ("re", short(re)),
-        ("cells", cells.to_string()),
-        ("rest", short(worst.residual)),
-        ("gradient", worst.gradient.map_or("an unknown number of".into(), short)),
-    ];
-    evidence.notes.extend(prose::fill(include_str!("spurious.md"), &values)?);
-    let statement = format!(
-        "Re = {re} on {cells}² cells with h = {h}: where the iteration of Method I ends the flow is not steady, and the library refuses it; \
-         |f| there"
-    );
-    evidence.checks.push(Check::new(
-        "steady/spurious",
-        statement,
-        if worst.message.is_empty() { f64::NAN } else { worst.residual },
-        Requirement::AtLeast(1e6 * STEADY),
-        "a million times what counts as steady; (2M − h Jᵀ) M⁻¹f = 0 can have roots with f ≠ 0 where hM⁻¹J has the eigenvalue 2",
-    ));
-    let outcome = |message: &str| if message.is_empty() { "steady".to_owned() } else { format!("refused: {message}") };
-    let own = cases().map(|(h, found)| row!["method-i", *h, found.residual, found.gradient, outcome(&found.message)]);
-    let each = OTHERS.into_iter().flat_map(|method| scale.spurious.iter().map(move |h| (method, *h)));
-    let others = each
-        .zip(&others)
-        .map(|((method, h), found)| row![method, h, Cell::found(found.residual), Cell::Empty, ended(found)]);
-    let rows = own.chain(others).collect();
-    let caption = format!(
-        "From rest at Re = {re} on {cells} cells a side, by step size: |f| in units of M ψ̇ where the iteration of Method I ends, or where \
-         another method has it below {:e}; where that iteration stalls, the gradient of the action over that at rest; and the outcome.",
-        Approach::STEADY
-    );
-    let id = "flow-spurious";
-    evidence.tables.push(Table::new(id, caption, ["method", "h", "residual", "gradient", "outcome"], rows));
-    let steady = cases().find(|(_, found)| found.message.is_empty()).map(|(h, found)| (h, found, "steady"));
-    let shown = steady.into_iter().chain([(h, worst, "refused")]);
-    let panels: Vec<Panel> = shown
-        .filter_map(|(h, found, what)| Some(streamlines(&format!("h = {h}, {what}"), cells, found.psi.as_ref()?)))
-        .collect();
-    let caption =
-        "Streamlines where Method I comes to rest from rest with long steps: those that are refused are no flow.";
-    evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(2));
-    Ok(())
-}
-
-/// How steps to a steady cavity end.
-fn ended(found: &Reached) -> String {
-    match &found.error {
-        Some(error) => error.clone(),
-        None if found.is_steady() => "steady".to_owned(),
-        None => "still moving".to_owned(),
-    }
-}
-
-/// Steps of several methods from rest to the steady cavity.
-pub(super) fn approach(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    const METHODS: [&str; 5] = ["method-i", "trapezoidal", "tr-bdf2", "bdf2", "implicit-euler"];
-    const STEPS: [f64; 3] = [1.0, 10.0, 100.0];
-    let mut cases = Vec::new();
-    for method in METHODS {
-        cases.extend(STEPS.map(|h| (method, h)));
-    }
-    let cells = scale.approach;
-    let Approach { re, .. } = from_rest("", cells, 0.0);
-    let settings = cases.iter().map(|(method, h)| from_rest(method, cells, *h));
-    let found = context.get_each(settings.collect())?;
-    let rows = cases.iter().zip(&found).map(|((method, h), found)| {
-        row![*method, *h, found.steps, found.solves, Cell::found(found.residual), ended(found)]
-    });
-    let rows = rows.collect();
-    let of =
-        |method: &str, h: f64| cases.iter().zip(&found).find(|(case, _)| **case == (method, h)).map(|(_, found)| found);
-    let count = |method: &str, h: f64| match of(method, h) {
-        Some(found) if found.is_steady() => format!("takes {} steps and {} linear systems", found.steps, found.solves),
-        Some(found) if found.error.is_some() => "fails in a step".to_owned(),
-        _ => format!("does not get there in {} steps", Approach::MOST),
-    };
-    let [_, ten, hundred] = STEPS;
-    let solves = |method: &str, h: f64| of(method, h).filter(|found| found.is_steady()).map(|found| found.solves);
-    let pays = |other: &str| {
-        [ten, hundred].iter().all(|h| match (solves("method-i", *h), solves(other, *h)) {
-            (Some(own), Some(other)) => own < other,
-            (own, _) => own.is_some(),
-        })
-    };
-    let verdict = |other| if pays(other) { "pay" } else { "do not pay" };
-    let values = [
-        ("re", short(re)),
-        ("cells", cells.to_string()),
-        ("ten", short(ten)),
-        ("hundred", short(hundred)),
-        ("method_i_ten", count("method-i", ten)),
-        ("rule_ten", count("trapezoidal", ten)),
-        ("tr_bdf2_ten", count("tr-bdf2", ten)),
-        ("euler_ten", count("implicit-euler", ten)),
-        ("method_i_hundred", count("method-i", hundred)),
-        ("tr_bdf2_hundred", count("tr-bdf2", hundred)),
-        ("bdf2_ten", count("bdf2", ten)),
-        ("bdf2_hundred", count("bdf2", hundred)),
-        ("against_bdf2", verdict("bdf2").into()),
-        ("euler_hundred", count("implicit-euler", hundred)),
-        ("against_rule", verdict("trapezoidal").into()),
-        ("against_tr_bdf2", verdict("tr-bdf2").into()),
-        ("against_euler", verdict("implicit-euler").into()),
-    ];
-    evidence.notes.extend(prose::fill(include_str!("approach.md"), &values)?);
-    let caption = format!(
-        "Cavity of {cells} cells a side, Re = {re}, from rest until |f| ≤ {:e} in units of M ψ̇: steps, up to {} of them, and `solves`, the linear systems.",
-        Approach::STEADY,
-        Approach::MOST
-    );
-    let columns = ["method", "h", "steps", "solves", "residual", "outcome"];
-    evidence.tables.push(Table::new("flow-approach", caption, columns, rows));
-    Ok(())
-}
-
-/// CVODE on the same semi-discrete cavity, written by hand.
-pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
-    let cells = scale.reference;
-    let end = AgainstCvode::END;
-    let statement = format!("Method I and CVODE agree on the cavity of {cells} cells a side at t = {end}");
-    let found = context.get(AgainstCvode { cells })?;
-    let found = match &*found {
-        Ok(found) => found,
-        Err(absent) => {
-            evidence.checks.push(Check::undecided("cvode", statement, Outcome::NotRun, absent.clone()));
-            return Ok(());
-        }
-    };
-    let [coarse, middle, finest] = found.rows.as_slice() else { return Err("three runs".into()) };
-    let excess = finest.difference - (finest.predicted + found.bound);
-    // From a h² + b h³ with steps of 4h and 2h; a third of the difference of the errors with 2h and h has 7/3 of b h³.
-    let of_third_order = (coarse.difference - 4.0 * middle.difference) / 32.0;
-    evidence.checks.push(Check::new(
-        "cvode",
-        statement,
-        finest.difference / (finest.predicted + found.bound),
-        Requirement::AtMost(1.25),
-        "the difference over what Method I's own two runs predict and CVODE's bound; a quarter for the terms beyond the second order",
-    ));
-    let alike = found.loose.iter().find(|run| run.difference <= finest.difference);
-    let alike = match alike {
-        Some(Loose { tolerance, work, seconds, difference }) => format!(
-            "For an error of {}, no more than that of Method I, CVODE with a tolerance of {} takes {} steps, {} evaluations, {} products and {} s",
-            short(*difference),
-            short(*tolerance),
-            work.steps,
-            work.rhs,
-            work.products,
-            brief(*seconds)
-        ),
-        None => "None of its looser solves is as accurate as Method I".into(),
-    };
-    let values = [
-        ("alike", alike),
-        ("cells", cells.to_string()),
-        ("re", short(AgainstCvode::RE)),
-        ("end", short(end)),
-        ("tolerance", short(AgainstCvode::TOLERANCE)),
-        ("seconds", brief(found.cvode_seconds)),
-        ("h", short(end / f64::from(finest.steps))),
-        ("difference", short(finest.difference)),
-        ("excess", brief(excess.abs())),
-        ("more", if excess > 0.0 { "more" } else { "less" }.into()),
-        ("first_ratio", short(coarse.difference / middle.difference)),
-        ("second_ratio", short(middle.difference / finest.difference)),
-        ("missed", brief(-4.0 / 3.0 * of_third_order)),
-        ("predicted", short(finest.predicted)),
-        ("bound", short(found.bound)),
-        ("steps", found.cvode.steps.to_string()),
-        ("rhs", found.cvode.rhs.to_string()),
-        ("products", found.cvode.products.to_string()),
-        ("own_systems", finest.cost.solves.to_string()),
-        ("own_products", finest.cost.inner.to_string()),
-        ("accuracy", brief(finest.predicted / found.bound)),
-        ("own_seconds", brief(finest.cost.seconds)),
-    ];
-    evidence.notes.extend(prose::fill(include_str!("cvode.md"), &values)?);
-    evidence.timings.push((format!("cavity, N = {cells}, by CVODE"), found.cvode_seconds));
-    let work = &found.cvode;
-    let mut rows = vec![row![
-        "cvode-bdf",
-        Cell::Empty,
-        work.steps,
-        work.rhs,
-        work.products,
-        Cell::Empty,
-        found.cvode_seconds,
-        Cell::Empty,
-        found.bound
-    ]];
-    for Loose { tolerance, work, seconds, difference } in &found.loose {
-        let name = format!("cvode-bdf, tolerance {tolerance:e}");
-        rows.push(row![
-            name,
-            Cell::Empty,
-            work.steps,
-            work.rhs,
-            work.products,
-            Cell::Empty,
-            *seconds,
-            *difference,
-            Cell::Empty
-        ]);
-    }
-    for Row { steps, cost, difference, predicted } in &found.rows {
-        evidence.timings.push((format!("cavity, N = {cells}, by Method I, {steps} steps"), cost.seconds));
-        let (h, predicted) = (end / f64::from(*steps), Cell::found(*predicted));
-        let counts = [u64::from(*steps), cost.residuals, cost.inner, cost.solves].map(Cell::from);
-        let measured = [Cell::from(cost.seconds), Cell::from(*difference), predicted];
-        rows.push([Cell::from("method-i"), Cell::from(h)].into_iter().chain(counts).chain(measured).collect());
-    }
-    let caption = format!(
-        "The same semi-discrete cavity of {cells} cells a side, Re = {}, at t = {end}, by Method I and by CVODE, whose Newton iteration \
-         has GMRES and products with the Jacobian by hand: steps, evaluations of f, products with the Jacobian (of Method I with B and \
-         Bᵀ, for the first system after a factorisation of B with neither), systems of Gauss–Newton steps, seconds of one solve, measured \
-         once, of CVODE with a tolerance of {:e} where none is named, the largest difference of a velocity, and what each expects its own error to be.",
-        AgainstCvode::RE,
-        AgainstCvode::TOLERANCE
-    );
-    let columns = ["method", "h", "steps", "rhs", "products", "systems", "seconds", "difference", "own_bound"];
-    evidence.tables.push(Table::new("flow-cvode", caption, columns, rows));
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evidence::Outcome;
     use crate::experiment::flow::profile::Profile;
+
+    /// u = y³ + a on all faces of so many cells, v = b.
+    fn grid(cells: usize, a: f64, b: f64) -> Grid {
+        let u = (0..cells).flat_map(|j| {
+            let y = (j as f64 + 0.5) / cells as f64;
+            (1..cells).map(move |_| y.powi(3) + a)
+        });
+        let faces: Vec<f64> = u.chain(vec![b; cells * (cells - 1)]).collect();
+        let profile = Profile::new(cells, &faces);
+        Grid { cells, profile, psi: Vec::new(), vorticity: Vec::new(), residual: 0.0, steps: 0, seconds: 0.0 }
+    }
+
+    /// The ends of the names of the checks of a table that do not pass where velocities are off by `error` of `judged` cells and change
+    /// by as much to the finest grid.
+    fn refused_at(re: f64, source: &str, error: f64, change: f64) -> Vec<String> {
+        let published = Published { re, line: 'u', coord: 0.5, velocity: 0.125, source: source.into() };
+        let (judged, coarse, fine) = (grid(24, error, 0.0), grid(12, error + change, 0.0), grid(24, error, 0.0));
+        let checks = against(&[&published], (re, source), &judged, &coarse, &fine);
+        let refused = checks.into_iter().filter(|check| check.outcome != Outcome::Pass);
+        refused.filter_map(|check| check.id.rsplit('/').next().map(str::to_owned)).collect()
+    }
+
+    /// What the literature is asked for: 0.010, 0.008 and 0.02 by Ghia et al., 0.01 by Botella and Peyret.
+    #[test]
+    fn tables_are_held_to_their_bands_from_both_sides_of_them() {
+        for (re, band) in [(100.0, 0.010), (400.0, 0.008), (1000.0, 0.02)] {
+            for sign in [1.0, -1.0] {
+                assert_eq!(refused_at(re, GHIA, sign * 0.99 * band, 0.0), [""; 0], "{re}");
+                assert_eq!(refused_at(re, GHIA, sign * 1.01 * band, 0.0), [GHIA], "{re}");
+                // Of a change to twice the cells a third is left.
+                assert_eq!(refused_at(re, GHIA, 0.0, sign * 3.0 * 0.49 * band), [""; 0], "{re}");
+                assert_eq!(refused_at(re, GHIA, 0.0, sign * 3.0 * 0.51 * band), ["grid"], "{re}");
+            }
+        }
+        // On the grid that is judged, and extrapolated, where a change of −3 e takes an error of e away.
+        assert_eq!(refused_at(1000.0, BOTELLA, 0.0099, 3.0 * 0.0099), [""; 0]);
+        assert_eq!(refused_at(1000.0, BOTELLA, 0.0101, 3.0 * 0.0101), [BOTELLA]);
+        assert_eq!(refused_at(1000.0, BOTELLA, 1.9e-4, 0.0), [""; 0]);
+        assert_eq!(refused_at(1000.0, BOTELLA, 2.1e-4, 0.0), ["richardson"]);
+    }
+
+    #[test]
+    fn an_entry_that_copies_have_otherwise_is_a_misprint_only_by_velocities_that_say_so() {
+        let table = published().expect("well-formed");
+        let values: Vec<&Published> = table.iter().filter(|p| p.re == 400.0 && p.source == GHIA).collect();
+        for (own, verdict) in [(-0.389, "a misprint by that"), (-0.24, "the better value by that")] {
+            let [said] = &copied(&values, &grid(8, 0.0, own)).expect("complete")[..] else { panic!("one paragraph") };
+            let told = "−0.23827 at x = 0.9063 for Re = 400, and −0.3827 is taken here. Method I has";
+            assert!(said.contains(told) && said.contains(verdict), "{own}: {said}");
+        }
+        // There is no such entry for another Reynolds number.
+        let values: Vec<&Published> = table.iter().filter(|p| p.re == 100.0 && p.source == GHIA).collect();
+        assert!(copied(&values, &grid(8, 0.0, 0.0)).expect("complete").is_empty());
+    }
 
     #[test]
     fn extrapolation_removes_an_error_of_second_order() {
-        // u = y³ + 1/N² on all faces.
-        let grid = |cells: usize| {
-            let u = (0..cells).flat_map(|j| {
-                let y = (j as f64 + 0.5) / cells as f64;
-                (1..cells).map(move |_| y.powi(3) + (cells as f64).powi(-2))
-            });
-            let faces: Vec<f64> = u.chain(vec![0.0; cells * (cells - 1)]).collect();
-            let profile = Profile::new(cells, &faces);
-            Grid { cells, profile, psi: Vec::new(), vorticity: Vec::new(), residual: 0.0, steps: 0, seconds: 0.0 }
-        };
+        let grid = |cells: usize| grid(cells, (cells as f64).powi(-2), 0.0);
         let published = Published { re: 1000.0, line: 'u', coord: 0.5, velocity: 0.125, source: BOTELLA.into() };
         let (coarse, fine) = (grid(16), grid(24));
         let checks = against(&[&published], (1000.0, BOTELLA), &fine, &coarse, &fine);

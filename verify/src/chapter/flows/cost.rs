@@ -1,6 +1,6 @@
 //! What a step costs by the size of the grid, and why it does.
 
-use super::{Context, Scale, StudyError, brief, prose, short};
+use super::{Context, Scale, StudyError, about, brief, prose, short};
 use crate::evidence::{Cell, Evidence, Table};
 use crate::experiment::flow::cost::{Found, StepCost};
 use crate::row;
@@ -35,24 +35,26 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         return Err("two grids".into());
     };
     let [(_, small), .., (_, large)] = proportional.as_slice() else { return Err("two grids".into()) };
+    // One measurement has one digit.
+    let rough = |value: f64| about(value, value);
     let fills = [first, last].map(|cost| cost.fill.unwrap_or(f64::NAN));
     let values = [
         ("coarse", coarse.to_string()),
         ("fine", fine.to_string()),
-        ("first", brief(first.microseconds)),
-        ("last", brief(last.microseconds)),
-        ("cost", brief(last.microseconds / first.microseconds)),
+        ("first", rough(first.microseconds)),
+        ("last", rough(last.microseconds)),
+        ("cost", rough(last.microseconds / first.microseconds)),
         ("iterations", brief(last.inner / first.inner)),
         ("fill_first", short(fills[0])),
         ("fill_last", short(fills[1])),
         ("fill", brief(fills[1] / fills[0])),
         ("points", points.to_string()),
-        ("same_first", brief(same_first.microseconds)),
-        ("same_last", brief(same_last.microseconds)),
+        ("same_first", rough(same_first.microseconds)),
+        ("same_last", rough(same_last.microseconds)),
         ("inner_first", brief(same_first.inner)),
         ("inner_last", brief(same_last.inner)),
-        ("small", brief(small.microseconds)),
-        ("large", brief(large.microseconds)),
+        ("small", rough(small.microseconds)),
+        ("large", rough(large.microseconds)),
     ];
     evidence.notes.extend(prose::fill(include_str!("cost.md"), &values)?);
     let caption = "Steps of Method I, one after another on the machine that made this page: seconds of the first, with what is set up \

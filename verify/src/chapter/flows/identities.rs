@@ -2,7 +2,7 @@
 
 use super::{Context, Scale, StudyError, prose, short};
 use crate::evidence::{Cell, Check, Evidence, Requirement, Table};
-use crate::experiment::flow::identities::Identities;
+use crate::experiment::flow::identities::{Found, Identities};
 use crate::measure::norm::Extremes;
 use crate::row;
 
@@ -22,23 +22,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, _scale: &Scale) 
     let found = context.get_each(cases.into())?;
     let mut rows = Vec::new();
     for ((flow, _), found) in FLOWS.into_iter().zip(&found) {
-        let mut add = |what: &str, says: &str, measured: f64, most: f64, why: &'static str| {
-            let id = format!("identities/{what}/{}", flow.replace([' ', '='], "-"));
-            let statement = format!("{says} on {flow}: relative difference");
-            evidence.checks.push(Check::new(id, statement, measured, Requirement::AtMost(most), why));
-        };
-        let rounding = "sums of as many terms as there are unknowns and neighbours, each rounded";
-        add("adjoint", "Jᵀy is the adjoint of Jx", found.adjoint, 1e-12, rounding);
-        add(
-            "jacobian",
-            "Jx is the derivative of f",
-            found.jacobian,
-            1e-8,
-            "f is quadratic: its central difference is rounded only",
-        );
-        if let Some(work) = found.work {
-            add("work", "Convection does no work", work, 1e-12, rounding);
-        }
+        evidence.checks.extend(judged(flow, found));
         rows.push(row![flow, found.adjoint, found.jacobian, Cell::found(found.work.unwrap_or(f64::NAN))]);
     }
     let largest = |of: Vec<f64>| short(of.into_iter().largest());
@@ -53,4 +37,39 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, _scale: &Scale) 
                    vorticity of enstrophy.";
     evidence.tables.push(Table::new("flow-identities", caption, ["flow", "adjoint", "jacobian", "work"], rows));
     Ok(())
+}
+
+/// Each identity of a flow.
+fn judged(flow: &str, found: &Found) -> Vec<Check> {
+    let check = |what: &str, says: &str, measured: f64, most: f64, why: &'static str| {
+        let id = format!("identities/{what}/{}", flow.replace([' ', '='], "-"));
+        Check::new(id, format!("{says} on {flow}: relative difference"), measured, Requirement::AtMost(most), why)
+    };
+    let rounding = "sums of as many terms as there are unknowns and neighbours, each rounded";
+    let exact = "f is quadratic: its central difference is rounded only";
+    let mut checks = vec![
+        check("adjoint", "Jᵀy is the adjoint of Jx", found.adjoint, 1e-12, rounding),
+        check("jacobian", "Jx is the derivative of f", found.jacobian, 1e-8, exact),
+    ];
+    checks.extend(found.work.map(|work| check("work", "Convection does no work", work, 1e-12, rounding)));
+    checks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    #[test]
+    fn each_identity_is_judged_by_its_own_number() {
+        let refused = |adjoint: f64, jacobian: f64, work: f64| -> Vec<String> {
+            let checks = judged("flow", &Found { adjoint, jacobian, work: Some(work) });
+            checks.into_iter().filter(|check| check.outcome != Outcome::Pass).map(|check| check.id).collect()
+        };
+        assert_eq!(refused(0.9e-12, 0.9e-8, 0.9e-12), [""; 0]);
+        assert_eq!(refused(1.1e-12, 0.9e-8, 0.9e-12), ["identities/adjoint/flow"]);
+        assert_eq!(refused(0.9e-12, 1.1e-8, 0.9e-12), ["identities/jacobian/flow"]);
+        assert_eq!(refused(0.9e-12, 0.9e-8, 1.1e-12), ["identities/work/flow"]);
+        assert_eq!(refused(f64::NAN, f64::NAN, f64::NAN).len(), 3);
+    }
 }

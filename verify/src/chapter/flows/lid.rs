@@ -3,7 +3,7 @@
 use super::{Context, Scale, StudyError, brief, contest, prose, short, streamlines};
 use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::flow::PROJECTION;
-use crate::experiment::flow::lid::{METHODS, RE, STEPS, StartUp, StartedLid, TIMES};
+use crate::experiment::flow::lid::{Found, METHODS, RE, STEPS, StartUp, StartedLid, TIMES};
 use crate::experiment::flow::profile::Profile;
 use crate::experiment::flow::propagator::Disturbances;
 use crate::measure::norm::Extremes;
@@ -16,13 +16,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         let case = found.cases.iter().find(|case| (case.h, case.t, case.method) == (h, t, method));
         case.map_or(f64::NAN, |case| case.error)
     };
-    evidence.checks.push(Check::new(
-        "lid/reference",
-        "The reference of the impulsively started lid is good enough: its error over the smallest that is measured",
-        found.references.iter().map(|r| r.error).largest() / found.cases.iter().map(|case| case.error).smallest(),
-        Requirement::AtMost(0.1),
-        "a tenth of an error changes no ratio that is told by more than that",
-    ));
+    evidence.checks.push(reference(&found));
     let ([large, small], [first, last]) = (STEPS, TIMES);
     let own = |h, t| short(error(h, t, "method-i"));
     let over = |method, h, t| error(h, t, method) / error(h, t, "method-i");
@@ -90,6 +84,17 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     filmstrip(context, evidence, scale)
 }
 
+/// What errors are measured against has less of its own.
+fn reference(found: &Found) -> Check {
+    Check::new(
+        "lid/reference",
+        "The reference of the impulsively started lid is good enough: its error over the smallest that is measured",
+        found.references.iter().map(|r| r.error).largest() / found.cases.iter().map(|case| case.error).smallest(),
+        Requirement::AtMost(0.1),
+        "a tenth of an error changes no ratio that is told by more than that",
+    )
+}
+
 /// The stream function of the start-up, by Method I.
 fn filmstrip(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
     let cells = scale.lid;
@@ -124,14 +129,7 @@ pub(super) fn disturbances(context: &Context, evidence: &mut Evidence, _scale: &
     let found = context.get_each(cases.iter().map(|(method, h)| Disturbances { method, h: *h }).collect())?;
     for method in METHODS {
         let of = cases.iter().zip(&found).filter(|(case, _)| case.0 == method);
-        evidence.checks.push(Check::new(
-            format!("disturbances/{method}"),
-            format!("{method} steps small disturbances of the steady cavity as theory has it, for all h: largest relative difference"),
-            of.map(|(_, found)| found.difference).largest(),
-            Requirement::AtMost(1e-4),
-            "R(hA), for Method I the minimum of its action, with A by hand; central differences of disturbances of 1e-3 leave their \
-             square, and a hundred times that for the third derivatives",
-        ));
+        evidence.checks.push(as_in_theory(method, of.map(|(_, found)| found.difference)));
     }
     let rows = cases.iter().zip(&found).map(|((method, h), found)| {
         row![*method, *h, found.radius, found.slowest.re, found.slowest.im.abs(), found.difference]
@@ -166,4 +164,45 @@ pub(super) fn disturbances(context: &Context, evidence: &mut Evidence, _scale: &
     let columns = ["method", "h", "factor", "real", "imaginary", "difference"];
     evidence.tables.push(Table::new("flow-disturbances", caption, columns, rows.collect()));
     Ok(())
+}
+
+/// That no derivative of a step of a method differs from theory's.
+fn as_in_theory(method: &str, differences: impl Iterator<Item = f64>) -> Check {
+    Check::new(
+        format!("disturbances/{method}"),
+        format!(
+            "{method} steps small disturbances of the steady cavity as theory has it, for all h: largest relative difference"
+        ),
+        differences.largest(),
+        Requirement::AtMost(1e-4),
+        "R(hA), for Method I the minimum of its action, with A by hand; central differences of disturbances of 1e-3 leave their \
+         square, and a hundred times that for the third derivatives",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+    use crate::experiment::flow::lid::{Case, Reference};
+
+    #[test]
+    fn the_worst_reference_is_held_against_the_best_run() {
+        let outcome = |references: [f64; 2], errors: [f64; 2]| {
+            let references = references.map(|error| Reference { t: 0.5, velocities: Vec::new(), error }).into();
+            let case = |error| Case { h: 0.5, t: 0.5, method: "method-i", error, velocities: Vec::new() };
+            reference(&Found { references, cases: errors.map(case).into() }).outcome
+        };
+        assert_eq!(outcome([9e-6, 1e-9], [1e-4, 1.0]), Outcome::Pass);
+        assert_eq!(outcome([1e-9, 1.1e-5], [1.0, 1e-4]), Outcome::Fail);
+        assert_ne!(outcome([1e-9, f64::NAN], [1.0, 1e-4]), Outcome::Pass);
+    }
+
+    #[test]
+    fn one_step_size_at_which_theory_is_missed_is_enough() {
+        let outcome = |differences: [f64; 3]| as_in_theory("method-i", differences.into_iter()).outcome;
+        assert_eq!(outcome([1e-8, 0.9e-4, 1e-9]), Outcome::Pass);
+        assert_eq!(outcome([1e-8, 1.1e-4, 1e-9]), Outcome::Fail);
+        assert_ne!(outcome([f64::NAN, 1e-8, 1e-9]), Outcome::Pass);
+    }
 }

@@ -1,8 +1,10 @@
 //! Two-dimensional Navier–Stokes: what the family does on real flows.
 
+mod approach;
 mod balance;
 mod cavity;
 mod cost;
+mod cvode;
 mod identities;
 mod lid;
 mod orders;
@@ -10,8 +12,9 @@ mod summary;
 mod work;
 
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::number::{brief, short};
+use crate::evidence::number::{about, brief, short};
 use crate::evidence::{Axis, Evidence, Field, Panel};
+use crate::experiment::flow::Seconds;
 use crate::experiment::flow::steady::{corner, interpolated};
 
 const ID: &str = "flows";
@@ -97,12 +100,12 @@ const PARTS: [(&str, &str, &[Part]); 7] = [
     (
         "right",
         "What it gets right",
-        &[identities::study, orders::in_time, orders::in_time_and_space, cavity::steady, cavity::cross_check],
+        &[identities::study, orders::in_time, orders::in_time_and_space, cavity::steady, cvode::cross_check],
     ),
     ("loses", "Where it loses", &[work::study, balance::errors]),
     ("metric", "The metric, energy and enstrophy", &[balance::metric, balance::without_viscosity]),
-    ("large-steps", "What large steps are good for", &[lid::study, lid::disturbances, cavity::approach]),
-    ("spurious", "Steps too long for their grid", &[cavity::spurious]),
+    ("large-steps", "What large steps are good for", &[lid::study, lid::disturbances, approach::study]),
+    ("spurious", "Steps too long for their grid", &[approach::spurious]),
     ("cost", "What a step costs", &[cost::study]),
     ("rerun", "How to rerun it", &[rerun]),
 ];
@@ -133,6 +136,11 @@ fn contest(ratios: &[f64]) -> String {
         _ => "is now ahead of and now behind",
     };
     word.into()
+}
+
+/// Seconds, or one run's over another's, as far as their repetitions agree.
+fn measured(Seconds { least, most }: Seconds) -> String {
+    about(least, most)
 }
 
 /// Legend entries of the bands between `levels`.

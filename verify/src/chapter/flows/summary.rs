@@ -1,11 +1,11 @@
 //! The chapter in a paragraph.
 
 use super::work::Runs;
-use super::{Context, Scale, StudyError, balance, brief, cavity, contest, prose, short};
+use super::{Context, Scale, StudyError, approach, balance, brief, cavity, contest, measured, prose, short};
 use crate::evidence::{Check, Outcome};
-use crate::experiment::flow::PROJECTION;
 use crate::experiment::flow::lid::{STEPS, StartedLid, TIMES};
 use crate::experiment::flow::precision::Flow;
+use crate::experiment::flow::{PROJECTION, Seconds};
 
 /// Of what was found at a scale, with its checks.
 pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result<Vec<String>, StudyError> {
@@ -15,8 +15,8 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
     let smooth = Runs::new(context, Flow::Manufactured, scale.precision)?;
     let started = Runs::new(context, Flow::Started, scale.lid)?;
     let seconds = |runs: &Runs, own, other| {
-        let [own, other] = [runs.seconds(own)?, runs.seconds(other)?].map(|seconds| seconds.unwrap_or(f64::NAN));
-        Ok::<_, StudyError>(brief(own / other))
+        let [own, other] = [runs.seconds(own)?, runs.seconds(other)?].map(|seconds| seconds.unwrap_or(Seconds::NONE));
+        Ok::<_, StudyError>(measured(own.over(other)))
     };
     let [shear, turbulence] = balance::over_tr_bdf2(context, scale)?;
     let in_cavity = smooth.over("tr-bdf2")?;
@@ -29,11 +29,11 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
     };
     const H: f64 = 100.0;
     let solves = |method| {
-        let found = context.get(cavity::from_rest(method, scale.approach, H))?;
+        let found = context.get(approach::from_rest(method, scale.approach, H))?;
         let solves = if found.is_steady() { found.solves.to_string() } else { "more than it was given".into() };
         Ok::<_, StudyError>(solves)
     };
-    let spurious = || scale.spurious.last().map(|h| cavity::too_long(*h)).ok_or("no step is too long");
+    let spurious = || scale.spurious.last().map(|h| approach::too_long(*h)).ok_or("no step is too long");
     let values = [
         ("passed", orders.iter().filter(|check| check.outcome == Outcome::Pass).count().to_string()),
         ("orders", orders.len().to_string()),

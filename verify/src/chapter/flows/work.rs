@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Context, Scale, StudyError, brief, prose, short};
+use super::{Context, Scale, StudyError, brief, measured, prose, short};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
-use crate::experiment::flow::PROJECTION;
 use crate::experiment::flow::precision::{Flow, FlowPrecision, Found, Point};
+use crate::experiment::flow::{PROJECTION, Seconds};
 use crate::measure::norm::Extremes;
 use crate::row;
 
@@ -48,7 +48,7 @@ impl Runs {
     }
 
     /// CPU seconds for that error.
-    pub(super) fn seconds(&self, method: &str) -> Result<Option<f64>, StudyError> {
+    pub(super) fn seconds(&self, method: &str) -> Result<Option<Seconds>, StudyError> {
         Ok(self.of(method)?.seconds_for(self.asked()?))
     }
 
@@ -85,6 +85,11 @@ impl Runs {
     }
 }
 
+/// Of two columns.
+fn cells(Seconds { least, most }: Seconds) -> [Cell; 2] {
+    [least, most].map(Cell::found)
+}
+
 /// How a run ended.
 fn outcome(Point { error, failure, .. }: &Point) -> &str {
     match (error, failure) {
@@ -107,17 +112,18 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
             let point = runs.last(method)?;
             let Point { h, error, cost, .. } = point;
             let over = Cell::found(1.0 / runs.over(method)?);
-            let mut row = row![runs.name(), method, *h, *error, over, cost.solves, cost.inner, cost.seconds];
-            row.extend(row![runs.seconds(method)?, outcome(point)]);
+            let mut row = row![runs.name(), method, *h, *error, over, cost.solves, cost.inner];
+            row.extend(cells(point.seconds).into_iter().chain(cells(runs.seconds(method)?.unwrap_or(Seconds::NONE))));
+            row.push(outcome(point).into());
             rows.push(row);
         }
     }
     let caption = format!(
         "Cost per error of {finest} steps: the manufactured cavity at Re = {} on {} cells a side, t = {}, which is smooth, and that whose \
          lid starts at once, Re = {} on {} cells, t = {}. The root mean square of the error in time of the velocities, against RK4 with \
-         small steps on the same grid; that over Method I's; linear systems; iterations of conjugate gradients, or of GMRES, in them; \
-         CPU seconds of the run, on one thread, and CPU seconds for an error of {} and of {}, which Method I has with {} steps, log-log \
-         between runs. Where the longest steps that hold are more accurate than that, their time; where no run is as accurate, none.",
+         small steps on the same grid; that over Method I's; linear systems; iterations of conjugate gradients, or of GMRES, in them, none where factors solve; \
+         the least and the most CPU seconds of up to three such runs, on one thread, and those for an error of {} and of {}, which \
+         Method I has with {} steps, log-log between runs. Where the longest steps that hold are more accurate than that, their time; where no run is as accurate, none.",
         smooth.flow.re(),
         scale.precision,
         smooth.flow.end(),
@@ -136,8 +142,10 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         "over_method_i",
         "solves",
         "inner",
-        "cpu_seconds",
-        "cpu_seconds_for_equal_error",
+        "least_seconds",
+        "most_seconds",
+        "least_for_equal_error",
+        "most_for_equal_error",
         "outcome",
     ];
     evidence.tables.push(Table::new("flow-cost-per-error", caption, columns, rows));
@@ -154,12 +162,14 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let mut rows = Vec::new();
     for runs in &runs {
         for (method, found) in METHODS.into_iter().zip(&runs.found) {
-            rows.extend(found.points.iter().map(|Point { h, error, cost, .. }| {
-                row![runs.name(), method, *h, *error, cost.solves, cost.inner, cost.seconds]
+            rows.extend(found.points.iter().map(|Point { h, error, cost, seconds, .. }| {
+                let mut row = row![runs.name(), method, *h, *error, cost.solves, cost.inner];
+                row.extend(cells(*seconds));
+                row
             }));
         }
     }
-    let columns = ["flow", "method", "h", "error", "solves", "inner", "cpu_seconds"];
+    let columns = ["flow", "method", "h", "error", "solves", "inner", "least_seconds", "most_seconds"];
     evidence.tables.push(Table::data(id, caption.clone(), columns, rows));
     let panels: Vec<Panel> = runs
         .iter()
@@ -167,7 +177,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
             [
                 runs.panel("h", |p| p.h),
                 runs.panel("linear systems solved", |p| p.cost.solves as f64),
-                runs.panel("CPU seconds", |p| p.cost.seconds),
+                runs.panel("CPU seconds", |p| p.seconds.least),
             ]
         })
         .collect();
@@ -193,8 +203,8 @@ fn words(evidence: &mut Evidence, scale: &Scale, [smooth, started]: &[Runs; 2]) 
     let (longest, error) = scheme.points.iter().find_map(|p| Some((p.h, p.error?))).unwrap_or((f64::NAN, f64::NAN));
     let seconds = |runs: &Runs, method| {
         Ok::<_, StudyError>(match (runs.seconds(method)?, &runs.last(method)?.failure) {
-            (Some(seconds), _) => format!("{} s", brief(seconds)),
-            (None, Some(_)) => "breaks off".into(),
+            (Some(seconds), _) => format!("{} s", measured(seconds)),
+            (None, Some(_)) => "has no run".into(),
             (None, None) => "more than with its finest steps".into(),
         })
     };
@@ -238,4 +248,26 @@ fn words(evidence: &mut Evidence, scale: &Scale, [smooth, started]: &[Runs; 2]) 
     ];
     evidence.notes.extend(prose::fill(include_str!("work.md"), &values)?);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+    use crate::experiment::flow::Cost;
+
+    #[test]
+    fn the_worst_reference_is_held_against_the_best_run_that_has_an_error() {
+        let outcome = |reference_errors: [f64; 2], error: f64| {
+            let point = |error| Point { h: 1.0, error, failure: None, cost: Cost::default(), seconds: Seconds::NONE };
+            let found = reference_errors.map(|reference_error| {
+                let points = vec![point(None), point(Some(1.0)), point(Some(error))];
+                Arc::new(Found { points, size: 1.0, speed: 1.0, reference_error })
+            });
+            Runs { flow: Flow::Started, found: found.into() }.reference().outcome
+        };
+        assert_eq!(outcome([9e-6, 1e-9], 1e-4), Outcome::Pass);
+        assert_eq!(outcome([1e-9, 1.1e-5], 1e-4), Outcome::Fail);
+        assert_ne!(outcome([1e-9, f64::NAN], 1e-4), Outcome::Pass);
+    }
 }

@@ -1,6 +1,6 @@
 //! CVODE on the same semi-discrete cavity, stated by hand.
 
-use super::{Cost, cavity, named, observed, timed};
+use super::{Cost, Seconds, cavity, named, observed, repeated, timed};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::measure::norm::distance;
 use crate::reference::{self, Work, bound};
@@ -21,8 +21,8 @@ impl AgainstCvode {
     pub(crate) const STEPS: [u32; 3] = [32, 64, 128];
     /// What CVODE is asked for in the finer of its solves.
     pub(crate) const TOLERANCE: f64 = bound::FINE;
-    /// What it is asked for besides, on the way to errors like Method I's.
-    pub(crate) const LOOSE: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-7];
+    /// Powers of ten that it is asked for besides, in quarters: among their errors is one like Method I's.
+    const LOOSE: std::ops::RangeInclusive<i32> = -32..=-16;
 }
 
 /// A run of CVODE.
@@ -30,7 +30,7 @@ impl AgainstCvode {
 pub(crate) struct Loose {
     pub(crate) tolerance: f64,
     pub(crate) work: Work,
-    pub(crate) seconds: f64,
+    pub(crate) seconds: Seconds,
     /// Largest difference of a velocity from its own finest solve.
     pub(crate) difference: f64,
 }
@@ -40,6 +40,7 @@ pub(crate) struct Loose {
 pub(crate) struct Row {
     pub(crate) steps: u32,
     pub(crate) cost: Cost,
+    pub(crate) seconds: Seconds,
     /// Largest difference of a velocity from CVODE's.
     pub(crate) difference: f64,
     /// What the run with twice the step makes it expect of its own error: a third of the difference.
@@ -54,9 +55,17 @@ pub(crate) struct Found {
     /// CVODE's work on the finer of its two solves.
     pub(crate) cvode: Work,
     /// The CPU time that one such solve takes.
-    pub(crate) cvode_seconds: f64,
+    pub(crate) cvode_seconds: Seconds,
     /// CVODE's bound on its own velocities.
     pub(crate) bound: f64,
+}
+
+impl Found {
+    /// The solve by CVODE whose error is the largest that is not above `error`, where there is one.
+    pub(crate) fn as_accurate(&self, error: f64) -> Option<&Loose> {
+        let enough = self.loose.iter().filter(|run| run.difference <= error);
+        enough.max_by(|a, b| a.difference.total_cmp(&b.difference))
+    }
 }
 
 impl Experiment for AgainstCvode {
@@ -73,23 +82,33 @@ impl Experiment for AgainstCvode {
             Ok(found) => found,
             Err(error) => return Ok(Err(error.to_string())),
         };
-        let solve = |tolerance: f64| timed(|| cvode.run(ode, 0.0, &start, &[Self::END], tolerance));
-        let (fine, cvode_seconds) = solve(Self::TOLERANCE);
-        fine?;
+        let solve = |tolerance: f64| {
+            repeated(|| {
+                let (run, seconds) = timed(|| cvode.run(ode, 0.0, &start, &[Self::END], tolerance));
+                Ok((run?, seconds))
+            })
+        };
+        let (_, cvode_seconds) = solve(Self::TOLERANCE)?;
         let truth = problem.observe(Self::END, &found.states[0]);
         let mut loose = Vec::new();
-        for tolerance in Self::LOOSE {
-            let (run, seconds) = solve(tolerance);
-            let run = run?;
+        for quarters in Self::LOOSE.rev() {
+            let tolerance = 10.0_f64.powf(0.25 * f64::from(quarters));
+            let (run, seconds) = solve(tolerance)?;
             let end = problem.observe(Self::END, &run.states[0]);
             loose.push(Loose { tolerance, work: run.work, seconds, difference: distance(&end, &truth) });
         }
         let (mut rows, mut last) = (Vec::new(), None::<Vec<f64>>);
         for steps in Self::STEPS {
-            let (end, cost) = observed(&*problem, &*named("method-i")?, Self::END / f64::from(steps), Self::END)?;
+            let method = named("method-i")?;
+            let run = || {
+                let (end, cost) = observed(&*problem, &*method, Self::END / f64::from(steps), Self::END)?;
+                Ok(((end, cost), cost.seconds))
+            };
+            let ((end, cost), seconds) = repeated(run)?;
             rows.push(Row {
                 steps,
                 cost,
+                seconds,
                 difference: distance(&end, &truth),
                 predicted: last.map_or(f64::NAN, |last| distance(&last, &end) / 3.0),
             });
@@ -131,10 +150,19 @@ mod tests {
         let cvode = reference::by_name("cvode-bdf").expect("known");
         let solved = cvode.solve(problem.ode(), 0.0, &problem.initial(), &[AgainstCvode::END]).expect("it is here");
         approx::assert_relative_eq!(found.bound, 8.0 * solved.bound[0], max_relative = 1e-12);
-        // Each asks for more than the one before.
-        assert_eq!(found.loose.iter().map(|run| run.tolerance).collect::<Vec<_>>(), AgainstCvode::LOOSE);
-        for pair in found.loose.windows(2) {
-            assert!(pair[1].difference < pair[0].difference && pair[0].difference > found.bound, "{pair:?}");
+        // Each asks for more than the one before, and a decade of tolerance shows in the error.
+        let [first, .., last] = &found.loose[..] else { panic!("no looser solves") };
+        approx::assert_relative_eq!(first.tolerance, 1e-4, max_relative = 1e-12);
+        approx::assert_relative_eq!(last.tolerance, 1e-8, max_relative = 1e-12);
+        for runs in found.loose.windows(5) {
+            approx::assert_relative_eq!(runs[0].tolerance, 10.0 * runs[4].tolerance, max_relative = 1e-12);
+            assert!(runs[4].difference < runs[0].difference && runs[0].difference > found.bound, "{runs:?}");
         }
+        // The nearest error from below, not the first.
+        let [.., finest] = &found.rows[..] else { panic!("no rows") };
+        let chosen = found.as_accurate(finest.difference).expect("one is as accurate");
+        let lies_between = |run: &Loose| run.difference > chosen.difference && run.difference <= finest.difference;
+        assert!(chosen.difference <= finest.difference && !found.loose.iter().any(lies_between), "{chosen:?}");
+        assert!(found.as_accurate(0.0).is_none());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::{cavity, named};
+use super::{Seconds, cavity, named, repeated, timed};
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::measure::norm::max_norm;
 use crate::run::run_while;
@@ -34,6 +34,8 @@ pub(crate) struct Found {
     pub(crate) residual: f64,
     /// Why it ended early.
     pub(crate) error: Option<String>,
+    /// CPU time of the run.
+    pub(crate) seconds: Seconds,
 }
 
 impl Found {
@@ -50,14 +52,20 @@ impl Experiment for Approach {
         context.announce(1);
         let problem = cavity(self.re, self.cells)?;
         let field = problem.field();
+        let method = named(self.method)?;
         let mut f = vec![0.0; field.dim()];
-        let (mut residual, mut seen) = (f64::NAN, 0_u64);
-        let ended = run_while(&*problem, &*named(self.method)?, self.h, f64::from(Self::MOST) * self.h, |state| {
-            seen += 1;
-            field.rhs(state.t, &state.q, &mut f);
-            residual = max_norm(&f);
-            if residual <= Self::STEADY { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
+        let ((ended, residual, seen), seconds) = repeated(|| {
+            let (mut residual, mut seen) = (f64::NAN, 0_u64);
+            let (ended, seconds) = timed(|| {
+                run_while(&*problem, &*method, self.h, f64::from(Self::MOST) * self.h, |state| {
+                    seen += 1;
+                    field.rhs(state.t, &state.q, &mut f);
+                    residual = max_norm(&f);
+                    if residual <= Self::STEADY { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                })
+            });
+            Ok(((ended, residual, seen), seconds))
+        })?;
         context.tick();
         let error = ended.as_ref().err().map(ToString::to_string);
         Ok(Found {
@@ -65,6 +73,7 @@ impl Experiment for Approach {
             solves: ended.map_or(0, |run| run.work.factorizations),
             residual,
             error,
+            seconds,
         })
     }
 }

@@ -18,6 +18,7 @@ use cpu_time::ThreadTime;
 use lsvi::Work;
 
 use super::StudyError;
+use crate::measure::norm::Extremes;
 use crate::method::{self, Method};
 use crate::problem::{self, Problem, flow};
 use crate::run::{Run, run};
@@ -31,8 +32,8 @@ pub const PROJECTION: &str = "pressure-correction";
 pub(crate) struct Cost {
     /// Linear systems of the size of the flow that were solved, one for each linearisation.
     pub(crate) solves: u64,
-    /// Iterations inside of those: of conjugate gradients in Gauss–Newton steps, of GMRES in implicit stages and in other closures than Method I's;
-    /// none where factors solve, as in pressure correction and in Galerkin integrators.
+    /// Iterations inside of those: of conjugate gradients in Gauss–Newton steps, of GMRES in implicit stages and in closures between Method I's and
+    /// Method II's; none where factors solve, as in pressure correction, in Galerkin integrators and in Method II between walls.
     pub(crate) inner: u64,
     /// Evaluations of the equations of a step, with one of f each.
     pub(crate) residuals: u64,
@@ -52,6 +53,38 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let clock = ThreadTime::now();
     let given = work();
     (given, clock.elapsed().as_secs_f64())
+}
+
+/// CPU seconds of the same work, done several times over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Seconds {
+    pub(crate) least: f64,
+    pub(crate) most: f64,
+}
+
+impl Seconds {
+    /// None were measured.
+    pub(crate) const NONE: Self = Self { least: f64::NAN, most: f64::NAN };
+
+    fn new(times: &[f64]) -> Self {
+        Self { least: times.iter().copied().smallest(), most: times.iter().copied().largest() }
+    }
+
+    /// Over others: the least and the most that the repetitions allow.
+    pub(crate) fn over(self, other: Self) -> Self {
+        Self { least: self.least / other.most, most: self.most / other.least }
+    }
+}
+
+/// Three runs, or two or one where those take long, by their own measure of their seconds, and what the first gave.
+fn repeated<T>(mut run: impl FnMut() -> Result<(T, f64), StudyError>) -> Result<(T, Seconds), StudyError> {
+    const LONG: [f64; 2] = [1.0, 0.5];
+    let (given, first) = run()?;
+    let mut times = vec![first];
+    while LONG.get(times.len() - 1).is_some_and(|long| times.iter().sum::<f64>() < *long) {
+        times.push(run()?.1);
+    }
+    Ok((given, Seconds::new(&times)))
 }
 
 fn setting(text: &str) -> Result<Box<dyn Problem>, StudyError> {
@@ -204,7 +237,7 @@ mod tests {
 
     #[test]
     fn the_cost_of_a_run_is_what_its_solver_was_asked_for() {
-        for method in ["method-i", "method-ii", "trapezoidal", "tr-bdf2", "bdf2"] {
+        for method in ["method-i", "linear(-0.5,1)", "trapezoidal", "tr-bdf2", "bdf2"] {
             let counts = Counts::default();
             let problem = Counted(cavity(100.0, 6).expect("known"), Arc::clone(&counts));
             let (_, cost) = observed(&problem, &*named(method).expect("known"), 0.1, 0.5).expect("it runs");
@@ -212,6 +245,29 @@ mod tests {
             assert!(solves >= 5 && inner > solves, "{method}: {solves} {inner}");
             assert_eq!((cost.solves, cost.inner), (solves, inner), "{method}");
         }
+    }
+
+    /// At a Reynolds number at which GMRES with a preconditioner made of B = M − hJ stands still.
+    #[test]
+    fn method_ii_steps_a_cavity_where_convection_matters_by_factors_and_with_its_order() {
+        let end = |steps: u32| cavity_by("method-ii", true, (1000.0, 12), (0.25 / f64::from(steps), steps));
+        let [(coarse, _), (middle, cost), (fine, _)] = [8, 16, 32].map(|steps| end(steps).expect("it runs"));
+        assert!(cost.solves >= 16 && cost.inner == 0, "{cost:?}");
+        approx::assert_abs_diff_eq!((rms(&coarse, &middle) / rms(&middle, &fine)).log2(), 2.0, epsilon = 0.1);
+    }
+
+    #[test]
+    fn seconds_are_the_least_and_the_most_of_runs_that_are_repeated_and_so_are_their_ratios() {
+        let mut times = [0.3, 0.1, 0.2, 0.0].into_iter();
+        let found = repeated(|| Ok(((), times.next().expect("no more than four")))).expect("it runs").1;
+        assert_eq!((found, times.next()), (Seconds { least: 0.1, most: 0.3 }, Some(0.0)));
+        let mut times = [0.7, 0.8, 0.0].into_iter();
+        let long = repeated(|| Ok(((), times.next().expect("no more than three")))).expect("it runs").1;
+        assert_eq!((long, times.next()), (Seconds { least: 0.7, most: 0.8 }, Some(0.0)));
+        let longest = repeated(|| Ok(((), 11.0))).expect("it runs").1;
+        assert_eq!(longest, Seconds { least: 11.0, most: 11.0 });
+        let ratio = Seconds { least: 2.0, most: 6.0 }.over(Seconds { least: 3.0, most: 4.0 });
+        assert_eq!(ratio, Seconds { least: 0.5, most: 2.0 });
     }
 
     #[test]

@@ -290,6 +290,19 @@ mod tests {
         let weights = mass(&*problem).expect("diagonal");
         let truth = end(&*problem, "rk4", 0.025, SMALL.end);
         assert_eq!(found.reference, problem.observe(SMALL.end, &truth));
+        // The balances of the reference are those of its own run: E − E₀ + 2ν∫Z, and Z − Z₀ + 2ν∫P, by Simpson's rule.
+        let mut seen = Vec::new();
+        run(&*problem, &*named("rk4").expect("known"), 0.025, SMALL.end, |state| {
+            seen.push(moments(&weights, &state.q))
+        })
+        .expect("it runs");
+        for of in [0, 1] {
+            let inner: f64 = (1..16).map(|n| if n % 2 == 1 { 4.0 } else { 2.0 } * seen[n][of + 1]).sum();
+            let integral = 0.025 / 3.0 * (seen[0][of + 1] + inner + seen[16][of + 1]);
+            let left = (seen[16][of] - seen[0][of] + 2.0 * integral / RE) / seen[0][of];
+            approx::assert_abs_diff_eq!(found.reference_balance[of], left, epsilon = 1e-14);
+            assert!(left.abs() > 1e-12, "{left}");
+        }
         for row in &found.rows {
             let problem = small(row.metric);
             let end = end(&*problem, row.method, row.h, SMALL.end);

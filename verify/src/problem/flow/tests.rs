@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use crate::measure::norm::max_norm;
 use crate::method;
 use crate::names::NameError;
-use crate::problem::build_setting;
+use crate::problem::{Stiffness, build_setting};
 use crate::run::{RunError, run};
 
 use super::cavity::manufactured;
@@ -405,6 +405,24 @@ fn turbulence_starts_with_an_energy_of_one_half_and_the_spectrum_that_it_is_name
     let ratios = [size([2, 0]) / size([4, 0]), size([0, 8]) / size([4, 0])];
     let expected = [0.125 * 0.75_f64.exp(), 8.0 * (-3.0_f64).exp()];
     assert!(ratios.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{ratios:?} {expected:?}");
+}
+
+/// ν (k² + l²) by the products with the Jacobian at rest, mode by mode, with 3 a divisor of the number of points too.
+#[test]
+fn the_fastest_rate_of_a_periodic_flow_is_that_of_its_finest_mode() {
+    for points in [8, 10, 12, 16] {
+        let problem = build_setting(&format!("turbulence-2d re=50 cells={points} peak=2")).expect("known");
+        let (field, Mass::Diagonal(mass)) = (problem.field(), problem.field().mass()) else { panic!("not diagonal") };
+        let rates = (0..mass.len()).map(|i| {
+            let (rest, mut x, mut jx) = (vec![0.0; mass.len()], vec![0.0; mass.len()], vec![0.0; mass.len()]);
+            x[i] = 1.0;
+            field.apply_jacobian(0.0, &rest, &x, &mut jx);
+            -jx[i] / mass[i]
+        });
+        let fastest = max_norm(&rates.collect::<Vec<_>>());
+        let Stiffness::Transient(rate) = problem.facts().stiffness else { panic!("not stiff") };
+        approx::assert_relative_eq!(rate, fastest, max_relative = 1e-12);
+    }
 }
 
 #[test]

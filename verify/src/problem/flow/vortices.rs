@@ -102,8 +102,8 @@ struct OnTorus {
 impl OnTorus {
     /// The fastest rate of viscous decay.
     fn fastest(&self) -> f64 {
-        let largest = (self.flow.modes.points as f64 / 3.0).floor();
-        2.0 * self.flow.nu * largest * largest
+        let largest = self.flow.modes.waves.iter().map(|[k, l]| k * k + l * l).max();
+        self.flow.nu * f64::from(largest.unwrap_or(0))
     }
 
     /// The coefficients of [`Start::Random`], the same on every grid.
