@@ -1,9 +1,11 @@
 //! Every solver of a problem against every other: methods ↔ exact ↔ CVODE ↔ diffsol.
 
+use std::cell::Cell;
+
 use rayon::prelude::*;
 
 use crate::kinds::{Principle, Stability};
-use crate::measure::decimal::{plain, trimmed};
+use crate::measure::decimal::{decimals, plain, significant, trimmed};
 use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::method::Method;
 use crate::order::roundoff;
@@ -11,7 +13,7 @@ use crate::problem::{Limit, Problem, component_names};
 use crate::program::{Program, ProgramError, Request};
 use crate::reference::{self, Reference, ReferenceError};
 use crate::run::{RunError, run};
-use crate::theory::{breakdown, methods_for};
+use crate::theory::{Breakdown, breakdown, methods_for};
 
 /// Sample times, equally spaced, the last at the horizon.
 pub const SAMPLES: usize = 4;
@@ -24,6 +26,12 @@ const MOST_STEPS: usize = 8 * STEPS;
 /// Largest bound, relative to the size of the truth, that an agreement is worth anything with: two digits.
 const RESOLVED: f64 = 1e-2;
 
+/// Orders that differ by no more are one: two runs predict an error to a fifth where the order of their difference is off by so much.
+const SETTLED: f64 = 0.25;
+
+/// Least order that a bound is taken with.
+const MIN_ORDER: f64 = 1.0;
+
 /// Growth of a distance from one sample to the next that is the equation's and no accident: a distance between two scalars may pass
 /// near zero, but not between all pairs of references at once.
 const GROWTH: f64 = 100.0;
@@ -33,7 +41,23 @@ struct Answer {
     states: Vec<Vec<f64>>,
     bound: f64,
     /// Why it must be wrong, as the problem declares.
-    astray: Option<&'static str>,
+    astray: Option<Breakdown>,
+    /// Where the bound is from, if from runs with fixed steps.
+    runs: Option<Runs>,
+}
+
+/// What runs with steps of 2h and h, and of 4h where these were needed, show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Runs {
+    h: f64,
+    /// The order that the bound is taken with.
+    order: f64,
+    /// The order by which the differences of three runs fall.
+    observed: Option<f64>,
+    /// Whether the differences are those of errors of one order, or of roundings.
+    is_settled: bool,
+    /// Whether two runs would have done.
+    at_once: bool,
 }
 
 /// Why a solver gave no answer.
@@ -152,10 +176,12 @@ pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, gue
             .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
             .collect();
         notes.extend(parting(&times, &solved));
-        solved.par_extend(methods.into_par_iter().map(|method| (method.name(), by_method(problem, &*method, &times))));
+        let known = truth(problem, &limit, &times, &solved, "").map(|(_, truth)| truth);
+        let by_steps = |method: Box<dyn Method>| (method.name(), by_method(problem, &*method, &times, known.as_ref()));
+        solved.par_extend(methods.into_par_iter().map(by_steps));
         if limit.name == problem.limit(Principle::Equation).name {
-            let answers = guests.into_par_iter().map(|guest| (guest.name.clone(), by_program(problem, guest, &times)));
-            solved.par_extend(answers);
+            let ask = |guest: &Guest| (guest.name.clone(), by_program(problem, guest, &times, known.as_ref()));
+            solved.par_extend(guests.into_par_iter().map(ask));
         }
         for (solver, answer) in &solved {
             let truth = truth(problem, &limit, &times, &solved, solver);
@@ -239,10 +265,10 @@ fn by_reference(
     }
     let sampled = reference.solve(limit.ode, 0.0, &limit.initial, times)?;
     let bound = max_norm(&sampled.bound);
-    Ok(Answer { states: sampled.states, bound, astray: None })
+    Ok(Answer { states: sampled.states, bound, astray: None, runs: None })
 }
 
-fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Result<Answer, Gap> {
+fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64], truth: Option<&Answer>) -> Result<Answer, Gap> {
     if problem.is_stiff() && method.stability() == Stability::Unstable {
         return Err(Gap::NotRun("the method's own solutions grow like the problem's transients decay".into()));
     }
@@ -257,37 +283,29 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Resul
         })?;
         Ok(states)
     };
-    let breakdown = breakdown(problem, method);
+    let breakdown = breakdown(problem, method, times[times.len() - 1]);
     let failed = |error: RunError| match (error, breakdown) {
         (RunError::Build(error), _) => Gap::NotRun(error.to_string()),
-        (error, Some(reason)) => Gap::BrokeDown(format!("{error}; as declared: {reason}")),
+        (error, Some(Breakdown { reason, .. })) => Gap::BrokeDown(format!("{error}; as declared: {reason}")),
         (error, None) => Gap::Failed(error.to_string()),
     };
     let cap = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
-    let order = f64::from(method.order()).min(cap);
-    let (mut steps, mut coarse) = (STEPS, sampled(STEPS).map_err(failed)?);
-    loop {
-        steps *= 2;
-        let fine = sampled(steps).map_err(failed)?;
-        let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(order) - 1.0);
-        let size = largest(&fine);
-        let bound = 2.0 * predicted + roundoff(method, size, steps as f64);
-        if bound <= RESOLVED * size || breakdown.is_some() || steps > MOST_STEPS {
-            return Ok(Answer { states: fine, bound, astray: breakdown });
-        }
-        coarse = fine;
-    }
+    // What is inconsistent converges too, to something else.
+    let order = f64::from(method.order()).min(cap).max(MIN_ORDER);
+    let rounding = |size: f64, steps: usize| roundoff(method, size, steps as f64);
+    let answer = refined(|steps| sampled(steps).map_err(failed), order, rounding, times, truth, breakdown.is_some())?;
+    Ok(Answer { astray: breakdown, ..answer })
 }
 
 /// A program's bound is that of a method, with no roundings but its own last digits.
-fn by_program(problem: &dyn Problem, guest: &Guest, times: &[f64]) -> Result<Answer, Gap> {
+fn by_program(problem: &dyn Problem, guest: &Guest, times: &[f64], truth: Option<&Answer>) -> Result<Answer, Gap> {
     let columns = component_names(problem);
     let horizon = times[times.len() - 1];
-    let mut printed = 0.0_f64;
-    let mut sampled = |steps: usize| -> Result<Vec<Vec<f64>>, Gap> {
+    let printed = Cell::new(0.0_f64);
+    let sampled = |steps: usize| -> Result<Vec<Vec<f64>>, Gap> {
         let request = Request { h: Some(horizon / steps as f64), t_end: Some(horizon), ..guest.request.clone() };
         let answer = guest.program.run(&request, &columns).map_err(|error| Gap::Failed(error.to_string()))?;
-        printed = answer.printed.resolution(largest(&answer.states));
+        printed.set(answer.printed.resolution(largest(&answer.states)));
         let at = |t: &f64| answer.times.iter().position(|time| (time - t).abs() <= 1e-9 * horizon);
         let found = times.iter().map(|t| at(t).map(|k| answer.states[k].clone()).ok_or(*t));
         found.collect::<Result<_, f64>>().map_err(|t| {
@@ -295,17 +313,49 @@ fn by_program(problem: &dyn Problem, guest: &Guest, times: &[f64]) -> Result<Ans
             Gap::Failed(format!("it has no row at t = {}, a multiple of its step h = {h}", trimmed(t, 9)))
         })
     };
+    let rounding = |size: f64, steps: usize| f64::EPSILON * size * steps as f64 + printed.get();
+    refined(sampled, guest.order, rounding, times, truth, false)
+}
+
+/// The answer of runs whose steps are halved until their bound resolves the solution and, where it does not hold `truth`, until
+/// their differences fall as errors of one order do: before, they predict nothing.
+///
+/// What settles to a lower order than `order` is accused by its bound. `at_once`, a bound is all that is wanted.
+fn refined(
+    sampled: impl Fn(usize) -> Result<Vec<Vec<f64>>, Gap>,
+    order: f64,
+    rounding: impl Fn(f64, usize) -> f64,
+    times: &[f64],
+    truth: Option<&Answer>,
+    at_once: bool,
+) -> Result<Answer, Gap> {
+    let horizon = times[times.len() - 1];
     let (mut steps, mut coarse) = (STEPS, sampled(STEPS)?);
+    let (mut before, mut earlier) = (None, None);
+    let mut resolved_before = false;
     loop {
         steps *= 2;
-        let fine = sampled(steps)?;
-        let size = largest(&fine);
-        let predicted = largest_distance(&coarse, &fine) / (2_f64.powf(guest.order) - 1.0);
-        let bound = 2.0 * predicted + f64::EPSILON * size * steps as f64;
-        if bound <= RESOLVED * size || steps > MOST_STEPS {
-            return Ok(Answer { states: fine, bound: bound + printed, astray: None });
+        let states = sampled(steps)?;
+        let (difference, size) = (largest_distance(&coarse, &states), largest(&states));
+        let floor = rounding(size, steps);
+        let observed: Option<f64> = before.map(|before: f64| (before / difference).log2());
+        let near_order = |p: f64| observed.is_some_and(|observed| (observed - p).abs() <= SETTLED);
+        // Runs may settle to another order, too, which two such agree in.
+        let is_another = earlier.is_some_and(|p| p > SETTLED && near_order(p));
+        let is_settled = difference <= floor || near_order(order) || is_another;
+        let bound = 2.0 * difference / (order.exp2() - 1.0) + floor;
+        let runs = Runs { h: horizon / steps as f64, order, observed, is_settled, at_once: !resolved_before };
+        let answer = Answer { states, bound, astray: None, runs: Some(runs) };
+        let is_resolved = bound <= RESOLVED * size;
+        let is_told = truth.is_none_or(|truth| is_near(&answer, truth)) || is_settled;
+        if is_resolved && is_told || at_once || steps > MOST_STEPS {
+            return Ok(answer);
         }
-        coarse = fine;
+        if is_resolved {
+            resolved_before = true;
+        }
+        (before, earlier) = (Some(difference), observed);
+        coarse = answer.states;
     }
 }
 
@@ -328,12 +378,12 @@ fn truth(
     if let Some((name, states)) = known {
         // A few elementary functions, each to an ulp or two, of numbers no larger than the largest state.
         let bound = 16.0 * f64::EPSILON * largest(&states);
-        return Some((name.into(), Answer { states, bound, astray: None }));
+        return Some((name.into(), Answer { states, bound, astray: None, runs: None }));
     }
     let references = solved.iter().filter(|(name, _)| name != solver && reference::by_name(name).is_some());
     let answered = references.filter_map(|(name, answer)| answer.as_ref().ok().map(|answer| (name, answer)));
     let (name, best) = answered.min_by(|a, b| a.1.bound.total_cmp(&b.1.bound))?;
-    Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound, astray: None }))
+    Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound, astray: None, runs: None }))
 }
 
 /// The decision on one answer.
@@ -347,15 +397,70 @@ fn judge(answer: &Result<Answer, Gap>, truth: Option<&Answer>) -> (Standing, Str
         (Ok(answer), Some(truth)) => (answer, truth),
     };
     let bound = answer.bound + truth.bound;
-    let near = largest_distance(&answer.states, &truth.states) <= bound;
+    let near = is_near(answer, truth);
     let resolved = bound <= RESOLVED * largest(&truth.states);
     match (near && resolved, answer.astray) {
-        (true, None) => (Standing::Agrees, "agrees".into()),
-        (true, Some(reason)) => (Standing::Unforeseen, format!("agrees, against what is declared: {reason}")),
-        (false, Some(reason)) => (Standing::Astray, format!("goes astray, as declared: {reason}")),
-        (false, None) if near => (Standing::Unresolved, "agrees, but the bounds are too wide to tell".into()),
-        (false, None) => (Standing::Differs, "differs by more than the bounds allow".into()),
+        (true, None) => (Standing::Agrees, agreement(answer)),
+        (true, Some(Breakdown { reason, is_certain: true })) => {
+            (Standing::Unforeseen, format!("agrees, against what is declared: {reason}"))
+        }
+        (true, Some(Breakdown { reason, .. })) => {
+            (Standing::Unresolved, format!("agrees: what is declared does not show within this horizon, that {reason}"))
+        }
+        (false, Some(Breakdown { reason, .. })) => (Standing::Astray, format!("goes astray, as declared: {reason}")),
+        (false, None) if near => (Standing::Unresolved, too_wide(answer, RESOLVED * largest(&truth.states))),
+        (false, None) => match answer.runs.filter(|runs| !runs.is_settled) {
+            Some(runs) => (Standing::Unresolved, unsettled(&runs)),
+            None => (Standing::Differs, difference(answer)),
+        },
     }
+}
+
+/// An agreement, with the step that it takes where longer ones would not do.
+fn agreement(answer: &Answer) -> String {
+    match answer.runs.filter(|runs| !runs.at_once) {
+        Some(Runs { h, .. }) => {
+            format!("agrees with h = {}; in longer steps its errors are not yet those of its order", significant(h, 2))
+        }
+        None => "agrees".into(),
+    }
+}
+
+/// A disagreement, with the order of the runs where it is not the one that the bound is taken with.
+fn difference(answer: &Answer) -> String {
+    let told = "differs by more than the bounds allow";
+    let other = answer.runs.and_then(|Runs { order, observed, .. }| Some((order, observed?)));
+    match other.filter(|(order, observed)| (order - observed).abs() > SETTLED) {
+        Some((order, observed)) => {
+            format!("{told}, of an order {}: its runs differ by order {}", trimmed(order, 3), decimals(observed, 1))
+        }
+        None => told.into(),
+    }
+}
+
+/// A bound that decides nothing, with the step that should bring it to `wanted`.
+fn too_wide(answer: &Answer, wanted: f64) -> String {
+    let told = "agrees, but the bounds are too wide to tell";
+    let step = answer.runs.map(|Runs { h, order, .. }| (h, h * (wanted / answer.bound).powf(order.recip())));
+    match step.filter(|(h, should)| *should > 0.0 && should < h) {
+        Some((h, should)) => format!("{told} at h = {}; h = {} should do", significant(h, 2), significant(should, 1)),
+        None => told.into(),
+    }
+}
+
+/// Runs whose differences predict no error yet.
+fn unsettled(Runs { h, order, observed, .. }: &Runs) -> String {
+    let by = observed.map_or_else(|| "no order".into(), |observed| format!("order {}", decimals(observed, 1)));
+    format!(
+        "not resolved at h = {}: its runs differ by {by}, not by {}, so that they bound no error yet; smaller steps would tell",
+        significant(*h, 2),
+        trimmed(*order, 3)
+    )
+}
+
+/// Whether an answer is within its bound and the truth's.
+fn is_near(answer: &Answer, truth: &Answer) -> bool {
+    largest_distance(&answer.states, &truth.states) <= answer.bound + truth.bound
 }
 
 fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
@@ -364,13 +469,16 @@ fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use lsvi::Integrator;
+
     use super::*;
+    use crate::method::{self, BuildError, Traits};
     use crate::problem;
 
     /// How an answer with a bound stands where the truth is 1 exactly.
-    fn standing_where(astray: Option<&'static str>, answer: f64, bound: f64) -> Standing {
-        let truth = Answer { states: vec![vec![1.0]], bound: 0.0, astray: None };
-        judge(&Ok(Answer { states: vec![vec![answer]], bound, astray }), Some(&truth)).0
+    fn standing_where(astray: Option<Breakdown>, answer: f64, bound: f64) -> Standing {
+        let truth = Answer { states: vec![vec![1.0]], bound: 0.0, astray: None, runs: None };
+        judge(&Ok(Answer { states: vec![vec![answer]], bound, astray, runs: None }), Some(&truth)).0
     }
 
     #[test]
@@ -389,8 +497,8 @@ mod tests {
         assert_eq!(standing_where(None, 1.0, 9e-3), Standing::Agrees);
         assert_eq!(standing_where(None, 1.0, 2e-2), Standing::Unresolved);
         let judged = |bound| {
-            let truth = Answer { states: vec![vec![1.0]], bound, astray: None };
-            judge(&Ok(Answer { states: vec![vec![1.003]], bound: 2e-3, astray: None }), Some(&truth)).0
+            let truth = Answer { states: vec![vec![1.0]], bound, astray: None, runs: None };
+            judge(&Ok(Answer { states: vec![vec![1.003]], bound: 2e-3, astray: None, runs: None }), Some(&truth)).0
         };
         assert_eq!([0.0, 2e-3].map(judged), [Standing::Differs, Standing::Agrees]);
     }
@@ -410,7 +518,7 @@ mod tests {
     fn the_truth_is_the_best_of_the_other_references() {
         let problem = problem::build("van-der-pol", &[]).expect("known");
         let times = [0.3];
-        let answer = |bound| Ok(Answer { states: vec![vec![bound, 0.0]], bound, astray: None });
+        let answer = |bound| Ok(Answer { states: vec![vec![bound, 0.0]], bound, astray: None, runs: None });
         let names: Vec<&str> = reference::all().iter().map(|reference| reference.name()).collect();
         let solved: Vec<Solved> =
             names.iter().zip([2e-9, 1e-9, 3e-9]).map(|(name, bound)| ((*name).to_owned(), answer(bound))).collect();
@@ -421,12 +529,137 @@ mod tests {
         assert_eq!(truth_for(names[1]), names[0], "not itself");
     }
 
-    /// A declared failure must happen.
+    /// A declared failure must happen, if it must within the horizon.
     #[test]
-    fn what_must_go_astray_is_unforeseen_if_it_agrees() {
-        let astray = |answer, bound| standing_where(Some("it must"), answer, bound);
-        assert_eq!(astray(1.001, 2e-3), Standing::Unforeseen);
-        assert_eq!(astray(1.003, 2e-3), Standing::Astray);
-        assert_eq!(astray(5e19, 9.8e19), Standing::Astray);
+    fn what_must_go_astray_is_unforeseen_if_it_agrees_and_what_may_is_left_open() {
+        let astray = |is_certain, answer, bound| {
+            standing_where(Some(Breakdown { reason: "it must", is_certain }), answer, bound)
+        };
+        assert_eq!(astray(true, 1.001, 2e-3), Standing::Unforeseen);
+        assert_eq!(astray(false, 1.001, 2e-3), Standing::Unresolved);
+        for is_certain in [true, false] {
+            assert_eq!(astray(is_certain, 1.003, 2e-3), Standing::Astray);
+            assert_eq!(astray(is_certain, 5e19, 9.8e19), Standing::Astray);
+        }
+    }
+
+    /// How `method` stands on a problem, beside the exact solution or a library's, with its difference and bound.
+    fn stands(name: &str, set: (&str, &str), method: &dyn Method) -> (Standing, String, [f64; 2]) {
+        let problem = problem::build(name, &[(set.0.to_owned(), set.1.to_owned())]).expect("known");
+        let times: Vec<f64> = (1..=SAMPLES).map(|k| problem.horizon() * k as f64 / SAMPLES as f64).collect();
+        let limit = problem.limit(method.principle());
+        let library = reference::by_name("diffsol-tsit45").expect("always built");
+        let library = by_reference(library, &*problem, &limit, &times);
+        let solved = [("diffsol-tsit45".to_owned(), library)];
+        let (_, truth) = truth(&*problem, &limit, &times, &solved, "").expect("a truth");
+        let answer = by_method(&*problem, method, &times, Some(&truth));
+        let (standing, status) = judge(&answer, Some(&truth));
+        let sizes = answer.map_or([f64::NAN; 2], |it| [largest_distance(&it.states, &truth.states), it.bound]);
+        (standing, status, sizes)
+    }
+
+    fn named(name: &str) -> Box<dyn Method> {
+        method::parse(name).expect("known")
+    }
+
+    #[test]
+    fn a_growth_that_has_no_time_to_show_is_neither_a_disagreement_nor_a_pass() {
+        let (standing, status, _) = stands("cavity", ("cells", "2"), &*named("conventional"));
+        assert_eq!(standing, Standing::Unresolved, "{status}");
+        assert!(status.contains("does not show within this horizon"), "{status}");
+    }
+
+    /// A method that solves an equation of its own, whatever it is asked for.
+    #[derive(Debug)]
+    struct Elsewhere(&'static dyn Problem);
+
+    impl Method for Elsewhere {
+        fn name(&self) -> String {
+            "elsewhere".into()
+        }
+        fn traits(&self) -> Traits {
+            Traits::new(2, Principle::Equation, Stability::Neutral)
+        }
+        fn build<'a>(&self, _: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+            method::parse("trapezoidal").expect("known").build(self.0)
+        }
+    }
+
+    /// A method that is said to have another order than its own.
+    #[derive(Debug)]
+    struct Labelled(Box<dyn Method>, u32);
+
+    impl Method for Labelled {
+        fn name(&self) -> String {
+            "labelled".into()
+        }
+        fn traits(&self) -> Traits {
+            Traits { order: self.1, ..self.0.traits() }
+        }
+        fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+            self.0.build(problem)
+        }
+    }
+
+    /// Before errors fall as h² they predict nothing, and a finer step tells.
+    #[test]
+    fn a_method_before_its_asymptotic_range_is_no_disagreement() {
+        for solver in ["fitted(4.0)", "fitted-pade(4.0)"] {
+            let (standing, status, _) = stands("logistic", ("lambda", "10"), &*named(solver));
+            assert!(matches!(standing, Standing::Agrees | Standing::Unresolved), "{solver}: {status}");
+            assert!(status.contains("h = "), "{solver}: {status}");
+        }
+    }
+
+    #[test]
+    fn a_method_that_converges_to_something_else_disagrees() {
+        for lambda in ["10.001", "11"] {
+            let other = problem::build("logistic", &[("lambda".into(), lambda.into())]).expect("known");
+            let (standing, status, _) = stands("logistic", ("lambda", "10"), &Elsewhere(Box::leak(other)));
+            assert_eq!(standing, Standing::Differs, "{lambda}: {status}");
+        }
+    }
+
+    /// An order that is claimed too high makes the bound too small, and is named.
+    #[test]
+    fn runs_that_settle_to_a_lower_order_are_accused_with_it() {
+        let labelled = Labelled(named("trapezoidal"), 4);
+        let (standing, status, _) = stands("logistic", ("lambda", "1"), &labelled);
+        assert_eq!(standing, Standing::Differs, "{status}");
+        assert!(status.contains("of an order 4: its runs differ by order 2.0"), "{status}");
+    }
+
+    #[test]
+    fn a_bound_that_is_too_wide_names_the_step_that_should_do() {
+        let (standing, status, _) = stands("logistic", ("lambda", "10"), &*named("conventional"));
+        assert_eq!(standing, Standing::Unresolved, "{status}");
+        assert!(status.contains("at h = 1.2e-4; h = 6e-5 should do"), "{status}");
+    }
+
+    /// Runs with errors of (h/H)^p: the bound is twice that of the finer one, whatever p.
+    #[test]
+    fn the_bound_of_any_solver_is_taken_with_its_order() {
+        for order in [1.0_f64, 2.0, 3.0, 4.0] {
+            let run = |steps: usize| Ok(vec![vec![1.0 + (STEPS as f64 / steps as f64).powf(order) * 1e-4]]);
+            let Ok(answer) = refined(run, order, |_, _| 0.0, &[1.0], None, false) else { panic!("it runs") };
+            let bound = 2.0 * (answer.states[0][0] - 1.0);
+            assert!((answer.bound / bound - 1.0).abs() < 1e-6, "order {order}: {} for {bound}", answer.bound);
+        }
+    }
+
+    /// Apart by 10⁻⁸, 10⁻⁵, 10⁻¹ and 1 at intervals of ½: a growth of 10⁴ is one of e^{18.42 t}.
+    #[test]
+    fn where_the_references_part_is_told_with_the_rate_and_the_last_time_before() {
+        let answer = |off: [f64; 4]| {
+            let states = off.iter().map(|off| vec![1.0 + off]).collect();
+            ("a reference".to_owned(), Ok(Answer { states, bound: 0.0, astray: None, runs: None }))
+        };
+        let told = |off: [f64; 4]| parting(&[0.5, 1.0, 1.5, 2.0], &[answer([0.0; 4]), answer(off)]);
+        let note = told([1e-8, 1e-5, 1e-1, 1.0]).expect("they part");
+        for said in ["by 1.0e-5 at t = 1, by 1.0e-1 at t = 1.5", "e^(18.42 t)", "Compare up to t = 1."] {
+            assert!(note.contains(said), "{said}: {note}");
+        }
+        // Neither a slow growth nor none is the equation's.
+        assert_eq!([told([1e-2, 2e-2, 3e-2, 4e-2]), told([1e-9; 4])], [None, None]);
     }
 }

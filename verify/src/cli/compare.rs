@@ -41,7 +41,8 @@ Examples:
   verify compare --model predator-prey.ds --t-end 10
 
 A run that fails disagrees with nothing; it is inconclusive, like an answer with
-a bound too wide to tell. Where the equation magnifies every difference, so that
+a bound too wide to tell, or one whose runs do not differ as errors of its order
+do in the shortest steps that are tried. Where the equation magnifies every difference, so that
 the references part before the end time, that is said after the table.
 
 Exit status: 0 none disagrees, 1 some do, 2 bad usage, 3 none could be held

@@ -38,8 +38,9 @@ list of texts, optional), digits, source, note, and those of its kind:
 Coefficients are numbers or texts such as \"1/2 - sqrt(3)/6\", with + - * / ^ and
 sqrt, cbrt, sin, cos, tan, exp, pi. A plain table is read as a Runge-Kutta
 method too: a line of c, a line of b, then the rows of A below the diagonal; or
-as it is typeset, `1/2 | 1/2` a row of A and `| 1/6 2/3 1/6` the weights; or
-lists headed k c[k], k b[k], k j A[k,j].
+as it is typeset, rows of c_i and of A and below them the weights, with spaces,
+tabs, commas, semicolons or a bar between, or in LaTeX or Markdown; or lists
+headed k c[k], k b[k], k j A[k,j]. `order 4` and `digits 10` may stand above it.
 
 Decimals with six places or more are taken as rounded: conditions then hold or
 fail to the digits printed. Shorter ones are exact, unless digits = N says that
@@ -100,6 +101,14 @@ pub(super) struct Args {
     /// End time of the model
     #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
     t_end: Option<f64>,
+
+    /// Coarsest step of the ladder
+    #[arg(long, value_name = "H", requires = "program", value_parser = positive)]
+    coarsest: Option<f64>,
+
+    /// Number of steps of the ladder
+    #[arg(long, value_name = "N", requires = "program", value_parser = clap::value_parser!(u16).range(2..=60))]
+    points: Option<u16>,
 
     /// End a run after so many seconds
     #[arg(long, value_name = "SECONDS", requires = "program", default_value_t = 60)]
@@ -178,7 +187,12 @@ type Asked = (String, Vec<(String, String)>, Box<dyn Problem>);
 /// The orders of a program on several problems, with what its times and its start show.
 fn run_program(options: &Args, command: &str, order: f64, out: &mut Output) -> Result<Status, Failure> {
     let program = args::program(command, options.time_limit)?;
-    let ladder = Ladder { expected: Some(order), ..Ladder::default() };
+    let ladder = Ladder {
+        expected: Some(order),
+        coarsest: options.coarsest,
+        points: options.points.map(usize::from),
+        ..Ladder::default()
+    };
     let mut verdicts = Vec::new();
     let problems: Vec<Asked> = match &options.model {
         Some(path) => {

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
 use lsvi::{Grid, InputError, State, SystemError};
 use verify::estimate::Estimator;
-use verify::measure::norm::{distance, max_norm};
+use verify::measure::norm::{distance, larger, max_norm};
 use verify::method::Method;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
 use verify::problem::{Invariant, Problem, component_names};
@@ -27,6 +27,9 @@ use super::output::Output;
 use beware::Watch;
 use table::Table;
 use verify::replacement::Replacement;
+
+/// Part of the largest value above which an estimate of its error says that no digit of it is right.
+const MEANINGLESS: f64 = 0.5;
 
 /// Steps that take minutes.
 const MANY: f64 = 1e7;
@@ -51,7 +54,7 @@ A run of more than a second shows its progress on a terminal.
 What the rows do not show is said on standard error, and after the rows of a
 CSV in lines that start with #: a run past the end of the exact solution, a
 rest where f is not zero or where the equation is unstable, a linear invariant
-that is broken.
+that is broken, a step across what may be a pole.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
@@ -145,6 +148,8 @@ struct Row<'a> {
 struct Summary {
     rows: usize,
     t: f64,
+    /// The largest component of all rows.
+    size: f64,
     /// The largest error and its time.
     error: Option<(f64, f64)>,
     /// The largest estimate and its time.
@@ -186,7 +191,8 @@ impl<'a> Solve<'a> {
     }
 
     fn failed(&self, source: RunError) -> Failure {
-        let breakdown = breakdown(&*self.problem, &*self.method);
+        let known = breakdown(&*self.problem, &*self.method, self.args.t_end);
+        let breakdown = known.map(|breakdown| breakdown.reason);
         Failure::Run { problem: self.name.as_str().into(), method: self.method.name().into(), source, breakdown }
     }
 
@@ -213,7 +219,7 @@ impl<'a> Solve<'a> {
                 let difference = distance(&values, &self.problem.observe(state.t, estimator.at(state.t)?));
                 estimator.error(difference)
             });
-            summary.add(state.t, error, estimate);
+            summary.add(state.t, max_norm(&values), error, estimate);
             summary.watch.add(state.t, &state.q, self.has_exact && error.is_none());
             let errors = [error, estimate];
             let shown = usize::from(!self.has_exact)..1 + usize::from(estimator.is_some());
@@ -270,6 +276,7 @@ impl<'a> Solve<'a> {
     /// Says on standard error what the rows do not, and returns it as comment lines.
     fn warn(&self, summary: &Summary) -> String {
         let mut warnings = summary.watch.warnings(&*self.problem);
+        warnings.extend(summary.unresolved().or_else(|| summary.watch.leap()));
         warnings.extend(self.overclaim.clone());
         warnings.extend(
             summary.unestimated.as_ref().map(|why| format!("the estimate ends early, for the finer run fails: {why}")),
@@ -391,9 +398,22 @@ impl Stop {
 }
 
 impl Summary {
-    fn add(&mut self, t: f64, error: Option<f64>, estimate: Option<f64>) {
+    /// What is to be said where half the step gives another solution: past a pole, or where the steps resolve nothing.
+    fn unresolved(&self) -> Option<String> {
+        let (estimate, t) = self.estimate.filter(|(estimate, _)| *estimate > MEANINGLESS * self.size)?;
+        Some(format!(
+            "at t = {} the error is estimated as {}, where no row is above {}: with half the step it is another solution, and it \
+             may have ended before, as in a pole; a smaller `--h` tells",
+            plain(t),
+            number(estimate),
+            number(self.size)
+        ))
+    }
+
+    fn add(&mut self, t: f64, size: f64, error: Option<f64>, estimate: Option<f64>) {
         self.rows += 1;
         self.t = t;
+        self.size = larger(self.size, size);
         for (largest, found) in [(&mut self.error, error), (&mut self.estimate, estimate)] {
             if let Some(found) = found.filter(|found| largest.is_none_or(|(largest, _)| *found > largest)) {
                 *largest = Some((found, t));

@@ -142,7 +142,7 @@ impl Experiment for OnVanDerPol {
 
     fn measure(&self, _: &Context) -> Result<Option<OrderFit>, StudyError> {
         let (problem, method) = (problem::build("van-der-pol", &[])?, self.0);
-        if method.order() > MEASURABLE || breakdown(&*problem, &method).is_some() {
+        if method.order() > MEASURABLE || breakdown(&*problem, &method, problem.horizon()).is_some() {
             return Ok(None);
         }
         let truth = Source::default_for(&*problem, &method).truth(&*problem, &method);

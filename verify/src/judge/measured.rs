@@ -192,13 +192,16 @@ pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> Ve
                 // A slow drift hides in the oscillation, where it is not absent.
                 (false, false) => Outcome::NotSettled,
             };
-            let reason = format!(
-                "over {steps} steps of {h} on {name} by {:.1e}, where {:.1e} would show; the largest error is {:.1e}{}",
-                drift.drift,
-                drift.resolved(),
-                drift.largest(),
-                if outcome == Outcome::NotSettled { "; too slow a drift to be told in so many" } else { "" }
-            );
+            let [moved, least, largest] = [drift.drift, drift.resolved(), drift.largest()].map(|x| format!("{x:.1e}"));
+            let told = match outcome {
+                Outcome::Inconclusive => "how far it drifts is not told".to_owned(),
+                _ if is_resolved => {
+                    format!("it drifts by {moved}, more than the {least} that can be told from its oscillation")
+                }
+                _ if keeps => format!("no drift is seen; one of {least} would be"),
+                _ => format!("a drift, which there should be, is too slow to be seen: one of {least} would be"),
+            };
+            let reason = format!("{told}; in {steps} steps of h = {h} on {name} its error is {largest} at most");
             let required =
                 if keeps { Requirement::AtMost(drift.resolved()) } else { Requirement::Above(drift.resolved()) };
             let (measured, required) = (Some(drift.drift), Some(required));

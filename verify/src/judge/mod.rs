@@ -4,6 +4,7 @@ pub mod analysis;
 pub mod claim;
 pub mod closure;
 pub mod conditions;
+mod counted;
 pub mod diagnosis;
 mod evidence;
 mod expression;

@@ -213,7 +213,7 @@ fn to_places(x: &Real, old: &Coefficient) -> Option<(String, Real)> {
     }
     let places = places.round() as usize;
     let unit = (0..places).fold(Real::one(), |unit, _| &unit * &Real::from(10));
-    let whole = (x * &unit).mid().to_int().value();
+    let whole = (x * &unit).mid().round().to_int().value();
     let value = &Real::rational(&RBig::from(whole.clone())) / &unit;
     let (sign, digits) = match whole.to_string() {
         text if text.starts_with('-') => ("-", text[1..].to_owned()),

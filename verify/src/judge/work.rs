@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::counted::Counted;
 use super::evidence::table;
 use super::method::FileMethod;
 use super::problem::NonAutonomous;
@@ -20,7 +21,7 @@ pub struct Point {
     pub solver: String,
     /// Its step, or its tolerance.
     pub setting: f64,
-    /// Steps, evaluations of f or of the equations of a step, and factorizations.
+    /// Steps, evaluations of f or of forces, and factorizations.
     pub work: [u64; 3],
     /// The largest error at the end.
     pub error: f64,
@@ -79,9 +80,11 @@ pub(super) fn measure(method: &FileMethod, mechanical: bool) -> Result<(&'static
         let exact = &exact;
         (0..HALVINGS).filter_map(move |k| {
             let h = horizon / 16.0 * 0.5_f64.powi(k);
-            let run = run(problem, method, h, horizon, |_| {}).ok()?;
+            // What a method counts itself is a stage here, all the equations of a step there.
+            let counted = Counted::new(problem);
+            let run = run(&counted, method, h, horizon, |_| {}).ok()?;
             let error = distance(&run.end.q, exact);
-            let work = [run.work.steps, run.work.residuals, run.work.factorizations];
+            let work = [run.work.steps, counted.count(), run.work.factorizations];
             Some(Point { solver: method.name(), setting: h, work, error })
         })
     });
@@ -113,11 +116,7 @@ pub(super) fn summary(problem: &str, points: &[Point]) -> String {
         format!("{name} {}", least.map_or_else(|| "not reached".into(), |count| count.to_string()))
     };
     let counts: Vec<String> = names.into_iter().map(least).collect();
-    format!(
-        "evaluations for an error of {TARGET:e} on {problem}, of f or of forces by the libraries, stormer-verlet and explicit \
-         Runge–Kutta methods, by the others of all the equations of a step at once, which is another unit: {}",
-        counts.join(", ")
-    )
+    format!("evaluations of f, or of the forces, for an error of {TARGET:e} on {problem}: {}", counts.join(", "))
 }
 
 /// Every run.
@@ -129,9 +128,8 @@ pub(super) fn work_table(points: &[Point]) -> Table {
         row.push(Cell::Number(point.error));
         row
     };
-    let caption = "Work and error of every run, fixed steps by h and the libraries by tolerance: steps, evaluations of f, \
-                   or of all the equations of a step at once by all but the libraries, stormer-verlet and explicit Runge–Kutta methods, \
-                   factorizations.";
+    let caption = "Work and error of every run, fixed steps by h and the libraries by tolerance: steps, evaluations of f, or of the \
+                   forces where a method takes them from a Lagrangian, factorizations.";
     let columns = ["solver", "h or tolerance", "steps", "evaluations", "factorizations", "error"];
     table("work", caption, &columns, points.iter().map(row).collect())
 }

@@ -7,3 +7,4 @@ pub mod order;
 pub mod refinement;
 pub mod search;
 pub mod stability;
+pub mod typeset;

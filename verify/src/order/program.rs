@@ -108,7 +108,7 @@ pub fn measure_program(
     let ok = || answers.iter().chain(&cut).filter_map(|(h, answer)| Some((*h, answer.as_ref().ok()?)));
     notes.extend(ok().find_map(|(_, answer)| answer.few_digits()));
     if let Some((h, t)) = ok().map(|(h, a)| (h, a.end().0)).find(|(_, t)| (t - horizon).abs() > 1e-9 * horizon) {
-        notes.push(format!(
+        let missed = format!(
             "with h = {} it ended at t = {}, {} too {}: the order is that of the errors at the times it reached; taken for \
              values at t = {} they are of order 1",
             plain(h),
@@ -116,7 +116,14 @@ pub fn measure_program(
             significant((t - horizon).abs(), 3),
             if t > horizon { "late" } else { "early" },
             plain(horizon)
-        ));
+        );
+        // It was asked for the solution at the end, and of that nothing is told.
+        if matches!(fit.verdict, Verdict::Pass | Verdict::Measured) {
+            fit.verdict = Verdict::Inconclusive;
+            fit.reason = format!("{}, but the end is missed: {missed}", fit.reason);
+        } else {
+            notes.push(missed);
+        }
     }
     if let Some(start) = study.start(&answers) {
         notes.push(start);

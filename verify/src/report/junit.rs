@@ -63,7 +63,8 @@ fn suite(out: &mut String, chapter: &Chapter) {
 fn message(check: &Check) -> String {
     let mut text = format!("{}.", check.statement.trim_end_matches('.'));
     if let Some(measured) = check.measured {
-        let _ = write!(text, " Measured {}, required {}.", exact(measured), check.required_text());
+        let required = check.required.map_or_else(String::new, |_| format!(", required {}", check.required_text()));
+        let _ = write!(text, " Measured {}{required}.", exact(measured));
     }
     if !check.reason.is_empty() {
         let _ = write!(text, " {}", check.reason);

@@ -4,15 +4,25 @@ use crate::kinds::{Principle, Stability};
 use crate::method::Method;
 use crate::problem::{Problem, Singular, Stiffness};
 
-/// Why `method` cannot reach the horizon of `problem`, or not on the solution, however small its steps, where that is known:
-/// a failure that is asserted.
-pub fn breakdown(problem: &dyn Problem, method: &dyn Method) -> Option<&'static str> {
-    let grows =
-        method.stability() == Stability::Unstable && matches!(problem.facts().stiffness, Stiffness::Transient(_));
-    if grows {
-        return Some("the method's own solutions grow as fast as the problem's fastest transients decay");
+/// A failure that is known beforehand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Breakdown {
+    /// Why.
+    pub reason: &'static str,
+    /// Whether it must happen, however small the steps, so that it is asserted; else it has no time to, if they are small enough.
+    pub is_certain: bool,
+}
+
+/// Why `method` may not reach `horizon` on the solution of `problem`, where that is known.
+///
+/// A solution of the method's own that grows like e^{λt} starts from a rounding ε of the true one at least, and has overtaken it,
+/// whatever the step, where λt > ln(1/ε).
+pub fn breakdown(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Option<Breakdown> {
+    if let (Stability::Unstable, Stiffness::Transient(rate)) = (method.stability(), problem.facts().stiffness) {
+        let reason = "the method's own solutions grow as fast as the problem's fastest transients decay";
+        return Some(Breakdown { reason, is_certain: rate * horizon > -f64::EPSILON.ln() });
     }
-    free_residual(problem, method).map(|singular| singular.reason)
+    free_residual(problem, method).map(|Singular { reason, .. }| Breakdown { reason, is_certain: true })
 }
 
 /// Where the equation of a step of `method` leaves the residual free on `problem`.

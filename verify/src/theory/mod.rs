@@ -10,7 +10,7 @@ pub mod oscillator;
 mod structure;
 mod suited;
 
-pub use breakdown::breakdown;
+pub use breakdown::{Breakdown, breakdown};
 pub use order::{OrderPlan, order_plan};
 pub use structure::is_symplectic;
 pub use suited::{is_cheap, methods_for};

@@ -234,7 +234,7 @@ fn csv_has_the_columns_and_the_numbers_of_the_run() {
                 let error = problem.exact(state.t).map(|exact| distance(&values, &exact));
                 expected.push([state.t].into_iter().chain(values).chain(error).collect::<Vec<_>>());
             });
-            if solved.is_err() && theory::breakdown(&*problem, &*method).is_some() {
+            if solved.is_err() && theory::breakdown(&*problem, &*method, problem.horizon()).is_some() {
                 assert_eq!(output.status.code(), Some(1), "{} by {name}: {}", spec.name, stderr(&output));
                 continue;
             }

@@ -285,6 +285,23 @@ fn energy_and_work_are_looked_at_beside_those_of_others() {
             assert!(points.iter().all(|point| point.work[1] > 0));
         }
     }
+    // An evaluation is one of f, whoever counts: a stage, and for Störmer and Verlet's method by its name a step, but for the first.
+    for (file, stages) in [("rk4", 4.0), ("nystrom4", 3.0), ("verlet-nystrom", 1.0)] {
+        let judgement = judged(file);
+        let Some(Ok((_, points))) = &judgement.work else { panic!("{file}: it runs") };
+        let per_step = |name: &str, n: f64, extra: f64| {
+            let mut of = points.iter().filter(|point| point.solver == name).peekable();
+            assert!(of.peek().is_some(), "{file}: {name}");
+            for point in of {
+                let [steps, evaluations, _] = point.work.map(|count| count as f64);
+                assert!((n * steps..=n * steps + extra).contains(&evaluations), "{file}: {point:?}");
+            }
+        };
+        // One evaluation tells whether the equations are of second order.
+        per_step(&judgement.file.name, stages, 1.0);
+        per_step("rk4", 4.0, 0.0);
+        per_step("stormer-verlet", 1.0, 8.0);
+    }
     // A wrong sign in the last kick: what is claimed to keep energy does not.
     let broken = shipped("stormer-verlet").replace("b_hat = [\"1/2\", \"1/2\"]", "b_hat = [\"2/5\", \"3/5\"]");
     let judgement = judge(&broken, Effort::Runs);

@@ -13,6 +13,7 @@ mod readme;
 mod recipes;
 mod references;
 mod report;
+mod strangers;
 
 use std::path::{Path, PathBuf};
 

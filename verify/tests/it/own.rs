@@ -793,7 +793,7 @@ fn instability_of_coarse_runs_is_not_divergence() {
     let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
     let line = ["--problem", "channel-womersley", "--expect", "4", "--program", &own];
     let (code, out, error) = verify(&[&["judge"][..], &line].concat());
-    assert!(code != 1 && flat(&out).contains("coarse runs are unstable"), "{out}{error}");
+    assert!(code != 1 && flat(&out).contains("coarse runs are unstable: the steps start at h = "), "{out}{error}");
 }
 
 /// What the numbers beside a verdict are from, and what is said of values that do not settle as they should.

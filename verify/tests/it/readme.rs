@@ -30,7 +30,8 @@ fn the_table_of_orders_is_the_recorded_one() {
             assert_eq!(*printed, known.map_or("—".to_owned(), |(_, value)| format!("{value:.2}")), "{key}");
             // Where there is none, the method is known to lose its branch.
             let (problem, method) = (problem::build_setting(problem), method::parse(method));
-            let breaks = problem.is_ok_and(|problem| theory::breakdown(&*problem, &*method.expect(&key)).is_some());
+            let breaks = problem
+                .is_ok_and(|problem| theory::breakdown(&*problem, &*method.expect(&key), problem.horizon()).is_some());
             assert_eq!(known.is_none(), breaks, "{key}");
             compared += 1;
         }

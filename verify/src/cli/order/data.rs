@@ -83,6 +83,12 @@ impl DataArgs {
         if let Some(reason) = &shown.incomparable {
             judgements.iter_mut().for_each(|judgement| judgement.leave_open(reason));
         }
+        if let Some((column, dimension)) = self.cells.as_ref().zip(self.dimension) {
+            let hint = |judgement: &mut Judgement| {
+                judgement.notes.extend(judgement.may_be_per_side(column, dimension, &question));
+            };
+            judgements.iter_mut().for_each(hint);
+        }
         let verdict = overall(&judgements);
         // An order that is the one expected is limited by nothing.
         let start = shown.start.iter().filter(|_| verdict != Verdict::Pass);

@@ -12,6 +12,12 @@ const DENSE: usize = 64;
 /// A change below this part of what f moves, or of the solution, is none.
 const REST: f64 = 1e-6;
 
+/// Growth beyond all values so far in a single step that no step resolves.
+const LEAP: f64 = 10.0;
+
+/// Rows at the start over which a solution may find its scale.
+const START: usize = 3;
+
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
 const NULL: f64 = 1e-13;
 
@@ -26,6 +32,9 @@ pub(super) struct Watch {
     largest: f64,
     /// The first time at which there is no exact solution any more.
     ended: Option<f64>,
+    rows: usize,
+    /// The first step across which the solution leaves its scale behind, by its end and the size before and after.
+    leap: Option<(f64, [f64; 2])>,
 }
 
 impl Watch {
@@ -37,6 +46,11 @@ impl Watch {
         self.last.0 = t;
         self.last.1.clear();
         self.last.1.extend_from_slice(state);
+        self.rows += 1;
+        let size = max_norm(state);
+        if self.rows > START && size > LEAP * self.largest && self.leap.is_none() {
+            self.leap = Some((t, [self.largest, size]));
+        }
         self.largest = larger(self.largest, max_norm(state));
         if has_ended && self.ended.is_none() {
             self.ended = Some(t);
@@ -46,6 +60,18 @@ impl Watch {
     /// The first state and the last.
     pub(super) fn ends(&self) -> (&[f64], &[f64]) {
         (&self.first, &self.last.1)
+    }
+
+    /// A step in which the solution leaves all that was before behind, as beside a pole.
+    pub(super) fn leap(&self) -> Option<String> {
+        let (t, [before, after]) = self.leap?;
+        Some(format!(
+            "in the step to t = {} the solution grows from {} to {}: such a step resolves nothing, and the solution may end \
+             before; a smaller `--h` tells",
+            plain(t),
+            number(before),
+            number(after)
+        ))
     }
 
     /// What is to be said of the run on `problem`.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use toml::de::{DeTable, DeValue};
 
 use super::error::Fault;
+use super::plain::FORMS;
 use crate::names::NameError;
 
 /// A text and the byte where it starts.
@@ -42,8 +43,8 @@ impl Document {
     pub(super) fn read(text: &str) -> Result<Self, Fault> {
         let table = DeTable::parse(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            Fault::new(at, format!("no TOML: {}", error.message()))
-                .hint("coefficients other than numbers are texts: \"1/2\"")
+            let hint = if text.contains('=') { "coefficients other than numbers are texts: \"1/2\"" } else { FORMS };
+            Fault::new(at, format!("no TOML: {}", error.message())).hint(hint)
         })?;
         let mut document = Self::default();
         for (key, value) in table.get_ref() {

@@ -130,7 +130,10 @@ impl MethodFile {
         if text.trim().is_empty() {
             return Err(located(Fault::new(0, "the file is empty").hint("`verify judge --help` states what it holds")));
         }
-        let document = if plain::is_plain(text) { plain::read(text) } else { Document::read(text) };
+        let document = match plain::table(text) {
+            Some(table) => table.read(),
+            None => Document::read(text),
+        };
         Self::from_document(document.map_err(located)?, stem).map_err(located)
     }
 

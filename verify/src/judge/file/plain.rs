@@ -1,18 +1,52 @@
 //! Plain tables, as tableaus are published on the web.
 //!
 //! Either a block of numbers, a line of the c_i, a line of the b_i, then the rows of A below its diagonal (a third line as
-//! long as the first two is b̂); or the same as it is typeset, c_i before a bar and a row of A behind it, below them b, and b̂
-//! where there is one, behind a bar with nothing before it; or lists under headings `k c[k]`, `k b[k]`, `k j A[k,j]`, a coefficient a line with its
+//! long as the first two is b̂); or an array, as it is typeset, each row a c_i and a row of A, below them b, and b̂
+//! where there is one, with spaces, tabs, commas, semicolons, or the marks of LaTeX and Markdown between the numbers, and a bar behind the c_i
+//! where a row may have gaps; or lists under headings `k c[k]`, `k b[k]`, `k j A[k,j]`, a coefficient a line with its
 //! indices, counted from 0 or from 1; or one coefficient a line with its name, `a[2,1] = 1/18`. `#`, `%` and `!` start comments.
+//! Above all of them may stand `order 4`, `embedded_order 5` and `digits 10`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::document::{Document, Scalar, Value};
 use super::error::Fault;
+use crate::measure::typeset::bare;
 
-/// Whether `text` is a table and no TOML: its first line that says anything starts with a number, or with a heading or name
-/// that has an index in brackets.
-pub(super) fn is_plain(text: &str) -> bool {
+/// Keys that may stand above a table.
+const ABOVE: [&str; 3] = ["order", "embedded_order", "digits"];
+
+/// `text` where it is a table and no TOML: the numbers that its first lines set, and the rest of it. Of a table the first line
+/// behind them starts with a number, or with a heading or name that has an index in brackets, or it is typeset.
+pub(super) fn table(text: &str) -> Option<Table> {
+    let above = |(at, line)| setting(at, line).map(|setting| (setting, at + line.len()));
+    let (settings, ends): (Vec<_>, Vec<_>) = lines(text).map_while(above).unzip();
+    let start = ends.last().copied().unwrap_or(0);
+    let below = bare(&text[start..]);
+    let (is_typeset, rest) = (matches!(below, Cow::Owned(_)), format!("{}{below}", " ".repeat(start)));
+    (is_typeset || is_plain(&rest)).then_some(Table { settings, rest, is_typeset })
+}
+
+/// A table with what is set above it.
+pub(super) struct Table {
+    settings: Vec<(&'static str, Scalar)>,
+    /// The text below, every byte where it was.
+    rest: String,
+    is_typeset: bool,
+}
+
+/// `digits 10` or `digits = 10`.
+fn setting(at: usize, line: &str) -> Option<(&'static str, Scalar)> {
+    let (key, value) = line.split_once(['=', ' ', '\t'])?;
+    let key = ABOVE.into_iter().find(|known| *known == key.trim())?;
+    let value = value.trim_start_matches(['=', ' ', '\t']);
+    let text = value.trim().to_owned();
+    text.starts_with(|c: char| c.is_ascii_digit()).then(|| (key, Scalar { text, at: at + line.len() - value.len() }))
+}
+
+/// Whether the first line that says anything is one of a table.
+fn is_plain(text: &str) -> bool {
     let Some((_, first)) = lines(text).next() else { return false };
     // What a TOML key is set to may name a coefficient too.
     let named = first.split('=').next().unwrap_or_default();
@@ -44,13 +78,20 @@ fn name_of(line: &str) -> Option<&'static str> {
         .map(|(_, key)| key)
 }
 
-pub(super) fn read(text: &str) -> Result<Document, Fault> {
-    if lines(text).any(|(_, line)| name_of(line).is_some()) {
-        read_lists(text)
-    } else if lines(text).any(|(_, line)| line.contains('|')) {
-        read_barred(text)
-    } else {
-        read_block(text)
+impl Table {
+    pub(super) fn read(self) -> Result<Document, Fault> {
+        let text = &self.rest;
+        let mut document = if self.is_typeset {
+            read_rows(text, true)
+        } else if lines(text).any(|(_, line)| name_of(line).is_some()) {
+            read_lists(text)
+        } else if lines(text).any(|(_, line)| line.contains('|')) {
+            read_barred(text)
+        } else {
+            read_rows(text, false)
+        }?;
+        self.settings.into_iter().for_each(|(key, scalar)| document.insert(key, scalar.at, Value::Scalar(scalar)));
+        Ok(document)
     }
 }
 
@@ -59,20 +100,67 @@ fn words(at: usize, line: &str) -> Vec<Scalar> {
     let word = |word: &str| {
         let start = from + line[from..].find(word).unwrap_or(0);
         from = start + word.len();
-        Scalar { text: word.trim_end_matches(',').to_owned(), at: at + start }
+        Scalar { text: word.to_owned(), at: at + start }
     };
-    line.split_whitespace().map(word).filter(|scalar| !scalar.text.is_empty()).collect()
+    let is_between = |c: char| c.is_whitespace() || c == ',' || c == ';';
+    line.split(is_between).filter(|text| !text.is_empty()).map(word).collect()
 }
 
 fn list(at: usize, items: Vec<Scalar>) -> Value {
     Value::List { items: items.into_iter().map(Value::Scalar).collect(), at }
 }
 
-fn read_block(text: &str) -> Result<Document, Fault> {
-    let rows: Vec<(usize, Vec<Scalar>)> = lines(text).map(|(at, line)| (at, words(at, line))).collect();
-    let hint = "a table has a line of c, a line of b, then the rows of A below the diagonal";
-    let [(c_at, c), (b_at, b), rest @ ..] = rows.as_slice() else {
-        return Err(Fault::new(text.len(), "the table ends after the first line").hint(hint));
+/// The forms of a table without names, for a hint.
+pub(super) const FORMS: &str = "a table has a line of c, a line of b, then the rows of A below the diagonal; or rows of c_i and a_i1 \
+                                a_i2, and below them a line of b, with spaces, tabs, commas, semicolons, `&` or `|` between";
+
+/// A block or an array.
+fn read_rows(text: &str, is_typeset: bool) -> Result<Document, Fault> {
+    let rows: Vec<Row> =
+        lines(text).map(|(at, line)| (at, words(at, line))).filter(|(_, row)| !row.is_empty()).collect();
+    // What is typeset may have a header.
+    let is_number =
+        |row: &&Row| !row.1[0].text.starts_with(|c: char| c.is_alphabetic()) || row.1[0].text.starts_with("sqrt");
+    let headers = rows.iter().take_while(|row| is_typeset && !is_number(row)).count();
+    let rows = &rows[headers..];
+    match stages_of_array(rows) {
+        Some(s) => Ok(array(rows, s)),
+        None => read_block(text, rows),
+    }
+}
+
+/// A line with the byte where it starts.
+type Row = (usize, Vec<Scalar>);
+
+/// The number of rows of an array that are followed by one or two lines of as many weights; each has its c and the entries left of the
+/// diagonal, with it or without, or all.
+fn stages_of_array(rows: &[Row]) -> Option<usize> {
+    let length = |k: usize| rows[k].1.len();
+    let fits = |s: &usize| {
+        let weights = (*s..rows.len()).all(|k| length(k) == *s);
+        weights && (0..*s).all(|i| [i + 1, i + 2, s + 1].contains(&length(i)))
+    };
+    // Three numbers, one a line, are a block.
+    let is_block = rows.iter().all(|(_, row)| row.len() == 1);
+    [1, 2].into_iter().filter_map(|weights| rows.len().checked_sub(weights)).find(|s| *s > 0 && fits(s) && !is_block)
+}
+
+fn array(rows: &[Row], s: usize) -> Document {
+    let (stages, weights) = rows.split_at(s);
+    let c = stages.iter().map(|(_, row)| row[0].clone()).collect();
+    let items = stages.iter().map(|(at, row)| list(*at, row[1..].to_vec())).collect();
+    let mut document = Document::default();
+    document.insert("c", stages[0].0, list(stages[0].0, c));
+    document.insert("a", stages[0].0, Value::List { items, at: stages[0].0 });
+    for (key, (at, row)) in ["b", "b_hat"].into_iter().zip(weights) {
+        document.insert(key, *at, list(*at, row.clone()));
+    }
+    document
+}
+
+fn read_block(text: &str, rows: &[Row]) -> Result<Document, Fault> {
+    let [(c_at, c), (b_at, b), rest @ ..] = rows else {
+        return Err(Fault::new(text.len(), "the table ends after the first line").hint(FORMS));
     };
     let s = c.len();
     let mut document = Document::default();

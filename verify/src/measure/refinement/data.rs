@@ -1,10 +1,12 @@
 //! Quantities on grids, read from a table with a header.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::io::Read;
 
 use super::{Grid, Quantity};
 use crate::measure::decimal::parsed;
+use crate::measure::typeset::bare;
 
 /// Where the spacing of the grids stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -82,8 +84,8 @@ pub enum DataError {
 
 /// Reads the `quantities` of the table, all columns beside the spacing where none is named.
 ///
-/// Lines that start with `#` are comments. A header without a comma that has semicolons or tabs says what separates the cells. A cell that is empty, `NaN` or `-` is a missing value. The resolution of a quantity
-/// is half a unit of the last decimal place that any of its values shows.
+/// Lines that start with `#` are comments. A header without a comma that has semicolons or tabs says what separates the cells; tables in
+/// Markdown and LaTeX are read too. A cell that is empty, `NaN` or `-` is a missing value. The resolution of a quantity is half a unit of the last decimal place that any of its values shows.
 ///
 /// # Errors
 /// [`DataError`] with line and column.
@@ -92,6 +94,15 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
     if input.take(MOST + 1).read_to_end(&mut text)? as u64 > MOST {
         return Err(DataError::TooLong);
     }
+    let text = match std::str::from_utf8(&text).map(bare) {
+        // A line of spaces would be a row.
+        Ok(Cow::Owned(text)) => text
+            .lines()
+            .flat_map(|line| [line.trim_start_matches(' ').trim_end(), "\n"])
+            .collect::<String>()
+            .into_bytes(),
+        _ => text,
+    };
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
@@ -107,7 +118,9 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
     }
     let find = |name: &str| {
         let known = || match &header[..] {
-            [single] => format!("the only one is `{single}`; commas, semicolons or tabs separate columns"),
+            [single] => format!(
+                "the only one is `{single}`; commas, semicolons or tabs separate columns, or the bars of Markdown"
+            ),
             several => {
                 let names = several.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>();
                 format!("the columns are {}", names.join(", "))
@@ -214,6 +227,11 @@ mod tests {
         assert_eq!(plain.len(), 1);
         assert_eq!(read("\u{feff}h;u\r\n0.2;1.5\r\n0.1;1.25\r\n"), plain);
         assert_eq!(read("h\tu\n0.2\t1.5\n0.1\t1.25\n"), plain);
+        assert_eq!(read("| h | u |\n|---|---|\n| 0.2 | 1.5 |\n| 0.1 | 1.25 |\n"), plain);
+        assert_eq!(
+            read("\\begin{tabular}{ll}\n$h$ & $u$ \\\\ \\hline\n0.2 & 1.5 \\\\\n0.1 & 1.25 \\\\\n\\end{tabular}\n"),
+            plain
+        );
     }
 
     #[test]

@@ -35,6 +35,9 @@ use three_grids::{SAFETY, Triplet, TripletError};
 /// not smooth, and a quarter tells neighbouring halves apart.
 pub const BAND: f64 = 0.25;
 
+/// The order of most schemes in space.
+const SECOND: f64 = 2.0;
+
 /// Highest order that is believed without being expected: methods in use have 8 at most, extrapolation seldom more than 10.
 const HIGHEST: f64 = 10.0;
 
@@ -313,6 +316,21 @@ impl Judgement {
         }
     }
 
+    /// A hint where the order is D times the one that is expected, or 2 D where none is: cells a side, in `column`, are none of a
+    /// grid of D dimensions.
+    #[must_use]
+    pub fn may_be_per_side(&self, column: &str, dimension: u32, question: &Question) -> Option<String> {
+        let (order, times) = (self.order?, f64::from(dimension));
+        let formal = question.expected.unwrap_or(SECOND);
+        let is_multiple = dimension > 1 && (order / times - formal).abs() <= question.band;
+        (is_multiple && (order - formal).abs() > question.band).then(|| {
+            format!(
+                "the order found is {dimension} times {formal}: if `{column}` counts the cells along a side and not all of them, \
+                 `--dimension 1` has the spacing"
+            )
+        })
+    }
+
     /// Lets the values decide nothing, for a `reason` that lies outside of them.
     pub fn leave_open(&mut self, reason: &str) {
         self.set(Verdict::Inconclusive, reason);
@@ -386,7 +404,17 @@ impl Judgement {
                 // As with a wrong order, three grids may be too coarse; four with growing differences are not converging.
                 let diverges = self.triplets.len() > 1 && self.triplets.iter().rev().take(2).all(grows);
                 let verdict = if diverges { Verdict::Fail } else { Verdict::Inconclusive };
-                return self.set(verdict, error.to_string());
+                // One grid that leaves a sequence which settles is more likely wrong than all the others.
+                let before = self.triplets.iter().rev().nth(1).and_then(|triplet| triplet.ok()?.power_order());
+                let reason = match (error, before) {
+                    (TripletError::Diverging { .. }, Some(order)) => format!(
+                        "{error}; without the finest grid they converge, with order {}: noise or a standstill on that grid, as of an \
+                         iteration that ends too early, looks the same",
+                        decimals(order, 2)
+                    ),
+                    _ => error.to_string(),
+                };
+                return self.set(verdict, reason);
             }
             None => return,
         };

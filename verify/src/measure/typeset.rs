@@ -1,0 +1,135 @@
+//! Tables as they are typeset, in LaTeX or Markdown, laid bare: numbers and names stay where they are, byte by byte, and what
+//! separates them becomes tabs and spaces.
+
+use std::borrow::Cow;
+
+/// The text of a LaTeX tabular or a Markdown table without its rules and commands, as long as before; any other text as it is.
+#[must_use]
+pub fn bare(text: &str) -> Cow<'_, str> {
+    let form = if text.contains('&') && text.contains(r"\\") && !text.contains('=') {
+        latex_line as fn(&str) -> String
+    } else if text.lines().any(is_rule) && text.lines().all(|line| is_row(line) || line.trim().is_empty()) {
+        markdown_line
+    } else {
+        return Cow::Borrowed(text);
+    };
+    let lines = text.split_inclusive('\n').map(|line| {
+        let said = line.trim_end_matches(['\n', '\r']);
+        form(said) + &line[said.len()..]
+    });
+    Cow::Owned(lines.collect())
+}
+
+/// Whether a line is a row of a Markdown table.
+fn is_row(line: &str) -> bool {
+    let line = line.trim();
+    line.len() > 1 && line.starts_with('|') && line.ends_with('|')
+}
+
+/// Whether it is the one below the header.
+fn is_rule(line: &str) -> bool {
+    is_row(line) && line.contains('-') && line.chars().all(|c| "|-: \t".contains(c))
+}
+
+fn blank(line: &str) -> String {
+    " ".repeat(line.len())
+}
+
+fn markdown_line(line: &str) -> String {
+    if is_rule(line) {
+        return blank(line);
+    }
+    // The outermost bars separate nothing.
+    let (first, last) = (line.find('|'), line.rfind('|'));
+    let bare = |(at, c): (usize, char)| match c {
+        '|' if Some(at) == first || Some(at) == last => ' ',
+        '|' => '\t',
+        c => c,
+    };
+    line.char_indices().map(bare).collect()
+}
+
+/// Commands that draw or arrange and hold nothing.
+const RULES: [&str; 6] = [r"\hline", r"\toprule", r"\midrule", r"\bottomrule", r"\cline", r"\cmidrule"];
+
+fn latex_line(line: &str) -> String {
+    if line.contains(r"\begin") || line.contains(r"\end") {
+        return blank(line);
+    }
+    let row = line.split(r"\\").next().unwrap_or_default();
+    let cells: Vec<String> = row.split('&').map(latex_cell).collect();
+    let bare = cells.join("\t");
+    bare + &" ".repeat(line.len() - row.len())
+}
+
+/// `\frac{1}{2}` as `(1)/(2)`, padded to the length that it had.
+fn latex_cell(cell: &str) -> String {
+    let start = cell.len() - cell.trim_start().len();
+    let mut said = cell[start..].to_owned();
+    for rule in RULES {
+        while let Some(at) = said.find(rule) {
+            let rest = &said[at + rule.len()..];
+            // `\cline{2-3}` has columns.
+            let end = said.len() - group(rest).map_or(rest, |(_, after)| after).len();
+            said.replace_range(at..end, &" ".repeat(end - at));
+        }
+    }
+    let mut bare = formula(&said.replace('$', ""));
+    if bare.replace("sqrt", "").chars().all(|c| !c.is_alphabetic()) {
+        bare.retain(|c| !c.is_whitespace());
+    }
+    let width = cell.len().saturating_sub(start + bare.len());
+    format!("{}{bare}{}", " ".repeat(start), " ".repeat(width))
+}
+
+/// Fractions and roots in the notation of expressions, none longer than before.
+fn formula(text: &str) -> String {
+    for (command, count) in [(r"\dfrac", 2), (r"\tfrac", 2), (r"\frac", 2), (r"\sqrt", 1)] {
+        let Some(at) = text.find(command) else { continue };
+        let mut rest = &text[at + command.len()..];
+        let mut arguments = Vec::new();
+        while arguments.len() < count {
+            let Some((argument, after)) = group(rest) else { return text.to_owned() };
+            arguments.push(formula(argument));
+            rest = after;
+        }
+        let said = match &arguments[..] {
+            [top, bottom] => format!("({top})/({bottom})"),
+            [inside, ..] => format!("sqrt({inside})"),
+            [] => String::new(),
+        };
+        return format!("{}{said}{}", &text[..at], formula(rest));
+    }
+    text.to_owned()
+}
+
+/// What stands in the braces that `text` starts with, and what follows them.
+fn group(text: &str) -> Option<(&str, &str)> {
+    let inner = text.strip_prefix('{')?;
+    let mut depth = 1;
+    let end = inner.char_indices().find(|(_, c)| {
+        depth += i32::from(*c == '{') - i32::from(*c == '}');
+        depth == 0
+    })?;
+    Some((&inner[..end.0], &inner[end.0 + 1..]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_laid_bare_with_every_number_in_its_place() {
+        let words = |text: &str| {
+            let bare = bare(text).into_owned();
+            assert_eq!(bare.len(), text.len());
+            bare.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect::<Vec<_>>()
+        };
+        let latex = "\\begin{array}{c|cc}\n0 & \\\\\n$\\frac{1}{2}$ & -\\tfrac{3-\\sqrt{3}}{6} \\\\ \\hline\n\\hline & 1 & 2\\\\[2pt]\n\\end{array}\n";
+        assert_eq!(words(latex), ["", "0", "(1)/(2) -(3-sqrt(3))/(6)", "1 2", ""]);
+        assert_eq!(words("| h | u |\n|---|:--|\n| 1 | 2 |\n"), ["h u", "", "1 2"]);
+        for plain in ["0 1\n1/2 1/2\n1\n", "0 | 1\n | 1\n", "h,u\n1,2\n", "a = [\"1 & 2 \\\\\"]\n"] {
+            assert!(matches!(bare(plain), Cow::Borrowed(_)), "{plain}");
+        }
+    }
+}

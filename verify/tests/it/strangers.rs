@@ -1,0 +1,259 @@
+//! What people who had never seen the command tripped over.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::{flat, scratch};
+
+fn verify(arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
+    let output = command.args(arguments).env("NO_COLOR", "1").env_remove("COLUMNS").output().expect("it starts");
+    let text = |bytes: Vec<u8>| flat(&String::from_utf8(bytes).expect("UTF-8"));
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+/// A file of this name and text in a directory of its own.
+fn file(name: &str, text: &str) -> PathBuf {
+    let path = scratch(&format!("strangers/{name}"));
+    fs::create_dir_all(path.parent().expect("a directory")).expect("writable");
+    fs::write(&path, text).expect("writable");
+    path
+}
+
+fn judged(name: &str, text: &str) -> (i32, String, String) {
+    verify(&["judge", &file(name, text).display().to_string(), "--no-runs"])
+}
+
+/// A program in awk that knows logistic, with its time, step and end in t, h and T, or nothing where there is no awk.
+fn program(name: &str, body: &str) -> Option<String> {
+    let text = format!(
+        r#"function f(v) {{ return v * (1 - v) }}
+        function rk4(v, d,  a, b, c) {{
+            a = f(v); b = f(v + d * a / 2); c = f(v + d * b / 2)
+            return v + d / 6 * (a + 2 * b + 2 * c + f(v + d * c))
+        }}
+        function row() {{ printf "%.17g,%.17g\n", t, v }}
+        BEGIN {{
+            for (i = 1; i < ARGC; i++) {{ if (ARGV[i] == "--h") h = ARGV[i + 1]; if (ARGV[i] == "--t-end") T = ARGV[i + 1] }}
+            v = 0.1; t = 0; print "t,v"
+            {body}
+        }}"#
+    );
+    let path = file(name, &text);
+    let has_awk = Command::new("awk").args(["BEGIN { exit 0 }"]).status().is_ok_and(|status| status.success());
+    has_awk.then(|| format!("awk -f {} --", path.display()))
+}
+
+const RK4: &str = "order = 4\nc = [0, \"1/2\", \"1/2\", 1]\na = [[\"1/2\"], [0, \"1/2\"], [0, 0, 1]]\n\
+                   b = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]\n";
+
+#[test]
+fn tableaus_as_they_are_typeset_or_pasted_are_read() {
+    let rows =
+        [["0", "", "", "", ""], ["1/2", "1/2", "", "", ""], ["1/2", "0", "1/2", "", ""], ["1", "0", "0", "1", ""]];
+    let weights = ["", "1/6", "1/3", "1/3", "1/6"];
+    let array =
+        |between: &str, end: &str| rows.iter().chain([&weights]).map(|row| row.join(between) + end).collect::<String>();
+    let fractions = |text: &str| text.replace("1/2", r"\frac{1}{2}").replace("1/6", r"$\tfrac{1}{6}$");
+    let latex = format!("\\begin{{array}}{{c|cccc}}\n{}\\end{{array}}\n", array(" & ", " \\\\ \\hline\n"));
+    let square = "0;0;0;0;0\n1/2;1/2;0;0;0\n1/2;0;1/2;0;0\n1;0;0;1;0\n;1/6;1/3;1/3;1/6\n";
+    let cases = [
+        ("latex.tex", latex.clone()),
+        ("tabs.txt", array("\t", "\n")),
+        ("semicolons.csv", array(";", "\n")),
+        ("commas.csv", array(",", "\n")),
+        ("square.csv", square.to_owned()),
+        ("lines.txt", "0 1/2 1/2 1\n1/6 1/3 1/3 1/6\n1/2\n0 1/2\n0 0 1\n".to_owned()),
+        ("commas.txt", "0,1/2,1/2,1\n1/6,1/3,1/3,1/6\n1/2\n0,1/2\n0,0,1\n".to_owned()),
+        (
+            "table.md",
+            format!(
+                "| c | A | | | |\n|---|---|---|---|---|\n{}",
+                rows.iter().chain([&weights]).map(|row| format!("| {} |\n", row.join(" | "))).collect::<String>()
+            ),
+        ),
+        ("fractions.tex", fractions(&latex)),
+    ];
+    for (name, text) in cases {
+        let (code, out, error) = judged(name, &text);
+        assert!(code == 0 && out.contains("order 4; first failing tree"), "{name}: {out}{error}\n{text}");
+        // A claim above it, and the place of a fault in it.
+        let (code, out, error) = judged(name, &format!("order 5\n{text}"));
+        assert!(code == 1 && out.contains("REFUTED order 5"), "{name}: {out}{error}");
+        let (code, _, error) = judged(name, &text.replacen("1/3", "1/x", 1));
+        assert!(code == 2 && error.contains("in `1/x`"), "{name}: {error}");
+    }
+    let (code, _, error) = judged("words.txt", "Butcher tableau of my method\n0 1\n");
+    assert!(code == 2 && error.contains("rows of c_i and a_i1 a_i2"), "{error}");
+}
+
+#[test]
+fn digits_may_stand_above_a_table() {
+    let table = "0 0.333 0.667\n0.25 0 0.75\n0.333\n0 0.667\n";
+    let (_, out, error) = judged("exact.txt", &format!("order 3\n{table}"));
+    assert!(out.contains("REFUTED order 3"), "{out}{error}");
+    for above in ["digits 3", "digits = 3", "# Heun\ndigits=3"] {
+        let (code, out, error) = judged("rounded.txt", &format!("{above}\norder = 3\n{table}"));
+        assert!(code == 0 && out.contains("confirmed order 3"), "{above}: {out}{error}");
+    }
+    let (code, _, error) = judged("many.txt", &format!("digits 99\n{table}"));
+    assert!(
+        code == 2 && error.contains(":1:8:") && error.contains("`digits` is a whole number from 1 to 60"),
+        "{error}"
+    );
+}
+
+/// 2/3 to three places is 0.667.
+#[test]
+fn a_repair_is_rounded_as_the_table_is() {
+    let text = "order 3\ndigits 3\n0 0.333 0.667\n0.250 0 0.750\n0.333\n0 0.766\n";
+    let (code, out, error) = judged("repair.txt", text);
+    assert!(code == 1 && out.contains("a[3,2]: 0.766 → 0.667"), "{out}{error}");
+}
+
+#[test]
+fn orders_beyond_those_of_trees_are_no_claims() {
+    for (order, status) in [("20", 1), ("21", 2)] {
+        let (code, out, error) = judged("order.toml", &RK4.replace("order = 4", &format!("order = {order}")));
+        assert_eq!(code, status, "{out}{error}");
+        let (code, out, error) =
+            judged("claim.toml", &RK4.replace("order = 4", &format!("claims = [\"order {order}\"]")));
+        assert_eq!(code, status, "{out}{error}");
+    }
+}
+
+#[test]
+fn all_stages_whose_times_are_wrong_are_named() {
+    let (code, out, error) = judged("stages.toml", &RK4.replace("\"1/2\", \"1/2\", 1]\na", "\"1/3\", \"1/3\", 1]\na"));
+    assert!(code == 1 && out.contains("the row sums of stages 2, 3, and the order"), "{out}{error}");
+}
+
+#[test]
+fn cells_a_side_that_are_given_as_all_cells_get_a_hint() {
+    let data = "n,u\n8,1.0156250\n16,1.0039062\n32,1.0009766\n64,1.0002441\n".to_owned();
+    let path = file("cells.csv", &data).display().to_string();
+    let order = |more: &[&str]| verify(&[&["order", "--data", &path, "--cells", "n"][..], more].concat());
+    let hint = "if `n` counts the cells along a side and not all of them, `--dimension 1` has the spacing";
+    for expect in [&["--expect", "2"][..], &[]] {
+        let (_, out, error) = order(&[&["--dimension", "2"], expect].concat());
+        assert!(out.contains(&format!("the order found is 2 times 2: {hint}")), "{out}{error}");
+        let (code, out, _) = order(&[&["--dimension", "1"], expect].concat());
+        assert!(code == 0 && !out.contains(hint), "{out}");
+    }
+    assert!(!order(&["--dimension", "2", "--expect", "4"]).1.contains(hint), "an order of four is what it should be");
+}
+
+/// Second order on 16, 8 and 4, and an iteration that was stopped too early on the finest grid.
+#[test]
+fn a_noisy_finest_grid_is_told_from_divergence() {
+    let path = file("noisy.csv", "h,u\n16,3.5600\n8,1.6400\n4,1.1600\n2,1.0400\n1,1.2300\n").display().to_string();
+    let (code, out, error) = verify(&["order", "--data", &path, "--step", "h", "--expect", "2"]);
+    let said = "without the finest grid they converge, with order 2.00: noise or a standstill on that grid";
+    assert!(code == 3 && out.contains(said), "{out}{error}");
+    // Values that never settled have no grid to blame.
+    let path = file("divergent.csv", "h,u\n8,1.00\n4,2.00\n2,4.00\n1,8.00\n").display().to_string();
+    let (code, out, error) = verify(&["order", "--data", &path, "--step", "h", "--expect", "2"]);
+    assert!(code == 1 && out.contains("convergence divergent") && !out.contains("noise"), "{out}{error}");
+    // Refined the other way round they converge.
+    let path = file("convergent.csv", "h,u\n1,1.00\n2,2.00\n4,4.00\n8,8.00\n").display().to_string();
+    let (code, out, error) = verify(&["order", "--data", &path, "--step", "h", "--expect", "1"]);
+    assert!(code == 0 && out.contains("convergence monotonic"), "{out}{error}");
+}
+
+/// A program that takes whole steps alone ends where they lead it: of the solution at the end nothing is told.
+#[test]
+fn an_end_that_is_missed_is_no_pass() {
+    let late = "while (t < T - 1e-9) { v = rk4(v, h); t += h; row() }";
+    let early = "while (t + h < T + 1e-9) { v = rk4(v, h); t += h; row() }";
+    for (name, body, said) in [("late.awk", late, "too late"), ("early.awk", early, "too early")] {
+        let Some(command) = program(name, body) else { return };
+        for (kind, expect) in [("order", &["--expect", "4"][..]), ("judge", &["--expect", "4"]), ("order", &[])] {
+            let (code, out, error) =
+                verify(&[&[kind, "--problem", "logistic", "--program", &command], expect].concat());
+            assert!(code == 3 && out.contains("the end is missed") && out.contains(said), "{name}: {out}{error}");
+            assert!(!out.contains(if said == "too late" { "too early" } else { "too late" }), "{out}");
+        }
+    }
+}
+
+#[test]
+fn a_program_that_shows_the_end_alone_is_judged_by_it() {
+    let body = "while (t < T - 1e-9) { d = t + h > T ? T - t : h; v = rk4(v, d); t += d } t = T; row()";
+    let Some(command) = program("end.awk", body) else { return };
+    let (code, out, error) = verify(&["order", "--problem", "logistic", "--program", &command, "--expect", "4"]);
+    assert!(code == 0 && out.contains("PASS: order") && !out.contains("Note:"), "{out}{error}");
+    // Beside other solvers it has no rows at their times, and nothing is told.
+    let (code, out, error) = verify(&["compare", "--problem", "logistic", "--program", &command, "--expect", "4"]);
+    assert!(code == 3 && out.contains("it has no row at t = 0.5"), "{out}{error}");
+}
+
+#[test]
+fn a_program_is_judged_on_the_steps_that_are_asked_for() {
+    let Some(command) =
+        program("steps.awk", "row(); while (t < T - 1e-9) { d = t + h > T ? T - t : h; v = rk4(v, d); t += d; row() }")
+    else {
+        return;
+    };
+    let judge = |more: &[&str]| {
+        verify(&[&["judge", "--problem", "logistic", "--program", &command, "--expect", "4"][..], more].concat())
+    };
+    let (code, out, error) = judge(&["--coarsest", "0.1", "--points", "7"]);
+    assert_eq!(code, 0, "{out}{error}");
+    let (code, out, error) = judge(&["--points", "3"]);
+    assert!(code == 3 && out.contains("3 usable of 3 points"), "{out}{error}");
+    let (code, _, error) = judge(&["--coarsest", "5"]);
+    assert!(code == 2 && error.contains("the coarsest step 5 is longer"), "{error}");
+}
+
+/// The numbers in JUnit and in JSON are those of the verdicts.
+#[test]
+fn what_is_written_counts_the_verdicts() {
+    let path = file("counted.toml", &RK4.replace("order = 4", "claims = [\"order 4\", \"order 5\", \"zero-stable\"]"));
+    let directory = scratch("strangers/report");
+    let (code, out, error) =
+        verify(&["judge", &path.display().to_string(), "--no-runs", "--out", &directory.display().to_string()]);
+    assert!(code == 1 && out.contains("REFUTED order 5"), "{out}{error}");
+    let read = |name: &str| fs::read_to_string(directory.join(name)).expect("written");
+    let junit = read("junit.xml");
+    // Two claims of an order, one that the kind is not judged by, and the sums of the rows.
+    let counts = "tests=\"4\" failures=\"1\" errors=\"0\" skipped=\"1\"";
+    assert!(junit.contains(&format!("<testsuite name=\"judge\" {counts}")), "{junit}");
+    assert!(junit.contains("Measured 4. 9 of 17"), "{junit}");
+    let ours = junit.split("</testsuite>").next().unwrap_or_default();
+    assert_eq!(["<testcase", "<failure", "<skipped"].map(|tag| ours.matches(tag).count()), [4, 1, 1], "{junit}");
+    let json: serde_json::Value = serde_json::from_str(&read("results.json")).expect("JSON");
+    let shown = json.to_string();
+    assert_eq!(["\"pass\"", "\"fail\""].map(|word| shown.contains(word)), [true; 2], "{shown}");
+    let (_, out, _) = verify(&["judge", &path.display().to_string(), "--no-runs", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let of = |outcome: &str| {
+        json["verdicts"].as_array().expect("a list").iter().filter(|verdict| verdict["outcome"] == outcome).count()
+    };
+    assert_eq!([of("pass"), of("fail"), of("inconclusive")], [2, 1, 1], "{out}");
+}
+
+/// v̇ = v² from 1 has a pole at t = 1. Some methods fail there, others step over it.
+#[test]
+fn a_run_past_a_pole_is_warned_of() {
+    let model = file("pole.ds", "u_i { v = 1 }\nF_i { v * v }\n").display().to_string();
+    let solve = |method: &str, t_end: &str, more: &[&str]| {
+        let line = ["solve", "--model", &model, "--method", method, "--h", "0.13", "--t-end", t_end];
+        verify(&[&line[..], more].concat())
+    };
+    for (method, t_end) in [("method-i", "2"), ("rk4", "1.1")] {
+        let (code, _, error) = solve(method, t_end, &[]);
+        assert!(code == 0 && error.contains("with half the step it is another solution"), "{method}: {error}");
+        let (_, out, error) = solve(method, t_end, &["--csv", "-"]);
+        assert!(out.contains("# at t = ") && error.contains("pole"), "{method}: {out}");
+    }
+    let (code, _, error) = solve("rk4", "1.1", &["--no-estimate"]);
+    assert!(
+        code == 0 && error.contains("in the step to t = 1.04 the solution grows from 10.8821 to 598.459"),
+        "{error}"
+    );
+    for (method, more) in [("rk4", &[][..]), ("method-i", &[]), ("rk4", &["--no-estimate"])] {
+        let (code, _, error) = solve(method, "0.7", more);
+        assert!(code == 0 && error.is_empty(), "{method}: {error}");
+    }
+}
