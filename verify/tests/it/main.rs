@@ -5,6 +5,7 @@ mod cli;
 mod closed_forms;
 mod floors;
 mod formats;
+mod fuzz;
 mod goldens;
 mod judge;
 mod model;
