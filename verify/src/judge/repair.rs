@@ -213,6 +213,8 @@ fn to_places(x: &Real, old: &Coefficient) -> Option<(String, Real)> {
     }
     let places = places.round() as usize;
     let unit = (0..places).fold(Real::one(), |unit, _| &unit * &Real::from(10));
+    // Where the digits leave several, the one of a simple number: .667 and not .666 beside .167 and .167.
+    let x = &simple(x, 0.05).map_or_else(|| x.clone(), |rational| Real::rational(&rational));
     let whole = (x * &unit).mid().round().to_int().value();
     let value = &Real::rational(&RBig::from(whole.clone())) / &unit;
     let (sign, digits) = match whole.to_string() {
@@ -224,17 +226,19 @@ fn to_places(x: &Real, old: &Coefficient) -> Option<(String, Real)> {
     Some((format!("{sign}{before}.{after}"), value.widened(old.real.radius())))
 }
 
+/// The simplest rational number in an interval, where it says something: of those with denominators up to d about 2 r d² lie within ± r by chance,
+/// and d has to be so small that these are twice `chance` at most.
+fn simple(x: &Real, chance: f64) -> Option<RBig> {
+    let largest_radius = 1e-4 / (SIMPLE as f64).powi(2);
+    let limit = if x.radius() < largest_radius { SIMPLE as f64 } else { (chance / x.radius()).sqrt() };
+    x.simplest().filter(|rational| RBig::from(rational.denominator().clone()).to_f64().value() <= limit)
+}
+
 /// A number as one would print it: rational, with a square root that the file has elsewhere, or its digits.
 fn written(x: &Real, radicands: &[i64]) -> (String, Real) {
-    let largest_radius = 1e-4 / (SIMPLE as f64).powi(2);
-    if let Some(rational) = x.simplest() {
-        // The simplest rational in an interval that wide says something only if its denominator is far smaller.
-        let d = RBig::from(rational.denominator().clone());
-        let limit = if x.radius() < largest_radius { SIMPLE as f64 } else { (0.01 / x.radius()).sqrt() };
-        if d.to_f64().value() <= limit {
-            let value = Real::rational(&rational);
-            return (rational.to_string(), value);
-        }
+    if let Some(rational) = simple(x, 0.01) {
+        let value = Real::rational(&rational);
+        return (rational.to_string(), value);
     }
     if x.radius() < 1e-45 {
         let relation = radicands.iter().find_map(|&d| quadratic(x, d));

@@ -302,6 +302,12 @@ fn energy_and_work_are_looked_at_beside_those_of_others() {
         per_step("rk4", 4.0, 0.0);
         per_step("stormer-verlet", 1.0, 8.0);
     }
+    // Of two stages that are found together both are evaluated, twice at least.
+    let judgement = judged("gauss2");
+    let Some(Ok((_, points))) = &judgement.work else { panic!("it runs") };
+    for point in points.iter().filter(|point| point.solver == judgement.file.name) {
+        assert!(point.work[1] % 2 == 0 && point.work[1] >= 4 * point.work[0], "{point:?}");
+    }
     // A wrong sign in the last kick: what is claimed to keep energy does not.
     let broken = shipped("stormer-verlet").replace("b_hat = [\"1/2\", \"1/2\"]", "b_hat = [\"2/5\", \"3/5\"]");
     let judgement = judge(&broken, Effort::Runs);

@@ -110,6 +110,10 @@ fn a_repair_is_rounded_as_the_table_is() {
     let text = "order 3\ndigits 3\n0 0.333 0.667\n0.250 0 0.750\n0.333\n0 0.766\n";
     let (code, out, error) = judged("repair.txt", text);
     assert!(code == 1 && out.contains("a[3,2]: 0.766 → 0.667"), "{out}{error}");
+    // 1 − 0.167 − 0.167 is 0.666, and within the digits of what 2/3 is printed as.
+    let kutta = "order 3\ndigits 3\n0 0.5 1\n0.167 0.676 0.167\n0.5\n-1 2\n";
+    let (code, out, error) = judged("kutta.txt", kutta);
+    assert!(code == 1 && out.contains("b[2]: 0.676 → 0.667"), "{out}{error}");
 }
 
 #[test]
