@@ -48,7 +48,9 @@ fn every_check_holds(study: &Study) -> Result<(), Failed> {
     if evidence.checks.is_empty() {
         return Err("it decides nothing".into());
     }
-    let strays = curves::strays(&evidence);
+    let strays =
+        [curves::strays(&evidence), curves::blind(&evidence), curves::crowded(&evidence), curves::misquoted(&evidence)]
+            .concat();
     if !strays.is_empty() {
         return Err(strays.join("\n").into());
     }

@@ -90,7 +90,7 @@ fn found(judged: &Judged) -> String {
         Ok(finding) => finding,
         Err(error) => return error.to_string(),
     };
-    let mut sentences: Vec<_> = finding.digits.iter().map(beside).collect();
+    let mut sentences: Vec<_> = finding.digits.iter().map(|digits| sentence(beside(digits))).collect();
     match judged.verdict() {
         Some(Verdict::Refuted) => {
             sentences.extend(finding.counterexample().map(|case| format!("Counterexample: {case}.")))
@@ -105,6 +105,15 @@ fn found(judged: &Judged) -> String {
         sentences.extend(finding.where_it_holds.as_ref().map(|text| format!("{}: {text}", reach(judged))));
     }
     sentences.join(" ")
+}
+
+/// With a capital where it begins with a word; symbols and names stay as they are.
+fn sentence(text: String) -> String {
+    let first = text.split([' ', '’', '\'', ',', ':']).next().unwrap_or_default();
+    match first.len() > 1 && first.bytes().all(|byte| byte.is_ascii_lowercase()) {
+        true => text[..1].to_ascii_uppercase() + &text[1..],
+        false => text,
+    }
 }
 
 /// What the finding says of where the statement holds: that decides a verdict only where a condition makes it hold.
@@ -250,6 +259,8 @@ mod tests {
         };
         let (yes, no) = (Case::below("y", 1.0, 2.0).under(true), Case::below("z", 3.0, 2.0));
         let universal = claim::Quantifier::Universal;
+        let begun = ["overtakes RK4 at h: 1.", "v₁/v₀: 1.", "method-i: 1.", "x: 1."].map(|text| sentence(text.into()));
+        assert_eq!(begun, ["Overtakes RK4 at h: 1.", "v₁/v₀: 1.", "method-i: 1.", "x: 1."]);
         assert_eq!(found(universal, vec![yes.clone()]), "x: printed ≈ 1.5, here 1.52. 1 of 1 comparisons hold.");
         let refuted = found(universal, vec![yes.clone(), no.clone()]);
         assert!(

@@ -163,7 +163,10 @@ mod tests {
     #[test]
     fn the_words_count_what_is_within_a_factor_of_two() {
         let settled = [estimated(1.0, Some(0.9), true), estimated(1.0, Some(1.2), true)];
-        let coarse = [0.2, 1.0, 8.0].map(|estimate| estimated(1.0, Some(estimate), false));
+        let mut coarse = [1.0, 0.2, 8.0].map(|estimate| estimated(1.0, Some(estimate), false));
+        for (run, method) in coarse.iter_mut().zip(["exact", "short", "long"]) {
+            run.method = method.into();
+        }
         let adaptive = [Some(0.5), Some(4.0), None].map(|estimate| Adaptive {
             problem: "p",
             tolerance: 1e-3,
@@ -181,6 +184,8 @@ mod tests {
             ),
             format!("lies {} the error over 2 runs", between(0.5, 4.0)),
             "there is no estimate: 1.".into(),
+            // The smallest ratio, not the farthest: 8 is farther from one.
+            "`short` on `p`".into(),
         ] {
             assert!(text.contains(&words), "{words}\n{text}");
         }

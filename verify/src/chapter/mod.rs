@@ -82,3 +82,28 @@ pub const ALL: &[Study] = &[
 
 /// Studies that take long, each with the one of [`ALL`] in the place of which `report --full` carries it out.
 pub const LONG: &[(&str, Study)] = &[(flows::STUDY.id, flows::FULL)];
+
+#[cfg(test)]
+mod tests {
+    use crate::{method, reference};
+
+    /// A figure passes over a name that it has no series of, as without CVODE.
+    #[test]
+    fn figures_tell_methods_and_references_apart_by_their_names() {
+        let told = [
+            super::long_runs::TOLD.as_slice(),
+            &super::symplecticity::TOLD,
+            &super::work_precision::TOLD,
+            &super::oscillator::TOLD,
+            &super::peers::TOLD,
+            &super::orders::TOLD,
+        ];
+        let is_known = |name: &str| match method::parse(name) {
+            Ok(method) => method.name() == name,
+            Err(_) => reference::all().iter().any(|reference| reference.name() == name),
+        };
+        for name in told.concat() {
+            assert!(is_known(name), "{name}");
+        }
+    }
+}

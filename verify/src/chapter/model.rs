@@ -91,6 +91,7 @@ fn recommend(model: &Model, evidence: &mut Evidence) -> Result<(), StudyError> {
     let last = course.last().map_or(1.0, |(_, state)| max_norm(state).max(1.0));
     let most = LOST * last;
     let text = advice(model, &found, TARGET * last)?;
+    let told = told(&found, TARGET * last);
     let rows = found
         .points
         .iter()
@@ -117,6 +118,7 @@ fn recommend(model: &Model, evidence: &mut Evidence) -> Result<(), StudyError> {
     };
     let panels = [panel("evaluations", |p| p.evaluations), panel("factorizations", |p| p.factorizations)];
     let work = Figure::new("model-work", caption, "model-work", panels).in_columns(2);
+    let work = work.telling_with_extremes(&told.iter().map(String::as_str).collect::<Vec<_>>());
     evidence.sections.push(Section {
         id: "model-recommendation".into(),
         title: "Which method to use".into(),
@@ -126,6 +128,24 @@ fn recommend(model: &Model, evidence: &mut Evidence) -> Result<(), StudyError> {
     });
     evidence.figures.extend([solution, work]);
     Ok(())
+}
+
+/// Whom the advice may name: the cheapest to reach `target` by either count, and the cheapest of the references.
+fn told(found: &Found, target: f64) -> Vec<String> {
+    let by_evaluations = found.ranked(false, target, |p| p.evaluations);
+    let by_factorizations = found.ranked(false, target, |p| p.factorizations);
+    let references = found.ranked(true, target, |p| p.evaluations);
+    let implicit = by_factorizations.iter().filter(|point| point.factorizations > 0);
+    let mut told: Vec<String> = by_evaluations
+        .iter()
+        .take(3)
+        .chain(implicit.take(2))
+        .chain(references.first())
+        .map(|point| point.solver.clone())
+        .collect();
+    told.sort();
+    told.dedup();
+    told
 }
 
 /// Which method to take for an error of `target`.

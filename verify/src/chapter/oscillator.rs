@@ -146,6 +146,18 @@ fn motion(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> 
     Ok(())
 }
 
+/// Path fitting of the lowest degrees and on both sorts of nodes, and of the others what is stable for all τ and what is not.
+pub(super) const TOLD: [&str; 8] = [
+    "path-fitted(2)",
+    "path-fitted(3)",
+    "path-fitted(4)",
+    "path-fitted(4,gauss)",
+    "midpoint-vi",
+    "stormer-verlet",
+    "galerkin-gauss(2)",
+    "galerkin-lobatto(2)",
+];
+
 /// R(τ), and determinants of 1.
 fn traces(evidence: &mut Evidence, context: &Context, all: &[Box<dyn Method>]) -> Result<(), StudyError> {
     const LAST: f64 = 8.0;
@@ -184,7 +196,8 @@ fn traces(evidence: &mut Evidence, context: &Context, all: &[Box<dyn Method>]) -
     };
     let panels = [panel("Path fitting", fitted), panel("Classical and Galerkin", others)];
     let caption = "R(τ) of the recurrences; a method is stable where |R| ≤ 2. The exact R is 2 cos τ.";
-    evidence.figures.push(Figure::new("oscillator-trace", caption, table.id.clone(), panels).in_columns(2));
+    let figure = Figure::new("oscillator-trace", caption, table.id.clone(), panels).in_columns(2);
+    evidence.figures.push(figure.telling(&TOLD));
     evidence.tables.push(table);
     Ok(())
 }

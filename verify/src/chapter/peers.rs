@@ -73,7 +73,8 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
          steps from 8 to 512 in a run, and tolerances from 1e-3 to 1e-9. Errors above {LOST} are left out."
     );
     evidence.tables.push(Table::data("peers", caption.clone(), COLUMNS, rows));
-    evidence.figures.push(Figure::new("peers", caption, "peers", panels).in_columns(2));
+    let figure = Figure::new("peers", caption, "peers", panels).in_columns(2);
+    evidence.figures.push(figure.telling_with_extremes(&TOLD));
     everywhere(context, &mut evidence)?;
     Ok(evidence)
 }
@@ -96,6 +97,9 @@ fn panel(title: &str, label: &str, found: &Found, work: fn(&Point) -> u64) -> Pa
     Panel::new(Axis::log(label), Axis::log("error at the end"), curves).titled(title)
 }
 
+/// Methods of fixed steps, the adaptive one, and a reference of either library.
+pub(super) const TOLD: [&str; 6] = ["method-i", "trapezoidal", "rk4", "radau-adaptive", "cvode-bdf", "diffsol-bdf"];
+
 /// A panel for every problem.
 fn everywhere(context: &Context, evidence: &mut Evidence) -> Result<(), StudyError> {
     let mut runs = Vec::new();
@@ -116,7 +120,8 @@ fn everywhere(context: &Context, evidence: &mut Evidence) -> Result<(), StudyErr
                    is its order; an adaptive one takes its steps where the solution moves. Errors above {LOST} are left out."
     );
     evidence.tables.push(Table::data("peers-everywhere", caption.clone(), COLUMNS, rows));
-    evidence.figures.push(Figure::new("peers-everywhere", caption, "peers-everywhere", panels).in_columns(3));
+    let figure = Figure::new("peers-everywhere", caption, "peers-everywhere", panels).in_columns(3);
+    evidence.figures.push(figure.telling_with_extremes(&TOLD));
     Ok(())
 }
 

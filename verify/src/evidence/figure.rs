@@ -1,5 +1,7 @@
 //! Figures: panels of curves, clouds and maps.
 
+use std::fmt::Write;
+
 /// A figure of one or more panels, laid out in reading order.
 #[derive(Debug, Clone, speedy::Readable, speedy::Writable)]
 pub struct Figure {
@@ -91,6 +93,8 @@ pub enum Mark {
     Markers,
     /// A thin dashed guide, such as a slope triangle or an exact curve.
     Guide,
+    /// One of many: a thin grey line behind the others, which the legend counts and does not name.
+    Other,
 }
 
 impl Figure {
@@ -110,6 +114,92 @@ impl Figure {
     pub fn in_columns(self, columns: usize) -> Self {
         Self { columns, ..self }
     }
+}
+
+/// Colours of the report, and so the series that a figure can tell apart.
+pub const COLORS: usize = 8;
+
+impl Figure {
+    /// The same with the series of these names in colour and all others but guides grey, which the caption says, for whoever sees
+    /// no colours; as it is if there are colours for all. Names that it has no series of are passed over.
+    #[must_use]
+    pub fn telling(self, names: &[&str]) -> Self {
+        let names = self.among(names);
+        let told = format!("In colour: {}", listed(&names));
+        self.dimmed(&names, told)
+    }
+
+    /// The same with those in colour, too, that come to the smallest errors and stay at the largest.
+    #[must_use]
+    pub fn telling_with_extremes(self, names: &[&str]) -> Self {
+        let Some([best, worst]) = self.best_and_worst() else { return self.telling(names) };
+        let mut names = self.among(names);
+        let mut told = format!("In colour: {}", listed(&names));
+        let _ =
+            write!(told, "; over all panels `{best}` comes to the smallest errors, and `{worst}` stays at the largest");
+        names.extend([best, worst]);
+        self.dimmed(&names, told)
+    }
+
+    fn among(&self, names: &[&str]) -> Vec<String> {
+        let labels = self.labels();
+        names.iter().filter(|name| labels.contains(name)).map(ToString::to_string).collect()
+    }
+
+    fn dimmed(mut self, names: &[String], told: String) -> Self {
+        if self.labels().len() <= COLORS {
+            return self;
+        }
+        let all = self.panels.iter_mut().flat_map(|panel| &mut panel.series);
+        for series in all.filter(|series| series.mark != Mark::Guide && !names.contains(&series.label)) {
+            series.mark = Mark::Other;
+        }
+        let _ = write!(self.caption, " {told}. The others are grey, and named where one points at them.");
+        self
+    }
+
+    /// Names of all series but guides, in their order.
+    fn labels(&self) -> Vec<&str> {
+        let mut labels: Vec<&str> = Vec::new();
+        for series in self.panels.iter().flat_map(|panel| &panel.series).filter(|series| series.mark != Mark::Guide) {
+            if !labels.contains(&series.label.as_str()) {
+                labels.push(&series.label);
+            }
+        }
+        labels
+    }
+
+    /// The series with the smallest and the largest mean rank by its least ordinate, among those that stand in the most panels.
+    /// The least ordinate is the one that does not depend on where a curve that leaves the axes begins.
+    fn best_and_worst(&self) -> Option<[String; 2]> {
+        let least = |series: &Series, log: bool| {
+            let values = series.points.iter().map(|point| point.1).filter(|y| y.is_finite() && (!log || *y > 0.0));
+            values.min_by(f64::total_cmp)
+        };
+        let ranks = |panel: &Panel| {
+            let measured = panel.series.iter().filter(|series| series.mark != Mark::Guide);
+            let mut found: Vec<(String, f64)> =
+                measured.filter_map(|series| Some((series.label.clone(), least(series, panel.y.log)?))).collect();
+            found.sort_by(|a, b| a.1.total_cmp(&b.1));
+            let last = found.len().saturating_sub(1).max(1) as f64;
+            found.into_iter().enumerate().map(|(rank, (label, _))| (label, rank as f64 / last)).collect::<Vec<_>>()
+        };
+        let ranks: Vec<(String, f64)> = self.panels.iter().flat_map(ranks).collect();
+        let of = |label: &str| ranks.iter().filter(|rank| rank.0 == label).map(|rank| rank.1).collect::<Vec<_>>();
+        let all: Vec<(&str, Vec<f64>)> = self.labels().into_iter().map(|label| (label, of(label))).collect();
+        let most = all.iter().map(|(_, ranks)| ranks.len()).max().filter(|most| *most > 0)?;
+        let everywhere = all.iter().filter(|(_, ranks)| ranks.len() == most);
+        let sums = everywhere.map(|(label, ranks)| (*label, ranks.iter().sum::<f64>())).collect::<Vec<_>>();
+        let best = sums.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let worst = sums.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some([best.0.to_owned(), worst.0.to_owned()])
+    }
+}
+
+/// Names in a sentence.
+fn listed(names: &[String]) -> String {
+    let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    names.join(", ")
 }
 
 impl Panel {
@@ -153,5 +243,58 @@ impl Series {
     /// Points under one legend entry.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, mark: Mark) -> Self {
         Self { label: label.into(), points, mark }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten curves of which `m3` is the lowest and `m7` the highest in both panels, but `m0` is lower still in the one panel where it stands.
+    fn crowded() -> Figure {
+        let height = |k: usize| match k {
+            3 => 1e-9,
+            7 => 1.0,
+            _ => 1e-3 * (k + 1) as f64,
+        };
+        let curve = |k: usize| {
+            let points = vec![(1.0, 9.0), (2.0, height(k)), (3.0, f64::NAN), (4.0, -1.0), (5.0, 10.0)];
+            Series::new(format!("m{k}"), points, Mark::LineMarkers)
+        };
+        let panel = |series| Panel::new(Axis::log("h"), Axis::log("error"), series);
+        let mut first: Vec<Series> = (1..10).map(curve).collect();
+        first.push(Series::new("slope 2", vec![(1.0, 1e-12)], Mark::Guide));
+        let mut second = first.clone();
+        second.push(Series::new("m0", vec![(1.0, 1e-11)], Mark::Line));
+        Figure::new("id", "A caption.", "data", [panel(first), panel(second)])
+    }
+
+    fn marked(figure: &Figure, mark: impl Fn(Mark) -> bool) -> Vec<&str> {
+        figure.panels[1].series.iter().filter(|s| mark(s.mark)).map(|s| s.label.as_str()).collect()
+    }
+
+    #[test]
+    fn a_crowded_figure_tells_those_apart_that_it_names_and_the_best_and_the_worst() {
+        let figure = crowded().telling_with_extremes(&["m5", "m3"]);
+        assert_eq!(marked(&figure, |mark| mark == Mark::LineMarkers), ["m3", "m5", "m7"]);
+        assert_eq!(marked(&figure, |mark| mark == Mark::Guide), ["slope 2"]);
+        assert_eq!(marked(&figure, |mark| mark == Mark::Other), ["m1", "m2", "m4", "m6", "m8", "m9", "m0"]);
+        for words in ["In colour: `m5`, `m3`;", "`m3` comes to the smallest errors", "`m7` stays at the largest"] {
+            assert!(figure.caption.contains(words), "{words}: {}", figure.caption);
+        }
+        let figure = crowded().telling(&["m5"]);
+        assert_eq!(marked(&figure, |mark| mark == Mark::LineMarkers), ["m5"]);
+        assert!(figure.caption.starts_with("A caption. In colour: `m5`. The others"), "{}", figure.caption);
+    }
+
+    #[test]
+    fn a_figure_with_colours_for_all_stays_as_it_is() {
+        let mut figure = crowded();
+        for panel in &mut figure.panels {
+            panel.series.retain(|series| !["m0", "m9"].contains(&series.label.as_str()));
+        }
+        let told = figure.clone().telling_with_extremes(&["m5"]);
+        assert_eq!(told.caption, figure.caption);
+        assert!(marked(&told, |mark| mark == Mark::Other).is_empty());
     }
 }

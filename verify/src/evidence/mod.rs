@@ -8,7 +8,7 @@ mod requirement;
 mod table;
 
 pub use check::{Check, Outcome};
-pub use figure::{Axis, Field, Figure, Mark, Panel, Series};
+pub use figure::{Axis, COLORS, Field, Figure, Mark, Panel, Series};
 pub use grid::{Grid, GridCell};
 pub use requirement::Requirement;
 pub use table::{Cell, Table};

@@ -9,7 +9,7 @@ use std::fmt::Write;
 use super::style::{Style, band};
 use super::text::escape;
 use crate::evidence::number::{Short, power_of_ten};
-use crate::evidence::{Axis, Field, Mark, Panel};
+use crate::evidence::{Axis, Field, Mark, Panel, Series};
 
 /// Units of the drawing in a pixel.
 const FINE: f64 = 4.0;
@@ -17,6 +17,9 @@ const FINE: f64 = 4.0;
 const TOP: f64 = 8.0;
 const RIGHT: f64 = 16.0;
 const BOTTOM: f64 = 46.0;
+
+/// A series of no more points than these tells the values of each under the pointer, a longer one its name alone.
+const POINTED: usize = 64;
 
 /// A drawn panel.
 pub(super) struct Drawing {
@@ -62,14 +65,17 @@ pub(super) fn panel(panel: &Panel, styles: &[Style], columns: usize) -> Option<D
         }
     }
     let mut dropped = 0;
-    let mut markers = String::new();
-    for (series, style) in panel.series.iter().zip(styles) {
+    let (mut markers, mut hits) = (String::new(), String::new());
+    let drawn = || panel.series.iter().zip(styles);
+    let is_other = |series: &Series| series.mark == Mark::Other;
+    let behind = drawn().filter(|(series, _)| is_other(series));
+    for (series, style) in behind.chain(drawn().filter(|(series, _)| !is_other(series))) {
         let has_place = |point: &&(f64, f64)| frame.x.holds(point.0) && frame.y.holds(point.1);
         dropped += series.points.iter().filter(|point| !has_place(point)).count();
         if series.mark != Mark::Markers {
             let runs = series.points.split(|point| !has_place(&point)).filter(|run| !run.is_empty());
             let d: String = runs.map(|run| polyline(run.iter().map(|point| frame.place(point)))).collect();
-            let _ = write!(svg, "<path {} d=\"{d}\"/>", style.line());
+            let _ = write!(svg, "<path {} d=\"{d}\"><title>{}</title></path>", style.line(), escape(&series.label));
         }
         if matches!(series.mark, Mark::Markers | Mark::LineMarkers) {
             let _ = write!(markers, "<path {} d=\"", style.markers());
@@ -78,9 +84,23 @@ pub(super) fn panel(panel: &Panel, styles: &[Style], columns: usize) -> Option<D
             }
             markers.push_str("\"/>");
         }
+        if series.mark != Mark::Guide && series.points.len() <= POINTED {
+            for point in series.points.iter().filter(has_place) {
+                let (x, y) = frame.place(point);
+                let _ = write!(
+                    hits,
+                    "<path d=\"M{} {}h0\"><title>{}: {}, {}</title></path>",
+                    x / FINE as i64,
+                    y / FINE as i64,
+                    escape(&series.label),
+                    Short::new(point.0, 4).text(),
+                    Short::new(point.1, 4).text()
+                );
+            }
+        }
     }
-    // Markers lie over all lines, in whole pixels.
-    let _ = write!(svg, "</g>{markers}</svg></svg>");
+    // Markers lie over all lines, in whole pixels, and over these what the pointer finds.
+    let _ = write!(svg, "</g>{markers}<g class=\"hit\">{hits}</g></svg></svg>");
     Some(Drawing { svg, dropped })
 }
 
@@ -137,7 +157,11 @@ fn description(panel: &Panel) -> String {
         let _ = write!(text, ". Map of {}", field.bands.join(", "));
     }
     if !panel.series.is_empty() {
-        let labels: Vec<_> = panel.series.iter().map(|series| series.label.as_str()).collect();
+        let (others, named): (Vec<_>, Vec<_>) = panel.series.iter().partition(|series| series.mark == Mark::Other);
+        let mut labels: Vec<_> = named.iter().map(|series| series.label.clone()).collect();
+        if !others.is_empty() {
+            labels.push(super::style::others(others.len()));
+        }
         let _ = write!(text, ". Series: {}", labels.join(", "));
     }
     text + "."

@@ -23,7 +23,7 @@ pub fn picture(figure: &Figure) -> Option<String> {
     let mut panels = String::new();
     let mut drawn = 0;
     for panel in &figure.panels {
-        let styles: Vec<_> = panel.series.iter().map(|series| legend.style(&series.label)).collect();
+        let styles: Vec<_> = panel.series.iter().map(|series| legend.style(series)).collect();
         let Some(drawing) = chart::panel(panel, &styles, columns) else { continue };
         let (x, y) = ((drawn % columns) as f64 * width, (drawn / columns) as f64 * (TITLE + height));
         let _ = write!(
@@ -94,6 +94,20 @@ mod tests {
         assert!(svg.contains("a &amp; b</text>") && svg.contains("x &lt; y</text>") && svg.contains("&lt;drawn&gt;"));
         assert_eq!(svg.matches("<svg").count(), svg.matches("</svg>").count());
         assert_eq!(svg.matches("<text").count(), svg.matches("</text>").count());
+    }
+
+    #[test]
+    fn the_others_are_grey_behind_one_entry_and_every_point_says_what_it_is() {
+        let curve = |k: u32| Series::new(format!("m{k}"), vec![(0.5, f64::from(k))], Mark::LineMarkers);
+        let panel = Panel::new(Axis::log("h"), Axis::log("error"), (1..=12).map(curve).collect());
+        let figure = Figure::new("id", "Many.", "data", [panel.clone(), panel]).telling(&["m11", "m12"]);
+        let svg = picture(&figure).expect("points");
+        assert!(svg.contains(">others (10)</text>") && svg.contains(">m12</text>") && !svg.contains(">m3</text>"));
+        assert_eq!(svg.matches("<title>m3: 0.5, 3</title>").count(), 2);
+        assert_eq!(svg.matches("<title>m12: 0.5, 12</title>").count(), 2);
+        // Ten lines a panel and the swatch; those in colour lie over them.
+        assert_eq!(svg.matches("class=\"l s9\"").count(), 21);
+        assert!(svg.find("<title>m12</title>") > svg.find("<title>m10</title>"));
     }
 
     #[test]

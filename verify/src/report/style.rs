@@ -1,14 +1,17 @@
 //! How a series looks: one colour and one shape a method, the same in every figure of the report.
 
-use crate::evidence::Mark;
+use crate::evidence::{COLORS, Mark};
 
-/// Colours of the page, `--s0` to `--s7`.
-const COLORS: usize = 8;
 const DASHES: [&str; 4] = ["", "8 4", "2 3", "8 3 2 3"];
 
 /// The names that have a look of their own, the methods first: their places decide it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Palette<'a>(pub(super) &'a [String]);
+
+/// The legend's entry for the [`Mark::Other`] series.
+pub(super) fn others(count: usize) -> String {
+    format!("others ({count})")
+}
 
 /// Shapes of markers; `H` is a dot or a square by its line cap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,7 +25,7 @@ pub(super) enum Shape {
     Plus,
 }
 
-/// Colour, dash and marker.
+/// Colour, dash and marker: `--s0` to `--s7` of the page, then that of guides and that of the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Style {
     pub(super) color: usize,
@@ -69,6 +72,9 @@ impl Palette<'_> {
             (None, Some(position)) => (position, rest),
             (None, None) => (place, 0),
         };
+        if mark == Mark::Other {
+            return Style { color: COLORS + 1, dash: 0, shape: Shape::Dot };
+        }
         if mark == Mark::Guide {
             return Style { color: COLORS, dash: 1 + place % (DASHES.len() - 1), shape: Shape::Dot };
         }
@@ -109,7 +115,7 @@ impl Style {
             Mark::LineMarkers | Mark::Markers => {
                 format!("<path {} d=\"M17 7{}\"/>", self.markers(), self.shape.path())
             }
-            Mark::Line | Mark::Guide => String::new(),
+            Mark::Line | Mark::Guide | Mark::Other => String::new(),
         };
         format!("<svg {attributes} viewBox=\"0 0 34 14\" aria-hidden=\"true\">{line}{marker}</svg>")
     }

@@ -92,6 +92,9 @@ fn coefficients(context: &Context) -> Result<Finding, StudyError> {
         .with_figure(figure, behind))
 }
 
+/// A ratio α/β that is no different from 0: the angle of a line, of at most π, is found to a few roundings.
+const ZERO: f64 = 8.0 * f64::EPSILON;
+
 fn homogeneous(context: &Context) -> Result<Finding, StudyError> {
     let (mut cases, mut ratios) = (Vec::new(), Vec::new());
     for line in context.get(Lines)?.iter() {
@@ -100,7 +103,8 @@ fn homogeneous(context: &Context) -> Result<Finding, StudyError> {
             let what = format!("|F| relative on the line of {name}, degree {degree}, scale {scale:e}");
             cases.push(Case::below(what, *size, 1e-14));
         }
-        ratios.push(format!("{} ({name})", text(ratio)));
+        let ratio = if ratio.abs() <= ZERO { "0 to rounding".into() } else { text(ratio) };
+        ratios.push(format!("{ratio} ({name})"));
     }
     let evidence = format!(
         "It does no better than the best linear closure for the step, for it is one: the zero sets are lines, those nearest to \

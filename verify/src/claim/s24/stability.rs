@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::claim::measure::text;
+use crate::claim::measure::{beside_one, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::experiment::momentum_map::{Closed, MomentumMap};
 use crate::experiment::non_normal::{
@@ -119,7 +119,7 @@ fn method_i_on_dissipative_systems(context: &Context) -> Result<Finding, StudyEr
     let evidence = format!(
         "Scalars, rotations and linear dissipative systems are stable at every step size; the largest spectral radius of the last \
          is {}.",
-        text(largest)
+        beside_one(largest, ROUNDOFF)
     );
     Ok(Finding::on(cases, evidence).because(
         "For v̇ = Av one step is (I − hS + ½h²AᵀA)⁻¹(I + hK) with the symmetric and skew parts S and K of A. For a unit eigenvector v \

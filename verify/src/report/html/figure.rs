@@ -1,13 +1,16 @@
 //! Figures with their legends.
 
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+
 use maud::{Markup, PreEscaped, html};
 
 use super::super::chart;
-use super::super::style::{Palette, Style, band};
+use super::super::style::{self, Palette, Style, band};
 use super::super::text::anchor;
 use super::chapter::data_link;
 use super::{inline, permalink};
-use crate::evidence::{Figure, Mark};
+use crate::evidence::{Figure, Mark, Series};
 
 pub(super) fn figure(figure: &Figure, palette: Palette<'_>, count: &mut usize) -> Markup {
     *count += 1;
@@ -21,7 +24,7 @@ pub(super) fn figure(figure: &Figure, palette: Palette<'_>, count: &mut usize) -
                 (legend.write())
                 div.panels.(format!("columns-{}", columns.min(4))) {
                     @for panel in &figure.panels {
-                        @let styles: Vec<_> = panel.series.iter().map(|series| legend.style(&series.label)).collect();
+                        @let styles: Vec<_> = panel.series.iter().map(|series| legend.style(series)).collect();
                         div.panel {
                             @if !panel.title.is_empty() { p.title { (inline(&panel.title)) } }
                             @match chart::panel(panel, &styles, columns) {
@@ -50,7 +53,7 @@ pub(super) fn figure(figure: &Figure, palette: Palette<'_>, count: &mut usize) -
     }
 }
 
-/// Curves that another one covers: equal at every point to a thousandth of a decade, or to half of a line's width.
+/// Curves with a name that another one covers: equal at every point to a thousandth of a decade, or to half of a line's width.
 fn coincident(panel: &crate::evidence::Panel) -> Vec<(&str, &str)> {
     let values = panel.series.iter().flat_map(|series| &series.points).map(|point| point.1).filter(|y| y.is_finite());
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
@@ -62,8 +65,9 @@ fn coincident(panel: &crate::evidence::Panel) -> Vec<(&str, &str)> {
         a.len() > 1 && a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && is_near(a.1, b.1))
     };
     let mut found = Vec::new();
-    for (index, series) in panel.series.iter().enumerate() {
-        let later = &panel.series[index + 1..];
+    let named: Vec<_> = panel.series.iter().filter(|series| series.mark != Mark::Other).collect();
+    for (index, series) in named.iter().enumerate() {
+        let later = &named[index + 1..];
         if let Some(other) = later.iter().find(|other| covers(&series.points, &other.points)) {
             found.push((series.label.as_str(), other.label.as_str()));
         }
@@ -71,20 +75,26 @@ fn coincident(panel: &crate::evidence::Panel) -> Vec<(&str, &str)> {
     found
 }
 
-/// The entries of a figure, shared by its panels: a label looks the same in each.
+/// The entries of a figure, shared by its panels: a label looks the same in each. The others have one entry, their number.
 pub(in crate::report) struct Legend<'a> {
-    entries: Vec<(&'a str, Mark, Style)>,
+    entries: Vec<(Cow<'a, str>, Mark, Style)>,
     bands: Vec<(&'a str, String)>,
 }
 
 impl<'a> Legend<'a> {
     pub(in crate::report) fn of(figure: &'a Figure, palette: Palette<'_>) -> Self {
         let mut legend = Self { entries: Vec::new(), bands: Vec::new() };
-        for series in figure.panels.iter().flat_map(|panel| &panel.series) {
+        let all = || figure.panels.iter().flat_map(|panel| &panel.series);
+        for series in all().filter(|series| series.mark != Mark::Other) {
             if legend.entries.iter().all(|(label, ..)| *label != series.label) {
                 let place = legend.entries.len();
-                legend.entries.push((&series.label, series.mark, palette.style(&series.label, place, series.mark)));
+                let style = palette.style(&series.label, place, series.mark);
+                legend.entries.push((series.label.as_str().into(), series.mark, style));
             }
+        }
+        let others: BTreeSet<_> = all().filter(|series| series.mark == Mark::Other).map(|s| &s.label).collect();
+        if !others.is_empty() {
+            legend.entries.push((style::others(others.len()).into(), Mark::Other, palette.style("", 0, Mark::Other)));
         }
         for field in figure.panels.iter().filter_map(|panel| panel.field.as_ref()) {
             for (index, name) in field.bands.iter().enumerate() {
@@ -98,14 +108,17 @@ impl<'a> Legend<'a> {
     }
 
     /// Labels with the mark and the look of their series.
-    pub(in crate::report) fn entries(&self) -> &[(&'a str, Mark, Style)] {
+    pub(in crate::report) fn entries(&self) -> &[(Cow<'a, str>, Mark, Style)] {
         &self.entries
     }
 
-    pub(in crate::report) fn style(&self, label: &str) -> Style {
+    pub(in crate::report) fn style(&self, series: &Series) -> Style {
         self.entries
             .iter()
-            .find(|(known, ..)| *known == label)
+            .find(|(known, mark, _)| match series.mark {
+                Mark::Other => *mark == Mark::Other,
+                _ => *known == series.label,
+            })
             .map_or_else(|| Palette(&[]).style("", 0, Mark::Line), |entry| entry.2)
     }
 

@@ -56,7 +56,10 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             ])
         }
         "b-1" => Known::of([
-            format!("the largest spectral radius of the last is {}.", text(found.largest("dissipative systems"))),
+            format!("the largest spectral radius of the last is {}.", {
+                let below = 1.0 - found.largest("dissipative systems");
+                if below.abs() < 1e-10 { "1 to rounding".into() } else { format!("1 − {}", text(below)) }
+            }),
             "(1 − h v*Sv + ½h²|Av|²) λ = 1 + h v*Kv".into(),
             "|λ|² ≤ (1 + h²κ²)/(1 + ½h²κ²)² ≤ 1".into(),
         ]),
@@ -347,7 +350,8 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                     .zip(known)
                     .all(|(line, (name, ratio))| line.name == name && (line.ratio - ratio).abs() < 1e-12);
             require(agrees, || format!("{lines:?}"))?;
-            let lines: Vec<_> = lines.iter().map(|line| format!("{} ({})", text(line.ratio), line.name)).collect();
+            let ratio = |ratio: f64| if ratio.abs() < 1e-12 { "0 to rounding".into() } else { text(ratio) };
+            let lines: Vec<_> = lines.iter().map(|line| format!("{} ({})", ratio(line.ratio), line.name)).collect();
             Known::of([format!("those nearest to α/β = 0.9 with α/β = {}.", lines.join(", "))])
         }
         _ => Known::default(),
