@@ -116,10 +116,10 @@ fn the_picture_shows_what_is_said_of_it() {
     let mut ratios = Vec::new();
     for rival in ["implicit-euler", "rk4"] {
         ratios.push(own / error("poiseuille-ansatz", rival));
-        // "They end where it does": to a twentieth, far less than what a quarter is off.
+        // "Its own to a twentieth", far less than what a quarter is off.
         let ratio = own / error("poiseuille-galerkin", rival);
         assert!((0.95..1.05).contains(&ratio), "{rival}: {ratio}");
     }
-    let said = format!("ends at {:.2} of the error of implicit Euler and {:.2} of RK4's", ratios[0], ratios[1]);
+    let said = format!("has {:.2} of the largest error of implicit Euler and {:.2} of RK4's", ratios[0], ratios[1]);
     assert!(readme.split_whitespace().collect::<Vec<_>>().join(" ").contains(&said), "{said}");
 }
