@@ -210,6 +210,11 @@ impl Compiled {
         let inputs = inputs(path, model.input(), set)?;
         let compiler = Compiler::from_discrete_model(&model, CompilerOptions::default(), Some(code))
             .map_err(|e| located(e.to_string()))?;
+        // An `in` without an index is a scalar to DiffSL, and an input to its compiler.
+        if compiler.number_of_parameters() != inputs.len() {
+            let reason = "its inputs have no index; state them as `in_i { name = value }`".into();
+            return Err(ModelError::Form { path: path.into(), reason });
+        }
         let components = labels(model.state());
         let structure = structure(components.len(), model.take_rhs_state_deps());
         let coloring = Coloring::new(components.len(), &structure);

@@ -166,6 +166,10 @@ impl Candidate {
             design.row_mut(i).scale_mut(root);
             values[i] *= root;
         }
+        // Powers of spacings that are too far apart are none.
+        if !design.iter().chain(&values).all(|x| x.is_finite()) {
+            return None;
+        }
         let coefficients = design.svd(true, true).solve(&values, f64::EPSILON).ok()?;
         let residuals = data - plain * &coefficients;
         let squares: f64 = residuals.iter().zip(points).map(|(r, p)| weight(p.0) * r * r).sum();
