@@ -30,11 +30,18 @@ pub fn brief(value: f64) -> String {
     }
 }
 
-/// What a measurement that was repeated says, one significant digit of its least and of its most: `2 to 4`, and `about 3` where the two
-/// have the same.
+/// What a measurement says that was not repeated, one significant digit of its least and of its most: `2 to 4`, and `about 3` where the
+/// two have the same.
 pub fn about(least: f64, most: f64) -> String {
     let [least, most] = [least, most].map(|value| brief(format!("{value:.0e}").parse().unwrap_or(value)));
     if least == most { format!("about {least}") } else { format!("{least} to {most}") }
+}
+
+/// What a measurement says that was repeated, two significant digits of its least and of its most: `14 to 15`, and `1.6` where the two
+/// have the same.
+pub fn between(least: f64, most: f64) -> String {
+    let [least, most] = [least, most].map(brief);
+    if least == most { least } else { format!("{least} to {most}") }
 }
 
 /// A bound: as it was chosen if that takes six digits at most, and otherwise four digits of it. One a little beyond 1 shows
@@ -126,7 +133,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_repetitions_agree_on_has_one_digit() {
+    fn what_repetitions_agree_on_has_two_digits() {
+        let cases = [
+            ((1.55, 1.63), "1.6"),
+            ((13.5, 15.3), "14 to 15"),
+            ((12.04, 12.83), "12 to 13"),
+            ((1.38, 1.81), "1.4 to 1.8"),
+            ((0.0023, 0.0025), "0.0023 to 0.0025"),
+            ((f64::NAN, 2.0), "not a number to 2"),
+        ];
+        for ((least, most), text) in cases {
+            assert_eq!(between(least, most), text);
+        }
+    }
+
+    #[test]
+    fn what_was_not_repeated_has_one_digit() {
         let cases = [
             ((2.9, 3.2), "about 3"),
             ((1.8, 4.1), "2 to 4"),

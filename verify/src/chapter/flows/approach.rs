@@ -1,6 +1,6 @@
 //! Large steps on the way to a steady cavity, and those that are too long for their grid.
 
-use super::{Context, Scale, StudyError, measured, prose, short, streamlines};
+use super::{Context, Scale, StudyError, prose, short, streamlines, times};
 use crate::evidence::{Cell, Check, Evidence, Figure, Panel, Requirement, Table};
 use crate::experiment::flow::approach::{Approach, Found};
 use crate::experiment::flow::steady::{Refused, STEADY, Spurious};
@@ -123,8 +123,8 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let verdict = |other| if pays(other) { "pay" } else { "do not pay" };
     // A run that is given up has taken what it was given.
     let seconds = |method: &str, h: f64| of(method, h).filter(|found| found.is_steady()).map(|found| found.seconds);
-    let times = |other: &str| match (seconds("method-i", hundred), seconds(other, hundred)) {
-        (Some(own), Some(other)) => format!("{} times", measured(own.over(other))),
+    let against = |other: &str| match (seconds("method-i", hundred), seconds(other, hundred)) {
+        (Some(own), Some(other)) => format!("{} times", times(own, other)),
         _ => "an unknown part of".into(),
     };
     let values = [
@@ -145,9 +145,9 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("against_rule", verdict("trapezoidal").into()),
         ("against_tr_bdf2", verdict("tr-bdf2").into()),
         ("against_euler", verdict("implicit-euler").into()),
-        ("cpu_tr_bdf2", times("tr-bdf2")),
-        ("cpu_bdf2", times("bdf2")),
-        ("cpu_euler", times("implicit-euler")),
+        ("cpu_tr_bdf2", against("tr-bdf2")),
+        ("cpu_bdf2", against("bdf2")),
+        ("cpu_euler", against("implicit-euler")),
     ];
     evidence.notes.extend(prose::fill(include_str!("approach.md"), &values)?);
     let caption = format!(

@@ -18,6 +18,13 @@ pub(super) fn against_ghia(re: f64) -> String {
     format!("steady/{re}/{GHIA}")
 }
 
+/// Those of `reynolds` at which Botella and Peyret have a table.
+pub(super) fn of_botella(reynolds: &[f64]) -> Result<Vec<f64>, StudyError> {
+    let table = published()?;
+    let has = |re: &&f64| table.iter().any(|p| p.re == **re && p.source == BOTELLA);
+    Ok(reynolds.iter().filter(has).copied().collect())
+}
+
 /// How far a table may be off. For Re = 1000 that of Ghia et al. is off that of Botella and Peyret by up to 0.0185, and where their own grids
 /// of 129² points leave so much, 0.02 is no more than their next digit. No second table is at hand for smaller Re: these bounds are against
 /// gross errors, and the check beside them sees to it that the grid takes no more than half of them.

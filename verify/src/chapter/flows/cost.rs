@@ -25,7 +25,11 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
             let PerCell { microseconds, inner, fill } = PerCell::new(cells, &cost);
             let counts = [cost.first, cost.next, cost.iterations, inner].map(Cell::from);
             let each = [Cell::from(microseconds), fill.map_or(Cell::Empty, Cell::from), (microseconds / inner).into()];
-            rows.push(row![flow, cells, cost.unknowns, h(cells)].into_iter().chain(counts).chain(each).collect());
+            let row = row![flow, cells, cost.unknowns, h(cells)].into_iter().chain(counts).chain(each).collect();
+            // The two series of turbulence meet on a grid.
+            if !rows.contains(&row) {
+                rows.push(row);
+            }
             of_flow.push((cells, PerCell { microseconds, inner, fill }));
         }
         costs.push(of_flow);

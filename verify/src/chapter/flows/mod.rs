@@ -12,7 +12,7 @@ mod summary;
 mod work;
 
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::number::{about, brief, short};
+use crate::evidence::number::{about, between, brief, short};
 use crate::evidence::{Axis, Evidence, Field, Panel};
 use crate::experiment::flow::Seconds;
 use crate::experiment::flow::steady::{corner, interpolated};
@@ -120,6 +120,9 @@ fn study(context: &Context, id: &str, scale: &Scale) -> Result<Evidence, StudyEr
         evidence.add_under((format!("{id}-{name}"), title), found);
     }
     evidence.notes.extend(summary::told(context, &evidence.checks, scale)?);
+    if id != FULL_ID {
+        evidence.notes.extend(summary::finer()?);
+    }
     Ok(evidence)
 }
 
@@ -138,9 +141,17 @@ fn contest(ratios: &[f64]) -> String {
     word.into()
 }
 
-/// Seconds, or one run's over another's, as far as their repetitions agree.
-fn measured(Seconds { least, most }: Seconds) -> String {
-    about(least, most)
+/// Seconds, as far as their repetitions agree.
+fn measured(seconds: Seconds) -> String {
+    let Seconds { least, most } = seconds;
+    if seconds.is_of_one_run() { about(least, most) } else { between(least, most) }
+}
+
+/// One run's seconds over another's, as far as the repetitions of both agree.
+fn times(own: Seconds, other: Seconds) -> String {
+    let Seconds { least, most } = own.over(other);
+    let is_rough = own.is_of_one_run() || other.is_of_one_run();
+    if is_rough { about(least, most) } else { between(least, most) }
 }
 
 /// Legend entries of the bands between `levels`.
@@ -204,6 +215,14 @@ mod tests {
                 assert!(paragraph.contains("`verify "), "{}: {paragraph}", path.display());
             }
         }
+    }
+
+    #[test]
+    fn seconds_have_two_digits_where_both_runs_were_repeated() {
+        let (once, twice) = (Seconds { least: 2.2, most: 2.2 }, Seconds { least: 0.0238, most: 0.0247 });
+        assert_eq!([measured(once), measured(twice)], ["about 2", "0.024 to 0.025"]);
+        assert_eq!([times(once, twice), times(twice, once)], ["about 90", "about 0.01"]);
+        assert_eq!(times(twice, twice), "0.96 to 1.0");
     }
 
     #[test]

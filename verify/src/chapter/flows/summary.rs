@@ -1,10 +1,11 @@
 //! The chapter in a paragraph.
 
 use super::work::Runs;
-use super::{Context, Scale, StudyError, approach, balance, brief, cavity, contest, measured, prose, short};
+use super::{Context, LARGE, Scale, StudyError, approach, balance, brief, cavity, contest, prose, short, times};
 use crate::evidence::{Check, Outcome};
 use crate::experiment::flow::lid::{STEPS, StartedLid, TIMES};
 use crate::experiment::flow::precision::Flow;
+use crate::experiment::flow::steady::{Refused, Spurious};
 use crate::experiment::flow::{PROJECTION, Seconds};
 
 /// Of what was found at a scale, with its checks.
@@ -16,7 +17,7 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
     let started = Runs::new(context, Flow::Started, scale.lid)?;
     let seconds = |runs: &Runs, own, other| {
         let [own, other] = [runs.seconds(own)?, runs.seconds(other)?].map(|seconds| seconds.unwrap_or(Seconds::NONE));
-        Ok::<_, StudyError>(measured(own.over(other)))
+        Ok::<_, StudyError>(times(own, other))
     };
     let [shear, turbulence] = balance::over_tr_bdf2(context, scale)?;
     let in_cavity = smooth.over("tr-bdf2")?;
@@ -33,7 +34,10 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         let solves = if found.is_steady() { found.solves.to_string() } else { "more than it was given".into() };
         Ok::<_, StudyError>(solves)
     };
-    let spurious = || scale.spurious.last().map(|h| approach::too_long(*h)).ok_or("no step is too long");
+    let rk4_held = smooth.held("rk4")?.map_or_else(String::new, |error| {
+        format!(", whose longest steps that hold have an error of {} already", brief(error))
+    });
+    let too_long = || scale.spurious.last().map(|h| approach::too_long(*h)).ok_or("no step is too long");
     let values = [
         ("passed", orders.iter().filter(|check| check.outcome == Outcome::Pass).count().to_string()),
         ("orders", orders.len().to_string()),
@@ -46,9 +50,15 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         ("turbulence", brief(turbulence)),
         ("tr_bdf2_seconds", seconds(&smooth, "method-i", "tr-bdf2")?),
         ("projection_seconds", seconds(&smooth, "method-i", PROJECTION)?),
+        ("smooth_re", short(Flow::Manufactured.re())),
+        ("smooth_cells", scale.precision.to_string()),
         ("rk4_seconds", seconds(&smooth, "method-i", "rk4")?),
+        ("rk4_held", rk4_held),
+        ("lid_re", short(Flow::Started.re())),
+        ("lid_cells", scale.lid.to_string()),
         ("lid_seconds", seconds(&started, "method-i", "tr-bdf2")?),
         ("method_ii_seconds", seconds(&started, "method-ii", "trapezoidal")?),
+        ("method_ii_timed", started.timed("method-ii")?.into()),
         ("large", short(large)),
         ("last", short(last)),
         ("lid_first", over("tr-bdf2", first)),
@@ -56,14 +66,59 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         ("lid_last", over("tr-bdf2", last)),
         ("lid_projection_last", over(PROJECTION, last)),
         ("h", short(H)),
+        ("approach_re", short(approach::from_rest("", 0, H).re)),
+        ("approach_cells", scale.approach.to_string()),
         ("own_solves", solves("method-i")?),
         ("tr_bdf2_solves", solves("tr-bdf2")?),
         ("bdf2_solves", solves("bdf2")?),
         ("euler_solves", solves("implicit-euler")?),
-        ("spurious_re", short(spurious()?.re)),
-        ("spurious_cells", spurious()?.cells.to_string()),
-        ("spurious_h", short(spurious()?.h)),
-        ("rest", short(context.get(spurious()?)?.residual)),
+        ("spurious", stalls(&too_long()?, &*context.get(too_long()?)?)),
     ];
     prose::fill(include_str!("summary.md"), &values)
+}
+
+/// How steps too long for their grid end.
+fn stalls(Spurious { re, cells, h }: &Spurious, found: &Refused) -> String {
+    let rest = short(found.residual);
+    let setting = format!("with h = {h}, too long for the cavity at Re = {re} on {cells}² cells");
+    match found.gradient {
+        Some(_) => format!("In a step {setting}, its iteration stalls at |f| = {rest}, and the library refuses that."),
+        None if found.message.is_empty() => format!("Steps {setting}, lead to a steady flow all the same."),
+        None => format!("Steps {setting}, end at |f| = {rest}, and the library refuses that."),
+    }
+}
+
+/// What only the chapter on fine grids has.
+pub(super) fn finer() -> Result<Vec<String>, StudyError> {
+    let ([(low, ..), beyond @ ..], [_, periodic, proportional]) = (LARGE.steady, LARGE.costs) else {
+        return Err("no finer grids".into());
+    };
+    let list = |reynolds: Vec<f64>| reynolds.into_iter().map(short).collect::<Vec<_>>().join(" and ");
+    let all: Vec<f64> = beyond.iter().map(|(re, ..)| *re).collect();
+    let cells = beyond.iter().map(|(_, cells, _)| *cells).max().ok_or("no finer grid")?;
+    let values = [
+        ("low", short(*low)),
+        ("ghia", list(all.clone())),
+        ("botella", list(cavity::of_botella(&all)?)),
+        ("cells", cells.to_string()),
+        ("points", periodic.iter().chain(proportional).max().ok_or("no finer grid")?.to_string()),
+    ];
+    prose::fill(include_str!("finer.md"), &values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_too_long_for_their_grid_stall_or_rest_or_lead_to_a_steady_flow() {
+        let told = |gradient: Option<f64>, message: &str| {
+            stalls(&approach::too_long(1e3), &Refused { residual: 0.25, psi: None, gradient, message: message.into() })
+        };
+        let setting = "with h = 1000, too long for the cavity at Re = 1000 on 32² cells";
+        let refused = "at |f| = 0.25, and the library refuses that.";
+        assert_eq!(told(Some(1e-8), "refused"), format!("In a step {setting}, its iteration stalls {refused}"));
+        assert_eq!(told(None, "refused"), format!("Steps {setting}, end {refused}"));
+        assert_eq!(told(None, ""), format!("Steps {setting}, lead to a steady flow all the same."));
+    }
 }

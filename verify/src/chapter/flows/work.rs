@@ -52,6 +52,21 @@ impl Runs {
         Ok(self.of(method)?.seconds_for(self.asked()?))
     }
 
+    /// The error of the longest steps that hold, where these are more accurate than asked, and their seconds are taken.
+    pub(super) fn held(&self, method: &str) -> Result<Option<f64>, StudyError> {
+        let asked = self.asked()?;
+        Ok(self.of(method)?.points.iter().find_map(|point| point.error).filter(|error| *error < asked))
+    }
+
+    /// How often the runs were timed from which those seconds are.
+    pub(super) fn timed(&self, method: &str) -> Result<&'static str, StudyError> {
+        Ok(match self.seconds(method)? {
+            Some(seconds) if seconds.is_of_one_run() => "once",
+            Some(_) => "more than once",
+            None => "never",
+        })
+    }
+
     fn name(&self) -> &'static str {
         match self.flow {
             Flow::Manufactured => "cavity-manufactured",
@@ -197,15 +212,20 @@ fn words(evidence: &mut Evidence, scale: &Scale, [smooth, started]: &[Runs; 2]) 
     let [own_last, rule_last, tr_bdf2_last] = [last("method-i")?, last("trapezoidal")?, last("tr-bdf2")?];
     let (projection, projection_solves) = last(PROJECTION)?;
     // So many that each of the three has runs on both sides.
-    let work = [own_last, rule_last, tr_bdf2_last].map(|(_, solves)| solves as f64).into_iter().smallest();
+    let finest_runs = [("Method I", own_last), ("the trapezoidal rule", rule_last), ("TR-BDF2", tr_bdf2_last)];
+    let (fewest, (_, work)) = finest_runs.into_iter().min_by_key(|(_, (_, solves))| *solves).ok_or("no run")?;
+    let work = work as f64;
     let over = |found: &Found| Some(own.error_with(work)? / found.error_with(work)?);
     let ratio = |found: &Found| brief(over(found).unwrap_or(f64::NAN));
     let (longest, error) = scheme.points.iter().find_map(|p| Some((p.h, p.error?))).unwrap_or((f64::NAN, f64::NAN));
     let seconds = |runs: &Runs, method| {
-        Ok::<_, StudyError>(match (runs.seconds(method)?, &runs.last(method)?.failure) {
-            (Some(seconds), _) => format!("{} s", measured(seconds)),
-            (None, Some(_)) => "has no run".into(),
-            (None, None) => "more than with its finest steps".into(),
+        Ok::<_, StudyError>(match (runs.seconds(method)?, runs.held(method)?, &runs.last(method)?.failure) {
+            (Some(seconds), None, _) => format!("{} s", measured(seconds)),
+            (Some(seconds), Some(error), _) => {
+                format!("{} s (with its longest steps that hold, whose error is {})", measured(seconds), brief(error))
+            }
+            (None, _, Some(_)) => "has no run".into(),
+            (None, _, None) => "more than with its finest steps".into(),
         })
     };
     let values = [
@@ -219,6 +239,7 @@ fn words(evidence: &mut Evidence, scale: &Scale, [smooth, started]: &[Runs; 2]) 
         ("projection", short(projection)),
         ("projection_solves", projection_solves.to_string()),
         ("work", short(work)),
+        ("fewest", fewest.into()),
         ("tr_bdf2_ratio", ratio(tr_bdf2)),
         ("rule_ratio", ratio(rule)),
         ("longest", short(longest)),
@@ -245,6 +266,8 @@ fn words(evidence: &mut Evidence, scale: &Scale, [smooth, started]: &[Runs; 2]) 
         ("lid_bdf2_seconds", seconds(started, "bdf2")?),
         ("lid_rk4_seconds", seconds(started, "rk4")?),
         ("lid_projection_seconds", seconds(started, PROJECTION)?),
+        ("timed", smooth.timed("method-ii")?.into()),
+        ("lid_timed", started.timed("method-ii")?.into()),
     ];
     evidence.notes.extend(prose::fill(include_str!("work.md"), &values)?);
     Ok(())

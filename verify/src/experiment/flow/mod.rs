@@ -70,6 +70,11 @@ impl Seconds {
         Self { least: times.iter().copied().smallest(), most: times.iter().copied().largest() }
     }
 
+    /// Whether no second run says how far they can be trusted.
+    pub(crate) fn is_of_one_run(self) -> bool {
+        self.least == self.most
+    }
+
     /// Over others: the least and the most that the repetitions allow.
     pub(crate) fn over(self, other: Self) -> Self {
         Self { least: self.least / other.most, most: self.most / other.least }
@@ -266,6 +271,7 @@ mod tests {
         assert_eq!((long, times.next()), (Seconds { least: 0.7, most: 0.8 }, Some(0.0)));
         let longest = repeated(|| Ok(((), 11.0))).expect("it runs").1;
         assert_eq!(longest, Seconds { least: 11.0, most: 11.0 });
+        assert_eq!([found, long, longest].map(Seconds::is_of_one_run), [false, false, true]);
         let ratio = Seconds { least: 2.0, most: 6.0 }.over(Seconds { least: 3.0, most: 4.0 });
         assert_eq!(ratio, Seconds { least: 0.5, most: 2.0 });
     }
