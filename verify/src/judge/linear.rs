@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::polynomial::{Polynomial, Sign, double};
+use super::polynomial::{Polynomial, Sign};
 use super::real::{Real, dot};
 use super::tableau::Numbers;
 use crate::measure::norm::Extremes;
@@ -202,7 +202,7 @@ impl StabilityFunction {
 
     /// Whether |R| > 1 at z certainly, which is what a counterexample has to show.
     pub fn exceeds_one_at(&self, y: f64) -> bool {
-        self.margin().at(&double(y * y)).is_negative()
+        self.margin().at(&Real::double(y * y)).is_negative()
     }
 }
 

@@ -201,7 +201,7 @@ impl Polynomial {
         }
         points.push((left, if left == 0.0 { 1.0 } else { 2.0 * left }));
         for (from, at) in points {
-            if certain.at(&double(at)).is_negative() {
+            if certain.at(&Real::double(at)).is_negative() {
                 return Sign::NegativeFrom { from, at };
             }
         }
@@ -239,11 +239,6 @@ pub(super) fn simultaneous(c: &[Complex<f64>]) -> Vec<Complex<f64>> {
         }
     }
     roots
-}
-
-/// A double, which has no more bits than a [`Real`].
-pub(super) fn double(x: f64) -> Real {
-    dashu_ratio::RBig::try_from(x).map_or_else(|_| Real::zero(), |x| Real::rational(&x))
 }
 
 #[cfg(test)]
@@ -296,6 +291,6 @@ mod tests {
         let p = polynomial(&[3, -1, 4, 2, -5]);
         let y = 0.7_f64;
         let value = p.at_complex(Complex::new(0.0, y)).norm_sqr();
-        assert!((p.modulus_on_imaginary_axis().at(&double(y * y)).to_f64() - value).abs() < 1e-13);
+        assert!((p.modulus_on_imaginary_axis().at(&Real::double(y * y)).to_f64() - value).abs() < 1e-13);
     }
 }

@@ -52,6 +52,12 @@ impl Real {
         }
     }
 
+    /// A double, which has no more bits than this; anything where it is not finite.
+    pub fn double(x: f64) -> Self {
+        let anything = || Self { mid: Float::ZERO, radius: f64::INFINITY };
+        RBig::try_from(x).map_or_else(|_| anything(), |x| Self::rational(&x))
+    }
+
     /// The same with `radius` more of uncertainty.
     #[must_use]
     pub fn widened(&self, radius: f64) -> Self {

@@ -6,7 +6,7 @@ use dashu_int::IBig;
 use dashu_ratio::RBig;
 
 use super::conditions::Weights;
-use super::polynomial::{Polynomial, double};
+use super::polynomial::Polynomial;
 use super::real::Real;
 use super::tableau::{Coefficient, Numbers, Place, Shape, Tableau, row_sums};
 use super::tree::{Forest, Rule};
@@ -275,7 +275,7 @@ pub(super) fn polish(polynomial: &Polynomial, start: f64) -> Option<Real> {
     let slopes: Vec<Real> =
         polynomial.coefficients().iter().enumerate().skip(1).map(|(k, c)| c * &Real::from(k as i64)).collect();
     let slope = Polynomial::new(slopes);
-    let mut x = double(start);
+    let mut x = Real::double(start);
     for _ in 0..8 {
         let s = slope.at(&x);
         if s.may_be_zero() {

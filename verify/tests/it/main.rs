@@ -1,5 +1,6 @@
 //! What the program promises, in one binary, so that it is linked once. What it finds is tested by name in `evidence.rs`.
 
+mod branches;
 mod claims;
 mod cli;
 mod closed_forms;
