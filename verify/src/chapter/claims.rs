@@ -35,7 +35,11 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 const RULE: &str = "A claim is confirmed if all its comparisons come out as claimed. A universal statement is refuted as stated \
                     by one counterexample. Any other is qualified if it holds in all cases of a condition that the paper does \
                     not state; if there is none, it is refuted if it holds in no case or, as a comparison of methods, in no case \
-                    against one of the others; and else it is not supported.";
+                    against one of the others; and else it is not supported. A condition is one that a user can check beforehand: of the \
+                    problem, the step size, the data or, in a statement on a family of schemes, the member; and the finding says why it \
+                    holds there, so that no condition is picked by its outcomes. A restriction of the rivals is none, except where the \
+                    source names each, so that every pair is a sentence of its own. Where a condition ends with the tests and not with \
+                    what was found, it says how far it was tested.";
 
 /// That a claim could be decided, whatever the verdict: the recorded verdicts are held by the goldens.
 fn check(judged: &Judged) -> Check {
@@ -93,6 +97,7 @@ fn found(judged: &Judged) -> String {
     let mut sentences: Vec<_> = finding.digits.iter().map(|digits| sentence(beside(digits))).collect();
     match judged.verdict() {
         Some(Verdict::Refuted) => {
+            sentences.extend(never_ahead(judged));
             sentences.extend(finding.counterexample().map(|case| format!("Counterexample: {case}.")))
         }
         Some(Verdict::Qualified) => {
@@ -114,6 +119,14 @@ fn sentence(text: String) -> String {
         true => text[..1].to_ascii_uppercase() + &text[1..],
         false => text,
     }
+}
+
+/// The methods that refute a comparison, since it is never ahead of them.
+fn never_ahead(Judged { claim, finding }: &Judged) -> Option<String> {
+    let finding = finding.as_ref().ok().filter(|_| claim.quantifier == Quantifier::Comparison)?;
+    let unbeaten = finding.unbeaten().into_iter().map(|(rival, cases)| format!("0 of {cases} against {rival}"));
+    let unbeaten: Vec<_> = unbeaten.collect();
+    (!unbeaten.is_empty()).then(|| format!("Never ahead of one method: {}.", unbeaten.join(", ")))
 }
 
 /// What the finding says of where the statement holds: that decides a verdict only where a condition makes it hold.
@@ -177,6 +190,9 @@ fn section(judged: &Judged) -> Section {
                 Some(Verdict::Qualified) => Some("Where it does not hold"),
                 _ => None,
             };
+            if judged.verdict() == Some(Verdict::Refuted) {
+                paragraphs.extend(never_ahead(judged).map(|text| ("What refutes it", text)));
+            }
             paragraphs.extend(label.zip(finding.counterexample()).map(|(label, case)| (label, format!("{case}."))));
             paragraphs.extend(finding.where_it_holds.clone().map(|text| (reach(judged), text)));
             paragraphs.extend(finding.mechanism.clone().map(|text| ("Why", text)));
@@ -304,7 +320,9 @@ mod tests {
         let refuted = judged(Quantifier::Universal, vec![yes.clone(), no.clone()]);
         let confirmed = judged(Quantifier::General, vec![yes.clone()]);
         let qualified = judged(Quantifier::General, vec![yes.clone().under(true), no.clone()]);
-        let mixed = judged(Quantifier::Comparison, vec![yes.clone(), no]);
+        let mixed = judged(Quantifier::Comparison, vec![yes.clone(), no.clone()]);
+        let unbeaten =
+            judged(Quantifier::Comparison, vec![yes.clone().against("a"), no.clone().against("b"), no.against("b")]);
         let answered = judged(Quantifier::Open, vec![yes]);
         let labels = |judged: &Judged| -> Vec<String> {
             section(judged).paragraphs.into_iter().map(|(label, _)| label).collect()
@@ -318,6 +336,16 @@ mod tests {
             assert!(found(judged).ends_with(&format!("{label}: For x < 1.")), "{}", found(judged));
         }
         assert!(found(&answered).contains("The answer is 42."));
+        // What refutes a comparison is a method that it is never ahead of.
+        assert!(
+            found(&unbeaten).contains("Never ahead of one method: 0 of 2 against b. Counterexample: z: 3"),
+            "{}",
+            found(&unbeaten)
+        );
+        assert!(
+            labels(&unbeaten).contains(&"What refutes it".to_owned())
+                && !labels(&refuted).contains(&"What refutes it".to_owned())
+        );
         // As many digits as the source has, two at least, and every number of it.
         assert!(found(&confirmed).contains("printed 0.3, here 0.32. y: printed 2, here 2.0."), "{}", found(&confirmed));
         let table = verdicts(&[refuted, confirmed, mixed, answered]);

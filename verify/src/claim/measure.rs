@@ -2,10 +2,13 @@
 
 use crate::evidence::number;
 
+/// What a case says in place of a number if it says nothing else.
+pub(super) const NO_SOLUTION: &str = "no solution";
+
 /// A number for a sentence: three significant digits, four from 1 to 2.
 pub(super) fn text(x: f64) -> String {
     if x == f64::INFINITY {
-        return "no solution".into();
+        return NO_SOLUTION.into();
     }
     let digits = if (1.0..2.0).contains(&x.abs()) { 4 } else { 3 };
     number::Short::new(x, digits).text()

@@ -7,9 +7,12 @@ pub(crate) mod ky21;
 mod measure;
 mod s24;
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
+
+use measure::text;
 
 use crate::evidence::{Figure, Requirement, Table};
 use crate::experiment::{Context, Experiment, ExperimentError, StudyError, side_by_side};
@@ -107,8 +110,10 @@ impl Quantifier {
 pub struct Case {
     /// What is measured.
     pub what: String,
-    /// The number; infinite where there is no solution to measure, never `NaN`.
+    /// The number; infinite where there is none, never `NaN`.
     pub measured: f64,
+    /// What there is in place of a number.
+    pub without: Cow<'static, str>,
     /// What it is compared with.
     pub required: Requirement,
     /// Whether it is a case of the condition under which the finding says that the statement holds.
@@ -125,13 +130,20 @@ fn rivals(cases: &[Case]) -> impl Iterator<Item = Vec<&Case>> {
 
 impl Case {
     fn new(what: impl Into<String>, measured: f64, required: Requirement) -> Self {
-        Self { what: what.into(), measured, required, is_under_the_condition: false, rival: None }
+        let without = measure::NO_SOLUTION.into();
+        Self { what: what.into(), measured, without, required, is_under_the_condition: false, rival: None }
     }
 
     /// Says whether it is a case of the condition under which the finding says that the statement holds.
     #[must_use]
     pub fn under(self, is_under_the_condition: bool) -> Self {
         Self { is_under_the_condition, ..self }
+    }
+
+    /// Says what there is where there is no number.
+    #[must_use]
+    pub fn or_else(self, without: impl Into<Cow<'static, str>>) -> Self {
+        Self { without: without.into(), ..self }
     }
 
     /// Names the method that it compares with.
@@ -173,8 +185,8 @@ impl Case {
 
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = measure::text;
-        write!(f, "{}: {}, where {} is claimed", self.what, text(self.measured), self.required)
+        let measured = if self.measured == f64::INFINITY { self.without.clone() } else { text(self.measured).into() };
+        write!(f, "{}: {measured}, where {} is claimed", self.what, self.required)
     }
 }
 
@@ -269,6 +281,15 @@ impl Finding {
         let worst = unbeaten.filter(has_number).max_by(|a, b| a.measured.total_cmp(&b.measured));
         let failing = || self.cases.iter().filter(fails);
         worst.or_else(|| failing().find(has_number)).or_else(|| failing().next())
+    }
+
+    /// The methods that a comparison is never ahead of, each with the number of its cases.
+    pub fn unbeaten(&self) -> Vec<(&'static str, usize)> {
+        let of = |cases: Vec<&Case>| {
+            let never = cases.iter().all(|case| case.is_sound() && !case.holds());
+            Some((cases.first()?.rival?, cases.len())).filter(|_| never)
+        };
+        rivals(&self.cases).filter_map(of).collect()
     }
 
     /// How many comparisons hold: `9 of 10`.
@@ -427,6 +448,25 @@ mod tests {
         assert_eq!(of(&[case(none, "a"), case(0.5, "a")]), Some(none));
         assert_eq!(of(&[case(0.5, "a"), case(f64::NAN, "a"), case(2.0, "a"), case(3.0, "a")]), Some(2.0));
         assert_eq!(of(&[case(0.5, "a"), case(f64::NAN, "b")]), None);
+    }
+
+    #[test]
+    fn the_methods_that_are_never_beaten_are_those_without_a_case_that_holds_or_is_open() {
+        let case = |measured: f64, rival| Case::below("x", measured, 1.0).against(rival);
+        let of = |cases: &[Case]| Finding::on(cases.to_vec(), "").unbeaten();
+        let never =
+            [case(7.0, "a"), case(0.5, "a"), case(1.0, "b"), case(3.0, "b"), case(f64::NAN, "c"), case(2.0, "c")];
+        assert_eq!(of(&never), [("b", 2)]);
+        assert_eq!(of(&[Case::below("x", 7.0, 1.0)]), []);
+    }
+
+    #[test]
+    fn a_case_without_a_number_says_what_there_is_in_its_place() {
+        let case = |measured| Case::at_most("x", measured, 1.0);
+        assert_eq!(case(f64::INFINITY).to_string(), "x: no solution, where ≤ 1 is claimed");
+        let other = |measured| case(measured).or_else("not determined").to_string();
+        assert_eq!(other(f64::INFINITY), "x: not determined, where ≤ 1 is claimed");
+        assert_eq!(other(2.0), "x: 2.00, where ≤ 1 is claimed");
     }
 
     #[test]

@@ -40,6 +40,7 @@ mod propagator;
 pub mod published_values;
 pub mod reversal;
 pub mod stability;
+pub mod step_equation;
 mod step_map;
 pub mod symplectic_defect;
 pub mod work_error;

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use crate::experiment::{Context, Experiment, StudyError};
 use crate::kinds::Principle;
 use crate::measure::norm::max_norm;
-use crate::measure::order::OrderFit;
-use crate::method::Method;
+use crate::measure::order::{OrderFit, Verdict};
+use crate::method::{self, Method};
 pub(crate) use crate::order::{OrderError, Truth};
 use crate::order::{Source, measure};
 use crate::problem::{self, Problem};
@@ -62,5 +62,24 @@ impl Experiment for Orders {
             Ok(measured)
         };
         pairs.into_par_iter().map(one).collect()
+    }
+}
+
+/// The fitted order of one method on one problem, one of those of [`Orders`].
+#[derive(Debug)]
+pub(crate) struct Order {
+    pub(crate) problem: &'static str,
+    pub(crate) method: &'static str,
+}
+
+impl Experiment for Order {
+    const ID: &'static str = "order";
+    type Found = f64;
+
+    fn measure(&self, _: &Context) -> Result<f64, StudyError> {
+        let measured = measure_one(self.problem, &*problem::small(self.problem)?, &*method::parse(self.method)?);
+        let fit = measured.fit.map_err(|error| error.to_string())?;
+        let line = fit.line.filter(|_| fit.verdict == Verdict::Pass);
+        Ok(line.ok_or_else(|| format!("the order of {} on {} is not settled", self.method, self.problem))?.slope)
     }
 }

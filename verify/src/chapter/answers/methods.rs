@@ -1,5 +1,6 @@
 //! The methods that the first page names: what each is, and whether to use it.
 
+use super::smooth::FAMILY;
 use super::{prose, smooth};
 use crate::chapter::{Context, StudyError};
 use crate::evidence::number::brief;
@@ -13,8 +14,6 @@ use crate::method;
 
 const ID: &str = "methods";
 
-/// The closure of the family that stands for it.
-const FAMILY: &str = "linear(-0.5,1)";
 /// Up to which hλ a closure of the family is the best one.
 const RANGE: f64 = 3.0;
 /// Where the run of the position–momentum form ends.

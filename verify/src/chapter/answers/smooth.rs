@@ -10,8 +10,10 @@ use crate::experiment::end_errors::{EndErrors, Found, Truth};
 use crate::measure::norm::Extremes;
 use crate::method;
 
-const METHODS: [&str; 5] =
-    ["method-i", "trapezoidal", "implicit-midpoint", "ls-galerkin(2,gauss,2)", "ls-galerkin(3,gauss,3)"];
+const METHODS: [&str; 6] =
+    ["method-i", "trapezoidal", "implicit-midpoint", "ls-galerkin(2,gauss,2)", "ls-galerkin(3,gauss,3)", FAMILY];
+/// The closure that stands for the (α, β) family, of which the table of methods tells.
+pub(super) const FAMILY: &str = "linear(-0.5,1)";
 pub(super) const PROBLEMS: [&str; 4] = ["quadratic-drag", "logistic", "damped-pendulum", "van-der-pol"];
 /// So many, in a word.
 pub(super) const COUNT: &str = "four";
@@ -45,7 +47,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         let start = [Cell::from(*problem), Cell::from(H), Cell::from(END)];
         start.into_iter().chain(errors.iter().chain([work]).copied().map(Cell::found)).collect()
     });
-    let caption = "Errors at t_end with steps of h; `ls-galerkin(S,gauss,S)` is Gauss collocation of order 2S. Last, the least error of Method I \
+    let caption = "Errors at t_end with steps of h; `ls-galerkin(S,gauss,S)` is Gauss collocation of order 2S, and `linear(-0.5,1)` stands for the (α, β) family. Last, the least error of Method I \
                    for at most as many evaluations of f as Gauss collocation with two nodes takes.";
     let columns: Vec<&str> =
         ["problem", "h", "t_end"].into_iter().chain(METHODS).chain(["method_i_for_equal_work"]).collect();

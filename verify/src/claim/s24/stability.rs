@@ -9,6 +9,7 @@ use crate::experiment::non_normal::{
     self, Amplified, AmplifiedFrom, Dissipative, MARGIN, ROUNDOFF, Rotation, Rotations,
 };
 use crate::experiment::one_step::{LeavesAt, OneStep};
+use crate::experiment::step_equation::{self, StepEquation};
 use crate::experiment::{Context, StudyError};
 use crate::measure::norm::{Extremes, max_norm};
 use crate::measure::stability::numerical_abscissa;
@@ -25,7 +26,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-b-1",
         source: "[S24] Section 3, Eq. (23)",
-        statement: "Method I is stable at every step size on the test problem and on linear dissipative systems.",
+        statement: "Method I is stable at every step size on the test problem, and on dissipative systems if they are linear (our restriction).",
         quantifier: Quantifier::Universal,
         criterion: "Live steps contract on v̇ = −v and on every damped plane rotation, and the spectral radius of a live step \
                     is at most 1 on random systems whose matrix has a negative semidefinite symmetric part.",
@@ -42,7 +43,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-b-3",
         source: "[S24] Section 3, after Eq. (27)",
-        statement: "Method I is unconditionally stable: no step size amplifies what does not grow.",
+        statement: "Method I is unconditionally stable: no step size amplifies what does not grow, whether it is dissipative or not (our reading).",
         quantifier: Quantifier::Universal,
         criterion: "The spectral radius of a live step is at most 1 on v̇ = −v, on damped plane rotations, on v̇ = 0, and on the \
                     stable linear system of 3 unknowns that a search finds to be amplified most.",
@@ -51,7 +52,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-c-1",
         source: "[S24] Section 3, Eq. (25)",
-        statement: "Method II is stable at every step size on the test problem and on stable linear systems with an invertible matrix.",
+        statement: "Method II is stable at every step size on the test problem, and on stable systems that are linear with an invertible matrix \
+                    (our restriction).",
         quantifier: Quantifier::Universal,
         criterion: "Live steps contract on v̇ = −v and on every damped plane rotation, and the spectral radius of a live step \
                     is at most 1 on the stable system of 3 unknowns that the search of S24-b-3, made for Method II, finds to be amplified most.",
@@ -76,9 +78,9 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-c-4",
         source: "[S24] Section 3, after Eq. (27)",
-        statement: "Method II is unconditionally stable: no step size amplifies what does not grow.",
+        statement: "Method II is unconditionally stable: no step size amplifies what does not grow, whether it is dissipative or not (our reading).",
         quantifier: Quantifier::Universal,
-        criterion: "As for S24-b-3.",
+        criterion: "As for S24-b-3. A step that is not determined has no size, and counts as not bounded.",
         decide: method_ii_on_stable_systems,
     },
 ];
@@ -117,7 +119,7 @@ fn method_i_on_dissipative_systems(context: &Context) -> Result<Finding, StudyEr
     }
     let largest = cases[cases.len() - found.len()..].iter().map(|case| case.measured).largest();
     let evidence = format!(
-        "Scalars, rotations and linear dissipative systems are stable at every step size; the largest spectral radius of the last \
+        "Linear scalars, rotations and linear dissipative systems are stable at every step size; the largest spectral radius of the last \
          is {}.",
         beside_one(largest, ROUNDOFF)
     );
@@ -136,29 +138,32 @@ fn on_stable_systems(
     method: &'static str,
 ) -> Result<(Vec<Case>, Arc<non_normal::Found>), StudyError> {
     let mut cases = on_normal_systems(context, method)?;
-    cases.push(Case::at_most("|v₁/v₀| on v̇ = 0, h = 1", at_rest(context, method)?.abs(), 1.0 + ROUNDOFF));
+    let at_rest = OneStep { problem: AT_REST, ..OneStep::growth(method, 1.0) }.or_infinity(context)?;
+    let at_rest = Case::at_most("|v₁/v₀| on v̇ = 0, h = 1", at_rest.abs(), 1.0 + ROUNDOFF);
+    cases.push(at_rest.or_else("step not determined"));
     let worst = context.get(Amplified { method, order: 3 })?;
     cases.push(Case::at_most("largest spectral radius, stable systems of 3 unknowns", worst.radius, 1.0 + ROUNDOFF));
     Ok((cases, worst))
 }
 
-/// v₁ of a step of 1 on v̇ = 0 from v₀ = 1.
-fn at_rest(context: &Context, method: &'static str) -> Result<f64, StudyError> {
-    Ok(OneStep { problem: "linear-drag lambda=0", ..OneStep::growth(method, 1.0) }.or_infinity(context)?)
-}
+/// v̇ = 0.
+const AT_REST: &str = "linear-drag lambda=0";
 
 fn method_ii_on_stable_systems(context: &Context) -> Result<Finding, StudyError> {
     let (cases, worst) = on_stable_systems(context, "method-ii")?;
+    let equation = StepEquation { problem: AT_REST, weights: StepEquation::METHOD_II, h: 1.0 };
+    if *context.get(equation)? != step_equation::Found::Every {
+        return Err("a step of Method II on v̇ = 0 is determined".into());
+    }
     let evidence = format!(
-        "A step on v̇ = 0 with h = 1 gives v₁/v₀: {}. The search among stable systems of 3 unknowns, whose matrices are \
-         invertible, reaches a spectral radius of {}.",
-        text(at_rest(context, "method-ii")?),
+        "A step on v̇ = 0 is not determined: with h = 1 every v₁ meets p₁ = p₀, so that there are solutions and none is told from the \
+         others. The search among stable systems of 3 unknowns, whose matrices are invertible, reaches a spectral radius of {}.",
         text(worst.radius)
     );
     Ok(Finding::on(cases, evidence)
         .holds_where("On stable linear systems with an invertible matrix (S24-c-1).")
         .because(
-            "Jᵀ(r₀ + r₁) = 0 leaves the residual free along the null vectors of Jᵀ, so that a step is not determined where the matrix is \
+            "L_d = (v₁ − v₀)²/(2h) on v̇ = 0 has p₁ = p₀ whatever v₁ is. In general Jᵀ(r₀ + r₁) = 0 leaves the residual free along the null vectors of Jᵀ, so that a step is not determined where the matrix is \
              singular. Method I, whose step is there to be had, amplifies other systems (S24-b-3).",
         ))
 }
@@ -174,7 +179,7 @@ fn method_i_on_stable_systems(context: &Context) -> Result<Finding, StudyError> 
         text(worst.radius)
     );
     Ok(Finding::on(cases, evidence)
-        .holds_where("On scalars, on systems with a normal matrix, and on linear dissipative systems (S24-b-1).")
+        .holds_where("On linear scalars, on systems with a normal matrix, and on linear dissipative systems (S24-b-1).")
         .because(format!(
             "Stability of a step is guaranteed by a negative semidefinite symmetric part S, not by the eigenvalues of the matrix. The matrix with rows {}, {}, \
              {} has no eigenvalue right of {}, but S has the eigenvalue {}, so that the system is not dissipative; the \

@@ -5,7 +5,7 @@ mod ky21;
 mod s24;
 
 use libtest_mimic::Failed;
-use verify::claim::{Case, Claim, Finding, Quantifier};
+use verify::claim::{Case, Claim, Finding, Quantifier, Verdict};
 use verify::evidence::{Cell, number};
 
 use super::answers::consists;
@@ -48,6 +48,11 @@ pub(super) fn says_what_was_found(claim: &Claim, finding: &Finding) -> Result<()
             said.what == *what && said.printed == *printed && is_same(said.here, *here)
         });
     require(agrees, || format!("{digits:?} where {:?} is known", known.digits))?;
+    // A condition is not picked by its outcomes alone.
+    let is_qualified = claim.quantifier.verdict(finding.cases()) == Verdict::Qualified;
+    require(!is_qualified || (where_it_holds.is_some() && mechanism.is_some()), || {
+        "a qualified claim without its condition, or without a reason for it".into()
+    })?;
     let rivals = finding.cases().iter().filter(|case| case.rival.is_some()).count();
     let expected = if claim.quantifier == Quantifier::Comparison { finding.cases().len() } else { 0 };
     require(rivals == expected || claim.id == "S24-c-1", || {
