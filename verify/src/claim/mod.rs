@@ -457,7 +457,7 @@ mod tests {
         let never =
             [case(7.0, "a"), case(0.5, "a"), case(1.0, "b"), case(3.0, "b"), case(f64::NAN, "c"), case(2.0, "c")];
         assert_eq!(of(&never), [("b", 2)]);
-        assert_eq!(of(&[Case::below("x", 7.0, 1.0)]), []);
+        assert!(of(&[Case::below("x", 7.0, 1.0)]).is_empty());
     }
 
     #[test]
@@ -466,7 +466,7 @@ mod tests {
         assert_eq!(case(f64::INFINITY).to_string(), "x: no solution, where ≤ 1 is claimed");
         let other = |measured| case(measured).or_else("not determined").to_string();
         assert_eq!(other(f64::INFINITY), "x: not determined, where ≤ 1 is claimed");
-        assert_eq!(other(2.0), "x: 2.00, where ≤ 1 is claimed");
+        assert_eq!(other(2.0), "x: 2, where ≤ 1 is claimed");
     }
 
     #[test]

@@ -97,8 +97,8 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             let at_rest = found.of("on v̇ = 0, h = 1")[0];
             require(at_rest.to_string().contains(": step not determined, where ≤ 1"), || at_rest.to_string())?;
             Known::of([
-                "with h = 1 every v₁ meets p₁ = p₀,".into(),
-                "on v̇ = 0 has p₁ = p₀ whatever".into(),
+                "A step on v̇ = 0 is not determined: with h = 1 every v₁ meets p₁ = p₀,".into(),
+                "L_d = (v₁ − v₀)²/(2h) on v̇ = 0 has p₁ = p₀ whatever".into(),
                 format!(
                     "among stable systems of 3 unknowns, whose matrices are invertible, reaches a spectral radius of {}.",
                     text(damped()?)
