@@ -154,11 +154,14 @@ impl<'a> Row<'a> {
     }
 }
 
-/// How many points of a curve are in no row that it is named after. Its name may have two parts, as in `method-i, vorticity`.
+/// How many points of a curve are in no row that it is named after. Its name may have two parts, as in
+/// `method-i, vorticity`, where no row has it as it stands.
 fn lost(series: &Series, rows: &[Row], numbers: &HashSet<u64>) -> usize {
-    let parts = match series.label.split_once(", ") {
-        Some((first, second)) => vec![first, second],
-        None => vec![series.label.as_str()],
+    let whole = series.label.as_str();
+    let is_whole = rows.iter().any(|row| row.texts.contains(&whole));
+    let parts = match whole.split_once(", ") {
+        Some((first, second)) if !is_whole => vec![first, second],
+        _ => vec![whole],
     };
     let rows: Vec<_> = rows.iter().filter(|row| parts.iter().all(|part| row.texts.contains(part))).collect();
     let is_there = |(x, y): &&(f64, f64)| {
