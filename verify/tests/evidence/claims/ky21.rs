@@ -260,7 +260,7 @@ fn at_equal_order(found: &Found) -> Result<Known, Failed> {
             never.join(", "),
             behind.join("; ")
         ),
-        format!("On the oscillator below τ = {limit} (tested from 0.05), beyond"),
+        format!("on the oscillator below τ = {limit}, beyond"),
         format!("It is ahead at {}, and at {} of 6 single steps of 0.1.", ahead.join(", "), 6 - behind.len()),
         "τ³/48 (degree 2), τ³/12 (midpoint rule)".into(),
     ]))
