@@ -12,7 +12,7 @@ use crate::error::{
     ConstraintError, InputError, SolveError, StepError, SystemError, check_step_from, check_time, check_unknowns,
     check_vector,
 };
-use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
+use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::{Entrywise, Jacobian, add_block};
 use crate::newton::{Newton, System, Work};
@@ -383,6 +383,10 @@ impl<D: Constrainable, K: Constraint> Integrator for Constrained<D, K> {
     fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
         let unknowns = self.discrete.interior() + self.discrete.dim();
         crate::variational::velocity(&mut self.discrete, state, &mut vec![0.0; unknowns], out)
+    }
+
+    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
+        shorter_step(self, from, t, to)
     }
 
     fn work(&self) -> Work {

@@ -43,8 +43,17 @@ pub enum SolveError {
     /// The mass matrix ∂²L/∂v² is singular: the momentum determines no velocity.
     #[error("the mass matrix, the second derivative of L in the velocity, is singular at the present state")]
     SingularMass,
-    /// The solution that is continuous in the step size ends in a fold before the step is complete.
-    #[error("the branch of solutions that starts at the present state ends at a step of {reached:.4e}")]
+    /// No velocity was found that belongs to the momentum: p is none of the values of ∂L/∂v, or out of reach from v = 0.
+    #[error("no velocity belongs to the momentum: p - dL/dv is still {difference:.1e} where its iteration ended")]
+    NoVelocity {
+        /// Max norm of p − ∂L/∂v at the last velocity.
+        difference: f64,
+    },
+    /// The solution that is continuous in the step size ends in a fold before the step is complete, or meets another; with a
+    /// derivative that is wrong it cannot be followed.
+    #[error(
+        "the branch of solutions that starts at the present state ends at a step of {reached:.4e}, unless a derivative is wrong"
+    )]
     BranchLost {
         /// Longest step for which the branch was found.
         reached: f64,
@@ -94,9 +103,17 @@ pub enum SolveError {
         /// Its column.
         column: usize,
     },
-    /// The equations produced NaN or infinity.
-    #[error("the equations are not finite at the present state")]
+    /// The equations produced NaN or infinity however short the step.
+    #[error("the equations of the step are not finite: f, L or a derivative of theirs is NaN or infinite")]
     NonFinite,
+    /// The equations produced NaN or infinity for all but the shorter steps.
+    #[error(
+        "the equations are not finite beyond a step of {reached:.4e}: f, L or a derivative of theirs is NaN or infinite"
+    )]
+    NonFiniteBeyond {
+        /// Longest step that was solved.
+        reached: f64,
+    },
     /// The derivative of an equation of the step is NaN or infinite.
     #[error("the derivative of equation {row} of the step by unknown {column} is not finite")]
     NonFiniteDerivative {
@@ -132,6 +149,16 @@ pub enum SolveError {
         /// The last iterate.
         v: Box<[f64]>,
     },
+}
+
+impl SolveError {
+    /// Why a branch was not followed beyond `reached`, where the last attempt failed for this reason.
+    pub(crate) fn beyond(self, reached: f64) -> Self {
+        match self {
+            Self::NonFinite | Self::NonFiniteDerivative { .. } => Self::NonFiniteBeyond { reached },
+            _ => Self::BranchLost { reached },
+        }
+    }
 }
 
 /// A step that could not be taken.

@@ -24,6 +24,19 @@ pub(crate) fn forcing(ratio: f64) -> f64 {
     if ratio.is_finite() { (0.9 * ratio * ratio).clamp(f64::EPSILON, LARGEST) } else { LARGEST }
 }
 
+/// Refuses an increment of size `delta`, for a residual of size `residual`, that is not finite or no solution of anything.
+pub(crate) fn check_increment(delta: f64, residual: f64, iterations: u64) -> Result<(), SolveError> {
+    if !delta.is_finite() {
+        return Err(SolveError::NonFinite);
+    }
+    // Below, the quotient of a residual and a matrix may be zero.
+    let is_normal = residual >= f64::MIN_POSITIVE / f64::EPSILON;
+    if delta == 0.0 && is_normal {
+        return Err(SolveError::Linear { iterations: u32::try_from(iterations).unwrap_or(u32::MAX), residual: 1.0 });
+    }
+    Ok(())
+}
+
 /// A square system F(h, x) = 0 with its own way of solving with ∂F/∂x.
 pub(crate) trait InexactSystem {
     /// Writes F(h, x).
@@ -73,7 +86,7 @@ impl InexactNewton {
                 }
             }
             if piece < SHORTEST * h {
-                return Err(if reached > 0.0 { SolveError::BranchLost { reached } } else { failure });
+                return Err(if reached > 0.0 { failure.beyond(reached) } else { failure });
             }
         }
         Err(failure)
@@ -92,12 +105,11 @@ impl InexactNewton {
                 return Ok(());
             }
             self.work.factorizations += 1;
-            self.work.inner += system.solve(h, x, &mut self.increment, forcing(size / before))?;
+            let inner = system.solve(h, x, &mut self.increment, forcing(size / before))?;
+            self.work.inner += inner;
             before = size;
             let delta = max_norm(&self.increment);
-            if !delta.is_finite() {
-                return Err(SolveError::NonFinite);
-            }
+            check_increment(delta, size, inner)?;
             x.iter_mut().zip(&self.increment).for_each(|(x, d)| *x -= d);
             let largest = max_norm(x).max(max_norm(&self.origin));
             let enough = f64::EPSILON.max(system.tolerance()) * largest;
@@ -113,5 +125,45 @@ impl InexactNewton {
             last = delta;
         }
         Err(SolveError::Diverged { iterations: ITERATIONS, increment: last })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// x² − 2x + h = 0, whose branch x = 1 − √(1 − h) folds at h = 1, with exact inner solutions.
+    struct Fold;
+
+    impl InexactSystem for Fold {
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            out[0] = x[0] * x[0] - 2.0 * x[0] + h;
+        }
+        fn solve(&mut self, _h: f64, x: &[f64], b: &mut [f64], _tolerance: f64) -> Result<u64, SolveError> {
+            b[0] /= 2.0 * x[0] - 2.0;
+            Ok(1)
+        }
+        fn tolerance(&self) -> f64 {
+            0.0
+        }
+    }
+
+    #[test]
+    fn a_branch_is_followed_up_to_its_fold() {
+        for h in [0.9, 0.9999] {
+            let mut x = [0.0];
+            InexactNewton::new(1).solve(&mut Fold, h, &mut x).expect("on the branch");
+            // The root's condition number is 1/(2√(1 − h)) ≤ 50.
+            approx::assert_abs_diff_eq!(x[0], 1.0 - (1.0 - h).sqrt(), epsilon = 50.0 * 4.0 * f64::EPSILON);
+        }
+        for h in [1.1, 3.0] {
+            match InexactNewton::new(1).solve(&mut Fold, h, &mut [0.0]) {
+                // Pieces that contract are a part of what is left to the fold, down to 1e-6 h.
+                Err(SolveError::BranchLost { reached }) => {
+                    approx::assert_abs_diff_eq!(reached, 1.0, epsilon = 2e-5);
+                }
+                other => panic!("h = {h}: {other:?}"),
+            }
+        }
     }
 }

@@ -121,16 +121,23 @@ pub trait Integrator {
     fn work(&self) -> Work;
 
     /// Writes q̇ at `state`, from the equation of motion or the momentum: what the dense output of a
-    /// [`Trajectory`](crate::Trajectory) is made of. It may allocate.
+    /// [`Trajectory`](crate::Trajectory) is made of; NaN for a component that a singular M leaves without a rate. It may
+    /// allocate.
     ///
     /// # Errors
-    /// [`StepError`] if M or the mass matrix of L has no inverse there; [`TimeError::NoRate`] by default.
+    /// [`StepError`] if f is not finite or the mass matrix of L has no inverse there; [`TimeError::NoRate`] by default.
     fn rate(&mut self, _state: &State, _out: &mut [f64]) -> Result<(), StepError> {
         Err(InputError::Time(TimeError::NoRate).into())
     }
 
     /// Writes q at a time within the last step, if the method has a dense output of its own.
     fn path(&self, _t: f64, _out: &mut [f64]) -> Option<Result<(), InputError>> {
+        None
+    }
+
+    /// Writes the state at a time within the step that starts at `from`, (q, p) to the order of the method, by a shorter step
+    /// from there. `None`, the default, of a method whose steps depend on more than the state they start from.
+    fn shorter_step(&mut self, _from: &State, _t: f64, _to: &mut State) -> Option<Result<(), StepError>> {
         None
     }
 }
@@ -153,6 +160,18 @@ pub(crate) fn advance_one_step(method: &mut impl OneStep, state: &mut State, gri
     Ok(())
 }
 
+/// [`Integrator::shorter_step`] of a one-step method, of a length above rounding.
+pub(crate) fn shorter_step(
+    method: &mut impl OneStep,
+    from: &State,
+    t: f64,
+    to: &mut State,
+) -> Option<Result<(), StepError>> {
+    to.clone_from(from);
+    to.t = t;
+    Some(method.step(from.t, t - from.t, &mut to.q, &mut to.p))
+}
+
 impl<I: Integrator + ?Sized> Integrator for Box<I> {
     fn dim(&self) -> usize {
         (**self).dim()
@@ -168,6 +187,9 @@ impl<I: Integrator + ?Sized> Integrator for Box<I> {
     }
     fn path(&self, t: f64, out: &mut [f64]) -> Option<Result<(), InputError>> {
         (**self).path(t, out)
+    }
+    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
+        (**self).shorter_step(from, t, to)
     }
 }
 
@@ -186,5 +208,8 @@ impl<I: Integrator + ?Sized> Integrator for &mut I {
     }
     fn path(&self, t: f64, out: &mut [f64]) -> Option<Result<(), InputError>> {
         (**self).path(t, out)
+    }
+    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
+        (**self).shorter_step(from, t, to)
     }
 }

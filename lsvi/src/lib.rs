@@ -28,6 +28,8 @@
 //! | known by products only | [`method_i`]'s [`LeastSquaresStep`], [`RungeKutta`](classic::RungeKutta) or [`Bdf2`](classic::Bdf2), `with_solver` | 2 |
 //! | something to compare with | the baseline methods in [`classic`] | 1, 2, 4 |
 //!
+//! [`method_ii`] is for comparison: where f_v is singular it has no equation, and growth that saturates passes such places.
+//!
 //! A mechanical system L = ½ vᵀMv − V(t, q) with a constant M should [say so](Lagrangian::is_separable): its steps then take
 //! forces alone, without Hessians, and are several times cheaper.
 //!

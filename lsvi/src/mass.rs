@@ -137,6 +137,13 @@ impl Mass {
         }
     }
 
+    /// The rows of M, of order `dim`, that are zero: their equations are algebraic.
+    pub(crate) fn zero_rows(&self, dim: usize) -> Vec<usize> {
+        let mut is_zero = vec![!matches!(self, Self::Operator(_)); dim];
+        self.for_each(dim, |i, _, m| is_zero[i] &= m == 0.0);
+        (0..dim).filter(|&i| is_zero[i]).collect()
+    }
+
     /// Adds `scale` M to `out`.
     pub(crate) fn add_to(&self, scale: f64, out: &mut Jacobian) {
         if let Self::Operator(_) = self {
@@ -178,12 +185,20 @@ impl Mass {
     }
 }
 
-/// Writes v̇ = M⁻¹ f(t, v). It allocates where M is not the identity.
+/// Writes v̇ = M⁻¹ f(t, v), NaN for components that a singular M leaves without a rate. It allocates where M is not the
+/// identity.
 pub(crate) fn rate(field: &impl VectorField, mass: &Mass, state: &State, out: &mut [f64]) -> Result<(), InputError> {
     check_vector("v", &state.q, field.dim())?;
     check_length("out", out.len(), field.dim())?;
     field.rhs(state.t, &state.q, out);
-    MassInverse::new(mass)?.solve(out);
+    check_vector("f(t, v)", out, field.dim())?;
+    match (MassInverse::new(mass), mass) {
+        (Ok(inverse), _) => inverse.solve(out),
+        (Err(_), Mass::Diagonal(m)) => {
+            out.iter_mut().zip(m).for_each(|(f, m)| *f = if *m == 0.0 { f64::NAN } else { *f / m });
+        }
+        (Err(_), _) => out.fill(f64::NAN),
+    }
     Ok(())
 }
 

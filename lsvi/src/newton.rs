@@ -22,7 +22,7 @@ use std::ops::Add;
 use kept::Kept;
 
 use crate::error::SolveError;
-use crate::linalg::{Jacobian, Lu, Structure, max_norm};
+use crate::linalg::{Jacobian, Lu, Structure, larger, max_norm};
 
 /// Required ratio of successive increments: Newton–Kantorovich gives uniqueness for quadratic contraction from ½.
 const CONTRACTION: f64 = 0.5;
@@ -41,6 +41,8 @@ const HALVINGS: u32 = 60;
 const SHORT: f64 = 1e-18;
 /// The same where α + β → 0 with h, which has to be told from 0 to half of the digits.
 const SHORT_OF_STEP: f64 = 1e-8;
+/// The same along a first guess x₀ + h v, where v is to survive the rounding of x₀ + s v.
+const SHORT_ALONG_GUESS: f64 = 1e-4;
 /// The least size of a state whose roundings are a part ε of it: doubles below [`f64::MIN_POSITIVE`] lose their digits.
 const SMALLEST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 /// Growth of the next piece of a continuation after one that succeeded.
@@ -61,6 +63,15 @@ pub(crate) trait System {
     fn origin(&self, _x: &mut [f64]) {}
     fn limit(&self) -> LimitAtZero {
         LimitAtZero::Unknown
+    }
+    /// Whether the first guess for h leads along the tangent of the branch at h = 0, known better than by one increment from there.
+    fn guesses_along_tangent(&self) -> bool {
+        false
+    }
+    /// The equations that are in proportion to h for h → 0, algebraic ones times h. A residual of theirs at the origin is what
+    /// rounding left there, from which no tangent follows.
+    fn algebraic(&self) -> &[usize] {
+        &[]
     }
     /// What ∂F/∂x is in proportion to for h → 0.
     fn scale(&self, _h: f64) -> f64 {
@@ -124,6 +135,8 @@ pub(crate) struct Newton {
     part: Vec<f64>,
     reference: Vec<f64>,
     point: Vec<f64>,
+    /// Step size of the first guess.
+    whole_h: f64,
     limit: Limit,
     kept: Option<Box<Kept>>,
     pub(crate) work: Work,
@@ -134,11 +147,26 @@ pub(crate) struct Newton {
 struct Limit {
     /// Factors at the step size [`SHORT`] h.
     lu: Lu,
+    /// That step size.
+    h: f64,
     is_regular: bool,
     /// [`System::scale`] there.
     scale: f64,
+    /// Whether the branch leaves its origin along the first guess, and not along the increment from there: F is nonlinear in
+    /// (x − x₀)/h.
+    is_along_guess: bool,
     /// Sign of the determinant, NaN where it is not known; `None` before the first solution.
     orientation: Option<f64>,
+}
+
+impl Limit {
+    /// Replaces a residual at step size `h` by the increment that the limit makes of it, up to its scale.
+    fn solve(&mut self, system: &impl System, h: f64, residual: &mut [f64]) {
+        for &row in system.algebraic() {
+            residual[row] *= self.h / h;
+        }
+        self.lu.solve(residual);
+    }
 }
 
 impl Newton {
@@ -152,7 +180,15 @@ impl Newton {
         let zeros = vec![0.0; dim];
         Self {
             lu: Lu::of(&jacobian),
-            limit: Limit { lu: Lu::of(&jacobian), is_regular: false, scale: 1.0, orientation: None },
+            limit: Limit {
+                lu: Lu::of(&jacobian),
+                h: f64::NAN,
+                is_regular: false,
+                scale: 1.0,
+                is_along_guess: false,
+                orientation: None,
+            },
+            whole_h: f64::NAN,
             kept: None,
             jacobian,
             increment: zeros.clone(),
@@ -173,6 +209,7 @@ impl Newton {
         debug_assert_eq!(x.len(), system.dim());
         self.guess.copy_from_slice(x);
         self.origin.copy_from_slice(x);
+        self.whole_h = h;
         system.origin(&mut self.origin);
         let kind = system.limit();
         let is_fresh =
@@ -186,10 +223,16 @@ impl Newton {
             Ok(Root::Only) => return Ok(()),
             Ok(Root::Found { .. }) if kind == LimitAtZero::Unknown => return Ok(()),
             Ok(Root::Found { contraction }) if self.is_near_branch(system, h, contraction) => return Ok(()),
+            // A matrix that is not what it was declared to be is none for a shorter step either.
+            Err(error @ (SolveError::OutsideStructure { .. } | SolveError::NotAssembled)) => return Err(error),
             _ => {}
         }
         if kind == LimitAtZero::Kept && !is_fresh {
             self.set_limit(system, h);
+            self.work.factorizations += 1;
+        }
+        if kind == LimitAtZero::Kept && system.guesses_along_tangent() && !self.guess_is_increment(system, h) {
+            self.set_limit_along_guess(system, h);
             self.work.factorizations += 1;
         }
         let first = match found {
@@ -202,14 +245,59 @@ impl Newton {
 
     /// Factors ∂F/∂x at the origin for a part of `h` that is next to nothing.
     fn set_limit(&mut self, system: &mut impl System, h: f64) {
-        let h = h * Self::short(system);
-        system.residual(h, &self.origin, &mut self.increment);
+        self.limit.is_along_guess = false;
+        self.part.copy_from_slice(&self.origin);
+        self.factor_limit(system, h * Self::short(system));
+    }
+
+    /// Factors ∂F/∂x on the way to the first guess for a part of `h` that is little.
+    fn set_limit_along_guess(&mut self, system: &mut impl System, h: f64) {
+        self.limit.is_along_guess = true;
+        for (x, (origin, guess)) in self.part.iter_mut().zip(self.origin.iter().zip(&self.guess)) {
+            *x = origin + SHORT_ALONG_GUESS * (guess - origin);
+        }
+        self.factor_limit(system, h * SHORT_ALONG_GUESS);
+    }
+
+    /// Factors ∂F/∂x at (h, `part`).
+    fn factor_limit(&mut self, system: &mut impl System, h: f64) {
+        system.residual(h, &self.part, &mut self.increment);
         self.jacobian.clear();
-        system.derivative(h, &self.origin, &mut self.jacobian);
+        system.derivative(h, &self.part, &mut self.jacobian);
         let limit = &mut self.limit;
         limit.is_regular = limit.lu.factor(&self.jacobian).is_ok();
         limit.orientation = Some(if limit.is_regular { limit.lu.sign() } else { f64::NAN });
         limit.scale = system.scale(h);
+        limit.h = h;
+    }
+
+    /// Whether the first guess is where the increment from the origin leads for h → 0, as it is where F is linear in
+    /// (x − x₀)/h, to what an ill-conditioned derivative leaves of it.
+    fn guess_is_increment(&mut self, system: &mut impl System, h: f64) -> bool {
+        if !self.limit.is_regular {
+            return false;
+        }
+        let scale = self.set_tangent(system, h);
+        let (mut apart, mut way) = (0.0, 0.0);
+        for (tangent, (guess, origin)) in self.part.iter().zip(self.guess.iter().zip(&self.origin)) {
+            apart = larger(apart, guess - origin + scale * tangent);
+            way = larger(way, guess - origin);
+        }
+        apart <= f64::EPSILON.sqrt() * way + self.roundoff()
+    }
+
+    /// Sets `part` to the tangent of the branch at the origin for a step of size `h`, by a factor that is returned and subtracted.
+    fn set_tangent(&mut self, system: &mut impl System, h: f64) -> f64 {
+        if self.limit.is_along_guess {
+            let ends = self.guess.iter().zip(&self.origin);
+            self.part.iter_mut().zip(ends).for_each(|(x, (guess, origin))| *x = origin - guess);
+            return h / self.whole_h;
+        }
+        let short = Self::short(system);
+        system.residual(short * h, &self.origin, &mut self.part);
+        self.work.residuals += 1;
+        self.limit.lu.solve(&mut self.part);
+        self.limit.scale / (short * system.scale(short * h))
     }
 
     /// Whether ∂F/∂x is regular at the first guess for all steps up to `h`; `contraction` is the ratio of the second increment
@@ -274,7 +362,7 @@ impl Newton {
             return false;
         }
         self.part.copy_from_slice(&self.first);
-        self.limit.lu.solve(&mut self.part);
+        self.limit.solve(system, h, &mut self.part);
         is_close(&self.whole, self.limit.scale / system.scale(h), &self.part, self.roundoff())
     }
 
@@ -285,11 +373,10 @@ impl Newton {
     /// Whether the increment `whole` from (h, point) leads along the tangent of the branch at the origin, to within `allowed` of
     /// the longer of the two. With 1 they may not be opposite, but one of them may vanish, as for a start from rest.
     fn is_along_tangent(&mut self, system: &mut impl System, h: f64, allowed: f64) -> bool {
-        let short = Self::short(system);
-        system.residual(short * h, &self.origin, &mut self.part);
-        self.work.residuals += 1;
-        self.limit.lu.solve(&mut self.part);
-        let scale = self.limit.scale / (short * system.scale(short * h));
+        if !system.algebraic().is_empty() {
+            return true;
+        }
+        let scale = self.set_tangent(system, h);
         let way = |i: usize| self.point[i] - self.whole[i] - self.origin[i];
         let (mut largest, mut along, mut apart) = (0.0_f64, 0.0_f64, 0.0_f64);
         for (i, tangent) in self.part.iter().enumerate() {
@@ -326,7 +413,7 @@ impl Newton {
         x: &mut [f64],
         first: SolveError,
     ) -> Result<(), SolveError> {
-        let is_known = system.limit() != LimitAtZero::Unknown;
+        let is_known = system.limit() != LimitAtZero::Unknown && !self.limit.is_along_guess;
         self.point.copy_from_slice(&self.origin);
         let mut failure = first;
         let (mut reached, mut piece) = (0.0, 0.5 * h);
@@ -352,13 +439,26 @@ impl Newton {
                 }
             }
             if reached == 0.0 && piece < f64::EPSILON * h {
-                return Err(failure);
+                let is_lost = matches!(failure, SolveError::Diverged { .. } | SolveError::OtherBranch);
+                // No step is short enough for a derivative that is regular in the limit only.
+                let is_singular = is_lost && system.limit() == LimitAtZero::OfEachStep;
+                return Err(if is_singular { SolveError::Singular } else { failure });
             }
-            if piece < SHORTEST * reached {
-                return Err(SolveError::BranchLost { reached });
+            if reached > 0.0 && piece < self.shortest_piece(system) * reached {
+                return Err(failure.beyond(reached));
             }
         }
         Err(failure)
+    }
+
+    /// The shortest piece of a continuation relative to what it has reached. Where the branch may cross others, x changes by more than
+    /// roundings on it: among them the two cannot be told apart.
+    fn shortest_piece(&self, system: &impl System) -> f64 {
+        if system.limit() != LimitAtZero::OfEachStep {
+            return SHORTEST;
+        }
+        let way = self.origin.iter().zip(&self.point).fold(0.0, |most, (x, start)| larger(most, x - start));
+        if way > 0.0 { SHORTEST.max(8.0 * self.roundoff() / way) } else { SHORTEST }
     }
 
     /// Sets `x` to the continuation of the branch from the origin, its point at `from`, to `target`.
@@ -372,7 +472,7 @@ impl Newton {
         self.part.iter_mut().for_each(|d| *d *= scale);
         let reference = (from == 0.0 && self.limit.is_regular).then(|| {
             system.residual(target, x, &mut self.reference);
-            self.limit.lu.solve(&mut self.reference);
+            self.limit.solve(system, target, &mut self.reference);
             self.limit.scale / system.scale(target)
         });
         self.set_increment(system, target, x)?;
@@ -410,12 +510,14 @@ impl Newton {
     fn set_increment(&mut self, system: &mut impl System, h: f64, x: &[f64]) -> Result<(), SolveError> {
         system.residual(h, x, &mut self.increment);
         self.work.residuals += 1;
-        if !max_norm(&self.increment).is_finite() {
-            return Err(SolveError::NonFinite);
-        }
         self.residual.copy_from_slice(&self.increment);
         self.jacobian.clear();
         system.derivative(h, x, &mut self.jacobian);
+        // It may be why the residual is none.
+        self.jacobian.check_structure()?;
+        if !max_norm(&self.increment).is_finite() {
+            return Err(SolveError::NonFinite);
+        }
         self.work.factorizations += 1;
         self.lu.factor(&self.jacobian)?;
         self.lu.solve(&mut self.increment);
@@ -482,7 +584,7 @@ fn is_close(a: &[f64], factor: f64, b: &[f64], roundoff: f64) -> bool {
 /// Largest component of `a` − `factor` `b`; NaN if any is NaN.
 fn difference(a: &[f64], factor: f64, b: &[f64]) -> f64 {
     let components = a.iter().zip(b).map(|(a, b)| (a - factor * b).abs());
-    components.fold(0.0, |m: f64, x| if x.is_nan() { x } else { m.max(x) })
+    components.fold(0.0, |m: f64, x| if x > m || x.is_nan() { x } else { m })
 }
 
 /// What Newton's iteration converged to.
@@ -555,5 +657,32 @@ mod tests {
                 other => panic!("h = {h}: {other:?} at x = {x:?}"),
             }
         }
+    }
+
+    /// A(s) x − s (1 − 2s) − x²/10 = 0, A = 1 − 8 s (1 − s): singular at s = 0.146, and at s = 1 what it is at 0. The branch, which
+    /// starts in the direction of growing x, folds on the way; Newton's iteration at s = 1 finds a root at x < 0.
+    struct Turning;
+
+    impl System for Turning {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, s: f64, x: &[f64], out: &mut [f64]) {
+            out[0] = (1.0 - 8.0 * s * (1.0 - s)) * x[0] - s * (1.0 - 2.0 * s) - 0.1 * x[0] * x[0];
+        }
+        fn derivative(&mut self, s: f64, x: &[f64], out: &mut Jacobian) {
+            out.add(0, 0, 1.0 - 8.0 * s * (1.0 - s) - 0.2 * x[0]);
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+    }
+
+    #[test]
+    fn a_root_away_from_the_tangent_is_not_on_the_branch_although_the_derivative_is_near_its_limit() {
+        let mut x = [0.0];
+        let found = Newton::new(1).solve(&mut Turning, 1.0, &mut x);
+        let is_refused = matches!(found, Err(SolveError::OtherBranch | SolveError::BranchLost { .. }));
+        assert!(is_refused, "{found:?} at {x:?}");
     }
 }

@@ -8,6 +8,7 @@ use thiserror::Error;
 use crate::error::{InputError, SettingError, StepError, check_time, check_vector};
 use crate::integrator::{OneStep, State};
 use crate::linalg::{Jacobian, Structure, max_norm};
+use crate::mass::Mass;
 use crate::vector_field::{VectorField, check_system};
 
 /// A state with f(t, v) = 0 up to `residual`.
@@ -94,6 +95,7 @@ pub fn march(
         return Err(InputError::Setting(SettingError::Setting { what, value: 0.0, range }).into());
     }
     let mut probe = Probe::new(field);
+    let mass = field.mass();
     let mut before = state.q.clone();
     let (start, mut residual) = (state.t, f64::INFINITY);
     for steps in 1..=most {
@@ -102,8 +104,10 @@ pub fn march(
         state.t = start + steps as f64 * h;
         residual = probe.residual(field, state.t, &state.q);
         let change = before.iter().zip(&state.q).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-        let rests = change <= 4.0 * f64::EPSILON * max_norm(&state.q);
-        if residual <= tolerance || rests {
+        let rest = REST * f64::EPSILON * max_norm(&state.q);
+        if residual <= tolerance || change <= rest {
+            // A state that moves by no more than that in a step may have an |f| of as much per h.
+            probe.set_mass(&mass, rest / h);
             let residual = probe.check(field, state.t, &state.q, tolerance)?;
             return Ok(Steady { state, residual, steps });
         }
@@ -111,12 +115,17 @@ pub fn march(
     Err(SteadyError::NotReached { steps: most, residual })
 }
 
+/// Roundings by which a state that rests may change in a step.
+const REST: f64 = 4.0;
+
 /// Work space for f and its rounding errors.
 struct Probe {
     f: Vec<f64>,
     terms: Vec<f64>,
     /// `None` if the field is matrix-free.
     jacobian: Option<Jacobian>,
+    /// What M v̇ is known to, by the changes of a state that rests.
+    moving: f64,
 }
 
 impl Probe {
@@ -124,7 +133,14 @@ impl Probe {
         let (n, structure) = (field.dim(), field.structure());
         let is_assembled = structure != Structure::MatrixFree;
         let jacobian = is_assembled.then(|| Jacobian::with_structure(n, &structure));
-        Self { f: vec![0.0; n], terms: vec![0.0; n], jacobian }
+        Self { f: vec![0.0; n], terms: vec![0.0; n], jacobian, moving: 0.0 }
+    }
+
+    /// Sets `moving` to the largest M `rate` of rates of that size.
+    fn set_mass(&mut self, mass: &Mass, rate: f64) {
+        self.terms.fill(0.0);
+        mass.for_each(self.terms.len(), |i, _, m| self.terms[i] += m.abs() * rate);
+        self.moving = max_norm(&self.terms);
     }
 
     /// Sets `terms` to Σ_j |J_ij| `size`, or to no more than that.
@@ -157,7 +173,7 @@ impl Probe {
         let residual = self.residual(field, t, v);
         // A resting v is known to a few ε |v|, which f amplifies to Σ_j |J_ij| ε |v_j|, as its own terms do.
         self.set_terms(field, t, v, max_norm(v));
-        let allowed = tolerance.max(16.0 * f64::EPSILON * max_norm(&self.terms));
+        let allowed = tolerance.max(16.0 * f64::EPSILON * max_norm(&self.terms) + self.moving);
         if residual <= allowed {
             Ok(residual)
         } else {
@@ -208,6 +224,25 @@ mod tests {
     }
 
     #[test]
+    fn accepts_what_the_rounding_of_a_state_leaves_of_its_rate() {
+        // The Brusselator: the terms 3 and 5/2 of f cancel in f_v. With h = 1e-4 changes by less than a rounding of v are lost.
+        let field = crate::field!(2, |_t, v, dv| {
+            dv[0] = v[0] * v[0] * v[1] + 1.0 - v[0] * 2.5;
+            dv[1] = v[0] * 1.5 - v[0] * v[0] * v[1];
+        });
+        for (h, start) in [(0.1, [0.5, 2.0]), (1e-4, [1.0 + 1e-12, 1.5])] {
+            for tolerance in [1e-14, 1e-15] {
+                let method = method_i(&field).expect("usable");
+                let steady =
+                    march(method, &field, State::new(0.0, start.to_vec()), h, tolerance, 5000).expect("steady");
+                // |f| ≤ 4 ε |v|/h, and f_v⁻¹ has a norm of 4.
+                let away = (steady.state.q[0] - 1.0).abs().max((steady.state.q[1] - 1.5).abs());
+                assert!(away <= 4.0 * (4.0 + 1.0) * f64::EPSILON * 1.5 / h, "{h} {tolerance}: {away:e}");
+            }
+        }
+    }
+
+    #[test]
     fn accepts_what_rounding_leaves_of_f() {
         let field = AutoField::new(QuadraticDrag { drive: 2.0 });
         march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-300, 1000)
@@ -255,5 +290,27 @@ mod tests {
         let Err(SteadyError::Spurious { v, residual, .. }) = result else { panic!("{result:?}") };
         approx::assert_abs_diff_eq!(v[0], -1.0 / h, epsilon = 1e-14);
         approx::assert_abs_diff_eq!(residual, 1.0 / (h * h), epsilon = 1e-13);
+    }
+
+    /// v̇ = e^(−t) − v, v = (1 + t) e^(−t): f is −t e^(−t), and goes to zero with t alone.
+    #[test]
+    fn time_goes_on_while_a_state_comes_to_rest() {
+        let field = crate::field!(1, |t, v, dv| dv[0] = -v[0] + (-t).exp());
+        let h = 0.25;
+        let steady = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), h, 1e-6, 1000)
+            .expect("steady");
+        // t e^(−t) = 1e-6 at t = 16.6.
+        assert!((60..=75).contains(&steady.steps), "{} steps", steady.steps);
+        assert_eq!(steady.state.t, steady.steps as f64 * h);
+    }
+
+    #[test]
+    fn no_more_than_rounding_is_allowed_of_f() {
+        let field = crate::field!(1, |_t, v, dv| dv[0] = -v[0] + 1.0);
+        // f = −k ε at v = 1 + k ε, where 16 ε |J| |v| is rounding.
+        for (k, is_steady) in [(12.0, true), (40.0, false)] {
+            let found = check(&field, 0.0, &[1.0 + k * f64::EPSILON], 1e-300);
+            assert_eq!(found.is_ok(), is_steady, "{k}: {found:?}");
+        }
     }
 }

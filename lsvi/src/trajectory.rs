@@ -1,5 +1,11 @@
 //! An integration under way, and the solution between its steps.
 
+mod event;
+
+pub use event::Crossing;
+
+use event::Search;
+
 use crate::error::{InputError, StepError, SystemError, TimeError};
 use crate::integrator::{Grid, Integrator, State};
 use crate::newton::Work;
@@ -22,11 +28,13 @@ use crate::newton::Work;
 /// ```
 ///
 /// # Between the steps
-/// Every method has a dense output on its last step: that of its own where it has one (the collocation polynomial of
-/// [`adaptive::Radau`](crate::adaptive::Radau), of order s + 1), and otherwise the cubic q(t) with the values and the rates q̇
-/// of both ends. The cubic's own error is of order 4 in h, and that of the states comes on top: a method of order p gives
-/// order min(p, 4). Momenta are not interpolated. [`interpolate`](Self::interpolate) evaluates it, [`sample`](Self::sample)
-/// runs along a list of times, and [`until`](Self::until) to the zero of a function. No step is shortened for any of them.
+/// Every method of the library has a dense output on its last step. [`adaptive::Radau`](crate::adaptive::Radau) has one of
+/// its own, the collocation polynomial, of order s + 1. Otherwise it is the cubic q(t) with the values and the rates q̇ of
+/// both ends: its own error is of order 4 in h, and that of the states comes on top, so that a method of order p gives order
+/// min(p, 4). A component without a rate, where M is singular, is linear between the ends, of order min(p, 2).
+///
+/// [`interpolate`](Self::interpolate) evaluates it, [`sample`](Self::sample) runs along a list of times, and
+/// [`until`](Self::until) to the zero of a function, where there is a momentum too. No step is shortened for any of them.
 #[derive(Debug)]
 #[must_use = "a trajectory does nothing until it is stepped"]
 pub struct Trajectory<I> {
@@ -39,24 +47,10 @@ pub struct Trajectory<I> {
     /// q̇ at both ends of the last step, if they were asked for.
     rates: [Vec<f64>; 2],
     has_rates: bool,
-    /// How far [`until`](Self::until) has looked, and its point of the path.
-    searched: f64,
+    /// A point of the path.
     point: Vec<f64>,
+    search: Search,
 }
-
-/// Which zeros of a function count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Crossing {
-    /// From negative values to positive ones.
-    Rising,
-    /// From positive values to negative ones.
-    Falling,
-    /// Both.
-    Any,
-}
-
-/// Parts of a step between which [`Trajectory::until`] looks for a change of sign.
-const PARTS: u32 = 4;
 
 impl<I: Integrator> Trajectory<I> {
     /// Integrates from `initial` to `t_end` with step size `h`, the last step shortened where h does not divide. Time runs
@@ -75,7 +69,7 @@ impl<I: Integrator> Trajectory<I> {
             has_step: false,
             rates: [zeros.clone(), zeros.clone()],
             has_rates: false,
-            searched: initial.t,
+            search: Search::new(&initial),
             point: zeros,
             state: initial,
         })
@@ -159,7 +153,7 @@ impl<I: Integrator> Trajectory<I> {
         Ok(Some(&self.state))
     }
 
-    /// Shows every remaining state to `observe`, the present one first, and returns the last.
+    /// Shows the present state to `observe`, then that at the end of every remaining step, and returns the last.
     ///
     /// # Errors
     /// [`StepError`] as for [`step`](Self::step).
@@ -171,7 +165,7 @@ impl<I: Integrator> Trajectory<I> {
         Ok(self.state)
     }
 
-    /// The remaining states, each a copy, up to the first error.
+    /// The states at the ends of the remaining steps, without the present one, each a copy, up to the first error.
     ///
     /// ```
     /// # use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory, method_i};
@@ -237,7 +231,9 @@ impl<I: Integrator> Trajectory<I> {
         for (i, o) in out.iter_mut().enumerate() {
             let difference = self.state.q[i] - self.before.q[i];
             let [start, end] = [0, 1].map(|end| h * self.rates[end][i] - difference);
-            *o = self.before.q[i] + c * difference + c * (1.0 - c) * ((1.0 - c) * start - c * end);
+            let curved = c * (1.0 - c) * ((1.0 - c) * start - c * end);
+            // Without a rate at either end it is linear.
+            *o = self.before.q[i] + c * difference + if curved.is_nan() { 0.0 } else { curved };
         }
         Ok(())
     }
@@ -245,6 +241,30 @@ impl<I: Integrator> Trajectory<I> {
     /// Shows q at each of `times`, sorted and between the present time and t_end, to `observe`: the state itself where a step
     /// ends there, the dense output elsewhere. The trajectory is left at the end of the step that contains the last of them.
     ///
+    /// # What a tolerance holds
+    /// The adaptive method holds its tolerance at the ends of its steps, where it is of order 2s − 1; between them its dense
+    /// output is of order s + 1 and loses digits, the more the tighter the tolerance is. Where they matter let steps end at the
+    /// times, by [`stop_at`](crate::adaptive::Radau::stop_at):
+    ///
+    /// ```
+    /// use lsvi::{State, Trajectory, adaptive::{Radau, Tolerances}, field};
+    ///
+    /// let times: Vec<f64> = (1..100).map(|k| 0.1 * f64::from(k)).collect();
+    /// let largest_error = |stops: &[f64]| -> Result<f64, lsvi::StepError> {
+    ///     let circle = field!(2, |_t, v, dv| { dv[0] = v[1]; dv[1] = -v[0]; });
+    ///     let mut method = Radau::new(circle, Tolerances::new(1e-12, 1e-12)?)?;
+    ///     method.stop_at(stops)?;
+    ///     let mut run = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 10.0, 10.0)?;
+    ///     let mut largest = 0.0_f64;
+    ///     run.sample(&times, |t, v| largest = largest.max((v[0] - t.cos()).abs()))?;
+    ///     Ok(largest)
+    /// };
+    /// assert!(largest_error(&[])? > 1e-10);
+    /// assert!(largest_error(&times)? < 1e-11);
+    /// # Ok::<(), lsvi::StepError>(())
+    /// ```
+    ///
+    /// # Example
     /// ```
     /// # use lsvi::{AutoField, FieldFn, Scalar, State, Trajectory, adaptive::{Radau, Tolerances}};
     /// # struct Decay;
@@ -285,105 +305,5 @@ impl<I: Integrator> Trajectory<I> {
             observe(t, &self.point);
         }
         Ok(())
-    }
-
-    /// Runs until g(t, q) crosses zero, and lends the time and q there; `None` if it does not before t_end. The next call
-    /// goes on from there, so that all crossings of a run can be visited, or a terminal one be the last.
-    ///
-    /// The zero is that of g on the dense output, found to a few ε of t: its error is that of the path, of order min(p, 4) for
-    /// a method of order p, divided by |dg/dt|. A change of sign is looked for between the quarters of a step; two crossings
-    /// within a quarter are not seen. A g that is zero where the search starts does not count.
-    ///
-    /// ```
-    /// # use lsvi::{AutoField, Crossing, FieldFn, Scalar, State, Trajectory, classic::{RungeKutta, Tableau}};
-    /// struct Ball;
-    /// impl FieldFn for Ball {
-    ///     fn dim(&self) -> usize { 2 }
-    ///     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
-    ///         dv[0] = v[1];
-    ///         dv[1] = T::from(-9.81);
-    ///     }
-    /// }
-    /// let method = RungeKutta::new(AutoField::new(Ball), Tableau::rk4())?;
-    /// let mut fall = Trajectory::new(method, State::new(0.0, vec![10.0, 0.0]), 0.1, 5.0)?;
-    /// let (t, v) = fall.until(|_, v| v[0], Crossing::Falling)?.expect("it lands");
-    /// assert!((t - (20.0 / 9.81_f64).sqrt()).abs() < 1e-12 && v[1] < 0.0);
-    /// # Ok::<(), lsvi::StepError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`StepError`] as for [`step`](Self::step) and [`interpolate`](Self::interpolate); [`SystemError::NonFinite`] if g is
-    /// not finite.
-    pub fn until(
-        &mut self,
-        mut g: impl FnMut(f64, &[f64]) -> f64,
-        crossing: Crossing,
-    ) -> Result<Option<(f64, &[f64])>, StepError> {
-        loop {
-            while self.searched >= self.state.t {
-                if self.step()?.is_none() {
-                    return Ok(None);
-                }
-            }
-            let start = self.searched.max(self.before.t);
-            let length = self.state.t - start;
-            let mut left = (start, self.value(start, &mut g)?);
-            for part in 1..=PARTS {
-                let t = if part == PARTS { self.state.t } else { start + length * f64::from(part) / f64::from(PARTS) };
-                let right = (t, self.value(t, &mut g)?);
-                let rises = left.1 < 0.0 && right.1 >= 0.0;
-                let falls = left.1 > 0.0 && right.1 <= 0.0;
-                let counts = match crossing {
-                    Crossing::Rising => rises,
-                    Crossing::Falling => falls,
-                    Crossing::Any => rises || falls,
-                };
-                if counts {
-                    let t = self.bisect(left, right, &mut g)?;
-                    // Beyond the zero, where g has its new sign.
-                    self.searched = t.next_up();
-                    return Ok(Some((t, &self.point)));
-                }
-                left = right;
-            }
-            self.searched = self.state.t;
-        }
-    }
-
-    /// g at a time of the last step, and the path there in `point`.
-    fn value(&mut self, t: f64, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<f64, StepError> {
-        let mut point = std::mem::take(&mut self.point);
-        let written = self.interpolate(t, &mut point);
-        self.point = point;
-        written?;
-        let value = g(t, &self.point);
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(InputError::System(SystemError::NonFinite { what: "g", index: 0, value }).into())
-        }
-    }
-
-    /// The first time in (left, right] where g no longer has the sign that it has at the left, by bisection to the spacing of
-    /// numbers: some 50 evaluations of a cubic, whatever g is.
-    fn bisect(
-        &mut self,
-        (mut left, sign): (f64, f64),
-        (mut right, _): (f64, f64),
-        g: &mut impl FnMut(f64, &[f64]) -> f64,
-    ) -> Result<f64, StepError> {
-        loop {
-            let middle = left + 0.5 * (right - left);
-            if middle <= left || middle >= right {
-                break;
-            }
-            if self.value(middle, g)? * sign.signum() > 0.0 {
-                left = middle;
-            } else {
-                right = middle;
-            }
-        }
-        self.value(right, g)?;
-        Ok(right)
     }
 }

@@ -129,5 +129,6 @@ impl<D: DiscreteLegendre> System for BoundaryPath<'_, D> {
                 out.add(i, j, x);
             }
         });
+        out.inherit_outside(derivative);
     }
 }

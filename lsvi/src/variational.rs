@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::closure::{Closure, LinearClosure, PositionMomentum};
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, StepError, check_length, check_step_from, check_unknowns, check_vector};
-use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
+use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::linalg::{Jacobian, Lu, Structure};
 use crate::newton::{LimitAtZero, Newton, System, Work};
 
@@ -150,6 +150,11 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
         if sum_vanishes { LimitAtZero::OfEachStep } else { LimitAtZero::Kept }
     }
 
+    /// From the velocity that belongs to the momentum.
+    fn guesses_along_tangent(&self) -> bool {
+        self.closure.linear().is_some_and(|closure| closure.carried() != 0.0)
+    }
+
     fn scale(&self, h: f64) -> f64 {
         if self.limit() == LimitAtZero::OfEachStep { 1.0 } else { h.recip() }
     }
@@ -190,6 +195,10 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
     /// The velocity that belongs to the momentum.
     fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
         velocity(&mut self.discrete, state, &mut self.unknowns.clone(), out)
+    }
+
+    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
+        shorter_step(self, from, t, to)
     }
 
     fn work(&self) -> Work {

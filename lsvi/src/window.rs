@@ -213,7 +213,6 @@ impl<D: DiscreteLegendre> System for WindowEquations<'_, D> {
             block.clear();
             self.discrete.add_derivative(at, start, unknowns, MomentumWeights::END, block);
             add_block(out, (i * m, i * m), 1.0, block);
-            out.inherit_outside(block);
             if i > 0 {
                 in_start.clear();
                 self.discrete.add_start_derivative(at, start, unknowns, MomentumWeights::END, in_start);

@@ -48,12 +48,47 @@ pub struct Answer {
 }
 
 /// How many digits a program prints, by the longest of its numbers: a short one may be exact.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Printed {
     /// Decimals after the point.
     decimals: i32,
     /// Significant digits.
     significant: i32,
+    /// Whether it looks like single precision.
+    single: Single,
+}
+
+/// Whether numbers are all of single precision, as far as their digits tell.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Single {
+    /// How improbable it is of other numbers, as −log₂ of the chance.
+    bits: f64,
+    /// Whether one is not.
+    refuted: bool,
+}
+
+impl Single {
+    /// Digits from which on numbers are told from others: single precision has seven, and prints with nine at most.
+    const DIGITS: i32 = 9;
+    /// Trailing zeros of a mantissa of 24 bits that a number has by construction, as 0, 1 or 0.375, and not by rounding.
+    const EXACT: u32 = 12;
+    /// What counts as certain.
+    const CERTAIN: f64 = 32.0;
+
+    /// Takes a number into account that is printed to half a unit of `half`.
+    fn see(&mut self, value: f64, half: f64) {
+        let near = value as f32;
+        let half = half.max(f64::EPSILON * value.abs());
+        self.refuted |= (f64::from(near) - value).abs() > half;
+        if near.to_bits().trailing_zeros() < Self::EXACT {
+            let spacing = f64::from(near.abs().next_up()) - f64::from(near.abs());
+            self.bits -= (2.0 * half / spacing).min(1.0).log2();
+        }
+    }
+
+    fn is_certain(self) -> bool {
+        !self.refuted && self.bits >= Self::CERTAIN
+    }
 }
 
 impl Printed {
@@ -64,22 +99,40 @@ impl Printed {
         let decimals = mantissa.split_once('.').map_or(0, |(_, after)| after.len() as i32);
         let digits = mantissa.chars().filter(char::is_ascii_digit);
         let significant = digits.skip_while(|digit| *digit == '0').count() as i32;
-        self.decimals = self.decimals.max(decimals.saturating_sub(exponent));
+        let decimals = decimals.saturating_sub(exponent);
+        self.decimals = self.decimals.max(decimals);
         self.significant = self.significant.max(significant);
+        if let Some(value) = parsed(text).filter(|_| significant >= Single::DIGITS) {
+            self.single.see(value, 0.5 * 10_f64.powi(-decimals));
+        }
     }
 
-    /// Half a unit of the last digit that a number of this size is printed with.
+    /// The distance from 1 to the next number that the program computes with.
+    #[must_use]
+    pub fn epsilon(self) -> f64 {
+        if self.single.is_certain() { f64::from(f32::EPSILON) } else { f64::EPSILON }
+    }
+
+    /// Half a unit of the last digit that a number of this size is printed with, or computed with in single precision.
     #[must_use]
     pub fn resolution(self, size: f64) -> f64 {
         if self.significant == 0 || size == 0.0 {
             return 0.0;
         }
         let leading = size.abs().log10().floor() as i32;
-        0.5 * 10_f64.powi((-self.decimals).max(leading + 1 - self.significant))
+        let printed = 0.5 * 10_f64.powi((-self.decimals).max(leading + 1 - self.significant));
+        if self.single.is_certain() { printed.max(0.5 * self.epsilon() * size.abs()) } else { printed }
     }
 
     /// In words, where doubles have more digits.
     fn told(self) -> Option<String> {
+        if self.single.is_certain() {
+            return Some(
+                "it looks like single precision: every number that it prints is one of 24 bits, about 7 digits, below which \
+                 errors are rounding"
+                    .into(),
+            );
+        }
         (1..15).contains(&self.significant).then(|| {
             format!(
                 "it prints {} significant digits, below which errors are not seen; `%.17g` prints all of them",
@@ -386,6 +439,37 @@ mod tests {
         assert_eq!(message, "# --problem p --h 0.1 --t-end 2 --set cells=8");
     }
 
+    /// Single precision printed to all digits, and to the nine that tell it apart; neither double precision nor few digits.
+    #[test]
+    fn single_precision_is_told_by_its_numbers() {
+        let printed = |rows: &mut dyn Iterator<Item = String>| {
+            let text =
+                format!("t,v\n{}\n", rows.enumerate().map(|(k, v)| format!("{k},{v}")).collect::<Vec<_>>().join("\n"));
+            read(text.as_bytes(), &columns()).expect("a table").printed
+        };
+        let numbers = || (0..40).map(|k| 1.0 / (1.0 + 9.0 * (-0.1 * f64::from(k)).exp()));
+        let single = || numbers().map(|x| f64::from(x as f32));
+        let looks = [
+            printed(&mut single().map(|x| format!("{x}"))),
+            printed(&mut single().map(|x| format!("{x:.16e}"))),
+            printed(&mut single().map(|x| format!("{x:.8e}"))),
+        ];
+        for found in looks {
+            assert!(found.epsilon() > 1e-7 && (2e-8..5e-8).contains(&found.resolution(0.5)), "{found:?}");
+            assert!(found.told().is_some_and(|text| text.contains("single precision")));
+        }
+        // Values with short mantissas belong to either.
+        let short = (1..40).map(|k| format!("{:.16e}", f64::from(k) / 64.0));
+        for (found, digits) in [
+            (printed(&mut numbers().map(|x| format!("{x:.16e}"))), 5e-17),
+            (printed(&mut numbers().map(|x| format!("{x:.8e}"))), 5e-9),
+            (printed(&mut single().map(|x| format!("{x:.5e}"))), 5e-6),
+            (printed(&mut { short }), 5e-17),
+        ] {
+            assert!(found.epsilon() < 1e-15 && found.resolution(0.5) <= digits, "{found:?}");
+        }
+    }
+
     #[test]
     fn digits_are_those_of_the_longest_number() {
         let resolution = |text: &str| read(text.as_bytes(), &columns()).expect("a table").printed.resolution(0.7);
@@ -405,5 +489,17 @@ mod tests {
         let answer = |text: &str| read(text.as_bytes(), &columns()).expect("a table");
         assert!(answer("t,v\n0,1.000000\n").few_digits().is_some());
         assert_eq!(answer("t,v\n0,0.3333333333333333\n").few_digits(), None);
+    }
+
+    /// Zeros before the first digit that counts are none.
+    #[test]
+    fn leading_zeros_are_no_significant_digits() {
+        let told = |text: &str| read(format!("t,v\n0,{text}\n").as_bytes(), &columns()).expect("a table").few_digits();
+        for (text, digits) in [("0.0012", 2), ("0.3333", 4), ("-00.120", 3), ("0.033333333333333", 14), ("1.002e-3", 4)]
+        {
+            let says = told(text).unwrap_or_default();
+            assert!(says.starts_with(&format!("it prints {digits} significant digits")), "{text}: {says}");
+        }
+        assert_eq!(told("0.333333333333333"), None);
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use lsvi::{InputError, State, StepError, Trajectory, Work};
+use lsvi::{InputError, SolveError, State, StepError, Trajectory, Work};
 
 use crate::method::{BuildError, Method};
 use crate::problem::Problem;
@@ -35,6 +35,20 @@ pub enum RunError {
     /// The observer stopped the run: a result is not a number.
     #[error("the state is not finite at t = {0}")]
     NonFinite(f64),
+}
+
+impl RunError {
+    /// What stands where the run would have a number: infinity if the equation of a step has no solution on the branch of its state, or
+    /// determines none, or if the states grow beyond all numbers, for that is what the method does there; NaN, which decides nothing, if the run
+    /// broke off for any other reason, in the solver or in what it was given.
+    #[must_use]
+    pub fn in_place_of_a_number(&self) -> f64 {
+        match self {
+            Self::Step(StepError::Solve { source: SolveError::BranchLost { .. } | SolveError::Singular, .. })
+            | Self::NonFinite(_) => f64::INFINITY,
+            _ => f64::NAN,
+        }
+    }
 }
 
 /// Integrates `problem` by `method` with steps of `h` from 0 to `t_end`, and shows every state to `observe`, the initial one
@@ -100,7 +114,20 @@ pub fn run_from(
 /// # Errors
 /// As for [`run`].
 pub fn run_through(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Result<Vec<Vec<f64>>, RunError> {
-    let mut state = State::new(0.0, problem.initial());
+    run_through_from(problem, problem.initial(), method, times)
+}
+
+/// The same from another `start` than the problem's own.
+///
+/// # Errors
+/// As for [`run`].
+pub fn run_through_from(
+    problem: &dyn Problem,
+    start: Vec<f64>,
+    method: &dyn Method,
+    times: &[f64],
+) -> Result<Vec<Vec<f64>>, RunError> {
+    let mut state = State::new(0.0, start);
     let mut reach = |t: &f64| {
         let trajectory = Trajectory::new(method.build(problem)?, state.clone(), t - state.t, *t)?;
         state = trajectory.observe(|_| {})?;

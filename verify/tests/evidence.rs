@@ -8,6 +8,8 @@ mod answers;
 mod claims;
 #[path = "evidence/curves.rs"]
 mod curves;
+#[path = "evidence/figures.rs"]
+mod figures;
 #[path = "evidence/flows.rs"]
 mod flows;
 
@@ -38,7 +40,8 @@ fn main() {
     let strays = Trial::test("golden::none_is_left_over", none_is_left_over);
     let answers = Trial::test("answers::rest_on_their_tables", answers::rest_on_their_tables);
     let flows = Trial::test("flows::rest_on_their_tables", flows::rest_on_their_tables);
-    let trials = chapters.chain(claims).chain(goldens).chain([strays, answers, flows]).collect();
+    let figures = Trial::test("figures::rest_on_their_tables", figures::rest_on_their_tables);
+    let trials = chapters.chain(claims).chain(goldens).chain([strays, answers, figures, flows]).collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
 

@@ -66,3 +66,25 @@ impl History {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adaptive::coefficients::three;
+
+    #[test]
+    fn the_polynomial_of_a_step_goes_on_through_the_next_one_of_another_size() {
+        let c = three().expect("known");
+        let mut history = History::new(1, 3);
+        // t² on a step from 0 to 1.
+        history.z.copy_from_slice(&c.nodes.map(|c| c * c));
+        for ratio in [0.1, 1.0, 2.0] {
+            let mut z = [0.0; 3];
+            history.extrapolate(c, &c.nodes, ratio, &mut z);
+            for (z, c) in z.iter().zip(&c.nodes) {
+                // A few roundings of ℓⱼ(3), which are below 50.
+                approx::assert_abs_diff_eq!(*z, (1.0 + ratio * c).powi(2) - 1.0, epsilon = 1e-13);
+            }
+        }
+    }
+}

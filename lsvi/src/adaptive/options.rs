@@ -50,7 +50,8 @@ impl Options {
         }
     }
 
-    /// The first step to be tried, unless it is longer than a step may be; without it, one that changes v by about a hundredth.
+    /// The first step to be tried, unless it is longer or shorter than a step may be; without it, one that changes v by about a
+    /// hundredth.
     ///
     /// # Errors
     /// [`SettingError::Setting`] unless positive and finite.
@@ -67,8 +68,7 @@ impl Options {
         checked("h_max", h, "positive", h > 0.0).and_then(|h_max| Self { h_max, ..self }.bounded())
     }
 
-    /// The shortest step that may be tried, unless less is left of the interval; a tolerance that asks for a shorter one
-    /// fails with [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
+    /// The shortest step that may be tried, unless less is left of the interval; a tolerance that is not met by it fails with [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
     ///
     /// # Errors
     /// [`SettingError::Setting`] unless finite and not negative, [`SettingError::StepBounds`] above the longest.

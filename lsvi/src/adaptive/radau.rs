@@ -31,7 +31,13 @@ const PATIENCE: u32 = 10;
 ///
 /// The stages are decoupled into a real system of order n and (s − 1)/2 complex ones, in the structure of the Jacobian.
 /// Jacobians and factors are kept while Newton's iteration converges well, and the order rises with its contraction. The
-/// error estimate is of order s; the singular M of algebraic equations of index 1 is allowed.
+/// error estimate is of order s.
+///
+/// # Algebraic equations
+/// The singular M of algebraic equations of index 1 is allowed. A start must satisfy them: where a row of M is zero, a start
+/// that does not to within the tolerances is refused, [`SystemError::InconsistentStart`]. Where M is singular without such a
+/// row, as in M = (1 1; 1 1), nobody looks: the step ends on the algebraic equations wherever it starts, and its dense output
+/// leads there from the start.
 ///
 /// [`Integrator::advance`] takes one accepted step, never longer than the grid's h and never past its end or a
 /// [stop time](Self::stop_at). Between its ends [`interpolate`](Self::interpolate) gives the solution.
@@ -52,6 +58,8 @@ const PATIENCE: u32 = 10;
 pub struct Radau<F> {
     field: F,
     mass: Mass,
+    /// The equations in which no v̇ occurs.
+    algebraic: Vec<usize>,
     options: Options,
     controller: Controller,
     /// Sorted times that no step passes.
@@ -116,6 +124,7 @@ impl<F: VectorField> Radau<F> {
             rejected: 0,
             tried: 0,
             options,
+            algebraic: mass.zero_rows(n),
             mass,
             field,
         })
@@ -180,6 +189,24 @@ impl<F: VectorField> Radau<F> {
         }
     }
 
+    /// Refuses a start that violates an algebraic equation, by f(t, v).
+    fn check_start(&mut self, t: f64, h: f64, v: &[f64]) -> Result<(), StepError> {
+        if self.history.last.is_some() || self.algebraic.is_empty() {
+            return Ok(());
+        }
+        let Stages { f0, single: allowed, .. } = &mut self.stages;
+        let equations = Equations { field: &self.field, mass: &self.mass, tolerances: &self.options.tolerances };
+        let known = self.system.tolerated_change(&equations, (t, v), allowed);
+        known.map_err(|error| StepError::Solve { t, h, source: error.into() })?;
+        match self.algebraic.iter().find(|&&row| f0[row].abs() > allowed[row]) {
+            Some(&row) => {
+                let (value, allowed) = (f0[row], allowed[row]);
+                Err(InputError::System(SystemError::InconsistentStart { row, value, allowed }).into())
+            }
+            None => Ok(()),
+        }
+    }
+
     /// A first step that changes v by a hundredth or by what is tolerated; where v stands still a thousandth of the span. One
     /// that is too long is rejected once or twice, one that is too short grows for long.
     fn first_step(&self, v: &[f64], span: f64) -> f64 {
@@ -209,7 +236,7 @@ impl<F: VectorField> Radau<F> {
         let Self { field, mass, system, stages, history, options, work, .. } = self;
         let equations = Equations { field: &*field, mass, tolerances: &options.tolerances };
         match system.prepare(c, &equations, at, work) {
-            Err(FactorError::Singular) => return Ok(Attempt::Failed { factor: 0.5 }),
+            Err(FactorError::Singular) => return Ok(Attempt::Failed { factor: 0.5, was_finite: true }),
             other => other?,
         }
         let z = &mut stages.z[..S * v.len()];
@@ -220,7 +247,8 @@ impl<F: VectorField> Radau<F> {
             Some(Last { h: before, .. }) => extrapolate(history, three(), &c.nodes, h / before, z),
         }
         match stages.iterate(c, &equations, system, at, work) {
-            Iteration::Slow { factor } => Ok(Attempt::Failed { factor }),
+            Iteration::Slow { factor } => Ok(Attempt::Failed { factor, was_finite: true }),
+            Iteration::NonFinite => Ok(Attempt::Failed { factor: 0.5, was_finite: false }),
             Iteration::Converged { rate, iterations } => {
                 let is_cautious = self.controller.is_cautious();
                 let error = stages.estimate(c, &equations, system, at, is_cautious, work);
@@ -265,8 +293,13 @@ impl<F: VectorField> Radau<F> {
 
 /// What became of a step.
 enum Attempt {
-    Failed { factor: f64 },
+    Failed { factor: f64, was_finite: bool },
     Solved { rate: f64, iterations: u32, error: f64 },
+}
+
+/// The step to try after one of size `h` that asks for `proposed`: first the shortest that is allowed.
+fn shorter(h: f64, proposed: f64, shortest: f64) -> f64 {
+    if h > shortest { proposed.max(shortest) } else { proposed }
 }
 
 fn extrapolate<const S: usize, const N: usize>(
@@ -303,9 +336,12 @@ impl<F: VectorField> Integrator for Radau<F> {
         if self.stages.f0.iter().any(|f| !f.is_finite()) {
             return Err(failed(span, SolveError::NonFinite));
         }
+        self.check_start(t, span, &state.q)?;
         let longest = self.options.h_max.min(grid.h());
         let first = || self.options.h0.unwrap_or_else(|| self.first_step(&state.q, span));
-        let mut wanted = self.next_h.unwrap_or_else(first).min(longest);
+        let shortest = self.options.h_min.min(longest);
+        let mut wanted = self.next_h.unwrap_or_else(first).max(shortest).min(longest);
+        let mut is_finite = true;
         loop {
             // The last two steps before a stop are made equal, so that none is a sliver.
             let (h, stops) = match span / wanted {
@@ -313,9 +349,10 @@ impl<F: VectorField> Integrator for Radau<F> {
                 steps if steps < 2.0 => (0.5 * span, false),
                 _ => (wanted, false),
             };
-            let shortest = (8.0 * f64::EPSILON * t.abs()).max(f64::MIN_POSITIVE);
-            if h <= shortest || (wanted < self.options.h_min && h < span) {
-                return Err(StepError::StepUnderflow { t, h });
+            let resolved = (8.0 * f64::EPSILON * t.abs()).max(f64::MIN_POSITIVE);
+            if h <= resolved || (wanted < shortest && h < span) {
+                let underflow = StepError::StepUnderflow { t, h };
+                return Err(if is_finite { underflow } else { failed(h, SolveError::NonFinite) });
             }
             if self.tried >= self.options.max_steps {
                 return Err(StepError::TooManySteps { t, limit: self.options.max_steps });
@@ -325,12 +362,13 @@ impl<F: VectorField> Integrator for Radau<F> {
             let attempt = with_coefficients!(self.order.s, c => self.attempt(c, at))?;
             let (rate, iterations_taken, error) = match attempt.map_err(|error| failed(h, error.into()))? {
                 Attempt::Solved { rate, iterations, error } => (rate, iterations, error),
-                Attempt::Failed { factor } => {
+                Attempt::Failed { factor, was_finite } => {
                     self.rejected += 1;
+                    is_finite = was_finite;
                     self.controller.failed();
                     // An old Jacobian may be the reason; a present one leaves the order and the step size.
                     if self.system.is_current {
-                        wanted = factor * h;
+                        wanted = shorter(h, factor * h, shortest);
                         self.lower_order();
                     } else {
                         self.system.has_jacobian = false;
@@ -351,7 +389,8 @@ impl<F: VectorField> Integrator for Radau<F> {
                 return Ok(());
             }
             self.rejected += 1;
-            wanted = proposed;
+            is_finite = true;
+            wanted = shorter(h, proposed, shortest);
         }
     }
 

@@ -18,6 +18,8 @@ pub(super) enum Iteration {
     Converged { rate: f64, iterations: u32 },
     /// It would not reach its goal; a step shorter by this factor might.
     Slow { factor: f64 },
+    /// f was not finite at the stages.
+    NonFinite,
 }
 
 /// M v̇ = f(t, v), and how well it is to be solved.
@@ -73,6 +75,27 @@ impl StageSystem {
         (self.has_jacobian, self.is_current, self.factored) = (false, false, None);
     }
 
+    /// Sets the Jacobian to that at (t, v), which becomes the present state.
+    fn set_jacobian(&mut self, field: &impl VectorField, t: f64, v: &[f64]) {
+        self.jacobian.clear();
+        field.add_jacobian(t, v, 1.0, &mut self.jacobian);
+        (self.has_jacobian, self.is_current, self.factored) = (true, true, None);
+    }
+
+    /// Writes Σ_j |J_ij| τ_j at (t, v), what changes of v within the tolerances make of each component of f.
+    pub(super) fn tolerated_change(
+        &mut self,
+        Equations { field, tolerances, .. }: &Equations<'_, impl VectorField>,
+        (t, v): (f64, &[f64]),
+        out: &mut [f64],
+    ) -> Result<(), FactorError> {
+        self.set_jacobian(*field, t, v);
+        self.jacobian.check_structure()?;
+        out.fill(0.0);
+        self.jacobian.for_each(|i, j, x| out[i] += x.abs() * tolerances.of(j, v[j].abs()));
+        Ok(())
+    }
+
     /// Builds the Jacobian at (t, v) and the factors for steps of size `h`, as far as they are missing.
     pub(super) fn prepare<const S: usize>(
         &mut self,
@@ -82,9 +105,7 @@ impl StageSystem {
         work: &mut Work,
     ) -> Result<(), FactorError> {
         if !self.has_jacobian {
-            self.jacobian.clear();
-            field.add_jacobian(t, v, 1.0, &mut self.jacobian);
-            (self.has_jacobian, self.is_current, self.factored) = (true, true, None);
+            self.set_jacobian(*field, t, v);
         }
         if self.factored == Some((h, S)) {
             return Ok(());
@@ -134,7 +155,7 @@ pub(super) struct Stages {
     pub(super) f0: Vec<f64>,
     stage: Vec<f64>,
     slope: Vec<f64>,
-    single: Vec<f64>,
+    pub(super) single: Vec<f64>,
 }
 
 impl Stages {
@@ -189,7 +210,7 @@ impl Stages {
             }
             let size = root_mean(sum, n * S);
             if !size.is_finite() {
-                return Iteration::Slow { factor: 0.5 };
+                return Iteration::NonFinite;
             }
             // Increments of a few roundings do not shrink any more.
             let goal = GOAL.max(10.0 * f64::EPSILON * root_mean(rounding, n));

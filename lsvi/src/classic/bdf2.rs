@@ -64,6 +64,7 @@ impl<F: VectorField> Bdf2<F> {
 struct BdfEquation<'a, F> {
     field: &'a F,
     mass: &'a Mass,
+    algebraic: &'a [usize],
     t: f64,
     last_h: f64,
     now: &'a [f64],
@@ -99,6 +100,10 @@ impl<F: VectorField> System for BdfEquation<'_, F> {
         self.field.add_jacobian(self.t + h, x, -gamma, out);
     }
 
+    fn algebraic(&self) -> &[usize] {
+        self.algebraic
+    }
+
     fn limit(&self) -> LimitAtZero {
         LimitAtZero::Kept
     }
@@ -127,7 +132,8 @@ impl<F: VectorField> Integrator for Bdf2<F> {
         match last {
             Some(last) => {
                 let (field, mass, now, before) = (self.first.field(), &self.mass, &self.now, &self.before);
-                let mut equation = BdfEquation { field, mass, t, last_h: last.h, now, before };
+                let mut equation =
+                    BdfEquation { field, mass, algebraic: self.first.algebraic(), t, last_h: last.h, now, before };
                 self.stages.solve(&mut equation, h, &mut self.next).map_err(|source| StepError::Solve {
                     t,
                     h,

@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::{InputError, SolveError, StepError, SystemError, check_step_from, check_vector};
-use crate::integrator::{Grid, Integrator, OneStep, advance_one_step};
+use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::linalg::Jacobian;
-use crate::mass::{Mass, MassInverse};
+use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::{LimitAtZero, Newton, System, Work};
 use crate::quadrature::check_sum;
 use crate::solver::check_assembled;
@@ -40,6 +40,8 @@ const REGULAR: f64 = 1e-10;
 pub struct CoupledRungeKutta<F> {
     field: F,
     mass: Mass,
+    /// The rows of M that are zero, in every stage.
+    algebraic: Vec<usize>,
     /// Needed where A is singular.
     mass_inverse: Option<MassInverse>,
     coefficients: Coefficients,
@@ -105,6 +107,7 @@ impl<F: VectorField> CoupledRungeKutta<F> {
         Ok(Self {
             newton: Newton::new(s * n),
             mass_inverse,
+            algebraic: (0..s).flat_map(|j| mass.zero_rows(n).into_iter().map(move |row| j * n + row)).collect(),
             mass,
             coefficients: Coefficients { a: a.to_vec(), b: b.to_vec(), c: c.to_vec(), d },
             stages: vec![0.0; s * n],
@@ -119,6 +122,7 @@ impl<F: VectorField> CoupledRungeKutta<F> {
 struct StageEquations<'a, F> {
     field: &'a F,
     mass: &'a Mass,
+    algebraic: &'a [usize],
     coefficients: &'a Coefficients,
     scratch: &'a mut Scratch,
     t: f64,
@@ -154,12 +158,17 @@ impl<F: VectorField> System for StageEquations<'_, F> {
             for (i, row) in self.coefficients.a.iter().enumerate().filter(|(_, row)| row[j] != 0.0) {
                 block.for_each(|k, l, x| out.add(i * n + k, j * n + l, -h * row[j] * x));
             }
+            out.inherit_outside(block);
             self.mass.for_each(n, |k, l, x| out.add(j * n + k, j * n + l, x));
         }
     }
 
     fn origin(&self, x: &mut [f64]) {
         x.chunks_mut(self.v.len().max(1)).for_each(|y| y.copy_from_slice(self.v));
+    }
+
+    fn algebraic(&self) -> &[usize] {
+        self.algebraic
     }
 
     fn limit(&self) -> LimitAtZero {
@@ -172,8 +181,16 @@ impl<F: VectorField> Integrator for CoupledRungeKutta<F> {
         self.field.dim()
     }
 
-    fn advance(&mut self, state: &mut crate::State, grid: &Grid) -> Result<(), StepError> {
+    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
         advance_one_step(self, state, grid)
+    }
+
+    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
+        Ok(rate(&self.field, &self.mass, state, out)?)
+    }
+
+    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
+        shorter_step(self, from, t, to)
     }
 
     fn work(&self) -> Work {
@@ -188,7 +205,7 @@ impl<F: VectorField> OneStep for CoupledRungeKutta<F> {
         check_vector("v", v, n)?;
         let failed = |source| StepError::Solve { t, h, source };
         let (field, mass, coefficients, scratch) = (&self.field, &self.mass, &self.coefficients, &mut self.scratch);
-        let mut equations = StageEquations { field, mass, coefficients, scratch, t, v };
+        let mut equations = StageEquations { field, mass, algebraic: &self.algebraic, coefficients, scratch, t, v };
         equations.origin(&mut self.stages);
         self.newton.solve(&mut equations, h, &mut self.stages).map_err(failed)?;
         self.next.fill(0.0);

@@ -3,7 +3,7 @@
 use super::coupled::check_sizes;
 use super::stage::{InexactStage, StageSolver, Stages};
 use crate::error::{InputError, NodeError, SolveError, StepError, check_step_from, check_vector};
-use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
+use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::{LimitAtZero, Newton, System, Work};
@@ -112,6 +112,8 @@ impl Tableau {
 pub struct RungeKutta<F> {
     field: F,
     mass: Mass,
+    /// The rows of M that are zero.
+    algebraic: Vec<usize>,
     /// For explicit stages, and weights that are not those of the last stage.
     mass_inverse: Option<MassInverse>,
     tableau: Tableau,
@@ -151,6 +153,7 @@ impl<F: VectorField> RungeKutta<F> {
         Ok(Self {
             stages,
             mass_inverse,
+            algebraic: mass.zero_rows(n),
             mass,
             slopes: vec![vec![0.0; n]; tableau.b.len()],
             known: vec![0.0; n],
@@ -158,6 +161,10 @@ impl<F: VectorField> RungeKutta<F> {
             field,
             tableau,
         })
+    }
+
+    pub(super) fn algebraic(&self) -> &[usize] {
+        &self.algebraic
     }
 
     pub(super) fn field(&self) -> &F {
@@ -169,6 +176,7 @@ impl<F: VectorField> RungeKutta<F> {
 struct StageEquation<'a, F> {
     field: &'a F,
     mass: &'a Mass,
+    algebraic: &'a [usize],
     t: f64,
     a: f64,
     c: f64,
@@ -196,6 +204,10 @@ impl<F: VectorField> System for StageEquation<'_, F> {
         self.field.add_jacobian(self.t + self.c * s, y, -s * self.a, out);
     }
 
+    fn algebraic(&self) -> &[usize] {
+        self.algebraic
+    }
+
     fn limit(&self) -> LimitAtZero {
         LimitAtZero::Kept
     }
@@ -220,6 +232,10 @@ impl<F: VectorField> Integrator for RungeKutta<F> {
 
     fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
         Ok(rate(&self.field, &self.mass, state, out)?)
+    }
+
+    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
+        shorter_step(self, from, t, to)
     }
 
     fn work(&self) -> Work {
@@ -255,7 +271,7 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
             }
             self.stage.copy_from_slice(v);
             let (field, mass, known) = (&self.field, &self.mass, &self.known);
-            let mut equation = StageEquation { field, mass, t, a, c, v, known, full: h };
+            let mut equation = StageEquation { field, mass, algebraic: &self.algebraic, t, a, c, v, known, full: h };
             self.stages.solve(&mut equation, h, &mut self.stage).map_err(failed)?;
             for (s, k) in slope.iter_mut().zip(&self.known) {
                 *s = -k;

@@ -70,10 +70,11 @@ pub trait DiscreteLegendre {
         Structure::Dense
     }
 
-    /// Writes a first guess of the unknowns from the momentum p₀.
+    /// Writes a first guess of the unknowns: the straight path with the velocity that belongs to the momentum p₀. It is also what
+    /// [`Integrator::rate`](crate::Integrator::rate) and dense output know of velocities, and must be exact to rounding.
     ///
     /// # Errors
-    /// [`SolveError::SingularMass`] if the momentum determines no velocity.
+    /// [`SolveError::SingularMass`] or [`SolveError::NoVelocity`] if the momentum determines no velocity.
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError>;
 
     /// Replaces (q₀, p₀) by (q₁, p₁) of the position–momentum form without solving the equations of a step, as is possible for

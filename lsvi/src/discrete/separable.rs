@@ -181,3 +181,31 @@ fn add(x: &mut f64, change: f64, lost: &mut f64) {
     *lost = (*x - (sum - added)) + (change - added);
     *x = sum;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AutoLagrangian, LagrangianFn, Scalar};
+
+    /// Springs of stiffness 1, 100 and 4 on masses 1, 1 and 2.
+    struct Springs;
+
+    impl LagrangianFn for Springs {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+            (v[0] * v[0] + v[1] * v[1]) * 0.5 + v[2] * v[2] - q[0] * q[0] * 0.5 - q[1] * q[1] * 50.0 - q[2] * q[2] * 2.0
+        }
+    }
+
+    #[test]
+    fn the_stiffness_is_that_of_the_stiffest_column() {
+        let l = AutoLagrangian::new(Springs);
+        let mut mass = ConstantMass::new(&l);
+        let (q, mut column) = ([0.1, 0.2, 0.3], [0.0; 3]);
+        assert!(mass.stiffness(&l, 0.0, &q, &mut column).is_nan());
+        mass.inverse(&l, (0.0, 0.1), &q, &[0.0; 3]).expect("separable");
+        approx::assert_relative_eq!(mass.stiffness(&l, 0.0, &q, &mut column), 100.0, max_relative = 1e-14);
+    }
+}

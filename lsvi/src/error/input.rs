@@ -142,6 +142,20 @@ pub enum SystemError {
         "the mass matrix is singular, and explicit stages need its inverse: use a method with implicit stages only"
     )]
     SingularMass,
+    /// A start that violates an equation without a derivative, whose row of M is zero.
+    #[error(
+        "the start violates equation {row}, which is algebraic: f[{row}] = {}, and the tolerances allow {}; start from \
+         values that satisfy it",
+        Number(*value), Number(*allowed)
+    )]
+    InconsistentStart {
+        /// Which equation.
+        row: usize,
+        /// f of that equation at the start.
+        value: f64,
+        /// What changes of v within the tolerances make of it: Σ_j |∂f_row/∂v_j| (atol_j + rtol |v_j|).
+        allowed: f64,
+    },
     /// A linear solver that does not fit the system.
     #[error("{0}")]
     Solver(&'static str),

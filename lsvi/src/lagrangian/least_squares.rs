@@ -211,6 +211,10 @@ impl<F: VectorField> Lagrangian for LeastSquares<F> {
                     s.jacobian.mul_transpose_add(-1.0, &s.weighted, dl_dq);
                 }
             }
+            if s.jacobian.outside().is_some() {
+                // What is missing is told where second derivatives are asked for.
+                dl_dq.fill(f64::NAN);
+            }
         });
     }
 
@@ -262,6 +266,7 @@ impl<F: VectorField> LeastSquares<F> {
     /// Everything but the curvature, by products of dense matrices.
     fn add_dense_products(&self, s: &mut Scratch, c: HessianWeights, out: &mut Jacobian) {
         let n = self.dim();
+        out.inherit_outside(&s.jacobian);
         let j = s.jacobian.dense().expect("dense unless there are rows");
         let mwj = match &self.weights.wm {
             None => j,

@@ -29,6 +29,10 @@ pub struct HessianWeights {
 ///
 /// In mechanics q are coordinates and v velocities. In the least-squares formulation of v̇ = f(t, v), [`LeastSquares`],
 /// the unknown itself is the configuration q, and its rate of change is the velocity.
+///
+/// L need not be quadratic in v, nor finite for all v: where p = ∂L/∂v is wanted for v, it is solved by Newton's method from
+/// v = 0, damped where L is not finite. So L must be so at v = 0, with a regular ∂²L/∂v² there and on the way; of several
+/// velocities of one momentum, one is found or none ([`SolveError::NoVelocity`](crate::SolveError::NoVelocity)).
 #[auto_impl(&, Box, Rc, Arc)]
 pub trait Lagrangian {
     /// Degrees of freedom n.

@@ -103,6 +103,11 @@ impl ClosedStep {
         solved
     }
 
+    /// f₀ and, where there is one, the matrix J₀.
+    pub(super) fn start(&self) -> (&[f64], Option<&Jacobian>) {
+        (&self.work.f0, self.matrices.as_ref().map(|m| &m.start))
+    }
+
     /// Writes p₁ at the solution.
     pub(super) fn momentum<F: VectorField>(
         &mut self,

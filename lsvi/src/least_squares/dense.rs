@@ -71,6 +71,7 @@ impl DenseStep {
         } else {
             s.start.clear();
             system.field.linearize(at.start, v0, &mut s.f0, 1.0, &mut s.start);
+            s.start.check_structure()?;
         }
         v1.copy_from_slice(v0);
         let mut equation = Equation { system, closure, t: at.start, v0, s };
@@ -84,7 +85,13 @@ impl DenseStep {
             solved
         };
         *work = Work { steps: work.steps, ..self.newton.work };
-        solved
+        // The matrix of the last residual, which kept factors have not met.
+        solved.and_then(|()| Ok(self.scratch.end.check_structure()?))
+    }
+
+    /// f₀ and, where there is one, the matrix J₀.
+    pub(super) fn start(&self) -> (&[f64], Option<&Jacobian>) {
+        (&self.scratch.f0, Some(&self.scratch.start))
     }
 
     /// Writes p₁ at the solution.
@@ -150,8 +157,10 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
             out.add(i, j, -common * h * x);
             out.add(j, i, -beta * x);
         });
+        out.inherit_outside(&s.end);
         if w.alpha != 0.0 {
             s.start.for_each(|i, j, x| out.add(j, i, row * w.alpha * h * x));
+            out.inherit_outside(&s.start);
         }
         if beta != 0.0 {
             for j in 0..x.len() {

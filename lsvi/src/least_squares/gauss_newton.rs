@@ -3,8 +3,9 @@
 use super::System;
 use crate::discrete::Interval;
 use crate::error::SolveError;
-use crate::inexact::forcing;
+use crate::inexact::{check_increment, forcing};
 use crate::linalg::{Jacobian, Structure, max_norm};
+use crate::mass::Mass;
 use crate::newton::Work;
 use crate::operator::Operator;
 use crate::solver::StepSolver;
@@ -156,14 +157,14 @@ impl GaussNewton {
             for (d, g) in self.increment.iter_mut().zip(&self.gradient) {
                 *d = -g;
             }
-            work.inner += self.solver.solve_normal(&b, self.damping, None, &mut self.increment, tolerance)?;
+            let inner = self.solver.solve_normal(&b, self.damping, None, &mut self.increment, tolerance)?;
+            work.inner += inner;
             let delta = max_norm(&self.increment);
+            check_increment(delta, max_norm(&self.gradient), inner)?;
             for ((trial, v), d) in self.trial.iter_mut().zip(v).zip(&self.increment) {
                 *trial = v + d;
             }
-            system.mass.multiply(&self.increment, &mut self.work);
-            let predicted =
-                -0.5 * dot(&self.gradient, &self.increment) + 0.5 * self.damping * dot(&self.increment, &self.work);
+            let predicted = predicted(&self.gradient, &self.increment, self.damping, system.mass, &mut self.work);
             let next = self.action.at(system, at, v0, &self.trial)?;
             // Differences of φ below its own rounding say nothing.
             let flat = (1.0 + self.damping) * delta <= enough || predicted <= 64.0 * f64::EPSILON * action;
@@ -182,6 +183,54 @@ impl GaussNewton {
     }
 }
 
+/// What the model of φ that the increment δ comes from, quadratic and without the damping, says that it takes from φ:
+/// −½ gᵀδ + ½ μ δᵀMδ.
+fn predicted(gradient: &[f64], increment: &[f64], damping: f64, mass: &Mass, work: &mut [f64]) -> f64 {
+    mass.multiply(increment, work);
+    -0.5 * dot(gradient, increment) + 0.5 * damping * dot(increment, work)
+}
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Factored;
+    use crate::solver::Iterative;
+
+    /// φ of a linear field is its model.
+    #[test]
+    fn the_predicted_decrease_is_that_of_a_linear_field_at_every_damping() {
+        let field = crate::field!(2, |t, v, dv| {
+            dv[0] = v[0] * -3.0 + v[1] + t;
+            dv[1] = v[0] * 2.0 - v[1] * 5.0;
+        });
+        for mass in [Mass::Identity, Mass::Diagonal(vec![2.0, 0.5])] {
+            let mass_inverse = mass.metric(2).expect("positive");
+            let system = System { field: &field, mass: &mass, mass_inverse: &mass_inverse };
+            for damping in [0.0, 1.0, 100.0] {
+                let solver = Iterative::to_rounding(Factored::default());
+                let mut step = GaussNewton::new(2, &Structure::Dense, Box::new(solver));
+                let (at, v0, v) = (Interval { start: 0.0, h: 0.5 }, [1.0, -0.5], [0.3, 0.7]);
+                field.rhs(at.start, &v0, &mut step.action.f0);
+                let before = step.action.at(&system, at, &v0, &v).expect("finite");
+                let mut b = Jacobian::with_structure(2, &Structure::Dense);
+                system.set_b(at.h, at.h, &v, &mut b);
+                let b = system.operator((at.h, &v), at.h, Some(&b));
+                b.multiply_transpose(&step.action.dual, &mut step.gradient);
+                step.gradient.iter_mut().zip(&step.action.start).for_each(|(g, r)| *g += r);
+                step.increment.iter_mut().zip(&step.gradient).for_each(|(d, g)| *d = -g);
+                step.solver.prepare(&b).expect("regular");
+                step.solver.solve_normal(&b, damping, None, &mut step.increment, 0.0).expect("definite");
+                let predicted = predicted(&step.gradient, &step.increment, damping, &mass, &mut step.work);
+                let end: Vec<f64> = v.iter().zip(&step.increment).map(|(v, d)| v + d).collect();
+                let after = step.action.at(&system, at, &v0, &end).expect("finite");
+                // Roundings of φ, and of B in solutions that are good to 1e-15.
+                approx::assert_abs_diff_eq!(predicted, before - after, epsilon = 1e-13 * before);
+                assert!(predicted > 0.0);
+            }
+        }
+    }
 }

@@ -29,9 +29,9 @@ use newton::FullNewton;
 
 use crate::closure::Linear;
 use crate::discrete::Interval;
-use crate::error::{InputError, StepError, SystemError, check_step_from, check_vector};
-use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step};
-use crate::linalg::{Jacobian, Structure};
+use crate::error::{InputError, SolveError, StepError, SystemError, check_step_from, check_vector};
+use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
+use crate::linalg::{Jacobian, Structure, max_norm};
 use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::Work;
 use crate::operator::StepOperator;
@@ -46,7 +46,12 @@ pub fn method_i<F: VectorField>(field: F) -> Result<LeastSquaresStep<F>, InputEr
     LeastSquaresStep::new(field, Linear::METHOD_I)
 }
 
-/// Method II, p₁ = p₀: Eq. (25) on v̇ = −v, the trapezoidal rule for linear f. It has no equation where f_v is singular.
+/// Method II, p₁ = p₀: Eq. (25) on v̇ = −v, the trapezoidal rule for linear f.
+///
+/// Its condition J₀ᵀr₀ + J₁ᵀr₁ = 0 has no content where J = f_v is singular. A step from there is [`SolveError::Singular`]. A step
+/// across, in which an eigenvalue of J changes its sign, ends where the branch of the solution crosses that of a state that
+/// stands still, [`SolveError::BranchLost`]; in a system the two can pass into each other, and the mode of that eigenvalue then
+/// stands still for the step, an error of order h. Growth that saturates crosses such a place, as v̇ = v(1 − v) does at ½.
 ///
 /// # Errors
 /// As for [`LeastSquaresStep::new`].
@@ -101,6 +106,7 @@ pub struct LeastSquaresStep<F> {
     declared: Option<Declared>,
     equations: Equations,
     next: Vec<f64>,
+    rate: Vec<f64>,
     work: Work,
 }
 
@@ -153,7 +159,17 @@ impl<F: VectorField> LeastSquaresStep<F> {
             Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, solver))),
             None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass))),
         };
-        Ok(Self { field, mass, mass_inverse, closure, declared, equations, next: vec![0.0; n], work: Work::default() })
+        Ok(Self {
+            field,
+            mass,
+            mass_inverse,
+            closure,
+            declared,
+            equations,
+            next: vec![0.0; n],
+            rate: vec![0.0; n],
+            work: Work::default(),
+        })
     }
 }
 
@@ -188,6 +204,46 @@ enum Equations {
     Closed(Box<ClosedStep>),
 }
 
+impl Equations {
+    /// Whether v₁ = v₀ to half of the digits of the change h (f₀ + f₁)/2 that f asks for. Where α + β → 0 the condition is then
+    /// J₀ᵀ f₀ = 0: J is singular, and every solution is at rest.
+    fn stands_still<F: VectorField>(
+        &self,
+        system: &System<'_, F>,
+        at: Interval,
+        v0: &[f64],
+        v1: &[f64],
+        change: &mut [f64],
+    ) -> bool {
+        let (f0, start) = match self {
+            Self::Dense(step) => step.start(),
+            Self::Newton(step) => step.start(),
+            Self::Closed(step) => step.start(),
+            Self::Linear(_) | Self::GaussNewton(_) => return false,
+        };
+        let Some(start) = start else { return false };
+        let half = f64::EPSILON.sqrt();
+        change.fill(0.0);
+        system.mass.add_difference(1.0, v1, v0, change);
+        let moved = max_norm(change);
+        if moved > 4.0 * half * at.h * max_norm(f0) {
+            return false;
+        }
+        // At a steady state f is the rounding of its terms and of v.
+        change.fill(0.0);
+        system.mass.for_each(v0.len(), |i, j, m| change[i] += (m * v0[j]).abs());
+        start.for_each(|i, j, x| change[i] += (at.h * x * v0[j]).abs());
+        let terms = max_norm(change);
+        if at.h * max_norm(f0) <= half * terms {
+            return false;
+        }
+        system.field.rhs(at.start + at.h, v1, change);
+        change.iter_mut().zip(f0).for_each(|(sum, f)| *sum += f);
+        let asked = 0.5 * at.h * max_norm(change);
+        asked > half * terms && moved <= 4.0 * half * asked
+    }
+}
+
 impl<F: VectorField> Integrator for LeastSquaresStep<F> {
     fn dim(&self) -> usize {
         self.next.len()
@@ -199,6 +255,10 @@ impl<F: VectorField> Integrator for LeastSquaresStep<F> {
 
     fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
         Ok(rate(&self.field, &self.mass, state, out)?)
+    }
+
+    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
+        shorter_step(self, from, t, to)
     }
 
     fn work(&self) -> Work {
@@ -236,6 +296,9 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             Equations::Closed(step) => step.solve((system(), closure), at, v, next, work),
         };
         solved.map_err(failed)?;
+        if !closure.has_limit() && self.equations.stands_still(&system(), at, v, next, &mut self.rate) {
+            return Err(failed(SolveError::Singular));
+        }
         match &mut self.equations {
             _ if self.closure.is_end_alone() => p.fill(0.0),
             Equations::Dense(step) => step.momentum(system(), at, v, &self.next, p),

@@ -101,6 +101,11 @@ impl FullNewton {
         solved
     }
 
+    /// f₀ and, where there is one, the matrix J₀.
+    pub(super) fn start(&self) -> (&[f64], Option<&Jacobian>) {
+        (&self.scratch.f0, Some(&self.scratch.start))
+    }
+
     /// Writes p₁ at the solution: the equation of p₁ = 0 is −2h p₁ = 0.
     pub(super) fn momentum<F: VectorField>(&mut self, system: System<'_, F>, at: Interval, v0: &[f64], p: &mut [f64]) {
         let Self { unknowns, residual, scratch: s, .. } = self;

@@ -194,9 +194,14 @@ impl Jacobian {
         self.outside
     }
 
+    /// Notes an entry that a part of the matrix was given outside its structure.
+    pub(super) fn set_outside(&mut self, entry: Option<(usize, usize)>) {
+        self.outside = self.outside.or(entry);
+    }
+
     /// Takes over from `other`, whose entries were added, that it was given one outside its structure.
     pub(crate) fn inherit_outside(&mut self, other: &Self) {
-        self.outside = self.outside.or(other.outside);
+        self.set_outside(other.outside);
     }
 
     /// Shows every stored entry (i, j, x) to `visit`, column by column.

@@ -161,6 +161,14 @@ pub(crate) trait Entrywise {
 
     /// Shows every stored entry (i, j, x) to `visit`.
     fn visit(&self, visit: impl FnMut(usize, usize, f64));
+
+    /// The first entry that was added where there is no room for it.
+    fn outside(&self) -> Option<(usize, usize)> {
+        None
+    }
+
+    /// Notes such an entry of a part of the matrix.
+    fn set_outside(&mut self, _entry: Option<(usize, usize)>) {}
 }
 
 impl Entrywise for DMatrix<f64> {
@@ -185,13 +193,22 @@ impl Entrywise for Jacobian {
     fn visit(&self, visit: impl FnMut(usize, usize, f64)) {
         self.for_each(visit);
     }
+
+    fn outside(&self) -> Option<(usize, usize)> {
+        self.outside()
+    }
+
+    fn set_outside(&mut self, entry: Option<(usize, usize)>) {
+        self.set_outside(entry);
+    }
 }
 
-/// Adds `scale` times `block` to the entries of `out` from (row, column) on.
+/// Adds `scale` times `block` to the entries of `out` from (row, column) on, and takes over an entry outside its structure.
 pub(crate) fn add_block(out: &mut impl Entrywise, (row, column): (usize, usize), scale: f64, block: &impl Entrywise) {
     if scale != 0.0 {
         block.visit(|i, j, x| out.add_entry(row + i, column + j, scale * x));
     }
+    out.set_outside(block.outside());
 }
 
 /// The sign of a determinant from the pivots and the number of exchanges of rows.
@@ -211,7 +228,7 @@ fn row_scale(largest: f64) -> Result<f64, FactorError> {
 
 /// Largest absolute component; NaN if any component is NaN.
 pub(crate) fn max_norm(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::NAN } else { m.max(x.abs()) })
+    v.iter().fold(0.0, |m: f64, x| if x.abs() > m || x.is_nan() { x.abs() } else { m })
 }
 
 /// The larger of `most` and |x|; `most` if x is NaN.

@@ -223,3 +223,23 @@ fn estimates_the_norm_of_an_inverse() {
     // The inverse is non-negative, for which the estimate is exact; condition number 1e4/ (π²/4).
     approx::assert_relative_eq!(estimate, 0.125, max_relative = 1e-11);
 }
+
+#[test]
+fn the_norm_of_a_vector_with_a_nan_is_nan_wherever_it_is() {
+    for vector in [[f64::NAN, 1.0, 2.0], [1.0, f64::NAN, 2.0], [1.0, 2.0, f64::NAN]] {
+        assert!(max_norm(&vector).is_nan(), "{vector:?}");
+    }
+    assert!(max_norm(&[-3.0, 2.0]) == 3.0 && max_norm(&[]) == 0.0);
+}
+
+/// Of A⁻¹ = 1 + θ w wᵀ, w = (1, −1, 0, 0), the iteration sees 1: its start and the column it looks at are orthogonal to w.
+#[test]
+fn estimates_the_norm_of_an_inverse_whose_large_part_cancels() {
+    let theta = f64::from(1 << 20);
+    let solve = |b: &mut [f64]| {
+        let large = theta * (b[0] - b[1]);
+        (b[0], b[1]) = (b[0] + large, b[1] - large);
+    };
+    let (estimate, exact) = (inverse_norm(solve, &mut [vec![0.0; 4], vec![0.0; 4]]), 1.0 + 2.0 * theta);
+    assert!(estimate <= exact && 3.0 * estimate >= exact, "{estimate} for {exact}");
+}

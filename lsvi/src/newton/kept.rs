@@ -188,3 +188,45 @@ impl Newton {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// x = s g(x).
+    struct Implicit<G>(G);
+
+    impl<G: Fn(f64) -> f64> System for Implicit<G> {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, s: f64, x: &[f64], out: &mut [f64]) {
+            out[0] = x[0] - s * self.0(x[0]);
+        }
+        fn derivative(&mut self, s: f64, x: &[f64], out: &mut Jacobian) {
+            const D: f64 = 1e-6;
+            out.add(0, 0, 1.0 - s * (self.0(x[0] + D) - self.0(x[0] - D)) / (2.0 * D));
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+    }
+
+    /// The first increment leads to x = −0.05, beyond the root of the branch, and the next one to another root, x = 1, near
+    /// which the iteration contracts.
+    #[test]
+    fn a_root_that_the_first_increment_does_not_lead_to_is_not_taken() {
+        let mut newton = Newton::new(1);
+        let (mut before, mut x) = ([0.0], [0.0]);
+        newton.solve(&mut Implicit(|_| 0.5), 1.0, &mut before).expect("affine");
+        newton.keep(&mut Implicit(|_| 0.5), 1.0, &before);
+        let mut dip = Implicit(|x: f64| 1.0 - 1.05 * (-(x / 0.02).powi(2)).exp());
+        assert!(!newton.solve_with_kept(&mut dip, 1.0, &mut x), "{x:?}");
+        assert_eq!(x, [0.0]);
+        // Without the dip it is.
+        newton.solve(&mut Implicit(|_| 0.5), 1.0, &mut [0.0]).expect("affine");
+        (0..=LONGEST_PAUSE).for_each(|_| newton.keep(&mut Implicit(|_| 0.5), 1.0, &before));
+        assert!(newton.solve_with_kept(&mut Implicit(|_| 1.0), 1.0, &mut x));
+        assert_eq!(x, [1.0]);
+    }
+}

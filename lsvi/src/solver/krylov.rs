@@ -377,4 +377,35 @@ mod tests {
         let error = solve([3.0, 5.0], [-2.0, 1.0]).expect_err("indefinite");
         assert!(matches!(error, SolveError::Linear { iterations: 1, .. }), "{error}");
     }
+
+    /// Eigenvalues from 1 to 100 with a rotation between neighbours, of which 40 directions are not enough.
+    struct Spread;
+
+    impl System for Spread {
+        fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
+            let n = x.len();
+            for i in 0..n {
+                let rotation = x[(i + 1) % n] - x[(i + n - 1) % n];
+                out[i] = (1.0 + 99.0 * i as f64 / (n - 1) as f64) * x[i] + rotation;
+            }
+        }
+        fn precondition(&mut self, x: &[f64], out: &mut [f64]) {
+            out.copy_from_slice(x);
+        }
+    }
+
+    #[test]
+    fn gmres_goes_on_from_what_is_left_when_it_restarts() {
+        let b: Vec<f64> = (0..300).map(|i| (i as f64 + 1.0).sin()).collect();
+        let (mut x, mut residual) = (b.clone(), b.clone());
+        let tolerance = 1e-9;
+        let iterations = Gmres::new(300).solve(&mut Spread, tolerance, 500, &mut x).expect("regular");
+        assert!(iterations > 2 * RESTART as u32, "{iterations} iterations");
+        let mut product = vec![0.0; 300];
+        Spread.multiply(&x, &mut product);
+        axpy(-1.0, &product, &mut residual);
+        // The products of a restart add their rounding, 100 ε |x|.
+        let (left, size) = (dot(&residual, &residual).sqrt(), dot(&b, &b).sqrt());
+        assert!(left <= (tolerance + 1e3 * f64::EPSILON) * size, "{:e}", left / size);
+    }
 }

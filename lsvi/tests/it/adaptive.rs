@@ -3,8 +3,8 @@
 use crate::fields::{As, Line, Walls};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::{
-    AutoField, FieldFn, InputError, Mass, Scalar, SettingError, SolveError, State, StepError, Structure, SystemError,
-    TimeError, Trajectory, VectorField,
+    AutoField, FieldFn, InputError, Jacobian, Mass, Scalar, SettingError, SolveError, State, StepError, Structure,
+    SystemError, TimeError, Trajectory, VectorField,
 };
 
 struct VanDerPol {
@@ -399,4 +399,173 @@ fn what_cannot_be_solved_is_a_typed_error() {
     let mut nan = State::new(0.0, vec![f64::NAN, 0.0]);
     let error = lsvi::Integrator::advance(&mut method, &mut nan, &grid).expect_err("not a number");
     assert!(matches!(error, StepError::Input(InputError::System(SystemError::NonFinite { .. }))), "{error}");
+}
+
+/// v̇₀ = −v₀, and v₀ = v₁ in units in which it is a thousand times that.
+struct Tied {
+    mass: Mass,
+}
+impl FieldFn for Tied {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn mass(&self) -> Mass {
+        self.mass.clone()
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[0];
+        dv[1] = (v[0] - v[1]) * 1000.0;
+    }
+}
+
+#[test]
+fn a_start_off_an_algebraic_equation_is_refused_with_its_row() {
+    let mut matrix = Jacobian::zeros(2);
+    matrix.add(0, 0, 1.0);
+    for mass in [Mass::Diagonal(vec![1.0, 0.0]), Mass::Matrix(matrix)] {
+        let start = |v: f64| {
+            let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+            let method = Radau::new(AutoField::new(Tied { mass: mass.clone() }), tolerances).expect("usable");
+            Trajectory::new(method, State::new(0.0, vec![1.0, v]), 1.0, 1.0).expect("valid")
+        };
+        // 1000 (τ₀ + τ₁), τ = 1e-6 (1 + |v|).
+        let expected = 1000.0 * 1e-6 * (2.0 + 6.0);
+        match start(5.0).step() {
+            Err(StepError::Input(InputError::System(SystemError::InconsistentStart { row, value, allowed }))) => {
+                assert!(row == 1 && value == -4000.0 && (allowed - expected).abs() < 1e-15, "{value} {allowed}");
+            }
+            other => panic!("{other:?}"),
+        }
+        let off = |by: f64| start(1.0 + by).observe(|_| {});
+        // Off by the tolerances of both is off by no more than they allow.
+        for by in [0.0, 3.9e-6, -3.9e-6] {
+            let end = off(by).expect("consistent");
+            assert!((end.q[1] - (-1_f64).exp()).abs() < 1e-5, "{by:e}: {end:?}");
+        }
+        assert!(off(4.1e-6).is_err() && off(-4.1e-6).is_err());
+    }
+}
+
+/// A run that goes on is not asked again, and one from another state is.
+#[test]
+fn a_start_is_looked_at_once() {
+    let mass = Mass::Diagonal(vec![1.0, 0.0]);
+    let tolerances = Tolerances::new(1e-10, 1e-12).expect("positive");
+    let mut method = Radau::new(AutoField::new(Tied { mass }), tolerances).expect("usable");
+    let run = Trajectory::new(&mut method, State::new(0.0, vec![1.0, 1.0]), 0.1, 2.0).expect("valid");
+    run.observe(|_| {}).expect("consistent");
+    let moved = Trajectory::new(&mut method, State::new(2.0, vec![1.0, 1.1]), 0.1, 3.0).expect("valid");
+    assert!(moved.observe(|_| {}).is_err());
+}
+
+#[test]
+fn the_shortest_step_is_tried_before_the_tolerance_is_given_up() {
+    let run = |options: Options, longest: f64| {
+        let method = Radau::new(lsvi::field!(1, |_t, v, dv| dv[0] = -v[0]), options).expect("usable");
+        let mut steps = Vec::new();
+        let mut last = 0.0;
+        Trajectory::new(method, State::new(0.0, vec![1.0]), longest, 5.0)
+            .expect("fits")
+            .observe(|state| {
+                steps.push(state.t - last);
+                last = state.t;
+            })
+            .map(|end| (end, steps))
+    };
+    let options = |tolerance: f64| Options::new(Tolerances::new(tolerance, tolerance).expect("positive"));
+    for (tolerance, h_min, h0) in [(1e-3, 0.02, None), (1e-2, 0.5, Some(0.1)), (1e-3, 0.02, Some(4.0))] {
+        let mut options = options(tolerance).h_min(h_min).expect("finite");
+        if let Some(h0) = h0 {
+            options = options.h0(h0).expect("positive");
+        }
+        let (end, steps) = run(options, 10.0).expect("the tolerance can be met");
+        assert!((end.q[0] - f64::exp(-5.0)).abs() <= tolerance, "{end:?}");
+        // The last step may be shorter, and the last two are half of what is left.
+        let (_, most) = steps.split_at(1);
+        assert!(most[..most.len() - 2].iter().all(|h| *h >= h_min * (1.0 - 1e-12)), "{steps:?}");
+    }
+    // The grid's steps are the longest, and below h_min what there is.
+    run(options(1e-3).h_min(0.5).expect("finite"), 0.1).expect("short steps are asked for");
+    let failed = run(options(1e-12).h_min(2.0).expect("finite"), 10.0);
+    assert!(matches!(failed, Err(StepError::StepUnderflow { .. })), "{failed:?}");
+}
+
+#[test]
+fn a_step_that_a_stop_cuts_does_not_shorten_the_next_one() {
+    let mut method = radau(AutoField::new(ProtheroRobinson { lambda: 1.0 }), 1e-6, 1e-6);
+    let (mut state, grid) = (State::new(0.0, vec![1.0]), lsvi::Grid::new(0.0, 100.0, 100.0).expect("valid"));
+    let mut advance = |method: &mut Radau<_>| {
+        let before = state.t;
+        lsvi::Integrator::advance(method, &mut state, &grid).expect("solvable");
+        (state.t, state.t - before)
+    };
+    let (mut t, mut long) = (0.0, 0.0);
+    (0..20).for_each(|_| (t, long) = advance(&mut method));
+    method.stop_at(&[t + 1e-4 * long]).expect("finite");
+    let (stop, cut) = advance(&mut method);
+    assert!(stop == t + 1e-4 * long && cut < 1e-3 * long);
+    // From the short step alone the controller would take one of a few of its lengths.
+    let (_, next) = advance(&mut method);
+    assert!(next >= 0.5 * long, "{next} after {long}");
+}
+
+/// v̇ = −λ (v − sin t) + cos t where λ jumps from 1 to 10⁴ at t = 5.
+struct Stiffening;
+impl FieldFn for Stiffening {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = (v[0] - t.sin()) * if t < 5.0 { -1.0 } else { -1e4 } + t.cos();
+    }
+}
+
+#[test]
+fn an_old_jacobian_is_renewed_before_the_step_is_made_shorter() {
+    let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+    let mut method = Radau::new(AutoField::new(Stiffening), Options::new(tolerances).stages(3, 3).expect("a choice"))
+        .expect("valid");
+    method.stop_at(&[5.0]).expect("finite");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![0.0]), 10.0, 10.0).expect("valid");
+    while run.state().t < 5.0 {
+        run.step().expect("solvable");
+    }
+    let rejected = run.integrator().rejected();
+    run.step().expect("solvable");
+    // The iteration with the Jacobian of λ = 1 diverges once, and not with that of 10⁴ for the same step.
+    assert_eq!(run.integrator().rejected() - rejected, 1);
+}
+
+/// v̇ = −λ (v − 10 t) from off its slow solution: the estimate filtered at the time of the step's start knows that the
+/// transient is over at its end.
+#[test]
+fn a_first_step_over_a_stiff_transient_is_accepted() {
+    let field = lsvi::field!(1, |t, v, dv| dv[0] = (v[0] - 10.0 * t) * -1e6);
+    let options = Options::new(Tolerances::new(1e-3, 1e-3).expect("positive")).h0(1.0).expect("positive");
+    let mut method = Radau::new(field, options).expect("valid");
+    let end = Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 1.0, 1.0).expect("valid").observe(|_| {});
+    let end = end.expect("solvable");
+    assert_eq!((method.rejected(), lsvi::Integrator::work(&method).steps), (0, 1));
+    // The slow solution is 10 t − 10/λ.
+    assert!((end.q[0] - 10.0).abs() < 1e-3, "{}", end.q[0]);
+}
+
+#[test]
+fn the_order_waits_for_ten_steps_after_a_fall() {
+    let mut falls = 0;
+    for (mu, tolerance) in [(1e3, 1e-4), (1e3, 1e-6), (1e3, 1e-8), (1e2, 1e-6), (1e2, 1e-8), (1e5, 1e-6)] {
+        let method = radau(AutoField::new(VanDerPol { mu }), tolerance, tolerance);
+        let mut run = Trajectory::new(method, State::new(0.0, vec![2.0, 0.0]), 4.0 * mu, 4.0 * mu).expect("valid");
+        let mut stages = vec![3];
+        while run.step().expect("solvable").is_some() {
+            stages.push(run.integrator().stages());
+        }
+        for k in (1..stages.len()).filter(|&k| stages[k] < stages[k - 1]) {
+            falls += 1;
+            // The step of the fall is the first of the ten, if the order fell before it.
+            let rise = (k + 1..stages.len()).find(|&j| stages[j] > stages[j - 1]);
+            assert!(rise.is_none_or(|rise| rise - k >= 9), "μ = {mu}: {:?}", &stages[k - 1..]);
+        }
+    }
+    assert!(falls > 0, "nothing was seen");
 }

@@ -235,3 +235,49 @@ fn a_solution_decays_through_all_doubles() {
     }
     assert!(v[0].abs() < 4.0 * f64::MIN_POSITIVE, "{v:?}");
 }
+
+#[test]
+fn method_ii_takes_no_step_that_stands_still_where_the_solution_does_not() {
+    let logistic = |v0: f64, t: f64| 1.0 / (1.0 + (1.0 / v0 - 1.0) * (-t).exp());
+    let h = 0.1;
+    let (mut solved, mut refused) = (0, 0);
+    for a in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 3e-9, 1e-9, 3e-10, 1e-10, 1e-12, 1e-14, 0.0] {
+        for (v0, exact) in [0.5 - a, 0.5 + a].map(|v0| (v0, logistic(v0, h))).into_iter().chain([a, -a].map(|v0| {
+            // v̇ = cos v: v = arcsin(tanh(t + artanh(sin v₀))).
+            (v0, (h + v0.sin().atanh()).tanh().asin())
+        })) {
+            let is_logistic = v0 > 0.25;
+            let mut v = [v0];
+            let result = if is_logistic {
+                let field = lsvi::field!(1, |_t, v, dv| dv[0] = v[0] * (-v[0] + 1.0));
+                method_ii(field).expect("usable").step(0.0, h, &mut v, &mut [0.0])
+            } else {
+                let field = lsvi::field!(1, |_t, v, dv| dv[0] = v[0].cos());
+                method_ii(field).expect("usable").step(0.0, h, &mut v, &mut [0.0])
+            };
+            match result {
+                // One step of order 2.
+                Ok(()) => assert!((v[0] - exact).abs() < h.powi(3), "{v0:e}: {} for {exact}", v[0]),
+                Err(StepError::Solve { source: SolveError::Singular | SolveError::BranchLost { .. }, .. }) => {
+                    refused += 1
+                }
+                Err(other) => panic!("{v0:e}: {other}"),
+            }
+            solved += usize::from(v[0] != v0);
+        }
+    }
+    assert!(solved >= 12 && refused >= 20, "{solved} {refused}");
+}
+
+#[test]
+fn method_ii_rests_where_the_solution_does() {
+    let mut steady = method_ii(lsvi::field!(1, |_t, v, dv| dv[0] = (-v[0] + 1.0 / 3.0) * 1e9)).expect("usable");
+    let mut v = [1.0 / 3.0];
+    steady.step(0.0, 1.0, &mut v, &mut [0.0]).expect("a steady state, stiff");
+    assert_eq!(v, [1.0 / 3.0]);
+    // f₀ = 1 and f₁ = −1: the rates of the ends cancel.
+    let mut turning = method_ii(lsvi::field!(1, |t, v, dv| dv[0] = -v[0] + (2.0 - 2.0 * t))).expect("usable");
+    let mut v = [1.0];
+    turning.step(0.0, 1.0, &mut v, &mut [0.0]).expect("a regular step");
+    approx::assert_abs_diff_eq!(v[0], 1.0, epsilon = 4.0 * f64::EPSILON);
+}

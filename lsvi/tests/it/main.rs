@@ -1,9 +1,12 @@
 //! What the library promises, on systems small enough to know the answer; one binary, so that they are linked once.
 
 mod adaptive;
+mod algebraic;
 mod branches;
 mod constraints;
+mod counts;
 mod coupled;
+mod events;
 mod fields;
 mod formulations;
 mod high_order;
@@ -11,9 +14,11 @@ mod least_squares;
 mod mechanics;
 mod misuse;
 mod open_closures;
+mod outside;
 mod recipes;
 mod seam;
 mod separable;
 mod structured;
 mod systems;
 mod trajectory;
+mod velocities;

@@ -5,7 +5,7 @@ use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
-use lsvi::solver::{Augmented, Iterative, Twisted};
+use lsvi::solver::{Augmented, Iterative, StepSolver, Twisted};
 use lsvi::{
     AutoConstraint, AutoField, AutoLagrangian, Coloring, Constrained, ConstraintFn, Differences, Factored, FieldFn,
     Grid, InputError, Integrator, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, NodeError, OneStep,
@@ -653,4 +653,73 @@ fn messages_show_the_size_of_a_number() {
     )
     .expect_err("unresolvable");
     assert_eq!(error.to_string(), "step size h = 1e-300 cannot resolve the interval [0, 1] in double precision");
+}
+
+#[test]
+fn a_field_that_ends_is_told_with_its_time() {
+    let field = || lsvi::field!(1, |t, v, dv| dv[0] = if t > 0.5 { v[0] * f64::NAN } else { -v[0] });
+    let methods: Vec<(&str, Box<dyn Integrator>)> = vec![
+        ("Method I", Box::new(method_i(field()).expect("usable"))),
+        ("Method II", Box::new(method_ii(field()).expect("usable"))),
+        ("Radau", Box::new(Radau::new(field(), Tolerances::new(1e-6, 1e-6).expect("positive")).expect("usable"))),
+        ("implicit Euler", Box::new(RungeKutta::new(field(), Tableau::implicit_euler()).expect("usable"))),
+        ("BDF2", Box::new(Bdf2::new(field()).expect("usable"))),
+    ];
+    for (name, method) in methods {
+        let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 0.3, 1.0).expect("fits");
+        let error = loop {
+            if let Err(error) = run.step() {
+                break error;
+            }
+        };
+        let StepError::Solve { t, source, .. } = &error else { panic!("{name}: {error}") };
+        let reached = match source {
+            SolveError::NonFinite => 0.0,
+            SolveError::NonFiniteBeyond { reached } => *reached,
+            _ => panic!("{name}: {error}"),
+        };
+        // Where a piece of the step ends next to t = 0.5, or at its beginning.
+        assert!(t + reached <= 0.5 + 1e-12 && error.to_string().contains("not finite"), "{name}: {error}");
+    }
+}
+
+/// Solves nothing: what it returns is always the same.
+#[derive(Debug)]
+struct Constant(f64);
+
+impl StepSolver for Constant {
+    fn prepare(&mut self, _b: &StepOperator<'_>) -> Result<(), SolveError> {
+        Ok(())
+    }
+    fn solve_stage(&mut self, _b: &StepOperator<'_>, x: &mut [f64], _tolerance: f64) -> Result<u64, SolveError> {
+        x.fill(self.0);
+        Ok(1)
+    }
+    fn solve_normal(
+        &mut self,
+        _b: &StepOperator<'_>,
+        _damping: f64,
+        _upper: Option<&[f64]>,
+        x: &mut [f64],
+        _tolerance: f64,
+    ) -> Result<u64, SolveError> {
+        x.fill(self.0);
+        Ok(1)
+    }
+}
+
+#[test]
+fn what_a_solver_does_not_solve_is_told() {
+    let step = |value: f64| {
+        let field = lsvi::field!(1, |_t, v, dv| dv[0] = -v[0] * v[0]);
+        let mut method = LeastSquaresStep::with_solver(field, Linear::METHOD_I, Constant(value)).expect("usable");
+        let (mut v, mut p) = ([1.0], [0.0]);
+        let result = method.step(0.0, 0.1, &mut v, &mut p);
+        assert_eq!(v, [1.0]);
+        result
+    };
+    let nothing = step(0.0);
+    assert!(matches!(nothing, Err(StepError::Solve { source: SolveError::Linear { .. }, .. })), "{nothing:?}");
+    let nan = step(f64::NAN);
+    assert!(matches!(nan, Err(StepError::Solve { source: SolveError::NonFinite, .. })), "{nan:?}");
 }

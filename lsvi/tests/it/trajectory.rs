@@ -132,9 +132,10 @@ fn zeros_are_found_to_the_order_of_the_path() {
         let method = RungeKutta::new(circle(), Tableau::rk4()).expect("usable");
         let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), h, 9.0).expect("valid");
         let mut zeros = Vec::new();
-        while let Some((t, v)) = trajectory.until(|_, v| v[0], crossing).expect("solvable") {
-            assert!(v[0].abs() < 1e-15, "{}", v[0]);
-            zeros.push(t);
+        while let Some(event) = trajectory.until(|_, v| v[0], crossing).expect("solvable") {
+            // A rounding of t ≤ 9.
+            assert!(event.q[0].abs() < 4e-15, "{}", event.q[0]);
+            zeros.push(event.t);
         }
         zeros
     };
@@ -159,7 +160,7 @@ fn zeros_are_found_to_the_order_of_the_path() {
 fn the_zero_of_an_adaptive_run_keeps_its_tolerance() {
     let method = Radau::new(circle(), Tolerances::new(1e-10, 1e-10).expect("positive")).expect("valid");
     let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 0.2, 9.0).expect("valid");
-    let (t, _) = trajectory.until(|_, v| v[0], Crossing::Any).expect("solvable").expect("a zero");
+    let t = trajectory.until(|_, v| v[0], Crossing::Any).expect("solvable").expect("a zero").t;
     // Three stages at h = 0.2 at the most: max |Π (c − cᵢ)| h⁴/4! of 1.3e-6, on top of the tolerance.
     assert!((t - std::f64::consts::FRAC_PI_2).abs() < 2e-6, "{t}");
 }
@@ -290,4 +291,71 @@ fn a_run_goes_on_after_an_error_with_a_shorter_step() {
     run.resume(0.01, 0.5).expect("shorter");
     while run.step().expect("solvable").is_some() {}
     assert!((run.state().q[0] - 2.0).abs() < 0.1, "{}", run.state().q[0]);
+}
+
+/// Between the quarters of a step of 1 from 0, at 0.3 and 0.8, and on one of them or the end of a step.
+#[test]
+fn every_zero_within_a_step_is_found_also_where_it_is_one_of_the_times_looked_at() {
+    let still = || {
+        let method = RungeKutta::new(lsvi::field!(1, |_t, _v, dv| dv[0] = T::from(1.0)), Tableau::rk4());
+        Trajectory::new(method.expect("usable"), State::new(0.0, vec![0.0]), 1.0, 3.0).expect("valid")
+    };
+    let zeros = |g: &dyn Fn(f64) -> f64, crossing: Crossing| {
+        let (mut run, mut zeros) = (still(), Vec::new());
+        while let Some(event) = run.until(|t, _| g(t), crossing).expect("solvable") {
+            zeros.push(event.t);
+        }
+        zeros
+    };
+    let twice = |t: f64| (t - 0.3) * (t - 0.8);
+    for (crossing, expected) in
+        [(Crossing::Any, vec![0.3, 0.8]), (Crossing::Falling, vec![0.3]), (Crossing::Rising, vec![0.8])]
+    {
+        let found = zeros(&twice, crossing);
+        // A rounding of t.
+        let is_same = found.len() == expected.len() && found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 4e-16);
+        assert!(is_same, "{crossing:?}: {found:?}");
+    }
+    for zero in [0.25, 1.0, 1.5, 2.0] {
+        assert_eq!(zeros(&|t| t - zero, Crossing::Rising), [zero]);
+        assert_eq!(zeros(&|t| t - zero, Crossing::Any), [zero]);
+        assert_eq!(zeros(&|t| zero - t, Crossing::Falling), [zero]);
+        assert_eq!(zeros(&|t| zero - t, Crossing::Any), [zero]);
+        assert!(zeros(&|t| t - zero, Crossing::Falling).is_empty());
+    }
+}
+
+#[test]
+fn times_within_the_last_step_can_be_sampled() {
+    let method = RungeKutta::new(circle(), Tableau::rk4()).expect("usable");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 0.5, 2.0).expect("valid");
+    run.step().expect("solvable");
+    run.step().expect("solvable");
+    let mut seen = Vec::new();
+    run.sample(&[0.5, 0.7, 1.0, 1.2], |t, q| seen.push((t, q[0]))).expect("from the start of the last step on");
+    assert_eq!(seen.iter().map(|(t, _)| *t).collect::<Vec<_>>(), [0.5, 0.7, 1.0, 1.2]);
+    for (t, q) in seen {
+        // h⁴/384 of the cubic and h⁴ t/120 of rk4, and a tenth for the next terms.
+        let allowed = 1.1 * 0.5_f64.powi(4) * (1.0 / 384.0 + t / 120.0);
+        assert!((q - t.cos()).abs() < allowed, "{q} at {t}");
+    }
+}
+
+#[test]
+fn a_method_with_a_memory_starts_anew_from_a_state_that_was_changed() {
+    let methods: [fn() -> Box<dyn Integrator>; 2] = [
+        || Box::new(Bdf2::new(circle()).expect("usable")),
+        || Box::new(Radau::new(circle(), Tolerances::new(1e-6, 1e-6).expect("positive")).expect("usable")),
+    ];
+    let grid = Grid::new(0.0, 0.25, 2.0).expect("valid");
+    for (i, method) in methods.iter().enumerate() {
+        let mut used = method();
+        let mut state = State::new(0.0, vec![1.0, 0.0]);
+        (0..3).for_each(|_| used.advance(&mut state, &grid).expect("solvable"));
+        state.q[0] += 0.1;
+        let mut fresh = state.clone();
+        used.advance(&mut state, &grid).expect("solvable");
+        method().advance(&mut fresh, &grid).expect("solvable");
+        assert_eq!(state, fresh, "{i}");
+    }
 }

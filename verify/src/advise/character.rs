@@ -3,12 +3,13 @@
 use lsvi::{Jacobian, Mass, Structure};
 use nalgebra::{DMatrix, DVector};
 
+use super::trial::sixteenths;
 use super::worst;
 use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::measure::stability::{numerical_abscissa, spectral_abscissa, spectral_radius};
 use crate::method::Method;
 use crate::problem::Problem;
-use crate::run::{run, run_from};
+use crate::run::{run, run_through_from};
 
 /// Unknowns of the largest system that is looked at.
 const LARGEST: usize = 200;
@@ -16,8 +17,6 @@ const LARGEST: usize = 200;
 const INSTANTS: usize = 32;
 /// Growth by which a solution that cannot be followed further has blown up.
 const BLOWN: f64 = 1e6;
-/// Times at which two solutions are compared: one that grows and falls again in between is seen.
-const COMPARED: u32 = 16;
 /// Relative size below which an entry is roundoff of derivatives.
 const ROUNDOFF: f64 = 1e-9;
 
@@ -79,8 +78,9 @@ impl Character {
         Self { unknowns, matrices: None, parting: f64::NAN, sizes: (f64::NAN, f64::NAN), reached: 0.0 }
     }
 
-    /// Along the solution of `problem` by an adaptive method, as far as it goes.
-    pub(super) fn of(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Self {
+    /// Along the solution of `problem` by an adaptive method, as far as it goes; a second one, with errors far below a millionth,
+    /// tells how far two solutions part.
+    pub(super) fn of(problem: &dyn Problem, [method, accurate]: [&dyn Method; 2], horizon: f64) -> Self {
         let unknowns = problem.ode().dim();
         let mut states = Vec::new();
         // What was seen until a failure is what there is to look at.
@@ -91,7 +91,7 @@ impl Character {
         let reached = states.last().map_or(0.0, |(t, _)| *t);
         let every = states.len().div_ceil(INSTANTS + 1).max(1);
         let states: Vec<_> = states.into_iter().step_by(every).collect();
-        let parting = parting(problem, method, horizon);
+        let parting = parting(problem, accurate, horizon);
         Self { unknowns, matrices: matrices(problem, &states), parting, sizes, reached }
     }
 
@@ -163,19 +163,15 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     })
 }
 
-/// How far two solutions part that start a millionth apart; infinite where one of them ends early.
+/// How far two solutions part that start a millionth apart, at sixteen times, so that one that grows and falls again is seen;
+/// infinite where one of them ends early.
 fn parting(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> f64 {
     let start = problem.initial();
     let size = 1e-6 * max_norm(&start).max(1.0);
-    // No direction is special.
-    let moved: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + size * (1.0 + i as f64).sin()).collect();
+    // All directions have a part in it, smooth ones too.
+    let moved: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + size * (1.0 + 0.5 * (i as f64).sin())).collect();
     let apart = distance(&start, &moved);
-    let end = |from: &[f64], t: f64| {
-        run_from(problem, from.to_vec(), method, t, t, |_| std::ops::ControlFlow::Continue(())).map(|run| run.end.q)
-    };
-    let at = |part: f64| match (end(&start, part * horizon), end(&moved, part * horizon)) {
-        (Ok(one), Ok(other)) => distance(&one, &other) / apart,
-        _ => f64::INFINITY,
-    };
-    worst((1..=COMPARED).map(|k| at(f64::from(k) / f64::from(COMPARED))))
+    let follow = |start: Vec<f64>| run_through_from(problem, start, method, &sixteenths(horizon));
+    let (Ok(one), Ok(other)) = (follow(start), follow(moved)) else { return f64::INFINITY };
+    worst(one.iter().zip(&other).map(|(one, other)| distance(one, other) / apart))
 }

@@ -82,10 +82,11 @@ pub enum Refusal {
     /// The solution stays at its start.
     #[error("the solution stays what it is at the start, on which no method makes an error: start it elsewhere")]
     Constant,
-    /// Two accurate runs disagree.
+    /// No other run confirms the solution.
     #[error(
-        "two accurate runs differ by {difference:.1e}, too much to tell errors of {accuracy:e}: the solution is sensitive, or \
-         not smooth"
+        "no method of fixed steps comes nearer to the solution of radau-adaptive, which the trials are measured by, than \
+         {difference:.1e}, too much to tell errors of {accuracy:e}: the solution is sensitive, not smooth, or has times too unlike for \
+         steps of one size"
     )]
     Unresolved {
         /// By so much.
@@ -134,27 +135,13 @@ pub fn advise(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Advi
         let (character, refusal) = (Character::unseen(problem), Some(Refusal::MatrixFree));
         return Ok(Advice { character, trials: Vec::new(), uncertainty: f64::NAN, target: f64::NAN, refusal });
     }
-    let character = Character::of(problem, &*adaptive(1e-6)?, horizon);
+    let character = Character::of(problem, [&*adaptive(1e-6)?, &*adaptive(1e-10)?], horizon);
     let candidates = CANDIDATES.into_iter().map(method::parse).collect::<Result<Vec<_>, _>>()?;
     let (trials, uncertainty, target, refusal) = match try_out(problem, horizon, accuracy, &candidates)? {
         Err(lost) => (Vec::new(), f64::NAN, f64::NAN, Some(Refusal::Lost(lost))),
-        Ok(Tried { trials, uncertainty, target, is_constant }) => {
-            let refusal = match &trials[..] {
-                _ if is_constant => Some(Refusal::Constant),
-                // NaN is no agreement.
-                _ if uncertainty.is_nan() || uncertainty > 0.1 * target => {
-                    Some(Refusal::Unresolved { difference: uncertainty, accuracy })
-                }
-                [] => Some(Refusal::OutOfReach { accuracy, most: trial::MOST }),
-                [first, ..] if let Some((found, nominal)) = first.unpredictable() => {
-                    Some(Refusal::NotSmooth { method: first.method.clone(), found, nominal })
-                }
-                [first, second, ..] if second.cost < CLEAR * first.cost => {
-                    Some(Refusal::Tie { first: first.method.clone(), second: second.method.clone() })
-                }
-                _ => None,
-            };
-            (trials, uncertainty, target, refusal)
+        Ok(tried) => {
+            let refusal = tried.refusal(accuracy);
+            (tried.trials, tried.uncertainty, tried.target, refusal)
         }
     };
     Ok(Advice { character, trials, uncertainty, target, refusal })
@@ -173,6 +160,28 @@ pub struct Tried {
     pub is_constant: bool,
 }
 
+impl Tried {
+    /// Why the first of the trials is not to be recommended, if it is not.
+    fn refusal(&self, accuracy: f64) -> Option<Refusal> {
+        let Self { uncertainty, target, .. } = *self;
+        match &self.trials[..] {
+            _ if self.is_constant => Some(Refusal::Constant),
+            // NaN is no agreement.
+            _ if uncertainty.is_nan() || uncertainty > 0.1 * target => {
+                Some(Refusal::Unresolved { difference: uncertainty, accuracy })
+            }
+            [] => Some(Refusal::OutOfReach { accuracy, most: trial::MOST }),
+            [first, ..] if let Some((found, nominal)) = first.unpredictable() => {
+                Some(Refusal::NotSmooth { method: first.method.clone(), found, nominal })
+            }
+            [first, second, ..] if second.cost < CLEAR * first.cost => {
+                Some(Refusal::Tie { first: first.method.clone(), second: second.method.clone() })
+            }
+            _ => None,
+        }
+    }
+}
+
 /// Runs `methods` that suit `problem` with ever more steps, and the adaptive method with ever smaller tolerances.
 ///
 /// # Errors
@@ -183,14 +192,18 @@ pub fn try_out(
     accuracy: f64,
     methods: &[Box<dyn Method>],
 ) -> Result<Result<Tried, RunError>, NameError> {
-    let truth = match Truth::by(problem, &*adaptive((1e-3 * accuracy).max(1e-12))?, horizon) {
+    let accurate = adaptive((1e-3 * accuracy).max(1e-12))?;
+    let truth = match Truth::by(problem, &*accurate, horizon) {
         Ok(truth) => truth,
         Err(lost) => return Ok(Err(lost)),
     };
     let target = accuracy * truth.size();
     let (mut trials, mut uncertainty) = (Vec::<Trial>::new(), f64::INFINITY);
     for tolerance in (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half))) {
-        if let Some(trial) = trial::with_tolerance(problem, &*adaptive(tolerance)?, tolerance, &truth, target) {
+        // As it is printed.
+        let tolerance = format!("{tolerance:.2e}").parse().unwrap_or(tolerance);
+        let method = adaptive(tolerance)?;
+        if let Some(trial) = trial::with_tolerance(problem, &*method, tolerance, (&*accurate, horizon), target) {
             trials.push(trial);
             break;
         }

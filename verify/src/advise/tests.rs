@@ -3,10 +3,10 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::*;
-use lsvi::State;
+use lsvi::{State, Work};
 
 use crate::measure::norm::{distance, larger};
-use crate::problem;
+use crate::problem::{self, model::Model};
 use crate::theory::methods_for;
 
 /// Against every method that suits, on every problem that methods are paired with.
@@ -121,7 +121,8 @@ fn what_cannot_be_told_is_not_advised() {
 fn the_character_of_a_system_is_told_by_its_matrices() {
     let of = |text: &str| {
         let problem = problem::build_setting(text).expect("registered");
-        Character::of(&*problem, &*adaptive(1e-6).expect("registered"), problem.horizon()).matrices.expect("small")
+        let method = adaptive(1e-6).expect("registered");
+        Character::of(&*problem, [&*method, &*method], problem.horizon()).matrices.expect("small")
     };
     let channel = of("channel-couette cells=8");
     assert!(channel.is_symmetric() && channel.is_dissipative() && channel.invariants == 0 && !channel.is_hamiltonian);
@@ -130,4 +131,89 @@ fn the_character_of_a_system_is_told_by_its_matrices() {
     let robertson = of("robertson");
     assert!(robertson.invariants == 1 && robertson.fastest > 1e3);
     assert!(of("non-normal").is_non_normal());
+}
+
+fn of_text(code: &str, horizon: f64) -> Model {
+    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+    std::fs::write(file.path(), code).expect("writable");
+    Model::load(file.path(), &[], Some(horizon)).expect("a model")
+}
+
+/// A run that is made again has the steps of the trial, and between them and the times nothing is repaired.
+#[test]
+fn the_error_of_an_adaptive_method_is_that_of_its_own_steps() {
+    let model = "in_i { a = 1, b = 3 } u_i { x = 1, y = 1 } F_i { a + x*x*y - (b+1)*x, b*x - x*x*y }";
+    let problem = of_text(model, 20.0);
+    let advice = advise(&problem, 20.0, 1e-5).expect("registered");
+    let taken = advice.trials.iter().find(|trial| trial.method == ADAPTIVE).expect("it reaches the accuracy");
+    let (method, accurate) = (adaptive(taken.setting).expect("registered"), adaptive(1e-12).expect("registered"));
+    let mut ends = Vec::new();
+    crate::run::run(&problem, &*method, 20.0, 20.0, |state| ends.push((state.t, state.q.clone())))
+        .expect("it ran before");
+    let passed: Vec<_> =
+        (1..=16).map(|k| ends.iter().find(|(t, _)| *t >= 1.25 * f64::from(k)).expect("the end")).collect();
+    let times: Vec<f64> = passed.iter().map(|(t, _)| *t).collect();
+    let truth = crate::run::run_through(&problem, &*accurate, &times).expect("it ran before");
+    let errors = passed.iter().zip(&truth).map(|((_, state), truth)| distance(state, truth));
+    let error = errors.fold(0.0, larger);
+    assert!((error - taken.error).abs() <= 0.1 * taken.error, "{error}: {taken:?}");
+    assert!(taken.error <= advice.target);
+}
+
+#[test]
+fn solutions_that_approach_each_other_are_not_said_to_part() {
+    let model = "u_i { x = 1 } F_i { heaviside(1.0 - t*1.37) - 0.5*x }";
+    let problem = of_text(model, 2.0);
+    let parting = advise(&problem, 2.0, 1e-4).expect("registered").character.parting;
+    // At the first sixteenth e^{-1/16}.
+    assert!((parting - (-0.0625_f64).exp()).abs() <= 0.01, "{parting}");
+}
+
+/// A matrix is as many evaluations as it has columns that differ: of a band as many as its diagonals.
+#[test]
+fn work_is_counted_in_evaluations() {
+    let work = |residuals, factorizations, inner| Work { residuals, factorizations, inner, ..Work::default() };
+    let cost = |setting: &str, method: &str, work| {
+        let problem = problem::build_setting(setting).expect("registered");
+        trial::cost(&*problem, &*method::parse(method).expect("registered"), work)
+    };
+    // A tridiagonal one and a full one of three columns; an equation of Method I takes f at both ends of the step.
+    assert_eq!(cost("channel-couette cells=8", "rk4", work(1, 1, 0)), 1.0 + 3.0);
+    assert_eq!(cost("channel-couette cells=8", "method-i", work(5, 2, 7)), 2.0 * (5.0 + 2.0 * 3.0 + 7.0));
+    assert_eq!(cost("robertson", "rk4", work(10, 2, 0)), 10.0 + 2.0 * 3.0);
+}
+
+/// Costs apart by less than a tenth are a tie, whichever of the trials behind them.
+#[test]
+fn what_takes_the_same_work_to_a_tenth_is_a_tie() {
+    let trial = |method: &str, cost: f64| Trial {
+        method: method.into(),
+        setting: 0.1,
+        steps: 10,
+        error: 1e-6,
+        times: 16,
+        cost,
+        order: Some((4.0, 4)),
+    };
+    let refusal = |costs: &[f64]| {
+        let trials =
+            ["rk4", "trapezoidal", "tr-bdf2"].iter().zip(costs).map(|(name, cost)| trial(name, *cost)).collect();
+        Tried { trials, uncertainty: 1e-9, target: 1e-5, is_constant: false }.refusal(1e-5)
+    };
+    let tie = Some(Refusal::Tie { first: "rk4".into(), second: "trapezoidal".into() });
+    assert_eq!((refusal(&[40.0, 40.0]), refusal(&[40.0, 43.9, 44.0])), (tie.clone(), tie));
+    assert_eq!((refusal(&[40.0, 44.0]), refusal(&[40.0, 48.0, 48.0]), refusal(&[40.0])), (None, None, None));
+    assert!(matches!(refusal(&[]), Some(Refusal::OutOfReach { .. })));
+}
+
+/// An uncertainty that is too large, or none at all, comes before what the trials say.
+#[test]
+fn trials_that_nothing_confirms_are_no_advice() {
+    let refusal = |uncertainty: f64, is_constant: bool| {
+        Tried { trials: Vec::new(), uncertainty, target: 1e-5, is_constant }.refusal(1e-5)
+    };
+    for uncertainty in [2e-6, f64::INFINITY, f64::NAN] {
+        assert!(matches!(refusal(uncertainty, false), Some(Refusal::Unresolved { .. })), "{uncertainty}");
+        assert_eq!(refusal(uncertainty, true), Some(Refusal::Constant));
+    }
 }

@@ -3,7 +3,7 @@
 use lsvi::{Structure, Work};
 
 use super::worst;
-use crate::measure::norm::{distance, larger, max_norm};
+use crate::measure::norm::{distance, max_norm};
 use crate::method::Method;
 use crate::problem::Problem;
 use crate::run::{RunError, run, run_through};
@@ -19,7 +19,7 @@ pub struct Trial {
     pub steps: u64,
     /// Its largest error, at so many times.
     pub error: f64,
-    /// The number of these times, sixteen where the steps allow it.
+    /// The number of these times, sixteen where the steps allow it: of an adaptive method the ends of its steps next to them.
     pub times: usize,
     /// Its work in evaluations of f.
     pub cost: f64,
@@ -72,7 +72,7 @@ impl Truth {
     }
 }
 
-fn sixteenths(horizon: f64) -> Vec<f64> {
+pub(super) fn sixteenths(horizon: f64) -> Vec<f64> {
     (1..=TIMES).map(|k| horizon * k as f64 / TIMES as f64).collect()
 }
 
@@ -107,30 +107,36 @@ impl Ran {
     }
 }
 
-/// The run of an adaptive method, if its error at the times, where its steps are made to end, is within the target. The work is
-/// that of a run whose steps are its own.
+/// The run of an adaptive method, if its error is within the target where its steps first pass the times. They are its own steps,
+/// those of a run that a user makes; `accurate` follows the solution to where they end.
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
     method: &dyn Method,
     tolerance: f64,
-    truth: &Truth,
+    (accurate, horizon): (&dyn Method, f64),
     target: f64,
 ) -> Option<Trial> {
-    let states = run_through(problem, method, &sixteenths(truth.horizon)).ok()?;
-    let stops = worst(states.iter().enumerate().map(|(k, state)| truth.error(k, state)));
-    if stops > target {
-        return None;
-    }
-    let run = run(problem, method, truth.horizon, truth.horizon, |_| {}).ok()?;
-    let error = larger(stops, truth.error(TIMES - 1, &run.end.q));
-    let work = run.work;
+    let times = sixteenths(horizon);
+    let mut passed = Vec::new();
+    let mut next = 0;
+    let run = run(problem, method, horizon, horizon, |state| {
+        let behind = times[next..].iter().take_while(|t| **t <= state.t).count();
+        next += behind;
+        if behind > 0 {
+            passed.push((state.t, state.q.clone()));
+        }
+    })
+    .ok()?;
+    let ends: Vec<f64> = passed.iter().map(|(t, _)| *t).collect();
+    let truth = Truth { horizon, states: run_through(problem, accurate, &ends).ok()? };
+    let error = worst(passed.iter().enumerate().map(|(k, (_, state))| truth.error(k, state)));
     let trial = Trial {
         method: method.name(),
         setting: tolerance,
-        steps: work.steps,
+        steps: run.work.steps,
         error,
-        times: TIMES,
-        cost: cost(problem, method, work),
+        times: ends.len(),
+        cost: cost(problem, method, run.work),
         order: None,
     };
     (error <= target).then_some(trial)

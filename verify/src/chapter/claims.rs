@@ -33,13 +33,14 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 
 /// How the comparisons of a claim make its verdict; ARCHITECTURE.md has the same words.
 const RULE: &str = "A claim is confirmed if all its comparisons come out as claimed. A universal statement is refuted as stated \
-                    by one counterexample. Any other is qualified if it holds in all cases of a condition that the paper does \
+                    by one counterexample, or in the wider reading where its words are read wider than the source may mean them. Any other is qualified if it holds in all cases of a condition that the paper does \
                     not state; if there is none, it is refuted if it holds in no case or, as a comparison of methods, in no case \
                     against one of the others; and else it is not supported. A condition is one that a user can check beforehand: of the \
                     problem, the step size, the data or, in a statement on a family of schemes, the member; and the finding says why it \
                     holds there, so that no condition is picked by its outcomes. A restriction of the rivals is none, except where the \
                     source names each, so that every pair is a sentence of its own. Where a condition ends with the tests and not with \
-                    what was found, it says how far it was tested.";
+                    what was found, it says how far it was tested. Where a step has no solution, that is itself the outcome, and counts \
+                    against what is claimed of it; a run that broke off for another reason decides nothing.";
 
 /// That a claim could be decided, whatever the verdict: the recorded verdicts are held by the goldens.
 fn check(judged: &Judged) -> Check {
@@ -50,7 +51,15 @@ fn check(judged: &Judged) -> Check {
             format!("{} is decided, whatever the verdict: comparisons without a number", claim.id),
             finding.unsound() as f64,
             0.0,
-            format!("{} comparisons come out as claimed", finding.score()),
+            match finding.without_solution() {
+                0 => format!("{} comparisons come out as claimed", finding.score()),
+                none => {
+                    format!(
+                        "{} comparisons come out as claimed; {none} are of a step without a solution",
+                        finding.score()
+                    )
+                }
+            },
         ),
         Err(error) => Check::undecided(claim.id, format!("{} is decided", claim.id), Outcome::Fail, error.to_string()),
     }
@@ -82,6 +91,7 @@ fn verdicts(judged: &[Judged]) -> Table {
 fn said_of(quantifier: Quantifier) -> &'static str {
     match quantifier {
         Quantifier::Universal => "all cases",
+        Quantifier::Wider => "all cases, in a wider reading",
         Quantifier::General => "cases left open",
         Quantifier::Comparison => "one method against others",
         Quantifier::Open => "an open question",
@@ -96,7 +106,7 @@ fn found(judged: &Judged) -> String {
     };
     let mut sentences: Vec<_> = finding.digits.iter().map(|digits| sentence(beside(digits))).collect();
     match judged.verdict() {
-        Some(Verdict::Refuted) => {
+        Some(verdict) if verdict.is_refuted() => {
             sentences.extend(never_ahead(judged));
             sentences.extend(finding.counterexample().map(|case| format!("Counterexample: {case}.")))
         }
@@ -161,7 +171,12 @@ fn cases(judged: &[Judged]) -> Table {
                 Requirement::Within(low, high) => (Cell::Number(low), Cell::Number(high)),
                 Requirement::Near(value, band) => (Cell::Number(value - band), Cell::Number(value + band)),
             };
-            let holds = if case.holds() { "yes" } else { "no" };
+            let holds = match case.holds() {
+                true => "yes",
+                false if case.measured.is_infinite() => "no: without a solution",
+                false if case.is_sound() => "no",
+                false => "not decided: the run broke off",
+            };
             rows.push(vec![text(claim.id), text(&case.what), Cell::Number(case.measured), low, high, text(holds)]);
         }
     }
@@ -186,7 +201,7 @@ fn section(judged: &Judged) -> Section {
         Ok(finding) => {
             paragraphs.push(("Evidence", format!("{} {} comparisons hold.", finding.evidence, finding.score())));
             let label = match judged.verdict() {
-                Some(Verdict::Refuted) => Some("Counterexample"),
+                Some(verdict) if verdict.is_refuted() => Some("Counterexample"),
                 Some(Verdict::Qualified) => Some("Where it does not hold"),
                 _ => None,
             };

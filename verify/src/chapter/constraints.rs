@@ -1,4 +1,4 @@
-//! Holonomic constraints: the working form of every discretisation, and the scheme (23) as printed.
+//! Holonomic constraints: the working form of every discretisation, and the scheme (23), its square roots supplied.
 
 use super::{Context, Study, StudyError, prose};
 use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Series, Table, number};
@@ -61,7 +61,7 @@ fn checks(kept: &Kept) -> [Check; 3] {
     ]
 }
 
-/// (23) as printed: its radial error at each step.
+/// (23) with its square roots: its radial error at each step.
 fn as_printed(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> {
     let growth = Radius::growth();
     let (mut rows, mut summary, mut series) = (Vec::new(), Vec::new(), Vec::new());
@@ -101,13 +101,14 @@ fn as_printed(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
     series.push(Series::new("slope 3 + 2√2", guide, Mark::Guide));
     evidence.tables.push(Table::new(
         "circle-growth",
-        "The scheme (23) as printed: the radial error after the first step in units of −τ⁴/32, its factor per step, its limit for \
+        "The scheme (23), its square roots supplied: the radial error after the first step in units of −τ⁴/32, its factor per step, its limit for \
          small angles, and the step at which |q| is off by a hundredth.",
         ["tau", "first", "ratio", "predicted", "visible_at"],
         summary,
     ));
     evidence.tables.push(Table::data("circle-radius", "|q| − 1 under (23).", ["tau", "step", "error"], rows));
-    let caption = "Distance from the circle under (23) as printed. The slope does not depend on the step size.";
+    let caption =
+        "Distance from the circle under (23), its square roots supplied. The slope does not depend on the step size.";
     let panel = Panel::new(Axis::linear("step"), Axis::log("||q| − 1|"), series);
     evidence.figures.push(Figure::new("circle-radius", caption, "circle-radius", [panel]));
     Ok(())

@@ -23,9 +23,52 @@ pub(super) fn beside_one(x: f64, rounding: f64) -> String {
     }
 }
 
+/// The sizes in some intervals, of all between two that were looked at: `h < 0.6090`. What is said of an end is within the interval.
+pub(super) fn sizes(symbol: &str, found: &[[f64; 2]], [low, high]: [f64; 2]) -> String {
+    let unit = |x: f64| 10_f64.powi(x.log10().floor() as i32 - 3);
+    // A number of four digits is said as it is, whatever rounding does to it.
+    let above = |x: f64| number::digits((x / unit(x) - 1e-9).ceil() * unit(x), 4);
+    let below = |x: f64| number::digits((x / unit(x) + 1e-9).floor() * unit(x), 4);
+    let part = |&[from, to]: &[f64; 2]| match (from == low, to == high) {
+        (true, true) => format!("{symbol} from {low} to {high}"),
+        (true, false) => format!("{symbol} < {}", below(to)),
+        (false, true) => format!("{symbol} > {}", above(from)),
+        (false, false) => format!("{} < {symbol} < {}", above(from), below(to)),
+    };
+    if found.is_empty() { format!("no {symbol}") } else { found.iter().map(part).collect::<Vec<_>>().join(" and ") }
+}
+
+/// Whether a size lies in one of some intervals.
+pub(super) fn is_within(found: &[[f64; 2]], size: f64) -> bool {
+    found.iter().any(|[from, to]| (*from..=*to).contains(&size))
+}
+
+/// The sizes that lie in one of the intervals here and in one of those there.
+pub(super) fn common(here: &[[f64; 2]], there: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let of = |a: &[f64; 2], b: &[f64; 2]| [a[0].max(b[0]), a[1].min(b[1])];
+    here.iter().flat_map(|a| there.iter().map(|b| of(a, b))).filter(|[from, to]| from < to).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_are_said_within_their_intervals() {
+        let said = |found: &[[f64; 2]]| sizes("h", found, [0.001, 10.0]);
+        assert_eq!(said(&[[0.001, 10.0]]), "h from 0.001 to 10");
+        assert_eq!(said(&[[0.001, 0.609_19]]), "h < 0.6091");
+        assert_eq!(said(&[[1.517_23, 10.0]]), "h > 1.518");
+        assert_eq!(said(&[[0.001, 0.5], [1.761_81, 2.585_69]]), "h < 0.5 and 1.762 < h < 2.585");
+        assert_eq!(said(&[]), "no h");
+    }
+
+    #[test]
+    fn sizes_in_common_lie_in_both() {
+        assert_eq!(common(&[[0.0, 2.0], [3.0, 5.0]], &[[1.0, 4.0]]), [[1.0, 2.0], [3.0, 4.0]]);
+        assert!(common(&[[0.0, 1.0]], &[[2.0, 3.0]]).is_empty());
+        assert!(is_within(&[[0.0, 1.0], [2.0, 3.0]], 2.5) && !is_within(&[[0.0, 1.0], [2.0, 3.0]], 1.5));
+    }
 
     #[test]
     fn a_number_near_one_says_on_which_side() {

@@ -40,6 +40,8 @@ pub struct Claim {
 pub enum Quantifier {
     /// Of every case: "unconditionally", "by construction", "for all h". It falls with one counterexample.
     Universal,
+    /// Of every case too, in words that are read wider here than the source may mean them: what a counterexample refutes is that reading.
+    Wider,
     /// Of cases that the source does not delimit, such as "for h ≳ 1.5" or "generally", or of nothing in particular. It may hold
     /// under a condition that the source does not state.
     General,
@@ -59,6 +61,8 @@ pub enum Verdict {
     Qualified,
     /// A universal statement with a counterexample, or any statement that holds nowhere.
     Refuted,
+    /// The same, of a sentence that is read wider than the source may mean it.
+    RefutedReading,
     /// The measurements do not establish it.
     NotSupported,
     /// A question that the paper leaves open has an answer.
@@ -69,8 +73,15 @@ pub enum Verdict {
 
 impl Verdict {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Confirmed, Self::Qualified, Self::Refuted, Self::NotSupported, Self::Answered, Self::Open];
+    pub const ALL: [Self; 7] = [
+        Self::Confirmed,
+        Self::Qualified,
+        Self::Refuted,
+        Self::RefutedReading,
+        Self::NotSupported,
+        Self::Answered,
+        Self::Open,
+    ];
 
     /// The words in tables and goldens.
     pub fn word(self) -> &'static str {
@@ -78,15 +89,21 @@ impl Verdict {
             Self::Confirmed => "confirmed",
             Self::Qualified => "qualified",
             Self::Refuted => "refuted as stated",
+            Self::RefutedReading => "refuted in the wider reading",
             Self::NotSupported => "not supported",
             Self::Answered => "answered",
             Self::Open => "open",
         }
     }
+
+    /// Whether a counterexample decides it.
+    pub fn is_refuted(self) -> bool {
+        matches!(self, Self::Refuted | Self::RefutedReading)
+    }
 }
 
 impl Quantifier {
-    /// The verdict that follows from comparisons. One that is not a number neither holds nor refutes.
+    /// The verdict that follows from comparisons. One that is not a number neither holds nor refutes; one without a solution is infinite, and does.
     pub fn verdict(self, cases: &[Case]) -> Verdict {
         let fails = |case: &Case| case.is_sound() && !case.holds();
         let all_hold = !cases.is_empty() && cases.iter().all(Case::holds);
@@ -97,6 +114,7 @@ impl Quantifier {
             Self::Open => Verdict::Open,
             _ if all_hold => Verdict::Confirmed,
             Self::Universal if cases.iter().any(fails) => Verdict::Refuted,
+            Self::Wider if cases.iter().any(fails) => Verdict::RefutedReading,
             Self::General | Self::Comparison if holds_under_a_condition => Verdict::Qualified,
             Self::General | Self::Comparison if !cases.is_empty() && cases.iter().all(fails) => Verdict::Refuted,
             Self::Comparison if rivals(cases).any(|against| against.into_iter().all(fails)) => Verdict::Refuted,
@@ -110,7 +128,7 @@ impl Quantifier {
 pub struct Case {
     /// What is measured.
     pub what: String,
-    /// The number; infinite where there is none, never `NaN`.
+    /// The number: infinite where there is no solution, which is an outcome, and `NaN` where a run broke off for another reason, which is none.
     pub measured: f64,
     /// What there is in place of a number.
     pub without: Cow<'static, str>,
@@ -178,7 +196,7 @@ impl Case {
     }
 
     /// Neither the measured number nor the bound is `NaN`.
-    fn is_sound(&self) -> bool {
+    pub fn is_sound(&self) -> bool {
         !self.measured.is_nan() && !self.required.bounds().any(f64::is_nan)
     }
 }
@@ -302,6 +320,11 @@ impl Finding {
         self.cases.iter().filter(|case| !case.is_sound()).count().max(usize::from(self.cases.is_empty()))
     }
 
+    /// How many comparisons are decided by a step or a run that has no solution.
+    pub fn without_solution(&self) -> usize {
+        self.cases.iter().filter(|case| case.measured.is_infinite()).count()
+    }
+
     /// Every number is one, so that the verdict rests on comparisons that were made.
     pub fn is_sound(&self) -> bool {
         self.unsound() == 0
@@ -398,6 +421,8 @@ mod tests {
         ] {
             let cases: Vec<Case> = cases.into_iter().cloned().collect();
             assert_eq!(Universal.verdict(&cases), universal, "{cases:?}");
+            let wider = if universal == Refuted { Verdict::RefutedReading } else { universal };
+            assert_eq!(Quantifier::Wider.verdict(&cases), wider, "{cases:?}");
             assert_eq!(General.verdict(&cases), general, "{cases:?}");
             assert_eq!(Comparison.verdict(&cases), general, "{cases:?}");
             assert_eq!(Open.verdict(&cases), open, "{cases:?}");
@@ -408,12 +433,14 @@ mod tests {
     fn claims_of_one_sentence_share_its_quantifier() {
         let of = |id| all().into_iter().find(|claim| claim.id == id).map(|claim| claim.quantifier).expect(id);
         for sentence in [
-            &["S24-b-3", "S24-c-4", "S24-h-1", "S24-h-2"][..],
+            &["S24-b-3", "S24-c-4"][..],
+            &["S24-h-1", "S24-h-2"],
             &["S24-d-1", "S24-d-2"],
             &["S24-e-1", "S24-e-2"],
             &["S24-g-1", "S24-g-2"],
             &["S24-n-1", "S24-n-2"],
             &["KY21-b-1", "KY21-b-2"],
+            &["KY21-b-3", "KY21-b-4"],
             &["KY21-e-1", "KY21-e-2"],
         ] {
             assert!(sentence.windows(2).all(|pair| of(pair[0]) == of(pair[1])), "{sentence:?}");
@@ -467,6 +494,18 @@ mod tests {
         let other = |measured| case(measured).or_else("not determined").to_string();
         assert_eq!(other(f64::INFINITY), "x: not determined, where ≤ 1 is claimed");
         assert_eq!(other(2.0), "x: 2, where ≤ 1 is claimed");
+    }
+
+    /// A step without a solution refutes, a run that broke off for another reason does not; the two are counted apart.
+    #[test]
+    fn no_solution_is_an_outcome_and_a_run_that_broke_off_is_none() {
+        let of = |measured: f64| {
+            let finding = Finding::on(vec![Case::at_most("x", measured, 1.0)], "");
+            (Quantifier::Universal.verdict(finding.cases()), finding.without_solution(), finding.unsound())
+        };
+        assert_eq!(of(f64::INFINITY), (Verdict::Refuted, 1, 0));
+        assert_eq!(of(f64::NAN), (Verdict::NotSupported, 0, 1));
+        assert_eq!(of(0.5), (Verdict::Confirmed, 0, 0));
     }
 
     #[test]

@@ -209,3 +209,20 @@ fn text(cell: &Cell) -> String {
         Cell::Empty => "—".into(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use verify::evidence::Check;
+
+    use super::*;
+
+    #[test]
+    fn the_last_line_counts_each_outcome() {
+        let counts = [(Outcome::Pass, 4), (Outcome::Fail, 1), (Outcome::Inconclusive, 3), (Outcome::NotRun, 2)];
+        let checks =
+            counts.into_iter().flat_map(|(outcome, n)| (0..n).map(move |_| Check::undecided("", "", outcome, "")));
+        let mut out = Vec::new();
+        show(&Evidence { checks: checks.collect(), ..Evidence::default() }, &mut out).expect("memory");
+        assert_eq!(String::from_utf8_lossy(&out), "\n4 agree, 1 do not, 3 inconclusive, 2 not run\n");
+    }
+}

@@ -80,7 +80,7 @@ pub(super) enum Failure {
 }
 
 impl Failure {
-    /// Exit status: 2 where the command asks for something that does not exist, 1 where it was tried and failed, 3 where a
+    /// Exit status: 2 where the command asks for something that does not exist or cannot be written, 1 where it was tried and failed, 3 where a
     /// judgement was asked for and nothing can be judged. `golden` is like diff(1), where 1 says that files differ and 2 that they
     /// could not be compared.
     pub(super) fn status(&self) -> u8 {
@@ -107,7 +107,11 @@ impl Failure {
             | Self::Order(OrderError::NoExact | OrderError::Adaptive(_) | OrderError::Coarsest { .. })
             | Self::Comparison(_)
             | Self::Part(_)
-            | Self::Report(ReportError::Unwritable { .. })
+            // What cannot be written says nothing of what was computed.
+            | Self::Report(_)
+            | Self::Output(_)
+            | Self::Write { .. }
+            | Self::Table { .. }
             | Self::Golden(_) => 2,
             _ => 1,
         }

@@ -39,7 +39,8 @@ Examples:
   verify judge rk4
   verify report
 
-Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage.
+Exit status: 0 all is well, 1 a check or a computation failed, 2 bad usage, or
+output that cannot be written.
 For `order`, `compare`, `judge` and `report` that is: 0 what is claimed holds, 1
 it is refuted, 2 bad input, 3 inconclusive. A program that does not start, or
 writes another header, is bad input; one that fails in its runs leaves them

@@ -341,6 +341,13 @@ mod tests {
         for (name, value) in provenance() {
             let may_be_unknown = ["commit", "date"].contains(&name.as_str());
             assert!(!value.is_empty() && (may_be_unknown || value != "unknown"), "{name}: {value}");
+            match name.as_str() {
+                "verify" => assert_eq!(value, env!("CARGO_PKG_VERSION")),
+                "compiler" => assert!(value.starts_with("rustc 1."), "{value}"),
+                "target" => assert!(value.starts_with(std::env::consts::ARCH) && value.contains('-'), "{value}"),
+                "profile" => assert!(["debug", "release"].contains(&value.as_str()), "{value}"),
+                _ => {}
+            }
         }
     }
 }

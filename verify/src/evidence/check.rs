@@ -137,3 +137,14 @@ fn optional_number<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<
         None => serializer.serialize_none(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_order_passes_a_check_only_where_it_was_claimed_and_found() {
+        let of = [Verdict::Pass, Verdict::Fail, Verdict::Measured, Verdict::Inconclusive].map(Outcome::from);
+        assert_eq!(of, [Outcome::Pass, Outcome::Fail, Outcome::Inconclusive, Outcome::Inconclusive]);
+    }
+}

@@ -125,6 +125,12 @@ mod tests {
         assert!(Within(1.0, 2.0).is_met_by(2.0) && !Within(1.0, 2.0).is_met_by(2.1) && !Near(1.0, 0.1).is_met_by(0.8));
     }
 
+    #[test]
+    fn changes_are_measured_by_the_bound_or_by_half_of_the_width() {
+        let kinds = [AtMost(-3.0), AtLeast(3.0), Below(3.0), Above(-3.0), Within(1.0, 4.0), Near(2.0, 0.1)];
+        assert_eq!(kinds.map(Requirement::scale), [3.0, 3.0, 3.0, 3.0, 1.5, 0.1]);
+    }
+
     /// Whatever the text of a bound rounds away, the comparison does not.
     #[test]
     fn a_number_a_little_beyond_one_is_beyond_one() {

@@ -1,4 +1,4 @@
-//! What runs under a constraint keep, and what the scheme (23) of \[KY21\] does as printed.
+//! What runs under a constraint keep, and what the scheme (23) of \[KY21\] does.
 
 use std::ops::ControlFlow;
 
@@ -93,7 +93,7 @@ impl Experiment for Held {
     }
 }
 
-/// Uniform motion on the circle by (23) as printed, up to 40 steps or until it is far from the circle, where the step equations
+/// Uniform motion on the circle by (23), its square roots supplied, up to 40 steps or until it is far from the circle, where the step equations
 /// need not be solvable.
 #[derive(Debug)]
 pub struct Radius {

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::{Context, Experiment, ExperimentError, StudyError, maps};
 use crate::measure::norm::larger;
-use crate::measure::search::try_root;
-use crate::method;
+use crate::measure::search::{logarithmic, try_intervals};
+use crate::method::{self, Method};
 use crate::problem::{self, Problem};
 pub use crate::run::RunError;
 use crate::run::run;
@@ -41,13 +41,13 @@ impl Errors {
         Self { problem, method, h }
     }
 
-    /// The largest error in `context`; infinite if a step fails.
+    /// The largest error in `context`; where the run fails, [`RunError::in_place_of_a_number`].
     ///
     /// # Errors
     /// If there is no such problem, solution or method.
     pub fn largest(self, context: &Context) -> Result<f64, ExperimentError> {
         let run = context.get(self)?;
-        Ok(run.largest.as_ref().map_or(f64::INFINITY, |largest| largest.error))
+        Ok(run.largest.as_ref().map_or_else(RunError::in_place_of_a_number, |largest| largest.error))
     }
 }
 
@@ -123,8 +123,8 @@ impl Errors {
     }
 }
 
-/// Whether the errors of a run decay to zero: the largest on (20, 40] over the largest on (10, 20]; infinite if a step
-/// fails, and 0 where the later one is no larger than the [`roundoff`] of the run.
+/// Whether the errors of a run decay to zero: the largest on (20, 40] over the largest on (10, 20];
+/// [`RunError::in_place_of_a_number`] if a step fails, and 0 where the later one is no larger than the [`roundoff`] of the run.
 ///
 /// Roundoff need not decay. On quadratic drag a step at time s adds a few ε v(s), of which v(t)²/v(s)² is left at t: in all
 /// ε v(t)² Σ 1/v(s) ≈ ε (t + t²/2)/(h (1 + t)²), which tends to ε/(2h) and grows on the way there.
@@ -159,17 +159,17 @@ impl Experiment for Decay {
         let (mut early, mut late) = (0.0, 0.0);
         let mut size = 0.0;
         let outcome = run(&*problem, &*method::parse(self.method)?, self.h, Self::END, |state| {
-            let error = problem.exact(state.t).map_or(f64::NAN, |exact| (state.q[0] - exact[0]).abs());
             size = larger(size, state.q[0].abs());
-            if state.t > 0.5 * Self::END {
-                late = larger(late, error);
-            } else if state.t > 0.25 * Self::END {
-                early = larger(early, error);
+            if state.t <= 0.25 * Self::END {
+                return;
             }
+            let error = problem.exact(state.t).map_or(f64::NAN, |exact| (state.q[0] - exact[0]).abs());
+            let part = if state.t > 0.5 * Self::END { &mut late } else { &mut early };
+            *part = larger(*part, error);
         });
         context.tick();
         Ok(match outcome {
-            Err(_) => f64::INFINITY,
+            Err(error) => error.in_place_of_a_number(),
             Ok(_) if late <= roundoff(self.h, size) => 0.0,
             Ok(_) => late / early,
         })
@@ -230,10 +230,12 @@ fn kept(count: usize) -> Vec<usize> {
     all
 }
 
-/// The step size between `low` and `high` at which the largest error of `method` falls below `times` that of `rival`, or rises
-/// above it: nothing where it is the same at both ends.
+/// The step sizes between `low` and `high` at which the largest error of `method` is below `times` that of `rival`.
+///
+/// They are looked for at both ends and at a hundred steps in each decade between; where two neighbours differ, the step at which the
+/// two change places is found by bisection. A run that has no solution errs infinitely.
 #[derive(Debug, Clone, Copy)]
-pub struct Crossing {
+pub struct Ahead {
     /// The problem.
     pub problem: &'static str,
     /// The method.
@@ -242,23 +244,45 @@ pub struct Crossing {
     pub rival: &'static str,
     /// Its error counts as often.
     pub times: f64,
-    /// Smallest step size.
-    pub low: f64,
-    /// Largest step size.
-    pub high: f64,
+    /// Smallest and largest step size.
+    pub between: [f64; 2],
 }
 
-impl Experiment for Crossing {
-    const ID: &'static str = "crossing";
-    type Found = Option<f64>;
+impl Ahead {
+    /// Steps in a decade.
+    pub const SCAN: u32 = 100;
+}
 
-    fn measure(&self, context: &Context) -> Result<Option<f64>, StudyError> {
-        let Self { problem, method, rival, times, low, high } = *self;
+impl Experiment for Ahead {
+    const ID: &'static str = "ahead";
+    /// Intervals, in ascending order.
+    type Found = Vec<[f64; 2]>;
+
+    fn measure(&self, context: &Context) -> Result<Vec<[f64; 2]>, StudyError> {
+        context.announce(1);
+        let Self { problem, method, rival, times, between } = *self;
+        let built = problem::build_setting(problem)?;
+        let methods = [method::parse(method)?, method::parse(rival)?];
         // Not kept: nobody else will ask for these step sizes.
-        let largest = |method, h| -> Result<f64, StudyError> {
-            let run = Errors::of(problem, method, h).measure(context)?;
-            Ok(run.largest.map_or(f64::INFINITY, |largest| largest.error))
-        };
-        try_root([low, high], |h| Ok(largest(method, h)? - times * largest(rival, h)?))
+        let found = try_intervals(&logarithmic(between, Self::SCAN), |h| {
+            let exact = Exact { problem, h }.measure(context)?;
+            let largest = |method: &dyn Method| -> f64 {
+                let (mut largest, mut exact) = (0.0, exact.iter());
+                let end = exact.len() as f64 * h;
+                let outcome = run(&*built, method, h, end, |state| {
+                    if state.t > 0.0 {
+                        largest = larger(largest, exact.next().map_or(f64::NAN, |exact| (state.q[0] - exact).abs()));
+                    }
+                });
+                outcome.map_or_else(|error| error.in_place_of_a_number(), |_| largest)
+            };
+            let [own, theirs] = [largest(&*methods[0]), largest(&*methods[1])];
+            if own.is_nan() || theirs.is_nan() {
+                return Err(StudyError::from(format!("the runs with h = {h} on {problem} do not tell")));
+            }
+            Ok(own < times * theirs)
+        })?;
+        context.tick();
+        Ok(found)
     }
 }

@@ -1,7 +1,7 @@
 //! One step of a method on a problem with one component.
 
 use super::{Context, Experiment, ExperimentError, StudyError};
-use crate::measure::search::try_root;
+use crate::measure::search::{logarithmic, try_intervals};
 use crate::method;
 use crate::problem;
 use crate::run::{RunError, run};
@@ -28,12 +28,12 @@ impl OneStep {
         Self { problem: "quadratic-drag", ..Self::growth(method, h) }
     }
 
-    /// The state after the step; infinite where there is none.
+    /// The state after the step; where there is none, [`RunError::in_place_of_a_number`].
     ///
     /// # Errors
     /// If there is no such problem or method.
     pub fn or_infinity(self, context: &Context) -> Result<f64, ExperimentError> {
-        Ok(Result::clone(&*context.get(self)?).unwrap_or(f64::INFINITY))
+        Ok(Result::clone(&*context.get(self)?).unwrap_or_else(|error| error.in_place_of_a_number()))
     }
 }
 
@@ -49,7 +49,7 @@ impl Experiment for OneStep {
 }
 
 /// The step size between `low` and `high` at which the result of a step leaves the interval from `least` to `most`, or has no
-/// solution any more.
+/// solution any more. Of the sizes that are looked at, a hundred in each decade, all smaller ones stay inside and no larger one does.
 #[derive(Debug)]
 pub struct LeavesAt {
     /// The step; its size is not used.
@@ -76,13 +76,16 @@ impl Experiment for LeavesAt {
     type Found = f64;
 
     fn measure(&self, context: &Context) -> Result<f64, StudyError> {
-        let is_inside = |h: f64| -> Result<f64, StudyError> {
-            let v = OneStep { h, ..self.step.clone() }.measure(context)?.unwrap_or(f64::NAN);
-            Ok(if (self.least..=self.most).contains(&v) { 1.0 } else { -1.0 })
-        };
-        let found = try_root([self.low, self.high], is_inside)?;
-        found
-            .ok_or_else(|| format!("{} does not leave between {} and {}", self.step.method, self.low, self.high).into())
+        let points = logarithmic([self.low, self.high], 100);
+        let inside = try_intervals(&points, |h| -> Result<bool, StudyError> {
+            let v = OneStep { h, ..self.step.clone() }.measure(context)?;
+            let v = v.unwrap_or_else(|error| error.in_place_of_a_number());
+            if v.is_nan() { Err("the step does not tell".into()) } else { Ok((self.least..=self.most).contains(&v)) }
+        })?;
+        match inside[..] {
+            [[from, to]] if from == self.low && to < self.high => Ok(to),
+            _ => Err(format!("{} does not leave once between {} and {}", self.step.method, self.low, self.high).into()),
+        }
     }
 }
 

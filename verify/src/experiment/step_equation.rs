@@ -4,7 +4,7 @@ use lsvi::discrete::{DiscreteLegendre, Interval, MomentumWeights, Trapezoidal};
 
 use super::{Context, Experiment, StudyError};
 use crate::measure::search::root;
-use crate::problem;
+use crate::problem::{self, Problem};
 
 /// The equation α p₀ + β p₁ = 0 of one step from the initial state, with the trapezoidal least-squares Lagrangian.
 #[derive(Debug)]
@@ -44,19 +44,54 @@ impl Experiment for StepEquation {
     fn measure(&self, _: &Context) -> Result<Found, StudyError> {
         let problem = problem::build_setting(self.problem)?;
         let &[start] = &*problem.initial() else { return Err("the problem has several components".into()) };
-        let mut discrete = Trapezoidal::new(problem.lagrangian()?);
-        let [alpha, beta] = self.weights;
-        let mut equation = |end: f64| {
-            let mut out = [f64::NAN];
-            let at = Interval { start: 0.0, h: self.h };
-            discrete.momentum(at, &[start], &[end], MomentumWeights { alpha, beta }, &mut out);
-            out[0]
-        };
-        let ends: Vec<f64> = (0..=INTERVALS).map(|k| start * (4.0 * k as f64 / INTERVALS as f64 - 2.0)).collect();
-        if ends.iter().all(|end| equation(*end) == 0.0) {
-            return Ok(Found::Every);
+        solutions(&*problem, self.weights, self.h, start)
+    }
+}
+
+/// The ends of a step of h from `start`.
+fn solutions(problem: &dyn Problem, [alpha, beta]: [f64; 2], h: f64, start: f64) -> Result<Found, StudyError> {
+    let mut discrete = Trapezoidal::new(problem.lagrangian()?);
+    let mut equation = |end: f64| {
+        let mut out = [f64::NAN];
+        let at = Interval { start: 0.0, h };
+        discrete.momentum(at, &[start], &[end], MomentumWeights { alpha, beta }, &mut out);
+        out[0]
+    };
+    let at = |k: usize| start.abs() * (4.0 * k as f64 / INTERVALS as f64 - 2.0);
+    let ends: Vec<f64> = (0..=INTERVALS).map(at).collect();
+    if ends.iter().all(|end| equation(*end) == 0.0) {
+        return Ok(Found::Every);
+    }
+    Ok(Found::Roots(ends.windows(2).filter_map(|pair| root([pair[0], pair[1]], &mut equation)).collect()))
+}
+
+/// A run on an autonomous problem that takes at every step the only solution that there is, on the branch of its state or not.
+#[derive(Debug)]
+pub struct OnlySolutions {
+    /// The equation of the first step.
+    pub first: StepEquation,
+    /// Steps to take.
+    pub steps: u32,
+}
+
+impl Experiment for OnlySolutions {
+    const ID: &'static str = "only-solutions";
+    /// The states, the initial one first.
+    type Found = Vec<f64>;
+
+    fn measure(&self, _: &Context) -> Result<Vec<f64>, StudyError> {
+        let StepEquation { problem, weights, h } = self.first;
+        let problem = problem::build_setting(problem)?;
+        let &[mut v] = &*problem.initial() else { return Err("the problem has several components".into()) };
+        let mut states = vec![v];
+        for step in 0..self.steps {
+            v = match solutions(&*problem, weights, h, v)? {
+                Found::Roots(roots) if roots.len() == 1 => roots[0],
+                found => return Err(format!("step {step} has not one solution but {found:?}").into()),
+            };
+            states.push(v);
         }
-        Ok(Found::Roots(ends.windows(2).filter_map(|pair| root([pair[0], pair[1]], &mut equation)).collect()))
+        Ok(states)
     }
 }
 
@@ -81,6 +116,18 @@ mod tests {
         assert_eq!(found("linear-drag lambda=0", StepEquation::METHOD_II, 1.0), Found::Every);
         let Found::Roots(roots) = found("linear-drag lambda=0", StepEquation::METHOD_I, 1.0) else { panic!() };
         assert!(roots.len() == 1 && (roots[0] - 1.0).abs() < 8.0 * f64::EPSILON, "{roots:?}");
+    }
+
+    #[test]
+    fn the_only_solutions_of_method_i_lead_to_a_spurious_steady_state_and_those_of_method_ii_never_decay() {
+        let end = |weights| {
+            let first = StepEquation { problem: "quadratic-drag", weights, h: 3.0 };
+            let states = OnlySolutions { first, steps: 100 }.measure(&Context::silent()).expect("one at every step");
+            [states[99], states[100]]
+        };
+        let near = |found: [f64; 2], known: [f64; 2]| found.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(near(end(StepEquation::METHOD_I), [-1.0 / 3.0; 2]), "{:?}", end(StepEquation::METHOD_I));
+        assert!(near(end(StepEquation::METHOD_II), [-1.0, 1.0]), "{:?}", end(StepEquation::METHOD_II));
     }
 
     #[test]

@@ -108,7 +108,7 @@ pub(super) fn constraints(context: &Context) -> Result<Vec<Row>, StudyError> {
     Ok(rows)
 }
 
-/// The radial errors of the scheme (23) as printed.
+/// The radial errors of the scheme (23).
 pub(super) fn circle_growth(context: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
     for tau in TAUS {

@@ -342,3 +342,43 @@ impl Analysis for ClosureTheory {
         vec![region(8.0, |z| self.amplification(1.0).factor(z).norm())]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::{Body, MethodFile};
+    use super::*;
+
+    fn theory(alpha: &str, beta: &str) -> ClosureTheory {
+        let text = format!("kind = 'closure'\nalpha = '{alpha}'\nbeta = '{beta}'\n");
+        let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+        let Body::Closure(closure) = &file.body else { panic!("{text}") };
+        ClosureTheory::new(closure)
+    }
+
+    /// R(−z) → α/β for z → ∞.
+    #[test]
+    fn a_closure_damps_keeps_or_magnifies_what_is_fast_by_its_two_weights() {
+        for (alpha, beta, stability) in [
+            ("0", "1", Stability::Damping),
+            ("1/2", "1", Stability::Neutral),
+            ("-1", "1", Stability::Neutral),
+            ("1", "1", Stability::Neutral),
+            ("1", "1/2", Stability::Conditional),
+            ("1", "0", Stability::Conditional),
+        ] {
+            assert_eq!(theory(alpha, beta).traits().stability, stability, "{alpha}, {beta}");
+        }
+    }
+
+    /// \[S24\] (27): 1/(1 + z + z²/2) of p₁ = 0, and (2 − z + z²/2)/(2 + z + z²/2) of p₀ + p₁ = 0.
+    #[test]
+    fn the_table_of_a_closure_has_the_factor_of_decay() {
+        for (alpha, at_one) in [("0", 0.4), ("1", 1.5 / 3.5)] {
+            let table = theory(alpha, "1").tables().swap_remove(0);
+            let column = |name: &str| table.column(name).expect("there");
+            let row = table.rows.iter().find(|row| row[column("z")] == Cell::Number(1.0)).expect("z = 1");
+            let Cell::Number(factor) = row[column("R")] else { panic!("{row:?}") };
+            assert!((factor - at_one).abs() < 1e-15, "{alpha}: {factor}");
+        }
+    }
+}

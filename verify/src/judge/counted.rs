@@ -127,3 +127,32 @@ impl<L: EulerLagrange> EulerLagrange for Counting<'_, L> {
         self.inner.add_residual_derivative(t, q, v, a, c, out);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem;
+
+    /// f by itself, f with its Jacobian, and the gradients of L are evaluations each; what comes of them is none.
+    #[test]
+    fn every_evaluation_of_the_equations_counts_once() {
+        let problem = problem::build("henon-heiles", &[]).expect("registered");
+        let (counted, state) = (Counted::new(&*problem), problem.initial());
+        let field = counted.field();
+        let (mut out, mut jacobian) =
+            (vec![0.0; field.dim()], Jacobian::with_structure(field.dim(), &field.structure()));
+        field.rhs(0.0, &state, &mut out);
+        assert_eq!(counted.count(), 1);
+        field.linearize(0.0, &state, &mut out, 1.0, &mut jacobian);
+        assert_eq!(counted.count(), 2);
+        field.add_jacobian(0.0, &state, 1.0, &mut jacobian);
+        field.add_curvature(0.0, &state, &out, 1.0, &mut jacobian);
+        assert_eq!(counted.count(), 2);
+        let lagrangian = counted.mechanics().expect("it is mechanical").lagrangian;
+        let (q, v) = state.split_at(lagrangian.dim());
+        let (mut forces, mut momenta) = (q.to_vec(), v.to_vec());
+        lagrangian.gradient(0.0, q, v, &mut forces, &mut momenta);
+        lagrangian.gradient_q(0.0, q, v, &mut forces, &mut momenta);
+        assert_eq!(counted.count(), 4);
+    }
+}

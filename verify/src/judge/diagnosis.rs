@@ -3,9 +3,10 @@
 use super::analysis::Analysis;
 use super::file::Body;
 use super::mend;
+use super::real::Real;
 use super::repair::{Repair, Target, repairs};
 use super::tableau::{Shape, Tableau};
-use super::theory::Theory;
+use super::theory::{Theory, WeightsTheory};
 use super::tree::MAX_ORDER;
 
 /// Orders beyond the one found that are tried where none is claimed.
@@ -32,6 +33,11 @@ pub enum Diagnosis {
         target: Target,
         /// The changes that do, the one nearest to the text first.
         repairs: Vec<Repair>,
+    },
+    /// Decimals that were cut off in place of rounded make everything hold.
+    Truncated {
+        /// The order that the coefficients have then.
+        order: u32,
     },
     /// Something is wrong that no change of one coefficient mends.
     Several {
@@ -88,12 +94,15 @@ impl Diagnosis {
             return Self::of_system(body, theory.order(), claimed);
         };
         let rows = theory.wrong_rows();
-        let (main, embedded) = (theory.main.order, theory.embedded.as_ref().map(|e| e.order));
+        let (main, embedded) = (theory.order_found(), theory.embedded.as_ref().map(|e| e.order));
         let falls_short = claimed.is_some_and(|p| main < p) || claimed_embedded.is_some_and(|p| embedded < Some(p));
         match claimed {
             Some(p) if rows.is_empty() && !falls_short && main > p => return Self::LabelTooLow { order: main },
             Some(_) if rows.is_empty() && !falls_short => return Self::Sound,
             _ => {}
+        }
+        if let Some(order) = truncated(tableau, theory, claimed, claimed_embedded) {
+            return Self::Truncated { order };
         }
         if let Some((target, repairs)) = mend(tableau, theory, claimed, claimed_embedded) {
             return Self::Coefficient { target, repairs };
@@ -104,6 +113,20 @@ impl Diagnosis {
             _ => Self::LabelTooHigh { order: main },
         }
     }
+}
+
+/// The order of the method whose decimals the file has cut off, where it is the one claimed, and all row sums hold; without a claim, where
+/// that mends more than one free parameter would.
+fn truncated(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Option<u32> {
+    let numbers = tableau.of_truncated().numbers();
+    if tableau.c.is_some() && !numbers.row_defects().iter().all(Real::may_be_zero) {
+        return None;
+    }
+    let order = |b: &[Real], claimed: Option<u32>| WeightsTheory::new(&numbers, b, claimed.unwrap_or(0)).order;
+    let embedded = claimed_embedded.is_none_or(|q| numbers.b_hat.as_deref().is_some_and(|b| order(b, Some(q)) >= q));
+    let found = order(&numbers.b, claimed);
+    let least = claimed.unwrap_or(theory.main.order + 2);
+    (embedded && found >= least).then_some(found)
 }
 
 /// The repairs that reach the orders claimed; where none is claimed, the highest orders that one change reaches.

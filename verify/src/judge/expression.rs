@@ -415,6 +415,9 @@ impl Parser<'_> {
             }
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
             Some(c) if c.is_ascii_alphabetic() => self.name(),
+            Some('\\') => Err(self.wrong(
+                r"of LaTeX, \frac, \tfrac, \dfrac, \nicefrac and \sqrt are read in a table with `&` and `\\`, and no names",
+            )),
             Some(c) => Err(self.wrong(format!("`{c}` is not expected here"))),
         }
     }

@@ -4,8 +4,10 @@ use super::Judgement;
 use super::diagnosis::Diagnosis;
 use super::file::Body;
 use super::linear::Reach;
+use super::real::Real;
 use super::repair::Repair;
 use super::theory::WeightsTheory;
+use crate::measure::decimal::trimmed;
 
 /// Labelled lines of text.
 pub type Facts = Vec<(&'static str, String)>;
@@ -43,6 +45,11 @@ impl Judgement {
     fn found_wrong(&self) -> Option<String> {
         match &self.diagnosis {
             Diagnosis::Sound => None,
+            Diagnosis::Truncated { order } => Some(format!(
+                "The decimals look as if they were cut off, not rounded: up to a unit larger in their last place they have order {order}, \
+                 and all row sums hold. Rounded, or as fractions, they would do.{}",
+                self.sum_of_weights()
+            )),
             Diagnosis::LabelTooLow { order } => {
                 let claimed = self.file.order().unwrap_or(0);
                 Some(format!(
@@ -73,7 +80,8 @@ impl Judgement {
                 };
                 Some(format!(
                     "The label is too high, or more than one coefficient is wrong: the row sums hold, the conditions on \
-                     {weights} fail, and no change of a single coefficient mends them. As they stand they have order {order}."
+                     {weights} fail, and no change of a single coefficient mends them. As they stand they have order {order}.{}",
+                    self.sum_of_weights()
                 ))
             }
             Diagnosis::Coefficient { target, repairs } => {
@@ -83,22 +91,40 @@ impl Judgement {
                     _ => "",
                 };
                 let start = format!("With one coefficient changed the order is {}{embedded}{sums}", target.order);
+                // No label is wrong about a row sum.
+                let rows = self.runge_kutta().is_some_and(|theory| !theory.wrong_rows().is_empty());
                 let doubt = match repairs.first() {
-                    Some(repair) if repair.mends == 1 => {
+                    Some(repair) if repair.mends == 1 && !rows => {
                         " One number that satisfies one condition may be a coincidence: it may be the label that is wrong."
                     }
                     _ => "",
                 };
-                Some(format!("A coefficient is wrong. {start}.{doubt}"))
+                Some(format!("A coefficient is wrong. {start}.{doubt}{}", self.sum_of_weights()))
             }
             Diagnosis::Several { rows } => {
-                let rows: Vec<String> = rows.iter().map(|i| (i + 1).to_string()).collect();
-                let rows = rows.join(", ");
+                let of = match rows.as_slice() {
+                    [row] => format!("the row sum of stage {}", row + 1),
+                    rows => {
+                        let rows: Vec<String> = rows.iter().map(|i| (i + 1).to_string()).collect();
+                        format!("the row sums of stages {}", rows.join(", "))
+                    }
+                };
                 Some(format!(
-                    "More than one coefficient is wrong: no change of a single one mends the row sums of stages {rows}, and the order."
+                    "More than one coefficient is wrong: no change of a single one mends {of}, and the order.{}",
+                    self.sum_of_weights()
                 ))
             }
         }
+    }
+
+    /// What the weights add up to, where that is not 1, or may be so for digits that were cut off.
+    fn sum_of_weights(&self) -> String {
+        let is_cut = matches!(self.diagnosis, Diagnosis::Truncated { .. });
+        let sums = self.runge_kutta().filter(|theory| is_cut || theory.main.order == 0).map(|theory| {
+            let sum: Real = theory.numbers.b.iter().cloned().sum();
+            format!(" The weights add up to {}.", trimmed(sum.to_f64(), 12))
+        });
+        sums.unwrap_or_default()
     }
 
     /// The changes that mend everything, each in a line.

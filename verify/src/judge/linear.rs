@@ -197,7 +197,13 @@ impl StabilityFunction {
                 .find(|(k, c)| parity.is_none_or(|odd| k % 2 == odd) && !c.may_be_zero())
                 .map(|(k, c)| (k as u32 - 1, c.to_f64()))
         };
-        LinearOrders { solution: first(None), dispersion: first(Some(1)), dissipation: first(Some(0)) }
+        // On z = iy the term l z^k is l iᵏ yᵏ: of the phase for odd k, of the logarithm of the amplitude for even k.
+        let on_axis = |(order, l): (u32, f64)| (order, if order.div_ceil(2) % 2 == 0 { l } else { -l });
+        LinearOrders {
+            solution: first(None),
+            dispersion: first(Some(1)).map(on_axis),
+            dissipation: first(Some(0)).map(on_axis),
+        }
     }
 
     /// Whether |R| > 1 at z certainly, which is what a counterexample has to show.
@@ -206,7 +212,8 @@ impl StabilityFunction {
     }
 }
 
-/// Orders on v̇ = λ v, each with the constant of the leading term of log R(z) − z.
+/// Orders on v̇ = λ v, each with the constant of its leading error: of log R(z) − z at zᵖ⁺¹, and on z = iy, at yᵖ⁺¹, of arg R(iy) − y
+/// and of |R(iy)| − 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearOrders {
     /// Of the solution.
@@ -221,6 +228,49 @@ pub struct LinearOrders {
 mod tests {
     use super::*;
     use crate::judge::file::{Body, Shipped};
+
+    /// Phase and amplitude of R on the imaginary axis, where the leading errors are near 1e-8.
+    #[test]
+    fn the_constants_of_phase_and_amplitude_are_those_of_the_stability_function() {
+        let mut checked = 0;
+        for name in [
+            "rk4",
+            "heun2",
+            "kutta-38",
+            "sdirk2",
+            "tr-bdf2",
+            "radau-iia2",
+            "radau-iia3",
+            "gauss1",
+            "gauss2",
+            "gauss3",
+            "ssp-rk3",
+            "implicit-euler",
+            "lobatto-iiic3",
+            "crouzeix3",
+            "dormand-prince",
+            "bogacki-shampine",
+            "cash-karp",
+        ] {
+            let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+            let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
+            let numbers = tableau.numbers();
+            let r = StabilityFunction::new(&numbers, &numbers.b);
+            let orders = r.linear_orders();
+            let at = |y: f64| r.at(Complex::new(0.0, y));
+            let phase = |y: f64| at(y).arg() - y;
+            let amplitude = |y: f64| at(y).norm() - 1.0;
+            let errors: [&dyn Fn(f64) -> f64; 2] = [&phase, &amplitude];
+            for (found, error) in [orders.dispersion, orders.dissipation].into_iter().zip(errors) {
+                let Some((order, constant)) = found else { continue };
+                let y = (1e-8 / constant.abs()).powf(1.0 / f64::from(order + 1));
+                let leading = constant * y.powi(order as i32 + 1);
+                assert!((error(y) / leading - 1.0).abs() < 0.1, "{name}, order {order}: {} and {leading}", error(y));
+                checked += 1;
+            }
+        }
+        assert!(checked > 25, "{checked}");
+    }
 
     /// Two ways to R of the same method, coefficient by coefficient, and R of the implicit midpoint rule.
     #[test]
@@ -246,5 +296,19 @@ mod tests {
         let midpoint = Numbers { a: vec![vec![half()]], b: vec![Real::one()], c: vec![half()], b_hat: None };
         let found = StabilityFunction::new(&midpoint, &midpoint.b);
         assert_eq!((found.numerator.doubles(), found.denominator.doubles()), (vec![1.0, 0.5], vec![1.0, -0.5]));
+    }
+
+    /// R(z s) is unstable where R is, 1/s as far out: the (0, 3) Padé approximation 1/(1 − z + z²/2 − z³/6), A(88.23)-stable.
+    #[test]
+    fn the_angle_of_stability_does_not_depend_on_how_far_out_it_is_lost() {
+        let alpha = |scale: f64| {
+            let coefficients = [1.0, -1.0, 0.5, -1.0 / 6.0].iter().enumerate();
+            let scaled = coefficients.map(|(k, c)| Real::double(c * scale.powi(k as i32))).collect();
+            let (numerator, denominator) = (Polynomial::new(vec![Real::one()]), Polynomial::new(scaled));
+            StabilityFunction { numerator, denominator }.alpha().expect("stable on the negative axis")
+        };
+        for scale in [1.0, 1e-3, 1e2] {
+            assert!((alpha(scale) - 88.23).abs() < 0.01, "{scale}: {}", alpha(scale));
+        }
     }
 }

@@ -148,7 +148,10 @@ impl Defects {
                 outcome,
                 measured: Some(defect),
                 required: Some(required),
-                reason: format!("a step of h = {STEP} on `henon-heiles` has the defect {defect:.1e}, {required}"),
+                reason: format!(
+                    "a step of h = {STEP} on `henon-heiles` has the defect {defect:.1e}{} {required}",
+                    if outcome == Outcome::Pass { "," } else { ", which is to be" }
+                ),
             };
             let subject = if by_condition { name.into() } else { format!("not {name}") };
             Verdict { kind: Kind::Run, subject, check }
@@ -260,6 +263,22 @@ mod tests {
             (f64::NAN, Outcome::Inconclusive, Outcome::Inconclusive),
         ] {
             assert_eq!((outcome(Symplectic, drift), outcome(Dissipative, drift)), (kept, not), "{drift:e}");
+        }
+    }
+
+    /// What is required of a drift is what decides: none that is resolved of what keeps energy, and one of what does not.
+    #[test]
+    fn a_drift_passes_where_it_meets_what_is_required_of_it() {
+        use drift::Kind::{Dissipative, Symplectic};
+        for (kind, drift) in [Symplectic, Dissipative].into_iter().flat_map(|kind| [(kind, 1e-6), (kind, 1e-2)]) {
+            let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
+            let (stderr, rounding, momentum) = (1e-6, 0.0, None);
+            let (problem, method, steps) = ("henon-heiles", String::new(), 400);
+            let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
+            let Check { outcome, measured, required, .. } = energy_verdict(Ok(Ok(found))).check;
+            let required = required.expect("it is looked at");
+            assert_eq!(measured, Some(drift));
+            assert_eq!(required.is_met_by(drift), outcome == Outcome::Pass, "{kind:?}, {drift:e}: {required}");
         }
     }
 }

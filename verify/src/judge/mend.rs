@@ -285,3 +285,19 @@ impl System for NodesSystem<'_> {
         wanted.iter().map(|&k| all[k].clone()).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::MethodFile;
+    use super::*;
+
+    /// v_{n+1} − v_n = −2h f_n is mended by 1 for −2, and by 3 for the zero beside it, which is one character for two.
+    #[test]
+    fn a_zero_is_changed_last_however_near_its_repair_is() {
+        let text = "kind = 'multistep'\norder = 1\nrho = [-1, 1]\nsigma = [-2, 0]\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let found = repairs(&*file.body.system(1).expect("it has conditions"));
+        let found: Vec<_> = found.iter().map(|repair| (repair.place.to_string(), repair.text.as_str())).collect();
+        assert_eq!(found, [("sigma[1]".to_owned(), "1"), ("sigma[2]".to_owned(), "3")]);
+    }
+}

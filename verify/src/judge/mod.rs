@@ -20,6 +20,7 @@ pub mod parts;
 pub mod polynomial;
 mod problem;
 pub mod real;
+pub mod reduce;
 pub mod repair;
 mod runge_kutta;
 mod stepping;
@@ -97,7 +98,7 @@ impl Judgement {
         };
         let mut verdicts: Vec<Verdict> = file.claims.par_iter().map(|claim| verdict::judge(claim, &*theory)).collect();
         verdicts.extend(verdict::consistency(&file, &*theory));
-        verdicts.extend(theory.consistency());
+        verdicts.extend(theory.consistency().into_iter().filter(|found| !verdict::is_conceded(&file, found)));
         verdicts.extend(measured.iter().map(MeasuredOrder::verdict));
         if let Some(Ok(defects)) = &defects {
             verdicts.extend(defects.verdicts(&theory.traits()));

@@ -534,3 +534,23 @@ impl MultistepTheory {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (ζ − 1)(ζ² − 0.6 ζ + 1) has e^{±iφ} with cos φ = 0.3 as its other roots. Its coefficients to eight places leave open on which
+    /// side of the rim these are.
+    #[test]
+    fn roots_on_the_rim_are_stable_where_coefficients_are_exact_and_undecided_where_they_are_rounded() {
+        let tenths = |n: i64| &Real::from(n) / &Real::from(10);
+        let roots = |radius: f64| {
+            let inner = [-16, 16].map(|n| if radius > 0.0 { tenths(n).widened(radius) } else { tenths(n) });
+            let [second, first] = inner;
+            Roots::of(&Polynomial::new(vec![Real::from(-1), first, second, Real::one()]))
+        };
+        assert_eq!(roots(0.0), Roots::Stable);
+        let Roots::Undecided(z) = roots(0.5e-8) else { panic!("{:?}", roots(0.5e-8)) };
+        assert!((z.re - 0.3).abs() < 1e-6 && (z.norm() - 1.0).abs() < 1e-6, "{z}");
+    }
+}

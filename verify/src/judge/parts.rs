@@ -431,3 +431,27 @@ impl Analysis for PartsTheory {
         vec![WeightsTheory::table([("", &self.weights)].into_iter())]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::MethodFile;
+    use super::super::{Effort, Judgement};
+    use crate::evidence::Outcome;
+
+    /// b ≠ b̂, and â_ij = b̂_j (1 − a_ji/b_i), so that b_i â_ij + b̂_j a_ji = b_i b̂_j: enough where H = T(p) + U(q), and only there.
+    #[test]
+    fn weights_that_differ_are_symplectic_on_separable_systems_alone() {
+        let symplectic = |systems: &str| {
+            let text = format!(
+                "kind = 'partitioned-runge-kutta'\nsystems = '{systems}'\nclaims = ['symplectic']\n\
+                 a = [['1/4', '1/4'], ['1/4', '1/4']]\nb = ['1/2', '1/2']\n\
+                 a_hat = [['1/8', '3/8'], ['1/8', '3/8']]\nb_hat = ['1/4', '3/4']\n"
+            );
+            let judgement =
+                Judgement::new(MethodFile::parse("m.toml", "m", &text).expect("well-formed"), Effort::Theory);
+            let verdict = judgement.verdicts.iter().find(|verdict| verdict.subject == "symplectic").expect("claimed");
+            verdict.check.outcome
+        };
+        assert_eq!((symplectic("separable"), symplectic("all")), (Outcome::Pass, Outcome::Fail));
+    }
+}

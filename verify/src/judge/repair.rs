@@ -358,3 +358,25 @@ fn floor_div(a: &IBig, b: &IBig) -> IBig {
     let quotient = a / b;
     if &quotient * b > *a { quotient - IBig::ONE } else { quotient }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::{Body, MethodFile};
+    use super::*;
+
+    /// b₁ + b₂ = 1 is mended by either: ⅔ for ½ changes two characters, ½ for ⅓ one.
+    #[test]
+    fn the_repair_nearest_to_the_printed_text_comes_first() {
+        let changes = |b: &str| {
+            let text = format!("order = 1\na = [['1/2']]\nb = [{b}]\n");
+            let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+            let Body::RungeKutta(tableau) = &file.body else { panic!("{text}") };
+            let found = repairs(tableau, Target { order: 1, embedded: None });
+            found.into_iter().map(|repair| (repair.place, repair.text)).collect::<Vec<_>>()
+        };
+        let [near, far] = [(Place::B(1), "1/2".to_owned()), (Place::B(0), "2/3".to_owned())];
+        assert_eq!(changes("'1/2', '1/3'"), [near, far]);
+        let [near, far] = [(Place::B(0), "1/2".to_owned()), (Place::B(1), "2/3".to_owned())];
+        assert_eq!(changes("'1/3', '1/2'"), [near, far]);
+    }
+}

@@ -9,7 +9,7 @@ use super::facts::{Facts, order as order_fact, reach, short};
 use super::linear::Reach;
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
-use super::structure::Indefinite;
+use super::structure::{Indefinite, Simplifying};
 use super::tableau::Shape;
 use super::theory::{Theory, WeightsTheory};
 use super::verdict::{Finding, Kind, Verdict};
@@ -34,7 +34,7 @@ impl Analysis for Theory {
     }
 
     fn order(&self) -> u32 {
-        self.main.order
+        self.order_found()
     }
 
     fn facts(&self) -> Facts {
@@ -126,7 +126,7 @@ impl Theory {
     fn stiff(&self) -> Trial {
         let none = |reason: &str| Trial { kind: "stiff", name: "prothero-robinson", plan: Err(reason.into()) };
         if !self.alpha.is_some_and(|alpha| alpha > 0.0) {
-            return none("the negative axis is not in the region of stability: hλ must stay of order 1");
+            return none("not the whole negative axis is in the region of stability: hλ must stay of order 1");
         }
         if self.stiff_order().is_none() {
             return none("A is singular or R(∞) does not damp: the errors are no power of h there");
@@ -136,7 +136,11 @@ impl Theory {
 
     fn described(&self) -> Facts {
         let theory = self;
-        let mut facts = vec![("order", order_fact(&theory.main))];
+        let follows = match theory.order_found() > theory.main.order {
+            true => format!("{} or more, by Butcher's simplifying assumptions", theory.order_found()),
+            false => order_fact(&theory.main),
+        };
+        let mut facts = vec![("order", follows)];
         if let Some(embedded) = &theory.embedded {
             facts.push(("embedded", order_fact(embedded)));
         }
@@ -167,7 +171,7 @@ impl Theory {
         let class = match theory.alpha {
             Some(_) if theory.is_a_stable() && infinity == 0.0 => "L-stable".into(),
             Some(_) if theory.is_a_stable() => "A-stable".into(),
-            Some(alpha) => format!("A(α)-stable with α = {alpha:.2}°"),
+            Some(alpha) => format!("A(α)-stable with α {}", angle(alpha)),
             None => "conditionally stable".to_owned(),
         };
         let algebraic = if theory.algebraic.is_ok() { ", algebraically stable" } else { "" };
@@ -177,10 +181,18 @@ impl Theory {
     fn oscillations(&self) -> String {
         let linear = self.linear;
         let one = |what: &str, found: Option<(u32, f64)>| match found {
-            Some((order, constant)) => format!("{what} of order {order} (constant {constant:.2e})"),
+            Some((order, constant)) => format!("{what} of order {order} (constant {constant:+.2e})"),
             None => format!("no {what} at all"),
         };
         format!("{}, {}", one("dispersion", linear.dispersion), one("dissipation", linear.dissipation))
+    }
+
+    /// On which coefficients conditions of structure are looked at, where these are not all.
+    fn of_reduced(&self) -> String {
+        self.reduced.why.as_ref().map_or_else(String::new, |why| {
+            let stages = counted(self.reduced.numbers.stages(), "stage");
+            format!("; {why}: judged on the {stages} of the reduced method")
+        })
     }
 
     fn structure(&self) -> String {
@@ -188,9 +200,9 @@ impl Theory {
         let parts = [
             not(self.symplectic_defect.is_none(), "symplectic"),
             not(self.symmetric, "symmetric"),
-            not(self.stiffly_accurate, "stiffly accurate"),
+            not(self.stiffly_accurate.is_some(), "stiffly accurate"),
         ];
-        parts.join(", ")
+        parts.join(", ") + &self.of_reduced()
     }
 }
 
@@ -221,7 +233,10 @@ pub(super) fn rows(c: &[Real], defects: &[Real]) -> Verdict {
 
 fn find(property: Property, theory: &Theory) -> Option<Finding> {
     Some(match property {
-        Property::Order(p) => order(p, &theory.main, "b"),
+        Property::Order(p) => match butcher(p, theory) {
+            Some(finding) => finding,
+            None => order(p, &theory.main, "b"),
+        },
         Property::EmbeddedOrder(p) => match &theory.embedded {
             Some(embedded) => order(p, embedded, "b̂"),
             // The reader refuses such a claim.
@@ -240,11 +255,15 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
         Property::AStable => a_stable(theory),
         Property::AlphaStable(angle) => match theory.alpha {
             Some(alpha) => {
-                let why = format!("|R| ≤ 1 in the sector |arg(−z)| ≤ {alpha:.2}°");
-                // The angle is found to a hundredth, and claims are rounded to the digits they have.
-                Finding::new(alpha > 0.0 && angle <= alpha + 0.01, why).measured(alpha)
+                let why = match theory.is_a_stable() {
+                    true => "|R| ≤ 1 in the left half-plane".to_owned(),
+                    false => format!("|R| ≤ 1 in the sector |arg(−z)| ≤ α, α {}", self::angle(alpha)),
+                };
+                // The angle is found to a hundredth, and claims are rounded to the digits they have; a right one is A-stability.
+                let reaches = angle <= alpha + 0.01 && (angle < 90.0 || theory.is_a_stable());
+                Finding::new(alpha > 0.0 && reaches, why).measured(alpha)
             }
-            None => Finding::new(false, "not even the negative axis is in the region of stability"),
+            None => Finding::new(false, "not even the whole negative axis is in the region of stability"),
         },
         Property::LStable => {
             let infinity = theory.stability.at_infinity();
@@ -255,7 +274,10 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
             }
         }
         Property::AlgebraicallyStable => match &theory.algebraic {
-            Ok(()) => Finding::new(true, "b ≥ 0, and B A + Aᵀ B − b bᵀ is positive semidefinite"),
+            Ok(()) => {
+                let of = theory.of_reduced();
+                Finding::new(true, format!("b ≥ 0, and B A + Aᵀ B − b bᵀ is positive semidefinite{of}"))
+            }
             Err(Indefinite::Weight(i, b)) => {
                 Finding::new(false, format!("b[{}] = {b:.6} is negative", i + 1)).measured(*b)
             }
@@ -270,13 +292,18 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
             },
         },
         Property::StifflyAccurate => {
-            let text = if theory.stiffly_accurate { "the last row of A is b" } else { "the last row of A is not b" };
-            Finding::new(theory.stiffly_accurate, text)
+            let text = match theory.stiffly_accurate {
+                Some(row) if row + 1 == theory.numbers.stages() => "the last row of A is b".into(),
+                Some(row) => format!("row {} of A is b, the last one with the stages in another sequence", row + 1),
+                None => "no row of A is b".to_owned(),
+            };
+            Finding::new(theory.stiffly_accurate.is_some(), text)
         }
         Property::Symplectic => match theory.symplectic_defect {
-            None => Finding::new(true, "b_i a_ij + b_j a_ji = b_i b_j for all i, j"),
+            None => Finding::new(true, format!("b_i a_ij + b_j a_ji = b_i b_j for all i, j{}", theory.of_reduced())),
             Some((i, j, x)) => {
-                let why = format!("b_i a_ij + b_j a_ji − b_i b_j = {x:.4e} at i = {}, j = {}", i + 1, j + 1);
+                let of = theory.of_reduced();
+                let why = format!("b_i a_ij + b_j a_ji − b_i b_j = {x:.4e} at i = {}, j = {}{of}", i + 1, j + 1);
                 Finding::new(false, why).measured(x)
             }
         },
@@ -286,7 +313,7 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
             } else {
                 "a_σ(i)σ(j) + a_ij = b_j fails with the stages reversed"
             };
-            Finding::new(theory.symmetric, text)
+            Finding::new(theory.symmetric, format!("{text}{}", theory.of_reduced()))
         }
         Property::DispersionOrder(p) => series_order(p, theory.linear.dispersion, "phase"),
         Property::DissipationOrder(p) => series_order(p, theory.linear.dissipation, "amplitude"),
@@ -301,6 +328,11 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
         },
         Property::ZeroStable => return None,
     })
+}
+
+/// The angle of a method that is not A-stable.
+fn angle(alpha: f64) -> String {
+    if alpha > 89.99 { "just below 90°".into() } else { format!("= {alpha:.2}°") }
 }
 
 fn shape(theory: &Theory, claimed: Shape) -> Finding {
@@ -331,11 +363,24 @@ fn a_stable(theory: &Theory) -> Finding {
 fn series_order(p: u32, found: Option<(u32, f64)>, what: &str) -> Finding {
     match found {
         Some((order, constant)) => {
-            let why = format!("the leading error of the {what} is {constant:.4e} (hω)^{}", order + 1);
+            let why = format!("the leading error of the {what} is {constant:+.4e} (hω)^{}", order + 1);
             Finding::new(order == p, why).measured(order)
         }
         None => Finding::new(false, format!("there is no error of the {what} at all, to any order looked at")),
     }
+}
+
+/// What the simplifying assumptions say of an order beyond the conditions that are made up: B(p), C(η) and D(ζ) imply order p for
+/// p ≤ η + ζ + 1 and p ≤ 2η + 2 (Butcher; \[HNW93\] II.7), and B(p) is necessary.
+fn butcher(p: u32, theory: &Theory) -> Option<Finding> {
+    let (order, Simplifying { b, c, d }) = (theory.order_found(), theory.simplifying);
+    let decides = p > theory.main.forest.rule().most() && order > theory.main.order && (p <= order || order == b);
+    decides.then(|| {
+        let necessary =
+            if order == b { format!("; B({}) fails, which is necessary for more", b + 1) } else { String::new() };
+        let why = format!("B({b}), C({c}) and D({d}) hold, from which order {order} follows{necessary}");
+        Finding::new(p == order, why).measured(order)
+    })
 }
 
 pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {

@@ -39,6 +39,11 @@ impl Simplifying {
         Self { b: largest(2 * s, &b), c: largest(s, &c), d: largest(s, &d) }
     }
 
+    /// The order that follows from them (Butcher; \[HNW93\] II.7): p with B(p), p ≤ η + ζ + 1 and p ≤ 2η + 2.
+    pub fn order(self) -> u32 {
+        self.b.min(self.c + self.d + 1).min(2 * self.c + 2)
+    }
+
     /// The order of the stages: both C(q) and B(q).
     pub fn stage_order(self) -> u32 {
         self.b.min(self.c)
@@ -132,8 +137,30 @@ pub fn is_algebraically_stable(numbers: &Numbers) -> Result<(), Indefinite> {
     Ok(())
 }
 
-/// Whether the last row of A is b.
-pub fn is_stiffly_accurate(numbers: &Numbers) -> bool {
-    let last = numbers.a.last();
-    last.is_some_and(|row| row.iter().zip(&numbers.b).all(|(a, b)| (a - b).may_be_zero()))
+/// The row of A that is b, if there is one: the last, but for the sequence of the stages.
+pub fn stiffly_accurate(numbers: &Numbers) -> Option<usize> {
+    numbers.a.iter().rposition(|row| row.iter().zip(&numbers.b).all(|(a, b)| (a - b).may_be_zero()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// M = [[δ, m], [m, δ]] with δ known to within `radius` of 0: b = (½, ½), a_ii = ¼ and a₁₂ = ¼ + 2m, a₂₁ = ¼.
+    fn with_matrix(m: f64, radius: f64) -> Numbers {
+        let diagonal = Real::double(0.25).widened(radius);
+        let a = vec![vec![diagonal.clone(), Real::double(0.25 + 2.0 * m)], vec![Real::double(0.25), diagonal]];
+        let c = super::super::tableau::row_sums(&a);
+        Numbers { a, b: vec![Real::double(0.5); 2], c, b_hat: None }
+    }
+
+    /// x = (1, −m/|m|) gives xᵀMx = 2(δ − |m|): negative for a δ of zero, and of either sign where digits leave δ up to 10⁻⁶ open.
+    #[test]
+    fn an_entry_beside_a_zero_diagonal_is_indefinite_and_undecided_beside_one_that_digits_leave_open() {
+        assert_eq!(is_algebraically_stable(&with_matrix(0.0, 0.0)), Ok(()));
+        for m in [2_f64.powi(-27), -2_f64.powi(-27)] {
+            assert_eq!(is_algebraically_stable(&with_matrix(m, 0.0)), Err(Indefinite::Pivot(0, -m.abs())));
+            assert_eq!(is_algebraically_stable(&with_matrix(m, 1e-6)), Err(Indefinite::Undecided));
+        }
+    }
 }

@@ -91,6 +91,21 @@ impl Tableau {
         self.b.len()
     }
 
+    /// The same with decimals that were cut off after their last digit, in place of rounded.
+    pub(super) fn of_truncated(&self) -> Self {
+        let row = |row: &[Coefficient]| {
+            let truncated = |x: &Coefficient| Coefficient { real: x.real.of_truncated(), ..x.clone() };
+            row.iter().map(|x| if x.exact.is_some() { x.clone() } else { truncated(x) }).collect::<Vec<_>>()
+        };
+        Self {
+            a: self.a.iter().map(|entries| row(entries)).collect(),
+            b: row(&self.b),
+            c: self.c.as_deref().map(row),
+            b_hat: self.b_hat.as_deref().map(row),
+            radicands: self.radicands.clone(),
+        }
+    }
+
     /// The coefficient at `place`, if there is one.
     pub fn coefficient(&self, place: Place) -> Option<&Coefficient> {
         match place {

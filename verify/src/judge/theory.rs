@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::conditions::{Condition, conditions, error_norm, order_of};
 use super::linear::{LinearOrders, Reach, StabilityFunction};
 use super::real::Real;
+use super::reduce::Reduced;
 use super::structure::{
-    Indefinite, Simplifying, is_algebraically_stable, is_stiffly_accurate, is_symmetric, symplectic_defect,
+    Indefinite, Simplifying, is_algebraically_stable, is_symmetric, stiffly_accurate, symplectic_defect,
 };
 use super::tableau::{Numbers, Shape, Tableau};
 use super::tree::{Colour, Forest, MAX_ORDER, Rule};
@@ -29,7 +30,7 @@ pub struct WeightsTheory {
 }
 
 impl WeightsTheory {
-    fn new(numbers: &Numbers, b: &[Real], at_least: u32) -> Self {
+    pub(super) fn new(numbers: &Numbers, b: &[Real], at_least: u32) -> Self {
         Self::search(Rule::Autonomous, at_least, |forest| conditions(forest, numbers, b))
     }
 
@@ -104,8 +105,10 @@ pub struct Theory {
     pub symmetric: bool,
     /// Why it is not algebraically stable.
     pub algebraic: Result<(), Indefinite>,
-    /// Whether the last row of A is b.
-    pub stiffly_accurate: bool,
+    /// The row of A that is b.
+    pub stiffly_accurate: Option<usize>,
+    /// The method without stages that it does not need, of which the structure is told.
+    pub reduced: Reduced,
 }
 
 impl Theory {
@@ -119,6 +122,7 @@ impl Theory {
         let rows_hold = row_defects.iter().flatten().all(Real::may_be_zero);
         let order_in_time = if rows_hold { main.order } else { order_in_time(&numbers, main.order) };
         let stability = StabilityFunction::new(&numbers, &numbers.b);
+        let reduced = Reduced::of(&numbers);
         Self {
             shape: tableau.shape(),
             order_in_time,
@@ -127,16 +131,23 @@ impl Theory {
             negative: stability.real_reach(),
             alpha: stability.alpha(),
             linear: stability.linear_orders(),
-            symplectic_defect: symplectic_defect(&numbers),
-            symmetric: is_symmetric(&numbers),
-            algebraic: is_algebraically_stable(&numbers),
-            stiffly_accurate: is_stiffly_accurate(&numbers),
+            symplectic_defect: symplectic_defect(&reduced.numbers),
+            symmetric: is_symmetric(&reduced.numbers),
+            algebraic: is_algebraically_stable(&reduced.numbers),
+            stiffly_accurate: stiffly_accurate(&numbers),
+            reduced,
             stability,
             main,
             embedded,
             row_defects,
             numbers,
         }
+    }
+
+    /// The order of b: from its conditions, and where all that are made up hold from the simplifying assumptions.
+    pub fn order_found(&self) -> u32 {
+        let all_hold = self.main.order == self.main.forest.rule().most();
+        if all_hold { self.main.order.max(self.simplifying.order()) } else { self.main.order }
     }
 
     /// The stages whose row sum is not c_i.
@@ -192,4 +203,20 @@ impl Theory {
 fn order_in_time(numbers: &Numbers, most: u32) -> u32 {
     let forest = Forest::new(Rule::WithTime, most.clamp(1, MAX_TIME_ORDER));
     order_of(&conditions(&forest, numbers, &numbers.b)).min(most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::{Body, Shipped};
+    use super::*;
+
+    /// Their c are the sums of the rows of A, with which a time is one more component.
+    #[test]
+    fn the_order_in_time_of_right_stages_is_the_order_however_high() {
+        for (name, order) in [("rk4", 4), ("dormand-prince", 5), ("gauss3", 6), ("gauss4", 8)] {
+            let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+            let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
+            assert_eq!(order_in_time(&tableau.numbers(), order), order, "{name}");
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::analysis::Analysis;
-use super::claim::Claim;
+use super::claim::{Claim, Property};
 use super::file::MethodFile;
 
 use crate::evidence::{Check, Outcome};
@@ -75,6 +75,12 @@ pub(super) fn judge(claim: &Claim, theory: &dyn Analysis) -> Verdict {
         reason: finding.why,
     };
     Verdict { kind: Kind::Claim, subject: text, check }
+}
+
+/// Leaves what no method can have that denies itself zero-stability: it does not converge, and says so.
+pub(super) fn is_conceded(file: &MethodFile, verdict: &Verdict) -> bool {
+    let denial = Claim { property: Property::ZeroStable, denied: true };
+    verdict.subject == "convergence" && file.claims.contains(&denial)
 }
 
 /// Consistency, which every method claims: order 1 at least, of b and of b̂ where there is one. Nothing where an order is claimed,

@@ -133,3 +133,23 @@ pub(super) fn work_table(points: &[Point]) -> Table {
     let columns = ["solver", "h or tolerance", "steps", "evaluations", "factorizations", "error"];
     table("work", caption, &columns, points.iter().map(row).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_work_told_is_the_fewest_evaluations_of_a_run_within_the_error_named() {
+        let point =
+            |solver: &str, work: [u64; 3], error: f64| Point { solver: solver.into(), setting: 0.1, work, error };
+        let points = [
+            point("one", [5, 20, 1], 2e-4),
+            point("one", [20, 90, 2], 1e-6),
+            point("one", [10, 40, 3], 1e-4),
+            point("other", [3, 7, 4], 1e-3),
+        ];
+        let sentence = summary("a problem", &points);
+        let (_, told) = sentence.split_once("an error of 1e-4 on a problem: ").expect(&sentence);
+        assert_eq!(told, "one 40, other not reached");
+    }
+}

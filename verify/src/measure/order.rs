@@ -13,15 +13,20 @@
 //! 5. **Pass** or **fail** is |slope − expected| ≤ band, two-sided and signed, so that divergence is never mistaken for
 //!    convergence. It is **inconclusive** where rule 3 leaves no window, or where twice the standard error exceeds the
 //!    band, or where the slope lies outside it but the local slopes come nearer to the expected order with every
-//!    refinement, and at that rate into the band: what such errors show is a tail that the floor cuts off. Errors that
-//!    grow at each of the last refinements, or into overflow, **fail**, window or not.
+//!    refinement, and at that rate into the band, or where the expected order with terms of higher order
+//!    explains the errors as well: what such errors show is a tail that the floor cuts off. Errors that grow at each
+//!    of the last refinements, beyond all coarser ones or into overflow, **fail**, window or not. Where they have fallen
+//!    to less than they grow from, that is a floor that nobody stated, or the start of an instability: **inconclusive**.
+
+mod remainder;
 
 use std::fmt;
 
 use serde::Serialize;
 
 use super::decimal::decimals;
-use super::norm::larger;
+use super::norm::{Extremes, larger};
+use remainder::explains;
 
 /// Fewest points in a fit: three local slopes to agree, two degrees of freedom for the standard error.
 pub const MIN_POINTS: usize = 4;
@@ -272,12 +277,13 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
         reasons[i] = Some(Reason::PreAsymptotic);
     }
     let line = (window >= MIN_POINTS).then(|| Line::through(&points[start..], settle));
-    let (verdict, trend, reason) = match diverges(&samples, &slopes) {
-        Some(how) => (Verdict::Fail, Trend::Diverges, format!("diverges: {how}")),
+    let (verdict, trend, reason) = match diverges(&samples, &points, &slopes) {
+        Some(Growth::Divergence(how)) => (Verdict::Fail, Trend::Diverges, format!("diverges: {how}")),
+        Some(Growth::AfterAFall(how)) => (Verdict::Inconclusive, Trend::Levels, how),
         None if !reasons.is_empty() && reasons.iter().all(|reason| *reason == Some(Reason::AtFloor)) => {
             (Verdict::Inconclusive, Trend::Levels, floored(&samples))
         }
-        None => judge(line, settled, points.len(), &slopes, &reasons, expected),
+        None => judge(line, &points[points.len() - settled..], points.len(), &slopes, &reasons, expected),
     };
 
     let (mut kept, mut dropped) = (Vec::new(), Vec::new());
@@ -372,13 +378,18 @@ fn settled_start(slopes: &[LocalSlope], settle: f64) -> usize {
     0
 }
 
+/// 1/(1 + (u/s)²), where s moves the mean local slope by `settle`.
+fn weights(points: &[LogPoint], settle: f64) -> impl Fn(&LogPoint) -> f64 + use<> {
+    let s = settle * (points[0].x - points[points.len() - 1].x) / (points.len() as f64 - 1.0);
+    move |p| 1.0 / (1.0 + (p.u / s).powi(2))
+}
+
 impl Line {
-    /// Rule 4: weights 1/(1 + (u/s)²), where s moves the mean local slope by `settle`.
+    /// Rule 4, weighted.
     fn through(points: &[LogPoint], settle: f64) -> Self {
         let n = points.len() as f64;
-        let s = settle * (points[0].x - points[points.len() - 1].x) / (n - 1.0);
-        let weight = |p: &LogPoint| 1.0 / (1.0 + (p.u / s).powi(2));
-        let total: f64 = points.iter().map(weight).sum();
+        let weight = weights(points, settle);
+        let total: f64 = points.iter().map(&weight).sum();
         let mean = |f: fn(&LogPoint) -> f64| points.iter().map(|p| weight(p) * f(p)).sum::<f64>() / total;
         let (x, y) = (mean(|p| p.x), mean(|p| p.y));
         let sum = |f: &dyn Fn(&LogPoint) -> f64| points.iter().map(|p| weight(p) * f(p)).sum::<f64>();
@@ -395,22 +406,42 @@ impl Line {
     }
 }
 
+/// How errors grow under refinement.
+enum Growth {
+    /// Beyond all coarser ones.
+    Divergence(String),
+    /// From what they had fallen to.
+    AfterAFall(String),
+}
+
 /// How the errors grow under refinement, if they do: at each of the last intervals, or into overflow.
-fn diverges(samples: &[Sample], slopes: &[LocalSlope]) -> Option<String> {
+fn diverges(samples: &[Sample], points: &[LogPoint], slopes: &[LocalSlope]) -> Option<Growth> {
     let last = &slopes[slopes.len().saturating_sub(DIVERGING)..];
     if last.len() >= 2 && last.iter().all(|s| s.slope + s.uncertainty < -STALLED) {
-        return Some(format!("the error grows at the last refinements, local slopes {}", join(last)));
+        let (finest, coarser) = points.split_last()?;
+        if coarser.iter().all(|p| p.y < finest.y) {
+            return Some(Growth::Divergence(format!(
+                "the error grows at the last refinements, local slopes {}",
+                join(last)
+            )));
+        }
+        let least = points.iter().map(|p| p.y).smallest().exp();
+        return Some(Growth::AfterAFall(format!(
+            "the error falls to {least:.1e} and grows from there, local slopes {} at the last refinements: rounding, or a \
+             tolerance, looks the same as a method that becomes unstable",
+            join(last)
+        )));
     }
     let error = |s: &Sample| s.result.as_ref().map_or(f64::NAN, |m| m.error);
     let first_finite = samples.iter().position(|s| error(s).is_finite())?;
     let overflow = samples[first_finite..].iter().find(|s| error(s) == f64::INFINITY)?;
-    Some(format!("the error overflows at h = {}, with coarser steps finite", overflow.h))
+    Some(Growth::Divergence(format!("the error overflows at h = {}, with coarser steps finite", overflow.h)))
 }
 
 /// Rule 5, for errors that do not diverge.
 fn judge(
     line: Option<Line>,
-    settled: usize,
+    settled: &[LogPoint],
     usable: usize,
     slopes: &[LocalSlope],
     reasons: &[Option<Reason>],
@@ -423,7 +454,7 @@ fn judge(
     let Some(line) = line else {
         return (Verdict::Inconclusive, Trend::Levels, too_few(usable, reasons));
     };
-    if settled < MIN_POINTS {
+    if settled.len() < MIN_POINTS {
         let list = join(&slopes[slopes.len() - (MIN_POINTS - 1)..]);
         let text = format!("the local slopes have not settled to within {}: {list} at the fine end", band / 2.0);
         return (Verdict::Inconclusive, Trend::Levels, text);
@@ -438,20 +469,33 @@ fn judge(
         let kind = if order < d.nominal { "reduction" } else { "super-convergence" };
         format!(" (declared {kind} from {}: {})", d.nominal, d.reason)
     });
-    let kept = &slopes[slopes.len() + 1 - settled..];
+    let kept = &slopes[slopes.len() + 1 - settled.len()..];
     // A slope on the edge of the band is in it, so the comparison allows for rounding.
     if (slope - order).abs() <= band + line.rounding {
         (Verdict::Pass, Trend::Levels, format!("{measured} is {order} ± {band}{declared}"))
     } else if may_reach(kept, order, band) {
-        let end = match reasons.last() {
-            Some(Some(Reason::AtFloor)) => "where errors reach their floor",
-            _ => "where the steps end",
-        };
-        let text = format!("{measured}, and the local slopes still approach {order} {end}: {}", join(kept));
+        let text = format!("{measured}, and the local slopes still approach {order} {}: {}", end(reasons), join(kept));
+        (Verdict::Inconclusive, Trend::Approaches, text)
+    } else if (slope - order).abs() < 1.0 && explains(order, settled, band / 2.0) {
+        // A remainder a h as large as the leading term itself moves a slope by a half: one that is off by an order leads.
+        let text = format!(
+            "{measured}, but {order} with terms of higher order explains the errors no worse, local slopes {}: the ladder \
+             ends before an order settles, {}",
+            join(kept),
+            end(reasons)
+        );
         (Verdict::Inconclusive, Trend::Approaches, text)
     } else {
         let stalls = if kept.iter().all(|s| s.slope.abs() <= STALLED) { STANDSTILL } else { "" };
         (Verdict::Fail, Trend::Levels, format!("{measured} is not {order} ± {band}{declared}{stalls}"))
+    }
+}
+
+/// Where a ladder ends.
+fn end(reasons: &[Option<Reason>]) -> &'static str {
+    match reasons.last() {
+        Some(Some(Reason::AtFloor)) => "where errors reach their floor",
+        _ => "where the steps end",
     }
 }
 

@@ -6,7 +6,9 @@ use std::borrow::Cow;
 /// The text of a LaTeX tabular or a Markdown table without its rules and commands, as long as before; any other text as it is.
 #[must_use]
 pub fn bare(text: &str) -> Cow<'_, str> {
-    let form = if text.contains('&') && text.contains(r"\\") && !text.contains('=') {
+    let is_latex = |line: &str| line.contains('&') && line.contains(r"\\");
+    // The text of a key in TOML may have both.
+    let form = if text.lines().any(is_latex) && !text.lines().any(|line| is_latex(line) && line.contains('=')) {
         latex_line as fn(&str) -> String
     } else if text.lines().any(is_rule) && text.lines().all(|line| is_row(line) || line.trim().is_empty()) {
         markdown_line
@@ -53,7 +55,10 @@ fn markdown_line(line: &str) -> String {
 const RULES: [&str; 6] = [r"\hline", r"\toprule", r"\midrule", r"\bottomrule", r"\cline", r"\cmidrule"];
 
 fn latex_line(line: &str) -> String {
-    if line.contains(r"\begin") || line.contains(r"\end") {
+    // What is no row of cells: environments, captions, `\[`, prose below.
+    let is_row = line.contains('&') || line.contains(r"\\");
+    let says_more = line.trim_start().starts_with('\\') || line.contains(char::is_alphabetic);
+    if line.contains(r"\begin") || line.contains(r"\end") || (!is_row && says_more) {
         return blank(line);
     }
     let row = line.split(r"\\").next().unwrap_or_default();
@@ -84,17 +89,19 @@ fn latex_cell(cell: &str) -> String {
 
 /// Fractions and roots in the notation of expressions, none longer than before.
 fn formula(text: &str) -> String {
-    for (command, count) in [(r"\dfrac", 2), (r"\tfrac", 2), (r"\frac", 2), (r"\sqrt", 1)] {
+    for (command, count) in [(r"\nicefrac", 2), (r"\dfrac", 2), (r"\tfrac", 2), (r"\frac", 2), (r"\sqrt", 1)] {
         let Some(at) = text.find(command) else { continue };
         let mut rest = &text[at + command.len()..];
         let mut arguments = Vec::new();
         while arguments.len() < count {
-            let Some((argument, after)) = group(rest) else { return text.to_owned() };
+            let Some((argument, after)) = group(rest).or_else(|| token(rest)) else { return text.to_owned() };
             arguments.push(formula(argument));
             rest = after;
         }
         let said = match &arguments[..] {
             [top, bottom] => format!("({top})/({bottom})"),
+            // Shorter than `sqrt(3)`, as the command is without braces.
+            [inside] if inside.len() == 1 => format!("√{inside}"),
             [inside, ..] => format!("sqrt({inside})"),
             [] => String::new(),
         };
@@ -114,6 +121,12 @@ fn group(text: &str) -> Option<(&str, &str)> {
     Some((&inner[..end.0], &inner[end.0 + 1..]))
 }
 
+/// The digit that `text` starts with, which needs no braces, and what follows it.
+fn token(text: &str) -> Option<(&str, &str)> {
+    let text = text.trim_start();
+    text.starts_with(|c: char| c.is_ascii_digit()).then(|| text.split_at(1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,7 +139,9 @@ mod tests {
             bare.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect::<Vec<_>>()
         };
         let latex = "\\begin{array}{c|cc}\n0 & \\\\\n$\\frac{1}{2}$ & -\\tfrac{3-\\sqrt{3}}{6} \\\\ \\hline\n\\hline & 1 & 2\\\\[2pt]\n\\end{array}\n";
-        assert_eq!(words(latex), ["", "0", "(1)/(2) -(3-sqrt(3))/(6)", "1 2", ""]);
+        assert_eq!(words(latex), ["", "0", "(1)/(2) -(3-√3)/(6)", "1 2", ""]);
+        let paper = "\\[\n\\renewcommand\\arraystretch{1.2}\n\\frac12 & -\\frac{12}7 \\\\\n& \\nicefrac{1}{6} & \\sqrt3\n\\]\n\\caption{Order 3}\nwith $c_2 = 1/2$\n";
+        assert_eq!(words(paper), ["", "", "(1)/(2) -(12)/(7)", "(1)/(6) √3", "", "", ""]);
         assert_eq!(words("| h | u |\n|---|:--|\n| 1 | 2 |\n"), ["h u", "", "1 2"]);
         for plain in ["0 1\n1/2 1/2\n1\n", "0 | 1\n | 1\n", "h,u\n1,2\n", "a = [\"1 & 2 \\\\\"]\n"] {
             assert!(matches!(bare(plain), Cow::Borrowed(_)), "{plain}");

@@ -47,7 +47,7 @@ pub(super) const PATH_FITTED_BERNSTEIN: Spec = Spec {
 
 pub(super) const KONG_YANG_CIRCLE: Spec = Spec {
     form: "kong-yang-circle",
-    summary: "motion on a circle by [KY21] (23) as printed: the radius is unstable",
+    summary: "motion on a circle by [KY21] (23), its square roots supplied: the radius is unstable",
     build: Build::Plain(|| Box::new(CircleScheme)),
     examples: &[],
 };

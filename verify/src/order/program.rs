@@ -192,7 +192,7 @@ impl Study<'_> {
                 Ok(answer) => match states.iter().find(|(t, ..)| *t == end(answer)) {
                     Some((_, exact, bound)) => {
                         let size = max_norm(exact);
-                        let rounding = f64::EPSILON * size * (self.horizon / h);
+                        let rounding = answer.printed.epsilon() * size * (self.horizon / h);
                         let floor = bound + rounding + answer.printed.resolution(size);
                         Sample::new(*h, distance(answer.end().1, exact), floor)
                     }
@@ -276,7 +276,7 @@ impl Study<'_> {
         let (_, answer) = answers.iter().find(|(_, answer)| answer.is_ok())?;
         let answer = answer.as_ref().ok().filter(|answer| answer.times[0] == 0.0)?;
         let found = &answer.states[0];
-        let close = |x: f64| answer.printed.resolution(x) + f64::EPSILON * x.abs();
+        let close = |x: f64| answer.printed.resolution(x) + answer.printed.epsilon() * x.abs();
         let i = (0..exact.len()).find(|i| (found[*i] - exact[*i]).abs() > 2.0 * close(exact[*i]))?;
         let [name, found, exact] = [&self.names[i], &trimmed(found[i], 9), &trimmed(exact[i], 9)];
         Some(format!("its row at t = 0 has {name} = {found}, where the problem starts from {name} = {exact}"))
@@ -293,7 +293,9 @@ impl Study<'_> {
         let start = |(h, answer): (f64, &Answer)| {
             let at = first(answer)?;
             let (_, exact, bound) = near.iter().find(|(t, ..)| *t == answer.times[at])?;
-            Some(Sample::new(h, distance(&answer.states[at], exact), bound + f64::EPSILON * max_norm(exact)))
+            let size = max_norm(exact);
+            let floor = bound + answer.printed.epsilon() * size + answer.printed.resolution(size);
+            Some(Sample::new(h, distance(&answer.states[at], exact), floor))
         };
         let starts: Vec<Sample> = ok().filter_map(start).collect();
         let local = order::fit_freely(&starts, self.band());
@@ -324,7 +326,7 @@ impl Study<'_> {
                     let at = answer.times.len() - 1 - back;
                     let (_, exact, bound) = exact.iter().find(|(t, ..)| *t == time(answer.times[at]))?;
                     let size = max_norm(exact);
-                    let floor = bound + f64::EPSILON * size + answer.printed.resolution(size);
+                    let floor = bound + answer.printed.epsilon() * size + answer.printed.resolution(size);
                     Some((answer.states[at].iter().zip(exact).map(|(a, b)| a - b).collect::<Vec<f64>>(), floor))
                 };
                 let ((after, one), (before, other)) = (error(back)?, error(back + 1)?);

@@ -454,13 +454,13 @@ fn a_solve_that_succeeds_replaces_the_file_and_says_what_it_wrote() {
 }
 
 #[test]
-fn what_cannot_be_written_is_status_1() {
+fn what_cannot_be_written_is_status_2() {
     let directory = directory("unwritable");
     let inside = directory.join("missing/out.csv").display().to_string();
     let solve = "solve --problem logistic --method rk4 --h 0.1 --t-end 1 --csv";
     for path in [inside, directory.display().to_string()] {
         let (status, out, message) = say(&format!("{solve} {path}"));
-        assert_eq!((status, out.as_str()), (1, ""), "{message}");
+        assert_eq!((status, out.as_str()), (2, ""), "{message}");
         assert!(flat(&message).starts_with(&format!("error: cannot write {path}: ")), "{message}");
     }
     let file = directory.join("file");
@@ -477,7 +477,7 @@ fn a_full_disk_is_reported() {
     for line in ["list", "solve --problem logistic --method rk4 --h 0.1 --t-end 1 --csv -"] {
         let full = fs::File::options().write(true).open("/dev/full").expect("Linux has it");
         let output = command(&line.split(' ').collect::<Vec<_>>()).stdout(full).output().expect("starts");
-        assert_eq!(output.status.code(), Some(1));
+        assert_eq!(output.status.code(), Some(2));
         assert!(stderr(&output).starts_with("error: cannot write to standard output: "), "{}", stderr(&output));
     }
 }

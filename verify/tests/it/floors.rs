@@ -1,4 +1,4 @@
-//! The rooms of `verify` stand on floors: what a room uses is below it, and only experiments run solvers.
+//! The rooms of `verify` stand on floors: what a room uses is below it, and only some of them run solvers.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -137,7 +137,7 @@ fn breaches(path: &str, text: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_room_uses_what_is_below_it_and_only_experiments_run_solvers() {
+fn every_room_uses_what_is_below_it_and_only_some_run_solvers() {
     let mut all = Vec::new();
     files(&source(), &mut all);
     let found: BTreeSet<(String, String)> = all
@@ -145,6 +145,35 @@ fn every_room_uses_what_is_below_it_and_only_experiments_run_solvers() {
         .flat_map(|(path, text)| breaches(path, text).into_iter().map(move |used| (path.clone(), used)))
         .collect();
     assert!(found.is_empty(), "these use what they should not: {found:#?}");
+}
+
+/// The floors of a drawing, `a, b → c`, the first indented block of a text, and the names in backticks of the sentence below it.
+fn drawn(text: &str) -> (Vec<Vec<&str>>, BTreeSet<&str>) {
+    let mut lines = text.lines().skip_while(|line| !line.starts_with("    "));
+    let drawing: Vec<&str> = lines.by_ref().take_while(|line| line.starts_with("    ")).collect();
+    let floors = drawing.iter().flat_map(|line| line.split('→')).map(|floor| floor.split(',').map(str::trim));
+    let floors = floors.map(|rooms| rooms.filter(|room| !room.is_empty()).collect::<Vec<_>>());
+    // `take_while` has eaten the empty line.
+    let below: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
+    let names = below.into_iter().flat_map(|line| line.split('`').skip(1).step_by(2));
+    (floors.filter(|floor| !floor.is_empty()).collect(), names.collect())
+}
+
+/// ARCHITECTURE.md draws the floors as they are, and names the rooms that run nothing.
+#[test]
+fn the_drawing_of_the_rooms_is_the_order_that_is_held() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ARCHITECTURE.md");
+    let text = fs::read_to_string(path).expect("readable");
+    let (floors, idle) = drawn(&text);
+    assert_eq!(floors, FLOORS);
+    let others = FLOORS.iter().flat_map(|floor| floor.iter().copied()).filter(|room| !MAY_SOLVE.contains(room));
+    assert_eq!(idle, others.collect());
+}
+
+#[test]
+fn a_drawing_is_read_line_by_line() {
+    let (floors, idle) = drawn("Text → no.\n\n    a, b → c\n    → d\n\nNot `a` and\n`c`.\n\nNor `d`.");
+    assert_eq!((floors, idle), (vec![vec!["a", "b"], vec!["c"], vec!["d"]], BTreeSet::from(["a", "c"])));
 }
 
 #[test]

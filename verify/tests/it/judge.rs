@@ -736,7 +736,10 @@ fn a_report_of_a_judgement_has_its_figures() {
 fn claims_that_are_nearly_true_are_refuted() {
     const PADE: &str = "a = [[0, 0, 1], [1, 0, 1], [\"-2/3\", \"1/6\", 1]]\nb = [0, 0, 1]";
     const TRAPEZIUM: &str = "a = [[0, 0], [\"1/2\", \"1/2\"]]\nb = [0, 1]";
-    const KICKS: &str = "a = [[\"1/2\"], [1, \"-1/2\"], [1, -1, \"1/2\"]]\nb = [1, -1, 1]";
+    const KICKS: &str =
+        "a = [[\"3/8\"], [\"3/4\", \"-1/4\"], [\"3/4\", \"-1/2\", \"3/8\"]]\nb = [\"3/4\", \"-1/2\", \"3/4\"]";
+    // Steps forward, back and forward again, which are one step.
+    const FORTH_AND_BACK: &str = "a = [[\"1/2\"], [1, \"-1/2\"], [1, -1, \"1/2\"]]\nb = [1, -1, 1]";
     const SWAPPED: &str = "c = [\"1/2\", 0, 1]\nb = [\"2/3\", \"1/6\", \"1/6\"]\n\
         a = [[\"1/3\", \"5/24\", \"-1/24\"], [0, 0, 0], [\"2/3\", \"1/6\", \"1/6\"]]";
     const RK4: &str = "a = [[\"1/2\"], [0, \"1/2\"], [0, 0, 1]]\nb = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]";
@@ -756,6 +759,7 @@ fn claims_that_are_nearly_true_are_refuted() {
         (&shipped("gauss2").replace("order = 4", "").replace("claims", "# claims"), "stage order 2", "stage order 1"),
         // Composed midpoint rules: symplectic, with a negative weight.
         (KICKS, "symplectic", "algebraically stable"),
+        (FORTH_AND_BACK, "algebraically stable", "not symmetric"),
         ("a = [[\"1/4\", 1], [0, \"1/4\"]]\nb = [\"1/2\", \"1/2\"]", "not symplectic", "symplectic"),
         (SWAPPED, "symmetric", "not symmetric"),
         (RK4, "stable on the imaginary axis to 2.828", "stable on the imaginary axis to 2.84"),
@@ -843,6 +847,27 @@ fn a_judgement_as_json_keeps_to_its_schema() {
     assert!(wrong["diagnosis"].as_str().is_some_and(|text| text.starts_with("A coefficient is wrong.")));
     // A multistep method has no stages.
     assert!(json("bdf2").1.get("stages").is_none());
+}
+
+/// With c₃ off the order is that of problems without time. Where a₂₁ and c₂ are off together, both change; where b is,
+/// c stays.
+#[test]
+fn a_judgement_as_json_tells_the_order_in_time_and_whether_c_follows_a_repair() {
+    let path = crate::scratch("misprinted.toml");
+    let json = |text: &str| -> serde_json::Value {
+        std::fs::write(&path, text).expect("writable");
+        let (_, out, error) = say(&format!("judge --format json --no-runs {}", path.display()));
+        serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{error}"))
+    };
+    let late = json(&RK4.replace("\"1/2\", \"1/2\", 1", "\"1/2\", \"1/3\", 1"));
+    assert_eq!((&late["order"], &late["order_in_time"]), (&4.into(), &1.into()));
+    let repair = |text: &str| {
+        let repair = &json(text)["repairs"][0];
+        (repair["place"].as_str().expect("a place").to_owned(), repair["with_c"].as_bool().expect("true or false"))
+    };
+    let early = RK4.replace("[[\"1/2\"]", "[[\"1/3\"]").replace("c = [0, \"1/2\"", "c = [0, \"1/3\"");
+    assert_eq!(repair(&early), ("a[2,1]".into(), true));
+    assert_eq!(repair(&RK4.replace("\"1/3\", \"1/3\"", "\"1/4\", \"1/3\"")), ("b[2]".into(), false));
 }
 
 /// Nothing refuted and something open is neither success nor failure.

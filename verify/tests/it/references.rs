@@ -2,6 +2,9 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::{DMatrix, DVector, DVectorView, DVectorViewMut};
+use proptest::prelude::*;
+use verify::measure::norm::distance;
 use verify::reference::{Ode, Reference, ReferenceError, Sampled, all, by_name};
 
 /// A system from two closures.
@@ -160,10 +163,6 @@ fn solve(r: &dyn Reference, ode: &dyn Ode, v0: &[f64], times: &[f64]) -> Sampled
     r.solve(ode, 0.0, v0, times).unwrap_or_else(|e| panic!("{}: {e}", r.name()))
 }
 
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).fold(0.0, |d, (x, y)| d.max((x - y).abs()))
-}
-
 /// `n` times, evenly spaced up to `end`.
 fn times(n: usize, end: f64) -> Vec<f64> {
     (1..=n).map(|k| end * k as f64 / n as f64).collect()
@@ -231,6 +230,33 @@ fn all_agree_on_nonlinear_problems_within_the_sum_of_their_bounds() {
                     assert!(allowed < 1e-5, "{a} and {b} on {problem}: {allowed:e} is of no use");
                 }
             }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// v' = A v with A + Aᵀ negative definite, against exp(tA) v₀ and so against each other: rates from 0.1 to 1000.
+    #[test]
+    fn random_stable_systems_are_solved_within_every_bound(
+        dim in 2_usize..6,
+        entries in prop::collection::vec(-1.0..1.0_f64, 36),
+        log_rate in -1.0..3.0_f64,
+    ) {
+        let b = DMatrix::from_fn(dim, dim, |i, j| entries[6 * i + j]);
+        // Skew, and symmetric with eigenvalues from −rate to −0.1.
+        let a = &b - b.transpose() - (&b * b.transpose()) * (10_f64.powf(log_rate) / b.norm_squared())
+            - DMatrix::identity(dim, dim) * 0.1;
+        let ode = system(
+            dim,
+            |_, v, dv| DVectorViewMut::from_slice(dv, dim).gemv(1.0, &a, &DVectorView::from_slice(v, dim), 0.0),
+            |_, _, add| (0..dim * dim).for_each(|k| add(k / dim, k % dim, a[(k / dim, k % dim)])),
+        );
+        let start = DVector::from_element(dim, 1.0);
+        for r in available().filter(|r| r.stiff_ok() || log_rate < 1.0) {
+            let s = solve(r, &ode, start.as_slice(), &times(4, 2.0));
+            assert_bounded(r, &s, |t| ((&a * t).exp() * &start).as_slice().to_vec(), 1e-5);
         }
     }
 }

@@ -993,6 +993,53 @@ fn a_comparison_shows_what_changed_and_nothing_else() {
 }
 
 #[test]
+fn a_comparison_tells_which_study_breaks_off_and_which_no_longer_does() {
+    let with = |error: Option<&str>| {
+        let chapter = Chapter { id: "audit".into(), error: error.map(str::to_owned), ..Chapter::default() };
+        Run::new(vec![chapter], Vec::new())
+    };
+    let cases = [
+        (Some("no luck"), None, vec!["no longer breaks off"]),
+        (None, Some("no luck"), vec!["breaks off: no luck"]),
+        (Some("no luck"), Some("none again"), vec![]),
+        (None, None, vec![]),
+    ];
+    for (was, is, told) in cases {
+        let path = fresh("compare-broken");
+        report::write(&with(was), &path).expect("the report is written");
+        let earlier = Earlier::read(&path.join("results.json")).expect("of this program");
+        report::write(&with(is).compared_with(&earlier), &path).expect("the report is written");
+        let markdown = read(&path, "report.md");
+        let changes: Vec<_> = markdown.lines().filter_map(|line| line.strip_prefix("- **audit** · ")).collect();
+        assert_eq!(changes, told, "{markdown}");
+    }
+}
+
+#[test]
+fn seconds_and_their_spreads_are_those_of_the_run() {
+    let spread = Spread { what: "a".into(), solver: "b".into(), base: "c".into(), ratios: [1.25, 1.5, 2.75] };
+    let evidence = Evidence { spreads: vec![spread], ..Evidence::default() };
+    let chapter = Chapter { id: "peers".into(), seconds: 2.5, evidence, ..Chapter::default() };
+    let path = fresh("times");
+    report::write(&Run::new(vec![chapter], Vec::new()), &path).expect("the report is written");
+    let times: serde_json::Value = serde_json::from_str(&read(&path, "timings.json")).expect("JSON");
+    let times = &times["chapters"][0];
+    assert_eq!((&times["id"], times["seconds"].as_f64()), (&"peers".into(), Some(2.5)));
+    // From the least to the median, in the order of the head.
+    let page = unpacked(&read(&path, "index.html"));
+    let (_, table) = page.split_once("aria-label=\"Times\"").expect("the table");
+    let (head, rows) = table.split_once("</thead>").expect("a head");
+    let names: Vec<_> = head.split("<th scope=\"col\">").skip(1).filter_map(|rest| rest.split('<').next()).collect();
+    let cells = |rest: &str| rest.split_once('>').and_then(|(_, text)| text.split('<').next().map(str::to_owned));
+    let (row, _) = rows.split_once("</tr>").expect("a row");
+    let row: Vec<_> = row.split("<td").skip(1).filter_map(cells).collect();
+    let pairs: Vec<_> = names.into_iter().zip(row.iter().map(String::as_str)).collect();
+    let expected =
+        [("problem", "a"), ("solver", "b"), ("least", "1.25"), ("quartile", "1.50"), ("median", "2.75"), ("base", "c")];
+    assert_eq!(pairs, expected);
+}
+
+#[test]
 fn what_is_no_earlier_report_is_refused() {
     let path = fresh("compare-bad");
     fs::create_dir_all(&path).expect("writable");

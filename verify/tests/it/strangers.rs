@@ -270,3 +270,85 @@ fn a_run_past_a_pole_is_warned_of() {
         assert!(code == 0 && error.is_empty(), "{method}: {error}");
     }
 }
+
+/// The implicit midpoint rule with a stage twice, and with one that nothing depends on: the conditions hold of the rule itself.
+#[test]
+fn a_method_with_stages_that_it_does_not_need_is_judged_without_them() {
+    let twice = "a = [[\"1/2\", 0], [\"1/4\", \"1/4\"]]\nb = [\"1/2\", \"1/2\"]\n";
+    let unused = "a = [[-1, 0], [0, \"1/2\"]]\nb = [0, 1]\n";
+    let claims = "order = 2\nclaims = [\"symplectic\", \"symmetric\", \"algebraically stable\"]\n";
+    for (text, why) in [(twice, "stages 1, 2 are equal"), (unused, "stage 1 has no influence")] {
+        let (code, out, error) = judged("reducible.toml", &format!("{claims}{text}"));
+        assert!(code == 0 && out.contains(&format!("{why}: judged on the 1 stage")), "{out}{error}");
+    }
+}
+
+/// Weights cut off after six places: no single coefficient is wrong.
+#[test]
+fn decimals_that_were_cut_off_are_told() {
+    let table = |weights: &str| format!("order 4\n0 |\n0.5 | 0.5\n0.5 | 0 0.5\n1 | 0 0 1\n | {weights}\n");
+    let (code, out, error) = judged("cut.txt", &table("0.166666 0.333333 0.333333 0.166666"));
+    let told = out.contains("cut off, not rounded") && out.contains("have order 4");
+    assert!(code == 1 && told && out.contains("add up to 0.999998") && !out.contains("change"), "{out}{error}");
+    let (code, out, error) = judged("rounded.txt", &table("0.166667 0.333333 0.333333 0.166667"));
+    assert!(code == 0 && !out.contains("cut off"), "{out}{error}");
+    // A wrong digit is no cut.
+    let (code, out, error) = judged("wrong.txt", &table("0.166667 0.333333 0.333333 0.166676"));
+    assert!(code == 1 && !out.contains("cut off") && out.contains("b[4]: 0.166676 → 0.166667"), "{out}{error}");
+}
+
+/// No label is wrong about a row sum.
+#[test]
+fn a_wrong_node_alone_puts_no_blame_on_the_label() {
+    let (code, out, error) = judged("node.toml", &RK4.replacen("c = [0, \"1/2\"", "c = [0, \"1/3\"", 1));
+    assert!(code == 1 && out.contains("A coefficient is wrong") && !out.contains("label"), "{out}{error}");
+}
+
+/// What a file denies itself is no second fault.
+#[test]
+fn a_method_that_is_said_not_to_be_zero_stable_passes_with_that() {
+    let text =
+        |claim: &str| format!("kind = \"multistep\"\nclaims = [\"{claim}\"]\nrho = [-5, 4, 1]\nsigma = [2, 4, 0]\n");
+    let (code, out, error) = judged("denied.toml", &text("not zero-stable"));
+    assert!(code == 0 && !out.contains("REFUTED"), "{out}{error}");
+    let (code, out, error) = judged("claimed.toml", &text("zero-stable"));
+    assert!(code == 1 && out.contains("convergence"), "{out}{error}");
+}
+
+/// 1 is a refutation, and a full disk refutes nothing.
+#[test]
+#[cfg(unix)]
+fn output_that_cannot_be_written_is_bad_input() {
+    let data = file("values.csv", "h,u\n0.4,1.16\n0.2,1.04\n0.1,1.01\n0.05,1.0025\n").display().to_string();
+    let in_the_way = file("in-the-way", "").display().to_string();
+    let picture = format!("{in_the_way}/p.svg");
+    let order = ["order", "--data", &data, "--step", "h", "--expect", "2"];
+    assert_eq!(verify(&order).0, 0);
+    let cases: [&[&str]; 3] = [
+        &["judge", "rk4", "--no-runs", "--out", &in_the_way],
+        &[&order[..], &["--picture", &picture]].concat(),
+        &["solve", "--problem", "logistic", "--method", "rk4", "--h", "0.1", "--t-end", "1", "--csv", &picture],
+    ];
+    for arguments in cases {
+        let (code, out, error) = verify(arguments);
+        assert!(code == 2 && error.contains("cannot write"), "{arguments:?}: {code} {out}{error}");
+    }
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+    let Ok(full) = full else { return };
+    let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
+    let status = command.args(["list", "problems"]).stdout(full).stderr(std::process::Stdio::null()).status();
+    assert_eq!(status.expect("it starts").code(), Some(2));
+}
+
+/// Gauss' formulas of six stages: conditions are made up to order 10, and Butcher's theorem has the rest.
+#[test]
+fn an_order_beyond_the_conditions_follows_from_the_simplifying_assumptions() {
+    let text = include_str!("gauss6.toml");
+    let (code, out, error) = judged("gauss6.toml", text);
+    assert!(code == 0 && out.contains("B(12), C(6) and D(6) hold, from which order 12 follows"), "{out}{error}");
+    assert!(!out.contains("DIAGNOSIS"), "{out}");
+    for wrong in ["order=11", "order=13"] {
+        let (code, out, error) = judged("gauss6-label.toml", &text.replace("order=12", wrong));
+        assert!(code == 1 && out.contains("REFUTED order"), "{wrong}: {out}{error}");
+    }
+}

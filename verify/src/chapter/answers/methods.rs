@@ -1,7 +1,7 @@
 //! The methods that the first page names: what each is, and whether to use it.
 
 use super::smooth::FAMILY;
-use super::{prose, smooth};
+use super::{parabolic, prose, smooth};
 use crate::chapter::{Context, StudyError};
 use crate::evidence::number::brief;
 use crate::evidence::{Cell, Check, Evidence, Requirement, Section, Table};
@@ -109,6 +109,8 @@ pub(super) fn tell(context: &Context, evidence: &mut Evidence) -> Result<(), Stu
         ("family_high", brief(ratios().largest())),
         ("growth", brief(growth)),
         ("end", END.to_string()),
+        ("over_tr_bdf2", parabolic::radau_leads_from(context, "tr-bdf2")?.to_string()),
+        ("over_sdirk2", parabolic::radau_leads_from(context, "sdirk2")?.to_string()),
     ];
     let rows =
         prose::fill(include_str!("methods.md"), &values)?.iter().map(|text| row(text)).collect::<Result<_, _>>()?;

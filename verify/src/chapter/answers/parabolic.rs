@@ -33,20 +33,35 @@ const CASES: [(&str, &str, f64); 3] = [
     ("At once after the jump, t = 0.02", "channel-couette", 0.02),
 ];
 
+/// A run for so many systems.
+fn setting(flow: &str, t_end: f64, (method, each): (&str, u32), systems: u32) -> EndErrors {
+    let (problem, truth) = (format!("{flow} cells={CELLS}"), Truth::Equations);
+    EndErrors { problem, method: method.into(), h: t_end, pieces: systems / each, t_end, truth }
+}
+
+/// The least number of systems from which on Radau IIA is more accurate than `method` in every picture.
+pub(super) fn radau_leads_from(context: &Context, method: &str) -> Result<u32, StudyError> {
+    let method = METHODS.into_iter().find(|(name, _)| *name == method).ok_or("it is in no picture")?;
+    let mut leads_from = None;
+    for systems in SYSTEMS.into_iter().rev() {
+        for (_, flow, t_end) in CASES {
+            let error = |method| context.get(setting(flow, t_end, method, systems));
+            if error(METHODS[RADAU])?.end >= error(method)?.end {
+                return Ok(leads_from.ok_or("Radau IIA is not ahead")?);
+            }
+        }
+        leads_from = Some(systems);
+    }
+    Ok(leads_from.ok_or("no runs")?)
+}
+
 pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let mut rows = Vec::new();
     let mut panels = Vec::new();
     let mut measured = Vec::new();
     for (title, flow, t_end) in CASES {
-        let setting = |(method, each): (&'static str, u32), systems: u32| EndErrors {
-            problem: format!("{flow} cells={CELLS}"),
-            method: method.into(),
-            h: t_end,
-            pieces: systems / each,
-            t_end,
-            truth: Truth::Equations,
-        };
-        let runs = METHODS.iter().flat_map(|method| SYSTEMS.map(|systems| setting(*method, systems))).collect();
+        let runs =
+            METHODS.iter().flat_map(|method| SYSTEMS.map(|systems| setting(flow, t_end, *method, systems))).collect();
         let found: Vec<f64> = context.get_each(runs)?.iter().map(|found| found.end).collect();
         let of = |place: usize| found.chunks(SYSTEMS.len()).map(|errors| errors[place]).collect::<Vec<f64>>();
         measured.push([of(0), of(1), of(COMPARED)]);

@@ -117,7 +117,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     Ok(Answer {
         id: "answer-path-fitted",
         question: "Should I use the path-fitted integrator with three interior points?",
-        short: "yes, with Gauss nodes".into(),
+        short: "not as published (equispaced nodes); with Gauss nodes, yes".into(),
         text: prose::fill(include_str!("path_fitting.md"), &values)?,
         checks,
         figure: Some(Figure::new("answer-path-fitted", "", "answer-path-fitted", panels).in_columns(2)),

@@ -4,7 +4,7 @@ use super::{METHODS, PAPERS, Plan, Sweep, prose};
 use crate::chapter::{Context, Study, StudyError};
 use crate::evidence::number::short;
 use crate::evidence::{Check, Evidence, Figure};
-use crate::experiment::errors::{Crossing, roundoff};
+use crate::experiment::errors::{Ahead, roundoff};
 use crate::experiment::maps::linear_drag;
 use crate::measure::norm::max_norm;
 use crate::measure::search::try_root;
@@ -101,10 +101,10 @@ struct Overtakes {
 fn overtakes_rk4(context: &Context, method: &'static str) -> Result<Overtakes, StudyError> {
     let none = || format!("{method} does not overtake RK4");
     let (low, high) = (1.0, 2.4);
-    let crossing = Crossing { problem: PROBLEM, method, rival: "rk4", times: 1.0, low, high };
+    let ahead = Ahead { problem: PROBLEM, method, rival: "rk4", times: 1.0, between: [low, high] };
     let error = |method: &str, h: f64| linear_drag(method, h, 1.0).map(|v| (v - (-h).exp()).abs()).ok_or_else(none);
     let closed = try_root([low, high], |h| Ok::<_, String>(error(method, h)? - error("rk4", h)?))?;
-    let live = *context.get(crossing)?;
+    let live = context.get(ahead)?.first().map(|interval| interval[0]);
     Ok(Overtakes { method, live: live.ok_or_else(none)?, closed: closed.ok_or_else(none)? })
 }
 

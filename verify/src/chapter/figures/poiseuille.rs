@@ -4,6 +4,7 @@ use super::{HORIZON, METHODS, PAPERS, Plan, Sweep, prose};
 use crate::chapter::{Context, Study, StudyError};
 use crate::evidence::number::short;
 use crate::evidence::{Check, Evidence, Figure, Requirement, Table};
+use crate::experiment::errors::Ahead;
 use crate::experiment::floors::{A_QUARTER, AVERAGED_RATE, Floors, Found, GALERKIN_RATE, GAMMA};
 use crate::kinds::{Principle, Stability};
 use crate::measure::norm::max_norm;
@@ -52,7 +53,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             sweep.series_table(),
         ],
         figures: figures(&sweep),
-        notes: prose::fill(include_str!("poiseuille.md"), &values(&sweep, &floors))?,
+        notes: prose::fill(include_str!("poiseuille.md"), &values(&sweep, &floors, implicit_euler_leads(context)?))?,
         ..Evidence::default()
     })
 }
@@ -128,14 +129,26 @@ fn papers_pairing(sweep: &Sweep) -> Vec<Check> {
     checks
 }
 
+/// The steps between those of the figure at which implicit Euler, on the averaged equation, is ahead of Method I.
+fn implicit_euler_leads(context: &Context) -> Result<[f64; 2], StudyError> {
+    let ahead =
+        Ahead { problem: AVERAGED, method: "implicit-euler", rival: "method-i", times: 1.0, between: [0.001, 0.5] };
+    match context.get(ahead)?[..] {
+        [interval] => Ok(interval),
+        ref found => Err(format!("implicit Euler is ahead at {found:?}").into()),
+    }
+}
+
 /// What the text says in numbers.
-fn values(sweep: &Sweep, floors: &Found) -> Vec<(&'static str, String)> {
+fn values(sweep: &Sweep, floors: &Found, [from, to]: [f64; 2]) -> Vec<(&'static str, String)> {
     let h = 0.01;
     let others = PAPERS.into_iter().filter(|method| *method != "method-i");
     let ratios: Vec<f64> = others.map(|method| sweep.ratio(AVERAGED, ("method-i", method), h)).collect();
     vec![
         ("ratio_coarse", short(max_norm(&ratios))),
         ("h_coarse", h.to_string()),
+        ("from", short(from)),
+        ("to", short(to)),
         ("limit", short(floors.galerkin / floors.averaged)),
         ("galerkin", short(floors.galerkin)),
         ("averaged", short(floors.averaged)),

@@ -6,8 +6,9 @@ use super::{METHODS, Plan, Sweep, prose};
 use crate::chapter::{Context, Study, StudyError};
 use crate::evidence::number::short;
 use crate::evidence::{Check, Evidence, Figure};
-use crate::experiment::errors::{RunError, roundoff};
+use crate::experiment::errors::{Ahead, RunError, roundoff};
 use crate::measure::norm::max_norm;
+use crate::measure::search::root;
 
 pub(in crate::chapter) const STUDY: Study = Study {
     id: "quadratic-drag",
@@ -36,6 +37,8 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         checks.push(ordered(&sweep, (better, worse), coarsest));
     }
     checks.push(method_i_is_the_best(&sweep));
+    let [ahead, behind] = ends(context)?;
+    checks.extend(against_euler([ahead, behind]));
     checks.extend(constants(&sweep));
     checks.push(explicit_momentum_is_stuck(&sweep));
     let curves = METHODS.map(|method| (PROBLEM, method));
@@ -62,13 +65,13 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             sweep.series_table(),
         ],
         figures,
-        notes: prose::fill(include_str!("quadratic_drag.md"), &values(&sweep))?,
+        notes: prose::fill(include_str!("quadratic_drag.md"), &values(&sweep, [ahead, behind]))?,
         ..Evidence::default()
     })
 }
 
 /// What the text says in numbers.
-fn values(sweep: &Sweep) -> Vec<(&'static str, String)> {
+fn values(sweep: &Sweep, [ahead, behind]: [f64; 2]) -> Vec<(&'static str, String)> {
     let finest = sweep.steps().last().unwrap_or(f64::NAN);
     let against = |method| short(sweep.ratio(PROBLEM, (method, "trapezoidal"), finest));
     vec![
@@ -77,11 +80,55 @@ fn values(sweep: &Sweep) -> Vec<(&'static str, String)> {
         ("method_i", against("method-i")),
         ("method_ii", against("method-ii")),
         ("midpoint", against("implicit-midpoint")),
+        ("ahead", short(ahead)),
+        ("behind", short(behind)),
     ]
 }
 
 /// The largest step of the figures.
 const COARSEST: f64 = 1.0;
+
+/// Up to which step the largest errors of Methods I and II are below implicit Euler's; at larger ones they are not.
+fn ends(context: &Context) -> Result<[f64; 2], StudyError> {
+    const BETWEEN: [f64; 2] = [0.001, 4.0];
+    let of = |method| -> Result<f64, StudyError> {
+        let ahead = Ahead { problem: PROBLEM, method, rival: "implicit-euler", times: 1.0, between: BETWEEN };
+        match context.get(ahead)?[..] {
+            [[from, to]] if from == BETWEEN[0] && to < BETWEEN[1] => Ok(to),
+            ref found => Err(format!("{method} is ahead at {found:?}, not up to a step").into()),
+        }
+    };
+    Ok([of("method-i")?, of("method-ii")?])
+}
+
+/// Where those steps lie in closed form: after one step from 1, where the errors are the largest, a method is as far below the solution as
+/// implicit Euler is above it.
+fn against_euler(found: [f64; 2]) -> [Check; 2] {
+    // X = h v₁ with v₁ = 2/(1 + h) − x, where h x² + x − 1 = 0.
+    let below = |h: f64| h * (2.0 / (1.0 + h) - ((1.0 + 4.0 * h).sqrt() - 1.0) / (2.0 * h));
+    let method_i = |h: f64| {
+        let x = below(h);
+        2.0 * x.powi(3) + 3.0 * x * x + 2.0 * (1.0 - h) * x + h * h - 2.0 * h
+    };
+    let method_ii = |h: f64| below(h).powi(2) * (1.0 + below(h)) - h * h * (1.0 - h);
+    let closed = [root([1.0, 2.2], method_i), root([0.3, 0.99], method_ii)].map(|h| h.unwrap_or(f64::NAN));
+    let check = |(name, id, here, closed): (&str, &str, f64, f64)| {
+        Check::within(
+            id,
+            format!(
+                "{name} falls behind implicit Euler at the h = {} at which the closed forms of a step do",
+                short(closed)
+            ),
+            here,
+            [closed * (1.0 - 1e-9), closed * (1.0 + 1e-9)],
+            "roundings of the errors over the slope of their difference",
+        )
+    };
+    [
+        check(("Method I", "method-i-falls-behind", found[0], closed[0])),
+        check(("Method II", "method-ii-falls-behind", found[1], closed[1])),
+    ]
+}
 
 /// At the largest step, against all that take it; Method II does not.
 fn method_i_is_the_best(sweep: &Sweep) -> Check {

@@ -305,6 +305,18 @@ fn curves_of(found: &Found, axis: Axis, of_run: fn(&Row) -> f64) -> Panel {
     Panel::new(axis, Axis::log("error, relative r.m.s."), curves.collect())
 }
 
+/// The same where the layers have rolled up.
+fn metric_where_rolled_up(case: &PeriodicErrors, found: &Found) -> Option<String> {
+    let [.., finest] = case.steps();
+    let [own, other] = ["velocity", "vorticity"].map(|metric| row_of(found, "method-i", metric, finest));
+    Some(format!(
+        " On shear layers that have rolled up, with h = {}, the vorticity metric has {} of the error; as for the enstrophy, {}.",
+        short(finest),
+        brief(other?.error / own?.error),
+        enstrophies(found)
+    ))
+}
+
 /// What measuring the residual by vorticity does to errors.
 pub(super) fn metric(context: &Context, evidence: &mut Evidence, scale: &Scale) -> Result<(), StudyError> {
     let runs = Runs::new(context, scale)?;
@@ -315,16 +327,8 @@ pub(super) fn metric(context: &Context, evidence: &mut Evidence, scale: &Scale) 
         let case = runs.cases.iter().zip(&runs.found).rfind(|(case, _)| case.flow == flow && case.end == END);
         case.map(|(_, found)| enstrophies(found)).ok_or("no such flow")
     };
-    let rolled = runs.cases.iter().zip(&runs.found).find(|(case, _)| case.end > END).and_then(|(case, found)| {
-        let [.., finest] = case.steps();
-        let [own, other] = [OURS, other].map(|(method, metric)| row_of(found, method, metric, finest));
-        Some(format!(
-            " On shear layers that have rolled up, with h = {}, the vorticity metric has {} of the error; as for the enstrophy, {}.",
-            short(finest),
-            brief(other?.error / own?.error),
-            enstrophies(found)
-        ))
-    });
+    let rolled = runs.cases.iter().zip(&runs.found).find(|(case, _)| case.end > END);
+    let rolled = rolled.and_then(|(case, found)| metric_where_rolled_up(case, found));
     let values = [
         ("h", short(finest())),
         ("shear_metric", ratio(shear)?),
@@ -454,6 +458,21 @@ mod tests {
         }
     }
 
+    /// Observed row by row, along x first; the last row and column are the first again.
+    #[test]
+    fn a_map_of_vorticity_has_its_rows_along_x() {
+        let points = 4;
+        let values: Vec<f64> = (0..16).map(|k| f64::from(k) / 15.0).collect();
+        let field = vortices("", points, &values).field.expect("a map");
+        let parts = (field.x.len() - 1) / points;
+        for (j, row) in field.values.iter().step_by(parts).enumerate() {
+            for (i, value) in row.iter().step_by(parts).enumerate() {
+                assert_eq!(*value, values[j % points * points + i % points], "({i}, {j})");
+            }
+        }
+        assert_eq!((field.values.len() - 1) / parts, points);
+    }
+
     #[test]
     fn enstrophies_are_compared_only_where_neither_passes_zero() {
         let said = |own: [f64; 3], other: [f64; 3]| {
@@ -468,6 +487,23 @@ mod tests {
         assert!(said(crossed, kept).ends_with("passes zero in the velocity metric"));
         assert!(said(kept, crossed).ends_with("passes zero in that of the vorticity"));
         assert!(said(crossed, crossed).ends_with("passes zero in both metrics"));
+    }
+
+    #[test]
+    fn the_metric_of_the_vorticity_is_told_by_its_share_of_the_error() {
+        let case = rolled_up(8);
+        let mut runs = found(&case);
+        for row in runs.rows.iter_mut().filter(|row| row.metric == "vorticity") {
+            row.error *= 2.5;
+        }
+        let said = metric_where_rolled_up(&case, &runs).expect("both are there");
+        assert!(said.contains("with h = 0.025, the vorticity metric has 2.5 of the error"), "{said}");
+        // A curve that names no metric is of that of the velocity.
+        let panel = curves_of(&runs, Axis::log("h"), |row| row.h);
+        for (label, factor) in [("method-i", 1.0), ("method-i, vorticity", 2.5)] {
+            let curve = panel.series.iter().find(|series| series.label == label).expect(label);
+            assert_eq!(curve.points, case.steps().map(|h| (h, factor * (h * h))), "{label}");
+        }
     }
 
     #[test]

@@ -273,6 +273,33 @@ mod tests {
     }
 
     #[test]
+    fn what_is_told_of_extrapolation_is_what_its_check_measured() {
+        let scale = Scale { steady: &[(1000.0, 12, &[8, 12])], ..super::super::SMALL };
+        let mut evidence = Evidence::default();
+        steady(&Context::quick(), &mut evidence, &scale).expect("it runs");
+        let checks = evidence.checks.iter().filter(|check| check.id.ends_with("/richardson"));
+        let [measured] = checks.filter_map(|check| check.measured).collect::<Vec<_>>()[..] else { panic!("one check") };
+        let told = format!("from 8 and 12 cells it lies within {} of what", short(measured));
+        assert!(evidence.notes.iter().any(|note| note.contains(&told)), "{told}\n{:#?}", evidence.notes);
+    }
+
+    #[test]
+    fn a_map_of_vorticity_has_its_values_at_the_interior_corners() {
+        let values = vec![vec![0.0, 1.0, 2.0], vec![10.0, 11.0, 12.0], vec![20.0, 21.0, 22.0]];
+        let grid = Grid { vorticity: values, ..grid(4, 0.0, 0.0) };
+        let field = vorticity("", &grid).field.expect("a map");
+        assert!(field.is_rectangular());
+        for (y, row) in field.y.iter().zip(&field.values) {
+            // x is 1/4, 2/4 and 3/4 where it is 0, 1 and 2.
+            let is_there = |(x, value): (&f64, &f64)| (value - (4.0 * x - 1.0) - 10.0 * (4.0 * y - 1.0)).abs() < 1e-12;
+            assert!(field.x.iter().zip(row).all(is_there), "{row:?} at {y}");
+        }
+        for place in [&field.x, &field.y] {
+            assert_eq!([place.first(), place.last()], [Some(&0.25), Some(&0.75)]);
+        }
+    }
+
+    #[test]
     fn extrapolation_removes_an_error_of_second_order() {
         let grid = |cells: usize| grid(cells, (cells as f64).powi(-2), 0.0);
         let published = Published { re: 1000.0, line: 'u', coord: 0.5, velocity: 0.125, source: BOTELLA.into() };

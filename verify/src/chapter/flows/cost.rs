@@ -47,7 +47,6 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("fine", fine.to_string()),
         ("first", rough(first.microseconds)),
         ("last", rough(last.microseconds)),
-        ("cost", rough(last.microseconds / first.microseconds)),
         ("iterations", brief(last.inner / first.inner)),
         ("fill_first", short(fills[0])),
         ("fill_last", short(fills[1])),

@@ -47,7 +47,7 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
         ("h", short(end / f64::from(finest.steps))),
         ("difference", short(finest.difference)),
         ("excess", brief(excess.abs())),
-        ("more", if excess > 0.0 { "more" } else { "less" }.into()),
+        ("more", if excess > 0.0 { "above" } else { "below" }.into()),
         ("share", short(share(finest, found))),
         ("allowed", short(ALLOWED)),
         ("verdict", verdict(share(finest, found)).into()),
@@ -107,6 +107,20 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
     ];
     evidence.tables.push(Table::new("flow-cvode", caption, columns, rows));
     Ok(())
+}
+
+/// What Method I costs beside CVODE for equal errors.
+pub(super) fn in_cpu_time(context: &Context, scale: &Scale) -> Result<String, StudyError> {
+    let cells = scale.reference;
+    let found = context.get(AgainstCvode { cells })?;
+    let Ok(found) = &*found else { return Ok("CVODE is not there to compare with".into()) };
+    let finest = found.rows.last().ok_or("no run")?;
+    let against = found.as_accurate(finest.difference).map(|loose| times(finest.seconds, loose.seconds));
+    let cost = against.map_or("an unknown multiple of".into(), |times| format!("{times} times"));
+    Ok(format!(
+        "In the cavity of {cells}² cells at Re = {} it takes {cost} the CPU time of CVODE",
+        short(AgainstCvode::RE)
+    ))
 }
 
 /// The difference of a run of Method I from CVODE over what the two expect.

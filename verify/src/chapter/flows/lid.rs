@@ -199,6 +199,19 @@ mod tests {
     }
 
     #[test]
+    fn the_data_of_the_start_up_run_along_x_first() {
+        let (context, mut evidence) = (Context::quick(), Evidence::default());
+        filmstrip(&context, &mut evidence, &Scale { lid: 3, ..super::super::SMALL }).expect("it runs");
+        let states = context.get(StartUp { cells: 3 }).expect("it ran");
+        let places = [[1.0, 1.0], [2.0, 1.0], [1.0, 2.0], [2.0, 2.0]];
+        let expected = StartUp::TIMES
+            .into_iter()
+            .zip(states.iter())
+            .flat_map(|(t, psi)| psi.iter().zip(places).map(move |(psi, [i, j])| row![t, i / 3.0, j / 3.0, *psi]));
+        assert_eq!(evidence.tables[0].rows, expected.collect::<Vec<_>>());
+    }
+
+    #[test]
     fn one_step_size_at_which_theory_is_missed_is_enough() {
         let outcome = |differences: [f64; 3]| as_in_theory("method-i", differences.into_iter()).outcome;
         assert_eq!(outcome([1e-8, 0.9e-4, 1e-9]), Outcome::Pass);

@@ -9,6 +9,7 @@ mod identities;
 mod lid;
 mod orders;
 mod summary;
+mod too_long;
 mod work;
 
 use super::{Context, Study, StudyError, prose};
@@ -49,8 +50,8 @@ struct Scale {
     lid: usize,
     /// Reynolds numbers of the steady cavity, the cells at which it is judged, and all cells: the last two are extrapolated.
     steady: &'static [(f64, usize, &'static [usize])],
-    /// Step sizes with which Method I is started on a grid that is too coarse for them, the last one.
-    spurious: &'static [f64],
+    /// Cells and step sizes with which Method I starts from rest, the last too long for the grid.
+    too_long: &'static [(usize, f64)],
     /// Cells of the cavity that all methods step to a steady state.
     approach: usize,
     /// Grid points of the periodic flows, the last ones shown.
@@ -70,7 +71,7 @@ const SMALL: Scale = Scale {
     precision: 16,
     lid: 20,
     steady: &[(100.0, 64, &[16, 32, 64])],
-    spurious: &[1e3],
+    too_long: &[(16, 1e3), (24, 1e3), (32, 100.0), (32, 1e3)],
     approach: 12,
     points: &[32],
     rolled: None,
@@ -84,7 +85,19 @@ const LARGE: Scale = Scale {
     precision: 48,
     lid: 32,
     steady: &[(100.0, 128, &[32, 64, 128]), (400.0, 128, &[32, 64, 128]), (1000.0, 128, &[32, 64, 128, 160])],
-    spurious: &[20.0, 50.0, 100.0, 200.0, 500.0, 1e3],
+    too_long: &[
+        (16, 1e3),
+        (24, 1e3),
+        (32, 20.0),
+        (32, 50.0),
+        (32, 100.0),
+        (32, 200.0),
+        (32, 500.0),
+        (48, 100.0),
+        (64, 100.0),
+        (64, 1e3),
+        (32, 1e3),
+    ],
     approach: 32,
     points: &[64, 128],
     rolled: Some(96),
@@ -105,7 +118,7 @@ const PARTS: [(&str, &str, &[Part]); 7] = [
     ("loses", "Where it loses", &[work::study, balance::errors]),
     ("metric", "The metric, energy and enstrophy", &[balance::metric, balance::without_viscosity]),
     ("large-steps", "What large steps are good for", &[lid::study, lid::disturbances, approach::study]),
-    ("spurious", "Steps too long for their grid", &[approach::spurious]),
+    ("too-long", "Steps too long for their grid", &[too_long::study]),
     ("cost", "What a step costs", &[cost::study]),
     ("rerun", "How to rerun it", &[rerun]),
 ];
@@ -230,6 +243,12 @@ mod tests {
         assert_eq!(contest(&[1.1, 3.0]), "loses to");
         assert_eq!(contest(&[0.9, 0.3]), "beats");
         assert_eq!(contest(&[0.9, 1.3]), "is now ahead of and now behind");
+    }
+
+    #[test]
+    fn bands_are_told_by_the_levels_that_bound_them() {
+        assert_eq!(bands(&[1.0, 2.0, 3.0]), ["below 1", "1 to 2", "2 to 3", "above 3"]);
+        assert_eq!(bands(&[-0.5]), ["below −0.5", "above −0.5"]);
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! The chapter in a paragraph.
 
 use super::work::Runs;
-use super::{Context, LARGE, Scale, StudyError, approach, balance, brief, cavity, contest, prose, short, times};
+use super::{
+    Context, LARGE, Scale, StudyError, approach, balance, brief, cavity, contest, cvode, prose, short, times, too_long,
+};
 use crate::evidence::{Check, Outcome};
 use crate::experiment::flow::lid::{STEPS, StartedLid, TIMES};
 use crate::experiment::flow::precision::Flow;
-use crate::experiment::flow::steady::{Refused, Spurious};
+use crate::experiment::flow::spurious::{Refused, RestingState, Spurious};
 use crate::experiment::flow::{PROJECTION, Seconds};
 
 /// Of what was found at a scale, with its checks.
@@ -37,7 +39,11 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
     let rk4_held = smooth.held("rk4")?.map_or_else(String::new, |error| {
         format!(", whose longest steps that hold have an error of {} already", brief(error))
     });
-    let too_long = || scale.spurious.last().map(|h| approach::too_long(*h)).ok_or("no step is too long");
+    let too_long = || scale.too_long.last().map(too_long::steps).ok_or("no step is too long");
+    let at_equal_time = |method| {
+        let over = started.at_the_time_of_the_longest_steps(method)?;
+        Ok::<_, StudyError>(over.map_or_else(|| "no run as cheap".to_owned(), |over| format!("{} times", brief(over))))
+    };
     let values = [
         ("passed", orders.iter().filter(|check| check.outcome == Outcome::Pass).count().to_string()),
         ("orders", orders.len().to_string()),
@@ -57,6 +63,16 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         ("lid_re", short(Flow::Started.re())),
         ("lid_cells", scale.lid.to_string()),
         ("lid_seconds", seconds(&started, "method-i", "tr-bdf2")?),
+        ("lid_rule_seconds", seconds(&started, "method-i", "trapezoidal")?),
+        ("lid_rk4_seconds", seconds(&started, "method-i", "rk4")?),
+        ("lid_projection_seconds", seconds(&started, "method-i", PROJECTION)?),
+        ("rule_seconds", seconds(&smooth, "method-i", "trapezoidal")?),
+        ("cvode", cvode::in_cpu_time(context, scale)?),
+        ("tr_bdf2_in_time", at_equal_time("tr-bdf2")?),
+        ("rule_in_time", at_equal_time("trapezoidal")?),
+        ("bdf2_in_time", at_equal_time("bdf2")?),
+        ("euler_in_time", at_equal_time("implicit-euler")?),
+        ("projection_in_time", at_equal_time(PROJECTION)?),
         ("method_ii_seconds", seconds(&started, "method-ii", "trapezoidal")?),
         ("method_ii_timed", started.timed("method-ii")?.into()),
         ("large", short(large)),
@@ -72,7 +88,8 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         ("tr_bdf2_solves", solves("tr-bdf2")?),
         ("bdf2_solves", solves("bdf2")?),
         ("euler_solves", solves("implicit-euler")?),
-        ("spurious", stalls(&too_long()?, &*context.get(too_long()?)?)),
+        ("stalls", stalls(&too_long()?, &*context.get(too_long()?)?)),
+        ("rests", rests(context.get(RestingState(too_long()?))?.as_ref().as_ref().map(|root| root.residual))),
     ];
     prose::fill(include_str!("summary.md"), &values)
 }
@@ -85,6 +102,14 @@ fn stalls(Spurious { re, cells, h }: &Spurious, found: &Refused) -> String {
         Some(_) => format!("In a step {setting}, its iteration stalls at |f| = {rest}, and the library refuses that."),
         None if found.message.is_empty() => format!("Steps {setting}, lead to a steady flow all the same."),
         None => format!("Steps {setting}, end at |f| = {rest}, and the library refuses that."),
+    }
+}
+
+/// What is found next to that end.
+fn rests(residual: Option<f64>) -> String {
+    match residual {
+        Some(rate) => format!("a spurious steady state with |f| = {}, which the library refuses as such", short(rate)),
+        None => "no spurious steady state".into(),
     }
 }
 
@@ -113,12 +138,21 @@ mod tests {
     #[test]
     fn steps_too_long_for_their_grid_stall_or_rest_or_lead_to_a_steady_flow() {
         let told = |gradient: Option<f64>, message: &str| {
-            stalls(&approach::too_long(1e3), &Refused { residual: 0.25, psi: None, gradient, message: message.into() })
+            stalls(
+                &too_long::steps(&(32, 1e3)),
+                &Refused { residual: 0.25, psi: None, gradient, message: message.into() },
+            )
         };
         let setting = "with h = 1000, too long for the cavity at Re = 1000 on 32² cells";
         let refused = "at |f| = 0.25, and the library refuses that.";
         assert_eq!(told(Some(1e-8), "refused"), format!("In a step {setting}, its iteration stalls {refused}"));
         assert_eq!(told(None, "refused"), format!("Steps {setting}, end {refused}"));
         assert_eq!(told(None, ""), format!("Steps {setting}, lead to a steady flow all the same."));
+    }
+
+    #[test]
+    fn a_spurious_state_is_told_where_one_is_found() {
+        assert_eq!(rests(Some(0.25)), "a spurious steady state with |f| = 0.25, which the library refuses as such");
+        assert_eq!(rests(None), "no spurious steady state");
     }
 }

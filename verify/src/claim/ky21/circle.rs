@@ -1,4 +1,4 @@
-//! Motion on a circle: the scheme as printed, and the form that works.
+//! Motion on a circle: the scheme (23), and the form that works.
 
 use crate::claim::measure::text;
 use crate::claim::{Case, Claim, Finding, Quantifier};
@@ -16,7 +16,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "The scheme (23) integrates uniform motion on a circle with second order.",
         quantifier: Quantifier::Universal,
         criterion: "From (1, 0) with unit speed |q| of the live scheme stays within 0.01 of 1 over 20 steps, for τ = 0.05, 0.1 \
-                    and 0.2.",
+                    and 0.2. (23) is printed with |qₖ + qₖ₊₁|² in its denominators, which uniform motion does not meet; the square roots are supplied.",
         decide: as_printed,
     },
     Claim {
@@ -26,7 +26,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         quantifier: Quantifier::General,
         criterion: "As in (5), with a multiplier at each node, the end of the step among them, degree 2 keeps the constraint and its \
                     time derivative at rounding on the circle and the spherical pendulum, and the angular momentum; on the circle \
-                    its order is 2 to within 0.1. As printed, (23) keeps the circle (the bound of KY21-h-1).",
+                    its order is 2 to within 0.1. (23), with the square roots of KY21-h-1, keeps the circle (its bound).",
         decide: with_nodal_multipliers,
     },
 ];

@@ -1,15 +1,15 @@
 //! Accuracy on linear and quadratic drag against implicit Euler and RK4.
 
-use crate::claim::measure::text;
+use crate::claim::measure::{common, is_within, sizes, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::{Axis, Figure, Mark, Panel, Series, Table};
-use crate::experiment::errors::{Crossing, Errors};
+use crate::experiment::errors::Errors;
 use crate::experiment::one_step::LeavesAt;
 use crate::experiment::orders::Order;
 use crate::experiment::{Context, StudyError};
 use crate::row;
 
-use super::{BOTH, YARDSTICKS};
+use super::{BOTH, FOLD, YARDSTICKS, ahead};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -17,7 +17,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≳ 1.5 Method I has smaller errors than implicit Euler and RK4.",
         quantifier: Quantifier::Comparison,
-        criterion: "The largest error on (0, 10] of live runs is smaller at the steps 1.5, 2 and 2.5 of Figure 1 and at others up to 10.",
+        criterion: "The largest error on (0, 10] of live runs is smaller at the steps 1.5, 2 and 2.5 of Figure 1 and at others up to 10: \
+                    h ≳ 1.5 is read as h ≥ 1.5, the paper's own step.",
         decide: |context| large_steps(context, "method-i"),
     },
     Claim {
@@ -61,7 +62,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "On quadratic drag Methods I and II generally have smaller errors than implicit Euler.",
         quantifier: Quantifier::Comparison,
         criterion: "The largest error on (0, 10] is smaller than implicit Euler's for each of the two at every step of the \
-                    figures.",
+                    figures and, between its two largest, at 0.2, 0.5, 0.6, 0.7, 0.8 and 0.9.",
         decide: quadratic_against_euler,
     },
     Claim {
@@ -82,55 +83,55 @@ fn quadratic(context: &Context, method: &'static str, h: f64) -> Result<f64, Stu
     Ok(Errors::of("quadratic-drag", method, h).largest(context)?)
 }
 
-/// The crossings of RK4 lie here, short of its loss of stability.
-const UP_TO_STABILITY: [f64; 2] = [1.0, 2.4];
-
-/// Where the largest error of a method on linear drag is that of its rival; there is no such step beyond a size.
-fn crossing(
-    context: &Context,
-    method: &'static str,
-    rival: &'static str,
-    [low, high]: [f64; 2],
-) -> Result<Option<f64>, StudyError> {
-    Ok(*context.get(Crossing { problem: "linear-drag", method, rival, times: 1.0, low, high })?)
-}
+/// All steps that are looked at for where the large ones begin.
+const LARGE: [f64; 2] = [1.0, 10.0];
 
 fn large_steps(context: &Context, method: &'static str) -> Result<Finding, StudyError> {
     let name = if method == BOTH[0] { "Method I" } else { "Method II" };
-    let overtakes = crossing(context, method, "rk4", UP_TO_STABILITY)?.ok_or("RK4 is not overtaken")?;
-    let loses = crossing(context, method, "implicit-euler", [2.0, 3.3])?; // Beyond h = 10/3 the runs have three points or fewer, and their largest errors jump.
+    let [euler, rk4] = YARDSTICKS.map(|rival| ahead(context, "linear-drag", [method, rival], 1.0, LARGE));
+    let (euler, rk4) = (euler?, rk4?);
+    let &[overtakes, _] = rk4.first().ok_or("RK4 is not overtaken")?;
+    let loses = euler.first().map(|interval| interval[1]).filter(|to| *to < LARGE[1]);
+    let of_both = common(&euler, &rk4);
     let mut cases = Vec::new();
     for h in [1.5, 1.55, 1.75, 2.0, 2.25, 2.5, 3.0, 5.0, 10.0] {
         let error = linear(context, method, h)?;
         for rival in YARDSTICKS {
             let what = format!("largest error, h = {h}, against {rival}");
-            let is_between = h > overtakes && loses.is_none_or(|loses| h < loses);
-            cases.push(Case::below(what, error, linear(context, rival, h)?).under(is_between).against(rival));
+            let case = Case::below(what, error, linear(context, rival, h)?);
+            cases.push(case.under(is_within(&of_both, h)).against(rival));
         }
     }
+    let [at_the_paper_s, rk4_there] = [linear(context, method, 1.5)?, linear(context, "rk4", 1.5)?];
     let evidence = format!(
-        "At h = 1.5 the largest error of {name} is {}, of RK4 {}: the paper's own step is on the other side. At h = 2.5 the \
+        "At h = 1.5 the largest error of {name} is {}, of RK4 {}: the paper's own step is on the other side, by {} %. At h = 2.5 the \
          largest errors are {} ({name}), {} (implicit Euler) and {} (RK4); {name} overtakes RK4 at h = {}{}.",
-        text(linear(context, method, 1.5)?),
-        text(linear(context, "rk4", 1.5)?),
+        text(at_the_paper_s),
+        text(rk4_there),
+        text(100.0 * (at_the_paper_s / rk4_there - 1.0)),
         text(linear(context, method, 2.5)?),
         text(linear(context, "implicit-euler", 2.5)?),
         text(linear(context, "rk4", 2.5)?),
         text(overtakes),
         loses.map_or_else(String::new, |h| format!(" and falls behind implicit Euler at h = {}", text(h)))
     );
-    let finding = Finding::on(cases, evidence).beside("overtakes RK4 at h", "≈ 1.5", overtakes);
-    let finding = match loses {
-        None => finding.holds_where(format!("h > {} (tested to 10).", text(overtakes))).because(format!(
+    let finding = Finding::on(cases, evidence).beside("overtakes RK4 at h", "≈ 1.5", overtakes).holds_where(format!(
+        "{} (scanned from {} to {}).",
+        sizes("h", &of_both, LARGE),
+        LARGE[0],
+        LARGE[1]
+    ));
+    if method == BOTH[0] {
+        let finding = finding.because(format!(
             "R(h) = 1/(1 + h + h²/2) tends to 0 like exp(−h) does, only more slowly; RK4's polynomial turns upwards \
              and is unstable beyond h = {}.",
             text(*context.get(LeavesAt::unit_circle("rk4", 2.0, 4.0))?)
-        )),
-        Some(h) => finding.holds_where(format!("{} < h < {}.", text(overtakes), text(h))).because(
-            "R(h) = (1 − h/2)/(1 + h/2) tends to −1, while implicit Euler's 1/(1 + h) tends to 0 as the solution does.",
-        ),
-    };
-    if method == BOTH[0] { with_figure(context, finding, overtakes) } else { Ok(finding) }
+        ));
+        return with_figure(context, finding, overtakes);
+    }
+    Ok(finding.because(
+        "R(h) = (1 − h/2)/(1 + h/2) tends to −1, while implicit Euler's 1/(1 + h) tends to 0 as the solution does.",
+    ))
 }
 
 /// Errors of the four methods against h, and where Method I overtakes RK4.
@@ -159,20 +160,15 @@ fn orders_of_magnitude(context: &Context) -> Result<Finding, StudyError> {
     let ratio = |method: &'static str, h: f64| -> Result<f64, StudyError> {
         Ok(linear(context, "implicit-euler", h)? / linear(context, method, h)?)
     };
-    let (mut cases, mut starts) = (Vec::new(), Vec::new());
+    const BETWEEN: [f64; 2] = [0.002, 1.5];
+    let (mut cases, mut starts, mut smaller) = (Vec::new(), Vec::new(), Vec::new());
     for method in BOTH {
         for h in [1.5, 1.0, 0.5, 0.1, 0.05, 0.01, 0.002] {
             cases.push(Case::above(format!("error ratio, {method}, h = {h}"), ratio(method, h)?, 100.0));
         }
-        let hundredfold = Crossing {
-            problem: "linear-drag",
-            method: "implicit-euler",
-            rival: method,
-            times: 100.0,
-            low: 0.01,
-            high: 1.0,
-        };
-        starts.push(context.get(hundredfold)?.ok_or("the ratio of the errors does not reach 100")?);
+        let of = |times| ahead(context, "linear-drag", [method, "implicit-euler"], times, BETWEEN);
+        smaller.push(of(1.0)?);
+        starts.push(sizes("h", &of(0.01)?, BETWEEN));
     }
     let evidence = format!(
         "Implicit Euler's error is {} and {} times that of Methods I and II at h = 1, {} and {} times at h = 0.1, {} and \
@@ -187,10 +183,10 @@ fn orders_of_magnitude(context: &Context) -> Result<Finding, StudyError> {
     Ok(Finding::on(cases, evidence)
         .beside("implicit Euler's error over Method I's, h = 0.1", "several orders of magnitude", ratio(BOTH[0], 0.1)?)
         .holds_where(format!(
-            "They are smaller at every h ≤ 1.5 (tested from 0.002), by two orders of magnitude from h = {} (Method I) and h = {} (Method II) \
-             down.",
-            text(starts[0]),
-            text(starts[1])
+            "They are smaller at {} (scanned), by two orders of magnitude at {} (Method I) and {} (Method II).",
+            sizes("h", &common(&smaller[0], &smaller[1]), BETWEEN),
+            starts[0],
+            starts[1]
         ))
         .because(
             "Local errors h²/2 against h³/6 and h³/12: the ratios are 3/h and 6/h for small h, as between any method of \
@@ -206,9 +202,13 @@ fn runge_kutta_wins(context: &Context) -> Result<Finding, StudyError> {
             cases.push(Case::below(what, linear(context, "rk4", h)?, linear(context, method, h)?));
         }
     }
-    let crossings =
-        [crossing(context, BOTH[0], "rk4", UP_TO_STABILITY)?, crossing(context, BOTH[1], "rk4", UP_TO_STABILITY)?];
-    let [Some(one), Some(two)] = crossings else { return Err("RK4 is not overtaken".into()) };
+    let best = |method| -> Result<f64, StudyError> {
+        match ahead(context, "linear-drag", ["rk4", method], 1.0, [0.01, 2.4])?[..] {
+            [[_, end]] if end < 2.4 => Ok(end),
+            ref found => Err(format!("RK4 is the best at {found:?}, not up to a step").into()),
+        }
+    };
+    let (one, two) = (best(BOTH[0])?, best(BOTH[1])?);
     let evidence =
         format!("RK4 is the best up to h = {} against Method I and h = {} against Method II.", text(one), text(two));
     Ok(Finding::on(cases, evidence)
@@ -257,32 +257,43 @@ fn rates(context: &Context) -> Result<Finding, StudyError> {
 const QUADRATIC_STEPS: [f64; 6] = [1.0, 0.1, 0.05, 0.01, 0.005, 0.001];
 
 fn quadratic_against_euler(context: &Context) -> Result<Finding, StudyError> {
-    let mut cases = Vec::new();
+    // As far as Method I has steps, and beyond.
+    const BETWEEN: [f64; 2] = [0.001, 4.0];
+    let (mut cases, mut scanned) = (Vec::new(), Vec::new());
     for method in BOTH {
-        for h in QUADRATIC_STEPS {
+        let found = ahead(context, "quadratic-drag", [method, "implicit-euler"], 1.0, BETWEEN)?;
+        for h in QUADRATIC_STEPS.into_iter().chain([0.9, 0.8, 0.7, 0.6, 0.5, 0.2]) {
             let what = format!("largest error, {method}, h = {h}, against implicit-euler");
-            cases.push(
-                Case::below(what, quadratic(context, method, h)?, quadratic(context, "implicit-euler", h)?)
-                    .under(h < 1.0)
-                    .against("implicit-euler"),
-            );
+            let case = Case::below(what, quadratic(context, method, h)?, quadratic(context, "implicit-euler", h)?);
+            let case = case.under(is_within(&found, h)).against("implicit-euler");
+            cases.push(if method == BOTH[1] { case.or_else(FOLD) } else { case });
         }
+        scanned.push(found);
     }
     let ratio = |method: &'static str, h: f64| -> Result<f64, StudyError> {
         Ok(quadratic(context, "implicit-euler", h)? / quadratic(context, method, h)?)
     };
     let evidence = format!(
         "Implicit Euler's error is {} times Method I's at h = 1, {} times at h = 0.1, {} times at h = 0.01; {} and {} times \
-         Method II's at the last two.",
+         Method II's at the last two. At h = 0.8 Method II has {} and implicit Euler {}.",
         text(ratio(BOTH[0], 1.0)?),
         text(ratio(BOTH[0], 0.1)?),
         text(ratio(BOTH[0], 0.01)?),
         text(ratio(BOTH[1], 0.1)?),
-        text(ratio(BOTH[1], 0.01)?)
+        text(ratio(BOTH[1], 0.01)?),
+        text(quadratic(context, BOTH[1], 0.8)?),
+        text(quadratic(context, "implicit-euler", 0.8)?)
     );
-    Ok(Finding::on(cases, evidence).holds_where("At h < 1 (tested from 0.001), and with Method I at h = 1 too.").because(
-        "At h v₀ = 1 two roots of Method II's step meet at v₁ = 0, and beyond there is none on the branch of v₀: S24-h-2.",
-    ))
+    let [one, two] = [0, 1].map(|place| sizes("h", &scanned[place], BETWEEN));
+    Ok(Finding::on(cases, evidence)
+        .holds_where(format!(
+            "With Method I at {one}, nearly to the end of its branch (S24-h-1), and with Method II at {two} (scanned from {} to {}).",
+            BETWEEN[0], BETWEEN[1]
+        ))
+        .because(
+            "Order 2 against order 1 at small steps. The solution of Method II's step falls to v₁ = 0 as h v₀ tends to 1, where two roots meet, \
+             and beyond there is none on the branch of v₀: S24-h-2.",
+        ))
 }
 
 fn quadratic_against_runge_kutta(context: &Context) -> Result<Finding, StudyError> {

@@ -9,6 +9,8 @@ mod stability;
 mod structure;
 
 use super::Claim;
+use crate::experiment::errors::Ahead;
+use crate::experiment::{Context, StudyError};
 
 /// By subject.
 pub(super) const ALL: &[&[Claim]] = &[
@@ -21,7 +23,21 @@ pub(super) const ALL: &[&[Claim]] = &[
     question::CLAIMS,
 ];
 
+/// Where the largest error of a method is below `times` a rival's.
+fn ahead(
+    context: &Context,
+    problem: &'static str,
+    [method, rival]: [&'static str; 2],
+    times: f64,
+    between: [f64; 2],
+) -> Result<Vec<[f64; 2]>, StudyError> {
+    Ok(context.get(Ahead { problem, method, rival, times, between })?.to_vec())
+}
+
 /// Methods I and II as named in the registry.
 const BOTH: [&str; 2] = ["method-i", "method-ii"];
 /// The yardsticks of the paper.
 const YARDSTICKS: [&str; 2] = ["implicit-euler", "rk4"];
+/// What a run of Method II on quadratic drag from v₀ = 1 meets at h = 1, where X²(1 + X) = W²(1 − W) of X = h v₁ and W = h v₀ has the
+/// root 0 twice.
+const FOLD: &str = "none at the fold, where two roots of its step meet at v₁ = 0: refused by the library";

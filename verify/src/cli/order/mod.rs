@@ -37,8 +37,9 @@ claim that they do not have there passes nowhere. Of a program, or of data,
 nothing is expected without --expect, and the verdict is measured.
 
 A program is run with steps that divide the time, and then with steps that leave
-half a one over: a last step that is cut short shows there. One that ends at
-another time than it was asked for does not pass.
+half a one over: a last step that is cut short shows there. One that ends a step
+or more from the time that it was asked for does not pass; one that ends less
+than a step from it is measured at the time that it reached, with a note.
 
 The default reference is the exact solution where it is known, else CVODE (or
 diffsol in a build without it). A solver is run at two tolerances; the bound on

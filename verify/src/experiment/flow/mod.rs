@@ -12,6 +12,7 @@ pub(crate) mod profile;
 mod projection;
 pub(crate) mod propagator;
 pub(crate) mod refinement;
+pub(crate) mod spurious;
 pub(crate) mod steady;
 
 use cpu_time::ThreadTime;

@@ -103,4 +103,19 @@ mod tests {
             assert!((profile.at('v', x) - (x - x * x)).abs() < 1e-14);
         }
     }
+
+    /// u = y⁴ lies off the cubic through four points by the product of its distances from them.
+    #[test]
+    fn a_velocity_is_that_of_the_cubic_through_two_points_on_either_side() {
+        let n = 8;
+        let middle = |i: usize| (i as f64 + 0.5) / n as f64;
+        let u = (0..n).flat_map(|j| (1..n).map(move |_| middle(j).powi(4)));
+        let profile = Profile::new(n, &u.chain(vec![0.0; n * (n - 1)]).collect::<Vec<_>>());
+        let places: Vec<f64> = [0.0].into_iter().chain((0..n).map(middle)).chain([1.0]).collect();
+        for (pair, y) in places.windows(2).enumerate().map(|(i, pair)| (i, 0.4 * pair[0] + 0.6 * pair[1])) {
+            let near = &places[pair.saturating_sub(1).min(places.len() - 4)..][..4];
+            let off: f64 = near.iter().map(|place| y - place).product();
+            assert!((y.powi(4) - profile.at('u', y) - off).abs() < 1e-14, "at {y}");
+        }
+    }
 }

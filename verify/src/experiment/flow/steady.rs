@@ -1,9 +1,9 @@
-//! The steady cavity by large steps of Method I, and where such steps rest although the flow is not steady.
+//! The steady cavity by large steps of Method I.
 
 use lsvi::closure::Linear;
 use lsvi::solver::Augmented;
 use lsvi::steady::{self, Steady, SteadyError};
-use lsvi::{LeastSquaresStep, SolveError, State, StepError};
+use lsvi::{InputError, LeastSquaresStep, State, VectorField};
 
 use super::profile::Profile;
 use super::{cavity, timed};
@@ -17,9 +17,13 @@ const STEPS: u64 = 400;
 /// Method I from `start` to a steady state with steps of `h`.
 pub(super) fn march(problem: &dyn Problem, start: Vec<f64>, h: f64) -> Result<Steady, SteadyError> {
     let field = problem.field();
+    steady::march(method_i(problem, &field)?, &field, State::new(0.0, start), h, STEADY, STEPS)
+}
+
+/// Method I with the solver that `problem` asks for.
+pub(super) fn method_i<F: VectorField>(problem: &dyn Problem, field: F) -> Result<LeastSquaresStep<F>, InputError> {
     let solver = problem.solver().unwrap_or_else(|| Box::new(Augmented::new()));
-    let method = LeastSquaresStep::with_solver(&field, Linear::METHOD_I, solver)?;
-    steady::march(method, &field, State::new(0.0, start), h, STEADY, STEPS)
+    LeastSquaresStep::with_solver(field, Linear::METHOD_I, solver)
 }
 
 /// ψ at corner (i, j) of a cavity, from its values inside.
@@ -105,61 +109,6 @@ impl Experiment for SteadyCavity {
             context.tick();
         }
         Ok(grids)
-    }
-}
-
-/// Method I from rest with steps far too long for a coarse grid.
-#[derive(Debug)]
-pub(crate) struct Spurious {
-    pub(crate) re: f64,
-    /// Cells along a side.
-    pub(crate) cells: usize,
-    pub(crate) h: f64,
-}
-
-/// Where it rests.
-#[derive(Debug)]
-pub(crate) struct Refused {
-    /// Max norm of f in units of M ψ̇.
-    pub(crate) residual: f64,
-    /// ψ there, where it is known.
-    pub(crate) psi: Option<Vec<f64>>,
-    /// The gradient of the action over that at rest, where the iteration stalls.
-    pub(crate) gradient: Option<f64>,
-    /// What the library says.
-    pub(crate) message: String,
-}
-
-impl Experiment for Spurious {
-    const ID: &'static str = "spurious-steady-cavity";
-    type Found = Refused;
-
-    fn measure(&self, context: &Context) -> Result<Refused, StudyError> {
-        context.announce(1);
-        let problem = cavity(self.re, self.cells)?;
-        let found = match march(&*problem, problem.initial(), self.h) {
-            Err(error) => {
-                let message = error.to_string();
-                match error {
-                    SteadyError::Spurious { residual, v, .. } => {
-                        Refused { residual, psi: Some(v), gradient: None, message }
-                    }
-                    SteadyError::NotReached { residual, .. } => {
-                        Refused { residual, psi: None, gradient: None, message }
-                    }
-                    SteadyError::Step(StepError::Solve {
-                        source: SolveError::Stalled { rate, gradient, v, .. },
-                        ..
-                    }) => Refused { residual: rate, psi: Some(v.into_vec()), gradient: Some(gradient), message },
-                    other => return Err(other.into()),
-                }
-            }
-            Ok(Steady { residual, state, .. }) => {
-                Refused { residual, psi: Some(state.q), gradient: None, message: String::new() }
-            }
-        };
-        context.tick();
-        Ok(found)
     }
 }
 

@@ -49,6 +49,22 @@ fn divergence_fails_also_where_its_mean_rate_has_the_expected_size() {
     assert_eq!(verdict(&limit, 2.0), Verdict::Pass);
 }
 
+/// Kutta's method of third order in single precision, with the floors of double precision: rounding grows with the number of
+/// steps.
+#[test]
+fn errors_that_grow_from_what_they_fell_to_are_not_called_diverging() {
+    let errors = [5.4877e-5, 2.0336e-5, 7.1036e-6, 2.365e-6, 8.1529e-7, 7.0229e-8, 1.3839e-7, 2.7885e-7, 3.3845e-7];
+    let s: Vec<_> =
+        ladder(2.0, 0.2, SQRT_2, 9).into_iter().zip(errors).map(|(h, e)| Sample::new(h, e, 1e-15)).collect();
+    let f = fit(&s, &Expectation::new(3.0, 0.1));
+    assert!(f.verdict == Verdict::Inconclusive && f.reason.contains("falls to 7.0e-8"), "{}", f.reason);
+    // So does rounding of one size per step, at a settled rate of −1.
+    let f = fit(&samples(0.0, |h| h.powi(4) + 1e-9 / h), &Expectation::new(4.0, 0.1));
+    assert_eq!(f.verdict, Verdict::Inconclusive, "{}", f.reason);
+    // What ends above all that was before diverges.
+    assert_eq!(verdict(&samples(0.0, |h| h.powi(2) + 1e-7 / h.powi(4)), 2.0), Verdict::Fail);
+}
+
 #[test]
 fn three_growing_errors_are_enough_to_fail() {
     let s: Vec<_> = [(0.4, 1.0), (0.2, 4.0), (0.1, 90.0)].map(|(h, e)| Sample::new(h, e, 1e-9)).into();
@@ -263,6 +279,25 @@ fn slopes_that_are_outside_the_band_where_the_floor_cuts_them_off_do_not_refute_
         let s = samples(1e-13, |h| h.powf(settles) * (1.0 + a * h));
         let f = fit(&s, &Expectation::new(4.0, 0.1));
         assert_eq!(f.verdict, Verdict::Fail, "{settles}: {f:?}");
+    }
+}
+
+/// Errors of Kutta's method on van der Pol's equation, of second order there, and of one of fifth on the logistic one, as six
+/// and ten decimals leave them: the slopes stand still on their way.
+#[test]
+fn slopes_that_stand_still_where_printed_digits_end_the_ladder_do_not_refute_the_order() {
+    type Errors = [(f64, f64)];
+    let fourth: &Errors = &[(0.2, 4.6557e-4), (1.0 / 7.0, 1.0857e-4), (0.1, 2.3568e-5), (1.0 / 14.0, 5.568e-6)];
+    let second: &Errors =
+        &[(0.05, 1.506e-4), (2.0 / 57.0, 6.9597e-5), (0.025, 3.4597e-5), (2.0 / 113.0, 1.6597e-5), (0.0125, 8.5967e-6)];
+    for (errors, order) in [(fourth, 4.0), (second, 2.0)] {
+        let s: Vec<_> = errors.iter().map(|&(h, error)| Sample::new(h, error, 5e-7)).collect();
+        let f = fit(&s, &Expectation::new(order, 0.1));
+        assert!(f.verdict == Verdict::Inconclusive && f.reason.contains("no worse"), "{}", f.reason);
+        // Orders far from the slopes are another matter.
+        for wrong in [order + 2.0, order - 1.0] {
+            assert_eq!(verdict(&s, wrong), Verdict::Fail, "{wrong}");
+        }
     }
 }
 

@@ -199,3 +199,24 @@ impl Candidate {
         Power { order: self.order, stderr, sensitivity, limit: self.coefficients[0] }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (1, 0), (2, 0), (4, 1) with weights ∝ 1, ½, ¼ that add up to 3: 3a + 36/7 b = 3/7 and 36/7 a + 12 b = 12/7, the line
+    /// (−5 + 4h)/13 with Σ w r² = 6/91, one degree of freedom left. Without weights the line is (−1/2 + 5/14 h) with Σ r² = 1/14.
+    #[test]
+    fn a_weighted_fit_weighs_by_the_inverse_of_the_spacing() {
+        let points = [(1.0, 0.0), (2.0, 0.0), (4.0, 1.0)];
+        for (weighted, limit, slope, squares) in
+            [(true, -5.0 / 13.0, 4.0 / 13.0, 6.0_f64 / 91.0), (false, -0.5, 5.0 / 14.0, 1.0 / 14.0)]
+        {
+            let fit = Candidate::linear(&points, Form::First, 1.0, weighted).expect("a line");
+            let found = [fit.coefficients[0], fit.coefficients[1], fit.squares, fit.deviation];
+            for (x, y) in found.into_iter().zip([limit, slope, squares, squares.sqrt()]) {
+                assert!((x - y).abs() < 1e-14, "{weighted}: {found:?}");
+            }
+        }
+    }
+}

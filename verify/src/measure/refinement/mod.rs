@@ -9,17 +9,21 @@
 //!   leads to. Settled at the expected order they **pass**, settled at another one they **fail**. Orders that move away from
 //!   the expected one, by more than digits explain and so fast that the next refinement would leave the band, are
 //!   *inconclusive*.
-//! - Differences that grow, on the two finest triplets and by more than the digits allow, refute convergence: they **fail**.
+//! - Differences that grow, on the two finest triplets and by more than the digits allow, refute convergence where they grow
+//!   by a law, or beyond the values themselves: they **fail**. Noise of any size grows on two triplets now and then, and does
+//!   so by no law.
 //! - With the exact value known the errors themselves are fitted, by the rules of [`order`](super::order).
 //!
 //! Where no order is expected there is none to pass or fail: one that has settled is **measured**.
 //!
 //! A difference counts where it is [`FLOOR_MARGIN`] times the resolution of the values, the half unit of the last digit that
-//! was given. The finest grids, where they differ by less or by rounding, are left out. Two grids, equal spacings, missing
+//! was given, or of the noise that the finest grids show. The finest grids, where they differ by less or by rounding, are left
+//! out. Two grids, equal spacings, missing
 //! values, differences that vanish or alternate in sign decide nothing.
 
 pub mod data;
 pub mod least_squares;
+mod noise;
 pub mod three_grids;
 
 use std::fmt;
@@ -189,10 +193,13 @@ impl Quantity {
             return Judgement::undecided(Convergence::Unknown, reason);
         }
         let all: Vec<(f64, f64)> = grids.iter().filter_map(|grid| Some((grid.h, grid.value?))).collect();
-        let floored = if question.exact.is_none() { first_above_floor(&all, self.resolution) } else { 0 };
+        let rounding = self.resolution.max(ROUNDINGS * f64::EPSILON * all[0].1.abs());
+        let noise = noise::amplitude(&all, self.resolution, question.band);
+        let noise = noise.filter(|noise| question.exact.is_none() && *noise > rounding);
+        let resolution = noise.unwrap_or(self.resolution);
+        let floored = if question.exact.is_none() { first_above_floor(&all, resolution) } else { 0 };
         let (floored, points) = all.split_at(floored);
-        let triplets: Vec<_> =
-            points.windows(3).map(|p| Triplet::new([p[0], p[1], p[2]], self.resolution)).rev().collect();
+        let triplets = triplets(points, resolution);
         let Some(finest) = triplets.last() else {
             let mut judgement =
                 Judgement::undecided(Convergence::Unknown, "two grids determine no order; a third one does".into());
@@ -210,9 +217,15 @@ impl Quantity {
         match question.exact {
             Some(exact) => judgement.decide_by_errors(points, exact, self.resolution, question),
             None => {
-                judgement.decide_by_differences(points, self.resolution, question);
+                judgement.decide_by_differences(points, resolution, question);
+                let floor = noise.map_or_else(
+                    || FLOORED.into(),
+                    |noise| {
+                        format!("at a floor of noise of {noise:.0e}, where differences change sign and fall no more")
+                    },
+                );
                 judgement.reason += &left_out(TOO_COARSE, points[judgement.used..].iter().rev().map(|point| point.0));
-                judgement.reason += &left_out(FLOORED, floored.iter().map(|point| point.0));
+                judgement.reason += &left_out(&floor, floored.iter().map(|point| point.0));
                 judgement.notes.extend(self.may_be_errors(points[0].1, judgement.extrapolated));
             }
         }
@@ -244,6 +257,11 @@ impl Quantity {
             format!("if the values of `{}` are errors, their limit is known: `--exact 0` fits them as such", self.name)
         })
     }
+}
+
+/// Triplets of neighbouring grids, coarse to fine, of `points` from fine to coarse.
+fn triplets(points: &[(f64, f64)], resolution: f64) -> Vec<Result<Triplet, TripletError>> {
+    points.windows(3).map(|p| Triplet::new([p[0], p[1], p[2]], resolution)).rev().collect()
 }
 
 /// Why no order can be had of the sorted grids.
@@ -402,7 +420,8 @@ impl Judgement {
                 let grows =
                     |t: &Result<Triplet, TripletError>| matches!(t, Err(TripletError::Diverging { certain: true, .. }));
                 // As with a wrong order, three grids may be too coarse; four with growing differences are not converging.
-                let diverges = self.triplets.len() > 1 && self.triplets.iter().rev().take(2).all(grows);
+                let growing = self.triplets.iter().rev().take_while(|triplet| grows(triplet)).count();
+                let diverges = growing > 1 && noise::grow_by_a_law(&points[..growing + 2], question.band / 2.0);
                 let verdict = if diverges { Verdict::Fail } else { Verdict::Inconclusive };
                 // One grid that leaves a sequence which settles is more likely wrong than all the others.
                 let before = self.triplets.iter().rev().nth(1).and_then(|triplet| triplet.ok()?.power_order());
@@ -412,6 +431,11 @@ impl Judgement {
                          iteration that ends too early, looks the same",
                         decimals(order, 2)
                     ),
+                    (TripletError::Diverging { .. }, None) if growing > 1 && !diverges => {
+                        format!(
+                            "{error}, but by no law: noise on the values, or an iteration that ends too early, looks the same"
+                        )
+                    }
                     _ => error.to_string(),
                 };
                 return self.set(verdict, reason);

@@ -423,3 +423,77 @@ fn one_verdict_on_values_that_diverge() {
         assert!(open.reason.contains("may diverge") && open.reason.contains("digits"), "{}", open.reason);
     }
 }
+
+/// Numbers in ±1 without a pattern, the same in every run.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        2.0 * (state >> 11) as f64 / (1_u64 << 53) as f64 - 1.0
+    }
+}
+
+/// 1 + 2h³ on halved grids with noise far above its finest differences: a factor of 3 to 100.
+#[test]
+fn noise_is_not_called_divergence() {
+    let mut failed = 0;
+    for (n, size) in [(4, 1e-4), (6, 1e-4), (4, 1e-3)] {
+        for seed in 1..=200 {
+            let mut noise = noise(seed);
+            let points: Vec<_> =
+                (0..n).map(|k| 0.1 * 0.5_f64.powi(k)).map(|h| (h, 1.0 + 2.0 * h.powi(3) + size * noise())).collect();
+            failed += u32::from(quantity(&points, 0.0).judge(&expecting(3.0)).verdict == Verdict::Fail);
+        }
+    }
+    // 0.15 % of them are 0.9, and three standard deviations above that 3.7.
+    assert!(failed <= 4, "{failed} of 600");
+}
+
+/// Clean differences of fourth order on coarse grids, and noise on fine ones: the order is that of the coarse grids.
+#[test]
+fn grids_that_converge_are_not_left_out_for_the_noise_of_finer_ones() {
+    let mut passed = 0;
+    for seed in 1..=40 {
+        let mut noise = noise(seed);
+        let points: Vec<_> =
+            (0..10).map(|k| 0.4 * 0.5_f64.powi(k)).map(|h| (h, 1.0 + h.powi(4) + 1e-9 * noise())).collect();
+        let judged = quantity(&points, 0.0).judge(&expecting(4.0));
+        assert!(judged.verdict != Verdict::Fail, "{seed}: {}", judged.reason);
+        if judged.verdict == Verdict::Pass {
+            passed += 1;
+            assert!(
+                judged.reason.contains("floor of noise") && !judged.reason.contains("too coarse"),
+                "{}",
+                judged.reason
+            );
+        }
+    }
+    // Where two or three differences are all noise, it may look like anything.
+    assert!(passed > 20, "{passed} of 40");
+    // Differences that settle at a lower order on fine grids are no noise.
+    let mixed: Vec<_> = (0..10).map(|k| 0.4 * 0.5_f64.powi(k)).map(|h| (h, 1.0 + h.powi(4) + 1e-4 * h)).collect();
+    let judged = quantity(&mixed, 0.0).judge(&expecting(4.0));
+    assert!(judged.verdict != Verdict::Pass, "{}", judged.reason);
+}
+
+/// With grids halved the differences of orders shrink by 2^−½ at least, since orders come in halves: Δ + Δr + Δr² + … = Δ/(1 − r).
+#[test]
+fn orders_are_extrapolated_by_their_own_ratio_and_no_slower_than_half_an_order_allows() {
+    let points = [1.0, 2.0, 4.0, 8.0, 16.0].map(|h: f64| (h, 1.0 + h.powi(2)));
+    let [fine, medium, coarse, ..] = points;
+    let any = Triplet::new([fine, medium, coarse], 0.0).expect("an order");
+    let limit = |orders: [f64; 3]| towards(&orders.map(|order| Ok(Triplet { order, ..any })), &points);
+    let half = 0.5_f64.sqrt();
+    for (orders, expected) in [
+        ([1.60, 1.80, 1.90], 1.80 + 0.10 / (1.0 - 0.5)),
+        // The differences grow, or shrink too slowly.
+        ([1.73, 1.81, 1.90], 1.81 + 0.09 / (1.0 - half)),
+        ([1.71, 1.81, 1.90], 1.81 + 0.09 / (1.0 - half)),
+        // They alternate.
+        ([2.00, 1.80, 1.90], 1.90),
+    ] {
+        assert!((limit(orders) - expected).abs() < 1e-12, "{orders:?}: {}, not {expected}", limit(orders));
+    }
+}

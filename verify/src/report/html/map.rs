@@ -104,6 +104,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_key_has_its_shades_from_far_below_a_bound_to_near_it() {
+        let markup = key(&["p2".into()]).into_string();
+        let shades: Vec<&str> = markup.split("swatch ").skip(1).map(|rest| &rest[..2]).collect();
+        let near = [0.0, 0.4, 0.7, 1.0].map(|strain| shade(Outcome::Pass, Some(strain)));
+        assert_eq!(shades, near, "{markup}");
+    }
+
+    #[test]
     fn a_predicted_difference_does_not_look_like_an_agreement() {
         assert_eq!(shade(Outcome::Pass, None), PREDICTED);
         assert_eq!(shade(Outcome::Pass, Some(0.9)), "p3");

@@ -72,6 +72,22 @@ fn text(x: f64) -> String {
     number::digits(x, if (1.0..2.0).contains(&x.abs()) { 4 } else { 3 })
 }
 
+/// The lower and the upper end of an interval of sizes, to four digits within it.
+fn from(x: f64) -> String {
+    let unit = 10_f64.powf(x.log10().floor() - 3.0);
+    number::digits((x / unit).ceil() * unit, 4)
+}
+
+fn to(x: f64) -> String {
+    let unit = 10_f64.powf(x.log10().floor() - 3.0);
+    number::digits((x / unit).floor() * unit, 4)
+}
+
+/// So many sizes between two, at equal ratios.
+fn between([low, high]: [f64; 2], count: u32) -> impl Iterator<Item = f64> {
+    (1..count).map(move |k| low * (high / low).powf(f64::from(k) / f64::from(count)))
+}
+
 fn texts(values: impl IntoIterator<Item = f64>) -> String {
     values.into_iter().map(text).collect::<Vec<_>>().join(", ")
 }

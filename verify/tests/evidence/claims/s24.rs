@@ -3,7 +3,7 @@
 use libtest_mimic::Failed;
 use nalgebra::DMatrix;
 use verify::experiment::best_theta::BestTheta;
-use verify::experiment::errors::{Crossing, Errors, points};
+use verify::experiment::errors::{Ahead, Errors, points};
 use verify::experiment::floors::{A_QUARTER, Floors};
 use verify::experiment::homogeneous::Lines;
 use verify::experiment::non_normal::Amplified;
@@ -11,7 +11,7 @@ use verify::measure::search::{minimum, root};
 use verify::measure::stability::{numerical_abscissa, spectral_abscissa, spectral_radius};
 
 use super::super::CONTEXT;
-use super::{Found, Known, require, text, texts};
+use super::{Found, Known, between, from, require, text, texts, to};
 
 /// The growth factor of a step on v̇ = −v.
 fn factor(method: &str, h: f64) -> f64 {
@@ -37,6 +37,69 @@ fn drag(method: &str, h: f64) -> f64 {
 /// Where `method` has `times` the error of `rival` on v̇ = −v.
 fn crossing(method: &str, times: f64, rival: &str, bracket: [f64; 2]) -> f64 {
     root(bracket, |h| drag(method, h) - times * drag(rival, h)).expect("they change places")
+}
+
+/// The largest error on (0, 10] on v̇ = −v²; infinite where a step has no solution.
+fn quadratic(method: &str, h: f64) -> f64 {
+    let mut v = 1.0;
+    let step = |v: f64| {
+        let w = h * v;
+        v * match method {
+            "method-i" => right_root_of_method_i(w),
+            "method-ii" if w > 1.0 => f64::NAN,
+            "method-ii" => (w - 1.0 + ((1.0 - w) * (1.0 + 3.0 * w)).sqrt()) / (2.0 * w),
+            "implicit-euler" => ((1.0 + 4.0 * w).sqrt() - 1.0) / (2.0 * w),
+            _ => unreachable!("{method}"),
+        }
+    };
+    let error = |n: usize| {
+        v = step(v);
+        let error = (v - (1.0 + n as f64 * h).recip()).abs();
+        if error.is_nan() { f64::INFINITY } else { error }
+    };
+    (1..=points(h)).map(error).fold(0.0, f64::max)
+}
+
+/// That on all of many sizes in an interval something holds where the size is one of those said, and there alone.
+fn holds_just(
+    interval: [f64; 2],
+    said: impl Fn(f64) -> bool,
+    mut holds: impl FnMut(f64) -> Result<bool, Failed>,
+) -> Result<(), Failed> {
+    for h in between(interval, 997) {
+        require(holds(h)? == said(h), || format!("not what is said at h = {h}"))?;
+    }
+    Ok(())
+}
+
+/// The intervals that live runs find, of which the runs in their middles, and just outside of them, are made again.
+fn live(problem: &'static str, [method, rival]: [&'static str; 2], range: [f64; 2]) -> Result<Vec<[f64; 2]>, Failed> {
+    let found = CONTEXT.get(Ahead { problem, method, rival, times: 1.0, between: range })?.to_vec();
+    let is_ahead = |h: f64| -> Result<bool, Failed> {
+        let [own, other] = [method, rival].map(|method| Errors::of(problem, method, h).largest(&CONTEXT));
+        Ok(own? < other?)
+    };
+    for [low, high] in &found {
+        let inside = [low * 1.001, (low * high).sqrt(), high * 0.999];
+        let outside = [low * 0.999, high * 1.001].into_iter().filter(|h| (range[0]..=range[1]).contains(h));
+        for (h, wanted) in inside.into_iter().map(|h| (h, true)).chain(outside.map(|h| (h, false))) {
+            require(is_ahead(h)? == wanted, || {
+                format!("{method} against {rival} on {problem}, h = {h}: not {wanted}")
+            })?;
+        }
+    }
+    Ok(found)
+}
+
+/// What is said of intervals within a range.
+fn said(found: &[[f64; 2]], range: [f64; 2]) -> String {
+    let part = |[low, high]: &[f64; 2]| match [*low == range[0], *high == range[1]] {
+        [true, true] => format!("h from {low} to {high}"),
+        [true, false] => format!("h < {}", to(*high)),
+        [false, true] => format!("h > {}", from(*low)),
+        [false, false] => format!("{} < h < {}", from(*low), to(*high)),
+    };
+    if found.is_empty() { "no h".into() } else { found.iter().map(part).collect::<Vec<_>>().join(" and ") }
 }
 
 pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
@@ -110,7 +173,13 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         "e-1" => {
             let ratio = |method: &str, h: f64| text(drag("implicit-euler", h) / drag(method, h));
             let both = |h: f64| format!("{} and {} times", ratio("method-i", h), ratio("method-ii", h));
-            let start = |method: &str| text(crossing("implicit-euler", 100.0, method, [0.01, 1.0]));
+            let start = |method: &str| crossing("implicit-euler", 100.0, method, [0.01, 1.0]);
+            let [one, two] = ["method-i", "method-ii"].map(start);
+            for (method, times, start) in
+                [("method-i", 100.0, one), ("method-ii", 100.0, two), ("method-i", 1.0, 2.0), ("method-ii", 1.0, 2.0)]
+            {
+                holds_just([0.002, 1.5], |h| h < start, |h| Ok(times * drag(method, h) < drag("implicit-euler", h)))?;
+            }
             Known::of([
                 format!(
                     "Implicit Euler's error is {} that of Methods I and II at h = 1, {} at h = 0.1, {} at h = 0.01.",
@@ -119,9 +188,9 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                     both(0.01)
                 ),
                 format!(
-                    "at every h ≤ 1.5 (tested from 0.002), by two orders of magnitude from h = {} (Method I) and h = {} (Method II)",
-                    start("method-i"),
-                    start("method-ii")
+                    "at h from 0.002 to 1.5 (scanned), by two orders of magnitude at h < {} (Method I) and h < {} (Method II)",
+                    to(one),
+                    to(two)
                 ),
                 "the ratios are 3/h and 6/h for small h".into(),
             ])
@@ -196,7 +265,26 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 .filter(|case| !case.holds())
                 .map(|case| case.what.as_str())
                 .collect::<Vec<_>>();
-            require(behind == ["largest error, method-ii, h = 1, against implicit-euler"], || format!("{behind:?}"))?;
+            let steps = ["1", "0.9", "0.8", "0.7"];
+            let known = steps.map(|h| format!("largest error, method-ii, h = {h}, against implicit-euler"));
+            require(behind == known, || format!("{behind:?}"))?;
+            // Where the two are equal in closed form, and where Method I's step has no solution any more.
+            let falls =
+                root([0.3, 0.99], |h| quadratic("method-ii", h) - quadratic("implicit-euler", h)).unwrap_or(f64::NAN);
+            // Close to the fold the root of Method I's cubic falls below the solution by more than implicit Euler is above it.
+            let (fold, _) = fold_of_method_i();
+            let end = root([2.0, fold * (1.0 - 1e-9)], |h| quadratic("method-i", h) - quadratic("implicit-euler", h))
+                .unwrap_or(f64::NAN);
+            for (method, end) in [("method-i", end), ("method-ii", falls)] {
+                holds_just([0.02, 4.0], |h| h < end, |h| Ok(quadratic(method, h) < quadratic("implicit-euler", h)))?;
+            }
+            // At h = 1 both roots of X²(1 + X) = 0 near the branch are 0, half a unit from the solution, more than implicit Euler errs.
+            let fold = found.of("method-ii, h = 1,")[0].to_string();
+            require(
+                fold.contains("none at the fold, where two roots of its step meet at v₁ = 0")
+                    && quadratic("implicit-euler", 1.0) < 0.5,
+                || fold,
+            )?;
             let [one, two] = ["method-i", "method-ii"];
             Known::of([
                 format!(
@@ -206,9 +294,19 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                     ratio(one, 0.01)
                 ),
                 format!("{} and {} times Method II's at the last two.", ratio(two, 0.1), ratio(two, 0.01)),
-                "At h < 1 (tested from 0.001), and with Method I at h = 1 too.".into(),
+                format!(
+                    "At h = 0.8 Method II has {} and implicit Euler {}.",
+                    text(quadratic(two, 0.8)),
+                    text(quadratic("implicit-euler", 0.8))
+                ),
+                format!(
+                    "With Method I at h < {}, nearly to the end of its branch (S24-h-1), and with Method II at h < {} (scanned from 0.001 to 4).",
+                    to(end),
+                    to(falls)
+                ),
+                "Order 2 against order 1 at small steps.".into(),
                 // Where the quadratic for v₁ loses its roots, h-2.
-                "At h v₀ = 1 two roots of Method II's step meet at v₁ = 0,".into(),
+                "falls to v₁ = 0 as h v₀ tends to 1, where two roots meet,".into(),
             ])
         }
         "g-2" => {
@@ -231,11 +329,16 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             let end = (1..200).fold(1.0, |v: f64, _| v * negative_or_only_root(3.0 * v));
             require((end + 1.0 / 3.0).abs() < 1e-12, || format!("the root that is left leads to {end}"))?;
             // From v = −1 with h = 1 the residuals at v₁ = −1 are 1 at both ends, and 1 + 1 · (1 − 2) = 0.
+            holds_just([0.01, 5.0], |w| w < last, |w| Ok(right_root_of_method_i(w).abs() <= 1.0))?;
             Known::of([
                 format!("A step on the branch exists up to W = {last:.3}, where v₁/v₀ = {};", text(reached)),
                 "starts at v₀ for h = 0 is gone".into(),
                 format!("v₁/v₀ = {} to {}: no step amplifies,", text(left[0]), text(left[1])),
-                format!("h v₀ < {last:.3}."),
+                format!(
+                    "from v₀ = 1 with h = 3 that takes the only root at every step ends at {}, which is −1/h, while the solution tends to 0.",
+                    text(end)
+                ),
+                format!("On v̇ = −v² from v₀ > 0, at h v₀ < {last:.3} (scanned from 0.01)."),
                 "leads to the spurious steady state v = −1/h.".into(),
                 "from v = −1 with h = 1 a live step gives −1.".into(),
                 "the fixed point v = −1/h of the method, where f ≠ 0:".into(),
@@ -251,7 +354,9 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 "starts at v₀ for h = 0 is gone".into(),
                 // The other factor has none for W > 1: (1 − W)(1 + 3W) < 0.
                 "off the branch, v₁/v₀ = −1: no step amplifies,".into(),
-                "h v₀ < 1.000.".into(),
+                // From −v₀ on, W < −⅓, the other factor has no root either.
+                "from v₀ = 1 with h = 3 that takes the only root at every step comes to 1 and −1 in turn for ever, while the solution tends to 0.".into(),
+                "On v̇ = −v² from v₀ > 0, at h v₀ < 1.000 (scanned from 0.01).".into(),
                 "J₀ᵀr₀ + J₁ᵀr₁ = 0,".into(),
             ])
         }
@@ -267,26 +372,37 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         "k" => {
             let floors = CONTEXT.get(Floors)?;
             let limit = floors.averaged / floors.galerkin;
+            let ratio = |method: &'static str, h: f64| -> Result<f64, Failed> {
+                let [own, theirs] =
+                    ["method-i", method].map(|method| Errors::of("poiseuille-ansatz", method, h).largest(&CONTEXT));
+                Ok(theirs? / own?)
+            };
+            // The ratio falls with h through the lower bound, at which a hundredth more or less decides.
             let start = |method: &'static str| -> Result<f64, Failed> {
-                let crossing = Crossing {
+                let ahead = Ahead {
                     problem: "poiseuille-ansatz",
                     method,
                     rival: "method-i",
                     times: 1.0 / A_QUARTER[1],
-                    low: 0.001,
-                    high: 0.1,
+                    between: [0.001, 0.1],
                 };
-                Ok(CONTEXT.get(crossing)?.ok_or("the ratio is not passed")?)
+                let start = CONTEXT.get(ahead)?[0][0];
+                for (h, is_quarter) in [(0.001, true), (0.99 * start, true), (1.01 * start, false), (0.1, false)] {
+                    let ratio = ratio(method, h)?;
+                    let holds = (1.0 / A_QUARTER[1]..=1.0 / A_QUARTER[0]).contains(&ratio);
+                    require(holds == is_quarter, || format!("{method} at h = {h}: {ratio}"))?;
+                }
+                Ok(start)
             };
-            let [implicit, explicit] = [start("implicit-euler")?, start("rk4")?];
+            let [second, implicit, explicit] = [start("method-ii")?, start("implicit-euler")?, start("rk4")?];
             let below = |case: &&verify::claim::Case| !case.what.ends_with("h = 0.01");
             require(found.of("").into_iter().filter(below).all(|case| case.holds()), || {
                 "not at h = 0.001 and below".into()
             })?;
-            require(explicit > 0.01 && implicit > 0.001, || format!("{explicit}, {implicit}"))?;
+            require(found.of("h = 0.00001").len() == 3, || "h = 0.00001 is not run".into())?;
             Known::of([
                 format!("The errors of the others are {} to {} times Method I's; as h → 0 all tend to {} times.", text(found.smallest("")), text(found.largest("")), text(limit)),
-                format!("At h = 0.001 and below (tested to 0.0001): against RK4 and Method II from h = {} down, against implicit Euler from h = {} down.", text(explicit), text(implicit)),
+                format!("Against Method II at h < {}, against implicit Euler at h < {}, against RK4 at h < {} (scanned from 0.1 to 0.001, tested to 0.00001).", to(second), to(implicit), to(explicit)),
             ])
             .beside("Method I's error over the others', h → 0", "≈ 1/4", 1.0 / limit)
             .beside("from h down, against implicit Euler", "≲ 0.01", implicit)
@@ -308,20 +424,35 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         }
         "l-2" => {
             let floors = CONTEXT.get(Floors)?;
-            require(floors.best < floors.galerkin && floors.galerkin < floors.averaged, || {
-                "the order of the limits".into()
+            require(
+                floors.best < floors.galerkin && floors.galerkin < floors.averaged && floors.projection > floors.best,
+                || "the order of the limits".into(),
+            )?;
+            // The level is that of the equation, with a closure or without.
+            let other = |method| Errors::of("poiseuille-galerkin", method, 0.001).largest(&CONTEXT);
+            require((other("rk4")? / floors.galerkin - 1.0).abs() < 1e-4, || {
+                "RK4 does not reach the floor of its equation".into()
             })?;
             Known::of([
                 format!(
-                    "The limits are {} (Method I) and {} (Method II); the rate μ = {} reaches {} with",
+                    "The limits are {} (Method I) and {} (Method II); the rate μ = {} reaches {} with the same shape function, and the parabola fitted to the flow by least squares {}.",
                     text(floors.galerkin),
                     text(floors.averaged),
                     text(floors.best_rate),
-                    text(floors.best)
+                    text(floors.best),
+                    text(floors.projection)
                 ),
                 format!(
-                    "the errors of these two already differ by a factor of {}.",
-                    text(floors.averaged / floors.galerkin)
+                    "the floor is {} at least. Which floor is reached, {} or {}, is set by the projection.",
+                    text(floors.best),
+                    text(floors.galerkin),
+                    text(floors.averaged)
+                ),
+                format!("the errors of these two differ by a factor of {}.", text(floors.averaged / floors.galerkin)),
+                format!(
+                    "with steps of 0.001 implicit Euler and RK4 on the Galerkin equation have {} and {}.",
+                    text(other("implicit-euler")?),
+                    text(other("rk4")?)
                 ),
             ])
         }
@@ -347,10 +478,17 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                     text(order)
                 )
             };
+            let scan = |problem| live(problem, ["ls-galerkin(2,lobatto,3)", "method-i"], [0.01, 2.0]);
+            let scanned = [scan("linear-drag")?, scan("quadratic-drag")?];
+            require(scanned.iter().all(|found| found[0][0] == 0.01 && found[0][1] > 0.5), || "not up to 0.5".into())?;
             Known::of([
                 format!("With degree 2, {}; {}.", of("linear drag"), of("quadratic drag")),
                 "s + 1 Lobatto nodes is of order 2s".into(),
-                "of the two problems (tested from 0.01).".into(),
+                format!(
+                    "of all from 0.01 to 2, on linear drag at {} and on quadratic drag at {} (scanned).",
+                    said(&scanned[0], [0.01, 2.0]),
+                    said(&scanned[1], [0.01, 2.0])
+                ),
             ])
         }
         "p-1" => coefficients(found)?,
@@ -372,7 +510,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             require(agrees, || format!("{lines:?}"))?;
             let ratio = |ratio: f64| if ratio.abs() < 1e-12 { "0 to rounding".into() } else { text(ratio) };
             let lines: Vec<_> = lines.iter().map(|line| format!("{} ({})", ratio(line.ratio), line.name)).collect();
-            Known::of([format!("those nearest to α/β = 0.9 with α/β = {}.", lines.join(", "))])
+            Known::of([format!("lines αpₙ + βpₙ₊₁ = 0; the one nearest to α/β = 0.9: {}.", lines.join(", "))])
         }
         _ => Known::default(),
     })
@@ -433,12 +571,17 @@ fn large_steps(method: &str) -> Result<Known, Failed> {
     let name = if method == "method-i" { "Method I" } else { "Method II" };
     let overtakes = crossing("rk4", 1.0, method, [1.0, 2.4]);
     let at = |method: &str, h: f64| text(drag(method, h));
-    require(drag(method, 1.5) > drag("rk4", 1.5), || "the paper's own step is not on the other side".into())?;
+    let over = drag(method, 1.5) / drag("rk4", 1.5);
+    require(over > 1.0, || "the paper's own step is not on the other side".into())?;
+    let loses = if method == "method-i" { f64::INFINITY } else { crossing(method, 1.0, "implicit-euler", [2.0, 3.3]) };
+    let is_ahead = |h: f64| drag(method, h) < drag("implicit-euler", h).min(drag("rk4", h));
+    holds_just([1.0, 10.0], |h| overtakes < h && h < loses, |h| Ok(is_ahead(h)))?;
     let mut known = Known::of([
         format!(
-            "At h = 1.5 the largest error of {name} is {}, of RK4 {}: the paper's own step",
+            "At h = 1.5 the largest error of {name} is {}, of RK4 {}: the paper's own step is on the other side, by {} %.",
             at(method, 1.5),
-            at("rk4", 1.5)
+            at("rk4", 1.5),
+            text(100.0 * (over - 1.0))
         ),
         format!(
             "At h = 2.5 the largest errors are {} ({name}), {} (implicit Euler) and {} (RK4);",
@@ -451,19 +594,28 @@ fn large_steps(method: &str) -> Result<Known, Failed> {
         let limit = root([2.0, 4.0], |h| factor("rk4", h) - 1.0).unwrap_or(f64::NAN);
         known.parts.extend([
             format!("{name} overtakes RK4 at h = {}.", text(overtakes)),
-            format!("h > {} (tested to 10).", text(overtakes)),
+            format!("h > {} (scanned from 1 to 10).", from(overtakes)),
             "R(h) = 1/(1 + h + h²/2) tends to 0 like exp(−h)".into(),
             format!("unstable beyond h = {}.", text(limit)),
         ]);
     } else {
-        let loses = text(crossing(method, 1.0, "implicit-euler", [2.0, 3.3]));
         known.parts.extend([
-            format!("{name} overtakes RK4 at h = {} and falls behind implicit Euler at h = {loses}.", text(overtakes)),
-            format!("{} < h < {loses}.", text(overtakes)),
+            format!(
+                "{name} overtakes RK4 at h = {} and falls behind implicit Euler at h = {}.",
+                text(overtakes),
+                text(loses)
+            ),
+            format!("{} < h < {} (scanned from 1 to 10).", from(overtakes), to(loses)),
             "R(h) = (1 − h/2)/(1 + h/2) tends to −1, while implicit Euler's 1/(1 + h) tends to 0".into(),
         ]);
     }
     Ok(known.beside("overtakes RK4 at h", "≈ 1.5", overtakes))
+}
+
+/// v₁/v₀ on the branch of v₀ with Method I on quadratic drag, the larger root in (0, 1); NaN where it is gone.
+fn right_root_of_method_i(w: f64) -> f64 {
+    let g = |x: f64| x - 1.0 + w + (x - 1.0 + w * x * x) * (1.0 + 2.0 * w * x);
+    root([minimum([0.0, 1.0], 0.0, g), 1.0], g).unwrap_or(f64::NAN)
 }
 
 /// The largest W = h v₀ with a step of Method I on quadratic drag that continues v₀, and v₁/v₀ a millionth before it.
@@ -505,14 +657,30 @@ fn poiseuille(found: &Found) -> Result<Known, Failed> {
         let live = Errors::of(problem, name.ok_or("another method")?, h).largest(&CONTEXT)?;
         require(error == Some(live), || format!("{equation}, h = {h}: {error:?} where {live} is found"))?;
     }
-    for rival in ["method-ii as in the paper", "implicit-euler, averaged", "rk4, averaged"] {
-        require(found.of(rival).iter().all(|case| case.holds()), || format!("not against {rival}"))?;
+    const RANGE: [f64; 2] = [0.001, 0.5];
+    let scan = |problem, rival| live(problem, ["method-i", rival], RANGE);
+    for rival in ["method-ii", "rk4"] {
+        require(scan("poiseuille-ansatz", rival)? == [RANGE], || format!("not everywhere against {rival}"))?;
     }
-    let ahead: Vec<_> = found.of("implicit-euler, Galerkin").iter().map(|case| case.holds()).collect();
-    require(ahead[0] && !ahead[4] && ahead.is_sorted_by(|a, b| a >= b), || {
-        format!("{ahead:?} is not at the largest steps only")
-    })?;
-    require(found.score("rk4, Galerkin")[0] == 0, || "it is ahead of RK4 on the Galerkin equation".into())?;
+    let averaged = scan("poiseuille-ansatz", "implicit-euler")?;
+    // At h = 0.2 implicit Euler is ahead: the one counterexample among the rivals as the paper runs them.
+    let failing: Vec<_> = found
+        .0
+        .cases()
+        .iter()
+        .filter(|case| !case.holds() && !case.what.ends_with("Galerkin"))
+        .map(|case| case.what.as_str())
+        .collect();
+    require(failing == ["largest error, h = 0.2, against implicit-euler, averaged"], || format!("{failing:?}"))?;
+    let [implicit, explicit] = [scan("poiseuille-galerkin", "implicit-euler")?, scan("poiseuille-galerkin", "rk4")?];
+    for (rival, scanned) in [("implicit-euler, Galerkin", &implicit), ("rk4, Galerkin", &explicit)] {
+        for case in found.of(rival) {
+            let h = case.what.split("h = ").nth(1).and_then(|rest| rest.split(',').next()?.parse::<f64>().ok());
+            let h = h.ok_or("a step size")?;
+            let is_scanned = scanned.iter().any(|[low, high]| (*low..=*high).contains(&h));
+            require(h < RANGE[0] || case.holds() == is_scanned, || format!("{}: not as scanned", case.what))?;
+        }
+    }
     let flow = std::f64::consts::PI.powi(2) / 4.0;
     require((3.0 - flow).abs() > (2.5 - flow).abs(), || "the rate 3 is not the further one".into())?;
     Ok(Known::of([
@@ -525,7 +693,8 @@ fn poiseuille(found: &Found) -> Result<Known, Failed> {
             text(of("implicit-euler, Galerkin", 0.001)),
             text(of("rk4, Galerkin", 0.001))
         ),
-        "at every step tested, from 0.5 to 0.0001.".into(),
+        format!("(41), at {} (scanned from 0.001 to 0.5; tested to 0.0001).", said(&averaged, RANGE)),
+        format!("it is ahead of implicit Euler at {}, and of RK4 at {}.", said(&implicit, RANGE), said(&explicit, RANGE)),
         "This is how Section 5 runs them; the abstract and Section 6 do not".into(),
         "v̇ = (5/4)(γ − 2v),".into(),
         "p → 0 is the Galerkin projection of the flow, ṗ → 0 the domain average, whose rate 3 is further from the true π²/4 than 5/2 is.".into(),
@@ -582,7 +751,7 @@ fn rivals(id: &str, found: &Found) -> Result<Known, Failed> {
     let always: Vec<_> = RIVALS.into_iter().filter(|rival| always(rival)).collect();
     Ok(Known::of([
         evidence,
-        format!("Against {}; {}.", always.join(" and "), problems.map(of).join("; ")),
+        format!("At every step tested against {}; {}.", always.join(" and "), problems.map(of).join("; ")),
         // The error constants of the textbooks.
         "Its error constant on v̇ = −v is 1/6, twice the trapezoidal rule's 1/12, half of BDF2's 1/3.".into(),
         format!(

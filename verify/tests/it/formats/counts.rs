@@ -23,6 +23,11 @@ fn every_format_counts_what_the_run_has() {
     assert_eq!(in_json(&results["counts"]), with(total, 1));
     for (chapter, written) in chapters.iter().zip(results["chapters"].as_array().expect("chapters")) {
         assert_eq!(in_json(&written["counts"]), with(tally(std::slice::from_ref(chapter)), broken(chapter)));
+        for (table, written) in chapter.evidence.tables.iter().zip(written["tables"].as_array().expect("tables")) {
+            assert_eq!(written["row_count"].as_u64(), Some(table.rows.len() as u64), "{}", table.id);
+            let file = read(&path, written["file"].as_str().expect("a file"));
+            assert_eq!(file.lines().count(), table.rows.len() + 1, "{}", table.id);
+        }
     }
 
     let junit = read(&path, "junit.xml");
@@ -106,6 +111,19 @@ fn every_format_counts_what_the_run_has() {
     let said = FACES.iter().zip(total).map(|((sign, word, ..), count)| format!("{count} {sign} {word}"));
     assert_eq!(tiles, said.collect::<Vec<_>>());
     assert!(text(summary).contains(&format!("{} checks", total.iter().sum::<usize>())));
+    let heads = with_tag(document.root(), &["h2"]).into_iter();
+    let ordinals: Vec<_> = heads.flat_map(|head| with_class(head, "ordinal")).map(text).collect();
+    assert_eq!(ordinals, (1..=chapters.len()).map(|n| n.to_string()).collect::<Vec<_>>());
+    // The fold of a chapter tells what passed; that of the answers, which stand in sight, is none.
+    let id = |chapter: &Chapter| chapter.id.clone();
+    for (chapter, pass) in chapters.iter().map(|chapter| (chapter, tally(std::slice::from_ref(chapter))[0])) {
+        let folds = with_tag(element(&document, &id(chapter)), &["summary"]);
+        let told: Vec<_> = folds.into_iter().map(text).filter(|fold| fold.contains(" that passed")).collect();
+        let word = if pass == 1 { "check" } else { "checks" };
+        let ends = told.iter().map(|fold| fold.ends_with(&format!("{pass} {word} that passed")));
+        assert_eq!(ends.collect::<Vec<_>>(), vec![true; told.len()], "{told:?}");
+        assert!(told.len() == 1 || chapter.id == "model" || chapter.id == "answers", "{}: {told:?}", chapter.id);
+    }
     let heads: Vec<_> = with_tag(summary, &["h3", "summary"]).into_iter().map(text).collect();
     let settled = format!("Not settled ({}): 2 reasons", total[3]);
     let not_run = format!("Not run ({}): 2 reasons", total[4]);
@@ -139,6 +157,11 @@ fn what_is_not_well_is_said_first_and_in_red() {
         let headline = only(&with_class(document.root(), "headline"));
         assert_eq!(text(headline).to_lowercase(), format!("{said}."));
         assert_eq!(classes(&headline), ["headline", class]);
+        let checked = only(&with_class(document.root(), "checked"));
+        for tile in with_tag(checked, &["li"]) {
+            let is_empty = text(tile).starts_with("0 ");
+            assert_eq!(classes(&tile).contains(&"none"), is_empty, "{}", text(tile));
+        }
         assert!(report::summary(&run, true).contains(&format!("\n\u{1b}[{colour}m{said}\u{1b}[0m\n")), "{said}");
         assert!(read(&path, "report.md").starts_with(&format!("# Verification: {said}\n")));
     }

@@ -78,3 +78,37 @@ fn a_curve_looks_like_its_entry_in_the_legend_and_a_method_alike_everywhere() {
         assert_eq!(hidden, if id == "figure:covered" { vec!["alpha lies on beta."] } else { vec![] });
     }
 }
+
+/// None of them has a colour of its own on every page.
+#[test]
+fn curves_of_other_names_in_one_figure_differ() {
+    const OTHERS: [(&str, f64, Mark); 3] =
+        [("one", 1.0, Mark::Line), ("two", 2.0, Mark::Line), ("three", 3.0, Mark::Line)];
+    let evidence = Evidence {
+        figures: vec![figure("strange", &OTHERS)],
+        tables: vec![Table::data("data-strange", "Data.", ["x"], Vec::new())],
+        ..Evidence::default()
+    };
+    let path =
+        written("strange", &Run::new(vec![Chapter { id: "open".into(), evidence, ..Chapter::default() }], Vec::new()));
+    let page = page(&path);
+    let document = Document::parse(&page).expect("a tree");
+    let legend = only(&with_class(element(&document, "figure:strange"), "legend"));
+    let drawn: Vec<Look> = looks(legend).into_iter().map(|(_, look, _)| look).collect();
+    assert_eq!(drawn.len(), OTHERS.len());
+    for (place, look) in drawn.iter().enumerate() {
+        assert!(!drawn[..place].contains(look), "{look:?} twice");
+    }
+}
+
+/// What is read aloud names both axes.
+#[test]
+fn a_panel_is_described_by_its_ordinate_over_its_abscissa() {
+    let path = written("described", &run());
+    let page = page(&path);
+    let document = Document::parse(&page).expect("a tree");
+    let panels = with_class(element(&document, "figure:early"), "panel");
+    let described = panels.iter().flat_map(|panel| panel.descendants()).filter_map(|node| node.attribute("aria-label"));
+    let described: Vec<_> = described.collect();
+    assert!(described.iter().any(|text| text.starts_with("y over x")), "{described:?}");
+}

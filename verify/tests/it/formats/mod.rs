@@ -38,10 +38,11 @@ const CHAPTERS: [(&str, [usize; 5], bool, usize); 7] = [
 ];
 
 /// Verdict, class, colour, and how many claims have it.
-const VERDICTS: [(&str, &str, &str, usize); 6] = [
+const VERDICTS: [(&str, &str, &str, usize); 7] = [
     ("confirmed", "confirmed", "--good", 6),
     ("qualified", "qualified", "--warn", 5),
     ("refuted as stated", "refuted-as-stated", "--bad", 4),
+    ("refuted in the wider reading", "refuted-in-the-wider-reading", "--warn", 3),
     ("not supported", "not-supported", "--warn", 3),
     ("answered", "answered", "--good", 2),
     ("open", "open", "--mute", 1),

@@ -1,0 +1,243 @@
+//! The zeros of a function along a trajectory.
+
+use super::Trajectory;
+use crate::error::{InputError, StepError, SystemError};
+use crate::integrator::{Integrator, State};
+
+/// Which zeros of a function count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Crossing {
+    /// From negative values to positive ones.
+    Rising,
+    /// From positive values to negative ones.
+    Falling,
+    /// Both.
+    Any,
+}
+
+impl Crossing {
+    /// Whether it counts that g changes from `left` to `right`.
+    fn counts(self, left: f64, right: f64) -> bool {
+        let (rises, falls) = (left < 0.0 && right >= 0.0, left > 0.0 && right <= 0.0);
+        match self {
+            Self::Rising => rises,
+            Self::Falling => falls,
+            Self::Any => rises || falls,
+        }
+    }
+}
+
+/// How far [`Trajectory::until`] has looked, and what it found last.
+#[derive(Debug)]
+pub(super) struct Search {
+    reached: f64,
+    event: State,
+}
+
+impl Search {
+    pub(super) fn new(initial: &State) -> Self {
+        Self { reached: initial.t, event: initial.clone() }
+    }
+}
+
+/// Parts of a step between which a change of sign is looked for.
+const PARTS: u32 = 4;
+/// Halvings of the first part of a search: down to √ε of it, where g is above its rounding again.
+const HALVINGS: i32 = 26;
+/// Shorter steps to the zero, each of which squares or so what is left.
+const CORRECTIONS: u32 = 8;
+
+impl<I: Integrator> Trajectory<I> {
+    /// Runs until g(t, q) crosses zero, and lends the state there; `None` if it does not before t_end. The next call goes on
+    /// from there, so that all crossings of a run can be visited, or a terminal one be the last.
+    ///
+    /// # Accuracy
+    /// The state of a one-step method, variational or not, is that of a shorter step from the start of the step that contains
+    /// the crossing, t such that g is zero for it: t, q and p have the order of the method, and constraints hold. A few such
+    /// steps are taken, which its [`work`](Self::work) counts. [`Radau`](crate::adaptive::Radau),
+    /// [`Bdf2`](crate::classic::Bdf2) and [`Window`](crate::Window), whose steps depend on more than a state, give the dense
+    /// output, and momenta linear between the ends of the step: the adaptive method does **not** hold its tolerance
+    /// there (see [`sample`](Self::sample)). An error of the path is one of t divided by |dg/dt|.
+    ///
+    /// # What is not seen
+    /// A change of sign is looked for on the dense output between the quarters of a step, from the start of each call between
+    /// points that are twice as far away each time: two crossings within one of these parts are not seen. A zero where a call
+    /// starts, or within 10⁻⁸ of a quarter step from there, does not count; one that follows does.
+    ///
+    /// # A ball that bounces
+    /// ```
+    /// use lsvi::{AutoLagrangian, Crossing, LagrangianFn, Scalar, State, Trajectory};
+    /// use lsvi::{discrete::Trapezoidal, position_momentum};
+    ///
+    /// /// L = ½ q̇² − 9.81 q.
+    /// struct Ball;
+    /// impl LagrangianFn for Ball {
+    ///     fn dim(&self) -> usize { 1 }
+    ///     fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T { v[0] * v[0] * 0.5 - q[0] * 9.81 }
+    /// }
+    /// let mut method = position_momentum(Trapezoidal::new(AutoLagrangian::new(Ball)));
+    /// let mut state = State::new(0.0, vec![1.0]);
+    /// for _impact in 0..5 {
+    ///     let mut flight = Trajectory::new(&mut method, state, 0.1, 10.0)?;
+    ///     state = flight.until(|_, q| q[0], Crossing::Falling)?.expect("it lands").clone();
+    ///     state.p[0] *= -0.5;
+    /// }
+    /// // A flight takes 2 |p|/9.81, half of the one before.
+    /// let fall = (2.0 / 9.81_f64).sqrt();
+    /// assert!((state.t - fall * (1.0 + 1.0 + 0.5 + 0.25 + 0.125)).abs() < 1e-12);
+    /// # Ok::<(), lsvi::StepError>(())
+    /// ```
+    ///
+    /// # A Poincaré section
+    /// ```
+    /// use lsvi::{AutoLagrangian, Crossing, LagrangianFn, Scalar, State, Trajectory};
+    /// use lsvi::{discrete::Galerkin, position_momentum};
+    ///
+    /// /// The Hénon–Heiles system.
+    /// struct Stars;
+    /// impl LagrangianFn for Stars {
+    ///     fn dim(&self) -> usize { 2 }
+    ///     fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+    ///         let [x, y] = [q[0], q[1]];
+    ///         (v[0] * v[0] + v[1] * v[1] - x * x - y * y) * 0.5 - x * x * y + y * y * y / 3.0
+    ///     }
+    /// }
+    /// let method = position_momentum(Galerkin::gauss(AutoLagrangian::new(Stars), 4)?);
+    /// let start = State::new(0.0, vec![0.0, 0.1]).with_momentum(vec![0.4, 0.1]);
+    /// let mut run = Trajectory::new(method, start, 0.25, 100.0)?;
+    /// let mut section = Vec::new();
+    /// while let Some(point) = run.until(|_, q| q[0], Crossing::Rising)? {
+    ///     section.push((point.q[1], point.p[1]));
+    /// }
+    /// assert!(section.len() > 10);
+    /// # Ok::<(), lsvi::StepError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`StepError`] as for [`step`](Self::step) and [`interpolate`](Self::interpolate); [`SystemError::NonFinite`] if g is
+    /// not finite.
+    pub fn until(
+        &mut self,
+        mut g: impl FnMut(f64, &[f64]) -> f64,
+        crossing: Crossing,
+    ) -> Result<Option<&State>, StepError> {
+        let mut is_start = true;
+        loop {
+            while self.search.reached >= self.state.t {
+                if self.step()?.is_none() {
+                    return Ok(None);
+                }
+            }
+            let start = self.search.reached.max(self.before.t);
+            let length = self.state.t - start;
+            let mut left = (start, self.value(start, &mut g)?);
+            let halvings = if is_start { HALVINGS } else { 0 };
+            let near = (1..=halvings).rev().map(|k| 0.5_f64.powi(k) / f64::from(PARTS));
+            for part in near.chain((1..=PARTS).map(|k| f64::from(k) / f64::from(PARTS))) {
+                let t = if part == 1.0 { self.state.t } else { start + length * part };
+                let right = (t, self.value(t, &mut g)?);
+                // What g has at the start itself may be rounding.
+                if !std::mem::take(&mut is_start) && crossing.counts(left.1, right.1) {
+                    let t = self.bisect(left, right, &mut g)?;
+                    // Beyond the zero, where g has its new sign.
+                    self.search.reached = t.next_up();
+                    self.settle(t, &mut g)?;
+                    return Ok(Some(&self.search.event));
+                }
+                left = right;
+            }
+            self.search.reached = self.state.t;
+        }
+    }
+
+    /// g at a time of the last step, and the path there in `point`.
+    fn value(&mut self, t: f64, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<f64, StepError> {
+        let mut point = std::mem::take(&mut self.point);
+        let written = self.interpolate(t, &mut point);
+        self.point = point;
+        written?;
+        check_value(g(t, &self.point))
+    }
+
+    /// The first time in (left, right] where g no longer has the sign that it has at the left, by bisection to the spacing of
+    /// numbers: some 50 evaluations of a cubic, whatever g is.
+    fn bisect(
+        &mut self,
+        (mut left, sign): (f64, f64),
+        (mut right, _): (f64, f64),
+        g: &mut impl FnMut(f64, &[f64]) -> f64,
+    ) -> Result<f64, StepError> {
+        loop {
+            let middle = left + 0.5 * (right - left);
+            if middle <= left || middle >= right {
+                return Ok(right);
+            }
+            if self.value(middle, g)? * sign.signum() > 0.0 {
+                left = middle;
+            } else {
+                right = middle;
+            }
+        }
+    }
+
+    /// Sets the event to the state near `t`, a zero of g on the dense output: where the method takes shorter steps, to the one
+    /// for which g is zero, by the secant method from a slope of the dense output.
+    fn settle(&mut self, t: f64, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<(), StepError> {
+        let (from, to) = (self.before.t, self.state.t);
+        let Some(mut error) = self.shorter_step(t, g)? else {
+            let end = self.value(t, g).map(|_| (t - from) / (to - from))?;
+            let Self { search: Search { event, .. }, before, state, point, .. } = self;
+            event.t = t;
+            event.q.copy_from_slice(point);
+            for ((p, before), after) in event.p.iter_mut().zip(&before.p).zip(&state.p) {
+                *p = before + end * (after - before);
+            }
+            return Ok(());
+        };
+        let reach = 1e-3 * (to - from);
+        let (low, high) = ((t - reach).max(from), (t + reach).min(to));
+        let mut slope = (self.value(high, g)? - self.value(low, g)?) / (high - low);
+        let mut now = t;
+        for _ in 0..CORRECTIONS {
+            let next = (now - error / slope).clamp(from, to);
+            let moved = next - now;
+            if error == 0.0 || moved.is_nan() || moved.abs() <= 2.0 * f64::EPSILON * now.abs() {
+                break;
+            }
+            let Some(other) = self.shorter_step(next, g)? else { break };
+            if other.abs() >= error.abs() {
+                // Rounding, or a g that is not smooth: the one before was better.
+                self.shorter_step(now, g)?;
+                break;
+            }
+            (slope, now, error) = ((other - error) / moved, next, other);
+        }
+        Ok(())
+    }
+
+    /// Sets the event to the state that a shorter step leads to, and returns g there; `None` if the method takes none.
+    fn shorter_step(&mut self, t: f64, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<Option<f64>, StepError> {
+        let Self { integrator, before, state, search: Search { event, .. }, .. } = self;
+        // A step of a few roundings has no digits.
+        let least = 8.0 * f64::EPSILON * before.t.abs().max(state.t.abs());
+        if t == state.t {
+            event.clone_from(state);
+        } else if t - before.t <= least {
+            event.clone_from(before);
+        } else {
+            match integrator.shorter_step(before, t, event) {
+                None => return Ok(None),
+                Some(taken) => taken?,
+            }
+        }
+        check_value(g(event.t, &event.q)).map(Some)
+    }
+}
+
+fn check_value(value: f64) -> Result<f64, StepError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(InputError::System(SystemError::NonFinite { what: "g", index: 0, value }).into())
+    }
+}

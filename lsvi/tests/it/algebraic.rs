@@ -1,0 +1,47 @@
+//! Implicit methods on differential equations with algebraic ones.
+
+use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
+use lsvi::{AutoField, FieldFn, Integrator, Mass, Scalar, State, Trajectory};
+
+/// v̇₀ = −v₀, 0 = v₁ − v₀²: what rounding leaves of the second equation at a start is no direction.
+struct OnParabola;
+
+impl FieldFn for OnParabola {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn mass(&self) -> Mass {
+        Mass::Diagonal(vec![1.0, 0.0])
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[0];
+        dv[1] = v[1] - v[0] * v[0];
+    }
+}
+
+#[test]
+fn an_algebraic_equation_that_holds_to_rounding_stops_no_implicit_method() {
+    let field = AutoField::new(OnParabola);
+    let r = 3_f64.sqrt() / 6.0;
+    let gauss = [vec![0.25, 0.25 - r], vec![0.25 + r, 0.25]];
+    for h in [0.1, 0.05, 0.01] {
+        let methods: [(&str, Box<dyn Integrator + '_>, f64); 5] = [
+            ("implicit Euler", Box::new(RungeKutta::new(&field, Tableau::implicit_euler()).expect("fits")), 0.2 * h),
+            ("SDIRK2", Box::new(RungeKutta::new(&field, Tableau::sdirk2()).expect("fits")), h * h),
+            ("TR-BDF2", Box::new(RungeKutta::new(&field, Tableau::tr_bdf2()).expect("fits")), h * h),
+            ("BDF2", Box::new(Bdf2::new(&field).expect("fits")), h * h),
+            (
+                "Gauss",
+                Box::new(CoupledRungeKutta::new(&field, &gauss, &[0.5, 0.5], &[0.5 - r, 0.5 + r]).expect("fits")),
+                h * h,
+            ),
+        ];
+        for (name, method, allowed) in methods {
+            let run = Trajectory::new(method, State::new(0.0, vec![1.0, 1.0]), h, 1.0).expect("fits");
+            let end = run.observe(|_| {}).unwrap_or_else(|error| panic!("{name}, h = {h}: {error}")).q;
+            let error = (end[0] - (-1_f64).exp()).abs();
+            assert!(error <= allowed, "{name}, h = {h}: {error}");
+            assert!(name == "Gauss" || (end[1] - end[0] * end[0]).abs() <= 1e-14, "{name}, h = {h}: {end:?}");
+        }
+    }
+}

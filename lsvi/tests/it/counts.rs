@@ -1,0 +1,265 @@
+//! What the counters of work count, against calls that are counted themselves; and that nothing is kept which does not fit.
+
+use crate::fields::{As, Line, Walls};
+use crate::systems::HenonHeiles;
+use lsvi::classic::{RungeKutta, Tableau};
+use lsvi::closure::Linear;
+use lsvi::discrete::{DiscreteLegendre, Galerkin, Interval, MomentumWeights, Trapezoidal};
+use lsvi::solver::{Augmented, Iterative, StepSolver};
+use lsvi::{
+    AutoLagrangian, Factored, HessianWeights, InputError, Integrator, Jacobian, Lagrangian, LagrangianFn, LeastSquares,
+    LeastSquaresStep, Mass, OneStep, Preconditioner, Scalar, SolveError, State, StepOperator, Structure, Trajectory,
+    VectorField, Window, field, position_momentum,
+};
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+struct Separable(bool);
+
+impl LagrangianFn for Separable {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn is_separable(&self) -> bool {
+        self.0
+    }
+    fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
+        HenonHeiles.lagrangian(t, q, v)
+    }
+}
+
+/// A Lagrangian that counts its forces.
+struct Counting<L> {
+    l: L,
+    forces: Cell<u64>,
+}
+
+impl<L: Lagrangian> Lagrangian for Counting<L> {
+    fn dim(&self) -> usize {
+        self.l.dim()
+    }
+    fn is_separable(&self) -> bool {
+        self.l.is_separable()
+    }
+    fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
+        self.l.value(t, q, v)
+    }
+    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        self.l.gradient(t, q, v, dl_dq, dl_dv);
+    }
+    fn gradient_q(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], work: &mut [f64]) {
+        self.forces.set(self.forces.get() + 1);
+        self.l.gradient_q(t, q, v, dl_dq, work);
+    }
+    fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        self.l.add_hessian(t, q, v, c, out);
+    }
+}
+
+#[test]
+fn steps_of_a_separable_lagrangian_count_every_evaluation_of_its_forces() {
+    let l = Counting { l: AutoLagrangian::new(Separable(true)), forces: Cell::new(0) };
+    for nodes in [1, 2, 4] {
+        l.forces.set(0);
+        let mut method = position_momentum(Galerkin::gauss(&l, nodes).expect("s ≥ 1"));
+        let (mut q, mut p) = ([0.1, 0.2], [0.3, -0.1]);
+        (0..50).for_each(|k| method.step(f64::from(k) * 0.05, 0.05, &mut q, &mut p).expect("bounded"));
+        assert_eq!(l.forces.get(), nodes as u64 * method.work().residuals, "{nodes} nodes");
+    }
+}
+
+#[test]
+fn the_first_steps_of_another_size_cost_what_they_cost_a_new_method() {
+    for is_separable in [true, false] {
+        let l = AutoLagrangian::new(Separable(is_separable));
+        let make = || position_momentum(Galerkin::gauss(&l, 2).expect("s ≥ 1"));
+        let (mut used, mut fresh) = (make(), make());
+        let (mut q, mut p) = ([0.1, 0.2], [0.3, -0.1]);
+        (0..20).for_each(|k| used.step(f64::from(k) * 0.1, 0.1, &mut q, &mut p).expect("bounded"));
+        let (mut r, mut s) = (q, p);
+        for k in 0..3 {
+            let (t, before) = (2.0 + f64::from(k) * 1e-3, [used.work().residuals, fresh.work().residuals]);
+            used.step(t, 1e-3, &mut q, &mut p).expect("bounded");
+            fresh.step(t, 1e-3, &mut r, &mut s).expect("bounded");
+            let cost = [used.work().residuals - before[0], fresh.work().residuals - before[1]];
+            assert_eq!(cost[0], cost[1], "step {k}, separable: {is_separable}");
+        }
+    }
+}
+
+/// Newton's first increment solves a linear stage, and its second one tells so.
+#[test]
+fn the_stages_of_a_linear_field_take_two_increments_however_fast_its_rate_changes() {
+    for (tableau, stages) in [(Tableau::implicit_euler(), 1), (Tableau::implicit_midpoint(), 1), (Tableau::sdirk2(), 2)]
+    {
+        let fading = field!(1, |t, v, dv| dv[0] = v[0] * -(1.0 + 100.0 * t));
+        let mut method = RungeKutta::new(fading, tableau.clone()).expect("usable");
+        method.step(0.0, 1.0, &mut [1.0], &mut []).expect("linear");
+        let work = method.work();
+        assert_eq!((work.residuals, work.factorizations), (2 * stages, 2 * stages), "{tableau:?}");
+    }
+}
+
+/// A preconditioner that counts how often it is set up.
+struct Counted(Factored, Arc<AtomicU64>);
+
+impl Preconditioner for Counted {
+    fn check(&self, structure: &Structure, mass: &Mass) -> Result<(), InputError> {
+        self.0.check(structure, mass)
+    }
+    fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+        self.1.fetch_add(1, Relaxed);
+        self.0.prepare(b)
+    }
+    fn solve(&mut self, x: &mut [f64]) {
+        self.0.solve(x);
+    }
+    fn solve_transpose(&mut self, x: &mut [f64]) {
+        self.0.solve_transpose(x);
+    }
+}
+
+/// Diffusion that is ten thousand times as fast from t = 1 on.
+struct Faster(Line);
+
+impl Faster {
+    fn rate(t: f64) -> f64 {
+        if t < 1.0 { 1.0 } else { 1e4 }
+    }
+}
+
+impl VectorField for Faster {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.0.structure()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(t, v, dv);
+        dv.iter_mut().for_each(|x| *x *= Self::rate(t));
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_jacobian(t, v, scale * Self::rate(t), out);
+    }
+    fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
+}
+
+#[test]
+fn a_preconditioner_that_has_become_slow_is_renewed_at_the_same_step_size() {
+    let (n, h, prepared) = (30, 1e-3, Arc::new(AtomicU64::new(0)));
+    let solver = Iterative::new(Counted(Factored::default(), prepared.clone()));
+    let field = Faster(Line::new(n, 0.0, Walls::Dirichlet));
+    let mut method = RungeKutta::with_solver(field, Tableau::implicit_euler(), solver).expect("usable");
+    let mut v: Vec<f64> = (0..n).map(|i| (i as f64 + 1.0).sin()).collect();
+    let mut run = |t: f64| {
+        let before = method.work().inner;
+        for _ in 0..5 {
+            method.step(t, h, &mut v, &mut []).expect("linear");
+        }
+        (prepared.load(Relaxed), method.work().inner - before)
+    };
+    let (first, few) = run(0.0);
+    let (second, many) = run(2.0);
+    let (third, again) = run(2.0);
+    assert_eq!((first, second, third), (1, 2, 2));
+    assert!(many > few && again <= few, "{few}, {many} and {again} iterations");
+}
+
+/// A solver that counts the matrices it takes up and the systems it solves.
+#[derive(Debug)]
+struct Tally(Augmented, Arc<[AtomicU64; 2]>);
+
+impl StepSolver for Tally {
+    fn check(&self, structure: &Structure, mass: &Mass) -> Result<(), InputError> {
+        self.0.check(structure, mass)
+    }
+    fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+        self.1[0].fetch_add(1, Relaxed);
+        self.0.prepare(b)
+    }
+    fn solve_stage(&mut self, b: &StepOperator<'_>, x: &mut [f64], tolerance: f64) -> Result<u64, SolveError> {
+        self.0.solve_stage(b, x, tolerance)
+    }
+    fn solve_normal(
+        &mut self,
+        b: &StepOperator<'_>,
+        damping: f64,
+        a: Option<&[f64]>,
+        x: &mut [f64],
+        tolerance: f64,
+    ) -> Result<u64, SolveError> {
+        self.1[1].fetch_add(1, Relaxed);
+        self.0.solve_normal(b, damping, a, x, tolerance)
+    }
+}
+
+#[test]
+fn a_system_solved_again_with_more_damping_is_a_factorization_more() {
+    let counts = Arc::new([AtomicU64::new(0), AtomicU64::new(0)]);
+    let solver = Tally(Augmented::new(), counts.clone());
+    // Far from the bend of f, whose linearisation there leads beyond it.
+    let bend = As(
+        Structure::Banded { lower: 0, upper: 0 },
+        field!(1, |_t, v, dv| dv[0] = v[0] * -7.5 / (v[0] * v[0] * 25.0 + 1.0).sqrt()),
+    );
+    let mut method = LeastSquaresStep::with_solver(bend, Linear::METHOD_I, solver).expect("fits");
+    method.step(0.0, 10.0, &mut [3.0], &mut [0.0]).expect("convergent");
+    let [taken_up, solved] = [0, 1].map(|i| counts[i].load(Relaxed));
+    assert!(solved > taken_up, "{solved} systems of {taken_up} matrices: nothing was damped");
+    assert_eq!(method.work().factorizations, solved);
+}
+
+/// A discretisation that counts the equations it is asked for.
+struct Asked<D>(D, Arc<AtomicU64>);
+
+impl<D: DiscreteLegendre> DiscreteLegendre for Asked<D> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn interior(&self) -> usize {
+        self.0.interior()
+    }
+    fn structure(&self) -> Structure {
+        self.0.structure()
+    }
+    fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+        self.0.predict(at, q0, p0, x)
+    }
+    fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
+        self.0.momentum(at, q0, x, w, out);
+    }
+    fn equations(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
+        self.1.fetch_add(1, Relaxed);
+        self.0.equations(at, q0, x, w, out);
+    }
+    fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
+        self.0.add_derivative(at, q0, x, w, out);
+    }
+    fn add_start_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
+        self.0.add_start_derivative(at, q0, x, w, out);
+    }
+}
+
+#[test]
+fn a_window_counts_the_equations_of_each_of_its_steps() {
+    let drag = field!(1, |_t, v, dv| dv[0] = -v[0] - v[0] * v[0] * 0.1);
+    for length in [1, 4, 10_u32] {
+        let asked = Arc::new(AtomicU64::new(0));
+        let discrete = Asked(Trapezoidal::new(LeastSquares::new(&drag).expect("usable")), asked.clone());
+        let window = Window::new(discrete, length as usize).expect("a length");
+        let h = 0.005;
+        let mut run =
+            Trajectory::new(window, State::new(0.0, vec![1.0]), h, 2.0 * f64::from(length) * h).expect("valid");
+        let mut steps = || {
+            for _ in 0..length {
+                run.step().expect("solvable");
+            }
+            (asked.load(Relaxed), run.work().residuals)
+        };
+        // The first window asks for the limits for h → 0 besides.
+        let (before, after) = (steps(), steps());
+        assert_eq!(after.0 - before.0, after.1 - before.1, "windows of {length}");
+    }
+}

@@ -1,0 +1,113 @@
+//! Derivatives where a matrix has no entries: every method refuses them, whatever it is stored in.
+
+use lsvi::adaptive::{Radau, Tolerances};
+use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
+use lsvi::closure::Linear;
+use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
+use lsvi::quadrature::Quadrature;
+use lsvi::solver::{Augmented, Iterative};
+use lsvi::{
+    Factored, InputError, Integrator, Jacobian, LeastSquares, LeastSquaresStep, SolveError, State, StepError,
+    Structure, Trajectory, Variational, VectorField, Window, least_squares, method_i, method_ii,
+};
+
+/// v̇ = −v − v³/10 with an entry of its Jacobian at a place where there is none.
+#[derive(Clone)]
+struct Stray {
+    dim: usize,
+    structure: Structure,
+    at: (usize, usize),
+    /// From when on.
+    from: f64,
+}
+
+impl VectorField for Stray {
+    fn dim(&self) -> usize {
+        self.dim
+    }
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -v - 0.1 * v.powi(3));
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        v.iter().enumerate().for_each(|(i, v)| out.add(i, i, -scale * (1.0 + 0.3 * v * v)));
+        if t >= self.from {
+            out.add(self.at.0, self.at.1, scale);
+        }
+    }
+    fn add_curvature(&self, _t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        v.iter().zip(w).enumerate().for_each(|(i, (v, w))| out.add(i, i, -0.6 * v * w * scale));
+    }
+}
+
+type Made = (&'static str, Result<Box<dyn Integrator>, InputError>);
+
+fn boxed<I: Integrator + 'static>(method: Result<I, InputError>) -> Result<Box<dyn Integrator>, InputError> {
+    method.map(|method| Box::new(method) as _)
+}
+
+fn methods(f: &Stray) -> Vec<Made> {
+    let radau = || Quadrature::radau(2);
+    let lagrangian = || LeastSquares::new(f.clone());
+    let coupled = || {
+        let a = [vec![5.0 / 12.0, -1.0 / 12.0], vec![0.75, 0.25]];
+        CoupledRungeKutta::new(f.clone(), &a, &[0.75, 0.25], &[1.0 / 3.0, 1.0])
+    };
+    let fitted = || Linear::fitted(2.0).and_then(|closure| least_squares(f.clone(), closure));
+    let galerkin = || Ok(Variational::new(Galerkin::new(lagrangian()?, 2, &radau()?)?, Linear::METHOD_I));
+    let solved = |closure, iterative: bool| {
+        boxed(match iterative {
+            true => LeastSquaresStep::with_solver(f.clone(), closure, Iterative::new(Factored::default())),
+            false => LeastSquaresStep::with_solver(f.clone(), closure, Augmented::new()),
+        })
+    };
+    vec![
+        ("Method I", boxed(method_i(f.clone()))),
+        ("Method II", boxed(method_ii(f.clone()))),
+        ("explicit momentum", boxed(least_squares(f.clone(), Linear::EXPLICIT_MOMENTUM))),
+        ("fitted", boxed(fitted())),
+        ("Method I, augmented", solved(Linear::METHOD_I, false)),
+        ("Method I, iterative", solved(Linear::METHOD_I, true)),
+        ("implicit Euler", boxed(RungeKutta::new(f.clone(), Tableau::implicit_euler()))),
+        ("bdf2", boxed(Bdf2::new(f.clone()))),
+        ("coupled", boxed(coupled())),
+        ("Radau", boxed(Tolerances::new(1e-6, 1e-9).and_then(|tolerances| Radau::new(f.clone(), tolerances)))),
+        ("window", boxed(lagrangian().and_then(|l| Window::new(Trapezoidal::new(l), 3)))),
+        ("midpoint", boxed(lagrangian().map(|l| Variational::new(Midpoint::new(l), Linear::METHOD_I)))),
+        ("Galerkin", boxed(galerkin())),
+    ]
+}
+
+#[test]
+fn every_method_refuses_a_derivative_where_its_matrix_has_no_entries() {
+    let diagonal = Structure::Banded { lower: 0, upper: 0 };
+    let sparse = |n| Structure::sparse(n, []).expect("inside");
+    let cases = [
+        (1, Structure::Dense, (1, 0)),
+        (1, Structure::Dense, (0, 1)),
+        (2, Structure::Dense, (1, 2)),
+        (2, Structure::Dense, (2, 1)),
+        (2, diagonal.clone(), (1, 0)),
+        (2, diagonal, (1, 2)),
+        (2, sparse(2), (0, 1)),
+        (2, sparse(2), (2, 1)),
+    ];
+    let mut wrong = Vec::new();
+    for (dim, structure, at) in cases {
+        for from in [0.0, 0.45] {
+            let field = Stray { dim, structure: structure.clone(), at, from };
+            for (name, method) in methods(&field) {
+                let start = State::new(0.0, vec![1.0; dim]);
+                let run = Trajectory::new(method.expect(name), start, 0.1, 1.0).expect("valid");
+                let outside = SolveError::OutsideStructure { row: at.0, column: at.1 };
+                match run.observe(|_| {}) {
+                    Err(StepError::Solve { source, .. }) if source == outside => {}
+                    other => wrong.push(format!("{name}, {structure:?}, {at:?} from {from}: {other:?}")),
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
