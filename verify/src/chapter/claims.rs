@@ -37,7 +37,7 @@ const RULE: &str = "A claim is confirmed if all its comparisons come out as clai
                     not state; if there is none, it is refuted if it holds in no case or, as a comparison of methods, in no case \
                     against one of the others; and else it is not supported. A condition is one that a user can check beforehand: of the \
                     problem, the step size, the data or, in a statement on a family of schemes, the member; and the finding says why it \
-                    holds there, so that no condition is picked by its outcomes. A restriction of the rivals is none, except where the \
+                    holds there, so that no condition is picked by its outcomes. A restriction of the rivals is no condition, except where the \
                     source names each, so that every pair is a sentence of its own. Where a condition ends with the tests and not with \
                     what was found, it says how far it was tested. Where a step has no solution, that is itself the outcome, and counts \
                     against what is claimed of it; a run that broke off for another reason decides nothing.";
@@ -81,7 +81,8 @@ fn verdicts(judged: &[Judged]) -> Table {
     Table::new(
         "claims",
         "The verdict on every claim, the claim restated, what decided it, its place in the source and what it is said of. Where the \
-         source prints a number, ours stands beside it. The identifiers lead to the evidence.",
+         source prints a number, ours stands beside it. What is said of all cases falls with one counterexample; what is said of cases that the source \
+         leaves open, or of one method against others, may hold under a condition. The identifiers lead to the evidence.",
         ["id", "verdict", "claim", "found", "place", "said of"],
         judged.iter().map(row).collect(),
     )

@@ -265,7 +265,7 @@ fn windows(context: &Context) -> Result<Part, StudyError> {
 fn notes() -> Vec<String> {
     vec![
         "There is no best constant (α, β), only a best one for a range of hλ. With θ = −α/β the error of one step on v̇ = −λv \
-         falls everywhere as θ grows, from Method I at θ = 0 to Method II at θ = 1: it is positive for small hλ and negative \
+         falls everywhere as θ grows, from Method I at θ = 0 to Method II at θ = 1: in between it is positive for small hλ and negative \
          for large, and the best θ makes the two extremes equal. For h → 0 it tends to 1, and damping at infinity, |R(∞)| = θ, \
          is lost; over all steps it is near 0.06."
             .into(),

@@ -118,7 +118,11 @@ fn parabolic(evidence: &Evidence) -> Result<(), Failed> {
             format!(
                 "for the work of 32 linear systems its error is {of_radau} of Method I's on smooth data and {of_later} of it well after a jump."
             ),
-            format!("right after it the other methods have {} to {} times its error", brief(low), brief(high)),
+            format!(
+                "right after it, for two linear systems, the other methods have {} to {} times its error",
+                brief(low),
+                brief(high)
+            ),
             "in a channel of 64 cells".into(),
             format!(
                 "for 32 systems `{}` is the most accurate, and the trapezoidal rule has {of_rule} of Method I's error",
@@ -238,7 +242,7 @@ fn path_fitting(evidence: &Evidence) -> Result<(), Failed> {
                 "over {steps} steps it drifts by {equispaced} on equispaced nodes, and changes by {kept} at most on Gauss nodes and with the Galerkin integrator."
             ),
             format!(
-                "of one step is {} on equispaced nodes, {} on Gauss nodes, and for the Galerkin integrator {}, which is rounding.",
+                "of one step of 0.2 is {} on equispaced nodes, {} on Gauss nodes, and for the Galerkin integrator {}, which is rounding.",
                 defect[0], defect[1], defect[2]
             ),
             format!(
@@ -374,7 +378,10 @@ fn methods(evidence: &Evidence) -> Result<(), Failed> {
         ),
         (
             "conventional",
-            vec![format!("it is off by {} at t = 10.", brief(end("linear-drag", "conventional", 0.1, 10.0)?))],
+            vec![format!(
+                "steps of h = 0.1 are off by {} at t = 10.",
+                brief(end("linear-drag", "conventional", 0.1, 10.0)?)
+            )],
         ),
     ];
     // From which number of systems on Radau IIA has the smaller error in all pictures.

@@ -46,7 +46,8 @@ pub(super) fn tell(context: &Context, evidence: &mut Evidence) -> Result<(), Stu
     };
     let (family, rule) = (smooth(FAMILY)?, smooth("trapezoidal")?);
     let ratios = || family.iter().zip(&rule).map(|(a, b)| a / b);
-    let drag = EndErrors { problem: "linear-drag".into(), h: 0.1, t_end: END, ..after_jump("conventional") };
+    let drag_h = 0.1;
+    let drag = EndErrors { problem: "linear-drag".into(), h: drag_h, t_end: END, ..after_jump("conventional") };
     let growth = context.get(drag)?.end;
     evidence.checks.extend([
         Check::new(
@@ -108,13 +109,14 @@ pub(super) fn tell(context: &Context, evidence: &mut Evidence) -> Result<(), Stu
         ("family_low", brief(ratios().smallest())),
         ("family_high", brief(ratios().largest())),
         ("growth", brief(growth)),
+        ("growth_h", drag_h.to_string()),
         ("end", END.to_string()),
         ("over_tr_bdf2", parabolic::radau_leads_from(context, "tr-bdf2")?.to_string()),
         ("over_sdirk2", parabolic::radau_leads_from(context, "sdirk2")?.to_string()),
     ];
     let rows =
         prose::fill(include_str!("methods.md"), &values)?.iter().map(|text| row(text)).collect::<Result<_, _>>()?;
-    let caption = "The methods that this page names. Order, and what becomes of the parts of a stiff problem that decay fast, are those to which \
+    let caption = "The methods that the answers recommend or advise against; `verify list methods` has all. Order, and what becomes of the parts of a stiff problem that decay fast, are those to which \
                    the runs of the report are held. CVODE (SUNDIALS) and diffsol are solvers of other libraries, the references here.";
     evidence.tables.push(Table::new(ID, caption, ["name", "what it is", "order", "fast decay", "use it?"], rows));
     evidence.sections.push(Section {

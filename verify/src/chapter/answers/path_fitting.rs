@@ -10,6 +10,8 @@ use crate::experiment::symplectic_defect::Defects;
 use crate::measure::norm::{Extremes, larger};
 use crate::{method, row};
 
+/// The step whose defect of symplecticity is told.
+const DEFECT_H: f64 = 0.2;
 /// Three interior points each; the equations of a step are as many.
 const METHODS: [&str; 3] = ["path-fitted(4)", "path-fitted(4,gauss)", "galerkin-gauss(3)"];
 
@@ -52,7 +54,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let kept = larger(drift(1), drift(2));
     let mut defects = Vec::new();
     for name in METHODS {
-        defects.push(context.get(Defects { problem: "double-pendulum", method: name.into() })?.at(0.2));
+        defects.push(context.get(Defects { problem: "double-pendulum", method: name.into() })?.at(DEFECT_H));
     }
     let error = |i: usize| periods[i * LADDER.len() + COMPARED].error;
     let (gauss, galerkin) = (error(0) / error(1), error(2) / error(1));
@@ -91,7 +93,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             "Even on Gauss' nodes a step is not symplectic on the double pendulum: defect over that of galerkin-gauss(3)",
             defects[1] / defects[2],
             Requirement::AtLeast(1e6),
-            "one step of 0.2; the Galerkin step's defect is rounding",
+            format!("one step of {DEFECT_H}; the Galerkin step's defect is rounding"),
         ),
     ];
     let values = [
@@ -104,6 +106,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("drift", brief(drift(0))),
         ("kept", brief(kept)),
         ("equispaced_defect", brief(defects[0])),
+        ("defect_h", DEFECT_H.to_string()),
         ("gauss_defect", brief(defects[1])),
         ("galerkin_defect", brief(defects[2])),
     ];

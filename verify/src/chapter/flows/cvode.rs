@@ -118,7 +118,7 @@ pub(super) fn in_cpu_time(context: &Context, scale: &Scale) -> Result<String, St
     let against = found.as_accurate(finest.difference).map(|loose| times(finest.seconds, loose.seconds));
     let cost = against.map_or("an unknown multiple of".into(), |times| format!("{times} times"));
     Ok(format!(
-        "In the cavity of {cells}² cells at Re = {} it takes {cost} the CPU time of CVODE",
+        "In the cavity of {cells}² cells at Re = {} Method I takes {cost} the CPU time of CVODE",
         short(AgainstCvode::RE)
     ))
 }

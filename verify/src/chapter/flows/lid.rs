@@ -75,8 +75,8 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
             .push(Panel::new(Axis::linear("y"), Axis::linear("u at x = ½"), curves).titled(format!("t = {}", truth.t)));
     }
     let caption = format!(
-        "Velocity on the vertical centre line after one and after four steps of h = {large} from rest: what swings beyond the reference \
-         next to the lid, at y = 1, is ringing."
+        "Velocity on the vertical centre line after one and after four steps of h = {large} from rest: the trapezoidal \
+         and the midpoint rule swing from one side of the reference to the other next to the lid, at y = 1."
     );
     let id = "flow-lid-profiles";
     evidence.tables.push(Table::data(id, caption.clone(), ["t", "method", "y", "u"], data));

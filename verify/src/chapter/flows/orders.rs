@@ -115,12 +115,13 @@ pub(super) fn in_time_and_space(context: &Context, evidence: &mut Evidence, scal
     const METHODS: [&str; 3] = ["method-i", "tr-bdf2", EULER];
     const FLOWS: [&str; 3] = ["cavity-manufactured", KOVASZNAY, "channel-2d length=4"];
     let mut rows = Vec::new();
-    let mut euler = Vec::new();
+    let (mut euler, mut over) = (Vec::new(), Vec::new());
     let mut panels = Vec::new();
     let cells = scale.refinement;
     for flow in FLOWS {
         let mut curves = Vec::new();
         let found = context.get_each(METHODS.map(|method| Refinement { flow, method, cells }).into())?;
+        over.push(short(found[0].errors[1] / found[1].errors[1]));
         for (method, found) in METHODS.into_iter().zip(&found) {
             if method == "method-i" {
                 evidence.checks.extend(together(flow, found, cells[1]));
@@ -143,6 +144,9 @@ pub(super) fn in_time_and_space(context: &Context, evidence: &mut Evidence, scal
         ("verdict", as_good_as_second(steady).into()),
         ("manufactured", short(manufactured)),
         ("channel", short(channel)),
+        ("over_manufactured", over[0].clone()),
+        ("over_steady", over[1].clone()),
+        ("over_channel", over[2].clone()),
     ];
     evidence.notes.extend(prose::fill(include_str!("space_time.md"), &values)?);
     let caption = format!(

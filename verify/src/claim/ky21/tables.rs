@@ -199,7 +199,7 @@ fn copied() -> String {
     }
     format!(
         " At t = {} the table prints for the energy errors of (17) the digits of the solution errors of (16), which its runs do \
-         not give: a slip in copying.",
+         not give: apparently a slip in copying.",
         times.join(" and ")
     )
 }

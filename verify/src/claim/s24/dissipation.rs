@@ -114,7 +114,7 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
         let step_equation::Found::Roots(roots) = &*found else { return Err("a step is not determined".into()) };
         let &[root] = &roots[..] else { return Err(format!("not one root is left at W = {w}").into()) };
         left.push(root);
-        let instead = format!("no solution on the branch, and off it v₁/v₀ = {}", text(root));
+        let instead = format!("no solution on the branch (the only root off it is v₁/v₀ = {})", text(root));
         cases.push(case.or_else(instead));
     }
     let just_below = step(last * (1.0 - 1e-6)).or_infinity(context)?;
@@ -122,8 +122,8 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
     let (least, most) = (left.iter().copied().smallest(), left.iter().copied().largest());
     let evidence = format!(
         "A step on the branch exists up to W = {bound}, where v₁/v₀ = {}; beyond, the root that starts at v₀ for h = 0 is gone and \
-         the step fails. The one root left at the steps tested is off the branch, v₁/v₀ = {}: no step amplifies, and what fails is the \
-         solution.",
+         the step fails. The one root left at the steps tested is off the branch, v₁/v₀ = {}: none of these steps amplifies, and what fails \
+         is the solution.",
         text(just_below),
         if least == most { text(least) } else { format!("{} to {}", text(least), text(most)) },
     );
@@ -135,15 +135,15 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
     let &[.., before, end] = &states[..] else { return Err("no steps".into()) };
     let run = "a run from v₀ = 1 with h = 3 that takes the only root at every step";
     let reading = format!(
-        "On v̇ = −v² from v₀ > 0, at h v₀ < {bound} (scanned from {SMALLEST}). No root amplifies at any step: the verdict rests on our reading \
-         by branches."
+        "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < {bound} (scanned from {SMALLEST}). The only root beyond does not amplify: the \
+         verdict rests on our reading by branches."
     );
     if method == BOTH[0] {
         let evidence =
             format!("{evidence} So {run} ends at {}, which is −1/h, while the solution tends to 0.", text(end));
         let spurious = OneStep { problem: "quadratic-drag v0=-1", ..step(1.0) };
         return Ok(Finding::on(cases, evidence)
-            .holds_where(format!("{reading} Beyond, the negative root that is left leads to the spurious steady state v = −1/h."))
+            .holds_where(format!("{reading} That root is negative and leads to the spurious steady state v = −1/h."))
             .because(format!(
                 "The step is a cubic in v₁, and two of its roots merge in a fold. The one that is left is negative and leads to \
                  the fixed point v = −1/h of the method, where f ≠ 0: from v = −1 with h = 1 a live step gives {}.",

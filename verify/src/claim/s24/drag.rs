@@ -245,7 +245,7 @@ fn rates(context: &Context) -> Result<Finding, StudyError> {
     let columns = ["problem", "method_i", "method_ii", "implicit_euler"];
     let table = Table::new("claims-rates", "Fitted orders, those of the chapter on orders.", columns, rows);
     Ok(Finding::on(cases, evidence)
-        .holds_where("Where the Lagrangian is the residual's alone; with Method II on the ansatz too.")
+        .holds_where("Where the Lagrangian is ½|v̇ − f|² and not the reduced (37); with Method II on the ansatz too.")
         .because(
             "A closure that leaves the residual at zero is of second order, one more than implicit Euler. The reduced Lagrangian of the \
              ansatz keeps a remainder besides, and with it p = 0 is met to first order only.",

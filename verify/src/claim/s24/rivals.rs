@@ -188,7 +188,7 @@ fn sophisticated(context: &Context) -> Result<Finding, StudyError> {
     };
     Ok(Finding::on(cases, evidence)
         .holds_where(format!(
-            "At steps of up to half the time scale of the two problems; of all from {} to {}, on linear drag at {} and on quadratic drag at {} (scanned).",
+            "At steps of up to half the time scale of the two problems. Of all steps from {} to {}, scanned, it holds on linear drag at {} and on quadratic drag at {}.",
             BETWEEN[0],
             BETWEEN[1],
             of(LINEAR)?,

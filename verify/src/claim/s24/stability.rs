@@ -181,7 +181,7 @@ fn method_i_on_stable_systems(context: &Context) -> Result<Finding, StudyError> 
         text(worst.radius)
     );
     Ok(Finding::on(cases, evidence)
-        .holds_where("On linear scalars, on systems with a normal matrix, and on linear dissipative systems (S24-b-1).")
+        .holds_where("On stable linear scalars, on stable systems with a normal matrix, and on linear dissipative systems (S24-b-1).")
         .because(format!(
             "Stability of a step is guaranteed by a negative semidefinite symmetric part S, not by the eigenvalues of the matrix. The matrix with rows {}, {}, \
              {} has no eigenvalue right of {}, but S has the eigenvalue {}, so that the system is not dissipative; the \

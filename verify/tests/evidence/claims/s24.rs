@@ -323,7 +323,8 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             let (last, reached) = fold_of_method_i();
             let left = [3.0, 100.0].map(negative_root_of_method_i);
             let counterexample = found.0.counterexample().map(ToString::to_string).unwrap_or_default();
-            let said = format!("W = 3: no solution on the branch, and off it v₁/v₀ = {}, where", text(left[0]));
+            let said =
+                format!("W = 3: no solution on the branch (the only root off it is v₁/v₀ = {}), where", text(left[0]));
             require(counterexample.contains(&said), || format!("{counterexample} where “{said}” is known"))?;
             // With h = 3 from v₀ = 1, and from the root on: the steps tend to −1/3.
             let end = (1..200).fold(1.0, |v: f64, _| v * negative_or_only_root(3.0 * v));
@@ -333,12 +334,12 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             Known::of([
                 format!("A step on the branch exists up to W = {last:.3}, where v₁/v₀ = {};", text(reached)),
                 "starts at v₀ for h = 0 is gone".into(),
-                format!("v₁/v₀ = {} to {}: no step amplifies,", text(left[0]), text(left[1])),
+                format!("v₁/v₀ = {} to {}: none of these steps amplifies,", text(left[0]), text(left[1])),
                 format!(
                     "from v₀ = 1 with h = 3 that takes the only root at every step ends at {}, which is −1/h, while the solution tends to 0.",
                     text(end)
                 ),
-                format!("On v̇ = −v² from v₀ > 0, at h v₀ < {last:.3} (scanned from 0.01)."),
+                format!("On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < {last:.3} (scanned from 0.01)."),
                 "leads to the spurious steady state v = −1/h.".into(),
                 "from v = −1 with h = 1 a live step gives −1.".into(),
                 "the fixed point v = −1/h of the method, where f ≠ 0:".into(),
@@ -353,10 +354,10 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 format!("A step on the branch exists up to W = 1.000, where v₁/v₀ = {};", text(reached)),
                 "starts at v₀ for h = 0 is gone".into(),
                 // The other factor has none for W > 1: (1 − W)(1 + 3W) < 0.
-                "off the branch, v₁/v₀ = −1: no step amplifies,".into(),
+                "off the branch, v₁/v₀ = −1: none of these steps amplifies,".into(),
                 // From −v₀ on, W < −⅓, the other factor has no root either.
                 "from v₀ = 1 with h = 3 that takes the only root at every step comes to 1 and −1 in turn for ever, while the solution tends to 0.".into(),
-                "On v̇ = −v² from v₀ > 0, at h v₀ < 1.000 (scanned from 0.01).".into(),
+                "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < 1.000 (scanned from 0.01).".into(),
                 "J₀ᵀr₀ + J₁ᵀr₁ = 0,".into(),
             ])
         }
@@ -485,7 +486,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 format!("With degree 2, {}; {}.", of("linear drag"), of("quadratic drag")),
                 "s + 1 Lobatto nodes is of order 2s".into(),
                 format!(
-                    "of all from 0.01 to 2, on linear drag at {} and on quadratic drag at {} (scanned).",
+                    "Of all steps from 0.01 to 2, scanned, it holds on linear drag at {} and on quadratic drag at {}.",
                     said(&scanned[0], [0.01, 2.0]),
                     said(&scanned[1], [0.01, 2.0])
                 ),
