@@ -179,12 +179,19 @@ pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, gue
         let known = truth(problem, &limit, &times, &solved, "").map(|(_, truth)| truth);
         let by_steps = |method: Box<dyn Method>| (method.name(), by_method(problem, &*method, &times, known.as_ref()));
         solved.par_extend(methods.into_par_iter().map(by_steps));
+        let mut asked: Vec<Solved> = Vec::new();
         if limit.name == problem.limit(Principle::Equation).name {
+            let known = known.map(|truth| shown(problem, &times, truth));
             let ask = |guest: &Guest| (guest.name.clone(), by_program(problem, guest, &times, known.as_ref()));
-            solved.par_extend(guests.into_par_iter().map(ask));
+            asked.par_extend(guests.into_par_iter().map(ask));
         }
-        for (solver, answer) in &solved {
-            let truth = truth(problem, &limit, &times, &solved, solver);
+        let of_solved =
+            solved.iter().map(|(solver, answer)| (solver, answer, truth(problem, &limit, &times, &solved, solver)));
+        let of_asked = asked.iter().map(|(guest, answer)| {
+            let truth = truth(problem, &limit, &times, &solved, "");
+            (guest, answer, truth.map(|(name, truth)| (name, shown(problem, &times, truth))))
+        });
+        for (solver, answer, truth) in of_solved.chain(of_asked) {
             let (standing, status) = judge(answer, truth.as_ref().map(|(_, truth)| truth));
             let both = answer.as_ref().ok().zip(truth.as_ref());
             solvers.push(Compared {
@@ -384,6 +391,25 @@ fn truth(
     let answered = references.filter_map(|(name, answer)| answer.as_ref().ok().map(|answer| (name, answer)));
     let (name, best) = answered.min_by(|a, b| a.1.bound.total_cmp(&b.1.bound))?;
     Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound, astray: None, runs: None }))
+}
+
+/// What the problem shows of states, with a bound on the error of that: what is shown depends linearly on the state, so that its
+/// error is at most that of the state times the largest sum of the sizes of what unit states add to a component.
+fn shown(problem: &dyn Problem, times: &[f64], answer: Answer) -> Answer {
+    let states: Vec<_> = times.iter().zip(&answer.states).map(|(t, state)| problem.observe(*t, state)).collect();
+    if states == answer.states {
+        return answer;
+    }
+    let (t, mut unit) = (times[times.len() - 1], vec![0.0; answer.states[0].len()]);
+    let without = problem.observe(t, &unit);
+    let mut sums = vec![0.0; without.len()];
+    for i in 0..unit.len() {
+        unit[i] = 1.0;
+        let with = problem.observe(t, &unit);
+        sums.iter_mut().zip(with.iter().zip(&without)).for_each(|(sum, (a, b))| *sum += (a - b).abs());
+        unit[i] = 0.0;
+    }
+    Answer { states, bound: answer.bound * max_norm(&sums), ..answer }
 }
 
 /// The decision on one answer.

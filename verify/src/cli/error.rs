@@ -215,6 +215,9 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         RunError::Step(StepError::Solve { source: SolveError::NotLinear { .. }, .. }) => {
             Some("the problem declares what it is not; that is a mistake in the problem")
         }
+        RunError::Step(StepError::Solve { source: SolveError::Linear { .. }, .. }) => Some(
+            "another method may do; a smaller `--h` helps where the step, and not the equation, makes the system hard",
+        ),
         RunError::Step(_) | RunError::NonFinite(_) => Some("a smaller `--h` may help"),
         _ => None,
     }

@@ -630,6 +630,55 @@ fn a_comparison_takes_the_order_of_a_program_for_its_bound() {
     }
 }
 
+/// A program shows velocities and vorticity; references and methods have values of the stream function and Fourier coefficients.
+#[test]
+fn a_comparison_with_a_program_is_in_what_the_problem_shows() {
+    for (setting, wrong) in [("taylor-green --set cells=8", "implicit-euler"), ("cavity --set cells=4", "rk4")] {
+        let of = |method: &str, set: &str| {
+            let own = format!("{} solve --method {method} {set} --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
+            let problem = ["compare", "--problem"].into_iter().chain(setting.split(' '));
+            verify(&problem.chain(["--program", &own]).collect::<Vec<_>>())
+        };
+        let (code, out, error) = of("method-i", "");
+        assert!(code == 0 && out.contains(" 0 do not"), "{setting}: {out}{error}");
+        let (code, out, error) = of(wrong, "--set re=30");
+        assert!(code == 1 && out.contains("1 do not"), "{setting}: {out}{error}");
+    }
+}
+
+/// Each option has a question of its own; another one does not pass over it.
+#[test]
+fn options_of_another_question_are_refused() {
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/drag.csv");
+    let table = format!("order --data {data} --cells cells --dimension 2");
+    for (line, needed) in [
+        ("order --problem cavity --method method-i --refine cells=4,8,16", "--refine needs --program"),
+        ("order --problem logistic --method rk4 --h 0.1,0.05,0.025", "--h needs --program"),
+        ("order --problem logistic --method rk4 --time-limit 3", "--time-limit needs --program"),
+        ("order --problem logistic --method rk4 --cells N --dimension 2", "--cells needs --data"),
+        ("order --problem logistic --method rk4 --quantity energy", "--quantity needs --data"),
+        ("order --problem logistic --program true --exact 2", "--exact needs --data"),
+        (&format!("{table} --h 0.1"), "--h needs --program"),
+        (&format!("{table} --coarsest 0.1"), "--coarsest needs --method"),
+        (&format!("{table} --points 5"), "--points needs --method"),
+    ] {
+        let (code, out, error) = say(line);
+        assert!(code == 2 && out.is_empty() && flat(&error).contains(needed), "{line}: {code} {out}{error}");
+    }
+    assert_eq!(say(&table).0, 0);
+}
+
+/// An error in Fourier coefficients is not one in the vorticity that is shown.
+#[test]
+fn an_order_says_what_its_errors_are_of() {
+    let method = "order --problem taylor-green --set cells=8 --method rk4";
+    let program = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
+    let (_, out, _) = say(method);
+    assert!(flat(&out).contains("the largest difference of an unknown of the equations"), "{out}");
+    let (_, out, _) = verify(&["order", "--problem", "taylor-green", "--set", "cells=8", "--program", &program]);
+    assert!(flat(&out).contains("the largest difference of a component that it shows"), "{out}");
+}
+
 /// Grids in place of steps: a parameter that the program is given, without a reference.
 #[test]
 fn a_program_is_refined_in_space() {

@@ -8,6 +8,7 @@ use crate::experiment::flow::log_log;
 use crate::experiment::flow::periodic::{
     Change, END, Found, GridError, METHODS, PeriodicErrors, RE, Row, WithoutViscosity,
 };
+use crate::experiment::flow::stops::Stops;
 use crate::measure::norm::{Extremes, max_norm};
 use crate::row;
 
@@ -64,6 +65,24 @@ pub(super) fn over_tr_bdf2(context: &Context, scale: &Scale) -> Result<[f64; 2],
     let runs = Runs::new(context, scale)?;
     let [shear, turbulence] = FLOWS.map(|flow| runs.over(flow, OURS, ("tr-bdf2", "velocity")));
     Ok([shear?, turbulence?])
+}
+
+/// What becomes of Method II on shear layers of 32² points, whatever the step.
+fn method_ii(context: &Context) -> Result<String, StudyError> {
+    const STEPS: [f64; 3] = [0.1, 0.01, 0.001];
+    let found = context.get_each(STEPS.map(|h| Stops { flow: "shear-layer cells=32", h }).into())?;
+    let residuals: Option<Vec<f64>> = found.iter().map(|residual| **residual).collect();
+    Ok(residuals.map_or_else(
+        || "Method II takes a step of one of these sizes on the shear layers.".into(),
+        |residuals| {
+            format!(
+                "Method II does not start on the shear layers of 32² points: with steps of {} its linear solver stops at a relative residual of {}, \
+                 since its matrix tends to a multiple of Jᵀ, which no preconditioner here knows.",
+                STEPS.map(short).join(", "),
+                residuals.iter().map(|residual| brief(*residual)).collect::<Vec<_>>().join(", ")
+            )
+        },
+    ))
 }
 
 const OURS: (&str, &str) = ("method-i", "velocity");
@@ -126,6 +145,7 @@ pub(super) fn errors(context: &Context, evidence: &mut Evidence, scale: &Scale) 
         ("rk4_evaluations", cheapest.evaluations.to_string()),
         ("own", brief(own.error)),
         ("own_evaluations", own.evaluations.to_string()),
+        ("method_ii", method_ii(context)?),
     ];
     evidence.notes.extend(prose::fill(include_str!("evaluations.md"), &values)?);
     for (case, found) in cases.iter().zip(found).filter(|(case, _)| case.end > END) {

@@ -56,6 +56,22 @@ impl DataArgs {
         }
     }
 
+    /// The options that are given and are of tables alone.
+    pub(super) fn given(&self) -> impl Iterator<Item = &'static str> {
+        let given = [
+            ("--step", self.step.is_some()),
+            ("--cells", self.cells.is_some()),
+            ("--dimension", self.dimension.is_some()),
+        ];
+        given.into_iter().filter_map(|(option, is_given)| is_given.then_some(option))
+    }
+
+    /// The options that are given and are of quantities, from a table or from runs that are compared with each other.
+    pub(super) fn given_of_quantities(&self) -> impl Iterator<Item = &'static str> {
+        let given = [("--quantity", !self.quantity.is_empty()), ("--exact", self.exact.is_some())];
+        given.into_iter().filter_map(|(option, is_given)| is_given.then_some(option))
+    }
+
     /// Reads the table in `path`.
     pub(super) fn read(&self, path: &Path) -> Result<Vec<Quantity>, Failure> {
         let file = File::open(path).map_err(|source| Failure::Read { path: path.into(), source })?;

@@ -162,7 +162,33 @@ fn word(verdict: Verdict) -> &'static str {
     }
 }
 
+impl Args {
+    /// Refuses options that are of another question: clap asks for what an option requires only where nothing given excludes that.
+    fn refuse_others(&self) -> Result<(), Failure> {
+        let (is_data, is_program) = (self.data.data.is_some(), self.program.program.is_some());
+        let is_of_values = is_data || is_program && self.program.refines();
+        let of_references = [
+            ("--reference", self.reference.is_some()),
+            ("--reference-tolerance", self.reference_tolerance.is_some()),
+            ("--coarsest", self.coarsest.is_some()),
+            ("--points", self.points.is_some()),
+        ];
+        let of_references = of_references.into_iter().filter_map(|(option, is_given)| is_given.then_some(option));
+        let programs = self.program.given().filter(|_| !is_program).map(|option| (option, "--program"));
+        let tables = self.data.given().filter(|_| !is_data).map(|option| (option, "--data"));
+        let quantities = self.data.given_of_quantities().filter(|_| !is_of_values);
+        let quantities = quantities.map(|option| (option, "--data, or --program with --h or --refine"));
+        let references = of_references.filter(|_| is_of_values);
+        let references = references.map(|option| (option, "--method, or --program without --h and --refine"));
+        match programs.chain(tables).chain(quantities).chain(references).next() {
+            Some((option, needed)) => Err(Failure::Incomplete(option, needed)),
+            None => Ok(()),
+        }
+    }
+}
+
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
+    args.refuse_others()?;
     if let Some(path) = &args.data.data {
         let quantities = args.data.read(path)?;
         return args.data.judge((&quantities, &Shown::default()), args, out);
@@ -224,6 +250,11 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     }
     let end = order_plan(&*problem, &*method).horizon;
     let result = Measurement::new(&name, method.name(), (truth, end), (&fit, true), &notes);
+    let start = problem.initial();
+    let result = match problem.observe(0.0, &start) == start {
+        true => result,
+        false => result.of("an unknown of the equations, not of what `solve` shows of them,"),
+    };
     result.write(args, &fit, out)?;
     if args.format == Format::Table {
         args.problem.write_caveat(out).map_err(Failure::Output)?;
@@ -247,6 +278,9 @@ struct Measurement<'a> {
     reason: &'a str,
     notes: &'a [String],
     points: Vec<Point>,
+    /// What an error is a difference of.
+    #[serde(skip)]
+    of: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -306,7 +340,13 @@ impl<'a> Measurement<'a> {
             reason: &fit.reason,
             notes,
             points: fit.points().into_iter().map(point).collect(),
+            of: "a component of the state",
         }
+    }
+
+    /// The same, of errors in something else.
+    fn of(self, of: &'static str) -> Self {
+        Self { of, ..self }
     }
 
     fn write(&self, args: &Args, fit: &OrderFit, out: &mut Output) -> Result<(), Failure> {
@@ -324,7 +364,7 @@ impl<'a> Measurement<'a> {
 
     /// What an error is.
     fn compared(&self) -> String {
-        format!("the largest difference of a component of the state at t = {}", plain(self.t_end))
+        format!("the largest difference of {} at t = {}", self.of, plain(self.t_end))
     }
 
     fn write_json(&self, out: &mut impl Write) -> io::Result<()> {

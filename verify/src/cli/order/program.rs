@@ -11,6 +11,9 @@ use crate::cli::args::{assignment, positive, program};
 use crate::cli::error::Failure;
 use crate::cli::output::Output;
 
+/// Seconds that a run may take by default.
+const TIME_LIMIT: u64 = 60;
+
 /// A command instead of a method.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "A program of your own")]
@@ -19,9 +22,9 @@ pub(super) struct ProgramArgs {
     #[arg(long, value_name = "COMMAND", conflicts_with_all = ["method", "data"])]
     pub(super) program: Option<String>,
 
-    /// End a run of the program after so many seconds
-    #[arg(long, value_name = "SECONDS", requires = "program", default_value_t = 60)]
-    time_limit: u64,
+    /// End a run of the program after so many seconds [default: 60]
+    #[arg(long, value_name = "SECONDS", requires = "program")]
+    time_limit: Option<u64>,
 
     /// Without a reference: steps to compare with each other
     #[arg(long, value_name = "H,H,…", requires = "program", value_delimiter = ',', value_parser = positive)]
@@ -54,7 +57,7 @@ impl ProgramArgs {
             (&found.fit, args.expect.is_some()),
             &found.notes,
         );
-        result.write(args, &found.fit, out)?;
+        result.of("a component that it shows").write(args, &found.fit, out)?;
         Ok(found.fit.verdict.into())
     }
 
@@ -102,7 +105,17 @@ impl ProgramArgs {
         !self.h.is_empty() || self.refine.is_some()
     }
 
+    /// The options that are given and are of programs alone.
+    pub(super) fn given(&self) -> impl Iterator<Item = &'static str> {
+        let given = [
+            ("--h", !self.h.is_empty()),
+            ("--refine", self.refine.is_some()),
+            ("--time-limit", self.time_limit.is_some()),
+        ];
+        given.into_iter().filter_map(|(option, is_given)| is_given.then_some(option))
+    }
+
     fn program(&self, command: &str) -> Result<Program, Failure> {
-        program(command, self.time_limit)
+        program(command, self.time_limit.unwrap_or(TIME_LIMIT))
     }
 }

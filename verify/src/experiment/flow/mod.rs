@@ -14,6 +14,7 @@ pub(crate) mod propagator;
 pub(crate) mod refinement;
 pub(crate) mod spurious;
 pub(crate) mod steady;
+pub(crate) mod stops;
 
 use cpu_time::ThreadTime;
 use lsvi::Work;
