@@ -148,7 +148,7 @@ impl Repair {
         } else {
             format!("all {} failing conditions", self.mends)
         };
-        let implicit = if self.makes_implicit { ", which makes the method implicit" } else { "" };
+        let implicit = if self.makes_implicit { ", and couples stages that are not coupled" } else { "" };
         format!("{}: {} → {}{with_c}, mends {failing}{implicit}", self.place, self.was, self.text)
     }
 }

@@ -186,8 +186,7 @@ impl StabilityFunction {
     }
 
     /// Orders on v̇ = λ v: of the solution, and on oscillations of phase (dispersion) and amplitude (dissipation), with the
-    /// constants of their leading errors. An order is `None` where the error vanishes to all orders looked at, as that of the amplitude does for
-    /// symmetric methods.
+    /// constants of their leading errors.
     pub fn linear_orders(&self) -> LinearOrders {
         let defect =
             self.log_defect(2 * self.denominator.coefficients().len().max(self.numerator.coefficients().len()) + 4);
@@ -197,13 +196,23 @@ impl StabilityFunction {
                 .find(|(k, c)| parity.is_none_or(|odd| k % 2 == odd) && !c.may_be_zero())
                 .map(|(k, c)| (k as u32 - 1, c.to_f64()))
         };
+        // A term that vanishes is within a few roundings of the coefficients; one that may be zero and may be large says nothing.
+        let coefficients = self.numerator.coefficients().iter().chain(self.denominator.coefficients());
+        let vanishing = 4.0 * coefficients.map(Real::radius).largest();
         // On z = iy the term l z^k is l iᵏ yᵏ: of the phase for odd k, of the logarithm of the amplitude for even k.
-        let on_axis = |(order, l): (u32, f64)| (order, if order.div_ceil(2) % 2 == 0 { l } else { -l });
-        LinearOrders {
-            solution: first(None),
-            dispersion: first(Some(1)).map(on_axis),
-            dissipation: first(Some(0)).map(on_axis),
-        }
+        let on_axis = |parity: usize| {
+            let mut terms = defect.iter().enumerate().filter(|(k, _)| (k + 1) % 2 == parity);
+            let leading = terms.find(|(_, l)| !l.may_be_zero() || l.to_f64().abs() > vanishing);
+            match leading {
+                None => Leading::None,
+                Some((order, l)) if l.may_be_zero() => Leading::Undetermined { order: order as u32 },
+                Some((order, l)) => {
+                    let sign = if order.div_ceil(2) % 2 == 0 { 1.0 } else { -1.0 };
+                    Leading::Term { order: order as u32, constant: sign * l.to_f64() }
+                }
+            }
+        };
+        LinearOrders { solution: first(None), dispersion: on_axis(1), dissipation: on_axis(0) }
     }
 
     /// Whether |R| > 1 at z certainly, which is what a counterexample has to show.
@@ -219,9 +228,28 @@ pub struct LinearOrders {
     /// Of the solution.
     pub solution: Option<(u32, f64)>,
     /// Of the phase on oscillations.
-    pub dispersion: Option<(u32, f64)>,
+    pub dispersion: Leading,
     /// Of the amplitude on oscillations.
-    pub dissipation: Option<(u32, f64)>,
+    pub dissipation: Leading,
+}
+
+/// The leading term of an error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Leading {
+    /// A term that is not zero.
+    Term {
+        /// The order.
+        order: u32,
+        /// The constant.
+        constant: f64,
+    },
+    /// The term of this order may be zero and may be large, to the digits that the coefficients are given to.
+    Undetermined {
+        /// The order.
+        order: u32,
+    },
+    /// The error vanishes to all orders looked at, as that of the amplitude does for symmetric methods.
+    None,
 }
 
 #[cfg(test)]
@@ -262,7 +290,7 @@ mod tests {
             let amplitude = |y: f64| at(y).norm() - 1.0;
             let errors: [&dyn Fn(f64) -> f64; 2] = [&phase, &amplitude];
             for (found, error) in [orders.dispersion, orders.dissipation].into_iter().zip(errors) {
-                let Some((order, constant)) = found else { continue };
+                let Leading::Term { order, constant } = found else { continue };
                 let y = (1e-8 / constant.abs()).powf(1.0 / f64::from(order + 1));
                 let leading = constant * y.powi(order as i32 + 1);
                 assert!((error(y) / leading - 1.0).abs() < 0.1, "{name}, order {order}: {} and {leading}", error(y));

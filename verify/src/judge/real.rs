@@ -7,6 +7,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use dashu_float::FBig;
 use dashu_float::round::Rounded;
 use dashu_float::round::mode::HalfEven;
+use dashu_int::IBig;
 use dashu_ratio::RBig;
 
 /// A binary float, rounded to nearest.
@@ -113,7 +114,25 @@ impl Real {
 
     /// `digits` significant decimal digits of the centre.
     pub fn decimal(&self, digits: usize) -> String {
-        self.mid.clone().with_base_and_precision::<10>(digits).value().to_string()
+        let size = self.to_f64().abs();
+        if size == 0.0 {
+            return "0".into();
+        }
+        // A number that rounds up to a power of ten gets a digit more, which is a zero.
+        let places = digits as i64 - 1 - size.log10().floor() as i64;
+        let unit = RBig::from(IBig::from(10).pow(places.unsigned_abs() as usize));
+        let Ok(exact) = RBig::try_from(self.mid.clone()) else { return self.mid.to_string() };
+        let whole = if places >= 0 { exact * &unit } else { exact / &unit };
+        let whole: IBig = whole.round();
+        let sign = if whole < IBig::ZERO { "-" } else { "" };
+        let text = whole.to_string();
+        let text = text.trim_start_matches('-');
+        if places <= 0 {
+            return format!("{sign}{text}{}", "0".repeat(places.unsigned_abs() as usize));
+        }
+        let padded = format!("{text:0>width$}", width = places as usize + 1);
+        let (before, after) = padded.split_at(padded.len() - places as usize);
+        format!("{sign}{before}.{}", after.trim_end_matches('0')).trim_end_matches('.').to_owned()
     }
 
     /// The rational of the smallest denominator within the radius, or within 10⁻⁴⁰ where that is wider.
@@ -221,6 +240,23 @@ mod tests {
         assert!(defect.may_be_zero() && defect.radius() < 1e-56);
         let off = &third + &Real::rational(&RBig::from_parts(1.into(), 10_u8.into()).pow(50));
         assert!((&(&off * &Real::from(3)) - &Real::one()).is_positive());
+    }
+
+    #[test]
+    fn a_decimal_is_the_number_to_its_digits() {
+        for (n, d) in [(8, 10_000), (1, 1_000_000), (3, 100_000), (-1, 7), (22, 7), (99_996, 100_000), (12_345_678, 1)]
+        {
+            let x = Real::rational(&RBig::from_parts(n.into(), u64::try_from(d).expect("positive").into()));
+            for digits in [1, 2, 3, 12] {
+                let text = x.decimal(digits);
+                let read: f64 = text.parse().expect("a decimal");
+                let unit = 10_f64.powi(x.to_f64().abs().log10().floor() as i32 + 1 - digits as i32);
+                let error = (read - x.to_f64()).abs();
+                assert!(error <= 0.5 * unit * (1.0 + 1e-9), "{n}/{d} to {digits} digits is no {text}");
+            }
+        }
+        assert_eq!(Real::rational(&RBig::from_parts(8.into(), 10_000_u64.into())).decimal(1), "0.0008");
+        assert_eq!(Real::from(0).decimal(3), "0");
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub struct Repair {
     pub place: Place,
     /// Whether c_i has to follow, so that its row sum stays right.
     pub with_c: bool,
-    /// Whether the method is explicit as it stands, and would not be.
+    /// Whether the method is explicit as it stands, or diagonally implicit, and would not be.
     pub makes_implicit: bool,
     /// The text that stands there.
     pub was: String,
@@ -193,7 +193,11 @@ impl Search<'_> {
         let (text, value) = forms(x, old, &self.tableau.radicands).find(holds)?;
         let with_c = matches!(place, Place::A(..)) && self.rows.is_empty() && self.tableau.c.is_some();
         let mends = self.failing.iter().map(Vec::len).sum::<usize>() + self.rows.len();
-        let makes_implicit = matches!(place, Place::A(i, j) if i == j) && self.tableau.shape() == Shape::Explicit;
+        let makes_implicit = match (place, self.tableau.shape()) {
+            (Place::A(i, j), Shape::Explicit) => j >= i,
+            (Place::A(i, j), Shape::DiagonallyImplicit) => j > i,
+            _ => false,
+        };
         Some(Repair { place, with_c, makes_implicit, was: old.text.clone(), text, value, mends })
     }
 }

@@ -6,7 +6,7 @@ use lsvi::{InputError, Integrator, VectorField};
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::facts::{Facts, order as order_fact, reach, short};
-use super::linear::Reach;
+use super::linear::{Leading, Reach};
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
 use super::structure::{Indefinite, Simplifying};
@@ -180,9 +180,12 @@ impl Theory {
 
     fn oscillations(&self) -> String {
         let linear = self.linear;
-        let one = |what: &str, found: Option<(u32, f64)>| match found {
-            Some((order, constant)) => format!("{what} of order {order} (constant {constant:+.2e})"),
-            None => format!("no {what} at all"),
+        let one = |what: &str, found: Leading| match found {
+            Leading::Term { order, constant } => format!("{what} of order {order} (constant {constant:+.2e})"),
+            Leading::Undetermined { order } => {
+                format!("{what} of order {order} or higher, which the digits do not tell")
+            }
+            Leading::None => format!("no {what} at all"),
         };
         format!("{}, {}", one("dispersion", linear.dispersion), one("dissipation", linear.dissipation))
     }
@@ -360,13 +363,21 @@ fn a_stable(theory: &Theory) -> Finding {
     }
 }
 
-fn series_order(p: u32, found: Option<(u32, f64)>, what: &str) -> Finding {
+fn series_order(p: u32, found: Leading, what: &str) -> Finding {
     match found {
-        Some((order, constant)) => {
+        Leading::Term { order, constant } => {
             let why = format!("the leading error of the {what} is {constant:+.4e} (hω)^{}", order + 1);
             Finding::new(order == p, why).measured(order)
         }
-        None => Finding::new(false, format!("there is no error of the {what} at all, to any order looked at")),
+        Leading::Undetermined { order } if p < order => {
+            Finding::new(false, format!("the error of the {what} is of order {order} at least")).measured(order)
+        }
+        Leading::Undetermined { order } => Finding {
+            outcome: Outcome::Inconclusive,
+            measured: None,
+            why: format!("the digits given do not tell the term of order {order} of the {what} from zero"),
+        },
+        Leading::None => Finding::new(false, format!("there is no error of the {what} at all, to any order looked at")),
     }
 }
 

@@ -352,3 +352,27 @@ fn an_order_beyond_the_conditions_follows_from_the_simplifying_assumptions() {
         assert!(code == 1 && out.contains("REFUTED order"), "{wrong}: {out}{error}");
     }
 }
+
+/// The fifth power in the error of the phase is forty times what four digits leave open, but not by the bounds that they allow.
+#[test]
+fn an_order_of_dispersion_that_the_digits_do_not_tell_is_left_open() {
+    let text = "digits = 4\norder = 3\nclaims = [\"dispersion order 4\"]\nc = [\"0.4359\", \"0.7179\", \"1\"]\n\
+                a = [[\"0.4359\"], [\"0.2821\", \"0.4359\"], [\"1.2085\", \"-0.6444\", \"0.4359\"]]\n\
+                b = [\"1.2085\", \"-0.6444\", \"0.4359\"]\n";
+    let (code, out, error) = judged("alexander3.toml", text);
+    assert!(code == 3 && out.contains("the digits given do not tell the term of order 4 of the phase"), "{out}{error}");
+    assert!(out.contains("dispersion of order 4 or higher") && !out.contains("at all"), "{out}");
+    let (code, out, error) = judged("alexander3-2.toml", &text.replace("dispersion order 4", "dispersion order 2"));
+    assert!(code == 1 && out.contains("REFUTED dispersion order 2"), "{out}{error}");
+}
+
+/// A zero that should be a small decimal: what is proposed is what mends.
+#[test]
+fn a_small_decimal_is_proposed_at_its_size() {
+    let text = "digits = 4\norder = 3\nc = [\"0.4359\", \"0.7179\", \"1\"]\n\
+                a = [[\"0.4359\"], [\"0.2812\", \"0.4359\"], [\"1.2085\", \"-0.6444\", \"0.4359\"]]\n\
+                b = [\"1.2085\", \"-0.6444\", \"0.4359\"]\n";
+    let (code, out, error) = judged("alexander3-typo.toml", text);
+    assert!(code == 1 && out.contains("a[2,1]: 0.2812 → 0.282"), "{out}{error}");
+    assert!(out.contains("a[2,3]: 0 → 0.0008, mends") && out.contains("couples stages that are not"), "{out}");
+}
