@@ -53,6 +53,9 @@ pub trait VectorField {
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]);
 
     /// Adds `scale` · ∂f_i/∂v_j to `out` (i, j).
+    ///
+    /// J is part of the equation of a least-squares step, as in M z = h r₁, Bᵀz = 0. A wrong entry keeps their order and moves their
+    /// results, which no study of their order shows; other implicit methods only converge more slowly.
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian);
 
     /// Writes f(t, v) into `dv` and adds `scale` · ∂f_i/∂v_j to `out` (i, j): both at once, where that is cheaper.
@@ -85,6 +88,9 @@ pub trait VectorField {
     }
 
     /// Writes Jᵀ w, otherwise as [`apply_jacobian`](Self::apply_jacobian). Least-squares methods need it.
+    ///
+    /// Where ⟨Jᵀw, x⟩ is not ⟨w, J x⟩, steps come to rest away from a minimum, [`SolveError::Stalled`](crate::SolveError::Stalled), or their linear
+    /// solver stops.
     fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
         assembled(self, [v.len(), w.len()], out, |jacobian, out| {
             self.add_jacobian(t, v, 1.0, jacobian);

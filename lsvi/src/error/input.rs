@@ -279,6 +279,9 @@ pub enum ConstraintError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SettingError {
+    /// A relative tolerance of an iterative solver outside of (0, 1).
+    #[error("the tolerance {} of an iterative solver must be above 0 and below 1", Number(*_0))]
+    SolverTolerance(f64),
     /// A tolerance that is not a positive finite number.
     #[error("tolerance {} must be positive and finite", Number(*_0))]
     Tolerance(f64),

@@ -78,10 +78,10 @@ impl<P: Preconditioner> Iterative<P> {
     /// the largest component of the state. Inner iterations are stopped earlier where the outer ones gain nothing by more.
     ///
     /// # Errors
-    /// [`SettingError::Tolerance`] unless it is in (0, 1).
+    /// [`SettingError::SolverTolerance`] unless it is in (0, 1).
     pub fn with_tolerance(self, tolerance: f64) -> Result<Self, InputError> {
         if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(InputError::Setting(SettingError::Tolerance(tolerance)));
+            return Err(InputError::Setting(SettingError::SolverTolerance(tolerance)));
         }
         Ok(Self { tolerance, ..self })
     }

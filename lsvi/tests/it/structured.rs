@@ -288,7 +288,7 @@ fn unusable_solvers_and_masses_are_refused_at_once() {
     assert!(matches!(refused(&dense, By::Twisted), Some(InputError::System(SystemError::Solver(_)))));
     for tolerance in [0.0, -1.0, 1.0, f64::NAN] {
         let solver = Iterative::new(Factored::default()).with_tolerance(tolerance);
-        assert!(matches!(solver.err(), Some(InputError::Setting(SettingError::Tolerance(_)))));
+        assert!(matches!(solver.err(), Some(InputError::Setting(SettingError::SolverTolerance(_)))));
     }
     let matrix = |entries: &[(usize, usize, f64)]| {
         let mut m = Jacobian::with_structure(5, &Structure::Banded { lower: 1, upper: 1 });

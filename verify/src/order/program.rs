@@ -214,7 +214,8 @@ impl Study<'_> {
         Ok((truth, found))
     }
 
-    /// Whether the errors are larger than the solution where they are finest, or overflow.
+    /// Whether the errors are larger than the solution, or overflow, from the coarsest step to the finest: what fails in fine steps alone
+    /// fails for another reason.
     fn is_unstable(&self, truth: Truth, fit: &OrderFit) -> bool {
         if fit.verdict == Verdict::Pass {
             return false;
@@ -226,7 +227,7 @@ impl Study<'_> {
         let holds = |sample: &Sample| sample.result.as_ref().is_ok_and(|measured| measured.error <= 10.0 * size);
         let points = fit.points();
         points.iter().any(|(sample, _)| sample.result.is_ok())
-            && points.last().is_some_and(|(sample, _)| !holds(sample))
+            && [points.first(), points.last()].into_iter().flatten().all(|(sample, _)| !holds(sample))
     }
 
     /// Judges runs whose last step is half a step long, into `fit`, which holds for those of whole steps.

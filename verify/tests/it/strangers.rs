@@ -376,3 +376,16 @@ fn a_small_decimal_is_proposed_at_its_size() {
     assert!(code == 1 && out.contains("a[2,1]: 0.2812 → 0.282"), "{out}{error}");
     assert!(out.contains("a[2,3]: 0 → 0.0008, mends") && out.contains("couples stages that are not"), "{out}");
 }
+
+/// A program that breaks off in fine steps has no coarse steps to leave out.
+#[test]
+fn runs_that_fail_in_fine_steps_are_not_unstable_ones() {
+    let Some(own) =
+        program("breaks", "if (h < 0.05) exit 3; while (t < T - h / 2) { row(); v = rk4(v, h); t += h } row()")
+    else {
+        return;
+    };
+    let (code, out, error) = verify(&["order", "--problem", "logistic", "--program", &own, "--expect", "4"]);
+    assert!(code == 3 && !out.contains("unstable") && out.contains(" 0.200000 "), "{out}{error}");
+    assert!(out.contains("exit status: 3"), "{out}");
+}
