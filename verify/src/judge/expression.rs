@@ -309,6 +309,31 @@ fn apply(function: Function, x: &Real) -> Result<Real, String> {
     Ok(Real::rounded(value, slope * radius))
 }
 
+/// Numerator and denominator of a fraction that is one character.
+pub(super) fn vulgar(c: char) -> Option<(i8, u8)> {
+    let known = [
+        ('½', 1, 2),
+        ('⅓', 1, 3),
+        ('⅔', 2, 3),
+        ('¼', 1, 4),
+        ('¾', 3, 4),
+        ('⅕', 1, 5),
+        ('⅖', 2, 5),
+        ('⅗', 3, 5),
+        ('⅘', 4, 5),
+        ('⅙', 1, 6),
+        ('⅚', 5, 6),
+        ('⅐', 1, 7),
+        ('⅛', 1, 8),
+        ('⅜', 3, 8),
+        ('⅝', 5, 8),
+        ('⅞', 7, 8),
+        ('⅑', 1, 9),
+        ('⅒', 1, 10),
+    ];
+    known.into_iter().find(|(written, ..)| *written == c).map(|(_, numerator, denominator)| (numerator, denominator))
+}
+
 struct Parser<'a> {
     text: &'a str,
     at: usize,
@@ -408,6 +433,11 @@ impl Parser<'_> {
                 self.take(&['√']);
                 let argument = Box::new(self.deeper(Self::atom)?);
                 Ok(Expression::Function { name: Function::Sqrt, at, argument })
+            }
+            Some(c) if vulgar(c).is_some() => {
+                self.at += c.len_utf8();
+                let (numerator, denominator) = vulgar(c).unwrap_or((0, 1));
+                Ok(Expression::Number { value: RBig::from_parts(numerator.into(), denominator.into()), places: None })
             }
             Some('π') => {
                 self.take(&['π']);
@@ -518,6 +548,7 @@ mod tests {
             ("-2^2", "-4"),
             ("2**3 ** 2", "512"),
             ("2^-1", "1/2"),
+            ("-⅔ + ½", "-1/6"),
             ("−(1 + 2) / 6", "-1/2"),
             ("1/2/3", "1/6"),
             ("0.125e1", "5/4"),

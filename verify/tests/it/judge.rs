@@ -330,7 +330,7 @@ fn mistakes_in_a_file_of_any_kind_are_shown_where_they_are() {
     for (name, from, to, line, reason) in [
         ("stormer-verlet", "b_hat = [\"1/2\", \"1/2\"]", "b_hat = [1]", 15, "`b_hat` has 1 entry"),
         ("forest-ruth", "\"separable\"", "\"some\"", 5, "`systems` is"),
-        ("nystrom4", "b_bar", "bbar", 1, "`b_bar` is missing"),
+        ("nystrom4", "b_bar", "bbar", 12, "`b_bar` is missing, and the key `bbar` is not known"),
         ("bdf2", "sigma = [0, 0, 1]", "sigma = [0, 1]", 7, "`sigma` has 2 entries"),
         ("bdf2", "rho =", "start = \"bdf1\"\nrho =", 6, "no Runge–Kutta method"),
         ("bdf2", "sigma = [0, 0, 1]", "sigma = [0, 0, \"z\"]", 7, "`z` is not known here"),

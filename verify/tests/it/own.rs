@@ -36,7 +36,7 @@ fn a_file_that_is_no_method_is_refused_at_its_place_with_a_hint() {
     let deep = format!("\"{}1{}\"", "(".repeat(50_000), ")".repeat(50_000));
     let long = format!("\"{}\"", vec!["1"; 20_000].join("+"));
     let binary = [&b"c = [0, 1]\na = [["[..], &[0, 0xff, 0xfe, 1]].concat();
-    let cases: [(&str, Vec<u8>, &str, &str); 9] = [
+    let cases: [(&str, Vec<u8>, &str, &str); 10] = [
         ("empty", Vec::new(), ":1:1:", "the file is empty"),
         ("blank", b"\n \r\n".to_vec(), ":1:1:", "the file is empty"),
         ("binary", binary, ":2:8:", "no text in UTF-8"),
@@ -45,6 +45,7 @@ fn a_file_that_is_no_method_is_refused_at_its_place_with_a_hint() {
         ("deep", method(&deep), ":2:", "nested too deeply"),
         ("long", method(&long), ":2:", "in `…"),
         ("shape", method("1, 2, 3"), ":2:10:", "row 2 of `a` has 3 entries"),
+        ("letter", b"A = [[], [1]]\nb = [\"1/2\", \"1/2\"]\n".to_vec(), ":1:1:", "the key `A` is not known"),
         ("key", [b"fo = 1\n".to_vec(), method("1")].concat(), ":1:1:", "unknown key `fo`"),
     ];
     for (name, bytes, place, reason) in cases {

@@ -4,14 +4,14 @@ use dashu_ratio::RBig;
 
 use super::super::closure::{Closure, Weight};
 use super::super::expression::{Expression, Rounding};
-use super::coefficients::{fault, missing, one, rounding};
+use super::coefficients::{fault, one, rounding};
 use super::document::Document;
 use super::error::Fault;
 
 const HINT: &str = "a closure α p₀ + β p₁ = 0 has `alpha` and `beta`, functions of z = h·rate where there is a `rate`";
 
 pub(super) fn read(document: &mut Document, digits: Option<u32>) -> Result<(Closure, Rounding), Fault> {
-    let mut get = |key: &'static str| one(document.scalar(key)?.ok_or_else(|| missing(key, HINT))?);
+    let mut get = |key: &'static str| one(document.scalar(key)?.ok_or_else(|| document.missing(key, HINT))?);
     let parsed = [get("alpha")?, get("beta")?];
     let rounding = rounding(digits, parsed.iter());
     let rate = match document.scalar("rate")? {

@@ -39,11 +39,7 @@ pub(super) fn required(
     length: Option<usize>,
     hint: &str,
 ) -> Result<Vec<Parsed>, Fault> {
-    list(document, key, length)?.ok_or_else(|| missing(key, hint))
-}
-
-pub(super) fn missing(key: &str, hint: &str) -> Fault {
-    Fault::new(0, format!("`{key}` is missing")).hint(hint)
+    list(document, key, length)?.ok_or_else(|| document.missing(key, hint))
 }
 
 /// The rows of a matrix of order s under `key`: all of s entries, or lower triangles without or with their diagonal, a row of no
@@ -54,7 +50,7 @@ pub(super) fn matrix(
     s: usize,
     hint: &str,
 ) -> Result<Vec<Vec<Parsed>>, Fault> {
-    let value = document.take(key).ok_or_else(|| missing(key, hint))?;
+    let value = document.take(key).ok_or_else(|| document.missing(key, hint))?;
     let at = value.at();
     let Value::List { items, .. } = value else {
         return Err(Fault::new(at, format!("`{key}` is a list of rows: [[], [\"1/2\"]]")));

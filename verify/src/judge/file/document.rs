@@ -8,6 +8,34 @@ use super::error::Fault;
 use super::plain::FORMS;
 use crate::names::NameError;
 
+/// The keys of all kinds.
+const KEYS: &[&str] = &[
+    "name",
+    "kind",
+    "source",
+    "note",
+    "order",
+    "embedded_order",
+    "claims",
+    "digits",
+    "systems",
+    "a",
+    "b",
+    "c",
+    "a_hat",
+    "b_hat",
+    "b_bar",
+    "rho",
+    "sigma",
+    "start",
+    "alpha",
+    "beta",
+    "rate",
+    "nodes",
+    "weights",
+    "degree",
+];
+
 /// A text and the byte where it starts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Scalar {
@@ -107,6 +135,16 @@ impl Document {
             None => Ok(None),
             Some(value) => scalars(key, value).map(Some),
         }
+    }
+
+    /// That `key` is not there, told where a key stands that no kind has, if one does: it may be meant.
+    pub(super) fn missing(&self, key: &str, hint: &str) -> Fault {
+        let strangers = self.entries.iter().filter(|(name, _)| !KEYS.contains(&name.as_str()));
+        let fault = match strangers.min_by_key(|(_, (at, _))| *at) {
+            None => Fault::new(0, format!("`{key}` is missing")),
+            Some((name, (at, _))) => Fault::new(*at, format!("`{key}` is missing, and the key `{name}` is not known")),
+        };
+        fault.hint(hint)
     }
 
     /// Refuses keys that nobody has asked for.

@@ -10,6 +10,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use super::super::expression::vulgar;
 use super::document::{Document, Scalar, Value};
 use super::error::Fault;
 use crate::measure::typeset::bare;
@@ -50,7 +51,8 @@ fn is_plain(text: &str) -> bool {
     let Some((_, first)) = lines(text).next() else { return false };
     // What a TOML key is set to may name a coefficient too.
     let named = first.split('=').next().unwrap_or_default();
-    first.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) || name_of(named).is_some()
+    first.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c) || vulgar(c).is_some())
+        || name_of(named).is_some()
 }
 
 /// The lines that say something, without comments, with the byte each starts at.
