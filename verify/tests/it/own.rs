@@ -319,6 +319,8 @@ fn data_that_decide_nothing_say_why() {
     for (text, more, reason) in [
         ("h,u\n4,1.5\n2,nan\n1,1.1\n", "--expect 2", "spacing 2 is missing or not a number"),
         ("h,u\n4,1.5\n2,\n1,1.1\n", "--expect 2", "spacing 2 is missing or not a number"),
+        ("h,u\n4,1.5\n2,NA\n1,1.1\n", "--expect 2", "not a number; without its row the others may decide"),
+        ("h,u\n4,1.5\n2,n/a\n1,1.1\n", "--expect 2", "spacing 2 is missing or not a number"),
         ("h,u\n4,1.5\n2,inf\n1,1.1\n", "--expect 2", "spacing 2 is missing or not a number"),
         ("h,u\n4,1.50\n2,1.50\n1,1.50\n", "--expect 2", "exact or converged to all digits"),
         ("h,u\n4,1.50\n2,1.20\n2,1.21\n1,1.10\n", "--expect 2", "the same spacing 2"),

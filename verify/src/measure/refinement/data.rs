@@ -85,7 +85,7 @@ pub enum DataError {
 /// Reads the `quantities` of the table, all columns beside the spacing where none is named.
 ///
 /// Lines that start with `#` are comments. A header without a comma that has semicolons or tabs says what separates the cells; tables in
-/// Markdown and LaTeX are read too. A cell that is empty, `NaN` or `-` is a missing value. The resolution of a quantity is half a unit of the last decimal place that any of its values shows.
+/// Markdown and LaTeX are read too. A cell that is empty, `NaN`, `NA`, `n/a` or `-` is a missing value. The resolution of a quantity is half a unit of the last decimal place that any of its values shows.
 ///
 /// # Errors
 /// [`DataError`] with line and column.
@@ -163,7 +163,8 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
             return Err(DataError::Spacing { line, column: name.clone(), value: cell(own).into(), what });
         }
         for (quantity, column) in found.iter_mut().zip(&columns) {
-            let value = if matches!(cell(*column), "" | "-") { None } else { Some(number(*column)?) };
+            let is_missing = ["", "-", "na", "n/a"].contains(&cell(*column).to_ascii_lowercase().as_str());
+            let value = if is_missing { None } else { Some(number(*column)?) };
             if let Some(place) = value.filter(|v| v.is_finite()).and_then(|_| last_place(cell(*column))) {
                 quantity.resolution = quantity.resolution.min(0.5 * place);
             }

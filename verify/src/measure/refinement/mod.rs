@@ -267,7 +267,10 @@ fn triplets(points: &[(f64, f64)], resolution: f64) -> Vec<Result<Triplet, Tripl
 /// Why no order can be had of the sorted grids.
 fn unusable(grids: &[Grid]) -> Option<String> {
     if let Some(grid) = grids.iter().find(|grid| !grid.value.is_some_and(f64::is_finite)) {
-        return Some(format!("the value on the grid of spacing {} is missing or not a number", spacing(grid.h)));
+        return Some(format!(
+            "the value on the grid of spacing {} is missing or not a number; without its row the others may decide",
+            spacing(grid.h)
+        ));
     }
     if let Some(grid) = grids.iter().find(|grid| !(grid.h > 0.0 && grid.h.is_finite())) {
         return Some(format!("the spacing {} is not positive", grid.h));
