@@ -393,7 +393,7 @@ fn truth(
     Some((name.clone(), Answer { states: best.states.clone(), bound: best.bound, astray: None, runs: None }))
 }
 
-/// What the problem shows of states, with a bound on the error of that: what is shown depends linearly on the state, so that its
+/// What the problem shows of states, with a bound on the error of that: what is shown is an affine function of the state, so that its
 /// error is at most that of the state times the largest sum of the sizes of what unit states add to a component.
 fn shown(problem: &dyn Problem, times: &[f64], answer: Answer) -> Answer {
     let states: Vec<_> = times.iter().zip(&answer.states).map(|(t, state)| problem.observe(*t, state)).collect();

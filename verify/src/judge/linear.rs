@@ -5,7 +5,7 @@ use nalgebra::Complex;
 use super::polynomial::{Polynomial, Sign};
 use super::real::{Real, dot};
 use super::tableau::Numbers;
-use crate::measure::norm::Extremes;
+use crate::measure::norm::{Extremes, larger};
 
 /// How far stability reaches along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -170,49 +170,16 @@ impl StabilityFunction {
         Some(low)
     }
 
-    /// Coefficients of log R(z) − z for z, z², …, zⁿ.
-    fn log_defect(&self, n: usize) -> Vec<Real> {
-        let get = |p: &Polynomial, k: usize| p.coefficients().get(k).cloned().unwrap_or_else(Real::zero);
-        // R = N/D, and (log R)′ R = R′, coefficient by coefficient; D(0) = N(0) = 1.
-        let (mut r, mut l) = (vec![Real::one()], vec![Real::zero()]);
-        for k in 1..=n {
-            let known: Real = (1..=k).map(|j| &get(&self.denominator, j) * &r[k - j]).sum();
-            r.push(&get(&self.numerator, k) - &known);
-            let earlier: Real = (1..k).map(|j| &(&Real::from(j as i64) * &l[j]) * &r[k - j]).sum();
-            l.push(&r[k] - &(&earlier / &Real::from(k as i64)));
-        }
-        l[1] = &l[1] - &Real::one();
-        l.split_off(1)
-    }
-
-    /// Orders on v̇ = λ v: of the solution, and on oscillations of phase (dispersion) and amplitude (dissipation), with the
-    /// constants of their leading errors.
-    pub fn linear_orders(&self) -> LinearOrders {
-        let defect =
-            self.log_defect(2 * self.denominator.coefficients().len().max(self.numerator.coefficients().len()) + 4);
-        let first = |parity: Option<usize>| {
-            let mut terms = defect.iter().enumerate().map(|(k, c)| (k + 1, c));
-            terms
-                .find(|(k, c)| parity.is_none_or(|odd| k % 2 == odd) && !c.may_be_zero())
-                .map(|(k, c)| (k as u32 - 1, c.to_f64()))
+    /// Orders on v̇ = λ v of the method (A, `b`) that R belongs to: of the solution, and on oscillations of phase (dispersion) and amplitude
+    /// (dissipation).
+    pub fn linear_orders(&self, numbers: &Numbers, b: &[Real]) -> LinearOrders {
+        let terms = 2 * self.denominator.coefficients().len().max(self.numerator.coefficients().len()) + 4;
+        let defect = log_defect(numbers, b, terms);
+        let of = |parity: Option<usize>| {
+            let terms = defect.iter().enumerate().map(|(k, c)| (k + 1, c));
+            SeriesOrder::of(terms.filter(|(k, _)| parity.is_none_or(|odd| k % 2 == odd)))
         };
-        // A term that vanishes is within a few roundings of the coefficients; one that may be zero and may be large says nothing.
-        let coefficients = self.numerator.coefficients().iter().chain(self.denominator.coefficients());
-        let vanishing = 4.0 * coefficients.map(Real::radius).largest();
-        // On z = iy the term l z^k is l iᵏ yᵏ: of the phase for odd k, of the logarithm of the amplitude for even k.
-        let on_axis = |parity: usize| {
-            let mut terms = defect.iter().enumerate().filter(|(k, _)| (k + 1) % 2 == parity);
-            let leading = terms.find(|(_, l)| !l.may_be_zero() || l.to_f64().abs() > vanishing);
-            match leading {
-                None => Leading::None,
-                Some((order, l)) if l.may_be_zero() => Leading::Undetermined { order: order as u32 },
-                Some((order, l)) => {
-                    let sign = if order.div_ceil(2) % 2 == 0 { 1.0 } else { -1.0 };
-                    Leading::Term { order: order as u32, constant: sign * l.to_f64() }
-                }
-            }
-        };
-        LinearOrders { solution: first(None), dispersion: on_axis(1), dissipation: on_axis(0) }
+        LinearOrders { solution: of(None), dispersion: of(Some(1)).on_axis(), dissipation: of(Some(0)).on_axis() }
     }
 
     /// Whether |R| > 1 at z certainly, which is what a counterexample has to show.
@@ -221,35 +188,136 @@ impl StabilityFunction {
     }
 }
 
+/// Coefficients of log R(z) − z for z, z², …, zⁿ, from R = 1 + Σ bᵀAᵏ⁻¹1 zᵏ. Each is uncertain by what its derivatives with respect to the
+/// coefficients make of what these are uncertain by: arithmetic on balls forgets that the same coefficients stand in all terms, and
+/// leaves of four digits nothing at z⁵.
+fn log_defect(numbers: &Numbers, b: &[Real], n: usize) -> Vec<Real> {
+    let s = b.len();
+    let centres = |list: &[Real]| list.iter().map(Real::centre).collect::<Vec<_>>();
+    let (a, weights): (Vec<Vec<Real>>, _) = (numbers.a.iter().map(|row| centres(row)).collect(), centres(b));
+    // v_m = Aᵐ 1 and u_m = bᵀAᵐ.
+    let mut right = vec![vec![Real::one(); s]];
+    for m in 1..n {
+        right.push(a.iter().map(|row| dot(row, &right[m - 1])).collect());
+    }
+    let mut r = vec![Real::one()];
+    r.extend(right.iter().map(|v| dot(&weights, v)));
+    // (log R)′ R = R′, coefficient by coefficient.
+    let mut l = vec![Real::zero()];
+    for k in 1..=n {
+        let earlier: Real = (1..k).map(|j| &(&Real::from(j as i64) * &l[j]) * &r[k - j]).sum();
+        l.push(&r[k] - &(&earlier / &Real::from(k as i64)));
+    }
+    l[1] = &l[1] - &Real::one();
+    let open = open(numbers, b, &right, &r);
+    l.split_off(1).into_iter().zip(open).map(|(l, open)| l.widened(open)).collect()
+}
+
+/// What the coefficients of log R for z, z², … are uncertain by: Σ |∂l_k/∂x| times what x is, over all coefficients x.
+fn open(numbers: &Numbers, b: &[Real], right: &[Vec<Real>], r: &[Real]) -> Vec<f64> {
+    // Terms of higher order are smaller by as many digits as there are; they are few where there are two.
+    const HIGHER_ORDER: f64 = 1.1;
+    let (s, n) = (b.len(), right.len());
+    let doubles = |list: &[Real]| list.iter().map(Real::to_f64).collect::<Vec<_>>();
+    let (right, r): (Vec<Vec<f64>>, _) = (right.iter().map(|v| doubles(v)).collect(), doubles(r));
+    let a: Vec<Vec<f64>> = numbers.a.iter().map(|row| doubles(row)).collect();
+    let mut left = vec![doubles(b)];
+    for m in 1..n {
+        left.push((0..s).map(|j| (0..s).map(|i| left[m - 1][i] * a[i][j]).sum()).collect());
+    }
+    // 1/R, for ∂ log R = ∂R/R.
+    let mut inverse = vec![1.0];
+    for k in 1..=n {
+        inverse.push(-(1..=k).map(|j| r[j] * inverse[k - j]).sum::<f64>());
+    }
+    let mut open = vec![0.0; n];
+    let mut add = |radius: f64, slope: &dyn Fn(usize) -> f64| {
+        if radius == 0.0 {
+            return;
+        }
+        let slopes: Vec<f64> = (1..=n).map(slope).collect();
+        for k in 1..=n {
+            let of_log: f64 = (1..=k).map(|j| slopes[j - 1] * inverse[k - j]).sum();
+            open[k - 1] += HIGHER_ORDER * radius * of_log.abs();
+        }
+    };
+    for (i, row) in numbers.a.iter().enumerate() {
+        add(b[i].radius(), &|k| right[k - 1][i]);
+        for (j, entry) in row.iter().enumerate() {
+            add(entry.radius(), &|k| (0..k - 1).map(|m| left[m][i] * right[k - 2 - m][j]).sum());
+        }
+    }
+    open
+}
+
+/// What the terms of an error in powers of z say of its order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SeriesOrder {
+    /// The order, and the constant of the leading error.
+    Leading(u32, f64),
+    /// The error vanishes to all orders looked at, as that of the amplitude does for symmetric methods.
+    Vanishing,
+    /// The digits of the coefficients leave the order open.
+    Open {
+        /// How large a term may be that cannot be told from zero.
+        by: f64,
+        /// Order and constant of the first term that can.
+        at_most: Option<(u32, f64)>,
+    },
+}
+
+impl SeriesOrder {
+    /// From the terms, each with its power of z.
+    fn of<'a>(terms: impl Iterator<Item = (usize, &'a Real)>) -> Self {
+        // Leading constants are larger, down to those of the methods of high order.
+        const NOTHING: f64 = 1e-9;
+        // Beside so much of the leading term, one of lower order would not be overlooked.
+        const BESIDE: f64 = 0.1;
+        let mut by = 0.0;
+        for (k, x) in terms {
+            if x.may_be_zero() {
+                by = larger(by, x.radius());
+                continue;
+            }
+            let leading = (k as u32 - 1, x.to_f64());
+            if by <= BESIDE * leading.1.abs() {
+                return Self::Leading(leading.0, leading.1);
+            }
+            return Self::Open { by, at_most: Some(leading) };
+        }
+        if by <= NOTHING { Self::Vanishing } else { Self::Open { by, at_most: None } }
+    }
+
+    /// The first term that is certainly there.
+    pub fn first(self) -> Option<(u32, f64)> {
+        match self {
+            Self::Leading(order, constant) => Some((order, constant)),
+            Self::Vanishing => None,
+            Self::Open { at_most, .. } => at_most,
+        }
+    }
+
+    /// On z = iy the term l zᵏ is l iᵏ yᵏ: of the phase for odd k, of the logarithm of the amplitude for even k.
+    fn on_axis(self) -> Self {
+        let turned = |(order, l): (u32, f64)| (order, if order.div_ceil(2) % 2 == 0 { l } else { -l });
+        match self {
+            Self::Leading(order, l) => Self::Leading(order, turned((order, l)).1),
+            Self::Vanishing => self,
+            Self::Open { by, at_most } => Self::Open { by, at_most: at_most.map(turned) },
+        }
+    }
+}
+
 /// Orders on v̇ = λ v, each with the constant of its leading error: of log R(z) − z at zᵖ⁺¹, and on z = iy, at yᵖ⁺¹, of arg R(iy) − y
 /// and of |R(iy)| − 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearOrders {
     /// Of the solution.
-    pub solution: Option<(u32, f64)>,
+    pub solution: SeriesOrder,
     /// Of the phase on oscillations.
-    pub dispersion: Leading,
+    pub dispersion: SeriesOrder,
     /// Of the amplitude on oscillations.
-    pub dissipation: Leading,
-}
-
-/// The leading term of an error.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Leading {
-    /// A term that is not zero.
-    Term {
-        /// The order.
-        order: u32,
-        /// The constant.
-        constant: f64,
-    },
-    /// The term of this order may be zero and may be large, to the digits that the coefficients are given to.
-    Undetermined {
-        /// The order.
-        order: u32,
-    },
-    /// The error vanishes to all orders looked at, as that of the amplitude does for symmetric methods.
-    None,
+    pub dissipation: SeriesOrder,
 }
 
 #[cfg(test)]
@@ -284,13 +352,13 @@ mod tests {
             let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
             let numbers = tableau.numbers();
             let r = StabilityFunction::new(&numbers, &numbers.b);
-            let orders = r.linear_orders();
+            let orders = r.linear_orders(&numbers, &numbers.b);
             let at = |y: f64| r.at(Complex::new(0.0, y));
             let phase = |y: f64| at(y).arg() - y;
             let amplitude = |y: f64| at(y).norm() - 1.0;
             let errors: [&dyn Fn(f64) -> f64; 2] = [&phase, &amplitude];
             for (found, error) in [orders.dispersion, orders.dissipation].into_iter().zip(errors) {
-                let Leading::Term { order, constant } = found else { continue };
+                let SeriesOrder::Leading(order, constant) = found else { continue };
                 let y = (1e-8 / constant.abs()).powf(1.0 / f64::from(order + 1));
                 let leading = constant * y.powi(order as i32 + 1);
                 assert!((error(y) / leading - 1.0).abs() < 0.1, "{name}, order {order}: {} and {leading}", error(y));
@@ -298,6 +366,41 @@ mod tests {
             }
         }
         assert!(checked > 25, "{checked}");
+    }
+
+    /// Alexander's method of order 3 to a few digits. By hand, its error of the phase is −0.0154 y⁵: four digits tell it from zero, three leave
+    /// too much of y³, and none of them makes it vanish. To ten digits, Gauss' method of two stages keeps the amplitude.
+    #[test]
+    fn an_order_is_told_where_the_digits_determine_it() {
+        let orders = |text: &str| {
+            let file = crate::judge::file::MethodFile::parse("m.toml", "m", text).expect("well-formed");
+            let Body::RungeKutta(tableau) = &file.body else { panic!("{text}") };
+            let numbers = tableau.numbers();
+            StabilityFunction::new(&numbers, &numbers.b).linear_orders(&numbers, &numbers.b)
+        };
+        let alexander = |digits: u32, [gamma, a21, b1, b2]: [&str; 4]| {
+            orders(&format!(
+                "digits = {digits}\na = [['{gamma}'], ['{a21}', '{gamma}'], ['{b1}', '{b2}', '{gamma}']]\nb = ['{b1}', '{b2}', '{gamma}']"
+            ))
+        };
+        let SeriesOrder::Leading(4, constant) = alexander(4, ["0.4359", "0.2821", "1.2085", "-0.6444"]).dispersion
+        else {
+            panic!("four digits tell the order")
+        };
+        assert!((constant + 0.0154).abs() < 3e-4, "{constant}");
+        let few = alexander(2, ["0.44", "0.28", "1.21", "-0.64"]);
+        assert!(matches!(few.dispersion, SeriesOrder::Open { .. }), "{few:?}");
+        let gauss = |small: &str, large: &str| {
+            orders(&format!(
+                "digits = {}\na = [['1/4', '{small}'], ['{large}', '1/4']]\nb = ['1/2', '1/2']",
+                large.len() - 2
+            ))
+        };
+        let ten = gauss("-0.0386751346", "0.5386751346");
+        assert!(matches!(ten.dispersion, SeriesOrder::Leading(4, _)), "{ten:?}");
+        assert_eq!(ten.dissipation, SeriesOrder::Vanishing);
+        let four = gauss("-0.0387", "0.5387").dissipation;
+        assert!(matches!(four, SeriesOrder::Open { .. }), "{four:?}");
     }
 
     /// Two ways to R of the same method, coefficient by coefficient, and R of the implicit midpoint rule.

@@ -7,7 +7,6 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use dashu_float::FBig;
 use dashu_float::round::Rounded;
 use dashu_float::round::mode::HalfEven;
-use dashu_int::IBig;
 use dashu_ratio::RBig;
 
 /// A binary float, rounded to nearest.
@@ -114,25 +113,9 @@ impl Real {
 
     /// `digits` significant decimal digits of the centre.
     pub fn decimal(&self, digits: usize) -> String {
-        let size = self.to_f64().abs();
-        if size == 0.0 {
-            return "0".into();
-        }
-        // A number that rounds up to a power of ten gets a digit more, which is a zero.
-        let places = digits as i64 - 1 - size.log10().floor() as i64;
-        let unit = RBig::from(IBig::from(10).pow(places.unsigned_abs() as usize));
-        let Ok(exact) = RBig::try_from(self.mid.clone()) else { return self.mid.to_string() };
-        let whole = if places >= 0 { exact * &unit } else { exact / &unit };
-        let whole: IBig = whole.round();
-        let sign = if whole < IBig::ZERO { "-" } else { "" };
-        let text = whole.to_string();
-        let text = text.trim_start_matches('-');
-        if places <= 0 {
-            return format!("{sign}{text}{}", "0".repeat(places.unsigned_abs() as usize));
-        }
-        let padded = format!("{text:0>width$}", width = places as usize + 1);
-        let (before, after) = padded.split_at(padded.len() - places as usize);
-        format!("{sign}{before}.{}", after.trim_end_matches('0')).trim_end_matches('.').to_owned()
+        // Digits enough for all bits come first: to few digits at once the library's conversion is off by powers of ten.
+        let all = self.mid.clone().with_base_and_precision::<10>(BITS / 3 + digits).value();
+        all.with_precision(digits).value().to_string()
     }
 
     /// The rational of the smallest denominator within the radius, or within 10⁻⁴⁰ where that is wider.

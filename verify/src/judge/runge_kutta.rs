@@ -6,7 +6,7 @@ use lsvi::{InputError, Integrator, VectorField};
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::facts::{Facts, order as order_fact, reach, short};
-use super::linear::{Leading, Reach};
+use super::linear::{Reach, SeriesOrder};
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
 use super::structure::{Indefinite, Simplifying};
@@ -90,7 +90,7 @@ impl Analysis for Theory {
     /// A linear, a nonlinear, a non-autonomous and a stiff problem.
     fn trials(&self) -> Vec<Trial> {
         let main = self.main.order;
-        let linear = self.linear.solution.map_or(main, |(order, _)| order);
+        let linear = self.linear.solution.first().map_or(main, |(order, _)| order);
         let rows = if self.wrong_rows().is_empty() { "the order conditions" } else { "the conditions with c as given" };
         let in_time = self.order_in_time;
         vec![
@@ -180,12 +180,10 @@ impl Theory {
 
     fn oscillations(&self) -> String {
         let linear = self.linear;
-        let one = |what: &str, found: Leading| match found {
-            Leading::Term { order, constant } => format!("{what} of order {order} (constant {constant:+.2e})"),
-            Leading::Undetermined { order } => {
-                format!("{what} of order {order} or higher, which the digits do not tell")
-            }
-            Leading::None => format!("no {what} at all"),
+        let one = |what: &str, found: SeriesOrder| match found {
+            SeriesOrder::Leading(order, constant) => format!("{what} of order {order} (constant {constant:+.2e})"),
+            SeriesOrder::Vanishing => format!("no {what} at all"),
+            SeriesOrder::Open { .. } => format!("{what} of an order that the digits leave open"),
         };
         format!("{}, {}", one("dispersion", linear.dispersion), one("dissipation", linear.dissipation))
     }
@@ -363,21 +361,23 @@ fn a_stable(theory: &Theory) -> Finding {
     }
 }
 
-fn series_order(p: u32, found: Leading, what: &str) -> Finding {
+fn series_order(p: u32, found: SeriesOrder, what: &str) -> Finding {
     match found {
-        Leading::Term { order, constant } => {
+        SeriesOrder::Leading(order, constant) => {
             let why = format!("the leading error of the {what} is {constant:+.4e} (hω)^{}", order + 1);
             Finding::new(order == p, why).measured(order)
         }
-        Leading::Undetermined { order } if p < order => {
-            Finding::new(false, format!("the error of the {what} is of order {order} at least")).measured(order)
+        SeriesOrder::Vanishing => {
+            Finding::new(false, format!("there is no error of the {what} at all, to any order looked at"))
         }
-        Leading::Undetermined { order } => Finding {
-            outcome: Outcome::Inconclusive,
-            measured: None,
-            why: format!("the digits given do not tell the term of order {order} of the {what} from zero"),
-        },
-        Leading::None => Finding::new(false, format!("there is no error of the {what} at all, to any order looked at")),
+        SeriesOrder::Open { at_most: Some((order, constant)), .. } if order < p => {
+            let why = format!("the error of the {what} has a term {constant:+.4e} (hω)^{}", order + 1);
+            Finding::new(false, why).measured(order)
+        }
+        SeriesOrder::Open { by, .. } => {
+            let why = format!("too few digits: they leave the terms of the error of the {what} open by up to {by:.0e}");
+            Finding { outcome: Outcome::Inconclusive, measured: None, why }
+        }
     }
 }
 

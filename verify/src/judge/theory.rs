@@ -130,7 +130,7 @@ impl Theory {
             imaginary: stability.imaginary_reach(),
             negative: stability.real_reach(),
             alpha: stability.alpha(),
-            linear: stability.linear_orders(),
+            linear: stability.linear_orders(&numbers, &numbers.b),
             symplectic_defect: symplectic_defect(&reduced.numbers),
             symmetric: is_symmetric(&reduced.numbers),
             algebraic: is_algebraically_stable(&reduced.numbers),

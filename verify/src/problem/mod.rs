@@ -57,7 +57,7 @@ pub trait Problem: fmt::Debug + Send + Sync {
     /// Names of the [observed](Self::observe) components, in order; one name for all the values of a grid function.
     fn components(&self) -> &'static [&'static str];
 
-    /// What is shown of a state at time t: the state itself, unless it holds coefficients of a function.
+    /// What is shown of a state at time t, an affine function of it: the state itself, unless it holds coefficients of a function.
     fn observe(&self, _t: f64, state: &[f64]) -> Vec<f64> {
         state.to_vec()
     }

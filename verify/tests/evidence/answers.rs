@@ -10,7 +10,7 @@ use verify::experiment::end_errors::{EndErrors, Truth};
 use verify::experiment::kepler_period::KeplerPeriod;
 use verify::experiment::symplectic_defect::Defects;
 use verify::measure::amplification::Amplification;
-use verify::measure::norm::Extremes;
+use verify::measure::norm::{Extremes, larger};
 use verify::{method, problem, reference};
 
 use super::CONTEXT;
@@ -64,7 +64,8 @@ fn least<'a>(names: &[&'a str], of: impl Fn(&str) -> f64) -> &'a str {
 }
 
 fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    let values: Vec<f64> = values.collect();
+    [values.iter().copied().smallest(), values.iter().copied().largest()]
 }
 
 pub(super) fn rest_on_their_tables() -> Result<(), Failed> {
@@ -392,7 +393,7 @@ fn methods(evidence: &Evidence) -> Result<(), Failed> {
             rows.filter_map(|row| row[3].number().zip(row[4].number()))
         };
         let pairs = errors(RADAU).zip(errors(method));
-        let behind = pairs.filter(|(own, other)| own.1 >= other.1).map(|(own, _)| own.0).fold(0.0, f64::max);
+        let behind = pairs.filter(|(own, other)| own.1 >= other.1).map(|(own, _)| own.0).fold(0.0, larger);
         f64::max(2.0, 2.0 * behind)
     };
     let leads =

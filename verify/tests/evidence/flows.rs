@@ -5,7 +5,7 @@ use lsvi::{SolveError, StepError};
 use verify::chapter;
 use verify::evidence::number::{about, between, brief, short};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
-use verify::measure::norm::Extremes;
+use verify::measure::norm::{Extremes, max_norm};
 use verify::run::{RunError, run};
 use verify::{method, problem};
 
@@ -139,7 +139,7 @@ fn size_and_speed() -> Result<[f64; 2], Failed> {
     let run = run(&*problem, &*rk4, 1.0 / 256.0, 1.0, |_| {}).map_err(|error| error.to_string())?;
     let velocities = problem.observe(1.0, &run.end.q);
     let squares: f64 = velocities.iter().map(|u| u * u).sum();
-    Ok([(squares / velocities.len() as f64).sqrt(), velocities.iter().fold(0.0, |m, u| u.abs().max(m))])
+    Ok([(squares / velocities.len() as f64).sqrt(), max_norm(&velocities)])
 }
 
 fn work(evidence: &Evidence) -> Result<(), Failed> {
@@ -160,7 +160,7 @@ fn work(evidence: &Evidence) -> Result<(), Failed> {
     let of = |method: &str, column: &str| cost(evidence, MANUFACTURED, method, column);
     let error = |method: &str| short(of(method, "error"));
     let systems = ["method-i", "trapezoidal", "tr-bdf2"].map(|method| of(method, "solves"));
-    let equal = systems.into_iter().fold(f64::INFINITY, f64::min);
+    let equal = systems.into_iter().smallest();
     let fewest = ["Method I", "the trapezoidal rule", "TR-BDF2"].into_iter().zip(systems).find(|(_, n)| *n == equal);
     let (fewest, _) = fewest.ok_or("no such run")?;
     let with = |method: &str| at(&runs(evidence, MANUFACTURED, method, ["solves", "error"]), equal);
@@ -986,7 +986,7 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
         let longest = |a: &[f64; 3], b: &[f64; 3]| if a[0] > b[0] { *a } else { *b };
         let [_, error, seconds] = runs("method-i").into_iter().reduce(|a, b| longest(&a, &b)).expect("runs");
         let errors = runs(method).into_iter().filter(|run| run[2] <= seconds).map(|run| run[1]);
-        match errors.filter(|error| !error.is_nan()).reduce(f64::min) {
+        match errors.filter(|error| !error.is_nan()).min_by(f64::total_cmp) {
             Some(best) => format!("{} times", brief(best / error)),
             None => "no run as cheap".into(),
         }

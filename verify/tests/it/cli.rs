@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use verify::measure::norm::distance;
+use verify::measure::norm::{distance, max_norm};
 use verify::names::Parameter;
 use verify::{chapter, method, problem, reference, run, theory};
 
@@ -146,7 +146,7 @@ fn a_solve_of_a_flow_ends_with_the_size_of_f_and_its_linear_systems() {
     let mut f = vec![0.0; 25];
     let end = run::run(&*problem, &*method::parse("tr-bdf2").expect("known"), 0.25, 0.5, |_| {}).expect("it runs");
     problem.field().rhs(0.5, &end.end.q, &mut f);
-    let largest = f.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+    let largest = max_norm(&f);
     let (rate, systems) = ends(0.25, 2);
     approx::assert_relative_eq!(rate, largest, max_relative = 1e-3);
     assert_eq!(u64::from(systems), end.work.factorizations);

@@ -6,6 +6,7 @@ use lsvi::{
 use nalgebra::Rotation3;
 use proptest::prelude::*;
 use verify::kinds::Principle;
+use verify::measure::norm::distance;
 use verify::method::{self, Method};
 use verify::problem::Problem;
 use verify::reference::Ode;
@@ -165,9 +166,9 @@ fn frame() -> impl Strategy<Value = Frame> {
 /// Each of the steps rounds about a hundred terms of the size of the state, also where it is carried to the end by the conditions
 /// of the step's equations, below a hundred; the times of the frame are rounded to parts of its shift, which is 8 steps or more.
 fn assert_same(name: &str, a: &[f64], b: &[f64], frame: Frame) {
-    let distance = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, |m: f64, x| if x <= m { m } else { x });
+    let apart = distance(a, b);
     let allowed = 100.0 * STEPS * f64::EPSILON * (1.0 + frame.shift.abs());
-    assert!(distance <= allowed, "{name}: {distance:e} more than {allowed:e} in {frame:?}");
+    assert!(apart <= allowed, "{name}: {apart:e} more than {allowed:e} in {frame:?}");
 }
 
 proptest! {

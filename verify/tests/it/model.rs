@@ -7,6 +7,7 @@ use std::process::Command;
 use lsvi::{Jacobian, Structure};
 use verify::chapter::{self, Context};
 use verify::evidence::{Cell, Evidence, Outcome};
+use verify::measure::norm::{distance, larger, max_norm};
 use verify::method;
 use verify::problem::model::{Model, ModelError};
 use verify::problem::{self, Problem};
@@ -100,7 +101,7 @@ fn recommends_what_its_runs_show(evidence: &Evidence) {
     // The error asked for is 1e-5 of the solution at the end, or of 1 where that is smaller.
     let solution = evidence.tables.iter().find(|table| table.id == "model-solution").expect("its solution");
     let end = solution.rows.last().expect("rows").iter().skip(1).filter_map(Cell::number);
-    let target = 1e-5 * end.fold(1.0, |most: f64, x| most.max(x.abs()));
+    let target = 1e-5 * end.map(f64::abs).fold(1.0, larger);
     let reached = table.rows.iter().filter(|row| number(row, "error") <= target);
     let is_own = |row: &&Vec<Cell>| method::parse(&column(row, "solver").to_string()).is_ok();
     let best = reached.filter(is_own).min_by_key(|row| number(row, "evaluations") as u64).expect("a run");
@@ -143,8 +144,8 @@ fn a_model_is_solved_like_the_built_in_problem_that_it_states() {
                 match (states(&model, method, h, 1.5), states(&*built_in, method, h, 1.5)) {
                     (Ok(found), Ok(expected)) => {
                         for (a, b) in found.iter().zip(&expected) {
-                            let size = b.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
-                            let apart = a.iter().zip(b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+                            let size = larger(1.0, max_norm(b));
+                            let apart = distance(a, b);
                             // A few ε in each of at most 30 steps, which may grow by e^{μt} = 1800 on van der Pol's slopes.
                             assert!(apart <= 1e5 * f64::EPSILON * size, "{what}: {a:?} {b:?}");
                         }

@@ -353,17 +353,20 @@ fn an_order_beyond_the_conditions_follows_from_the_simplifying_assumptions() {
     }
 }
 
-/// The fifth power in the error of the phase is forty times what four digits leave open, but not by the bounds that they allow.
+/// Four digits tell that the error of the phase begins with the fifth power, two do not.
 #[test]
-fn an_order_of_dispersion_that_the_digits_do_not_tell_is_left_open() {
+fn an_order_of_dispersion_is_told_where_the_digits_determine_it() {
     let text = "digits = 4\norder = 3\nclaims = [\"dispersion order 4\"]\nc = [\"0.4359\", \"0.7179\", \"1\"]\n\
                 a = [[\"0.4359\"], [\"0.2821\", \"0.4359\"], [\"1.2085\", \"-0.6444\", \"0.4359\"]]\n\
                 b = [\"1.2085\", \"-0.6444\", \"0.4359\"]\n";
     let (code, out, error) = judged("alexander3.toml", text);
-    assert!(code == 3 && out.contains("the digits given do not tell the term of order 4 of the phase"), "{out}{error}");
-    assert!(out.contains("dispersion of order 4 or higher") && !out.contains("at all"), "{out}");
+    assert!(code == 0 && out.contains("dispersion of order 4 (constant -1.54e-2)"), "{out}{error}");
     let (code, out, error) = judged("alexander3-2.toml", &text.replace("dispersion order 4", "dispersion order 2"));
     assert!(code == 1 && out.contains("REFUTED dispersion order 2"), "{out}{error}");
+    let few = "digits = 2\nclaims = [\"dispersion order 4\"]\na = [[\"0.44\"], [\"0.28\", \"0.44\"], [\"1.21\", \"-0.64\", \"0.44\"]]\n\
+               b = [\"1.21\", \"-0.64\", \"0.44\"]\n";
+    let (code, out, error) = judged("alexander3-3.toml", few);
+    assert!(code == 3 && out.contains("too few digits") && !out.contains("at all"), "{out}{error}");
 }
 
 /// A zero that should be a small decimal: what is proposed is what mends.

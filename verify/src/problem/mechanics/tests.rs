@@ -1,5 +1,6 @@
 use super::super::{ALL, Problem, build};
 use crate::kinds::System;
+use crate::measure::norm::max_norm;
 use lsvi::Jacobian;
 use proptest::prelude::*;
 
@@ -124,7 +125,7 @@ fn exact_motions_are_reproduced() {
         let state = problem.exact(t).expect("known");
         let mut rate = vec![0.0; state.len()];
         problem.ode().rhs(t, &state, &mut rate);
-        let size = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let size = max_norm;
         // Four roundings of the state, and four of the anomaly, which is of the size of the time.
         let allowed = 4.0 * f64::EPSILON * (size(&state) + (1.0 + t) * size(&rate));
         for (x, printed) in state.iter().zip(row[4].split(' ')) {

@@ -4,6 +4,7 @@ use libtest_mimic::Failed;
 use verify::experiment::constraint::Radius;
 use verify::experiment::energy_drift::EnergyDrift;
 use verify::experiment::motion::Motion;
+use verify::measure::norm::Extremes;
 use verify::measure::search::root;
 use verify::problem;
 
@@ -186,8 +187,7 @@ fn solutions(found: &Found) -> Result<Known, Failed> {
             ratios.push(theirs / own);
         }
     }
-    let [low, high] =
-        [ratios.iter().copied().fold(f64::INFINITY, f64::min), ratios.iter().copied().fold(0.0, f64::max)];
+    let [low, high] = [ratios.iter().copied().smallest(), ratios.iter().copied().largest()];
     let lost = unreproduced(found, "ky21-table-1", |_| 0.5e-4)?;
     let at = |scheme: &str, t: f64| recurred(scheme, 1.0948, t);
     Ok(Known::of([
@@ -203,7 +203,7 @@ fn solutions(found: &Found) -> Result<Known, Failed> {
 fn energies(found: &Found) -> Result<Known, Failed> {
     let largest = |what: &str| {
         let pairs = TIMES.map(|t| found.pair(&format!("energy error of (16), {what}, t = {t}, against (17)")));
-        [0, 1].map(|side| pairs.iter().map(|pair| pair[side]).fold(0.0, f64::max))
+        [0, 1].map(|side| pairs.iter().map(|pair| pair[side]).largest())
     };
     let ways = ["velocities of the table", "forward differences", "momenta"];
     let [table, forward, momenta] = ways.map(largest);
@@ -260,7 +260,7 @@ fn largest_error(method: &str, tau: f64) -> f64 {
         let t = f64::from(k) * tau;
         (state[0] - t.cos() - t.sin()).abs()
     };
-    (1..=(20.0 / tau + 1e-9) as u32).map(error).fold(0.0, f64::max)
+    (1..=(20.0 / tau + 1e-9) as u32).map(error).largest()
 }
 
 fn global_errors(found: &Found) -> Result<Known, Failed> {
@@ -344,10 +344,7 @@ fn local_errors(found: &Found) -> Result<Known, Failed> {
                     require(quotient < 1.0 || fourth * linear <= 0.0, || format!("t = {t}: {quotient}"))?;
                 }
             }
-            let [least, most] = [
-                quotients.iter().copied().fold(f64::INFINITY, f64::min),
-                quotients.iter().copied().fold(0.0, f64::max),
-            ];
+            let [least, most] = [quotients.iter().copied().smallest(), quotients.iter().copied().largest()];
             ratios.push(format!("{} to {} ({problem}, {rival})", text(least), text(most)));
             match quotients.iter().filter(|quotient| **quotient >= 1.0).count() {
                 0 => {}

@@ -7,6 +7,7 @@ mod s24;
 use libtest_mimic::Failed;
 use verify::claim::{Case, Claim, Finding, Quantifier, Verdict};
 use verify::evidence::{Cell, number};
+use verify::measure::norm::Extremes;
 
 use super::answers::consists;
 
@@ -109,11 +110,11 @@ impl<'a> Found<'a> {
     }
 
     fn largest(&self, part: &str) -> f64 {
-        self.all(part).into_iter().fold(f64::NEG_INFINITY, f64::max)
+        self.all(part).into_iter().largest()
     }
 
     fn smallest(&self, part: &str) -> f64 {
-        self.all(part).into_iter().fold(f64::INFINITY, f64::min)
+        self.all(part).into_iter().smallest()
     }
 
     /// The number measured in the comparison of this name, and its bound.

@@ -7,6 +7,7 @@ use verify::experiment::errors::{Ahead, Errors, points};
 use verify::experiment::floors::{A_QUARTER, Floors};
 use verify::experiment::homogeneous::Lines;
 use verify::experiment::non_normal::Amplified;
+use verify::measure::norm::Extremes;
 use verify::measure::search::{minimum, root};
 use verify::measure::stability::{numerical_abscissa, spectral_abscissa, spectral_radius};
 
@@ -31,7 +32,7 @@ fn drag(method: &str, h: f64) -> f64 {
         v *= factor(method, h);
         (v - (-(n as f64) * h).exp()).abs()
     };
-    (1..=points(h)).map(error).fold(0.0, f64::max)
+    (1..=points(h)).map(error).largest()
 }
 
 /// Where `method` has `times` the error of `rival` on v̇ = −v.
@@ -57,7 +58,7 @@ fn quadratic(method: &str, h: f64) -> f64 {
         let error = (v - (1.0 + n as f64 * h).recip()).abs();
         if error.is_nan() { f64::INFINITY } else { error }
     };
-    (1..=points(h)).map(error).fold(0.0, f64::max)
+    (1..=points(h)).map(error).largest()
 }
 
 /// That on all of many sizes in an interval something holds where the size is one of those said, and there alone.
@@ -107,12 +108,8 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         "a" => {
             let closed = |h: f64| (2.0 * (0.5 * h).asinh()).exp();
             let steps = [1e-3, 1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 100.0, 1e3];
-            let off = found
-                .all("spectral radius")
-                .iter()
-                .zip(steps)
-                .map(|(r, h)| (r / closed(h) - 1.0).abs())
-                .fold(0.0, f64::max);
+            let off =
+                found.all("spectral radius").iter().zip(steps).map(|(r, h)| (r / closed(h) - 1.0).abs()).largest();
             Known::of([
                 format!("from 1 + {} at h = 0.001 to {} at h = 1000.", text(closed(1e-3) - 1.0), text(closed(1e3))),
                 format!("exp(±2 asinh(h/2)), met to {} by the live steps", text(off)),
@@ -458,7 +455,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             ])
         }
         "m-1" => {
-            let off = found.all("").into_iter().map(|det| (det - 1.0).abs()).fold(0.0, f64::max);
+            let off = found.all("").into_iter().map(|det| (det - 1.0).abs()).largest();
             Known::of([format!("The determinant differs from 1 by {} at most.", text(off))])
         }
         "m-2" => Known::of([
@@ -773,7 +770,7 @@ fn coefficients(found: &Found) -> Result<Known, Failed> {
             let right = 2.0 - theta * (1.0 + (1.0 - h).powi(2));
             (right / left - (-h).exp()).abs()
         };
-        (1..=20_000).map(error).fold(0.0, f64::max)
+        (1..=20_000).map(error).largest()
     };
     let (mut thetas, mut errors) = (Vec::new(), Vec::new());
     for range in [1.0, 3.0, 10.0, 100.0] {

@@ -3,6 +3,7 @@
 
 use nalgebra::DMatrix;
 use verify::judge::real::Real;
+use verify::measure::norm::larger;
 
 use super::action::{Equations, inverse};
 
@@ -77,7 +78,7 @@ fn advance(equations: &Equations, s: f64, target: f64, at: &[Real]) -> Option<Ve
     let image = whole.image(equations, &piece, &g, &y);
     let end = Real::double(target);
     let (next, y) = newton(equations, &end, &whole.centre)?;
-    let size = next.iter().map(largest).fold(equations.start.abs(), f64::max);
+    let size = next.iter().map(largest).fold(equations.start.abs(), larger);
     let tiny = Cell { radii: vec![10.0 * SETTLED * size; n], centre: next };
     let enclosure = tiny.image(equations, &end, &equations.at(&end, &tiny.centre).0, &y);
     let is_proved = whole.holds(&image) && whole.holds(at) && tiny.holds(&enclosure) && whole.holds(&enclosure);
@@ -129,8 +130,8 @@ fn newton(equations: &Equations, s: &Real, from: &[Real]) -> Option<(Vec<Real>, 
         let step = |i: usize| (0..x.len()).map(|j| &Real::double(y[(i, j)]) * &g[j]).sum::<Real>();
         let steps: Vec<Real> = (0..x.len()).map(step).collect();
         x = x.iter().zip(&steps).map(|(x, d)| (x - d).centre()).collect();
-        let size = x.iter().map(largest).fold(equations.start.abs(), f64::max);
-        let moved = steps.iter().map(largest).fold(0.0, f64::max);
+        let size = x.iter().map(largest).fold(equations.start.abs(), larger);
+        let moved = steps.iter().map(largest).fold(0.0, larger);
         if moved.is_nan() || moved > 10.0 * size {
             return None;
         }
