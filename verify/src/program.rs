@@ -15,6 +15,7 @@ use process::{Ended, MOST};
 pub use shown::Shown;
 
 use crate::measure::decimal::parsed;
+use crate::measure::fault;
 
 /// A command and how long one run of it may take.
 #[derive(Debug, Clone)]
@@ -45,6 +46,8 @@ pub struct Answer {
     pub states: Vec<Vec<f64>>,
     /// How the values are printed.
     pub printed: Printed,
+    /// How the times are.
+    pub clock: Printed,
 }
 
 /// How many digits a program prints, by the longest of its numbers: a short one may be exact.
@@ -265,9 +268,9 @@ fn excerpt(line: &str) -> String {
 /// The `columns` of a table, with its times.
 fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text);
-    let junk = |error: csv::Error| ProgramError::Junk {
-        line: error.position().map_or(1, csv::Position::line),
-        reason: error.to_string(),
+    let junk = |error: csv::Error| {
+        let (line, reason) = fault(text, &error);
+        ProgramError::Junk { line, reason }
     };
     let header = reader.headers().map_err(junk)?.clone();
     let find = |name: &str| {
@@ -282,7 +285,8 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
     };
     let time = find("t")?;
     let positions: Vec<usize> = columns.iter().map(|name| find(name)).collect::<Result<_, _>>()?;
-    let mut answer = Answer { times: Vec::new(), states: Vec::new(), printed: Printed::default() };
+    let (printed, clock) = (Printed::default(), Printed::default());
+    let mut answer = Answer { times: Vec::new(), states: Vec::new(), printed, clock };
     for record in reader.records() {
         let record = record.map_err(junk)?;
         let line = record.position().map_or(0, csv::Position::line);
@@ -297,6 +301,7 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
         }
         answer.states.push(positions.iter().map(|column| number(*column)).collect::<Result<_, _>>()?);
         positions.iter().filter_map(|column| record.get(*column)).for_each(|text| answer.printed.see(text));
+        record.get(time).into_iter().for_each(|text| answer.clock.see(text));
         answer.times.push(t);
     }
     if answer.times.is_empty() { Err(ProgramError::Empty) } else { Ok(answer) }
@@ -332,8 +337,10 @@ impl Answer {
     pub fn clipped(&self, h: f64) -> Option<f64> {
         let steps: Vec<f64> = self.times.windows(2).map(|pair| (pair[1] - pair[0]) / h).collect();
         let (last, others) = steps.split_last()?;
-        let is_whole = |step: &f64| (step - 1.0).abs() < 1e-6;
-        (!others.is_empty() && others.iter().all(is_whole) && *last < 1.0 - 1e-6).then_some(*last)
+        // A step is off by what its two times are rounded by.
+        let rounding = 1e-6 + 2.0 * self.clock.resolution(self.end().0) / h;
+        let is_whole = |step: &f64| (step - 1.0).abs() < rounding;
+        (!others.is_empty() && others.iter().all(is_whole) && *last < 1.0 - rounding).then_some(*last)
     }
 }
 
@@ -351,6 +358,9 @@ mod tests {
         assert_eq!(answer.end(), (0.7, &[0.1][..]));
         assert!((answer.clipped(0.5).expect("cut") - 0.4).abs() < 1e-12);
         assert_eq!(answer.clipped(0.2), None);
+        // Times with one decimal are off by 0.05, and so is no last step of 0.3 from one of 0.35.
+        let rounded = read(b"t,v\n0,1\n0.3,1\n0.7,1\n1.0,1\n", &columns()).expect("a table");
+        assert_eq!(rounded.clipped(0.35), None);
         for (text, line) in [
             ("t,v\n0,1\n1,NaN\n", 3),
             ("t,v\n0,1\n1,two\n", 3),

@@ -137,6 +137,10 @@ impl Failure {
             Self::Data { source, .. } if matches!(**source, DataError::Number { .. }) => {
                 "`--quantity COLUMN` leaves out the columns that hold no numbers"
             }
+            Self::Data { source, .. } if matches!(**source, DataError::NoSpacing { .. }) => {
+                "`--step COLUMN` names the one with the spacing of the grid or the time step; `--cells COLUMN --dimension D` the one \
+                 with numbers of cells"
+            }
             Self::NoStepSize(_) => "for example `--h 0.1`",
             Self::NoTolerances(_) => "`radau-adaptive` is adaptive",
             Self::Tolerance(InputError::Setting(SettingError::RelativeTolerance { .. })) => {
@@ -153,6 +157,9 @@ impl Failure {
             }
             Self::Order(OrderError::Coarsest { .. }) => {
                 "steps divide the time; `--t-end`, for a model or a program, makes it longer"
+            }
+            Self::Order(OrderError::Reference(ReferenceError::Solver { .. })) => {
+                "the solution may end there, as in a pole; for a model or a program `--t-end` stays before it"
             }
             Self::Order(OrderError::NoExact) => "`--reference cvode` or `--reference diffsol`",
             Self::Order(OrderError::Reference(ReferenceError::Unavailable(_))) => {
@@ -218,7 +225,9 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         RunError::Step(StepError::Solve { source: SolveError::Linear { .. }, .. }) => Some(
             "another method may do; a smaller `--h` helps where the step, and not the equation, makes the system hard",
         ),
-        RunError::Step(_) | RunError::NonFinite(_) => Some("a smaller `--h` may help"),
+        RunError::Step(_) | RunError::NonFinite(_) => {
+            Some("a smaller `--h` may help, unless the solution ends there, as in a pole")
+        }
         _ => None,
     }
 }

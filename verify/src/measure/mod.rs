@@ -6,5 +6,8 @@ pub mod norm;
 pub mod order;
 pub mod refinement;
 pub mod search;
+mod separated;
 pub mod stability;
 pub mod typeset;
+
+pub(crate) use separated::fault;

@@ -113,6 +113,8 @@ impl Expectation {
 pub enum Reason {
     /// Coarser than the window in which the local slopes agree.
     PreAsymptotic,
+    /// Coarser than a run that failed.
+    BeforeFailure,
     /// The error is no larger than [`FLOOR_MARGIN`] times its floor.
     AtFloor,
     /// The run failed, or gave something that is no error.
@@ -123,6 +125,7 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::PreAsymptotic => f.write_str("pre-asymptotic"),
+            Self::BeforeFailure => f.write_str("coarser than a run that failed"),
             Self::AtFloor => f.write_str("at the floor"),
             Self::StepFailed(why) => f.write_str(why),
         }
@@ -347,7 +350,7 @@ fn screen(samples: &[Sample]) -> Vec<Option<Reason>> {
             }
         };
         for coarser in reasons.iter_mut().filter(|r| r.is_none()) {
-            *coarser = Some(Reason::PreAsymptotic);
+            *coarser = Some(Reason::BeforeFailure);
         }
         reasons.push(fault.map(Reason::StepFailed));
     }

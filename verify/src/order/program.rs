@@ -256,7 +256,8 @@ impl Study<'_> {
             }
             (None, reason) => reason.clone(),
         };
-        found.reason = format!("where h does not divide the time, and the last step is shorter: {because}");
+        let cut = if clipped.is_some() { ", and the last step is cut" } else { "" };
+        found.reason = format!("where h does not divide the time{cut}: {because}");
         found.verdict = if expects { found.verdict } else { Verdict::Inconclusive };
         *fit = found;
         Ok(None)

@@ -149,7 +149,7 @@ mod tests {
                 v += 0.1 * h.powi(if k == 0 { start } else { p });
                 states.push(vec![v]);
             }
-            (Some(h), Answer { times, states, printed: Printed::default() })
+            (Some(h), Answer { times, states, printed: Printed::default(), clock: Printed::default() })
         };
         [0.1, 0.05, 0.025, 0.0125].map(run).to_vec()
     }
@@ -174,7 +174,15 @@ mod tests {
     #[test]
     fn ends_that_differ_make_values_incomparable() {
         let late = |h: f64| {
-            (Some(h), Answer { times: vec![0.0, h, 1.0 + h], states: vec![vec![1.0]; 3], printed: Printed::default() })
+            (
+                Some(h),
+                Answer {
+                    times: vec![0.0, h, 1.0 + h],
+                    states: vec![vec![1.0]; 3],
+                    printed: Printed::default(),
+                    clock: Printed::default(),
+                },
+            )
         };
         let shown = Shown::by(&[late(0.1), late(0.05)]);
         assert!(shown.incomparable.is_some_and(|reason| reason.contains("different times")));

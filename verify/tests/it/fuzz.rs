@@ -196,7 +196,7 @@ fn no_table_of_values_panics_and_no_order_is_made_of_what_is_none() {
     let mut judged = 0;
     fuzz(4, count(3000), &corpus, |input| {
         for spacing in [Spacing::Step("h".into()), Spacing::Cells { column: "cells".into(), dimension: 2 }] {
-            for quantity in read(input, &spacing, &[]).unwrap_or_default() {
+            for quantity in read(input, Some(&spacing), &[]).unwrap_or_default() {
                 judged += 1;
                 let judgement = quantity.judge(&Question::default());
                 let numbers = [judgement.order, judgement.uncertainty, judgement.extrapolated, judgement.gci];

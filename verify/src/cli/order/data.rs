@@ -47,12 +47,12 @@ pub(super) struct DataArgs {
 }
 
 impl DataArgs {
-    fn spacing(&self) -> Result<Spacing, Failure> {
+    fn spacing(&self) -> Result<Option<Spacing>, Failure> {
         match (&self.step, &self.cells, self.dimension) {
-            (Some(column), _, _) => Ok(Spacing::Step(column.clone())),
-            (_, Some(column), Some(dimension)) => Ok(Spacing::Cells { column: column.clone(), dimension }),
+            (Some(column), _, _) => Ok(Some(Spacing::Step(column.clone()))),
+            (_, Some(column), Some(dimension)) => Ok(Some(Spacing::Cells { column: column.clone(), dimension })),
             (_, Some(_), None) => Err(Failure::Incomplete("--cells", "--dimension 1, 2 or 3")),
-            _ => Err(Failure::Incomplete("--data", "--step COLUMN or --cells COLUMN --dimension D")),
+            _ => Ok(None),
         }
     }
 
@@ -75,7 +75,7 @@ impl DataArgs {
     /// Reads the table in `path`.
     pub(super) fn read(&self, path: &Path) -> Result<Vec<Quantity>, Failure> {
         let file = File::open(path).map_err(|source| Failure::Read { path: path.into(), source })?;
-        let quantities = read(file, &self.spacing()?, &self.quantity);
+        let quantities = read(file, self.spacing()?.as_ref(), &self.quantity);
         quantities.map_err(|source| Failure::Data { path: path.into(), source: Box::new(source) })
     }
 
@@ -172,6 +172,7 @@ struct Fitted {
     weighted: bool,
     grids: usize,
     limit: f64,
+    deviation: f64,
     uncertainty: f64,
 }
 
@@ -182,6 +183,7 @@ impl<'a> Summary<'a> {
             weighted: fit.weighted,
             grids: judgement.used,
             limit: fit.limit,
+            deviation: fit.deviation,
             uncertainty: fit.uncertainty,
         });
         Self {

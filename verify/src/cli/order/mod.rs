@@ -86,8 +86,8 @@ JSON, for one quantity: quantity, grids, order, order_uncertainty, extrapolated,
 gci_fine (a part of the value, 0.01 for 1 %), convergence (monotonic,
 oscillatory, divergent, oscillatory and divergent, unresolved, unknown),
 triplet_orders and pair_orders (coarse to fine), least_squares {form, weighted,
-grids, limit, uncertainty} or null, verdict, reason, notes; for several: verdict
-and quantities. What could not be found is null.
+grids, limit, deviation, uncertainty} or null, verdict, reason, notes; for
+several: verdict and quantities. What could not be found is null.
 
 Exit status: 0 pass or measured, 1 fail, 2 bad input, 3 inconclusive. A program
 that does not start, or writes another header, is bad input; runs that fail or

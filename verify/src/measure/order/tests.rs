@@ -150,7 +150,7 @@ fn a_failed_run_closes_the_window_towards_coarse_steps() {
     let f = fit(&s, &Expectation::new(2.0, 0.1));
     assert_eq!((f.verdict, f.kept.len()), (Verdict::Pass, 8));
     let failed = Reason::StepFailed("Newton diverged".into());
-    assert_eq!(reasons(&f), [Reason::PreAsymptotic, Reason::PreAsymptotic, Reason::PreAsymptotic, failed]);
+    assert_eq!(reasons(&f), [Reason::BeforeFailure, Reason::BeforeFailure, Reason::BeforeFailure, failed]);
     // A finest run that failed leaves nothing to pass on.
     s[11] = Sample::failed(s[11].h, "branch lost");
     let f = fit(&s, &Expectation::new(2.0, 0.1));

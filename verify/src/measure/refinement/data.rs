@@ -6,6 +6,7 @@ use std::io::Read;
 
 use super::{Grid, Quantity};
 use crate::measure::decimal::parsed;
+use crate::measure::fault;
 use crate::measure::typeset::bare;
 
 /// Where the spacing of the grids stands.
@@ -32,9 +33,20 @@ pub enum DataError {
     /// It cannot be read.
     #[error("{0}")]
     Unreadable(#[from] std::io::Error),
-    /// The text is no table of comma-separated values.
-    #[error("not a table of comma-separated values: {0}")]
-    Csv(#[from] csv::Error),
+    /// The text is no table.
+    #[error("line {line}: {reason}")]
+    Table {
+        /// The line, from 1.
+        line: u64,
+        /// Why not.
+        reason: String,
+    },
+    /// It is not said which column holds the spacings.
+    #[error("no column of spacings is named; {known}")]
+    NoSpacing {
+        /// The names that there are, in words.
+        known: String,
+    },
     /// There is no such column.
     #[error("no column is named `{name}`; {known}")]
     Column {
@@ -88,8 +100,8 @@ pub enum DataError {
 /// Markdown and LaTeX are read too. A cell that is empty, `NaN`, `NA`, `n/a` or `-` is a missing value. The resolution of a quantity is half a unit of the last decimal place that any of its values shows.
 ///
 /// # Errors
-/// [`DataError`] with line and column.
-pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Result<Vec<Quantity>, DataError> {
+/// [`DataError`] with line and column; [`DataError::NoSpacing`] names the columns where no `spacing` is said.
+pub fn read(input: impl Read, spacing: Option<&Spacing>, quantities: &[String]) -> Result<Vec<Quantity>, DataError> {
     let mut text = Vec::new();
     if input.take(MOST + 1).read_to_end(&mut text)? as u64 > MOST {
         return Err(DataError::TooLong);
@@ -108,7 +120,11 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
         .trim(csv::Trim::All)
         .delimiter(separator(&text))
         .from_reader(&*text);
-    let header: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+    let table = |error: csv::Error| {
+        let (line, reason) = fault(&text, &error);
+        DataError::Table { line, reason }
+    };
+    let header: Vec<String> = reader.headers().map_err(table)?.iter().map(str::to_owned).collect();
     if header.is_empty() {
         return Err(DataError::Empty("no header"));
     }
@@ -116,22 +132,22 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
     if let Some(twice) = header.iter().find(|name| !seen.insert(name.as_str())) {
         return Err(DataError::Ambiguous(twice.clone()));
     }
+    let known = || match &header[..] {
+        [single] => {
+            format!("the only one is `{single}`; commas, semicolons or tabs separate columns, or the bars of Markdown")
+        }
+        several => {
+            let names = several.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>();
+            format!("the columns are {}", names.join(", "))
+        }
+    };
     let find = |name: &str| {
-        let known = || match &header[..] {
-            [single] => format!(
-                "the only one is `{single}`; commas, semicolons or tabs separate columns, or the bars of Markdown"
-            ),
-            several => {
-                let names = several.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>();
-                format!("the columns are {}", names.join(", "))
-            }
-        };
         header
             .iter()
             .position(|column| column == name)
             .ok_or_else(|| DataError::Column { name: name.into(), known: known() })
     };
-    let (name, exponent, what) = match spacing {
+    let (name, exponent, what) = match spacing.ok_or_else(|| DataError::NoSpacing { known: known() })? {
         Spacing::Step(column) => (column, 1.0, "step"),
         Spacing::Cells { column, dimension } => (column, -1.0 / f64::from(*dimension), "number of cells"),
     };
@@ -151,7 +167,7 @@ pub fn read(input: impl Read, spacing: &Spacing, quantities: &[String]) -> Resul
         .map(|column| Quantity { name: header[*column].clone(), grids: Vec::new(), resolution: f64::INFINITY })
         .collect();
     for record in reader.records() {
-        let record = record?;
+        let record = record.map_err(table)?;
         let line = record.position().map_or(0, csv::Position::line);
         let cell = |column: usize| record.get(column).unwrap_or_default();
         let number = |column: usize| {
@@ -214,7 +230,7 @@ mod tests {
     fn cells_become_spacings_and_missing_values_stay_missing() {
         let text = "# a study\ncells,drag,lift\n8000, 1.50,\n1000,1.6,NaN\n";
         let spacing = Spacing::Cells { column: "cells".into(), dimension: 3 };
-        let read = read(text.as_bytes(), &spacing, &[]).expect("a table");
+        let read = read(text.as_bytes(), Some(&spacing), &[]).expect("a table");
         assert_eq!(read.len(), 2);
         assert!((read[0].grids[0].h - 0.05).abs() < 1e-16 && (read[0].grids[1].h - 0.1).abs() < 1e-15);
         assert_eq!(read[0].resolution, 0.005);
@@ -223,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_spreadsheet_may_separate_by_semicolons_or_tabs_and_mark_its_byte_order() {
-        let read = |text: &str| read(text.as_bytes(), &Spacing::Step("h".into()), &[]).expect("a table");
+        let read = |text: &str| read(text.as_bytes(), Some(&Spacing::Step("h".into())), &[]).expect("a table");
         let plain = read("# x, y\nh,u\n0.2,1.5\n0.1,1.25\n");
         assert_eq!(plain.len(), 1);
         assert_eq!(read("\u{feff}h;u\r\n0.2;1.5\r\n0.1;1.25\r\n"), plain);
@@ -239,7 +255,7 @@ mod tests {
     fn what_cannot_be_read_is_named_with_its_place() {
         let step = || Spacing::Step("h".into());
         let fails = |text: &str, spacing: Spacing, names: &[String]| {
-            read(text.as_bytes(), &spacing, names).map(|_| ()).expect_err(text).to_string()
+            read(text.as_bytes(), Some(&spacing), names).map(|_| ()).expect_err(text).to_string()
         };
         assert_eq!(fails("h,u\n0.1,one\n", step(), &[]), "line 2, column `u`: `one` is not a number");
         assert!(fails("h,u\n0.1,1\n0,2\n", step(), &[]).starts_with("line 3, column `h`: 0 is no step"));
@@ -251,7 +267,9 @@ mod tests {
         assert!(fails("", step(), &[]).contains("no header"));
         assert!(fails("h;u\n0,1;1\n", step(), &[]).contains("decimals have a point"));
         assert!(fails("h,u,u\n0.1,1,2\n", step(), &[]).contains("two columns"));
-        assert!(fails("h,u\n0.1,1,2\n", step(), &[]).contains("comma-separated"));
+        assert_eq!(fails("h,u\n0.1,1\n0.05,1,2\n", step(), &[]), "line 3: the row has 3 cells, and the header 2");
+        let unsaid = read(&b"h,u\n0.1,1\n"[..], None, &[]).expect_err("no spacing").to_string();
+        assert!(unsaid.ends_with("the columns are `h`, `u`"), "{unsaid}");
         assert!(fails("h,u\n", step(), &[]).contains("no rows"));
         assert!(fails("h\n1\n", step(), &[]).contains("beside the spacing"));
     }

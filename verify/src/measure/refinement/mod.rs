@@ -132,8 +132,8 @@ pub struct Judgement {
     pub triplets: Vec<Result<Triplet, TripletError>>,
     /// Orders of the errors of neighbouring grids, coarse to fine, where the exact value is known.
     pub pairs: Vec<f64>,
-    /// The fit of Eça and Hoekstra to the grids that the order is from, from four on; `None` where the finest three diverge or are
-    /// not resolved.
+    /// The fit of Eça and Hoekstra to the grids that the order is from, or to all where they have none, from four on; `None` where
+    /// the finest three diverge by a law or are not resolved.
     pub least_squares: Option<LeastSquares>,
     /// Number of grids, from the finest that is used, that the order and the fit are from.
     pub used: usize,
@@ -230,8 +230,9 @@ impl Quantity {
             }
         }
         judgement.notes.extend(self.may_be_cells(&grids));
-        if points.len() >= 4 && !judgement.convergence.is_without_limit() {
+        if points.len() >= 4 && (judgement.convergence == Convergence::Monotonic || judgement.may_scatter(question)) {
             judgement.least_squares = LeastSquares::fit(&points[..judgement.used]).ok();
+            judgement.notes.extend(judgement.scatter());
         }
         judgement
     }
@@ -298,11 +299,6 @@ fn pair_orders(points: &[(f64, f64)], exact: f64) -> Vec<f64> {
 }
 
 impl Convergence {
-    /// Whether the values tend to nothing that could be fitted.
-    fn is_without_limit(self) -> bool {
-        self != Self::Monotonic
-    }
-
     fn of(finest: &Result<Triplet, TripletError>) -> Self {
         match finest {
             Ok(triplet) if triplet.oscillates => Self::Oscillatory,
@@ -350,6 +346,25 @@ impl Judgement {
                  `--dimension 1` has the spacing"
             )
         })
+    }
+
+    /// Whether what the finest grids do may be scatter about a limit, which a fit to all grids finds.
+    fn may_scatter(&self, question: &Question) -> bool {
+        let changes = matches!(
+            self.convergence,
+            Convergence::Oscillatory | Convergence::OscillatoryDivergent | Convergence::Divergent
+        );
+        changes && self.verdict == Verdict::Inconclusive && question.exact.is_none()
+    }
+
+    /// How far values without an order scatter about the fit to them.
+    fn scatter(&self) -> Option<String> {
+        let fit = self.least_squares.filter(|_| self.convergence != Convergence::Monotonic)?;
+        let [deviation, change] = [fit.deviation, fit.change].map(|x| significant(x, 2));
+        Some(format!(
+            "the values scatter about the least-squares fit with a standard deviation of {deviation}, where they change by {change} from \
+             grid to grid: its uncertainty covers that, and the grids are taken to show nothing else"
+        ))
     }
 
     /// Lets the values decide nothing, for a `reason` that lies outside of them.
@@ -417,6 +432,7 @@ impl Judgement {
 
     /// The verdict from the differences between grids, fine to coarse.
     fn decide_by_differences(&mut self, points: &[(f64, f64)], resolution: f64, question: &Question) {
+        let count = self.triplets.len();
         let triplet = match self.triplets.last() {
             Some(Ok(triplet)) => *triplet,
             Some(Err(error)) => {
@@ -434,7 +450,7 @@ impl Judgement {
                          iteration that ends too early, looks the same",
                         decimals(order, 2)
                     ),
-                    (TripletError::Diverging { .. }, None) if growing > 1 && !diverges => {
+                    (TripletError::Diverging { certain: true, .. }, None) if count > 1 && !diverges => {
                         format!(
                             "{error}, but by no law: noise on the values, or an iteration that ends too early, looks the same"
                         )
@@ -448,11 +464,11 @@ impl Judgement {
         if triplet.oscillates {
             return self.set(
                 Verdict::Inconclusive,
-                "the differences alternate in sign: the grids are not in the asymptotic range, and have no order",
+                "the differences alternate in sign, which no order explains: noise on the values does so, and grids outside of the \
+                 asymptotic range",
             );
         }
-        let (count, most) =
-            (self.triplets.len(), question.expected.map_or(HIGHEST, |p| HIGHEST.max(p + question.band)));
+        let most = question.expected.map_or(HIGHEST, |p| HIGHEST.max(p + question.band));
         if triplet.order > most {
             let order = decimals(triplet.order, 1);
             let reason = format!(

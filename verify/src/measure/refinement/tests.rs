@@ -397,7 +397,9 @@ fn where_no_power_law_holds_there_is_neither_order_nor_limit() {
         assert_eq!((judgement.convergence, judgement.verdict), (convergence, Verdict::Inconclusive));
         assert_eq!((judgement.order, judgement.uncertainty), (None, None), "{}", judgement.reason);
         assert_eq!((judgement.extrapolated, judgement.gci), (None, None));
-        assert!(judgement.least_squares.is_none());
+        // A fit to four grids has an uncertainty for it.
+        let covers = |fit: LeastSquares| (points[3].1 - 1.0).abs() <= fit.uncertainty;
+        assert!(judgement.least_squares.is_none_or(covers), "{judgement:?}");
     }
     // An order that is expected is believed.
     let eleventh = [1.0, 2.0, 4.0].map(|h: f64| (h, 1.0 + 1e-4 * h.powi(11)));
@@ -496,4 +498,25 @@ fn orders_are_extrapolated_by_their_own_ratio_and_no_slower_than_half_an_order_a
     ] {
         assert!((limit(orders) - expected).abs() < 1e-12, "{orders:?}: {}, not {expected}", limit(orders));
     }
+}
+
+/// Seven values of second order with noise as large as their last differences: no order, and a fit to all of them by the procedure of
+/// Eça and Hoekstra whose uncertainty covers the limit.
+#[test]
+fn values_that_scatter_have_a_fit_with_an_uncertainty() {
+    let h = [20.0, 30.0, 40.0, 60.0, 80.0, 120.0, 160.0].map(|cells: f64| 1.0 / cells);
+    let (mut scattered, mut covered) = (0, 0);
+    for seed in 1..=200 {
+        let mut noise = noise(seed);
+        let points: Vec<_> = h.iter().map(|h| (*h, 1.0 + 8.0 * h * h + 2e-3 * noise())).collect();
+        let judged = quantity(&points, 5e-5).judge(&Question::default());
+        let Some(fit) = judged.least_squares.filter(|_| judged.convergence != Convergence::Monotonic) else { continue };
+        assert_eq!((judged.verdict, judged.used), (Verdict::Inconclusive, 7), "{seed}: {}", judged.reason);
+        assert!(judged.notes.iter().any(|note| note.contains("scatter")), "{:?}", judged.notes);
+        let finest = points.last().expect("seven").1;
+        // U is that of the finest value, meant to cover its error in 95 % of all cases.
+        scattered += 1;
+        covered += i32::from((finest - 1.0).abs() <= fit.uncertainty);
+    }
+    assert!(scattered > 100 && f64::from(covered) >= 0.95 * f64::from(scattered), "{covered} of {scattered}");
 }
