@@ -151,6 +151,7 @@ mod autodiff;
 mod coloring;
 mod constrained;
 mod constraint;
+mod derivatives;
 mod error;
 mod inexact;
 mod integrator;
@@ -173,6 +174,7 @@ pub use autodiff::{
 pub use coloring::Coloring;
 pub use constrained::Constrained;
 pub use constraint::Constraint;
+pub use derivatives::{Derivative, DerivativeError, Place, check_derivatives};
 pub use error::{
     ClosureError, ConstraintError, InputError, NodeError, SettingError, SolveError, StepError, SystemError, TimeError,
 };

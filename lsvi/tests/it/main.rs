@@ -6,6 +6,7 @@ mod branches;
 mod constraints;
 mod counts;
 mod coupled;
+mod derivatives;
 mod events;
 mod fields;
 mod formulations;

@@ -1,0 +1,376 @@
+//! Whether the derivatives that a field states are those of its f.
+
+use std::fmt;
+
+use thiserror::Error;
+
+use crate::error::{InputError, check_time, check_vector};
+use crate::linalg::{Jacobian, Structure, larger, max_norm};
+use crate::vector_field::{VectorField, check_system};
+
+/// Unknowns up to which every entry is looked at; of more, products along a few directions.
+const FEW: usize = 32;
+/// Directions that stand for all of them.
+const DIRECTIONS: u64 = 8;
+/// Central differences, each with half the distance of the one before.
+const LEVELS: usize = 16;
+/// First distance, relative to the state: the differences of a smooth f settle from there on.
+const FIRST: f64 = 0.1;
+/// What stated and found may differ by, relative to the larger: far above rounding, and below what a wrong term makes.
+const RELATIVE: f64 = 1e-6;
+/// What a difference may be wrong by, in terms of the change in its extrapolation.
+const SAFETY: f64 = 10.0;
+/// Uncertainty, relative to the size, beyond which a difference tells nothing.
+const TELLS: f64 = 1e-3;
+
+/// A derivative of f that a field states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Derivative {
+    /// J x, of [`VectorField::apply_jacobian`], or by the entries of [`VectorField::add_jacobian`] where there are any.
+    Jacobian,
+    /// The entries of [`VectorField::add_jacobian`] and [`VectorField::linearize`], beside J x of
+    /// [`VectorField::apply_jacobian`].
+    Assembled,
+    /// Jᵀw, of [`VectorField::apply_transpose`].
+    Transpose,
+    /// Σ w_i (∂²f_i/∂v²) x, of [`VectorField::apply_curvature`] or [`VectorField::add_curvature`].
+    Curvature,
+}
+
+impl fmt::Display for Derivative {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Jacobian => "the Jacobian",
+            Self::Assembled => "the assembled Jacobian",
+            Self::Transpose => "the transposed product",
+            Self::Curvature => "the curvature",
+        })
+    }
+}
+
+/// A row of a product, and the column where the product is with a unit vector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// The row; none of a sum over all rows.
+    pub row: Option<usize>,
+    /// The column; none along a direction that is no axis.
+    pub column: Option<usize>,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let part = |f: &mut fmt::Formatter<'_>, name: &str, at: Option<usize>| match at {
+            Some(at) => write!(f, ", {name} {at}"),
+            None => Ok(()),
+        };
+        part(f, "row", self.row)?;
+        part(f, "column", self.column)
+    }
+}
+
+/// A derivative that is not that of f, or what leaves it open.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum DerivativeError {
+    /// The state is none of the field, or the field is none.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// f or one of its derivatives is not finite at the state.
+    #[error("{what} is not finite at the state, row {row}")]
+    NonFinite {
+        /// What.
+        what: &'static str,
+        /// Its row.
+        row: usize,
+    },
+    /// An entry where the declared structure has none.
+    #[error("entry ({row}, {column}) of the Jacobian lies outside the declared structure")]
+    Outside {
+        /// Row of the entry.
+        row: usize,
+        /// Column of the entry.
+        column: usize,
+    },
+    /// The derivative is another one.
+    #[error("{of}{place}: stated is {stated}, and it should be {found:.8} within {within:.1e}")]
+    Differs {
+        /// Which derivative.
+        of: Derivative,
+        /// Where.
+        place: Place,
+        /// What the field states.
+        stated: f64,
+        /// What f, or J, makes of it.
+        found: f64,
+        /// What that is uncertain by.
+        within: f64,
+    },
+    /// The differences do not settle, so that nothing is known: f may have a kink or a jump at the state, or be noise.
+    #[error(
+        "{of}{place}: differences give {found:.4e} within {within:.1e}, which tells nothing: f may not be smooth there"
+    )]
+    Unresolved {
+        /// Which derivative.
+        of: Derivative,
+        /// Where.
+        place: Place,
+        /// What the differences tend to.
+        found: f64,
+        /// What that is uncertain by.
+        within: f64,
+    },
+}
+
+/// Checks the derivatives that `field` states at (`t`, `v`): that J x is the derivative of f along x, that ⟨Jᵀw, x⟩ = ⟨w, J x⟩, that entries
+/// and products agree where both are given, and that the curvature is the derivative of Jᵀw along x.
+///
+/// Up to 32 unknowns every entry is looked at; of more, products along eight directions. Derivatives are central differences,
+/// (f(v + δx) − f(v − δx))/2δ, extrapolated to δ = 0 (Ridders), and have to agree to 1e-6 of the larger of the two or to what the
+/// extrapolation is uncertain by; products, to 1e-10. One state does not show all mistakes: check several, where no term vanishes.
+///
+/// ```
+/// use lsvi::{Derivative, DerivativeError, Jacobian, VectorField, check_derivatives};
+///
+/// /// θ̇ = ω, ω̇ = −sin θ, with the sign of the sine's derivative forgotten.
+/// struct Pendulum;
+///
+/// impl VectorField for Pendulum {
+///     fn dim(&self) -> usize {
+///         2
+///     }
+///     fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+///         dv[0] = v[1];
+///         dv[1] = -v[0].sin();
+///     }
+///     fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+///         out.add(0, 1, scale);
+///         out.add(1, 0, scale * v[0].cos());
+///     }
+/// }
+///
+/// let error = check_derivatives(&Pendulum, 0.0, &[1.0, 0.5]).expect_err("a wrong sign");
+/// assert!(matches!(error, DerivativeError::Differs { of: Derivative::Jacobian, .. }));
+/// assert!(error.to_string().starts_with("the Jacobian, row 1, column 0: stated is 0.54"));
+/// ```
+///
+/// # Errors
+/// [`DerivativeError`] with the first disagreement, or with what leaves the question open.
+pub fn check_derivatives<F: VectorField + ?Sized>(field: &F, t: f64, v: &[f64]) -> Result<(), DerivativeError> {
+    check_system(&field)?;
+    check_time(t)?;
+    check_vector("v", v, field.dim())?;
+    let check = Check { field, t, v };
+    let directions = directions(v);
+    let products = directions.iter().map(|x| check.jacobian(x)).collect::<Result<Vec<_>, _>>()?;
+    for w in &directions {
+        check.transpose(w, directions.iter().zip(&products))?;
+    }
+    // All components of f have a part in a sum along no axis.
+    let w = pseudo_random(v.len(), 0);
+    directions.iter().try_for_each(|x| check.curvature(&w, x))
+}
+
+/// A direction, and which axis it is.
+struct Direction {
+    x: Vec<f64>,
+    axis: Option<usize>,
+    /// First distance of differences.
+    first: f64,
+}
+
+/// The axes of a small space, or a few directions in a large one.
+fn directions(v: &[f64]) -> Vec<Direction> {
+    let n = v.len();
+    let largest = max_norm(v);
+    let size = if largest > 0.0 { largest } else { 1.0 };
+    if n > FEW {
+        return (1..=DIRECTIONS)
+            .map(|seed| Direction { x: pseudo_random(n, seed), axis: None, first: FIRST * size })
+            .collect();
+    }
+    let axis = |j: usize| {
+        let mut x = vec![0.0; n];
+        x[j] = 1.0;
+        Direction { x, axis: Some(j), first: FIRST * v[j].abs().max(1e-3 * size) }
+    };
+    (0..n).map(axis).collect()
+}
+
+/// Numbers between ½ and 1 with either sign, the same for the same seed.
+fn pseudo_random(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = 0x9e37_79b9_7f4a_7c15 ^ seed.wrapping_mul(0xd134_2543_de82_ef95);
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let size = 0.5 + 0.5 * ((state >> 12) as f64 / (1_u64 << 52) as f64);
+        if state >> 11 & 1 == 0 { size } else { -size }
+    };
+    (0..n).map(|_| next()).collect()
+}
+
+/// The field at a state.
+struct Check<'a, F: ?Sized> {
+    field: &'a F,
+    t: f64,
+    v: &'a [f64],
+}
+
+impl<F: VectorField + ?Sized> Check<'_, F> {
+    /// J x, by products and entries, beside the differences of f.
+    fn jacobian(&self, x: &Direction) -> Result<Vec<f64>, DerivativeError> {
+        let Self { field, t, v } = *self;
+        let n = v.len();
+        let mut product = vec![0.0; n];
+        if field.structure() == Structure::MatrixFree {
+            field.apply_jacobian(t, v, &x.x, &mut product);
+        } else {
+            let (mut by_entries, mut f, mut at_once) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+            let mut jacobian = Jacobian::with_structure(n, &field.structure());
+            field.add_jacobian(t, v, 1.0, &mut jacobian);
+            if let Some((row, column)) = jacobian.outside() {
+                return Err(DerivativeError::Outside { row, column });
+            }
+            jacobian.mul_add(1.0, &x.x, &mut by_entries);
+            jacobian.clear();
+            field.linearize(t, v, &mut f, 1.0, &mut jacobian);
+            jacobian.mul_add(1.0, &x.x, &mut at_once);
+            field.apply_jacobian(t, v, &x.x, &mut product);
+            finite("J x", &product)?;
+            for other in [&by_entries, &at_once] {
+                finite("the Jacobian", other)?;
+                agree(Derivative::Assembled, x.axis, other, &product)?;
+            }
+        }
+        finite("J x", &product)?;
+        let slopes = self.slopes(x, |v, out| field.rhs(t, v, out))?;
+        compare(Derivative::Jacobian, x.axis, &product, &slopes)?;
+        Ok(product)
+    }
+
+    /// ⟨Jᵀw, x⟩ beside ⟨w, J x⟩.
+    fn transpose<'a>(
+        &self,
+        w: &Direction,
+        products: impl Iterator<Item = (&'a Direction, &'a Vec<f64>)>,
+    ) -> Result<(), DerivativeError> {
+        let mut transposed = vec![0.0; self.v.len()];
+        self.field.apply_transpose(self.t, self.v, &w.x, &mut transposed);
+        finite("the transposed product", &transposed)?;
+        for (x, product) in products {
+            let terms = |a: &[f64], b: &[f64]| {
+                a.iter().zip(b).map(|(a, b)| a * b).fold((0.0, 0.0), |(sum, size), x| (sum + x, size + x.abs()))
+            };
+            let ((stated, one), (found, other)) = (terms(&transposed, &x.x), terms(&w.x, product));
+            let within = 1e-10 * (one + other);
+            if (stated - found).abs() > within {
+                let place = Place { row: w.axis, column: x.axis };
+                return Err(DerivativeError::Differs { of: Derivative::Transpose, place, stated, found, within });
+            }
+        }
+        Ok(())
+    }
+
+    /// Σ w_i (∂²f_i/∂v²) x beside the differences of Jᵀw.
+    fn curvature(&self, w: &[f64], x: &Direction) -> Result<(), DerivativeError> {
+        let Self { field, t, v } = *self;
+        let mut product = vec![0.0; v.len()];
+        field.apply_curvature(t, v, w, &x.x, &mut product);
+        finite("the curvature", &product)?;
+        let slopes = self.slopes(x, |v, out| field.apply_transpose(t, v, w, out))?;
+        compare(Derivative::Curvature, x.axis, &product, &slopes)
+    }
+
+    /// The derivative of `function` along x in each row.
+    fn slopes(
+        &self,
+        x: &Direction,
+        mut function: impl FnMut(&[f64], &mut [f64]),
+    ) -> Result<Vec<Slope>, DerivativeError> {
+        let n = self.v.len();
+        let mut at = |distance: f64| {
+            let moved: Vec<f64> = self.v.iter().zip(&x.x).map(|(v, x)| v + distance * x).collect();
+            let mut value = vec![0.0; n];
+            function(&moved, &mut value);
+            value
+        };
+        finite("f, or a derivative of it,", &at(0.0))?;
+        let levels: Vec<(f64, Vec<f64>, Vec<f64>)> =
+            (0..LEVELS).map(|k| x.first * 0.5_f64.powi(k as i32)).map(|d| (d, at(d), at(-d))).collect();
+        Ok((0..n)
+            .map(|i| Slope::extrapolated(levels.iter().map(|(d, above, below)| (*d, above[i], below[i]))))
+            .collect())
+    }
+}
+
+/// A derivative from differences.
+struct Slope {
+    value: f64,
+    uncertainty: f64,
+    /// What rounding leaves of the difference over the largest distance.
+    rounding: f64,
+}
+
+impl Slope {
+    /// From values of a function above and below, over distances that halve: differences extrapolated in δ², as long as the last
+    /// change gets smaller.
+    fn extrapolated(levels: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+        // Where the function ends, as a root does, larger distances say nothing.
+        let levels = levels.skip_while(|(_, above, below)| !(above - below).is_finite());
+        let mut best = Self { value: f64::NAN, uncertainty: f64::INFINITY, rounding: 0.0 };
+        let mut row: Vec<f64> = Vec::new();
+        for (k, (distance, above, below)) in levels.enumerate() {
+            let rounding = 4.0 * f64::EPSILON * above.abs().max(below.abs()) / distance;
+            let mut next = vec![(above - below) / (2.0 * distance)];
+            for (m, before) in row.iter().enumerate() {
+                let (factor, last) = (4_f64.powi(m as i32 + 1), next[m]);
+                let value = last + (last - before) / (factor - 1.0);
+                let change = larger((value - last).abs(), (value - before).abs());
+                if change + rounding <= best.uncertainty {
+                    best = Self { value, uncertainty: change + rounding, ..best };
+                }
+                next.push(value);
+            }
+            if k == 0 {
+                best.rounding = rounding;
+            } else if (next[k] - row[k - 1]).abs() > 2.0 * best.uncertainty {
+                break;
+            }
+            row = next;
+        }
+        best
+    }
+}
+
+fn finite(what: &'static str, values: &[f64]) -> Result<(), DerivativeError> {
+    match values.iter().position(|x| !x.is_finite()) {
+        Some(row) => Err(DerivativeError::NonFinite { what, row }),
+        None => Ok(()),
+    }
+}
+
+/// Two products that differ by rounding alone.
+fn agree(of: Derivative, column: Option<usize>, stated: &[f64], found: &[f64]) -> Result<(), DerivativeError> {
+    let within = 1e-10 * larger(max_norm(stated), max_norm(found));
+    for (row, (stated, found)) in stated.iter().zip(found).enumerate() {
+        if (stated - found).abs() > within {
+            let place = Place { row: Some(row), column };
+            return Err(DerivativeError::Differs { of, place, stated: *stated, found: *found, within });
+        }
+    }
+    Ok(())
+}
+
+/// What is stated beside what was found by differences.
+fn compare(of: Derivative, column: Option<usize>, stated: &[f64], found: &[Slope]) -> Result<(), DerivativeError> {
+    for (row, (stated, slope)) in stated.iter().zip(found).enumerate() {
+        let (place, size) = (Place { row: Some(row), column }, stated.abs().max(slope.value.abs()));
+        let (found, within) = (slope.value, SAFETY * slope.uncertainty + RELATIVE * size);
+        if slope.uncertainty > TELLS * size + SAFETY * slope.rounding {
+            return Err(DerivativeError::Unresolved { of, place, found, within });
+        }
+        if (stated - found).abs() > within {
+            return Err(DerivativeError::Differs { of, place, stated: *stated, found, within });
+        }
+    }
+    Ok(())
+}

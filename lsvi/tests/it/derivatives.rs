@@ -1,0 +1,219 @@
+//! Wrong derivatives are named, and right ones pass.
+
+use lsvi::{
+    AutoField, Derivative, DerivativeError, FieldFn, InputError, Jacobian, Place, Scalar, Structure, SystemError,
+    VectorField, add_columns, check_derivatives,
+};
+
+/// Products, sines, roots and a large constant, in n unknowns on a ring.
+struct Ring(usize);
+
+impl FieldFn for Ring {
+    fn dim(&self) -> usize {
+        self.0
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        for i in 0..self.0 {
+            let (left, right) = (v[(i + self.0 - 1) % self.0], v[(i + 1) % self.0]);
+            dv[i] = left * right - v[i].sin() * t + (v[i] * v[i] + 2.0).sqrt() + 1e3;
+        }
+    }
+}
+
+/// What is wrong with [`Flawed`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Flaw {
+    None,
+    Entry,
+    /// A term of 1e-4 of the entry.
+    Term,
+    Assembled,
+    Linearize,
+    Transpose,
+    Curvature,
+    NaN,
+    Outside,
+}
+
+/// The ring's derivatives, with a flaw in row 2, column 1.
+struct Flawed(AutoField<Ring>, Flaw, Structure);
+
+impl Flawed {
+    fn add(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_jacobian(t, v, scale, out);
+        let wrong = match self.1 {
+            Flaw::Entry => 0.5,
+            Flaw::Term => 1e-4 * v[3],
+            Flaw::NaN => f64::NAN,
+            _ => return,
+        };
+        out.add(2, 1, scale * wrong);
+    }
+}
+
+impl VectorField for Flawed {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.2.clone()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(t, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.add(t, v, scale, out);
+        match self.1 {
+            Flaw::Assembled => out.add(2, 1, scale * 0.5),
+            Flaw::Outside => out.add(2, self.dim(), 1.0),
+            _ => {}
+        }
+    }
+    fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+        self.rhs(t, v, dv);
+        self.add_jacobian(t, v, scale, out);
+        if self.1 == Flaw::Linearize {
+            out.add(2, 1, scale * 0.5);
+        }
+    }
+    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        let mut jacobian = Jacobian::zeros(self.dim());
+        self.add(t, v, 1.0, &mut jacobian);
+        out.copy_from_slice((jacobian.to_dense() * lsvi::nalgebra::DVector::from_column_slice(x)).as_slice());
+    }
+    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.0.apply_transpose(t, v, w, out);
+        match self.1 {
+            // That of the flawed J, which is no flaw of its own.
+            Flaw::Transpose | Flaw::Entry => out[1] += 0.5 * w[2],
+            Flaw::Term => out[1] += 1e-4 * v[3] * w[2],
+            _ => {}
+        }
+    }
+    fn apply_curvature(&self, t: f64, v: &[f64], w: &[f64], x: &[f64], out: &mut [f64]) {
+        self.0.apply_curvature(t, v, w, x, out);
+        if self.1 == Flaw::Curvature {
+            out[2] += 0.5 * x[1];
+        }
+    }
+}
+
+fn state(n: usize) -> Vec<f64> {
+    (0..n).map(|i| 0.3 + (i as f64).sin()).collect()
+}
+
+#[test]
+fn derivatives_that_are_right_pass_on_every_way_to_state_them() {
+    for n in [3, 7, 32, 33, 100] {
+        check_derivatives(&AutoField::new(Ring(n)), 0.7, &state(n)).expect("automatic");
+        for structure in [Structure::Dense, Structure::MatrixFree] {
+            check_derivatives(&Flawed(AutoField::new(Ring(n)), Flaw::None, structure), 0.7, &state(n))
+                .expect("by hand");
+        }
+    }
+}
+
+#[test]
+fn every_flaw_is_named_with_its_place() {
+    use Derivative::{Assembled, Curvature, Transpose};
+    let at = |row, column| Place { row: Some(row), column: Some(column) };
+    for structure in [Structure::Dense, Structure::MatrixFree] {
+        let check =
+            |n, flaw| check_derivatives(&Flawed(AutoField::new(Ring(n)), flaw, structure.clone()), 0.7, &state(n));
+        for flaw in [Flaw::Entry, Flaw::Term] {
+            for (n, column) in [(7, Some(1)), (40, None)] {
+                let Err(DerivativeError::Differs { of: Derivative::Jacobian, place, stated, found, within }) =
+                    check(n, flaw)
+                else {
+                    panic!("{flaw:?} {n}")
+                };
+                assert_eq!(place, Place { row: Some(2), column });
+                assert!((stated - found).abs() > 10.0 * within, "{stated} {found} {within}");
+            }
+        }
+        for (flaw, of) in [(Flaw::Assembled, Assembled), (Flaw::Linearize, Assembled)] {
+            let found = check(7, flaw);
+            if structure == Structure::MatrixFree {
+                found.expect("no entries are used");
+            } else {
+                assert!(
+                    matches!(found, Err(DerivativeError::Differs { of: o, place, .. }) if o == of && place == at(2, 1)),
+                    "{flaw:?}"
+                );
+            }
+        }
+        assert!(matches!(
+            check(7, Flaw::Transpose),
+            Err(DerivativeError::Differs { of: Transpose, place, .. }) if place == at(2, 1)
+        ));
+        for n in [7, 40] {
+            assert!(
+                matches!(check(n, Flaw::Curvature), Err(DerivativeError::Differs { of: Curvature, place, .. }) if place.row == Some(2))
+            );
+            assert!(matches!(check(n, Flaw::Transpose), Err(DerivativeError::Differs { of: Transpose, .. })));
+            assert!(matches!(check(n, Flaw::NaN), Err(DerivativeError::NonFinite { row: 2, .. })));
+        }
+        let outside = check(7, Flaw::Outside);
+        assert!(structure == Structure::MatrixFree || outside == Err(DerivativeError::Outside { row: 2, column: 7 }));
+    }
+}
+
+/// f = max(v₀, 0), |v₀|^¼ at v₀ = 1e-30 and a root that ends at 0, with J as in the closed forms.
+struct Rough(u8);
+
+impl VectorField for Rough {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = match self.0 {
+            0 => v[0].max(0.0),
+            1 => (v[0] * 1e6).sin().signum(),
+            _ => v[0].sqrt(),
+        };
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        let slope = match self.0 {
+            0 => f64::from(u8::from(v[0] > 0.0)),
+            1 => 0.0,
+            _ => 0.5 / v[0].sqrt(),
+        };
+        out.add(0, 0, scale * slope);
+    }
+    fn add_curvature(&self, _t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        if self.0 > 1 {
+            out.add(0, 0, -0.25 * scale * w[0] / (v[0] * v[0].sqrt()));
+        }
+    }
+}
+
+#[test]
+fn what_is_not_smooth_does_not_pass() {
+    // Differences across the kink give one half.
+    assert!(matches!(check_derivatives(&Rough(0), 0.0, &[0.0]), Err(DerivativeError::Differs { .. })));
+    assert!(check_derivatives(&Rough(1), 0.0, &[0.3]).is_err());
+    check_derivatives(&Rough(2), 0.0, &[1e-3]).expect("smooth where it is");
+    assert!(matches!(check_derivatives(&Rough(2), 0.0, &[-1.0]), Err(DerivativeError::NonFinite { row: 0, .. })));
+}
+
+#[test]
+fn what_is_no_state_is_refused() {
+    let field = AutoField::new(Ring(3));
+    for (t, v) in [(0.0, vec![1.0; 2]), (0.0, vec![1.0, f64::NAN, 0.0]), (f64::INFINITY, vec![1.0; 3])] {
+        assert!(matches!(check_derivatives(&field, t, &v), Err(DerivativeError::Input(_))), "{t} {v:?}");
+    }
+    assert_eq!(
+        check_derivatives(&AutoField::new(Ring(0)), 0.0, &[]),
+        Err(DerivativeError::Input(InputError::System(SystemError::Empty)))
+    );
+}
+
+/// Products by columns, for a matrix-free field on methods with matrices.
+#[test]
+fn columns_from_products_are_the_matrix() {
+    let field = Flawed(AutoField::new(Ring(5)), Flaw::None, Structure::MatrixFree);
+    let (mut by_columns, mut entries) = (Jacobian::zeros(5), Jacobian::zeros(5));
+    add_columns(&field, 0.7, &state(5), 1.0, &mut by_columns);
+    field.0.add_jacobian(0.7, &state(5), 1.0, &mut entries);
+    assert!((by_columns.to_dense() - entries.to_dense()).amax() <= 1e-14);
+}
