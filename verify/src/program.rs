@@ -92,6 +92,10 @@ impl Single {
     fn is_certain(self) -> bool {
         !self.refuted && self.bits >= Self::CERTAIN
     }
+
+    fn with(self, other: Self) -> Self {
+        Self { bits: self.bits + other.bits, refuted: self.refuted || other.refuted }
+    }
 }
 
 impl Printed {
@@ -107,6 +111,15 @@ impl Printed {
         self.significant = self.significant.max(significant);
         if let Some(value) = parsed(text).filter(|_| significant >= Single::DIGITS) {
             self.single.see(value, 0.5 * 10_f64.powi(-decimals));
+        }
+    }
+
+    /// Of the numbers of both.
+    fn with(self, other: Self) -> Self {
+        Self {
+            decimals: self.decimals.max(other.decimals),
+            significant: self.significant.max(other.significant),
+            single: self.single.with(other.single),
         }
     }
 
@@ -273,6 +286,9 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
         ProgramError::Junk { line, reason }
     };
     let header = reader.headers().map_err(junk)?.clone();
+    if header.is_empty() {
+        return Err(ProgramError::Empty);
+    }
     let find = |name: &str| {
         let missing = || ProgramError::Column {
             name: name.into(),
@@ -308,7 +324,8 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
 }
 
 /// Whether runs with different steps are one run, where they show more than its end.
-pub(crate) fn are_one_run<'a>(mut answers: impl Iterator<Item = &'a Answer>) -> bool {
+#[must_use]
+pub fn are_one_run<'a>(mut answers: impl Iterator<Item = &'a Answer>) -> bool {
     let Some(first) = answers.next().filter(|first| first.times.len() > 2) else { return false };
     let mut others = answers.peekable();
     others.peek().is_some() && others.all(|other| other.times == first.times && other.states == first.states)
@@ -316,6 +333,17 @@ pub(crate) fn are_one_run<'a>(mut answers: impl Iterator<Item = &'a Answer>) -> 
 
 /// What is said of them.
 pub(crate) const ONE_RUN: &str = "every run gives the same values at the same times: the program does not use --h";
+
+/// Lets all runs of a program have the digits of the longest number in any of them.
+pub fn share_digits<'a>(answers: impl Iterator<Item = &'a mut Answer>) {
+    let mut answers: Vec<&mut Answer> = answers.collect();
+    let all =
+        |digits: fn(&Answer) -> Printed| answers.iter().map(|a| digits(a)).reduce(Printed::with).unwrap_or_default();
+    let (printed, clock) = (all(|a| a.printed), all(|a| a.clock));
+    for answer in &mut answers {
+        (answer.printed, answer.clock) = (printed, clock);
+    }
+}
 
 impl Answer {
     /// The last time and the values there.
@@ -373,7 +401,20 @@ mod tests {
         }
         assert!(matches!(read(b"t,u\n0,1\n", &columns()), Err(ProgramError::Column { name, .. }) if name == "v"));
         assert_eq!(read(b"t,v\n", &columns()), Err(ProgramError::Empty));
-        assert!(read(b"", &columns()).is_err() && read(&[0xff, b'\n', 0xfe], &columns()).is_err());
+        assert_eq!(read(b"", &columns()), Err(ProgramError::Empty));
+        assert!(read(&[0xff, b'\n', 0xfe], &columns()).is_err());
+    }
+
+    /// 1.01, 1.0025 and 1.00015625 by `%.15g`: a short number is exact beside a longer one of another run.
+    #[test]
+    fn runs_share_their_digits() {
+        let mut runs = [&b"t,v\n1,1.01\n"[..], b"t,v\n1,1.0025\n", b"t,v\n1,1.00015625\n"]
+            .map(|text| read(text, &columns()).expect("a table"));
+        assert!(runs[0].printed.resolution(1.01) > 1e-3);
+        share_digits(runs.iter_mut());
+        for run in &runs {
+            assert_eq!(run.printed.resolution(1.01), 0.5e-8);
+        }
     }
 
     #[test]

@@ -68,11 +68,14 @@ pub(super) struct Args {
     time_limit: u64,
 
     /// End time, for a model
-    #[arg(long, value_name = "T", requires = "model", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
     t_end: Option<f64>,
 }
 
 pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
+    if options.t_end.is_some() && !options.problem.is_model() {
+        return Err(Failure::Incomplete("--t-end", "--model: a problem by name is compared at its own time"));
+    }
     let (name, problem) = options.problem.build(options.t_end)?;
     let own = own(&options.method)?;
     own.iter().try_for_each(|method| method.build(&*problem).map(|_| ()))?;

@@ -17,8 +17,6 @@ use verify::reference::ReferenceError;
 use verify::report::{ComparisonError, PartError, ReportError};
 use verify::run::RunError;
 
-use super::layout::plain;
-
 /// Why a command did not run to its end.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Failure {
@@ -66,8 +64,8 @@ pub(super) enum Failure {
     Data { path: PathBuf, source: Box<DataError> },
     #[error(transparent)]
     Command(ProgramError),
-    #[error("the program, on the grid of spacing {}: {source}", plain(*.at))]
-    Program { at: f64, source: ProgramError },
+    #[error("the program, with {at}: {source}")]
+    Program { at: String, source: ProgramError },
     #[error("{option}: `{value}`, where {wanted} are expected")]
     Value { option: &'static str, value: String, wanted: &'static str },
     /// An option, and what it needs beside it.
@@ -134,7 +132,7 @@ impl Failure {
             }
             Self::Comparison(ComparisonError::Schema { .. }) => "write it again with this version: `verify report`",
             Self::Comparison(ComparisonError::Malformed { .. }) => "`--compare` takes the results.json of a report",
-            Self::Data { source, .. } if matches!(**source, DataError::Number { .. }) => {
+            Self::Data { source, .. } if matches!(&**source, DataError::Number { text, .. } if !text.contains(',')) => {
                 "`--quantity COLUMN` leaves out the columns that hold no numbers"
             }
             Self::Data { source, .. } if matches!(**source, DataError::NoSpacing { .. }) => {

@@ -19,6 +19,8 @@ const EXACT_PLACES: u32 = 6;
 const DOUBTED: u32 = 3;
 /// Trailing zeros that a printed decimal may have lost.
 const DROPPED: u32 = 2;
+/// A fraction with a larger denominator q stands for a number that it approximates to 1/q², as the fractions of a continued one do.
+const APPROXIMANT: u64 = 10_000_000_000;
 /// Significant digits of a double that is printed to be read back.
 const DOUBLE: std::ops::RangeInclusive<f64> = 15.0..=17.0;
 
@@ -91,13 +93,21 @@ pub struct Rounding {
     is_declared: bool,
     /// Places of the longest decimal, rounded or not.
     longest: Option<u32>,
+    /// Whether there are fractions that stand for other numbers.
+    approximates: bool,
 }
 
 impl Rounding {
     /// As a file declares it with `digits`, or as its longest decimal shows; decimals all shorter than six places are exact.
     pub(super) fn new(declared: Option<u32>, longest: Option<u32>) -> Self {
         let places = declared.or(longest.filter(|places| *places >= EXACT_PLACES));
-        Self { places, is_declared: declared.is_some(), longest }
+        Self { places, is_declared: declared.is_some(), longest, approximates: false }
+    }
+
+    /// Of coefficients among which there are fractions that stand for other numbers.
+    #[must_use]
+    pub(super) fn with_approximants(self, approximates: bool) -> Self {
+        Self { approximates, ..self }
     }
 
     /// In words.
@@ -105,6 +115,7 @@ impl Rounding {
         match self.places {
             Some(places) if self.is_declared => format!("decimals printed to {places} places"),
             Some(places) => format!("decimals rounded in their last place, the longest has {places}"),
+            None if self.approximates => "fractions p/q with q above 10^10 taken for numbers within 1/q^2".into(),
             None => "coefficients taken as exact".into(),
         }
     }
@@ -123,12 +134,12 @@ impl Rounding {
     }
 
     /// How far a decimal with so many places may be from what it was rounded from: half a unit in its last place, or in that
-    /// of the others where `digits` says that trailing zeros may have been dropped; no less than the rounding of a double where
+    /// of `digits`, whether more are printed or trailing zeros may have been dropped; no less than the rounding of a double where
     /// it has as many digits as one prints.
     fn radius(self, value: f64, places: u32) -> f64 {
         let half = |places: u32| 0.5 * 10_f64.powi(-(places as i32));
         match self.places {
-            Some(printed) if self.is_declared && places + DROPPED >= printed => half(places.max(printed)),
+            Some(printed) if self.is_declared && places + DROPPED >= printed => half(printed),
             Some(_) if !self.is_declared && places >= EXACT_PLACES => {
                 let digits = f64::from(places) + value.abs().log10().floor() + 1.0;
                 if DOUBLE.contains(&digits) { half(places).max(0.5 * f64::EPSILON * value.abs()) } else { half(places) }
@@ -155,6 +166,30 @@ impl Expression {
             Self::Pi | Self::Variable { .. } => None,
             Self::Negative(inner) | Self::Function { argument: inner, .. } => inner.places(),
             Self::Binary { left, right, .. } => left.places().max(right.places()),
+        }
+    }
+
+    /// Whether a fraction in it stands for another number.
+    pub(super) fn approximates(&self) -> bool {
+        match self {
+            Self::Number { .. } | Self::Pi | Self::Variable { .. } => false,
+            Self::Negative(inner) | Self::Function { argument: inner, .. } => inner.approximates(),
+            Self::Binary { left, right, .. } => {
+                self.approximant().is_some() || left.approximates() || right.approximates()
+            }
+        }
+    }
+
+    /// The denominator of a quotient of two whole numbers, where it is so large that nobody means the fraction itself.
+    fn approximant(&self) -> Option<f64> {
+        let Self::Binary { operator: '/', left, right, .. } = self else { return None };
+        match (&**left, &**right) {
+            (Self::Number { value: p, places: None }, Self::Number { value: q, places: None }) if *q != RBig::ZERO => {
+                let quotient = p / q;
+                let q = quotient.denominator();
+                (*q > APPROXIMANT.into()).then(|| q.to_f64().value())
+            }
+            _ => None,
         }
     }
 
@@ -218,7 +253,11 @@ impl Expression {
             }
             Self::Binary { operator, at, left, right } => {
                 let (left, right) = (left.evaluate(rounding)?, right.evaluate(rounding)?);
-                binary(*operator, left, right).map_err(|reason| Malformed { at: *at, reason })?
+                let value = binary(*operator, left, right).map_err(|reason| Malformed { at: *at, reason })?;
+                match self.approximant() {
+                    Some(q) => Value { exact: None, real: value.real.widened(q.powi(-2)) },
+                    None => value,
+                }
             }
             Self::Function { name, at, argument } => {
                 let argument = argument.evaluate(rounding)?;
@@ -252,7 +291,19 @@ fn binary(operator: char, left: Value, right: Value) -> Result<Value, String> {
 
 fn power(base: &Value, exponent: &Value) -> Result<Value, String> {
     let whole = exponent.exact.as_ref().filter(|x| x.is_int()).and_then(|x| i64::try_from(x.numerator().clone()).ok());
-    let n = whole.filter(|n| n.abs() <= EXPONENT).ok_or("powers are whole numbers from −99 to 99; else use sqrt")?;
+    let root = exponent.exact.as_ref().and_then(|x| match u8::try_from(x.denominator().clone()) {
+        Ok(2) => Some(Function::Sqrt),
+        Ok(3) => Some(Function::Cbrt),
+        _ => None,
+    });
+    if let (Some(root), Some(exponent)) = (root, &exponent.exact) {
+        let base = Value { exact: None, real: apply(root, &base.real)? };
+        let exponent = RBig::from(exponent.numerator().clone());
+        return power(&base, &Value { real: Real::rational(&exponent), exact: Some(exponent) });
+    }
+    let n = whole
+        .filter(|n| n.abs() <= EXPONENT)
+        .ok_or("powers are whole numbers from −99 to 99, or halves and thirds of them")?;
     if n < 0 && base.real.may_be_zero() {
         return Err("division by zero".into());
     }
@@ -381,7 +432,27 @@ impl Parser<'_> {
     }
 
     fn product(&mut self) -> Result<Expression, Malformed> {
-        self.chain(&['*', '/', '·', '×'], Self::factor)
+        self.chain(&['*', '/', '·', '×'], Self::run)
+    }
+
+    /// Factors without a sign between them, as in 7√6 or 2(1 + √3): one product, which no quotient may end in, as 1/2√3 would.
+    fn run(&mut self) -> Result<Expression, Malformed> {
+        let divides = self.text[..self.at].trim_end().ends_with('/');
+        let mut left = self.factor()?;
+        while self.rest().starts_with(['√', '(', 'π'])
+            || self.rest().starts_with("sqrt(")
+            || self.rest().starts_with("cbrt(")
+        {
+            if divides {
+                return Err(
+                    self.wrong("a quotient that goes on without a sign may be read in two ways: brackets or `*` tell")
+                );
+            }
+            let at = self.at;
+            let right = self.power()?;
+            left = Expression::Binary { operator: '*', at, left: Box::new(left), right: Box::new(right) };
+        }
+        Ok(left)
     }
 
     fn chain(
@@ -554,6 +625,7 @@ mod tests {
             ("0.125e1", "5/4"),
             ("1_000", "1000"),
             (".5", "1/2"),
+            ("2(1 + 2)/4", "3/2"),
         ] {
             assert_eq!(exact(text), value, "{text}");
         }
@@ -584,6 +656,11 @@ mod tests {
         assert!((radius("0.211324865") / 5e-10 - 1.0).abs() < 1e-9, "each by its own last place");
         assert_eq!(radius("0.5"), 0.0);
         let declared = Rounding::new(Some(10), Some(10));
+        assert!((of(declared, "0.211324865405") / 5e-11 - 1.0).abs() < 1e-9, "more digits than are meant");
+        // 1767732205903/4055673282236 of Kennedy and Carpenter approximates a root of a cubic.
+        let (exact, long) = (Rounding::new(None, None), 4_055_673_282_236_f64);
+        assert!((of(exact, "1767732205903/4055673282236") * long * long - 1.0).abs() < 1e-9);
+        assert_eq!(of(exact, "-(5783161/8100000000)"), 0.0);
         assert!((of(declared, "0.21132486") / 5e-11 - 1.0).abs() < 1e-9, "two trailing zeros dropped");
         // A double that lost its leading zeros to the exponent: 16 digits, 18 places.
         let double = of(Rounding::new(None, Some(18)), "0.008480655492356989");

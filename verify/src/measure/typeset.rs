@@ -51,6 +51,9 @@ fn markdown_line(line: &str) -> String {
     line.char_indices().map(bare).collect()
 }
 
+/// Signs that have another name here.
+const SIGNS: [(&str, &str); 5] = [(r"\cdot", "*"), (r"\times", "*"), (r"\left", ""), (r"\right", ""), ("$", "")];
+
 /// Commands that draw or arrange and hold nothing.
 const RULES: [&str; 6] = [r"\hline", r"\toprule", r"\midrule", r"\bottomrule", r"\cline", r"\cmidrule"];
 
@@ -79,7 +82,10 @@ fn latex_cell(cell: &str) -> String {
             said.replace_range(at..end, &" ".repeat(end - at));
         }
     }
-    let mut bare = formula(&said.replace('$', ""));
+    for (sign, plain) in SIGNS {
+        said = said.replace(sign, plain);
+    }
+    let mut bare = formula(&said);
     if bare.replace("sqrt", "").chars().all(|c| !c.is_alphabetic()) {
         bare.retain(|c| !c.is_whitespace());
     }

@@ -119,7 +119,9 @@ impl Pair {
     /// Nothing if they reach no early time together, or differ by no more than rounding.
     fn of((coarse, one): (f64, &Answer), (fine, other): (f64, &Answer)) -> Option<Self> {
         let same = |t: f64| other.times.iter().position(|time| (time - t).abs() <= 1e-9 * t.abs());
-        let after_start = one.times.iter().enumerate().filter(|(_, t)| **t > 0.0).take(LATEST);
+        // The end is no start.
+        let before_end = one.times.iter().enumerate().take(one.times.len() - 1);
+        let after_start = before_end.filter(|(_, t)| **t > 0.0).take(LATEST);
         let (steps, at, beside) =
             after_start.enumerate().find_map(|(k, (at, t))| same(*t).map(|beside| (k + 1, at, beside)))?;
         let apart = |a: &[f64], b: &[f64]| {
@@ -164,8 +166,13 @@ mod tests {
             assert_eq!(named, is_named, "{start}, {p}: {shown:?}");
             assert_eq!(shown.incomparable, None);
         }
-        // Two steps of a ratio, or runs at roundoff, say nothing.
-        for silent in [&runs(2, 4, true)[..3], &runs(20, 20, true)] {
+        // Two steps of a ratio, runs at roundoff or their ends alone say nothing.
+        let ends = runs(2, 4, true).into_iter().map(|(h, run)| {
+            let last = run.times.len() - 1;
+            let [times, states] = [vec![0.0, run.times[last]], vec![run.states[0][0], run.states[last][0]]];
+            (h, Answer { times, states: states.into_iter().map(|v| vec![v]).collect(), ..run })
+        });
+        for silent in [&runs(2, 4, true)[..3], &runs(20, 20, true), &ends.collect::<Vec<_>>()] {
             let shown = Shown::by(silent);
             assert_eq!((shown.notes, shown.start), (vec![], None));
         }

@@ -392,3 +392,86 @@ fn runs_that_fail_in_fine_steps_are_not_unstable_ones() {
     assert!(code == 3 && !out.contains("unstable") && out.contains(" 0.200000 "), "{out}{error}");
     assert!(out.contains("exit status: 3"), "{out}");
 }
+
+/// A program that prints 1 + dx² as `%.15g` does, with as many digits as it takes, for the dx or the cells that `--set` gives it.
+fn refined(name: &str, cells: &str) -> Option<String> {
+    program(
+        name,
+        &format!(
+            r#"for (i = 1; i < ARGC; i++) if (ARGV[i] == "--set") {{ split(ARGV[i + 1], pair, "="); n = pair[2] }}
+            dx = pair[1] == "dx" ? n : 1 / n
+            {cells}
+            print "0,1"; printf "1,1\n2,%.15g\n", 1 + dx * dx"#
+        ),
+    )
+}
+
+#[test]
+fn whole_numbers_count_cells_and_others_are_spacings() {
+    let Some(command) = refined("spacing.awk", "") else { return };
+    for grids in ["dx=0.1,0.05,0.025,0.0125", "cells=10,20,40,80"] {
+        let (code, out, error) =
+            verify(&["order", "--program", &command, "--quantity", "v", "--refine", grids, "--expect", "2"]);
+        assert!(code == 0 && out.contains("order 2.000"), "{grids}: {out}{error}");
+        // The longest number tells what all are printed to.
+        assert!(!out.contains("significant digits"), "{out}");
+    }
+}
+
+#[test]
+fn a_run_that_fails_on_one_grid_leaves_the_others_on_view() {
+    let Some(command) = refined("fails.awk", "if (n == 40) { print \"no memory\" > \"/dev/stderr\"; exit 1 }") else {
+        return;
+    };
+    let line = ["order", "--program", &command, "--quantity", "v", "--expect", "2"];
+    let run = |grids: &str| verify(&[&line[..], &["--refine", grids]].concat());
+    let (code, out, error) = run("cells=10,20,40,80");
+    assert!(code == 3 && out.contains("1.00015625") && out.contains("the run with cells=40: "), "{out}{error}");
+    let (code, _, error) = run("cells=40");
+    assert!(code == 3 && error.contains("with cells=40") && error.contains("no memory"), "{error}");
+}
+
+#[test]
+fn a_parameter_that_changes_nothing_is_named() {
+    let Some(command) = refined("ignores.awk", "dx = 0.1") else { return };
+    let (code, out, _) = verify(&["order", "--program", &command, "--quantity", "v", "--refine", "cells=10,20,40"]);
+    assert!(code == 3 && out.contains("the program does not use cells"), "{out}");
+}
+
+/// Heun's method, of order 2, with a row at the start and one at the end: there is no first step to be seen.
+#[test]
+fn rows_at_the_ends_alone_tell_nothing_of_a_first_step() {
+    let body = "n = int(T / h + 0.5); row(); for (k = 0; k < n; k++) { a = f(v); v += h / 2 * (a + f(v + h * a)) } t = T; row()";
+    let Some(command) = program("ends.awk", body) else { return };
+    let line = ["order", "--program", &command, "--quantity", "v", "--h", "0.1,0.05,0.025,0.0125", "--t-end", "2"];
+    let (code, out, error) = verify(&[&line[..], &["--expect", "3"]].concat());
+    assert!(code == 1 && !out.contains("starting procedure"), "{out}{error}");
+}
+
+/// A run that takes longer than it may will not be shorter in smaller steps.
+#[test]
+#[cfg(unix)]
+fn a_program_that_hangs_is_waited_for_once() {
+    let command = "sh -c 'sleep 20'";
+    let begun = std::time::Instant::now();
+    let (code, out, error) = verify(&["order", "--problem", "logistic", "--program", command, "--time-limit", "1"]);
+    assert!(code == 3 && out.contains("1 s"), "{out}{error}");
+    assert!(begun.elapsed().as_secs() < 20, "nine runs of a second each, two at a time, and more");
+}
+
+#[test]
+fn what_is_no_answer_to_a_question_is_refused() {
+    let data = file("two.csv", "h,u\n0.1,3.01\n0.05,3.0025\n").display().to_string();
+    for (line, hint) in [
+        (vec!["compare", "--problem", "logistic", "--t-end", "7"], "--t-end needs --model"),
+        (vec!["order", "--data", &data, "--step", "h", "--exact", "nan"], "finite number"),
+        (vec!["order", "--data", &data, "--step", "h", "--picture", "p.png"], "SVG"),
+        (vec!["order", "--problem", "logistic", "--program", "true", "--t-end", "0"], "positive number"),
+        (vec!["order", "--data", &data], "the columns are `h`, `u`"),
+    ] {
+        let (code, out, error) = verify(&line);
+        assert!(code == 2 && error.contains(hint), "{line:?}: {out}{error}");
+    }
+    let (code, out, _) = verify(&["order", "--data", &data, "--step", "h", "--exact", "3"]);
+    assert!(code == 3 && out.contains("two grids have an order against the exact value"), "{out}");
+}

@@ -13,6 +13,7 @@ use verify::program::Shown;
 
 use super::{Args, Format, picture, word};
 use crate::cli::Status;
+use crate::cli::args::finite;
 use crate::cli::error::Failure;
 use crate::cli::layout::{counted, number, paragraph, right, significant, trimmed};
 use crate::cli::output::Output;
@@ -42,7 +43,7 @@ pub(super) struct DataArgs {
     quantity: Vec<String>,
 
     /// Exact value of the quantity
-    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, value_parser = finite)]
     exact: Option<f64>,
 }
 
@@ -260,7 +261,12 @@ fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write)
     }
     if let (Some(gci), Some(triplet)) = (judgement.gci, finest) {
         let (percent, order) = (significant(100.0 * gci, 6), significant(triplet.order, 4));
-        line("GCI, fine", format!("{percent} % of the value (Celik et al. 2008), p = {order} of the finest three"))?;
+        // Without the finest grids of all, where these are at a floor.
+        let of = if judgement.triplets.len() + 2 < grids.len() { ", without those left out" } else { "" };
+        line(
+            "GCI, fine",
+            format!("{percent} % of the value (Celik et al. 2008), p = {order} of the finest three{of}"),
+        )?;
     }
     if let Some(fit) = judgement.least_squares {
         let weights = if fit.weighted { ", weighted" } else { "" };

@@ -34,7 +34,9 @@ theory has an order to expect, which belongs to the pair of method and problem;
 where it is not the nominal one, the reason is given. Of a method file it is the
 order that it claims, or what the coefficients have on equations in general; a
 claim that they do not have there passes nowhere. Of a program, or of data,
-nothing is expected without --expect, and the verdict is measured.
+nothing is expected without --expect: the verdict is measured, or inconclusive
+where three grids leave nothing to test an order with. The +- of an order is the
+standard error of the fit, and what its floors can do to it.
 
 A program is run with steps that divide the time, and then with steps that leave
 half a one over: a last step that is cut short shows there. One that ends a step
@@ -67,18 +69,20 @@ Examples:
 A program gets the arguments --problem NAME --h H --t-end T [--set K=V ...] and
 writes CSV to standard output, as `verify solve --csv -` does: a header, t and
 the names of the components, which `verify list problems` shows, then a row for
-each time. On van-der-pol:
+each time; further columns are ignored. On van-der-pol:
   t,x,y
   0,2,0
   0.1,1.99093,-0.172638
 Without a reference it is judged by its own values: of a column, at the last
 time, over several --h, or over a parameter with --refine, by the rules of
---data. Runs are made in parallel.
+--data. Whole numbers of --refine count cells along a side, others are spacings.
+Runs are made in parallel.
 
 With --data the table has a header; one column is the spacing of the grids (or
 their number of cells), each other one a quantity, lines with # are comments.
-Three grids give the order, the limit and the grid convergence index of Celik
-et al. (2008); four or more also the least squares of Eca and Hoekstra (2014)
+Three grids that converge from one side give the order, the limit and the grid
+convergence index of Celik et al. (2008); values that alternate follow no power
+law, and have none. Four or more have the least squares of Eca and Hoekstra (2014)
 and the test whether the order has settled. Half a unit of the last digit given
 is the resolution of a value: differences below ten times that decide nothing,
 and the finest grids are left out where they differ by less, or by rounding.
@@ -105,7 +109,7 @@ pub(super) struct Args {
     reference: Option<Source>,
 
     /// End time, for a model or a program
-    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = args::positive)]
     t_end: Option<f64>,
 
     /// Coarsest step of the ladder
@@ -133,7 +137,7 @@ pub(super) struct Args {
     format: Format,
 
     /// Draw errors, or values and their limit, to this file in SVG
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = svg)]
     picture: Option<PathBuf>,
 
     #[command(flatten)]
@@ -148,6 +152,15 @@ enum Format {
     Table,
     Json,
     Markdown,
+}
+
+/// A path that does not promise another kind of picture.
+fn svg(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(end) if !end.eq_ignore_ascii_case("svg") => Err("pictures are written in SVG: FILE.svg".into()),
+        _ => Ok(path),
+    }
 }
 
 /// Characters of a reason that takes more than a line of its column.

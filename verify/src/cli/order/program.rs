@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use verify::measure::refinement::{Grid, Quantity};
 use verify::order::{Ladder, measure_program};
-use verify::program::{Program, Request, Shown};
+use verify::program::{Answer, Program, ProgramError, Request, Shown, are_one_run, share_digits};
 
 use super::{Args, Measurement};
 use crate::cli::Status;
@@ -30,9 +30,19 @@ pub(super) struct ProgramArgs {
     #[arg(long, value_name = "H,H,…", requires = "program", value_delimiter = ',', value_parser = positive)]
     h: Vec<f64>,
 
-    /// Refine a parameter instead, at the step --h: cells=32,64,128
+    /// Refine a parameter instead, at the step --h: whole numbers count cells,
+    /// cells=32,64,128, and others are spacings, dx=0.1,0.05,0.025
     #[arg(long, value_name = "NAME=N,N,…", requires = "program", value_parser = assignment)]
     refine: Option<(String, String)>,
+}
+
+/// A run on one of the grids that are compared with each other.
+struct GridRun {
+    /// Its spacing.
+    spacing: f64,
+    /// The option that makes it, as it was written.
+    label: String,
+    request: Request,
 }
 
 impl ProgramArgs {
@@ -69,35 +79,78 @@ impl ProgramArgs {
         columns: &[String],
     ) -> Result<(Vec<Quantity>, Shown), Failure> {
         let program = self.program(command)?;
-        let runs: Vec<(f64, Request)> = match &self.refine {
-            None => self.h.iter().map(|h| (*h, Request { h: Some(*h), ..request.clone() })).collect(),
-            Some((parameter, values)) => values
-                .split(',')
-                .map(|text| {
-                    let refused =
-                        || Failure::Value { option: "--refine", value: text.to_owned(), wanted: "positive numbers" };
-                    let value =
-                        text.trim().parse::<f64>().ok().filter(|n| *n > 0.0 && n.is_finite()).ok_or_else(refused)?;
-                    let mut set = request.set.clone();
-                    set.push((parameter.clone(), text.trim().to_owned()));
-                    Ok((value.recip(), Request { h: self.h.first().copied(), set, ..request.clone() }))
-                })
-                .collect::<Result<_, Failure>>()?,
-        };
-        let answers: Vec<_> =
-            runs.par_iter().map(|(h, request)| (*h, request.h, program.run(request, columns))).collect();
+        let runs = self.grids(request)?;
+        let mut answers: Vec<_> = runs.par_iter().map(|run| program.run(&run.request, columns)).collect();
+        if let Some((run, Err(source))) = runs.iter().zip(&answers).find(|(_, answer)| {
+            answer.as_ref().is_err_and(|error| error.is_of_every_run() || answers.iter().all(Result::is_err))
+        }) {
+            return Err(Failure::Program { at: run.label.clone(), source: source.clone() });
+        }
+        share_digits(answers.iter_mut().filter_map(|answer| answer.as_mut().ok()));
         let mut quantities: Vec<Quantity> =
             columns.iter().map(|name| Quantity { name: name.clone(), grids: Vec::new(), resolution: 0.0 }).collect();
-        let mut ran = Vec::new();
-        for (h, step, answer) in answers {
-            let answer = answer.map_err(|source| Failure::Program { at: h, source })?;
-            for (quantity, value) in quantities.iter_mut().zip(answer.end().1) {
-                quantity.resolution = quantity.resolution.max(answer.printed.resolution(*value));
-                quantity.grids.push(Grid { h, value: Some(*value) });
+        for (run, answer) in runs.iter().zip(&answers) {
+            let values = answer.as_ref().map(|answer| (answer.end().1, answer.printed)).ok();
+            for (i, quantity) in quantities.iter_mut().enumerate() {
+                let value = values.map(|(values, printed)| (values[i], printed));
+                let resolution = value.map_or(0.0, |(value, printed)| printed.resolution(value));
+                quantity.resolution = quantity.resolution.max(resolution);
+                quantity.grids.push(Grid { h: run.spacing, value: value.map(|(value, _)| value) });
             }
-            ran.push((step, answer));
         }
-        Ok((quantities, Shown::by(&ran)))
+        Ok((quantities, self.shown(&runs, answers)))
+    }
+
+    /// The runs that are asked for.
+    fn grids(&self, request: &Request) -> Result<Vec<GridRun>, Failure> {
+        let Some((parameter, values)) = &self.refine else {
+            let run = |h: &f64| GridRun {
+                spacing: *h,
+                label: format!("--h {h}"),
+                request: Request { h: Some(*h), ..request.clone() },
+            };
+            return Ok(self.h.iter().map(run).collect());
+        };
+        let texts: Vec<&str> = values.split(',').map(str::trim).collect();
+        let number = |text: &&str| {
+            let refused =
+                || Failure::Value { option: "--refine", value: (*text).to_owned(), wanted: "positive numbers" };
+            text.parse::<f64>().ok().filter(|n| *n > 0.0 && n.is_finite()).ok_or_else(refused)
+        };
+        let numbers: Vec<f64> = texts.iter().map(number).collect::<Result<_, _>>()?;
+        let are_counts = numbers.iter().all(|n| n.fract() == 0.0);
+        let run = |(n, text): (f64, &str)| {
+            let mut set = request.set.clone();
+            set.push((parameter.clone(), text.to_owned()));
+            GridRun {
+                spacing: if are_counts { n.recip() } else { n },
+                label: format!("{parameter}={text}"),
+                request: Request { h: self.h.first().copied(), set, ..request.clone() },
+            }
+        };
+        Ok(numbers.into_iter().zip(texts).map(run).collect())
+    }
+
+    /// What the runs show beside the values at their ends.
+    fn shown(&self, runs: &[GridRun], answers: Vec<Result<Answer, ProgramError>>) -> Shown {
+        let (mut ran, mut failed) = (Vec::new(), Vec::new());
+        for (run, answer) in runs.iter().zip(answers) {
+            match answer {
+                // Of grids, the step is the same in all.
+                Ok(answer) => ran.push((run.request.h.filter(|_| self.refine.is_none()), answer)),
+                Err(error) => failed.push(format!("the run with {}: {error}", run.label)),
+            }
+        }
+        let mut shown = Shown::by(&ran);
+        shown.notes.extend(failed);
+        if let Some((parameter, _)) = &self.refine
+            && are_one_run(ran.iter().map(|(_, answer)| answer))
+        {
+            shown.incomparable = Some(format!(
+                "every run gives the same values at the same times: the program does not use {parameter}, or has no error"
+            ));
+        }
+        shown
     }
 
     /// Whether runs are compared with each other and not with a reference.

@@ -116,7 +116,12 @@ fn excerpt(text: &str, at: usize) -> String {
 
 /// How the decimals among `all` are rounded: as declared, or as the longest shows.
 pub(super) fn rounding<'a>(digits: Option<u32>, all: impl Iterator<Item = &'a Parsed>) -> Rounding {
-    Rounding::new(digits, all.filter_map(|(_, expression)| expression.places()).max())
+    let (mut longest, mut approximates) = (None, false);
+    for (_, expression) in all {
+        longest = longest.max(expression.places());
+        approximates |= expression.approximates();
+    }
+    Rounding::new(digits, longest).with_approximants(approximates)
 }
 
 /// The values of a list.

@@ -128,6 +128,9 @@ pub fn read(input: impl Read, spacing: Option<&Spacing>, quantities: &[String]) 
     if header.is_empty() {
         return Err(DataError::Empty("no header"));
     }
+    if header.iter().all(|name| parsed(name).is_some()) {
+        return Err(DataError::Empty("no header: its first row holds numbers, where names are expected"));
+    }
     let mut seen = BTreeSet::new();
     if let Some(twice) = header.iter().find(|name| !seen.insert(name.as_str())) {
         return Err(DataError::Ambiguous(twice.clone()));
@@ -265,6 +268,7 @@ mod tests {
         assert!(fails("h u\n0.1 1\n", step(), &[]).contains("the only one is `h u`; commas, semicolons or tabs"));
         assert!(fails("h,u\n0.1,1\n", step(), &["h".into()]).contains("`h` holds the spacings"));
         assert!(fails("", step(), &[]).contains("no header"));
+        assert!(fails("0.1,1\n0.05,2\n", step(), &[]).contains("its first row holds numbers"));
         assert!(fails("h;u\n0,1;1\n", step(), &[]).contains("decimals have a point"));
         assert!(fails("h,u,u\n0.1,1,2\n", step(), &[]).contains("two columns"));
         assert_eq!(fails("h,u\n0.1,1\n0.05,1,2\n", step(), &[]), "line 3: the row has 3 cells, and the header 2");

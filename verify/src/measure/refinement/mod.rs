@@ -205,6 +205,8 @@ impl Quantity {
                 Judgement::undecided(Convergence::Unknown, "two grids determine no order; a third one does".into());
             if let Some(exact) = question.exact {
                 judgement.pairs = pair_orders(points, exact);
+                judgement.reason =
+                    "two grids have an order against the exact value, and nothing is left to test it with".into();
             }
             return judgement;
         };
