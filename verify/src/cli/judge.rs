@@ -53,9 +53,12 @@ stable on the imaginary axis to 2.8; each with `not` before it denies. What a
 kind is not judged by is inconclusive.
 
 Order conditions are those of the rooted trees, up to order 10; of coloured ones
-for methods with two parts. Where those of a Runge-Kutta method fail, every
-change of a single coefficient is tried; those that mend everything are
-proposed. The orders of live runs are judged as by `order`.
+for methods with two parts. Where conditions fail, every change of a single
+coefficient is tried; then of one number at several places, as a weight that the
+last row of A repeats; then every exchange of two entries or rows, up to 16
+stages. Those that mend everything are proposed. b and b_hat that look
+interchanged are told, and an order on separable systems alone. The orders of
+live runs are judged as by `order`.
 
 A program is what `order --program` takes, and its header is t and the names of
 the components, t,v on logistic (`verify list problems` shows them all); it is
@@ -280,8 +283,8 @@ fn write_text(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
     if let Some(diagnosis) = judgement.diagnosis_text() {
         writeln!(out, "\nDIAGNOSIS")?;
         paragraph(out, "", 2, &diagnosis)?;
-        for repair in judgement.repairs() {
-            paragraph(out, "  change ", INDENT, &repair.sentence())?;
+        for change in judgement.changes() {
+            paragraph(out, "  change ", INDENT, &change)?;
         }
     }
     writeln!(out, "\nTHEORY")?;
@@ -307,7 +310,7 @@ fn write_markdown(judgement: &Judgement, out: &mut impl Write) -> io::Result<()>
     write_markdown_verdicts(&judgement.verdicts, out)?;
     if let Some(diagnosis) = judgement.diagnosis_text() {
         writeln!(out, "\n**{}**\n", cell(&diagnosis))?;
-        judgement.repairs().iter().try_for_each(|repair| writeln!(out, "- {}", cell(&repair.sentence())))?;
+        judgement.changes().iter().try_for_each(|change| writeln!(out, "- {}", cell(change)))?;
     }
     writeln!(out, "\n| Theory | |\n|:--|:--|")?;
     judgement.facts().iter().try_for_each(|(label, text)| writeln!(out, "| {label} | {} |", cell(text)))
@@ -326,6 +329,7 @@ struct Json<'a> {
     verdicts: &'a [Verdict],
     diagnosis: Option<String>,
     repairs: Vec<JsonRepair<'a>>,
+    exchanges: Vec<JsonExchange<'a>>,
     facts: Vec<(&'static str, String)>,
 }
 
@@ -343,9 +347,17 @@ struct JsonRungeKutta {
 #[derive(Debug, Serialize)]
 struct JsonRepair<'a> {
     place: String,
+    also: Vec<String>,
     was: &'a str,
     text: &'a str,
     value: f64,
+    with_c: bool,
+    mends: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct JsonExchange<'a> {
+    names: &'a [String; 2],
     with_c: bool,
     mends: usize,
 }
@@ -359,11 +371,17 @@ fn write_json(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
         error_norm: theory.main.error_norm,
         alpha: theory.alpha,
     });
-    let repair = |repair: &'_ verify::judge::repair::Repair| (repair.place.to_string(), repair.value.to_f64());
-    let repairs = judgement.repairs().iter().map(|r| {
-        let (place, value) = repair(r);
-        JsonRepair { place, was: &r.was, text: &r.text, value, with_c: r.with_c, mends: r.mends }
+    let repairs = judgement.repairs().iter().map(|r| JsonRepair {
+        place: r.place.to_string(),
+        also: r.also.iter().map(ToString::to_string).collect(),
+        was: &r.was,
+        text: &r.text,
+        value: r.value.to_f64(),
+        with_c: !r.follows.is_empty(),
+        mends: r.mends,
     });
+    let exchanges =
+        judgement.exchanges().iter().map(|e| JsonExchange { names: &e.names, with_c: e.with_c, mends: e.mends });
     let json = Json {
         name: &judgement.file.name,
         kind: judgement.theory.kind(),
@@ -374,6 +392,7 @@ fn write_json(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
         verdicts: &judgement.verdicts,
         diagnosis: judgement.diagnosis_text(),
         repairs: repairs.collect(),
+        exchanges: exchanges.collect(),
         facts: judgement.facts(),
     };
     serde_json::to_writer_pretty(&mut *out, &json)?;

@@ -23,6 +23,11 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     /// The order that the coefficients have.
     fn order(&self) -> u32;
 
+    /// The order on separable systems q̇ = f(p), ṗ = g(q), where the method is for all and that is another question.
+    fn order_where_separable(&self) -> Option<u32> {
+        None
+    }
+
     /// Why runs have a lower order than the coefficients, where they have.
     fn lowered(&self) -> Option<String> {
         None

@@ -1,13 +1,17 @@
 //! A wrong label told from a wrong coefficient.
 
 use super::analysis::Analysis;
+use super::exchange::{Exchange, exchanges};
 use super::file::Body;
-use super::mend;
+use super::mend::{self, System};
 use super::real::Real;
 use super::repair::{Repair, Target, repairs};
 use super::tableau::{Shape, Tableau};
+use super::tableau_system::TableauSystem;
 use super::theory::{Theory, WeightsTheory};
 use super::tree::MAX_ORDER;
+use super::twice;
+use crate::evidence::Outcome;
 
 /// Orders beyond the one found that are tried where none is claimed.
 const TRIED: u32 = 5;
@@ -27,12 +31,31 @@ pub enum Diagnosis {
         /// The order that they have.
         order: u32,
     },
-    /// One coefficient, changed, makes everything hold.
+    /// One number, changed wherever it stands, makes everything hold.
     Coefficient {
         /// What would hold then.
         target: Target,
         /// The changes that do, the one nearest to the text first.
         repairs: Vec<Repair>,
+    },
+    /// Two entries or rows, exchanged, make everything hold.
+    Exchanged {
+        /// What would hold then.
+        target: Target,
+        /// The exchanges that do.
+        exchanges: Vec<Exchange>,
+    },
+    /// b̂ has the order claimed of b, and b that of b̂.
+    Interchanged {
+        /// The order of b̂.
+        order: u32,
+        /// That of b.
+        embedded: u32,
+    },
+    /// The order claimed is that on separable systems, and the file is silent about them.
+    Separable {
+        /// The order there.
+        order: u32,
     },
     /// Decimals that were cut off in place of rounded make everything hold.
     Truncated {
@@ -65,22 +88,36 @@ impl Diagnosis {
     }
 
     /// The same for kinds whose conditions are a system in their coefficients.
-    fn of_system(body: &Body, found: u32, claimed: Option<u32>) -> Self {
+    fn of_system(body: &Body, theory: &dyn Analysis, claimed: Option<u32>) -> Self {
+        let found = theory.order();
+        let is_consistent = theory.consistency().iter().all(|verdict| verdict.check.outcome != Outcome::Fail);
+        if let (Some(p), Some(order)) = (claimed, theory.order_where_separable())
+            && is_consistent
+            && (found < p && p <= order)
+        {
+            return Self::Separable { order };
+        }
         let orders: Vec<u32> = match claimed {
             Some(p) => vec![p],
             // One order more is within reach of a free parameter; two at once are not.
             None => (found + 2..=found + TRIED).rev().chain([found]).collect(),
         };
+        let mut systems: Vec<(Target, Box<dyn System + '_>)> = Vec::new();
         for order in orders {
             let Some(system) = body.system(order) else { continue };
+            let target = Target { order, embedded: None };
             if mend::holds(&*system) {
                 return Self::of_label(found, claimed);
             }
             let mut repairs = mend::repairs(&*system);
             repairs.retain(|repair| repair.mends >= 2 || claimed.is_some() || order == found);
             if !repairs.is_empty() {
-                return Self::Coefficient { target: Target { order, embedded: None }, repairs };
+                return Self::Coefficient { target, repairs };
             }
+            systems.push((target, system));
+        }
+        if let Some(found) = Self::beyond_one_entry(&systems) {
+            return found;
         }
         match claimed {
             Some(p) if p > found => Self::LabelTooHigh { order: found },
@@ -88,10 +125,22 @@ impl Diagnosis {
         }
     }
 
+    /// A number that is wrong wherever it stands, or two entries that have been exchanged, where no change of one entry does: the
+    /// former first, which leaves every other entry where it is printed.
+    fn beyond_one_entry(systems: &[(Target, Box<dyn System + '_>)]) -> Option<Self> {
+        let twice = systems.iter().map(|(target, system)| (*target, twice::repairs(&**system)));
+        if let Some((target, repairs)) = twice.into_iter().find(|(_, repairs)| !repairs.is_empty()) {
+            return Some(Self::Coefficient { target, repairs });
+        }
+        let all: Vec<&dyn System> = systems.iter().map(|(_, system)| &**system).collect();
+        let (k, exchanges) = exchanges(&all)?;
+        Some(Self::Exchanged { target: systems[k].0, exchanges })
+    }
+
     /// Compares the theory of `tableau` with the orders claimed of b and b̂.
     pub fn new(body: &Body, theory: &dyn Analysis, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Self {
         let (Body::RungeKutta(tableau), Some(theory)) = (body, theory.as_runge_kutta()) else {
-            return Self::of_system(body, theory.order(), claimed);
+            return Self::of_system(body, theory, claimed);
         };
         let rows = theory.wrong_rows();
         let (main, embedded) = (theory.order_found(), theory.embedded.as_ref().map(|e| e.order));
@@ -104,8 +153,19 @@ impl Diagnosis {
         if let Some(order) = truncated(tableau, theory, claimed, claimed_embedded) {
             return Self::Truncated { order };
         }
-        if let Some((target, repairs)) = mend(tableau, theory, claimed, claimed_embedded) {
+        if let (Some(p), Some(e)) = (claimed, embedded)
+            && rows.is_empty()
+            && (falls_short && p <= e && main >= claimed_embedded.unwrap_or(1))
+        {
+            return Self::Interchanged { order: e, embedded: main };
+        }
+        let targets = targets(tableau, theory, claimed, claimed_embedded);
+        if let Some((target, repairs)) = mend(tableau, theory, claimed, &targets) {
             return Self::Coefficient { target, repairs };
+        }
+        let system = |&target: &Target| (target, Box::new(TableauSystem::new(tableau, target)) as Box<dyn System>);
+        if let Some(found) = Self::beyond_one_entry(&targets.iter().map(system).collect::<Vec<_>>()) {
+            return found;
         }
         match claimed {
             _ if !rows.is_empty() => Self::Several { rows },
@@ -129,13 +189,8 @@ fn truncated(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_e
     (embedded && found >= least).then_some(found)
 }
 
-/// The repairs that reach the orders claimed; where none is claimed, the highest orders that one change reaches.
-fn mend(
-    tableau: &Tableau,
-    theory: &Theory,
-    claimed: Option<u32>,
-    claimed_embedded: Option<u32>,
-) -> Option<(Target, Vec<Repair>)> {
+/// The orders that a change has to reach: those claimed, or where none is claimed each that may have been meant, the highest first.
+fn targets(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Vec<Target> {
     let main = theory.main.order;
     let embedded = theory.embedded.as_ref().map(|e| e.order);
     let orders: Vec<u32> = match claimed {
@@ -155,16 +210,18 @@ fn mend(
         };
         guesses.into_iter().map(move |embedded| Target { order, embedded })
     });
-    for target in targets {
+    targets.collect()
+}
+
+/// The first of `targets` that changes of one entry reach, and those changes.
+fn mend(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, targets: &[Target]) -> Option<(Target, Vec<Repair>)> {
+    targets.iter().find_map(|&target| {
         // One number that satisfies one condition is no discovery, where no order is claimed or c has to follow.
         let mut found = repairs(tableau, target);
         let is_claimed = claimed.is_some() || !theory.wrong_rows().is_empty();
-        found.retain(|repair| repair.mends >= 2 || (is_claimed && !repair.with_c));
-        if !found.is_empty() {
-            return Some((target, found));
-        }
-    }
-    None
+        found.retain(|repair| repair.mends >= 2 || (is_claimed && repair.follows.is_empty()));
+        (!found.is_empty()).then_some((target, found))
+    })
 }
 
 /// A bound on the order of a tableau of its shape with one entry changed: 2s, for explicit ones Butcher's barriers (\[HNW93\] II.5).

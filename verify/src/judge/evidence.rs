@@ -16,7 +16,7 @@ impl Judgement {
         let mut notes = vec![format!("{}.", self.headline())];
         notes.extend(self.file.note.clone());
         notes.extend(self.diagnosis_text());
-        notes.extend(self.repairs().iter().map(|repair| format!("`{}`", repair.sentence())));
+        notes.extend(self.changes().iter().map(|change| format!("`{change}`")));
         Evidence {
             checks: self.verdicts.iter().map(|verdict| verdict.check.clone()).collect(),
             tables: [

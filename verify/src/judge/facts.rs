@@ -2,10 +2,12 @@
 
 use super::Judgement;
 use super::diagnosis::Diagnosis;
+use super::exchange::{Exchange, LONGEST};
 use super::file::Body;
 use super::linear::Reach;
 use super::real::Real;
-use super::repair::Repair;
+use super::repair::{Repair, Target};
+use super::tableau::Place;
 use super::theory::WeightsTheory;
 use crate::measure::decimal::trimmed;
 
@@ -80,17 +82,18 @@ impl Judgement {
                 };
                 Some(format!(
                     "The label is too high, or more than one coefficient is wrong: the row sums hold, the conditions on \
-                     {weights} fail, and no change of a single coefficient mends them. As they stand they have order {order}.{}",
-                    self.sum_of_weights()
+                     {weights} fail, and no change of a single coefficient mends them. As they stand they have order {order}.{}{}",
+                    self.sum_of_weights(),
+                    self.not_looked_for()
                 ))
             }
             Diagnosis::Coefficient { target, repairs } => {
-                let embedded = target.embedded.map_or_else(String::new, |q| format!(", of the embedded method {q}"));
-                let sums = match self.file.body {
-                    Body::RungeKutta(_) => ", and all row sums hold",
-                    _ => "",
+                let (what, change) = match repairs.first() {
+                    Some(repair) if !repair.also.is_empty() => {
+                        ("A number is wrong that stands at several places", "it changed at each of them")
+                    }
+                    _ => ("A coefficient is wrong", "one coefficient changed"),
                 };
-                let start = format!("With one coefficient changed the order is {}{embedded}{sums}", target.order);
                 // No label is wrong about a row sum.
                 let rows = self.runge_kutta().is_some_and(|theory| !theory.wrong_rows().is_empty());
                 let doubt = match repairs.first() {
@@ -99,8 +102,30 @@ impl Judgement {
                     }
                     _ => "",
                 };
-                Some(format!("A coefficient is wrong. {start}.{doubt}{}", self.sum_of_weights()))
+                Some(format!("{what}. With {change} {}.{doubt}{}", self.holds_then(*target), self.sum_of_weights()))
             }
+            Diagnosis::Exchanged { target, exchanges } => {
+                let (what, change) = match exchanges.as_slice() {
+                    [_] => ("Two entries look exchanged", "them exchanged back"),
+                    _ => ("Two entries look exchanged, and which of these is open", "either two exchanged back"),
+                };
+                let doubt = match exchanges.first() {
+                    Some(exchange) if exchange.mends == 1 => {
+                        " One condition may hold by coincidence: it may be the label that is wrong."
+                    }
+                    _ => "",
+                };
+                Some(format!("{what}. With {change} {}.{doubt}{}", self.holds_then(*target), self.sum_of_weights()))
+            }
+            Diagnosis::Interchanged { order, embedded } => Some(format!(
+                "b and b_hat look interchanged: with them exchanged the method is of order {order} and the embedded one of order \
+                 {embedded}."
+            )),
+            Diagnosis::Separable { order } => Some(format!(
+                "The claim holds on separable systems alone. On q̇ = f(p), ṗ = g(q) the order is {order}; on systems in general it is \
+                 {}. If the method is meant for separable systems, the file has to say so: systems = \"separable\".",
+                self.theory.order()
+            )),
             Diagnosis::Several { rows } => {
                 let of = match rows.as_slice() {
                     [row] => format!("the row sum of stage {}", row + 1),
@@ -110,10 +135,31 @@ impl Judgement {
                     }
                 };
                 Some(format!(
-                    "More than one coefficient is wrong: no change of a single one mends {of}, and the order.{}",
-                    self.sum_of_weights()
+                    "More than one coefficient is wrong: no change of a single one mends {of}, and the order.{}{}",
+                    self.sum_of_weights(),
+                    self.not_looked_for()
                 ))
             }
+        }
+    }
+
+    /// What a change reaches.
+    fn holds_then(&self, target: Target) -> String {
+        let embedded = target.embedded.map_or_else(String::new, |q| format!(", of the embedded method {q}"));
+        let sums = match self.file.body {
+            Body::RungeKutta(_) => ", and all row sums hold",
+            _ => "",
+        };
+        format!("the order is {}{embedded}{sums}", target.order)
+    }
+
+    /// What has not been looked for, where nothing was found.
+    fn not_looked_for(&self) -> String {
+        match &self.file.body {
+            Body::RungeKutta(tableau) if tableau.stages() > LONGEST => {
+                format!(" Exchanged entries are looked for up to {} stages only.", LONGEST)
+            }
+            _ => String::new(),
         }
     }
 
@@ -127,7 +173,21 @@ impl Judgement {
         sums.unwrap_or_default()
     }
 
-    /// The changes that mend everything, each in a line.
+    /// The changes that mend everything, each in a sentence.
+    pub fn changes(&self) -> Vec<String> {
+        let repairs = self.repairs().iter().map(Repair::sentence);
+        repairs.chain(self.exchanges().iter().map(Exchange::sentence)).collect()
+    }
+
+    /// The exchanges that mend everything.
+    pub fn exchanges(&self) -> &[Exchange] {
+        match &self.diagnosis {
+            Diagnosis::Exchanged { exchanges, .. } => exchanges,
+            _ => &[],
+        }
+    }
+
+    /// The numbers whose change mends everything, the one nearest to the text first.
     pub fn repairs(&self) -> &[Repair] {
         match &self.diagnosis {
             Diagnosis::Coefficient { repairs, .. } => repairs,
@@ -139,18 +199,26 @@ impl Judgement {
 impl Repair {
     /// `a[4,3]: 1/2 → 1`, with what it mends.
     pub fn sentence(&self) -> String {
-        let with_c = match (self.with_c, self.place) {
-            (true, super::tableau::Place::A(i, _)) => format!(", and c[{}] with it", i + 1),
-            _ => String::new(),
-        };
-        let failing = if self.mends == 1 {
-            "the failing condition".into()
-        } else {
-            format!("all {} failing conditions", self.mends)
+        let places = listed(std::iter::once(&self.place).chain(&self.also));
+        let follows = match self.follows.as_slice() {
+            [] => String::new(),
+            c => format!(", and {} with it", listed(c)),
         };
         let implicit = if self.makes_implicit { ", and couples stages that are not coupled" } else { "" };
-        format!("{}: {} → {}{with_c}, mends {failing}{implicit}", self.place, self.was, self.text)
+        format!("{places}: {} → {}{follows}, mends {}{implicit}", self.was, self.text, mended(self.mends))
     }
+}
+
+/// `a[4,1], a[5,1] and b[1]`.
+fn listed<'a>(places: impl IntoIterator<Item = &'a Place>) -> String {
+    let mut names: Vec<String> = places.into_iter().map(Place::to_string).collect();
+    let last = names.pop().unwrap_or_default();
+    if names.is_empty() { last } else { format!("{} and {last}", names.join(", ")) }
+}
+
+/// What a change mends, by the number of conditions that fail without it.
+pub(super) fn mended(failing: usize) -> String {
+    if failing == 1 { "the failing condition".into() } else { format!("all {failing} failing conditions") }
 }
 
 pub(super) fn order(weights: &WeightsTheory) -> String {

@@ -13,7 +13,7 @@ use super::tableau::{Coefficient, Place, row_sums};
 use super::tree::{Forest, Rule};
 
 /// The conditions that a method of some order satisfies.
-pub(super) trait System {
+pub(super) trait System: Sync {
     /// The coefficients, each with its place; zeros of which the shape of the method is made are among them.
     fn entries(&self) -> Vec<(Place, &Coefficient)>;
 
@@ -25,6 +25,11 @@ pub(super) trait System {
 
     /// What the `wanted` conditions are off by for other `numbers` in place of the coefficients.
     fn residuals(&self, numbers: &[Real], wanted: &[usize]) -> Vec<Real>;
+
+    /// Where the sum of the row in which `place` stands is stated, if it is.
+    fn sum(&self, _place: Place) -> Option<Place> {
+        None
+    }
 }
 
 impl Body {
@@ -49,13 +54,7 @@ pub(super) fn holds(system: &dyn System) -> bool {
 pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
     let (entries, numbers) = (system.entries(), numbers(system));
     let wrong = failing(system, &numbers);
-    let mut radicands = Vec::new();
-    entries
-        .iter()
-        .filter_map(|(_, it)| Expression::parse(&it.text).ok())
-        .for_each(|expression| expression.radicands(&mut radicands));
-    radicands.sort_unstable();
-    radicands.dedup();
+    let radicands = radicands(system);
     let with = |k: usize, x: &Real| {
         let mut changed = numbers.clone();
         changed[k] = x.clone();
@@ -70,7 +69,8 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
             let holds = |(_, value): &(String, Real)| failing(system, &with(k, value)).is_empty();
             if let Some((text, value)) = forms(&x, old, &radicands).find(holds) {
                 let (was, mends) = (old.text.clone(), wrong.len());
-                found.push(Repair { place: *place, with_c: false, makes_implicit: false, was, text, value, mends });
+                let (also, follows) = (Vec::new(), Vec::new());
+                found.push(Repair { place: *place, also, follows, makes_implicit: false, was, text, value, mends });
             }
         }
     }
@@ -81,18 +81,39 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
     found
 }
 
-fn numbers(system: &dyn System) -> Vec<Real> {
+/// Square roots of whole numbers that the texts contain.
+pub(super) fn radicands(system: &dyn System) -> Vec<i64> {
+    let mut radicands = Vec::new();
+    system
+        .entries()
+        .iter()
+        .filter_map(|(_, it)| Expression::parse(&it.text).ok())
+        .for_each(|expression| expression.radicands(&mut radicands));
+    radicands.sort_unstable();
+    radicands.dedup();
+    radicands
+}
+
+/// The values of the coefficients as they stand.
+pub(super) fn numbers(system: &dyn System) -> Vec<Real> {
     system.entries().iter().map(|(_, coefficient)| coefficient.real.clone()).collect()
 }
 
-fn failing(system: &dyn System, numbers: &[Real]) -> Vec<usize> {
+/// The conditions that do not hold for `numbers`.
+pub(super) fn failing(system: &dyn System, numbers: &[Real]) -> Vec<usize> {
     let all: Vec<usize> = (0..system.count()).collect();
     let residuals = system.residuals(numbers, &all);
     all.into_iter().zip(residuals).filter(|(_, x)| !x.may_be_zero()).map(|(k, _)| k).collect()
 }
 
+/// Whether all conditions hold for `numbers`, which the first of those that are `wrong` as printed decide mostly.
+pub(super) fn hold(system: &dyn System, numbers: &[Real], wrong: &[usize]) -> bool {
+    let first = &wrong[..wrong.len().min(3)];
+    system.residuals(numbers, first).iter().all(Real::may_be_zero) && failing(system, numbers).is_empty()
+}
+
 /// The values of one coefficient for which the first of the `wrong` conditions that depends on it holds.
-fn candidates(system: &dyn System, wrong: &[usize], with: impl Fn(&Real) -> Vec<Real>) -> Vec<Real> {
+pub(super) fn candidates(system: &dyn System, wrong: &[usize], with: impl Fn(&Real) -> Vec<Real>) -> Vec<Real> {
     for condition in wrong {
         let value = |x: &Real| system.residuals(&with(x), &[*condition]).swap_remove(0);
         let samples: Vec<Real> = (0..=system.degree()).map(|n| value(&Real::from(n as i64))).collect();
@@ -187,6 +208,14 @@ impl System for PartsSystem<'_> {
                 None => &c[k - trees.len()] - &sums[k - trees.len()],
             })
             .collect()
+    }
+
+    fn sum(&self, place: Place) -> Option<Place> {
+        let is_stated = self.parts.c.is_some() && self.parts.coupling != Coupling::SecondOrder;
+        match place {
+            Place::Of("a", i, _) if is_stated => Some(Place::In("c", i)),
+            _ => None,
+        }
     }
 }
 

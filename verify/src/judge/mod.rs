@@ -7,6 +7,7 @@ pub mod conditions;
 mod counted;
 pub mod diagnosis;
 mod evidence;
+pub mod exchange;
 mod expression;
 pub mod facts;
 pub mod file;
@@ -26,8 +27,10 @@ mod runge_kutta;
 mod stepping;
 pub mod structure;
 pub mod tableau;
+mod tableau_system;
 pub mod theory;
 pub mod tree;
+mod twice;
 mod verdict;
 pub mod work;
 

@@ -323,6 +323,10 @@ impl Analysis for PartsTheory {
         self.weights.order
     }
 
+    fn order_where_separable(&self) -> Option<u32> {
+        self.separable
+    }
+
     fn facts(&self) -> Facts {
         let mut facts = vec![("order", order_fact(&self.weights))];
         facts.extend(self.separable.map(|order| ("separable", format!("order {order} on q̇ = f(p), ṗ = g(q)"))));

@@ -17,17 +17,33 @@ pub(super) fn window(order: u32) -> Window {
     Window { horizon: 2.0, coarsest }
 }
 
-/// u̇ = −u − 3w, ẇ = 3u − w from (1, 0): e^{−t}(cos 3t, sin 3t).
+/// u̇ = −δu − 3w, ẇ = 3u − δw from (1, 0): e^{−δt}(cos 3t, sin 3t).
 #[derive(Debug)]
-pub(super) struct Linear(pub Window);
+pub(super) struct Linear {
+    window: Window,
+    /// δ.
+    damping: f64,
+}
+
+impl Linear {
+    /// δ = 1.
+    pub(super) fn damped(window: Window) -> Self {
+        Self { window, damping: 1.0 }
+    }
+
+    /// δ = 0: what grows on solutions that decay stays bounded.
+    pub(super) fn undamped(window: Window) -> Self {
+        Self { window, damping: 0.0 }
+    }
+}
 
 impl FieldFn for Linear {
     fn dim(&self) -> usize {
         2
     }
     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
-        dv[0] = -v[0] - v[1] * 3.0;
-        dv[1] = v[0] * 3.0 - v[1];
+        dv[0] = -v[0] * self.damping - v[1] * 3.0;
+        dv[1] = v[0] * 3.0 - v[1] * self.damping;
     }
 }
 
@@ -36,14 +52,14 @@ impl Ode for Linear {
         2
     }
     fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
-        dv[0] = -v[0] - 3.0 * v[1];
-        dv[1] = 3.0 * v[0] - v[1];
+        dv[0] = -self.damping * v[0] - 3.0 * v[1];
+        dv[1] = 3.0 * v[0] - self.damping * v[1];
     }
     fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
-        add(0, 0, -1.0);
+        add(0, 0, -self.damping);
         add(0, 1, -3.0);
         add(1, 0, 3.0);
-        add(1, 1, -1.0);
+        add(1, 1, -self.damping);
     }
 }
 
@@ -61,11 +77,11 @@ impl Problem for Linear {
         self
     }
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
-        let decay = (-t).exp();
+        let decay = (-self.damping * t).exp();
         Some(vec![decay * (3.0 * t).cos(), decay * (3.0 * t).sin()])
     }
     fn facts(&self) -> Facts {
-        Facts { window: self.0, ..Facts::default() }
+        Facts { window: self.window, ..Facts::default() }
     }
 }
 
@@ -189,7 +205,12 @@ mod tests {
 
     #[test]
     fn the_two_statements_of_each_agree_and_the_solution_is_one() {
-        let problems: [&dyn Problem; 3] = [&Linear(window(2)), &Autonomous(window(2)), &NonAutonomous(window(2))];
+        let problems: [&dyn Problem; 4] = [
+            &Linear::damped(window(2)),
+            &Linear::undamped(window(2)),
+            &Autonomous(window(2)),
+            &NonAutonomous(window(2)),
+        ];
         for problem in problems {
             let n = problem.initial().len();
             assert_eq!(problem.exact(0.0), Some(problem.initial()));

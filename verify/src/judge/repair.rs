@@ -23,13 +23,15 @@ pub struct Target {
     pub embedded: Option<u32>,
 }
 
-/// One coefficient to be changed.
+/// One number to be changed.
 #[derive(Debug, Clone)]
 pub struct Repair {
-    /// Which.
+    /// Which coefficient it is.
     pub place: Place,
-    /// Whether c_i has to follow, so that its row sum stays right.
-    pub with_c: bool,
+    /// Where else it stands, and has to be changed too.
+    pub also: Vec<Place>,
+    /// The c_i that have to follow, so that their row sums stay right.
+    pub follows: Vec<Place>,
     /// Whether the method is explicit as it stands, or diagonally implicit, and would not be.
     pub makes_implicit: bool,
     /// The text that stands there.
@@ -65,7 +67,7 @@ pub fn repairs(tableau: &Tableau, target: Target) -> Vec<Repair> {
         search.candidates().into_iter().filter_map(|(place, x)| search.verify(place, &x)).collect();
     found.sort_by_key(|repair| {
         let distance = strsim::damerau_levenshtein(&repair.was, &repair.text);
-        (repair.with_c, repair.makes_implicit, distance, repair.place)
+        (!repair.follows.is_empty(), repair.makes_implicit, distance, repair.place)
     });
     found.dedup_by(|a, b| a.place == b.place && a.text == b.text);
     found
@@ -191,14 +193,17 @@ impl Search<'_> {
             failing_rows(&changed).is_empty() && self.holds(&changed)
         };
         let (text, value) = forms(x, old, &self.tableau.radicands).find(holds)?;
-        let with_c = matches!(place, Place::A(..)) && self.rows.is_empty() && self.tableau.c.is_some();
+        let follows = match place {
+            Place::A(i, _) if self.rows.is_empty() && self.tableau.c.is_some() => vec![Place::C(i)],
+            _ => Vec::new(),
+        };
         let mends = self.failing.iter().map(Vec::len).sum::<usize>() + self.rows.len();
         let makes_implicit = match (place, self.tableau.shape()) {
             (Place::A(i, j), Shape::Explicit) => j >= i,
             (Place::A(i, j), Shape::DiagonallyImplicit) => j > i,
             _ => false,
         };
-        Some(Repair { place, with_c, makes_implicit, was: old.text.clone(), text, value, mends })
+        Some(Repair { place, also: Vec::new(), follows, makes_implicit, was: old.text.clone(), text, value, mends })
     }
 }
 

@@ -94,7 +94,7 @@ impl Analysis for Theory {
         let rows = if self.wrong_rows().is_empty() { "the order conditions" } else { "the conditions with c as given" };
         let in_time = self.order_in_time;
         vec![
-            Trial::of("linear", "v̇ = Av", Linear(window(linear)), linear, "the series of R(z)"),
+            Trial::of("linear", "v̇ = Av", Linear::damped(window(linear)), linear, "the series of R(z)"),
             Trial::of("nonlinear", "v̇ = f(v)", Autonomous(window(main)), main, "the order conditions"),
             Trial::of("non-autonomous", "v̇ = f(t, v)", NonAutonomous(window(in_time)), in_time, rows),
             self.stiff(),

@@ -32,6 +32,28 @@ pub enum Place {
     Of(&'static str, usize, usize),
 }
 
+impl Place {
+    /// The list in which it stands, or the matrix and the row.
+    pub(super) fn block(self) -> (&'static str, Option<usize>) {
+        match self {
+            Self::A(i, _) => ("a", Some(i)),
+            Self::B(_) => ("b", None),
+            Self::C(_) => ("c", None),
+            Self::Hat(_) => ("b_hat", None),
+            Self::In(list, _) => (list, None),
+            Self::Of(matrix, i, _) => (matrix, Some(i)),
+        }
+    }
+
+    /// Its index in that list or row.
+    pub(super) fn column(self) -> usize {
+        match self {
+            Self::A(_, j) | Self::Of(_, _, j) => j,
+            Self::B(i) | Self::C(i) | Self::Hat(i) | Self::In(_, i) => i,
+        }
+    }
+}
+
 impl std::fmt::Display for Place {
     /// As it is printed, counted from 1.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -814,7 +814,7 @@ fn a_judgement_as_json_keeps_to_its_schema() {
     let (status, pair) = json("dormand-prince");
     assert_eq!(status, 0);
     let mut expected = vec!["name", "kind", "digits", "outcome", "order", "stages", "order_in_time", "embedded_order"];
-    expected.extend(["stage_order", "error_norm", "alpha", "verdicts", "diagnosis", "repairs", "facts"]);
+    expected.extend(["stage_order", "error_norm", "alpha", "verdicts", "diagnosis", "repairs", "exchanges", "facts"]);
     let mut found = keys(&pair);
     found.sort();
     expected.sort_unstable();

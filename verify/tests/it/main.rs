@@ -10,6 +10,7 @@ mod formats;
 mod fuzz;
 mod goldens;
 mod judge;
+mod misprints;
 mod model;
 mod own;
 mod readme;

@@ -1,0 +1,114 @@
+//! Misprints that exchange two entries: of a row, of a list, or two rows of a matrix.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::facts::mended;
+use super::mend::{System, failing, hold, numbers};
+use super::real::Real;
+use super::tableau::{Coefficient, Place};
+
+/// Longest list in which exchanges are looked for: their number grows with the cube of the stages.
+pub(super) const LONGEST: usize = 16;
+
+/// Failing conditions that sort out most exchanges before all are evaluated.
+const FIRST: usize = 2;
+
+/// Two entries or rows to be exchanged.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exchange {
+    /// What they are: `b[2]`, `row 3 of a`.
+    pub names: [String; 2],
+    /// Whether c_i and c_j have to be exchanged with rows i and j.
+    pub with_c: bool,
+    /// How many conditions fail as the file stands and hold with the change.
+    pub mends: usize,
+}
+
+impl Exchange {
+    /// `b[2] ↔ b[3]`, with what it mends.
+    pub fn sentence(&self) -> String {
+        let [one, other] = &self.names;
+        let with_c = if self.with_c { ", and their c with them" } else { "" };
+        format!("{one} ↔ {other}{with_c}, mends {}", mended(self.mends))
+    }
+}
+
+/// An exchange that has not been looked at yet.
+struct Candidate {
+    names: [String; 2],
+    with_c: bool,
+    swaps: Vec<(usize, usize)>,
+}
+
+/// The first of `systems`, the lowest order last, all of whose conditions some exchange makes hold, and every exchange that does.
+pub(super) fn exchanges(systems: &[&dyn System]) -> Option<(usize, Vec<Exchange>)> {
+    let lowest = systems.last()?;
+    let (entries, printed) = (lowest.entries(), numbers(*lowest));
+    let wrong = failing(*lowest, &printed);
+    if wrong.is_empty() {
+        return None;
+    }
+    let with = |candidate: &Candidate| {
+        let mut changed = printed.clone();
+        candidate.swaps.iter().for_each(|&(k, l)| changed.swap(k, l));
+        changed
+    };
+    let differs =
+        |candidate: &Candidate| candidate.swaps.iter().any(|&(k, l)| !(&printed[k] - &printed[l]).may_be_zero());
+    let first = &wrong[..FIRST.min(wrong.len())];
+    let passes = |it: &Candidate| differs(it) && lowest.residuals(&with(it), first).iter().all(Real::may_be_zero);
+    let left: Vec<Candidate> = candidates(*lowest, &entries).into_par_iter().filter(passes).collect();
+    systems.iter().enumerate().find_map(|(k, system)| {
+        let wrong = failing(*system, &printed);
+        let mut mended: Vec<&Candidate> = left.iter().filter(|it| hold(*system, &with(it), &wrong)).collect();
+        // Whole rows are exchanged where no two entries do: with c that may be the stages in another sequence.
+        let least = mended.iter().map(|candidate| candidate.swaps.len()).min()?;
+        mended.retain(|candidate| candidate.swaps.len() == least);
+        let exchange = |it: &Candidate| Exchange { names: it.names.clone(), with_c: it.with_c, mends: wrong.len() };
+        Some((k, mended.into_iter().map(exchange).collect()))
+    })
+}
+
+/// All exchanges of two entries of one list or row, and of two rows of one matrix.
+fn candidates(system: &dyn System, entries: &[(Place, &Coefficient)]) -> Vec<Candidate> {
+    let mut blocks: BTreeMap<(&'static str, Option<usize>), Vec<usize>> = BTreeMap::new();
+    for (k, (place, _)) in entries.iter().enumerate() {
+        blocks.entry(place.block()).or_default().push(k);
+    }
+    if blocks.values().any(|block| block.len() > LONGEST) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    for ((_, row), block) in &blocks {
+        // A zero on or above the diagonal is of the shape of the method.
+        let may_move = |k: &&usize| row.is_none_or(|i| entries[**k].0.column() < i || !entries[**k].1.real.is_zero());
+        let block: Vec<usize> = block.iter().filter(may_move).copied().collect();
+        for (at, &k) in block.iter().enumerate() {
+            found.extend(block[at + 1..].iter().map(|&l| Candidate {
+                names: [k, l].map(|k| entries[k].0.to_string()),
+                with_c: false,
+                swaps: vec![(k, l)],
+            }));
+        }
+    }
+    let rows: Vec<(&str, usize, &Vec<usize>)> =
+        blocks.iter().filter_map(|((name, row), block)| Some((*name, (*row)?, block))).collect();
+    let sum = |row: &[usize]| {
+        let place = system.sum(entries[*row.first()?].0)?;
+        entries.iter().position(|(other, _)| *other == place)
+    };
+    for (at, (name, i, one)) in rows.iter().enumerate() {
+        for (_, j, other) in rows[at + 1..].iter().filter(|(matrix, ..)| matrix == name) {
+            let names = [i, j].map(|i| format!("row {} of {name}", i + 1));
+            let swaps: Vec<_> = one.iter().copied().zip(other.iter().copied()).collect();
+            if let (Some(k), Some(l)) = (sum(one), sum(other)) {
+                let swaps = [swaps.as_slice(), &[(k, l)]].concat();
+                found.push(Candidate { names: names.clone(), with_c: true, swaps });
+            }
+            found.push(Candidate { names, with_c: false, swaps });
+        }
+    }
+    found
+}

@@ -1,0 +1,86 @@
+//! The conditions on a Runge–Kutta method as a system in its coefficients: c_i = Σ_j a_ij where c is stated, then those of the trees
+//! for b and for b̂.
+
+use super::conditions::Weights;
+use super::mend::System;
+use super::real::Real;
+use super::repair::Target;
+use super::tableau::{Coefficient, Numbers, Place, Tableau, row_sums};
+use super::tree::{Forest, Rule};
+
+/// What a tableau has to satisfy.
+#[derive(Debug)]
+pub(super) struct TableauSystem<'a> {
+    tableau: &'a Tableau,
+    forest: Forest,
+    /// Trees of the conditions on b.
+    main: Vec<usize>,
+    /// Trees of the conditions on b̂.
+    embedded: Vec<usize>,
+}
+
+impl<'a> TableauSystem<'a> {
+    pub(super) fn new(tableau: &'a Tableau, target: Target) -> Self {
+        let embedded = target.embedded.filter(|_| tableau.b_hat.is_some()).unwrap_or(0);
+        let forest = Forest::new(Rule::Autonomous, target.order.max(embedded));
+        let trees = |order: u32| (1..=order).flat_map(|n| forest.of_order(n)).collect();
+        Self { tableau, main: trees(target.order), embedded: trees(embedded), forest }
+    }
+
+    /// How many row sums are conditions.
+    fn sums(&self) -> usize {
+        self.tableau.c.as_ref().map_or(0, Vec::len)
+    }
+}
+
+impl System for TableauSystem<'_> {
+    fn entries(&self) -> Vec<(Place, &Coefficient)> {
+        let matrix = self.tableau.a.iter().enumerate();
+        let mut entries: Vec<_> =
+            matrix.flat_map(|(i, row)| row.iter().enumerate().map(move |(j, x)| (Place::A(i, j), x))).collect();
+        let lists: [(fn(usize) -> Place, Option<&Vec<Coefficient>>); 3] = [
+            (Place::B, Some(&self.tableau.b)),
+            (Place::C, self.tableau.c.as_ref()),
+            (Place::Hat, self.tableau.b_hat.as_ref()),
+        ];
+        for (place, list) in lists {
+            entries.extend(list.into_iter().flatten().enumerate().map(|(i, x)| (place(i), x)));
+        }
+        entries
+    }
+
+    fn degree(&self) -> usize {
+        self.forest.order() as usize
+    }
+
+    fn count(&self) -> usize {
+        self.sums() + self.main.len() + self.embedded.len()
+    }
+
+    fn residuals(&self, numbers: &[Real], wanted: &[usize]) -> Vec<Real> {
+        let s = self.tableau.stages();
+        let (matrix, rest) = numbers.split_at(s * s);
+        let a: Vec<Vec<Real>> = matrix.chunks(s).map(<[Real]>::to_vec).collect();
+        let mut lists = rest.chunks(s).map(<[Real]>::to_vec);
+        let b = lists.next().unwrap_or_default();
+        let c = if self.sums() > 0 { lists.next().unwrap_or_default() } else { row_sums(&a) };
+        let numbers = Numbers { a, b, c, b_hat: lists.next() };
+        let (sums, defects) = (self.sums(), numbers.row_defects());
+        let mut weights = Weights::new(&self.forest, &numbers);
+        let mut residual = |k: usize| match k.checked_sub(sums) {
+            None => defects[k].clone(),
+            Some(k) => match k.checked_sub(self.main.len()) {
+                None => weights.residual(self.main[k], &numbers.b),
+                Some(k) => weights.residual(self.embedded[k], numbers.b_hat.as_deref().unwrap_or_default()),
+            },
+        };
+        wanted.iter().map(|&k| residual(k)).collect()
+    }
+
+    fn sum(&self, place: Place) -> Option<Place> {
+        match place {
+            Place::A(i, _) if self.sums() > 0 => Some(Place::C(i)),
+            _ => None,
+        }
+    }
+}

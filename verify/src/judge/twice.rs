@@ -1,0 +1,104 @@
+//! A misprint that stands at several places: a weight that the last row of A repeats, a coefficient of both parts of a method, a
+//! number with the sum that was made of it.
+
+use std::collections::BTreeMap;
+
+use super::mend::{System, candidates, failing, hold, numbers, radicands};
+use super::real::Real;
+use super::repair::{Repair, forms};
+use super::tableau::{Coefficient, Place};
+
+/// The entries of a system, as it lists them.
+type Entries<'a> = [(Place, &'a Coefficient)];
+
+/// Every change of one number at several places that makes all conditions hold, the one nearest to the printed text first. What
+/// satisfies one condition alone is no discovery.
+pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
+    let (entries, printed) = (system.entries(), numbers(system));
+    let wrong = failing(system, &printed);
+    if wrong.len() < 2 {
+        return Vec::new();
+    }
+    let radicands = radicands(system);
+    let mut found = Vec::new();
+    for group in groups(system, &entries) {
+        let (place, old) = entries[group[0]];
+        let sums = sums(system, &entries, &group);
+        let with = |x: &Real| {
+            let mut changed = printed.clone();
+            for &k in &group {
+                changed[k] = x.clone();
+                if let Some(sum) = sums.get(&k) {
+                    changed[*sum] = &changed[*sum] + &(x - &old.real);
+                }
+            }
+            changed
+        };
+        for x in candidates(system, &wrong, with) {
+            if (&x - &old.real).may_be_zero() {
+                continue;
+            }
+            let holds = |(_, value): &(String, Real)| hold(system, &with(value), &wrong);
+            if let Some((text, value)) = forms(&x, old, &radicands).find(holds) {
+                let mut follows: Vec<Place> = sums.values().map(|&sum| entries[sum].0).collect();
+                follows.dedup();
+                let also = group[1..].iter().map(|&k| entries[k].0).collect();
+                let (was, mends) = (old.text.clone(), wrong.len());
+                found.push(Repair { place, also, follows, makes_implicit: false, was, text, value, mends });
+            }
+        }
+    }
+    let distance = |repair: &Repair| strsim::damerau_levenshtein(&repair.was, &repair.text);
+    found.sort_by_key(|repair| (repair.also.len(), distance(repair), repair.place));
+    found
+}
+
+/// The places that one misprint may have reached together, each set once.
+fn groups(system: &dyn System, entries: &Entries<'_>) -> Vec<Vec<usize>> {
+    let counts = |k: &usize| !entries[*k].1.real.may_be_zero() && entries[*k].0.block().0 != "c";
+    let all: Vec<usize> = (0..entries.len()).filter(counts).collect();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (at, &k) in all.iter().enumerate() {
+        let twins: Vec<usize> = all[at + 1..].iter().filter(|&&l| are_twins(entries, k, l)).copied().collect();
+        groups.extend(twins.iter().map(|&l| vec![k, l]));
+        groups.push([vec![k], twins].concat());
+    }
+    // A single entry has been tried, but for the sum that follows it: that of Runge–Kutta methods does there.
+    let follows = |k: usize| matches!(entries[k].0, Place::Of(..)) && system.sum(entries[k].0).is_some();
+    groups.retain(|group| group.len() > 1 || follows(group[0]));
+    let mut texts: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    all.into_iter().for_each(|k| texts.entry(entries[k].1.text.as_str()).or_default().push(k));
+    groups.extend(texts.into_values().filter(|group| group.len() > 1));
+    groups.sort();
+    groups.dedup();
+    groups
+}
+
+/// Whether two entries are the same number for a reason: in both parts of a method, or in a row of A that is b.
+fn are_twins(entries: &Entries<'_>, k: usize, l: usize) -> bool {
+    let same = |x: &Coefficient, y: &Coefficient| (&x.real - &y.real).may_be_zero();
+    let (one, other) = (entries[k].0, entries[l].0);
+    if one.column() != other.column() || !same(entries[k].1, entries[l].1) {
+        return false;
+    }
+    match (one.block(), other.block()) {
+        ((a, Some(i)), (a_hat, Some(j))) => a != a_hat && i == j,
+        ((b, None), (b_hat, None)) => b != b_hat,
+        (row, list) => {
+            let of = |block| entries.iter().filter(move |(place, _)| place.block() == block);
+            of(row).zip(of(list)).all(|((_, x), (_, y))| same(x, y))
+        }
+    }
+}
+
+/// Where the sum of the row of each of `group` stands, if that is right as printed.
+fn sums(system: &dyn System, entries: &Entries<'_>, group: &[usize]) -> BTreeMap<usize, usize> {
+    let sum = |&k: &usize| {
+        let place = system.sum(entries[k].0)?;
+        let at = entries.iter().position(|(other, _)| *other == place)?;
+        let row = entries.iter().filter(|(other, _)| other.block() == entries[k].0.block());
+        let total: Real = row.map(|(_, x)| x.real.clone()).sum();
+        (&entries[at].1.real - &total).may_be_zero().then_some((k, at))
+    };
+    group.iter().filter_map(sum).collect()
+}
