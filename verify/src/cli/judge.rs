@@ -36,15 +36,17 @@ list of texts, optional), digits, source, note, and those of its kind:
   path-fitted             nodes between 0 and 1
   galerkin                degree, and nodes and weights of a quadrature
 Coefficients are numbers or texts such as \"1/2 - sqrt(3)/6\", with + - * / ^ and
-sqrt, cbrt, sin, cos, tan, exp, pi. A plain table is read as a Runge-Kutta
-method too: a line of c, a line of b, then the rows of A below the diagonal; or
-as it is typeset, rows of c_i and of A and below them the weights, with spaces,
-tabs, commas, semicolons or a bar between, or in LaTeX or Markdown; or lists
+sqrt, cbrt, sin, cos, tan, exp, pi; 7√6 and 2(1 + √3) are products. A plain
+table is read as a Runge-Kutta method too: a line of c, a line of b, then the
+rows of A below the diagonal; or as it is typeset, rows of c_i and of A and
+below them the weights, with spaces, tabs, commas, semicolons or a bar between,
+or in LaTeX or Markdown; or lists
 headed k c[k], k b[k], k j A[k,j]. `order 4` and `digits 10` may stand above it.
 
 Decimals with six places or more are taken as rounded: conditions then hold or
 fail to the digits printed. Shorter ones are exact, unless digits = N says that
-N places are printed.
+N places are meant. Fractions p/q with q above 10^10 stand for numbers within
+1/q^2 of them.
 
 Claims: order 4, embedded order 3, stage order 2, explicit, implicit, diagonally
 implicit, A-stable, A(88)-stable, L-stable, algebraically stable, stiffly accurate,

@@ -279,7 +279,7 @@ fn a_mistake_is_shown_with_its_file_and_line() {
     for (more, words) in [
         (["--set", "b=1"], "has no input `b`; it has a"),
         (["--set", "a=fast"], "a = fast: not a finite number"),
-        (["--t-end", "-1"], "end time -1 must be positive"),
+        (["--t-end", "-1"], "expected a positive number"),
         (["--reference", "exact"], "no exact solution is known"),
         (["--problem", "logistic"], "cannot be used with"),
     ] {

@@ -414,7 +414,7 @@ fn whole_numbers_count_cells_and_others_are_spacings() {
             verify(&["order", "--program", &command, "--quantity", "v", "--refine", grids, "--expect", "2"]);
         assert!(code == 0 && out.contains("order 2.000"), "{grids}: {out}{error}");
         // The longest number tells what all are printed to.
-        assert!(!out.contains("significant digits"), "{out}");
+        assert!(out.contains("it prints 9 significant digits"), "{out}");
     }
 }
 
