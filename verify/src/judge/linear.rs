@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::polynomial::{Polynomial, Sign};
+use super::polynomial::{Polynomial, Sign, first_negative};
 use super::real::{Real, dot};
 use super::tableau::Numbers;
 use crate::measure::norm::{Extremes, larger};
@@ -16,9 +16,49 @@ pub enum Reach {
     UpTo {
         /// The end of the interval.
         end: f64,
+        /// How far off it may be for the digits that the coefficients have.
+        open: f64,
         /// A point beyond it where |R| > 1.
         witness: f64,
     },
+    /// Up to this |z| at least; of what is beyond, the digits do not tell.
+    Open {
+        /// The end of what is certain.
+        to: f64,
+    },
+}
+
+impl Reach {
+    fn of(sign: Sign) -> Self {
+        match sign {
+            Sign::NonNegative => Self::Everything,
+            Sign::NegativeFrom { from, open, at } => Self::UpTo { end: from, open, witness: at },
+            Sign::Open { to } => Self::Open { to },
+        }
+    }
+
+    /// Of |z| where it is one of |z|².
+    fn rooted(self) -> Self {
+        match self {
+            Self::Everything => Self::Everything,
+            Self::UpTo { end, open, witness } => {
+                let (of_square, end) = (open, end.sqrt());
+                // √(e² + x) − e without its cancellation.
+                let open = of_square / ((end * end + of_square).sqrt() + end);
+                Self::UpTo { end, open, witness: witness.sqrt() }
+            }
+            Self::Open { to } => Self::Open { to: to.sqrt() },
+        }
+    }
+}
+
+/// Why a method is not A-stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unstable {
+    /// A point in the closed left half-plane with |R| > 1, or a pole.
+    At(Complex<f64>),
+    /// The digits do not tell whether it is.
+    Open,
 }
 
 /// The stability function R = N/D.
@@ -116,33 +156,28 @@ impl StabilityFunction {
 
     /// How far |R(iy)| ≤ 1.
     pub fn imaginary_reach(&self) -> Reach {
-        match self.margin().sign() {
-            Sign::NonNegative => Reach::Everything,
-            Sign::NegativeFrom { from, at } => Reach::UpTo { end: from.sqrt(), witness: at.sqrt() },
-        }
+        Reach::of(first_negative(&[self.margin()])).rooted()
     }
 
-    /// How far |R(−x)| ≤ 1.
+    /// How far |R(−x)| ≤ 1: D² − N² in factors, which have half its degree each, and none of its double roots twice.
     pub fn real_reach(&self) -> Reach {
         let (n, d) = (self.numerator.mirrored(), self.denominator.mirrored());
-        match d.times(&d).minus(&n.times(&n)).sign() {
-            Sign::NonNegative => Reach::Everything,
-            Sign::NegativeFrom { from, at } => Reach::UpTo { end: from, witness: at },
-        }
+        Reach::of(first_negative(&[d.minus(&n), d.plus(&n)]))
     }
 
     /// |R| ≤ 1 in the left half-plane, or a point there where it is not: bounded on the imaginary axis, no pole to the left of
     /// it, and bounded at infinity, by the maximum principle.
     ///
     /// # Errors
-    /// A point in the closed left half-plane with |R| > 1.
-    pub fn is_a_stable(&self) -> Result<(), Complex<f64>> {
+    /// A point in the closed left half-plane with |R| > 1, or that there may be one.
+    pub fn is_a_stable(&self) -> Result<(), Unstable> {
         if let Some(pole) = self.poles().into_iter().find(|z| z.re <= 0.0) {
-            return Err(pole);
+            return Err(Unstable::At(pole));
         }
         match self.imaginary_reach() {
             Reach::Everything => Ok(()),
-            Reach::UpTo { witness, .. } => Err(Complex::new(0.0, witness)),
+            Reach::UpTo { witness, .. } => Err(Unstable::At(Complex::new(0.0, witness))),
+            Reach::Open { .. } => Err(Unstable::Open),
         }
     }
 
@@ -180,11 +215,6 @@ impl StabilityFunction {
             SeriesOrder::of(terms.filter(|(k, _)| parity.is_none_or(|odd| k % 2 == odd)))
         };
         LinearOrders { solution: of(None), dispersion: of(Some(1)).on_axis(), dissipation: of(Some(0)).on_axis() }
-    }
-
-    /// Whether |R| > 1 at z certainly, which is what a counterexample has to show.
-    pub fn exceeds_one_at(&self, y: f64) -> bool {
-        self.margin().at(&Real::double(y * y)).is_negative()
     }
 }
 

@@ -5,8 +5,8 @@ use lsvi::{InputError, Integrator, VectorField};
 
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
-use super::facts::{Facts, order as order_fact, reach, short};
-use super::linear::{Reach, SeriesOrder};
+use super::facts::{Facts, length, order as order_fact, reach, short};
+use super::linear::{Reach, SeriesOrder, Unstable};
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
 use super::structure::{Indefinite, Simplifying};
@@ -18,6 +18,9 @@ use crate::kinds::{Principle, Stability, Symplecticity};
 use crate::measure::decimal::counted;
 use crate::measure::norm::larger;
 use crate::method::Traits;
+
+/// What angles in degrees are found to.
+const ANGLE: f64 = 0.002;
 
 impl Analysis for Theory {
     fn kind(&self) -> &'static str {
@@ -111,7 +114,10 @@ impl Analysis for Theory {
     }
 
     fn figures(&self) -> Vec<Figure> {
-        let reach = |reach: Reach| if let Reach::UpTo { end, .. } = reach { end } else { 0.0 };
+        let reach = |reach: Reach| match reach {
+            Reach::UpTo { end, .. } | Reach::Open { to: end } => end,
+            Reach::Everything => 0.0,
+        };
         let size = 1.3 * reach(self.negative).max(reach(self.imaginary));
         vec![super::evidence::region(size, |z| self.stability.at(z).norm())]
     }
@@ -171,6 +177,7 @@ impl Theory {
         let class = match theory.alpha {
             Some(_) if theory.is_a_stable() && infinity == 0.0 => "L-stable".into(),
             Some(_) if theory.is_a_stable() => "A-stable".into(),
+            _ if theory.is_a_stability_open() => "whether it is A-stable is open for the digits given".into(),
             Some(alpha) => format!("A(α)-stable with α {}", angle(alpha)),
             None => "conditionally stable".to_owned(),
         };
@@ -255,21 +262,26 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
         Property::DiagonallyImplicit => shape(theory, Shape::DiagonallyImplicit),
         Property::AStable => a_stable(theory),
         Property::AlphaStable(angle) => match theory.alpha {
+            _ if theory.is_a_stability_open() => {
+                Finding::open("the digits given do not tell whether |R| ≤ 1 on the axes")
+            }
+            // A right angle is A-stability.
+            Some(_) if angle.value >= 90.0 => a_stable(theory),
             Some(alpha) => {
                 let why = match theory.is_a_stable() {
                     true => "|R| ≤ 1 in the left half-plane".to_owned(),
                     false => format!("|R| ≤ 1 in the sector |arg(−z)| ≤ α, α {}", self::angle(alpha)),
                 };
-                // The angle is found to a hundredth, and claims are rounded to the digits they have; a right one is A-stability.
-                let reaches = angle <= alpha + 0.01 && (angle < 90.0 || theory.is_a_stable());
-                Finding::new(alpha > 0.0 && reaches, why).measured(alpha)
+                let (outcome, words) = angle.is_reached(alpha, ANGLE);
+                let outcome = if alpha > 0.0 { outcome } else { Outcome::Fail };
+                Finding { outcome, measured: Some(alpha), why: why + &words }
             }
             None => Finding::new(false, "not even the whole negative axis is in the region of stability"),
         },
         Property::LStable => {
             let infinity = theory.stability.at_infinity();
             match a_stable(theory) {
-                finding if finding.outcome == Outcome::Fail => finding,
+                finding if finding.outcome != Outcome::Pass => finding,
                 _ if infinity == 0.0 => Finding::new(true, "A-stable, and deg N < deg D, so that R(∞) = 0"),
                 _ => Finding::new(false, format!("A-stable, but R(∞) = {infinity:.6}")).measured(infinity),
             }
@@ -286,11 +298,9 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
                 let why = format!("B A + Aᵀ B − b bᵀ is indefinite: elimination meets {x:.4e} at stage {}", i + 1);
                 Finding::new(false, why).measured(*x)
             }
-            Err(Indefinite::Undecided) => Finding {
-                outcome: Outcome::Inconclusive,
-                measured: None,
-                why: "the digits given do not tell whether B A + Aᵀ B − b bᵀ is semidefinite".into(),
-            },
+            Err(Indefinite::Undecided) => {
+                Finding::open("the digits given do not tell whether B A + Aᵀ B − b bᵀ is semidefinite")
+            }
         },
         Property::StifflyAccurate => {
             let text = match theory.stiffly_accurate {
@@ -320,12 +330,19 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
         Property::DissipationOrder(p) => series_order(p, theory.linear.dissipation, "amplitude"),
         Property::ImaginaryInterval(y) => match theory.imaginary {
             Reach::Everything => Finding::new(true, "|R(iy)| ≤ 1 for all y"),
-            Reach::UpTo { end, witness } => {
+            Reach::UpTo { end, open, witness } => {
                 let size = theory.stability.at(nalgebra::Complex::new(0.0, witness)).norm();
-                let why = format!("|R(iy)| ≤ 1 up to |y| = {end:.6}; |R({witness:.4}i)| = {size:.8}");
-                // The claim is rounded to the digits it has, of which there are rarely more than four.
-                Finding::new(y <= end * (1.0 + 5e-4), why).measured(end)
+                let (outcome, words) = y.is_reached(end, open);
+                let end_told = if open < 1e-6 { format!("{end:.6}") } else { length(end, open) };
+                let why = format!("|R(iy)| ≤ 1 up to |y| = {end_told}; |R({witness:.4}i)| = {size:.8}{words}");
+                Finding { outcome, measured: Some(end), why }
             }
+            Reach::Open { to } => match y.is_reached(to, 0.0) {
+                (Outcome::Pass, words) => {
+                    Finding::new(true, format!("|R(iy)| ≤ 1 up to |y| = {to:.6} at least{words}"))
+                }
+                _ => Finding::open(format!("the digits given do not tell whether |R(iy)| ≤ 1 beyond |y| = {to:.2}")),
+            },
         },
         Property::ZeroStable => return None,
     })
@@ -348,7 +365,8 @@ fn shape(theory: &Theory, claimed: Shape) -> Finding {
 fn a_stable(theory: &Theory) -> Finding {
     match theory.stability.is_a_stable() {
         Ok(()) => Finding::new(true, "no pole in the left half-plane, and |R(iy)| ≤ 1 for all y"),
-        Err(z) => {
+        Err(Unstable::Open) => Finding::open("the digits given do not tell whether |R(iy)| ≤ 1 for all y"),
+        Err(Unstable::At(z)) => {
             let size = theory.stability.at(z).norm();
             let place = if z.re == 0.0 { format!("{:.6}i", z.im) } else { format!("{:.6} {:+.6}i", z.re, z.im) };
             let why = if size < 1e6 {
@@ -375,8 +393,7 @@ fn series_order(p: u32, found: SeriesOrder, what: &str) -> Finding {
             Finding::new(false, why).measured(order)
         }
         SeriesOrder::Open { by, .. } => {
-            let why = format!("too few digits: they leave the terms of the error of the {what} open by up to {by:.0e}");
-            Finding { outcome: Outcome::Inconclusive, measured: None, why }
+            Finding::open(format!("too few digits: they leave the terms of the error of the {what} open by up to {by:.0e}"))
         }
     }
 }

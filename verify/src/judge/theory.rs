@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::conditions::{Condition, conditions, error_norm, order_of};
-use super::linear::{LinearOrders, Reach, StabilityFunction};
+use super::linear::{LinearOrders, Reach, StabilityFunction, Unstable};
 use super::real::Real;
 use super::reduce::Reduced;
 use super::structure::{
@@ -159,6 +159,11 @@ impl Theory {
     /// Whether |R| ≤ 1 in the left half-plane.
     pub fn is_a_stable(&self) -> bool {
         self.stability.is_a_stable().is_ok()
+    }
+
+    /// Whether the digits leave that open, or already whether the negative axis is in the region of stability.
+    pub(super) fn is_a_stability_open(&self) -> bool {
+        self.stability.is_a_stable() == Err(Unstable::Open) || matches!(self.negative, Reach::Open { .. })
     }
 
     /// The order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15). Where A is regular and R(∞) damps, it is the first k with

@@ -48,6 +48,11 @@ impl Finding {
         Self { outcome: holds.into(), measured: None, why: why.into() }
     }
 
+    /// What cannot be told.
+    pub(super) fn open(why: impl Into<String>) -> Self {
+        Self { outcome: Outcome::Inconclusive, measured: None, why: why.into() }
+    }
+
     pub(super) fn measured(self, x: impl Into<f64>) -> Self {
         Self { measured: Some(x.into()), ..self }
     }
