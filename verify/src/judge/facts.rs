@@ -5,6 +5,7 @@ use super::diagnosis::Diagnosis;
 use super::exchange::{Exchange, LONGEST};
 use super::file::Body;
 use super::linear::Reach;
+use super::measured::MeasuredOrder;
 use super::real::Real;
 use super::repair::{Repair, Target};
 use super::tableau::Place;
@@ -24,6 +25,7 @@ impl Judgement {
     /// What the theory says, and defects that were measured, each with its label.
     pub fn facts(&self) -> Facts {
         let mut facts = self.theory.facts();
+        facts.extend(self.measured.iter().filter_map(MeasuredOrder::fact));
         if let Some(Ok(defects)) = &self.defects {
             let text = format!("symplecticity {:.1e}, symmetry {:.1e}", defects.symplectic, defects.symmetric);
             facts.push(("defects", text));
@@ -260,6 +262,13 @@ pub(super) fn length(x: f64, open: f64) -> String {
     // The uncertainty to one digit, and no digit of the length beyond it.
     let places = (-open.log10().floor()).max(0.0) as usize;
     format!("{x:.places$} ± {open:.places$}")
+}
+
+/// A number in so many decimals of its power of ten, or as many as its uncertainty leaves.
+pub(super) fn told(x: &Real, decimals: usize) -> String {
+    let supported = (x.to_f64().abs() / x.radius()).log10().floor();
+    let decimals = if supported < decimals as f64 { supported.max(0.0) as usize } else { decimals };
+    format!("{:.decimals$e}", x.to_f64())
 }
 
 pub(super) fn short(x: f64) -> String {

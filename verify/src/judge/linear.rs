@@ -177,7 +177,10 @@ impl StabilityFunction {
         match self.imaginary_reach() {
             Reach::Everything => Ok(()),
             Reach::UpTo { witness, .. } => Err(Unstable::At(Complex::new(0.0, witness))),
-            Reach::Open { .. } => Err(Unstable::Open),
+            Reach::Open { .. } => match self.real_reach() {
+                Reach::UpTo { witness, .. } => Err(Unstable::At(Complex::new(-witness, 0.0))),
+                _ => Err(Unstable::Open),
+            },
         }
     }
 

@@ -8,8 +8,9 @@ use super::verdict::{Kind, Verdict};
 use crate::evidence::{Check, Outcome, Requirement};
 use crate::experiment::energy_drift::{self as drift, Drift};
 use crate::kinds::Symplecticity;
+use crate::measure::decimal::uncertain;
 use crate::measure::norm::distance;
-use crate::measure::order::OrderFit;
+use crate::measure::order::{self, OrderFit};
 use crate::method::Traits;
 use crate::order::{Source, measure};
 use crate::problem;
@@ -22,6 +23,8 @@ pub struct MeasuredOrder {
     pub kind: &'static str,
     /// The problem.
     pub problem: &'static str,
+    /// Where theory has its order from, or why it has none.
+    pub from: &'static str,
     /// The order that theory gives there, and from which conditions.
     pub expected: Option<(f64, &'static str)>,
     /// The fit.
@@ -29,11 +32,11 @@ pub struct MeasuredOrder {
 }
 
 impl MeasuredOrder {
-    /// Theory and measurement agree, or they do not.
-    pub fn verdict(&self) -> Verdict {
+    /// Theory and measurement agree, or they do not; nothing where theory has no order and one is measured.
+    pub fn verdict(&self) -> Option<Verdict> {
         let (outcome, reason) = match (&self.result, self.expected) {
             (Ok(fit), Some((_, from))) => (fit.verdict.into(), format!("{}, from {from}", fit.reason)),
-            (Ok(fit), None) => (fit.verdict.into(), fit.reason.clone()),
+            (Ok(_), None) => return None,
             (Err(reason), _) => (Outcome::NotRun, reason.clone()),
         };
         let fit = self.result.as_ref().ok();
@@ -45,23 +48,43 @@ impl MeasuredOrder {
             required: fit.map(|fit| Requirement::Near(fit.expected.order, fit.expected.band)),
             reason,
         };
-        Verdict { kind: Kind::Run, subject: self.kind.into(), check }
+        Some(Verdict { kind: Kind::Run, subject: self.kind.into(), check })
+    }
+
+    /// What was measured where theory has no order.
+    pub(super) fn fact(&self) -> Option<(&'static str, String)> {
+        let fit = self.result.as_ref().ok().filter(|_| self.expected.is_none())?;
+        let told = match (fit.verdict, fit.line) {
+            (order::Verdict::Measured, Some(line)) => format!("order {}", uncertain(line.slope, line.stderr)),
+            _ => fit.reason.clone(),
+        };
+        Some((self.kind, format!("{told} on {}, where theory has none: {}", self.problem, self.from)))
     }
 }
 
 /// The orders of `method` where its theory has them measured.
 pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> {
     let run = |Trial { kind, name, plan }: Trial| {
-        let measured = plan.and_then(|Plan { problem, order, from }| {
-            let method = method.expected(order);
+        let from = plan.as_ref().map_or("", |plan| plan.from);
+        let measured = plan.and_then(|Plan { problem, order, .. }| {
+            let method = order.map_or_else(|| method.unexpected(), |order| method.expected(order));
             let truth = Source::default_for(&*problem, &method).truth(&*problem, &method);
             let fit = measure(&*problem, &method, truth).map_err(|error| error.to_string())?;
-            Ok((from, fit.of_equations_in_general()))
+            Ok(match order {
+                Some(_) => (true, fit.of_equations_in_general()),
+                None => (false, freely(&fit)),
+            })
         });
-        let expected = measured.as_ref().ok().map(|(from, fit)| (fit.expected.order, *from));
-        MeasuredOrder { kind, problem: name, expected, result: measured.map(|(_, fit)| fit) }
+        let expected = measured.as_ref().ok().filter(|(known, _)| *known).map(|(_, fit)| (fit.expected.order, from));
+        MeasuredOrder { kind, problem: name, from, expected, result: measured.map(|(_, fit)| fit) }
     };
     theory.trials().into_par_iter().map(run).collect()
+}
+
+/// The same errors without an order that they should have.
+fn freely(fit: &OrderFit) -> OrderFit {
+    let samples: Vec<_> = fit.kept.iter().chain(fit.dropped.iter().map(|(sample, _)| sample)).cloned().collect();
+    order::fit_freely(&samples, fit.expected.band)
 }
 
 /// Step of the measured defects: large, so that what is no symmetry is far above roundoff.
@@ -173,7 +196,8 @@ const LONG: (&str, f64, u64) = ("henon-heiles", 0.25, 4000);
 pub(super) fn energy(method: &FileMethod) -> Result<Drift, String> {
     let (name, h, steps) = LONG;
     let problem = problem::build(name, &[]).map_err(|error| error.to_string())?;
-    Drift::of((name, &*problem), method, h, steps).map_err(|error| error.to_string())
+    Drift::of((name, &*problem), method, h, steps)
+        .map_err(|error| format!("the run of h = {h} on {name} breaks off, so that its drift is not told: {error}"))
 }
 
 /// What is symplectic or symmetric does not drift there, and what is neither has to.

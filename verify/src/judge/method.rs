@@ -41,6 +41,12 @@ impl FileMethod {
         Self { traits: Traits { order, ..self.traits.clone() }, ..self.clone() }
     }
 
+    /// The same for a look at what its order is at hλ ≫ 1: step sizes are those of any method that has one there.
+    pub(super) fn unexpected(&self) -> Self {
+        const ANY: u32 = 2;
+        Self { traits: Traits { order: ANY, stiff_order: Some(ANY), ..self.traits.clone() }, ..self.clone() }
+    }
+
     /// Its integrator of any field.
     ///
     /// # Errors

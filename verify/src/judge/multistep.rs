@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix, Schur};
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::evidence::{coefficient_row, region, table};
-use super::facts::{Facts, length, short};
+use super::facts::{Facts, length, short, told};
 use super::polynomial::{ITERATIONS, Polynomial, Sign, first_negative, simultaneous};
 use super::problem::{Autonomous, Linear, NonAutonomous};
 use super::real::Real;
@@ -238,9 +238,7 @@ impl MultistepTheory {
             Sign::NegativeFrom { at, .. } => {
                 let z = self.locus(angle(at));
                 let place = format!("{:.5} {:+.5}i", z.re, z.im);
-                Err(NotAStable::Because(format!(
-                    "the root locus enters the left half-plane: |ζ| = 1 at hλ = {place}"
-                )))
+                Err(NotAStable::Because(format!("the root locus enters the left half-plane: |ζ| = 1 at hλ = {place}")))
             }
         }
     }
@@ -363,8 +361,8 @@ impl Analysis for MultistepTheory {
     }
 
     fn facts(&self) -> Facts {
-        let constant = &self.constants[self.order as usize + 1..].first().map_or(0.0, Real::to_f64);
-        let order = format!("{}, error constant {constant:.4e}", self.order);
+        let constant = self.constants.get(self.order as usize + 1).map_or_else(|| "0".into(), |c| told(c, 4));
+        let order = format!("{}, error constant {constant}", self.order);
         let zero = match self.zero {
             Roots::Stable => "the root condition holds".into(),
             Roots::Outside(z) => format!("ρ has the root {:.5} {:+.5}i, |ζ| = {:.5}", z.re, z.im, z.norm()),
@@ -391,22 +389,13 @@ impl Analysis for MultistepTheory {
                 let radius = || self.constants[..first as usize].iter().map(Real::radius).largest();
                 let why = match self.constants.get(first as usize) {
                     Some(c) if self.constants.iter().take(1).all(|c| !c.may_be_zero()) => {
-                        format!(
-                            "C_0 = {:.4e} does not vanish, and C_1 is {:.4e}",
-                            self.constants[0].to_f64(),
-                            c.to_f64()
-                        )
+                        format!("C_0 = {} does not vanish, and C_1 is {}", told(&self.constants[0], 4), told(c, 4))
                     }
                     Some(c) if self.order == 0 => {
-                        format!("C_0 vanishes to within {:.0e}, C_1 = {:.4e}", radius(), c.to_f64())
+                        format!("C_0 vanishes to within {:.0e}, C_1 = {}", radius(), told(c, 4))
                     }
                     Some(c) => {
-                        format!(
-                            "C_0 to C_{} vanish to within {:.0e}, C_{first} = {:.4e}",
-                            self.order,
-                            radius(),
-                            c.to_f64()
-                        )
+                        format!("C_0 to C_{} vanish to within {:.0e}, C_{first} = {}", self.order, radius(), told(c, 4))
                     }
                     None => format!("all constants looked at vanish, to C_{MOST}"),
                 };
@@ -530,7 +519,7 @@ impl Analysis for MultistepTheory {
         let window = Window { horizon: 2.0, coarsest: 0.25_f64.min(0.4 / k) };
         let none = |reason: &str| Trial { kind: "stiff", name: "prothero-robinson", plan: Err(reason.into()) };
         let stiff = match self.alpha {
-            Some(_) if self.infinity < 0.95 && self.order <= 2 => Trial::stiff(order, from),
+            Some(_) if self.infinity < 0.95 && self.order <= 2 => Trial::stiff(Some(order), from),
             Some(_) if self.infinity < 0.95 => none("the errors, divided by λ, are at roundoff before they settle"),
             _ => none("hλ must stay of order 1, or nothing damps: the errors are no power of h there"),
         };

@@ -257,11 +257,11 @@ impl Polynomial {
     }
 }
 
-/// No root is larger (Fujiwara).
+/// More than any root (Fujiwara), by some roundings.
 fn bound(c: &[f64]) -> f64 {
     let n = c.len() - 1;
     let of = |k: usize| ((c[n - k] / c[n]).abs() * if k == n { 0.5 } else { 1.0 }).powf(1.0 / k as f64);
-    2.0 * (1..=n).map(of).largest()
+    2.001 * (1..=n).map(of).largest()
 }
 
 /// Where on x > 0 the product of `factors` is first negative. A double root, where it only touches zero, does not end what is not
@@ -285,8 +285,9 @@ pub(super) fn first_negative(factors: &[Polynomial]) -> Sign {
     changes.sort_by(f64::total_cmp);
     let ends = changes.iter().copied().chain([f64::INFINITY]);
     for (left, right) in [0.0].into_iter().chain(changes.iter().copied()).zip(ends) {
-        let sign = probable(between(left, right, 0));
-        let Some(at) = (0..=PROBES).map(|k| between(left, right, k)).find(|x| sign != 0 && certain(*x) == sign) else {
+        let probes = (0..=PROBES).map(|k| between(left, right, k));
+        let decided = probes.map(|x| (x, probable(x))).find(|(x, sign)| *sign != 0 && certain(*x) == *sign);
+        let Some((at, sign)) = decided else {
             // Zeros of two factors at one place, or a double one.
             if right <= left * (1.0 + TOUCH) {
                 continue;
@@ -394,6 +395,16 @@ mod tests {
         assert_eq!(changes.len(), 20, "{changes:?}");
         for (n, x) in (1..).zip(changes) {
             assert!((x - f64::from(n)).abs() < 1e-14 * f64::from(n), "{x}");
+        }
+    }
+
+    /// The bound on roots is the root itself where there is no other.
+    #[test]
+    fn the_root_of_a_line_is_found() {
+        for n in 1..100 {
+            let line = Polynomial::new(vec![Real::double(0.1), -&(&Real::one() / &Real::from(n))]);
+            let x = 0.1 * n as f64;
+            assert!(matches!(line.changes()[..], [y] if (y - x).abs() < 1e-15 * x), "{n}: {:?}", line.changes());
         }
     }
 

@@ -5,7 +5,7 @@ use lsvi::{InputError, Integrator, VectorField};
 
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
-use super::facts::{Facts, length, order as order_fact, reach, short};
+use super::facts::{Facts, length, order as order_fact, reach, short, told};
 use super::linear::{Reach, SeriesOrder, Unstable};
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
@@ -60,8 +60,10 @@ impl Analysis for Theory {
             _ if matches!(self.negative, Reach::UpTo { end: 0.0, .. }) => Stability::Unstable,
             _ => Stability::Conditional,
         };
+        let stiff_order = self.stiff_order();
         Traits {
-            stiff_order: self.stiff_order(),
+            stiff_order: stiff_order.map(|(order, _)| order),
+            divides_by_rate: stiff_order.is_none_or(|(_, divides)| divides),
             symplectic: match self.symplectic_defect {
                 None => Symplecticity::Always,
                 Some(_) => Symplecticity::Never,
@@ -128,23 +130,27 @@ impl Analysis for Theory {
 }
 
 impl Theory {
-    /// Prothero and Robinson's problem, where theory has an order for hλ ≫ 1.
+    /// Prothero and Robinson's problem, where theory has an order for hλ ≫ 1, and where it has none, to see what it is.
     fn stiff(&self) -> Trial {
-        let none = |reason: &str| Trial { kind: "stiff", name: "prothero-robinson", plan: Err(reason.into()) };
         if !self.alpha.is_some_and(|alpha| alpha > 0.0) {
-            return none("not the whole negative axis is in the region of stability: hλ must stay of order 1");
+            let why = "not the whole negative axis is in the region of stability: hλ must stay of order 1";
+            return Trial { kind: "stiff", name: "prothero-robinson", plan: Err(why.into()) };
         }
-        if self.stiff_order().is_none() {
-            return none("A is singular or R(∞) does not damp: the errors are no power of h there");
+        match self.stiff_order() {
+            Some(_) => Trial::stiff(Some(self.order_in_time), "the defects of the stages"),
+            None => Trial::stiff(None, "A is singular or R(∞) does not damp"),
         }
-        Trial::stiff(self.order_in_time, "the defects of the stages")
     }
 
     fn described(&self) -> Facts {
         let theory = self;
-        let follows = match theory.order_found() > theory.main.order {
-            true => format!("{} or more, by Butcher's simplifying assumptions", theory.order_found()),
-            false => order_fact(&theory.main),
+        let (found, most) = (theory.order_found(), theory.most());
+        let follows = match () {
+            () if found == most && theory.all_hold() => {
+                format!("{found}, the most that {} can have", counted(theory.numbers.stages(), "stage"))
+            }
+            () if found > theory.main.order => format!("{found} or more, by Butcher's simplifying assumptions"),
+            () => order_fact(&theory.main),
         };
         let mut facts = vec![("order", follows)];
         if let Some(embedded) = &theory.embedded {
@@ -392,20 +398,27 @@ fn series_order(p: u32, found: SeriesOrder, what: &str) -> Finding {
             let why = format!("the error of the {what} has a term {constant:+.4e} (hω)^{}", order + 1);
             Finding::new(false, why).measured(order)
         }
-        SeriesOrder::Open { by, .. } => {
-            Finding::open(format!("too few digits: they leave the terms of the error of the {what} open by up to {by:.0e}"))
-        }
+        SeriesOrder::Open { by, .. } => Finding::open(format!(
+            "too few digits: they leave the terms of the error of the {what} open by up to {by:.0e}"
+        )),
     }
 }
 
-/// What the simplifying assumptions say of an order beyond the conditions that are made up: B(p), C(η) and D(ζ) imply order p for
-/// p ≤ η + ζ + 1 and p ≤ 2η + 2 (Butcher; \[HNW93\] II.7), and B(p) is necessary.
+/// What the simplifying assumptions say of an order at which the conditions end that are made up: B(p), C(η) and D(ζ) imply order p
+/// for p ≤ η + ζ + 1 and p ≤ 2η + 2 (Butcher; \[HNW93\] II.7), and B(p) is necessary. s stages have order 2s at most.
 fn butcher(p: u32, theory: &Theory) -> Option<Finding> {
     let (order, Simplifying { b, c, d }) = (theory.order_found(), theory.simplifying);
-    let decides = p > theory.main.forest.rule().most() && order > theory.main.order && (p <= order || order == b);
+    let is_all = order == b || order == theory.most();
+    let is_beyond = p > theory.main.forest.rule().most() || order > p;
+    let decides = theory.all_hold() && is_beyond && (p <= order || is_all);
     decides.then(|| {
-        let necessary =
-            if order == b { format!("; B({}) fails, which is necessary for more", b + 1) } else { String::new() };
+        let necessary = match () {
+            () if order == theory.most() => {
+                format!("; {} have no higher one", counted(theory.numbers.stages(), "stage"))
+            }
+            () if order == b => format!("; B({}) fails, which is necessary for more", b + 1),
+            () => String::new(),
+        };
         let why = format!("B({b}), C({c}) and D({d}) hold, from which order {order} follows{necessary}");
         Finding::new(p == order, why).measured(order)
     })
@@ -423,10 +436,10 @@ pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
         Some(first) => {
             let failing = weights.failing(p).count();
             format!(
-                "{failing} of {number} conditions on {name} fail, the first at order {}: {} is off by {:.3e}",
+                "{failing} of {number} conditions on {name} fail, the first at order {}: {} is off by {}",
                 first.order,
                 weights.formula(first.tree, name),
-                first.residual.to_f64()
+                told(&first.residual, 3)
             )
         }
         None if weights.order > p => {
@@ -435,12 +448,7 @@ pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
         None => {
             let next = weights.conditions.iter().find(|c| !c.holds());
             let then = next.map_or_else(String::new, |c| {
-                format!(
-                    "; of order {}, {} is off by {:.3e}",
-                    c.order,
-                    weights.formula(c.tree, name),
-                    c.residual.to_f64()
-                )
+                format!("; of order {}, {} is off by {}", c.order, weights.formula(c.tree, name), told(&c.residual, 3))
             });
             let conditions =
                 if number == 1 { "the condition holds".into() } else { format!("all {number} conditions hold") };
