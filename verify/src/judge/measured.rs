@@ -56,7 +56,7 @@ impl MeasuredOrder {
         let fit = self.result.as_ref().ok().filter(|_| self.expected.is_none())?;
         let told = match (fit.verdict, fit.line) {
             (order::Verdict::Measured, Some(line)) => format!("order {}", uncertain(line.slope, line.stderr)),
-            _ => fit.reason.clone(),
+            _ => format!("no order ({})", fit.reason),
         };
         Some((self.kind, format!("{told} on {}, where theory has none: {}", self.problem, self.from)))
     }

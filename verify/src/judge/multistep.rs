@@ -521,7 +521,8 @@ impl Analysis for MultistepTheory {
         let stiff = match self.alpha {
             Some(_) if self.infinity < 0.95 && self.order <= 2 => Trial::stiff(Some(order), from),
             Some(_) if self.infinity < 0.95 => none("the errors, divided by λ, are at roundoff before they settle"),
-            _ => none("hλ must stay of order 1, or nothing damps: the errors are no power of h there"),
+            Some(_) => Trial::stiff(None, "nothing damps for hλ → ∞"),
+            None => none("not the whole negative axis is in the region of stability: hλ must stay of order 1"),
         };
         let (nonlinear, in_time) = if self.order > 4 {
             let why = "its solution has a pole a time of 1 away: before the order settles, errors are at roundoff";

@@ -138,7 +138,8 @@ impl Theory {
         }
         match self.stiff_order() {
             Some(_) => Trial::stiff(Some(self.order_in_time), "the defects of the stages"),
-            None => Trial::stiff(None, "A is singular or R(∞) does not damp"),
+            None if self.stability.at_infinity().abs() > 0.95 => Trial::stiff(None, "R(∞) does not damp"),
+            None => Trial::stiff(None, "A is singular, or two terms of the error compete"),
         }
     }
 
