@@ -53,7 +53,7 @@ pub enum Property {
 pub struct Printed {
     /// The number.
     pub value: f64,
-    /// Places after the point.
+    /// Places after the point; `usize::MAX` where it is meant exactly.
     pub places: usize,
 }
 
@@ -87,7 +87,7 @@ impl Printed {
         };
         let words = match outcome {
             Outcome::Inconclusive => "; the digits given leave open whether that is enough".to_owned(),
-            _ if self.value <= end => String::new(),
+            _ if self.value <= end || least == self.value => String::new(),
             _ => format!("; {self}, to the digits claimed, is {} at least", plain(least)),
         };
         (outcome, words)
@@ -110,6 +110,18 @@ pub struct Claim {
     pub property: Property,
     /// Whether the claim is that the method has it not.
     pub denied: bool,
+}
+
+impl Property {
+    /// The same with its bound as a number and not as digits.
+    pub(super) fn exact(self) -> Self {
+        let exact = |bound: Printed| Printed { places: usize::MAX, ..bound };
+        match self {
+            Self::AlphaStable(angle) => Self::AlphaStable(exact(angle)),
+            Self::ImaginaryInterval(y) => Self::ImaginaryInterval(exact(y)),
+            other => other,
+        }
+    }
 }
 
 impl Claim {

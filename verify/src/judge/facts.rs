@@ -227,9 +227,10 @@ pub(super) fn order(weights: &WeightsTheory) -> String {
     let failing = weights.conditions.iter().find(|c| !c.holds());
     match (failing, weights.error_norm) {
         (Some(first), Some(norm)) => format!(
-            "{}; first failing tree {}, principal error {norm:.3e}",
+            "{}; first failing tree {}, principal error {}",
             weights.order,
-            weights.forest.brackets(first.tree)
+            weights.forest.brackets(first.tree),
+            told(&Real::double(norm).widened(first.residual.radius()), 3)
         ),
         _ => format!("{} or more: every condition looked at holds", weights.order),
     }

@@ -20,7 +20,8 @@ fn fact(judgement: &Judgement, wanted: &str) -> String {
 
 fn claim(text: &str, claim: &str) -> (Outcome, String) {
     let judgement = judge(&format!("note = \"made\"\nclaims = [\"{claim}\"]\n{text}"), Effort::Theory);
-    let check = &judgement.verdicts[0].check;
+    let verdict = judgement.verdicts.iter().find(|verdict| verdict.subject.replace('°', "") == claim);
+    let check = &verdict.expect(claim).check;
     (check.outcome, check.reason.clone())
 }
 
@@ -74,6 +75,9 @@ fn few_digits_bound_an_interval_and_do_not_lengthen_it() {
         assert_eq!((outcome("A-stable"), outcome("A(0)-stable")), (Outcome::Fail, Outcome::Fail));
         assert_eq!(outcome("stable on the imaginary axis to 2.8"), Outcome::Inconclusive);
     }
+    // A number has no more digits than the coefficients.
+    let order = fact(&judge(&rounded(2), Effort::Theory), "order");
+    assert!(order.ends_with("principal error 2e-2"), "{order}");
     let judgement = judge(&rounded(8), Effort::Theory);
     assert!(fact(&judgement, "axes").starts_with("negative axis to 2.7853; imaginary axis to 2.8284"));
 }
@@ -112,7 +116,7 @@ fn adams_and_bashforth_are_stable_however_short_the_interval() {
         let stability = fact(&found, "stability");
         let end = stability.strip_prefix("negative axis to ").and_then(|rest| rest.split(';').next());
         let end: f64 = end.expect(&stability).parse().expect("a number");
-        assert!((end / known - 1.0).abs() < 2e-4, "{k}: {end} is not {known}");
+        assert!((end / known - 1.0).abs() < 5e-4, "{k}: {end} is not {known}");
     }
 }
 
@@ -140,6 +144,10 @@ fn bounds_are_claimed_to_the_digits_that_they_print() {
         assert_eq!((passes, refuted), (Outcome::Pass, Outcome::Fail), "{why}; {because}");
         assert!(because.contains("to the digits claimed"), "{because}");
     }
+    // A denial is of the number itself.
+    for (denied, outcome) in [("not A(86.04)-stable", Outcome::Pass), ("not A(86.03)-stable", Outcome::Fail)] {
+        assert_eq!(claim(&bdf3, denied).0, outcome, "{denied}");
+    }
     let (_, why) = claim(RK4, &axis("2.83"));
     assert!(why.ends_with("; 2.83, to the digits claimed, is 2.825 at least"), "{why}");
 }
@@ -148,7 +156,9 @@ fn bounds_are_claimed_to_the_digits_that_they_print() {
 /// (\[HW96\] IV.15).
 #[test]
 fn the_stiff_order_is_measured_where_no_theory_has_it() {
-    for (name, order) in [("gauss2", 2.0), ("gauss3", 4.0), ("gauss4", 4.0), ("lobatto-iiia3", 2.0)] {
+    for (name, order) in
+        [("gauss2", 2.0), ("gauss3", 4.0), ("gauss4", 4.0), ("lobatto-iiib3", 2.0), ("lobatto-iiie3", 2.0)]
+    {
         let judgement = judge(&shipped(name), Effort::Runs);
         let stiff = judgement.measured.iter().find(|measured| measured.kind == "stiff").expect("it is run");
         let fit = stiff.result.as_ref().expect("a fit");
