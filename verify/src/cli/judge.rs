@@ -62,6 +62,16 @@ stages. Those that mend everything are proposed. b and b_hat that look
 interchanged are told, and an order on separable systems alone. The orders of
 live runs are judged as by `order`.
 
+What THEORY tells, of a method of order p:
+  error constant          C_(p+1) divided by sigma(1), the sum of the slopes
+  principal error         root of the sum of squares of the residuals of order
+                          p + 1, each divided by the symmetry of its tree
+  dispersion, dissipation arg R(iy) - y and |R(iy)| - 1: constant y^(order + 1);
+                          a dissipation below 0 damps, one above 0 amplifies
+  axes                    the interval from 0 on which |R| <= 1, with what it is
+                          uncertain by where coefficients have few digits
+A claim of a bound, as A(86.0)-stable, is taken to half a unit of its last digit.
+
 A program is what `order --program` takes, and its header is t and the names of
 the components, t,v on logistic (`verify list problems` shows them all); it is
 run on logistic, damped-pendulum, van-der-pol and, for wrong stage times,

@@ -126,14 +126,14 @@ pub struct Trial {
     pub plan: Result<Plan, String>,
 }
 
-/// A problem and the order that theory has there.
+/// A problem and the order that theory has there, if it has.
 #[derive(Debug)]
 pub struct Plan {
     /// The problem.
     pub problem: Box<dyn Problem>,
-    /// The order.
-    pub order: u32,
-    /// Where that comes from.
+    /// The order, where theory has one.
+    pub order: Option<u32>,
+    /// Where that comes from, or why there is none.
     pub from: &'static str,
 }
 
@@ -146,7 +146,7 @@ impl Trial {
         order: u32,
         from: &'static str,
     ) -> Self {
-        Self { kind, name, plan: Ok(Plan { problem: Box::new(problem), order, from }) }
+        Self { kind, name, plan: Ok(Plan { problem: Box::new(problem), order: Some(order), from }) }
     }
 
     /// The order on a problem of the registry.
@@ -157,12 +157,21 @@ impl Trial {
         order: u32,
         from: &'static str,
     ) -> Self {
-        let problem = problem::build(name, set).map_err(|error| error.to_string());
-        Self { kind, name, plan: problem.map(|problem| Plan { problem, order, from }) }
+        Self { kind, name, plan: Plan::on(name, set, Some(order), from) }
     }
 
     /// Prothero and Robinson's problem, so stiff that terms in 1/(hλ) are small beside the leading one at every step size.
-    pub(super) fn stiff(order: u32, from: &'static str) -> Self {
-        Self::on("stiff", "prothero-robinson", &[("lambda".to_owned(), "1e6".to_owned())], order, from)
+    pub(super) fn stiff(order: Option<u32>, from: &'static str) -> Self {
+        // Where nothing damps, 1/hλ adds up over the steps of a run; where errors are divided by λ, more is soon at roundoff.
+        let lambda = if order.is_some() { "1e6" } else { "1e7" };
+        let (name, set) = ("prothero-robinson", [("lambda".to_owned(), lambda.to_owned())]);
+        Self { kind: "stiff", name, plan: Plan::on(name, &set, order, from) }
+    }
+}
+
+impl Plan {
+    fn on(name: &str, set: &[(String, String)], order: Option<u32>, from: &'static str) -> Result<Self, String> {
+        let problem = problem::build(name, set).map_err(|error| error.to_string())?;
+        Ok(Self { problem, order, from })
     }
 }

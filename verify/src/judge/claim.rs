@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use crate::evidence::Outcome;
+use crate::measure::decimal::plain;
+
 /// The claims that can be judged, for a hint.
 pub(super) const FORMS: &str = "claims are texts like \"order 4\", \"embedded order 3\", \"stage order 2\", \"explicit\", \"implicit\", \
      \"diagonally implicit\", \"A-stable\", \"A(88)-stable\", \"L-stable\", \"algebraically stable\", \"stiffly accurate\", \
@@ -24,7 +27,7 @@ pub enum Property {
     /// |R| ≤ 1 in the left half-plane.
     AStable,
     /// |R| ≤ 1 in a sector about the negative axis, of this half-angle in degrees; of 0, in some sector.
-    AlphaStable(f64),
+    AlphaStable(Printed),
     /// A-stable, and R(∞) = 0.
     LStable,
     /// b ≥ 0 and B A + Aᵀ B − b bᵀ ≥ 0.
@@ -40,9 +43,64 @@ pub enum Property {
     /// Order of the amplitude error on oscillations.
     DissipationOrder(u32),
     /// |R(iy)| ≤ 1 for |y| up to this bound.
-    ImaginaryInterval(f64),
+    ImaginaryInterval(Printed),
     /// Roots of ρ in the closed unit disc, those on its rim simple.
     ZeroStable,
+}
+
+/// A bound as a claim prints it, rounded to so many places after the point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Printed {
+    /// The number.
+    pub value: f64,
+    /// Places after the point; `usize::MAX` where it is meant exactly.
+    pub places: usize,
+}
+
+impl Printed {
+    fn parse(text: &str) -> Option<Self> {
+        let text = text.trim();
+        let value = text.parse().ok()?;
+        // What has an exponent is taken as exact.
+        let places = text.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+        let places = if text.contains(['e', 'E']) { usize::MAX } else { places };
+        Some(Self { value, places })
+    }
+
+    /// The least number that is rounded to it.
+    fn least(self) -> f64 {
+        match i32::try_from(self.places) {
+            Ok(places) if self.value > 0.0 => self.value - 0.5 * 10_f64.powi(-places),
+            _ => self.value,
+        }
+    }
+
+    /// Whether what ends at `end`, to within `open`, reaches so far, and in words how the claim is taken where that matters.
+    pub(super) fn is_reached(self, end: f64, open: f64) -> (Outcome, String) {
+        let least = self.least();
+        // What the number itself is uncertain by in double precision.
+        let open = open + 4.0 * f64::EPSILON * end.abs();
+        let outcome = match () {
+            () if least <= end - open => Outcome::Pass,
+            () if least > end + open => Outcome::Fail,
+            () => Outcome::Inconclusive,
+        };
+        let words = match outcome {
+            Outcome::Inconclusive => "; the digits given leave open whether that is enough".to_owned(),
+            _ if self.value <= end || least == self.value => String::new(),
+            _ => format!("; {self}, to the digits claimed, is {} at least", plain(least)),
+        };
+        (outcome, words)
+    }
+}
+
+impl fmt::Display for Printed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.places {
+            usize::MAX => write!(f, "{}", self.value),
+            places => write!(f, "{:.places$}", self.value),
+        }
+    }
 }
 
 /// A property, claimed or denied.
@@ -52,6 +110,18 @@ pub struct Claim {
     pub property: Property,
     /// Whether the claim is that the method has it not.
     pub denied: bool,
+}
+
+impl Property {
+    /// The same with its bound as a number and not as digits.
+    pub(super) fn exact(self) -> Self {
+        let exact = |bound: Printed| Printed { places: usize::MAX, ..bound };
+        match self {
+            Self::AlphaStable(angle) => Self::AlphaStable(exact(angle)),
+            Self::ImaginaryInterval(y) => Self::ImaginaryInterval(exact(y)),
+            other => other,
+        }
+    }
 }
 
 impl Claim {
@@ -120,11 +190,11 @@ fn property(text: &str) -> Option<Property> {
     if let Some(property) = orders.into_iter().find_map(|(prefix, make)| numbered(prefix).map(make)) {
         return Some(property);
     }
-    let number = |text: &str, most: f64| text.trim().parse::<f64>().ok().filter(|x| *x > 0.0 && *x <= most);
+    let number = |text: &str, most: f64| Printed::parse(text).filter(|x| x.value > 0.0 && x.value <= most);
     if let Some(angle) = text.strip_prefix("a(").and_then(|rest| rest.strip_suffix(")-stable")) {
         let angle = angle.trim_end_matches('°');
         // In some sector, however narrow.
-        let narrow = || angle.trim().parse::<f64>().is_ok_and(|angle| angle == 0.0).then_some(0.0);
+        let narrow = || Printed::parse(angle).filter(|angle| angle.value == 0.0);
         return number(angle, 90.0).or_else(narrow).map(Property::AlphaStable);
     }
     number(text.strip_prefix("stable on the imaginary axis to ")?, 1e6).map(Property::ImaginaryInterval)
@@ -156,5 +226,24 @@ impl fmt::Display for Property {
 impl fmt::Display for Claim {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}{}", if self.denied { "not " } else { "" }, self.property)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// √8 is 2.828427…: what rounds to more than that is too much, and what rounds to less is not.
+    #[test]
+    fn a_bound_is_claimed_to_the_digits_that_it_prints() {
+        let reached = |text: &str, open: f64| Printed::parse(text).expect(text).is_reached(8_f64.sqrt(), open).0;
+        for text in ["2", "2.8", "2.83", "2.828", "2.8284", "2.82843"] {
+            assert_eq!(reached(text, 0.0), Outcome::Pass, "{text}");
+        }
+        for text in ["2.829", "2.8285", "2.82844", "2.9", "3.5"] {
+            assert_eq!(reached(text, 0.0), Outcome::Fail, "{text}");
+        }
+        assert_eq!([reached("2.829", 0.01), reached("2.84", 0.01)], [Outcome::Inconclusive; 2]);
+        assert_eq!(Printed::parse("2.80").expect("a number").to_string(), "2.80");
     }
 }

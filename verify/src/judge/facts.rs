@@ -5,11 +5,12 @@ use super::diagnosis::Diagnosis;
 use super::exchange::{Exchange, LONGEST};
 use super::file::Body;
 use super::linear::Reach;
+use super::measured::MeasuredOrder;
 use super::real::Real;
 use super::repair::{Repair, Target};
 use super::tableau::Place;
 use super::theory::WeightsTheory;
-use crate::measure::decimal::trimmed;
+use crate::measure::decimal::{significant, trimmed};
 
 /// Labelled lines of text.
 pub type Facts = Vec<(&'static str, String)>;
@@ -24,6 +25,7 @@ impl Judgement {
     /// What the theory says, and defects that were measured, each with its label.
     pub fn facts(&self) -> Facts {
         let mut facts = self.theory.facts();
+        facts.extend(self.measured.iter().filter_map(MeasuredOrder::fact));
         if let Some(Ok(defects)) = &self.defects {
             let text = format!("symplecticity {:.1e}, symmetry {:.1e}", defects.symplectic, defects.symmetric);
             facts.push(("defects", text));
@@ -233,9 +235,10 @@ pub(super) fn order(weights: &WeightsTheory) -> String {
     let failing = weights.conditions.iter().find(|c| !c.holds());
     match (failing, weights.error_norm) {
         (Some(first), Some(norm)) => format!(
-            "{}; first failing tree {}, principal error {norm:.3e}",
+            "{}; first failing tree {}, principal error {}",
             weights.order,
-            weights.forest.brackets(first.tree)
+            weights.forest.brackets(first.tree),
+            told(&Real::double(norm).widened(first.residual.radius()), 3)
         ),
         _ => format!("{} or more: every condition looked at holds", weights.order),
     }
@@ -244,9 +247,37 @@ pub(super) fn order(weights: &WeightsTheory) -> String {
 pub(super) fn reach(reach: Reach, axis: &str) -> String {
     match reach {
         Reach::Everything => format!("all of the {axis} axis"),
-        Reach::UpTo { end: 0.0, .. } => format!("nothing of the {axis} axis"),
-        Reach::UpTo { end, .. } => format!("{axis} axis to {end:.4}"),
+        Reach::UpTo { end: 0.0, open, .. } if open < VISIBLE => format!("nothing of the {axis} axis"),
+        Reach::UpTo { end: 0.0, open, .. } => {
+            format!("{axis} axis to less than {}, which few digits leave open", significant(open, 2))
+        }
+        Reach::UpTo { end, open, .. } => format!("{axis} axis to {}", length(end, open)),
+        Reach::Open { to: 0.0 } => format!("what is stable of the {axis} axis is open for the digits given"),
+        Reach::Open { to } => {
+            format!("{axis} axis to {} at least, which few digits leave open", significant(to, 2))
+        }
     }
+}
+
+/// What is not zero in four decimals.
+const VISIBLE: f64 = 5e-5;
+
+/// A length to four decimals, or as many digits as are not uncertain, with what they are uncertain by.
+pub(super) fn length(x: f64, open: f64) -> String {
+    let least = if x < 0.1 { 4 - x.log10().ceil() as i32 } else { 4 };
+    if open <= 0.5 * 10_f64.powi(-least) {
+        return format!("{x:.*}", least as usize);
+    }
+    // The uncertainty to one digit, and no digit of the length beyond it.
+    let places = (-open.log10().floor()).max(0.0) as usize;
+    format!("{x:.places$} ± {open:.places$}")
+}
+
+/// A number in so many decimals of its power of ten, or as many as its uncertainty leaves.
+pub(super) fn told(x: &Real, decimals: usize) -> String {
+    let supported = (x.to_f64().abs() / x.radius()).log10().floor();
+    let decimals = if supported < decimals as f64 { supported.max(0.0) as usize } else { decimals };
+    format!("{:.decimals$e}", x.to_f64())
 }
 
 pub(super) fn short(x: f64) -> String {

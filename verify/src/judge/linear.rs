@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::polynomial::{Polynomial, Sign};
+use super::polynomial::{Polynomial, Sign, first_negative};
 use super::real::{Real, dot};
 use super::tableau::Numbers;
 use crate::measure::norm::{Extremes, larger};
@@ -16,9 +16,49 @@ pub enum Reach {
     UpTo {
         /// The end of the interval.
         end: f64,
+        /// How far off it may be for the digits that the coefficients have.
+        open: f64,
         /// A point beyond it where |R| > 1.
         witness: f64,
     },
+    /// Up to this |z| at least; of what is beyond, the digits do not tell.
+    Open {
+        /// The end of what is certain.
+        to: f64,
+    },
+}
+
+impl Reach {
+    fn of(sign: Sign) -> Self {
+        match sign {
+            Sign::NonNegative => Self::Everything,
+            Sign::NegativeFrom { from, open, at } => Self::UpTo { end: from, open, witness: at },
+            Sign::Open { to } => Self::Open { to },
+        }
+    }
+
+    /// Of |z| where it is one of |z|².
+    fn rooted(self) -> Self {
+        match self {
+            Self::Everything => Self::Everything,
+            Self::UpTo { end, open, witness } => {
+                let (of_square, end) = (open, end.sqrt());
+                // √(e² + x) − e without its cancellation.
+                let open = of_square / ((end * end + of_square).sqrt() + end);
+                Self::UpTo { end, open, witness: witness.sqrt() }
+            }
+            Self::Open { to } => Self::Open { to: to.sqrt() },
+        }
+    }
+}
+
+/// Why a method is not A-stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unstable {
+    /// A point in the closed left half-plane with |R| > 1, or a pole.
+    At(Complex<f64>),
+    /// The digits do not tell whether it is.
+    Open,
 }
 
 /// The stability function R = N/D.
@@ -116,33 +156,31 @@ impl StabilityFunction {
 
     /// How far |R(iy)| ≤ 1.
     pub fn imaginary_reach(&self) -> Reach {
-        match self.margin().sign() {
-            Sign::NonNegative => Reach::Everything,
-            Sign::NegativeFrom { from, at } => Reach::UpTo { end: from.sqrt(), witness: at.sqrt() },
-        }
+        Reach::of(first_negative(&[self.margin()])).rooted()
     }
 
-    /// How far |R(−x)| ≤ 1.
+    /// How far |R(−x)| ≤ 1: D² − N² in factors, which have half its degree each, and none of its double roots twice.
     pub fn real_reach(&self) -> Reach {
         let (n, d) = (self.numerator.mirrored(), self.denominator.mirrored());
-        match d.times(&d).minus(&n.times(&n)).sign() {
-            Sign::NonNegative => Reach::Everything,
-            Sign::NegativeFrom { from, at } => Reach::UpTo { end: from, witness: at },
-        }
+        Reach::of(first_negative(&[d.minus(&n), d.plus(&n)]))
     }
 
     /// |R| ≤ 1 in the left half-plane, or a point there where it is not: bounded on the imaginary axis, no pole to the left of
     /// it, and bounded at infinity, by the maximum principle.
     ///
     /// # Errors
-    /// A point in the closed left half-plane with |R| > 1.
-    pub fn is_a_stable(&self) -> Result<(), Complex<f64>> {
+    /// A point in the closed left half-plane with |R| > 1, or that there may be one.
+    pub fn is_a_stable(&self) -> Result<(), Unstable> {
         if let Some(pole) = self.poles().into_iter().find(|z| z.re <= 0.0) {
-            return Err(pole);
+            return Err(Unstable::At(pole));
         }
         match self.imaginary_reach() {
             Reach::Everything => Ok(()),
-            Reach::UpTo { witness, .. } => Err(Complex::new(0.0, witness)),
+            Reach::UpTo { witness, .. } => Err(Unstable::At(Complex::new(0.0, witness))),
+            Reach::Open { .. } => match self.real_reach() {
+                Reach::UpTo { witness, .. } => Err(Unstable::At(Complex::new(-witness, 0.0))),
+                _ => Err(Unstable::Open),
+            },
         }
     }
 
@@ -159,15 +197,44 @@ impl StabilityFunction {
             let direction = Complex::from_polar(1.0, std::f64::consts::PI - degrees.to_radians());
             (-160..=240).map(|k| self.at(direction * 10_f64.powf(f64::from(k) / 40.0)).norm()).largest()
         };
-        // Roundoff of R where it is 1 is far below this, and |R| − 1 beyond the angle soon above.
-        let is_stable = |degrees: f64| worst(degrees) <= 1.0 + 1e-12;
-        let first = (1..=180).map(|k| 0.5 * f64::from(k)).find(|degrees| !is_stable(*degrees)).unwrap_or(90.0);
-        let (mut low, mut high) = (first - 0.5, first);
+        // Roundoff of R where it is 1 is far below this. Between two of these points |R| may exceed 1 still.
+        let is_stable = |degrees: f64| {
+            worst(degrees) <= 1.0 + 1e-12
+                && !matches!(first_negative(&[self.margin_on_ray(degrees)]), Sign::NegativeFrom { .. })
+        };
+        let first = (1..=180).map(|k| 0.5 * f64::from(k)).find(|degrees| worst(*degrees) > 1.0 + 1e-12);
+        let mut high = first.unwrap_or(90.0);
+        let mut low = high - 0.5;
+        while low > 0.0 && !is_stable(low) {
+            (low, high) = (low - 0.5, low);
+        }
         while high - low > 0.002 {
             let middle = 0.5 * (low + high);
             if is_stable(middle) { low = middle } else { high = middle }
         }
         Some(low)
+    }
+
+    /// |D|² − |N|² at z = −r e^{iφ}, a polynomial in r, for φ in degrees: |Σ p_k zᵏ|² = Σ p_j p_k (−r)^{j+k} cos (j − k)φ.
+    fn margin_on_ray(&self, degrees: f64) -> Polynomial {
+        let most = self.numerator.coefficients().len().max(self.denominator.coefficients().len());
+        let mut cosines = vec![Real::one(), Real::double(degrees.to_radians().cos())];
+        while cosines.len() < most {
+            let m = cosines.len();
+            cosines.push(&(&(&Real::from(2) * &cosines[1]) * &cosines[m - 1]) - &cosines[m - 2]);
+        }
+        let square = |p: &Polynomial| {
+            let p = p.mirrored();
+            let c = p.coefficients();
+            let mut out = vec![Real::zero(); (2 * c.len()).saturating_sub(1)];
+            for (j, a) in c.iter().enumerate() {
+                for (k, b) in c.iter().enumerate() {
+                    out[j + k] = &out[j + k] + &(&(a * b) * &cosines[j.abs_diff(k)]);
+                }
+            }
+            Polynomial::new(out)
+        };
+        square(&self.denominator).minus(&square(&self.numerator))
     }
 
     /// Orders on v̇ = λ v of the method (A, `b`) that R belongs to: of the solution, and on oscillations of phase (dispersion) and amplitude
@@ -180,11 +247,6 @@ impl StabilityFunction {
             SeriesOrder::of(terms.filter(|(k, _)| parity.is_none_or(|odd| k % 2 == odd)))
         };
         LinearOrders { solution: of(None), dispersion: of(Some(1)).on_axis(), dissipation: of(Some(0)).on_axis() }
-    }
-
-    /// Whether |R| > 1 at z certainly, which is what a counterexample has to show.
-    pub fn exceeds_one_at(&self, y: f64) -> bool {
-        self.margin().at(&Real::double(y * y)).is_negative()
     }
 }
 
@@ -440,6 +502,28 @@ mod tests {
         };
         for scale in [1.0, 1e-3, 1e2] {
             assert!((alpha(scale) - 88.23).abs() < 0.01, "{scale}: {}", alpha(scale));
+        }
+    }
+
+    /// Nothing above 1 in the sector, however finely it is looked at, and something just outside of it.
+    #[test]
+    fn the_sector_of_stability_ends_where_the_stability_function_leaves_the_unit_disc() {
+        for degree in [3, 4, 5] {
+            let mut factorial = Real::one();
+            let mut coefficients = vec![Real::one()];
+            for k in 1..=degree {
+                factorial = &factorial * &Real::from(-k);
+                coefficients.push(&Real::one() / &factorial);
+            }
+            let (numerator, denominator) = (Polynomial::new(vec![Real::one()]), Polynomial::new(coefficients));
+            let pade = StabilityFunction { numerator, denominator };
+            let alpha = pade.alpha().expect("stable on the negative axis");
+            let largest = |degrees: f64| {
+                let direction = Complex::from_polar(1.0, std::f64::consts::PI - degrees.to_radians());
+                (0..40_000).map(|k| pade.at(direction * (0.01 * 1.000_3_f64.powi(k))).norm()).largest()
+            };
+            let (inside, outside) = (largest(alpha), largest(alpha + 0.004));
+            assert!(inside <= 1.0 + 1e-12 && outside > 1.0, "{degree}: {alpha}, {inside:e}, {outside:e}");
         }
     }
 }

@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use super::analysis::{Analysis, Plan, Trial};
 use super::method::FileMethod;
-use super::verdict::{self, Kind};
+use super::verdict::{Kind, Verdict};
 use crate::evidence::{Check, Outcome, Requirement};
 use crate::experiment::energy_drift::{self as drift, Drift};
 use crate::kinds::Symplecticity;
+use crate::measure::decimal::uncertain;
 use crate::measure::norm::distance;
-use crate::measure::order::{OrderFit, Sample, Verdict};
+use crate::measure::order::{self, OrderFit, Sample};
 use crate::method::Traits;
 use crate::order::{Source, measure};
 use crate::problem;
@@ -22,6 +23,8 @@ pub struct MeasuredOrder {
     pub kind: &'static str,
     /// The problem.
     pub problem: &'static str,
+    /// Where theory has its order from, or why it has none.
+    pub from: &'static str,
     /// The order that theory gives there, and from which conditions.
     pub expected: Option<(f64, &'static str)>,
     /// The fit.
@@ -29,11 +32,11 @@ pub struct MeasuredOrder {
 }
 
 impl MeasuredOrder {
-    /// Theory and measurement agree, or they do not.
-    pub fn verdict(&self) -> verdict::Verdict {
+    /// Theory and measurement agree, or they do not; nothing where theory has no order and one is measured.
+    pub fn verdict(&self) -> Option<Verdict> {
         let (outcome, reason) = match (&self.result, self.expected) {
             (Ok(fit), Some((_, from))) => (fit.verdict.into(), format!("{}, from {from}", fit.reason)),
-            (Ok(fit), None) => (fit.verdict.into(), fit.reason.clone()),
+            (Ok(_), None) => return None,
             (Err(reason), _) => (Outcome::NotRun, reason.clone()),
         };
         let fit = self.result.as_ref().ok();
@@ -45,21 +48,35 @@ impl MeasuredOrder {
             required: fit.map(|fit| Requirement::Near(fit.expected.order, fit.expected.band)),
             reason,
         };
-        verdict::Verdict { kind: Kind::Run, subject: self.kind.into(), check }
+        Some(Verdict { kind: Kind::Run, subject: self.kind.into(), check })
+    }
+
+    /// What was measured where theory has no order.
+    pub(super) fn fact(&self) -> Option<(&'static str, String)> {
+        let fit = self.result.as_ref().ok().filter(|_| self.expected.is_none())?;
+        let told = match (fit.verdict, fit.line) {
+            (order::Verdict::Measured, Some(line)) => format!("order {}", uncertain(line.slope, line.stderr)),
+            _ => format!("no order ({})", fit.reason),
+        };
+        Some((self.kind, format!("{told} on {}, where theory has none: {}", self.problem, self.from)))
     }
 }
 
 /// The orders of `method` where its theory has them measured.
 pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> {
     let run = |Trial { kind, name, plan }: Trial| {
-        let measured = plan.and_then(|Plan { problem, order, from }| {
-            let method = method.expected(order);
+        let from = plan.as_ref().map_or("", |plan| plan.from);
+        let measured = plan.and_then(|Plan { problem, order, .. }| {
+            let method = order.map_or_else(|| method.unexpected(), |order| method.expected(order));
             let truth = Source::default_for(&*problem, &method).truth(&*problem, &method);
             let fit = measure(&*problem, &method, truth).map_err(|error| error.to_string())?;
-            Ok((from, hidden(theory, order, &fit).unwrap_or_else(|| fit.of_equations_in_general())))
+            Ok(match order {
+                Some(order) => (true, hidden(theory, order, &fit).unwrap_or_else(|| fit.of_equations_in_general())),
+                None => (false, freely(&fit)),
+            })
         });
-        let expected = measured.as_ref().ok().map(|(from, fit)| (fit.expected.order, *from));
-        MeasuredOrder { kind, problem: name, expected, result: measured.map(|(_, fit)| fit) }
+        let expected = measured.as_ref().ok().filter(|(known, _)| *known).map(|(_, fit)| (fit.expected.order, from));
+        MeasuredOrder { kind, problem: name, from, expected, result: measured.map(|(_, fit)| fit) }
     };
     theory.trials().into_par_iter().map(run).collect()
 }
@@ -68,7 +85,7 @@ pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> 
 /// constant times h^p is less than a tenth of the error at every step.
 fn hidden(theory: &dyn Analysis, order: u32, fit: &OrderFit) -> Option<OrderFit> {
     let main = &theory.as_runge_kutta()?.main;
-    let constant = main.error_norm.filter(|_| main.order == order && fit.verdict != Verdict::Pass)?;
+    let constant = main.error_norm.filter(|_| main.order == order && fit.verdict != order::Verdict::Pass)?;
     let is_below = |sample: &Sample| {
         constant * sample.h.powi(order as i32) < 0.1 * sample.result.as_ref().map_or(0.0, |measured| measured.error)
     };
@@ -76,10 +93,16 @@ fn hidden(theory: &dyn Analysis, order: u32, fit: &OrderFit) -> Option<OrderFit>
         return None;
     }
     let mut fit = fit.clone();
-    fit.verdict = Verdict::Inconclusive;
+    fit.verdict = order::Verdict::Inconclusive;
     fit.reason +=
         &format!("; the error term of order {order} has the constant {constant:.1e}, and does not show at these steps");
     Some(fit)
+}
+
+/// The same errors without an order that they should have.
+fn freely(fit: &OrderFit) -> OrderFit {
+    let samples: Vec<_> = fit.kept.iter().chain(fit.dropped.iter().map(|(sample, _)| sample)).cloned().collect();
+    order::fit_freely(&samples, fit.expected.band)
 }
 
 /// Step of the measured defects: large, so that what is no symmetry is far above roundoff.
@@ -146,7 +169,7 @@ pub fn defects(method: &FileMethod) -> Result<Defects, String> {
 
 impl Defects {
     /// What the conditions on the coefficients say, held to the measured defects.
-    pub fn verdicts(&self, traits: &Traits) -> [verdict::Verdict; 2] {
+    pub fn verdicts(&self, traits: &Traits) -> [Verdict; 2] {
         let verdict = |name: &str, what: &str, by_condition: bool, defect: f64| {
             let vanishes = defect <= VANISHES;
             let (says, required) = match by_condition {
@@ -172,7 +195,7 @@ impl Defects {
                 ),
             };
             let subject = if by_condition { name.into() } else { format!("not {name}") };
-            verdict::Verdict { kind: Kind::Run, subject, check }
+            Verdict { kind: Kind::Run, subject, check }
         };
         [
             verdict("symplectic", "symplecticity", traits.symplectic != Symplecticity::Never, self.symplectic),
@@ -191,11 +214,12 @@ const LONG: (&str, f64, u64) = ("henon-heiles", 0.25, 4000);
 pub(super) fn energy(method: &FileMethod) -> Result<Drift, String> {
     let (name, h, steps) = LONG;
     let problem = problem::build(name, &[]).map_err(|error| error.to_string())?;
-    Drift::of((name, &*problem), method, h, steps).map_err(|error| error.to_string())
+    Drift::of((name, &*problem), method, h, steps)
+        .map_err(|error| format!("the run of h = {h} on {name} breaks off, so that its drift is not told: {error}"))
 }
 
 /// What is symplectic or symmetric does not drift there, and what is neither has to.
-pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> verdict::Verdict {
+pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> Verdict {
     let (name, h, _) = LONG;
     let check = match found {
         Ok(Ok(drift)) => {
@@ -237,7 +261,7 @@ pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> ve
             reason,
         },
     };
-    verdict::Verdict { kind: Kind::Run, subject: "energy".into(), check }
+    Verdict { kind: Kind::Run, subject: "energy".into(), check }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use lsvi::{Integrator, VectorField};
 
 use super::analysis::Analysis;
 use super::file::MethodFile;
+use crate::kinds::Stability;
 use crate::method::{BuildError, Method, Traits};
 use crate::problem::Problem;
 
@@ -39,6 +40,15 @@ impl FileMethod {
     #[must_use]
     pub(super) fn expected(&self, order: u32) -> Self {
         Self { traits: Traits { order, ..self.traits.clone() }, ..self.clone() }
+    }
+
+    /// The same for a look at what its order is at hλ ≫ 1: on the step sizes of one that damps, where hλ is so large that what is not
+    /// damped, by 1 − O(1/hλ) in a step, is not damped by their number either.
+    pub(super) fn unexpected(&self) -> Self {
+        const ANY: u32 = 2;
+        let traits =
+            Traits { order: ANY, stiff_order: Some(ANY), stability: Stability::Damping, ..self.traits.clone() };
+        Self { traits, ..self.clone() }
     }
 
     /// Its integrator of any field.

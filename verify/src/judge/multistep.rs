@@ -9,8 +9,8 @@ use nalgebra::{Complex, DMatrix, Schur};
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::evidence::{coefficient_row, region, table};
-use super::facts::{Facts, short};
-use super::polynomial::{ITERATIONS, Polynomial, Sign, simultaneous};
+use super::facts::{Facts, length, short, told};
+use super::polynomial::{ITERATIONS, Polynomial, Sign, first_negative, simultaneous};
 use super::problem::{Autonomous, Linear, NonAutonomous};
 use super::real::Real;
 use super::stepping;
@@ -21,7 +21,6 @@ use crate::evidence::{Cell, Check, Figure, Outcome, Table};
 use crate::kinds::{Principle, Stability};
 use crate::measure::decimal::counted;
 use crate::measure::norm::Extremes;
-use crate::measure::search::root;
 use crate::method::Traits;
 use crate::problem::Window;
 
@@ -62,6 +61,9 @@ const MOST: u32 = 20;
 
 /// What roots that are found to half the digits may be off by, where no exact division tells.
 const RIM: f64 = 1e-7;
+
+/// What angles in degrees are found to.
+const ANGLE: f64 = 1e-4;
 
 /// Coefficients that are known so well are exact: what cannot be told from zero then is zero.
 const EXACT: f64 = 1e-40;
@@ -121,6 +123,15 @@ fn is_unstable(rho: &[Real]) -> bool {
     matches!(Roots::of(&Polynomial::new(rho.to_vec())), Roots::Outside(_) | Roots::Double(_))
 }
 
+/// Why a formula is not called A-stable.
+#[derive(Debug, Clone, PartialEq)]
+enum NotAStable {
+    /// A θ at which Re ρ/σ(e^{iθ}) < 0, or a root of σ outside the unit disc.
+    Because(String),
+    /// The digits do not tell.
+    Open,
+}
+
 /// All that follows from the coefficients.
 #[derive(Debug)]
 pub(super) struct MultistepTheory {
@@ -133,11 +144,10 @@ pub(super) struct MultistepTheory {
     zero: Roots,
     start: Arc<Theory>,
     start_name: String,
-    /// A θ at which Re ρ/σ(e^{iθ}) < 0, or a root of σ outside the unit disc.
-    a_stable: Result<(), String>,
+    a_stable: Result<(), NotAStable>,
     alpha: Option<f64>,
-    /// How far the negative axis is stable, where it is not all of it.
-    negative: Option<f64>,
+    /// The intervals of −hλ > 0 that are stable.
+    negative: Vec<[f64; 2]>,
     /// Largest root of σ: the growth for hλ → ∞.
     infinity: f64,
 }
@@ -159,7 +169,7 @@ impl MultistepTheory {
             start_name: method.start_name.clone(),
             a_stable: Ok(()),
             alpha: None,
-            negative: None,
+            negative: Vec::new(),
             infinity: 0.0,
         };
         theory.zero = Roots::of(&theory.rho);
@@ -167,8 +177,8 @@ impl MultistepTheory {
         theory.infinity =
             if explicit { f64::INFINITY } else { theory.sigma.roots().iter().map(|z| z.norm()).largest().max(0.0) };
         theory.a_stable = theory.a_stable(&r, &s);
+        theory.negative = theory.negative(&r, &s);
         theory.alpha = theory.alpha();
-        theory.negative = theory.negative();
         theory
     }
 
@@ -228,46 +238,32 @@ impl MultistepTheory {
 
     /// Re ρ(ζ) σ̄(ζ) ≥ 0 on the unit circle and no root of σ outside: with x = cos θ = (1 − s)/(1 + s) the former is a polynomial in
     /// s ≥ 0.
-    fn a_stable(&self, r: &[Real], s: &[Real]) -> Result<(), String> {
+    fn a_stable(&self, r: &[Real], s: &[Real]) -> Result<(), NotAStable> {
         if self.infinity > 1.0 + RIM {
-            return Err(match self.infinity {
+            return Err(NotAStable::Because(match self.infinity {
                 f64::INFINITY => "it is explicit".into(),
                 largest => format!("σ has a root of modulus {largest:.6}: solutions grow for hλ → ∞"),
-            });
+            }));
         }
         let k = self.steps();
-        let p = |c: &[i64]| Polynomial::new(c.iter().map(|c| Real::from(*c)).collect());
-        let (twice, square, one) = (p(&[2, -2]), p(&[1, 2, 1]), p(&[1, 1]));
-        // T_m(x) (1 + s)^m.
-        let mut chebyshev = vec![p(&[1]), p(&[1, -1])];
-        while chebyshev.len() <= k {
-            let m = chebyshev.len();
-            chebyshev.push(twice.times(&chebyshev[m - 1]).minus(&square.times(&chebyshev[m - 2])));
-        }
-        let mut sum = Polynomial::new(Vec::new());
-        for (m, term) in chebyshev.iter().enumerate().take(k + 1) {
-            let pairs = (0..=k - m).map(|j| {
-                let both = &r[j] * &s[j + m];
-                if m == 0 { both } else { &both + &(&r[j + m] * &s[j]) }
-            });
-            let scale = (m..k).fold(Polynomial::new(vec![pairs.sum()]), |power, _| power.times(&one));
-            sum = sum.plus(&term.times(&scale));
-        }
-        match sum.sign() {
+        let pairs = |m: usize| {
+            let pair = |j: usize| if m == 0 { &r[j] * &s[j] } else { &(&r[j] * &s[j + m]) + &(&r[j + m] * &s[j]) };
+            (0..=k - m).map(pair).sum()
+        };
+        match first_negative(&[chebyshev([1, -1], (0..=k).map(pairs).collect())]) {
             Sign::NonNegative => Ok(()),
+            Sign::Open { .. } => Err(NotAStable::Open),
             Sign::NegativeFrom { at, .. } => {
-                let theta = ((1.0 - at) / (1.0 + at)).acos();
-                let z = self.locus(theta);
-                Err(format!("the root locus enters the left half-plane: |ζ| = 1 at hλ = {:.5} {:+.5}i", z.re, z.im))
+                let z = self.locus(angle(at));
+                let place = format!("{:.5} {:+.5}i", z.re, z.im);
+                Err(NotAStable::Because(format!("the root locus enters the left half-plane: |ζ| = 1 at hλ = {place}")))
             }
         }
     }
 
     /// The negative axis is in the region, and no part of the root locus in the sector about it.
     fn alpha(&self) -> Option<f64> {
-        let axis = (-200..=300).map(|k| self.growth(Complex::new(-10_f64.powf(f64::from(k) / 50.0), 0.0)));
-        // Not a number is not bounded.
-        let is_bounded = axis.largest() <= 1.0 + 1e-9;
+        let is_bounded = self.negative == [[0.0, f64::INFINITY]];
         if self.zero != Roots::Stable || self.infinity > 1.0 + RIM || !is_bounded {
             return None;
         }
@@ -285,15 +281,57 @@ impl MultistepTheory {
         Some(angle(theta).min(angle(coarse)).to_degrees()).filter(|alpha| *alpha > 0.0)
     }
 
-    fn negative(&self) -> Option<f64> {
-        if self.alpha.is_some() {
-            return None;
+    /// The stable intervals of the negative axis. They end where a root ζ is on the unit circle: at 0 for ζ = 1, for ζ = −1, and where
+    /// Im ρ(ζ) σ̄(ζ) changes its sign, which over sin θ is a polynomial in cos θ.
+    fn negative(&self, r: &[Real], s: &[Real]) -> Vec<[f64; 2]> {
+        let k = self.steps();
+        let pairs = |m: usize| (0..=k - m).map(|j| &(&r[j + m] * &s[j]) - &(&r[j] * &s[j + m])).sum();
+        let angles = chebyshev([2, -2], (1..=k).map(pairs).collect()).certain_changes().into_iter().map(angle);
+        let mut ends: Vec<f64> = angles.chain([PI]).map(|theta| -self.locus(theta).re).collect();
+        ends.retain(|x| *x > 0.0 && x.is_finite());
+        ends.sort_by(f64::total_cmp);
+        let mut found: Vec<[f64; 2]> = Vec::new();
+        let mut left = 0.0;
+        for right in ends.into_iter().chain([f64::INFINITY]) {
+            let inner = match (left, right) {
+                (0.0, f64::INFINITY) => 1.0,
+                (_, f64::INFINITY) => 2.0 * left,
+                _ => 0.5 * (left + right),
+            };
+            if self.growth(Complex::new(-inner, 0.0)) <= 1.0 + BOUNDED {
+                match found.last_mut() {
+                    Some(before) if before[1] >= left => before[1] = right,
+                    _ => found.push([left, right]),
+                }
+            }
+            left = right;
         }
-        let excess = |x: f64| self.growth(Complex::new(-x, 0.0)) - 1.0 - 1e-9;
-        let points = (0..=400).map(|k| 10_f64.powf(-2.0 + f64::from(k) / 50.0));
-        let first = points.into_iter().find(|x| excess(*x) > 0.0)?;
-        root([0.9 * first, first], excess).or(Some(0.0))
+        found
     }
+}
+
+/// What a modulus of 1 may be off by in double precision.
+const BOUNDED: f64 = 1e-9;
+
+/// θ where cos θ = (1 − s)/(1 + s).
+fn angle(s: f64) -> f64 {
+    2.0 * s.sqrt().atan()
+}
+
+/// (1 + s)ⁿ Σ c_m p_m(x) at x = (1 − s)/(1 + s), for n + 1 terms and p_0 = 1, p_m = 2x p_{m−1} − p_{m−2}, from (1 + s) p_1: cos mθ where
+/// this is x, and sin (m + 1)θ / sin θ where it is 2x.
+fn chebyshev(first: [i64; 2], terms: Vec<Real>) -> Polynomial {
+    let p = |c: &[i64]| Polynomial::new(c.iter().map(|c| Real::from(*c)).collect());
+    let (twice, square, one) = (p(&[2, -2]), p(&[1, 2, 1]), p(&[1, 1]));
+    let mut basis = vec![p(&[1]), p(&first)];
+    while basis.len() < terms.len() {
+        let m = basis.len();
+        basis.push(twice.times(&basis[m - 1]).minus(&square.times(&basis[m - 2])));
+    }
+    let n = terms.len();
+    let scaled = |(m, c): (usize, Real)| (m + 1..n).fold(Polynomial::new(vec![c]), |power, _| power.times(&one));
+    let products = terms.into_iter().enumerate().map(scaled).zip(&basis);
+    products.fold(Polynomial::new(Vec::new()), |sum, (power, base)| sum.plus(&base.times(&power)))
 }
 
 /// `−1`, or `0 + 1i` to five places.
@@ -345,20 +383,19 @@ impl Analysis for MultistepTheory {
     }
 
     fn facts(&self) -> Facts {
-        let constant = &self.constants[self.order as usize + 1..].first().map_or(0.0, Real::to_f64);
-        let order = format!("{}, error constant {constant:.4e}", self.order);
+        let constant = self.constants.get(self.order as usize + 1).map_or_else(|| "0".into(), |c| told(c, 4));
+        let order = format!("{}, error constant {constant}", self.order);
         let zero = match self.zero {
             Roots::Stable => "the root condition holds".into(),
             Roots::Outside(z) => format!("ρ has the root {:.5} {:+.5}i, |ζ| = {:.5}", z.re, z.im, z.norm()),
             Roots::Double(z) => format!("ρ has {} as a double root", complex(z)),
             Roots::Undecided(z) => format!("whether |ζ| = 1 at the root {:.5} {:+.5}i is open", z.re, z.im),
         };
-        let stability = match (self.alpha, self.negative) {
-            (Some(90.0), _) => "A-stable".into(),
-            (Some(alpha), _) => format!("A(α)-stable with α = {alpha:.2}°"),
-            (None, Some(0.0)) => "nothing of the negative axis".into(),
-            (None, Some(end)) => format!("negative axis to {end:.4}"),
-            (None, None) => "not told".into(),
+        let stability = match self.alpha {
+            _ if self.a_stable == Err(NotAStable::Open) => "whether it is A-stable is open for the digits given".into(),
+            Some(90.0) => "A-stable".into(),
+            Some(alpha) => format!("A(α)-stable with α = {alpha:.2}°"),
+            None => self.negative_axis(),
         };
         let infinity = match self.infinity {
             f64::INFINITY => "grows without bound for hλ → ∞".into(),
@@ -374,19 +411,15 @@ impl Analysis for MultistepTheory {
                 let radius = || self.constants[..first as usize].iter().map(Real::radius).largest();
                 let why = match self.constants.get(first as usize) {
                     Some(c) if self.constants.iter().take(1).all(|c| !c.may_be_zero()) => {
-                        format!(
-                            "C_0 = {:.4e} does not vanish, and C_1 is {:.4e}",
-                            self.constants[0].to_f64(),
-                            c.to_f64()
-                        )
+                        format!("C_0 = {} does not vanish, and C_1 is {}", told(&self.constants[0], 4), told(c, 4))
                     }
                     Some(c) if self.order == 0 => {
-                        format!("C_0 vanishes to within {:.0e}, C_1 = {:.4e}", radius(), c.to_f64())
+                        format!("C_0 vanishes to within {:.0e}, C_1 = {}", radius(), told(c, 4))
                     }
                     Some(c) => {
                         let and = if self.order == 1 { "and" } else { "to" };
-                        let all = format!("C_0 {and} C_{} vanish to within {:.0e}", self.order, radius());
-                        format!("{all}, C_{first} = {:.4e}", c.to_f64())
+                        let constants = format!("C_0 {and} C_{}", self.order);
+                        format!("{constants} vanish to within {:.0e}, C_{first} = {}", radius(), told(c, 4))
                     }
                     None => format!("all constants looked at vanish, to C_{MOST}"),
                 };
@@ -413,9 +446,12 @@ impl Analysis for MultistepTheory {
             }
             Property::AStable => self.a_stable_finding(),
             Property::AlphaStable(angle) => match self.alpha {
+                // A right angle is A-stability.
+                Some(_) if angle.value >= 90.0 => self.a_stable_finding(),
                 Some(alpha) => {
-                    let why = format!("the root locus leaves the sector |arg(−hλ)| < {alpha:.3}° free");
-                    Finding::new(alpha > 0.0 && angle <= alpha + 0.01, why).measured(alpha)
+                    let (outcome, words) = angle.is_reached(alpha, ANGLE);
+                    let why = format!("the root locus leaves the sector |arg(−hλ)| < {alpha:.3}° free{words}");
+                    Finding { outcome, measured: Some(alpha), why }
                 }
                 None => Finding::new(false, "not even the negative axis is in the region of stability"),
             },
@@ -508,9 +544,10 @@ impl Analysis for MultistepTheory {
         let window = Window { horizon: 2.0, coarsest: 0.25_f64.min(0.4 / k) };
         let none = |reason: &str| Trial { kind: "stiff", name: "prothero-robinson", plan: Err(reason.into()) };
         let stiff = match self.alpha {
-            Some(_) if self.infinity < 0.95 && self.order <= 2 => Trial::stiff(order, from),
+            Some(_) if self.infinity < 0.95 && self.order <= 2 => Trial::stiff(Some(order), from),
             Some(_) if self.infinity < 0.95 => none("the errors, divided by λ, are at roundoff before they settle"),
-            _ => none("hλ must stay of order 1, or nothing damps: the errors are no power of h there"),
+            Some(_) => Trial::stiff(None, "nothing damps for hλ → ∞"),
+            None => none("not the whole negative axis is in the region of stability: hλ must stay of order 1"),
         };
         let (nonlinear, in_time) = if self.order > 4 {
             let why = "its solution has a pole a time of 1 away: before the order settles, errors are at roundoff";
@@ -555,11 +592,27 @@ impl Analysis for MultistepTheory {
 }
 
 impl MultistepTheory {
+    fn negative_axis(&self) -> String {
+        let interval = |[from, to]: &[f64; 2]| match (*from, *to) {
+            (0.0, f64::INFINITY) => "all of the negative axis".to_owned(),
+            (0.0, to) => format!("negative axis to {}", length(to, 0.0)),
+            (from, f64::INFINITY) => format!("negative axis beyond {}", length(from, 0.0)),
+            (from, to) => format!("negative axis from {} to {}", length(from, 0.0), length(to, 0.0)),
+        };
+        match self.negative.as_slice() {
+            [] => "nothing of the negative axis".into(),
+            intervals => intervals.iter().map(interval).collect::<Vec<_>>().join(" and "),
+        }
+    }
+
     fn a_stable_finding(&self) -> Finding {
         match &self.a_stable {
             _ if self.zero != Roots::Stable => Finding::new(false, "it is not even zero-stable"),
             Ok(()) => Finding::new(true, "Re ρ(ζ)/σ(ζ) ≥ 0 on the unit circle, and σ has no root outside"),
-            Err(why) => Finding::new(false, why.clone()),
+            Err(NotAStable::Because(why)) => Finding::new(false, why.clone()),
+            Err(NotAStable::Open) => {
+                Finding::open("the digits given do not tell whether Re ρ(ζ)/σ(ζ) ≥ 0 on the unit circle")
+            }
         }
     }
 }

@@ -9,7 +9,6 @@ use super::claim::Property;
 use super::conditions::{Part, Weights, conditions_of};
 use super::evidence::{coefficient_row, table};
 use super::facts::{Facts, order as order_fact};
-use super::linear::Reach;
 use super::real::Real;
 use super::runge_kutta::{order as order_finding, rows};
 use super::stepping::{Halves, Stepper};
@@ -97,8 +96,20 @@ pub(super) struct PartsTheory {
     symmetric: bool,
     explicit: bool,
     /// How far steps on q̇ = ωp, ṗ = −ωq stay bounded; nothing where they shrink or grow areas.
-    oscillation: Option<Reach>,
+    oscillation: Option<Bounded>,
 }
+
+/// How far steps on q̇ = ωp, ṗ = −ωq stay bounded.
+#[derive(Debug, Clone, Copy)]
+enum Bounded {
+    /// As far as is looked at.
+    Everywhere,
+    /// Up to this hω, and not at the witness.
+    UpTo { end: f64, witness: f64 },
+}
+
+/// What the end of an interval is found to: where |tr| = 2 + 10⁻¹⁰, which is off by its root where |tr| only grazes 2.
+const FOUND: f64 = 1e-5;
 
 impl PartsTheory {
     pub(super) fn new(parts: &Parts, claimed: Option<u32>) -> Self {
@@ -274,7 +285,7 @@ impl PartsTheory {
     }
 
     /// Where areas are kept, steps are bounded while |tr| < 2.
-    fn oscillation(&self) -> Option<Reach> {
+    fn oscillation(&self) -> Option<Bounded> {
         // Some digits above the roundoff of a few products.
         const ROUNDOFF: f64 = 1e-10;
         let keeps = |nu: f64| self.rotation(nu).is_some_and(|m| (m.determinant() - 1.0).abs() <= ROUNDOFF);
@@ -284,8 +295,8 @@ impl PartsTheory {
         let margin = |nu: f64| self.rotation(nu).map_or(f64::NAN, |m| 2.0 + ROUNDOFF - m.trace().abs());
         let points = (1..=6000).map(|k| FARTHEST * f64::from(k) / 6000.0);
         match points.into_iter().find(|nu| margin(*nu).is_nan() || margin(*nu) < 0.0) {
-            None => Some(Reach::Everything),
-            Some(nu) => Some(Reach::UpTo { end: root([nu - 0.01, nu], margin).unwrap_or(nu), witness: nu }),
+            None => Some(Bounded::Everywhere),
+            Some(nu) => Some(Bounded::UpTo { end: root([nu - 0.01, nu], margin).unwrap_or(nu), witness: nu }),
         }
     }
 
@@ -332,8 +343,8 @@ impl Analysis for PartsTheory {
         facts.extend(self.separable.map(|order| ("separable", format!("order {order} on q̇ = f(p), ṗ = g(q)"))));
         let oscillations = match self.oscillation {
             None => "areas are not kept on q̇ = ωp, ṗ = −ωq".into(),
-            Some(Reach::Everything) => format!("bounded on q̇ = ωp, ṗ = −ωq to hω = {FARTHEST} at least"),
-            Some(Reach::UpTo { end, .. }) => format!("bounded on q̇ = ωp, ṗ = −ωq up to hω = {end:.4}"),
+            Some(Bounded::Everywhere) => format!("bounded on q̇ = ωp, ṗ = −ωq to hω = {FARTHEST} at least"),
+            Some(Bounded::UpTo { end, .. }) => format!("bounded on q̇ = ωp, ṗ = −ωq up to hω = {end:.4}"),
         };
         facts.push(("oscillations", oscillations));
         let not = |holds: bool, what: &str| if holds { what.to_owned() } else { format!("not {what}") };
@@ -363,17 +374,19 @@ impl Analysis for PartsTheory {
             }
             Property::ImaginaryInterval(y) => match self.oscillation {
                 None => Finding::new(false, "areas are not kept on q̇ = ωp, ṗ = −ωq"),
-                Some(Reach::Everything) => {
+                Some(Bounded::Everywhere) => {
                     let why = format!(
                         "|tr| ≤ 2 of a step on q̇ = ωp, ṗ = −ωq to hω = {FARTHEST} at least, no farther looked at"
                     );
-                    let outcome = if y <= FARTHEST { Outcome::Pass } else { Outcome::Inconclusive };
+                    let outcome = if y.value <= FARTHEST { Outcome::Pass } else { Outcome::Inconclusive };
                     Finding { outcome, measured: None, why }
                 }
-                Some(Reach::UpTo { end, witness }) => {
-                    let why =
-                        format!("|tr| ≤ 2 of a step on q̇ = ωp, ṗ = −ωq up to hω = {end:.6}, and not at {witness:.2}");
-                    Finding::new(y <= end * (1.0 + 5e-4), why).measured(end)
+                Some(Bounded::UpTo { end, witness }) => {
+                    let (outcome, words) = y.is_reached(end, FOUND);
+                    let why = format!(
+                        "|tr| ≤ 2 of a step on q̇ = ωp, ṗ = −ωq up to hω = {end:.6}, and not at {witness:.2}{words}"
+                    );
+                    Finding { outcome, measured: Some(end), why }
                 }
             },
             _ => return None,

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::{Complex, DMatrix, Schur};
 
 use super::real::Real;
-use crate::measure::norm::larger;
+use crate::measure::norm::{Extremes, larger};
+use crate::measure::search::root;
 
 /// Most iterations for a root; a handful is usual.
 pub(super) const ITERATIONS: usize = 100;
@@ -14,14 +15,33 @@ pub(super) const ITERATIONS: usize = 100;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial(Vec<Real>);
 
-/// Where a polynomial on x > 0 is first negative.
+/// Where a product of polynomials on x > 0 is first negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sign {
     /// Nowhere.
     NonNegative,
-    /// From `from` on, where it is zero or x = 0; `at` is a point where it is negative.
-    NegativeFrom { from: f64, at: f64 },
+    /// From `from` on, where it is zero or x = 0.
+    NegativeFrom {
+        /// The end of what is not negative.
+        from: f64,
+        /// How far off this end may be for the digits that the coefficients have.
+        open: f64,
+        /// A point where it is negative, whatever they are.
+        at: f64,
+    },
+    /// Not up to `to`; of what is beyond, the digits do not tell.
+    Open {
+        /// The end of what is certain.
+        to: f64,
+    },
 }
+
+/// An interval as narrow as that, relative to where it is, in which a sign may have changed and need not: a double root that
+/// the digits split.
+const TOUCH: f64 = 1e-3;
+
+/// What vanishes to the digits given is taken for zero if they are at least so many.
+const VANISHES: f64 = 1e-3;
 
 impl Polynomial {
     pub(super) fn new(mut coefficients: Vec<Real>) -> Self {
@@ -184,29 +204,129 @@ impl Polynomial {
         self.0.iter().map(Real::radius).fold(0.0, larger)
     }
 
-    /// Where on x > 0 it is first negative. Candidates for a change of sign are the real roots in double precision; between
-    /// them the sign is that at one point, computed to 57 digits.
-    pub(super) fn sign(&self) -> Sign {
-        // What cannot be told from zero is zero: the first coefficients vanish with the order of a method.
-        let known = |c: &Real| if c.may_be_zero() { Real::zero() } else { c.clone() };
-        let certain = Self::new(self.0.iter().map(known).collect());
-        let mut candidates: Vec<f64> =
-            certain.roots().iter().filter(|z| z.re > 0.0 && z.im.abs() <= 1e-3 * z.re).map(|z| z.re).collect();
-        candidates.sort_by(f64::total_cmp);
-        let mut points = Vec::new();
-        let mut left = 0.0;
-        for &root in &candidates {
-            points.push((left, if left == 0.0 { 0.5 * root } else { (left * root).sqrt() }));
-            left = root;
-        }
-        points.push((left, if left == 0.0 { 1.0 } else { 2.0 * left }));
-        for (from, at) in points {
-            if certain.at(&Real::double(at)).is_negative() {
-                return Sign::NegativeFrom { from, at };
-            }
-        }
-        Sign::NonNegative
+    /// The same with exact coefficients, those zero that cannot be told from it at either end: the first ones vanish with the
+    /// order of a method.
+    fn centre(&self) -> Self {
+        let certain = |c: &Real| !c.may_be_zero();
+        let first = self.0.iter().position(certain).unwrap_or(self.0.len());
+        let last = self.0.iter().rposition(certain).map_or(0, |k| k + 1);
+        let inner = |(k, c): (usize, &Real)| if k < first { Real::zero() } else { c.centre() };
+        Self(self.0.iter().enumerate().take(last).map(inner).collect())
     }
+
+    /// Where on x > 0 it changes its sign, with exact coefficients in the place of those that the digits leave open.
+    pub(super) fn certain_changes(&self) -> Vec<f64> {
+        self.centre().changes()
+    }
+
+    /// The sign at x > 0 of exact coefficients: 1, −1, or 0 where even 57 digits do not tell it. Most often doubles do.
+    fn sign_at(&self, doubles: &[f64], x: f64) -> i32 {
+        let (value, size) = doubles.iter().rev().fold((0.0, 0.0), |(v, s), c| (v * x + c, s * x + c.abs()));
+        let rounding = 4.0 * f64::EPSILON * doubles.len() as f64 * size;
+        if f64::abs(value) > rounding {
+            return if value > 0.0 { 1 } else { -1 };
+        }
+        let value = self.at(&Real::double(x));
+        i32::from(value.is_positive()) - i32::from(value.is_negative())
+    }
+
+    /// Where on x > 0 exact coefficients make it change its sign, ascending. Between the roots of its derivative it is monotone, so
+    /// that each change is found by bisection; a double root is none.
+    fn changes(&self) -> Vec<f64> {
+        let lowest = self.0.iter().position(|c| !c.is_zero()).unwrap_or(self.0.len());
+        let stripped = Self(self.0[lowest..].to_vec());
+        let doubles = stripped.doubles();
+        let signs: Vec<bool> = stripped.0.iter().filter(|c| !c.is_zero()).map(Real::is_positive).collect();
+        // Descartes: no more changes than there are among the coefficients.
+        if signs.windows(2).all(|pair| pair[0] == pair[1]) {
+            return Vec::new();
+        }
+        let of = |positive: bool| if positive { 1 } else { -1 };
+        let mut before = (0.0, of(signs[0]));
+        let inner = stripped.derivative().changes().into_iter().map(|x| (x, stripped.sign_at(&doubles, x)));
+        let last = (bound(&doubles), of(signs[signs.len() - 1]));
+        let mut found = Vec::new();
+        for here in inner.chain([last]).filter(|(_, sign)| *sign != 0) {
+            if here.1 != before.1 {
+                let sign = |x: f64| if x == 0.0 { before.1 } else { stripped.sign_at(&doubles, x) };
+                found.extend(root([before.0, here.0], |x| f64::from(sign(x))));
+            }
+            before = here;
+        }
+        found
+    }
+}
+
+/// More than any root (Fujiwara), by some roundings.
+fn bound(c: &[f64]) -> f64 {
+    let n = c.len() - 1;
+    let of = |k: usize| ((c[n - k] / c[n]).abs() * if k == n { 0.5 } else { 1.0 }).powf(1.0 / k as f64);
+    2.001 * (1..=n).map(of).largest()
+}
+
+/// Where on x > 0 the product of `factors` is first negative. A double root, where it only touches zero, does not end what is not
+/// negative. Signs are those of the centres of the coefficients where the digits that they have leave one sign alone.
+pub(super) fn first_negative(factors: &[Polynomial]) -> Sign {
+    let centres: Vec<Polynomial> = factors.iter().map(Polynomial::centre).collect();
+    if centres.iter().any(|centre| centre.0.is_empty()) {
+        let radius = factors.iter().map(Polynomial::radius).largest();
+        return if radius <= VANISHES { Sign::NonNegative } else { Sign::Open { to: 0.0 } };
+    }
+    let product = |sign: &dyn Fn(usize) -> i32| (0..factors.len()).map(sign).product::<i32>();
+    let doubles: Vec<Vec<f64>> = centres.iter().map(Polynomial::doubles).collect();
+    let probable = |x: f64| product(&|k| centres[k].sign_at(&doubles[k], x));
+    let certain = |x: f64| {
+        product(&|k| {
+            let value = factors[k].at(&Real::double(x));
+            i32::from(value.is_positive()) - i32::from(value.is_negative())
+        })
+    };
+    let mut changes: Vec<f64> = centres.iter().flat_map(Polynomial::changes).collect();
+    changes.sort_by(f64::total_cmp);
+    let ends = changes.iter().copied().chain([f64::INFINITY]);
+    for (left, right) in [0.0].into_iter().chain(changes.iter().copied()).zip(ends) {
+        let probes = (0..=PROBES).map(|k| between(left, right, k));
+        let decided = probes.map(|x| (x, probable(x))).find(|(x, sign)| *sign != 0 && certain(*x) == *sign);
+        let Some((at, sign)) = decided else {
+            // Zeros of two factors at one place, or a double one.
+            if right <= left * (1.0 + TOUCH) {
+                continue;
+            }
+            return Sign::Open { to: left - gap(|open| left > open && certain(left - open) > 0, left) };
+        };
+        if sign > 0 {
+            continue;
+        }
+        if left == 0.0 {
+            // What is certain begins there.
+            let first = (1..=PROBES).map(|k| at * 0.5_f64.powi(k)).take_while(|x| certain(*x) < 0).last();
+            return Sign::NegativeFrom { from: 0.0, open: first.unwrap_or(at), at };
+        }
+        let below = gap(|open| certain(left - open) > 0, left);
+        let beyond = gap(|open| certain(left + open) < 0, left).min(at - left);
+        return Sign::NegativeFrom { from: left, open: larger(below, beyond), at };
+    }
+    Sign::NonNegative
+}
+
+/// How many points of an interval are tried.
+const PROBES: i32 = 60;
+
+/// The k-th point to be tried between two ends, first one in the middle.
+fn between(left: f64, right: f64, k: i32) -> f64 {
+    let part = if k % 2 == 0 { f64::from(k / 2) } else { -f64::from(k / 2 + 1) };
+    match (left == 0.0, right.is_infinite()) {
+        (true, true) => part.exp2(),
+        (true, false) => right * 0.5_f64.powi(k + 1),
+        (false, true) => left * (1.0 + part.exp2()),
+        (false, false) => left * (right / left).powf(0.5 + part / f64::from(PROBES + 2)),
+    }
+}
+
+/// The least of `end`/2⁵², …, `end`/2 at a distance of which something is certain, else `end`.
+fn gap(is_certain: impl Fn(f64) -> bool, end: f64) -> f64 {
+    let distances = (1..=52).rev().map(|k| end * 0.5_f64.powi(k));
+    distances.into_iter().find(|open| is_certain(*open)).unwrap_or(end)
 }
 
 /// All roots of Σ c_k xᵏ, c_0 ≠ 0 ≠ c_n, at once, by the iteration of Ehrlich and Aberth: slower than the eigenvalues of the
@@ -249,16 +369,54 @@ mod tests {
         Polynomial::new(coefficients.iter().map(|c| Real::from(*c)).collect())
     }
 
+    fn sign(coefficients: &[i64]) -> Sign {
+        first_negative(&[polynomial(coefficients)])
+    }
+
     #[test]
     fn signs_are_found_between_the_roots_and_not_where_a_root_only_touches() {
-        assert_eq!(polynomial(&[1, -2, 1]).sign(), Sign::NonNegative);
-        let Sign::NegativeFrom { from, at } = polynomial(&[2, -3, 1]).sign() else {
-            panic!("negative between 1 and 2")
+        assert_eq!(sign(&[1, -2, 1]), Sign::NonNegative);
+        let Sign::NegativeFrom { from, open, at } = sign(&[2, -3, 1]) else { panic!("negative between 1 and 2") };
+        assert!((from - 1.0).abs() < 1e-15 && open < 1e-15 && at > 1.0 && at < 2.0);
+        assert!(matches!(sign(&[0, -1, 1]), Sign::NegativeFrom { from: 0.0, .. }));
+        assert!(matches!(sign(&[0, 0, -1]), Sign::NegativeFrom { from: 0.0, .. }));
+        assert_eq!(sign(&[]), Sign::NonNegative);
+        // (x − 1)²(2 − x): the double root is passed.
+        let Sign::NegativeFrom { from, .. } = sign(&[2, -5, 4, -1]) else { panic!("negative beyond 2") };
+        assert!((from - 2.0).abs() < 1e-15, "{from}");
+    }
+
+    /// (x − 1)(x − 2)⋯(x − 20), Wilkinson's: in doubles its roots are not even real.
+    #[test]
+    fn changes_of_sign_are_found_where_roots_in_doubles_are_not() {
+        let product = |p: Polynomial, n: i64| p.times(&polynomial(&[-n, 1]));
+        let wilkinson = (1..=20).fold(polynomial(&[1]), product);
+        let changes = wilkinson.changes();
+        assert_eq!(changes.len(), 20, "{changes:?}");
+        for (n, x) in (1..).zip(changes) {
+            assert!((x - f64::from(n)).abs() < 1e-14 * f64::from(n), "{x}");
+        }
+    }
+
+    /// The bound on roots is the root itself where there is no other.
+    #[test]
+    fn the_root_of_a_line_is_found() {
+        for n in 1..100 {
+            let line = Polynomial::new(vec![Real::double(0.1), -&(&Real::one() / &Real::from(n))]);
+            let x = 0.1 * n as f64;
+            assert!(matches!(line.changes()[..], [y] if (y - x).abs() < 1e-15 * x), "{n}: {:?}", line.changes());
+        }
+    }
+
+    /// 2 − x with 2 to a tenth, and with a slope that may be zero.
+    #[test]
+    fn an_end_is_known_to_the_digits_of_the_coefficients() {
+        let line = |slope: f64, radius: f64| {
+            first_negative(&[Polynomial(vec![Real::from(2).widened(0.1), Real::double(slope).widened(radius)])])
         };
-        assert!((from - 1.0).abs() < 1e-9 && at > 1.0 && at < 2.0);
-        assert!(matches!(polynomial(&[0, -1, 1]).sign(), Sign::NegativeFrom { from: 0.0, .. }));
-        assert!(matches!(polynomial(&[0, 0, -1]).sign(), Sign::NegativeFrom { from: 0.0, .. }));
-        assert_eq!(polynomial(&[]).sign(), Sign::NonNegative);
+        let Sign::NegativeFrom { from, open, .. } = line(-1.0, 0.0) else { panic!("negative beyond 2.1") };
+        assert!((from - 2.0).abs() < 1e-15 && (0.1..=0.2).contains(&open), "{open}");
+        assert_eq!(line(-0.1, 0.2), Sign::NonNegative);
     }
 
     /// Roots of unity, twice: the iteration for eigenvalues does not settle on them.

@@ -5,8 +5,8 @@ use lsvi::{InputError, Integrator, VectorField};
 
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
-use super::facts::{Facts, order as order_fact, reach, short};
-use super::linear::{Reach, SeriesOrder};
+use super::facts::{Facts, length, order as order_fact, reach, short, told};
+use super::linear::{Reach, SeriesOrder, Unstable};
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
 use super::structure::{Indefinite, Simplifying};
@@ -18,6 +18,9 @@ use crate::kinds::{Principle, Stability, Symplecticity};
 use crate::measure::decimal::counted;
 use crate::measure::norm::larger;
 use crate::method::Traits;
+
+/// What angles in degrees are found to.
+const ANGLE: f64 = 0.002;
 
 impl Analysis for Theory {
     fn kind(&self) -> &'static str {
@@ -62,8 +65,10 @@ impl Analysis for Theory {
             _ if matches!(self.negative, Reach::UpTo { end: 0.0, .. }) => Stability::Unstable,
             _ => Stability::Conditional,
         };
+        let stiff_order = self.stiff_order();
         Traits {
-            stiff_order: self.stiff_order(),
+            stiff_order: stiff_order.map(|(order, _)| order),
+            divides_by_rate: stiff_order.is_none_or(|(_, divides)| divides),
             symplectic: match self.symplectic_defect {
                 None => Symplecticity::Always,
                 Some(_) => Symplecticity::Never,
@@ -116,7 +121,10 @@ impl Analysis for Theory {
     }
 
     fn figures(&self) -> Vec<Figure> {
-        let reach = |reach: Reach| if let Reach::UpTo { end, .. } = reach { end } else { 0.0 };
+        let reach = |reach: Reach| match reach {
+            Reach::UpTo { end, .. } | Reach::Open { to: end } => end,
+            Reach::Everything => 0.0,
+        };
         let size = 1.3 * reach(self.negative).max(reach(self.imaginary));
         vec![super::evidence::region(size, |z| self.stability.at(z).norm())]
     }
@@ -127,23 +135,28 @@ impl Analysis for Theory {
 }
 
 impl Theory {
-    /// Prothero and Robinson's problem, where theory has an order for hλ ≫ 1.
+    /// Prothero and Robinson's problem, where theory has an order for hλ ≫ 1, and where it has none, to see what it is.
     fn stiff(&self) -> Trial {
-        let none = |reason: &str| Trial { kind: "stiff", name: "prothero-robinson", plan: Err(reason.into()) };
         if !self.alpha.is_some_and(|alpha| alpha > 0.0) {
-            return none("not the whole negative axis is in the region of stability: hλ must stay of order 1");
+            let why = "not the whole negative axis is in the region of stability: hλ must stay of order 1";
+            return Trial { kind: "stiff", name: "prothero-robinson", plan: Err(why.into()) };
         }
-        if self.stiff_order().is_none() {
-            return none("A is singular or R(∞) does not damp: the errors are no power of h there");
+        match self.stiff_order() {
+            Some(_) => Trial::stiff(Some(self.order_in_time), "the defects of the stages"),
+            None if self.stability.at_infinity().abs() > 0.95 => Trial::stiff(None, "R(∞) does not damp"),
+            None => Trial::stiff(None, "A is singular, or two terms of the error compete"),
         }
-        Trial::stiff(self.order_in_time, "the defects of the stages")
     }
 
     fn described(&self) -> Facts {
         let theory = self;
-        let follows = match theory.order_found() > theory.main.order {
-            true => format!("{} or more, by Butcher's simplifying assumptions", theory.order_found()),
-            false => order_fact(&theory.main),
+        let (found, most) = (theory.order_found(), theory.most());
+        let follows = match () {
+            () if found == most && theory.all_hold() => {
+                format!("{found}, the most that {} can have", counted(theory.numbers.stages(), "stage"))
+            }
+            () if found > theory.main.order => format!("{found} or more, by Butcher's simplifying assumptions"),
+            () => order_fact(&theory.main),
         };
         let mut facts = vec![("order", follows)];
         if let Some(embedded) = &theory.embedded {
@@ -176,6 +189,7 @@ impl Theory {
         let class = match theory.alpha {
             Some(_) if theory.is_a_stable() && infinity == 0.0 => "L-stable".into(),
             Some(_) if theory.is_a_stable() => "A-stable".into(),
+            _ if theory.is_a_stability_open() => "whether it is A-stable is open for the digits given".into(),
             Some(alpha) => format!("A(α)-stable with α {}", angle(alpha)),
             None => "conditionally stable".to_owned(),
         };
@@ -260,21 +274,26 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
         Property::DiagonallyImplicit => shape(theory, Shape::DiagonallyImplicit),
         Property::AStable => a_stable(theory),
         Property::AlphaStable(angle) => match theory.alpha {
+            _ if theory.is_a_stability_open() => {
+                Finding::open("the digits given do not tell whether |R| ≤ 1 on the axes")
+            }
+            // A right angle is A-stability.
+            Some(_) if angle.value >= 90.0 => a_stable(theory),
             Some(alpha) => {
                 let why = match theory.is_a_stable() {
                     true => "|R| ≤ 1 in the left half-plane".to_owned(),
                     false => format!("|R| ≤ 1 in the sector |arg(−z)| ≤ α, α {}", self::angle(alpha)),
                 };
-                // The angle is found to a hundredth, and claims are rounded to the digits they have; a right one is A-stability.
-                let reaches = angle <= alpha + 0.01 && (angle < 90.0 || theory.is_a_stable());
-                Finding::new(alpha > 0.0 && reaches, why).measured(alpha)
+                let (outcome, words) = angle.is_reached(alpha, ANGLE);
+                let outcome = if alpha > 0.0 { outcome } else { Outcome::Fail };
+                Finding { outcome, measured: Some(alpha), why: why + &words }
             }
             None => Finding::new(false, "not even the whole negative axis is in the region of stability"),
         },
         Property::LStable => {
             let infinity = theory.stability.at_infinity();
             match a_stable(theory) {
-                finding if finding.outcome == Outcome::Fail => finding,
+                finding if finding.outcome != Outcome::Pass => finding,
                 _ if infinity == 0.0 => Finding::new(true, "A-stable, and deg N < deg D, so that R(∞) = 0"),
                 _ => Finding::new(false, format!("A-stable, but R(∞) = {infinity:.6}")).measured(infinity),
             }
@@ -291,11 +310,9 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
                 let why = format!("B A + Aᵀ B − b bᵀ is indefinite: elimination meets {x:.4e} at stage {}", i + 1);
                 Finding::new(false, why).measured(*x)
             }
-            Err(Indefinite::Undecided) => Finding {
-                outcome: Outcome::Inconclusive,
-                measured: None,
-                why: "the digits given do not tell whether B A + Aᵀ B − b bᵀ is semidefinite".into(),
-            },
+            Err(Indefinite::Undecided) => {
+                Finding::open("the digits given do not tell whether B A + Aᵀ B − b bᵀ is semidefinite")
+            }
         },
         Property::StifflyAccurate => {
             let text = match theory.stiffly_accurate {
@@ -325,12 +342,19 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
         Property::DissipationOrder(p) => series_order(p, theory.linear.dissipation, "amplitude"),
         Property::ImaginaryInterval(y) => match theory.imaginary {
             Reach::Everything => Finding::new(true, "|R(iy)| ≤ 1 for all y"),
-            Reach::UpTo { end, witness } => {
+            Reach::UpTo { end, open, witness } => {
                 let size = theory.stability.at(nalgebra::Complex::new(0.0, witness)).norm();
-                let why = format!("|R(iy)| ≤ 1 up to |y| = {end:.6}; |R({witness:.4}i)| = {size:.8}");
-                // The claim is rounded to the digits it has, of which there are rarely more than four.
-                Finding::new(y <= end * (1.0 + 5e-4), why).measured(end)
+                let (outcome, words) = y.is_reached(end, open);
+                let end_told = if open < 1e-6 { format!("{end:.6}") } else { length(end, open) };
+                let why = format!("|R(iy)| ≤ 1 up to |y| = {end_told}; |R({witness:.4}i)| = {size:.8}{words}");
+                Finding { outcome, measured: Some(end), why }
             }
+            Reach::Open { to } => match y.is_reached(to, 0.0) {
+                (Outcome::Pass, words) => {
+                    Finding::new(true, format!("|R(iy)| ≤ 1 up to |y| = {to:.6} at least{words}"))
+                }
+                _ => Finding::open(format!("the digits given do not tell whether |R(iy)| ≤ 1 beyond |y| = {to:.2}")),
+            },
         },
         Property::ZeroStable => return None,
     })
@@ -353,7 +377,8 @@ fn shape(theory: &Theory, claimed: Shape) -> Finding {
 fn a_stable(theory: &Theory) -> Finding {
     match theory.stability.is_a_stable() {
         Ok(()) => Finding::new(true, "no pole in the left half-plane, and |R(iy)| ≤ 1 for all y"),
-        Err(z) => {
+        Err(Unstable::Open) => Finding::open("the digits given do not tell whether |R(iy)| ≤ 1 for all y"),
+        Err(Unstable::At(z)) => {
             let size = theory.stability.at(z).norm();
             let place = if z.re == 0.0 { format!("{:.6}i", z.im) } else { format!("{:.6} {:+.6}i", z.re, z.im) };
             let why = if size < 1e6 {
@@ -379,21 +404,27 @@ fn series_order(p: u32, found: SeriesOrder, what: &str) -> Finding {
             let why = format!("the error of the {what} has a term {constant:+.4e} (hω)^{}", order + 1);
             Finding::new(false, why).measured(order)
         }
-        SeriesOrder::Open { by, .. } => {
-            let why = format!("too few digits: they leave the terms of the error of the {what} open by up to {by:.0e}");
-            Finding { outcome: Outcome::Inconclusive, measured: None, why }
-        }
+        SeriesOrder::Open { by, .. } => Finding::open(format!(
+            "too few digits: they leave the terms of the error of the {what} open by up to {by:.0e}"
+        )),
     }
 }
 
-/// What the simplifying assumptions say of an order beyond the conditions that are made up: B(p), C(η) and D(ζ) imply order p for
-/// p ≤ η + ζ + 1 and p ≤ 2η + 2 (Butcher; \[HNW93\] II.7), and B(p) is necessary.
+/// What the simplifying assumptions say of an order at which the conditions end that are made up: B(p), C(η) and D(ζ) imply order p
+/// for p ≤ η + ζ + 1 and p ≤ 2η + 2 (Butcher; \[HNW93\] II.7), and B(p) is necessary. s stages have order 2s at most.
 fn butcher(p: u32, theory: &Theory) -> Option<Finding> {
     let (order, Simplifying { b, c, d }) = (theory.order_found(), theory.simplifying);
-    let decides = p > theory.main.forest.rule().most() && order > theory.main.order && (p <= order || order == b);
+    let is_all = order == b || order == theory.most();
+    let is_beyond = p > theory.main.forest.rule().most() || order > p;
+    let decides = theory.all_hold() && is_beyond && (p <= order || is_all);
     decides.then(|| {
-        let necessary =
-            if order == b { format!("; B({}) fails, which is necessary for more", b + 1) } else { String::new() };
+        let necessary = match () {
+            () if order == theory.most() => {
+                format!("; {} have no higher one", counted(theory.numbers.stages(), "stage"))
+            }
+            () if order == b => format!("; B({}) fails, which is necessary for more", b + 1),
+            () => String::new(),
+        };
         let why = format!("B({b}), C({c}) and D({d}) hold, from which order {order} follows{necessary}");
         Finding::new(p == order, why).measured(order)
     })
@@ -411,10 +442,10 @@ pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
         Some(first) => {
             let failing = weights.failing(p).count();
             format!(
-                "{failing} of {number} conditions on {name} fail, the first at order {}: {} is off by {:.3e}",
+                "{failing} of {number} conditions on {name} fail, the first at order {}: {} is off by {}",
                 first.order,
                 weights.formula(first.tree, name),
-                first.residual.to_f64()
+                told(&first.residual, 3)
             )
         }
         None if weights.order > p => {
@@ -423,12 +454,7 @@ pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
         None => {
             let next = weights.conditions.iter().find(|c| !c.holds());
             let then = next.map_or_else(String::new, |c| {
-                format!(
-                    "; of order {}, {} is off by {:.3e}",
-                    c.order,
-                    weights.formula(c.tree, name),
-                    c.residual.to_f64()
-                )
+                format!("; of order {}, {} is off by {}", c.order, weights.formula(c.tree, name), told(&c.residual, 3))
             });
             let conditions =
                 if number == 1 { "the condition holds".into() } else { format!("all {number} conditions hold") };

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::conditions::{Condition, conditions, error_norm, order_of};
-use super::linear::{LinearOrders, Reach, StabilityFunction};
+use super::linear::{LinearOrders, Reach, StabilityFunction, Unstable};
 use super::real::Real;
 use super::reduce::Reduced;
 use super::structure::{
@@ -146,8 +146,17 @@ impl Theory {
 
     /// The order of b: from its conditions, and where all that are made up hold from the simplifying assumptions.
     pub fn order_found(&self) -> u32 {
-        let all_hold = self.main.order == self.main.forest.rule().most();
-        if all_hold { self.main.order.max(self.simplifying.order()) } else { self.main.order }
+        if self.all_hold() { self.main.order.max(self.simplifying.order()) } else { self.main.order }
+    }
+
+    /// Whether all conditions hold that are made up.
+    pub(super) fn all_hold(&self) -> bool {
+        self.main.order == self.main.forest.rule().most()
+    }
+
+    /// The order that no method of so many stages exceeds: that of Gauss' quadrature.
+    pub(super) fn most(&self) -> u32 {
+        2 * self.numbers.stages() as u32
     }
 
     /// The stages whose row sum is not c_i.
@@ -161,17 +170,22 @@ impl Theory {
         self.stability.is_a_stable().is_ok()
     }
 
-    /// The order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15). Where A is regular and R(∞) damps, it is the first k with
-    /// δ_k − bᵀA⁻¹Δ_k ≠ 0, Δ_k the defect of the stages on tᵏ and δ_k that of b; where these vanish, as for stiffly accurate
-    /// methods, one less than the first k with bᵀA⁻²Δ_k ≠ 0. Elsewhere it is known if the stages are all of the order of the
-    /// method.
-    pub fn stiff_order(&self) -> Option<u32> {
+    /// Whether the digits leave that open, or already whether the negative axis is in the region of stability.
+    pub(super) fn is_a_stability_open(&self) -> bool {
+        self.stability.is_a_stable() == Err(Unstable::Open) || matches!(self.negative, Reach::Open { .. })
+    }
+
+    /// The order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15), and whether the errors there are divided by λ. Where A is
+    /// regular and R(∞) damps, it is the first k with δ_k − bᵀA⁻¹Δ_k ≠ 0, Δ_k the defect of the stages on tᵏ and δ_k that of b; where
+    /// these vanish, as for stiffly accurate methods, one less than the first k with bᵀA⁻²Δ_k ≠ 0, divided by λ. Elsewhere it is
+    /// known if the stages are all of the order of the method.
+    pub fn stiff_order(&self) -> Option<(u32, bool)> {
         let damps = self.stability.at_infinity().abs() <= 0.95;
-        let whole = Some(self.order_in_time).filter(|order| self.simplifying.stage_order() >= *order);
+        let whole = Some((self.order_in_time, false)).filter(|(order, _)| self.simplifying.stage_order() >= *order);
         if damps { self.damped_order().or(whole) } else { whole }
     }
 
-    fn damped_order(&self) -> Option<u32> {
+    fn damped_order(&self) -> Option<(u32, bool)> {
         let (a, b, c) = self.numbers.doubles();
         let s = b.len();
         let a = DMatrix::from_fn(s, s, |i, j| a[i][j]);
@@ -191,9 +205,9 @@ impl Theory {
         let damped = orders.find(|k| (&inverse * (&inverse * defects(*k).0)).dot(&b).abs() > tolerance);
         // hᵏ against hᵈ/(hλ): where hλ ≫ 1 the former dominates unless it is of higher order.
         match (first, damped) {
-            (Some(first), Some(damped)) if first <= damped => Some(first),
-            (Some(first), None) => Some(first),
-            (None, Some(damped)) => Some(damped - 1),
+            (Some(first), Some(damped)) if first <= damped => Some((first, false)),
+            (Some(first), None) => Some((first, false)),
+            (None, Some(damped)) => Some((damped - 1, true)),
             _ => None,
         }
     }

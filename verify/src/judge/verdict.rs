@@ -48,6 +48,11 @@ impl Finding {
         Self { outcome: holds.into(), measured: None, why: why.into() }
     }
 
+    /// What cannot be told.
+    pub(super) fn open(why: impl Into<String>) -> Self {
+        Self { outcome: Outcome::Inconclusive, measured: None, why: why.into() }
+    }
+
     pub(super) fn measured(self, x: impl Into<f64>) -> Self {
         Self { measured: Some(x.into()), ..self }
     }
@@ -55,7 +60,9 @@ impl Finding {
 
 /// The verdict on `claim`.
 pub(super) fn judge(claim: &Claim, theory: &dyn Analysis) -> Verdict {
-    let finding = theory.find(claim.property).unwrap_or_else(|| Finding {
+    // What is denied of a number is not claimed of those that are rounded to it.
+    let property = if claim.denied { claim.property.exact() } else { claim.property };
+    let finding = theory.find(property).unwrap_or_else(|| Finding {
         outcome: Outcome::Inconclusive,
         measured: None,
         why: format!("this is not looked at in the kind {}", theory.kind()),

@@ -51,6 +51,14 @@ pub fn decimals(slope: f64, places: usize) -> String {
     }
 }
 
+/// A slope to three places, or as many as two digits of its uncertainty have, and that beside it.
+#[must_use]
+pub fn uncertain(slope: f64, by: f64) -> String {
+    // Not a number leaves no place unsaid.
+    let places = if by > 0.0 { (1.0 - by.log10().floor()).clamp(0.0, 3.0) as usize } else { 3 };
+    format!("{} ± {by:.1e}", decimals(slope, places))
+}
+
 /// So many of what a noun names: `1 row`, `2 rows`, `3 entries`.
 #[must_use]
 pub fn counted(n: usize, noun: &str) -> String {
@@ -70,6 +78,20 @@ pub fn parsed(text: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_slope_has_no_more_digits_than_its_uncertainty() {
+        for (slope, by, text) in [
+            (2.00846, 2.3e-3, "2.008 ± 2.3e-3"),
+            (-0.4567, 0.0222, "−0.457 ± 2.2e-2"),
+            (1.9584, 0.131, "1.96 ± 1.3e-1"),
+            (1.9584, 4.2, "2.0 ± 4.2e0"),
+            (2.0, 0.0, "2.000 ± 0.0e0"),
+            (2.0, f64::NAN, "2.000 ± NaN"),
+        ] {
+            assert_eq!(uncertain(slope, by), text);
+        }
+    }
 
     #[test]
     fn what_is_counted_agrees_with_its_number() {

@@ -24,7 +24,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::decimal::decimals;
+use super::decimal::{decimals, uncertain};
 use super::norm::{Extremes, larger};
 use remainder::explains;
 
@@ -318,10 +318,10 @@ pub fn fit_freely(samples: &[Sample], band: f64) -> OrderFit {
     if found.verdict != Verdict::Pass {
         return found;
     }
-    let (slope, steps) = (decimals(line.slope, 3), found.kept.len());
+    let steps = found.kept.len();
     let stalls = if line.slope.abs() <= STALLED { STANDSTILL } else { "" };
-    let reason =
-        format!("order {slope} ± {:.1e}, settled on {steps} steps; no order was expected{stalls}", line.stderr);
+    let order = uncertain(line.slope, line.stderr);
+    let reason = format!("order {order}, settled on {steps} steps; no order was expected{stalls}");
     OrderFit { verdict: Verdict::Measured, reason, ..found }
 }
 
@@ -471,7 +471,7 @@ fn judge(
         return (Verdict::Inconclusive, Trend::Unsettled, text);
     }
     let Line { slope, stderr, .. } = line;
-    let measured = format!("order {} ± {stderr:.1e}", decimals(slope, 3));
+    let measured = format!("order {}", uncertain(slope, stderr));
     if 2.0 * stderr > band {
         let text = format!("{measured}: twice the standard error exceeds the band of {band}");
         return (Verdict::Inconclusive, Trend::Levels, text);

@@ -12,6 +12,9 @@ pub struct Traits {
     pub stiff_order: Option<u32>,
     /// The stiffness λ from which that order shows at steps that resolve φ.
     pub stiff_from: f64,
+    /// Whether the errors of that order are divided by λ: where the end of a step solves an equation of its own, as that of a stiffly
+    /// accurate method does.
+    pub divides_by_rate: bool,
     /// What it steps; decides the limit on a reduced Lagrangian.
     pub principle: Principle,
     /// What limits its step size on stiff problems.
@@ -41,6 +44,7 @@ impl Traits {
             order,
             stiff_order: Some(order),
             stiff_from: 0.0,
+            divides_by_rate: true,
             principle,
             stability,
             symplectic: Symplecticity::Never,

@@ -114,7 +114,14 @@ fn transient(Window { horizon, coarsest }: Window, fastest: f64, traits: &Traits
     OrderPlan { unsettled, ..OrderPlan::new(traits.order, window) }
 }
 
-const REDUCTION: &str = "hλ ≫ 1: the error is the defect of the smooth solution divided by λ, not by 1/h";
+/// Why the order at hλ ≫ 1 is another one than for h → 0.
+fn reduction(traits: &Traits) -> &'static str {
+    if traits.divides_by_rate {
+        "hλ ≫ 1: the error is the defect of the smooth solution divided by λ, not by 1/h"
+    } else {
+        "hλ ≫ 1: the defects of the stages, of lower order than the method, reach the end of the step undivided by λ"
+    }
+}
 
 /// The order on a smooth solution, with time scale 1, to which others are attracted at `rate`.
 ///
@@ -132,9 +139,11 @@ fn forced(rate: f64, traits: &Traits) -> OrderPlan {
         // Undamped errors alternate in sign, (−1)ⁿ, and a dozen step sizes let them die out at the fine end.
         (Stability::Neutral, Some(order)) if order == traits.order => slow(0.4, SQRT_2, 12),
         // High orders change over from one limit to the other early: they are taken well before h·rate = 30.
-        (_, Some(order)) if traits.order > 2 => slow(0.2, SQRT_2.sqrt(), 8).declared(f64::from(order), REDUCTION),
+        (_, Some(order)) if traits.order > 2 => {
+            slow(0.2, SQRT_2.sqrt(), 8).declared(f64::from(order), reduction(traits))
+        }
         (_, Some(order)) if order == traits.order => slow(0.4, SQRT_2, 8),
-        (_, Some(order)) => slow(0.4, SQRT_2, 8).declared(f64::from(order), REDUCTION),
+        (_, Some(order)) => slow(0.4, SQRT_2, 8).declared(f64::from(order), reduction(traits)),
     }
 }
 

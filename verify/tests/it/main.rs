@@ -16,6 +16,7 @@ mod own;
 mod readme;
 mod recipes;
 mod references;
+mod regions;
 mod report;
 mod strangers;
 

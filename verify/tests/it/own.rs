@@ -115,7 +115,8 @@ fn a_start_that_lowers_the_order_is_blamed_and_not_the_coefficients() {
     fs::write(&path, text).expect("writable");
     let (code, out, _) = say(&format!("order --problem logistic --method {}", path.display()));
     let out = flat(&out);
-    let blame = "its coefficients have order 5, but its start implicit-euler has order 1, where 4 is needed, so that order 2";
+    let blame =
+        "its coefficients have order 5, but its start implicit-euler has order 1, where 4 is needed, so that order 2";
     assert!(code == 1 && out.contains(blame), "{out}");
 }
 
