@@ -112,6 +112,8 @@
 //! Whatever takes states, settings, coefficients or solvers checks them and returns an [`InputError`]; a step that fails is a
 //! [`StepError`] that says where and why, and leaves the state as it was. The functions of a problem itself, those of
 //! [`VectorField`], [`Lagrangian`], [`Force`] and [`Constraint`], are called with slices of the lengths that are stated there.
+//! Derivatives that a field states by hand are taken for right: a wrong one makes wrong steps of the least-squares methods.
+//! [`check_derivatives`] holds them to differences of f, and names the entry that is wrong.
 //!
 //! # Notation
 //!

@@ -1,4 +1,4 @@
-use lsvi::{Jacobian, Mass, SolveError, StepError, VectorField};
+use lsvi::{Jacobian, Mass, SolveError, StepError, VectorField, check_derivatives};
 use nalgebra::DVector;
 
 use crate::measure::norm::max_norm;
@@ -57,63 +57,16 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Products with J, its entries, products with Jᵀ, and the curvature, of every discretisation.
 #[test]
-fn the_transposed_product_is_the_adjoint() {
+fn stated_derivatives_are_those_of_the_right_hand_side() {
     for flow in all() {
-        let (field, n) = (flow.field(), flow.space.dim);
-        let (v, x, y) = (noise(n, 1), noise(n, 2), noise(n, 3));
-        let (mut jx, mut jty) = (vec![0.0; n], vec![0.0; n]);
-        field.apply_jacobian(0.3, &v, &x, &mut jx);
-        field.apply_transpose(0.3, &v, &y, &mut jty);
-        let (a, b) = (dot(&y, &jx), dot(&jty, &x));
-        let size = dot(&y, &y).sqrt() * dot(&jx, &jx).sqrt();
-        assert!((a - b).abs() <= 1e-12 * size, "{a} and {b}");
+        let checked = check_derivatives(&flow.field(), 0.3, &noise(flow.space.dim, 1));
+        assert!(checked.is_ok(), "{checked:?}");
     }
-}
-
-#[test]
-fn the_products_are_those_of_the_assembled_jacobian() {
-    for flow in all() {
-        let (field, n) = (flow.field(), flow.space.dim);
-        let (v, x) = (noise(n, 4), noise(n, 5));
-        let mut jacobian = Jacobian::with_structure(n, &field.structure());
-        field.add_jacobian(0.3, &v, 1.0, &mut jacobian);
-        let jacobian = jacobian.to_dense();
-        let (mut jx, mut jtx) = (vec![0.0; n], vec![0.0; n]);
-        field.apply_jacobian(0.3, &v, &x, &mut jx);
-        field.apply_transpose(0.3, &v, &x, &mut jtx);
-        let x = DVector::from(x);
-        let (a, b) = (&jacobian * &x - DVector::from(jx), jacobian.tr_mul(&x) - DVector::from(jtx));
-        // Nine terms of four corners each.
-        let tolerance = 64.0 * f64::EPSILON * jacobian.amax();
-        assert!(
-            max_norm(a.as_slice()) <= tolerance && max_norm(b.as_slice()) <= tolerance,
-            "{} {} {tolerance}",
-            a.amax(),
-            b.amax()
-        );
-    }
-}
-
-/// f is quadratic in ψ, so that its central difference is its derivative, up to rounding.
-#[test]
-fn the_jacobian_is_the_derivative() {
-    for flow in all() {
-        let (field, n) = (flow.field(), flow.space.dim);
-        let (v, x) = (noise(n, 6), noise(n, 7));
-        let moved = |s: f64| -> Vec<f64> {
-            let at: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + s * x).collect();
-            let mut f = vec![0.0; n];
-            field.rhs(0.3, &at, &mut f);
-            f
-        };
-        let mut jx = vec![0.0; n];
-        field.apply_jacobian(0.3, &v, &x, &mut jx);
-        let (above, below) = (moved(1.0), moved(-1.0));
-        let size = max_norm(&jx);
-        for (j, (a, b)) in jx.iter().zip(above.iter().zip(&below)) {
-            assert!((j - 0.5 * (a - b)).abs() <= 1e-12 * size, "{j} {}", 0.5 * (a - b));
-        }
+    for flow in periodic() {
+        let checked = check_derivatives(&flow.field(), 0.3, &noise(flow.modes.dim(), 1));
+        assert!(checked.is_ok(), "{checked:?}");
     }
 }
 
@@ -168,45 +121,6 @@ fn the_mass_matrix_is_the_kinetic_energy() {
     }
 }
 
-/// Half the difference of Jᵀw at v + x and v − x, which is its derivative along x where J is affine in v.
-fn slope_of_transposed(field: &impl VectorField, [v, w, x]: [&[f64]; 3]) -> DVector<f64> {
-    let moved = |s: f64| {
-        let at: Vec<f64> = v.iter().zip(x).map(|(v, x)| v + s * x).collect();
-        let mut out = vec![0.0; v.len()];
-        field.apply_transpose(0.3, &at, w, &mut out);
-        DVector::from(out)
-    };
-    0.5 * (moved(1.0) - moved(-1.0))
-}
-
-/// Jᵀw is affine in ψ, so that its central difference is the curvature, up to rounding.
-#[test]
-fn the_curvature_is_the_derivative_of_the_transposed_product() {
-    for flow in all() {
-        let (field, n) = (flow.field(), flow.space.dim);
-        let (v, w, x) = (noise(n, 13), noise(n, 14), noise(n, 15));
-        let mut curvature = Jacobian::zeros(n);
-        field.add_curvature(0.3, &v, &w, 1.0, &mut curvature);
-        let by_entries = curvature.to_dense() * DVector::from(x.clone());
-        let difference = slope_of_transposed(&field, [&v, &w, &x]);
-        assert!(max_norm((&by_entries - &difference).as_slice()) <= 1e-12 * by_entries.amax());
-    }
-}
-
-/// Of the transposed product alone the part without v, of viscosity and the mean flow, has no derivative.
-#[test]
-fn the_curvature_of_the_fourier_method_is_the_derivative_of_the_transposed_product() {
-    for flow in periodic() {
-        let (field, n) = (flow.field(), flow.modes.dim());
-        let (v, w, x) = (noise(n, 13), noise(n, 14), noise(n, 15));
-        let difference = slope_of_transposed(&field, [&v, &w, &x]);
-        let mut curvature = vec![0.0; n];
-        field.apply_curvature(0.3, &v, &w, &x, &mut curvature);
-        let curvature = DVector::from(curvature);
-        assert!(max_norm((&curvature - &difference).as_slice()) <= 1e-12 * difference.amax());
-    }
-}
-
 /// What the references are given too, as quadratic as f.
 #[test]
 fn the_products_by_hand_are_the_derivative() {
@@ -230,41 +144,6 @@ fn the_products_by_hand_are_the_derivative() {
 
 fn periodic() -> [Periodic; 2] {
     [Metric::Velocity, Metric::Vorticity].map(|metric| Periodic::new(12, 0.03, [0.7, -0.4], metric))
-}
-
-#[test]
-fn the_transposed_product_of_the_fourier_method_is_the_adjoint() {
-    for flow in periodic() {
-        let (field, n) = (flow.field(), flow.modes.dim());
-        let (v, x, y) = (noise(n, 1), noise(n, 2), noise(n, 3));
-        let (mut jx, mut jty) = (vec![0.0; n], vec![0.0; n]);
-        field.apply_jacobian(0.0, &v, &x, &mut jx);
-        field.apply_transpose(0.0, &v, &y, &mut jty);
-        let (a, b) = (dot(&y, &jx), dot(&jty, &x));
-        let size = dot(&y, &y).sqrt() * dot(&jx, &jx).sqrt();
-        assert!((a - b).abs() <= 1e-12 * size, "{a} and {b}");
-    }
-}
-
-#[test]
-fn the_jacobian_of_the_fourier_method_is_the_derivative() {
-    for flow in periodic() {
-        let (field, n) = (flow.field(), flow.modes.dim());
-        let (v, x) = (noise(n, 6), noise(n, 7));
-        let moved = |s: f64| -> Vec<f64> {
-            let at: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + s * x).collect();
-            let mut f = vec![0.0; n];
-            field.rhs(0.0, &at, &mut f);
-            f
-        };
-        let mut jx = vec![0.0; n];
-        field.apply_jacobian(0.0, &v, &x, &mut jx);
-        let (above, below) = (moved(1.0), moved(-1.0));
-        let size = max_norm(&jx);
-        for (j, (a, b)) in jx.iter().zip(above.iter().zip(&below)) {
-            assert!((j - 0.5 * (a - b)).abs() <= 1e-12 * size, "{j} {}", 0.5 * (a - b));
-        }
-    }
 }
 
 /// Σ ω_k ω̇_k and Σ ψ_k ω̇_k vanish without viscosity.
