@@ -176,8 +176,8 @@ fn program_hint(error: &ProgramError) -> Option<&'static str> {
              'python3 mine.py'",
         ),
         ProgramError::Column { .. } => Some(
-            "the header has `t` and the names of the components, which `verify list problems` shows; `verify solve --problem \
-             NAME --method rk4 --h 0.1 --t-end 1 --csv -` writes an example",
+            "the header has `t` and the columns that `--quantity` names, or else the components of the problem, which `verify list \
+             problems` shows; `verify solve --problem NAME --method rk4 --h 0.1 --t-end 1 --csv -` writes an example",
         ),
         _ => None,
     }

@@ -249,7 +249,10 @@ fn run_program(options: &Args, command: &str, order: f64, out: &mut Output) -> R
         let _ = writeln!(io::stderr(), "{UNSEEN}");
     }
     match options.format {
-        Format::Text => write_verdicts(&verdicts, out),
+        Format::Text => {
+            paragraph(out, &format!("`{command}`: "), 2, &format!("a program, of which order {order} is expected"))
+                .and_then(|()| write_verdicts(&verdicts, out))
+        }
         Format::Markdown => write_markdown_verdicts(&verdicts, out),
         Format::Json => {
             serde_json::to_writer_pretty(&mut *out, &verdicts).map_err(io::Error::from).and_then(|()| writeln!(out))

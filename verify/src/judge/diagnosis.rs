@@ -57,6 +57,16 @@ pub enum Diagnosis {
         /// The order there.
         order: u32,
     },
+    /// A multistep formula that is listed with its newest step first.
+    Reversed {
+        /// The order that it has in reverse.
+        order: u32,
+    },
+    /// b̂ adds up to zero: what is listed are weights of the error estimate, b − b̂ or b̂ − b.
+    Differences {
+        /// The order of the embedded method that they stand for, which is the same with either sign.
+        order: u32,
+    },
     /// Decimals that were cut off in place of rounded make everything hold.
     Truncated {
         /// The order that the coefficients have then.
@@ -96,6 +106,12 @@ impl Diagnosis {
             && (found < p && p <= order)
         {
             return Self::Separable { order };
+        }
+        if let Body::Multistep(method) = body
+            && found == 0
+            && let Some(order) = method.order_reversed().filter(|order| claimed.is_none_or(|p| p <= *order))
+        {
+            return Self::Reversed { order };
         }
         let orders: Vec<u32> = match claimed {
             Some(p) => vec![p],
@@ -159,6 +175,9 @@ impl Diagnosis {
         {
             return Self::Interchanged { order: e, embedded: main };
         }
+        if let Some(found) = differences(theory, claimed_embedded) {
+            return found;
+        }
         let targets = targets(tableau, theory, claimed, claimed_embedded);
         if let Some((target, repairs)) = mend(tableau, theory, claimed, &targets) {
             return Self::Coefficient { target, repairs };
@@ -187,6 +206,19 @@ fn truncated(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_e
     let found = order(&numbers.b, claimed);
     let least = claimed.unwrap_or(theory.main.order + 2);
     (embedded && found >= least).then_some(found)
+}
+
+/// The embedded method whose difference from b the file lists as b̂, if that is what it does: of order 1 at least, and of that claimed.
+fn differences(theory: &Theory, claimed: Option<u32>) -> Option<Diagnosis> {
+    let (numbers, b) = (&theory.numbers, &theory.numbers.b);
+    let difference = numbers.b_hat.as_deref().filter(|list| list.iter().cloned().sum::<Real>().may_be_zero())?;
+    if difference.iter().all(Real::may_be_zero) {
+        return None;
+    }
+    // Conditions are affine in the weights: those that b and b − d satisfy hold for b + d.
+    let b_hat: Vec<Real> = b.iter().zip(difference).map(|(b, d)| b - d).collect();
+    let order = WeightsTheory::new(numbers, &b_hat, claimed.unwrap_or(0)).order;
+    (order >= claimed.unwrap_or(1).max(1)).then_some(Diagnosis::Differences { order })
 }
 
 /// The orders that a change has to reach: those claimed, or where none is claimed each that may have been meant, the highest first.

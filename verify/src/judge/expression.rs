@@ -12,7 +12,7 @@ const EXPONENT: i64 = 99;
 /// Longest number in digits.
 const DIGITS: usize = 200;
 /// Largest value of a part of a coefficient; no method has any near it.
-const LARGEST: f64 = 1e60;
+const LARGEST: f64 = 1e150;
 /// Decimals with fewer places are numbers like 0.5 or 0.0625, printed in full; with more they have been rounded.
 const EXACT_PLACES: u32 = 6;
 /// With fewer places than this they rarely stand for anything else.
@@ -455,6 +455,7 @@ impl Parser<'_> {
         Ok(left)
     }
 
+    /// Operators of one precedence, the first operand on the left; `//` is the quotient of whole numbers of some languages.
     fn chain(
         &mut self,
         operators: &[char],
@@ -466,6 +467,9 @@ impl Parser<'_> {
             length += 1;
             if length > 100 {
                 return Err(self.wrong("it has too many terms"));
+            }
+            if operator == '/' && self.rest().starts_with('/') {
+                self.at += 1;
             }
             let right = part(self)?;
             left = Expression::Binary { operator, at, left: Box::new(left), right: Box::new(right) };

@@ -66,8 +66,8 @@ impl Judgement {
                     Body::RungeKutta(_) => {}
                     Body::Closure(_) => {
                         return Some(format!(
-                            "The label is too high: a closure has order {order} for any α and β with α + β ≠ 0, so that no \
-                             condition singles out a coefficient."
+                            "The label is too high: a closure has order {order} for any α and β, so that no condition singles out \
+                             a coefficient."
                         ));
                     }
                     _ => {
@@ -99,7 +99,8 @@ impl Judgement {
                 // No label is wrong about a row sum.
                 let rows = self.runge_kutta().is_some_and(|theory| !theory.wrong_rows().is_empty());
                 let doubt = match repairs.first() {
-                    Some(repair) if repair.mends == 1 && !rows => {
+                    // What has no order at all has no label that is right.
+                    Some(repair) if repair.mends == 1 && !rows && self.theory.order() > 0 => {
                         " One number that satisfies one condition may be a coincidence: it may be the label that is wrong."
                     }
                     _ => "",
@@ -120,8 +121,15 @@ impl Judgement {
                 Some(format!("{what}. With {change} {}.{doubt}{}", self.holds_then(*target), self.sum_of_weights()))
             }
             Diagnosis::Interchanged { order, embedded } => Some(format!(
-                "b and b_hat look interchanged: with them exchanged the method is of order {order} and the embedded one of order \
-                 {embedded}."
+                "b and b_hat, or the orders claimed of them, look interchanged: b has order {embedded}, and b_hat has order {order}."
+            )),
+            Diagnosis::Reversed { order } => Some(format!(
+                "The coefficients look listed with the newest step first: as they stand the formula is inconsistent, and in reverse it \
+                 has order {order} and converges. A file lists the oldest step first."
+            )),
+            Diagnosis::Differences { order } => Some(format!(
+                "b_hat adds up to 0, as the weights of an error estimate do, b - b_hat or b_hat - b: the embedded method has order \
+                 {order} then. A file lists the weights of that method itself."
             )),
             Diagnosis::Separable { order } => Some(format!(
                 "The claim holds on separable systems alone. On q̇ = f(p), ṗ = g(q) the order is {order}; on systems in general it is \

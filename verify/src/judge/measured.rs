@@ -4,13 +4,13 @@ use rayon::prelude::*;
 
 use super::analysis::{Analysis, Plan, Trial};
 use super::method::FileMethod;
-use super::verdict::{Kind, Verdict};
+use super::verdict::{self, Kind};
 use crate::evidence::{Check, Outcome, Requirement};
 use crate::experiment::energy_drift::{self as drift, Drift};
 use crate::kinds::Symplecticity;
 use crate::measure::decimal::uncertain;
 use crate::measure::norm::distance;
-use crate::measure::order::{self, OrderFit};
+use crate::measure::order::{self, OrderFit, Sample, Verdict};
 use crate::method::Traits;
 use crate::order::{Source, measure};
 use crate::problem;
@@ -33,7 +33,7 @@ pub struct MeasuredOrder {
 
 impl MeasuredOrder {
     /// Theory and measurement agree, or they do not; nothing where theory has no order and one is measured.
-    pub fn verdict(&self) -> Option<Verdict> {
+    pub fn verdict(&self) -> Option<verdict::Verdict> {
         let (outcome, reason) = match (&self.result, self.expected) {
             (Ok(fit), Some((_, from))) => (fit.verdict.into(), format!("{}, from {from}", fit.reason)),
             (Ok(_), None) => return None,
@@ -48,14 +48,14 @@ impl MeasuredOrder {
             required: fit.map(|fit| Requirement::Near(fit.expected.order, fit.expected.band)),
             reason,
         };
-        Some(Verdict { kind: Kind::Run, subject: self.kind.into(), check })
+        Some(verdict::Verdict { kind: Kind::Run, subject: self.kind.into(), check })
     }
 
     /// What was measured where theory has no order.
     pub(super) fn fact(&self) -> Option<(&'static str, String)> {
         let fit = self.result.as_ref().ok().filter(|_| self.expected.is_none())?;
         let told = match (fit.verdict, fit.line) {
-            (order::Verdict::Measured, Some(line)) => format!("order {}", uncertain(line.slope, line.stderr)),
+            (Verdict::Measured, Some(line)) => format!("order {}", uncertain(line.slope, line.stderr)),
             _ => format!("no order ({})", fit.reason),
         };
         Some((self.kind, format!("{told} on {}, where theory has none: {}", self.problem, self.from)))
@@ -71,7 +71,7 @@ pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> 
             let truth = Source::default_for(&*problem, &method).truth(&*problem, &method);
             let fit = measure(&*problem, &method, truth).map_err(|error| error.to_string())?;
             Ok(match order {
-                Some(_) => (true, fit.of_equations_in_general()),
+                Some(order) => (true, hidden(theory, order, &fit).unwrap_or_else(|| fit.of_equations_in_general())),
                 None => (false, freely(&fit)),
             })
         });
@@ -85,6 +85,24 @@ pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> 
 fn freely(fit: &OrderFit) -> OrderFit {
     let samples: Vec<_> = fit.kept.iter().chain(fit.dropped.iter().map(|(sample, _)| sample)).cloned().collect();
     order::fit_freely(&samples, fit.expected.band)
+}
+
+/// The fit where the error term of the order that theory has is too small to show, as after a misprint in the last of many digits: its
+/// constant times h^p is less than a tenth of the error at every step.
+fn hidden(theory: &dyn Analysis, order: u32, fit: &OrderFit) -> Option<OrderFit> {
+    let main = &theory.as_runge_kutta()?.main;
+    let constant = main.error_norm.filter(|_| main.order == order && fit.verdict != Verdict::Pass)?;
+    let is_below = |sample: &Sample| {
+        constant * sample.h.powi(order as i32) < 0.1 * sample.result.as_ref().map_or(0.0, |measured| measured.error)
+    };
+    if fit.kept.is_empty() || !fit.kept.iter().all(is_below) {
+        return None;
+    }
+    let mut fit = fit.clone();
+    fit.verdict = Verdict::Inconclusive;
+    fit.reason +=
+        &format!("; the error term of order {order} has the constant {constant:.1e}, and does not show at these steps");
+    Some(fit)
 }
 
 /// Step of the measured defects: large, so that what is no symmetry is far above roundoff.
@@ -151,7 +169,7 @@ pub fn defects(method: &FileMethod) -> Result<Defects, String> {
 
 impl Defects {
     /// What the conditions on the coefficients say, held to the measured defects.
-    pub fn verdicts(&self, traits: &Traits) -> [Verdict; 2] {
+    pub fn verdicts(&self, traits: &Traits) -> [verdict::Verdict; 2] {
         let verdict = |name: &str, what: &str, by_condition: bool, defect: f64| {
             let vanishes = defect <= VANISHES;
             let (says, required) = match by_condition {
@@ -177,7 +195,7 @@ impl Defects {
                 ),
             };
             let subject = if by_condition { name.into() } else { format!("not {name}") };
-            Verdict { kind: Kind::Run, subject, check }
+            verdict::Verdict { kind: Kind::Run, subject, check }
         };
         [
             verdict("symplectic", "symplecticity", traits.symplectic != Symplecticity::Never, self.symplectic),
@@ -201,7 +219,7 @@ pub(super) fn energy(method: &FileMethod) -> Result<Drift, String> {
 }
 
 /// What is symplectic or symmetric does not drift there, and what is neither has to.
-pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> Verdict {
+pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> verdict::Verdict {
     let (name, h, _) = LONG;
     let check = match found {
         Ok(Ok(drift)) => {
@@ -243,7 +261,7 @@ pub(super) fn energy_verdict(found: Result<Result<Drift, String>, String>) -> Ve
             reason,
         },
     };
-    Verdict { kind: Kind::Run, subject: "energy".into(), check }
+    verdict::Verdict { kind: Kind::Run, subject: "energy".into(), check }
 }
 
 #[cfg(test)]

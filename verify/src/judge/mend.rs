@@ -8,7 +8,7 @@ use super::multistep::Multistep;
 use super::nodes::{Nodes, node_moments, quadrature_moments};
 use super::parts::{Coupling, Parts};
 use super::real::Real;
-use super::repair::{Repair, forms, interpolate, polish};
+use super::repair::{Repair, forms, interpolate, is_printed, polish};
 use super::tableau::{Coefficient, Place, row_sums};
 use super::tree::{Forest, Rule};
 
@@ -63,10 +63,10 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
     let mut found = Vec::new();
     for (k, (place, old)) in entries.iter().enumerate() {
         for x in candidates(system, &wrong, |x| with(k, x)) {
-            if (&x - &old.real).may_be_zero() {
+            if is_printed(&x, old) {
                 continue;
             }
-            let holds = |(_, value): &(String, Real)| failing(system, &with(k, value)).is_empty();
+            let holds = |(_, value): &(String, Real)| hold(system, &with(k, value), &wrong);
             if let Some((text, value)) = forms(&x, old, &radicands).find(holds) {
                 let (was, mends) = (old.text.clone(), wrong.len());
                 let (also, follows) = (Vec::new(), Vec::new());

@@ -38,6 +38,15 @@ pub struct Multistep {
 }
 
 impl Multistep {
+    /// The order of the formula with its coefficients in reverse, where it converges so. Of a consistent formula the reverse is
+    /// inconsistent: ρ'(1) changes its sign, and σ(1) does not.
+    pub(super) fn order_reversed(&self) -> Option<u32> {
+        let reversed = |list: &[Coefficient]| list.iter().rev().map(|x| x.real.clone()).collect::<Vec<_>>();
+        let (rho, sigma) = (reversed(&self.rho), reversed(&self.sigma));
+        let order = order_of(&constants(&rho, &sigma));
+        (order > 0 && !is_unstable(&rho)).then_some(order)
+    }
+
     pub(super) fn table(&self) -> Table {
         let columns: Vec<String> =
             std::iter::once(String::new()).chain((0..self.rho.len()).map(|j| format!("n + {j}"))).collect();
@@ -118,6 +127,11 @@ enum NotAStable {
     Open,
 }
 
+/// Whether ρ with these coefficients has a root outside the unit disc, or a double one on its rim.
+fn is_unstable(rho: &[Real]) -> bool {
+    matches!(Roots::of(&Polynomial::new(rho.to_vec())), Roots::Outside(_) | Roots::Double(_))
+}
+
 /// All that follows from the coefficients.
 #[derive(Debug)]
 pub(super) struct MultistepTheory {
@@ -145,7 +159,7 @@ impl MultistepTheory {
         let constants = constants(&r, &s);
         let doubles = [&r, &s].map(|list| list.iter().map(Real::to_f64).collect::<Vec<_>>());
         let mut theory = Self {
-            order: constants.iter().take_while(|c| c.may_be_zero()).count().saturating_sub(1) as u32,
+            order: order_of(&constants),
             constants,
             rho: Polynomial::new(r.clone()),
             sigma: Polynomial::new(s.clone()),
@@ -186,7 +200,11 @@ impl MultistepTheory {
 
     fn what_starts(&self) -> String {
         let (start, left) = (self.start.order_in_time, self.started_order());
-        format!("{} has order {start}, so that {left} is what is left", self.start_name)
+        let so = match self.order.saturating_sub(1) {
+            needed if left == self.order => format!("and {needed} is enough"),
+            needed => format!("where {needed} is needed, so that order {left} is left"),
+        };
+        format!("{} has order {start}, {so}", self.start_name)
     }
 
     /// ρ/σ at e^{iθ}: the z = hλ with a root on the unit circle.
@@ -321,6 +339,10 @@ fn complex(z: Complex<f64>) -> String {
     if z.im == 0.0 { short(z.re) } else { format!("{} {:+.5}i", short(z.re), z.im) }
 }
 
+fn order_of(constants: &[Real]) -> u32 {
+    constants.iter().take_while(|c| c.may_be_zero()).count().saturating_sub(1) as u32
+}
+
 fn constants(r: &[Real], s: &[Real]) -> Vec<Real> {
     let total: Real = s.iter().cloned().sum();
     let power = |j: usize, q: u32| (0..q).fold(Real::one(), |p, _| &p * &Real::from(j as i64));
@@ -395,7 +417,9 @@ impl Analysis for MultistepTheory {
                         format!("C_0 vanishes to within {:.0e}, C_1 = {}", radius(), told(c, 4))
                     }
                     Some(c) => {
-                        format!("C_0 to C_{} vanish to within {:.0e}, C_{first} = {}", self.order, radius(), told(c, 4))
+                        let and = if self.order == 1 { "and" } else { "to" };
+                        let all = format!("C_0 {and} C_{} vanish to within {:.0e}", self.order, radius());
+                        format!("{all}, C_{first} = {}", told(c, 4))
                     }
                     None => format!("all constants looked at vanish, to C_{MOST}"),
                 };
@@ -471,7 +495,8 @@ impl Analysis for MultistepTheory {
         let mut out = Vec::new();
         out.extend(self.find(Property::ZeroStable).map(|finding| {
             // Dahlquist: convergent if and only if zero-stable and consistent.
-            let inconsistent = format!("{}, but it is not consistent: its order is 0", finding.why);
+            let and = if finding.outcome == Outcome::Pass { "but" } else { "and" };
+            let inconsistent = format!("{}, {and} it is not consistent: its order is 0", finding.why);
             let finding = if self.order == 0 { Finding::new(false, inconsistent) } else { finding };
             verdict("convergence", "It is zero-stable and consistent, without which it does not converge", finding)
         }));

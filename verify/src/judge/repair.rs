@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use dashu_int::IBig;
 use dashu_ratio::RBig;
+use rayon::prelude::*;
 
 use super::conditions::Weights;
 use super::polynomial::Polynomial;
@@ -64,10 +65,13 @@ pub fn repairs(tableau: &Tableau, target: Target) -> Vec<Repair> {
     search.failing = search.failures(&search.numbers);
     search.rows = failing_rows(&search.numbers);
     let mut found: Vec<Repair> =
-        search.candidates().into_iter().filter_map(|(place, x)| search.verify(place, &x)).collect();
+        search.candidates().into_par_iter().filter_map(|(place, x)| search.verify(place, &x)).collect();
+    // Where A and b satisfy every condition, what disagrees with them is c.
+    let a_is_right = search.failing.iter().all(Vec::is_empty);
     found.sort_by_key(|repair| {
         let distance = strsim::damerau_levenshtein(&repair.was, &repair.text);
-        (!repair.follows.is_empty(), repair.makes_implicit, distance, repair.place)
+        let spoils = a_is_right && !matches!(repair.place, Place::C(_));
+        (!repair.follows.is_empty(), repair.makes_implicit, spoils, distance, repair.place)
     });
     found.dedup_by(|a, b| a.place == b.place && a.text == b.text);
     found
@@ -117,15 +121,13 @@ impl Search<'_> {
                 found.extend(columns.map(|j| (Place::A(*i, j), &self.numbers.a[*i][j] + defect)));
             }
             [] => {
-                for i in 0..s {
-                    for place in [Place::B(i), Place::Hat(i)] {
-                        found.extend(self.solve(place).into_iter().map(|x| (place, x)));
-                    }
-                    for j in self.columns(i) {
-                        let place = Place::A(i, j);
-                        found.extend(self.solve(place).into_iter().map(|x| (place, x)));
-                    }
-                }
+                let of_stage = |i: usize| {
+                    let row = self.columns(i).map(move |j| Place::A(i, j));
+                    [Place::B(i), Place::Hat(i)].into_iter().chain(row)
+                };
+                let places: Vec<Place> = (0..s).flat_map(of_stage).collect();
+                let solved = |place: Place| self.solve(place).into_iter().map(move |x| (place, x));
+                found.par_extend(places.into_par_iter().flat_map_iter(solved));
             }
             _ => {}
         }
@@ -185,7 +187,7 @@ impl Search<'_> {
     /// The repair, if all conditions hold with it.
     fn verify(&self, place: Place, x: &Real) -> Option<Repair> {
         let old = self.tableau.coefficient(place)?;
-        if (x - &old.real).may_be_zero() {
+        if is_printed(x, old) {
             return None;
         }
         let holds = |(_, value): &(String, Real)| {
@@ -205,6 +207,12 @@ impl Search<'_> {
         };
         Some(Repair { place, also: Vec::new(), follows, makes_implicit, was: old.text.clone(), text, value, mends })
     }
+}
+
+/// Whether `x` is what the digits of `old` say already. What `x` itself is uncertain by does not count: in a row sum that is as much as
+/// the digits leave, and a misprint of one unit is no more.
+pub(super) fn is_printed(x: &Real, old: &Coefficient) -> bool {
+    (&x.centre() - &old.real).may_be_zero()
 }
 
 /// The forms in which `x` can replace `old`: a rounded decimal by one of as many places, uncertain by as much, as a reader of the

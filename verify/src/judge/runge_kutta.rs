@@ -40,6 +40,11 @@ impl Analysis for Theory {
         self.order_found()
     }
 
+    fn lowered(&self) -> Option<String> {
+        let in_time = self.order_in_time;
+        (in_time < self.order_found()).then(|| format!("with its c the order on v̇ = f(t, v) is {in_time}"))
+    }
+
     fn facts(&self) -> Facts {
         self.described()
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::mend::{System, candidates, failing, hold, numbers, radicands};
 use super::real::Real;
-use super::repair::{Repair, forms};
+use super::repair::{Repair, forms, is_printed};
 use super::tableau::{Coefficient, Place};
 
 /// The entries of a system, as it lists them.
@@ -35,7 +35,7 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
             changed
         };
         for x in candidates(system, &wrong, with) {
-            if (&x - &old.real).may_be_zero() {
+            if is_printed(&x, old) {
                 continue;
             }
             let holds = |(_, value): &(String, Real)| hold(system, &with(value), &wrong);

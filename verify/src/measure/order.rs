@@ -178,6 +178,8 @@ pub struct LocalSlope {
 enum Trend {
     /// To a slope that the verdict compares, or nowhere yet.
     Levels,
+    /// They have not settled.
+    Unsettled,
     /// The local slopes tend to the order that is expected, and the ladder ends too soon.
     Approaches,
     /// They grow.
@@ -233,6 +235,12 @@ impl OrderFit {
     /// Whether finer steps alone would tell: the local slopes tend to the order that is expected.
     pub(crate) fn still_approaches(&self) -> bool {
         self.trend == Trend::Approaches
+    }
+
+    /// Whether finer steps than those of the ladder may settle the slopes: the finest is no floor yet.
+    pub fn wants_finer(&self) -> bool {
+        let finest = self.points().last().is_some_and(|(_, reason)| reason.is_none());
+        finest && matches!(self.trend, Trend::Approaches | Trend::Unsettled)
     }
 
     /// All points, coarse to fine, with the reason why one is not in the fit.
@@ -460,7 +468,7 @@ fn judge(
     if settled.len() < MIN_POINTS {
         let list = join(&slopes[slopes.len() - (MIN_POINTS - 1)..]);
         let text = format!("the local slopes have not settled to within {}: {list} at the fine end", band / 2.0);
-        return (Verdict::Inconclusive, Trend::Levels, text);
+        return (Verdict::Inconclusive, Trend::Unsettled, text);
     }
     let Line { slope, stderr, .. } = line;
     let measured = format!("order {}", uncertain(slope, stderr));

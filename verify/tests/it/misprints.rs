@@ -119,8 +119,7 @@ fn weights_and_embedded_weights_that_look_interchanged_are_told() {
         (judgement.diagnosis_text(), judgement.changes().len())
     };
     let names = [("b_hat =", "b_other ="), ("\nb =", "\nb_hat ="), ("b_other =", "b =")];
-    let text =
-        "b and b_hat look interchanged: with them exchanged the method is of order 5 and the embedded one of order 4.";
+    let text = "b and b_hat, or the orders claimed of them, look interchanged: b has order 4, and b_hat has order 5.";
     assert_eq!(told(&names), (Some(text.to_owned()), 0));
     let unlabelled = [names.as_slice(), &[("embedded_order = 4\n", "")]].concat();
     assert_eq!(told(&unlabelled), (Some(text.to_owned()), 0));
@@ -179,4 +178,63 @@ fn exchanges_that_are_not_looked_for_are_told() {
     let text = format!("order = 3\na = [{}]\nb = [{}]\n", rows.join(", "), ["\"1/17\""; 17].join(", "));
     let told = judge(&text, Effort::Theory).diagnosis_text().expect("its order is 1");
     assert!(told.contains("Exchanged entries are looked for up to 16 stages only."), "{told}");
+}
+
+/// The backward differentiation formula of three steps with its newest step first has roots of ρ of modulus 2.3 and is inconsistent.
+/// One change of a slope would make it consistent, and leave it divergent.
+#[test]
+fn a_formula_that_is_listed_with_its_newest_step_first_is_told() {
+    let reversed = "kind = \"multistep\"\norder = 3\nrho = [\"11/6\", -3, \"3/2\", \"-1/3\"]\nsigma = [1, 0, 0, 0]\n";
+    let judgement = judge(reversed, Effort::Theory);
+    assert!(matches!(judgement.diagnosis, Diagnosis::Reversed { order: 3 }), "{:?}", judgement.diagnosis);
+    assert!(judgement.changes().is_empty());
+    let told = judgement.diagnosis_text().expect("it is wrong");
+    assert!(told.contains("in reverse it has order 3"), "{told}");
+    // In reverse it has order 3, and not 4; and what is listed the right way round is not reversed.
+    let higher = judge(&reversed.replace("order = 3", "order = 4"), Effort::Theory);
+    assert!(!matches!(higher.diagnosis, Diagnosis::Reversed { .. }), "{:?}", higher.diagnosis);
+    let right = changed("bdf3", &[("order = 3", "order = 4")]);
+    assert!(matches!(judge(&right, Effort::Theory).diagnosis, Diagnosis::LabelTooHigh { order: 3 }));
+}
+
+/// Solvers list b − b̂ or b̂ − b, with which they estimate the error.
+#[test]
+fn weights_of_an_error_estimate_in_place_of_the_embedded_ones_are_told() {
+    let embedded = "b_hat = [\"7/24\", \"1/4\", \"1/3\", \"1/8\"]";
+    for list in ["b_hat = [\"-5/72\", \"1/12\", \"1/9\", \"-1/8\"]", "b_hat = [\"5/72\", \"-1/12\", \"-1/9\", \"1/8\"]"]
+    {
+        let judgement = judge(&changed("bogacki-shampine", &[(embedded, list)]), Effort::Theory);
+        let told = judgement.diagnosis_text().expect("it is wrong");
+        assert!(told.starts_with("b_hat adds up to 0") && told.contains("the embedded method has order 2"), "{told}");
+        assert!(judgement.changes().is_empty());
+    }
+    // Weights that add up to zero by a misprint are no difference of anything.
+    let misprint = changed("bogacki-shampine", &[(embedded, "b_hat = [\"-17/24\", \"1/4\", \"1/3\", \"1/8\"]")]);
+    let changes = judge(&misprint, Effort::Theory).changes();
+    assert!(changes.iter().any(|change| change.contains("b_hat[1]: -17/24 → 7/24")), "{changes:?}");
+}
+
+/// A and b of the implicit Euler method satisfy all that there is, and the time of its stage disagrees.
+#[test]
+fn a_stage_time_is_changed_before_an_entry_that_satisfies_every_condition() {
+    let changes = proposed("implicit-euler", &[("c = [1]", "c = [-1]")]);
+    assert_eq!(changes, ["c[1]: -1 → 1", "a[1,1]: 1 → -1"]);
+}
+
+/// One unit of the last of six digits: the row sum moves by what it is uncertain by twice over.
+#[test]
+fn a_misprint_of_one_unit_is_mended_where_it_stands() {
+    let changes = proposed("rk4", &[("[\"1/2\"]", "[0.500001]")]);
+    assert_eq!(changes[0], "a[2,1]: 0.500001 → 0.500000");
+}
+
+/// After a misprint of 10⁻¹⁵ the method has order 1 and an error term of that size, which no step in double precision shows.
+#[test]
+fn an_error_term_that_does_not_show_is_told_from_a_special_equation() {
+    let text = changed("gauss3", &[("[\"5/36\",", "[\"5/36 + 1/10^15\",")]);
+    let judgement = judge(&text, Effort::Runs);
+    let linear = judgement.verdicts.iter().find(|verdict| verdict.subject == "linear").expect("it is run");
+    assert_eq!(linear.check.outcome, Outcome::Inconclusive, "{}", linear.check.reason);
+    assert!(linear.check.reason.contains("does not show at these steps"), "{}", linear.check.reason);
+    assert!(!linear.check.reason.contains("falls faster"), "{}", linear.check.reason);
 }

@@ -115,7 +115,8 @@ fn a_start_that_lowers_the_order_is_blamed_and_not_the_coefficients() {
     fs::write(&path, text).expect("writable");
     let (code, out, _) = say(&format!("order --problem logistic --method {}", path.display()));
     let out = flat(&out);
-    let blame = "its coefficients have order 5, but its start implicit-euler has order 1, so that 2 is what is left";
+    let blame =
+        "its coefficients have order 5, but its start implicit-euler has order 1, where 4 is needed, so that order 2";
     assert!(code == 1 && out.contains(blame), "{out}");
 }
 
@@ -406,7 +407,7 @@ fn a_wrong_header_stops_at_the_first_run_and_shows_the_right_one() {
         assert!(code == 2 && out.is_empty(), "{command:?}: {code} {out}");
         let expected = "no column `t`: the first line is `time,q`, where `t,q,p` is expected";
         assert!(flat(&error).contains("the program on pendulum") && flat(&error).contains(expected), "{error}");
-        assert!(flat(&error).contains("hint: the header has `t` and the names of the components"), "{error}");
+        assert!(flat(&error).contains("hint: the header has `t` and the columns"), "{error}");
         assert_eq!(fs::read_to_string(&runs).expect("it ran").lines().count(), 1, "{command:?}");
     }
     let line = ["order", "--program", &program, "--quantity", "q", "--h", "0.1,0.05,0.025"];

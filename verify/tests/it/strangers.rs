@@ -1,8 +1,9 @@
 //! What people who had never seen the command tripped over.
 
 use std::fs;
+use std::io::Write;
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use crate::{flat, scratch};
 
@@ -474,4 +475,85 @@ fn what_is_no_answer_to_a_question_is_refused() {
     }
     let (code, out, _) = verify(&["order", "--data", &data, "--step", "h", "--exact", "3"]);
     assert!(code == 3 && out.contains("two grids have an order against the exact value"), "{out}");
+}
+
+/// Celik et al. (2008), Table 1, third column: p = 1.51, limit 6.0269, index 0.5 %, which the values do not follow.
+#[test]
+fn values_that_alternate_have_the_formal_order_of_the_procedure_and_no_verdict() {
+    let table = "cells,phi\n18000,6.0042\n4500,5.9624\n980,6.0909\n";
+    let path = file("celik3.csv", table).to_string_lossy().into_owned();
+    let options = ["--cells", "cells", "--dimension", "2", "--expect", "1.5"];
+    let (code, out, error) = verify(&[&["order", "--data", &path], &options[..]].concat());
+    assert!(code == 3 && out.contains("p = 1.508, limit 6.0268737, GCI 0.472 %"), "{out}{error}");
+    let (_, out, _) = verify(&[&["order", "--data", &path, "--format", "json"], &options[..]].concat());
+    let json: serde_json::Value = serde_json::from_str(&out).expect(&out);
+    assert!(json["order"].is_null() && json["gci_fine"].is_null() && json["celik"]["formal"] == true, "{out}");
+    let near = |key: &str, printed: f64| (json["celik"][key].as_f64().expect(key) - printed).abs();
+    assert!(near("order", 1.51) < 0.005 && near("limit", 6.0269) < 5e-5 && near("gci_fine", 0.005) < 5e-4, "{out}");
+}
+
+#[test]
+fn a_table_is_read_from_standard_input() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_verify"))
+        .args(["order", "--data", "-", "--step", "h", "--expect", "2"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    child.stdin.take().expect("a pipe").write_all(b"h,q\n1,2\n0.5,1.25\n0.25,1.0625\n").expect("it reads");
+    let out = child.wait_with_output().expect("it ends");
+    let text = String::from_utf8_lossy(&out.stdout);
+    assert!(out.status.success() && text.contains("extrapolated   1.0000000"), "{text}");
+}
+
+/// A spreadsheet of a country with decimal commas, and the quotients of a language with rational numbers.
+#[test]
+fn decimal_commas_and_double_slashes_are_read() {
+    let commas =
+        "order 4\ndigits 5\n0;0;0;0;0\n0,5;0,5;0;0;0\n0,5;0;0,5;0;0\n1;0;0;1;0\n;0,16667;0,33333;0,33333;0,16667\n";
+    let (code, out, error) = judged("commas.csv", commas);
+    assert!(code == 0 && out.contains("confirmed order 4"), "{out}{error}");
+    let slashes = "order 4\n0 |\n1//2 | 1//2\n1//2 | 0 1//2\n1 | 0 0 1\n | 1//6 1//3 1//3 1//6\n";
+    let (code, out, error) = judged("slashes.txt", slashes);
+    assert!(code == 0 && out.contains("confirmed order 4"), "{out}{error}");
+    // Commas between numbers without a semicolon are no decimal ones.
+    let (code, out, error) = judged("lists.txt", "0,1\n1/2,1/2\n1\n");
+    assert!(code == 0 && out.contains("order 2;"), "{out}{error}");
+    let (code, _, error) = judged("short.txt", "0\n1/2 1/2\n1/2 0 1/2\n1 0 0\n1/6 1/3 1/3 1/6\n");
+    assert!(code == 2 && error.contains("a first line of 1 number and a second of 2"), "{error}");
+}
+
+/// Wrong stage times lower the order in time alone, and the note says so.
+#[test]
+fn a_file_whose_stage_times_are_wrong_is_told_that_its_order_in_time_is_lower() {
+    let text = "order = 4\nc = [0, \"1/2\", \"1/2\", \"3/4\"]\na = [[], [\"1/2\"], [0, \"1/2\"], [0, 0, 1]]\n\
+                b = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]\n";
+    let path = file("times.toml", text).to_string_lossy().into_owned();
+    let (code, out, error) =
+        verify(&["order", "--problem", "prothero-robinson", "--set", "lambda=2", "--method", &path]);
+    assert!(
+        code == 1 && out.contains("its coefficients have order 4, but with its c the order on v̇ = f(t, v) is"),
+        "{out}{error}"
+    );
+}
+
+/// A ladder that ends before the slopes settle can be made finer, and how is said.
+#[test]
+fn a_ladder_that_ends_too_soon_is_told_how_to_go_on() {
+    let ladder = ["order", "--problem", "van-der-pol", "--method", "rk4", "--coarsest", "0.4", "--points", "5"];
+    let (code, out, error) = verify(&ladder);
+    assert!(code == 3 && out.contains("hint: `--coarsest` starts the ladder at a smaller step"), "{out}{error}");
+    let (code, out, error) = verify(&["order", "--problem", "van-der-pol", "--method", "rk4"]);
+    assert!(code == 0 && !out.contains("hint:"), "{out}{error}");
+}
+
+/// p₁ = −p₀/(1 + z) is a closure of order 2 that a step backwards does not undo.
+#[test]
+fn a_closure_of_functions_is_looked_at_for_its_symmetry() {
+    let text = "kind = \"closure\"\norder = 2\nclaims = [\"symmetric\"]\nrate = 1\nalpha = \"-1/(1+z)\"\nbeta = 1\n";
+    let (code, out, error) = judged("one-sided.toml", text);
+    assert!(code == 1 && out.contains("REFUTED symmetric: |α| = 0.999900 and |β| = 1.000000"), "{out}{error}");
+    let (code, out, error) =
+        judged("both-sided.toml", &text.replace("-1/(1+z)", "-1").replace("beta = 1", "beta = \"1 + 0*z\""));
+    assert!(code == 3 && out.contains("inconclusive symmetric: |α| = |β| at 201 values"), "{out}{error}");
 }

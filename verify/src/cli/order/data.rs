@@ -1,13 +1,14 @@
 //! `order --data`: an order from a table of values on several grids.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use verify::measure::order::Verdict;
 use verify::measure::refinement::data::{Spacing, read};
 use verify::measure::refinement::least_squares::Form;
+use verify::measure::refinement::three_grids::Triplet;
 use verify::measure::refinement::{BAND, Judgement, Quantity, Question, overall};
 use verify::program::Shown;
 
@@ -22,7 +23,8 @@ use crate::cli::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Data of your own")]
 pub(super) struct DataArgs {
-    /// Judge a CSV table of values on several grids, one a row
+    /// Judge a CSV table of values on several grids, one a row; - reads it from
+    /// standard input
     #[arg(long, value_name = "FILE", conflicts_with_all = ["name", "model", "method", "reference", "t_end"])]
     pub(super) data: Option<PathBuf>,
 
@@ -75,7 +77,10 @@ impl DataArgs {
 
     /// Reads the table in `path`.
     pub(super) fn read(&self, path: &Path) -> Result<Vec<Quantity>, Failure> {
-        let file = File::open(path).map_err(|source| Failure::Read { path: path.into(), source })?;
+        let file: Box<dyn Read> = match path.to_str() {
+            Some("-") => Box::new(io::stdin()),
+            _ => Box::new(File::open(path).map_err(|source| Failure::Read { path: path.into(), source })?),
+        };
         let quantities = read(file, self.spacing()?.as_ref(), &self.quantity);
         quantities.map_err(|source| Failure::Data { path: path.into(), source: Box::new(source) })
     }
@@ -158,6 +163,7 @@ struct Summary<'a> {
     order_uncertainty: Option<f64>,
     extrapolated: Option<f64>,
     gci_fine: Option<f64>,
+    celik: Option<Celik>,
     convergence: String,
     triplet_orders: Vec<Option<f64>>,
     pair_orders: &'a [f64],
@@ -165,6 +171,33 @@ struct Summary<'a> {
     verdict: Verdict,
     reason: &'a str,
     notes: Vec<&'a str>,
+}
+
+/// The procedure of Celik et al. (2008) on the three finest grids. It takes the sizes of differences, so that those that alternate in
+/// sign have an order as well: a formal one.
+#[derive(Debug, Serialize)]
+struct Celik {
+    order: f64,
+    formal: bool,
+    limit: f64,
+    approximate_error: f64,
+    extrapolated_error: f64,
+    gci_fine: f64,
+    gci_medium: f64,
+}
+
+impl From<&Triplet> for Celik {
+    fn from(triplet: &Triplet) -> Self {
+        Self {
+            order: triplet.order,
+            formal: triplet.oscillates,
+            limit: triplet.limit,
+            approximate_error: triplet.approximate_error,
+            extrapolated_error: triplet.extrapolated_error,
+            gci_fine: triplet.gci,
+            gci_medium: triplet.gci_coarse,
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -194,6 +227,7 @@ impl<'a> Summary<'a> {
             order_uncertainty: judgement.uncertainty,
             extrapolated: judgement.extrapolated,
             gci_fine: judgement.gci,
+            celik: judgement.triplets.last().and_then(|triplet| triplet.as_ref().ok()).map(Celik::from),
             convergence: judgement.convergence.to_string(),
             triplet_orders: judgement.triplets.iter().map(|t| t.ok()?.power_order()).collect(),
             pair_orders: &judgement.pairs,
@@ -265,8 +299,20 @@ fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write)
         let of = if judgement.triplets.len() + 2 < grids.len() { ", without those left out" } else { "" };
         line(
             "GCI, fine",
-            format!("{percent} % of the value (Celik et al. 2008), p = {order} of the finest three{of}"),
+            format!(
+                "{percent} % of the value (Celik et al. 2008), p = {order} of the finest three{of}; of the medium one {} %",
+                significant(100.0 * triplet.gci_coarse, 6)
+            ),
         )?;
+    }
+    if let Some(triplet) = finest.filter(|triplet| triplet.oscillates) {
+        let [order, limit] = [(triplet.order, 4), (triplet.limit, 8)].map(|(x, digits)| significant(x, digits));
+        let [fine, medium] = [triplet.gci, triplet.gci_coarse].map(|gci| significant(100.0 * gci, 3));
+        let text = format!(
+            "p = {order}, limit {limit}, GCI {fine} % and on the medium grid {medium} %, by the procedure of Celik et al. (2008), which \
+             takes the sizes of differences: those that alternate in sign follow no power law"
+        );
+        line("formal", text)?;
     }
     if let Some(fit) = judgement.least_squares {
         let weights = if fit.weighted { ", weighted" } else { "" };

@@ -82,12 +82,14 @@ With --data the table has a header; one column is the spacing of the grids (or
 their number of cells), each other one a quantity, lines with # are comments.
 Three grids that converge from one side give the order, the limit and the grid
 convergence index of Celik et al. (2008); values that alternate follow no power
-law, and have none. Four or more have the least squares of Eca and Hoekstra (2014)
-and the test whether the order has settled. Half a unit of the last digit given
+law, and have formal ones by that procedure, of which none is judged. Four or
+more have the least squares of Eca and Hoekstra (2014) and the test whether the order has settled. Half a unit of the last digit given
 is the resolution of a value: differences below ten times that decide nothing,
 and the finest grids are left out where they differ by less, or by rounding.
 JSON, for one quantity: quantity, grids, order, order_uncertainty, extrapolated,
-gci_fine (a part of the value, 0.01 for 1 %), convergence (monotonic,
+gci_fine (a part of the value, 0.01 for 1 %), celik {order, formal, limit,
+approximate_error, extrapolated_error, gci_fine, gci_medium} or null, of the
+three finest grids, formal where their differences alternate, convergence (monotonic,
 oscillatory, divergent, oscillatory and divergent, unresolved, unknown),
 triplet_orders and pair_orders (coarse to fine), least_squares {form, weighted,
 grids, limit, deviation, uncertainty} or null, verdict, reason, notes; for
@@ -294,6 +296,9 @@ struct Measurement<'a> {
     /// What an error is a difference of.
     #[serde(skip)]
     of: &'static str,
+    /// Whether finer steps may tell.
+    #[serde(skip)]
+    wants_finer: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -354,6 +359,7 @@ impl<'a> Measurement<'a> {
             notes,
             points: fit.points().into_iter().map(point).collect(),
             of: "a component of the state",
+            wants_finer: fit.verdict == Verdict::Inconclusive && fit.wants_finer(),
         }
     }
 
@@ -434,6 +440,15 @@ impl<'a> Measurement<'a> {
         writeln!(out)?;
         let verdict = word(self.verdict);
         paragraph(out, &format!("{verdict}: "), verdict.len() + 2, self.reason)?;
-        self.notes.iter().try_for_each(|note| paragraph(out, "\nNote: ", 6, note))
+        self.notes.iter().try_for_each(|note| paragraph(out, "\nNote: ", 6, note))?;
+        match self.wants_finer {
+            true => paragraph(
+                out,
+                "hint: ",
+                6,
+                "`--coarsest` starts the ladder at a smaller step, and `--points` makes it longer",
+            ),
+            false => Ok(()),
+        }
     }
 }

@@ -43,7 +43,9 @@ pub(super) fn galerkin(document: &mut Document, digits: Option<u32>) -> Result<(
     let weights = required(document, "weights", Some(nodes.len()), GALERKIN)?;
     let rounding = rounding(digits, nodes.iter().chain(&weights));
     let at: Vec<usize> = nodes.iter().map(|(scalar, _)| scalar.at).collect();
-    let degree = document.count("degree", 1, nodes.len() as u32)?.unwrap_or(nodes.len() as u32) as usize;
+    let most = nodes.len() as u32;
+    let sees = "with as many nodes as the degree, the quadrature tells every velocity of the path from rest; with fewer it does not";
+    let degree = document.count("degree", 1, most).map_err(|fault| fault.hint(sees))?.unwrap_or(most) as usize;
     let nodes = values(&nodes, rounding)?;
     check_distinct(&nodes, &at, GALERKIN)?;
     Ok((Nodes { degree, nodes, weights: Some(values(&weights, rounding)?) }, rounding))

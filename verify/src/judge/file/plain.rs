@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use super::super::expression::vulgar;
 use super::document::{Document, Scalar, Value};
 use super::error::Fault;
+use crate::measure::decimal::counted;
 use crate::measure::typeset::bare;
 
 /// Keys that may stand above a table.
@@ -25,7 +26,9 @@ pub(super) fn table(text: &str) -> Option<Table> {
     let (settings, ends): (Vec<_>, Vec<_>) = lines(text).map_while(above).unzip();
     let start = ends.last().copied().unwrap_or(0);
     let below = bare(&text[start..]);
-    let (is_typeset, rest) = (matches!(below, Cow::Owned(_)), format!("{}{below}", " ".repeat(start)));
+    let is_typeset = matches!(below, Cow::Owned(_));
+    let below = if has_decimal_commas(&below) { below.replace(',', ".") } else { below.into_owned() };
+    let rest = format!("{}{below}", " ".repeat(start));
     (is_typeset || is_plain(&rest)).then_some(Table { settings, rest, is_typeset })
 }
 
@@ -97,6 +100,18 @@ impl Table {
     }
 }
 
+/// Whether the commas of a table are decimal, as a spreadsheet of many countries writes them: semicolons are between the numbers,
+/// and every comma is between digits.
+fn has_decimal_commas(text: &str) -> bool {
+    let said: Vec<&str> = lines(text).map(|(_, line)| line).collect();
+    let is_decimal = |line: &&str| {
+        let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+        let mut commas = line.match_indices(',');
+        commas.all(|(at, _)| digit(line[..at].chars().next_back()) && digit(line[at + 1..].chars().next()))
+    };
+    said.iter().any(|line| line.contains(';')) && said.iter().all(is_decimal)
+}
+
 fn words(at: usize, line: &str) -> Vec<Scalar> {
     let mut from = 0;
     let word = |word: &str| {
@@ -165,6 +180,11 @@ fn read_block(text: &str, rows: &[Row]) -> Result<Document, Fault> {
         return Err(Fault::new(text.len(), "the table ends after the first line").hint(FORMS));
     };
     let s = c.len();
+    if b.len() != s {
+        let [c, b] = [s, b.len()].map(|n| counted(n, "number"));
+        let reason = format!("a first line of {c} and a second of {b} are neither c and b, nor rows of c_i and A");
+        return Err(Fault::new(*b_at, reason).hint(FORMS));
+    }
     let mut document = Document::default();
     let mut rest = rest;
     if let [(at, hat), lower @ ..] = rest
