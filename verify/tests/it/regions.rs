@@ -102,7 +102,7 @@ fn adams_and_bashforth_are_stable_however_short_the_interval() {
     let binomial = |n: usize, k: usize| (0..k).fold(1, |b, i| b * (n - i) / (i + 1));
     for k in 2..=12 {
         let slope = |i: usize| {
-            let sign = if i % 2 == 0 { "" } else { "-" };
+            let sign = if i.is_multiple_of(2) { "" } else { "-" };
             let terms = (i..k).map(|j| format!("{}*{}/{}", binomial(j, i), gamma[j].0, gamma[j].1));
             format!("\"{sign}({})\"", terms.collect::<Vec<_>>().join(" + "))
         };
