@@ -261,7 +261,9 @@ impl<F: VectorField + ?Sized> Check<'_, F> {
                 a.iter().zip(b).map(|(a, b)| a * b).fold((0.0, 0.0), |(sum, size), x| (sum + x, size + x.abs()))
             };
             let ((stated, one), (found, other)) = (terms(&transposed, &x.x), terms(&w.x, product));
-            let within = 1e-10 * (one + other);
+            // A product that ought to vanish is what the largest of its rows rounds by.
+            let rows = max_norm(&transposed) * max_norm(&x.x) + max_norm(product) * max_norm(&w.x);
+            let within = 1e-10 * (one + other) + 64.0 * f64::EPSILON * rows;
             if (stated - found).abs() > within {
                 let place = Place { row: w.axis, column: x.axis };
                 return Err(DerivativeError::Differs { of: Derivative::Transpose, place, stated, found, within });
@@ -294,11 +296,16 @@ impl<F: VectorField + ?Sized> Check<'_, F> {
             value
         };
         finite("f, or a derivative of it,", &at(0.0))?;
-        let levels: Vec<(f64, Vec<f64>, Vec<f64>)> =
-            (0..LEVELS).map(|k| x.first * 0.5_f64.powi(k as i32)).map(|d| (d, at(d), at(-d))).collect();
-        Ok((0..n)
-            .map(|i| Slope::extrapolated(levels.iter().map(|(d, above, below)| (*d, above[i], below[i]))))
-            .collect())
+        let level = |k| {
+            let distance = x.first * 0.5_f64.powi(k);
+            let values = [at(distance), at(-distance)];
+            // Rows may be sums over all unknowns, as transforms are, of which each term rounds by the size of the largest.
+            let size = larger(max_norm(&values[0]), max_norm(&values[1]));
+            (distance, values, size)
+        };
+        let levels: Vec<_> = (0..LEVELS as i32).map(level).collect();
+        let row = |i: usize| levels.iter().map(move |(d, [above, below], size)| (*d, [above[i], below[i]], *size));
+        Ok((0..n).map(|i| Slope::extrapolated(row(i))).collect())
     }
 }
 
@@ -311,15 +318,15 @@ struct Slope {
 }
 
 impl Slope {
-    /// From values of a function above and below, over distances that halve: differences extrapolated in δ², as long as the last
-    /// change gets smaller.
-    fn extrapolated(levels: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+    /// From values of a function above and below, over distances that halve, with the size by which they round: of all differences
+    /// extrapolated in δ² the one that changed least. The largest distances may reach beyond a pole.
+    fn extrapolated(levels: impl Iterator<Item = (f64, [f64; 2], f64)>) -> Self {
         // Where the function ends, as a root does, larger distances say nothing.
-        let levels = levels.skip_while(|(_, above, below)| !(above - below).is_finite());
+        let levels = levels.skip_while(|(_, [above, below], _)| !(above - below).is_finite());
         let mut best = Self { value: f64::NAN, uncertainty: f64::INFINITY, rounding: 0.0 };
         let mut row: Vec<f64> = Vec::new();
-        for (k, (distance, above, below)) in levels.enumerate() {
-            let rounding = 4.0 * f64::EPSILON * above.abs().max(below.abs()) / distance;
+        for (k, (distance, [above, below], size)) in levels.enumerate() {
+            let rounding = 4.0 * f64::EPSILON * size / distance;
             let mut next = vec![(above - below) / (2.0 * distance)];
             for (m, before) in row.iter().enumerate() {
                 let (factor, last) = (4_f64.powi(m as i32 + 1), next[m]);
@@ -332,8 +339,6 @@ impl Slope {
             }
             if k == 0 {
                 best.rounding = rounding;
-            } else if (next[k] - row[k - 1]).abs() > 2.0 * best.uncertainty {
-                break;
             }
             row = next;
         }

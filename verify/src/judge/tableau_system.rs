@@ -38,14 +38,10 @@ impl System for TableauSystem<'_> {
         let matrix = self.tableau.a.iter().enumerate();
         let mut entries: Vec<_> =
             matrix.flat_map(|(i, row)| row.iter().enumerate().map(move |(j, x)| (Place::A(i, j), x))).collect();
-        let lists: [(fn(usize) -> Place, Option<&Vec<Coefficient>>); 3] = [
-            (Place::B, Some(&self.tableau.b)),
-            (Place::C, self.tableau.c.as_ref()),
-            (Place::Hat, self.tableau.b_hat.as_ref()),
-        ];
-        for (place, list) in lists {
-            entries.extend(list.into_iter().flatten().enumerate().map(|(i, x)| (place(i), x)));
-        }
+        let Tableau { b, c, b_hat, .. } = self.tableau;
+        entries.extend(b.iter().enumerate().map(|(i, x)| (Place::B(i), x)));
+        entries.extend(c.iter().flatten().enumerate().map(|(i, x)| (Place::C(i), x)));
+        entries.extend(b_hat.iter().flatten().enumerate().map(|(i, x)| (Place::Hat(i), x)));
         entries
     }
 
