@@ -197,10 +197,17 @@ impl<F: FieldFn> AutoField<F> {
             self.field.rhs(t, v, &mut f);
             f
         });
-        for (j, column) in columns.iter().enumerate() {
-            for (i, (dv, f)) in dv.iter_mut().zip(column).enumerate() {
-                *dv = f.re;
-                out.add(i, j, scale * f.eps);
+        dv.iter_mut().zip(&columns[0]).for_each(|(dv, f)| *dv = f.re);
+        match out.dense_mut() {
+            Some(out) if out.len() == N * N => {
+                for (out, f) in out.iter_mut().zip(columns.as_flattened()) {
+                    *out += scale * f.eps;
+                }
+            }
+            _ => {
+                for (j, column) in columns.iter().enumerate() {
+                    column.iter().enumerate().for_each(|(i, f)| out.add(i, j, scale * f.eps));
+                }
             }
         }
     }

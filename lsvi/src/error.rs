@@ -197,6 +197,7 @@ pub enum StepError {
 }
 
 /// Refuses a vector of the wrong length or with a non-finite component.
+#[inline]
 pub(crate) fn check_vector(what: &'static str, v: &[f64], dim: usize) -> Result<(), InputError> {
     check_length(what, v.len(), dim)?;
     match v.iter().position(|x| !x.is_finite()) {
@@ -206,6 +207,7 @@ pub(crate) fn check_vector(what: &'static str, v: &[f64], dim: usize) -> Result<
 }
 
 /// Refuses a slice of another length.
+#[inline]
 pub(crate) fn check_length(what: &'static str, found: usize, expected: usize) -> Result<(), InputError> {
     if found == expected { Ok(()) } else { Err(InputError::System(SystemError::Dimension { what, expected, found })) }
 }
@@ -216,17 +218,20 @@ pub(crate) fn check_unknowns(n: usize) -> Result<(), InputError> {
 }
 
 /// Refuses a time that is not finite.
+#[inline]
 pub(crate) fn check_time(t: f64) -> Result<(), InputError> {
     if t.is_finite() { Ok(()) } else { Err(InputError::Time(TimeError::Time(t))) }
 }
 
 /// Refuses a step that starts at no time, or whose size is not positive and finite.
+#[inline]
 pub(crate) fn check_step_from(t: f64, h: f64) -> Result<(), InputError> {
     check_time(t)?;
     check_step(h)
 }
 
 /// Refuses a step size that is not positive and finite.
+#[inline]
 pub(crate) fn check_step(h: f64) -> Result<(), InputError> {
     if h.is_finite() && h > 0.0 { Ok(()) } else { Err(InputError::Time(TimeError::StepSize(h))) }
 }

@@ -230,11 +230,18 @@ impl MassInverse {
     }
 
     /// Overwrites `b` with M⁻¹ b.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn solve(&self, b: &mut [f64]) {
         match self {
             Self::Identity => {}
             Self::Reciprocals(m) => b.iter_mut().zip(m).for_each(|(b, m)| *b *= *m),
+            _ => self.solve_coupled(b),
+        }
+    }
+
+    fn solve_coupled(&self, b: &mut [f64]) {
+        match self {
+            Self::Identity | Self::Reciprocals(_) => {}
             Self::Cholesky(factors) => factors.solve(b),
             Self::Factors(lu) => lu.lock().unwrap_or_else(PoisonError::into_inner).solve(b),
             Self::Operator(m) => m.operator.solve(b),

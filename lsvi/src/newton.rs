@@ -57,6 +57,11 @@ const PIECES: u32 = 500;
 pub(crate) trait System {
     fn dim(&self) -> usize;
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]);
+    /// The same of a system of N unknowns, of any number for N = 0.
+    #[inline]
+    fn residual_sized<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+        self.residual(h, x, out);
+    }
     /// Adds ∂F/∂x to the zero matrix `out`, at the (h, x) where the residual was evaluated last.
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian);
     /// Replaces a first guess by the solution at h = 0, where the branch starts; unless they are the same.

@@ -45,11 +45,13 @@ impl Linear {
 
 impl Linear {
     /// Whether this is p₁ = 0.
+    #[inline]
     pub(crate) fn is_end_alone(&self) -> bool {
         matches!(&self.0, Weights::Constant(w) if w.alpha == 0.0)
     }
 
     /// Whether α + β does not vanish for h → 0, so that the derivative of the closure tends to a multiple of M.
+    #[inline]
     pub(crate) fn has_limit(&self) -> bool {
         let w = self.weights(0.0);
         (w.alpha + w.beta).abs() > f64::EPSILON * (w.alpha.abs() + w.beta.abs())
@@ -66,6 +68,7 @@ impl fmt::Debug for Linear {
 }
 
 impl LinearClosure for Linear {
+    #[inline]
     fn weights(&self, h: f64) -> MomentumWeights {
         match &self.0 {
             Weights::Constant(w) => *w,

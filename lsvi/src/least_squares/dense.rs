@@ -2,9 +2,10 @@
 
 use super::System;
 use crate::closure::{Linear, LinearClosure};
-use crate::discrete::Interval;
+use crate::discrete::{Interval, MomentumWeights};
 use crate::error::SolveError;
 use crate::linalg::Jacobian;
+use crate::mass::Mass;
 use crate::newton::{self, LimitAtZero, Newton, Work};
 use crate::vector_field::VectorField;
 
@@ -35,6 +36,10 @@ struct Equation<'a, F> {
     system: System<'a, F>,
     closure: &'a Linear,
     t: f64,
+    /// The whole step, with the closure's weights and the factor of its row.
+    h: f64,
+    weights: MomentumWeights,
+    row: f64,
     v0: &'a [f64],
     s: &'a mut Scratch,
 }
@@ -74,7 +79,7 @@ impl DenseStep {
             s.start.check_structure()?;
         }
         v1.copy_from_slice(v0);
-        let mut equation = Equation { system, closure, t: at.start, v0, s };
+        let mut equation = Equation::new(system, closure, at, v0, s);
         let solved = if self.newton.solve_with_kept(&mut equation, at.h, v1) {
             Ok(())
         } else {
@@ -104,17 +109,65 @@ impl DenseStep {
         p: &mut [f64],
     ) {
         let closure = &Linear::METHOD_I;
-        let mut equation = Equation { system, closure, t: at.start, v0, s: &mut self.scratch };
+        let mut equation = Equation::new(system, closure, at, v0, &mut self.scratch);
         newton::System::residual(&mut equation, at.h, v1, p);
         p.iter_mut().for_each(|p| *p /= 2.0 * at.h);
     }
 }
 
-impl<F: VectorField> Equation<'_, F> {
-    /// What the closure's equation, of order h where α + β → 0, is multiplied by.
-    fn row(&self, h: f64) -> f64 {
-        if self.closure.has_limit() { 1.0 } else { h.recip() }
+impl<'a, F: VectorField> Equation<'a, F> {
+    fn new(
+        system: System<'a, F>,
+        closure: &'a Linear,
+        Interval { start: t, h }: Interval,
+        v0: &'a [f64],
+        s: &'a mut Scratch,
+    ) -> Self {
+        Self { system, closure, t, h, weights: closure.weights(h), row: row(closure, h), v0, s }
     }
+
+    /// [`newton::System::residual`] of N unknowns in the unit metric, with all numbers on the stack.
+    #[inline(always)]
+    fn residual_small<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) -> bool {
+        let (w, row) = self.weights(h);
+        let s = &mut *self.s;
+        let (Some(x), Some(out)) = (x.first_chunk::<N>(), out.first_chunk_mut::<N>()) else { return false };
+        let (Some(f0), Some(v0)) = (s.f0.first_chunk::<N>(), self.v0.first_chunk::<N>()) else { return false };
+        let (Some(f1), Some(d1)) = (s.f1.first_chunk_mut::<N>(), s.d1.first_chunk_mut::<N>()) else { return false };
+        s.end.clear_sized::<N>();
+        self.system.field.linearize(self.t + h, x, f1, 1.0, &mut s.end);
+        let (Some(j1), Some(j0)) = (s.end.dense(), s.start.dense()) else { return false };
+        let (j1, j0) = (&j1.as_slice()[..N * N], &j0.as_slice()[..N * N]);
+        let common = w.alpha + w.beta;
+        let mut d0 = [0.0; N];
+        for i in 0..N {
+            let moved = x[i] - v0[i];
+            d0[i] = moved - h * f0[i];
+            d1[i] = moved - h * f1[i];
+        }
+        for j in 0..N {
+            let mut tested = [0.0; 2];
+            for i in 0..N {
+                tested[1] += j1[j * N + i] * d1[i];
+                if w.alpha != 0.0 {
+                    tested[0] += j0[j * N + i] * d0[i];
+                }
+            }
+            out[j] = row * (common * (d0[j] + d1[j]) + h * (w.alpha * tested[0] - w.beta * tested[1]));
+        }
+        true
+    }
+
+    /// The closure's weights at step size `h` and the factor of its row.
+    #[inline]
+    fn weights(&self, h: f64) -> (MomentumWeights, f64) {
+        if h == self.h { (self.weights, self.row) } else { (self.closure.weights(h), row(self.closure, h)) }
+    }
+}
+
+/// What the closure's equation, of order h where α + β → 0, is multiplied by.
+fn row(closure: &Linear, h: f64) -> f64 {
+    if closure.has_limit() { 1.0 } else { h.recip() }
 }
 
 impl<F: VectorField> newton::System for Equation<'_, F> {
@@ -122,10 +175,9 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
         self.v0.len()
     }
 
-    #[inline]
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
-        let row = self.row(h);
-        let (System { field, mass, mass_inverse }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
+        let (w, row) = self.weights(h);
+        let (System { field, mass, mass_inverse }, s) = (&self.system, &mut *self.s);
         let common = w.alpha + w.beta;
         s.end.clear();
         field.linearize(self.t + h, x, &mut s.f1, 1.0, &mut s.end);
@@ -148,9 +200,16 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
         }
     }
 
+    #[inline(always)]
+    fn residual_sized<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+        if N == 0 || !matches!(self.system.mass, Mass::Identity) || !self.residual_small::<N>(h, x, out) {
+            self.residual(h, x, out);
+        }
+    }
+
     fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian) {
-        let row = self.row(h);
-        let (w, s) = (self.closure.weights(h), &mut *self.s);
+        let (w, row) = self.weights(h);
+        let s = &mut *self.s;
         let (common, beta) = (row * (w.alpha + w.beta), row * w.beta * h);
         self.system.mass.add_to(2.0 * common, out);
         s.end.for_each(|i, j, x| {

@@ -80,6 +80,18 @@ impl Jacobian {
         }
     }
 
+    /// [`clear`](Self::clear) of a matrix that may be dense and of order N.
+    #[inline]
+    pub(crate) fn clear_sized<const N: usize>(&mut self) {
+        match &mut self.entries {
+            Entries::Dense(a) if a.len() == N * N => {
+                self.outside = None;
+                a.as_mut_slice()[..N * N].fill(0.0);
+            }
+            _ => self.clear(),
+        }
+    }
+
     /// Adds `x` to entry (i, j).
     ///
     /// Where the structure has no such entry, a nonzero `x` spoils the matrix: solving with it fails with
@@ -145,7 +157,17 @@ impl Jacobian {
         dense
     }
 
+    /// The entries of a dense matrix, column by column.
+    #[inline]
+    pub(crate) fn dense_mut(&mut self) -> Option<&mut [f64]> {
+        match &mut self.entries {
+            Entries::Dense(a) => Some(a.as_mut_slice()),
+            _ => None,
+        }
+    }
+
     /// The entries of a dense matrix.
+    #[inline]
     pub(crate) fn dense(&self) -> Option<&DMatrix<f64>> {
         match &self.entries {
             Entries::Dense(a) => Some(a),
@@ -163,6 +185,7 @@ impl Jacobian {
     }
 
     /// Refuses a matrix that was given an entry outside its structure, or is not known by its entries.
+    #[inline]
     pub(crate) fn check_structure(&self) -> Result<(), FactorError> {
         if self.is_missing {
             return Err(FactorError::NotAssembled);

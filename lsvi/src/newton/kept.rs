@@ -30,9 +30,10 @@ pub(super) struct Kept {
     /// Step size of the factors.
     h: Option<f64>,
     lu: Lu,
-    /// What was left after the first increment in the last steps, that of the last one at `newest`.
-    rests: [Vec<f64>; 3],
-    newest: usize,
+    /// A⁻¹ by columns, of few unknowns.
+    inverse: Vec<f64>,
+    /// What was left of each unknown after the first increment in the last steps, the last one first.
+    rests: Vec<[f64; 3]>,
     known: usize,
     pause: u32,
     waited: u32,
@@ -40,16 +41,40 @@ pub(super) struct Kept {
 
 impl Kept {
     pub(super) fn new(jacobian: &Jacobian) -> Self {
-        let zeros = vec![0.0; jacobian.dim()];
         Self {
             h: None,
             lu: Lu::of(jacobian),
-            rests: [zeros.clone(), zeros.clone(), zeros],
-            newest: 0,
+            inverse: by_size!(jacobian.dim(), N => vec![0.0; N * N]),
+            rests: vec![[0.0; 3]; jacobian.dim()],
             known: 0,
             pause: 0,
             waited: 0,
         }
+    }
+
+    /// Takes over A; of few unknowns its inverse, whose product costs less than the factors.
+    fn factor(&mut self, a: &Jacobian) -> bool {
+        let is_regular = self.lu.factor(a).is_ok();
+        self.inverse.fill(0.0);
+        for (j, column) in self.inverse.chunks_exact_mut(a.dim()).enumerate() {
+            column[j] = 1.0;
+            self.lu.solve(column);
+        }
+        is_regular
+    }
+
+    /// Overwrites `b` with A⁻¹ b.
+    #[inline(always)]
+    fn solve<const N: usize>(&mut self, b: &mut [f64]) {
+        let Some(right) = b.first_chunk_mut::<N>().filter(|_| N > 0) else { return self.lu.solve(b) };
+        let inverse = &self.inverse[..N * N];
+        let mut product = [0.0; N];
+        for j in 0..N {
+            for i in 0..N {
+                product[i] += inverse[j * N + i] * right[j];
+            }
+        }
+        *right = product;
     }
 
     /// Adds the rest of the step to come, by the polynomial through those that are known.
@@ -57,8 +82,7 @@ impl Kept {
     fn add_expected(&self, x: &mut [f64]) {
         const WEIGHTS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, -1.0, 0.0], [3.0, -3.0, 1.0]];
         let [wa, wb, wc] = WEIGHTS[self.known];
-        let [a, b, c] = [0, 2, 1].map(|age| &self.rests[(self.newest + age) % 3]);
-        for (((x, a), b), c) in x.iter_mut().zip(a).zip(b).zip(c) {
+        for (x, [a, b, c]) in x.iter_mut().zip(&self.rests) {
             *x += wa * a + wb * b + wc * c;
         }
     }
@@ -91,7 +115,6 @@ impl Newton {
         if self.kept.as_ref().is_none_or(|kept| kept.h != Some(h)) {
             return false;
         }
-        self.origin.copy_from_slice(x);
         match by_size!(x.len(), N => self.contract::<N>(system, h, x)) {
             Some(iterations) => {
                 if iterations > FAST {
@@ -114,19 +137,20 @@ impl Newton {
         let x = &mut x[..n];
         let Self { kept, origin, whole, increment, work, .. } = self;
         let kept = kept.as_deref_mut()?;
-        let (origin, whole, increment) = (&origin[..n], &mut whole[..n], &mut increment[..n]);
-        system.residual(h, x, whole);
+        let (origin, whole, increment) = (&mut origin[..n], &mut whole[..n], &mut increment[..n]);
+        origin.copy_from_slice(x);
+        system.residual_sized::<N>(h, x, whole);
         work.residuals += 1;
-        kept.lu.solve(whole);
+        kept.solve::<N>(whole);
         for (i, x) in x.iter_mut().enumerate() {
             *x = origin[i] - whole[i];
         }
         kept.add_expected(x);
         let (scale, mut last) = (system.scale(h), f64::NAN);
         for iterations in 1..=ITERATIONS {
-            system.residual(h, x, increment);
+            system.residual_sized::<N>(h, x, increment);
             work.residuals += 1;
-            kept.lu.solve(increment);
+            kept.solve::<N>(increment);
             let (mut delta, mut way, mut rest, mut largest, mut sum) = (0.0, 0.0, 0.0, 0.0, 0.0);
             for i in 0..n {
                 x[i] -= increment[i];
@@ -146,9 +170,8 @@ impl Newton {
             // What is left adds up along a trajectory: relative to q it is 1/h of that in a momentum.
             let allowed = if scale == 1.0 { roundoff } else { f64::EPSILON * way };
             if delta <= 4.0 * allowed || theta * delta <= (1.0 - theta) * allowed || last <= noise {
-                kept.newest = (kept.newest + 1) % 3;
-                for (i, rest) in kept.rests[kept.newest].iter_mut().enumerate() {
-                    *rest = x[i] - origin[i] + whole[i];
+                for (i, rests) in kept.rests[..n].iter_mut().enumerate() {
+                    *rests = [x[i] - origin[i] + whole[i], rests[0], rests[1]];
                 }
                 kept.known = (kept.known + 1).min(3);
                 kept.pause = 0;
@@ -178,7 +201,7 @@ impl Newton {
         self.work.residuals += 1;
         self.work.factorizations += 1;
         let is_like = self.limit.is_like(&self.jacobian, system.scale(h), &mut self.part);
-        if is_like && kept.lu.factor(&self.jacobian).is_ok() {
+        if is_like && kept.factor(&self.jacobian) {
             if kept.h != Some(h) {
                 kept.known = 0;
             }
