@@ -4,13 +4,15 @@
 //! counts its time per step, that of a band per step and cell, as the median over the rounds.
 
 mod hand_written;
+mod instructions;
 mod kernel;
 
 use std::time::Duration;
 
 use cpu_time::ProcessTime;
-use lsvi::StepError;
+use lsvi::{InputError, StepError};
 
+pub use instructions::{Count, instructions};
 pub use kernel::all;
 
 /// A kernel of the library and a loop written by hand that computes the same.
@@ -23,8 +25,22 @@ pub struct Case {
     items: f64,
     /// Largest difference of the two results, from rounding.
     rounding: f64,
+    prepare: Box<dyn Fn() -> Result<Kernel, InputError>>,
+}
+
+/// The two of a [`Case`], ready to be run.
+struct Kernel {
     ours: Box<dyn FnMut() -> Result<Vec<f64>, StepError>>,
     by_hand: Box<dyn FnMut() -> Vec<f64>>,
+}
+
+/// One of the two of a [`Case`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The library.
+    Ours,
+    /// The loop written by hand.
+    ByHand,
 }
 
 /// What was measured of a [`Case`], in nanoseconds per step (and cell).
@@ -48,7 +64,7 @@ impl Cost {
 pub enum BenchError {
     /// A kernel refuses its problem.
     #[error(transparent)]
-    Input(#[from] lsvi::InputError),
+    Input(#[from] InputError),
     /// A step failed.
     #[error(transparent)]
     Step(#[from] StepError),
@@ -64,6 +80,17 @@ pub enum BenchError {
         /// What rounding explains.
         rounding: f64,
     },
+    /// There is no valgrind to count with.
+    #[error("instructions are counted by valgrind, which cannot be run; on Debian: apt-get install valgrind")]
+    Valgrind(#[source] std::io::Error),
+    /// It counted nothing.
+    #[error("valgrind counted no instructions of {case}; it says: {said}")]
+    Uncounted {
+        /// Name of the case.
+        case: String,
+        /// The end of its output.
+        said: String,
+    },
 }
 
 /// Time that one run of a round is to take at least, so that the clock's resolution does not matter.
@@ -74,29 +101,25 @@ impl Case {
     ///
     /// # Errors
     /// [`BenchError`] if a step fails or the results differ.
-    pub fn measure(&mut self, rounds: usize) -> Result<Cost, BenchError> {
-        self.compare()?;
-        let repeats = self.repeats()?;
+    pub fn measure(&self, rounds: usize) -> Result<Cost, BenchError> {
+        let mut kernel = (self.prepare)()?;
+        self.compare(&mut kernel)?;
+        let repeats = kernel.repeats()?;
         let (mut ours, mut limit) = (Vec::new(), Vec::new());
         for _ in 0..rounds {
-            let start = ProcessTime::now();
-            for _ in 0..repeats {
-                std::hint::black_box((self.ours)()?);
+            for (side, times) in [(Side::Ours, &mut ours), (Side::ByHand, &mut limit)] {
+                let start = ProcessTime::now();
+                kernel.run(side, repeats)?;
+                times.push(start.elapsed());
             }
-            ours.push(start.elapsed());
-            let start = ProcessTime::now();
-            for _ in 0..repeats {
-                std::hint::black_box((self.by_hand)());
-            }
-            limit.push(start.elapsed());
         }
         let per_item = |times: Vec<Duration>| median(times).as_secs_f64() * 1e9 / (f64::from(repeats) * self.items);
         Ok(Cost { ours: per_item(ours), limit: per_item(limit) })
     }
 
     /// Refuses figures of two different computations.
-    fn compare(&mut self) -> Result<(), BenchError> {
-        let (ours, by_hand) = ((self.ours)()?, (self.by_hand)());
+    fn compare(&self, kernel: &mut Kernel) -> Result<(), BenchError> {
+        let (ours, by_hand) = ((kernel.ours)()?, (kernel.by_hand)());
         let difference = ours.iter().zip(&by_hand).fold(0.0_f64, |most, (a, b)| {
             let difference = (a - b).abs();
             if difference > most || difference.is_nan() { difference } else { most }
@@ -107,14 +130,32 @@ impl Case {
         Err(BenchError::Different { case: self.name.clone(), difference, rounding: self.rounding })
     }
 
+    /// Runs one of the two so many times, for whoever counts from outside.
+    ///
+    /// # Errors
+    /// [`BenchError`] if a step fails.
+    pub fn run(&self, side: Side, times: u32) -> Result<(), BenchError> {
+        Ok((self.prepare)()?.run(side, times)?)
+    }
+}
+
+impl Kernel {
+    fn run(&mut self, side: Side, times: u32) -> Result<(), StepError> {
+        for _ in 0..times {
+            match side {
+                Side::Ours => drop(std::hint::black_box((self.ours)()?)),
+                Side::ByHand => drop(std::hint::black_box((self.by_hand)())),
+            }
+        }
+        Ok(())
+    }
+
     /// Runs that take [`LONG_ENOUGH`] by hand.
     fn repeats(&mut self) -> Result<u32, BenchError> {
         let mut repeats = 1;
         loop {
             let start = ProcessTime::now();
-            for _ in 0..repeats {
-                std::hint::black_box((self.by_hand)());
-            }
+            self.run(Side::ByHand, repeats)?;
             if start.elapsed() >= LONG_ENOUGH || repeats >= 1 << 16 {
                 return Ok(repeats);
             }
@@ -138,8 +179,12 @@ mod tests {
             wanted: 1.0,
             items: 1.0,
             rounding: 1e-12,
-            ours: Box::new(move || Ok(vec![1.0, ours])),
-            by_hand: Box::new(move || vec![1.0, by_hand]),
+            prepare: Box::new(move || {
+                Ok(Kernel {
+                    ours: Box::new(move || Ok(vec![1.0, ours])),
+                    by_hand: Box::new(move || vec![1.0, by_hand]),
+                })
+            }),
         }
     }
 

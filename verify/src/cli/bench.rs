@@ -1,10 +1,12 @@
 //! `bench`: what steps cost.
 
+use std::env;
 use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 
-use verify::bench::{self, Cost};
+use verify::bench::{self, Case, Cost, Count, Side};
+use verify::golden::{self, Action, Golden, GoldenError, Row, Tolerance};
 use verify::names::NameError;
 
 use super::Status;
@@ -22,13 +24,19 @@ equations, and the results are compared first.
 Examples:
   verify bench
   verify bench --only channel --rounds 5
+  verify bench --instructions            counted by valgrind
 
 A development build checks its arithmetic, which costs both. What optimises:
   cargo run --release -p verify -- bench
 
-Exit status: 0 always when all was timed; ratios are figures, not checks.")]
+Instructions are the same for the same build whatever else the machine does.
+Without --only they are held against golden/callgrind, to a twentieth. A count
+of the loops by hand that moved means another compiler or processor.
+
+Exit status: 0 when all was timed, as ratios are figures and not checks;
+1 if counts differ from the golden file, 2 trouble with files or bad usage.")]
 pub(super) struct Args {
-    /// Time only the cases whose names contain this
+    /// Time only the case of this name, or those whose names contain it
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
 
@@ -39,20 +47,78 @@ pub(super) struct Args {
     /// The folder of which data/bench.csv is written
     #[arg(long, value_name = "DIR", default_value = "target/report")]
     out: PathBuf,
+
+    /// Count instructions instead of time, by valgrind
+    #[arg(long, conflicts_with = "rounds")]
+    instructions: bool,
+
+    /// Accept the counts as the golden ones
+    #[arg(long, requires = "instructions", conflicts_with = "only")]
+    refresh: bool,
+
+    /// The golden counts [default: golden/callgrind of the workspace]
+    #[arg(long, requires = "instructions", value_name = "DIR")]
+    golden: Option<PathBuf>,
+
+    /// Run the case so many times and say nothing: what is counted
+    #[arg(long, requires = "only", conflicts_with = "instructions", value_name = "N", hide = true)]
+    runs: Option<u32>,
+
+    /// Run the loop by hand
+    #[arg(long, requires = "runs", hide = true)]
+    by_hand: bool,
 }
 
 const NAME: usize = 28;
 const NUMBER: usize = 10;
 
 pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
-    let mut cases = bench::all().map_err(bench::BenchError::from)?;
+    let mut cases = bench::all();
     if let Some(text) = &args.only {
         let names: Vec<String> = cases.iter().map(|case| case.name.clone()).collect();
-        cases.retain(|case| case.name.contains(text.as_str()));
+        let is_name = names.contains(text);
+        cases.retain(|case| if is_name { case.name == *text } else { case.name.contains(text.as_str()) });
         if cases.is_empty() {
             return Err(NameError::unknown("case", text, names.iter().map(String::as_str)).into());
         }
     }
+    if let Some(runs) = args.runs {
+        let side = if args.by_hand { Side::ByHand } else { Side::Ours };
+        cases.iter().try_for_each(|case| case.run(side, runs))?;
+        return Ok(Status::Ok);
+    }
+    if args.instructions { count(args, &cases, out) } else { time(args, &cases, out) }
+}
+
+/// How far a count may move without a word: less than a call more in each evaluation of an equation.
+const BUDGET: f64 = 0.05;
+
+fn count(args: &Args, cases: &[Case], out: &mut Output) -> Result<Status, Failure> {
+    let program = env::current_exe().map_err(Failure::Output)?;
+    line(out, "case", ["lsvi", "by hand", "ratio", ""].map(String::from)).map_err(Failure::Output)?;
+    let mut rows = Vec::new();
+    for case in cases {
+        let Some(Count { name, ours, limit }) = bench::instructions(&program, case)? else { continue };
+        let [a, b] = [ours, limit].map(|x| significant(x, 4));
+        line(out, &name, [a, b, significant(ours / limit, 3), String::new()]).map_err(Failure::Output)?;
+        out.flush().map_err(Failure::Output)?;
+        let tolerance = || Tolerance::relative(BUDGET, "of one compiler and processor: a twentieth");
+        rows.push(Row::number(format!("{name}: lsvi"), ours, tolerance()));
+        rows.push(Row::number(format!("{name}: by hand"), limit, tolerance()));
+    }
+    if args.only.is_some() {
+        return Ok(Status::Ok);
+    }
+    let dir = match &args.golden {
+        Some(dir) => dir.clone(),
+        None => golden::find_dir(&env::current_dir().map_err(GoldenError::Output)?)?.join("callgrind"),
+    };
+    let golden = Golden::new("instructions", move || Ok(rows.clone()));
+    let action = if args.refresh { Action::Refresh } else { Action::Diff };
+    Ok(if golden::run(action, &dir, &[golden], None, out)? { Status::Ok } else { Status::Failed })
+}
+
+fn time(args: &Args, cases: &[Case], out: &mut Output) -> Result<Status, Failure> {
     let path = args.out.join("data").join("bench.csv");
     let create = || -> Result<_, csv::Error> {
         fs::create_dir_all(args.out.join("data"))?;
@@ -63,7 +129,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let failed = |source| Failure::Table { path: path.clone(), source };
     let mut table = create().map_err(failed)?;
     line(out, "case", ["ours, ns", "by hand", "ratio", "wanted"].map(String::from)).map_err(Failure::Output)?;
-    for case in &mut cases {
+    for case in cases {
         let cost = case.measure(usize::from(args.rounds))?;
         let Cost { ours, limit } = cost;
         let record = [ours.to_string(), limit.to_string(), String::new(), String::new(), cost.ratio().to_string()];

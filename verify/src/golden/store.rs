@@ -85,7 +85,7 @@ pub fn inspect(dir: &Path, goldens: &[Golden]) -> Result<Inspection, GoldenError
     Ok(Inspection { dir: dir.to_owned(), goldens: inspected, strays: Vec::new() })
 }
 
-/// The files in `dir` that none of these goldens produces. Hidden files and `README.md` belong there.
+/// The files in `dir` that none of these goldens produces. Hidden files, folders and `README.md` belong there.
 ///
 /// # Errors
 /// [`GoldenError::Io`] if the directory cannot be read.
@@ -191,7 +191,11 @@ fn listing(dir: &Path) -> Result<BTreeSet<String>, GoldenError> {
     };
     let mut files = BTreeSet::new();
     for entry in entries {
-        let file = entry.map_err(io(dir))?.file_name().to_string_lossy().into_owned();
+        let entry = entry.map_err(io(dir))?;
+        if entry.file_type().map_err(io(dir))?.is_dir() {
+            continue;
+        }
+        let file = entry.file_name().to_string_lossy().into_owned();
         if !file.starts_with('.') && file != "README.md" {
             files.insert(file);
         }
