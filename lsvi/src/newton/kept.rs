@@ -17,8 +17,9 @@ use crate::linalg::{Jacobian, Lu, Structure, by_size, larger, size};
 
 /// Iterations after the first increment; an exact derivative needs no more.
 const ITERATIONS: u32 = 6;
-/// Iterations after which new factors pay.
+/// Iterations after which new factors pay, once the last ones have served for some steps: to make them costs several iterations.
 const FAST: u32 = 2;
+const LEAST_AGE: u32 = 8;
 /// Increments of a few roundings may do as they like.
 const ROUNDINGS: f64 = 16.0;
 /// Steps to wait, at most, before factors are kept again after they did not serve.
@@ -30,6 +31,8 @@ pub(super) struct Kept {
     /// Step size of the factors.
     h: Option<f64>,
     lu: Lu,
+    /// Steps that they served for.
+    age: u32,
     /// A⁻¹ by columns, of few unknowns.
     inverse: Vec<f64>,
     /// What was left of each unknown after the first increment in the last steps, the last one first.
@@ -44,6 +47,7 @@ impl Kept {
         Self {
             h: None,
             lu: Lu::of(jacobian),
+            age: 0,
             inverse: by_size!(jacobian.dim(), N => vec![0.0; N * N]),
             rests: vec![[0.0; 3]; jacobian.dim()],
             known: 0,
@@ -54,6 +58,7 @@ impl Kept {
 
     /// Takes over A; of few unknowns its inverse, whose product costs less than the factors.
     fn factor(&mut self, a: &Jacobian) -> bool {
+        self.age = 0;
         let is_regular = self.lu.factor(a).is_ok();
         self.inverse.fill(0.0);
         for (j, column) in self.inverse.chunks_exact_mut(a.dim()).enumerate() {
@@ -117,7 +122,7 @@ impl Newton {
         }
         match by_size!(x.len(), N => self.contract::<N>(system, h, x)) {
             Some(iterations) => {
-                if iterations > FAST {
+                if iterations > FAST && self.kept.as_ref().is_some_and(|kept| kept.age >= LEAST_AGE) {
                     self.keep(system, h, x);
                 }
                 true
@@ -175,6 +180,7 @@ impl Newton {
                 }
                 kept.known = (kept.known + 1).min(3);
                 kept.pause = 0;
+                kept.age = kept.age.saturating_add(1);
                 return Some(iterations);
             }
             if theta > SURE_CONTRACTION {
