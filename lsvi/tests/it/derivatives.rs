@@ -158,6 +158,56 @@ fn every_flaw_is_named_with_its_place() {
     }
 }
 
+/// The ring's field, of which one statement is off by 1e-7: differences are blind to that, and products that belong together are not.
+struct Slightly(AutoField<Ring>, Derivative);
+
+impl Slightly {
+    fn factor(&self, of: Derivative) -> f64 {
+        if self.1 == of { 1.0 + 1e-7 } else { 1.0 }
+    }
+}
+
+impl VectorField for Slightly {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(t, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_jacobian(t, v, scale * self.factor(Derivative::Assembled), out);
+    }
+    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.0.apply_jacobian(t, v, x, out);
+    }
+    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.0.apply_transpose(t, v, w, out);
+        out.iter_mut().for_each(|o| *o *= self.factor(Derivative::Transpose));
+    }
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_curvature(t, v, w, scale, out);
+    }
+}
+
+#[test]
+fn statements_that_belong_together_agree_to_rounding() {
+    for wrong in [Derivative::Assembled, Derivative::Transpose] {
+        let found = check_derivatives(&Slightly(AutoField::new(Ring(7)), wrong), 0.7, &state(7));
+        assert!(matches!(found, Err(DerivativeError::Differs { of, .. }) if of == wrong), "{wrong:?}: {found:?}");
+    }
+    check_derivatives(&Slightly(AutoField::new(Ring(7)), Derivative::Curvature), 0.7, &state(7)).expect("right");
+}
+
+/// Differences in v₀ = 1e-3 that were taken at the distance of v₁ = 1e3 would cross the pole.
+#[test]
+fn every_unknown_has_a_scale_of_its_own() {
+    let field = lsvi::field!(2, |_t, v, dv| {
+        dv[0] = v[0].recip();
+        dv[1] = -v[1];
+    });
+    check_derivatives(&field, 0.0, &[1e-3, 1e3]).expect("right");
+}
+
 /// f = max(v₀, 0), |v₀|^¼ at v₀ = 1e-30 and a root that ends at 0, with J as in the closed forms.
 struct Rough(u8);
 

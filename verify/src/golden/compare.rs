@@ -132,8 +132,8 @@ fn number_differences(old: &Number, recorded_distance: Option<f64>, new: &Number
         let truth = new.truth.as_ref().map(|t| t.value);
         found.push(Difference::Number { old: old.value, new: new.value, tolerance: width(old.value), truth });
     }
-    found.extend(text("rtol", old.tolerance.rtol, new.tolerance.rtol));
-    found.extend(text("atol", old.tolerance.atol, new.tolerance.atol));
+    found.extend(bound("rtol", old.tolerance.rtol, new.tolerance.rtol));
+    found.extend(bound("atol", old.tolerance.atol, new.tolerance.atol));
     found.extend(text("tolerance_reason", &old.tolerance.reason, &new.tolerance.reason));
     match (&old.truth, &new.truth) {
         (None, None) => {}
@@ -141,7 +141,7 @@ fn number_differences(old: &Number, recorded_distance: Option<f64>, new: &Number
             if !agree(old_truth.value, truth.value, width(old_truth.value)) {
                 found.extend(text("truth", old_truth.value, truth.value));
             }
-            found.extend(text("allowance", old_truth.allowance, truth.allowance));
+            found.extend(bound("allowance", old_truth.allowance, truth.allowance));
             found.extend(text("truth_source", &old_truth.source, &truth.source));
             // A difference of two numbers, each of which may have moved by its tolerance.
             let (recorded, distance) = (recorded_distance.unwrap_or(f64::NAN), truth.distance(new.value));
@@ -155,6 +155,11 @@ fn number_differences(old: &Number, recorded_distance: Option<f64>, new: &Number
         }
     }
     found
+}
+
+/// Bounds that are computed, from the rounding of a run for one, move with it; a hundredth of a bound decides nothing.
+fn bound(column: &'static str, old: f64, new: f64) -> Option<Difference> {
+    if (new - old).abs() <= 0.01 * old { None } else { text(column, old, new) }
 }
 
 fn text<T: PartialEq + fmt::Display>(column: &'static str, old: T, new: T) -> Option<Difference> {

@@ -171,7 +171,7 @@ impl Diagnosis {
         }
         if let (Some(p), Some(e)) = (claimed, embedded)
             && rows.is_empty()
-            && (falls_short && p <= e && main >= claimed_embedded.unwrap_or(1))
+            && (falls_short && p <= e && main >= claimed_embedded.unwrap_or(p.saturating_sub(1)))
         {
             return Self::Interchanged { order: e, embedded: main };
         }

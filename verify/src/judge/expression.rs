@@ -238,6 +238,8 @@ impl Expression {
     pub(super) fn evaluate(&self, rounding: Rounding) -> Result<Value, Malformed> {
         let value = match self {
             Self::Number { value, places } => {
+                // A zero is one, with however many places it is printed.
+                let places = places.filter(|_| !value.is_zero());
                 let radius = places.map_or(0.0, |places| rounding.radius(value.to_f64().value(), places));
                 let real = Real::rational(value).widened(radius);
                 Value { exact: (radius == 0.0).then(|| value.clone()), real }

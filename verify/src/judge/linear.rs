@@ -151,7 +151,7 @@ impl StabilityFunction {
 
     /// |D|² − |N|² at z = i√x.
     fn margin(&self) -> Polynomial {
-        self.denominator.modulus_on_imaginary_axis().minus(&self.numerator.modulus_on_imaginary_axis())
+        self.denominator.modulus_on_imaginary_axis().difference(&self.numerator.modulus_on_imaginary_axis())
     }
 
     /// How far |R(iy)| ≤ 1.
@@ -198,8 +198,10 @@ impl StabilityFunction {
             (-160..=240).map(|k| self.at(direction * 10_f64.powf(f64::from(k) / 40.0)).norm()).largest()
         };
         // Roundoff of R where it is 1 is far below this. Between two of these points |R| may exceed 1 still.
+        let poles: Vec<Complex<f64>> = self.poles().into_iter().filter(|z| z.re <= 0.0).collect();
         let is_stable = |degrees: f64| {
-            worst(degrees) <= 1.0 + 1e-12
+            poles.iter().all(|z| z.im.abs().atan2(-z.re).to_degrees() > degrees)
+                && worst(degrees) <= 1.0 + 1e-12
                 && !matches!(first_negative(&[self.margin_on_ray(degrees)]), Sign::NegativeFrom { .. })
         };
         let first = (1..=180).map(|k| 0.5 * f64::from(k)).find(|degrees| worst(*degrees) > 1.0 + 1e-12);

@@ -10,7 +10,7 @@ use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::evidence::{coefficient_row, region, table};
 use super::facts::{Facts, length, short, told};
-use super::polynomial::{ITERATIONS, Polynomial, Sign, first_negative, simultaneous};
+use super::polynomial::{ITERATIONS, Polynomial, Sign, first_negative, is_left_open, simultaneous};
 use super::problem::{Autonomous, Linear, NonAutonomous};
 use super::real::Real;
 use super::stepping;
@@ -250,7 +250,11 @@ impl MultistepTheory {
             let pair = |j: usize| if m == 0 { &r[j] * &s[j] } else { &(&r[j] * &s[j + m]) + &(&r[j + m] * &s[j]) };
             (0..=k - m).map(pair).sum()
         };
-        match first_negative(&[chebyshev([1, -1], (0..=k).map(pairs).collect())]) {
+        let terms: Vec<Real> = (0..=k).map(pairs).collect();
+        if is_left_open(&terms) {
+            return Err(NotAStable::Open);
+        }
+        match first_negative(&[chebyshev([1, -1], terms)]) {
             Sign::NonNegative => Ok(()),
             Sign::Open { .. } => Err(NotAStable::Open),
             Sign::NegativeFrom { at, .. } => {
@@ -288,7 +292,8 @@ impl MultistepTheory {
         let pairs = |m: usize| (0..=k - m).map(|j| &(&r[j + m] * &s[j]) - &(&r[j] * &s[j + m])).sum();
         let angles = chebyshev([2, -2], (1..=k).map(pairs).collect()).certain_changes().into_iter().map(angle);
         let mut ends: Vec<f64> = angles.chain([PI]).map(|theta| -self.locus(theta).re).collect();
-        ends.retain(|x| *x > 0.0 && x.is_finite());
+        // Nearer to 0 than that, growth is not told from 1: the end is 0 itself, but for rounding.
+        ends.retain(|x| *x > BOUNDED && x.is_finite());
         ends.sort_by(f64::total_cmp);
         let mut found: Vec<[f64; 2]> = Vec::new();
         let mut left = 0.0;

@@ -75,9 +75,14 @@ impl Polynomial {
     }
 
     pub(super) fn minus(&self, other: &Self) -> Self {
+        Self::new(self.difference(other).0)
+    }
+
+    /// The same with all coefficients, those that may be zero too: how far these may be from it.
+    pub(super) fn difference(&self, other: &Self) -> Self {
         let n = self.0.len().max(other.0.len());
         let get = |p: &Self, k: usize| p.0.get(k).cloned().unwrap_or_else(Real::zero);
-        Self::new((0..n).map(|k| &get(self, k) - &get(other, k)).collect())
+        Self((0..n).map(|k| &get(self, k) - &get(other, k)).collect())
     }
 
     pub(super) fn plus(&self, other: &Self) -> Self {
@@ -268,9 +273,11 @@ fn bound(c: &[f64]) -> f64 {
 /// negative. Signs are those of the centres of the coefficients where the digits that they have leave one sign alone.
 pub(super) fn first_negative(factors: &[Polynomial]) -> Sign {
     let centres: Vec<Polynomial> = factors.iter().map(Polynomial::centre).collect();
+    if factors.iter().any(|factor| is_left_open(&factor.0)) {
+        return Sign::Open { to: 0.0 };
+    }
     if centres.iter().any(|centre| centre.0.is_empty()) {
-        let radius = factors.iter().map(Polynomial::radius).largest();
-        return if radius <= VANISHES { Sign::NonNegative } else { Sign::Open { to: 0.0 } };
+        return Sign::NonNegative;
     }
     let product = |sign: &dyn Fn(usize) -> i32| (0..factors.len()).map(sign).product::<i32>();
     let doubles: Vec<Vec<f64>> = centres.iter().map(Polynomial::doubles).collect();
@@ -283,6 +290,8 @@ pub(super) fn first_negative(factors: &[Polynomial]) -> Sign {
     };
     let mut changes: Vec<f64> = centres.iter().flat_map(Polynomial::changes).collect();
     changes.sort_by(f64::total_cmp);
+    let mut dips: Vec<f64> = centres.iter().flat_map(|centre| centre.derivative().changes()).collect();
+    dips.sort_by(f64::total_cmp);
     let ends = changes.iter().copied().chain([f64::INFINITY]);
     for (left, right) in [0.0].into_iter().chain(changes.iter().copied()).zip(ends) {
         let probes = (0..=PROBES).map(|k| between(left, right, k));
@@ -295,7 +304,13 @@ pub(super) fn first_negative(factors: &[Polynomial]) -> Sign {
             return Sign::Open { to: left - gap(|open| left > open && certain(left - open) > 0, left) };
         };
         if sign > 0 {
-            continue;
+            // Between two points where it is positive for certain it may be negative, if the digits leave its least value open.
+            let split = |x: f64| certain(x * (1.0 - TOUCH)) <= 0 || certain(x * (1.0 + TOUCH)) <= 0;
+            let inner = dips.iter().copied().filter(|x| left < x * (1.0 - TOUCH) && x * (1.0 + TOUCH) < right);
+            match inner.into_iter().find(|x| certain(*x) <= 0 && split(*x)) {
+                Some(x) => return Sign::Open { to: x - gap(|open| certain(x - open) > 0, x) },
+                None => continue,
+            }
         }
         if left == 0.0 {
             // What is certain begins there.
@@ -307,6 +322,11 @@ pub(super) fn first_negative(factors: &[Polynomial]) -> Sign {
         return Sign::NegativeFrom { from: left, open: larger(below, beyond), at };
     }
     Sign::NonNegative
+}
+
+/// Whether no coefficient is told from zero, by fewer digits than are taken to say so.
+pub(super) fn is_left_open(coefficients: &[Real]) -> bool {
+    coefficients.iter().all(Real::may_be_zero) && coefficients.iter().map(Real::radius).fold(0.0, larger) > VANISHES
 }
 
 /// How many points of an interval are tried.

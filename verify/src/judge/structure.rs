@@ -66,17 +66,39 @@ pub fn symplectic_defect(numbers: &Numbers) -> Option<(usize, usize, f64)> {
 }
 
 /// Whether the method is its own adjoint, its stages taken in the reverse of their order in c: b_σ(j) = b_j,
-/// a_σ(i)σ(j) + a_ij = b_j. Stages that coincide are matched in the order they stand, and otherwise reversed.
+/// a_σ(i)σ(j) + a_ij = b_j. Of stages with one c any may be the mirror image.
 pub fn is_symmetric(numbers: &Numbers) -> bool {
-    let (a, b, c, s) = (&numbers.a, &numbers.b, &numbers.c, numbers.stages());
+    let (c, s) = (&numbers.c, numbers.stages());
     let ascending = ascending(c);
-    let mut mirror = vec![0; s];
-    for (k, &i) in ascending.iter().enumerate() {
-        mirror[i] = ascending[s - 1 - k];
+    let images: Vec<Vec<usize>> = (0..s)
+        .map(|k| {
+            let first = ascending[s - 1 - k];
+            let others = (0..s).filter(|&j| j != first && (&c[j] - &c[first]).may_be_zero());
+            std::iter::once(first).chain(others).collect()
+        })
+        .collect();
+    mirrors(numbers, &ascending, &images, &mut Vec::with_capacity(s))
+}
+
+/// Whether the first stages in `ascending`, whose mirror images are `chosen`, are part of a symmetry.
+fn mirrors(numbers: &Numbers, ascending: &[usize], images: &[Vec<usize>], chosen: &mut Vec<usize>) -> bool {
+    let (a, b, k) = (&numbers.a, &numbers.b, chosen.len());
+    if k == ascending.len() {
+        return true;
     }
-    (0..s).all(|j| {
-        (&b[mirror[j]] - &b[j]).may_be_zero()
-            && (0..s).all(|i| (&(&a[mirror[i]][mirror[j]] + &a[i][j]) - &b[j]).may_be_zero())
+    images[k].iter().any(|&image| {
+        if chosen.contains(&image) || !(&b[image] - &b[ascending[k]]).may_be_zero() {
+            return false;
+        }
+        chosen.push(image);
+        let pair = |i: usize, j: usize| {
+            let (x, y) = (ascending[i], ascending[j]);
+            (&(&a[chosen[i]][chosen[j]] + &a[x][y]) - &b[y]).may_be_zero()
+        };
+        let fits = (0..=k).all(|i| pair(i, k) && pair(k, i));
+        let found = fits && mirrors(numbers, ascending, images, chosen);
+        chosen.pop();
+        found
     })
 }
 
@@ -152,6 +174,14 @@ mod tests {
         let a = vec![vec![diagonal.clone(), Real::double(0.25 + 2.0 * m)], vec![Real::double(0.25), diagonal]];
         let c = super::super::tableau::row_sums(&a);
         Numbers { a, b: vec![Real::double(0.5); 2], c, b_hat: None }
+    }
+
+    /// Where D(r) holds far enough, C(q) bounds the order by 2q + 2: both bounds are met alone.
+    #[test]
+    fn the_order_from_simplifying_assumptions_has_three_bounds() {
+        for (b, c, d, order) in [(12, 5, 7, 12), (14, 5, 9, 12), (12, 5, 3, 9), (4, 5, 7, 4)] {
+            assert_eq!(Simplifying { b, c, d }.order(), order, "B({b}), C({c}), D({d})");
+        }
     }
 
     /// x = (1, −m/|m|) gives xᵀMx = 2(δ − |m|): negative for a δ of zero, and of either sign where digits leave δ up to 10⁻⁶ open.

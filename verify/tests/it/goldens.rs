@@ -145,6 +145,9 @@ fn texts_and_statements_about_numbers_are_exact() {
     assert!(!holds(&dir, changed(&|n| n.truth = None)));
     assert!(!holds(&dir, changed(&|n| truth(n, &|t| t.value = 0.9161))));
     assert!(!holds(&dir, changed(&|n| truth(n, &|t| t.allowance = 1e-2))));
+    // A computed bound moves with the rounding that it comes from.
+    assert!(holds(&dir, changed(&|n| truth(n, &|t| t.allowance *= 1.009))));
+    assert!(!holds(&dir, changed(&|n| truth(n, &|t| t.allowance *= 1.011))));
     assert!(!holds(&dir, changed(&|n| truth(n, &|t| t.source = "hearsay".into()))));
     let mut rows = sample_rows();
     rows[3] = Row::text("method", "Method II");

@@ -4,6 +4,7 @@ mod branches;
 mod claims;
 mod cli;
 mod closed_forms;
+mod edges;
 mod equivariance;
 mod floors;
 mod formats;

@@ -297,12 +297,11 @@ fn write_table(quantity: &Quantity, judgement: &Judgement, out: &mut impl Write)
         let (percent, order) = (significant(100.0 * gci, 6), significant(triplet.order, 4));
         // Without the finest grids of all, where these are at a floor.
         let of = if judgement.triplets.len() + 2 < grids.len() { ", without those left out" } else { "" };
+        let text = format!("{percent} % of the value (Celik et al. 2008), p = {order} of the finest three{of}");
+        let medium = format!("; of the medium one {} %", significant(100.0 * triplet.gci_coarse, 6));
         line(
             "GCI, fine",
-            format!(
-                "{percent} % of the value (Celik et al. 2008), p = {order} of the finest three{of}; of the medium one {} %",
-                significant(100.0 * triplet.gci_coarse, 6)
-            ),
+            if gci.is_finite() { text + &medium } else { "none, being a part of the value, which is 0".into() },
         )?;
     }
     if let Some(triplet) = finest.filter(|triplet| triplet.oscillates) {
@@ -342,11 +341,14 @@ fn write_markdown(results: &[Summary<'_>], out: &mut impl Write) -> io::Result<(
         writeln!(
             out,
             "| {} | {} | {} | {} | {} | {} | {}: {} |",
-            result.quantity,
+            result.quantity.replace('|', "\\|"),
             result.grids,
             cell(result.order, 4),
             cell(result.extrapolated, 7),
-            result.gci_fine.map_or_else(|| "—".into(), |gci| format!("{} %", significant(100.0 * gci, 3))),
+            result
+                .gci_fine
+                .filter(|gci| gci.is_finite())
+                .map_or_else(|| "—".into(), |gci| format!("{} %", significant(100.0 * gci, 3))),
             result.convergence,
             verdict.as_str().unwrap_or_default(),
             result.reason.replace('|', "\\|")
