@@ -56,7 +56,7 @@ the next finer run confirms it.
 
 problem       to t =    solution
 channel       1         closed form; 200 unknowns, banded
-Burgers       1         Dop853 and Radau IIA agree; 200 unknowns, banded
+Burgers       1         DoPri8 and Radau IIA agree; 200 unknowns, banded
 van der Pol   2000      tabulated; mu = 1000
 Robertson     40        tabulated
 HIRES         321.8122  tabulated

@@ -1,7 +1,7 @@
 //! Burgers' equation u_t + (u²/2)_x = ν u_xx on 0 < x < 1 in central differences at N inner points: a front that travels.
 
 use super::{Problem, System, TruthError, agreed};
-use crate::solver::{AdaptiveRadau, OdeSolvers};
+use crate::solver::{AdaptiveRadau, Russell};
 
 /// uᵢ at xᵢ = iΔx, Δx = 1/(N + 1), with the values of the front itself at the ends.
 #[derive(Debug)]
@@ -62,6 +62,6 @@ impl Burgers {
     pub(crate) fn problem<const N: usize>() -> Result<Problem<N, Self>, TruthError> {
         let start = std::array::from_fn(|i| front((i + 1) as f64 / (N + 1) as f64, 0.0));
         let unsolved = Problem { system: Self, start, end: 1.0, truth: [f64::NAN; N] };
-        agreed("Burgers", unsolved, [(&OdeSolvers::Dop853, FINE), (&AdaptiveRadau, FINE)])
+        agreed("Burgers", unsolved, [(&Russell::DoPri8, FINE), (&AdaptiveRadau, FINE)])
     }
 }

@@ -35,7 +35,7 @@ pub(crate) trait Solver<P> {
 
 /// Thirds of a decade from a tenth down to some fifty roundings.
 fn tolerances() -> Vec<f64> {
-    (3..=42).map(|third| 10_f64.powf(-f64::from(third) / 3.0)).collect()
+    (3..=43).map(|third| 10_f64.powf(-f64::from(third) / 3.0)).collect()
 }
 
 /// So many numbers of steps, each larger by a sixth than the one before.
