@@ -1,8 +1,9 @@
 //! Work and precision of `lsvi` beside other solvers, at equal error.
 //!
-//! A solver is run over its tolerances, or numbers of steps, and what it costs at an error is interpolated on the lower envelope of its runs: a
-//! power law between the two that the error lies between. Both are then timed again in rounds, in which all solvers that come
-//! into question take turns, so that whatever else the machine does meets all; what counts are medians of the CPU time of the process.
+//! A solver is run over its tolerances, or numbers of steps, and what it costs at an error is interpolated on the lower envelope
+//! of its runs: a power law between the two that the error lies between. Both are then timed again in rounds, in which all solvers
+//! that come into question take turns, so that whatever else the machine does meets all; what counts are medians of the CPU
+//! time of the process.
 
 mod contest;
 mod front;

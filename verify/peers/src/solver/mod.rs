@@ -33,9 +33,9 @@ pub(crate) trait Solver<P> {
     fn run(&self, problem: &P, setting: f64) -> Option<Vec<f64>>;
 }
 
-/// Thirds of a decade from a tenth down to some fifty roundings.
+/// Thirds of a decade from a tenth down to half a rounding, of which a solver refuses what it finds too small.
 fn tolerances() -> Vec<f64> {
-    (3..=43).map(|third| 10_f64.powf(-f64::from(third) / 3.0)).collect()
+    (3..=48).map(|third| 10_f64.powf(-f64::from(third) / 3.0)).collect()
 }
 
 /// So many numbers of steps, each larger by a sixth than the one before.
