@@ -5,12 +5,13 @@
 //!
 //! x_k = q₀ + h γ_k u + h² Σ_j Γ_kj a_j,  q_i = q₀ + h c_i u + h² Σ_j A_ij a_j,  p₁ = p₀ + h Σ_j b_j M a_j.
 //!
-//! Evaluated in turn this is a simplified Newton iteration whose matrix is the limit of ∂F/∂x for h → 0 itself. What proves the root
-//! to be on the branch of q₀ is the same as with kept factors (`newton/kept.rs`):
+//! Evaluated in turn this is a simplified Newton iteration whose matrix is the limit of the derivative for h → 0 itself. Where the
+//! derivatives of the accelerations are K at most, the derivative differs from its limit by a matrix of spectral radius h² ρ(|A|) K.
+//! What proves the root to be on the branch of q₀ is the same as with kept factors (`newton/kept.rs`):
 //!
-//! - where the first step of a trajectory starts, ∂F/∂x differs from its limit by [`CLOSE`] at most, ‖h² Γ M⁻¹L_qq(q₀)‖;
-//! - what is left after the first increment from q₀, h² Γ (a − a(q₀)), is [`SURE_CONTRACTION`] of the way at most;
-//! - the increments contract by [`SURE_CONTRACTION`].
+//! - where the first step of a trajectory starts, h² ρ(|A|) ‖M⁻¹L_qq(q₀)‖ is [`CLOSE`] at most;
+//! - the mean of the derivatives on the way from q₀ bears it out: h² ρ(|A|) |a − a(q₀)| is [`SURE_CONTRACTION`] of the way at most;
+//! - the iteration contracts by [`CLOSE`], by as much as the derivative at the root differs from its limit.
 //!
 //! Every other step is left to Newton's method, and so are the next few.
 
@@ -24,16 +25,14 @@ use crate::lagrangian::Lagrangian;
 use crate::linalg::{by_size, larger, size};
 use crate::newton::{CLOSE, SURE_CONTRACTION};
 
-/// Iterations; with a contraction by an eighth more of them are rounding.
-const ITERATIONS: u64 = 20;
+/// Iterations; with a contraction by a quarter more of them are rounding.
+const ITERATIONS: u64 = 27;
 /// Increments of a few roundings may do as they like.
 const ROUNDINGS: f64 = 16.0;
-/// Accelerations that a first guess is extrapolated from.
-const KNOWN: usize = 6;
 /// Nodes nearer to each other than this, in steps, are one.
 const APART: f64 = 1e-3;
 /// Steps to leave to Newton's method, at most, after one that had to be.
-const LONGEST_PAUSE: u32 = 64;
+const LONGEST_PAUSE: u32 = 8;
 /// Rounding of the conditions of a path, relative to their largest coefficient.
 const STRAIGHT: f64 = 1e-10;
 
@@ -89,6 +88,8 @@ pub(super) struct Nystrom {
     coefficients: Coefficients,
     /// Largest sum of absolute values in a row of Γ.
     reach: f64,
+    /// Spectral radius of |A|.
+    radius: f64,
     mass: ConstantMass,
     sum: Sum,
     h: f64,
@@ -117,7 +118,7 @@ struct Past {
 
 impl Past {
     fn new(c: &[f64], dim: usize) -> Self {
-        let most = KNOWN.div_ceil(c.len().max(1));
+        let most = known(c.len()).div_ceil(c.len().max(1));
         let weights: Vec<_> = (0..=most).map(|known| extrapolation(c, known)).collect();
         Self { weights, steps: vec![0.0; most * c.len() * dim], known: 0 }
     }
@@ -155,18 +156,44 @@ impl Past {
     }
 }
 
+/// Accelerations that a first guess is extrapolated from, for a step with so many nodes.
+fn known(nodes: usize) -> usize {
+    (nodes + 2).max(6)
+}
+
 /// The values at the nodes `c` of the next step of the polynomial through those at the nodes of so many steps before, by weights.
 fn extrapolation(c: &[f64], steps: usize) -> Vec<f64> {
     let nodes: Vec<f64> = (1..=steps).flat_map(|back| c.iter().map(move |c| c - back as f64)).collect();
     let is_new = |i: usize| nodes[..i].iter().all(|node| (node - nodes[i]).abs() > APART);
     // Of nodes that coincide the newer one counts, which comes first.
-    let used: Vec<usize> = (0..nodes.len()).filter(|&i| is_new(i)).take(KNOWN).collect();
+    let used: Vec<usize> = (0..nodes.len()).filter(|&i| is_new(i)).take(known(c.len())).collect();
     let weight = |at: f64, i: usize| {
         let others = used.iter().filter(|&&j| j != i);
         let product = others.map(|&j| (at - nodes[j]) / (nodes[i] - nodes[j])).product::<f64>();
         if used.contains(&i) { product } else { 0.0 }
     };
     c.iter().flat_map(|&at| (0..nodes.len()).map(|i| weight(at, i)).collect::<Vec<_>>()).collect()
+}
+
+/// Component i of the combination of vectors of n components.
+#[inline(always)]
+fn component(weights: &[f64], vectors: &[f64], n: usize, i: usize) -> f64 {
+    let mut sum = 0.0;
+    for (weight, vector) in weights.iter().zip(vectors.chunks_exact(n)) {
+        sum += weight * vector[i];
+    }
+    sum
+}
+
+/// The spectral radius of |A|, from above: the 2ᵏ-th root of the norm of its 2ᵏ-th power.
+fn radius(a: &[f64], r: usize) -> f64 {
+    const SQUARINGS: i32 = 6;
+    let mut power = DMatrix::from_row_slice(r, r, a).abs();
+    for _ in 0..SQUARINGS {
+        power = &power * &power;
+    }
+    let norm = power.row_iter().map(|row| row.sum()).fold(0.0, larger);
+    norm.powf(0.5_f64.powi(SQUARINGS))
 }
 
 impl Nystrom {
@@ -176,6 +203,7 @@ impl Nystrom {
         let rows = coefficients.control.chunks_exact(r);
         Self {
             reach: rows.map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, larger),
+            radius: radius(&coefficients.a, r),
             mass: ConstantMass::new(l),
             sum: Sum::new(n),
             h: f64::NAN,
@@ -214,7 +242,7 @@ impl Nystrom {
         }
         if self.past.known == 0 {
             let stiffness = self.mass.stiffness(l, at.start, q, &mut self.work);
-            let is_close = at.h * at.h * self.reach * stiffness <= CLOSE;
+            let is_close = at.h * at.h * self.radius * stiffness <= CLOSE;
             if !is_close {
                 return Ok(self.give_up());
             }
@@ -244,10 +272,18 @@ impl Nystrom {
         let (acceleration, force) = (&mut acceleration[..all], &mut force[..all]);
         let (positions, start) = (&mut positions[..all], &mut start[..all]);
         let inverse = self.mass.known_inverse()?;
-        for j in 0..r {
-            let start = &mut start[j * n..(j + 1) * n];
-            l.gradient_q(at.start + c[j] * h, q, velocity, start, work);
-            inverse.solve(start);
+        let mut evaluate = |j: usize, start: &mut [f64]| {
+            let at_start = &mut start[j * n..(j + 1) * n];
+            l.gradient_q(at.start + c[j] * h, q, velocity, at_start, work);
+            inverse.solve(at_start);
+        };
+        for j in (0..r).step_by((r - 1).max(1)) {
+            evaluate(j, start);
+        }
+        // Forces that are equal to the last bit at the first and the last node do not depend on time.
+        let is_autonomous = start[..n] == start[all - n..];
+        for j in 1..r - 1 {
+            if is_autonomous { start.copy_within(..n, j * n) } else { evaluate(j, start) }
         }
         if !self.past.expect::<N, R>(n, acceleration) {
             acceleration.copy_from_slice(start);
@@ -260,26 +296,23 @@ impl Nystrom {
         let roundoff = f64::EPSILON * size_of_q;
         let mut last = f64::NAN;
         for iterations in 1..=ITERATIONS {
-            for k in 0..r {
+            for ((position, row), c) in positions.chunks_exact_mut(n).zip(a.chunks_exact(r)).zip(c) {
                 for i in 0..n {
-                    let mut bend = 0.0;
-                    for j in 0..r {
-                        bend += a[k * r + j] * acceleration[j * n + i];
-                    }
-                    positions[k * n + i] = q[i] + h * (c[k] * velocity[i] + h * bend);
+                    position[i] = q[i] + h * (c * velocity[i] + h * component(row, acceleration, n, i));
                 }
             }
             let (mut change, mut strongest, mut sum) = (0.0, 0.0, 0.0);
-            for k in 0..r {
-                let node = k * n..(k + 1) * n;
-                l.gradient_q(at.start + c[k] * h, &positions[node.clone()], velocity, &mut force[node.clone()], work);
-                work.copy_from_slice(&force[node]);
+            for ((position, force), c) in positions.chunks_exact(n).zip(force.chunks_exact_mut(n)).zip(c) {
+                l.gradient_q(at.start + c * h, position, velocity, force, work);
+            }
+            for (force, acceleration) in force.chunks_exact(n).zip(acceleration.chunks_exact_mut(n)) {
+                work.copy_from_slice(force);
                 inverse.solve(work);
                 for i in 0..n {
-                    change = larger(change, work[i] - acceleration[k * n + i]);
+                    change = larger(change, work[i] - acceleration[i]);
                     strongest = larger(strongest, work[i]);
                     sum += work[i];
-                    acceleration[k * n + i] = work[i];
+                    acceleration[i] = work[i];
                 }
             }
             if !sum.is_finite() {
@@ -292,7 +325,7 @@ impl Nystrom {
             if delta <= 4.0 * roundoff || theta * h * change <= (1.0 - theta) * speed || is_noise {
                 return Some(iterations + 1);
             }
-            if theta > SURE_CONTRACTION {
+            if theta > CLOSE {
                 return None;
             }
             last = change;
@@ -319,11 +352,7 @@ impl Nystrom {
             x.chunks_exact_mut(n).zip(coefficients.control.chunks_exact(r)).zip(&coefficients.gamma)
         {
             for i in 0..n {
-                let mut bend = 0.0;
-                for j in 0..r {
-                    bend += row[j] * acceleration[j * n + i];
-                }
-                x[i] = h * (gamma * velocity[i] + h * bend);
+                x[i] = h * (gamma * velocity[i] + h * component(row, acceleration, n, i));
                 way = larger(way, x[i]);
             }
         }
@@ -332,7 +361,7 @@ impl Nystrom {
         }
         let largest = q.iter().fold(0.0, |most, q| larger(most, *q));
         let noise = ROUNDINGS * f64::EPSILON * larger(largest, way);
-        let is_sure = square * self.reach * rest <= SURE_CONTRACTION * way + noise;
+        let is_sure = square * self.radius * rest <= SURE_CONTRACTION * way + noise;
         if !is_sure {
             return false;
         }
@@ -345,16 +374,26 @@ impl Nystrom {
         }
         let b = &coefficients.b[..r];
         for i in 0..n {
-            let mut impulse = 0.0;
-            for j in 0..r {
-                impulse += b[j] * force[j * n + i];
-            }
-            sum.add(i, (&mut q[i], end[i]), (&mut p[i], h * impulse));
+            sum.add(i, (&mut q[i], end[i]), (&mut p[i], h * component(b, force, n, i)));
             end[i] = q[i];
         }
         sum.end(at.start + h);
         self.pause = 0;
         self.past.push(&self.acceleration);
         true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The eigenvalues of [[0, −1/2], [1/8, 0]] are ±i/4, and so large are those of its absolute values; the bound is their
+    /// 64th powers' sum, at most.
+    #[test]
+    fn the_radius_is_that_of_the_absolute_values_or_little_more() {
+        let found = radius(&[0.0, -0.5, 0.125, 0.0], 2);
+        assert!((0.25..0.25 * 4.0_f64.powf(1.0 / 64.0)).contains(&found), "{found}");
+        assert_eq!(radius(&[0.25], 1), 0.25);
     }
 }

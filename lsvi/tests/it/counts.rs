@@ -65,7 +65,9 @@ fn steps_of_a_separable_lagrangian_count_every_evaluation_of_its_forces() {
         let mut method = position_momentum(Galerkin::gauss(&l, nodes).expect("s ≥ 1"));
         let (mut q, mut p) = ([0.1, 0.2], [0.3, -0.1]);
         (0..50).for_each(|k| method.step(f64::from(k) * 0.05, 0.05, &mut q, &mut p).expect("bounded"));
-        assert_eq!(l.forces.get(), nodes as u64 * method.work().residuals, "{nodes} nodes");
+        // At q₀ the forces of the first and the last node tell those of the others, as they do not depend on time.
+        let (work, spared) = (method.work(), nodes.saturating_sub(2) as u64);
+        assert_eq!(l.forces.get(), nodes as u64 * work.residuals - spared * work.steps, "{nodes} nodes");
     }
 }
 

@@ -129,6 +129,31 @@ fn no_separable_step_returns_a_root_of_another_branch() {
     assert!(direct > 2000, "{direct} steps without Newton's method");
 }
 
+/// An orbit of eccentricity 0.6, whose forces change by a factor of 16, in 16 steps a period.
+#[test]
+fn long_steps_round_a_pericentre_need_no_factors() {
+    struct Kepler;
+    impl LagrangianFn for Kepler {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn is_separable(&self) -> bool {
+            true
+        }
+        fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+            (v[0] * v[0] + v[1] * v[1]) * 0.5 + (q[0] * q[0] + q[1] * q[1]).sqrt().recip()
+        }
+    }
+    let mut method = position_momentum(Galerkin::gauss(AutoLagrangian::new(Kepler), 6).expect("s ≥ 1"));
+    let h = std::f64::consts::TAU / 16.0;
+    // From the apocentre, where a trajectory may start with steps that long.
+    let (mut q, mut p) = ([-1.6, 0.0], [0.0, -0.5]);
+    (0..160).for_each(|k| method.step(f64::from(k) * h, h, &mut q, &mut p).expect("bounded"));
+    assert_eq!(method.work().factorizations, 0);
+    let energy = 0.5 * (p[0] * p[0] + p[1] * p[1]) - q[0].hypot(q[1]).recip();
+    assert!((energy + 0.5).abs() < 1e-4, "{energy}");
+}
+
 #[test]
 fn rounding_adds_up_to_that_of_the_increments() {
     // Gauss collocation conserves the energy of the oscillator: what it changes by is rounding.
