@@ -10,7 +10,8 @@
 //! What proves the root to be on the branch of q₀ is the same as with kept factors (`newton/kept.rs`):
 //!
 //! - where the first step of a trajectory starts, h² ρ(|A|) ‖M⁻¹L_qq(q₀)‖ is [`CLOSE`] at most;
-//! - the mean of the derivatives on the way from q₀ bears it out: h² ρ(|A|) |a − a(q₀)| is [`SURE_CONTRACTION`] of the way at most;
+//! - the mean derivatives between q₀ and the nodes, in turn, bear it out: h² ρ(|A|) times a difference of accelerations is
+//!   [`SURE_CONTRACTION`] of that of positions at most; and so do those out to its middle where the branch turns and comes back;
 //! - the iteration contracts by [`CLOSE`], by as much as the derivative at the root differs from its limit.
 //!
 //! Every other step is left to Newton's method, and so are the next few.
@@ -29,6 +30,8 @@ use crate::newton::{CLOSE, SURE_CONTRACTION};
 const ITERATIONS: u64 = 27;
 /// Increments of a few roundings may do as they like.
 const ROUNDINGS: f64 = 16.0;
+/// A branch whose nodes are nearer to q₀ than this part of what the velocity alone leads to has turned.
+const TURNED: f64 = 0.5;
 /// Nodes nearer to each other than this, in steps, are one.
 const APART: f64 = 1e-3;
 /// Steps to leave to Newton's method, at most, after one that had to be.
@@ -99,6 +102,7 @@ pub(super) struct Nystrom {
     /// u, and work space.
     velocity: Vec<f64>,
     work: Vec<f64>,
+    midway: Vec<f64>,
     /// By nodes: the accelerations at q₀, those of the iteration, the forces, and the positions.
     start: Vec<f64>,
     acceleration: Vec<f64>,
@@ -211,7 +215,8 @@ impl Nystrom {
             pause: 0,
             waited: 0,
             velocity: zeros.clone(),
-            work: zeros,
+            work: zeros.clone(),
+            midway: zeros,
             start: all.clone(),
             acceleration: all.clone(),
             force: all.clone(),
@@ -250,8 +255,10 @@ impl Nystrom {
         let (n, r) = (q.len(), self.coefficients.c.len());
         let found = by_size!(n, N => by_size!(r, R => self.iterate::<N, R>(l, at, q)));
         let Some(evaluations) = found else { return Ok(self.give_up()) };
-        let is_sure = by_size!(n, N => by_size!(r, R => self.finish::<N, R>(at, q, p, x)));
-        Ok(if is_sure { Some(evaluations) } else { self.give_up() })
+        let borne_out = by_size!(n, N => by_size!(r, R => self.bear_out::<N, R>(l, at, q)));
+        let Some(more) = borne_out else { return Ok(self.give_up()) };
+        by_size!(n, N => by_size!(r, R => self.finish::<N, R>(at, q, p, x)));
+        Ok(Some(evaluations + more))
     }
 
     fn give_up(&mut self) -> Option<u64> {
@@ -333,37 +340,72 @@ impl Nystrom {
         None
     }
 
-    /// Adds the changes to q₀ and p₀ and writes the control values, if what is left after the first increment is small.
+    /// Holds the differences of accelerations, less those of time, against those of positions; `None` where they are too large,
+    /// and otherwise how often the forces were evaluated for it.
     #[inline]
-    fn finish<const N: usize, const R: usize>(
-        &mut self,
-        at: Interval,
-        q: &mut [f64],
-        p: &mut [f64],
-        x: &mut [f64],
-    ) -> bool {
+    fn bear_out<const N: usize, const R: usize>(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
         let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
-        let (h, square, all) = (at.h, at.h * at.h, r * n);
-        let Self { coefficients, velocity, acceleration, force, start, sum, .. } = self;
+        let (h, all) = (at.h, r * n);
+        let Self { coefficients, velocity, acceleration, positions, start, work, midway, radius, .. } = self;
+        let (c, q, velocity) = (&coefficients.c[..r], &q[..n], &velocity[..n]);
+        let (acceleration, start) = (&acceleration[..all], &start[..all]);
+        let (positions, midway) = (&mut positions[..all], &mut midway[..n]);
+        let (mut size_of_q, mut speed) = (0.0, 0.0);
+        for i in 0..n {
+            size_of_q = larger(size_of_q, q[i]);
+            speed = larger(speed, velocity[i]);
+        }
+        let noise = ROUNDINGS * f64::EPSILON * size_of_q;
+        let is_flat = |change: f64, way: f64| h * h * *radius * change <= SURE_CONTRACTION * way + noise;
+        let mut has_turned = false;
+        for k in 0..r {
+            let (mut change, mut step, mut way) = (0.0, 0.0, 0.0);
+            for i in 0..n {
+                let of = |k: usize| (acceleration[k * n + i] - start[k * n + i], positions[k * n + i] - q[i]);
+                let ((a, x), (before, from)) = (of(k), if k == 0 { (0.0, 0.0) } else { of(k - 1) });
+                (change, step, way) = (larger(change, a - before), larger(step, x - from), larger(way, x));
+            }
+            if !is_flat(change, step) {
+                return None;
+            }
+            has_turned |= way < TURNED * (h * c[k]).abs() * speed;
+        }
+        if !has_turned {
+            return Some(0);
+        }
+        // The nodes of a step half as long, on the branch but for the change of its accelerations.
+        let inverse = self.mass.known_inverse()?;
+        for ((position, start), c) in positions.chunks_exact_mut(n).zip(start.chunks_exact(n)).zip(c) {
+            for i in 0..n {
+                position[i] = q[i] + 0.25 * (position[i] - q[i] + h * c * velocity[i]);
+            }
+            l.gradient_q(at.start + c * h, position, velocity, midway, work);
+            inverse.solve(midway);
+            let (mut change, mut way) = (0.0, 0.0);
+            for i in 0..n {
+                (change, way) = (larger(change, midway[i] - start[i]), larger(way, position[i] - q[i]));
+            }
+            if !is_flat(change, way) {
+                return None;
+            }
+        }
+        Some(1)
+    }
+
+    /// Adds the changes to q₀ and p₀ and writes the control values.
+    #[inline]
+    fn finish<const N: usize, const R: usize>(&mut self, at: Interval, q: &mut [f64], p: &mut [f64], x: &mut [f64]) {
+        let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
+        let (h, all) = (at.h, r * n);
+        let Self { coefficients, velocity, acceleration, force, sum, .. } = self;
         let (q, p, velocity) = (&mut q[..n], &mut p[..n], &velocity[..n]);
-        let (acceleration, force, start) = (&acceleration[..all], &force[..all], &start[..all]);
-        let (mut way, mut rest) = (0.0, 0.0);
+        let (acceleration, force) = (&acceleration[..all], &force[..all]);
         for ((x, row), gamma) in
             x.chunks_exact_mut(n).zip(coefficients.control.chunks_exact(r)).zip(&coefficients.gamma)
         {
             for i in 0..n {
                 x[i] = h * (gamma * velocity[i] + h * component(row, acceleration, n, i));
-                way = larger(way, x[i]);
             }
-        }
-        for j in 0..all {
-            rest = larger(rest, acceleration[j] - start[j]);
-        }
-        let largest = q.iter().fold(0.0, |most, q| larger(most, *q));
-        let noise = ROUNDINGS * f64::EPSILON * larger(largest, way);
-        let is_sure = square * self.radius * rest <= SURE_CONTRACTION * way + noise;
-        if !is_sure {
-            return false;
         }
         let last = x.len() - n;
         let (interior, end) = x.split_at_mut(last);
@@ -380,7 +422,6 @@ impl Nystrom {
         sum.end(at.start + h);
         self.pause = 0;
         self.past.push(&self.acceleration);
-        true
     }
 }
 

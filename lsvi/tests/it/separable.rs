@@ -129,6 +129,34 @@ fn no_separable_step_returns_a_root_of_another_branch() {
     assert!(direct > 2000, "{direct} steps without Newton's method");
 }
 
+/// With h the midpoint moves to 0.4 left of the start. The root beside the start, which an iteration from there contracts to, is on
+/// no branch that comes from it.
+#[test]
+fn a_step_that_seems_to_stand_still_is_not_taken_for_short() {
+    struct Spikes(bool);
+    impl LagrangianFn for Spikes {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn is_separable(&self) -> bool {
+            self.0
+        }
+        fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+            let spike = |height: f64, k: f64, phase: f64| (((q[0] * k + phase).cos() - 1.0) * 4.0).exp() * height;
+            let spikes = spike(-1.1405, 3.8459, 1.3092) + spike(-0.9115, 0.2043, 3.9008);
+            v[0] * v[0] * 0.5 + spikes + spike(0.8964, 4.2523, 4.5508) + spike(0.1479, 2.4286, 5.2287)
+        }
+    }
+    let end = |is_separable: bool| {
+        let mut method = position_momentum(Midpoint::new(AutoLagrangian::new(Spikes(is_separable))));
+        let (mut q, mut p) = ([-5.10705], [-1.24156]);
+        method.step(0.0, 0.48, &mut q, &mut p).expect("the branch goes on");
+        q[0]
+    };
+    assert!((end(false) + 5.910).abs() < 0.01, "{}", end(false));
+    assert!((end(true) - end(false)).abs() < 1e-9, "{} and {}", end(true), end(false));
+}
+
 /// An orbit of eccentricity 0.6, whose forces change by a factor of 16, in 16 steps a period.
 #[test]
 fn long_steps_round_a_pericentre_need_no_factors() {
