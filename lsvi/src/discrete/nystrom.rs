@@ -361,9 +361,14 @@ impl Nystrom {
         for k in 0..r {
             let (mut change, mut step, mut way) = (0.0, 0.0, 0.0);
             for i in 0..n {
-                let of = |k: usize| (acceleration[k * n + i] - start[k * n + i], positions[k * n + i] - q[i]);
-                let ((a, x), (before, from)) = (of(k), if k == 0 { (0.0, 0.0) } else { of(k - 1) });
-                (change, step, way) = (larger(change, a - before), larger(step, x - from), larger(way, x));
+                let j = k * n + i;
+                let (mut bend, mut x) = (acceleration[j] - start[j], positions[j] - q[i]);
+                way = larger(way, x);
+                if k > 0 {
+                    bend -= acceleration[j - n] - start[j - n];
+                    x -= positions[j - n] - q[i];
+                }
+                (change, step) = (larger(change, bend), larger(step, x));
             }
             if !is_flat(change, step) {
                 return None;
