@@ -358,22 +358,22 @@ impl Nystrom {
         let noise = ROUNDINGS * f64::EPSILON * size_of_q;
         let is_flat = |change: f64, way: f64| h * h * *radius * change <= SURE_CONTRACTION * way + noise;
         let mut has_turned = false;
-        for k in 0..r {
+        for (k, c) in c.iter().enumerate() {
             let (mut change, mut step, mut way) = (0.0, 0.0, 0.0);
-            for i in 0..n {
+            for (i, q) in q.iter().enumerate() {
                 let j = k * n + i;
-                let (mut bend, mut x) = (acceleration[j] - start[j], positions[j] - q[i]);
+                let (mut bend, mut x) = (acceleration[j] - start[j], positions[j] - q);
                 way = larger(way, x);
                 if k > 0 {
                     bend -= acceleration[j - n] - start[j - n];
-                    x -= positions[j - n] - q[i];
+                    x -= positions[j - n] - q;
                 }
                 (change, step) = (larger(change, bend), larger(step, x));
             }
             if !is_flat(change, step) {
                 return None;
             }
-            has_turned |= way < TURNED * (h * c[k]).abs() * speed;
+            has_turned |= way < TURNED * (h * c).abs() * speed;
         }
         if !has_turned {
             return Some(0);
