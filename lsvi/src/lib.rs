@@ -22,7 +22,8 @@
 //! | stiff and dissipative, fixed steps, data that jump | [`method_i`] | 2 |
 //! | the same, more accurate | least squares on [`Galerkin`](discrete::Galerkin) paths, closed by [`closure::Linear::METHOD_I`] | 2s |
 //! | mechanics L(q, q̇), long runs | [`position_momentum`] of [`Galerkin::gauss`](discrete::Galerkin::gauss) | 2s, symplectic |
-//! | the same with forces, or constraints f(q) = 0 | [`Forced`], [`Constrained`] | as without |
+//! | the same, L = ½ vᵀMv − V(t, q), forces that are cheap | [`position_momentum`] of [`BrokenLine::blanes_moan`](discrete::BrokenLine::blanes_moan), explicit | 6, symplectic |
+//! | L(q, q̇) with forces, or constraints f(q) = 0 | [`Forced`], [`Constrained`] | as without |
 //! | two configurations instead of a momentum | [`TwoStep`] | as without |
 //! | large and sparse | the first two, with the [`Structure`] of the field declared | |
 //! | known by products only | [`method_i`]'s [`LeastSquaresStep`], [`RungeKutta`](classic::RungeKutta) or [`Bdf2`](classic::Bdf2), `with_solver` | 2 |
@@ -95,8 +96,8 @@
 //!
 //! - A [`Lagrangian`] L(t, q, v): of mechanics, or [`LeastSquares`] of any first-order system v̇ = f(t, v), a [`VectorField`].
 //! - A [`DiscreteLegendre`](discrete::DiscreteLegendre) transform: the momenta at the two ends of a step, from a discrete
-//!   Lagrangian such as [`Trapezoidal`](discrete::Trapezoidal), [`Midpoint`](discrete::Midpoint) or
-//!   [`Galerkin`](discrete::Galerkin), or from a fitted path, [`PathFitted`](discrete::PathFitted).
+//!   Lagrangian such as [`Trapezoidal`](discrete::Trapezoidal), [`Midpoint`](discrete::Midpoint),
+//!   [`BrokenLine`](discrete::BrokenLine) or [`Galerkin`](discrete::Galerkin), or from a fitted path, [`PathFitted`](discrete::PathFitted).
 //! - A [`Closure`](closure::Closure) of the momenta: position–momentum, or the (α, β) family with [`method_i`] and [`method_ii`].
 //! - In mechanics also [`Forced`] motions, and [`Constrained`] ones on f(q) = 0.
 //! - A [`Variational`] integrator of the two, or a [`Window`] of steps found together, stepped along a [`Trajectory`] like

@@ -98,7 +98,7 @@ impl<F: LagrangianFn> AutoLagrangian<F> {
     }
 
     /// [`Lagrangian::gradient_q`] of N degrees of freedom.
-    #[inline]
+    #[inline(always)]
     fn gradient_q_small<const N: usize>(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64]) {
         let v: [Dual64; N] = std::array::from_fn(|i| v[i].into());
         dl_dq.copy_from_slice(&sweep::each::<N, _>(q, |q| self.function.lagrangian(t.into(), q, &v).eps));
@@ -114,7 +114,7 @@ impl<F: LagrangianFn> Lagrangian for AutoLagrangian<F> {
         self.function.is_separable()
     }
 
-    #[inline]
+    #[inline(always)]
     fn gradient_q(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], work: &mut [f64]) {
         match q.len() {
             1 => self.gradient_q_small::<1>(t, q, v, dl_dq),

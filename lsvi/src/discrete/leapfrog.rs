@@ -1,4 +1,4 @@
-//! The explicit step of a separable Lagrangian.
+//! Explicit steps of a separable Lagrangian.
 
 use super::Interval;
 use super::separable::{ConstantMass, Sum};
@@ -6,82 +6,125 @@ use crate::error::SolveError;
 use crate::lagrangian::Lagrangian;
 use crate::linalg::{by_size, size};
 
-/// The position–momentum step of the trapezoidal rule for L = ½ vᵀMv − V(t, q): Störmer and Verlet's,
-/// M v = p₀ + ½h L_q|₀, q₁ = q₀ + h v, p₁ = M v + ½h L_q|₁, with one evaluation of L_q on a trajectory.
+/// The position–momentum step of a broken line for L = ½ vᵀMv − V(t, q), kicks and drifts in turn: with x₀ = q₀, P₀ = p₀ and
+/// c_i = a₁ + … + a_i, M v_i = P_i = P_{i−1} + h b_{i−1} L_q(t + c_{i−1} h, x_{i−1}) and x_i = x_{i−1} + h a_i v_i for
+/// i = 1, …, s; then q₁ = x_s and p₁ = P_s + h b_s L_q(t + h, q₁). A trajectory evaluates s forces a step.
 #[derive(Debug)]
 pub(super) struct Leapfrog {
+    drifts: Vec<Drift>,
+    /// b_s.
+    last_kick: f64,
     mass: ConstantMass,
     sum: Sum,
     velocity: Vec<f64>,
-    next: Vec<f64>,
-    /// L_q at the end of the last step, and of this one.
+    /// x_i − q₀ and P_i − p₀.
+    way: Vec<f64>,
+    impulse: Vec<f64>,
+    /// L_q at the last knot.
     force: Vec<f64>,
-    end: Vec<f64>,
     work: Vec<f64>,
 }
 
+/// A piece of the line, with the kick before it.
+#[derive(Debug, Clone, Copy)]
+struct Drift {
+    /// b_{i−1}.
+    kick: f64,
+    /// a_i.
+    duration: f64,
+    /// c_i.
+    end: f64,
+}
+
 impl Leapfrog {
-    pub(super) fn new(l: &dyn Lagrangian) -> Self {
+    /// By the durations a₁, …, a_s and the kicks b₀, …, b_s.
+    pub(super) fn new(l: &dyn Lagrangian, durations: &[f64], kicks: &[f64]) -> Self {
         let zeros = vec![0.0; l.dim()];
+        let drift = |(i, (duration, kick)): (usize, (&f64, &f64))| {
+            // The last knot is the end of the step, whatever the durations sum to.
+            let end = if i + 1 == durations.len() { 1.0 } else { durations[..=i].iter().sum() };
+            Drift { kick: *kick, duration: *duration, end }
+        };
         Self {
+            drifts: durations.iter().zip(kicks).enumerate().map(drift).collect(),
+            last_kick: kicks[durations.len()],
             mass: ConstantMass::new(l),
             sum: Sum::new(l.dim()),
             velocity: zeros.clone(),
-            next: zeros.clone(),
+            way: zeros.clone(),
+            impulse: zeros.clone(),
             force: zeros.clone(),
-            end: zeros.clone(),
             work: zeros,
         }
     }
 
-    /// Replaces (q₀, p₀) by (q₁, p₁).
-    pub(super) fn step(
+    /// Replaces (q₀, p₀) by (q₁, p₁), writes the knots x₁, …, x_s, and returns how often the forces were evaluated.
+    pub(super) fn step<L: Lagrangian>(
         &mut self,
-        l: &dyn Lagrangian,
+        l: &L,
         at: Interval,
         q: &mut [f64],
         p: &mut [f64],
-    ) -> Result<(), SolveError> {
-        by_size!(q.len(), N => self.step_sized::<N>(l, at, q, p))
+        x: &mut [f64],
+    ) -> Result<u64, SolveError> {
+        by_size!(q.len(), N => match self.drifts.len() {
+            1 => self.step_sized::<L, N, 1>(l, at, q, p, x),
+            _ => self.step_sized::<L, N, 0>(l, at, q, p, x),
+        })
     }
 
     #[inline]
-    fn step_sized<const N: usize>(
+    fn step_sized<L: Lagrangian, const N: usize, const S: usize>(
         &mut self,
-        l: &dyn Lagrangian,
+        l: &L,
         at: Interval,
         q: &mut [f64],
         p: &mut [f64],
-    ) -> Result<(), SolveError> {
-        let n = size::<N>(q.len());
-        let (q, p, h, t) = (&mut q[..n], &mut p[..n], at.h, at.start + at.h);
-        let Self { mass, sum, velocity, next, force, end, work } = self;
-        let (velocity, next, force, end) = (&mut velocity[..n], &mut next[..n], &mut force[..n], &mut end[..n]);
+        x: &mut [f64],
+    ) -> Result<u64, SolveError> {
+        let (n, s) = (size::<N>(q.len()), size::<S>(self.drifts.len()));
+        let (q, p, h) = (&mut q[..n], &mut p[..n], at.h);
+        let Self { drifts, last_kick, mass, sum, velocity, way, impulse, force, work } = self;
+        let (velocity, force) = (&mut velocity[..n], &mut force[..n]);
+        let (way, impulse) = (&mut way[..n], &mut impulse[..n]);
         if !sum.continues(at.start, q, p) {
             l.gradient_q(at.start, q, velocity, force, work);
         }
-        for i in 0..n {
-            velocity[i] = p[i] + 0.5 * h * force[i];
+        let inverse = mass.inverse(l, (at.start, h), q, p)?;
+        way.fill(0.0);
+        impulse.fill(0.0);
+        let mut before: &[f64] = &q[..];
+        for (drift, knot) in drifts[..s].iter().zip(x.chunks_exact_mut(n)) {
+            let (kick, duration) = (h * drift.kick, h * drift.duration);
+            for i in 0..n {
+                impulse[i] += kick * force[i];
+                velocity[i] = p[i] + impulse[i];
+            }
+            inverse.solve(velocity);
+            for i in 0..n {
+                let change = duration * velocity[i];
+                way[i] += change;
+                knot[i] = before[i] + change;
+            }
+            l.gradient_q(at.start + drift.end * h, knot, velocity, force, work);
+            before = knot;
         }
-        mass.inverse(l, (at.start, h), q, p)?.solve(velocity);
-        for i in 0..n {
-            next[i] = q[i] + h * velocity[i];
-        }
-        l.gradient_q(t, next, velocity, end, work);
         let mut finite = 0.0;
         for i in 0..n {
-            finite += end[i] + next[i];
+            impulse[i] += h * *last_kick * force[i];
+            finite += way[i] + impulse[i];
         }
         if !finite.is_finite() {
             sum.forget();
             return Err(SolveError::NonFinite);
         }
+        let last = x.len() - n;
+        let end = &mut x[last..];
         for i in 0..n {
-            let impulse = 0.5 * h * (force[i] + end[i]);
-            sum.add(i, (&mut q[i], h * velocity[i]), (&mut p[i], impulse));
-            force[i] = end[i];
+            sum.add(i, (&mut q[i], way[i]), (&mut p[i], impulse[i]));
+            end[i] = q[i];
         }
-        sum.end(t);
-        Ok(())
+        sum.end(at.start + h);
+        Ok(drifts.len() as u64)
     }
 }

@@ -3,6 +3,7 @@
 //! A discrete Lagrangian L_d(q₀, q₁) approximates the action over one step; its discrete Legendre transforms are the
 //! momenta p₀ = −D₁L_d and p₁ = D₂L_d at the two ends (Eqs. (5), (6); \[MW01\]). That is all that a closure needs to know.
 
+mod broken_line;
 mod galerkin;
 mod kong_yang_circle;
 mod leapfrog;
@@ -14,6 +15,7 @@ mod separable;
 mod trapezoidal;
 mod velocity;
 
+pub use broken_line::BrokenLine;
 pub use galerkin::Galerkin;
 pub use kong_yang_circle::KongYangCircle;
 pub use midpoint::Midpoint;

@@ -227,9 +227,9 @@ impl Nystrom {
 
     /// Replaces (q₀, p₀) by (q₁, p₁), writes the control values, and returns how often the forces were evaluated; `None`, with
     /// nothing changed, where the iteration does not prove its root.
-    pub(super) fn step(
+    pub(super) fn step<L: Lagrangian>(
         &mut self,
-        l: &dyn Lagrangian,
+        l: &L,
         at: Interval,
         q: &mut [f64],
         p: &mut [f64],
@@ -253,9 +253,9 @@ impl Nystrom {
             }
         }
         let (n, r) = (q.len(), self.coefficients.c.len());
-        let found = by_size!(n, N => by_size!(r, R => self.iterate::<N, R>(l, at, q)));
+        let found = by_size!(n, N => by_size!(r, R => self.iterate::<L, N, R>(l, at, q)));
         let Some(evaluations) = found else { return Ok(self.give_up()) };
-        let borne_out = by_size!(n, N => by_size!(r, R => self.bear_out::<N, R>(l, at, q)));
+        let borne_out = by_size!(n, N => by_size!(r, R => self.bear_out::<L, N, R>(l, at, q)));
         let Some(more) = borne_out else { return Ok(self.give_up()) };
         by_size!(n, N => by_size!(r, R => self.finish::<N, R>(at, q, p, x)));
         Ok(Some(evaluations + more))
@@ -270,7 +270,12 @@ impl Nystrom {
 
     /// Sets the forces and accelerations of the step; returns how often they were evaluated for it.
     #[inline]
-    fn iterate<const N: usize, const R: usize>(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
+    fn iterate<L: Lagrangian, const N: usize, const R: usize>(
+        &mut self,
+        l: &L,
+        at: Interval,
+        q: &[f64],
+    ) -> Option<u64> {
         let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
         let (h, square, all) = (at.h, at.h * at.h, r * n);
         let Self { coefficients, velocity, acceleration, force, positions, start, work, .. } = self;
@@ -343,7 +348,12 @@ impl Nystrom {
     /// Holds the differences of accelerations, less those of time, against those of positions; `None` where they are too large,
     /// and otherwise how often the forces were evaluated for it.
     #[inline]
-    fn bear_out<const N: usize, const R: usize>(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
+    fn bear_out<L: Lagrangian, const N: usize, const R: usize>(
+        &mut self,
+        l: &L,
+        at: Interval,
+        q: &[f64],
+    ) -> Option<u64> {
         let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
         let (h, all) = (at.h, r * n);
         let Self { coefficients, velocity, acceleration, positions, start, work, midway, radius, .. } = self;

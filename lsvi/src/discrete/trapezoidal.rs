@@ -26,7 +26,7 @@ impl<L: Lagrangian> Trapezoidal<L> {
         let zeros = vec![0.0; lagrangian.dim()];
         Self {
             velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
-            leapfrog: lagrangian.is_separable().then(|| Box::new(Leapfrog::new(&lagrangian))),
+            leapfrog: lagrangian.is_separable().then(|| Box::new(Leapfrog::new(&lagrangian, &[1.0], &[0.5; 2]))),
             lagrangian,
             velocity: zeros.clone(),
             dl_dq: zeros.clone(),
@@ -63,9 +63,7 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         x: &mut [f64],
     ) -> Result<Option<u64>, SolveError> {
         let Some(leapfrog) = &mut self.leapfrog else { return Ok(None) };
-        leapfrog.step(&self.lagrangian, at, q, p)?;
-        x.copy_from_slice(q);
-        Ok(Some(1))
+        leapfrog.step(&self.lagrangian, at, q, p, x).map(Some)
     }
 
     fn momentum(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut [f64]) {

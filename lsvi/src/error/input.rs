@@ -156,6 +156,12 @@ pub enum SystemError {
         /// What changes of v within the tolerances make of it: Σ_j |∂f_row/∂v_j| (atol_j + rtol |v_j|).
         allowed: f64,
     },
+    /// A Lagrangian that does not say that it is separable, for a method that splits it.
+    #[error(
+        "the Lagrangian does not say that it is separable, L = ½ vᵀMv − V(t, q) with a constant M: override \
+         is_separable where it is, or take Galerkin::gauss"
+    )]
+    NotSeparable,
     /// A linear solver that does not fit the system.
     #[error("{0}")]
     Solver(&'static str),

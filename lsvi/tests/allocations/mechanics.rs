@@ -2,7 +2,9 @@
 
 use crate::allocations;
 use crate::systems::{Damping, DoublePendulum, Falling, Sphere};
-use lsvi::discrete::{Constrainable, DiscreteLegendre, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
+use lsvi::discrete::{
+    BrokenLine, Constrainable, DiscreteLegendre, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal,
+};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
     AutoConstraint, AutoForce, AutoLagrangian, Constrained, Forced, LagrangianFn, OneStep, Scalar, TwoStep, field,
@@ -53,6 +55,7 @@ fn steps_of_mechanics_do_not_allocate() {
     let separable = AutoLagrangian::new(Explicit);
     let discretisations: Vec<(&str, Box<dyn DiscreteLegendre>)> = vec![
         ("explicit", Box::new(Trapezoidal::new(&separable))),
+        ("broken line", Box::new(BrokenLine::blanes_moan(&separable).expect("separable"))),
         ("separable midpoint", Box::new(Midpoint::new(&separable))),
         ("separable Galerkin", Box::new(Galerkin::gauss(&separable, 3).expect("s ≥ 1"))),
         ("separable path", Box::new(PathFitted::on(&separable, NodeFamily::Gauss, 4).expect("m ≥ 2"))),

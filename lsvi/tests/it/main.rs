@@ -3,6 +3,7 @@
 mod adaptive;
 mod algebraic;
 mod branches;
+mod broken_line;
 mod constraints;
 mod counts;
 mod coupled;

@@ -3,8 +3,8 @@
 use crate::systems::{ChargedParticle, Damping, Degenerate, DoublePendulum, Driven, Oscillator, Pendulum};
 use approx::assert_abs_diff_eq;
 use lsvi::discrete::{
-    DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, KongYangCircle, Midpoint, MomentumWeights, PathFitted,
-    Trapezoidal,
+    BrokenLine, DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, KongYangCircle, Midpoint, MomentumWeights,
+    PathFitted, Trapezoidal,
 };
 use lsvi::quadrature::{NodeFamily, Quadrature};
 use lsvi::{
@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 const EPS: f64 = f64::EPSILON;
 
 /// The derivative of `f` at `x` by central differences of step e: error e²/6 f‴ + ε f/e.
-fn differences(f: &mut dyn FnMut(&[f64]) -> Vec<f64>, x: &[f64], e: f64) -> DMatrix<f64> {
+pub(crate) fn differences(f: &mut dyn FnMut(&[f64]) -> Vec<f64>, x: &[f64], e: f64) -> DMatrix<f64> {
     let columns: Vec<DVector<f64>> = (0..x.len())
         .map(|j| {
             let mut at = |shift: f64| {
@@ -51,6 +51,13 @@ pub(crate) fn discretisations<L: EulerLagrange>(l: &L) -> Vec<Named<'_>> {
         all.push((format!("galerkin-lobatto({s})"), Box::new(Galerkin::lobatto(l, s).expect("s ≥ 1"))));
         let radau = Quadrature::radau(s + 1).expect("n ≥ 1");
         all.push((format!("galerkin-radau({s})"), Box::new(Galerkin::new(l, s, &radau).expect("s ≥ 1"))));
+    }
+    if l.is_separable() {
+        let lines = [
+            ("broken line of three pieces", BrokenLine::new(l, &[0.7, -0.4, 0.7], &[0.2, 0.5, 0.1, 0.2])),
+            ("Blanes and Moan", BrokenLine::blanes_moan(l)),
+        ];
+        all.extend(lines.map(|(name, line)| (name.into(), Box::new(line.expect("separable")) as Box<_>)));
     }
     all
 }
@@ -247,7 +254,7 @@ fn galerkin_momenta_are_the_derivatives_of_the_action() {
 }
 
 /// ‖DΦᵀ Ω DΦ − Ω‖ of one step.
-fn symplecticity_defect<D: DiscreteLegendre>(discrete: D, h: f64, q: &[f64], p: &[f64]) -> f64 {
+pub(crate) fn symplecticity_defect<D: DiscreteLegendre>(discrete: D, h: f64, q: &[f64], p: &[f64]) -> f64 {
     let mut method = position_momentum(discrete);
     let n = q.len();
     let tangent = method.step_with_tangent(0.0, h, &mut q.to_vec(), &mut p.to_vec()).expect("short step");

@@ -21,7 +21,7 @@ use crate::theory::is_cheap;
 use trial::{Truth, search};
 
 /// What is tried: each stands for a family, and the cheapest of its family on some problem.
-const CANDIDATES: [&str; 11] = [
+const CANDIDATES: [&str; 12] = [
     "method-i",
     "trapezoidal",
     "tr-bdf2",
@@ -30,6 +30,7 @@ const CANDIDATES: [&str; 11] = [
     "ls-galerkin(3,radau,3)",
     "ls-galerkin(3,gauss,3)",
     "stormer-verlet",
+    "blanes-moan",
     "path-fitted(4,gauss)",
     "galerkin-gauss(3)",
     "galerkin-gauss(5)",

@@ -80,6 +80,35 @@ pub(crate) fn kepler_verlet(mut q: [f64; 2], mut p: [f64; 2], h: f64, steps: usi
     [q[0], q[1], p[0], p[1]]
 }
 
+/// Blanes and Moan's SRKN₁₁ᵇ on Kepler's problem, eleven forces a step.
+pub(crate) fn kepler_blanes_moan(mut q: [f64; 2], mut p: [f64; 2], h: f64, steps: usize) -> [f64; 4] {
+    const DRIFTS: [f64; 11] = {
+        let [a, b, c, d, e] =
+            [0.123229775946271, 0.290553797799558, -0.127049212625417, -0.246331761062075, 0.357208872795928];
+        [a, b, c, d, e, 1.0 - 2.0 * (a + b + c + d + e), e, d, c, b, a]
+    };
+    const KICKS: [f64; 11] = {
+        let [a, b, c, d, e] =
+            [0.0414649985182624, 0.198128671918067, -0.0400061921041533, 0.0752539843015807, -0.0115113874206879];
+        let f = 0.5 - (a + b + c + d + e);
+        [a, b, c, d, e, f, f, e, d, c, b]
+    };
+    let mut force = attraction(q);
+    for _ in 0..steps {
+        for (drift, kick) in DRIFTS.iter().zip(KICKS) {
+            for i in 0..2 {
+                p[i] += kick * h * force[i];
+                q[i] += drift * h * p[i];
+            }
+            force = attraction(q);
+        }
+        for i in 0..2 {
+            p[i] += KICKS[0] * h * force[i];
+        }
+    }
+    [q[0], q[1], p[0], p[1]]
+}
+
 /// The midpoint rule on Kepler's problem by fixed-point iteration from the explicit step.
 pub(crate) fn kepler_midpoint(mut q: [f64; 2], mut p: [f64; 2], h: f64, steps: usize) -> [f64; 4] {
     let mut force = attraction(q);

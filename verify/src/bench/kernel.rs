@@ -1,6 +1,6 @@
 //! The kernels that are timed.
 
-use lsvi::discrete::{DiscreteLegendre, Galerkin, Midpoint, Trapezoidal};
+use lsvi::discrete::{BrokenLine, DiscreteLegendre, Galerkin, Midpoint, Trapezoidal};
 use lsvi::{
     AutoField, AutoLagrangian, FieldFn, InputError, Jacobian, LagrangianFn, LeastSquaresStep, OneStep, Scalar,
     StepError, Structure, VectorField, method_i, position_momentum,
@@ -204,6 +204,7 @@ pub fn all() -> Vec<Case> {
             || hand_written::damped_pendulum([1.0, 0.0], DAMPING, H, STEPS).to_vec(),
         ),
         kepler("Störmer–Verlet, Kepler", |l| Ok(Trapezoidal::new(l)), hand_written::kepler_verlet),
+        kepler("Blanes–Moan, Kepler", BrokenLine::blanes_moan, hand_written::kepler_blanes_moan),
         kepler("midpoint, Kepler", |l| Ok(Midpoint::new(l)), hand_written::kepler_midpoint),
         kepler("Galerkin Gauss-2, Kepler", |l| Galerkin::gauss(l, 2), hand_written::kepler_gauss),
         channel(1000, 500),

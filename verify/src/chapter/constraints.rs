@@ -17,7 +17,7 @@ pub(super) const STUDY: Study = Study {
 pub(crate) const TAUS: [f64; 5] = [0.2, 0.1, 0.05, 0.02, 0.01];
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    let kept = context.get_each(Held::all())?;
+    let kept = context.get_each(Held::all()?)?;
     let growth = number::short(Radius::growth());
     let mut evidence = Evidence {
         checks: kept.iter().flat_map(|kept| checks(kept)).collect(),

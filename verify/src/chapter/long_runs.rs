@@ -11,8 +11,10 @@ use crate::experiment::pendulum_orbit::PendulumOrbit;
 use crate::experiment::reversal::Reversal;
 use crate::measure::norm::Extremes;
 use crate::method;
+use crate::names::NameError;
 use crate::problem;
 use crate::row;
+use crate::theory::integrators_for;
 
 pub(super) const STUDY: Study = Study {
     id: "long-runs",
@@ -48,11 +50,12 @@ const DISSIPATIVE: [&str; 3] = ["rk4", "implicit-euler", "sdirk2"];
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let most = context.max_steps();
-    let runs = SETTINGS.iter().flat_map(|(problem, h, steps)| {
-        let names = distinct().into_iter().chain(["rk4".to_owned()]);
-        names.map(move |method| EnergyDrift { problem, method, h: *h, steps: (steps / PART).min(most) })
-    });
-    let drifts = context.get_each(runs.collect())?;
+    let mut runs = Vec::new();
+    for (problem, h, steps) in SETTINGS {
+        let names = distinct(problem)?.into_iter().chain(["rk4".to_owned()]);
+        runs.extend(names.map(|method| EnergyDrift { problem, method, h, steps: (steps / PART).min(most) }));
+    }
+    let drifts = context.get_each(runs)?;
     let mut evidence = Evidence {
         checks: drifts.iter().flat_map(|drift| checks(drift)).collect(),
         notes: prose::fill(include_str!("long_runs.md"), &[])?,
@@ -67,18 +70,20 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     Ok(evidence)
 }
 
-/// The integrators, without those that restate another, as Bernstein's form of path fitting does Lagrange's.
-fn distinct() -> Vec<String> {
-    let all = method::integrators().into_iter().filter(|method| method.traits().restates.is_none());
-    all.map(|method| method.name()).collect()
+/// The integrators for a problem, without those that restate another, as Bernstein's form of path fitting does Lagrange's.
+fn distinct(problem: &str) -> Result<Vec<String>, NameError> {
+    let mut names = integrators_for(problem)?;
+    names.retain(|name| method::parse(name).is_ok_and(|method| method.traits().restates.is_none()));
+    Ok(names)
 }
 
 /// Runs of a thousand steps of the [`distinct`] integrators on what is not chaotic.
-pub(crate) fn short_runs() -> Vec<EnergyDrift> {
-    let regular = SETTINGS.into_iter().filter(|setting| setting.0 != CHAOTIC);
-    let of =
-        |(problem, h, _)| distinct().into_iter().map(move |method| EnergyDrift { problem, method, h, steps: 1000 });
-    regular.flat_map(of).collect()
+pub(crate) fn short_runs() -> Result<Vec<EnergyDrift>, NameError> {
+    let mut runs = Vec::new();
+    for (problem, h, _) in SETTINGS.into_iter().filter(|setting| setting.0 != CHAOTIC) {
+        runs.extend(distinct(problem)?.into_iter().map(|method| EnergyDrift { problem, method, h, steps: 1000 }));
+    }
+    Ok(runs)
 }
 
 fn checks(drift: &Drift) -> Vec<Check> {
@@ -147,12 +152,8 @@ fn reversibility(evidence: &mut Evidence, context: &Context) -> Result<(), Study
     const H: f64 = 0.25;
     let mut rows = Vec::new();
     for problem in ["henon-heiles", "double-pendulum", "circle", "spherical-pendulum"] {
-        let mut all = method::integrators();
-        for name in DISSIPATIVE {
-            all.push(method::parse(name)?);
-        }
-        for method in all {
-            let name = method.name();
+        for name in integrators_for(problem)?.into_iter().chain(DISSIPATIVE.map(str::to_owned)) {
+            let method = method::parse(&name)?;
             let found = context.get(Reversal { problem, method: name.clone(), h: H })?;
             let id = format!("reversible/{problem}/{name}");
             evidence.checks.push(if method.traits().is_reversible {

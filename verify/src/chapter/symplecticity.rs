@@ -6,7 +6,6 @@ use super::parts::order_check;
 use super::{Context, Study, StudyError, prose};
 use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Table};
 use crate::experiment::symplectic_defect::{Defects, Found, SETTINGS, STEPS};
-use crate::method;
 use crate::row;
 
 pub(super) const STUDY: Study = Study {
@@ -22,8 +21,7 @@ pub(super) const TOLD: [&str; 6] =
     ["midpoint-vi", "stormer-verlet", "galerkin-gauss(3)", "path-fitted(2)", "path-fitted(4,gauss)", "path-fitted(4)"];
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
-    let of_problem = |problem| method::integrators().into_iter().map(move |m| Defects { problem, method: m.name() });
-    let found = context.get_each(SETTINGS.iter().flat_map(|setting| of_problem(setting.problem)).collect())?;
+    let found = context.get_each(Defects::all()?)?;
     let points = points(&found);
     Ok(Evidence {
         checks: found.iter().map(|found| check(found)).collect(),

@@ -5,9 +5,10 @@ use std::ops::ControlFlow;
 use super::{Context, Experiment, StudyError};
 use crate::measure::norm::larger;
 use crate::method;
+use crate::names::NameError;
 use crate::problem;
 use crate::run::{run, run_while};
-use crate::theory::is_symplectic;
+use crate::theory::{integrators_for, is_symplectic};
 
 /// A run on the circle or the sphere |q| = 1.
 #[derive(Debug)]
@@ -49,10 +50,16 @@ impl Held {
     /// The problems.
     pub const PROBLEMS: [&str; 2] = ["circle", "spherical-pendulum"];
 
-    /// Every integrator on both problems.
-    pub fn all() -> Vec<Self> {
-        let of = |problem| method::integrators().into_iter().map(move |method| Self { problem, method: method.name() });
-        Self::PROBLEMS.into_iter().flat_map(of).collect()
+    /// Every integrator that knows constraints, on both problems.
+    ///
+    /// # Errors
+    /// [`NameError`] for an unknown problem.
+    pub fn all() -> Result<Vec<Self>, NameError> {
+        let mut all = Vec::new();
+        for problem in Self::PROBLEMS {
+            all.extend(integrators_for(problem)?.into_iter().map(|method| Self { problem, method }));
+        }
+        Ok(all)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Steps of a discretised Lagrangian with their derivatives, which trajectories do not show.
 
 use lsvi::closure::PositionMomentum;
-use lsvi::discrete::Constrainable;
+use lsvi::discrete::DiscreteLegendre;
 use lsvi::{Constrained, Constraint, ConstraintError, InputError, Variational, position_momentum};
 use nalgebra::DMatrix;
 
@@ -10,7 +10,7 @@ use crate::method::Method;
 use crate::problem::Problem;
 
 /// A step of a named method, with its derivative.
-pub(super) type Map<'a> = Variational<Box<dyn Constrainable + 'a>, PositionMomentum>;
+pub(super) type Map<'a> = Variational<Box<dyn DiscreteLegendre + 'a>, PositionMomentum>;
 
 /// The step of `method` on `problem`.
 pub(super) fn map<'a>(method: &dyn Method, problem: &'a dyn Problem) -> Result<Map<'a>, StudyError> {
@@ -21,7 +21,7 @@ pub(super) fn map<'a>(method: &dyn Method, problem: &'a dyn Problem) -> Result<M
 pub(super) fn discretise<'a>(
     method: &dyn Method,
     problem: &'a dyn Problem,
-) -> Result<Box<dyn Constrainable + 'a>, StudyError> {
+) -> Result<Box<dyn DiscreteLegendre + 'a>, StudyError> {
     let system = problem.mechanics().ok_or("the problem has no Lagrangian of mechanics")?;
     Ok(method.discretise(system.lagrangian).ok_or("the method discretises no Lagrangian")??)
 }
@@ -40,11 +40,13 @@ pub(super) fn restricted(
     state: &[f64],
 ) -> Result<[DMatrix<f64>; 2], StudyError> {
     let (q, p) = state.split_at(state.len() / 2);
-    let held = || problem.mechanics().and_then(|system| system.constraint);
-    let (Some(constraint), Some(same)) = (held(), held()) else {
+    let system = problem.mechanics().ok_or("the problem has no Lagrangian of mechanics")?;
+    let same = problem.mechanics().and_then(|system| system.constraint);
+    let (Some(constraint), Some(same)) = (system.constraint, same) else {
         return Ok([tangent(&mut map(method, problem)?, h, state)?, DMatrix::identity(state.len(), state.len())]);
     };
-    let mut map = Constrained::new(discretise(method, problem)?, constraint)?;
+    let discrete = method.discretise_held(system.lagrangian).ok_or("the method can be held to no constraint")??;
+    let mut map = Constrained::new(discrete, constraint)?;
     let projector = tangent_projector(&*same, q)?;
     Ok([map.step_with_tangent(0.0, h, &mut q.to_vec(), &mut p.to_vec())? * &projector, projector])
 }

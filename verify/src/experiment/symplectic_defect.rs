@@ -7,9 +7,10 @@ use super::{Context, Experiment, StudyError};
 use crate::measure::norm::{Extremes, larger};
 use crate::measure::order::{Expectation, OrderFit, Sample, fit};
 use crate::method::{self, Method};
+use crate::names::NameError;
 use crate::problem::{self, Problem};
 use crate::run::run;
-use crate::theory::is_symplectic;
+use crate::theory::{integrators_for, is_symplectic};
 
 /// A problem of mechanics, and the coarsest step on it.
 #[derive(Debug, Clone, Copy)]
@@ -102,6 +103,20 @@ impl Found {
     /// The defect at the step size `h`; NaN where none was measured.
     pub fn at(&self, h: f64) -> f64 {
         self.points.iter().find(|point| point.h == h).map_or(f64::NAN, |point| point.defect)
+    }
+}
+
+impl Defects {
+    /// Every integrator on all problems that it steps.
+    ///
+    /// # Errors
+    /// [`NameError`] for an unknown problem.
+    pub fn all() -> Result<Vec<Self>, NameError> {
+        let mut all = Vec::new();
+        for Setting { problem, .. } in SETTINGS {
+            all.extend(integrators_for(problem)?.into_iter().map(|method| Self { problem, method }));
+        }
+        Ok(all)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::claim::ky21::tables::{TAU, half_unit, reproduced};
 use crate::experiment::constraint::{Held, Radius};
 use crate::experiment::energy_drift::Kind;
 use crate::experiment::oscillator::Stable;
-use crate::experiment::symplectic_defect::{Defects, Found, SETTINGS};
+use crate::experiment::symplectic_defect::{Defects, Found};
 use crate::experiment::{Context, StudyError};
 use crate::measure::order::OrderFit;
 use crate::measure::search::root;
@@ -49,8 +49,7 @@ pub(super) fn oscillator_stability(context: &Context) -> Result<Vec<Row>, StudyE
 
 /// The power of h of each defect of symplecticity.
 pub(super) fn symplecticity(context: &Context) -> Result<Vec<Row>, StudyError> {
-    let of_problem = |problem| method::integrators().into_iter().map(move |m| Defects { problem, method: m.name() });
-    let found = context.get_each(SETTINGS.iter().flat_map(|setting| of_problem(setting.problem)).collect())?;
+    let found = context.get_each(Defects::all()?)?;
     let row = |found: &Arc<Found>| {
         let key = format!("{} {}", found.problem, found.method);
         match &found.fit {
@@ -74,7 +73,7 @@ pub(super) fn symplecticity(context: &Context) -> Result<Vec<Row>, StudyError> {
 /// The largest energy errors in 1000 steps, and the change of angular momenta.
 pub(super) fn long_runs(context: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
-    for drift in context.get_each(short_runs())? {
+    for drift in context.get_each(short_runs()?)? {
         let mut push = |what: &str, value: f64, truth: Option<Truth>| {
             let tolerance = Tolerance::absolute(drift.rounding, "the rounding of the steps");
             let key = format!("{} {} {what}", drift.problem, drift.method);
@@ -93,7 +92,7 @@ pub(super) fn long_runs(context: &Context) -> Result<Vec<Row>, StudyError> {
 /// What runs under a constraint keep.
 pub(super) fn constraints(context: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
-    for kept in context.get_each(Held::all())? {
+    for kept in context.get_each(Held::all()?)? {
         let mut push = |what: &str, value: f64, atol: f64, vanishes: bool| {
             let key = format!("{} {} {what}", kept.problem, kept.method);
             let truth = vanishes.then(|| Truth::vanishes(atol, "held, or kept"));

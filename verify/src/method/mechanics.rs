@@ -235,7 +235,7 @@ impl Method for Mechanical {
         random_walk(coefficients.unwrap_or(f64::INFINITY), steps)
     }
 
-    fn discretise<'a>(
+    fn discretise_held<'a>(
         &self,
         lagrangian: Box<dyn EulerLagrange + 'a>,
     ) -> Option<Result<Box<dyn Constrainable + 'a>, InputError>> {
@@ -261,11 +261,11 @@ impl Method for Mechanical {
 /// Roundings of q are uniform in ± ½ ε |q| and independent; at either end of a step they change the momentum, and the
 /// motion carries each change on to the end. The sum has a standard deviation of (√2/6) Λ N^{3/2} ε |q| ([HLW06] VIII.5); the
 /// bound is four of it.
-fn random_walk(coefficient: f64, steps: f64) -> f64 {
+pub(super) fn random_walk(coefficient: f64, steps: f64) -> f64 {
     coefficient * steps * steps.sqrt()
 }
 
-fn mechanics_of<'a>(problem: &'a dyn Problem, method: &dyn Method) -> Result<Mechanics<'a>, BuildError> {
+pub(super) fn mechanics_of<'a>(problem: &'a dyn Problem, method: &dyn Method) -> Result<Mechanics<'a>, BuildError> {
     let reason = "it is stated as a first-order system, without a Lagrangian of mechanics";
     problem.mechanics().ok_or_else(|| BuildError { method: method.name(), reason: reason.into() })
 }
@@ -319,13 +319,13 @@ impl Discretisation {
 
 /// An integrator of (q, p) as one of the vector that holds q and then p, like the methods for first-order systems.
 #[derive(Debug)]
-struct PhaseSpace<I> {
+pub(super) struct PhaseSpace<I> {
     integrator: I,
     state: State,
 }
 
 impl<I: Integrator> PhaseSpace<I> {
-    fn new(integrator: I) -> Self {
+    pub(super) fn new(integrator: I) -> Self {
         let state = State::new(0.0, vec![0.0; integrator.dim()]);
         Self { integrator, state }
     }

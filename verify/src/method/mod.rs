@@ -6,13 +6,14 @@ pub(crate) mod high_order;
 mod least_squares;
 pub(crate) mod mechanics;
 mod open_closures;
+mod splitting;
 mod traits;
 
 use std::fmt;
 
 use lsvi::adaptive::Tolerances;
 use lsvi::closure::Linear;
-use lsvi::discrete::{Constrainable, Trapezoidal};
+use lsvi::discrete::{Constrainable, DiscreteLegendre, Trapezoidal};
 use lsvi::{EulerLagrange, InputError, Integrator, Variational};
 
 pub use traits::Traits;
@@ -60,8 +61,20 @@ pub trait Method: fmt::Debug + Send + Sync {
     /// show.
     ///
     /// # Errors
-    /// [`InputError`] for a degree without nodes.
+    /// [`InputError`] for a degree without nodes, or a Lagrangian that it does not step.
     fn discretise<'a>(
+        &self,
+        lagrangian: Box<dyn EulerLagrange + 'a>,
+    ) -> Option<Result<Box<dyn DiscreteLegendre + 'a>, InputError>> {
+        let discrete = self.discretise_held(lagrangian)?;
+        Some(discrete.map(|discrete| discrete as Box<dyn DiscreteLegendre>))
+    }
+
+    /// The same, where it can be held to constraints.
+    ///
+    /// # Errors
+    /// As for [`discretise`](Self::discretise).
+    fn discretise_held<'a>(
         &self,
         _lagrangian: Box<dyn EulerLagrange + 'a>,
     ) -> Option<Result<Box<dyn Constrainable + 'a>, InputError>> {
@@ -178,6 +191,7 @@ pub const ALL: &[Spec] = &[
     mechanics::KONG_YANG_CIRCLE,
     mechanics::MIDPOINT,
     mechanics::STORMER_VERLET,
+    splitting::BLANES_MOAN,
     mechanics::GALERKIN_GAUSS,
     mechanics::GALERKIN_LOBATTO,
 ];

@@ -13,7 +13,7 @@ mod suited;
 pub use breakdown::{Breakdown, breakdown};
 pub use order::{OrderPlan, order_plan};
 pub use structure::is_symplectic;
-pub use suited::{is_cheap, methods_for};
+pub use suited::{integrators_for, is_cheap, methods_for};
 
 #[cfg(test)]
 mod tests;

@@ -319,7 +319,7 @@ fn trust(evidence: &Evidence) -> Result<(), Failed> {
 }
 
 /// Method, order, and what becomes of what decays fast, as the textbooks have it.
-const TEXTBOOK: [(&str, i64, &str); 14] = [
+const TEXTBOOK: [(&str, i64, &str); 15] = [
     ("method-i", 2, "damped"),
     ("method-ii", 2, "not to zero"),
     ("linear(-0.5,1)", 2, "not to zero"),
@@ -334,6 +334,7 @@ const TEXTBOOK: [(&str, i64, &str); 14] = [
     (FITTED[1], 6, ""),
     (FITTED[2], 6, ""),
     ("stormer-verlet", 2, ""),
+    ("blanes-moan", 6, ""),
 ];
 
 fn methods(evidence: &Evidence) -> Result<(), Failed> {

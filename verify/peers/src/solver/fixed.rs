@@ -1,6 +1,6 @@
 //! Variational integrators of mechanics with steps of one size.
 
-use lsvi::discrete::{DiscreteLegendre, Galerkin, PathFitted};
+use lsvi::discrete::{BrokenLine, DiscreteLegendre, Galerkin, PathFitted};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{EulerLagrange, State, Trajectory, position_momentum};
 
@@ -14,12 +14,14 @@ pub(crate) enum Fixed {
     Gauss(usize),
     /// Path fitting of degree m at m − 1 Gauss nodes.
     PathFitted(usize),
+    /// Blanes and Moan's explicit one of order 6.
+    BlanesMoan,
 }
 
 impl Fixed {
     /// All that are worth a try: of order 4 to 16.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
-        (2..=8).map(Self::Gauss).chain((3..=9).map(Self::PathFitted))
+        (2..=8).map(Self::Gauss).chain((3..=9).map(Self::PathFitted)).chain([Self::BlanesMoan])
     }
 }
 
@@ -31,6 +33,7 @@ where
         match self {
             Self::Gauss(s) => format!("Galerkin Gauss-{s}"),
             Self::PathFitted(m) => format!("path-fitted({m})"),
+            Self::BlanesMoan => "Blanes–Moan".into(),
         }
     }
 
@@ -43,6 +46,7 @@ where
         match *self {
             Self::Gauss(s) => run(Galerkin::gauss(problem.system, s).ok()?, problem, steps),
             Self::PathFitted(m) => run(PathFitted::on(problem.system, NodeFamily::Gauss, m).ok()?, problem, steps),
+            Self::BlanesMoan => run(BrokenLine::blanes_moan(problem.system).ok()?, problem, steps),
         }
     }
 }
