@@ -83,7 +83,7 @@ impl Leapfrog {
         x: &mut [f64],
     ) -> Result<u64, SolveError> {
         let (n, s) = (size::<N>(q.len()), size::<S>(self.drifts.len()));
-        let (q, p, h) = (&mut q[..n], &mut p[..n], at.h);
+        let (q, p, x, h) = (&mut q[..n], &mut p[..n], &mut x[..s * n], at.h);
         let Self { drifts, last_kick, mass, sum, velocity, way, impulse, force, work } = self;
         let (velocity, force) = (&mut velocity[..n], &mut force[..n]);
         let (way, impulse) = (&mut way[..n], &mut impulse[..n]);
@@ -118,8 +118,7 @@ impl Leapfrog {
             sum.forget();
             return Err(SolveError::NonFinite);
         }
-        let last = x.len() - n;
-        let end = &mut x[last..];
+        let end = &mut x[(s - 1) * n..];
         for i in 0..n {
             sum.add(i, (&mut q[i], way[i]), (&mut p[i], impulse[i]));
             end[i] = q[i];
