@@ -8,10 +8,10 @@ use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::{Jacobian, Structure, add_block};
 use crate::quadrature::check_sum;
 
-/// The durations a₁, …, a₆ of [BM02], Table 3, "SRKN₁₁ᵇ"; the others are the same in reverse.
+/// The durations a₁, …, a₅ of Blanes and Moan's SRKN₁₁ᵇ; a₆ makes the sum 1, and a₇, …, a₁₁ are the same in reverse.
 const DURATIONS: [f64; 5] =
     [0.123229775946271, 0.290553797799558, -0.127049212625417, -0.246331761062075, 0.357208872795928];
-/// Its kicks b₀, …, b₄; b₅ makes half of their sum ½.
+/// Its kicks b₀, …, b₄; b₅ makes the sum ½, and b₆, …, b₁₁ are the same in reverse.
 const KICKS: [f64; 5] =
     [0.0414649985182624, 0.198128671918067, -0.0400061921041533, 0.0752539843015807, -0.0115113874206879];
 
