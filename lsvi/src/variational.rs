@@ -145,9 +145,7 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
     /// The derivative tends to (α + β) L_vv/h, unless α + β → 0.
     fn limit(&self) -> LimitAtZero {
         let Some(closure) = self.closure.linear() else { return LimitAtZero::Unknown };
-        let w = closure.weights(0.0);
-        let sum_vanishes = (w.alpha + w.beta).abs() <= f64::EPSILON * (w.alpha.abs() + w.beta.abs());
-        if sum_vanishes { LimitAtZero::OfEachStep } else { LimitAtZero::Kept }
+        if closure.weights(0.0).cancel() { LimitAtZero::OfEachStep } else { LimitAtZero::Kept }
     }
 
     /// From the velocity that belongs to the momentum.

@@ -15,7 +15,7 @@ impl Linear {
     /// [`ClosureError::Rate`] unless λ is positive and finite.
     pub fn fitted(rate: f64) -> Result<Self, InputError> {
         check_rate(rate)?;
-        Ok(Self::of_step(move |h| (-theta(h * rate), 1.0)))
+        Self::of_step(move |h| (-theta(h * rate), 1.0))
     }
 
     /// (α, β) = (−θ, 1) with θ = 1/(1 + hλ/2): one step multiplies a solution of v̇ = −λv by the (1,2) Padé approximant of
@@ -25,7 +25,7 @@ impl Linear {
     /// [`ClosureError::Rate`] unless λ is positive and finite.
     pub fn fitted_pade(rate: f64) -> Result<Self, InputError> {
         check_rate(rate)?;
-        Ok(Self::of_step(move |h| (-1.0 / (1.0 + 0.5 * h * rate), 1.0)))
+        Self::of_step(move |h| (-1.0 / (1.0 + 0.5 * h * rate), 1.0))
     }
 
     /// (α, β) = (−θ, 1) with the constant θ that makes the largest error of one step, |R(−z) − e^{−z}|, least over all

@@ -30,17 +30,29 @@ impl Linear {
     /// # Errors
     /// [`ClosureError::Closure`] unless both are finite and not both zero.
     pub fn new(alpha: f64, beta: f64) -> Result<Self, InputError> {
-        let usable = alpha.is_finite() && beta.is_finite() && (alpha != 0.0 || beta != 0.0);
-        if !usable {
+        if !are_usable(alpha, beta) {
             return Err(InputError::Closure(ClosureError::Closure { alpha, beta }));
         }
         Ok(Self(Weights::Constant(MomentumWeights { alpha, beta })))
     }
 
-    /// Coefficients (α(h), β(h)). Where they are both zero or not finite the step fails as singular or not finite.
-    pub fn of_step(weights: impl Fn(f64) -> (f64, f64) + Send + Sync + 'static) -> Self {
-        Self(Weights::OfStep(Box::new(weights)))
+    /// Coefficients (α(h), β(h)), for h = 0 their limit. Where they are both zero or not finite the step fails as singular or
+    /// not finite.
+    ///
+    /// # Errors
+    /// [`ClosureError::Limit`] unless both are finite for h = 0 and not both zero.
+    pub fn of_step(weights: impl Fn(f64) -> (f64, f64) + Send + Sync + 'static) -> Result<Self, InputError> {
+        let (alpha, beta) = weights(0.0);
+        if !are_usable(alpha, beta) {
+            return Err(InputError::Closure(ClosureError::Limit { alpha, beta }));
+        }
+        Ok(Self(Weights::OfStep(Box::new(weights))))
     }
+}
+
+/// Whether α p₀ + β p₁ = 0 is a condition.
+fn are_usable(alpha: f64, beta: f64) -> bool {
+    alpha.is_finite() && beta.is_finite() && (alpha != 0.0 || beta != 0.0)
 }
 
 impl Linear {
@@ -53,8 +65,7 @@ impl Linear {
     /// Whether α + β does not vanish for h → 0, so that the derivative of the closure tends to a multiple of M.
     #[inline]
     pub(crate) fn has_limit(&self) -> bool {
-        let w = self.weights(0.0);
-        (w.alpha + w.beta).abs() > f64::EPSILON * (w.alpha.abs() + w.beta.abs())
+        !self.weights(0.0).cancel()
     }
 }
 
@@ -77,5 +88,19 @@ impl LinearClosure for Linear {
                 MomentumWeights { alpha, beta }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_without_a_limit_are_refused() {
+        let quotient = Linear::of_step(|h| (-(-h).exp_m1() / h, 1.0)).expect_err("0/0 at h = 0");
+        assert!(matches!(quotient, InputError::Closure(ClosureError::Limit { alpha, beta: 1.0 }) if alpha.is_nan()));
+        let nothing = Linear::of_step(|h| (-h, h)).expect_err("no condition at h = 0");
+        assert_eq!(nothing, InputError::Closure(ClosureError::Limit { alpha: 0.0, beta: 0.0 }));
+        assert!(Linear::of_step(|h| (-(-h).exp(), 1.0)).is_ok());
     }
 }

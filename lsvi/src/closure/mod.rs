@@ -82,7 +82,7 @@ impl<C: LinearClosure> Closure for C {
 
 /// The condition α p₀ + β p₁ = σ p on the momenta at the two ends of a step.
 pub trait LinearClosure {
-    /// The weights (α, β) at step size `h`.
+    /// The weights (α, β) at step size `h`, and for `h` = 0 their limit, by which branches of solutions are told.
     fn weights(&self, h: f64) -> MomentumWeights;
 
     /// σ, the weight of the momentum p that the state carries; 0 for closures that need no history.

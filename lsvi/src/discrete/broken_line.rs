@@ -1,6 +1,6 @@
 //! Broken lines: the explicit integrators of a separable Lagrangian, by kicks and drifts.
 
-use super::leapfrog::Leapfrog;
+use super::leapfrog::{Leapfrog, knots};
 use super::velocity::Velocity;
 use super::{DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights, secant, straight};
 use crate::error::{InputError, NodeError, SolveError, SystemError, check_vector};
@@ -74,16 +74,16 @@ impl<L: Lagrangian> BrokenLine<L> {
         }
         check_vector("durations", durations, pieces)?;
         check_vector("kicks", kicks, pieces + 1)?;
-        let time = |i: usize| if i == pieces { 1.0 } else { durations[..i].iter().sum() };
+        let times = knots(durations);
         if let Some(i) = durations.iter().position(|a| *a == 0.0) {
-            return Err(InputError::Nodes(NodeError::CoincidentNodes { first: i, second: i + 1, value: time(i) }));
+            return Err(InputError::Nodes(NodeError::CoincidentNodes { first: i, second: i + 1, value: times[i] }));
         }
         check_sum(durations)?;
         check_sum(kicks)?;
         let zeros = vec![0.0; lagrangian.dim()];
         Ok(Self {
             durations: durations.to_vec(),
-            times: (0..=pieces).map(time).collect(),
+            times,
             kicks: kicks.to_vec(),
             velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
             leapfrog: Box::new(Leapfrog::new(&lagrangian, durations, kicks)),

@@ -36,17 +36,19 @@ struct Drift {
     end: f64,
 }
 
+/// c₀, …, c_s. The last knot is the end of the step, whatever the durations sum to.
+pub(super) fn knots(durations: &[f64]) -> Vec<f64> {
+    let before = |i: usize| if i == durations.len() { 1.0 } else { durations[..i].iter().sum() };
+    (0..=durations.len()).map(before).collect()
+}
+
 impl Leapfrog {
     /// By the durations a₁, …, a_s and the kicks b₀, …, b_s.
     pub(super) fn new(l: &dyn Lagrangian, durations: &[f64], kicks: &[f64]) -> Self {
         let zeros = vec![0.0; l.dim()];
-        let drift = |(i, (duration, kick)): (usize, (&f64, &f64))| {
-            // The last knot is the end of the step, whatever the durations sum to.
-            let end = if i + 1 == durations.len() { 1.0 } else { durations[..=i].iter().sum() };
-            Drift { kick: *kick, duration: *duration, end }
-        };
+        let drift = |((&duration, &kick), &end): ((&f64, &f64), &f64)| Drift { kick, duration, end };
         Self {
-            drifts: durations.iter().zip(kicks).enumerate().map(drift).collect(),
+            drifts: durations.iter().zip(kicks).zip(&knots(durations)[1..]).map(drift).collect(),
             last_kick: kicks[durations.len()],
             mass: ConstantMass::new(l),
             sum: Sum::new(l.dim()),

@@ -51,6 +51,12 @@ impl MomentumWeights {
     pub const START: Self = Self { alpha: 1.0, beta: 0.0 };
     /// p₁ alone.
     pub const END: Self = Self { alpha: 0.0, beta: 1.0 };
+
+    /// Whether α + β is rounding.
+    #[inline]
+    pub(crate) fn cancel(self) -> bool {
+        (self.alpha + self.beta).abs() <= f64::EPSILON * (self.alpha.abs() + self.beta.abs())
+    }
 }
 
 /// The two discrete Legendre transforms of a step.

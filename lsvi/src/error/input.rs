@@ -184,6 +184,17 @@ pub enum ClosureError {
         /// Coefficient of p_{n+1}.
         beta: f64,
     },
+    /// Closure coefficients that define no condition in the limit of short steps.
+    #[error(
+        "closure coefficients (alpha, beta) = ({}, {}) at h = 0 are no limit for h -> 0, by which branches of solutions are told",
+        Number(*alpha), Number(*beta)
+    )]
+    Limit {
+        /// Coefficient of p_n at h = 0.
+        alpha: f64,
+        /// Coefficient of p_{n+1} at h = 0.
+        beta: f64,
+    },
     /// A rate to fit that is not positive and finite.
     #[error("the decay rate {} must be positive and finite", Number(*_0))]
     Rate(f64),

@@ -96,17 +96,32 @@ fn end<L: LagrangianFn>(line: BrokenLine<AutoLagrangian<L>>, steps: u32) -> [f64
     [q[0], q[1], p[0], p[1]]
 }
 
+/// That of fifty steps of a method of order 10.
+fn accurate_end() -> [f64; 4] {
+    let mut method = position_momentum(Galerkin::gauss(swaying(), 5).expect("s ≥ 1"));
+    let (mut q, mut p) = ([0.7, -0.4], [0.2, 0.5]);
+    (0..50).for_each(|k| method.step(f64::from(k) * 0.02, 0.02, &mut q, &mut p).expect("bounded"));
+    [q[0], q[1], p[0], p[1]]
+}
+
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum()
+}
+
+/// Where a coefficient is off, the error stops to decrease like h⁶ at that size.
+#[test]
+fn the_coefficients_of_blanes_and_moan_hold_to_the_digits_that_are_printed() {
+    let exact = accurate_end();
+    let error = |steps: u32| distance(&end(BrokenLine::blanes_moan(swaying()).expect("separable"), steps), &exact);
+    let [coarse, fine] = [4, 32].map(error);
+    // A rounding of each of the four numbers, in either solution.
+    assert!(fine < 1.5 * coarse / 8.0_f64.powi(6) + 8.0 * EPS, "{fine:e} after {coarse:e}");
 }
 
 /// Order 6 with a mass that is not diagonal and a potential that depends on time; of three pieces without symmetry order 1.
 #[test]
 fn the_order_is_that_of_the_weights() {
-    let mut fine = position_momentum(Galerkin::gauss(swaying(), 5).expect("s ≥ 1"));
-    let (mut q, mut p) = ([0.7, -0.4], [0.2, 0.5]);
-    (0..50).for_each(|k| fine.step(f64::from(k) * 0.02, 0.02, &mut q, &mut p).expect("bounded"));
-    let exact = [q[0], q[1], p[0], p[1]];
+    let exact = accurate_end();
     let order = |line: &dyn Fn() -> BrokenLine<AutoLagrangian<Separable<Swaying>>>, steps: u32| {
         let [coarse, fine] = [steps, 2 * steps].map(|steps| distance(&end(line(), steps), &exact));
         (coarse / fine).log2()

@@ -24,6 +24,9 @@ use crate::method::{self, Traits};
 use crate::problem::{self, Problem};
 use nalgebra::Complex;
 
+/// A step z at which functions are taken for their limit: they are smooth, and 57 digits leave enough of (1 − exp(−z))/z³.
+const SHORT: f64 = 1e-6;
+
 /// A coefficient that may be a function.
 #[derive(Debug, Clone)]
 pub struct Weight {
@@ -62,6 +65,18 @@ impl Closure {
         weights.map_or((f64::NAN, f64::NAN), |(a, b)| (a.to_f64(), b.to_f64()))
     }
 
+    /// Their limit for h → 0, to within [`SHORT`] where it is no value, as of (1 − exp(−z))/z.
+    fn limit(&self) -> (f64, f64) {
+        let (a, b) = self.at_step(0.0);
+        if a.is_finite() && b.is_finite() {
+            return (a, b);
+        }
+        let (a, b) = self.at_step(SHORT / self.rate.unwrap_or(1.0));
+        // α + β → 0, as where p₁ = θ p₀ with θ → 1.
+        let cancel = (a + b).abs() < 1e3 * SHORT * (a.abs() + b.abs());
+        if cancel { (0.5 * (a - b), 0.5 * (b - a)) } else { (a, b) }
+    }
+
     pub(super) fn table(&self) -> Table {
         let row = |name: &str, weight: &Weight| {
             let coefficient = Coefficient { text: weight.text.clone(), ..Coefficient::zero() };
@@ -95,10 +110,9 @@ impl ClosureTheory {
         let (a, b) = closure.at_step(1e5 / closure.rate.unwrap_or(1.0));
         let conserves = match &constant {
             Some((a, b)) => (a + b).may_be_zero(),
-            // α + β → 0, as where p₁ = θ p₀ with θ → 1.
             None => {
-                let (a, b) = closure.at_step(1e-6 / closure.rate.unwrap_or(1.0));
-                (a + b).abs() < 1e-3 * (a.abs() + b.abs())
+                let (a, b) = closure.limit();
+                a == -b
             }
         };
         Self { decay: decay_order(closure), closure: closure.clone(), constant, conserves, infinity: a / b }
@@ -301,8 +315,10 @@ impl Analysis for ClosureTheory {
                 let (closure, known) = (self.closure.clone(), Mutex::new(HashMap::new()));
                 Linear::of_step(move |h: f64| {
                     let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
-                    *known.entry(h.to_bits()).or_insert_with(|| closure.at_step(h))
+                    let weights = || if h == 0.0 { closure.limit() } else { closure.at_step(h) };
+                    *known.entry(h.to_bits()).or_insert_with(weights)
                 })
+                .map_err(|error| error.to_string())?
             }
         };
         method::close(problem, closure)

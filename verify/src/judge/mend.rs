@@ -1,6 +1,8 @@
 //! Misprints of methods of any kind: the conditions of an order as a system in the coefficients, each a polynomial in any one of
 //! them, and the single changes that make all of them hold.
 
+use rayon::prelude::*;
+
 use super::conditions::{Part, Weights};
 use super::expression::Expression;
 use super::file::Body;
@@ -8,7 +10,7 @@ use super::multistep::Multistep;
 use super::nodes::{Nodes, node_moments, quadrature_moments};
 use super::parts::{Coupling, Parts};
 use super::real::Real;
-use super::repair::{Repair, forms, interpolate, is_printed, polish};
+use super::repair::{Repair, fitting, interpolate, is_printed, polish};
 use super::tableau::{Coefficient, Place, row_sums};
 use super::tree::{Forest, Rule};
 
@@ -60,20 +62,20 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
         changed[k] = x.clone();
         changed
     };
-    let mut found = Vec::new();
-    for (k, (place, old)) in entries.iter().enumerate() {
-        for x in candidates(system, &wrong, |x| with(k, x)) {
-            if is_printed(&x, old) {
-                continue;
-            }
-            let holds = |(_, value): &(String, Real)| hold(system, &with(k, value), &wrong);
-            if let Some((text, value)) = forms(&x, old, &radicands).find(holds) {
-                let (was, mends) = (old.text.clone(), wrong.len());
-                let (also, follows) = (Vec::new(), Vec::new());
-                found.push(Repair { place: *place, also, follows, makes_implicit: false, was, text, value, mends });
-            }
+    let repair = |k: usize, x: &Real| {
+        let (place, old) = entries[k];
+        if is_printed(x, old) {
+            return None;
         }
-    }
+        let (text, value) = fitting(x, old, &radicands, |value| hold(system, &with(k, value), &wrong))?;
+        let (was, mends) = (old.text.clone(), wrong.len());
+        Some(Repair { place, also: Vec::new(), follows: Vec::new(), makes_implicit: false, was, text, value, mends })
+    };
+    let of_entry = |k: usize| {
+        let found = candidates(system, &wrong, |x| with(k, x)).into_iter();
+        found.filter_map(|x| repair(k, &x)).collect::<Vec<_>>()
+    };
+    let mut found: Vec<Repair> = (0..entries.len()).into_par_iter().flat_map_iter(of_entry).collect();
     // A zero that is none is a misprint more seldom than another digit.
     let distance = |repair: &Repair| strsim::damerau_levenshtein(&repair.was, &repair.text);
     found.sort_by_key(|repair| (repair.was == "0", distance(repair), repair.place));

@@ -190,11 +190,11 @@ impl Search<'_> {
         if is_printed(x, old) {
             return None;
         }
-        let holds = |(_, value): &(String, Real)| {
+        let holds = |value: &Real| {
             let changed = self.changed(place, value);
             failing_rows(&changed).is_empty() && self.holds(&changed)
         };
-        let (text, value) = forms(x, old, &self.tableau.radicands).find(holds)?;
+        let (text, value) = fitting(x, old, &self.tableau.radicands, holds)?;
         let follows = match place {
             Place::A(i, _) if self.rows.is_empty() && self.tableau.c.is_some() => vec![Place::C(i)],
             _ => Vec::new(),
@@ -215,9 +215,21 @@ pub(super) fn is_printed(x: &Real, old: &Coefficient) -> bool {
     (&x.centre() - &old.real).may_be_zero()
 }
 
+/// The first form of `x` with which the conditions hold; a rounded one is uncertain by what they leave open, too.
+pub(super) fn fitting(
+    x: &Real,
+    old: &Coefficient,
+    radicands: &[i64],
+    hold: impl Fn(&Real) -> bool,
+) -> Option<(String, Real)> {
+    let (text, value) = forms(x, old, radicands).find(|(_, value)| hold(value))?;
+    let open = if value.radius() > 0.0 { x.radius() } else { 0.0 };
+    Some((text, value.widened(open)))
+}
+
 /// The forms in which `x` can replace `old`: a rounded decimal by one of as many places, uncertain by as much, as a reader of the
 /// file takes it; or else as one would print it.
-pub(super) fn forms(x: &Real, old: &Coefficient, radicands: &[i64]) -> impl Iterator<Item = (String, Real)> {
+fn forms(x: &Real, old: &Coefficient, radicands: &[i64]) -> impl Iterator<Item = (String, Real)> {
     to_places(x, old).into_iter().chain(std::iter::once_with(move || written(x, radicands)))
 }
 

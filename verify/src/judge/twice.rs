@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::mend::{System, candidates, failing, hold, numbers, radicands};
 use super::real::Real;
-use super::repair::{Repair, forms, is_printed};
+use super::repair::{Repair, fitting, is_printed};
 use super::tableau::{Coefficient, Place};
 
 /// The entries of a system, as it lists them.
@@ -38,8 +38,8 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
             if is_printed(&x, old) {
                 continue;
             }
-            let holds = |(_, value): &(String, Real)| hold(system, &with(value), &wrong);
-            if let Some((text, value)) = forms(&x, old, &radicands).find(holds) {
+            let holds = |value: &Real| hold(system, &with(value), &wrong);
+            if let Some((text, value)) = fitting(&x, old, &radicands, holds) {
                 let mut follows: Vec<Place> = sums.values().map(|&sum| entries[sum].0).collect();
                 follows.dedup();
                 let also = group[1..].iter().map(|&k| entries[k].0).collect();

@@ -29,7 +29,7 @@ impl Method for BlanesMoan {
         Traits { symplectic: Symplecticity::ConstantMass, is_reversible: true, stages: 11, ..traits }
     }
 
-    /// Changes of q and p are added up apart from both.
+    /// That of the straight path, although changes of q and p are added up apart from both.
     fn momentum_roundoff(&self, steps: f64) -> f64 {
         random_walk(1.0, steps)
     }

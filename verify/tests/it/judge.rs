@@ -157,6 +157,7 @@ fn a_wrong_coefficient_of_any_kind_is_refuted_and_the_runs_agree_with_what_is_le
         ("forest-ruth", "b_hat = [\"1/(2", "b_hat = [\"1/(2.5", 0, &["order 4", "symplectic", "symmetric"]),
         ("nystrom4", "[0, \"1/2\"]", "[0, \"1/3\"]", 2, &["order 4"]),
         ("nystrom5", "\"7/27\"", "\"7/26\"", 2, &["order 5"]),
+        ("blanes-moan", "b_bar = [\n    0.0414", "b_bar = [\n    0.0514", 1, &["order 6", "symplectic"]),
         (
             "verlet-nystrom",
             "b_bar = [\"1/2\"]",
@@ -451,7 +452,9 @@ fn a_misprint_in_any_coefficient_of_another_kind_is_found_and_mended() {
                 |(i, row): (usize, &&[Coefficient])| (0..row.len()).map(move |j| (*key, i, j)).collect::<Vec<_>>();
             rows.iter().enumerate().flat_map(row).collect::<Vec<_>>()
         });
-        for (name, i, j) in places.collect::<Vec<_>>() {
+        let places: Vec<_> = places.collect();
+        // Of a file of a hundred coefficients, each of which takes half a second, four or so.
+        for (name, i, j) in places.iter().copied().step_by(if places.len() > 60 { places.len() / 4 } else { 1 }) {
             let of = |list: &[&[Coefficient]]| list[i][j].clone();
             let original = lists.iter().find(|(key, _)| *key == name).map(|(_, rows)| of(rows)).expect("there");
             for _ in 0..if matches!(file.body, Body::Nodes(_)) { 8 } else { 2 } {
@@ -480,7 +483,11 @@ fn a_misprint_in_any_coefficient_of_another_kind_is_found_and_mended() {
                 }
                 let what =
                     format!("{}, {name}[{i},{j}]: {} → {text}: {:?}", file.name, original.text, judgement.diagnosis);
-                let is_original = |value: &verify::judge::real::Real| (value - &original.real).to_f64().abs() < 1e-15;
+                // Of printed digits to what the roundings of all of them leave open.
+                let is_original = |value: &verify::judge::real::Real| {
+                    let apart = value - &original.real;
+                    apart.to_f64().abs() <= 1e-15_f64.max(apart.radius())
+                };
                 let place = match lists.iter().find(|(key, _)| *key == name) {
                     Some((key, _)) if matches!(*key, "a" | "a_hat") => Place::Of(name, i, j),
                     _ => Place::In(name, j),

@@ -151,6 +151,46 @@ fn files_of_every_kind_go_where_names_go() {
     assert!(code == 2 && flat(&error).contains("two halves"), "{error}");
 }
 
+/// A step of a file and of the method that a name stands for, to the roundings of a dozen stages; the digits of a file count for as
+/// many.
+#[test]
+fn a_file_makes_the_step_of_the_method_that_the_library_has() {
+    let closures = ["method-i", "method-ii", "fitted-exponential", "fitted-pade"];
+    let names = ["method-i", "method-ii", "fitted(4)", "fitted-pade(4)"];
+    let field = [
+        ("rk4", "rk4"),
+        ("implicit-euler", "implicit-euler"),
+        ("sdirk2", "sdirk2"),
+        ("tr-bdf2", "tr-bdf2"),
+        ("gauss2", "ls-galerkin(2,gauss,2)"),
+        ("radau-iia2", "ls-galerkin(2,radau,2)"),
+    ];
+    let mechanics = [
+        ("stormer-verlet", "stormer-verlet"),
+        ("blanes-moan", "blanes-moan"),
+        ("galerkin-gauss2", "galerkin-gauss(2)"),
+        ("path-fitted3", "path-fitted(3)"),
+        ("path-fitted3-gauss", "path-fitted(3,gauss)"),
+    ];
+    let closures = closures.into_iter().zip(names).map(|pair| ("damped-pendulum", pair));
+    let field = field.map(|pair| ("van-der-pol", pair));
+    let mechanics = mechanics.map(|pair| ("henon-heiles", pair));
+    for (problem, (file, name)) in closures.chain(field).chain(mechanics) {
+        let step = |method: &str| {
+            let line = format!("solve --problem {problem} --h 0.5 --t-end 0.5 --no-estimate --csv - --method {method}");
+            let (code, out, error) = say(&line);
+            assert_eq!(code, 0, "{line}: {error}");
+            let row = out.lines().last().unwrap_or_default().to_owned();
+            row.split(',').map(|cell| cell.parse::<f64>().expect("a number")).collect::<Vec<_>>()
+        };
+        let [ours, theirs] = [step(name), step(&format!("{METHODS}/{file}.toml"))];
+        let apart = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs() / a.abs().max(1.0));
+        let apart: Vec<f64> = apart.collect();
+        assert!(ours.len() == theirs.len() && ours.len() > 2, "{file}: {ours:?}, {theirs:?}");
+        assert!(apart.iter().all(|d| *d <= 16.0 * f64::EPSILON), "{file}: {apart:?}");
+    }
+}
+
 #[test]
 fn long_names_leave_the_table_of_a_comparison_as_wide_as_a_terminal() {
     let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));

@@ -53,6 +53,7 @@ pub const SHIPPED: &[Shipped] = &[
     shipped!("verlet-nystrom"),
     shipped!("nystrom4"),
     shipped!("nystrom5"),
+    shipped!("blanes-moan"),
     shipped!("bdf1"),
     shipped!("bdf2"),
     shipped!("bdf3"),
