@@ -232,14 +232,16 @@ pub(super) fn mended(failing: usize) -> String {
 }
 
 pub(super) fn order(weights: &WeightsTheory) -> String {
-    let failing = weights.conditions.iter().find(|c| !c.holds());
-    match (failing, weights.error_norm) {
+    match (weights.beyond(), weights.error_norm) {
         (Some(first), Some(norm)) => format!(
             "{}; first failing tree {}, principal error {}",
             weights.order,
             weights.forest.brackets(first.tree),
             told(&Real::double(norm).widened(first.residual.radius()), 3)
         ),
+        _ if weights.order < weights.forest.order() => {
+            format!("{}, the most that so many stages have; the digits tell no error", weights.order)
+        }
         _ => format!("{} or more: every condition looked at holds", weights.order),
     }
 }

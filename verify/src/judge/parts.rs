@@ -123,7 +123,8 @@ impl PartsTheory {
             let part = |k: usize| Part { a: &a[k], leaf: leaves[k].clone() };
             let conditions =
                 |forest: &Forest| conditions_of(Weights::of_parts(forest, [part(0), part(1)], &c), [&b[0], &b[1]]);
-            WeightsTheory::search(rule, at_least, conditions)
+            // By the quadrature of either half.
+            WeightsTheory::search(rule, (at_least, 2 * b[0].len() as u32), conditions)
         };
         let rule = parts.rule();
         let weights = search(rule, at_least);

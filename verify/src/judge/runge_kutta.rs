@@ -452,8 +452,7 @@ pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
             format!("all {number} conditions hold, and those up to order {} too", weights.order)
         }
         None => {
-            let next = weights.conditions.iter().find(|c| !c.holds());
-            let then = next.map_or_else(String::new, |c| {
+            let then = weights.beyond().map_or_else(String::new, |c| {
                 format!("; of order {}, {} is off by {}", c.order, weights.formula(c.tree, name), told(&c.residual, 3))
             });
             let conditions =

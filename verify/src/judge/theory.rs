@@ -31,18 +31,24 @@ pub struct WeightsTheory {
 
 impl WeightsTheory {
     pub(super) fn new(numbers: &Numbers, b: &[Real], at_least: u32) -> Self {
-        Self::search(Rule::Autonomous, at_least, |forest| conditions(forest, numbers, b))
+        Self::search(Rule::Autonomous, (at_least, barrier(numbers)), |forest| conditions(forest, numbers, b))
     }
 
-    /// The conditions of the trees of `rule`, up to one order more than holds and at least up to `at_least`.
-    pub(super) fn search(rule: Rule, at_least: u32, conditions: impl Fn(&Forest) -> Vec<Condition>) -> Self {
+    /// The conditions of the trees of `rule`, up to one order more than holds and at least up to `at_least`; the order is `barrier`
+    /// at most, whatever few digits leave of the conditions beyond it.
+    pub(super) fn search(
+        rule: Rule,
+        (at_least, barrier): (u32, u32),
+        conditions: impl Fn(&Forest) -> Vec<Condition>,
+    ) -> Self {
         let mut depth = at_least.clamp(3, rule.most());
         loop {
             let forest = Forest::new(rule, depth);
             let conditions = conditions(&forest);
-            let order = order_of(&conditions);
+            let order = order_of(&conditions).min(barrier);
             if order < depth || depth == rule.most() {
-                let error_norm = (order < depth).then(|| error_norm(&forest, &conditions, order + 1));
+                let fails = conditions.iter().any(|c| c.order == order + 1 && !c.holds());
+                let error_norm = fails.then(|| error_norm(&forest, &conditions, order + 1));
                 return Self { order, forest, conditions, error_norm };
             }
             depth += 1;
@@ -63,6 +69,11 @@ impl WeightsTheory {
     /// The conditions up to order `p` that do not hold, the first first.
     pub fn failing(&self, p: u32) -> impl Iterator<Item = &Condition> {
         self.conditions.iter().filter(move |c| c.order <= p && !c.holds())
+    }
+
+    /// The first condition of the order after the one found, where one fails.
+    pub(super) fn beyond(&self) -> Option<&Condition> {
+        self.conditions.iter().find(|c| c.order == self.order + 1 && !c.holds())
     }
 
     /// The least residual that the digits given could not have told from zero: the largest radius up to the order found.
@@ -211,6 +222,14 @@ impl Theory {
             _ => None,
         }
     }
+}
+
+/// The order that s stages have at most: 2s by their quadrature, s + 1 if each is solved for on its own. Of explicit ones the tall
+/// tree fails, however few the digits.
+fn barrier(numbers: &Numbers) -> u32 {
+    let stages = numbers.a.len() as u32;
+    let is_triangular = numbers.a.iter().enumerate().all(|(i, row)| row.iter().skip(i + 1).all(Real::is_zero));
+    if is_triangular { stages + 1 } else { 2 * stages }
 }
 
 /// The order with c as given, from the trees with a vertex of time.

@@ -136,6 +136,17 @@ fn backward_differentiation_of_seven_steps_has_its_order_and_does_not_converge()
     assert_eq!(refuted(&judgement), ["zero-stable", "convergence"]);
 }
 
+/// Two digits of Gauss's method satisfy conditions beyond what two stages can, to within what they leave open.
+#[test]
+fn few_digits_give_no_order_beyond_what_the_stages_have() {
+    // Gauss's, and the diagonally implicit one with γ = ½ + √3/6 and order 3.
+    for (a, order) in [("[[0.25, -0.04], [0.54, 0.25]]", 4), ("[[0.8, 0], [-0.6, 0.8]]", 3)] {
+        let text = format!("order = {order}\ndigits = {}\na = {a}\nb = [0.5, 0.5]\n", if order == 4 { 2 } else { 1 });
+        let judgement = judge(&text, Effort::Theory);
+        assert_eq!((judgement.theory.order(), judgement.outcome()), (order, Outcome::Pass), "{a}");
+    }
+}
+
 /// A wrong coefficient in a file of each kind: what the claims are refuted by, and that the runs agree with the order left.
 #[test]
 fn a_wrong_coefficient_of_any_kind_is_refuted_and_the_runs_agree_with_what_is_left() {
