@@ -252,13 +252,34 @@ impl Nystrom {
                 return Ok(self.give_up());
             }
         }
-        let (n, r) = (q.len(), self.coefficients.c.len());
-        let found = by_size!(n, N => by_size!(r, R => self.iterate::<L, N, R>(l, at, q)));
+        let found = match self.coefficients.c.len() {
+            1 => by_size!(q.len(), N => self.iterate::<L, N, 1>(l, at, q)),
+            2 => by_size!(q.len(), N => self.iterate::<L, N, 2>(l, at, q)),
+            _ => self.iterate_over_more(&l, at, q),
+        };
         let Some(evaluations) = found else { return Ok(self.give_up()) };
-        let borne_out = by_size!(n, N => by_size!(r, R => self.bear_out::<L, N, R>(l, at, q)));
-        let Some(more) = borne_out else { return Ok(self.give_up()) };
-        by_size!(n, N => by_size!(r, R => self.finish::<N, R>(at, q, p, x)));
+        let Some(more) = self.bear_out(&l, at, q) else { return Ok(self.give_up()) };
+        self.finish(at, q, p, x);
         Ok(Some(evaluations + more))
+    }
+
+    /// [`iterate`](Self::iterate) where a call of the forces is little of their work, compiled once for all Lagrangians, as is what
+    /// follows it.
+    fn iterate_over_more(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
+        let r = self.coefficients.c.len();
+        by_size!(q.len(), N => by_size!(r, R => self.iterate::<dyn Lagrangian, N, R>(l, at, q)))
+    }
+
+    /// Holds the differences of accelerations, less those of time, against those of positions; `None` where they are too large,
+    /// and otherwise how often the forces were evaluated for it.
+    fn bear_out(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
+        let r = self.coefficients.c.len();
+        by_size!(q.len(), N => by_size!(r, R => self.bear_out_sized::<N, R>(l, at, q)))
+    }
+
+    fn finish(&mut self, at: Interval, q: &mut [f64], p: &mut [f64], x: &mut [f64]) {
+        let r = self.coefficients.c.len();
+        by_size!(q.len(), N => by_size!(r, R => self.finish_sized::<N, R>(at, q, p, x)));
     }
 
     fn give_up(&mut self) -> Option<u64> {
@@ -270,7 +291,7 @@ impl Nystrom {
 
     /// Sets the forces and accelerations of the step; returns how often they were evaluated for it.
     #[inline]
-    fn iterate<L: Lagrangian, const N: usize, const R: usize>(
+    fn iterate<L: Lagrangian + ?Sized, const N: usize, const R: usize>(
         &mut self,
         l: &L,
         at: Interval,
@@ -345,12 +366,10 @@ impl Nystrom {
         None
     }
 
-    /// Holds the differences of accelerations, less those of time, against those of positions; `None` where they are too large,
-    /// and otherwise how often the forces were evaluated for it.
     #[inline]
-    fn bear_out<L: Lagrangian, const N: usize, const R: usize>(
+    fn bear_out_sized<const N: usize, const R: usize>(
         &mut self,
-        l: &L,
+        l: &dyn Lagrangian,
         at: Interval,
         q: &[f64],
     ) -> Option<u64> {
@@ -409,7 +428,13 @@ impl Nystrom {
 
     /// Adds the changes to q₀ and p₀ and writes the control values.
     #[inline]
-    fn finish<const N: usize, const R: usize>(&mut self, at: Interval, q: &mut [f64], p: &mut [f64], x: &mut [f64]) {
+    fn finish_sized<const N: usize, const R: usize>(
+        &mut self,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) {
         let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
         let (h, all) = (at.h, r * n);
         let Self { coefficients, velocity, acceleration, force, sum, .. } = self;
