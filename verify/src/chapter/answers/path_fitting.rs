@@ -100,8 +100,6 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("steps", LADDER[COMPARED].to_string()),
         ("order", method::parse(METHODS[0])?.order().to_string()),
         ("gauss_order", method::parse(METHODS[1])?.order().to_string()),
-        ("verlet_order", method::parse("stormer-verlet")?.order().to_string()),
-        ("broken_order", method::parse("blanes-moan")?.order().to_string()),
         ("gauss", brief(gauss)),
         ("galerkin", brief(galerkin)),
         ("long", steps.to_string()),
