@@ -102,5 +102,7 @@ mod tests {
         let nothing = Linear::of_step(|h| (-h, h)).expect_err("no condition at h = 0");
         assert_eq!(nothing, InputError::Closure(ClosureError::Limit { alpha: 0.0, beta: 0.0 }));
         assert!(Linear::of_step(|h| (-(-h).exp(), 1.0)).is_ok());
+        assert!(Linear::of_step(|h| (1.0, h.recip())).is_err());
+        assert!(Linear::new(1.0, f64::INFINITY).is_err() && Linear::new(f64::NAN, 1.0).is_err());
     }
 }

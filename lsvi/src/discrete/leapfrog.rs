@@ -90,6 +90,8 @@ impl Leapfrog {
         let (velocity, force) = (&mut velocity[..n], &mut force[..n]);
         let (way, impulse) = (&mut way[..n], &mut impulse[..n]);
         if !sum.continues(at.start, q, p) {
+            // That of a step that failed need not be finite.
+            velocity.fill(0.0);
             l.gradient_q(at.start, q, velocity, force, work);
         }
         let inverse = mass.inverse(l, (at.start, h), q, p)?;

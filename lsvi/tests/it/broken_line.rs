@@ -156,6 +156,25 @@ fn a_step_counts_a_force_for_each_piece() {
     assert_eq!((work.steps, work.residuals, work.factorizations), (10, 110, 0));
 }
 
+/// The force that a step leaves to the next one is none of another state, another time, or a step that failed.
+#[test]
+fn a_step_elsewhere_or_after_a_failure_is_that_of_a_new_method() {
+    let l = swaying();
+    let new = || position_momentum(BrokenLine::blanes_moan(&l).expect("separable"));
+    for (fails, start) in [(true, 0.1), (false, 5.0)] {
+        let mut method = new();
+        let (mut q, mut p) = ([0.7, -0.4], [0.2, 0.5]);
+        method.step(0.0, 0.1, &mut q, &mut p).expect("bounded");
+        if fails {
+            assert!(method.step(0.1, 1e200, &mut q, &mut p).is_err());
+        }
+        let (mut r, mut s) = (q, p);
+        method.step(start, 0.1, &mut q, &mut p).expect("bounded");
+        new().step(start, 0.1, &mut r, &mut s).expect("bounded");
+        assert_eq!((q, p), (r, s), "from {start}");
+    }
+}
+
 #[test]
 fn weights_that_make_no_line_are_refused() {
     let l = swaying();
