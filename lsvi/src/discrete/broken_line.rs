@@ -266,3 +266,38 @@ impl<L: Lagrangian> DiscreteLagrangian for BrokenLine<L> {
         action
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AutoLagrangian, LagrangianFn, Scalar};
+
+    struct Free;
+
+    impl LagrangianFn for Free {
+        fn dim(&self) -> usize {
+            1
+        }
+
+        fn is_separable(&self) -> bool {
+            true
+        }
+
+        fn lagrangian<T: Scalar>(&self, _t: T, _q: &[T], v: &[T]) -> T {
+            v[0] * v[0] * 0.5
+        }
+    }
+
+    /// Kicks at the knots integrate t⁰, …, t⁵, as order 6 needs, to within the rounding of fifteen printed digits.
+    #[test]
+    fn the_kicks_of_blanes_and_moan_integrate_degree_five() {
+        let method = BrokenLine::blanes_moan(AutoLagrangian::new(Free)).expect("separable");
+        assert_eq!(method.pieces(), 11);
+        for k in 0..=5 {
+            let sum: f64 = method.kicks.iter().zip(&method.times).map(|(b, c)| b * c.powi(k)).sum();
+            let exact = 1.0 / f64::from(k + 1);
+            // Twelve kicks and eleven durations of half a unit in the fifteenth digit each, times |b|, |k cᵏ⁻¹| ≤ 5.
+            assert!((sum - exact).abs() <= 5e-16 * (12.0 + 11.0 * 5.0), "degree {k}: {sum} for {exact}");
+        }
+    }
+}

@@ -131,3 +131,16 @@ impl Leapfrog {
         Ok(drifts.len() as u64)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten tenths add up to 1 − ε/2.
+    #[test]
+    fn the_last_knot_is_the_end_of_the_step() {
+        assert_eq!([0.1; 10].iter().sum::<f64>(), 1.0 - 0.5 * f64::EPSILON);
+        assert_eq!(knots(&[0.1; 10])[10], 1.0);
+        assert_eq!(knots(&[0.25, 0.75]), [0.0, 0.25, 1.0]);
+    }
+}

@@ -252,22 +252,16 @@ impl Nystrom {
                 return Ok(self.give_up());
             }
         }
+        // Compiled for each Lagrangian, so that forces are inlined; what follows is compiled once.
         let found = match self.coefficients.c.len() {
             1 => by_size!(q.len(), N => self.iterate::<L, N, 1>(l, at, q)),
             2 => by_size!(q.len(), N => self.iterate::<L, N, 2>(l, at, q)),
-            _ => self.iterate_over_more(&l, at, q),
+            _ => by_size!(q.len(), N => self.iterate::<L, N, 0>(l, at, q)),
         };
         let Some(evaluations) = found else { return Ok(self.give_up()) };
         let Some(more) = self.bear_out(&l, at, q) else { return Ok(self.give_up()) };
         self.finish(at, q, p, x);
         Ok(Some(evaluations + more))
-    }
-
-    /// [`iterate`](Self::iterate) where a call of the forces is little of their work, compiled once for all Lagrangians, as is what
-    /// follows it.
-    fn iterate_over_more(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
-        let r = self.coefficients.c.len();
-        by_size!(q.len(), N => by_size!(r, R => self.iterate::<dyn Lagrangian, N, R>(l, at, q)))
     }
 
     /// Holds the differences of accelerations, less those of time, against those of positions; `None` where they are too large,
@@ -291,7 +285,7 @@ impl Nystrom {
 
     /// Sets the forces and accelerations of the step; returns how often they were evaluated for it.
     #[inline]
-    fn iterate<L: Lagrangian + ?Sized, const N: usize, const R: usize>(
+    fn iterate<L: Lagrangian, const N: usize, const R: usize>(
         &mut self,
         l: &L,
         at: Interval,

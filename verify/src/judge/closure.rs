@@ -377,7 +377,8 @@ mod tests {
     use super::*;
 
     fn theory(alpha: &str, beta: &str) -> ClosureTheory {
-        let text = format!("kind = 'closure'\nalpha = '{alpha}'\nbeta = '{beta}'\n");
+        let rate = if alpha.contains('z') { "rate = 1\n" } else { "" };
+        let text = format!("kind = 'closure'\nalpha = '{alpha}'\nbeta = '{beta}'\n{rate}");
         let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
         let Body::Closure(closure) = &file.body else { panic!("{text}") };
         ClosureTheory::new(closure)
@@ -407,6 +408,16 @@ mod tests {
             let row = table.rows.iter().find(|row| row[column("z")] == Cell::Number(1.0)).expect("z = 1");
             let Cell::Number(factor) = row[column("R")] else { panic!("{row:?}") };
             assert!((factor - at_one).abs() < 1e-15, "{alpha}: {factor}");
+        }
+    }
+
+    /// −(1 − exp(−z))/z → −1 has 0/0 at z = 0, and exp(−z) → 1 has not; the branches of both are told by α + β → 0.
+    #[test]
+    fn the_limit_of_weights_for_short_steps_is_taken_where_they_have_no_value() {
+        for (alpha, beta) in [("-(1 - exp(-z))/z", "1"), ("-exp(-z)", "1"), ("-1", "1")] {
+            let (alpha, beta) = theory(alpha, beta).closure.limit();
+            assert!((alpha + 1.0).abs() <= SHORT && (beta - 1.0).abs() <= SHORT, "{alpha}, {beta}");
+            assert_eq!(alpha + beta, 0.0);
         }
     }
 }

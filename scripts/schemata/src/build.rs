@@ -1,0 +1,144 @@
+//! The instrumented copy of a workspace, without the mutants that do not compile.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde::Deserialize;
+
+use crate::instrument::{Instrumented, instrument};
+use crate::list::Mutant;
+use crate::{Failure, read};
+
+/// A built copy.
+#[derive(Debug)]
+pub struct Built {
+    pub tests: Vec<PathBuf>,
+    /// Where tests run.
+    pub directory: PathBuf,
+    /// The mutants in it, by the first one of their place.
+    pub places: HashMap<u32, u32>,
+    pub unviable: HashSet<u32>,
+}
+
+pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> Result<Built, Failure> {
+    copy(tree)?;
+    let mut files = BTreeMap::<&str, Vec<&Mutant>>::new();
+    for mutant in mutants {
+        files.entry(&mutant.file).or_default().push(mutant);
+    }
+    let root = mutants.first().ok_or("no mutants")?.file.split("/src/").next().unwrap_or_default();
+    let library = format!("{root}/src/lib.rs");
+    fs::write(tree.join(root).join("src/schemata.rs"), include_str!("at.rs"))?;
+    let mut unviable = HashSet::new();
+    loop {
+        let mut instrumented = HashMap::new();
+        for (file, mutants) in &files {
+            let left: Vec<_> = mutants.iter().filter(|mutant| !unviable.contains(&mutant.id)).copied().collect();
+            let new = instrument(&fs::read_to_string(file)?, &left)?;
+            write(&tree.join(file), &new.text)?;
+            instrumented.insert(*file, new);
+        }
+        let text = match instrumented.get(library.as_str()) {
+            Some(new) => new.text.clone(),
+            None => fs::read_to_string(&library)?,
+        };
+        write(&tree.join(&library), &(text + "\npub(crate) mod schemata;\n"))?;
+        let before = unviable.len();
+        let errors = check(package, tree, target)?;
+        let blame = |span: &Span| instrumented.get(span.file_name.as_str())?.blame(span.byte_start);
+        for error in &errors {
+            unviable.extend(error.spans.iter().find_map(blame).unwrap_or_default());
+        }
+        eprintln!("schemata: {} errors, {} of {} mutants do not compile", errors.len(), unviable.len(), mutants.len());
+        if errors.is_empty() {
+            let places = instrumented.values().flat_map(places).collect();
+            return Ok(Built { tests: tests(package, tree, target)?, directory: tree.join(root), places, unviable });
+        }
+        if unviable.len() == before {
+            return Err(format!("errors outside of all mutants: {errors:?}").into());
+        }
+    }
+}
+
+fn places(instrumented: &Instrumented) -> impl Iterator<Item = (u32, u32)> {
+    let ids = instrumented.places.iter().flat_map(|place| place.mutants.iter().map(|&id| (id, place.mutants[0])));
+    ids.collect::<Vec<_>>().into_iter()
+}
+
+/// Writes a file where it differs, so that cargo sees what has changed.
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    if fs::read_to_string(path).is_ok_and(|old| old == text) {
+        return Ok(());
+    }
+    Ok(fs::write(path, text)?)
+}
+
+/// Copies what git tracks.
+fn copy(tree: &Path) -> Result<(), Failure> {
+    if tree.exists() {
+        fs::remove_dir_all(tree)?;
+    }
+    for file in read(Command::new("git").args(["ls-files", "-z"]))?.split_terminator('\0') {
+        let to = tree.join(file);
+        fs::create_dir_all(to.parent().unwrap_or(tree))?;
+        fs::copy(file, to)?;
+    }
+    Ok(())
+}
+
+fn cargo(command: &str, package: &str, tree: &Path, target: &Path) -> Command {
+    let mut cargo = Command::new("cargo");
+    cargo.args([command, "--package", package, "--message-format", "json"]).current_dir(tree);
+    cargo.env("CARGO_TARGET_DIR", target).env("RUSTFLAGS", "--cap-lints allow");
+    cargo
+}
+
+#[derive(Debug, Deserialize)]
+struct Line {
+    message: Option<Message>,
+    executable: Option<PathBuf>,
+    profile: Option<Profile>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Profile {
+    test: bool,
+}
+
+#[derive(Debug, Deserialize)]
+struct Message {
+    level: String,
+    spans: Vec<Span>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Span {
+    file_name: String,
+    byte_start: usize,
+    is_primary: bool,
+}
+
+fn lines(text: &str) -> impl Iterator<Item = Line> {
+    text.lines().filter_map(|line| serde_json::from_str(line).ok())
+}
+
+/// The errors, each with its own places before those that it refers to.
+fn check(package: &str, tree: &Path, target: &Path) -> Result<Vec<Message>, Failure> {
+    let output = cargo("check", package, tree, target).arg("--lib").stderr(Stdio::null()).output()?;
+    let text = String::from_utf8(output.stdout)?;
+    let of_code = |message: &Message| message.level == "error" && !message.spans.is_empty();
+    let mut errors: Vec<_> = lines(&text).filter_map(|line| line.message).filter(of_code).collect();
+    errors.iter_mut().for_each(|error| error.spans.sort_by_key(|span| !span.is_primary));
+    if errors.is_empty() && !output.status.success() {
+        return Err("cargo check failed without an error in the code".into());
+    }
+    Ok(errors)
+}
+
+fn tests(package: &str, tree: &Path, target: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let text = read(cargo("test", package, tree, target).args(["--no-run", "--lib", "--tests"]))?;
+    let tests = lines(&text).filter(|line| line.profile.as_ref().is_some_and(|profile| profile.test));
+    Ok(tests.filter_map(|line| line.executable).collect())
+}

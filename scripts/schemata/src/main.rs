@@ -1,0 +1,80 @@
+//! Tests every mutant of a package with one build: mutant schemata.
+//!
+//! cargo-mutants builds a package again for each of its mutants, which for some thousand of them takes days. Here its list of
+//! mutants is compiled into one instrumented copy of the package, and a variable of the environment chooses the one that is
+//! active; of the package's tests each mutant gets those that come by its place, cheapest first, until one fails.
+//!
+//!     schemata PACKAGE [--seconds S] [--only FILE] [--jobs N]
+//!
+//! Run it in the root of the workspace. The copy, and outcomes.csv with what became of each mutant, stand in target/schemata. What
+//! the compiler computes (constants, lengths of arrays) has no environment: such mutants are left to cargo-mutants, as `not placed`.
+
+mod build;
+mod instrument;
+mod list;
+mod run;
+
+use std::hash::{BuildHasher, BuildHasherDefault, DefaultHasher};
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+use std::time::Duration;
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// What a command prints, which must succeed; its complaints go where this program's do.
+fn read(command: &mut Command) -> Result<String, Failure> {
+    let output = command.stderr(Stdio::inherit()).output()?;
+    if !output.status.success() {
+        return Err(format!("{command:?}: {}", output.status).into());
+    }
+    Ok(String::from_utf8(output.stdout)?)
+}
+
+#[derive(Debug)]
+struct Options {
+    package: String,
+    /// Seconds of tests for a mutant, at most.
+    limit: Duration,
+    only: Option<String>,
+    jobs: usize,
+}
+
+fn options() -> Result<Options, Failure> {
+    let mut arguments = std::env::args().skip(1);
+    let package = arguments.next().ok_or("usage: schemata PACKAGE [--seconds S] [--only FILE] [--jobs N]")?;
+    let jobs = std::thread::available_parallelism()?.get();
+    let mut options = Options { package, limit: Duration::MAX, only: None, jobs };
+    while let Some(option) = arguments.next() {
+        let value = arguments.next().ok_or_else(|| format!("{option} needs a value"))?;
+        match option.as_str() {
+            "--seconds" => options.limit = Duration::try_from_secs_f64(value.parse()?)?,
+            "--only" => options.only = Some(std::fs::read_to_string(value)?),
+            "--jobs" => options.jobs = value.parse()?,
+            _ => return Err(format!("unknown option {option}").into()),
+        }
+    }
+    Ok(options)
+}
+
+fn work() -> Result<bool, Failure> {
+    let options = options()?;
+    let mutants = list::mutants(&options.package)?;
+    let out = std::env::current_dir()?.join("target/schemata");
+    let built = build::build(&options.package, &mutants, &out.join("tree"), &out.join("target"))?;
+    let is_wanted = |name: &str| options.only.as_ref().is_none_or(|only| only.lines().any(|line| line.ends_with(name)));
+    let mut wanted: Vec<_> = mutants.iter().filter(|mutant| is_wanted(&mutant.name)).collect();
+    // In no order, so that the outcomes of a run that is broken off are a fair sample.
+    wanted.sort_by_cached_key(|mutant| BuildHasherDefault::<DefaultHasher>::default().hash_one(&mutant.name));
+    run::run(&built, &wanted, &options, Path::new(&out))
+}
+
+fn main() -> ExitCode {
+    match work() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(2),
+        Err(failure) => {
+            eprintln!("schemata: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}

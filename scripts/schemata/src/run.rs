@@ -1,0 +1,153 @@
+//! Which mutants the tests notice.
+
+use std::collections::{HashMap, HashSet};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::build::Built;
+use crate::list::Mutant;
+use crate::{Failure, Options, read};
+
+/// A test, the places that it comes by, and how long it takes.
+#[derive(Debug)]
+struct Test {
+    program: PathBuf,
+    name: String,
+    covered: HashSet<u32>,
+    time: Duration,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Outcome {
+    Caught,
+    TimedOut,
+    Missed,
+    /// Tests of the time allowed have not noticed it; others remain.
+    Unfinished,
+    NotCovered,
+    NotPlaced,
+    Unviable,
+}
+
+/// The first tests of a mutant run together for so long, the next ones for twice as long, and so on.
+const FIRST_BATCH: Duration = Duration::from_millis(50);
+/// Beyond so many times what they take unchanged, and a pause of a busy machine, tests are endless.
+const SLOWER: u32 = 10;
+const PAUSE: Duration = Duration::from_secs(10);
+/// Kilobytes.
+const MEMORY: &str = "8000000";
+
+/// Runs the tests on each mutant and writes `outcomes.csv`; false if any is missed.
+pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) -> Result<bool, Failure> {
+    let mut tests = Vec::new();
+    for program in &built.tests {
+        let list = read(Command::new(program).args(["--list", "--format", "terse"]).current_dir(&built.directory))?;
+        for name in list.lines().filter_map(|line| line.strip_suffix(": test")) {
+            tests.push(measure(program, name, &built.directory, &out.join("cover"))?);
+        }
+    }
+    tests.sort_by_key(|test| test.time);
+    let total: Duration = tests.iter().map(|test| test.time).sum();
+    eprintln!("schemata: {} tests, {:.1} s", tests.len(), total.as_secs_f64());
+    let file = Mutex::new(fs::File::create(out.join("outcomes.csv"))?);
+    let (next, counts) = (AtomicUsize::new(0), Mutex::new(HashMap::<Outcome, usize>::new()));
+    let worker = || -> Result<(), Failure> {
+        while let Some(mutant) = mutants.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let outcome = test(mutant, &tests, built, options.limit)?;
+            writeln!(file.lock().unwrap(), "{outcome:?},{}", mutant.name)?;
+            let mut counts = counts.lock().unwrap();
+            *counts.entry(outcome).or_default() += 1;
+            let done: usize = counts.values().sum();
+            if done.is_multiple_of(100) || done == mutants.len() {
+                eprintln!("schemata: {done} of {}: {counts:?}", mutants.len());
+            }
+        }
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..options.jobs).map(|_| scope.spawn(worker)).collect();
+        workers.into_iter().try_for_each(|worker| worker.join().unwrap())
+    })?;
+    let counts = counts.into_inner().unwrap();
+    Ok([Outcome::Missed, Outcome::NotCovered].iter().all(|outcome| !counts.contains_key(outcome)))
+}
+
+fn measure(program: &Path, name: &str, directory: &Path, cover: &Path) -> Result<Test, Failure> {
+    if cover.exists() {
+        fs::remove_file(cover)?;
+    }
+    let fails = || format!("{name} fails without a mutant");
+    if !command(program, &[name], directory).env("SCHEMATA_COVER", cover).status()?.success() {
+        return Err(fails().into());
+    }
+    let start = Instant::now();
+    if !command(program, &[name], directory).status()?.success() {
+        return Err(fails().into());
+    }
+    let time = start.elapsed();
+    let covered = fs::read(cover).unwrap_or_default();
+    let covered = covered.chunks_exact(4).map(|id| u32::from_le_bytes(id.try_into().unwrap())).collect();
+    Ok(Test { program: program.into(), name: name.into(), covered, time })
+}
+
+fn command(program: &Path, names: &[&str], directory: &Path) -> Command {
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -v $0; exec \"$@\"", MEMORY]).arg(program).arg("--exact").args(names);
+    command.arg("--test-threads=1").current_dir(directory).env("CARGO_MANIFEST_DIR", directory);
+    // Random tests do the same each time, and leave nothing.
+    command.env("PROPTEST_RNG_SEED", "1").env("PROPTEST_DISABLE_FAILURE_PERSISTENCE", "1");
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+}
+
+fn test(mutant: &Mutant, tests: &[Test], built: &Built, limit: Duration) -> Result<Outcome, Failure> {
+    if built.unviable.contains(&mutant.id) {
+        return Ok(Outcome::Unviable);
+    }
+    let Some(place) = built.places.get(&mutant.id) else { return Ok(Outcome::NotPlaced) };
+    let mut left: &[&Test] = &tests.iter().filter(|test| test.covered.contains(place)).collect::<Vec<_>>();
+    if left.is_empty() {
+        return Ok(Outcome::NotCovered);
+    }
+    let (mut batch, mut spent) = (FIRST_BATCH, Duration::ZERO);
+    while let Some(first) = left.first() {
+        // Tests of one program, and one at least.
+        let mut time = first.time;
+        let fits = |test: &&&Test| {
+            time += test.time;
+            test.program == first.program && time <= batch + first.time
+        };
+        let now = 1 + left[1..].iter().take_while(fits).count();
+        let expected = left[..now].iter().map(|test| test.time).sum();
+        if spent + expected > limit {
+            return Ok(Outcome::Unfinished);
+        }
+        let names: Vec<_> = left[..now].iter().map(|test| test.name.as_str()).collect();
+        let mut child =
+            command(&first.program, &names, &built.directory).env("SCHEMATA", mutant.id.to_string()).spawn()?;
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait()? {
+                break Some(status);
+            }
+            if start.elapsed() > SLOWER * expected + PAUSE {
+                child.kill()?;
+                child.wait()?;
+                break None;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        };
+        match status {
+            None => return Ok(Outcome::TimedOut),
+            Some(status) if !status.success() => return Ok(Outcome::Caught),
+            Some(_) => {}
+        }
+        (left, spent, batch) = (&left[now..], spent + expected, 2 * batch);
+    }
+    Ok(Outcome::Missed)
+}
