@@ -146,12 +146,13 @@ impl<'a> Finder<'a> {
         visit::visit_block(self, body);
     }
 
-    fn binary(&mut self, e: &syn::ExprBinary) {
+    /// Whether the left operand has been instrumented too, to be put elsewhere.
+    fn binary(&mut self, e: &syn::ExprBinary) -> bool {
         let operator = self.range(&e.op);
         if has_let(&e.left) || has_let(&e.right) {
-            return;
+            return false;
         }
-        let Some(mutants) = self.take(Genre::BinaryOperator, operator.start) else { return };
+        let Some(mutants) = self.take(Genre::BinaryOperator, operator.start) else { return false };
         let original = self.source[operator.clone()].to_string();
         let choice = |l: &str, r: &str| {
             let of = |operator: &str| format!("{l} {operator} {r}");
@@ -175,16 +176,17 @@ impl<'a> Finder<'a> {
                 let right = self.range(&*e.right);
                 let begin = (Side::Begin, all.start..right.start, text("(match ("));
                 self.place(&mutants, [begin, (Side::End, right.end..right.end, after)]);
-                return;
+                return true;
             }
             _ => ("(match (", ", ".into(), join([text(") { (l, r) => "), choice("l", "r"), text(" })")])),
         };
         let (begin, end) = (all.start..all.start, all.end..all.end);
         let between = (Side::Within, operator, text(between));
         self.place(&mutants, [(Side::Begin, begin, text(before)), between, (Side::End, end, after)]);
+        false
     }
 
-    /// The instrumented text of an expression, to be put elsewhere.
+    /// The instrumented text of an expression.
     fn within(&mut self, e: &Expr) -> Instrumented {
         let range = self.range(e);
         let at = std::mem::take(&mut self.at);
@@ -303,8 +305,7 @@ impl<'ast> Visit<'ast> for Finder<'_> {
     }
 
     fn visit_expr_binary(&mut self, e: &'ast syn::ExprBinary) {
-        self.binary(e);
-        if !is_assignment(&e.op) {
+        if !self.binary(e) {
             self.visit_expr(&e.left);
         }
         self.visit_expr(&e.right);
@@ -379,5 +380,71 @@ impl<'ast> Visit<'ast> for Finder<'_> {
             }
         }
         visit::visit_expr_struct(self, e);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::list::{Position, Span};
+
+    fn instrumented(source: &str, mutants: &[(Genre, &str, &str)]) -> Instrumented {
+        let mutants: Vec<_> = mutants
+            .iter()
+            .enumerate()
+            .map(|(i, &(genre, of, replacement))| Mutant {
+                id: i as u32 + 1,
+                name: String::new(),
+                file: String::new(),
+                genre,
+                replacement: replacement.into(),
+                span: Span { start: Position { line: 1, column: 1 + source.find(of).expect("there") } },
+            })
+            .collect();
+        instrument(source, &mutants.iter().collect::<Vec<_>>()).expect("a source")
+    }
+
+    #[test]
+    fn operands_stand_once_however_deep_they_nest() {
+        use Genre::BinaryOperator;
+        let new = instrumented(
+            "fn f(a: i32) -> i32 { a * 2 + 1 }",
+            &[(BinaryOperator, "*", "/"), (BinaryOperator, "+", "-")],
+        );
+        let product = "(match (a ,  2) { (l, r) => match crate::schemata::at(1, 1) { 1 => l / r, _ => l * r } })";
+        let sum = format!(
+            "(match ({product} ,  1) {{ (l, r) => match crate::schemata::at(2, 1) {{ 1 => l - r, _ => l + r }} }})"
+        );
+        assert_eq!(new.text, format!("fn f(a: i32) -> i32 {{ {sum} }}"));
+        assert_eq!(new.blame(new.text.find("l - r").expect("there")), Some(&[2][..]));
+        assert_eq!(new.blame(new.text.find("l * r").expect("there")), Some(&[1][..]));
+        assert_eq!(new.blame(0), None);
+    }
+
+    #[test]
+    fn of_two_conditions_the_second_is_asked_for_where_it_was_or_would_be() {
+        let new = instrumented("fn f(a: bool, b: bool) -> bool { a && b }", &[(Genre::BinaryOperator, "&&", "||")]);
+        let expected = "(match (a ) { l => if l != (crate::schemata::at(1, 1) == 1) {  b } else { l } })";
+        assert_eq!(new.text, format!("fn f(a: bool, b: bool) -> bool {{ {expected} }}"));
+    }
+
+    #[test]
+    fn what_is_added_to_has_its_own_mutants() {
+        use Genre::BinaryOperator;
+        let new = instrumented(
+            "fn f(x: &mut [f64]) { x[0 + 1] += 2.0 }",
+            &[(BinaryOperator, "+", "-"), (BinaryOperator, "+=", "-=")],
+        );
+        let index = "x[(match (0 ,  1) { (l, r) => match crate::schemata::at(1, 1) { 1 => l - r, _ => l + r } })]";
+        let choice = "match crate::schemata::at(2, 1) { 1 => *l -= r, _ => *l += r };";
+        let expected = format!("(match (2.0) {{ r => {{ let l = &mut ({index}); {choice} }} }})");
+        assert_eq!(new.text, format!("fn f(x: &mut [f64]) {{ {expected} }}"));
+    }
+
+    /// Constants are computed by the compiler, which has no environment.
+    #[test]
+    fn a_constant_stays_as_it_is() {
+        let source = "const N: usize = 1 + 2;";
+        assert_eq!(instrumented(source, &[(Genre::BinaryOperator, "+", "-")]).text, source);
     }
 }
