@@ -23,7 +23,7 @@ pub struct Built {
 }
 
 pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> Result<Built, Failure> {
-    copy(tree)?;
+    copy(tree, &mutants.iter().map(|mutant| mutant.file.as_str()).collect())?;
     let mut files = BTreeMap::<&str, Vec<&Mutant>>::new();
     for mutant in mutants {
         files.entry(&mutant.file).or_default().push(mutant);
@@ -31,7 +31,12 @@ pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> R
     let root = mutants.first().ok_or("no mutants")?.file.split("/src/").next().unwrap_or_default();
     let library = format!("{root}/src/lib.rs");
     fs::write(tree.join(root).join("src/schemata.rs"), include_str!("at.rs"))?;
-    let mut unviable = HashSet::new();
+    // Those of an earlier run, so that what it built stays built where nothing has changed.
+    let known = tree.with_file_name("unviable.txt");
+    let names = fs::read_to_string(&known).unwrap_or_default();
+    let names: HashSet<&str> = names.lines().collect();
+    let known_before = mutants.iter().filter(|mutant| names.contains(mutant.name.as_str()));
+    let mut unviable: HashSet<u32> = known_before.map(|mutant| mutant.id).collect();
     loop {
         let mut instrumented = HashMap::new();
         for (file, mutants) in &files {
@@ -53,6 +58,9 @@ pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> R
         }
         eprintln!("schemata: {} errors, {} of {} mutants do not compile", errors.len(), unviable.len(), mutants.len());
         if errors.is_empty() {
+            let of =
+                mutants.iter().filter(|mutant| unviable.contains(&mutant.id)).map(|mutant| mutant.name.clone() + "\n");
+            fs::write(known, of.collect::<String>())?;
             let places = instrumented.values().flat_map(places).collect();
             return Ok(Built { tests: tests(package, tree, target)?, directory: tree.join(root), places, unviable });
         }
@@ -75,15 +83,18 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
     Ok(fs::write(path, text)?)
 }
 
-/// Copies what git tracks.
-fn copy(tree: &Path) -> Result<(), Failure> {
-    if tree.exists() {
-        fs::remove_dir_all(tree)?;
-    }
-    for file in read(Command::new("git").args(["ls-files", "-z"]))?.split_terminator('\0') {
+/// Copies what git tracks, but for files to be instrumented.
+fn copy(tree: &Path, instrumented: &HashSet<&str>) -> Result<(), Failure> {
+    let files = read(Command::new("git").args(["ls-files", "-z"]))?;
+    for file in files.split_terminator('\0').filter(|file| !instrumented.contains(file)) {
         let to = tree.join(file);
         fs::create_dir_all(to.parent().unwrap_or(tree))?;
-        fs::copy(file, to)?;
+        if fs::read(&to).ok() != Some(fs::read(file)?) {
+            fs::copy(file, to)?;
+        }
+    }
+    for file in instrumented {
+        fs::create_dir_all(tree.join(file).parent().unwrap_or(tree))?;
     }
     Ok(())
 }
