@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::io::Write;
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -36,11 +37,16 @@ enum Outcome {
 
 /// The first tests of a mutant run together for so long, the next ones for twice as long, and so on.
 const FIRST_BATCH: Duration = Duration::from_millis(50);
-/// Beyond so many times what they take unchanged, and a pause of a busy machine, tests are endless.
+/// Beyond so many times what they take unchanged, and two seconds, of the processor's time, tests are endless.
 const SLOWER: u32 = 10;
-const PAUSE: Duration = Duration::from_secs(10);
+const START: Duration = Duration::from_secs(2);
+/// Tests that wait for ever use no processor: so many times longer by the clock.
+const WAITING: u32 = 20;
 /// Kilobytes.
 const MEMORY: &str = "8000000";
+/// What ends a process that has used its time.
+const SIGXCPU: i32 = 24;
+const SIGKILL: i32 = 9;
 
 /// Runs the tests on each mutant and writes `outcomes.csv`; false if any is missed.
 pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) -> Result<bool, Failure> {
@@ -82,9 +88,9 @@ fn measure(program: &Path, name: &str, directory: &Path, cover: &Path) -> Result
         fs::remove_file(cover)?;
     }
     // Covering writes and allocates, which tests of allocations notice.
-    command(program, &[name], directory).env("SCHEMATA_COVER", cover).status()?;
+    command(program, &[name], directory, Duration::MAX).env("SCHEMATA_COVER", cover).status()?;
     let start = Instant::now();
-    if !command(program, &[name], directory).status()?.success() {
+    if !command(program, &[name], directory, Duration::MAX).status()?.success() {
         return Err(format!("{name} fails without a mutant").into());
     }
     let time = start.elapsed();
@@ -93,9 +99,15 @@ fn measure(program: &Path, name: &str, directory: &Path, cover: &Path) -> Result
     Ok(Test { program: program.into(), name: name.into(), covered, time })
 }
 
-fn command(program: &Path, names: &[&str], directory: &Path) -> Command {
+/// A command that may take `limit` of the processor's time, in whole seconds.
+fn command(program: &Path, names: &[&str], directory: &Path, limit: Duration) -> Command {
+    let seconds = if limit == Duration::MAX { "unlimited".into() } else { (limit.as_secs() + 1).to_string() };
     let mut command = Command::new("sh");
-    command.args(["-c", "ulimit -v $0; exec \"$@\"", MEMORY]).arg(program).arg("--exact").args(names);
+    command
+        .args(["-c", "ulimit -v $0; ulimit -t $1; shift; exec \"$@\"", MEMORY, &seconds])
+        .arg(program)
+        .arg("--exact")
+        .args(names);
     command.arg("--test-threads=1").current_dir(directory).env("CARGO_MANIFEST_DIR", directory);
     // Random tests do the same each time, and leave nothing.
     command.env("PROPTEST_RNG_SEED", "1").env("PROPTEST_DISABLE_FAILURE_PERSISTENCE", "1");
@@ -126,14 +138,16 @@ fn test(mutant: &Mutant, tests: &[Test], built: &Built, limit: Duration) -> Resu
             return Ok(Outcome::Unfinished);
         }
         let names: Vec<_> = left[..now].iter().map(|test| test.name.as_str()).collect();
-        let mut child =
-            command(&first.program, &names, &built.directory).env("SCHEMATA", mutant.id.to_string()).spawn()?;
+        let endless = SLOWER * expected + START;
+        let mut child = command(&first.program, &names, &built.directory, endless)
+            .env("SCHEMATA", mutant.id.to_string())
+            .spawn()?;
         let start = Instant::now();
         let status = loop {
             if let Some(status) = child.try_wait()? {
                 break Some(status);
             }
-            if start.elapsed() > SLOWER * expected + PAUSE {
+            if start.elapsed() > WAITING * endless {
                 child.kill()?;
                 child.wait()?;
                 break None;
@@ -142,6 +156,7 @@ fn test(mutant: &Mutant, tests: &[Test], built: &Built, limit: Duration) -> Resu
         };
         match status {
             None => return Ok(Outcome::TimedOut),
+            Some(status) if [SIGXCPU, SIGKILL].map(Some).contains(&status.signal()) => return Ok(Outcome::TimedOut),
             Some(status) if !status.success() => return Ok(Outcome::Caught),
             Some(_) => {}
         }
