@@ -213,3 +213,32 @@ impl<I: Integrator + ?Sized> Integrator for &mut I {
         (**self).shorter_step(from, t, to)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_of_a_grid_start_anywhere_and_end_on_it() {
+        let grid = Grid::new(1.0, 0.25, 2.125).expect("resolved");
+        let next = |t: f64| grid.next(t).map(|step| (step.h, step.end));
+        assert_eq!(next(1.0), Some((0.25, 1.25)));
+        assert_eq!(next(1.5), Some((0.25, 1.75)));
+        assert_eq!(next(1.5_f64.next_up()), Some((0.25, 1.75)), "a grid point with the rounding of a sum");
+        assert_eq!(next(1.375), Some((0.125, 1.5)), "from between two points to the next one");
+        assert_eq!(next(2.0), Some((0.125, 2.125)), "the last step is shorter");
+        assert_eq!(next(2.0625), Some((0.0625, 2.125)));
+        assert_eq!(next(2.125), None);
+        assert_eq!(next(2.125_f64.next_down()), None);
+    }
+
+    #[test]
+    fn the_last_of_equal_steps_has_their_length_and_ends_where_it_was_said() {
+        // 3 × 0.1 is above 0.3, 49 × 1/49 below 1.
+        for (h, steps, end) in [(0.1, 3, 0.3), (1.0 / 49.0, 49, 1.0)] {
+            assert_ne!(f64::from(steps) * h, end);
+            let grid = Grid::new(0.0, h, end).expect("resolved");
+            assert_eq!(grid.next(f64::from(steps - 1) * h), Some(GridStep { h, end }));
+        }
+    }
+}

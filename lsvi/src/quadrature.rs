@@ -396,6 +396,20 @@ mod tests {
     const EPS: f64 = f64::EPSILON;
 
     #[test]
+    fn legendre_s_polynomials_have_their_derivatives() {
+        let p = Legendre::at(3, 0.25);
+        // P₃ = (5x³ − 3x)/2.
+        approx::assert_abs_diff_eq!(p.value, 0.5 * (5.0 * 0.015625 - 0.75), epsilon = 4.0 * EPS);
+        approx::assert_abs_diff_eq!(p.first, 0.5 * (15.0 * 0.0625 - 3.0), epsilon = 8.0 * EPS);
+        approx::assert_abs_diff_eq!(p.second(0.25), 15.0 * 0.25, epsilon = 64.0 * EPS);
+    }
+
+    #[test]
+    fn a_basis_tells_its_nodes() {
+        assert_eq!(LagrangeBasis::new(&[0.5, 0.0, 1.0]).expect("distinct").nodes(), [0.5, 0.0, 1.0]);
+    }
+
+    #[test]
     fn rules_are_exact_to_their_degree_and_no_further() {
         type Rule = fn(usize) -> Result<Quadrature, InputError>;
         let rules: [(Rule, usize, usize); 3] =

@@ -243,3 +243,48 @@ fn estimates_the_norm_of_an_inverse_whose_large_part_cancels() {
     let (estimate, exact) = (inverse_norm(solve, &mut [vec![0.0; 4], vec![0.0; 4]]), 1.0 + 2.0 * theta);
     assert!(estimate <= exact && 3.0 * estimate >= exact, "{estimate} for {exact}");
 }
+
+#[test]
+fn entries_beyond_the_last_row_or_column_are_outside() {
+    let n = 4;
+    for structure in structures(n) {
+        for (i, j) in [(n, n - 1), (n - 1, n), (n, n), (n + 1, n - 1)] {
+            let mut a = Jacobian::with_structure(n, &structure);
+            fill(&mut a, &structure);
+            let before = a.clone();
+            assert_eq!(a.get(i, j), 0.0);
+            a.add(i, j, 1.0);
+            assert_eq!(a.outside(), Some((i, j)), "{structure:?}");
+            (0..n).for_each(|j| (0..n).for_each(|i| assert_eq!(a.get(i, j), before.get(i, j), "({i}, {j})")));
+        }
+    }
+}
+
+#[test]
+fn a_pattern_of_another_order_is_cut_to_the_matrix_and_one_of_its_own_is_shared() {
+    let pattern = Structure::sparse(3, [(2, 0), (0, 1)]).expect("inside");
+    let (whole, part) = (Jacobian::with_structure(3, &pattern), Jacobian::with_structure(2, &pattern));
+    assert_eq!((whole.structure(), part.dim()), (pattern, 2));
+    let mut part = part;
+    part.add(0, 1, 2.0);
+    assert_eq!((part.get(0, 1), part.outside()), (2.0, None));
+}
+
+#[test]
+fn pivots_of_complex_matrices_are_told_by_both_parts() {
+    assert_eq!(Complex::new(3.0, -4.0).magnitude(), 7.0);
+    assert_eq!(Complex::new(0.0, 2.0).magnitude(), 2.0);
+}
+
+#[test]
+fn a_metric_may_be_asymmetric_by_the_rounding_of_its_entries() {
+    for size in [1e-6, 1.0, 1e6] {
+        let metric = |off: f64| {
+            let mut a = Jacobian::zeros(2);
+            [(0, 0, 2.0), (1, 1, 2.0), (0, 1, 1.0), (1, 0, off)].iter().for_each(|&(i, j, x)| a.add(i, j, x * size));
+            a.cholesky()
+        };
+        assert!(metric(1.0 + 4.0 * f64::EPSILON).is_ok(), "{size}");
+        assert!(metric(1.0 + 64.0 * f64::EPSILON).is_err(), "{size}");
+    }
+}

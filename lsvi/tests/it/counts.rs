@@ -265,3 +265,80 @@ fn a_window_counts_the_equations_of_each_of_its_steps() {
         assert_eq!(after.0 - before.0, after.1 - before.1, "windows of {length}");
     }
 }
+
+/// A preconditioner that notes the times and the lengths of the steps for which it is set up.
+struct Noting(Factored, Arc<std::sync::Mutex<Vec<(f64, f64)>>>);
+
+impl Preconditioner for Noting {
+    fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+        self.1.lock().expect("one thread").push((b.t(), b.s()));
+        self.0.prepare(b)
+    }
+    fn solve(&mut self, x: &mut [f64]) {
+        self.0.solve(x);
+    }
+    fn solve_transpose(&mut self, x: &mut [f64]) {
+        self.0.solve_transpose(x);
+    }
+}
+
+#[test]
+fn systems_are_linearised_at_the_time_of_their_stage() {
+    let notes = Arc::new(std::sync::Mutex::new(Vec::new()));
+    // In a box, as a choice among several is.
+    let solver =
+        || Iterative::new(Box::new(Noting(Factored::default(), notes.clone())) as Box<dyn Preconditioner + Send>);
+    let field = || As(Structure::Banded { lower: 0, upper: 0 }, field!(1, |t, v, dv| dv[0] = v[0] * v[0] * -t));
+    let implicit = |tableau| RungeKutta::with_solver(field(), tableau, solver()).expect("usable");
+    let first = |method: &mut dyn OneStep| {
+        method.step(2.0, 0.5, &mut [1.0], &mut [0.0]).expect("solvable");
+        std::mem::take(&mut *notes.lock().expect("one thread"))[0]
+    };
+    assert_eq!(first(&mut implicit(Tableau::implicit_euler())), (2.5, 0.5));
+    assert_eq!(first(&mut implicit(Tableau::implicit_midpoint())), (2.25, 0.25));
+    assert_eq!(first(&mut implicit(Tableau::trapezoidal())), (2.5, 0.25));
+    for closure in [Linear::METHOD_I, Linear::METHOD_II] {
+        let mut method = LeastSquaresStep::with_solver(field(), closure, solver()).expect("usable");
+        assert_eq!(first(&mut method), (2.5, 0.5));
+    }
+    let mut run = lsvi::classic::Bdf2::with_solver(field(), solver)
+        .map(|method| Trajectory::new(method, State::new(2.0, vec![1.0]), 0.5, 3.0).expect("valid"));
+    let run = run.as_mut().expect("usable");
+    while run.step().expect("solvable").is_some() {}
+    assert_eq!(notes.lock().expect("one thread").last().map(|(t, _)| *t), Some(3.0));
+}
+
+#[test]
+fn every_step_of_every_method_is_counted() {
+    let l = AutoLagrangian::new(Separable(true));
+    let start = State::new(0.0, vec![0.1, 0.2]).with_momentum(vec![0.3, -0.1]);
+    let steps = |method: Box<dyn Integrator + '_>, start: State| {
+        let mut run = Trajectory::new(method, start, 0.125, 1.0).expect("valid");
+        let mut taken = 0;
+        while run.step().expect("solvable").is_some() {
+            taken += 1;
+            assert_eq!(run.work().steps, taken);
+        }
+        taken
+    };
+    assert_eq!(steps(Box::new(position_momentum(Trapezoidal::new(&l))), start.clone()), 8);
+    assert_eq!(steps(Box::new(Window::new(Trapezoidal::new(&l), 3).expect("a length")), start), 8);
+    let field = || field!(1, |t, v, dv| dv[0] = -v[0] * v[0] - t);
+    let one = State::new(0.0, vec![1.0]);
+    let a = [vec![0.5]];
+    let methods: [Box<dyn Integrator>; 5] = [
+        Box::new(lsvi::method_i(field()).expect("usable")),
+        Box::new(RungeKutta::new(field(), Tableau::sdirk2()).expect("usable")),
+        Box::new(lsvi::classic::CoupledRungeKutta::new(field(), &a, &[1.0], &[0.5]).expect("usable")),
+        Box::new(lsvi::classic::Bdf2::new(field()).expect("usable")),
+        Box::new(
+            Trajectory::new(lsvi::method_ii(field()).expect("usable"), one.clone(), 1.0, 1.0)
+                .expect("valid")
+                .into_parts()
+                .0,
+        ),
+    ];
+    for method in methods {
+        assert_eq!(steps(method, one.clone()), 8);
+    }
+}

@@ -267,3 +267,10 @@ fn columns_from_products_are_the_matrix() {
     field.0.add_jacobian(0.7, &state(5), 1.0, &mut entries);
     assert!((by_columns.to_dense() - entries.to_dense()).amax() <= 1e-14);
 }
+
+#[test]
+fn derivatives_say_what_they_are() {
+    use lsvi::Derivative::{Assembled, Curvature, Jacobian, Transpose};
+    let names = [Jacobian, Assembled, Transpose, Curvature].map(|of| of.to_string());
+    assert_eq!(names, ["the Jacobian", "the assembled Jacobian", "the transposed product", "the curvature"]);
+}

@@ -268,3 +268,48 @@ fn algebraic_components_have_a_dense_output_too() {
         }
     }
 }
+
+#[test]
+fn a_zero_that_is_a_number_is_found_to_the_last_bit_and_one_that_is_touched_from_below_does_not_fall() {
+    let run = |g: fn(f64) -> f64, crossing| {
+        let drift = field!(1, |_t, _v, dv| dv[0] = T::from(1.0));
+        let method = RungeKutta::new(drift, Tableau::rk4()).expect("usable");
+        let mut run = Trajectory::new(method, State::new(0.0, vec![0.0]), 1.0, 1.0).expect("valid");
+        run.until(|t, _| g(t), crossing).expect("solvable").map(|hit| hit.t)
+    };
+    assert_eq!(run(|t| t - 0.375, Crossing::Rising), Some(0.375));
+    assert_eq!(run(|t| 0.375 - t, Crossing::Falling), Some(0.375));
+    // At 0.5 the search looks.
+    assert_eq!(run(|t| -(t - 0.5) * (t - 0.5), Crossing::Falling), None);
+    assert_eq!(run(|t| (t - 0.5) * (t - 0.5), Crossing::Rising), None);
+}
+
+#[test]
+fn momenta_at_the_event_of_a_window_are_between_those_of_the_step_in_proportion() {
+    let run = || {
+        let pull = field!(1, |t, v, dv| dv[0] = -v[0] * v[0] - t);
+        let discrete = Trapezoidal::new(lsvi::LeastSquares::new(pull).expect("usable"));
+        let window = lsvi::Window::new(discrete, 3).expect("a length");
+        Trajectory::new(window, State::new(1.0, vec![1.0]), 0.25, 1.75).expect("valid")
+    };
+    let states: Vec<State> = run().states().collect::<Result<_, _>>().expect("solvable");
+    let level = 0.4 * states[0].q[0] + 0.6 * states[1].q[0];
+    let mut run = run();
+    let hit = run.until(|_, v| v[0] - level, Crossing::Falling).expect("solvable").expect("a crossing").clone();
+    let [before, after] = [&states[0], &states[1]];
+    let share = (hit.t - before.t) / 0.25;
+    assert!(share > 0.5 && share < 0.7 && (before.p[0] - after.p[0]).abs() > 1e-3, "{share} {before:?} {after:?}");
+    approx::assert_abs_diff_eq!(hit.p[0], before.p[0] + share * (after.p[0] - before.p[0]), epsilon = 1e-15);
+}
+
+#[test]
+fn the_event_of_a_least_squares_method_is_the_end_of_a_shorter_step() {
+    let pull = || field!(1, |t, v, dv| dv[0] = -v[0] * v[0] - t);
+    let mut run =
+        Trajectory::new(method_i(pull()).expect("usable"), State::new(0.0, vec![1.0]), 0.5, 2.0).expect("valid");
+    let hit = run.until(|_, v| v[0] - 0.8, Crossing::Falling).expect("solvable").expect("a crossing").clone();
+    let (mut v, mut p) = ([1.0], [0.0]);
+    lsvi::OneStep::step(&mut method_i(pull()).expect("usable"), 0.0, hit.t, &mut v, &mut p).expect("solvable");
+    assert_eq!(hit.q, v);
+    approx::assert_abs_diff_eq!(v[0], 0.8, epsilon = 1e-15);
+}

@@ -24,3 +24,4 @@ mod structured;
 mod systems;
 mod trajectory;
 mod velocities;
+mod work;

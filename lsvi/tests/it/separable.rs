@@ -242,3 +242,45 @@ fn a_lagrangian_that_is_not_separable_as_it_says_is_refused() {
         refuses(&name, &mut position_momentum(discrete));
     }
 }
+
+/// (2 + a sin q + t) v²/2 − cos q, declared separable.
+struct Claimed {
+    bend: f64,
+    growth: f64,
+}
+
+impl LagrangianFn for Claimed {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn is_separable(&self) -> bool {
+        true
+    }
+    fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
+        (q[0].sin() * self.bend + t * self.growth + 2.0) * v[0] * v[0] * 0.5 - q[0].cos()
+    }
+}
+
+#[test]
+fn a_mass_that_changes_by_little_or_with_time_is_not_separable() {
+    for (bend, growth) in [(0.01, 0.0), (0.0, 1.0)] {
+        let l = AutoLagrangian::new(Claimed { bend, growth });
+        let mut method = position_momentum(Trapezoidal::new(&l));
+        let error = method.step(0.0, 0.5, &mut [0.3], &mut [1.0]).expect_err("another mass at the end");
+        let StepError::Solve { source, .. } = error else { panic!("{error}") };
+        assert_eq!(source, SolveError::NotSeparable { row: 0, column: 0 });
+    }
+}
+
+#[test]
+fn one_heavy_particle_moves_by_its_mass() {
+    // Störmer and Verlet by hand on 2 v²/2 − cos q.
+    let l = AutoLagrangian::new(Claimed { bend: 0.0, growth: 0.0 });
+    let mut method = position_momentum(Trapezoidal::new(&l));
+    let (mut q, mut p) = ([0.3], [1.0]);
+    method.step(0.0, 0.5, &mut q, &mut p).expect("explicit");
+    let half = 1.0 + 0.25 * 0.3_f64.sin();
+    let end = 0.3 + 0.5 * half / 2.0;
+    approx::assert_abs_diff_eq!(q[0], end, epsilon = 1e-15);
+    approx::assert_abs_diff_eq!(p[0], half + 0.25 * end.sin(), epsilon = 1e-15);
+}

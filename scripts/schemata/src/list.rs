@@ -40,8 +40,11 @@ pub struct Position {
     pub column: usize,
 }
 
-pub fn mutants(package: &str) -> Result<Vec<Mutant>, Failure> {
-    let list = read(Command::new("cargo").args(["mutants", "--list", "--json", "--package", package]))?;
+pub fn mutants(package: &str, files: &[String]) -> Result<Vec<Mutant>, Failure> {
+    let mut list = Command::new("cargo");
+    list.args(["mutants", "--list", "--json", "--package", package]);
+    list.args(files.iter().flat_map(|file| ["--file", file]));
+    let list = read(&mut list)?;
     let mut mutants: Vec<Mutant> = serde_json::from_str(&list)?;
     for (i, mutant) in mutants.iter_mut().enumerate() {
         mutant.id = i as u32 + 1;

@@ -4,9 +4,9 @@
 //! mutants is compiled into one instrumented copy of the package, and a variable of the environment chooses the one that is
 //! active; of the package's tests each mutant gets those that come by its place, cheapest first, until one fails.
 //!
-//!     schemata PACKAGE [--seconds S] [--only FILE] [--jobs N]
+//!     schemata PACKAGE [--file GLOB]... [--seconds S] [--only FILE] [--jobs N]
 //!
-//! Run it in the root of the workspace. The copy, and outcomes.csv with what became of each mutant, stand in target/schemata. What
+//! Run it in the root of the workspace. The copy, and PACKAGE.csv with what became of each mutant, stand in target/schemata. What
 //! the compiler computes (constants, lengths of arrays) has no environment: such mutants are left to cargo-mutants, as `not placed`.
 
 mod build;
@@ -33,6 +33,8 @@ fn read(command: &mut Command) -> Result<String, Failure> {
 #[derive(Debug)]
 struct Options {
     package: String,
+    /// Which of its source files; all, if none is named.
+    files: Vec<String>,
     /// Seconds of tests for a mutant, at most.
     limit: Duration,
     only: Option<String>,
@@ -41,12 +43,14 @@ struct Options {
 
 fn options() -> Result<Options, Failure> {
     let mut arguments = std::env::args().skip(1);
-    let package = arguments.next().ok_or("usage: schemata PACKAGE [--seconds S] [--only FILE] [--jobs N]")?;
+    let package =
+        arguments.next().ok_or("usage: schemata PACKAGE [--file GLOB]... [--seconds S] [--only FILE] [--jobs N]")?;
     let jobs = std::thread::available_parallelism()?.get();
-    let mut options = Options { package, limit: Duration::MAX, only: None, jobs };
+    let mut options = Options { package, files: Vec::new(), limit: Duration::MAX, only: None, jobs };
     while let Some(option) = arguments.next() {
         let value = arguments.next().ok_or_else(|| format!("{option} needs a value"))?;
         match option.as_str() {
+            "--file" => options.files.push(value),
             "--seconds" => options.limit = Duration::try_from_secs_f64(value.parse()?)?,
             "--only" => options.only = Some(std::fs::read_to_string(value)?),
             "--jobs" => options.jobs = value.parse()?,
@@ -58,7 +62,7 @@ fn options() -> Result<Options, Failure> {
 
 fn work() -> Result<bool, Failure> {
     let options = options()?;
-    let mutants = list::mutants(&options.package)?;
+    let mutants = list::mutants(&options.package, &options.files)?;
     let out = std::env::current_dir()?.join("target/schemata");
     let built = build::build(&options.package, &mutants, &out.join("tree"), &out.join("target"))?;
     let is_wanted = |name: &str| options.only.as_ref().is_none_or(|only| only.lines().any(|line| line.ends_with(name)));
