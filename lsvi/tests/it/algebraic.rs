@@ -1,7 +1,10 @@
 //! Implicit methods on differential equations with algebraic ones.
 
+use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
-use lsvi::{AutoField, FieldFn, Integrator, Mass, Scalar, State, Trajectory};
+use lsvi::{
+    AutoField, FieldFn, InputError, Integrator, Jacobian, Mass, Scalar, State, Structure, SystemError, Trajectory,
+};
 
 /// v̇₀ = −v₀, 0 = v₁ − v₀²: what rounding leaves of the second equation at a start is no direction.
 struct OnParabola;
@@ -44,4 +47,45 @@ fn an_algebraic_equation_that_holds_to_rounding_stops_no_implicit_method() {
             assert!(name == "Gauss" || (end[1] - end[0] * end[0]).abs() <= 1e-14, "{name}, h = {h}: {end:?}");
         }
     }
+}
+
+/// m v̇ = (3 v₁, v₀ − v₁), which says that its Jacobian is diagonal where that is asked.
+struct Weighted {
+    structure: Structure,
+    mass: Mass,
+}
+
+impl FieldFn for Weighted {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+    fn mass(&self) -> Mass {
+        self.mass.clone()
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[1] * 3.0;
+        dv[1] = v[0] - v[1];
+    }
+}
+
+#[test]
+fn rates_are_known_where_the_mass_is_not_zero() {
+    let field = AutoField::new(Weighted { structure: Structure::Dense, mass: Mass::Diagonal(vec![2.0, 0.0]) });
+    let mut method = RungeKutta::new(field, Tableau::implicit_euler()).expect("usable");
+    let mut rate = [0.0; 2];
+    method.rate(&State::new(0.0, vec![0.5, 0.5]), &mut rate).expect("finite");
+    assert!(rate[0] == 0.75 && rate[1].is_nan(), "{rate:?}");
+}
+
+#[test]
+fn the_adaptive_method_refuses_a_mass_that_reaches_beyond_the_structure_of_the_field() {
+    let mut mass = Jacobian::zeros(2);
+    [(0, 0, 2.0), (1, 1, 2.0), (1, 0, 1.0)].iter().for_each(|&(i, j, m)| mass.add(i, j, m));
+    let field = Weighted { structure: Structure::Banded { lower: 0, upper: 0 }, mass: Mass::Matrix(mass) };
+    let tolerances = Tolerances::new(1e-6, 1e-6).expect("usable");
+    let error = Radau::new(AutoField::new(field), tolerances).map(|_| ()).expect_err("no room for M");
+    assert_eq!(error, InputError::System(SystemError::OutsideStructure { row: 1, column: 0 }));
 }

@@ -5,8 +5,8 @@ use approx::assert_abs_diff_eq;
 use lsvi::discrete::{Constrainable, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
-    AutoConstraint, AutoLagrangian, Constrained, ConstraintError, ConstraintFn, InputError, OneStep, Scalar,
-    SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
+    AutoConstraint, AutoLagrangian, Constrained, Constraint, ConstraintError, ConstraintFn, InputError, Integrator,
+    OneStep, Scalar, SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -209,4 +209,38 @@ fn bad_constraints_have_typed_errors() {
     let space = AutoConstraint::new(Sphere { dim: 3 });
     let wrong = Constrained::new(Trapezoidal::new(&l), space).err();
     assert_eq!(wrong, Some(InputError::System(SystemError::Dimension { what: "constraint", expected: 2, found: 3 })));
+}
+
+#[test]
+fn how_far_off_a_state_may_be_goes_by_its_size_and_the_way_of_a_step() {
+    let l = AutoLagrangian::new(Free { dim: 2 });
+    let step = |off: f64, speed: f64, h: f64| {
+        let mut method = Constrained::new(Trapezoidal::new(&l), circle()).expect("dimensions fit");
+        let (mut q, mut p) = ([1.0 + off, 0.0], [0.0, speed]);
+        method.step(0.0, h, &mut q, &mut p).map(|()| q)
+    };
+    let is_off = |step: Result<[f64; 2], StepError>| {
+        matches!(step, Err(StepError::Input(InputError::Constraint(ConstraintError::OffConstraint { index: 0, .. }))))
+    };
+    // |q| = 1 and h |v|, by 1.5e-8.
+    assert!(step(1e-9, 0.0, 1e-6).is_ok() && step(1e-9, 1e-3, 1e-6).is_ok());
+    assert!(is_off(step(1e-7, 100.0, 1e-3)) && is_off(step(1e-7, 1e-8, 1e-3)) && is_off(step(1e-7, 0.0, 1e-3)));
+    assert!(step(1e-8, 9.0, 0.1).is_ok(), "a step as long as 0.9");
+    assert!(is_off(step(2e-8, 1e-6, 0.1)) && step(2e-8, 9.0, 0.1).is_ok());
+}
+
+#[test]
+fn a_constraint_in_a_box_holds_as_it_does_outside() {
+    let l = AutoLagrangian::new(Falling { dim: 2 });
+    let run = |constraint: Box<dyn Constraint>| {
+        let mut method = Constrained::new(Galerkin::gauss(&l, 2).expect("s ≥ 1"), constraint).expect("dimensions fit");
+        let (mut q, mut p) = ([0.6, -0.8], [0.8, 0.6]);
+        (0..10).for_each(|k| method.step(f64::from(k) * 0.1, 0.1, &mut q, &mut p).expect("solvable"));
+        assert_eq!(method.work().steps, 10);
+        assert!(method.work().residuals > 20);
+        (q, p)
+    };
+    let (q, p) = run(Box::new(circle()));
+    assert_eq!(run(Box::new(Box::new(circle()) as Box<dyn Constraint>)), (q, p));
+    assert_abs_diff_eq!(q[0].hypot(q[1]), 1.0, epsilon = 16.0 * EPS);
 }

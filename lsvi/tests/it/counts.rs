@@ -266,12 +266,12 @@ fn a_window_counts_the_equations_of_each_of_its_steps() {
     }
 }
 
-/// A preconditioner that notes the times and the lengths of the steps for which it is set up.
-struct Noting(Factored, Arc<std::sync::Mutex<Vec<(f64, f64)>>>);
+/// A preconditioner that notes the time, the length and the state for which it is set up.
+struct Noting(Factored, Arc<std::sync::Mutex<Vec<(f64, f64, f64)>>>);
 
 impl Preconditioner for Noting {
     fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
-        self.1.lock().expect("one thread").push((b.t(), b.s()));
+        self.1.lock().expect("one thread").push((b.t(), b.s(), b.v()[0]));
         self.0.prepare(b)
     }
     fn solve(&mut self, x: &mut [f64]) {
@@ -292,7 +292,9 @@ fn systems_are_linearised_at_the_time_of_their_stage() {
     let implicit = |tableau| RungeKutta::with_solver(field(), tableau, solver()).expect("usable");
     let first = |method: &mut dyn OneStep| {
         method.step(2.0, 0.5, &mut [1.0], &mut [0.0]).expect("solvable");
-        std::mem::take(&mut *notes.lock().expect("one thread"))[0]
+        let (t, s, v) = std::mem::take(&mut *notes.lock().expect("one thread"))[0];
+        assert!(v > 0.1 && v <= 1.0, "{v}");
+        (t, s)
     };
     assert_eq!(first(&mut implicit(Tableau::implicit_euler())), (2.5, 0.5));
     assert_eq!(first(&mut implicit(Tableau::implicit_midpoint())), (2.25, 0.25));
@@ -305,7 +307,7 @@ fn systems_are_linearised_at_the_time_of_their_stage() {
         .map(|method| Trajectory::new(method, State::new(2.0, vec![1.0]), 0.5, 3.0).expect("valid"));
     let run = run.as_mut().expect("usable");
     while run.step().expect("solvable").is_some() {}
-    assert_eq!(notes.lock().expect("one thread").last().map(|(t, _)| *t), Some(3.0));
+    assert_eq!(notes.lock().expect("one thread").last().map(|(t, ..)| *t), Some(3.0));
 }
 
 #[test]

@@ -8,8 +8,9 @@ use lsvi::discrete::{
 };
 use lsvi::quadrature::{NodeFamily, Quadrature};
 use lsvi::{
-    AutoForce, AutoLagrangian, EulerLagrange, Forced, InputError, Jacobian, Lagrangian, LagrangianFn, MotionWeights,
-    NodeError, OneStep, SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
+    AutoForce, AutoLagrangian, EulerLagrange, Forced, InputError, Integrator, Jacobian, Lagrangian, LagrangianFn,
+    MotionWeights, NodeError, OneStep, SolveError, State, StepError, SystemError, Trajectory, TwoStep,
+    position_momentum,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -477,4 +478,26 @@ fn bad_input_has_typed_errors() {
         let singular = matches!(result, Err(StepError::Solve { source: SolveError::SingularMass, .. }));
         assert!(singular && q == [0.3, 0.4] && p == [0.1, 0.2], "{name}: {result:?}");
     }
+}
+
+#[test]
+fn broken_lines_and_the_circle_s_scheme_tell_the_velocity_of_a_momentum() {
+    let state = State::new(0.0, vec![0.3, 0.4]).with_momentum(vec![0.5, -0.25]);
+    let mut rate = [0.0; 2];
+    let l = AutoLagrangian::new(crate::separable::Separable(crate::systems::HenonHeiles));
+    let mut line = position_momentum(BrokenLine::blanes_moan(&l).expect("separable"));
+    line.rate(&state, &mut rate).expect("unit mass");
+    assert_eq!(rate, [0.5, -0.25]);
+    rate.fill(0.0);
+    position_momentum(KongYangCircle::new(2)).rate(&state, &mut rate).expect("unit mass");
+    assert_abs_diff_eq!(rate[0], 0.5, epsilon = 1e-15);
+    assert_abs_diff_eq!(rate[1], -0.25, epsilon = 1e-15);
+}
+
+#[test]
+fn a_forced_motion_has_the_value_of_its_lagrangian() {
+    let damping = AutoForce::new(Damping { dim: 1, rate: 0.3 });
+    let l = Forced::new(AutoLagrangian::new(Pendulum), damping).expect("of one dimension");
+    let value = Lagrangian::value(&l, 0.0, &[2.0], &[0.5]);
+    assert_abs_diff_eq!(value, 0.125 + 2.0_f64.cos(), epsilon = 1e-15);
 }

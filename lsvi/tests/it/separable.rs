@@ -284,3 +284,11 @@ fn one_heavy_particle_moves_by_its_mass() {
     approx::assert_abs_diff_eq!(q[0], end, epsilon = 1e-15);
     approx::assert_abs_diff_eq!(p[0], half + 0.25 * end.sin(), epsilon = 1e-15);
 }
+
+#[test]
+fn a_lagrangian_is_as_separable_behind_a_reference() {
+    let l = Separable(HenonHeiles);
+    let borrowed = AutoLagrangian::new(&l);
+    assert_eq!(lsvi::Lagrangian::dim(&borrowed), 2);
+    assert!(BrokenLine::blanes_moan(&borrowed).is_ok());
+}

@@ -359,3 +359,25 @@ fn a_method_with_a_memory_starts_anew_from_a_state_that_was_changed() {
         assert_eq!(state, fresh, "{i}");
     }
 }
+
+#[test]
+fn the_dense_output_of_an_integrator_in_a_box_is_its_own() {
+    let method = || {
+        let circle = lsvi::field!(2, |_t, v, dv| {
+            dv[0] = v[1];
+            dv[1] = -v[0];
+        });
+        Radau::new(circle, Tolerances::new(1e-6, 1e-6).expect("usable")).expect("usable")
+    };
+    let values = |method: Box<dyn Integrator>| {
+        let mut run = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 3.0, 3.0).expect("valid");
+        let mut values = Vec::new();
+        run.sample(&[0.7, 1.9, 2.6], |_, v| values.extend_from_slice(v)).expect("solvable");
+        values
+    };
+    let mut own = Vec::new();
+    let mut run = Trajectory::new(method(), State::new(0.0, vec![1.0, 0.0]), 3.0, 3.0).expect("valid");
+    run.sample(&[0.7, 1.9, 2.6], |_, v| own.extend_from_slice(v)).expect("solvable");
+    assert_eq!(values(Box::new(method())), own);
+    assert_eq!(values(Box::new(Box::new(method()) as Box<dyn Integrator>)), own);
+}
