@@ -203,7 +203,7 @@ impl<'a> Finder<'a> {
             (edit.replaced.start, if edit.side == Side::End { (0, -place) } else { (1, place) })
         });
         let (mut out, mut at) = (Instrumented::default(), of.start);
-        let mut texts = vec![usize::MAX..0; self.places.len()];
+        let mut texts: Vec<Option<Range<usize>>> = vec![None; self.places.len()];
         for edit in self.edits {
             out.text.push_str(&self.source[at..edit.replaced.start]);
             at = edit.replaced.end;
@@ -211,11 +211,13 @@ impl<'a> Finder<'a> {
             for piece in edit.pieces {
                 out.push(piece);
             }
-            let text = &mut texts[edit.place];
-            *text = text.start.min(begin)..text.end.max(out.text.len());
+            // All that a place writes is between its first edit and its last.
+            let start = texts[edit.place].take().map_or(begin, |text| text.start);
+            texts[edit.place] = Some(start..out.text.len());
         }
         out.text.push_str(&self.source[at..of.end]);
-        out.places.extend(texts.into_iter().zip(self.places).map(|(text, mutants)| Place { text, mutants }));
+        let texts = texts.into_iter().map(Option::unwrap_or_default);
+        out.places.extend(texts.zip(self.places).map(|(text, mutants)| Place { text, mutants }));
         out
     }
 }

@@ -6,8 +6,9 @@
 //!
 //!     schemata PACKAGE [--file GLOB]... [--seconds S] [--only FILE] [--jobs N]
 //!
-//! Run it in the root of the workspace. The copy, and PACKAGE.csv with what became of each mutant, stand in target/schemata. What
-//! the compiler computes (constants, lengths of arrays) has no environment: such mutants are left to cargo-mutants, as `not placed`.
+//! Run it in the root of the workspace. The copy, and outcomes.csv with what became of each mutant, stand in
+//! target/schemata/PACKAGE. What the compiler computes (constants, lengths of arrays) has no environment: such mutants are left
+//! to cargo-mutants, as `not placed`.
 
 mod build;
 mod instrument;
@@ -63,8 +64,10 @@ fn options() -> Result<Options, Failure> {
 fn work() -> Result<bool, Failure> {
     let options = options()?;
     let mutants = list::mutants(&options.package, &options.files)?;
-    let out = std::env::current_dir()?.join("target/schemata");
-    let built = build::build(&options.package, &mutants, &out.join("tree"), &out.join("target"))?;
+    let target = std::env::current_dir()?.join("target/schemata");
+    // One tree for each package, so that what is built of one may run while another is built.
+    let out = target.join(&options.package);
+    let built = build::build(&options.package, &mutants, &out.join("tree"), &target.join("target"))?;
     let is_wanted = |name: &str| options.only.as_ref().is_none_or(|only| only.lines().any(|line| line.ends_with(name)));
     let mut wanted: Vec<_> = mutants.iter().filter(|mutant| is_wanted(&mutant.name)).collect();
     // In no order, so that the outcomes of a run that is broken off are a fair sample.

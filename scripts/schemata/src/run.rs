@@ -48,7 +48,7 @@ const MEMORY: &str = "8000000";
 const SIGXCPU: i32 = 24;
 const SIGKILL: i32 = 9;
 
-/// Runs the tests on each mutant and writes them to a file named after the package; false if any is missed.
+/// Runs the tests on each mutant and writes `outcomes.csv`; false if any is missed.
 pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) -> Result<bool, Failure> {
     let mut tests = Vec::new();
     for program in &built.tests {
@@ -60,7 +60,7 @@ pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) ->
     tests.sort_by_key(|test| test.time);
     let total: Duration = tests.iter().map(|test| test.time).sum();
     eprintln!("schemata: {} tests, {:.1} s", tests.len(), total.as_secs_f64());
-    let file = Mutex::new(fs::File::create(out.join(format!("{}.csv", options.package)))?);
+    let file = Mutex::new(fs::File::create(out.join("outcomes.csv"))?);
     let (next, counts) = (AtomicUsize::new(0), Mutex::new(HashMap::<Outcome, usize>::new()));
     let worker = || -> Result<(), Failure> {
         while let Some(mutant) = mutants.get(next.fetch_add(1, Ordering::Relaxed)) {
