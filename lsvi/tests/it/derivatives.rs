@@ -274,3 +274,52 @@ fn derivatives_say_what_they_are() {
     let names = [Jacobian, Assembled, Transpose, Curvature].map(|of| of.to_string());
     assert_eq!(names, ["the Jacobian", "the assembled Jacobian", "the transposed product", "the curvature"]);
 }
+
+/// v̇₀ = size · v₁, v̇₁ = size · v₀, with a transposed product that is wrong by a part of itself.
+struct Slanted {
+    size: f64,
+    part: f64,
+}
+
+impl VectorField for Slanted {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = self.size * v[1];
+        dv[1] = self.size * v[0];
+    }
+    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 1, scale * self.size);
+        out.add(1, 0, scale * self.size);
+    }
+    fn apply_transpose(&self, t: f64, _v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.rhs(t, w, out);
+        out.iter_mut().for_each(|o| *o *= 1.0 + self.part);
+    }
+    fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
+}
+
+#[test]
+fn transposed_products_agree_in_nine_digits_whatever_their_size() {
+    for size in [1e-8, 1.0, 1e8] {
+        let check = |part| check_derivatives(&Slanted { size, part }, 0.0, &[1.0, 0.5]);
+        let error = check(1e-9).expect_err("wrong in the ninth digit");
+        assert!(matches!(error, DerivativeError::Differs { of: Derivative::Transpose, .. }), "{size:e}: {error}");
+        check(1e-11).expect("within rounding of long sums");
+    }
+}
+
+#[test]
+fn a_field_that_does_not_change_has_the_derivative_zero() {
+    check_derivatives(&Slanted { size: 0.0, part: 0.0 }, 0.0, &[1.0, 0.5]).expect("nothing to disagree about");
+}
+
+#[test]
+fn up_to_thirty_two_unknowns_every_column_is_looked_at() {
+    for (n, column) in [(32, Some(1)), (33, None)] {
+        let error = check_derivatives(&Flawed(AutoField::new(Ring(n)), Flaw::Entry, Structure::Dense), 0.7, &state(n));
+        let Err(DerivativeError::Differs { place, .. }) = error else { panic!("{n}: {error:?}") };
+        assert_eq!(place.column, column, "{n} unknowns");
+    }
+}

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use serde::Deserialize;
 
 use crate::instrument::{Instrumented, instrument};
-use crate::list::Mutant;
+use crate::list::{Genre, Mutant};
 use crate::{Failure, read};
 
 /// A built copy.
@@ -53,8 +53,16 @@ pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> R
         let before = unviable.len();
         let errors = check(package, tree, target)?;
         let blame = |span: &Span| instrumented.get(span.file_name.as_str())?.blame(span.byte_start);
+        // Of a match that misses a pattern the compiler shows the head alone.
+        let next_arm = |span: &Span| {
+            let arms = |id: &u32| mutants[*id as usize - 1].genre == Genre::MatchArm;
+            let places = instrumented.get(span.file_name.as_str())?.places.iter();
+            let after = places.filter(|place| place.text.start > span.byte_start && place.mutants.iter().all(arms));
+            after.min_by_key(|place| place.text.start).map(|place| &place.mutants[..])
+        };
         for error in &errors {
-            unviable.extend(error.spans.iter().find_map(blame).unwrap_or_default());
+            let blamed = error.spans.iter().find_map(blame).or_else(|| error.spans.iter().find_map(next_arm));
+            unviable.extend(blamed.unwrap_or_default());
         }
         eprintln!("schemata: {} errors, {} of {} mutants do not compile", errors.len(), unviable.len(), mutants.len());
         if errors.is_empty() {
