@@ -288,3 +288,13 @@ fn a_metric_may_be_asymmetric_by_the_rounding_of_its_entries() {
         assert!(metric(1.0 + 64.0 * f64::EPSILON).is_err(), "{size}");
     }
 }
+
+#[test]
+fn a_pattern_has_no_entries_beyond_its_own_columns() {
+    let pattern = Structure::sparse(3, [(2, 0), (0, 1)]).expect("inside");
+    assert_eq!(pattern.rows(5, 0).collect::<Vec<_>>(), [0, 2]);
+    assert_eq!(pattern.rows(5, 3).count() + pattern.rows(5, 4).count(), 0);
+    let mut larger = Jacobian::with_structure(5, &pattern);
+    larger.add(4, 4, 2.0);
+    assert_eq!((larger.get(4, 4), larger.outside()), (2.0, None));
+}

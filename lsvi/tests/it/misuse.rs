@@ -287,13 +287,15 @@ fn false_declarations_are_found_in_fields_of_every_structure() {
         for closure in [Linear::METHOD_I, Linear::METHOD_II] {
             let field = Decay { structure: structure.clone(), linear: true, cubic: 1.0, ..Decay::default() };
             let error = first_step(field, closure);
-            assert!(matches!(error, Err(SolveError::NotLinear { row: 0, .. })), "{structure:?}: {error:?}");
+            // f is −2 where −v is −1.
+            assert_eq!(error, Err(SolveError::NotLinear { row: 0, difference: -1.0 }), "{structure:?}");
         }
         for (linear, cubic) in [(true, 0.0), (false, 1.0)] {
             let structure = structure.clone();
             let field = Decay { structure, linear, cubic, autonomous: true, forced: 1.0 };
             let error = first_step(field.clone(), Linear::METHOD_I);
-            assert!(matches!(error, Err(SolveError::NotAutonomous { row: 0, .. })), "{field:?}: {error:?}");
+            let Err(SolveError::NotAutonomous { row: 0, difference }) = error else { panic!("{field:?}: {error:?}") };
+            assert!((difference - 0.1).abs() < 1e-15, "{difference}");
             assert_eq!(first_step(Decay { forced: 0.0, ..field }, Linear::METHOD_I), Ok(()));
         }
     }

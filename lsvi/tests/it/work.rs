@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use crate::fields::{As, Burgers, By};
+use crate::fields::{As, Burgers, By, Line, Walls};
 use crate::systems::{ChargedParticle, Damping, Driven, Falling, HenonHeiles, Pendulum, Sphere};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
@@ -14,8 +14,8 @@ use lsvi::quadrature::NodeFamily;
 use lsvi::solver::Iterative;
 use lsvi::{
     AutoConstraint, AutoField, AutoForce, AutoLagrangian, Constrained, EulerLagrange, FieldFn, Forced, Integrator,
-    Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Preconditioner, Scalar, SolveError, State, StepOperator,
-    Structure, Trajectory, Variational, VectorField, Window, field, least_squares, method_i, method_ii,
+    Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, Preconditioner, Scalar, SolveError, State,
+    StepOperator, Structure, Trajectory, Variational, VectorField, Window, field, least_squares, method_i, method_ii,
     position_momentum,
 };
 
@@ -28,6 +28,9 @@ impl<F: VectorField> VectorField for Products<F> {
     }
     fn structure(&self) -> Structure {
         Structure::MatrixFree
+    }
+    fn is_linear(&self) -> bool {
+        self.0.is_linear()
     }
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
         self.0.rhs(t, v, dv);
@@ -43,6 +46,36 @@ impl<F: VectorField> VectorField for Products<F> {
     }
     fn apply_curvature(&self, t: f64, v: &[f64], w: &[f64], x: &[f64], out: &mut [f64]) {
         self.0.apply_curvature(t, v, w, x, out);
+    }
+}
+
+/// A field that says that it does not depend on time.
+struct Autonomous<F>(F);
+
+impl<F: VectorField> VectorField for Autonomous<F> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.0.structure()
+    }
+    fn mass(&self) -> Mass {
+        self.0.mass()
+    }
+    fn is_linear(&self) -> bool {
+        self.0.is_linear()
+    }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(1.0, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_jacobian(t, v, scale, out);
+    }
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_curvature(t, v, w, scale, out);
     }
 }
 
@@ -221,6 +254,21 @@ fn steps_of_first_order_systems() {
         table += &without_counts(&dense);
         writeln!(table, "# Burgers' equation, by products").expect("a string");
         of_products(&mut table, h, &wave, &Products(AutoField::new(chain)));
+    }
+    let line = || Line::new(9, 5.0, Walls::Dirichlet);
+    let weights = || Mass::Diagonal((0..9).map(|i| 1.0 + 0.1 * f64::from(i)).collect());
+    for h in [0.01, 0.1] {
+        writeln!(table, "# a linear equation").expect("a string");
+        of_field(&mut table, h, &wave, &line());
+        writeln!(table, "# a linear equation with weights").expect("a string");
+        of_field(&mut table, h, &wave, &line().with_mass(weights()));
+        writeln!(table, "# a linear equation without time").expect("a string");
+        of_field(&mut table, h, &wave, &Autonomous(line()));
+        writeln!(table, "# a symmetric one with weights").expect("a string");
+        let symmetric = Line::new(9, 0.0, Walls::Dirichlet).with_mass(weights());
+        of_field(&mut table, h, &wave, &Autonomous(symmetric));
+        writeln!(table, "# a linear equation by products").expect("a string");
+        of_products(&mut table, h, &wave, &Products(line()));
     }
     insta::assert_snapshot!(table);
 }

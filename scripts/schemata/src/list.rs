@@ -1,5 +1,7 @@
 //! The mutants of a package, as cargo-mutants lists them.
 
+use std::collections::HashSet;
+use std::path::Path;
 use std::process::Command;
 
 use serde::Deserialize;
@@ -38,6 +40,23 @@ pub struct Span {
 pub struct Position {
     pub line: usize,
     pub column: usize,
+}
+
+impl Mutant {
+    /// The name without the line and the column, which move with every edit.
+    pub fn change(&self) -> String {
+        let change = self.name.splitn(4, ':').nth(3).unwrap_or_default();
+        format!("{}:{change}", self.file)
+    }
+}
+
+/// The changes that no test is to notice, of a file with a reason above each group of them.
+pub fn known(file: &Path) -> Result<HashSet<String>, Failure> {
+    if !file.exists() {
+        return Ok(HashSet::new());
+    }
+    let text = std::fs::read_to_string(file)?;
+    Ok(text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).map(str::to_string).collect())
 }
 
 pub fn mutants(package: &str, files: &[String]) -> Result<Vec<Mutant>, Failure> {
