@@ -408,4 +408,44 @@ mod tests {
         let (left, size) = (dot(&residual, &residual).sqrt(), dot(&b, &b).sqrt());
         assert!(left <= (tolerance + 1e3 * f64::EPSILON) * size, "{:e}", left / size);
     }
+
+    /// A cyclic shift, on which GMRES gains nothing before its last iteration.
+    struct Shift;
+
+    impl System for Shift {
+        fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
+            let n = x.len();
+            (0..n).for_each(|i| out[i] = x[(i + n - 1) % n]);
+        }
+        fn precondition(&mut self, x: &[f64], out: &mut [f64]) {
+            out.copy_from_slice(x);
+        }
+    }
+
+    #[test]
+    fn what_is_left_where_iterations_end_is_relative() {
+        for size in [0.125, 1.0, 1024.0] {
+            let mut b = [0.0; 2 * RESTART];
+            b[0] = size;
+            let left = Gmres::new(2 * RESTART).solve(&mut Shift, 1e-12, 500, &mut b);
+            assert_eq!(
+                left,
+                Err(SolveError::Linear { iterations: RESTART as u32, residual: 1.0 }),
+                "nothing is gained"
+            );
+            let solve = |size: f64| {
+                let mut b: Vec<f64> = (0..300).map(|i| size * (i as f64 + 1.0).sin()).collect();
+                Gmres::new(300).solve(&mut Spread, 1e-9, RESTART as u32, &mut b)
+            };
+            let Err(SolveError::Linear { residual, .. }) = solve(1.0) else { panic!("{:?}", solve(1.0)) };
+            assert!(residual > 1e-9 && residual < 0.5, "{residual}");
+            assert_eq!(solve(size), solve(1.0));
+            // One iteration of conjugate gradients on diag(1, 3) from (1, 1) leaves half of the residual.
+            let multiply = |x: &[f64], _: &[f64], out: &mut [f64]| out.copy_from_slice(&[x[0], 3.0 * x[1]]);
+            let precondition = |x: &[f64], out: &mut [f64]| out.copy_from_slice(x);
+            let left = ConjugateGradients::new(2).solve(multiply, precondition, 1e-12, 1, &mut [size, size]);
+            let Err(SolveError::Linear { iterations: 1, residual }) = left else { panic!("{left:?}") };
+            assert!((residual - 0.5).abs() < 1e-12, "{residual}");
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! Wrong derivatives are named, and right ones pass.
 
+use crate::fields::Products;
 use lsvi::{
     AutoField, Derivative, DerivativeError, FieldFn, InputError, Jacobian, Place, Scalar, Structure, SystemError,
     VectorField, add_columns, check_derivatives,
@@ -321,5 +322,40 @@ fn up_to_thirty_two_unknowns_every_column_is_looked_at() {
         let error = check_derivatives(&Flawed(AutoField::new(Ring(n)), Flaw::Entry, Structure::Dense), 0.7, &state(n));
         let Err(DerivativeError::Differs { place, .. }) = error else { panic!("{n}: {error:?}") };
         assert_eq!(place.column, column, "{n} unknowns");
+    }
+}
+
+/// The curvature of `field` for the weights w in the direction x, by [`lsvi::Differences`] of its Jacobian and, matrix-free, of
+/// its transposed products.
+fn by_differences(field: &impl VectorField, v: &[f64], w: &[f64], x: &[f64]) -> [Vec<f64>; 2] {
+    let n = v.len();
+    let mut curvature = Jacobian::zeros(n);
+    lsvi::Differences::new(n, &Structure::Dense).add_curvature(field, 0.0, v, w, 1.0, &mut curvature);
+    let assembled = (0..n).map(|i| (0..n).map(|j| curvature.get(i, j) * x[j]).sum()).collect();
+    let mut products = vec![0.0; n];
+    Products(field).apply_curvature(0.0, v, w, x, &mut products);
+    [assembled, products]
+}
+
+#[test]
+fn curvature_by_differences_is_right_at_every_scale_and_at_zero() {
+    // ∂²/∂v² of (v₀², sin v₁ + 1000 v₁), for w = (3, 5), along x = (0.5, 2).
+    let field = lsvi::field!(2, |_t, v, dv| {
+        dv[0] = v[0] * v[0];
+        dv[1] = v[1].sin() + v[1] * 1e3;
+    });
+    for v in [[0.0, 0.0], [1e3, 0.5], [0.3, 1e-6], [1e-6, 0.7]] {
+        for scale in [1e-5, 1.0] {
+            let exact = [3.0 * scale, -10.0 * scale * f64::sin(v[1])];
+            for found in by_differences(&field, &v, &[3.0, 5.0], &[0.5 * scale, 2.0 * scale]) {
+                for (found, exact) in found.iter().zip(exact) {
+                    // Rounding of 5000 over a distance of √ε times 1e-3 of the largest component, or of ε^⅓ of it, at 1.
+                    assert!((found - exact).abs() < 1e-2 * scale, "{v:?}, {scale}: {found} {exact}");
+                }
+            }
+        }
+    }
+    for found in by_differences(&field, &[0.3, 0.2], &[3.0, 5.0], &[0.0; 2]) {
+        assert_eq!(found, [0.0; 2]);
     }
 }

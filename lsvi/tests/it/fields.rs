@@ -76,6 +76,33 @@ impl<F: FieldFn> FieldFn for As<F> {
     }
 }
 
+/// A field that is known by its products alone, with curvature by differences of them.
+pub(crate) struct Products<F>(pub F);
+
+impl<F: VectorField> VectorField for Products<F> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        Structure::MatrixFree
+    }
+    fn is_linear(&self) -> bool {
+        self.0.is_linear()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(t, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_jacobian(t, v, scale, out);
+    }
+    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.0.apply_jacobian(t, v, x, out);
+    }
+    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.0.apply_transpose(t, v, w, out);
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Walls {
     Dirichlet,

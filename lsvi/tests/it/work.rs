@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use crate::fields::{As, Burgers, By, Line, Walls};
+use crate::fields::{As, Burgers, By, Line, Products, Walls};
 use crate::systems::{ChargedParticle, Damping, Driven, Falling, HenonHeiles, Pendulum, Sphere};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
@@ -18,36 +18,6 @@ use lsvi::{
     StepOperator, Structure, Trajectory, Variational, VectorField, Window, field, least_squares, method_i, method_ii,
     position_momentum,
 };
-
-/// A field that is known by its products alone.
-struct Products<F>(F);
-
-impl<F: VectorField> VectorField for Products<F> {
-    fn dim(&self) -> usize {
-        self.0.dim()
-    }
-    fn structure(&self) -> Structure {
-        Structure::MatrixFree
-    }
-    fn is_linear(&self) -> bool {
-        self.0.is_linear()
-    }
-    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        self.0.rhs(t, v, dv);
-    }
-    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
-        self.0.add_jacobian(t, v, scale, out);
-    }
-    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
-        self.0.apply_jacobian(t, v, x, out);
-    }
-    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
-        self.0.apply_transpose(t, v, w, out);
-    }
-    fn apply_curvature(&self, t: f64, v: &[f64], w: &[f64], x: &[f64], out: &mut [f64]) {
-        self.0.apply_curvature(t, v, w, x, out);
-    }
-}
 
 /// A field that says that it does not depend on time.
 struct Autonomous<F>(F);
