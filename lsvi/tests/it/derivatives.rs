@@ -274,6 +274,8 @@ fn derivatives_say_what_they_are() {
     use lsvi::Derivative::{Assembled, Curvature, Jacobian, Transpose};
     let names = [Jacobian, Assembled, Transpose, Curvature].map(|of| of.to_string());
     assert_eq!(names, ["the Jacobian", "the assembled Jacobian", "the transposed product", "the curvature"]);
+    assert_eq!(Place { row: Some(1), column: Some(2) }.to_string(), ", row 1, column 2");
+    assert_eq!(Place { row: None, column: Some(2) }.to_string(), ", column 2");
 }
 
 /// v̇₀ = size · v₁, v̇₁ = size · v₀, with a transposed product that is wrong by a part of itself.
@@ -333,7 +335,7 @@ fn by_differences(field: &impl VectorField, v: &[f64], w: &[f64], x: &[f64]) -> 
     lsvi::Differences::new(n, &Structure::Dense).add_curvature(field, 0.0, v, w, 1.0, &mut curvature);
     let assembled = (0..n).map(|i| (0..n).map(|j| curvature.get(i, j) * x[j]).sum()).collect();
     let mut products = vec![0.0; n];
-    Products(field).apply_curvature(0.0, v, w, x, &mut products);
+    Products::new(field).apply_curvature(0.0, v, w, x, &mut products);
     [assembled, products]
 }
 

@@ -313,3 +313,23 @@ fn the_event_of_a_least_squares_method_is_the_end_of_a_shorter_step() {
     assert_eq!(hit.q, v);
     approx::assert_abs_diff_eq!(v[0], 0.8, epsilon = 1e-15);
 }
+
+#[test]
+fn an_integrator_in_a_box_takes_shorter_steps_too() {
+    let event = |method: Box<dyn Integrator>| {
+        let mut run = Trajectory::new(method, State::new(0.0, vec![10.0, 0.0]), 0.5, 5.0).expect("valid");
+        run.until(|_, v| v[0] - v[1], Crossing::Falling).expect("solvable").map(|hit| hit.q.clone())
+    };
+    let rule = || CoupledRungeKutta::new(fall(), &[vec![0.5]], &[1.0], &[0.5]).expect("usable");
+    let mut run = Trajectory::new(rule(), State::new(0.0, vec![10.0, 0.0]), 0.5, 5.0).expect("valid");
+    let own = run.until(|_, v| v[0] - v[1], Crossing::Falling).expect("solvable").map(|hit| hit.q.clone());
+    assert_eq!(event(Box::new(rule())), own);
+}
+
+#[test]
+fn the_adaptive_method_tells_rates() {
+    let mut method = Radau::new(fall(), Tolerances::new(1e-6, 1e-6).expect("usable")).expect("usable");
+    let mut rate = [0.0; 2];
+    method.rate(&State::new(0.0, vec![10.0, 3.0]), &mut rate).expect("finite");
+    assert_eq!(rate, [3.0, -9.81]);
+}

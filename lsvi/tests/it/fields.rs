@@ -1,9 +1,13 @@
 //! Fields with banded and sparse Jacobians.
 #![allow(dead_code)] // Each test binary uses some of them.
 
+use std::cell::Cell;
+
 use lsvi::closure::Linear;
 use lsvi::solver::{Augmented, Iterative, StepSolver, Twisted};
-use lsvi::{Factored, FieldFn, InputError, Jacobian, LeastSquaresStep, Mass, Scalar, Structure, VectorField};
+use lsvi::{
+    Factored, FieldFn, InputError, Jacobian, LeastSquaresStep, Mass, Scalar, Structure, VectorField, add_columns,
+};
 
 /// The linear solvers of a step, iterative ones to rounding error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,30 +80,75 @@ impl<F: FieldFn> FieldFn for As<F> {
     }
 }
 
-/// A field that is known by its products alone, with curvature by differences of them.
-pub(crate) struct Products<F>(pub F);
+/// A field that forgets its matrix and keeps the products.
+pub(crate) struct Products<F> {
+    pub(crate) field: F,
+    /// Products with the Jacobian so far.
+    pub(crate) applied: Cell<usize>,
+}
+
+impl<F> Products<F> {
+    pub(crate) fn new(field: F) -> Self {
+        Self { field, applied: Cell::new(0) }
+    }
+}
 
 impl<F: VectorField> VectorField for Products<F> {
     fn dim(&self) -> usize {
-        self.0.dim()
+        self.field.dim()
     }
     fn structure(&self) -> Structure {
         Structure::MatrixFree
     }
+    fn mass(&self) -> Mass {
+        self.field.mass()
+    }
+    fn is_linear(&self) -> bool {
+        self.field.is_linear()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.field.rhs(t, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        add_columns(self, t, v, scale, out);
+    }
+    fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
+    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.applied.set(self.applied.get() + 1);
+        self.field.apply_jacobian(t, v, x, out);
+    }
+    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.field.apply_transpose(t, v, w, out);
+    }
+}
+
+/// A field that says that it does not depend on time, and is what it is at t = 1.
+pub(crate) struct Autonomous<F>(pub F);
+
+impl<F: VectorField> VectorField for Autonomous<F> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.0.structure()
+    }
+    fn mass(&self) -> Mass {
+        self.0.mass()
+    }
     fn is_linear(&self) -> bool {
         self.0.is_linear()
     }
-    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        self.0.rhs(t, v, dv);
+    fn is_autonomous(&self) -> bool {
+        true
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(1.0, v, dv);
     }
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
         self.0.add_jacobian(t, v, scale, out);
     }
-    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
-        self.0.apply_jacobian(t, v, x, out);
-    }
-    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
-        self.0.apply_transpose(t, v, w, out);
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_curvature(t, v, w, scale, out);
     }
 }
 

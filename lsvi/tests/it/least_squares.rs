@@ -1,5 +1,6 @@
 //! The closures on scalar problems whose steps are known in closed form.
 
+use crate::fields::{Autonomous, Line, Walls};
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
@@ -280,4 +281,23 @@ fn method_ii_rests_where_the_solution_does() {
     let mut v = [1.0];
     turning.step(0.0, 1.0, &mut v, &mut [0.0]).expect("a regular step");
     approx::assert_abs_diff_eq!(v[0], 1.0, epsilon = 4.0 * f64::EPSILON);
+}
+
+/// Steps of a linear field that does not depend on time are one pass over what is known of their size.
+#[test]
+fn a_step_of_another_size_or_with_a_momentum_is_what_a_new_method_makes_of_it() {
+    let field = || Autonomous(Line::new(9, 0.0, Walls::Dirichlet));
+    let start: Vec<f64> = (0..9).map(|i| (0.5 * f64::from(i)).sin()).collect();
+    let mut used = method_i(field()).expect("usable");
+    let (mut v, mut p) = (start.clone(), vec![0.0; 9]);
+    for (k, h) in [0.1, 0.1, 0.1, 0.05, 0.05, 0.1, 0.1].into_iter().enumerate() {
+        let (mut w, mut q) = (v.clone(), vec![0.0; 9]);
+        p[3] = if k == 2 { 1.0 } else { 0.0 };
+        used.step(0.0, h, &mut v, &mut p).expect("linear");
+        method_i(field()).expect("usable").step(0.0, h, &mut w, &mut q).expect("linear");
+        // Two ways to eliminate: |v| < 1 by 1e-14 and more for a matrix of condition (1 + 4 h/dx²)².
+        v.iter().zip(&w).for_each(|(v, w)| assert!((v - w).abs() < 1e-13, "step {k}: {v} {w}"));
+        assert_eq!(p, [0.0; 9], "Method I ends with p = 0");
+    }
+    assert_eq!(lsvi::Integrator::work(&used).steps, 7);
 }

@@ -1,8 +1,6 @@
 //! Fields by products with their derivatives.
 
-use std::cell::Cell;
-
-use crate::fields::{As, Burgers, Line, Walls};
+use crate::fields::{As, Burgers, Line, Products, Walls};
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
@@ -12,49 +10,11 @@ use lsvi::{
     AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, Forced, Grid, InputError, Integrator,
     Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Preconditioner, Scalar,
     SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory, VectorField, Window, Work,
-    add_columns, least_squares, method_i, method_ii,
+    least_squares, method_i, method_ii,
 };
 
 fn wave(n: usize, k: f64) -> Vec<f64> {
     (0..n).map(|i| (k * i as f64).sin() + 0.2 * (1.7 * i as f64).cos()).collect()
-}
-
-/// A field that forgets its matrix and keeps the products.
-struct Products<F> {
-    field: F,
-    applied: Cell<usize>,
-}
-
-impl<F> Products<F> {
-    fn new(field: F) -> Self {
-        Self { field, applied: Cell::new(0) }
-    }
-}
-
-impl<F: VectorField> VectorField for Products<F> {
-    fn dim(&self) -> usize {
-        self.field.dim()
-    }
-    fn structure(&self) -> Structure {
-        Structure::MatrixFree
-    }
-    fn mass(&self) -> Mass {
-        self.field.mass()
-    }
-    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        self.field.rhs(t, v, dv);
-    }
-    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
-        add_columns(self, t, v, scale, out);
-    }
-    fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
-    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
-        self.applied.set(self.applied.get() + 1);
-        self.field.apply_jacobian(t, v, x, out);
-    }
-    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
-        self.field.apply_transpose(t, v, w, out);
-    }
 }
 
 fn burgers(n: usize) -> AutoField<Burgers> {
@@ -394,4 +354,31 @@ impl ConstraintFn for Free {
     fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
         out[0] = q[0];
     }
+}
+
+/// A field of two unknowns with the mass of three.
+struct Misfit;
+
+impl VectorField for Misfit {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn mass(&self) -> Mass {
+        Mass::operator(Doubled(3))
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv.copy_from_slice(v);
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        (0..v.len()).for_each(|i| out.add(i, i, scale));
+    }
+}
+
+#[test]
+fn an_operator_of_another_order_is_no_mass() {
+    let error = RungeKutta::new(Misfit, Tableau::rk4()).map(|_| ());
+    assert!(
+        matches!(error, Err(InputError::System(SystemError::Dimension { expected: 2, found: 3, .. }))),
+        "{error:?}"
+    );
 }

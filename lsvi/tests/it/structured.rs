@@ -377,6 +377,9 @@ fn stages_found_together_are_those_found_one_by_one() {
     }
     let error = Tableau::lower_triangular(&[vec![0.0, 1.0], vec![0.0, 0.0]], &[0.5, 0.5], &[0.0, 1.0]);
     assert_eq!(error, Err(InputError::Nodes(NodeError::AboveDiagonal { row: 0, column: 1 })));
+    let rows = [vec![0.0, 0.0, 0.5], vec![0.5, 0.0, 0.0], vec![0.0, 0.5, 0.0]];
+    let error = Tableau::lower_triangular(&rows, &[0.0, 0.0, 1.0], &[0.5, 0.5, 0.5]).map(|_| ());
+    assert_eq!(error, Err(InputError::Nodes(NodeError::AboveDiagonal { row: 0, column: 2 })));
     let error = CoupledRungeKutta::new(&line, &[vec![0.5]], &[0.5, 0.5], &[0.5, 0.5]).map(|_| ());
     assert!(matches!(error, Err(InputError::System(SystemError::Dimension { what: "A", .. }))), "{error:?}");
 }

@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use crate::fields::{As, Burgers, By, Line, Products, Walls};
+use crate::fields::{As, Autonomous, Burgers, By, Line, Products, Walls};
 use crate::systems::{ChargedParticle, Damping, Driven, Falling, HenonHeiles, Pendulum, Sphere};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
@@ -14,40 +14,10 @@ use lsvi::quadrature::NodeFamily;
 use lsvi::solver::Iterative;
 use lsvi::{
     AutoConstraint, AutoField, AutoForce, AutoLagrangian, Constrained, EulerLagrange, FieldFn, Forced, Integrator,
-    Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, Preconditioner, Scalar, SolveError, State,
-    StepOperator, Structure, Trajectory, Variational, VectorField, Window, field, least_squares, method_i, method_ii,
+    LagrangianFn, LeastSquares, LeastSquaresStep, Mass, Preconditioner, Scalar, SolveError, State, StepOperator,
+    Structure, Trajectory, Variational, VectorField, Window, field, least_squares, method_i, method_ii,
     position_momentum,
 };
-
-/// A field that says that it does not depend on time.
-struct Autonomous<F>(F);
-
-impl<F: VectorField> VectorField for Autonomous<F> {
-    fn dim(&self) -> usize {
-        self.0.dim()
-    }
-    fn structure(&self) -> Structure {
-        self.0.structure()
-    }
-    fn mass(&self) -> Mass {
-        self.0.mass()
-    }
-    fn is_linear(&self) -> bool {
-        self.0.is_linear()
-    }
-    fn is_autonomous(&self) -> bool {
-        true
-    }
-    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
-        self.0.rhs(1.0, v, dv);
-    }
-    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
-        self.0.add_jacobian(t, v, scale, out);
-    }
-    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
-        self.0.add_curvature(t, v, w, scale, out);
-    }
-}
 
 /// Burgers' equation with a source that travels and a viscosity that breathes.
 #[derive(Clone, Copy)]
@@ -223,7 +193,7 @@ fn steps_of_first_order_systems() {
         of_field(&mut dense, h, &wave, &AutoField::new(As(Structure::Dense, chain)));
         table += &without_counts(&dense);
         writeln!(table, "# Burgers' equation, by products").expect("a string");
-        of_products(&mut table, h, &wave, &Products(AutoField::new(chain)));
+        of_products(&mut table, h, &wave, &Products::new(AutoField::new(chain)));
     }
     let line = || Line::new(9, 5.0, Walls::Dirichlet);
     let weights = || Mass::Diagonal((0..9).map(|i| 1.0 + 0.1 * f64::from(i)).collect());
@@ -238,7 +208,7 @@ fn steps_of_first_order_systems() {
         let symmetric = Line::new(9, 0.0, Walls::Dirichlet).with_mass(weights());
         of_field(&mut table, h, &wave, &Autonomous(symmetric));
         writeln!(table, "# a linear equation by products").expect("a string");
-        of_products(&mut table, h, &wave, &Products(line()));
+        of_products(&mut table, h, &wave, &Products::new(line()));
     }
     insta::assert_snapshot!(table);
 }
