@@ -357,14 +357,14 @@ impl ConstraintFn for Free {
 }
 
 /// A field of two unknowns with the mass of three.
-struct Misfit;
+struct Misfit(Mass);
 
 impl VectorField for Misfit {
     fn dim(&self) -> usize {
         2
     }
     fn mass(&self) -> Mass {
-        Mass::operator(Doubled(3))
+        self.0.clone()
     }
     fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
         dv.copy_from_slice(v);
@@ -375,10 +375,76 @@ impl VectorField for Misfit {
 }
 
 #[test]
-fn an_operator_of_another_order_is_no_mass() {
-    let error = RungeKutta::new(Misfit, Tableau::rk4()).map(|_| ());
-    assert!(
-        matches!(error, Err(InputError::System(SystemError::Dimension { expected: 2, found: 3, .. }))),
-        "{error:?}"
-    );
+fn what_is_of_another_order_is_no_mass() {
+    for mass in [Mass::operator(Doubled(3)), Mass::Diagonal(vec![2.0; 3]), Mass::Matrix(Jacobian::zeros(3))] {
+        let error = RungeKutta::new(Misfit(mass), Tableau::rk4()).map(|_| ());
+        let is_refused = matches!(error, Err(InputError::System(SystemError::Dimension { expected: 2, found: 3, .. })));
+        assert!(is_refused, "{error:?}");
+    }
+}
+
+/// A preconditioner that holds the transposed products of what it is set up for to its matrix.
+struct Checked;
+
+impl Preconditioner for Checked {
+    fn check(&self, structure: &Structure, _mass: &Mass) -> Result<(), InputError> {
+        if *structure == Structure::Dense {
+            Err(InputError::System(SystemError::Solver("a band is wanted")))
+        } else {
+            Ok(())
+        }
+    }
+    fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+        let n = b.dim();
+        let (x, matrix) = (wave(n, 0.4), b.assembled().expect("a matrix"));
+        let (mut once, mut transposed) = (vec![0.0; n], vec![0.0; n]);
+        b.apply(&x, &mut once).expect("of n components");
+        b.apply_transpose(&x, &mut transposed).expect("of n components");
+        for i in 0..n {
+            let [row, column] =
+                [(0..n).map(|j| matrix.get(i, j) * x[j]).sum::<f64>(), (0..n).map(|j| matrix.get(j, i) * x[j]).sum()];
+            assert_abs_diff_eq!(once[i], row, epsilon = 1e-13);
+            assert_abs_diff_eq!(transposed[i], column, epsilon = 1e-13);
+        }
+        assert!(b.apply_transpose(&x[1..], &mut transposed).is_err());
+        Ok(())
+    }
+    fn solve(&mut self, _x: &mut [f64]) {}
+    fn solve_transpose(&mut self, _x: &mut [f64]) {}
+}
+
+#[test]
+fn a_preconditioner_of_one_s_own_sees_the_matrix_of_the_step_and_refuses_fields_through_a_box() {
+    let boxed = || Iterative::new(Box::new(Checked) as Box<dyn Preconditioner + Send>);
+    let mut method = RungeKutta::with_solver(burgers(6), Tableau::implicit_euler(), boxed()).expect("a band");
+    method.step(0.0, 0.01, &mut wave(6, 0.3), &mut []).expect("solvable");
+    let error =
+        RungeKutta::with_solver(As(Structure::Dense, burgers(6)), Tableau::implicit_euler(), boxed()).map(|_| ());
+    assert_eq!(error, Err(InputError::System(SystemError::Solver("a band is wanted"))));
+}
+
+/// L = v²/2 − q⁴/4 with its derivatives by hand, without the force alone.
+struct ByHand;
+
+impl lsvi::Lagrangian for ByHand {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn value(&self, _t: f64, q: &[f64], v: &[f64]) -> f64 {
+        0.5 * v[0] * v[0] - 0.25 * q[0].powi(4)
+    }
+    fn gradient(&self, _t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        dl_dq[0] = -q[0].powi(3);
+        dl_dv[0] = v[0];
+    }
+    fn add_hessian(&self, _t: f64, q: &[f64], _v: &[f64], c: lsvi::HessianWeights, out: &mut Jacobian) {
+        out.add(0, 0, c.vv - 3.0 * c.qq * q[0] * q[0]);
+    }
+}
+
+#[test]
+fn the_force_of_a_lagrangian_is_that_of_its_gradient() {
+    let mut force = [0.0];
+    lsvi::Lagrangian::gradient_q(&ByHand, 0.0, &[2.0], &[1.0], &mut force, &mut [0.0]);
+    assert_eq!(force, [-8.0]);
 }
