@@ -6,6 +6,22 @@ use verify::chapter::{self, Context};
 use verify::evidence::Outcome;
 use verify::{method, problem, theory};
 
+/// What the README says of changes that tests do not notice is what their list says, where each is below a reason.
+#[test]
+fn the_changes_that_are_not_noticed_are_those_of_their_list() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    let list = std::fs::read_to_string(root.join("scripts/schemata/known/lsvi.txt")).expect("a list");
+    let counts =
+        list.lines().next().and_then(|line| line.strip_prefix("# Of ")).and_then(|line| line.strip_suffix('.'));
+    assert!(readme.contains(counts.expect("counts in the first line")), "{counts:?}");
+    let known = list.lines().filter(|line| line.starts_with("lsvi/src/")).count();
+    assert!(readme.contains(&format!(" {known} kinds of change")), "{known} kinds of change are listed");
+    for (line, before) in list.lines().skip(1).zip(list.lines()) {
+        assert!(!line.starts_with("lsvi/") || !before.is_empty(), "no reason above {line}");
+    }
+}
+
 /// Every order in the README's table is the recorded one, to the digits printed; the record is held to the code elsewhere.
 #[test]
 fn the_table_of_orders_is_the_recorded_one() {
