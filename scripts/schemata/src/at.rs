@@ -22,14 +22,17 @@ pub(crate) fn at(first: u32, mutants: u32) -> u32 {
 #[cold]
 #[inline(never)]
 fn read_or_cover(first: u32, mutants: u32) -> u32 {
-    let cover = std::env::var_os("SCHEMATA_COVER");
+    let cover = || std::env::var_os("SCHEMATA_COVER");
     if ACTIVE.load(Relaxed) == UNREAD {
         let chosen = std::env::var("SCHEMATA").ok().and_then(|id| id.parse().ok()).unwrap_or(0);
-        ACTIVE.store(if cover.is_some() { COVERING } else { chosen }, Relaxed);
+        ACTIVE.store(if cover().is_some() { COVERING } else { chosen }, Relaxed);
+    }
+    // Another thread may have read it meanwhile.
+    if ACTIVE.load(Relaxed) != COVERING {
         return at(first, mutants);
     }
     if !IS_COVERED[first as usize].swap(true, Relaxed) {
-        let file = std::fs::OpenOptions::new().create(true).append(true).open(cover.unwrap());
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(cover().unwrap());
         file.unwrap().write_all(&first.to_le_bytes()).unwrap();
     }
     0
