@@ -105,4 +105,16 @@ mod tests {
         assert!(Linear::of_step(|h| (1.0, h.recip())).is_err());
         assert!(Linear::new(1.0, f64::INFINITY).is_err() && Linear::new(f64::NAN, 1.0).is_err());
     }
+
+    #[test]
+    fn the_residual_of_a_linear_closure_takes_the_carried_momentum_away() {
+        use crate::closure::{Closure, PositionMomentum};
+        let residual = |closure: &dyn Closure| {
+            let mut out = [0.0];
+            closure.residual(0.1, &[3.0], &[5.0], &[7.0], &mut out);
+            out[0]
+        };
+        assert_eq!(residual(&PositionMomentum), 2.0);
+        assert_eq!(residual(&Linear::new(2.0, -1.0).expect("finite")), 3.0);
+    }
 }

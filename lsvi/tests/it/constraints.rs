@@ -229,18 +229,35 @@ fn how_far_off_a_state_may_be_goes_by_its_size_and_the_way_of_a_step() {
     assert!(is_off(step(2e-8, 1e-6, 0.1)) && step(2e-8, 9.0, 0.1).is_ok());
 }
 
+/// x² + y² = 1 at the height ½.
+struct Rim;
+
+impl ConstraintFn for Rim {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn count(&self) -> usize {
+        2
+    }
+    fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+        out[0] = q[0] * q[0] + q[1] * q[1] - 1.0;
+        out[1] = q[2] - 0.5;
+    }
+}
+
 #[test]
-fn a_constraint_in_a_box_holds_as_it_does_outside() {
-    let l = AutoLagrangian::new(Falling { dim: 2 });
+fn constraints_in_a_box_hold_as_they_do_outside() {
+    let l = AutoLagrangian::new(Falling { dim: 3 });
     let run = |constraint: Box<dyn Constraint>| {
         let mut method = Constrained::new(Galerkin::gauss(&l, 2).expect("s ≥ 1"), constraint).expect("dimensions fit");
-        let (mut q, mut p) = ([0.6, -0.8], [0.8, 0.6]);
+        let (mut q, mut p) = ([0.6, -0.8, 0.5], [0.8, 0.6, 0.0]);
         (0..10).for_each(|k| method.step(f64::from(k) * 0.1, 0.1, &mut q, &mut p).expect("solvable"));
         assert_eq!(method.work().steps, 10);
         assert!(method.work().residuals > 20);
         (q, p)
     };
-    let (q, p) = run(Box::new(circle()));
-    assert_eq!(run(Box::new(Box::new(circle()) as Box<dyn Constraint>)), (q, p));
+    let (q, p) = run(Box::new(AutoConstraint::new(Rim)));
+    assert_eq!(run(Box::new(Box::new(AutoConstraint::new(Rim)) as Box<dyn Constraint>)), (q, p));
     assert_abs_diff_eq!(q[0].hypot(q[1]), 1.0, epsilon = 16.0 * EPS);
+    assert_abs_diff_eq!(q[2], 0.5, epsilon = 16.0 * EPS);
 }

@@ -725,3 +725,13 @@ fn what_a_solver_does_not_solve_is_told() {
     let nan = step(f64::NAN);
     assert!(matches!(nan, Err(StepError::Solve { source: SolveError::NonFinite, .. })), "{nan:?}");
 }
+
+#[test]
+fn twisted_elimination_says_what_it_needs() {
+    let check = |structure: Structure, mass: Mass| match Twisted::new().check(&structure, &mass) {
+        Err(InputError::System(SystemError::Solver(what))) => what,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(check(band(), Mass::Matrix(Jacobian::zeros(2))), "twisted elimination needs a diagonal mass matrix");
+    assert_eq!(check(Structure::Dense, Mass::Identity), "twisted elimination needs a banded structure");
+}

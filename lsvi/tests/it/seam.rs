@@ -7,9 +7,9 @@ use lsvi::closure::Linear;
 use lsvi::discrete::Trapezoidal;
 use lsvi::solver::{Augmented, Iterative};
 use lsvi::{
-    AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, ForceFn, Forced, Grid, InputError, Integrator,
-    Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Preconditioner, Scalar,
-    SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory, VectorField, Window, Work,
+    AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, Factored, ForceFn, Forced, Grid, InputError,
+    Integrator, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Preconditioner,
+    Scalar, SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory, VectorField, Window, Work,
     least_squares, method_i, method_ii,
 };
 
@@ -447,4 +447,19 @@ fn the_force_of_a_lagrangian_is_that_of_its_gradient() {
     let mut force = [0.0];
     lsvi::Lagrangian::gradient_q(&ByHand, 0.0, &[2.0], &[1.0], &mut force, &mut [0.0]);
     assert_eq!(force, [-8.0]);
+}
+
+#[test]
+fn a_preconditioner_in_a_box_saves_as_many_iterations() {
+    let steps = |solver: Box<dyn lsvi::solver::StepSolver>, closure| {
+        let mut method = LeastSquaresStep::with_solver(burgers(6), closure, solver).expect("a band");
+        let (mut v, mut p) = (wave(6, 0.3), vec![0.0; 6]);
+        (0..3).for_each(|k| method.step(f64::from(k) * 0.1, 0.1, &mut v, &mut p).expect("solvable"));
+        (v, method.work())
+    };
+    for closure in [|| Linear::METHOD_I, || Linear::new(0.3, 0.7).expect("finite")] {
+        let boxed = Box::new(Factored::default()) as Box<dyn Preconditioner + Send>;
+        let own = steps(Box::new(Iterative::new(Factored::default())), closure());
+        assert_eq!(steps(Box::new(Iterative::new(boxed)), closure()), own);
+    }
 }
