@@ -178,13 +178,24 @@ pub enum StepError {
         /// Why.
         source: SolveError,
     },
-    /// An adaptive method found no step size that meets its tolerance.
+    /// An adaptive method found no step size that meets its tolerance: the solution may end there, and algebraic equations
+    /// whose index is above 1 have none.
     #[error("the step size fell to h = {h:e} at t = {}: the tolerance cannot be met there", Number(*t))]
     StepUnderflow {
         /// Time at the beginning of the step.
         t: f64,
         /// Step size that was tried last.
         h: f64,
+    },
+    /// The tolerance calls for a step shorter than [`Options::h_min`](crate::adaptive::Options::h_min).
+    #[error("at t = {} the tolerance calls for h = {h:e}, below the shortest step allowed, h_min = {h_min:e}", Number(*t))]
+    BelowShortest {
+        /// Time at the beginning of the step.
+        t: f64,
+        /// Step size that is called for.
+        h: f64,
+        /// The shortest allowed.
+        h_min: f64,
     },
     /// An adaptive method used up the steps that it was allowed.
     #[error("at t = {} all of the {limit} steps that are allowed have been tried", Number(*t))]

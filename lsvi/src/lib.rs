@@ -19,8 +19,8 @@
 //! | problem | integrator | order |
 //! |---|---|---|
 //! | stiff, tolerance given | [`adaptive::Radau`] | 5, 9, 13, by tolerance |
-//! | stiff and dissipative, fixed steps, data that jump | [`method_i`] | 2 |
-//! | the same, more accurate | least squares on [`Galerkin`](discrete::Galerkin) paths, closed by [`closure::Linear::METHOD_I`] | 2s |
+//! | stiff and dissipative, fixed steps | least squares on [`Galerkin`](discrete::Galerkin) paths, closed by [`closure::Linear::METHOD_I`] | 2s, 2s − 1 with s Radau nodes |
+//! | a single step across a jump | [`method_i`] | 2 |
 //! | mechanics L(q, q̇), long runs | [`position_momentum`] of [`Galerkin::gauss`](discrete::Galerkin::gauss) | 2s, symplectic |
 //! | the same, L = ½ vᵀMv − V(t, q), forces that are cheap | [`position_momentum`] of [`BrokenLine::blanes_moan`](discrete::BrokenLine::blanes_moan), explicit | 6, symplectic |
 //! | L(q, q̇) with forces, or constraints f(q) = 0 | [`Forced`], [`Constrained`] | as without |

@@ -1,7 +1,7 @@
 //! Steady states by marching in time.
 //!
 //! A method can rest where the system does not: the fixed points of Method I satisfy (2 M − h f_vᵀ) M⁻¹ f = 0, which holds at
-//! every steady state, and at others where h f_v has an eigenvalue 2. A resting state is therefore judged by f.
+//! every steady state, and at others where h M⁻¹ f_v has an eigenvalue 2. A resting state is therefore judged by f.
 
 use thiserror::Error;
 

@@ -15,7 +15,10 @@ use crate::newton::{LimitAtZero, Newton, System, Work};
 pub struct Variational<D, C> {
     discrete: D,
     closure: C,
-    newton: Newton,
+    /// None before the first step that needs it: explicit ones need no matrix.
+    newton: Option<Newton>,
+    /// Steps taken, and the evaluations of those without Newton's iteration.
+    taken: Work,
     unknowns: Vec<f64>,
     momenta: Option<Box<Momenta>>,
 }
@@ -51,12 +54,11 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     /// Closes `discrete` by `closure`.
     pub fn new(discrete: D, closure: C) -> Self {
         let unknowns = discrete.interior() + discrete.dim();
-        // A closure that is not linear may couple all components.
         let is_linear = closure.linear().is_some();
-        let structure = if is_linear { discrete.structure() } else { Structure::Dense };
         Self {
             closure,
-            newton: Newton::with_structure(unknowns, &structure),
+            newton: None,
+            taken: Work::default(),
             unknowns: vec![0.0; unknowns],
             momenta: (!is_linear).then(|| Box::new(Momenta::new(&discrete, unknowns))),
             discrete,
@@ -200,7 +202,7 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
     }
 
     fn work(&self) -> Work {
-        self.newton.work
+        self.newton.as_ref().map_or(self.taken, |newton| self.taken + newton.work)
     }
 }
 
@@ -279,8 +281,8 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         let failed = |source| StepError::Solve { t: at.start, h: at.h, source };
         let evaluations = self.discrete.separable_step(at, q, p, &mut self.unknowns).map_err(failed)?;
         if let Some(evaluations) = evaluations {
-            self.newton.work.steps += 1;
-            self.newton.work.residuals += evaluations;
+            self.taken.steps += 1;
+            self.taken.residuals += evaluations;
         }
         Ok(evaluations.is_some())
     }
@@ -289,6 +291,12 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     fn solve(&mut self, t: f64, h: f64, q: &[f64], p: &[f64]) -> Result<(), StepError> {
         self.check(Interval { start: t, h }, q, p)?;
         let failed = |source| StepError::Solve { t, h, source };
+        let newton = self.newton.get_or_insert_with(|| {
+            // A closure that is not linear may couple all components.
+            let is_linear = self.closure.linear().is_some();
+            let structure = if is_linear { self.discrete.structure() } else { Structure::Dense };
+            Newton::with_structure(self.unknowns.len(), &structure)
+        });
         let mut equations = StepEquations {
             discrete: &mut self.discrete,
             closure: &self.closure,
@@ -298,15 +306,15 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
             momenta: self.momenta.as_deref_mut(),
         };
         repeat(q, &mut self.unknowns);
-        if self.newton.solve_with_kept(&mut equations, h, &mut self.unknowns) {
+        if newton.solve_with_kept(&mut equations, h, &mut self.unknowns) {
             return Ok(());
         }
         // F(p, p) = 0, which a nonlinear closure amounts to for h → 0, may have several roots: the one near the state's p counts.
         if self.closure.linear().is_none_or(|closure| closure.carried() != 0.0) {
             equations.discrete.predict(Interval { start: t, h }, q, p, &mut self.unknowns).map_err(failed)?;
         }
-        self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(failed)?;
-        self.newton.keep(&mut equations, h, &self.unknowns);
+        newton.solve(&mut equations, h, &mut self.unknowns).map_err(failed)?;
+        newton.keep(&mut equations, h, &self.unknowns);
         Ok(())
     }
 
@@ -314,6 +322,6 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     fn finish(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) {
         self.discrete.momentum(at, q, &self.unknowns, MomentumWeights::END, p);
         q.copy_from_slice(&self.unknowns[self.discrete.interior()..]);
-        self.newton.work.steps += 1;
+        self.taken.steps += 1;
     }
 }

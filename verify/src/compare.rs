@@ -296,12 +296,32 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64], truth: O
         (error, Some(Breakdown { reason, .. })) => Gap::BrokeDown(format!("{error}; as declared: {reason}")),
         (error, None) => Gap::Failed(error.to_string()),
     };
+    if method.traits().is_adaptive {
+        let answer = by_tolerance(problem, method, times).map_err(failed)?;
+        return Ok(Answer { astray: breakdown, ..answer });
+    }
     let cap = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
     // What is inconsistent converges too, to something else.
     let order = f64::from(method.order()).min(cap).max(MIN_ORDER);
     let rounding = |size: f64, steps: usize| roundoff(method, size, steps as f64);
     let answer = refined(|steps| sampled(steps).map_err(failed), order, rounding, times, truth, breakdown.is_some())?;
     Ok(Answer { astray: breakdown, ..answer })
+}
+
+/// The answer of an adaptive method with tolerances a hundredth of its own; its bound is the distance from the one with its own, which
+/// is most of that one's error.
+fn by_tolerance(problem: &dyn Problem, method: &dyn Method, times: &[f64]) -> Result<Answer, RunError> {
+    // To each time by itself, as steps end where they like.
+    let sampled = |method: &dyn Method| -> Result<Vec<Vec<f64>>, RunError> {
+        times.iter().map(|t| Ok(run(problem, method, *t, *t, |_| {})?.end.q)).collect()
+    };
+    let own = sampled(method)?;
+    let states = match method.tightened(100.0) {
+        Some(finer) => sampled(&*finer)?,
+        None => own.clone(),
+    };
+    let bound = largest_distance(&own, &states) + roundoff(method, largest(&states), STEPS as f64);
+    Ok(Answer { states, bound, astray: None, runs: None })
 }
 
 /// A program's bound is that of a method, with no roundings but its own last digits.

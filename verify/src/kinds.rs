@@ -7,6 +7,8 @@ pub enum Principle {
     Equation,
     /// The Lagrangian with a momentum set to zero: p → 0.
     MomentumZero,
+    /// The Lagrangian with the mean of a step's momenta set to zero: p → 0, to second order.
+    MomentumMeanZero,
     /// The Lagrangian with a momentum that is conserved: ṗ → 0.
     MomentumConserved,
     /// The Lagrangian with a momentum that decays at a rate of the method's own.
@@ -18,10 +20,22 @@ pub enum Principle {
 }
 
 impl Principle {
+    /// That of the closure α p₀ + β p₁ = 0.
+    pub(crate) fn of_linear_closure(alpha: f64, beta: f64) -> Self {
+        if alpha + beta == 0.0 {
+            Self::MomentumConserved
+        } else if alpha == beta {
+            Self::MomentumMeanZero
+        } else {
+            Self::MomentumZero
+        }
+    }
+
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Equation,
         Self::MomentumZero,
+        Self::MomentumMeanZero,
         Self::MomentumConserved,
         Self::MomentumDecaying,
         Self::EulerLagrange,

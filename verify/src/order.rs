@@ -238,6 +238,15 @@ pub fn measure_on(
         steps.splice(..0, added);
         found = fit(&samples, &expectation);
     }
+    if bound > RESOLVED * size {
+        found = found.left_open(format!(
+            "the references part: the one taken is uncertain by {bound:.1e}, of a solution of size {size:.1e}, and an error is \
+             no better known; a shorter time tells"
+        ));
+    } else if let Some(why) = problem.facts().model.and_then(|rate| unexplored(&found, size, rate)) {
+        found.reason += &format!("; {why}");
+        found = found.clone().left_open(found.reason);
+    }
     if found.verdict == Verdict::Inconclusive {
         found.reason.extend(blame_digits(samples.iter().zip(digits), expectation.band * ratio.ln()));
     }
@@ -261,6 +270,33 @@ pub fn measure_on(
             Ok(found)
         }
     }
+}
+
+/// Errors above this part of the solution tell of no order.
+const RESOLVED: f64 = 0.1;
+
+/// Why the errors of runs on a model, of which nothing is known but the size of its solution and a norm of J, decide nothing.
+fn unexplored(found: &OrderFit, size: f64, rate: f64) -> Option<String> {
+    if found.verdict == Verdict::Inconclusive {
+        return None;
+    }
+    let finest = found.kept.last()?;
+    let part = finest.result.as_ref().ok()?.error / size;
+    if part > RESOLVED {
+        return Some(format!(
+            "at the finest step of the fit the error is {:.0} % of the solution, which no step resolves: a finer `--coarsest` or a \
+             shorter time tells",
+            100.0 * part
+        ));
+    }
+    let reduced = found.line.is_some_and(|line| line.slope < found.expected.order - found.expected.band);
+    (found.verdict == Verdict::Fail && reduced && finest.h * rate > 1.0).then(|| {
+        format!(
+            "h‖∂F/∂u‖ is {:.1e} at the finest step of the fit, where stiff equations may lower an order: steps below {:.1e} tell",
+            finest.h * rate,
+            rate.recip()
+        )
+    })
 }
 
 /// What is to be said where the digits of the coefficients are most of a floor that moves local slopes by half the band:

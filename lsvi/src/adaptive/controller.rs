@@ -63,3 +63,19 @@ impl Controller {
         self.rejected = true;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_first_step_that_is_rejected_is_cut_to_a_tenth_and_a_later_one_by_its_error() {
+        let mut controller = Controller::new(0.9);
+        assert_eq!(controller.next(1.0, 4.0, 3, 2, 7), 0.1);
+        assert!(controller.is_cautious());
+        controller.next(0.1, 0.5, 3, 2, 7);
+        let again = controller.next(0.1, 4.0, 3, 2, 7);
+        // 0.9 · 15/16 · 4^(−1/4) of it.
+        approx::assert_relative_eq!(again, 0.1 * 0.9 * (15.0 / 16.0) / 2_f64.sqrt(), max_relative = 1e-14);
+    }
+}

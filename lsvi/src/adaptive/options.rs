@@ -68,7 +68,8 @@ impl Options {
         checked("h_max", h, "positive", h > 0.0).and_then(|h_max| Self { h_max, ..self }.bounded())
     }
 
-    /// The shortest step that may be tried, unless less is left of the interval; a tolerance that is not met by it fails with [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
+    /// The shortest step that may be tried, unless less is left of the interval; a tolerance that is not met by it fails with
+    /// [`StepError::BelowShortest`](crate::StepError::BelowShortest).
     ///
     /// # Errors
     /// [`SettingError::Setting`] unless finite and not negative, [`SettingError::StepBounds`] above the longest.

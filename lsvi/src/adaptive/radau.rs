@@ -209,7 +209,7 @@ impl<F: VectorField> Radau<F> {
 
     /// A first step that changes v by a hundredth or by what is tolerated; where v stands still a thousandth of the span. One
     /// that is too long is rejected once or twice, one that is too short grows for long.
-    fn first_step(&self, v: &[f64], span: f64) -> f64 {
+    fn first_step(&self, t: f64, v: &[f64], span: f64) -> f64 {
         let tolerances = &self.options.tolerances;
         let norm = |x: &[f64]| {
             // A component that starts at zero with no atol says nothing.
@@ -217,7 +217,7 @@ impl<F: VectorField> Radau<F> {
             root_mean(terms.filter(|(_, of)| *of > 0.0).map(|(x, of)| squared(*x, of)).sum(), v.len())
         };
         let (size, slope) = (norm(v), norm(&self.stages.f0));
-        if slope > 0.0 { ((0.01 * size).max(1.0) / slope).max(f64::EPSILON * span) } else { 1e-3 * span }
+        if slope > 0.0 { ((0.01 * size).max(1.0) / slope).max(2.0 * resolved(t)) } else { 1e-3 * span }
     }
 
     /// The time that the next step may not pass.
@@ -297,6 +297,11 @@ enum Attempt {
     Solved { rate: f64, iterations: u32, error: f64 },
 }
 
+/// What times near `t` are told apart by.
+fn resolved(t: f64) -> f64 {
+    (8.0 * f64::EPSILON * t.abs()).max(f64::MIN_POSITIVE)
+}
+
 /// The step to try after one of size `h` that asks for `proposed`: first the shortest that is allowed.
 fn shorter(h: f64, proposed: f64, shortest: f64) -> f64 {
     if h > shortest { proposed.max(shortest) } else { proposed }
@@ -338,7 +343,7 @@ impl<F: VectorField> Integrator for Radau<F> {
         }
         self.check_start(t, span, &state.q)?;
         let longest = self.options.h_max.min(grid.h());
-        let first = || self.options.h0.unwrap_or_else(|| self.first_step(&state.q, span));
+        let first = || self.options.h0.unwrap_or_else(|| self.first_step(t, &state.q, span));
         let shortest = self.options.h_min.min(longest);
         let mut wanted = self.next_h.unwrap_or_else(first).max(shortest).min(longest);
         let mut is_finite = true;
@@ -349,10 +354,13 @@ impl<F: VectorField> Integrator for Radau<F> {
                 steps if steps < 2.0 => (0.5 * span, false),
                 _ => (wanted, false),
             };
-            let resolved = (8.0 * f64::EPSILON * t.abs()).max(f64::MIN_POSITIVE);
-            if h <= resolved || (wanted < shortest && h < span) {
-                let underflow = StepError::StepUnderflow { t, h };
-                return Err(if is_finite { underflow } else { failed(h, SolveError::NonFinite) });
+            let is_below = wanted < shortest && h < span;
+            if h <= resolved(t) || is_below {
+                return Err(match is_finite {
+                    false => failed(h, SolveError::NonFinite),
+                    true if is_below => StepError::BelowShortest { t, h, h_min: shortest },
+                    true => StepError::StepUnderflow { t, h },
+                });
             }
             if self.tried >= self.options.max_steps {
                 return Err(StepError::TooManySteps { t, limit: self.options.max_steps });

@@ -71,6 +71,15 @@ mod tests {
     use crate::closure::LinearClosure;
 
     #[test]
+    fn lines_more_than_a_degree_apart_are_told_apart() {
+        let line = |degrees: f64| (PI + degrees.to_radians()).sin_cos();
+        let [(s, c), (other_s, other_c)] = [line(1.3), line(2.6)];
+        let closure = Linear::from_homogeneous(|a, b| (s * a - c * b) * (other_s * a - other_c * b), (0.0, 1.0));
+        let found = closure.expect("two lines").weights(0.1);
+        approx::assert_abs_diff_eq!(found.alpha / found.beta, -s / c, epsilon = 1e-15);
+    }
+
+    #[test]
     fn takes_the_nearest_line() {
         // (p₀ − p₁)(3 p₀ + p₁) p₁
         let f = |a: f64, b: f64| (a - b) * (3.0 * a + b) * b;

@@ -5,7 +5,7 @@ use crate::error::SolveError;
 use crate::linalg::Jacobian;
 
 /// A free particle of unit mass on the unit circle, or sphere: the path of degree 2 whose midpoint
-/// η = (q₀ + q₁)/|q₀ + q₁| is on the circle, \[KY21\] (23), which is printed without the square roots of its denominators.
+/// η = (q₀ + q₁)/|q₀ + q₁| is on the circle, \[KY21\] (23), with square roots in its denominators where the text has none.
 ///
 /// Nothing holds q₁ on the circle. Radial perturbations grow by −(3 + 2√2) per step in the limit of small angles, so that the scheme is
 /// unusable; [`Constrained`](crate::Constrained) is the working form. With the position–momentum closure it is

@@ -61,7 +61,8 @@ impl ConstantMass {
         norm
     }
 
-    /// Refuses a Lagrangian with other second derivatives in v at either end of the straight step, or mixed ones.
+    /// Refuses a Lagrangian with other second derivatives in v at either end of the straight step or at another velocity, or
+    /// with mixed ones.
     fn checked_inverse(
         &mut self,
         l: &dyn Lagrangian,
@@ -81,10 +82,13 @@ impl ConstantMass {
         let end: Vec<f64> = q.iter().zip(&v).map(|(q, v)| q + h * v).collect();
         let mut largest = 0.0_f64;
         self.mass.for_each(|_, _, m| largest = largest.max(m.abs()));
-        for (t, q) in [(t, q), (t + h, &end)] {
+        // At rest terms of higher order in v do not show.
+        let beside: Vec<f64> =
+            v.iter().enumerate().map(|(i, v)| v + (1.0 + v.abs()) * (1.0 + i as f64).cos()).collect();
+        for (t, q, v) in [(t, q, &v), (t + h, &end, &v), (t, q, &beside)] {
             for which in [VV, QV] {
                 self.other.clear();
-                l.add_hessian(t, q, &v, which, &mut self.other);
+                l.add_hessian(t, q, v, which, &mut self.other);
                 check_finite(&self.other)?;
                 let (mass, mut different) = (&self.mass, None);
                 self.other.for_each(|i, j, x| {

@@ -2,13 +2,18 @@
 
 use super::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
 use crate::error::{InputError, SystemError};
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, Structure};
 use crate::pool::Pool;
 
 /// A generalized force F(t, q, v) with its exact derivatives, in n degrees of freedom.
 pub trait Force {
     /// Degrees of freedom n.
     fn dim(&self) -> usize;
+
+    /// Where the derivatives ∂F/∂q and ∂F/∂v may have entries.
+    fn structure(&self) -> Structure {
+        Structure::Dense
+    }
 
     /// Writes F(t, q, v).
     fn force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]);
@@ -60,6 +65,17 @@ impl<L: Lagrangian, F: Force> Forced<L, F> {
 impl<L: Lagrangian, F: Force> Lagrangian for Forced<L, F> {
     fn dim(&self) -> usize {
         self.lagrangian.dim()
+    }
+
+    /// That of both, where they are the same or two bands; dense otherwise.
+    fn structure(&self) -> Structure {
+        match (self.lagrangian.structure(), self.force.structure()) {
+            (Structure::Banded { lower, upper }, Structure::Banded { lower: below, upper: above }) => {
+                Structure::Banded { lower: lower.max(below), upper: upper.max(above) }
+            }
+            (one, other) if one == other => one,
+            _ => Structure::Dense,
+        }
     }
 
     fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {

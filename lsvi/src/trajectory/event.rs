@@ -3,6 +3,7 @@
 use super::Trajectory;
 use crate::error::{InputError, StepError, SystemError};
 use crate::integrator::{Integrator, State};
+use crate::linalg::larger;
 
 /// Which zeros of a function count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -47,6 +48,17 @@ const HALVINGS: i32 = 26;
 /// Shorter steps to the zero, each of which squares or so what is left.
 const CORRECTIONS: u32 = 8;
 
+/// How many times larger than around it g is beside a pole, and how many times smaller beside a zero.
+const POLE: f64 = 1e3;
+
+/// What g does where its sign changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Change {
+    Zero,
+    Jump,
+    Pole,
+}
+
 impl<I: Integrator> Trajectory<I> {
     /// Runs until g(t, q) crosses zero, and lends the state there; `None` if it does not before t_end. The next call goes on
     /// from there, so that all crossings of a run can be visited, or a terminal one be the last.
@@ -62,7 +74,9 @@ impl<I: Integrator> Trajectory<I> {
     /// # What is not seen
     /// A change of sign is looked for on the dense output between the quarters of a step, from the start of each call between
     /// points that are twice as far away each time: two crossings within one of these parts are not seen. A zero where a call
-    /// starts, or within 10⁻⁸ of a quarter step from there, does not count; one that follows does.
+    /// starts, or within 10⁻⁸ of a quarter step from there, does not count; one that follows does. A jump of g from one sign to the
+    /// other counts, a pole does not. Where g only touches zero, as at the start on a section that the path is tangent to, rounding
+    /// decides.
     ///
     /// # A ball that bounces
     /// ```
@@ -138,10 +152,14 @@ impl<I: Integrator> Trajectory<I> {
                 let right = (t, self.value(t, &mut g)?);
                 // What g has at the start itself may be rounding.
                 if !std::mem::take(&mut is_start) && crossing.counts(left.1, right.1) {
-                    let t = self.bisect(left, right, &mut g)?;
+                    let (t, change) = self.bisect(left, right, &mut g)?;
+                    if change == Change::Pole {
+                        left = right;
+                        continue;
+                    }
                     // Beyond the zero, where g has its new sign.
                     self.search.reached = t.next_up();
-                    self.settle(t, &mut g)?;
+                    self.settle(t, change, &mut g)?;
                     return Ok(Some(&self.search.event));
                 }
                 left = right;
@@ -160,29 +178,33 @@ impl<I: Integrator> Trajectory<I> {
     }
 
     /// The first time in (left, right] where g no longer has the sign that it has at the left, by bisection to the spacing of
-    /// numbers: some 50 evaluations of a cubic, whatever g is.
+    /// numbers: some 50 evaluations of a cubic, whatever g is. With what
+    /// happens there, by the size of g on both sides beside that at the ends.
     fn bisect(
         &mut self,
-        (mut left, sign): (f64, f64),
-        (mut right, _): (f64, f64),
+        mut left: (f64, f64),
+        mut right: (f64, f64),
         g: &mut impl FnMut(f64, &[f64]) -> f64,
-    ) -> Result<f64, StepError> {
+    ) -> Result<(f64, Change), StepError> {
+        let (sign, largest) = (left.1.signum(), larger(left.1.abs(), right.1));
         loop {
-            let middle = left + 0.5 * (right - left);
-            if middle <= left || middle >= right {
-                return Ok(right);
+            let middle = left.0 + 0.5 * (right.0 - left.0);
+            if middle <= left.0 || middle >= right.0 {
+                let change = match left.1.abs().min(right.1.abs()) / largest {
+                    part if part > POLE => Change::Pole,
+                    part if part > POLE.recip() => Change::Jump,
+                    _ => Change::Zero,
+                };
+                return Ok((right.0, change));
             }
-            if self.value(middle, g)? * sign.signum() > 0.0 {
-                left = middle;
-            } else {
-                right = middle;
-            }
+            let value = self.value(middle, g)?;
+            *(if value * sign > 0.0 { &mut left } else { &mut right }) = (middle, value);
         }
     }
 
     /// Sets the event to the state near `t`, a zero of g on the dense output: where the method takes shorter steps, to the one
-    /// for which g is zero, by the secant method from a slope of the dense output.
-    fn settle(&mut self, t: f64, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<(), StepError> {
+    /// for which g is zero, by the secant method from a slope of the dense output, or at a jump to the one at `t`.
+    fn settle(&mut self, t: f64, change: Change, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<(), StepError> {
         let (from, to) = (self.before.t, self.state.t);
         let Some(mut error) = self.shorter_step(t, g)? else {
             let end = self.value(t, g).map(|_| (t - from) / (to - from))?;
@@ -194,6 +216,9 @@ impl<I: Integrator> Trajectory<I> {
             }
             return Ok(());
         };
+        if change == Change::Jump {
+            return Ok(());
+        }
         let reach = 1e-3 * (to - from);
         let (low, high) = ((t - reach).max(from), (t + reach).min(to));
         let mut slope = (self.value(high, g)? - self.value(low, g)?) / (high - low);

@@ -195,7 +195,7 @@ fn options_are_obeyed() {
     let (tried, _, result) = run(options().max_steps(10).expect("some"));
     assert!(tried.len() <= 10 && matches!(result, Err(StepError::TooManySteps { limit: 10, .. })), "{result:?}");
     let (_, _, result) = run(options().h_min(0.3).expect("positive"));
-    assert!(matches!(result, Err(StepError::StepUnderflow { .. })), "{result:?}");
+    assert!(matches!(result, Err(StepError::BelowShortest { h_min: 0.3, .. })), "{result:?}");
 }
 
 /// A component that starts at zero, and relative accuracy alone: v₂ ~ t³ stays accurate to rtol from the first step on.
@@ -485,7 +485,51 @@ fn the_shortest_step_is_tried_before_the_tolerance_is_given_up() {
     // The grid's steps are the longest, and below h_min what there is.
     run(options(1e-3).h_min(0.5).expect("finite"), 0.1).expect("short steps are asked for");
     let failed = run(options(1e-12).h_min(2.0).expect("finite"), 10.0);
-    assert!(matches!(failed, Err(StepError::StepUnderflow { .. })), "{failed:?}");
+    assert!(matches!(failed, Err(StepError::BelowShortest { h_min: 2.0, .. })), "{failed:?}");
+}
+
+/// v̇ = λv.
+struct Grows(f64);
+
+impl FieldFn for Grows {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[0] * self.0;
+    }
+}
+
+#[test]
+fn growth_beyond_all_times_is_not_passed_over() {
+    // From t = 0 steps may be as short as they have to be.
+    let run = |rate: f64| {
+        let method = radau(AutoField::new(Grows(rate)), 1e-6, 1e-9);
+        Trajectory::new(method, State::new(0.0, vec![1.0]), 1.0, 1.0)
+            .expect("valid")
+            .observe(|_| {})
+            .map(|end| end.q[0])
+    };
+    for rate in [1e20, 1e30, 1e200] {
+        assert!(run(rate).is_err(), "{:?}", run(rate));
+        let end = run(-rate).expect("stiff");
+        assert!(end.abs() <= 1e-9, "{end:e}");
+    }
+}
+
+#[test]
+fn stops_that_lie_close_are_all_kept() {
+    let mut method = radau(AutoField::new(ProtheroRobinson { lambda: 1.0 }), 1e-6, 1e-6);
+    // A thousand times what times near 1 are told apart by.
+    let stops = [1.0, 1.0 + 1e-12, 2.0];
+    method.stop_at(&stops).expect("finite");
+    let (mut state, grid) = (State::new(0.0, vec![1.0]), lsvi::Grid::new(0.0, 3.0, 3.0).expect("valid"));
+    let mut ends = Vec::new();
+    while state.t < 3.0 {
+        lsvi::Integrator::advance(&mut method, &mut state, &grid).expect("solvable");
+        ends.push(state.t);
+    }
+    assert!(stops.iter().all(|stop| ends.contains(stop)), "{ends:?}");
 }
 
 #[test]

@@ -114,6 +114,104 @@ fn derivatives_that_are_right_pass_on_every_way_to_state_them() {
     }
 }
 
+/// v̇ = −v², whose derivatives forget a scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Scaleless {
+    Jacobian,
+    Linearize,
+    Curvature,
+}
+
+impl VectorField for Scaleless {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = -v[0] * v[0];
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        let scale = if *self == Self::Jacobian { 1.0 } else { scale };
+        out.add(0, 0, -2.0 * v[0] * scale);
+    }
+    fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+        self.rhs(t, v, dv);
+        self.add_jacobian(t, v, if *self == Self::Linearize { 1.0 } else { scale }, out);
+    }
+    fn add_curvature(&self, _t: f64, _v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, -2.0 * w[0] * if *self == Self::Curvature { 1.0 } else { scale });
+    }
+}
+
+#[test]
+fn a_scale_that_is_not_heeded_is_found() {
+    for (field, expected) in [
+        (Scaleless::Jacobian, Derivative::Assembled),
+        (Scaleless::Linearize, Derivative::Assembled),
+        (Scaleless::Curvature, Derivative::Curvature),
+    ] {
+        let found = check_derivatives(&field, 0.0, &[0.7]);
+        assert!(matches!(found, Err(DerivativeError::Differs { of, .. }) if of == expected), "{field:?} {found:?}");
+    }
+}
+
+/// v̇ = −v, by functions that add to what they are given, or give another f together with the Jacobian.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Careless {
+    Rate,
+    Product,
+    Transpose,
+    AtOnce,
+    OtherRate,
+}
+
+impl Careless {
+    /// Writes −v, or adds it.
+    fn put(self, adds: Self, v: &[f64], out: &mut [f64]) {
+        out[0] = if self == adds { out[0] } else { 0.0 } - v[0];
+    }
+}
+
+impl VectorField for Careless {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        self.put(Self::Rate, v, dv);
+    }
+    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, -scale);
+    }
+    fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+        let factor = if *self == Self::OtherRate { 0.9 } else { 1.0 };
+        self.put(Self::AtOnce, &[factor * v[0]], dv);
+        self.add_jacobian(t, v, scale, out);
+    }
+    fn apply_jacobian(&self, _t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.put(Self::Product, x, out);
+    }
+    fn apply_transpose(&self, _t: f64, _v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.put(Self::Transpose, w, out);
+    }
+}
+
+#[test]
+fn functions_that_add_to_what_they_should_write_are_found() {
+    for (field, name) in [
+        (Careless::Rate, "f"),
+        (Careless::Product, "J x"),
+        (Careless::Transpose, "the transposed product"),
+        (Careless::AtOnce, "f of linearize"),
+    ] {
+        let found = check_derivatives(&field, 0.0, &[0.7]);
+        assert!(
+            matches!(found, Err(DerivativeError::NotWritten { what, row: 0 }) if what == name),
+            "{field:?} {found:?}"
+        );
+    }
+    let found = check_derivatives(&Careless::OtherRate, 0.0, &[0.7]);
+    assert!(matches!(found, Err(DerivativeError::Differs { of: Derivative::Rate, .. })), "{found:?}");
+}
+
 #[test]
 fn every_flaw_is_named_with_its_place() {
     use Derivative::{Assembled, Curvature, Transpose};

@@ -315,6 +315,30 @@ fn the_event_of_a_least_squares_method_is_the_end_of_a_shorter_step() {
 }
 
 #[test]
+fn a_pole_is_no_zero_and_a_jump_is_one() {
+    let count = |g: &dyn Fn(f64) -> f64, crossing| {
+        let turn = field!(1, |_t, v, dv| dv[0] = v[0] * 0.0 + 1.0);
+        let method = RungeKutta::new(turn, Tableau::rk4()).expect("usable");
+        let mut run = Trajectory::new(method, State::new(0.0, vec![0.0]), 0.1, 7.0).expect("valid");
+        let mut times = Vec::new();
+        while let Some(hit) = run.until(|_, q| g(q[0]), crossing).expect("solvable") {
+            times.push(hit.t);
+        }
+        times
+    };
+    let pi = std::f64::consts::PI;
+    // Poles at π/2 and 3π/2, between zeros.
+    let zeros = count(&|x: f64| (x - 0.01).tan(), Crossing::Any);
+    assert_eq!(zeros.len(), 3, "{zeros:?}");
+    for (zero, exact) in zeros.iter().zip([0.01, pi + 0.01, 2.0 * pi + 0.01]) {
+        approx::assert_abs_diff_eq!(*zero, exact, epsilon = 1e-13);
+    }
+    // Jumps, to which g rises.
+    let jumps = count(&|x: f64| if x < 2.03 { x } else { x - 5.0 }, Crossing::Falling);
+    assert!(jumps.len() == 1 && (jumps[0] - 2.03).abs() < 1e-12, "{jumps:?}");
+}
+
+#[test]
 fn an_integrator_in_a_box_takes_shorter_steps_too() {
     let rule = || {
         let swing = field!(2, |_t, v, dv| {

@@ -735,3 +735,16 @@ fn twisted_elimination_says_what_it_needs() {
     assert_eq!(check(band(), Mass::Matrix(Jacobian::zeros(2))), "twisted elimination needs a diagonal mass matrix");
     assert_eq!(check(Structure::Dense, Mass::Identity), "twisted elimination needs a banded structure");
 }
+
+#[test]
+fn messages_have_their_numbers_in_their_places() {
+    let inconsistent = InputError::System(SystemError::InconsistentStart { row: 2, value: 0.5, allowed: 0.25 });
+    let text = inconsistent.to_string();
+    assert!(text.contains("f[2] = 0.5") && text.contains("tolerances allow 0.25"), "{text}");
+    let fading = field!(1, |_t, v, dv| dv[0] = -v[0]);
+    let mut run =
+        Trajectory::new(method_i(fading).expect("usable"), State::new(0.0, vec![1.0]), 0.1, 1.0).expect("valid");
+    let order = run.sample(&[0.2, 0.5, 0.3], |_, _| {}).expect_err("out of order");
+    let expected = StepError::Input(InputError::Time(TimeError::SaveTime { index: 2, t: 0.3, from: 0.5, to: 1.0 }));
+    assert_eq!(order, expected);
+}

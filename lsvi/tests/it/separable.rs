@@ -243,6 +243,32 @@ fn a_lagrangian_that_is_not_separable_as_it_says_is_refused() {
     }
 }
 
+/// ½ v² + v⁴/10 − ½ q², declared separable.
+struct Quartic;
+
+impl LagrangianFn for Quartic {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn is_separable(&self) -> bool {
+        true
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        let square = v[0] * v[0];
+        square * 0.5 + square * square * 0.1 - q[0] * q[0] * 0.5
+    }
+}
+
+#[test]
+fn a_start_at_rest_does_not_hide_that_a_lagrangian_is_not_separable() {
+    let quartic = AutoLagrangian::new(Quartic);
+    for (name, discrete) in discretisations(&quartic) {
+        let step = position_momentum(discrete).step(0.0, 0.1, &mut [1.0], &mut [0.0]);
+        let is_refused = matches!(step, Err(StepError::Solve { source: SolveError::NotSeparable { .. }, .. }));
+        assert!(is_refused, "{name}: {step:?}");
+    }
+}
+
 /// (2 + a sin q + t) v²/2 − cos q, declared separable.
 struct Claimed {
     bend: f64,

@@ -222,8 +222,10 @@ pub fn try_out(
 
 /// Whether the method says something about the solution of the problem itself, at a cost that is worth a trial.
 fn suits(problem: &dyn Problem, method: &dyn Method) -> bool {
-    matches!(method.principle(), Principle::Equation | Principle::Hamilton | Principle::MomentumZero)
-        && method.stability() != Stability::Unstable
+    matches!(
+        method.principle(),
+        Principle::Equation | Principle::Hamilton | Principle::MomentumZero | Principle::MomentumMeanZero
+    ) && method.stability() != Stability::Unstable
         && problem.limit(method.principle()).name == problem.limit(Principle::Equation).name
         && is_cheap(problem, method)
         && method.build(problem).is_ok()

@@ -37,7 +37,7 @@ const RULE: &str = "A claim is confirmed if all its comparisons come out as clai
                     not state; if there is none, it is refuted if it holds in no case or, as a comparison of methods, in no case \
                     against one of the others; and else it is not supported. A condition is one that a user can check beforehand: of the \
                     problem, the step size, the data or, in a statement on a family of schemes, the member; and the finding says why it \
-                    holds there, so that no condition is picked by its outcomes. A restriction of the rivals is no condition, except where the \
+                    holds there; where its bound is not known but was scanned for by the outcome itself, the finding says that. A restriction of the rivals is no condition, except where the \
                     source names each, so that every pair is a sentence of its own. Where a condition ends with the tests and not with \
                     what was found, it says how far it was tested. Where a step has no solution, that is itself the outcome, and counts \
                     against what is claimed of it; a run that broke off for another reason decides nothing.";
@@ -222,7 +222,7 @@ fn section(judged: &Judged) -> Section {
 }
 
 /// What the abstracts and the conclusions say besides, and why no computation decides it.
-const UNEXAMINED: [(&str, &str); 6] = [
+const UNEXAMINED: [(&str, &str); 8] = [
     (
         "Validation of the canonical Hamiltonian formulation ([S24] Abstract, Sections 5 and 6)",
         "That a scheme is accurate does not tell the formulation from any other with the same solutions: the least-squares Lagrangian of an \
@@ -248,6 +248,16 @@ const UNEXAMINED: [(&str, &str); 6] = [
         "A general technique for any symplectic integrator and any dissipative system ([S24] Abstract, Sections 1 and 2)",
         "A statement on all integrators and systems cannot be run, only fall with single ones: Method II determines no step where the \
          matrix is singular, S24-c-4.",
+    ),
+    (
+        "Eq. (14) of [S24], v̈ = f_t + f_v f, for systems",
+        "It is right for one unknown. The Euler–Lagrange equation of a system has (J − Jᵀ)v̇ + Jᵀf in place of f_v f, with J = f_v, and that is \
+         what is run.",
+    ),
+    (
+        "Eq. (26) of [S24] as it is printed",
+        "It divides by α and by β, one of which is zero in Method I. Eq. (27), which follows from it, is right, and its factors are held against \
+         live steps.",
     ),
 ];
 

@@ -107,8 +107,7 @@ fn as_printed(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
         summary,
     ));
     evidence.tables.push(Table::data("circle-radius", "|q| − 1 under (23).", ["tau", "step", "error"], rows));
-    let caption =
-        "Distance from the circle under (23), its square roots supplied. The slope does not depend on the step size.";
+    let caption = "Distance from the circle under (23), its square roots supplied. For small steps the slope tends to 3 + 2√2 a step.";
     let panel = Panel::new(Axis::linear("step"), Axis::log("||q| − 1|"), series);
     evidence.figures.push(Figure::new("circle-radius", caption, "circle-radius", [panel]));
     Ok(())

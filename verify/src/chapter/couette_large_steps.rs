@@ -187,7 +187,7 @@ fn profiles(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError
     }
     let caption = "Couette flow at t = 1 after ten steps of h = 0.1, at the forty points next to the wall that was set in \
                    motion: the trapezoidal rule still carries the jump, with a sign that alternates from step to step, and the \
-                   more of it the finer the grid; the others do not ring.";
+                   more of it the finer the grid; of the others little is left.";
     evidence.tables.push(Table::data("couette-profiles", caption, &["cells", "method", "y", "u"], rows));
     let (id, caption, data) = ("couette-profiles".into(), caption.into(), "couette-profiles".into());
     evidence.figures.push(Figure { id, caption, data, panels, columns: 3 });

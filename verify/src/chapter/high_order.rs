@@ -76,19 +76,6 @@ impl Linearised {
         2.0 * (s + 1.0) * (s + 2.0) / FAR
     }
 
-    /// The order on normal linear systems; collocation has a Padé approximation.
-    fn expected_order(&self) -> u32 {
-        let (s, LsGalerkin { family, .. }) = (self.method.degree as u32, self.method);
-        let lobatto = family == Family::Lobatto;
-        let conserved = self.method.alpha != 0.0;
-        match self.method.order() {
-            order if self.method.is_collocation() || lobatto => order,
-            order if conserved && s.is_multiple_of(2) => order + 2,
-            order if !conserved && !s.is_multiple_of(2) => order + 1,
-            order => order,
-        }
-    }
-
     fn expected_infinity(&self) -> f64 {
         let s = self.method.degree as i32;
         let alternating = |k: i32| if k % 2 == 0 { 1.0 } else { -1.0 };
@@ -120,7 +107,7 @@ impl Linearised {
         let check = |what: &str, statement: String, measured: f64, required| {
             Check::new(format!("{what}/{name}"), statement, measured, required, "one step of the integrator on v̇ = λv")
         };
-        let (order, infinity) = (self.expected_order(), self.expected_infinity());
+        let (order, infinity) = (self.method.symmetric_order(), self.expected_infinity());
         let mut checks = vec![
             check(
                 "linear-order",

@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use super::{Context, Study, StudyError, prose};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table, number};
 use crate::experiment::non_normal::{
-    ASCENTS, Amplified, CHANGES, Dissipative, Example, Found, MARGIN, ORDERS, OfOrder, Point, RANDOM, ROUNDOFF, Rivals,
-    SEED, TRIED,
+    ASCENTS, Amplified, CHANGES, Dissipative, Example, Found, HIGHEST, MARGIN, MORE_CHANGES, ORDERS, OfOrder, Point,
+    RANDOM, ROUNDOFF, Rivals, SEED, TRIED,
 };
 use crate::measure::norm::max_norm;
 use crate::measure::stability::{numerical_abscissa, spectral_abscissa};
@@ -49,7 +49,8 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 
 fn check_search(found: &Found) -> Check {
     let reason = format!(
-        "{ASCENTS} ascents from the best of {RANDOM} random matrices in {CHANGES} changes, seed {SEED}, live steps of h = 1"
+        "{ASCENTS} ascents from the best of {RANDOM} random matrices in {CHANGES} changes, the highest {HIGHEST} in \
+         {MORE_CHANGES} more, as the best of an order less beside a mode that decays; seed {SEED}, live steps of h = 1"
     );
     if found.order == 2 {
         return Check::new(

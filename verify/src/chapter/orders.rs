@@ -22,18 +22,19 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         notes: vec![
             "An order is fitted over the step sizes where the local slopes agree and the error stands clear of its floor; \
              a verdict needs at least four of them, is two-sided, and is inconclusive where the data do not decide. Linear \
-             problems super-converge and hide mistakes: the orders that count are those on `quadratic-drag`, `logistic`, \
+             problems, and some of one unknown, super-converge and hide mistakes: the orders that count are those on `quadratic-drag`, `logistic`, \
              `damped-pendulum` and `van-der-pol`, and in mechanics those on `kepler`, `henon-heiles`, `double-pendulum`, \
              `charged-particle` and `spherical-pendulum`."
                 .into(),
             "Two reductions are declared. On the Poiseuille ansatz the Lagrangian (37) keeps a remainder that no path \
-             removes: every closure but Method II is of first order there, and Method II of second whatever the path. On `prothero-robinson` with hλ ≫ 1 the \
+             removes: every closure α p₀ + β p₁ = 0 is of first order there but two of second, Method II whatever the path, and α = β. On `prothero-robinson` with hλ ≫ 1 the \
              error of Method I is h|v″|/(2λ), of first order like implicit Euler's, where the trapezoidal rule keeps its \
              second."
                 .into(),
-            "One super-convergence is declared. A path fitted at an even number of symmetric nodes leaves a defect along an \
+            "Two super-convergences are declared. Least squares of `v̇ = A v + b`, integrated without error, gain an order or two \
+             where A is symmetric: the chapter on high orders has which. A path fitted at an even number of symmetric nodes leaves a defect along an \
              even derivative of q. In uniform motion on a `circle` that is radial and goes into the multiplier, so that two \
-             orders are gained there, and nowhere else."
+             orders are gained there."
                 .into(),
         ],
         ..report(&measured)

@@ -42,7 +42,7 @@ pub enum Quantifier {
     Universal,
     /// Of every case too, in words that are read wider here than the source may mean them: what a counterexample refutes is that reading.
     Wider,
-    /// Of cases that the source does not delimit, such as "for h ≳ 1.5" or "generally", or of nothing in particular. It may hold
+    /// Of cases that the source does not delimit, such as "for small h" or "generally", or of nothing in particular. It may hold
     /// under a condition that the source does not state.
     General,
     /// Of one method against others. It may hold under a condition too. It falls with one of the others that the method is never

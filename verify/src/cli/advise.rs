@@ -153,8 +153,8 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let neighbours = match parting {
         x if !x.is_finite() => "two neighbouring solutions cannot both be followed".into(),
         x => format!(
-            "along the run two neighbouring solutions are up to {} times as far apart as at its start, the largest component up \
-             to {}",
+            "along the run a disturbance of the start in one direction grows by {}, another one may by more; the largest component \
+             comes to {}",
             significant(x, 2),
             significant(character.sizes.1, 2)
         ),

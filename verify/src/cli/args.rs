@@ -97,9 +97,8 @@ pub(super) fn overclaim(text: &str, file: &MethodFile) -> Option<String> {
 pub(super) fn method_file(text: &str) -> Result<Option<MethodFile>, Failure> {
     let path = Path::new(text);
     let is_file = text.contains('/') || (path.extension().is_some() && !text.contains('('));
-    let is_shipped = Shipped::by_name(text).is_ok();
     match (is_file, method::parse(text)) {
-        (_, Err(NameError::Unknown { .. })) if is_shipped && !path.exists() => {
+        (_, Err(NameError::Unknown { .. })) if Shipped::by_name(text).is_ok() => {
             Ok(Some(Shipped::by_name(text)?.read()?))
         }
         (true, _) => Ok(Some(MethodFile::load(path)?)),

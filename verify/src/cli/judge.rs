@@ -89,7 +89,8 @@ Examples:
 Exit status: 0 all is confirmed, 1 something is refuted, 2 bad input, which a
 program is that does not start, 3 something is inconclusive.")]
 pub(super) struct Args {
-    /// The file, or a name that `verify list method-files` shows
+    /// The file, or a name that `verify list method-files` shows: ./NAME is a
+    /// file of such a name
     #[arg(value_name = "METHOD.toml", required_unless_present = "program")]
     file: Option<PathBuf>,
 
@@ -163,9 +164,12 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         return run_program(args, command, order, out);
     }
     let path = args.file.clone().unwrap_or_default();
-    let file = match path.to_str().filter(|_| path.extension().is_none() && !path.exists()) {
-        Some(name) => Shipped::by_name(name)?.read()?,
-        None => MethodFile::load(&path)?,
+    // A program that is built beside may have the name of its method.
+    let shipped = path.to_str().map(Shipped::by_name);
+    let file = match shipped {
+        Some(Ok(shipped)) => shipped.read()?,
+        Some(Err(unknown)) if path.extension().is_none() && !path.exists() => return Err(unknown.into()),
+        _ => MethodFile::load(&path)?,
     };
     let judgement = Judgement::new(file, if args.no_runs { Effort::Theory } else { Effort::Runs });
     match args.format {

@@ -276,7 +276,9 @@ impl<'a> Solve<'a> {
     /// Says on standard error what the rows do not, and returns it as comment lines.
     fn warn(&self, summary: &Summary) -> String {
         let mut warnings = summary.watch.warnings(&*self.problem);
-        warnings.extend(summary.unresolved().or_else(|| summary.watch.leap()));
+        warnings.extend(
+            summary.unresolved().or_else(|| summary.watch.leap().filter(|_| !self.method.traits().is_adaptive)),
+        );
         warnings.extend(self.overclaim.clone());
         warnings.extend(
             summary.unestimated.as_ref().map(|why| format!("the estimate ends early, for the finer run fails: {why}")),

@@ -129,14 +129,17 @@ impl Figure {
         self.dimmed(&names, told)
     }
 
-    /// The same with those in colour, too, that come to the smallest errors and stay at the largest.
+    /// The same with those in colour, too, that come to the smallest errors and stay at the largest, of those in the most panels.
     #[must_use]
     pub fn telling_with_extremes(self, names: &[&str]) -> Self {
-        let Some([best, worst]) = self.best_and_worst() else { return self.telling(names) };
+        let Some(Extremes { best, worst, of, panels }) = self.extremes() else { return self.telling(names) };
         let mut names = self.among(names);
         let mut told = format!("In colour: {}", listed(&names));
-        let _ =
-            write!(told, "; over all panels `{best}` comes to the smallest errors, and `{worst}` stays at the largest");
+        let of = if panels == 1 { format!("{of} in one panel") } else { format!("{of} in {panels} panels") };
+        let _ = write!(
+            told,
+            "; of {of} `{best}` comes to the smallest errors, by mean rank, and `{worst}` stays at the largest"
+        );
         names.extend([best, worst]);
         self.dimmed(&names, told)
     }
@@ -171,7 +174,7 @@ impl Figure {
 
     /// The series with the smallest and the largest mean rank by its least ordinate, among those that stand in the most panels.
     /// The least ordinate is the one that does not depend on where a curve that leaves the axes begins.
-    fn best_and_worst(&self) -> Option<[String; 2]> {
+    fn extremes(&self) -> Option<Extremes> {
         let least = |series: &Series, log: bool| {
             let values = series.points.iter().map(|point| point.1).filter(|y| y.is_finite() && (!log || *y > 0.0));
             values.min_by(f64::total_cmp)
@@ -192,8 +195,17 @@ impl Figure {
         let sums = everywhere.map(|(label, ranks)| (*label, ranks.iter().sum::<f64>())).collect::<Vec<_>>();
         let best = sums.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let worst = sums.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some([best.0.to_owned(), worst.0.to_owned()])
+        let (best, worst) = (best.0.to_owned(), worst.0.to_owned());
+        (best != worst).then_some(Extremes { best, worst, of: sums.len(), panels: most })
     }
+}
+
+/// The series with the smallest errors by mean rank, and that with the largest, of those that are in the most panels.
+struct Extremes {
+    best: String,
+    worst: String,
+    of: usize,
+    panels: usize,
 }
 
 /// Names in a sentence.
@@ -279,9 +291,18 @@ mod tests {
         assert_eq!(marked(&figure, |mark| mark == Mark::LineMarkers), ["m3", "m5", "m7"]);
         assert_eq!(marked(&figure, |mark| mark == Mark::Guide), ["slope 2"]);
         assert_eq!(marked(&figure, |mark| mark == Mark::Other), ["m1", "m2", "m4", "m6", "m8", "m9", "m0"]);
-        for words in ["In colour: `m5`, `m3`;", "`m3` comes to the smallest errors", "`m7` stays at the largest"] {
+        for words in [
+            "In colour: `m5`, `m3`;",
+            "of 9 in 2 panels `m3` comes to the smallest errors, by mean rank",
+            "`m7` stays at the largest",
+        ] {
             assert!(figure.caption.contains(words), "{words}: {}", figure.caption);
         }
+        // One in all panels is neither the best nor the worst.
+        let mut alone = crowded();
+        alone.panels[0].series.retain(|series| series.label == "m4");
+        let alone = alone.telling_with_extremes(&["m5"]);
+        assert!(!alone.caption.contains("smallest errors"), "{}", alone.caption);
         let figure = crowded().telling(&["m5"]);
         assert_eq!(marked(&figure, |mark| mark == Mark::LineMarkers), ["m5"]);
         assert!(figure.caption.starts_with("A caption. In colour: `m5`. The others"), "{}", figure.caption);

@@ -2,8 +2,8 @@
 
 use super::one_step::OneStep;
 use super::{Context, Experiment, StudyError};
-use crate::measure::norm::larger;
-use crate::measure::search::try_minimum;
+use crate::measure::norm::{Extremes, larger};
+use crate::measure::search::{logarithmic, try_minimum};
 
 /// For step sizes up to a bound.
 #[derive(Debug)]
@@ -54,11 +54,19 @@ impl Experiment for BestTheta {
 
 /// Largest one-step error on v̇ = −v over step sizes up to `range`.
 fn worst(context: &Context, method: &str, range: f64) -> Result<f64, StudyError> {
-    // Down to 10⁻³ of the range, below which all errors are small.
-    (0..=60).try_fold(0.0_f64, |worst, i| {
-        let h = range * 10_f64.powf(-f64::from(i) / 20.0);
+    let error = |h: f64| -> Result<f64, StudyError> {
         let factor = OneStep::growth(method, h).measure(context)?.unwrap_or(f64::INFINITY);
-        let error = (factor - (-h).exp()).abs();
-        Ok(larger(worst, error))
-    })
+        Ok((factor - (-h).exp()).abs())
+    };
+    // Down to 10⁻³ of the range, below which all errors are small; the largest between points lies beside those at its sides.
+    let points = logarithmic([1e-3 * range, range], 20);
+    let errors = points.iter().map(|h| error(*h)).collect::<Result<Vec<_>, _>>()?;
+    let mut worst = errors.iter().copied().largest();
+    for (h, errors) in points.windows(3).zip(errors.windows(3)) {
+        if errors[1] >= errors[0] && errors[1] >= errors[2] {
+            let at = try_minimum([h[0], h[2]], 1e-4 * h[1], |h| error(h).map(|error| -error))?;
+            worst = larger(worst, error(at)?);
+        }
+    }
+    Ok(worst)
 }

@@ -23,6 +23,10 @@ pub const ASCENTS: usize = 40;
 pub const RANDOM: usize = 20;
 /// Changes tried in each ascent.
 pub const CHANGES: usize = 200;
+/// How many of the ascents go on, and by how many changes.
+pub const HIGHEST: usize = 3;
+/// Changes tried in each of these.
+pub const MORE_CHANGES: usize = 2000;
 /// Number of the sequence of random numbers.
 pub const SEED: u64 = 1;
 
@@ -52,7 +56,12 @@ impl Experiment for Amplified {
 
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         context.announce(1);
-        let found = search(&*method::parse(self.method)?, self.order)?;
+        let &Self { method, order } = self;
+        let smaller = match order {
+            3.. => Some(context.get(Self { method, order: order - 1 })?),
+            _ => None,
+        };
+        let found = search(&*method::parse(method)?, order, smaller.as_ref().map(|found| &found.matrix))?;
         context.tick();
         Ok(found)
     }
@@ -196,30 +205,63 @@ impl Experiment for Example {
 }
 
 /// The largest spectral radius of a live step of `method` that is found among Hurwitz matrices of the given order: the best
-/// of many ascents, each from the best of a few random matrices of all sizes.
-fn search(method: &dyn Method, order: usize) -> Result<Found, StudyError> {
+/// of many ascents, each from the best of a few random matrices of all sizes, of which the highest few go on for longer, and so does
+/// `smaller`, of an order less, beside a mode that decays.
+fn search(method: &dyn Method, order: usize, smaller: Option<&DMatrix<f64>>) -> Result<Found, StudyError> {
     let mut random = Uniform::new(SEED + order as u64);
     let mut uniform = move || random.next().unwrap_or_default();
-    let mut best = Found { order, matrix: -DMatrix::identity(order, order), radius: 0.0 };
-    for _ in 0..ASCENTS {
-        let (mut here, mut radius, mut change) = (DMatrix::zeros(order, order), 0.0, 1.0);
-        for attempt in 0..RANDOM + CHANGES {
-            let size = if attempt < RANDOM { LARGEST * 10_f64.powf(uniform() - 1.0) } else { change };
-            let random = DMatrix::from_fn(order, order, |_, _| size * uniform());
-            let Some(matrix) = stable(&if attempt < RANDOM { random } else { &here + random }) else { continue };
-            let reached = spectral_radius(&propagator(method, &matrix)?);
-            if reached > radius {
-                (here, radius) = (matrix, reached);
+    let radius = |matrix: &DMatrix<f64>| Ok::<_, StudyError>(spectral_radius(&propagator(method, matrix)?));
+    let mut climb = |start: Summit, changes: usize, shrink: f64| -> Result<Summit, StudyError> {
+        let (mut here, mut change) = (start, 1.0);
+        for _ in 0..changes {
+            let step = DMatrix::from_fn(order, order, |_, _| change * uniform());
+            let Some(matrix) = stable(&(&here.matrix + step)) else { continue };
+            let radius = radius(&matrix)?;
+            if radius > here.radius {
+                here = Summit { matrix, radius };
                 change *= 2.0;
-            } else if attempt >= RANDOM {
-                change *= 0.95;
+            } else {
+                change *= shrink;
             }
         }
+        Ok(here)
+    };
+    let mut start = Uniform::new(SEED + 10 * order as u64);
+    let mut uniform = move || start.next().unwrap_or_default();
+    let mut summits = Vec::new();
+    for _ in 0..ASCENTS {
+        let mut start = Summit { matrix: DMatrix::zeros(order, order), radius: 0.0 };
+        for _ in 0..RANDOM {
+            let size = LARGEST * 10_f64.powf(uniform() - 1.0);
+            let Some(matrix) = stable(&DMatrix::from_fn(order, order, |_, _| size * uniform())) else { continue };
+            let radius = radius(&matrix)?;
+            if radius > start.radius {
+                start = Summit { matrix, radius };
+            }
+        }
+        summits.push(climb(start, CHANGES, 0.95)?);
+    }
+    summits.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    summits.truncate(HIGHEST);
+    if let Some(smaller) = smaller {
+        let mut matrix = -DMatrix::identity(order, order);
+        matrix.view_mut((0, 0), (order - 1, order - 1)).copy_from(smaller);
+        summits.push(Summit { radius: radius(&matrix)?, matrix });
+    }
+    let mut best = Found { order, matrix: -DMatrix::identity(order, order), radius: 0.0 };
+    for summit in summits {
+        let Summit { matrix, radius } = climb(summit, MORE_CHANGES, 0.99)?;
         if radius > best.radius {
-            best = Found { matrix: here, radius, ..best };
+            best = Found { order, matrix, radius };
         }
     }
     Ok(best)
+}
+
+/// A matrix, and the spectral radius of a step on it.
+struct Summit {
+    matrix: DMatrix<f64>,
+    radius: f64,
 }
 
 /// The matrix shifted to have its eigenvalues left of −[`MARGIN`], with entries of two decimals that can be printed; `None`

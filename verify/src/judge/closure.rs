@@ -289,6 +289,7 @@ impl Analysis for ClosureTheory {
     fn traits(&self) -> Traits {
         let principle = match (&self.constant, self.conserves) {
             (Some(_), true) => Principle::MomentumConserved,
+            (Some((a, b)), false) if a == b => Principle::MomentumMeanZero,
             (Some(_), false) => Principle::MomentumZero,
             (None, true) => Principle::MomentumDecaying,
             (None, false) => Principle::MomentumZero,

@@ -20,7 +20,7 @@ use super::verdict::{Finding, Verdict};
 use crate::evidence::{Outcome, Table};
 use crate::kinds::{Principle, Stability, Symplecticity};
 use crate::measure::decimal::counted;
-use crate::measure::search::root;
+use crate::measure::search::{minimum, root};
 use crate::method::Traits;
 
 /// Largest hω for which oscillations are looked at.
@@ -294,11 +294,18 @@ impl PartsTheory {
             return None;
         }
         let margin = |nu: f64| self.rotation(nu).map_or(f64::NAN, |m| 2.0 + ROUNDOFF - m.trace().abs());
-        let points = (1..=6000).map(|k| FARTHEST * f64::from(k) / 6000.0);
-        match points.into_iter().find(|nu| margin(*nu).is_nan() || margin(*nu) < 0.0) {
-            None => Some(Bounded::Everywhere),
-            Some(nu) => Some(Bounded::UpTo { end: root([nu - 0.01, nu], margin).unwrap_or(nu), witness: nu }),
+        let points: Vec<f64> = (0..=6000).map(|k| FARTHEST * f64::from(k) / 6000.0).collect();
+        let margins: Vec<f64> = points.iter().map(|nu| margin(*nu)).collect();
+        for (nu, margins) in points.windows(3).zip(margins.windows(3)) {
+            // A gap may be narrower than the points are apart: |tr| is largest in it.
+            let is_least = margins[1] <= margins[0] && margins[1] <= margins[2];
+            let lowest = if is_least { minimum([nu[0], nu[2]], 1e-7, margin) } else { nu[1] };
+            if margin(lowest).is_nan() || margin(lowest) < 0.0 {
+                let end = root([nu[0], lowest], margin).unwrap_or(lowest);
+                return Some(Bounded::UpTo { end, witness: lowest });
+            }
         }
+        Some(Bounded::Everywhere)
     }
 
     fn weights_name(&self) -> &'static str {

@@ -232,6 +232,12 @@ impl OrderFit {
         Self { verdict: Verdict::Inconclusive, reason, ..self }
     }
 
+    /// The same without a decision, for a reason.
+    #[must_use]
+    pub(crate) fn left_open(self, reason: String) -> Self {
+        Self { verdict: Verdict::Inconclusive, reason, ..self }
+    }
+
     /// Whether finer steps alone would tell: the local slopes tend to the order that is expected.
     pub(crate) fn still_approaches(&self) -> bool {
         self.trend == Trend::Approaches

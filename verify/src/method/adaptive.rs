@@ -38,7 +38,7 @@ impl Method for RadauMethod {
     fn traits(&self) -> Traits {
         let traits = Traits::new(5, Principle::Equation, Stability::Damping);
         // Of the three stages of order 5, its lowest.
-        Traits { stiff_order: None, is_adaptive: true, stages: 3, ..traits }
+        Traits { stiff_order: None, is_adaptive: true, highest_order: Some(13), stages: 3, ..traits }
     }
 
     fn with_tolerances(&self, tolerances: Tolerances) -> Option<Box<dyn Method>> {

@@ -120,6 +120,21 @@ impl LsGalerkin {
         }
     }
 
+    /// The order where J is symmetric, so that λ is real: the least squares of v̇ − λv, which Gauss's and Radau's rules with s + 1
+    /// nodes integrate without error, gain an order or two.
+    pub(crate) fn symmetric_order(self) -> u32 {
+        let order = self.nominal_order();
+        if self.is_collocation() || self.family == Family::Lobatto {
+            return order;
+        }
+        match (self.degree % 2 == 0, self.conserves()) {
+            (true, true) => order + 2,
+            (false, false) if self.alpha == self.beta => order + 2,
+            (false, false) => order + 1,
+            _ => order,
+        }
+    }
+
     /// Known for s ≤ 2; above, terms of relative size s²/(hλ) blur it at any λ that leaves the error above roundoff.
     fn stiff_order(self) -> Option<u32> {
         let collocation = self.is_collocation();
@@ -157,7 +172,7 @@ impl Method for LsGalerkin {
     }
 
     fn traits(&self) -> Traits {
-        let principle = if self.conserves() { Principle::MomentumConserved } else { Principle::MomentumZero };
+        let principle = Principle::of_linear_closure(self.alpha, self.beta);
         let is_gauss = self.is_collocation() && self.family == Family::Gauss;
         let symmetric_nodes = self.family != Family::Radau;
         Traits {
@@ -165,6 +180,7 @@ impl Method for LsGalerkin {
             symplectic: if is_gauss { Symplecticity::Always } else { Symplecticity::Never },
             is_reversible: symmetric_nodes && (self.is_collocation() || self.alpha.abs() == self.beta.abs()),
             stages: self.nodes as u32 * if self.is_collocation() { 1 } else { 2 },
+            symmetric_order: self.symmetric_order(),
             settles_late: !self.is_collocation() && self.alpha != 0.0,
             ..Traits::new(self.nominal_order(), principle, self.stability_class())
         }

@@ -75,7 +75,7 @@ impl Method for LinearClosure {
 
     fn traits(&self) -> Traits {
         let conserves = self.alpha + self.beta == 0.0;
-        let principle = if conserves { Principle::MomentumConserved } else { Principle::MomentumZero };
+        let principle = Principle::of_linear_closure(self.alpha, self.beta);
         let (a, b) = (self.alpha.abs(), self.beta.abs());
         let stability = match a {
             0.0 => Stability::Damping,

@@ -13,14 +13,14 @@ use crate::problem::Problem;
 pub(super) const FITTED: Spec = Spec {
     form: "fitted(LAMBDA)",
     summary: "p_{n+1} = θ(h LAMBDA) p_n, exact on v̇ = −LAMBDA v: order 2, A-stable",
-    build: Build::Arguments(|call| Fitted::build(call, "fitted", Linear::fitted)),
+    build: Build::Arguments(|call| Fitted::build(call, ("fitted", None), Linear::fitted)),
     examples: &["fitted(4)"],
 };
 
 pub(super) const FITTED_PADE: Spec = Spec {
     form: "fitted-pade(LAMBDA)",
     summary: "θ = 1/(1 + h LAMBDA/2): order 2, order 3 on v̇ = −LAMBDA v, A-stable",
-    build: Build::Arguments(|call| Fitted::build(call, "fitted-pade", Linear::fitted_pade)),
+    build: Build::Arguments(|call| Fitted::build(call, ("fitted-pade", Some(3)), Linear::fitted_pade)),
     examples: &["fitted-pade(4)"],
 };
 
@@ -61,19 +61,21 @@ fn refused(call: &Call, form: &str, error: &InputError) -> NameError {
 struct Fitted {
     name: &'static str,
     rate: f64,
+    /// The order on v̇ = −λv; none where a step is exact.
+    order_at_rate: Option<u32>,
     closure: fn(f64) -> Result<Linear, InputError>,
 }
 
 impl Fitted {
     fn build(
         call: &Call,
-        name: &'static str,
+        (name, order_at_rate): (&'static str, Option<u32>),
         closure: fn(f64) -> Result<Linear, InputError>,
     ) -> Result<Box<dyn Method>, NameError> {
         let form = format!("{name}(LAMBDA)");
         let [rate] = call.numbers(&form)?;
         closure(rate).map_err(|error| refused(call, &form, &error))?;
-        Ok(Box::new(Self { name, rate, closure }))
+        Ok(Box::new(Self { name, rate, order_at_rate, closure }))
     }
 }
 
@@ -83,7 +85,8 @@ impl Method for Fitted {
     }
 
     fn traits(&self) -> Traits {
-        Traits { stages: 2, ..Traits::new(2, Principle::MomentumDecaying, Stability::Neutral) }
+        let fitted = self.order_at_rate.map(|order| (self.rate, order));
+        Traits { stages: 2, fitted, ..Traits::new(2, Principle::MomentumDecaying, Stability::Neutral) }
     }
 
     fn filled(&self, problem: &dyn Problem) -> usize {

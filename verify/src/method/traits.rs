@@ -7,6 +7,10 @@ use crate::kinds::{Principle, Stability, Symplecticity};
 pub struct Traits {
     /// Nominal order of accuracy on smooth nonlinear problems.
     pub order: u32,
+    /// The order on v̇ = A v + b with a symmetric A.
+    pub symmetric_order: u32,
+    /// A rate λ, and the order on v̇ = −λv, of a method that is fitted to it.
+    pub fitted: Option<(f64, u32)>,
     /// Order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15); `None` where the error is no power of h at the stiffness of
     /// practical problems.
     pub stiff_order: Option<u32>,
@@ -31,6 +35,8 @@ pub struct Traits {
     pub stages: u32,
     /// Rows that one solution of its equations yields: more than one where several steps are found together.
     pub rows_per_solve: usize,
+    /// The order that it may rise to, where it chooses that itself.
+    pub highest_order: Option<u32>,
     /// Whether it chooses its steps itself, and takes a given h as the longest.
     pub is_adaptive: bool,
     /// The method whose steps it takes with other unknowns, where it does.
@@ -42,6 +48,9 @@ impl Traits {
     pub fn new(order: u32, principle: Principle, stability: Stability) -> Self {
         Self {
             order,
+            symmetric_order: order,
+            fitted: None,
+            highest_order: None,
             stiff_order: Some(order),
             stiff_from: 0.0,
             divides_by_rate: true,

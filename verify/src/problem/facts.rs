@@ -52,6 +52,8 @@ pub struct Facts {
     pub singular: Option<Singular>,
     /// Where J has eigenvalues that are positive and of the size of its rates, if it has.
     pub growing: Option<Singular>,
+    /// A norm of J at the start, of a model: nothing else is known of it.
+    pub model: Option<f64>,
 }
 
 impl Facts {
@@ -71,6 +73,7 @@ impl Default for Facts {
             stiffness: Stiffness::None,
             singular: None,
             growing: None,
+            model: None,
         }
     }
 }

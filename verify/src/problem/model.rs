@@ -99,7 +99,8 @@ pub struct Model {
     components: &'static [&'static str],
     initial: Vec<f64>,
     horizon: f64,
-    is_stiff: bool,
+    /// ‖∂F/∂u‖ at the start.
+    rate: f64,
     equations: Equations,
 }
 
@@ -111,14 +112,15 @@ impl Model {
     /// [`ModelError`] with the file, the line and its text where the model is at fault.
     pub fn load(path: &Path, set: &[(String, String)], horizon: Option<f64>) -> Result<Self, ModelError> {
         let code = std::fs::read_to_string(path).map_err(|source| ModelError::Read { path: path.into(), source })?;
+        // A mark of the byte order is no text.
+        let code = code.strip_prefix('\u{feff}').unwrap_or(&code);
         let horizon = horizon.unwrap_or(HORIZON);
         if !(horizon > 0.0 && horizon.is_finite()) {
             return Err(ModelError::Horizon(horizon));
         }
         // The compiler is not made for every text that its grammar admits.
-        let compiled = caught(|| Compiled::new(path, &code, set));
-        let compiled = compiled.map_err(|reason| ModelError::GaveUp { path: path.into(), reason })??;
-        Self::new(path, compiled, horizon)
+        let model = caught(|| Self::new(path, Compiled::new(path, code, set)?, horizon));
+        model.map_err(|reason| ModelError::GaveUp { path: path.into(), reason })?
     }
 
     fn new(path: &Path, compiled: Compiled, horizon: f64) -> Result<Self, ModelError> {
@@ -132,13 +134,12 @@ impl Model {
         }
         let mut rows = vec![0.0; initial.len()];
         equations.each_entry(0.0, &initial, |i, _, x| rows[i] += x.abs());
-        let norm = rows.into_iter().largest();
         Ok(Self {
             name: path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned()),
             components: components.leak(),
             initial,
             horizon,
-            is_stiff: norm * horizon > STIFF,
+            rate: rows.into_iter().largest(),
             equations,
         })
     }
@@ -174,11 +175,11 @@ impl Problem for Model {
 
     fn facts(&self) -> Facts {
         let window = Window { horizon: self.horizon, coarsest: 0.1 * self.horizon };
-        Facts { window, ..Facts::default() }
+        Facts { window, model: Some(self.rate), ..Facts::default() }
     }
 
     fn is_stiff(&self) -> bool {
-        self.is_stiff
+        self.rate * self.horizon > STIFF
     }
 }
 

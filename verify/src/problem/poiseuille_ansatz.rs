@@ -188,16 +188,23 @@ impl Problem for PoiseuilleAnsatz {
                 };
                 Limit { name, ode: self.reduced(), initial, exact: Box::new(exact), order: None, reason }
             }
-            Principle::MomentumZero => {
-                let reason = "p = ∂L/∂v̇ → 0 is the Galerkin equation, and ∂L/∂v does not vanish on its solutions, because \
-                              the Lagrangian (37) keeps a remainder that no v(t) from rest removes";
+            Principle::MomentumZero | Principle::MomentumMeanZero => {
+                let is_mean = principle == Principle::MomentumMeanZero;
+                let reason = if is_mean {
+                    "p = ∂L/∂v̇ → 0 is the Galerkin equation: ∂L/∂v, which does not vanish on its solutions, because the \
+                     Lagrangian (37) keeps a remainder, moves both momenta of a step by halves that cancel in their mean, \
+                     and bends a path inside the step by O(h²)"
+                } else {
+                    "p = ∂L/∂v̇ → 0 is the Galerkin equation, and ∂L/∂v does not vanish on its solutions, because \
+                     the Lagrangian (37) keeps a remainder that no v(t) from rest removes"
+                };
                 let (reason, exact) = relaxation(reason, &self.galerkin);
                 Limit {
                     name: "galerkin",
                     ode: &self.galerkin,
                     initial,
                     exact: Box::new(exact),
-                    order: Some(1.0),
+                    order: Some(if is_mean { 2.0 } else { 1.0 }),
                     reason,
                 }
             }

@@ -4,6 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use super::breakdown::free_residual;
 use crate::kinds::{Principle, Stability, System};
+use crate::measure::norm::{distance, max_norm};
 use crate::measure::order::{Expectation, ladder};
 use crate::method::{Method, Traits};
 use crate::problem::{Facts, Problem, Stiffness, Window};
@@ -61,6 +62,24 @@ impl OrderPlan {
 /// How the order of `method` on `problem` is to be measured.
 pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
     let (facts, traits) = (problem.facts(), method.traits());
+    if traits.symmetric_order != traits.order && is_symmetric(problem) {
+        let order = traits.symmetric_order;
+        return plan(problem, method, &facts, &Traits { order, ..traits }).declared(
+            f64::from(order),
+            "least squares of v̇ − λv, integrated without error, gain order where λ is real",
+        );
+    }
+    if let Some((rate, order)) = traits.fitted
+        && is_decay(problem, rate)
+    {
+        let plan = plan(problem, method, &facts, &Traits { order, ..traits });
+        return plan.declared(f64::from(order), "the closure is fitted to this rate of decay");
+    }
+    plan(problem, method, &facts, &traits)
+}
+
+/// The plan for a method with these traits.
+fn plan(problem: &dyn Problem, method: &dyn Method, facts: &Facts, traits: &Traits) -> OrderPlan {
     if let Some(singular) = free_residual(problem, method) {
         return match singular.before {
             Some(window) => OrderPlan::settled(traits.order, window),
@@ -68,9 +87,9 @@ pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
         };
     }
     let plan = match facts.stiffness {
-        Stiffness::None => regular(&facts, &traits),
-        Stiffness::Transient(rate) => transient(facts.window, rate, &traits),
-        Stiffness::Forced(rate) => forced(rate, &traits),
+        Stiffness::None => regular(facts, traits),
+        Stiffness::Transient(rate) => transient(facts.window, rate, traits),
+        Stiffness::Forced(rate) => forced(rate, traits),
     };
     let circular = problem.mechanics().is_some_and(|mechanics| mechanics.system == System::Circular);
     if circular && traits.has_even_defect {
@@ -81,6 +100,49 @@ pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
         );
     }
     plan
+}
+
+/// Whether the equation is v̇ = −λv + b.
+fn is_decay(problem: &dyn Problem, rate: f64) -> bool {
+    let (ode, v) = (problem.ode(), problem.initial());
+    let mut slope = [f64::NAN];
+    if ode.dim() == 1 && v.len() == 1 {
+        ode.product(0.0, &v, &[1.0], &mut slope);
+    }
+    // A rate of a few roundings beside it is another one, whose error term is below all others.
+    (slope[0] + rate).abs() <= 4.0 * f64::EPSILON * rate.abs() && is_symmetric(problem)
+}
+
+/// Whether the equation is v̇ = A v + b with a symmetric A, by its values at two times and places.
+pub(super) fn is_symmetric(problem: &dyn Problem) -> bool {
+    let (ode, v) = (problem.ode(), problem.initial());
+    let n = ode.dim();
+    if v.len() != n {
+        return false;
+    }
+    let direction = |phase: f64| (0..n).map(|i| (phase + i as f64).sin()).collect::<Vec<_>>();
+    let (x, y) = (direction(1.0), direction(2.0));
+    let there: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + x).collect();
+    let product = |t: f64, v: &[f64], x: &[f64]| {
+        let mut out = vec![0.0; n];
+        ode.product(t, v, x, &mut out);
+        out
+    };
+    let rhs = |t: f64, v: &[f64]| {
+        let mut out = vec![0.0; n];
+        ode.rhs(t, v, &mut out);
+        out
+    };
+    let (a_x, a_y, here) = (product(0.0, &v, &x), product(0.0, &v, &y), rhs(0.0, &v));
+    let step: Vec<f64> = rhs(1.0, &there).iter().zip(&here).map(|(there, here)| there - here).collect();
+    let size = max_norm(&a_x) + max_norm(&a_y) + max_norm(&here) + max_norm(&step);
+    // Some n roundings of sums of as many terms.
+    let within = 64.0 * f64::EPSILON * n as f64 * size;
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    distance(&product(1.0, &there, &x), &a_x) <= within
+        && distance(&step, &a_x) <= within
+        && distance(&rhs(1.0, &v), &here) <= within
+        && (dot(&x, &a_y) - dot(&y, &a_x)).abs() <= within * n as f64
 }
 
 /// The nominal order, where the solution sets the scale of time.

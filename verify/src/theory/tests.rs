@@ -6,7 +6,7 @@ use super::*;
 use crate::measure::norm::distance;
 use crate::measure::order::Verdict;
 use crate::method::{self, Method};
-use crate::order::{OrderError, Truth, measure};
+use crate::order::{OrderError, Source, Truth, measure};
 use crate::problem::{self, Problem};
 use crate::run::step_from;
 
@@ -141,6 +141,49 @@ fn the_stiff_order_of_sdirk2_is_one() {
     assert!(stiff.verdict == Verdict::Pass && stiff.expected.order == 1.0, "{}", stiff.reason);
     let mild = measured(&*set("1000"));
     assert!(mild.verdict == Verdict::Pass && mild.expected.order == 2.0, "{}", mild.reason);
+}
+
+/// What theory gains on special equations is expected there, and nowhere else.
+#[test]
+fn orders_that_are_gained_are_those_of_theory() {
+    for (problem, method, order) in [
+        ("poiseuille-ansatz", "method-i", 1.0),
+        ("poiseuille-ansatz", "linear(-0.5,1)", 1.0),
+        ("poiseuille-ansatz", "linear(1,1)", 2.0),
+        ("linear-drag", "ls-galerkin(1,gauss,2)", 3.0),
+        ("linear-drag", "ls-galerkin(1,radau,2,-0.5:1)", 3.0),
+        ("linear-drag", "ls-galerkin(1,gauss,2,1:1)", 4.0),
+        ("linear-drag", "ls-galerkin(1,gauss,2,ii)", 2.0),
+        ("linear-drag", "ls-galerkin(2,radau,3,ii)", 6.0),
+        ("linear-drag", "ls-galerkin(2,gauss,3,1:1)", 4.0),
+        ("linear-drag", "ls-galerkin(1,lobatto,2)", 2.0),
+        ("quadratic-drag", "ls-galerkin(1,gauss,2)", 2.0),
+        ("linear-drag", "fitted-pade(1)", 3.0),
+        ("linear-drag", "fitted-pade(4)", 2.0),
+    ] {
+        let problem_of_name = problem::small(problem).expect("registered");
+        let method = method::parse(method).expect("registered");
+        let truth = Source::default_for(&*problem_of_name, &*method).truth(&*problem_of_name, &*method);
+        let measured = measure(&*problem_of_name, &*method, truth).expect("measured");
+        let name = method.name();
+        let is_right = measured.verdict == Verdict::Pass && measured.expected.order == order;
+        assert!(is_right, "{problem} {name} {}: {}", measured.expected.order, measured.reason);
+    }
+}
+
+#[test]
+fn a_symmetric_system_is_told_from_others() {
+    for (name, is) in [
+        ("linear-drag", true),
+        ("channel-poiseuille", true),
+        ("non-normal", false),
+        ("prothero-robinson", false),
+        ("logistic", false),
+        ("robertson", false),
+        ("damped-pendulum", false),
+    ] {
+        assert_eq!(order::is_symmetric(&*problem::small(name).expect("registered")), is, "{name}");
+    }
 }
 
 /// Where no order should be told, the steps are tried, and one that is told fails.

@@ -141,7 +141,10 @@ fn row(text: &str) -> Result<Vec<Cell>, StudyError> {
         (_, Stability::Unstable) => "grows",
     };
     let text = |text: &str| Cell::Text(text.into());
-    let order = Cell::Integer(method.order().into());
+    let order = match method.traits().highest_order {
+        Some(highest) => text(&format!("{} to {highest}", method.order())),
+        None => Cell::Integer(method.order().into()),
+    };
     Ok(vec![text(&format!("`{name}`")), text(what), order, text(decay), text(usage)])
 }
 

@@ -16,7 +16,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "The scheme (23) integrates uniform motion on a circle with second order.",
         quantifier: Quantifier::Universal,
         criterion: "From (1, 0) with unit speed |q| of the live scheme stays within 0.01 of 1 over 20 steps, for τ = 0.05, 0.1 \
-                    and 0.2. (23) is printed with |qₖ + qₖ₊₁|² in its denominators, which uniform motion does not meet; the square roots are supplied.",
+                    and 0.2. In the text that this was written from (23) has |qₖ + qₖ₊₁|² in its denominators, which uniform motion does not meet; the square roots are supplied.",
         decide: as_printed,
     },
     Claim {

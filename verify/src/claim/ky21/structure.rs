@@ -74,7 +74,7 @@ fn symplecticity(context: &Context) -> Result<Finding, StudyError> {
                 if family == FAMILIES[0] {
                     let what = format!("largest defect over its rounding, {method}, {problem}");
                     cases.push(Case::at_most(what, found.excess(), 1.0));
-                    shown.push(text(point.defect));
+                    shown.push(format!("{} (h = {})", text(point.defect), text(point.h)));
                 }
                 let exponent = found.fit.as_ref().and_then(|fit| fit.line).map(|line| line.slope);
                 rows.push(row![problem, method, point.h, point.defect, exponent]);

@@ -133,7 +133,7 @@ fn solutions(context: &Context) -> Result<Finding, StudyError> {
     }
     Ok(finding
         .because(
-            "The phase errors per step are τ³/48 and τ³/12; the start x₁ = 1.0948 adds an error of its own to both.",
+            "The phase of a step is off by −τ³/48 and −τ³/12; the start x₁ = 1.0948 adds an error of its own to both.",
         )
         .with_table(reproduction("ky21-table-1", "Table 1 of [KY21]: errors, computed and printed.", rows)))
 }

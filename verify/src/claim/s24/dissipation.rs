@@ -117,14 +117,17 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
         let instead = format!("no solution on the branch (the only root off it is v₁/v₀ = {})", text(root));
         cases.push(case.or_else(instead));
     }
-    let just_below = step(last * (1.0 - 1e-6)).or_infinity(context)?;
+    let below = |part: f64| step(last * (1.0 - part)).or_infinity(context);
+    // Two roots meet at the fold, so that v goes like the root of the distance: this way it drops out.
+    let at_fold = 2.0 * below(0.25e-6)? - below(1e-6)?;
+    let at_fold = (at_fold * 1e5).round() / 1e5;
     let bound = number::Short::new(last, 4).text();
     let (least, most) = (left.iter().copied().smallest(), left.iter().copied().largest());
     let evidence = format!(
-        "A step on the branch exists up to W = {bound}, where v₁/v₀ = {}; beyond, the root that starts at v₀ for h = 0 is gone and \
+        "A step on the branch exists up to W = {bound}, where v₁/v₀ has come to {}; beyond, the root that starts at v₀ for h = 0 is gone and \
          the step fails. The one root left at the steps tested is off the branch, v₁/v₀ = {}: none of these steps amplifies, and what fails \
          is the solution.",
-        text(just_below),
+        text(at_fold),
         if least == most { text(least) } else { format!("{} to {}", text(least), text(most)) },
     );
     if !(low <= least && most < 0.0) {

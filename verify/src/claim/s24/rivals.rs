@@ -15,8 +15,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Abstract",
         statement: "Method I is more accurate than methods of similar complexity at equal step size.",
         quantifier: Quantifier::Comparison,
-        criterion: "Its largest error on (0, 10] is smaller than that of each A-stable one-step or two-step method up to second \
-                    order (trapezoidal rule, implicit midpoint, SDIRK2, TR-BDF2, BDF2, implicit Euler), on linear drag, \
+        criterion: "Its largest error on (0, 10] is smaller than that of each of six A-stable one-step or two-step methods up \
+                    to second order (trapezoidal rule, implicit midpoint, SDIRK2, TR-BDF2, BDF2, implicit Euler), on linear drag, \
                     quadratic drag and the Galerkin equation of Poiseuille flow, h from 1 to 0.01.",
         decide: |context| against_rivals(context, "method-i"),
     },

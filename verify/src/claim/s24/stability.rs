@@ -18,7 +18,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-a",
         source: "[S24] Section 3, after Eq. (20)",
-        statement: "Stepped in the conventional way, with pₙ carried along, the trapezoidal least-squares Lagrangian is unstable.",
+        statement: "On the test problem, stepped in the conventional way, with pₙ carried along, the trapezoidal least-squares \
+                    Lagrangian is unstable.",
         quantifier: Quantifier::Universal,
         criterion: "On v̇ = −v the spectral radius of the live map (vₙ, pₙ) → (vₙ₊₁, pₙ₊₁) exceeds 1 for every h from 0.001 to 1000.",
         decide: conventional_map,

@@ -50,7 +50,7 @@ fn conventional(context: &Context) -> Result<Finding, StudyError> {
     let worst = max_norm(&found.iter().map(|(_, det)| det - 1.0).collect::<Vec<_>>());
     let evidence = format!("The determinant differs from 1 by {} at most.", text(worst));
     Ok(Finding::on(area_kept(found), evidence).because(
-        "It is the map that the discrete Lagrangian generates. On these problems it is also the unstable one, S24-a.",
+        "It is the map that the discrete Lagrangian generates. On linear drag it is also the unstable one, S24-a.",
     ))
 }
 

@@ -13,7 +13,7 @@ use verify::judge::FileMethod;
 use verify::measure::order::{OrderFit, Reason, Sample, Verdict};
 use verify::order::{Ladder, Source, Truth, measure_on};
 use verify::program::{Request, Shown};
-use verify::theory::order_plan;
+use verify::theory::{methods_for, order_plan};
 
 use data::DataArgs;
 use program::ProgramArgs;
@@ -115,7 +115,7 @@ pub(super) struct Args {
     t_end: Option<f64>,
 
     /// Coarsest step of the ladder
-    #[arg(long, value_name = "H", value_parser = args::positive)]
+    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = args::positive)]
     coarsest: Option<f64>,
 
     /// Number of steps of the ladder
@@ -123,15 +123,15 @@ pub(super) struct Args {
     points: Option<u16>,
 
     /// Tolerance of a numerical reference, 1e-12 by default
-    #[arg(long, value_name = "TOL", value_parser = args::positive)]
+    #[arg(long, value_name = "TOL", allow_hyphen_values = true, value_parser = args::positive)]
     reference_tolerance: Option<f64>,
 
     /// Order to expect, in place of the one that theory has for the pair
-    #[arg(long, value_name = "P", value_parser = args::positive)]
+    #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = args::positive)]
     expect: Option<f64>,
 
     /// Largest distance from the expected order; 0.25 without reference
-    #[arg(long, value_name = "B", value_parser = args::positive)]
+    #[arg(long, value_name = "B", allow_hyphen_values = true, value_parser = args::positive)]
     band: Option<f64>,
 
     /// Form of the result: table, json or markdown
@@ -250,9 +250,11 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
     let source = args.reference.unwrap_or_else(|| Source::default_for(&*problem, &*method));
     let truth = source.truth(&*problem, &*method);
     let fit = measure_on(&*problem, &*method, truth, &ladder)?;
-    // Coefficients alone say nothing of a special problem.
-    let is_special = file.is_some() || args.problem.is_model();
-    let mut fit = if is_special && ladder.expected.is_none() { fit.of_equations_in_general() } else { fit };
+    // Coefficients alone say nothing of a special problem; what the report measures on each of its own is known.
+    let is_known = !args.problem.is_model()
+        && args.problem.set().is_empty()
+        && methods_for(&*problem).iter().any(|known| known.name() == method.name());
+    let mut fit = if is_known || ladder.expected.is_some() { fit } else { fit.of_equations_in_general() };
     let overstated = claimed.filter(|claimed| *claimed > method.order() && args.expect.is_none());
     if overstated.is_some() && fit.verdict == Verdict::Pass {
         fit.verdict = Verdict::Inconclusive;

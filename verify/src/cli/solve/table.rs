@@ -31,15 +31,7 @@ impl Table {
 
     pub(super) fn push(&mut self, Row { t, values, errors }: Row) {
         let row = (t, values.to_vec(), errors.to_vec());
-        if !self.count.is_multiple_of(self.stride) {
-            self.last = Some(row);
-        } else {
-            self.last = None;
-            self.kept.push(row);
-        }
-        self.count += 1;
-        if self.kept.len() > ROWS {
-            // The row at hand, of an even number, stays.
+        if self.kept.len() == ROWS && self.count.is_multiple_of(self.stride) {
             let mut number = 0;
             self.kept.retain(|_| {
                 number += 1;
@@ -47,6 +39,13 @@ impl Table {
             });
             self.stride *= 2;
         }
+        if self.count.is_multiple_of(self.stride) {
+            self.last = None;
+            self.kept.push(row);
+        } else {
+            self.last = Some(row);
+        }
+        self.count += 1;
     }
 
     pub(super) fn write(&self, out: &mut impl Write) -> io::Result<()> {
