@@ -118,6 +118,16 @@ pub enum OrderError {
         /// The time.
         horizon: f64,
     },
+    /// The finest step asked for is too short.
+    #[error(
+        "the finest of these runs would take {count:.1e} steps, and {limit:.0e} is the most: ask for a longer coarsest step or fewer steps"
+    )]
+    TooManySteps {
+        /// The number of steps.
+        count: f64,
+        /// The most.
+        limit: f64,
+    },
     /// The reference failed.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
@@ -156,6 +166,9 @@ impl Ladder {
         }
     }
 }
+
+/// Most steps of a run that is asked for: seconds of the fastest method.
+const MOST_STEPS: f64 = 1e8;
 
 /// Doublings of the coarsest step where errors turn out to be at their floor: a high order leaves it within a few.
 const COARSER: u32 = 5;
@@ -200,6 +213,9 @@ pub fn measure_on(
     if asks {
         let coarsest = ladder.coarsest.unwrap_or_else(|| steps.first().copied().unwrap_or(horizon));
         steps = order::ladder(horizon, coarsest, ratio, ladder.points.unwrap_or(steps.len()));
+        if let Some(finest) = steps.last().filter(|finest| horizon / **finest > MOST_STEPS) {
+            return Err(OrderError::TooManySteps { count: horizon / finest, limit: MOST_STEPS });
+        }
     }
     let solution = truth.solution(problem, &limit, &[horizon], ladder.tolerance)?;
     let (end, bound) = (&solution[0].0, solution[0].1);
@@ -256,6 +272,15 @@ pub fn measure_on(
     {
         return Ok(finer);
     }
+    beside_theory(found, untold, unsettled)
+}
+
+/// What follows from a fit where theory says why no order can be told, or that it may not be.
+fn beside_theory(
+    mut found: OrderFit,
+    untold: Option<&'static str>,
+    unsettled: Option<&'static str>,
+) -> Result<OrderFit, OrderError> {
     match untold {
         _ if found.verdict != Verdict::Pass
             && let Some(because) = untold.or(unsettled) =>
@@ -367,4 +392,39 @@ pub fn depends_on_time(problem: &dyn Problem) -> bool {
 /// and that of the momentum, where the state carries one.
 pub fn roundoff(method: &dyn Method, size: f64, steps: f64) -> f64 {
     f64::EPSILON * size * (steps + method.momentum_roundoff(steps))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_theory_rules_out_fails_where_it_is_found() {
+        let of = |order: f64| {
+            let samples: Vec<_> = (0..8).map(|k| 0.1 * 0.5_f64.powi(k)).map(|h| Sample::new(h, h * h, 0.0)).collect();
+            fit(&samples, &order::Expectation::new(order, 0.1))
+        };
+        let verdict = |found: Result<OrderFit, OrderError>| found.map(|found| found.verdict);
+        let untold = |found| matches!(found, Err(OrderError::Untold { because: "why", .. }));
+        assert!(matches!(verdict(beside_theory(of(2.0), None, None)), Ok(Verdict::Pass)));
+        assert!(matches!(verdict(beside_theory(of(3.0), None, None)), Ok(Verdict::Fail)));
+        assert!(matches!(verdict(beside_theory(of(2.0), None, Some("why"))), Ok(Verdict::Pass)));
+        assert!(untold(verdict(beside_theory(of(3.0), None, Some("why")))));
+        assert!(untold(verdict(beside_theory(of(3.0), Some("why"), None))));
+        let found = beside_theory(of(2.0), Some("why"), None).expect("told");
+        assert!(found.verdict == Verdict::Fail && found.reason.ends_with("no order should be told: why"));
+    }
+
+    #[test]
+    fn errors_of_a_model_that_no_step_resolves_and_stiff_ones_decide_nothing() {
+        let of = |order: f64, constant: f64| {
+            let samples: Vec<_> =
+                (0..8).map(|k| 0.1 * 0.5_f64.powi(k)).map(|h| Sample::new(h, constant * h, 0.0)).collect();
+            fit(&samples, &order::Expectation::new(order, 0.1))
+        };
+        // The finest error is 1/1280 of the constant.
+        let open = |order, constant, rate| unexplored(&of(order, constant), 1.0, rate).is_some();
+        assert!(!open(1.0, 100.0, 1.0) && open(1.0, 200.0, 1.0) && open(2.0, 200.0, 1.0));
+        assert!(!open(2.0, 1.0, 1000.0) && open(2.0, 1.0, 2000.0) && !open(1.0, 1.0, 2000.0));
+    }
 }

@@ -3,7 +3,7 @@
 use crate::fields::Products;
 use lsvi::{
     AutoField, Derivative, DerivativeError, FieldFn, InputError, Jacobian, Place, Scalar, Structure, SystemError,
-    VectorField, add_columns, check_derivatives,
+    VectorField, add_columns, check_derivatives, field,
 };
 
 /// Products, sines, roots and a large constant, in n unknowns on a ring.
@@ -210,6 +210,17 @@ fn functions_that_add_to_what_they_should_write_are_found() {
     }
     let found = check_derivatives(&Careless::OtherRate, 0.0, &[0.7]);
     assert!(matches!(found, Err(DerivativeError::Differs { of: Derivative::Rate, .. })), "{found:?}");
+}
+
+#[test]
+fn a_zero_beside_large_entries_is_known_to_what_their_sums_round_by() {
+    let sums = field!(2, |_t, v, dv| {
+        dv[0] = v[0] * 1e4;
+        dv[1] = (v[0] * 1e4 + v[1]) - v[0] * 1e4;
+    });
+    for k in 0..20 {
+        check_derivatives(&sums, 0.0, &[0.3 + 0.01 * f64::from(k), 0.7]).expect("right");
+    }
 }
 
 #[test]

@@ -86,14 +86,14 @@ pub enum Refusal {
     /// No other run confirms the solution.
     #[error(
         "no method of fixed steps comes nearer to the solution of radau-adaptive, which the trials are measured by, than \
-         {difference:.1e}, too much to tell errors of {accuracy:e}: the solution is sensitive, not smooth, or has times too unlike for \
+         {difference:.1e}, too much to tell errors of {target:.1e}: the solution is sensitive, not smooth, or has times too unlike for \
          steps of one size"
     )]
     Unresolved {
         /// By so much.
         difference: f64,
-        /// What was asked for.
-        accuracy: f64,
+        /// The error to reach.
+        target: f64,
     },
     /// No trial reaches the accuracy.
     #[error("no method reaches {accuracy:e} in {most} steps")]
@@ -169,7 +169,7 @@ impl Tried {
             _ if self.is_constant => Some(Refusal::Constant),
             // NaN is no agreement.
             _ if uncertainty.is_nan() || uncertainty > 0.1 * target => {
-                Some(Refusal::Unresolved { difference: uncertainty, accuracy })
+                Some(Refusal::Unresolved { difference: uncertainty, target })
             }
             [] => Some(Refusal::OutOfReach { accuracy, most: trial::MOST }),
             [first, ..] if let Some((found, nominal)) = first.unpredictable() => {

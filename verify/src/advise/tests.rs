@@ -126,6 +126,9 @@ fn the_character_of_a_system_is_told_by_its_matrices() {
     };
     let channel = of("channel-couette cells=8");
     assert!(channel.is_symmetric() && channel.is_dissipative() && channel.invariants == 0 && !channel.is_hamiltonian);
+    // With a mass matrix, in the metric of which the system is symmetric and in no other.
+    let elements = of("channel-couette cells=8 scheme=legendre");
+    assert!(elements.is_symmetric() && elements.is_dissipative());
     let kepler = of("kepler");
     assert!(kepler.is_hamiltonian && !kepler.is_symmetric() && !kepler.is_dissipative());
     let robertson = of("robertson");

@@ -102,7 +102,7 @@ impl Failure {
             | Self::NoTolerances(_)
             | Self::Tolerance(_)
             | Self::Run { source: RunError::Build(_) | RunError::Input(_), .. }
-            | Self::Order(OrderError::NoExact | OrderError::Adaptive(_) | OrderError::Coarsest { .. })
+            | Self::Order(OrderError::NoExact | OrderError::Adaptive(_) | OrderError::Coarsest { .. } | OrderError::TooManySteps { .. })
             | Self::Comparison(_)
             | Self::Part(_)
             // What cannot be written says nothing of what was computed.

@@ -270,3 +270,19 @@ fn highest(tableau: &Tableau) -> u32 {
         _ => 2 * s,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::file::{Body, Shipped};
+
+    #[test]
+    fn repairs_are_looked_for_up_to_butchers_barriers() {
+        for (name, highest) in
+            [("heun2", 2), ("rk4", 4), ("cash-karp", 5), ("dormand-prince", 6), ("implicit-euler", 2), ("gauss3", 6)]
+        {
+            let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+            let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
+            assert_eq!(super::highest(tableau), highest, "{name}");
+        }
+    }
+}

@@ -317,7 +317,8 @@ mod tests {
             let (stderr, rounding, momentum) = (1e-6, 0.0, None);
             let (problem, method, steps) = ("henon-heiles", String::new(), 400);
             let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
-            let Check { outcome, measured, required, .. } = energy_verdict(Ok(Ok(found))).check;
+            let Check { outcome, measured, required, reason, .. } = energy_verdict(Ok(Ok(found))).check;
+            assert!(reason.ends_with("its error is 1.0e-3 at most"), "{reason}");
             let required = required.expect("it is looked at");
             assert_eq!(measured, Some(drift));
             assert_eq!(required.is_met_by(drift), outcome == Outcome::Pass, "{kind:?}, {drift:e}: {required}");

@@ -625,6 +625,7 @@ impl MultistepTheory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::judge::file::{Body, Shipped};
 
     /// (ζ − 1)(ζ² − 0.6 ζ + 1) has e^{±iφ} with cos φ = 0.3 as its other roots. Its coefficients to eight places leave open on which
     /// side of the rim these are.
@@ -639,5 +640,22 @@ mod tests {
         assert_eq!(roots(0.0), Roots::Stable);
         let Roots::Undecided(z) = roots(0.5e-8) else { panic!("{:?}", roots(0.5e-8)) };
         assert!((z.re - 0.3).abs() < 1e-6 && (z.norm() - 1.0).abs() < 1e-6, "{z}");
+    }
+
+    /// The angles of the backward differentiation formulas are algebraic numbers, known to all digits.
+    #[test]
+    fn angles_of_stability_are_those_of_the_closed_forms() {
+        for (name, exact) in [
+            ("bdf3", 86.032_366_860_211_65),
+            ("bdf4", 73.351_670_474_578_48),
+            ("bdf5", 51.839_755_836_049_91),
+            ("bdf6", 17.839_777_792_245_70),
+        ] {
+            let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+            let Body::Multistep(method) = &file.body else { panic!("{name}") };
+            let found = MultistepTheory::new(method).alpha.expect("an angle");
+            // Golden section comes within √ε of a minimum, and an angle to the roundings of its locus.
+            approx::assert_abs_diff_eq!(found, exact, epsilon = 1e-10);
+        }
     }
 }

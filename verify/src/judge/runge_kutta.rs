@@ -462,3 +462,11 @@ pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
     };
     Finding::new(weights.order == p, why).measured(weights.order)
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn an_angle_is_just_below_a_right_one_where_two_digits_would_say_that_it_is_one() {
+        assert_eq!([86.0324, 89.98, 89.996].map(super::angle), ["= 86.03°", "= 89.98°", "just below 90°"]);
+    }
+}

@@ -193,4 +193,14 @@ mod tests {
             assert_eq!(is_algebraically_stable(&with_matrix(m, 1e-6)), Err(Indefinite::Undecided));
         }
     }
+
+    /// M = [[1, 2], [2, 1]] has a positive diagonal and the eigenvalue −1.
+    #[test]
+    fn a_pivot_that_elimination_makes_negative_is_found() {
+        let diagonal = Real::double(1.25);
+        let a = vec![vec![diagonal.clone(), Real::double(4.25)], vec![Real::double(0.25), diagonal]];
+        let c = super::super::tableau::row_sums(&a);
+        let numbers = Numbers { a, b: vec![Real::double(0.5); 2], c, b_hat: None };
+        assert_eq!(is_algebraically_stable(&numbers), Err(Indefinite::Pivot(0, -3.0)));
+    }
 }

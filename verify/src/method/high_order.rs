@@ -180,7 +180,7 @@ impl Method for LsGalerkin {
             symplectic: if is_gauss { Symplecticity::Always } else { Symplecticity::Never },
             is_reversible: symmetric_nodes && (self.is_collocation() || self.alpha.abs() == self.beta.abs()),
             stages: self.nodes as u32 * if self.is_collocation() { 1 } else { 2 },
-            symmetric_order: self.symmetric_order(),
+            symmetric_order: Some(self.symmetric_order()),
             settles_late: !self.is_collocation() && self.alpha != 0.0,
             ..Traits::new(self.nominal_order(), principle, self.stability_class())
         }

@@ -7,8 +7,8 @@ use crate::kinds::{Principle, Stability, Symplecticity};
 pub struct Traits {
     /// Nominal order of accuracy on smooth nonlinear problems.
     pub order: u32,
-    /// The order on v̇ = A v + b with a symmetric A.
-    pub symmetric_order: u32,
+    /// The order on v̇ = A v + b with a symmetric A, if it is another one there.
+    pub symmetric_order: Option<u32>,
     /// A rate λ, and the order on v̇ = −λv, of a method that is fitted to it.
     pub fitted: Option<(f64, u32)>,
     /// Order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15); `None` where the error is no power of h at the stiffness of
@@ -48,7 +48,7 @@ impl Traits {
     pub fn new(order: u32, principle: Principle, stability: Stability) -> Self {
         Self {
             order,
-            symmetric_order: order,
+            symmetric_order: None,
             fitted: None,
             highest_order: None,
             stiff_order: Some(order),

@@ -62,8 +62,9 @@ impl OrderPlan {
 /// How the order of `method` on `problem` is to be measured.
 pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
     let (facts, traits) = (problem.facts(), method.traits());
-    if traits.symmetric_order != traits.order && is_symmetric(problem) {
-        let order = traits.symmetric_order;
+    if let Some(order) = traits.symmetric_order.filter(|order| *order != traits.order)
+        && is_symmetric(problem)
+    {
         return plan(problem, method, &facts, &Traits { order, ..traits }).declared(
             f64::from(order),
             "least squares of v̇ − λv, integrated without error, gain order where λ is real",

@@ -117,7 +117,7 @@ fn parabolic(evidence: &Evidence) -> Result<(), Failed> {
         &[
             format!("Take `{radau}`, Radau IIA with two stages, for a stiff parabolic problem"),
             format!(
-                "for the work of 32 linear systems its error is {of_radau} of Method I's on smooth data and {of_later} of it well after a jump."
+                "in a channel of 64 cells, for the work of 32 linear systems, its error is {of_radau} of Method I's on smooth data and {of_later} of it well after a jump."
             ),
             format!(
                 "right after it, for two linear systems, the other methods have {} to {} times its error",
@@ -132,7 +132,7 @@ fn parabolic(evidence: &Evidence) -> Result<(), Failed> {
             "Middle, a wall set in motion at once, followed to t = 0.5. Right, the same at t = 0.02:".into(),
             format!("Take: `{radau}` with fixed steps"),
             format!(
-                "Short: Radau IIA with two stages (`{radau}`) has {of_radau} of Method I's error on smooth data and {of_later} of it well after a jump, for the work of 32 linear systems; its order is 3 and Method I's 2."
+                "Short: Radau IIA with two stages (`{radau}`) has {of_radau} of Method I's error on smooth data and {of_later} of it well after a jump, for the work of 32 linear systems in a channel of 64 cells; its order is 3 and Method I's 2."
             ),
         ],
     )?;

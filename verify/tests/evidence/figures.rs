@@ -202,7 +202,7 @@ fn poiseuille(evidence: &Evidence) -> Result<(), Failed> {
         &[
             format!("from h = {from} to {to}, implicit Euler has a smaller one."),
             format!(
-                "its error over the smallest of the other three falls: it is {} at h = 0.01 and tends to {}.",
+                "Its error over the smallest of the other three is {} at h = 0.01, and tends to {} as h falls.",
                 short(of("method-i") / others),
                 short(galerkin / averaged)
             ),

@@ -95,7 +95,7 @@ fn digits_may_stand_above_a_table() {
     let (_, out, error) = judged("exact.txt", &format!("order 3\n{table}"));
     assert!(out.contains("REFUTED order 3"), "{out}{error}");
     for above in ["digits 3", "digits = 3", "# Heun\ndigits=3"] {
-        let (code, out, error) = judged("rounded.txt", &format!("{above}\norder = 3\n{table}"));
+        let (code, out, error) = judged("above.txt", &format!("{above}\norder = 3\n{table}"));
         assert!(code == 0 && out.contains("confirmed order 3"), "{above}: {out}{error}");
     }
     let (code, _, error) = judged("many.txt", &format!("digits 99\n{table}"));

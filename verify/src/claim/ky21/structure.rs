@@ -74,20 +74,23 @@ fn symplecticity(context: &Context) -> Result<Finding, StudyError> {
                 if family == FAMILIES[0] {
                     let what = format!("largest defect over its rounding, {method}, {problem}");
                     cases.push(Case::at_most(what, found.excess(), 1.0));
-                    shown.push(format!("{} (h = {})", text(point.defect), text(point.h)));
+                    shown.push((text(point.defect), point.h));
                 }
                 let exponent = found.fit.as_ref().and_then(|fit| fit.line).map(|line| line.slope);
                 rows.push(row![problem, method, point.h, point.defect, exponent]);
             }
         }
     }
-    let of = |problem: usize| shown[3 * problem..3 * problem + 3].join(", ");
-    let evidence = format!(
-        "The defects of degrees 2, 3 and 4 are {} on Hénon–Heiles, {} for the charged particle, {} for the double pendulum.",
-        of(0),
-        of(1),
-        of(2)
-    );
+    let of = |name: &str, shown: &[(String, f64)]| {
+        let h = shown[0].1;
+        let defects: Vec<&str> = shown.iter().map(|(defect, _)| defect.as_str()).collect();
+        let is_one = shown.iter().all(|(_, other)| *other == h);
+        is_one.then(|| format!("{} {name} (h = {h})", defects.join(", "))).ok_or("not one step size")
+    };
+    let names = ["on Hénon–Heiles", "for the charged particle", "for the double pendulum"];
+    let parts = names.iter().zip(shown.chunks(3)).map(|(name, shown)| of(name, shown));
+    let parts = parts.collect::<Result<Vec<_>, _>>()?;
+    let evidence = format!("The defects of degrees 2, 3 and 4 are {}.", parts.join(", "));
     let caption = "Defect of symplecticity of one step of h, and the power of h with which it falls where it is above rounding. The \
                    equispaced nodes are the paper's; Galerkin integrators of the same number of stages are symplectic everywhere.";
     let defects =

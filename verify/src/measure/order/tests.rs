@@ -368,3 +368,26 @@ fn slopes_are_written_with_a_minus_sign_where_they_have_one() {
     assert_eq!(decimals(f64::NEG_INFINITY, 3), "−inf");
     assert_eq!(decimals(f64::NAN, 3), "NaN");
 }
+
+#[test]
+fn an_order_that_nothing_is_expected_of_is_said_to_stand_still_where_it_does() {
+    let f = fit_freely(&samples(0.0, |h| 3.353e-4 * (1.0 - 0.01 * h)), 0.1);
+    assert!(f.verdict == Verdict::Measured && f.reason.ends_with(STANDSTILL), "{f:?}");
+    let f = fit_freely(&samples(0.0, |h| h * h), 0.1);
+    assert!(f.verdict == Verdict::Measured && !f.reason.contains("stays what it is"), "{f:?}");
+}
+
+/// Whatever the floors, a verdict needs twice the standard error within the band, and gets it there.
+#[test]
+fn a_fit_is_resolved_where_twice_its_standard_error_is_in_the_band() {
+    let mut between = 0;
+    for k in 1..200 {
+        let part = f64::from(k) / 400.0;
+        let s: Vec<_> = (0..4).map(|k| 0.1 / f64::from(1 << k)).map(|h| Sample::new(h, h * h, part * h * h)).collect();
+        let f = fit(&s, &Expectation::new(2.0, 0.1));
+        let Some(line) = f.line.filter(|_| f.kept.len() == 4) else { continue };
+        assert_eq!(f.verdict == Verdict::Pass, 2.0 * line.stderr <= 0.1, "{part}: {}", f.reason);
+        between += usize::from(line.stderr > 0.05 && line.stderr < 0.1);
+    }
+    assert!(between > 3, "{between}");
+}

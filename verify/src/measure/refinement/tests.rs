@@ -520,3 +520,16 @@ fn values_that_scatter_have_a_fit_with_an_uncertainty() {
     }
     assert!(scattered > 100 && f64::from(covered) >= 0.95 * f64::from(scattered), "{covered} of {scattered}");
 }
+
+/// Half the median of the differences that noise leaves, and of two kinds of noise in proportion.
+#[test]
+fn the_amplitude_of_noise_is_half_of_its_differences() {
+    for size in [1e-9, 1e-8] {
+        // Fine to coarse: four values of noise of the size, then a fourth order.
+        let noise = [1.0, -1.0, 1.0, -1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let h = |k: usize| 0.4 * 0.5_f64.powi(9 - k as i32);
+        let points: Vec<_> = (0..10).map(|k| (h(k), 1.0 + h(k).powi(4) + size * noise[k])).collect();
+        let found = noise::amplitude(&points, f64::EPSILON, 0.25).expect("noise");
+        assert!((0.5 * size..=2.0 * size).contains(&found), "{size:e}: {found:e}");
+    }
+}

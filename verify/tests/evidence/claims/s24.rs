@@ -329,7 +329,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             // From v = −1 with h = 1 the residuals at v₁ = −1 are 1 at both ends, and 1 + 1 · (1 − 2) = 0.
             holds_just([0.01, 5.0], |w| w < last, |w| Ok(right_root_of_method_i(w).abs() <= 1.0))?;
             Known::of([
-                format!("A step on the branch exists up to W = {last:.3}, where v₁/v₀ = {};", text(reached)),
+                format!("A step on the branch exists up to W = {last:.3}, where v₁/v₀ has come to {};", text(reached)),
                 "starts at v₀ for h = 0 is gone".into(),
                 format!("v₁/v₀ = {} to {}: none of these steps amplifies,", text(left[0]), text(left[1])),
                 format!(
@@ -344,11 +344,10 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         }
         "h-2" => {
             // p₁ = p₀ is (1 + x)(W x² + (1 − W) x + W − 1) = 0 for x = v₁/v₀, whose good root ends at W = 1.
-            let w: f64 = 1.0 - 1e-6;
-            let reached = (w - 1.0 + ((1.0 - w) * (1.0 + 3.0 * w)).sqrt()) / (2.0 * w);
             require(1.0 < fold_of_method_i().0, || "its root does not end at a smaller step than Method I's".into())?;
             Known::of([
-                format!("A step on the branch exists up to W = 1.000, where v₁/v₀ = {};", text(reached)),
+                // x² = 0 there.
+                "A step on the branch exists up to W = 1.000, where v₁/v₀ has come to 0;".into(),
                 "starts at v₀ for h = 0 is gone".into(),
                 // The other factor has none for W > 1: (1 − W)(1 + 3W) < 0.
                 "off the branch, v₁/v₀ = −1: none of these steps amplifies,".into(),
@@ -616,15 +615,15 @@ fn right_root_of_method_i(w: f64) -> f64 {
     root([minimum([0.0, 1.0], 0.0, g), 1.0], g).unwrap_or(f64::NAN)
 }
 
-/// The largest W = h v₀ with a step of Method I on quadratic drag that continues v₀, and v₁/v₀ a millionth before it.
+/// The largest W = h v₀ with a step of Method I on quadratic drag that continues v₀, and v₁/v₀ there.
 ///
 /// p₁ = 0 is g(x) = 0 for x = v₁/v₀, and its larger root in (0, 1) ends where the least value of g is zero.
 fn fold_of_method_i() -> (f64, f64) {
     let g = |w: f64, x: f64| x - 1.0 + w + (x - 1.0 + w * x * x) * (1.0 + 2.0 * w * x);
     let lowest = |w: f64| minimum([0.0, 1.0], 0.0, |x| g(w, x));
     let last = root([0.5, 5.0], |w| g(w, lowest(w))).expect("a fold");
-    let before = last * (1.0 - 1e-6);
-    (last, root([lowest(before), 1.0], |x| g(before, x)).unwrap_or(f64::NAN))
+    // A double root, where g is least.
+    (last, lowest(last))
 }
 
 /// g of [`fold_of_method_i`], whose negative root is at least −1.
