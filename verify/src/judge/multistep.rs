@@ -285,13 +285,13 @@ impl MultistepTheory {
         Some(angle(theta).min(angle(coarse)).to_degrees()).filter(|alpha| *alpha > 0.0)
     }
 
-    /// The stable intervals of the negative axis. They end where a root ζ is on the unit circle: at 0 for ζ = 1, for ζ = −1, and where
+    /// The stable intervals of the negative axis. They end where a root ζ is on the unit circle: for ζ = 1, which is at 0 where ρ(1) = 0, for ζ = −1, and where
     /// Im ρ(ζ) σ̄(ζ) changes its sign, which over sin θ is a polynomial in cos θ.
     fn negative(&self, r: &[Real], s: &[Real]) -> Vec<[f64; 2]> {
         let k = self.steps();
         let pairs = |m: usize| (0..=k - m).map(|j| &(&r[j + m] * &s[j]) - &(&r[j] * &s[j + m])).sum();
         let angles = chebyshev([2, -2], (1..=k).map(pairs).collect()).certain_changes().into_iter().map(angle);
-        let mut ends: Vec<f64> = angles.chain([PI]).map(|theta| -self.locus(theta).re).collect();
+        let mut ends: Vec<f64> = angles.chain([0.0, PI]).map(|theta| -self.locus(theta).re).collect();
         // Nearer to 0 than that, growth is not told from 1: the end is 0 itself, but for rounding.
         ends.retain(|x| *x > BOUNDED && x.is_finite());
         ends.sort_by(f64::total_cmp);
@@ -649,7 +649,7 @@ mod tests {
             ("bdf3", 86.032_366_860_211_65),
             ("bdf4", 73.351_670_474_578_48),
             ("bdf5", 51.839_755_836_049_91),
-            ("bdf6", 17.839_777_792_245_70),
+            ("bdf6", 17.839_777_792_245_7),
         ] {
             let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
             let Body::Multistep(method) = &file.body else { panic!("{name}") };
@@ -657,5 +657,17 @@ mod tests {
             // Golden section comes within √ε of a minimum, and an angle to the roundings of its locus.
             approx::assert_abs_diff_eq!(found, exact, epsilon = 1e-10);
         }
+    }
+
+    /// With ρ(1) ≠ 0 the root ζ = 1 is not at hλ = 0.
+    #[test]
+    fn the_negative_axis_of_an_inconsistent_formula_begins_where_one_is_a_root() {
+        let file = Shipped::by_name("bdf4").expect("there").read().expect("well-formed");
+        let Body::Multistep(mut method) = file.body else { panic!("bdf4") };
+        // 35/25 for 25/12: ρ(1) = 35/25 − 25/12 = −0.6833….
+        method.rho[4].real = &Real::from(7) / &Real::from(5);
+        let [[from, to]] = MultistepTheory::new(&method).negative[..] else { panic!("one interval") };
+        approx::assert_abs_diff_eq!(from, 25.0 / 12.0 - 1.4, epsilon = 1e-14);
+        assert_eq!(to, f64::INFINITY);
     }
 }

@@ -127,7 +127,7 @@ impl LsGalerkin {
         if self.is_collocation() || self.family == Family::Lobatto {
             return order;
         }
-        match (self.degree % 2 == 0, self.conserves()) {
+        match (self.degree.is_multiple_of(2), self.conserves()) {
             (true, true) => order + 2,
             (false, false) if self.alpha == self.beta => order + 2,
             (false, false) => order + 1,
