@@ -998,7 +998,7 @@ fn the_end_of_a_run_is_on_the_screen_whatever_the_number_of_its_steps() {
         let (status, text, _) = say(&format!("solve --problem logistic --method rk4 --h 0.125 --t-end {t_end}"));
         assert_eq!(status, 0);
         let numbers = |line: &str| line.split_whitespace().map(|x| x.parse::<f64>().ok()).collect::<Option<Vec<_>>>();
-        let last = text.lines().filter_map(numbers).filter(|row| row.len() > 1).last().map(|row| row[0]);
+        let last = text.lines().filter_map(numbers).rfind(|row| row.len() > 1).map(|row| row[0]);
         assert_eq!(last, Some(t_end), "{steps} steps: {text}");
     }
 }
