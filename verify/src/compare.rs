@@ -709,4 +709,28 @@ mod tests {
         // Neither a slow growth nor none is the equation's.
         assert_eq!([told([1e-2, 2e-2, 3e-2, 4e-2]), told([1e-9; 4])], [None, None]);
     }
+
+    /// Errors of the state within its bound, with the worst signs for each component shown, come to the bound of what is shown.
+    #[test]
+    fn the_bound_of_what_is_shown_is_met_by_the_worst_errors_of_the_state() {
+        let (problem, bound) = (problem::small("shear-layer").expect("registered"), 1e-3);
+        let (state, times) = (problem.initial(), [problem.horizon()]);
+        let answer = Answer { states: vec![state.clone()], bound, astray: None, runs: None };
+        let of = shown(&*problem, &times, answer);
+        let observe = |state: &[f64]| problem.observe(times[0], state);
+        let moved =
+            |by: &dyn Fn(usize) -> f64| -> Vec<f64> { state.iter().enumerate().map(|(i, v)| v + by(i)).collect() };
+        let here = observe(&state);
+        assert_eq!(of.states, std::slice::from_ref(&here));
+        let parts: Vec<Vec<f64>> = (0..state.len())
+            .map(|i| {
+                observe(&moved(&|j| if i == j { 1.0 } else { 0.0 })).iter().zip(&here).map(|(a, b)| a - b).collect()
+            })
+            .collect();
+        let worst = (0..here.len()).map(|r| {
+            let there = observe(&moved(&|i| bound * parts[i][r].signum()));
+            (there[r] - here[r]).abs()
+        });
+        approx::assert_relative_eq!(of.bound, worst.largest(), max_relative = 1e-9);
+    }
 }

@@ -244,7 +244,7 @@ fn search(method: &dyn Method, order: usize, smaller: Option<&DMatrix<f64>>) -> 
     summits.sort_by(|a, b| b.radius.total_cmp(&a.radius));
     summits.truncate(HIGHEST);
     if let Some(smaller) = smaller {
-        let mut matrix = -DMatrix::identity(order, order);
+        let mut matrix = DMatrix::from_diagonal_element(order, order, -1.0);
         matrix.view_mut((0, 0), (order - 1, order - 1)).copy_from(smaller);
         summits.push(Summit { radius: radius(&matrix)?, matrix });
     }
@@ -268,9 +268,9 @@ struct Summit {
 /// if they are too large.
 fn stable(candidate: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let order = candidate.nrows();
-    // Rounding the entries moves the eigenvalues a little.
+    // Rounding the entries moves the eigenvalues a little, and makes −0 of some, which is 0.
     let shift = spectral_abscissa(candidate) + 1.2 * MARGIN;
-    let matrix = (candidate - shift * DMatrix::identity(order, order)).map(|x| (100.0 * x).round() / 100.0);
+    let matrix = (candidate - shift * DMatrix::identity(order, order)).map(|x| (100.0 * x).round() / 100.0 + 0.0);
     (matrix.amax() <= LARGEST && spectral_abscissa(&matrix) <= -MARGIN).then_some(matrix)
 }
 

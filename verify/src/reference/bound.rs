@@ -129,3 +129,42 @@ pub(super) fn check(ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// v̇ = 0.
+    struct Still;
+
+    impl Ode for Still {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv[0] = 0.0;
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
+    }
+
+    /// Bounds at t = 1, 2 and 3 of two solves that differ by `apart` at t.
+    fn bounds(apart: impl Fn(f64) -> f64) -> Vec<f64> {
+        let solve = |tolerance: f64, times: &[f64]| {
+            let mut run = Run::with_capacity(times.len());
+            let coarse = if tolerance > 1e-9 { 1.0 } else { 0.0 };
+            times.iter().for_each(|t| run.push(vec![1.0 + coarse * apart(*t)], 1));
+            Ok(run)
+        };
+        solve_twice(&Still, 0.0, &[1.0], &[1.0, 2.0, 3.0], 1e-9, solve).expect("solved").bound
+    }
+
+    /// A difference stays in the bound of all later times, one between two samples too, and the tolerance is its least value.
+    #[test]
+    fn bounds_do_not_fall_where_two_solves_cross() {
+        assert_eq!(bounds(|_| 0.0), [2e-9; 3]);
+        let crossed = bounds(|t| if t == 1.0 { 0.25 } else { 0.0 });
+        assert_eq!(crossed, [0.5; 3]);
+        let between = bounds(|t| if t > 1.0 && t < 2.0 { 0.25 } else { 0.0 });
+        assert_eq!(between, [2e-9, 0.5, 0.5]);
+    }
+}
