@@ -259,7 +259,9 @@ pub fn measure_on(
             "the references part: the one taken is uncertain by {bound:.1e}, of a solution of size {size:.1e}, and an error is \
              no better known; a shorter time tells"
         ));
-    } else if let Some(why) = problem.facts().model.and_then(|rate| unexplored(&found, size, rate)) {
+    } else if let Some(why) =
+        problem.facts().model.filter(|_| method.order() > 0).and_then(|rate| unexplored(&found, size, rate))
+    {
         found.reason += &format!("; {why}");
         found = found.clone().left_open(found.reason);
     }

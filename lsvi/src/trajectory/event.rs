@@ -75,7 +75,7 @@ impl<I: Integrator> Trajectory<I> {
     /// A change of sign is looked for on the dense output between the quarters of a step, from the start of each call between
     /// points that are twice as far away each time: two crossings within one of these parts are not seen. A zero where a call
     /// starts, or within 10⁻⁸ of a quarter step from there, does not count; one that follows does. A jump of g from one sign to the
-    /// other counts, a pole does not. Where g only touches zero, as at the start on a section that the path is tangent to, rounding
+    /// other counts, a pole between the points that are looked at does not. Where g only touches zero, as at the start on a section that the path is tangent to, rounding
     /// decides.
     ///
     /// # A ball that bounces
@@ -170,11 +170,16 @@ impl<I: Integrator> Trajectory<I> {
 
     /// g at a time of the last step, and the path there in `point`.
     fn value(&mut self, t: f64, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<f64, StepError> {
+        check_value(self.unchecked(t, g)?)
+    }
+
+    /// The same, finite or not.
+    fn unchecked(&mut self, t: f64, g: &mut impl FnMut(f64, &[f64]) -> f64) -> Result<f64, StepError> {
         let mut point = std::mem::take(&mut self.point);
         let written = self.interpolate(t, &mut point);
         self.point = point;
         written?;
-        check_value(g(t, &self.point))
+        Ok(g(t, &self.point))
     }
 
     /// The first time in (left, right] where g no longer has the sign that it has at the left, by bisection to the spacing of
@@ -190,14 +195,20 @@ impl<I: Integrator> Trajectory<I> {
         loop {
             let middle = left.0 + 0.5 * (right.0 - left.0);
             if middle <= left.0 || middle >= right.0 {
-                let change = match left.1.abs().min(right.1.abs()) / largest {
-                    part if part > POLE => Change::Pole,
-                    part if part > POLE.recip() => Change::Jump,
-                    _ => Change::Zero,
+                let [less, more] =
+                    [left.1.abs().min(right.1.abs()), larger(left.1.abs(), right.1)].map(|g| g / largest);
+                let change = match () {
+                    () if less > POLE => Change::Pole,
+                    () if more > POLE.recip() => Change::Jump,
+                    () => Change::Zero,
                 };
                 return Ok((right.0, change));
             }
-            let value = self.value(middle, g)?;
+            let value = self.unchecked(middle, g)?;
+            if value.is_infinite() {
+                return Ok((middle, Change::Pole));
+            }
+            let value = check_value(value)?;
             *(if value * sign > 0.0 { &mut left } else { &mut right }) = (middle, value);
         }
     }

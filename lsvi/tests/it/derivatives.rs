@@ -223,6 +223,62 @@ fn a_zero_beside_large_entries_is_known_to_what_their_sums_round_by() {
     }
 }
 
+/// One right field in two ways of adding up, or one whose f together with the Jacobian is no number.
+struct Resting(f64);
+
+impl VectorField for Resting {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = (0.1 * v[0] + 0.2 * v[1]) - 0.3;
+        dv[1] = -v[1];
+    }
+    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, 0.1 * scale);
+        out.add(0, 1, 0.2 * scale);
+        out.add(1, 1, -scale);
+    }
+    fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+        dv[0] = 0.1 * v[0] + (0.2 * v[1] - 0.3) + self.0;
+        dv[1] = -v[1];
+        self.add_jacobian(t, v, scale, out);
+    }
+}
+
+#[test]
+fn near_rest_f_is_known_to_the_rounding_of_its_terms() {
+    check_derivatives(&Resting(0.0), 0.0, &[1.0, 1.0]).expect("right");
+    check_derivatives(&Resting(0.0), 0.0, &[0.999_999_9, 1.0]).expect("right");
+    let found = check_derivatives(&Resting(1e-9), 0.0, &[1.0, 1.0]);
+    assert!(matches!(found, Err(DerivativeError::Differs { of: Derivative::Rate, .. })), "{found:?}");
+    let found = check_derivatives(&Resting(f64::NAN), 0.0, &[1.0, 1.0]);
+    assert!(matches!(found, Err(DerivativeError::NonFinite { what: "f of linearize", row: 0 })), "{found:?}");
+}
+
+/// sin 30v, with an exact product and the default entries of its curvature.
+struct Wave;
+
+impl VectorField for Wave {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = (30.0 * v[0]).sin();
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, 30.0 * (30.0 * v[0]).cos() * scale);
+    }
+    fn apply_curvature(&self, _t: f64, v: &[f64], w: &[f64], x: &[f64], out: &mut [f64]) {
+        out[0] = -900.0 * (30.0 * v[0]).sin() * w[0] * x[0];
+    }
+}
+
+#[test]
+fn entries_by_differences_beside_an_exact_product_are_right() {
+    check_derivatives(&Wave, 0.0, &[100.0]).expect("right");
+}
+
 #[test]
 fn every_flaw_is_named_with_its_place() {
     use Derivative::{Assembled, Curvature, Transpose};

@@ -333,6 +333,13 @@ fn a_pole_is_no_zero_and_a_jump_is_one() {
     for (zero, exact) in zeros.iter().zip([0.01, pi + 0.01, 2.0 * pi + 0.01]) {
         approx::assert_abs_diff_eq!(*zero, exact, epsilon = 1e-13);
     }
+    // Poles that are numbers, beside zeros that are.
+    for pole in [0.53, 0.537_109_375, 3.3] {
+        assert_eq!(count(&|x: f64| (x - pole).recip(), Crossing::Any), [0.0; 0], "{pole}");
+    }
+    // A jump from little to much stays where it is.
+    let jumps = count(&|x: f64| if x < 0.53 { -1e-4 } else { 100.0 }, Crossing::Any);
+    assert!(jumps.len() == 1 && (jumps[0] - 0.53).abs() < 1e-14, "{jumps:?}");
     // Jumps, to which g rises.
     let jumps = count(&|x: f64| if x < 2.03 { x } else { x - 5.0 }, Crossing::Falling);
     assert!(jumps.len() == 1 && (jumps[0] - 2.03).abs() < 1e-12, "{jumps:?}");

@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 use super::breakdown::free_residual;
 use crate::kinds::{Principle, Stability, System};
 use crate::measure::norm::{distance, max_norm};
-use crate::measure::order::{Expectation, ladder};
+use crate::measure::order::{Declared, Expectation, ladder};
 use crate::method::{Method, Traits};
 use crate::problem::{Facts, Problem, Stiffness, Window};
 
@@ -62,19 +62,20 @@ impl OrderPlan {
 /// How the order of `method` on `problem` is to be measured.
 pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
     let (facts, traits) = (problem.facts(), method.traits());
+    let gained = |order: u32, reason: &str| {
+        let plan = plan(problem, method, &facts, &Traits { order, ..traits.clone() });
+        let declared = Some(Declared { nominal: f64::from(traits.order), reason: reason.into() });
+        OrderPlan { expectation: Expectation { declared, ..plan.expectation }, ..plan }
+    };
     if let Some(order) = traits.symmetric_order.filter(|order| *order != traits.order)
         && is_symmetric(problem)
     {
-        return plan(problem, method, &facts, &Traits { order, ..traits }).declared(
-            f64::from(order),
-            "least squares of v̇ − λv, integrated without error, gain order where λ is real",
-        );
+        return gained(order, "least squares of v̇ − λv, integrated without error, gain order where λ is real");
     }
     if let Some((rate, order)) = traits.fitted
         && is_decay(problem, rate)
     {
-        let plan = plan(problem, method, &facts, &Traits { order, ..traits });
-        return plan.declared(f64::from(order), "the closure is fitted to this rate of decay");
+        return gained(order, "the closure is fitted to this rate of decay");
     }
     plan(problem, method, &facts, &traits)
 }

@@ -168,6 +168,10 @@ fn orders_that_are_gained_are_those_of_theory() {
         let name = method.name();
         let is_right = measured.verdict == Verdict::Pass && measured.expected.order == order;
         assert!(is_right, "{problem} {name} {}: {}", measured.expected.order, measured.reason);
+        // What is gained is gained over the nominal order.
+        if let Some(declared) = measured.expected.declared.filter(|_| problem == "linear-drag") {
+            assert_eq!(declared.nominal, f64::from(method.order()), "{name}");
+        }
     }
 }
 

@@ -1097,6 +1097,12 @@ fn orders_that_nobody_knows_are_left_open() {
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(status == 3 && text.contains(words), "{text}");
     }
+    // A method without order converges to nothing, however large its errors are.
+    let path = directory("inconsistent").join("euler.toml");
+    fs::write(&path, "kind = \"runge-kutta\"\na = [[0]]\nb = [\"4/5\"]\n").expect("writable");
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/models/van-der-pol.ds");
+    let (status, text, _) = order(&format!("--model {model} --t-end 5 --method {}", path.display()));
+    assert_eq!(status, 1, "{text}");
     let path = directory("stiff").join("stiff.ds");
     fs::write(&path, "u_i { v = 1 }\nF_i { 0 - 1000000 * (v - cos(t)) - sin(t) }\n").expect("writable");
     let (status, text, _) = order(&format!("--model {} --method sdirk2", path.display()));
