@@ -67,7 +67,9 @@ pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
         let declared = Some(Declared { nominal: f64::from(traits.order), reason: reason.into() });
         OrderPlan { expectation: Expectation { declared, ..plan.expectation }, ..plan }
     };
-    if let Some(order) = traits.symmetric_order.filter(|order| *order != traits.order)
+    // Where a remainder limits the order, nothing is gained.
+    let is_limited = problem.limit(method.principle()).order.is_some();
+    if let Some(order) = traits.symmetric_order.filter(|order| *order != traits.order && !is_limited)
         && is_symmetric(problem)
     {
         return gained(order, "least squares of v̇ − λv, integrated without error, gain order where λ is real");
