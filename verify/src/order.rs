@@ -259,9 +259,7 @@ pub fn measure_on(
             "the references part: the one taken is uncertain by {bound:.1e}, of a solution of size {size:.1e}, and an error is \
              no better known; a shorter time tells"
         ));
-    } else if let Some(why) =
-        problem.facts().model.filter(|_| method.order() > 0).and_then(|rate| unexplored(&found, size, rate))
-    {
+    } else if let Some(why) = problem.facts().model.and_then(|rate| unexplored(&found, method.order(), size, rate)) {
         found.reason += &format!("; {why}");
         found = found.clone().left_open(found.reason);
     }
@@ -303,8 +301,10 @@ fn beside_theory(
 const RESOLVED: f64 = 0.1;
 
 /// Why the errors of runs on a model, of which nothing is known but the size of its solution and a norm of J, decide nothing.
-fn unexplored(found: &OrderFit, size: f64, rate: f64) -> Option<String> {
-    if found.verdict == Verdict::Inconclusive {
+///
+/// What has no `order` converges to nothing, and what has another one than is expected is not excused.
+fn unexplored(found: &OrderFit, order: u32, size: f64, rate: f64) -> Option<String> {
+    if found.verdict == Verdict::Inconclusive || order == 0 {
         return None;
     }
     let finest = found.kept.last()?;
@@ -317,7 +317,8 @@ fn unexplored(found: &OrderFit, size: f64, rate: f64) -> Option<String> {
         ));
     }
     let reduced = found.line.is_some_and(|line| line.slope < found.expected.order - found.expected.band);
-    (found.verdict == Verdict::Fail && reduced && finest.h * rate > 1.0).then(|| {
+    let is_its_own = found.expected.order == f64::from(order);
+    (found.verdict == Verdict::Fail && reduced && is_its_own && finest.h * rate > 1.0).then(|| {
         format!(
             "h‖∂F/∂u‖ is {:.1e} at the finest step of the fit, where stiff equations may lower an order: steps below {:.1e} tell",
             finest.h * rate,
@@ -425,8 +426,11 @@ mod tests {
             fit(&samples, &order::Expectation::new(order, 0.1))
         };
         // The finest error is 1/1280 of the constant.
-        let open = |order, constant, rate| unexplored(&of(order, constant), 1.0, rate).is_some();
-        assert!(!open(1.0, 100.0, 1.0) && open(1.0, 200.0, 1.0) && open(2.0, 200.0, 1.0));
-        assert!(!open(2.0, 1.0, 1000.0) && open(2.0, 1.0, 2000.0) && !open(1.0, 1.0, 2000.0));
+        let open = |order, constant, rate| unexplored(&of(f64::from(order), constant), order, 1.0, rate).is_some();
+        assert!(!open(1, 100.0, 1.0) && open(1, 200.0, 1.0) && open(2, 200.0, 1.0));
+        assert!(!open(2, 1.0, 1000.0) && open(2, 1.0, 2000.0) && !open(1, 1.0, 2000.0));
+        // No excuse for what has no order, or claims more than it has.
+        assert!(unexplored(&of(1.0, 200.0), 0, 1.0, 1.0).is_none());
+        assert!(unexplored(&of(2.0, 1.0), 1, 1.0, 2000.0).is_none());
     }
 }

@@ -358,7 +358,7 @@ impl<F: VectorField> Integrator for Radau<F> {
             if h <= resolved(t) || is_below {
                 return Err(match is_finite {
                     false => failed(h, SolveError::NonFinite),
-                    true if is_below => StepError::BelowShortest { t, h, h_min: shortest },
+                    true if is_below => StepError::BelowShortest { t, h, h_min: self.options.h_min },
                     true => StepError::StepUnderflow { t, h },
                 });
             }

@@ -153,7 +153,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let neighbours = match parting {
         x if !x.is_finite() => "two neighbouring solutions cannot both be followed".into(),
         x => format!(
-            "along the run a disturbance of the start in one direction grows by {}, another one may by more; the largest component \
+            "along the run a disturbance of the start in one direction changes by a factor of {}, another one may by more; the largest component \
              comes to {}",
             significant(x, 2),
             significant(character.sizes.1, 2)
