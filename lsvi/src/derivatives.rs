@@ -1,31 +1,45 @@
-//! Whether the derivatives that a field states are those of its f.
+//! Whether the derivatives that a field states are those of its f, and those of mechanics those of L, F and the constraints.
+
+mod difference;
+mod mechanics;
+
+pub use mechanics::{check_constraint, check_force, check_lagrangian, check_motion};
 
 use std::fmt;
 
 use thiserror::Error;
 
+use difference::{Direction, agree, compare, directions, finite, pseudo_random, slopes, written};
+
 use crate::error::{InputError, check_time, check_vector};
 use crate::linalg::{Jacobian, Structure, larger, max_norm};
 use crate::vector_field::{VectorField, check_system};
 
-/// Unknowns up to which every entry is looked at; of more, products along a few directions.
-const FEW: usize = 32;
-/// Directions that stand for all of them.
-const DIRECTIONS: u64 = 8;
-/// Central differences, each with half the distance of the one before.
-const LEVELS: usize = 16;
-/// First distance, relative to the state: the differences of a smooth f settle from there on.
-const FIRST: f64 = 0.1;
-/// What stated and found may differ by, relative to the larger: far above rounding, and below what a wrong term makes.
-const RELATIVE: f64 = 1e-6;
-/// What a difference may be wrong by, in terms of the change in its extrapolation.
-const SAFETY: f64 = 10.0;
 /// What entries are multiplied by: other than one, so that a scale that is not heeded shows, and exact.
 const SCALE: f64 = -2.0;
-/// Uncertainty, relative to the size, beyond which a difference tells nothing.
-const TELLS: f64 = 1e-3;
 
-/// A derivative of f that a field states.
+/// What a function of mechanics is differentiated by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variable {
+    /// The configuration q.
+    Q,
+    /// The velocity v.
+    V,
+    /// The acceleration a.
+    A,
+}
+
+impl fmt::Display for Variable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Q => "q",
+            Self::V => "v",
+            Self::A => "a",
+        })
+    }
+}
+
+/// A derivative that a field, a Lagrangian, a force or a constraint states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Derivative {
@@ -40,17 +54,43 @@ pub enum Derivative {
     Transpose,
     /// Σ w_i (∂²f_i/∂v²) x, of [`VectorField::apply_curvature`] or [`VectorField::add_curvature`].
     Curvature,
+    /// ∂L/∂q and ∂L/∂v of [`Lagrangian::gradient`](crate::Lagrangian::gradient) and
+    /// [`Lagrangian::gradient_q`](crate::Lagrangian::gradient_q).
+    Gradient(Variable),
+    /// Second derivatives of [`Lagrangian::add_hessian`](crate::Lagrangian::add_hessian): of the gradient in the first variable, by
+    /// the second.
+    Hessian(Variable, Variable),
+    /// The Euler–Lagrange expression E of [`EulerLagrange::residual`](crate::EulerLagrange::residual).
+    Motion,
+    /// Its derivatives, of [`EulerLagrange::add_residual_derivative`](crate::EulerLagrange::add_residual_derivative).
+    MotionIn(Variable),
+    /// ∂F/∂q and ∂F/∂v of [`Force::add_derivative`](crate::Force::add_derivative).
+    Force(Variable),
+    /// ∂f/∂q of [`Constraint::jacobian`](crate::Constraint::jacobian).
+    Constraint,
+    /// Σ_k λ_k ∂²f_k/∂q² of [`Constraint::add_curvature`](crate::Constraint::add_curvature).
+    Reaction,
+    /// Derivatives added at once, each with its weight, beside the same in turn.
+    Blocks,
 }
 
 impl fmt::Display for Derivative {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Rate => "f of linearize",
-            Self::Jacobian => "the Jacobian",
-            Self::Assembled => "the assembled Jacobian",
-            Self::Transpose => "the transposed product",
-            Self::Curvature => "the curvature",
-        })
+        match self {
+            Self::Rate => f.write_str("f of linearize"),
+            Self::Jacobian => f.write_str("the Jacobian"),
+            Self::Assembled => f.write_str("the assembled Jacobian"),
+            Self::Transpose => f.write_str("the transposed product"),
+            Self::Curvature => f.write_str("the curvature"),
+            Self::Gradient(by) => write!(f, "∂L/∂{by}"),
+            Self::Hessian(row, column) => write!(f, "∂²L/∂{row}∂{column}"),
+            Self::Motion => f.write_str("the Euler–Lagrange expression"),
+            Self::MotionIn(by) => write!(f, "∂E/∂{by}"),
+            Self::Force(by) => write!(f, "∂F/∂{by}"),
+            Self::Constraint => f.write_str("∂f/∂q"),
+            Self::Reaction => f.write_str("Σ λ ∂²f/∂q²"),
+            Self::Blocks => f.write_str("derivatives added with weights"),
+        }
     }
 }
 
@@ -186,43 +226,6 @@ pub fn check_derivatives<F: VectorField + ?Sized>(field: &F, t: f64, v: &[f64]) 
     directions.iter().try_for_each(|x| check.curvature(&w, x))
 }
 
-/// A direction, and which axis it is.
-struct Direction {
-    x: Vec<f64>,
-    axis: Option<usize>,
-    /// First distance of differences.
-    first: f64,
-}
-
-/// The axes of a small space, or a few directions in a large one.
-fn directions(v: &[f64]) -> Vec<Direction> {
-    let n = v.len();
-    let largest = max_norm(v);
-    let size = if largest > 0.0 { largest } else { 1.0 };
-    if n > FEW {
-        return (1..=DIRECTIONS)
-            .map(|seed| Direction { x: pseudo_random(n, seed), axis: None, first: FIRST * size })
-            .collect();
-    }
-    let axis = |j: usize| {
-        let mut x = vec![0.0; n];
-        x[j] = 1.0;
-        Direction { x, axis: Some(j), first: FIRST * v[j].abs().max(1e-3 * size) }
-    };
-    (0..n).map(axis).collect()
-}
-
-/// Numbers between ½ and 1 with either sign, the same for the same seed.
-fn pseudo_random(n: usize, seed: u64) -> Vec<f64> {
-    let mut state = 0x9e37_79b9_7f4a_7c15 ^ seed.wrapping_mul(0xd134_2543_de82_ef95);
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let size = 0.5 + 0.5 * ((state >> 12) as f64 / (1_u64 << 52) as f64);
-        if state >> 11 & 1 == 0 { size } else { -size }
-    };
-    (0..n).map(|_| next()).collect()
-}
-
 /// The field at a state.
 struct Check<'a, F: ?Sized> {
     field: &'a F,
@@ -269,8 +272,8 @@ impl<F: VectorField + ?Sized> Check<'_, F> {
             }
         }
         finite("J x", &product)?;
-        let slopes = self.slopes(x, |v, out| field.rhs(t, v, out))?;
-        compare(Derivative::Jacobian, x.axis, &product, &slopes)?;
+        let found = slopes(v, x, n, |v, out| field.rhs(t, v, out))?;
+        compare(Derivative::Jacobian, |row| Place { row: Some(row), column: x.axis }, &product, &found)?;
         Ok(product)
     }
 
@@ -314,123 +317,7 @@ impl<F: VectorField + ?Sized> Check<'_, F> {
             let size = larger(max_norm(&by_entries), max_norm(&product));
             agree(Derivative::Curvature, x.axis, (&by_entries, &product), 0.1 * size)?;
         }
-        let slopes = self.slopes(x, |v, out| field.apply_transpose(t, v, w, out))?;
-        compare(Derivative::Curvature, x.axis, &product, &slopes)
+        let found = slopes(v, x, v.len(), |v, out| field.apply_transpose(t, v, w, out))?;
+        compare(Derivative::Curvature, |row| Place { row: Some(row), column: x.axis }, &product, &found)
     }
-
-    /// The derivative of `function` along x in each row.
-    fn slopes(
-        &self,
-        x: &Direction,
-        mut function: impl FnMut(&[f64], &mut [f64]),
-    ) -> Result<Vec<Slope>, DerivativeError> {
-        let n = self.v.len();
-        let mut at = |distance: f64| {
-            let moved: Vec<f64> = self.v.iter().zip(&x.x).map(|(v, x)| v + distance * x).collect();
-            let mut value = vec![0.0; n];
-            function(&moved, &mut value);
-            value
-        };
-        finite("f, or a derivative of it,", &at(0.0))?;
-        let level = |k| {
-            let distance = x.first * 0.5_f64.powi(k);
-            let values = [at(distance), at(-distance)];
-            // Rows may be sums over all unknowns, as transforms are, of which each term rounds by the size of the largest.
-            let size = larger(max_norm(&values[0]), max_norm(&values[1]));
-            (distance, values, size)
-        };
-        let levels: Vec<_> = (0..LEVELS as i32).map(level).collect();
-        let row = |i: usize| levels.iter().map(move |(d, [above, below], size)| (*d, [above[i], below[i]], *size));
-        Ok((0..n).map(|i| Slope::extrapolated(row(i))).collect())
-    }
-}
-
-/// A derivative from differences.
-struct Slope {
-    value: f64,
-    uncertainty: f64,
-    /// What rounding leaves of the difference over the largest distance.
-    rounding: f64,
-}
-
-impl Slope {
-    /// From values of a function above and below, over distances that halve, with the size by which they round: of all differences
-    /// extrapolated in δ² the one that changed least. The largest distances may reach beyond a pole.
-    fn extrapolated(levels: impl Iterator<Item = (f64, [f64; 2], f64)>) -> Self {
-        // Where the function ends, as a root does, larger distances say nothing.
-        let levels = levels.skip_while(|(_, [above, below], _)| !(above - below).is_finite());
-        let mut best = Self { value: f64::NAN, uncertainty: f64::INFINITY, rounding: 0.0 };
-        let mut row: Vec<f64> = Vec::new();
-        for (k, (distance, [above, below], size)) in levels.enumerate() {
-            let rounding = 4.0 * f64::EPSILON * size / distance;
-            let mut next = vec![(above - below) / (2.0 * distance)];
-            for (m, before) in row.iter().enumerate() {
-                let (factor, last) = (4_f64.powi(m as i32 + 1), next[m]);
-                let value = last + (last - before) / (factor - 1.0);
-                let change = larger((value - last).abs(), (value - before).abs());
-                if change + rounding <= best.uncertainty {
-                    best = Self { value, uncertainty: change + rounding, ..best };
-                }
-                next.push(value);
-            }
-            if k == 0 {
-                best.rounding = rounding;
-            }
-            row = next;
-        }
-        best
-    }
-}
-
-/// What `write` writes over zeros, and over ones as well.
-fn written(what: &'static str, n: usize, mut write: impl FnMut(&mut [f64])) -> Result<Vec<f64>, DerivativeError> {
-    let (mut over_zeros, mut over_ones) = (vec![0.0; n], vec![1.0; n]);
-    write(&mut over_zeros);
-    write(&mut over_ones);
-    // Two evaluations may differ by rounding, as sums of several threads do.
-    let is_kept = |(a, b): (&f64, &f64)| (b - a).abs() > 1e-6 * (1.0 + a.abs());
-    match over_zeros.iter().zip(&over_ones).position(is_kept) {
-        Some(row) => Err(DerivativeError::NotWritten { what, row }),
-        None => Ok(over_zeros),
-    }
-}
-
-fn finite(what: &'static str, values: &[f64]) -> Result<(), DerivativeError> {
-    match values.iter().position(|x| !x.is_finite()) {
-        Some(row) => Err(DerivativeError::NonFinite { what, row }),
-        None => Ok(()),
-    }
-}
-
-/// Two vectors that differ by no more than `within`.
-fn agree(
-    of: Derivative,
-    column: Option<usize>,
-    (stated, found): (&[f64], &[f64]),
-    within: f64,
-) -> Result<(), DerivativeError> {
-    for (row, (stated, found)) in stated.iter().zip(found).enumerate() {
-        if (stated - found).abs() > within {
-            let place = Place { row: Some(row), column };
-            return Err(DerivativeError::Differs { of, place, stated: *stated, found: *found, within });
-        }
-    }
-    Ok(())
-}
-
-/// What is stated beside what was found by differences.
-fn compare(of: Derivative, column: Option<usize>, stated: &[f64], found: &[Slope]) -> Result<(), DerivativeError> {
-    let largest = found.iter().fold(max_norm(stated), |largest, slope| larger(largest, slope.value));
-    for (row, (stated, slope)) in stated.iter().zip(found).enumerate() {
-        let (place, size) = (Place { row: Some(row), column }, stated.abs().max(slope.value.abs()));
-        let (found, within) = (slope.value, SAFETY * slope.uncertainty + RELATIVE * size);
-        // A small entry beside large ones has what their sums round by.
-        if slope.uncertainty > TELLS * size + SAFETY * slope.rounding + 1e-10 * largest {
-            return Err(DerivativeError::Unresolved { of, place, found, within });
-        }
-        if (stated - found).abs() > within {
-            return Err(DerivativeError::Differs { of, place, stated: *stated, found, within });
-        }
-    }
-    Ok(())
 }

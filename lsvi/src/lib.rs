@@ -114,7 +114,8 @@
 //! [`StepError`] that says where and why, and leaves the state as it was. The functions of a problem itself, those of
 //! [`VectorField`], [`Lagrangian`], [`Force`] and [`Constraint`], are called with slices of the lengths that are stated there.
 //! Derivatives that a field states by hand are taken for right: a wrong one makes wrong steps of the least-squares methods.
-//! [`check_derivatives`] holds them to differences of f, and names the entry that is wrong.
+//! [`check_derivatives`] holds them to differences of f, and names the entry that is wrong; [`check_lagrangian`], [`check_motion`],
+//! [`check_force`] and [`check_constraint`] do so for mechanics.
 //!
 //! # Notation
 //!
@@ -177,7 +178,10 @@ pub use autodiff::{
 pub use coloring::Coloring;
 pub use constrained::Constrained;
 pub use constraint::Constraint;
-pub use derivatives::{Derivative, DerivativeError, Place, check_derivatives};
+pub use derivatives::{
+    Derivative, DerivativeError, Place, Variable, check_constraint, check_derivatives, check_force, check_lagrangian,
+    check_motion,
+};
 pub use error::{
     ClosureError, ConstraintError, InputError, NodeError, SettingError, SolveError, StepError, SystemError, TimeError,
 };

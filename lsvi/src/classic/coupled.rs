@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::start::Start;
 use crate::error::{InputError, SolveError, StepError, SystemError, check_step_from, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::linalg::Jacobian;
@@ -19,6 +20,9 @@ const REGULAR: f64 = 1e-10;
 ///
 /// Where A is regular the new value is v + Σ d_i (Y_i − v), d = A⁻ᵀ b, which does not multiply the error of a stage by h|f_v|;
 /// otherwise v + h Σ b_i M⁻¹ f(t + c_i h, Y_i).
+///
+/// Where the new value is not the last stage, as in Gauss methods, what a start violates of algebraic equations is carried on, and such a
+/// start is refused as by [`RungeKutta`](super::RungeKutta).
 ///
 /// ```
 /// use lsvi::classic::CoupledRungeKutta;
@@ -42,6 +46,8 @@ pub struct CoupledRungeKutta<F> {
     mass: Mass,
     /// The rows of M that are zero, in every stage.
     algebraic: Vec<usize>,
+    /// Of methods whose new value is not the last stage.
+    start: Option<Start>,
     /// Needed where A is singular.
     mass_inverse: Option<MassInverse>,
     coefficients: Coefficients,
@@ -104,8 +110,10 @@ impl<F: VectorField> CoupledRungeKutta<F> {
         let d = (pivots.min() > REGULAR * pivots.max()).then(|| lu.solve(&DVector::from_column_slice(b)));
         let d = d.flatten().map(|d| d.as_slice().to_vec());
         let mass_inverse = d.is_none().then(|| MassInverse::new(&mass)).transpose()?;
+        let is_stiffly_accurate = a.last().is_some_and(|row| row == b);
         Ok(Self {
             newton: Newton::new(s * n),
+            start: if is_stiffly_accurate { None } else { Start::new(&field, mass.zero_rows(n)) },
             mass_inverse,
             algebraic: (0..s).flat_map(|j| mass.zero_rows(n).into_iter().map(move |row| j * n + row)).collect(),
             mass,
@@ -203,6 +211,9 @@ impl<F: VectorField> OneStep for CoupledRungeKutta<F> {
         check_step_from(t, h)?;
         let n = self.next.len();
         check_vector("v", v, n)?;
+        if let Some(start) = &mut self.start {
+            start.check(&self.field, (t, h), v)?;
+        }
         let failed = |source| StepError::Solve { t, h, source };
         let (field, mass, coefficients, scratch) = (&self.field, &self.mass, &self.coefficients, &mut self.scratch);
         let mut equations = StageEquations { field, mass, algebraic: &self.algebraic, coefficients, scratch, t, v };
@@ -231,6 +242,9 @@ impl<F: VectorField> OneStep for CoupledRungeKutta<F> {
             return Err(failed(SolveError::NonFinite));
         }
         v.copy_from_slice(&self.next);
+        if let Some(start) = &mut self.start {
+            start.end(t + h, v);
+        }
         self.newton.work.steps += 1;
         Ok(())
     }

@@ -4,6 +4,7 @@ mod bdf2;
 mod coupled;
 mod runge_kutta;
 mod stage;
+mod start;
 
 pub use bdf2::Bdf2;
 pub use coupled::CoupledRungeKutta;

@@ -2,6 +2,7 @@
 
 use super::coupled::check_sizes;
 use super::stage::{InexactStage, StageSolver, Stages};
+use super::start::Start;
 use crate::error::{InputError, NodeError, SolveError, StepError, check_step_from, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::linalg::Jacobian;
@@ -108,12 +109,18 @@ impl Tableau {
 ///
 /// An implicit stage M (Y_i − v) = h Σ_{j<i} a_ij k_j + h a_ii f(t + c_i h, Y_i) is solved for Y_i, and its slope k_i = M Ẏ_i
 /// is taken from the equation, not from f, which would multiply the error of Y_i by h|f_v|.
+///
+/// A method whose first stage is explicit, such as the trapezoidal rule, carries on what a start violates of algebraic equations: where
+/// a row of M is zero, a start that violates its equation by more than changes by √ε explain is refused,
+/// [`SystemError::InconsistentStart`](crate::SystemError::InconsistentStart); a field that is matrix-free is not looked at.
 #[derive(Debug)]
 pub struct RungeKutta<F> {
     field: F,
     mass: Mass,
     /// The rows of M that are zero.
     algebraic: Vec<usize>,
+    /// Of methods whose first stage is explicit.
+    start: Option<Start>,
     /// For explicit stages, and weights that are not those of the last stage.
     mass_inverse: Option<MassInverse>,
     tableau: Tableau,
@@ -150,10 +157,13 @@ impl<F: VectorField> RungeKutta<F> {
         let (n, mass) = (field.dim(), field.mass());
         check_system(&field)?;
         let mass_inverse = tableau.needs_inverse().then(|| MassInverse::new(&mass)).transpose()?;
+        let algebraic = mass.zero_rows(n);
+        let begins_explicitly = tableau.a.first().is_some_and(|row| *row == [0.0]);
         Ok(Self {
             stages,
             mass_inverse,
-            algebraic: mass.zero_rows(n),
+            start: if begins_explicitly { Start::new(&field, algebraic.clone()) } else { None },
+            algebraic,
             mass,
             slopes: vec![vec![0.0; n]; tableau.b.len()],
             known: vec![0.0; n],
@@ -247,6 +257,9 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], _p: &mut [f64]) -> Result<(), StepError> {
         check_step_from(t, h)?;
         check_vector("v", v, self.known.len())?;
+        if let Some(start) = &mut self.start {
+            start.check(&self.field, (t, h), v)?;
+        }
         let failed = |source| StepError::Solve { t, h, source };
         let tableau = &self.tableau;
         for (i, row) in tableau.a.iter().enumerate() {
@@ -297,6 +310,9 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
             return Err(failed(SolveError::NonFinite));
         }
         v.copy_from_slice(&self.stage);
+        if let Some(start) = &mut self.start {
+            start.end(t + h, v);
+        }
         self.stages.work_mut().steps += 1;
         Ok(())
     }

@@ -144,8 +144,8 @@ pub enum SystemError {
     SingularMass,
     /// A start that violates an equation without a derivative, whose row of M is zero.
     #[error(
-        "the start violates equation {row}, which is algebraic: f[{row}] = {}, and the tolerances allow {}; start from \
-         values that satisfy it",
+        "the start violates equation {row}, which is algebraic: f[{row}] = {}, where {} is allowed; start from values that \
+         satisfy it",
         Number(*value), Number(*allowed)
     )]
     InconsistentStart {
@@ -153,7 +153,8 @@ pub enum SystemError {
         row: usize,
         /// f of that equation at the start.
         value: f64,
-        /// What changes of v within the tolerances make of it: Σ_j |∂f_row/∂v_j| (atol_j + rtol |v_j|).
+        /// What changes of v within the tolerances make of it: Σ_j |∂f_row/∂v_j| (atol_j + rtol |v_j|). Of a method without
+        /// tolerances, what changes of t and v by √ε of themselves, or of what the step changes, make of it.
         allowed: f64,
     },
     /// A Lagrangian that does not say that it is separable, for a method that splits it.

@@ -3,7 +3,8 @@
 use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::{
-    AutoField, FieldFn, InputError, Integrator, Jacobian, Mass, Scalar, State, Structure, SystemError, Trajectory,
+    AutoField, FieldFn, InputError, Integrator, Jacobian, Mass, OneStep, Scalar, State, StepError, Structure,
+    SystemError, Trajectory,
 };
 
 /// v̇₀ = −v₀, 0 = v₁ − v₀²: what rounding leaves of the second equation at a start is no direction.
@@ -47,6 +48,87 @@ fn an_algebraic_equation_that_holds_to_rounding_stops_no_implicit_method() {
             assert!(name == "Gauss" || (end[1] - end[0] * end[0]).abs() <= 1e-14, "{name}, h = {h}: {end:?}");
         }
     }
+}
+
+/// 0 = v₁ − v₀ − t in turn with v̇₀ = −v₁.
+struct OnLine;
+
+impl FieldFn for OnLine {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn mass(&self) -> Mass {
+        Mass::Diagonal(vec![1.0, 0.0])
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[1];
+        dv[1] = v[1] - v[0] - t;
+    }
+}
+
+/// The trapezoidal rule would turn the sign of what the start violates in each step, and Gauss's too.
+#[test]
+fn a_method_that_carries_a_violation_on_refuses_the_start() {
+    let field = AutoField::new(OnLine);
+    let half = [vec![0.5]];
+    let r = 3_f64.sqrt() / 6.0;
+    let gauss = [vec![0.25, 0.25 - r], vec![0.25 + r, 0.25]];
+    let methods = || -> [(&str, Box<dyn Integrator + '_>, bool); 7] {
+        let tableau = |tableau| Box::new(RungeKutta::new(&field, tableau).expect("fits"));
+        let coupled =
+            |a: &[Vec<f64>], b: &[f64], c: &[f64]| Box::new(CoupledRungeKutta::new(&field, a, b, c).expect("fits"));
+        [
+            ("trapezoidal", tableau(Tableau::trapezoidal()), true),
+            ("TR-BDF2", tableau(Tableau::tr_bdf2()), true),
+            ("midpoint", coupled(&half, &[1.0], &[0.5]), true),
+            ("Gauss", coupled(&gauss, &[0.5, 0.5], &[0.5 - r, 0.5 + r]), true),
+            // These end on the equation wherever they start.
+            ("implicit Euler", tableau(Tableau::implicit_euler()), false),
+            ("SDIRK2", tableau(Tableau::sdirk2()), false),
+            ("BDF2", Box::new(Bdf2::new(&field).expect("fits")), false),
+        ]
+    };
+    let step = |method: Box<dyn Integrator + '_>, t: f64, v: Vec<f64>| -> Result<Vec<f64>, StepError> {
+        let mut run = Trajectory::new(method, State::new(t, v), 0.1, t + 1.0).expect("fits");
+        while run.step()?.is_some() {}
+        Ok(run.state().q.clone())
+    };
+    let cases = [
+        (0.0, 0.0, false),
+        (0.0, 1e-12, false),
+        (0.0, 1e-3, true),
+        (0.5, 0.1, true),
+        (1e6, 0.0, false),
+        (1e6, 1.0, true),
+    ];
+    for (t, off, is_wrong) in cases {
+        for (name, method, carries) in methods() {
+            let case = format!("{name}, t = {t}, off by {off}");
+            let found = step(method, t, vec![-0.5, t - 0.5 + off]);
+            if is_wrong && carries {
+                let Err(StepError::Input(InputError::System(SystemError::InconsistentStart {
+                    row: 1,
+                    value,
+                    allowed,
+                }))) = found
+                else {
+                    panic!("{case}: {found:?}")
+                };
+                assert!((value - off).abs() <= 1e-9 && allowed < off, "{case}: {value}, {allowed}");
+            } else {
+                let v = found.unwrap_or_else(|error| panic!("{case}: {error}"));
+                let residual = (v[1] - v[0] - (t + 1.0)).abs();
+                assert!(residual <= 2e-12 + 1e-15 * t, "{case}: {residual}");
+            }
+        }
+    }
+    // A run goes on from where it was, however its step changes, and starts anew elsewhere.
+    let mut method = RungeKutta::new(&field, Tableau::trapezoidal()).expect("fits");
+    let mut v = [1.0, 1.0];
+    method.step(0.0, 0.1, &mut v, &mut []).expect("on the line");
+    method.step(0.1, 0.05, &mut v, &mut []).expect("on the line");
+    v[1] += 1e-3;
+    assert!(method.step(0.15, 0.05, &mut v, &mut []).is_err());
 }
 
 /// m v̇ = (3 v₁, v₀ − v₁), which says that its Jacobian is diagonal where that is asked.

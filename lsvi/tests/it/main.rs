@@ -8,6 +8,7 @@ mod constraints;
 mod counts;
 mod coupled;
 mod derivatives;
+mod derivatives_of_motion;
 mod events;
 mod fields;
 mod formulations;

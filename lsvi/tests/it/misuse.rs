@@ -740,7 +740,7 @@ fn twisted_elimination_says_what_it_needs() {
 fn messages_have_their_numbers_in_their_places() {
     let inconsistent = InputError::System(SystemError::InconsistentStart { row: 2, value: 0.5, allowed: 0.25 });
     let text = inconsistent.to_string();
-    assert!(text.contains("f[2] = 0.5") && text.contains("tolerances allow 0.25"), "{text}");
+    assert!(text.contains("f[2] = 0.5") && text.contains("where 0.25 is allowed"), "{text}");
     let fading = field!(1, |_t, v, dv| dv[0] = -v[0]);
     let mut run =
         Trajectory::new(method_i(fading).expect("usable"), State::new(0.0, vec![1.0]), 0.1, 1.0).expect("valid");

@@ -1,0 +1,193 @@
+//! Derivatives from central differences, and what is stated beside them.
+
+use super::{Derivative, DerivativeError, Place};
+use crate::linalg::{larger, max_norm};
+
+/// Unknowns up to which every entry is looked at; of more, products along a few directions.
+const FEW: usize = 32;
+/// Directions that stand for all of them.
+const DIRECTIONS: u64 = 8;
+/// Central differences, each with half the distance of the one before.
+const LEVELS: usize = 16;
+/// First distance, relative to the state: the differences of a smooth f settle from there on.
+const FIRST: f64 = 0.1;
+/// What stated and found may differ by, relative to the larger: far above rounding, and below what a wrong term makes.
+const RELATIVE: f64 = 1e-6;
+/// What a difference may be wrong by, in terms of the change in its extrapolation.
+const SAFETY: f64 = 10.0;
+/// Uncertainty, relative to the size, beyond which a difference tells nothing.
+const TELLS: f64 = 1e-3;
+
+/// A direction, and which axis it is.
+pub(super) struct Direction {
+    pub(super) x: Vec<f64>,
+    pub(super) axis: Option<usize>,
+    /// First distance of differences.
+    first: f64,
+}
+
+/// The axes of a small space, or a few directions in a large one.
+pub(super) fn directions(v: &[f64]) -> Vec<Direction> {
+    let n = v.len();
+    let largest = max_norm(v);
+    let size = if largest > 0.0 { largest } else { 1.0 };
+    if n > FEW {
+        return (1..=DIRECTIONS)
+            .map(|seed| Direction { x: pseudo_random(n, seed), axis: None, first: FIRST * size })
+            .collect();
+    }
+    let axis = |j: usize| {
+        let mut x = vec![0.0; n];
+        x[j] = 1.0;
+        Direction { x, axis: Some(j), first: FIRST * v[j].abs().max(1e-3 * size) }
+    };
+    (0..n).map(axis).collect()
+}
+
+impl Direction {
+    /// Of a function of one variable, that changes within `length`.
+    pub(super) fn along(length: f64) -> Self {
+        Self { x: vec![1.0], axis: None, first: FIRST * length }
+    }
+}
+
+/// Numbers between ½ and 1 with either sign, the same for the same seed.
+pub(super) fn pseudo_random(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = 0x9e37_79b9_7f4a_7c15 ^ seed.wrapping_mul(0xd134_2543_de82_ef95);
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let size = 0.5 + 0.5 * ((state >> 12) as f64 / (1_u64 << 52) as f64);
+        if state >> 11 & 1 == 0 { size } else { -size }
+    };
+    (0..n).map(|_| next()).collect()
+}
+
+/// The derivative of a function of `rows` components along x, from `point`, in each of them.
+pub(super) fn slopes(
+    point: &[f64],
+    x: &Direction,
+    rows: usize,
+    mut function: impl FnMut(&[f64], &mut [f64]),
+) -> Result<Vec<Slope>, DerivativeError> {
+    let mut at = |distance: f64| {
+        let moved: Vec<f64> = point.iter().zip(&x.x).map(|(v, x)| v + distance * x).collect();
+        let mut value = vec![0.0; rows];
+        function(&moved, &mut value);
+        value
+    };
+    finite("what is differentiated", &at(0.0))?;
+    let level = |k| {
+        let distance = x.first * 0.5_f64.powi(k);
+        let values = [at(distance), at(-distance)];
+        // Rows may be sums over all unknowns, as transforms are, of which each term rounds by the size of the largest.
+        let size = larger(max_norm(&values[0]), max_norm(&values[1]));
+        (distance, values, size)
+    };
+    let levels: Vec<_> = (0..LEVELS as i32).map(level).collect();
+    let row = |i: usize| levels.iter().map(move |(d, [above, below], size)| (*d, [above[i], below[i]], *size));
+    Ok((0..rows).map(|i| Slope::extrapolated(row(i))).collect())
+}
+
+/// A derivative from differences.
+pub(super) struct Slope {
+    value: f64,
+    uncertainty: f64,
+    /// What rounding leaves of the difference over the largest distance.
+    rounding: f64,
+}
+
+impl Slope {
+    /// What is left of a number that rounds by so much without the derivative.
+    pub(super) fn taken_from(self, x: f64, rounding: f64) -> Self {
+        Self { value: x - self.value, uncertainty: self.uncertainty + rounding, rounding: self.rounding + rounding }
+    }
+
+    /// From values of a function above and below, over distances that halve, with the size by which they round: of all differences
+    /// extrapolated in δ² the one that changed least. The largest distances may reach beyond a pole.
+    fn extrapolated(levels: impl Iterator<Item = (f64, [f64; 2], f64)>) -> Self {
+        // Where the function ends, as a root does, larger distances say nothing.
+        let levels = levels.skip_while(|(_, [above, below], _)| !(above - below).is_finite());
+        let mut best = Self { value: f64::NAN, uncertainty: f64::INFINITY, rounding: 0.0 };
+        let mut row: Vec<f64> = Vec::new();
+        for (k, (distance, [above, below], size)) in levels.enumerate() {
+            let rounding = 4.0 * f64::EPSILON * size / distance;
+            let mut next = vec![(above - below) / (2.0 * distance)];
+            for (m, before) in row.iter().enumerate() {
+                let (factor, last) = (4_f64.powi(m as i32 + 1), next[m]);
+                let value = last + (last - before) / (factor - 1.0);
+                let change = larger((value - last).abs(), (value - before).abs());
+                if change + rounding <= best.uncertainty {
+                    best = Self { value, uncertainty: change + rounding, ..best };
+                }
+                next.push(value);
+            }
+            if k == 0 {
+                best.rounding = rounding;
+            }
+            row = next;
+        }
+        best
+    }
+}
+
+/// What `write` writes over zeros, and over ones as well.
+pub(super) fn written(
+    what: &'static str,
+    n: usize,
+    mut write: impl FnMut(&mut [f64]),
+) -> Result<Vec<f64>, DerivativeError> {
+    let (mut over_zeros, mut over_ones) = (vec![0.0; n], vec![1.0; n]);
+    write(&mut over_zeros);
+    write(&mut over_ones);
+    // Two evaluations may differ by rounding, as sums of several threads do.
+    let is_kept = |(a, b): (&f64, &f64)| (b - a).abs() > 1e-6 * (1.0 + a.abs());
+    match over_zeros.iter().zip(&over_ones).position(is_kept) {
+        Some(row) => Err(DerivativeError::NotWritten { what, row }),
+        None => Ok(over_zeros),
+    }
+}
+
+pub(super) fn finite(what: &'static str, values: &[f64]) -> Result<(), DerivativeError> {
+    match values.iter().position(|x| !x.is_finite()) {
+        Some(row) => Err(DerivativeError::NonFinite { what, row }),
+        None => Ok(()),
+    }
+}
+
+/// Two vectors that differ by no more than `within`.
+pub(super) fn agree(
+    of: Derivative,
+    column: Option<usize>,
+    (stated, found): (&[f64], &[f64]),
+    within: f64,
+) -> Result<(), DerivativeError> {
+    for (row, (stated, found)) in stated.iter().zip(found).enumerate() {
+        if (stated - found).abs() > within {
+            let place = Place { row: Some(row), column };
+            return Err(DerivativeError::Differs { of, place, stated: *stated, found: *found, within });
+        }
+    }
+    Ok(())
+}
+
+/// What is stated beside what was found by differences.
+pub(super) fn compare(
+    of: Derivative,
+    place: impl Fn(usize) -> Place,
+    stated: &[f64],
+    found: &[Slope],
+) -> Result<(), DerivativeError> {
+    let largest = found.iter().fold(max_norm(stated), |largest, slope| larger(largest, slope.value));
+    for (row, (stated, slope)) in stated.iter().zip(found).enumerate() {
+        let (place, size) = (place(row), stated.abs().max(slope.value.abs()));
+        let (found, within) = (slope.value, SAFETY * slope.uncertainty + RELATIVE * size);
+        // A small entry beside large ones has what their sums round by.
+        if slope.uncertainty > TELLS * size + SAFETY * slope.rounding + 1e-10 * largest {
+            return Err(DerivativeError::Unresolved { of, place, found, within });
+        }
+        if (stated - found).abs() > within {
+            return Err(DerivativeError::Differs { of, place, stated: *stated, found, within });
+        }
+    }
+    Ok(())
+}

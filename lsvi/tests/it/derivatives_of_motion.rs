@@ -1,0 +1,251 @@
+//! Wrong derivatives of Lagrangians, forces and constraints are named, and right ones pass.
+
+use lsvi::nalgebra::DMatrix;
+use lsvi::{
+    AutoConstraint, AutoForce, AutoLagrangian, Constraint, ConstraintFn, Derivative, DerivativeError, EulerLagrange,
+    Force, ForceFn, HessianWeights, Jacobian, Lagrangian, LagrangianFn, MotionWeights, Scalar, Structure, Variable,
+    check_constraint, check_force, check_lagrangian, check_motion,
+};
+
+use Variable::{A, Q, V};
+
+/// A mass that depends on position and time, a magnetic term and a coupled potential, so that no block is zero or symmetric.
+struct Coupled(usize);
+
+impl LagrangianFn for Coupled {
+    fn dim(&self) -> usize {
+        self.0
+    }
+    fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
+        (0..self.0).fold(T::from(0.0), |sum, i| {
+            let next = (i + 1) % self.0;
+            sum + v[i] * v[i] * (q[next].cos() + t.sin() + 3.0) * 0.5 + q[i] * q[i] * v[next] - (q[i] * q[next]).sin()
+        })
+    }
+}
+
+struct Drag(usize);
+
+impl ForceFn for Drag {
+    fn dim(&self) -> usize {
+        self.0
+    }
+    fn force<T: Scalar>(&self, t: f64, q: &[T], v: &[T], out: &mut [T]) {
+        for i in 0..self.0 {
+            out[i] = -v[i] * v[(i + 1) % self.0] * q[i] + t;
+        }
+    }
+}
+
+struct Ellipsoid(usize);
+
+impl ConstraintFn for Ellipsoid {
+    fn dim(&self) -> usize {
+        self.0
+    }
+    fn count(&self) -> usize {
+        2
+    }
+    fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+        out[0] = q.iter().enumerate().map(|(i, &x)| x * x * (1.0 + i as f64)).sum::<T>() - 1.0;
+        out[1] = q[0] * q[1] - q[self.0 - 1];
+    }
+}
+
+/// Adds to whatever is multiplied by a weight, or to values, in one place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Flaw {
+    None,
+    PositionGradient,
+    VelocityGradient,
+    /// Of `gradient_q` alone.
+    Alone,
+    /// A gradient that is added to what is there.
+    Added,
+    Block(Derivative),
+    /// The weights of two blocks exchanged.
+    Weights,
+    Expression,
+    Outside,
+    NaN,
+}
+
+struct Flawed<M>(M, Flaw);
+
+impl<M> Flawed<M> {
+    fn add(&self, of: Derivative, weight: f64, out: &mut Jacobian) {
+        if self.1 == Flaw::Block(of) {
+            out.add(1, 0, 0.01 * weight);
+        }
+    }
+}
+
+impl<M: Lagrangian> Lagrangian for Flawed<M> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        if self.1 == Flaw::Outside { Structure::Banded { lower: 0, upper: 0 } } else { self.0.structure() }
+    }
+    fn value(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
+        if self.1 == Flaw::NaN { f64::NAN } else { self.0.value(t, q, v) }
+    }
+    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        let before = dl_dq[0];
+        self.0.gradient(t, q, v, dl_dq, dl_dv);
+        match self.1 {
+            Flaw::PositionGradient => dl_dq[1] *= 1.001,
+            Flaw::VelocityGradient => dl_dv[1] *= 1.001,
+            Flaw::Added => dl_dq[0] += before,
+            _ => {}
+        }
+    }
+    fn gradient_q(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], work: &mut [f64]) {
+        self.0.gradient_q(t, q, v, dl_dq, work);
+        if self.1 == Flaw::Alone {
+            dl_dq[1] *= 1.001;
+        }
+    }
+    fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        let HessianWeights { qq, qv, vq, vv } = c;
+        let c = if self.1 == Flaw::Weights { HessianWeights { qv: vq, vq: qv, ..c } } else { c };
+        self.0.add_hessian(t, q, v, c, out);
+        self.add(Derivative::Hessian(Q, Q), qq, out);
+        self.add(Derivative::Hessian(Q, V), qv, out);
+        self.add(Derivative::Hessian(V, Q), vq, out);
+        self.add(Derivative::Hessian(V, V), vv, out);
+        // Where several blocks are added at once, and only there.
+        if self.1 == Flaw::Block(Derivative::Blocks) && qq != 0.0 && vv != 0.0 {
+            out.add(1, 0, 0.01);
+        }
+    }
+}
+
+impl<M: EulerLagrange> EulerLagrange for Flawed<M> {
+    fn residual(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], out: &mut [f64]) {
+        self.0.residual(t, q, v, a, out);
+        if self.1 == Flaw::Expression {
+            out[1] *= 1.001;
+        }
+    }
+    fn add_residual_derivative(&self, t: f64, q: &[f64], v: &[f64], a: &[f64], c: MotionWeights, out: &mut Jacobian) {
+        self.0.add_residual_derivative(t, q, v, a, c, out);
+        self.add(Derivative::MotionIn(Q), c.q, out);
+        self.add(Derivative::MotionIn(V), c.v, out);
+        self.add(Derivative::MotionIn(A), c.a, out);
+    }
+}
+
+impl<M: Force> Force for Flawed<M> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        self.0.force(t, q, v, out);
+    }
+    fn add_derivative(&self, t: f64, q: &[f64], v: &[f64], in_q: f64, in_v: f64, out: &mut Jacobian) {
+        self.0.add_derivative(t, q, v, in_q, in_v, out);
+        self.add(Derivative::Force(Q), in_q, out);
+        self.add(Derivative::Force(V), in_v, out);
+    }
+}
+
+impl<M: Constraint> Constraint for Flawed<M> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn count(&self) -> usize {
+        self.0.count()
+    }
+    fn value(&self, q: &[f64], out: &mut [f64]) {
+        self.0.value(q, out);
+    }
+    fn jacobian(&self, q: &[f64], out: &mut DMatrix<f64>) {
+        self.0.jacobian(q, out);
+        if self.1 == Flaw::Block(Derivative::Constraint) {
+            out[(1, 0)] += 0.01;
+        }
+    }
+    fn add_curvature(&self, q: &[f64], multipliers: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_curvature(q, multipliers, scale, out);
+        self.add(Derivative::Reaction, scale, out);
+    }
+}
+
+fn values(n: usize, shift: f64) -> Vec<f64> {
+    (0..n).map(|i| 0.3 + (i as f64 + shift).sin()).collect()
+}
+
+#[test]
+fn derivatives_that_are_right_pass() {
+    for n in [2, 3, 33] {
+        for (t, scale) in [(0.7, 1.0), (0.0, 0.01)] {
+            let (q, v): (Vec<f64>, Vec<f64>) =
+                values(n, 0.0).iter().zip(values(n, 1.0)).map(|(q, v)| (q * scale, v * scale)).unzip();
+            check_motion(&Flawed(AutoLagrangian::new(Coupled(n)), Flaw::None), t, &q, &v).expect("automatic");
+            check_force(&Flawed(AutoForce::new(Drag(n)), Flaw::None), t, &q, &v).expect("automatic");
+            check_constraint(&Flawed(AutoConstraint::new(Ellipsoid(n)), Flaw::None), &q).expect("automatic");
+        }
+    }
+    // At rest, where gradients vanish.
+    check_motion(&AutoLagrangian::new(Coupled(2)), 0.0, &[0.0; 2], &[0.0; 2]).expect("automatic");
+}
+
+#[test]
+fn a_wrong_derivative_is_named() {
+    let (q, v) = (values(3, 0.0), values(3, 1.0));
+    let motion = |flaw| check_motion(&Flawed(AutoLagrangian::new(Coupled(3)), flaw), 0.7, &q, &v);
+    let force = |flaw| check_force(&Flawed(AutoForce::new(Drag(3)), flaw), 0.7, &q, &v);
+    let constraint = |flaw| check_constraint(&Flawed(AutoConstraint::new(Ellipsoid(3)), flaw), &q);
+    for (flaw, expected) in [
+        (Flaw::PositionGradient, Derivative::Gradient(Q)),
+        (Flaw::VelocityGradient, Derivative::Gradient(V)),
+        (Flaw::Alone, Derivative::Gradient(Q)),
+        (Flaw::Weights, Derivative::Hessian(Q, V)),
+        (Flaw::Expression, Derivative::Motion),
+    ] {
+        let error = motion(flaw).expect_err("flawed");
+        assert!(matches!(error, DerivativeError::Differs { of, .. } if of == expected), "{flaw:?}: {error}");
+    }
+    let blocks: [(Derivative, &dyn Fn(Flaw) -> Result<(), DerivativeError>); 12] = [
+        (Derivative::Hessian(Q, Q), &motion),
+        (Derivative::Hessian(Q, V), &motion),
+        (Derivative::Hessian(V, Q), &motion),
+        (Derivative::Hessian(V, V), &motion),
+        (Derivative::Blocks, &motion),
+        (Derivative::MotionIn(Q), &motion),
+        (Derivative::MotionIn(V), &motion),
+        (Derivative::MotionIn(A), &motion),
+        (Derivative::Force(Q), &force),
+        (Derivative::Force(V), &force),
+        (Derivative::Constraint, &constraint),
+        (Derivative::Reaction, &constraint),
+    ];
+    for (of, check) in blocks {
+        let error = check(Flaw::Block(of)).expect_err("flawed");
+        let DerivativeError::Differs { of: found, place, stated, found: right, .. } = &error else {
+            panic!("{of:?}: {error}")
+        };
+        assert_eq!(*found, of, "{error}");
+        if of == Derivative::Blocks {
+            continue;
+        }
+        assert_eq!((place.row, place.column), (Some(1), Some(0)), "{error}");
+        assert!((stated - right - 0.01).abs() < 1e-6, "{error}");
+    }
+    assert!(matches!(motion(Flaw::Added), Err(DerivativeError::NotWritten { row: 0, .. })));
+    assert!(matches!(motion(Flaw::Outside), Err(DerivativeError::Outside { .. })));
+    assert!(matches!(motion(Flaw::NaN), Err(DerivativeError::NonFinite { what: "L", .. })));
+}
+
+#[test]
+fn vectors_of_another_length_are_refused() {
+    let l = AutoLagrangian::new(Coupled(2));
+    assert!(matches!(check_motion(&l, 0.0, &[1.0; 3], &[1.0; 2]), Err(DerivativeError::Input(_))));
+    assert!(matches!(check_lagrangian(&l, 0.0, &[1.0; 2], &[1.0]), Err(DerivativeError::Input(_))));
+    assert!(matches!(
+        check_force(&AutoForce::new(Drag(2)), f64::NAN, &[1.0; 2], &[1.0; 2]),
+        Err(DerivativeError::Input(_))
+    ));
+    assert!(matches!(check_constraint(&AutoConstraint::new(Ellipsoid(2)), &[]), Err(DerivativeError::Input(_))));
+}
