@@ -6,6 +6,8 @@
 //! F_i { y, mu * (1 - x * x) * y - x }      f(t, u)
 //! ```
 
+mod powers;
+
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::io;
@@ -34,6 +36,14 @@ const HORIZON: f64 = 2.0;
 /// ‖∂f/∂u‖∞ times the horizon from which a model counts as stiff: an explicit method needs that many steps or more.
 const STIFF: f64 = 1e3;
 
+/// The parser and the compiler of DiffSL descend once for each operation of a sum and each parenthesis: so many bytes of stack for
+/// a character, and for whatever else.
+const STACK: usize = 1 << 12;
+const LEAST_STACK: usize = 1 << 24;
+
+/// Characters of a model at most.
+const LONGEST: usize = 1 << 20;
+
 /// A model that cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -49,6 +59,22 @@ pub enum ModelError {
     /// The file is no DiffSL.
     #[error("the model does not compile\n{0}")]
     Compile(String),
+    /// A text beyond what the stack of the compiler is made for.
+    #[error("{} has {length} characters, and {LONGEST} are allowed; state sums over components as tensors, with indices", path.display())]
+    TooLong {
+        /// The file.
+        path: PathBuf,
+        /// Its length.
+        length: usize,
+    },
+    /// There is no room for the stack of the compiler.
+    #[error("cannot start the compiler of DiffSL for {}: {source}", path.display())]
+    Stack {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
     /// A text that DiffSL's compiler does not survive.
     #[error("the compiler of DiffSL gave up on {}: {reason}", path.display())]
     GaveUp {
@@ -118,9 +144,18 @@ impl Model {
         if !(horizon > 0.0 && horizon.is_finite()) {
             return Err(ModelError::Horizon(horizon));
         }
+        if code.len() > LONGEST {
+            return Err(ModelError::TooLong { path: path.into(), length: code.len() });
+        }
         // The compiler is not made for every text that its grammar admits.
-        let model = caught(|| Self::new(path, Compiled::new(path, code, set)?, horizon));
-        model.map_err(|reason| ModelError::GaveUp { path: path.into(), reason })?
+        let compile = || caught(|| Self::new(path, Compiled::new(path, code, set)?, horizon));
+        let gave_up = |reason| ModelError::GaveUp { path: path.into(), reason };
+        std::thread::scope(|scope| {
+            let compiler = std::thread::Builder::new().stack_size(LEAST_STACK + STACK * code.len());
+            let compiler = compiler.spawn_scoped(scope, compile);
+            let compiler = compiler.map_err(|source| ModelError::Stack { path: path.into(), source })?;
+            compiler.join().unwrap_or_else(|_| Err("no message".into())).map_err(gave_up)?
+        })
     }
 
     fn new(path: &Path, compiled: Compiled, horizon: f64) -> Result<Self, ModelError> {
@@ -198,6 +233,7 @@ impl Compiled {
     fn new(path: &Path, code: &str, set: &[(String, String)]) -> Result<Self, ModelError> {
         let at = path.display().to_string();
         let syntax = parse_ds_string(code).map_err(|e| ModelError::Compile(e.with_path(&at).to_string()))?;
+        let syntax = powers::written_out(&syntax);
         let located = |message: String| ModelError::Compile(located(&at, code, &message));
         let mut model = DiscreteModel::build("model", &syntax).map_err(|e| located(e.as_error_message(code)))?;
         if let Some(reason) = beyond_first_order(&model) {

@@ -289,3 +289,49 @@ fn a_mistake_is_shown_with_its_file_and_line() {
     }
     assert!(matches!(Model::load(Path::new("no such file"), &[], None), Err(ModelError::Read { .. })));
 }
+
+/// The model of a text.
+fn of_text(text: &str) -> Result<Model, ModelError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("text.ds");
+    std::fs::write(&path, text).expect("room");
+    Model::load(&path, &[], None)
+}
+
+/// DiffSL differentiates a power by its exponent too, with a logarithm that has no value at x < 0.
+#[test]
+fn powers_with_whole_exponents_have_derivatives_at_negative_numbers() {
+    let x = -1.3_f64;
+    for (text, f, slope) in [
+        ("pow(x, 3)", x.powi(3), 3.0 * x.powi(2)),
+        ("2 * pow(x - 0.5, 2) - pow(x, 1)", 2.0 * (x - 0.5).powi(2) - x, 4.0 * (x - 0.5) - 1.0),
+        ("pow(x, -2)", x.powi(-2), -2.0 * x.powi(-3)),
+        (
+            "pow(pow(x, 2), 1.5) + sin(pow(x, 5))",
+            -x.powi(3) + x.powi(5).sin(),
+            -3.0 * x.powi(2) + x.powi(5).cos() * 5.0 * x.powi(4),
+        ),
+        ("pow(x, 16)", x.powi(16), 16.0 * x.powi(15)),
+    ] {
+        let model = of_text(&format!("u_i {{ x = 1 }} F_i {{ {text} }}")).expect("a model");
+        let (found, jacobian) = derivatives(&model, 0.0, &[x]);
+        agree(&found, &[f], f.abs().max(1.0));
+        agree(&jacobian, &[slope], 2.0 * slope.abs().max(1.0));
+    }
+    // Where the exponent is no whole number, a power of a negative number has no value.
+    let model = of_text("u_i { x = 1 } F_i { pow(x, 1.5) }").expect("a model");
+    let mut f = [0.0];
+    model.ode().rhs(0.0, &[x], &mut f);
+    assert!(f[0].is_nan());
+}
+
+#[test]
+fn a_model_of_any_length_is_compiled_or_refused() {
+    let sum = |terms: usize| format!("u_i {{ x = 1 }} F_i {{ -x{} }}", " - 0.5 * x".repeat(terms));
+    let model = of_text(&sum(20_000)).expect("a model");
+    let (f, jacobian) = derivatives(&model, 0.0, &[1.0]);
+    assert_eq!((f[0], jacobian[0]), (-10_001.0, -10_001.0));
+    let nested = format!("u_i {{ x = 1 }} F_i {{ {}-x{} }}", "(".repeat(5000), ")".repeat(5000));
+    assert_eq!(derivatives(&of_text(&nested).expect("a model"), 0.0, &[2.0]).0[0], -2.0);
+    assert!(matches!(of_text(&sum(200_000)), Err(ModelError::TooLong { length, .. }) if length > 1 << 20));
+}
