@@ -17,6 +17,9 @@ use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::{Entrywise, Jacobian, add_block};
 use crate::newton::{Newton, System, Work};
 
+/// Roundings of q that a state on the constraint may be off by.
+const ROUNDINGS: f64 = 1e3;
+
 /// The position–momentum form of a discretisation on the constraint f(q) = 0, by multipliers at the nodes.
 ///
 /// With G = ∂f/∂q, one step from (q₀, p₀) finds the path, its end q₁ and the multipliers of
@@ -31,11 +34,52 @@ use crate::newton::{Newton, System, Work};
 #[derive(Debug)]
 pub struct Constrained<D, K> {
     discrete: D,
-    constraint: K,
+    constraint: Scaled<K>,
     newton: Newton,
     unknowns: Vec<f64>,
     projector: Projector,
     scratch: Scratch,
+}
+
+/// The constraints times a power of two.
+///
+/// A multiplier is of the size of a displacement if G is of that of M = ∂²L/∂v²: then unknowns and equations have one size each, whatever
+/// the units of f and of L.
+#[derive(Debug)]
+struct Scaled<K> {
+    constraint: K,
+    /// None before the first step.
+    scale: Option<f64>,
+}
+
+impl<K> Scaled<K> {
+    fn scale(&self) -> f64 {
+        self.scale.unwrap_or(1.0)
+    }
+}
+
+impl<K: Constraint> Constraint for Scaled<K> {
+    fn dim(&self) -> usize {
+        self.constraint.dim()
+    }
+
+    fn count(&self) -> usize {
+        self.constraint.count()
+    }
+
+    fn value(&self, q: &[f64], out: &mut [f64]) {
+        self.constraint.value(q, out);
+        out.iter_mut().for_each(|f| *f *= self.scale());
+    }
+
+    fn jacobian(&self, q: &[f64], out: &mut DMatrix<f64>) {
+        self.constraint.jacobian(q, out);
+        *out *= self.scale();
+    }
+
+    fn add_curvature(&self, q: &[f64], multipliers: &[f64], scale: f64, out: &mut Jacobian) {
+        self.constraint.add_curvature(q, multipliers, scale * self.scale(), out);
+    }
 }
 
 /// A momentum, to be projected on the hidden constraint, and its velocity.
@@ -91,7 +135,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         };
         Ok(Self {
             discrete,
-            constraint,
+            constraint: Scaled { constraint, scale: None },
             newton: Newton::new(unknowns),
             unknowns: vec![0.0; unknowns],
             projector: Projector { newton: Newton::new(n + m), p: vec![0.0; n], velocity: vec![0.0; n + m] },
@@ -114,13 +158,43 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         self.projector.start(p);
+        self.set_scale(t, q);
         let lagrangian = self.discrete.mechanics();
         self.projector.project(lagrangian, &self.constraint, &mut self.scratch, (t, 0.0), q)?;
         p.copy_from_slice(&self.projector.p);
         Ok(())
     }
 
-    /// Refuses a state that is off the constraint by more than half of all digits.
+    /// Fits the size of G to that of M, once.
+    fn set_scale(&mut self, t: f64, q: &[f64]) {
+        if self.constraint.scale.is_some() {
+            return;
+        }
+        let Scratch { gradient, block, position, .. } = &mut self.scratch;
+        self.constraint.jacobian(q, gradient);
+        block.clear();
+        position.fill(0.0);
+        let mass = HessianWeights { vv: 1.0, ..Default::default() };
+        self.discrete.mechanics().add_hessian(t, q, position, mass, block);
+        let mut largest = 0.0_f64;
+        block.for_each(|_, _, m| largest = largest.max(m.abs()));
+        let scale = (largest / gradient.amax()).log2().round().exp2();
+        self.constraint.scale = Some(if scale.is_normal() { scale } else { 1.0 });
+    }
+
+    /// The distance within which the k-th constraint is like its tangent, |∇f| / |∇²f|.
+    fn radius(&mut self, k: usize, q: &[f64]) -> f64 {
+        let Scratch { gradient, block, .. } = &mut self.scratch;
+        let unit: Vec<f64> = (0..self.constraint.count()).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+        block.clear();
+        self.constraint.add_curvature(q, &unit, 1.0, block);
+        let mut square = 0.0;
+        block.for_each(|_, _, x| square += x * x);
+        gradient.row(k).norm() / square.sqrt()
+    }
+
+    /// Refuses a state that is off the constraint by more than half of the digits of a length: of q or, as q may be counted from afar, of
+    /// the radius of the constraint, or of the step.
     fn check_consistency(&mut self, t: f64, h: f64, q: &[f64]) -> Result<(), StepError> {
         let lagrangian = self.discrete.mechanics();
         self.projector.project(lagrangian, &self.constraint, &mut self.scratch, (t, h), q)?;
@@ -131,20 +205,24 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         if let Some((index, &value)) = off.filter(|(_, r)| r.abs() > tolerance * norm(&self.projector.p)) {
             return Err(InputError::Constraint(ConstraintError::OffHiddenConstraint { index, value }).into());
         }
-        let length = norm(q) + h * norm(&self.projector.velocity[..q.len()]);
-        let values = &mut scratch.reaction[..self.constraint.count()];
-        self.constraint.value(q, values);
-        for (index, &value) in values.iter().enumerate() {
-            // |f| / |∇f| is the distance from the constraint.
+        let (length, way) = (norm(q), h * norm(&self.projector.velocity[..q.len()]));
+        self.constraint.value(q, &mut scratch.reaction[..self.constraint.count()]);
+        for index in 0..self.constraint.count() {
+            let scaled = self.scratch.reaction[index];
+            let value = scaled / self.constraint.scale();
             if !value.is_finite() {
                 return Err(
                     InputError::System(SystemError::NonFinite { what: "the constraint f", index, value }).into()
                 );
             }
-            if value.abs() > tolerance * length * scratch.gradient.row(index).norm() {
+            // |f| / |∇f| is the distance from the constraint.
+            let distance = scaled.abs() / self.scratch.gradient.row(index).norm();
+            let is_near = distance <= tolerance * way + ROUNDINGS * f64::EPSILON * length;
+            if !is_near && distance > tolerance * (length.min(self.radius(index, q)) + way) {
                 return Err(InputError::Constraint(ConstraintError::OffConstraint { index, value }).into());
             }
         }
+        let scratch = &mut self.scratch;
         scratch.at_start.copy_from(&scratch.gradient);
         Ok(())
     }
@@ -411,6 +489,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
         check_vector("q", q, n)?;
         check_vector("p", p, n)?;
         self.projector.start(p);
+        self.set_scale(t, q);
         self.check_consistency(t, h, q)?;
         let at = Interval { start: t, h };
         let path = self.discrete.interior() + n;

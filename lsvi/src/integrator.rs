@@ -38,6 +38,9 @@ impl State {
     }
 }
 
+/// Time differences on a grid are exact to a few ulp of the largest time.
+const SLACK: f64 = 8.0 * f64::EPSILON;
+
 /// The times t₀ + n h, the last moved to `t_end` where h does not divide the interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
@@ -59,14 +62,15 @@ impl Grid {
     /// Steps of size `h` from `t0` to `t_end`.
     ///
     /// # Errors
-    /// [`InputError`] unless h > 0, t_end ≥ t0, all are finite, and h is resolved: t_end/h below 2⁵², t + h > t.
+    /// [`InputError`] unless h > 0, t_end ≥ t0, all are finite, and h is resolved: |t|/h below 2⁴⁷.
     pub fn new(t0: f64, h: f64, t_end: f64) -> Result<Self, InputError> {
         check_step(h)?;
         check_time(t0)?;
         if !(t_end.is_finite() && t_end >= t0) {
             return Err(InputError::Time(TimeError::EndTime { t0, t_end }));
         }
-        if t_end > t0 && h < 4.0 * f64::EPSILON * t0.abs().max(t_end.abs()) {
+        // Four times what two times of one grid point may differ by.
+        if t_end > t0 && h < 4.0 * SLACK * t0.abs().max(t_end.abs()) {
             return Err(InputError::Time(TimeError::Unresolvable { t0, t_end, h }));
         }
         Ok(Self { t0, h, t_end })
@@ -84,8 +88,7 @@ impl Grid {
 
     /// The step that starts at `t`, which need not be a grid point; `None` at the end.
     pub fn next(&self, t: f64) -> Option<GridStep> {
-        // Time differences on the grid are exact to a few ulp of the largest time.
-        let slack = 8.0 * f64::EPSILON * self.t0.abs().max(self.t_end.abs());
+        let slack = SLACK * self.t0.abs().max(self.t_end.abs());
         if t >= self.t_end - slack {
             return None;
         }
@@ -230,6 +233,30 @@ mod tests {
         assert_eq!(next(2.0625), Some((0.0625, 2.125)));
         assert_eq!(next(2.125), None);
         assert_eq!(next(2.125_f64.next_down()), None);
+    }
+
+    /// Steps below the slack of times would be taken for two at a time.
+    #[test]
+    fn a_grid_has_as_many_steps_as_fit_or_is_refused() {
+        for t0 in [0.0, 1.0, 1.7e9, -1e6] {
+            let (ulp, mut found) = (f64::EPSILON * 1.7e9_f64.max(f64::abs(t0)), [false; 2]);
+            for k in 1..200 {
+                let (h, steps) = (f64::from(k) * ulp, 10);
+                let Ok(grid) = Grid::new(t0, h, t0 + f64::from(steps) * h + if t0 == 0.0 { 1.7e9 } else { 0.0 }) else {
+                    found[0] = true;
+                    continue;
+                };
+                found[1] = true;
+                let mut t = t0;
+                for n in 1..=steps {
+                    let step = grid.next(t).expect("not the end");
+                    assert!((step.h - h).abs() <= 8.0 * ulp && step.h > 0.5 * h, "{t0}, {h}, step {n}: {step:?}");
+                    t = step.end;
+                }
+                assert!((t - (t0 + f64::from(steps) * h)).abs() <= 8.0 * ulp, "{t0}, {h}: {t}");
+            }
+            assert_eq!(found[1], true, "{t0}");
+        }
     }
 
     #[test]

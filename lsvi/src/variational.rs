@@ -20,6 +20,7 @@ pub struct Variational<D, C> {
     /// Steps taken, and the evaluations of those without Newton's iteration.
     taken: Work,
     unknowns: Vec<f64>,
+    impulse: Vec<f64>,
     momenta: Option<Box<Momenta>>,
 }
 
@@ -60,6 +61,7 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
             newton: None,
             taken: Work::default(),
             unknowns: vec![0.0; unknowns],
+            impulse: vec![0.0; discrete.dim()],
             momenta: (!is_linear).then(|| Box::new(Momenta::new(&discrete, unknowns))),
             discrete,
         }
@@ -320,7 +322,13 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
 
     /// Replaces (q₀, p₀) by (q₁, p₁).
     fn finish(&mut self, at: Interval, q: &mut [f64], p: &mut [f64]) {
-        self.discrete.momentum(at, q, &self.unknowns, MomentumWeights::END, p);
+        let has_impulse =
+            self.is_position_momentum(at.h) && self.discrete.impulse(at, q, &self.unknowns, &mut self.impulse);
+        if has_impulse {
+            p.iter_mut().zip(&self.impulse).for_each(|(p, impulse)| *p += impulse);
+        } else {
+            self.discrete.momentum(at, q, &self.unknowns, MomentumWeights::END, p);
+        }
         q.copy_from_slice(&self.unknowns[self.discrete.interior()..]);
         self.taken.steps += 1;
     }

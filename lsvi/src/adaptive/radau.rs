@@ -222,7 +222,7 @@ impl<F: VectorField> Radau<F> {
 
     /// The time that the next step may not pass.
     fn barrier(&self, t: f64, grid: &Grid) -> f64 {
-        let resolved = t + 8.0 * f64::EPSILON * t.abs().max(grid.t_end().abs());
+        let resolved = t + 8.0 * f64::EPSILON * t.abs();
         let stop = self.stops.iter().copied().find(|stop| *stop > resolved);
         stop.map_or(grid.t_end(), |stop| stop.min(grid.t_end()))
     }
@@ -354,6 +354,9 @@ impl<F: VectorField> Integrator for Radau<F> {
                 steps if steps < 2.0 => (0.5 * span, false),
                 _ => (wanted, false),
             };
+            // A step is as long as times tell, or their rounding would add up, as far from t = 0 as that is.
+            let end = t + h;
+            let h = if stops { span } else { end - t };
             let is_below = wanted < shortest && h < span;
             if h <= resolved(t) || is_below {
                 return Err(match is_finite {
@@ -390,7 +393,7 @@ impl<F: VectorField> Integrator for Radau<F> {
             let s = self.order.s;
             let proposed = self.controller.next(h, error, s, iterations_taken, iterations(s));
             if error < 1.0 {
-                let end = if stops { self.barrier(t, grid) } else { t + h };
+                let end = if stops { self.barrier(t, grid) } else { end };
                 // A step cut short by a stop does not shorten the ones after it.
                 let proposed = if h < wanted { proposed.max(wanted) } else { proposed };
                 self.accept(state, h, end, proposed, rate);

@@ -22,24 +22,31 @@ const TELLS: f64 = 1e-3;
 pub(super) struct Direction {
     pub(super) x: Vec<f64>,
     pub(super) axis: Option<usize>,
-    /// First distance of differences.
-    first: f64,
+    /// First distances of differences, the widest first.
+    first: Vec<f64>,
 }
 
-/// The axes of a small space, or a few directions in a large one.
+/// The axes of a small space, or a few directions in a large one, in which each component moves by its own size.
 pub(super) fn directions(v: &[f64]) -> Vec<Direction> {
     let n = v.len();
     let largest = max_norm(v);
     let size = if largest > 0.0 { largest } else { 1.0 };
+    // A component that is zero tells no size of its own.
+    let own = |v: f64, otherwise: f64| if v == 0.0 { otherwise * size } else { v.abs() };
     if n > FEW {
-        return (1..=DIRECTIONS)
-            .map(|seed| Direction { x: pseudo_random(n, seed), axis: None, first: FIRST * size })
-            .collect();
+        let direction = |seed| {
+            let x = pseudo_random(n, seed).iter().zip(v).map(|(x, v)| x * own(*v, 1e-3)).collect();
+            Direction { x, axis: None, first: vec![FIRST] }
+        };
+        return (1..=DIRECTIONS).map(direction).collect();
     }
     let axis = |j: usize| {
         let mut x = vec![0.0; n];
         x[j] = 1.0;
-        Direction { x, axis: Some(j), first: FIRST * v[j].abs().max(1e-3 * size) }
+        // Components may have units of their own, in which f changes within much less than the largest of them.
+        let (wide, near) = (FIRST * 1e-3 * size, FIRST * own(v[j], 1e-7));
+        let first = if near < wide { vec![wide, near] } else { vec![near] };
+        Direction { x, axis: Some(j), first }
     };
     (0..n).map(axis).collect()
 }
@@ -47,7 +54,7 @@ pub(super) fn directions(v: &[f64]) -> Vec<Direction> {
 impl Direction {
     /// Of a function of one variable, that changes within `length`.
     pub(super) fn along(length: f64) -> Self {
-        Self { x: vec![1.0], axis: None, first: FIRST * length }
+        Self { x: vec![1.0], axis: None, first: vec![FIRST * length] }
     }
 }
 
@@ -76,16 +83,23 @@ pub(super) fn slopes(
         value
     };
     finite("what is differentiated", &at(0.0))?;
-    let level = |k| {
-        let distance = x.first * 0.5_f64.powi(k);
-        let values = [at(distance), at(-distance)];
-        // Rows may be sums over all unknowns, as transforms are, of which each term rounds by the size of the largest.
-        let size = larger(max_norm(&values[0]), max_norm(&values[1]));
-        (distance, values, size)
+    let mut from = |first: f64| -> Vec<Slope> {
+        let level = |k| {
+            let distance = first * 0.5_f64.powi(k);
+            let values = [at(distance), at(-distance)];
+            // Rows may be sums over all unknowns, as transforms are, of which each term rounds by the size of the largest.
+            let size = larger(max_norm(&values[0]), max_norm(&values[1]));
+            (distance, values, size)
+        };
+        let levels: Vec<_> = (0..LEVELS as i32).map(level).collect();
+        let row = |i: usize| levels.iter().map(move |(d, [above, below], size)| (*d, [above[i], below[i]], *size));
+        (0..rows).map(|i| Slope::extrapolated(row(i))).collect()
     };
-    let levels: Vec<_> = (0..LEVELS as i32).map(level).collect();
-    let row = |i: usize| levels.iter().map(move |(d, [above, below], size)| (*d, [above[i], below[i]], *size));
-    Ok((0..rows).map(|i| Slope::extrapolated(row(i))).collect())
+    let mut found = from(x.first[0]);
+    for first in &x.first[1..] {
+        found = found.into_iter().zip(from(*first)).map(|(wide, near)| wide.or_near(near)).collect();
+    }
+    Ok(found)
 }
 
 /// A derivative from differences.
@@ -97,6 +111,12 @@ pub(super) struct Slope {
 }
 
 impl Slope {
+    /// The sharper of two that agree; where they do not, larger distances reach beyond where the function is like its tangent.
+    fn or_near(self, near: Self) -> Self {
+        let agree = (self.value - near.value).abs() <= SAFETY * (self.uncertainty + near.uncertainty);
+        if agree && self.uncertainty <= near.uncertainty || near.value.is_nan() { self } else { near }
+    }
+
     /// What is left of a number that rounds by so much without the derivative.
     pub(super) fn taken_from(self, x: f64, rounding: f64) -> Self {
         Self { value: x - self.value, uncertainty: self.uncertainty + rounding, rounding: self.rounding + rounding }

@@ -213,6 +213,17 @@ impl<L: Lagrangian> DiscreteLegendre for Galerkin<L> {
         nystrom.step(&self.lagrangian, at, q, p, x)
     }
 
+    /// The sum of all conditions: the φ_j add up to one.
+    fn impulse(&mut self, at: Interval, q0: &[f64], x: &[f64], out: &mut [f64]) -> bool {
+        out.fill(0.0);
+        for (point, b) in self.path.points.iter().zip(&self.weights) {
+            point.place(at.h, q0, x, &mut self.q, &mut self.v);
+            self.lagrangian.gradient_q(point.time(at), &self.q, &self.v, &mut self.dl_dq, &mut self.dl_dv);
+            out.iter_mut().zip(&self.dl_dq).for_each(|(o, force)| *o += at.h * b * force);
+        }
+        true
+    }
+
     fn momentum(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut [f64]) {
         let last = self.path.degree();
         self.conditions(at, q0, x, w, last..=last, out);

@@ -77,6 +77,11 @@ impl<L: Lagrangian> DiscreteLegendre for Midpoint<L> {
         nystrom.step(&self.lagrangian, at, q, p, x)
     }
 
+    fn impulse(&mut self, at: Interval, q0: &[f64], q1: &[f64], out: &mut [f64]) -> bool {
+        self.momentum(at, q0, q1, MomentumWeights::CHANGE, out);
+        true
+    }
+
     fn momentum(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut [f64]) {
         let t = self.place(at, q0, q1);
         self.lagrangian.gradient(t, &self.middle, &self.velocity, &mut self.dl_dq, &mut self.dl_dv);

@@ -51,6 +51,8 @@ impl MomentumWeights {
     pub const START: Self = Self { alpha: 1.0, beta: 0.0 };
     /// p₁ alone.
     pub const END: Self = Self { alpha: 0.0, beta: 1.0 };
+    /// p₁ − p₀.
+    pub(crate) const CHANGE: Self = Self { alpha: -1.0, beta: 1.0 };
 
     /// Whether α + β is rounding.
     #[inline]
@@ -84,6 +86,12 @@ pub trait DiscreteLegendre {
     /// # Errors
     /// [`SolveError::SingularMass`] or [`SolveError::NoVelocity`] if the momentum determines no velocity.
     fn predict(&mut self, at: Interval, q0: &[f64], p0: &[f64], x: &mut [f64]) -> Result<(), SolveError>;
+
+    /// Writes p₁ − p₀ of a solution of a step in position–momentum form, h Σ b_i ∂L/∂q, where that is what it amounts to, and tells
+    /// whether it did. In D₂L_d the rounding of velocities is multiplied by ∂²L/∂v²; in an impulse there is none.
+    fn impulse(&mut self, _at: Interval, _q0: &[f64], _x: &[f64], _out: &mut [f64]) -> bool {
+        false
+    }
 
     /// Replaces (q₀, p₀) by (q₁, p₁) of the position–momentum form without solving the equations of a step, as is possible for
     /// a [separable](Lagrangian::is_separable) Lagrangian; writes the unknowns and returns the number of evaluations of all

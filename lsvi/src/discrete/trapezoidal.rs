@@ -66,6 +66,11 @@ impl<L: Lagrangian> DiscreteLegendre for Trapezoidal<L> {
         leapfrog.step(&self.lagrangian, at, q, p, x).map(Some)
     }
 
+    fn impulse(&mut self, at: Interval, q0: &[f64], q1: &[f64], out: &mut [f64]) -> bool {
+        self.momentum(at, q0, q1, MomentumWeights::CHANGE, out);
+        true
+    }
+
     fn momentum(&mut self, at: Interval, q0: &[f64], q1: &[f64], w: MomentumWeights, out: &mut [f64]) {
         secant(at.h, q0, q1, &mut self.velocity);
         out.fill(0.0);

@@ -137,9 +137,10 @@ pub enum SystemError {
     /// A metric that is not symmetric positive definite.
     #[error("the metric is not symmetric positive definite: {0}")]
     Metric(String),
-    /// A mass matrix without an inverse, for a method with explicit stages.
+    /// A mass matrix without an inverse, for a method with explicit stages or a new value that is not its last stage.
     #[error(
-        "the mass matrix is singular, and explicit stages need its inverse: use a method with implicit stages only"
+        "the mass matrix is singular, and explicit stages, or a new value that is not the last stage, need its inverse: use a \
+         stiffly accurate method with implicit stages only, such as implicit Euler or SDIRK2"
     )]
     SingularMass,
     /// A start that violates an equation without a derivative, whose row of M is zero.

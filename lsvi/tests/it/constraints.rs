@@ -261,3 +261,94 @@ fn constraints_in_a_box_hold_as_they_do_outside() {
     assert_abs_diff_eq!(q[0].hypot(q[1]), 1.0, epsilon = 16.0 * EPS);
     assert_abs_diff_eq!(q[2], 0.5, epsilon = 16.0 * EPS);
 }
+
+/// A rod of a length about a pivot on the x axis, f in a unit, and a point of a mass on it in a field g.
+struct Rod {
+    length: f64,
+    pivot: f64,
+    unit: f64,
+}
+
+impl ConstraintFn for Rod {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn count(&self) -> usize {
+        1
+    }
+    fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+        let x = q[0] - self.pivot;
+        out[0] = (x * x + q[1] * q[1] - self.length * self.length) * self.unit;
+    }
+}
+
+struct Weight {
+    mass: f64,
+    g: f64,
+}
+
+impl lsvi::LagrangianFn for Weight {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        (v[0] * v[0] + v[1] * v[1]) * (0.5 * self.mass) - q[1] * (self.mass * self.g)
+    }
+}
+
+#[test]
+fn constrained_motions_are_the_same_in_all_units() {
+    let end = |name: &str, mass: f64, length: f64, g: f64, unit: f64| -> Vec<f64> {
+        let (l, rod) = (AutoLagrangian::new(Weight { mass, g }), AutoConstraint::new(Rod { length, pivot: 0.0, unit }));
+        let period = (length / g).sqrt();
+        let method: Box<dyn Integrator + '_> = match name {
+            "RATTLE" => Box::new(Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit")),
+            "gauss" => Box::new(Constrained::new(Galerkin::gauss(&l, 3).expect("s ≥ 1"), rod).expect("dimensions fit")),
+            _ => Box::new(Constrained::new(PathFitted::on(&l, NodeFamily::Gauss, 3).expect("m ≥ 2"), rod).expect("dimensions fit")),
+        };
+        let run = Trajectory::new(method, State::new(0.0, vec![length, 0.0]), period / 50.0, 3.0 * period);
+        let case = format!("{name}, mass {mass:e}, length {length:e}, g {g:e}, f in {unit:e}");
+        let end = run.expect("valid").observe(|_| {}).unwrap_or_else(|error| panic!("{case}: {error}"));
+        end.q.iter().map(|q| q / length).chain(end.p.iter().map(|p| p / (mass * (length * g).sqrt()))).collect()
+    };
+    for name in ["RATTLE", "gauss", "path-fitted"] {
+        let right = end(name, 1.0, 1.0, 1.0, 1.0);
+        for (mass, length, g, unit) in [
+            (1e-26, 1.0, 1.0, 1.0),
+            (1e26, 1.0, 1.0, 1.0),
+            (1.0, 1.0, 1.0, 1e-12),
+            (1.0, 1.0, 1.0, 1e15),
+            (1e-26, 1e-10, 1e13, 1.0),
+            (6e24, 4e8, 9.81, 1e-3),
+        ] {
+            let found = end(name, mass, length, g, unit);
+            for (a, b) in found.iter().zip(&right) {
+                assert!((a - b).abs() <= 1e-11, "{name}, {mass:e}, {length:e}, {g:e}, {unit:e}: {found:?}, {right:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_state_off_the_constraint_is_refused_wherever_coordinates_are_counted_from() {
+    for pivot in [0.0, 6.4e6, -1e8] {
+        let step = |off: f64| {
+            let (l, rod) = (
+                AutoLagrangian::new(Weight { mass: 2.0, g: 9.81 }),
+                AutoConstraint::new(Rod { length: 1.0, pivot, unit: 1.0 }),
+            );
+            let mut method = Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit");
+            method.step(0.0, 0.01, &mut [pivot + 0.6 + off, 0.8], &mut [0.0, 0.0])
+        };
+        step(0.0).unwrap_or_else(|error| panic!("pivot at {pivot}: {error}"));
+        for off in [0.05, -1e-4] {
+            let found = step(off);
+            let is_refused = matches!(
+                found,
+                Err(StepError::Input(InputError::Constraint(ConstraintError::OffConstraint { index: 0, value })))
+                    if (value - 1.2 * off - off * off).abs() <= 1e-6
+            );
+            assert!(is_refused, "pivot at {pivot}, {off} off: {found:?}");
+        }
+    }
+}

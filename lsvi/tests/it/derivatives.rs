@@ -526,3 +526,56 @@ fn curvature_by_differences_is_right_at_every_scale_and_at_zero() {
         assert_eq!(found, [0.0; 2]);
     }
 }
+
+/// Monod's growth, v̇₀ = −v₁ v₀/(K + v₀), v̇₁ = −v̇₀, of a substrate that is scarce beside what grows on it; with a slip, one
+/// derivative has K for 2K.
+struct Monod {
+    k: f64,
+    is_right: bool,
+}
+
+impl VectorField for Monod {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        let rate = v[1] * v[0] / (self.k + v[0]);
+        dv.copy_from_slice(&[-rate, rate]);
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        let k = if self.is_right { self.k } else { 2.0 * self.k };
+        let (substrate, biomass) = (v[1] * k / (self.k + v[0]).powi(2), v[0] / (self.k + v[0]));
+        for (row, sign) in [(0, -scale), (1, scale)] {
+            out.add(row, 0, sign * substrate);
+            out.add(row, 1, sign * biomass);
+        }
+    }
+    fn add_curvature(&self, _t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        let (sum, c) = (self.k + v[0], scale * (w[1] - w[0]));
+        out.add(0, 0, c * -2.0 * v[1] * self.k / sum.powi(3));
+        out.add(0, 1, c * self.k / sum.powi(2));
+        out.add(1, 0, c * self.k / sum.powi(2));
+    }
+}
+
+#[test]
+fn components_may_have_units_of_their_own() {
+    for k in [1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e3] {
+        for part in [0.5, 2.0] {
+            let v = [part * k, 10.0];
+            check_derivatives(&Monod { k, is_right: true }, 0.0, &v)
+                .unwrap_or_else(|error| panic!("K = {k:e}: {error}"));
+            let error = check_derivatives(&Monod { k, is_right: false }, 0.0, &v).expect_err("a slip");
+            let DerivativeError::Differs { of: Derivative::Jacobian, place, stated, found, .. } = error else {
+                panic!("K = {k:e}: {error}")
+            };
+            assert_eq!(place, Place { row: Some(0), column: Some(0) });
+            assert!((stated / found - 2.0).abs() < 1e-5, "K = {k:e}: {stated:e} for {found:e}");
+        }
+    }
+    // A wave of a length far below the size of another component.
+    for a in [1e-12, 1e-7, 1e-3, 1.0] {
+        let field = field!(2, a = a; |t, v, dv| { dv[0] = v[1] * a; dv[1] = -(v[0] * (1.0 / a)).sin() * a + t.cos(); });
+        check_derivatives(&field, 0.3, &[0.7 * a, 0.2]).unwrap_or_else(|error| panic!("a = {a:e}: {error}"));
+    }
+}

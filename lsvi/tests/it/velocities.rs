@@ -1,6 +1,6 @@
 //! Lagrangians that are not quadratic in the velocity: the velocity of a momentum, dense output, and steps.
 
-use lsvi::discrete::{Galerkin, Midpoint};
+use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::{
     AutoConstraint, AutoLagrangian, Constrained, ConstraintFn, Integrator, LagrangianFn, Scalar, SolveError, State,
     StepError, Trajectory, TwoStep, position_momentum,
@@ -188,4 +188,40 @@ fn two_steps_of_a_relativistic_particle() {
     method.step(2.0 + h, h, &mut before, &mut now).expect("a solution exists");
     // The local error of order 5, and what the momentum lost: (h/2)⁴.
     assert!((now[0] - exact(2.0 + 2.0 * h)).abs() < (0.5 * h).powi(4), "{}", now[0] - exact(2.0 + 2.0 * h));
+}
+
+/// L = −√(1 − v²) + 5q: the momentum grows by the force alone, in every discrete Lagrangian of it.
+struct Accelerated;
+
+impl LagrangianFn for Accelerated {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        -(-v[0] * v[0] + 1.0).sqrt() + q[0] * 5.0
+    }
+}
+
+/// ∂²L/∂v² is p³, and so is what the rounding of a velocity would be multiplied by.
+#[test]
+fn the_momentum_of_a_fast_particle_grows_by_its_impulse() {
+    let l = AutoLagrangian::new(Accelerated);
+    for p in [1.0, 1e3, 1e5] {
+        let methods: [(&str, Box<dyn Integrator + '_>); 4] = [
+            ("midpoint", Box::new(position_momentum(Midpoint::new(&l)))),
+            ("trapezoidal", Box::new(position_momentum(Trapezoidal::new(&l)))),
+            ("galerkin-gauss(3)", Box::new(position_momentum(Galerkin::gauss(&l, 3).expect("s ≥ 1")))),
+            ("galerkin-lobatto(2)", Box::new(position_momentum(Galerkin::lobatto(&l, 2).expect("s ≥ 1")))),
+        ];
+        for (name, method) in methods {
+            let initial = State::new(0.0, vec![0.0]).with_momentum(vec![p]);
+            let end = Trajectory::new(method, initial, 0.01, 1.0).expect("valid").observe(|_| {}).expect("it moves");
+            // A rounding of p in each of a hundred steps.
+            assert!(
+                (end.p[0] - p - 5.0).abs() <= 100.0 * EPS * (p + 5.0),
+                "{name}, p = {p:e}: {:e}",
+                end.p[0] - p - 5.0
+            );
+        }
+    }
 }
