@@ -337,6 +337,7 @@ fn steps_end_at_stop_times_and_the_solution_is_dense() {
     }
     assert_eq!(ends.last(), Some(&4.0));
     assert!(matches!(method.interpolate(4.1, &mut [0.0]), Err(InputError::Time(TimeError::Outside { .. }))));
+    assert!(matches!(method.interpolate(-0.1, &mut [0.0]), Err(InputError::Time(TimeError::Outside { .. }))));
     assert!(matches!(method.interpolate(4.0, &mut []), Err(InputError::System(SystemError::Dimension { .. }))));
 }
 

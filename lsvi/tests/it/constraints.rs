@@ -262,6 +262,21 @@ fn constraints_in_a_box_hold_as_they_do_outside() {
     assert_abs_diff_eq!(q[2], 0.5, epsilon = 16.0 * EPS);
 }
 
+#[test]
+fn a_start_off_the_second_constraint_is_refused_like_one_off_the_first() {
+    let l = AutoLagrangian::new(Free { dim: 3 });
+    let mut method = Constrained::new(Trapezoidal::new(&l), AutoConstraint::new(Rim)).expect("dimensions fit");
+    for (q, index, off) in [([1.1, 0.0, 0.5], 0, 0.21), ([1.0, 0.0, 0.6], 1, 0.1)] {
+        let found = method.step(0.0, 0.1, &mut q.clone(), &mut [0.0; 3]);
+        let is_told = matches!(
+            found,
+            Err(StepError::Input(InputError::Constraint(ConstraintError::OffConstraint { index: k, value })))
+                if k == index && (value - off).abs() < 1e-12
+        );
+        assert!(is_told, "{q:?}: {found:?}");
+    }
+}
+
 /// A rod of a length about a pivot on the x axis, f in a unit, and a point of a mass on it in a field g.
 struct Rod {
     length: f64,
@@ -304,7 +319,10 @@ fn constrained_motions_are_the_same_in_all_units() {
         let method: Box<dyn Integrator + '_> = match name {
             "RATTLE" => Box::new(Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit")),
             "gauss" => Box::new(Constrained::new(Galerkin::gauss(&l, 3).expect("s ≥ 1"), rod).expect("dimensions fit")),
-            _ => Box::new(Constrained::new(PathFitted::on(&l, NodeFamily::Gauss, 3).expect("m ≥ 2"), rod).expect("dimensions fit")),
+            _ => Box::new(
+                Constrained::new(PathFitted::on(&l, NodeFamily::Gauss, 3).expect("m ≥ 2"), rod)
+                    .expect("dimensions fit"),
+            ),
         };
         let run = Trajectory::new(method, State::new(0.0, vec![length, 0.0]), period / 50.0, 3.0 * period);
         let case = format!("{name}, mass {mass:e}, length {length:e}, g {g:e}, f in {unit:e}");

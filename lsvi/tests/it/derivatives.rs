@@ -579,3 +579,33 @@ fn components_may_have_units_of_their_own() {
         check_derivatives(&field, 0.3, &[0.7 * a, 0.2]).unwrap_or_else(|error| panic!("a = {a:e}: {error}"));
     }
 }
+
+/// v̇_i = v_i³ with a wrong second derivative of one component.
+struct Cubes(usize);
+
+impl VectorField for Cubes {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = v.powi(3));
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        v.iter().enumerate().for_each(|(i, v)| out.add(i, i, scale * 3.0 * v * v));
+    }
+    fn add_curvature(&self, _t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        for (i, (v, w)) in v.iter().zip(w).enumerate() {
+            let factor = if i == self.0 { 6.6 } else { 6.0 };
+            out.add(i, i, scale * w * factor * v);
+        }
+    }
+}
+
+#[test]
+fn a_curvature_is_held_to_differences_in_every_direction() {
+    for i in 0..3 {
+        let error = check_derivatives(&Cubes(i), 0.0, &[0.5, 0.7, 0.9]).expect_err("a wrong factor");
+        let DerivativeError::Differs { of: Derivative::Curvature, place, .. } = error else { panic!("{error}") };
+        assert_eq!(place, Place { row: Some(i), column: Some(i) });
+    }
+}

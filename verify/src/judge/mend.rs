@@ -331,4 +331,19 @@ mod tests {
         let found: Vec<_> = found.iter().map(|repair| (repair.place.to_string(), repair.text.as_str())).collect();
         assert_eq!(found, [("sigma[1]".to_owned(), "1"), ("sigma[2]".to_owned(), "3")]);
     }
+
+    /// σ₁ + σ₂ = 1 is mended by either: ⅔ for ½ changes two characters, ½ for ⅓ one.
+    #[test]
+    fn the_repair_nearest_to_the_printed_text_comes_first() {
+        let changes = |sigma: &str| {
+            let text = format!("kind = 'multistep'\norder = 1\nrho = [-1, 1]\nsigma = [{sigma}]\n");
+            let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+            let found = repairs(&*file.body.system(1).expect("it has conditions"));
+            found.into_iter().map(|repair| (repair.place.to_string(), repair.text)).collect::<Vec<_>>()
+        };
+        let expected =
+            |near: &str, far: &str| [(near.to_owned(), "1/2".to_owned()), (far.to_owned(), "2/3".to_owned())];
+        assert_eq!(changes("'1/2', '1/3'"), expected("sigma[2]", "sigma[1]"));
+        assert_eq!(changes("'1/3', '1/2'"), expected("sigma[1]", "sigma[2]"));
+    }
 }

@@ -151,6 +151,8 @@ mod tests {
             point("one", [5, 20, 1], 2e-4),
             point("one", [20, 90, 2], 1e-6),
             point("one", [10, 40, 3], 1e-4),
+            // Fewer steps of more evaluations each.
+            point("one", [4, 50, 9], 5e-5),
             point("other", [3, 7, 4], 1e-3),
         ];
         let sentence = summary("a problem", &points);

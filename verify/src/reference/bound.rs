@@ -158,6 +158,20 @@ mod tests {
         solve_twice(&Still, 0.0, &[1.0], &[1.0, 2.0, 3.0], 1e-9, solve).expect("solved").bound
     }
 
+    /// Seven roundings of the largest state so far in each of a billion steps are above a tolerance of 1e-9.
+    #[test]
+    fn rounding_counts_by_the_largest_state_and_the_steps() {
+        let growing = |tolerance: f64, times: &[f64]| {
+            assert!(tolerance <= 1e-7);
+            let mut run = Run::with_capacity(times.len());
+            let size = |t: f64| if t < 2.0 { 1.0 } else { 1e6 };
+            times.iter().for_each(|t| run.push(vec![size(*t)], if *t < 3.0 { 1 } else { 1_000_000_000 }));
+            Ok(run)
+        };
+        let bound = solve_twice(&Still, 0.0, &[1.0], &[1.0, 2.0, 3.0], 1e-9, growing).expect("solved").bound;
+        assert_eq!(bound, [2e-9, 1e-9 * (1.0 + 1e6), 7.0 * f64::EPSILON * 1e15]);
+    }
+
     /// A difference stays in the bound of all later times, one between two samples too, and the tolerance is its least value.
     #[test]
     fn bounds_do_not_fall_where_two_solves_cross() {

@@ -25,3 +25,19 @@ fn field(cell: &Cell) -> String {
         Cell::Empty => String::new(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_stand_in_the_order_of_the_table() {
+        for n in 1..10 {
+            let names: Vec<String> = (0..n).map(|k| format!("column {k}")).collect();
+            let row = (0..n).map(Cell::Integer).collect();
+            let text = table(&Table::data("t", "", names.iter().map(String::as_str), vec![row])).expect("written");
+            let numbers: Vec<String> = (0..n).map(|k| k.to_string()).collect();
+            assert_eq!(text, format!("{}\n{}\n", names.join(","), numbers.join(",")).into_bytes());
+        }
+    }
+}

@@ -790,6 +790,16 @@ fn results_hold_every_check_and_no_silent_null() {
     assert_eq!(rows[5][1].as_f64(), Some(5e-324));
     assert!(rows[8][1].is_null());
     assert!(chapters[1]["tables"][1]["rows"].is_null(), "data behind a figure stand in their file");
+    let run = synthetic();
+    let mut hidden = 0;
+    for (chapter, written) in run.chapters().iter().zip(chapters) {
+        for (table, written) in chapter.evidence.tables.iter().zip(written["tables"].as_array().expect("tables")) {
+            assert_eq!(written["row_count"], table.rows.len(), "{}", table.id);
+            assert_eq!(written["rows"].is_null(), !table.shown, "{}", table.id);
+            hidden += usize::from(!table.shown && !table.rows.is_empty());
+        }
+    }
+    assert!(hidden > 0);
 }
 
 /// Within one table, every row has as many cells as the header.

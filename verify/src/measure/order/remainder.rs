@@ -42,3 +42,35 @@ fn residuals(
     };
     (values - matrix * solution).iter().copied().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points whose residuals with the order expected are `ratio` times those with another one: the part of ln h that no even remainder
+    /// explains, and a part that neither explains.
+    fn points(order: f64, ratio: f64) -> Vec<LogPoint> {
+        let h: Vec<f64> = (0..7).map(|k| 0.7_f64.powi(k)).collect();
+        let columns = |of: &[fn(f64) -> f64]| {
+            DMatrix::from_fn(h.len(), of.len(), |i, j| of[j](h[i])).svd(true, false).u.expect("asked for")
+        };
+        let one: fn(f64) -> f64 = |_| 1.0;
+        let (x, square): (fn(f64) -> f64, fn(f64) -> f64) = (f64::ln, |h| h * h);
+        let log = DVector::from_iterator(h.len(), h.iter().map(|h| h.ln()));
+        let without = |basis: &DMatrix<f64>, y: &DVector<f64>| y - basis * (basis.transpose() * y);
+        let of_expected = without(&columns(&[one, |h| h, square]), &log);
+        let irregular = DVector::from_fn(h.len(), |i, _| if i % 2 == 0 { 1.0 } else { -1.0 });
+        let of_neither = without(&columns(&[one, |h| h, square, x]), &irregular).normalize();
+        let part = (ratio * ratio - 1.0).sqrt() / of_expected.norm();
+        let y = |i: usize| (order + 1e-3 * part) * log[i] + 1e-3 * of_neither[i];
+        (0..h.len()).map(|i| LogPoint { x: log[i], y: y(i), u: 1e-9 }).collect()
+    }
+
+    #[test]
+    fn an_order_explains_what_no_other_explains_twice_as_well() {
+        for order in [1.0, 2.0, 4.0] {
+            assert!(explains(order, &points(order, 1.9), 0.1), "order {order}");
+            assert!(!explains(order, &points(order, 2.1), 0.1), "order {order}");
+        }
+    }
+}

@@ -131,6 +131,21 @@ fn settled_orders_pass_and_wrong_ones_fail() {
     }
 }
 
+#[test]
+fn several_quantities_have_the_worst_verdict_of_them() {
+    let judged = |verdict: Verdict| {
+        let judgement = quantity(&[(1.0, 1.01), (2.0, 1.02), (4.0, 1.04)], 0.0).judge(&expecting(2.0));
+        Judgement { verdict, ..judgement }
+    };
+    let all = [Verdict::Fail, Verdict::Inconclusive, Verdict::Measured, Verdict::Pass];
+    for (i, one) in all.iter().enumerate() {
+        for (k, other) in all.iter().enumerate() {
+            assert_eq!(overall(&[judged(*one), judged(*other)]), all[i.min(k)]);
+        }
+    }
+    assert_eq!(overall(&[]), Verdict::Inconclusive);
+}
+
 /// What no data may do: pass by accident.
 #[test]
 fn nothing_passes_that_decides_nothing() {

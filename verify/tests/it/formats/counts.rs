@@ -103,6 +103,13 @@ fn every_format_counts_what_the_run_has() {
         assert_eq!(plain.contains(&format!("{:18} (broke off)", chapter.title)), broken(chapter) > 0);
     }
 
+    // What failed comes first, before the list is cut.
+    let points: Vec<&str> = plain.lines().skip_while(|line| !line.starts_with("All")).skip(1).collect();
+    let points: Vec<&str> = points.into_iter().filter(|line| !line.is_empty()).collect();
+    let failed = total[1] + 1;
+    assert!(points[..failed].iter().all(|line| line.starts_with('✗')), "{plain}");
+    assert!(!points[failed].starts_with('✗'), "{plain}");
+
     let page = page(&path);
     let document = Document::parse(&page).expect("a tree");
     let summary = element(&document, "_summary");
