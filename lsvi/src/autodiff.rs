@@ -113,6 +113,8 @@ pub struct AutoField<F> {
     field: F,
     structure: Structure,
     coloring: Coloring,
+    /// Along which the structure is checked, if the field declares one.
+    directions: Vec<f64>,
     first: Pool<Sweep<Dual64>>,
     second: Pool<Sweep<HyperDual64>>,
     row_check: Pool<Vec<RowCheck>>,
@@ -167,6 +169,7 @@ impl<F: FieldFn> AutoField<F> {
             second: Sweep::new(dim),
             row_check: Pool::new(move || vec![RowCheck::default(); dim]),
             coloring: Coloring::new(dim, &structure),
+            directions: if structure == Structure::Dense { Vec::new() } else { (0..dim).map(direction).collect() },
             structure,
             field,
         }
@@ -183,7 +186,7 @@ impl<F: FieldFn> AutoField<F> {
 
     /// Whether the derivative along [`direction`] is that of the entries in `row_check`.
     fn has_declared_structure(&self, t: f64, sweep: &mut Sweep<Dual64>, row_check: &[RowCheck]) -> bool {
-        sweep.v.iter_mut().enumerate().for_each(|(j, x)| x.eps = direction(j));
+        sweep.v.iter_mut().zip(&self.directions).for_each(|(x, direction)| x.eps = *direction);
         self.field.rhs(t, &sweep.v, &mut sweep.dv);
         sweep.v.iter_mut().for_each(|x| x.eps = 0.0);
         row_check.iter().zip(&sweep.dv).all(|(row, f)| row.agrees(f.eps))
@@ -212,6 +215,20 @@ impl<F: FieldFn> AutoField<F> {
         }
     }
 
+    /// The Jacobian of a dense system at the state of `sweep`, column by column.
+    fn sweep_columns(&self, sweep: &mut Sweep<Dual64>, t: f64, scale: f64, out: &mut Jacobian) {
+        for j in 0..sweep.v.len() {
+            sweep.v[j].eps = 1.0;
+            self.field.rhs(t, &sweep.v, &mut sweep.dv);
+            sweep.v[j].eps = 0.0;
+            for (i, f) in sweep.dv.iter().enumerate() {
+                if f.eps != 0.0 {
+                    out.add(i, j, scale * f.eps);
+                }
+            }
+        }
+    }
+
     /// [`VectorField::add_jacobian`] with work space.
     fn sweep_jacobian(
         &self,
@@ -221,8 +238,11 @@ impl<F: FieldFn> AutoField<F> {
         scale: f64,
         out: &mut Jacobian,
     ) {
-        row_check.fill(RowCheck::default());
         sweep.seed(v);
+        if self.is_dense() {
+            return self.sweep_columns(sweep, t, scale, out);
+        }
+        row_check.fill(RowCheck::default());
         for c in 0..self.coloring.groups() {
             self.coloring.columns(c).for_each(|j| sweep.v[j].eps = 1.0);
             self.field.rhs(t, &sweep.v, &mut sweep.dv);
@@ -231,12 +251,13 @@ impl<F: FieldFn> AutoField<F> {
                 let entry = sweep.dv[i].eps;
                 if entry != 0.0 {
                     out.add(i, j, scale * entry);
-                    row_check[i].sum += entry * direction(j);
-                    row_check[i].size += (entry * direction(j)).abs();
+                    let along = entry * self.directions[j];
+                    row_check[i].sum += along;
+                    row_check[i].size += along.abs();
                 }
             }
         }
-        if self.structure == Structure::Dense || self.has_declared_structure(t, sweep, row_check) {
+        if self.has_declared_structure(t, sweep, row_check) {
             return;
         }
         for j in 0..v.len() {

@@ -76,7 +76,7 @@ impl Jacobian {
         match &mut self.entries {
             Entries::Dense(a) => a.fill(0.0),
             Entries::Banded(a) => a.values_mut().fill(0.0),
-            Entries::Sparse(a) => a.values_mut().fill(0.0),
+            Entries::Sparse(a) => a.clear(),
         }
     }
 
@@ -98,6 +98,14 @@ impl Jacobian {
     /// [`SolveError::OutsideStructure`](crate::SolveError::OutsideStructure).
     #[inline]
     pub fn add(&mut self, i: usize, j: usize, x: f64) {
+        match &mut self.entries {
+            Entries::Dense(a) if i < a.nrows() && j < a.ncols() => a[(i, j)] += x,
+            _ => self.add_in_structure(i, j, x),
+        }
+    }
+
+    /// [`add`](Self::add) where the place of an entry is not at hand; apart, so that the addition to a dense matrix is short.
+    fn add_in_structure(&mut self, i: usize, j: usize, x: f64) {
         let entry = match &mut self.entries {
             Entries::Dense(a) => a.get_mut((i, j)),
             Entries::Banded(a) => a.get_mut(i, j),

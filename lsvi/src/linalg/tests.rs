@@ -49,6 +49,42 @@ fn solves_in_every_structure() {
     }
 }
 
+/// What is kept of one sparse matrix is right for the next, whether its pivots are the same, others from some column on, or none.
+#[test]
+fn factors_of_one_matrix_after_another_are_those_of_each() {
+    let n = 40;
+    let [.., structure] = structures(n);
+    let (mut a, mut first) = (Jacobian::with_structure(n, &structure), Jacobian::with_structure(n, &structure));
+    let mut lu = Lu::<f64>::of(&a);
+    fill(&mut first, &structure);
+    // By how much the entries of a row differ from those of the first matrix, and in which order they are added.
+    let others: [&dyn Fn(usize) -> f64; 6] =
+        [&|_| 1.0, &|_| 2.0, &|i| 1.0 + 1e-3 * i as f64, &|i| (5 * i) as f64, &|_| 0.0, &|_| 1.0];
+    for (k, factor) in others.into_iter().enumerate() {
+        let mut entries = Vec::new();
+        first.for_each(|i, j, x| entries.push((i, j, if i == j { factor(i) * x } else { x })));
+        if k == 4 {
+            entries.iter_mut().filter(|entry| entry.1 == n / 2).for_each(|entry| entry.2 = 0.0);
+        }
+        if k % 2 == 1 {
+            entries.reverse();
+        }
+        a.clear();
+        entries.iter().for_each(|&(i, j, x)| a.add(i, j, x));
+        assert!(entries.iter().all(|&(i, j, x)| a.get(i, j) == x), "matrix {k}");
+        let (found, fresh) = (lu.factor(&a), a.factor_entries());
+        assert_eq!(found.map_err(SolveError::from), fresh.clone().map(drop), "matrix {k}");
+        let Ok(fresh) = fresh else { continue };
+        assert_eq!(lu.entries(), fresh, "matrix {k}");
+        let (mut x, mut residual) = (vec![1.0; n], vec![1.0; n]);
+        lu.solve(&mut x);
+        a.mul_add(-1.0, &x, &mut residual);
+        let bound = 16.0 * n as f64 * f64::EPSILON * 200.0 * n as f64 * max_norm(&x);
+        assert!(max_norm(&residual) <= bound, "matrix {k}: {:e}", max_norm(&residual));
+    }
+    assert_eq!(a, first);
+}
+
 /// Rings, whose fill is the same in every order, and tridiagonal matrices, where exchanges of rows may bring a second diagonal
 /// above.
 #[test]

@@ -1,12 +1,16 @@
 //! Solutions without closed form, computed by the scripts beside the tables in as many digits as their headers state.
 
+use std::sync::LazyLock;
+
 const TABLES: [&str; 2] = [include_str!("../../data/tabulated.csv"), include_str!("../../data/stiff.csv")];
 
 /// The state at time `t` of the default problem `name`, or of `name parameter=value …`, rounded to doubles, if it is tabulated.
 pub(super) fn lookup(name: &str, t: f64) -> Option<Vec<f64>> {
-    let rows = TABLES.into_iter().flat_map(rows).filter_map(Result::ok);
-    let mut components: Vec<(usize, f64)> =
-        rows.filter(|(problem, time, ..)| problem == name && *time == t).map(|(_, _, i, value)| (i, value)).collect();
+    /// Read once: it is asked for in every run.
+    static ROWS: LazyLock<Vec<Row>> =
+        LazyLock::new(|| TABLES.into_iter().flat_map(rows).filter_map(Result::ok).collect());
+    let rows = ROWS.iter().filter(|(problem, time, ..)| *time == t && problem == name);
+    let mut components: Vec<(usize, f64)> = rows.map(|(_, _, i, value)| (*i, *value)).collect();
     components.sort_by_key(|(i, _)| *i);
     (!components.is_empty()).then(|| components.into_iter().map(|(_, value)| value).collect())
 }

@@ -6,6 +6,7 @@ mod cli;
 mod closed_forms;
 mod edges;
 mod equivariance;
+mod features;
 mod floors;
 mod formats;
 mod fuzz;
