@@ -193,13 +193,10 @@ impl<F: FieldFn> AutoField<F> {
     }
 
     /// [`VectorField::linearize`] of a dense system of N unknowns.
-    #[inline]
+    #[inline(always)]
     fn linearize_small<const N: usize>(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
-        let columns = sweep::each::<N, _>(v, |v| {
-            let mut f = [Dual64::from(0.0); N];
-            self.field.rhs(t, v, &mut f);
-            f
-        });
+        let mut columns = [[Dual64::from(0.0); N]; N];
+        sweep::each::<N>(v, |j, v| self.field.rhs(t, v, &mut columns[j]));
         dv.iter_mut().zip(&columns[0]).for_each(|(dv, f)| *dv = f.re);
         match out.dense_mut() {
             Some(out) if out.len() == N * N => {
@@ -294,11 +291,12 @@ impl<F: FieldFn> VectorField for AutoField<F> {
         self.field.is_autonomous()
     }
 
+    #[inline]
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
         self.field.rhs(t, v, dv);
     }
 
-    #[inline]
+    #[inline(always)]
     fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
         match v.len() {
             1 if self.is_dense() => self.linearize_small::<1>(t, v, dv, scale, out),

@@ -211,10 +211,15 @@ pub enum StepError {
 #[inline]
 pub(crate) fn check_vector(what: &'static str, v: &[f64], dim: usize) -> Result<(), InputError> {
     check_length(what, v.len(), dim)?;
-    match v.iter().position(|x| !x.is_finite()) {
-        Some(index) => Err(InputError::System(SystemError::NonFinite { what, index, value: v[index] })),
-        None => Ok(()),
-    }
+    // 0 x is 0 or NaN, which a sum finds without a branch; which one it is, is asked where there is one.
+    if v.iter().fold(0.0, |sum, x| sum + 0.0 * x) == 0.0 { Ok(()) } else { Err(non_finite(what, v)) }
+}
+
+/// The first component that is not finite.
+#[cold]
+fn non_finite(what: &'static str, v: &[f64]) -> InputError {
+    let index = v.iter().position(|x| !x.is_finite()).unwrap_or_default();
+    InputError::System(SystemError::NonFinite { what, index, value: v[index] })
 }
 
 /// Refuses a slice of another length.

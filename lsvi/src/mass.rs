@@ -239,6 +239,17 @@ impl MassInverse {
         }
     }
 
+    /// M⁻¹ b, in `out` unless it is b itself.
+    #[inline(always)]
+    pub(crate) fn of<'a>(&self, b: &'a [f64], out: &'a mut [f64]) -> &'a [f64] {
+        if matches!(self, Self::Identity) {
+            return b;
+        }
+        out.copy_from_slice(b);
+        self.solve(out);
+        out
+    }
+
     fn solve_coupled(&self, b: &mut [f64]) {
         match self {
             Self::Identity | Self::Reciprocals(_) => {}

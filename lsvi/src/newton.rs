@@ -57,7 +57,7 @@ const PIECES: u32 = 500;
 pub(crate) trait System {
     fn dim(&self) -> usize;
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]);
-    /// The same of a system of N unknowns, of any number for N = 0.
+    /// The same of a system of N unknowns, of any number for N = 0; no derivative is asked for where it was evaluated.
     #[inline]
     fn residual_sized<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
         self.residual(h, x, out);

@@ -270,6 +270,7 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
     }
 
     /// Refuses what cannot be a step.
+    #[inline]
     fn check(&self, at: Interval, q: &[f64], p: &[f64]) -> Result<(), InputError> {
         let n = self.discrete.dim();
         check_unknowns(n)?;

@@ -94,14 +94,16 @@ impl<F: LagrangianFn> AutoLagrangian<F> {
     fn gradient_small<const N: usize>(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
         let q_dual: [Dual64; N] = std::array::from_fn(|i| q[i].into());
         self.gradient_q_small::<N>(t, q, v, dl_dq);
-        dl_dv.copy_from_slice(&sweep::each::<N, _>(v, |v| self.function.lagrangian(t.into(), &q_dual, v).eps));
+        let dl_dv = &mut dl_dv[..N];
+        sweep::each::<N>(v, |j, v| dl_dv[j] = self.function.lagrangian(t.into(), &q_dual, v).eps);
     }
 
     /// [`Lagrangian::gradient_q`] of N degrees of freedom.
     #[inline(always)]
     fn gradient_q_small<const N: usize>(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64]) {
         let v: [Dual64; N] = std::array::from_fn(|i| v[i].into());
-        dl_dq.copy_from_slice(&sweep::each::<N, _>(q, |q| self.function.lagrangian(t.into(), q, &v).eps));
+        let dl_dq = &mut dl_dq[..N];
+        sweep::each::<N>(q, |j, q| dl_dq[j] = self.function.lagrangian(t.into(), q, &v).eps);
     }
 }
 

@@ -4,13 +4,13 @@
 
 use num_dual::Dual64;
 
-/// The derivatives of `f` along each of its variables, at `x`.
-#[inline]
-pub(super) fn each<const N: usize, R: Copy>(x: &[f64], f: impl Fn(&[Dual64; N]) -> R) -> [R; N] {
-    let x: [Dual64; N] = std::array::from_fn(|i| Dual64::from(x[i]));
-    std::array::from_fn(|j| {
-        let mut x = x;
+/// Calls `f` with each variable j in turn made the one to differentiate by, at `x`.
+#[inline(always)]
+pub(super) fn each<const N: usize>(x: &[f64], mut f: impl FnMut(usize, &[Dual64; N])) {
+    let mut x: [Dual64; N] = std::array::from_fn(|i| Dual64::from(x[i]));
+    for j in 0..N {
         x[j].eps = 1.0;
-        f(&x)
-    })
+        f(j, &x);
+        x[j].eps = 0.0;
+    }
 }

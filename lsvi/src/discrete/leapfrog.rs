@@ -4,7 +4,7 @@ use super::Interval;
 use super::separable::{ConstantMass, Sum};
 use crate::error::SolveError;
 use crate::lagrangian::Lagrangian;
-use crate::linalg::{by_size, size};
+use crate::linalg::{by_size, size, vectors};
 
 /// The position–momentum step of a broken line for L = ½ vᵀMv − V(t, q), kicks and drifts in turn: with x₀ = q₀, P₀ = p₀ and
 /// c_i = a₁ + … + a_i, M v_i = P_i = P_{i−1} + h b_{i−1} L_q(t + c_{i−1} h, x_{i−1}) and x_i = x_{i−1} + h a_i v_i for
@@ -16,13 +16,8 @@ pub(super) struct Leapfrog {
     last_kick: f64,
     mass: ConstantMass,
     sum: Sum,
-    velocity: Vec<f64>,
-    /// x_i − q₀ and P_i − p₀.
-    way: Vec<f64>,
-    impulse: Vec<f64>,
-    /// L_q at the last knot.
-    force: Vec<f64>,
-    work: Vec<f64>,
+    /// L_q at the last knot, v_i, x_i − q₀ and P_i − p₀, and work space.
+    scratch: Vec<f64>,
 }
 
 /// A piece of the line, with the kick before it.
@@ -45,22 +40,18 @@ pub(super) fn knots(durations: &[f64]) -> Vec<f64> {
 impl Leapfrog {
     /// By the durations a₁, …, a_s and the kicks b₀, …, b_s.
     pub(super) fn new(l: &dyn Lagrangian, durations: &[f64], kicks: &[f64]) -> Self {
-        let zeros = vec![0.0; l.dim()];
         let drift = |((&duration, &kick), &end): ((&f64, &f64), &f64)| Drift { kick, duration, end };
         Self {
             drifts: durations.iter().zip(kicks).zip(&knots(durations)[1..]).map(drift).collect(),
             last_kick: kicks[durations.len()],
             mass: ConstantMass::new(l),
             sum: Sum::new(l.dim()),
-            velocity: zeros.clone(),
-            way: zeros.clone(),
-            impulse: zeros.clone(),
-            force: zeros.clone(),
-            work: zeros,
+            scratch: vec![0.0; 5 * l.dim()],
         }
     }
 
     /// Replaces (q₀, p₀) by (q₁, p₁), writes the knots x₁, …, x_s, and returns how often the forces were evaluated.
+    #[inline(always)]
     pub(super) fn step<L: Lagrangian>(
         &mut self,
         l: &L,
@@ -69,13 +60,14 @@ impl Leapfrog {
         p: &mut [f64],
         x: &mut [f64],
     ) -> Result<u64, SolveError> {
-        by_size!(q.len(), N => match self.drifts.len() {
+        // Where the dimension of a Lagrangian is a constant, the other sizes are not compiled.
+        by_size!(l.dim(), N => match self.drifts.len() {
             1 => self.step_sized::<L, N, 1>(l, at, q, p, x),
             _ => self.step_sized::<L, N, 0>(l, at, q, p, x),
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn step_sized<L: Lagrangian, const N: usize, const S: usize>(
         &mut self,
         l: &L,
@@ -86,9 +78,8 @@ impl Leapfrog {
     ) -> Result<u64, SolveError> {
         let (n, s) = (size::<N>(q.len()), size::<S>(self.drifts.len()));
         let (q, p, x, h) = (&mut q[..n], &mut p[..n], &mut x[..s * n], at.h);
-        let Self { drifts, last_kick, mass, sum, velocity, way, impulse, force, work } = self;
-        let (velocity, force) = (&mut velocity[..n], &mut force[..n]);
-        let (way, impulse) = (&mut way[..n], &mut impulse[..n]);
+        let Self { drifts, last_kick, mass, sum, scratch } = self;
+        let [force, velocity, way, impulse, work] = vectors(scratch, n);
         if !sum.continues(at.start, q, p) {
             // That of a step that failed need not be finite.
             velocity.fill(0.0);
@@ -113,21 +104,17 @@ impl Leapfrog {
             l.gradient_q(at.start + drift.end * h, knot, velocity, force, work);
             before = knot;
         }
-        let mut finite = 0.0;
+        let (kick, mut finite) = (h * *last_kick, 0.0);
         for i in 0..n {
-            impulse[i] += h * *last_kick * force[i];
+            impulse[i] += kick * force[i];
             finite += way[i] + impulse[i];
         }
         if !finite.is_finite() {
             sum.forget();
             return Err(SolveError::NonFinite);
         }
-        let end = &mut x[(s - 1) * n..];
-        for i in 0..n {
-            sum.add(i, (&mut q[i], way[i]), (&mut p[i], impulse[i]));
-            end[i] = q[i];
-        }
-        sum.end(at.start + h);
+        sum.add(at.start + h, (q, way), (p, impulse));
+        x[(s - 1) * n..].iter_mut().zip(&*q).for_each(|(x, q)| *x = *q);
         Ok(drifts.len() as u64)
     }
 }

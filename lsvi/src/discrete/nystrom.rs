@@ -136,15 +136,18 @@ impl Past {
     fn expect<const N: usize, const R: usize>(&self, dim: usize, out: &mut [f64]) -> bool {
         let n = size::<N>(dim);
         let r = size::<R>(out.len() / n);
-        let (weights, known) = (&self.weights[self.known], self.known * r);
+        let (mut rows, known) = (self.weights[self.known].as_slice(), self.known * r);
         if known == 0 {
             return false;
         }
-        for (out, weights) in out[..r * n].chunks_exact_mut(n).zip(weights.chunks_exact(known)) {
+        let steps = &self.steps[..known * n];
+        for out in out[..r * n].chunks_exact_mut(n) {
+            let weights;
+            (weights, rows) = rows.split_at(known);
             out.fill(0.0);
-            for (weight, a) in weights.iter().zip(self.steps.chunks_exact(n)) {
+            for (k, weight) in weights.iter().enumerate() {
                 for i in 0..n {
-                    out[i] += weight * a[i];
+                    out[i] += weight * steps[k * n + i];
                 }
             }
         }
@@ -235,12 +238,31 @@ impl Nystrom {
         p: &mut [f64],
         x: &mut [f64],
     ) -> Result<Option<u64>, SolveError> {
+        // Where the dimension of a Lagrangian is a constant, the other sizes are not compiled.
+        by_size!(l.dim(), N => match self.coefficients.c.len() {
+            1 => self.step_sized::<L, N, 1>(l, at, q, p, x),
+            2 => self.step_sized::<L, N, 2>(l, at, q, p, x),
+            _ => self.step_sized::<L, N, 0>(l, at, q, p, x),
+        })
+    }
+
+    #[inline]
+    fn step_sized<L: Lagrangian, const N: usize, const R: usize>(
+        &mut self,
+        l: &L,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        let n = size::<N>(q.len());
+        let (q, p, velocity) = (&mut q[..n], &mut p[..n], &mut self.velocity[..n]);
         if !self.sum.continues(at.start, q, p) || self.h != at.h {
             self.past.forget();
             self.h = at.h;
         }
-        self.velocity.copy_from_slice(p);
-        self.mass.inverse(l, (at.start, at.h), q, p)?.solve(&mut self.velocity);
+        velocity.iter_mut().zip(&*p).for_each(|(velocity, p)| *velocity = *p);
+        self.mass.inverse(l, (at.start, at.h), q, p)?.solve(velocity);
         if self.waited < self.pause {
             self.waited += 1;
             return Ok(None);
@@ -252,30 +274,13 @@ impl Nystrom {
                 return Ok(self.give_up());
             }
         }
-        // Compiled for each Lagrangian, so that forces are inlined; what follows is compiled once.
-        let found = match self.coefficients.c.len() {
-            1 => by_size!(q.len(), N => self.iterate::<L, N, 1>(l, at, q)),
-            2 => by_size!(q.len(), N => self.iterate::<L, N, 2>(l, at, q)),
-            _ => by_size!(q.len(), N => self.iterate::<L, N, 0>(l, at, q)),
-        };
-        let Some(evaluations) = found else { return Ok(self.give_up()) };
-        let Some(more) = self.bear_out(&l, at, q) else { return Ok(self.give_up()) };
-        self.finish(at, q, p, x);
+        let Some(evaluations) = self.iterate::<L, N, R>(l, at, q) else { return Ok(self.give_up()) };
+        let Some(more) = self.bear_out::<N, R>(&l, at, q) else { return Ok(self.give_up()) };
+        self.finish::<N, R>(at, q, p, x);
         Ok(Some(evaluations + more))
     }
 
-    /// Holds the differences of accelerations, less those of time, against those of positions; `None` where they are too large,
-    /// and otherwise how often the forces were evaluated for it.
-    fn bear_out(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
-        let r = self.coefficients.c.len();
-        by_size!(q.len(), N => by_size!(r, R => self.bear_out_sized::<N, R>(l, at, q)))
-    }
-
-    fn finish(&mut self, at: Interval, q: &mut [f64], p: &mut [f64], x: &mut [f64]) {
-        let r = self.coefficients.c.len();
-        by_size!(q.len(), N => by_size!(r, R => self.finish_sized::<N, R>(at, q, p, x)));
-    }
-
+    #[cold]
     fn give_up(&mut self) -> Option<u64> {
         self.past.forget();
         self.pause = (2 * self.pause).clamp(1, LONGEST_PAUSE);
@@ -322,7 +327,7 @@ impl Nystrom {
         }
         let roundoff = f64::EPSILON * size_of_q;
         let mut last = f64::NAN;
-        for iterations in 1..=ITERATIONS {
+        for iterations in 1..ITERATIONS + 1 {
             for ((position, row), c) in positions.chunks_exact_mut(n).zip(a.chunks_exact(r)).zip(c) {
                 for i in 0..n {
                     position[i] = q[i] + h * (c * velocity[i] + h * component(row, acceleration, n, i));
@@ -333,13 +338,12 @@ impl Nystrom {
                 l.gradient_q(at.start + c * h, position, velocity, force, work);
             }
             for (force, acceleration) in force.chunks_exact(n).zip(acceleration.chunks_exact_mut(n)) {
-                work.copy_from_slice(force);
-                inverse.solve(work);
+                let found = inverse.of(force, work);
                 for i in 0..n {
-                    change = larger(change, work[i] - acceleration[i]);
-                    strongest = larger(strongest, work[i]);
-                    sum += work[i];
-                    acceleration[i] = work[i];
+                    change = larger(change, found[i] - acceleration[i]);
+                    strongest = larger(strongest, found[i]);
+                    sum += found[i];
+                    acceleration[i] = found[i];
                 }
             }
             if !sum.is_finite() {
@@ -360,13 +364,10 @@ impl Nystrom {
         None
     }
 
+    /// Holds the differences of accelerations, less those of time, against those of positions; `None` where they are too large,
+    /// and otherwise how often the forces were evaluated for it.
     #[inline]
-    fn bear_out_sized<const N: usize, const R: usize>(
-        &mut self,
-        l: &dyn Lagrangian,
-        at: Interval,
-        q: &[f64],
-    ) -> Option<u64> {
+    fn bear_out<const N: usize, const R: usize>(&mut self, l: &dyn Lagrangian, at: Interval, q: &[f64]) -> Option<u64> {
         let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
         let (h, all) = (at.h, r * n);
         let Self { coefficients, velocity, acceleration, positions, start, work, midway, radius, .. } = self;
@@ -422,17 +423,11 @@ impl Nystrom {
 
     /// Adds the changes to q₀ and p₀ and writes the control values.
     #[inline]
-    fn finish_sized<const N: usize, const R: usize>(
-        &mut self,
-        at: Interval,
-        q: &mut [f64],
-        p: &mut [f64],
-        x: &mut [f64],
-    ) {
+    fn finish<const N: usize, const R: usize>(&mut self, at: Interval, q: &mut [f64], p: &mut [f64], x: &mut [f64]) {
         let (n, r) = (size::<N>(q.len()), size::<R>(self.coefficients.c.len()));
         let (h, all) = (at.h, r * n);
-        let Self { coefficients, velocity, acceleration, force, sum, .. } = self;
-        let (q, p, velocity) = (&mut q[..n], &mut p[..n], &velocity[..n]);
+        let Self { coefficients, velocity, acceleration, force, sum, work, .. } = self;
+        let (q, p, velocity, work) = (&mut q[..n], &mut p[..n], &velocity[..n], &mut work[..n]);
         let (acceleration, force) = (&acceleration[..all], &force[..all]);
         for ((x, row), gamma) in
             x.chunks_exact_mut(n).zip(coefficients.control.chunks_exact(r)).zip(&coefficients.gamma)
@@ -449,13 +444,13 @@ impl Nystrom {
             }
         }
         let b = &coefficients.b[..r];
-        for i in 0..n {
-            sum.add(i, (&mut q[i], end[i]), (&mut p[i], h * component(b, force, n, i)));
-            end[i] = q[i];
+        for (i, impulse) in work.iter_mut().enumerate() {
+            *impulse = h * component(b, force, n, i);
         }
-        sum.end(at.start + h);
+        sum.add(at.start + h, (q, end), (p, work));
+        end.iter_mut().zip(&*q).for_each(|(end, q)| *end = *q);
         self.pause = 0;
-        self.past.push(&self.acceleration);
+        self.past.push(&self.acceleration[..all]);
     }
 }
 

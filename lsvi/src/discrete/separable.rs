@@ -2,7 +2,7 @@
 
 use crate::error::SolveError;
 use crate::lagrangian::{HessianWeights, Lagrangian};
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, vectors};
 use crate::mass::{Mass, MassInverse};
 
 /// Largest relative difference of two mass matrices that passes for rounding.
@@ -34,10 +34,15 @@ impl ConstantMass {
         p: &[f64],
     ) -> Result<&mut MassInverse, SolveError> {
         if self.inverse.is_none() {
-            let inverse = self.checked_inverse(l, (t, h), q, p)?;
-            self.inverse = Some(inverse);
+            self.find_inverse(l, (t, h), q, p)?;
         }
         self.known_inverse().ok_or(SolveError::SingularMass)
+    }
+
+    #[cold]
+    fn find_inverse(&mut self, l: &dyn Lagrangian, at: (f64, f64), q: &[f64], p: &[f64]) -> Result<(), SolveError> {
+        self.inverse = Some(self.checked_inverse(l, at, q, p)?);
+        Ok(())
     }
 
     /// M⁻¹ as found by [`inverse`](Self::inverse).
@@ -131,59 +136,54 @@ fn mass(m: &Jacobian) -> Mass {
 #[derive(Debug)]
 pub(super) struct Sum {
     t: f64,
-    q: Vec<f64>,
-    p: Vec<f64>,
-    lost_q: Vec<f64>,
-    lost_p: Vec<f64>,
+    /// q and p there, and what they have lost.
+    state: Vec<f64>,
 }
 
 impl Sum {
     pub(super) fn new(dim: usize) -> Self {
-        let zeros = vec![0.0; dim];
-        Self { t: f64::NAN, q: zeros.clone(), p: zeros.clone(), lost_q: zeros.clone(), lost_p: zeros }
+        Self { t: f64::NAN, state: vec![0.0; 4 * dim] }
     }
 
     /// Whether a step goes on from the end of the last one; otherwise nothing is lost yet.
-    #[inline]
+    #[inline(always)]
     pub(super) fn continues(&mut self, t: f64, q: &[f64], p: &[f64]) -> bool {
+        let [last_q, last_p] = vectors(&mut self.state, q.len());
         // A caller's k h and the sum t + h differ by their rounding.
         let is_now = (self.t - t).abs() <= ROUNDINGS * f64::EPSILON * t.abs();
-        let is_same = is_now && self.q == q && self.p == p;
+        let is_same = is_now && last_q == q && last_p == p;
         if !is_same {
             self.forget();
         }
         is_same
     }
 
+    #[cold]
     pub(super) fn forget(&mut self) {
         self.t = f64::NAN;
-        self.lost_q.fill(0.0);
-        self.lost_p.fill(0.0);
+        self.state.fill(0.0);
     }
 
-    /// Adds changes to a component of the position and of the momentum.
-    #[inline]
-    pub(super) fn add(&mut self, i: usize, (q, in_q): (&mut f64, f64), (p, in_p): (&mut f64, f64)) {
-        add(q, in_q, &mut self.lost_q[i]);
-        add(p, in_p, &mut self.lost_p[i]);
-        (self.q[i], self.p[i]) = (*q, *p);
-    }
-
-    /// The step ended at `t`.
-    #[inline]
-    pub(super) fn end(&mut self, t: f64) {
+    /// Adds the changes of a step that ends at `t` to the position and to the momentum.
+    #[inline(always)]
+    pub(super) fn add(&mut self, t: f64, (q, in_q): (&mut [f64], &[f64]), (p, in_p): (&mut [f64], &[f64])) {
         self.t = t;
+        let [last_q, last_p, lost_q, lost_p] = vectors(&mut self.state, q.len());
+        add(q, in_q, lost_q, last_q);
+        add(p, in_p, lost_p, last_p);
     }
 }
 
-/// Adds `change` and what was lost before to `x`, and keeps what this addition loses.
+/// Adds `change` and what was lost before to `x`, and keeps the sum and what this addition loses.
 #[inline(always)]
-fn add(x: &mut f64, change: f64, lost: &mut f64) {
-    let change = change + *lost;
-    let sum = *x + change;
-    let added = sum - *x;
-    *lost = (*x - (sum - added)) + (change - added);
-    *x = sum;
+fn add(x: &mut [f64], change: &[f64], lost: &mut [f64], kept: &mut [f64]) {
+    for (((x, change), lost), kept) in x.iter_mut().zip(change).zip(lost).zip(kept) {
+        let change = change + *lost;
+        let sum = *x + change;
+        let added = sum - *x;
+        *lost = (*x - (sum - added)) + (change - added);
+        (*x, *kept) = (sum, sum);
+    }
 }
 
 #[cfg(test)]

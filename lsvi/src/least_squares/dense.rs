@@ -70,7 +70,8 @@ impl DenseStep {
         v1: &mut [f64],
         work: &mut Work,
     ) -> Result<(), SolveError> {
-        let s = &mut self.scratch;
+        let (n, s) = (system.field.dim(), &mut self.scratch);
+        let (v0, v1) = (&v0[..n], &mut v1[..n]);
         if closure.weights(at.h).alpha == 0.0 {
             system.field.rhs(at.start, v0, &mut s.f0);
         } else {
@@ -116,6 +117,7 @@ impl DenseStep {
 }
 
 impl<'a, F: VectorField> Equation<'a, F> {
+    #[inline(always)]
     fn new(
         system: System<'a, F>,
         closure: &'a Linear,
@@ -126,53 +128,59 @@ impl<'a, F: VectorField> Equation<'a, F> {
         Self { system, closure, t, h, weights: closure.weights(h), row: row(closure, h), v0, s }
     }
 
-    /// [`newton::System::residual`] of N unknowns in the unit metric, with all numbers on the stack.
+    /// [`newton::System::residual`] of N unknowns in the unit metric, with all numbers on the stack; of a matrix that is not dense
+    /// none.
     #[inline(always)]
-    fn residual_small<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) -> bool {
+    fn residual_small<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) -> Option<()> {
         let (w, row) = self.weights(h);
         let s = &mut *self.s;
-        let (Some(x), Some(out)) = (x.first_chunk::<N>(), out.first_chunk_mut::<N>()) else { return false };
-        let (Some(f0), Some(v0)) = (s.f0.first_chunk::<N>(), self.v0.first_chunk::<N>()) else { return false };
-        let (Some(f1), Some(d1)) = (s.f1.first_chunk_mut::<N>(), s.d1.first_chunk_mut::<N>()) else { return false };
+        let (x, v0, f0) = (x.first_chunk::<N>()?, self.v0.first_chunk::<N>()?, s.f0.first_chunk::<N>()?);
+        let out = out.first_chunk_mut::<N>()?;
+        let mut f1 = [0.0; N];
         s.end.clear_sized::<N>();
-        self.system.field.linearize(self.t + h, x, f1, 1.0, &mut s.end);
-        let (Some(j1), Some(j0)) = (s.end.dense(), s.start.dense()) else { return false };
-        let (j1, j0) = (&j1.as_slice()[..N * N], &j0.as_slice()[..N * N]);
-        let common = w.alpha + w.beta;
-        let mut d0 = [0.0; N];
+        self.system.field.linearize(self.t + h, x, &mut f1, 1.0, &mut s.end);
+        let j1 = s.end.dense()?.as_slice().get(..N * N)?;
+        let (mut d0, mut d1, mut at_start) = ([0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
             let moved = x[i] - v0[i];
             d0[i] = moved - h * f0[i];
             d1[i] = moved - h * f1[i];
         }
-        for j in 0..N {
-            let mut tested = [0.0; 2];
-            for i in 0..N {
-                tested[1] += j1[j * N + i] * d1[i];
-                if w.alpha != 0.0 {
-                    tested[0] += j0[j * N + i] * d0[i];
+        if w.alpha != 0.0 {
+            let j0 = s.start.dense()?.as_slice().get(..N * N)?;
+            for j in 0..N {
+                for i in 0..N {
+                    at_start[j] += j0[j * N + i] * d0[i];
                 }
             }
-            out[j] = row * (common * (d0[j] + d1[j]) + h * (w.alpha * tested[0] - w.beta * tested[1]));
         }
-        true
+        let common = w.alpha + w.beta;
+        for j in 0..N {
+            let mut at_end = 0.0;
+            for i in 0..N {
+                at_end += j1[j * N + i] * d1[i];
+            }
+            out[j] = row * (common * (d0[j] + d1[j]) + h * (w.alpha * at_start[j] - w.beta * at_end));
+        }
+        Some(())
     }
 
     /// The closure's weights at step size `h` and the factor of its row.
-    #[inline]
+    #[inline(always)]
     fn weights(&self, h: f64) -> (MomentumWeights, f64) {
         if h == self.h { (self.weights, self.row) } else { (self.closure.weights(h), row(self.closure, h)) }
     }
 }
 
 /// What the closure's equation, of order h where α + β → 0, is multiplied by.
+#[inline]
 fn row(closure: &Linear, h: f64) -> f64 {
     if closure.has_limit() { 1.0 } else { h.recip() }
 }
 
 impl<F: VectorField> newton::System for Equation<'_, F> {
     fn dim(&self) -> usize {
-        self.v0.len()
+        self.system.field.dim()
     }
 
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
@@ -202,7 +210,8 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
 
     #[inline(always)]
     fn residual_sized<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
-        if N == 0 || !matches!(self.system.mass, Mass::Identity) || !self.residual_small::<N>(h, x, out) {
+        let is_small = N > 0 && matches!(self.system.mass, Mass::Identity);
+        if !is_small || self.residual_small::<N>(h, x, out).is_none() {
             self.residual(h, x, out);
         }
     }

@@ -269,7 +269,7 @@ impl<F: VectorField> Integrator for LeastSquaresStep<F> {
 impl<F: VectorField> OneStep for LeastSquaresStep<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
         check_step_from(t, h)?;
-        let n = self.next.len();
+        let n = self.field.dim();
         if let Equations::Linear(step) = &mut self.equations {
             // Momenta other than zero are replaced, or refused, below.
             let fits = v.len() == n && p.len() == n && p.iter().all(|p| *p == 0.0);

@@ -81,7 +81,7 @@ impl Jacobian {
     }
 
     /// [`clear`](Self::clear) of a matrix that may be dense and of order N.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn clear_sized<const N: usize>(&mut self) {
         match &mut self.entries {
             Entries::Dense(a) if a.len() == N * N => {

@@ -16,7 +16,7 @@ pub use structure::{Pattern, Structure};
 pub(crate) use cholesky::Cholesky;
 pub(crate) use condition::inverse_norm;
 pub(crate) use entry::Entry;
-pub(crate) use size::{by_size, size};
+pub(crate) use size::{by_size, size, vectors};
 
 use nalgebra::DMatrix;
 

@@ -35,3 +35,15 @@ pub(crate) use by_size;
 pub(crate) const fn size<const N: usize>(n: usize) -> usize {
     if N == 0 { n } else { N }
 }
+
+/// Cuts the K vectors of `n` components each that are stored one after the other; with one check for all of them, and in loops of
+/// constant length the compiler knows that they are apart.
+#[inline(always)]
+pub(crate) fn vectors<const K: usize>(stored: &mut [f64], n: usize) -> [&mut [f64]; K] {
+    let mut rest = &mut stored[..K * n];
+    std::array::from_fn(|_| {
+        let (vector, others) = std::mem::take(&mut rest).split_at_mut(n);
+        rest = others;
+        vector
+    })
+}

@@ -84,10 +84,10 @@ impl Kept {
 
     /// Adds the rest of the step to come, by the polynomial through those that are known.
     #[inline]
-    fn add_expected(&self, x: &mut [f64]) {
+    fn add_expected<const N: usize>(&self, x: &mut [f64]) {
         const WEIGHTS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, -1.0, 0.0], [3.0, -3.0, 1.0]];
         let [wa, wb, wc] = WEIGHTS[self.known];
-        for (x, [a, b, c]) in x.iter_mut().zip(&self.rests) {
+        for (x, [a, b, c]) in x.iter_mut().zip(&self.rests[..size::<N>(self.rests.len())]) {
             *x += wa * a + wb * b + wc * c;
         }
     }
@@ -116,11 +116,13 @@ impl Limit {
 
 impl Newton {
     /// Replaces `x`, the solution at h = 0, by the root with kept factors; otherwise leaves it as it is and returns false.
+    #[inline]
     pub(crate) fn solve_with_kept(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> bool {
         if self.kept.as_ref().is_none_or(|kept| kept.h != Some(h)) {
             return false;
         }
-        match by_size!(x.len(), N => self.contract::<N>(system, h, x)) {
+        // Where the dimension of a system is a constant, the other sizes are not compiled.
+        match by_size!(system.dim(), N => self.contract::<N>(system, h, x)) {
             Some(iterations) => {
                 if iterations > FAST && self.kept.as_ref().is_some_and(|kept| kept.age >= LEAST_AGE) {
                     self.keep(system, h, x);
@@ -136,23 +138,23 @@ impl Newton {
     }
 
     /// The iterations after the first increment, if they find a root on the branch.
-    #[inline]
+    #[inline(always)]
     fn contract<const N: usize>(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Option<u32> {
         let n = size::<N>(x.len());
         let x = &mut x[..n];
         let Self { kept, origin, whole, increment, work, .. } = self;
         let kept = kept.as_deref_mut()?;
         let (origin, whole, increment) = (&mut origin[..n], &mut whole[..n], &mut increment[..n]);
-        origin.copy_from_slice(x);
+        origin.iter_mut().zip(&*x).for_each(|(origin, x)| *origin = *x);
         system.residual_sized::<N>(h, x, whole);
         work.residuals += 1;
         kept.solve::<N>(whole);
-        for (i, x) in x.iter_mut().enumerate() {
-            *x = origin[i] - whole[i];
+        for i in 0..n {
+            x[i] = origin[i] - whole[i];
         }
-        kept.add_expected(x);
+        kept.add_expected::<N>(x);
         let (scale, mut last) = (system.scale(h), f64::NAN);
-        for iterations in 1..=ITERATIONS {
+        for iterations in 1..ITERATIONS + 1 {
             system.residual_sized::<N>(h, x, increment);
             work.residuals += 1;
             kept.solve::<N>(increment);
@@ -192,6 +194,7 @@ impl Newton {
     }
 
     /// Keeps the factors of ∂F/∂x at a solution for steps of the same size, if they are like their limit for h → 0.
+    #[cold]
     pub(crate) fn keep(&mut self, system: &mut impl System, h: f64, x: &[f64]) {
         if self.jacobian.structure() != Structure::Dense || system.limit() != LimitAtZero::Kept {
             return;
