@@ -166,8 +166,10 @@ impl Mass {
     }
 
     /// Adds `scale` M x to `out`.
+    #[inline]
     pub(crate) fn mul_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
         match self {
+            Self::Identity => out.iter_mut().zip(x).for_each(|(o, x)| *o += scale * x),
             Self::Operator(m) => m.add_product(scale, |i| x[i], out),
             _ => self.for_each(out.len(), |i, j, m| out[i] += scale * m * x[j]),
         }

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::coefficients::{Coefficients, dot, product};
 use super::tolerances::{Tolerances, root_mean, squared};
-use crate::linalg::{FactorError, Jacobian, Lu};
+use crate::linalg::{FactorError, Jacobian, Lu, Structure};
 use crate::mass::Mass;
 use crate::newton::Work;
 use crate::vector_field::VectorField;
@@ -54,7 +54,7 @@ pub(super) struct StageSystem {
     factored: Option<(f64, usize)>,
     /// Convergence factor θ/(1 − θ) of the last iteration with these factors.
     contraction: f64,
-    /// Whether nothing was ever factored.
+    /// Whether the next factors are the first ones of sparse matrices, which allocate.
     is_fresh: bool,
 }
 
@@ -64,12 +64,12 @@ impl StageSystem {
             real: Lu::of(&jacobian),
             complex: (0..most / 2).map(|_| Lu::of(&jacobian)).collect(),
             rhs: vec![Complex::from(0.0); jacobian.dim()],
+            is_fresh: matches!(jacobian.structure(), Structure::Sparse(_)),
             jacobian,
             has_jacobian: false,
             is_current: false,
             factored: None,
             contraction: 1.0,
-            is_fresh: true,
         }
     }
 
@@ -119,7 +119,7 @@ impl StageSystem {
         self.real.assign(&self.jacobian, |x| -x)?;
         mass.for_each(v.len(), |i, j, m| self.real.add(i, j, gamma * m));
         self.real.decompose().map_err(|error| self.jacobian.blame(error))?;
-        // The first time for every pair there may be: sparse factors allocate then, and a rise of the order must not.
+        // The first sparse ones for every pair there may be: they allocate, and a rise of the order must not.
         let pairs = if self.is_fresh { self.complex.len() } else { S / 2 };
         self.is_fresh = false;
         for (lu, pair) in self.complex.iter_mut().zip(c.pairs.iter().cycle()).take(pairs) {

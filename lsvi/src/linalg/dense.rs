@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::perm::PermRef;
 use faer::{Conj, MatMut, MatRef, Par};
@@ -21,7 +21,7 @@ pub(crate) struct DenseLu<T: Entry = f64> {
     /// The reciprocals of the pivots of a small matrix.
     reciprocals: Vec<T>,
     row_scale: Vec<f64>,
-    /// The row permutation; for small matrices the row that was exchanged with row j.
+    /// The row permutation; for small matrices the row that was exchanged with row j, and no inverse.
     forward: Vec<usize>,
     inverse: Vec<usize>,
     /// Number of exchanges of rows.
@@ -42,17 +42,20 @@ impl<T: Entry> DenseLu<T> {
     }
 
     pub(super) fn new(dim: usize) -> Self {
-        let requirement = factor::lu_in_place_scratch::<usize, T>(dim, dim, Par::Seq, Default::default())
-            .or(solve::solve_in_place_scratch::<usize, T>(dim, 1, Par::Seq))
-            .or(solve::solve_transpose_in_place_scratch::<usize, T>(dim, 1, Par::Seq));
+        let blocked = || {
+            factor::lu_in_place_scratch::<usize, T>(dim, dim, Par::Seq, Default::default())
+                .or(solve::solve_in_place_scratch::<usize, T>(dim, 1, Par::Seq))
+                .or(solve::solve_transpose_in_place_scratch::<usize, T>(dim, 1, Par::Seq))
+        };
+        let is_small = dim <= SMALL;
         Self {
             factors: vec![T::from(0.0); dim * dim],
             reciprocals: vec![T::from(1.0); dim],
             row_scale: vec![1.0; dim],
             forward: vec![0; dim],
-            inverse: vec![0; dim],
+            inverse: vec![0; if is_small { 0 } else { dim }],
             exchanges: 0,
-            scratch: MemBuffer::new(requirement),
+            scratch: MemBuffer::new(if is_small { StackReq::EMPTY } else { blocked() }),
         }
     }
 
@@ -68,21 +71,30 @@ impl<T: Entry> DenseLu<T> {
 
     /// Factors the matrix in place.
     pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
-        let n = self.row_scale.len();
-        for (i, s) in self.row_scale.iter_mut().enumerate() {
-            *s = row_scale(self.factors[i..].iter().step_by(n).fold(0.0_f64, |m, x| m.max(x.magnitude())))?;
+        by_size!(self.row_scale.len(), N => self.decompose_sized::<N>())
+    }
+
+    #[inline]
+    fn decompose_sized<const N: usize>(&mut self) -> Result<(), FactorError> {
+        let n = size::<N>(self.row_scale.len());
+        let (factors, scale) = (&mut self.factors[..n * n], &mut self.row_scale[..n]);
+        for (i, s) in scale.iter_mut().enumerate() {
+            let mut largest = 0.0_f64;
+            for j in 0..n {
+                largest = largest.max(factors[j * n + i].magnitude());
+            }
+            *s = row_scale(largest)?;
         }
-        for column in self.factors.chunks_exact_mut(n.max(1)) {
-            column.iter_mut().zip(&self.row_scale).for_each(|(x, s)| *x = x.scaled(*s));
+        for column in factors.chunks_exact_mut(n.max(1)) {
+            column.iter_mut().zip(&*scale).for_each(|(x, s)| *x = x.scaled(*s));
         }
         if n <= SMALL {
-            eliminate(n, &mut self.factors, &mut self.forward);
+            self.exchanges = eliminate::<T, N>(n, factors, &mut self.forward[..n]);
             for (k, reciprocal) in self.reciprocals.iter_mut().enumerate() {
-                *reciprocal = T::from(1.0) / self.factors[k * n + k];
+                *reciprocal = T::from(1.0) / factors[k * n + k];
             }
-            self.exchanges = self.forward[..n].iter().enumerate().filter(|(k, pivot)| k != *pivot).count();
         } else {
-            let matrix = MatMut::from_column_major_slice_mut(&mut self.factors, n, n);
+            let matrix = MatMut::from_column_major_slice_mut(factors, n, n);
             let stack = MemStack::new(&mut self.scratch);
             let (info, _) =
                 factor::lu_in_place(matrix, &mut self.forward, &mut self.inverse, Par::Seq, stack, Default::default());
@@ -159,8 +171,11 @@ impl DenseLu {
     }
 }
 
-/// Elimination in place by columns, with exchanges of whole rows.
-fn eliminate<T: Entry>(n: usize, a: &mut [T], exchanges: &mut [usize]) {
+/// Elimination in place by columns, with exchanges of whole rows; returns how many there were.
+#[inline]
+fn eliminate<T: Entry, const N: usize>(n: usize, a: &mut [T], rows: &mut [usize]) -> usize {
+    let n = size::<N>(n);
+    let (a, rows, mut exchanges) = (&mut a[..n * n], &mut rows[..n], 0);
     for k in 0..n {
         let mut pivot = k;
         for i in k + 1..n {
@@ -168,8 +183,9 @@ fn eliminate<T: Entry>(n: usize, a: &mut [T], exchanges: &mut [usize]) {
                 pivot = i;
             }
         }
-        exchanges[k] = pivot;
+        rows[k] = pivot;
         if pivot != k {
+            exchanges += 1;
             (0..n).for_each(|j| a.swap(j * n + k, j * n + pivot));
         }
         let (done, rest) = a.split_at_mut((k + 1) * n);
@@ -183,6 +199,7 @@ fn eliminate<T: Entry>(n: usize, a: &mut [T], exchanges: &mut [usize]) {
             }
         }
     }
+    exchanges
 }
 
 fn substitute_transpose<T: Entry>(n: usize, lu: &[T], exchanges: &[usize], b: &mut [T]) {
