@@ -271,7 +271,7 @@ fn notes() -> Vec<String> {
             .into(),
         "As a function of hλ the best coefficient makes the step exact, θ = 1 − hλ/2 + …, and 1/(1 + hλ/2) is its Padé \
          approximation, of third order. Both need λ, and are exact or of third order for that rate alone: on nonlinear problems \
-         they are of second order, each behind the better of the trapezoidal and the midpoint rule on some problem. Where the Jacobian has an eigenvalue λ/2 they \
+         they are of second order, each behind the better of the trapezoidal and the midpoint rule on some problem. Where the Jacobian has an eigenvalue near λ/2, for h → 0 at λ/2 itself, they \
          determine nothing, as Method II where it is 0."
             .into(),
         "A homogeneous condition F(p_n, p_{n+1}) = 0 on a scalar unknown is a linear closure, or a choice between several; at a \

@@ -31,7 +31,8 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              error of Method I is h|v″|/(2λ), of first order like implicit Euler's, where the trapezoidal rule keeps its \
              second."
                 .into(),
-            "Two super-convergences are declared. Least squares of `v̇ = A v + b`, integrated without error, gain an order or two \
+            "Three super-convergences are declared. Collocation at two Gauss nodes or more, `ls-galerkin(2,gauss,2)`, gains two orders on `quadratic-drag`, which therefore \
+             does not count for it; it is not in the map. Least squares of `v̇ = A v + b`, integrated without error, gain an order or two \
              where A is symmetric: the chapter on high orders has which. A path fitted at an even number of symmetric nodes leaves a defect along an \
              even derivative of q. In uniform motion on a `circle` that is radial and goes into the multiplier, so that two \
              orders are gained there."

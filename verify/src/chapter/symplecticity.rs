@@ -81,7 +81,7 @@ fn figure(points: &Table) -> Figure {
     });
     let caption = "Defect of symplecticity of one step. What is symplectic lies in the rounding at the bottom; an exact zero is \
                    left out.";
-    Figure::new("symplecticity", caption, points.id.clone(), panels).in_columns(2).telling_with_extremes(&TOLD)
+    Figure::new("symplecticity", caption, points.id.clone(), panels).in_columns(2).telling(&TOLD)
 }
 
 #[cfg(test)]

@@ -80,10 +80,10 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let figure = figure.telling_with_extremes(&TOLD);
     Ok(Evidence {
         checks: vec![
-            cheaper(&curves, "path-fitted(3,gauss)", "path-fitted(3)"),
-            cheaper(&curves, "path-fitted(4,gauss)", "path-fitted(4)"),
-            cheaper(&curves, "path-fitted(4,gauss)", "path-fitted(2)"),
-            cheaper(&curves, "galerkin-gauss(3)", "galerkin-gauss(2)"),
+            cheaper(&curves, "path-fitted(3,gauss)", "path-fitted(3)")?,
+            cheaper(&curves, "path-fitted(4,gauss)", "path-fitted(4)")?,
+            cheaper(&curves, "path-fitted(4,gauss)", "path-fitted(2)")?,
+            cheaper(&curves, "galerkin-gauss(3)", "galerkin-gauss(2)")?,
         ],
         tables: vec![reached, data],
         figures: vec![figure],
@@ -115,19 +115,45 @@ fn work_at(curve: &Curve, count: fn(&Work) -> u64) -> Option<f64> {
     Some(if coarse == 0.0 { 0.0 } else { coarse * (fine / coarse).powf(part) })
 }
 
-fn cheaper(curves: &[Curve], cheap: &str, dear: &str) -> Check {
-    // The work of one that does not get there on the ladder is more than that of its last run.
-    let work = |name: &str| {
-        let curve = curves.iter().find(|curve| curve.method == name)?;
-        let last = curve.points.last().map(|(work, _)| work.residuals as f64);
-        work_at(curve, |work| work.residuals).or(last)
-    };
-    let ratio = work(cheap).zip(work(dear)).map_or(f64::NAN, |(cheap, dear)| cheap / dear);
-    Check::at_most(
+fn cheaper(curves: &[Curve], cheap: &str, dear: &str) -> Result<Check, StudyError> {
+    let curve = |name: &str| curves.iter().find(|curve| curve.method == name).ok_or("a method of the ladder");
+    // The equations of a step ask for the force at each of its nodes.
+    let nodes = |name: &str| -> Result<f64, StudyError> { Ok(f64::from(method::parse(name)?.traits().stages)) };
+    let work = |curve: &Curve| work_at(curve, |work| work.residuals);
+    let [own, other] = [curve(cheap)?, curve(dear)?];
+    // The dear one needs more than its last run where that does not get there; of the cheap one nothing is known then.
+    let most = other.points.last().map(|(work, _)| work.residuals as f64);
+    let evaluations = [work(own), work(other).or(most)].map(|work| work.unwrap_or(f64::NAN));
+    Ok(Check::at_most(
         format!("{cheap}-against-{dear}"),
-        format!("{cheap} needs fewer evaluations than {dear} for an error of {TARGET:e}"),
-        ratio,
+        format!("{cheap} needs fewer evaluations of the force than {dear} for an error of {TARGET:e}"),
+        evaluations[0] * nodes(cheap)? / (evaluations[1] * nodes(dear)?),
         1.0,
-        "ratio of the evaluations of the step equations; where the ladder ends before the accuracy, those of its last run count",
-    )
+        format!(
+            "ratio of the evaluations, one at each node; where the ladder of {dear} ends before the accuracy, those of its last run count"
+        ),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    #[test]
+    fn a_method_that_does_not_get_there_is_not_cheaper() {
+        let curve = |method: &str, errors: [f64; 2]| {
+            let work = |residuals| Work { residuals, ..Work::default() };
+            Curve { method: method.into(), points: vec![(work(100), errors[0]), (work(200), errors[1])] }
+        };
+        let outcome = |own: [f64; 2], other: [f64; 2]| {
+            let curves = [curve("galerkin-gauss(2)", own), curve("galerkin-gauss(3)", other)];
+            cheaper(&curves, "galerkin-gauss(2)", "galerkin-gauss(3)").expect("known").outcome
+        };
+        let (there, not) = ([1.0, 0.5 * TARGET], [1.0, 2.0 * TARGET]);
+        assert_eq!(outcome(there, there), Outcome::Pass);
+        assert_eq!(outcome(there, not), Outcome::Pass);
+        assert_eq!(outcome(not, not), Outcome::Fail);
+        assert_eq!(outcome(not, there), Outcome::Fail);
+    }
 }

@@ -129,18 +129,28 @@ impl Figure {
         self.dimmed(&names, told)
     }
 
-    /// The same with those in colour, too, that come to the smallest errors and stay at the largest, of those in the most panels.
+    /// The same with those in colour, too, that come to smaller and to larger errors than every other one. Only for figures of errors: a defect at rounding is not
+    /// the better the smaller it is.
     #[must_use]
     pub fn telling_with_extremes(self, names: &[&str]) -> Self {
-        let Some(Extremes { best, worst, of, panels }) = self.extremes() else { return self.telling(names) };
+        let Extremes { best, worst, of, panels } = self.extremes();
         let mut names = self.among(names);
         let mut told = format!("In colour: {}", listed(&names));
-        let of = if panels == 1 { format!("{of} in one panel") } else { format!("{of} in {panels} panels") };
-        let _ = write!(
-            told,
-            "; of {of} `{best}` comes to the smallest errors, by mean rank, and `{worst}` stays at the largest"
-        );
-        names.extend([best, worst]);
+        let all = if panels == 1 {
+            format!("the {of} curves")
+        } else {
+            format!("the {of} curves in most of the {panels} panels")
+        };
+        let than = if panels == 1 { "each other one" } else { "each other one in most panels that have both" };
+        let _ = match (&best, &worst) {
+            (Some(best), Some(worst)) => {
+                write!(told, "; of {all} `{best}` comes to smaller errors than {than}, and `{worst}` to larger ones")
+            }
+            (Some(best), None) => write!(told, "; of {all} `{best}` comes to smaller errors than {than}"),
+            (None, Some(worst)) => write!(told, "; of {all} `{worst}` comes to larger errors than {than}"),
+            (None, None) => Ok(()),
+        };
+        names.extend(best.into_iter().chain(worst));
         self.dimmed(&names, told)
     }
 
@@ -172,38 +182,45 @@ impl Figure {
         labels
     }
 
-    /// The series with the smallest and the largest mean rank by its least ordinate, among those that stand in the most panels.
-    /// The least ordinate is the one that does not depend on where a curve that leaves the axes begins.
-    fn extremes(&self) -> Option<Extremes> {
+    /// Of the series in more than half of the panels that which is below each other one, and that which is above each other one, by their least ordinates in
+    /// most of the panels that have both: a curve that is left out of some panels is compared where it is. The least ordinate is the one that does not depend on
+    /// where a curve that leaves the axes begins.
+    fn extremes(&self) -> Extremes {
         let least = |series: &Series, log: bool| {
             let values = series.points.iter().map(|point| point.1).filter(|y| y.is_finite() && (!log || *y > 0.0));
             values.min_by(f64::total_cmp)
         };
-        let ranks = |panel: &Panel| {
-            let measured = panel.series.iter().filter(|series| series.mark != Mark::Guide);
-            let mut found: Vec<(String, f64)> =
-                measured.filter_map(|series| Some((series.label.clone(), least(series, panel.y.log)?))).collect();
-            found.sort_by(|a, b| a.1.total_cmp(&b.1));
-            let last = found.len().saturating_sub(1).max(1) as f64;
-            found.into_iter().enumerate().map(|(rank, (label, _))| (label, rank as f64 / last)).collect::<Vec<_>>()
+        // Its least ordinate in each panel.
+        let of = |label: &str| {
+            let in_panel = |panel: &Panel| {
+                let series = panel.series.iter().find(|series| series.label == label && series.mark != Mark::Guide)?;
+                least(series, panel.y.log)
+            };
+            self.panels.iter().map(in_panel).collect::<Vec<_>>()
         };
-        let ranks: Vec<(String, f64)> = self.panels.iter().flat_map(ranks).collect();
-        let of = |label: &str| ranks.iter().filter(|rank| rank.0 == label).map(|rank| rank.1).collect::<Vec<_>>();
-        let all: Vec<(&str, Vec<f64>)> = self.labels().into_iter().map(|label| (label, of(label))).collect();
-        let most = all.iter().map(|(_, ranks)| ranks.len()).max().filter(|most| *most > 0)?;
-        let everywhere = all.iter().filter(|(_, ranks)| ranks.len() == most);
-        let sums = everywhere.map(|(label, ranks)| (*label, ranks.iter().sum::<f64>())).collect::<Vec<_>>();
-        let best = sums.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let worst = sums.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let (best, worst) = (best.0.to_owned(), worst.0.to_owned());
-        (best != worst).then_some(Extremes { best, worst, of: sums.len(), panels: most })
+        let panels = self.panels.len();
+        let is_common = |found: &[Option<f64>]| 2 * found.iter().flatten().count() > panels;
+        let all: Vec<_> = self.labels().into_iter().map(|label| (label, of(label))).collect();
+        let all: Vec<_> = all.into_iter().filter(|(_, found)| is_common(found)).collect();
+        let is_below = |a: &[Option<f64>], b: &[Option<f64>]| {
+            let shared = || a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?)));
+            2 * shared().filter(|(a, b)| a < b).count() > shared().count()
+        };
+        type Known<'a> = (&'a str, Vec<Option<f64>>);
+        let extreme = |is_it: &dyn Fn(&Known<'_>, &Known<'_>) -> bool| {
+            let is_first = |one: &&Known<'_>| all.iter().all(|other| other.0 == one.0 || is_it(one, other));
+            all.iter().find(is_first).filter(|_| all.len() > 1).map(|(label, _)| (*label).to_owned())
+        };
+        let best = extreme(&|one, other| is_below(&one.1, &other.1));
+        let worst = extreme(&|one, other| is_below(&other.1, &one.1));
+        Extremes { best, worst, of: all.len(), panels }
     }
 }
 
-/// The series with the smallest errors by mean rank, and that with the largest, of those that are in the most panels.
+/// The series below and above each other one, if there are such, of so many in most panels.
 struct Extremes {
-    best: String,
-    worst: String,
+    best: Option<String>,
+    worst: Option<String>,
     of: usize,
     panels: usize,
 }
@@ -293,8 +310,8 @@ mod tests {
         assert_eq!(marked(&figure, |mark| mark == Mark::Other), ["m1", "m2", "m4", "m6", "m8", "m9", "m0"]);
         for words in [
             "In colour: `m5`, `m3`;",
-            "of 9 in 2 panels `m3` comes to the smallest errors, by mean rank",
-            "`m7` stays at the largest",
+            "of the 9 curves in most of the 2 panels `m3` comes to smaller errors than each other one in most panels that have both",
+            "and `m7` to larger ones",
         ] {
             assert!(figure.caption.contains(words), "{words}: {}", figure.caption);
         }
@@ -302,7 +319,21 @@ mod tests {
         let mut alone = crowded();
         alone.panels[0].series.retain(|series| series.label == "m4");
         let alone = alone.telling_with_extremes(&["m5"]);
-        assert!(!alone.caption.contains("smallest errors"), "{}", alone.caption);
+        assert!(!alone.caption.contains("errors"), "{}", alone.caption);
+        // One that is left out of a panel is compared in the others.
+        let mut three = crowded();
+        three.panels.push(three.panels[0].clone());
+        three.panels[0].series.retain(|series| series.label != "m3");
+        assert!(three.telling_with_extremes(&["m5"]).caption.contains("`m3` comes to smaller errors"));
+        // None where each is beaten by some other.
+        let heights = [[1.0, 2.0, 3.0], [2.0, 3.0, 1.0], [3.0, 1.0, 2.0]];
+        let panel = |k: usize| {
+            let curves =
+                heights.iter().enumerate().map(|(i, y)| Series::new(format!("r{i}"), vec![(1.0, y[k])], Mark::Line));
+            Panel::new(Axis::log("h"), Axis::log("error"), curves.collect())
+        };
+        let round = Figure::new("id", "", "data", [0, 1, 2].map(panel)).extremes();
+        assert_eq!((round.best, round.worst, round.of), (None, None, 3));
         let figure = crowded().telling(&["m5"]);
         assert_eq!(marked(&figure, |mark| mark == Mark::LineMarkers), ["m5"]);
         assert!(figure.caption.starts_with("A caption. In colour: `m5`. The others"), "{}", figure.caption);

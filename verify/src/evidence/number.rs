@@ -17,6 +17,12 @@ pub fn digits(value: f64, count: usize) -> String {
     Short::new(value, count).text()
 }
 
+/// A number in the digits that a bound on its error leaves: the last is right to a unit. One at least.
+pub fn resolved(value: f64, bound: f64) -> f64 {
+    let digits = (value / bound).abs().log10().floor().clamp(1.0, 17.0) as usize;
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+}
+
 /// Two significant digits, for a sentence: `3.6`, `0.84`, `120`, `1.2×10⁻⁵`.
 pub fn brief(value: f64) -> String {
     let text = Short::new(value, 2);
@@ -131,6 +137,14 @@ pub(crate) fn power_of_ten(exponent: i32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_has_the_digits_that_its_bound_leaves() {
+        assert_eq!(resolved(-3.937_41e-8, 3e-11), -3.94e-8);
+        assert_eq!(resolved(2.0 / 3.0, 0.005), 0.67);
+        assert_eq!(resolved(0.7, 0.5), 0.7);
+        assert_eq!(resolved(1.0 / 3.0, 0.0), 1.0 / 3.0);
+    }
 
     #[test]
     fn what_repetitions_agree_on_has_two_digits() {

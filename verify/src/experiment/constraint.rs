@@ -119,13 +119,15 @@ pub struct Radii {
     pub ratio: f64,
     /// The step at which |q| is off by more than [`Radius::VISIBLE`].
     pub visible: Option<usize>,
+    /// The step at which it is off by more than [`Radius::FAR`], the last one.
+    pub far: Option<usize>,
 }
 
 impl Radius {
     /// A radial error that is seen.
     pub const VISIBLE: f64 = 1e-2;
     /// One beyond which the run ends.
-    const FAR: f64 = 0.3;
+    pub const FAR: f64 = 0.3;
 
     /// The factor of a radial error per step in the limit of small steps, −(3 + 2√2).
     pub fn growth() -> f64 {
@@ -151,6 +153,7 @@ impl Experiment for Radius {
             first: errors.get(1).map_or(f64::NAN, |error| error / -(tau.powi(4) / 32.0)),
             ratio: small.map_or(f64::NAN, |pair| pair[1] / pair[0]),
             visible: errors.iter().position(|error| error.abs() > Self::VISIBLE),
+            far: errors.iter().position(|error| error.abs() > Self::FAR),
             errors,
         })
     }

@@ -1,13 +1,14 @@
 //! The error after every step of a run, and the state in which it ends.
 
+use super::work_error::solution;
 use super::{Context, Experiment, StudyError};
 use crate::kinds::Principle;
-use crate::measure::norm::distance;
+use crate::measure::norm::{Extremes, distance};
 use crate::method;
 use crate::problem;
 use crate::run::run;
 
-/// A run on a problem with a known solution.
+/// A run.
 #[derive(Debug, Clone)]
 pub struct Course {
     /// The problem with its parameters: `channel-couette cells=64`.
@@ -25,10 +26,21 @@ pub struct Course {
 pub struct Found {
     /// (t, largest error of a component) after each step, against the solution of the equations that the method steps.
     pub errors: Vec<(f64, f64)>,
+    /// A bound on the error of that solution.
+    pub bound: f64,
     /// The state at the end.
     pub state: Vec<f64>,
     /// As it ought to be.
     pub exact: Vec<f64>,
+    /// Evaluations of f: as many for each evaluation of its step equations as a method has stages.
+    pub evaluations: u64,
+}
+
+impl Found {
+    /// The largest error after a step.
+    pub fn largest(&self) -> f64 {
+        self.errors.iter().map(|(_, error)| *error).largest()
+    }
 }
 
 impl Experiment for Course {
@@ -37,15 +49,19 @@ impl Experiment for Course {
 
     fn measure(&self, _: &Context) -> Result<Found, StudyError> {
         let Self { problem, method, h, t_end } = self;
-        let problem = problem::build_setting(problem)?;
-        let exact = problem.limit(Principle::MomentumZero).exact;
-        let mut errors = Vec::new();
-        let end = run(&*problem, &*method::parse(method)?, *h, *t_end, |state| {
+        let (problem, method) = (problem::build_setting(problem)?, method::parse(method)?);
+        let (mut times, mut states) = (Vec::new(), Vec::new());
+        let run = run(&*problem, &*method, *h, *t_end, |state| {
             if state.t > 0.0 {
-                errors.push((state.t, exact(state.t).map_or(f64::NAN, |exact| distance(&state.q, &exact))));
+                times.push(state.t);
+                states.push(state.q.clone());
             }
-        })?
-        .end;
-        Ok(Found { errors, exact: exact(end.t).ok_or("the solution is known")?, state: end.q })
+        })?;
+        let truth = solution(&*problem, Principle::MomentumZero, &times)?;
+        let errors = states.iter().zip(&truth.states).map(|(state, exact)| distance(state, exact));
+        let errors = times.iter().copied().zip(errors).collect();
+        let [.., exact] = &truth.states[..] else { return Err("a run has a step".into()) };
+        let evaluations = u64::from(method.traits().stages) * run.work.residuals;
+        Ok(Found { errors, bound: truth.bound, state: run.end.q, exact: exact.clone(), evaluations })
     }
 }

@@ -9,6 +9,7 @@ use lsvi::{
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{Context, Experiment, StudyError};
+use crate::measure::extrapolation::{Bounded, even_limit};
 use crate::measure::norm::{distance, larger};
 use crate::measure::order::OrderFit;
 use crate::method::Method;
@@ -61,9 +62,7 @@ pub(crate) struct Linearised {
     /// The nearest whole number.
     pub(crate) order: u32,
     /// C in R(z) − eᶻ = C z^{p+1} + ….
-    pub(crate) constant: f64,
-    /// A bound on its error.
-    pub(crate) constant_bound: f64,
+    pub(crate) constant: Bounded,
     /// R at z = −[`FAR`].
     pub(crate) infinity: f64,
     /// The largest |R(z)| over samples with Re z ≤ 0.
@@ -75,6 +74,12 @@ pub(crate) const FAR: f64 = 1e5;
 
 /// Growth that roundoff of a live step can feign: a few hundred roundings of terms of the size of s⁴.
 pub(crate) const ROUNDOFF: f64 = 1e-11;
+
+/// The longest step of those from which the error constant is extrapolated, how many there are, each four fifths of the one before, and the roundings of
+/// eᶻ that a step of s = 4 commits. At the longest the error of order 10 is far above them.
+const LONGEST: f64 = 3.0;
+const LADDER: i32 = 17;
+const ROUNDINGS: f64 = 64.0;
 
 /// Errors below this are too near to roundoff to give an order.
 const RESOLVED: f64 = 2e-13;
@@ -102,14 +107,13 @@ fn linearised(method: LsGalerkin) -> Result<Linearised, StepError> {
     }
     let slope = (size(h)? / size(0.5 * h)?).log2() - 1.0;
     let order = slope.round().max(0.0) as u32;
-    // The mean over ±h leaves even powers of h, of which one is extrapolated away.
+    // The mean over ±h leaves even powers of h.
     let constant = |h: f64| {
         let power = |z: f64| z.powi(order as i32 + 1);
-        Ok::<f64, StepError>(0.5 * (error(h)? / power(h) + error(-h)? / power(-h)))
+        let value = 0.5 * (error(h)? / power(h) + error(-h)? / power(-h));
+        Ok::<_, StepError>((h, Bounded { value, bound: ROUNDINGS * f64::EPSILON * h.exp() / power(h) }))
     };
-    let (coarse, fine) = (constant(h)?, constant(0.5 * h)?);
-    let extrapolated = (4.0 * fine - coarse) / 3.0;
-    let rounding = ROUNDOFF * 1e-3 / (0.5 * h).powi(order as i32 + 1);
+    let steps = (0..LADDER).map(|k| constant(LONGEST * 0.8_f64.powi(k))).collect::<Result<Vec<_>, _>>()?;
     let mut largest = 0.0_f64;
     for k in 0..=36 {
         let y = 10_f64.powf(f64::from(k) / 6.0 - 2.0);
@@ -121,8 +125,7 @@ fn linearised(method: LsGalerkin) -> Result<Linearised, StepError> {
         method,
         order,
         slope,
-        constant: extrapolated,
-        constant_bound: (extrapolated - fine).abs() + rounding,
+        constant: even_limit(&steps),
         infinity: factor(method, Complex::new(-FAR, 0.0))?.re,
         largest,
     })

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{Context, Experiment, StudyError};
 use crate::kinds::Principle;
-use crate::measure::norm::{distance, max_norm};
+use crate::measure::norm::{Extremes, common_distance, max_norm};
 use crate::method::{self, Method};
 use crate::problem::{self, Problem};
 use crate::reference::{self, Reference, ReferenceError};
@@ -120,7 +120,10 @@ impl Experiment for WorkError {
 /// If a name or number of the plan is unusable, or the truth is not known.
 pub fn measure(problem: &dyn Problem, horizon: f64, plan: Plan) -> Result<Found, StudyError> {
     let mut found = Found::default();
-    let truth = |principle| truth(problem, principle, horizon);
+    let truth = |principle| -> Result<Vec<f64>, StudyError> {
+        let states = solution(problem, principle, &[horizon])?.states;
+        Ok(states.into_iter().next().ok_or("a solution at the horizon")?)
+    };
     let suited: Vec<String> = methods_for(problem).iter().map(|method| method.name()).collect();
     for name in plan.methods {
         let method = method::parse(name)?;
@@ -169,24 +172,27 @@ fn suited_references(problem: &dyn Problem) -> impl Iterator<Item = &'static dyn
     reference::all().into_iter().filter(move |reference| reference.stiff_ok() || !is_stiff)
 }
 
-/// The solution at `horizon` of what methods of this principle step: exact, tabulated, or of the reference with the least bound.
-fn truth(problem: &dyn Problem, principle: Principle, horizon: f64) -> Result<Vec<f64>, StudyError> {
-    let limit = problem.limit(principle);
-    if let Some(known) = (limit.exact)(horizon).or_else(|| problem.tabulated(horizon)) {
-        return Ok(known);
-    }
-    let solved = suited_references(problem).filter_map(|reference| {
-        let sampled = reference.solve(limit.ode, 0.0, &limit.initial, &[horizon]).ok()?;
-        Some((max_norm(&sampled.bound), sampled.states.into_iter().next()?))
-    });
-    let best = solved.min_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(best.ok_or("neither a solution nor a reference is at hand")?.1)
+/// States at some times, and a bound on their errors.
+pub(super) struct Solution {
+    pub(super) states: Vec<Vec<f64>>,
+    /// Of what is known in closed form or tabulated, a few roundings.
+    pub(super) bound: f64,
 }
 
-/// The distance of the components that both have.
-fn error(state: &[f64], truth: &[f64]) -> f64 {
-    let count = state.len().min(truth.len());
-    distance(&state[..count], &truth[..count])
+/// The solution at increasing `times` of what methods of this principle step: exact, tabulated, or of the reference with the least bound.
+pub(super) fn solution(problem: &dyn Problem, principle: Principle, times: &[f64]) -> Result<Solution, StudyError> {
+    let limit = problem.limit(principle);
+    let known = |t: &f64| (limit.exact)(*t).or_else(|| problem.tabulated(*t));
+    if let Some(states) = times.iter().map(known).collect::<Option<Vec<_>>>() {
+        let bound = 8.0 * f64::EPSILON * states.iter().map(|state| max_norm(state)).largest();
+        return Ok(Solution { states, bound });
+    }
+    let solved = suited_references(problem).filter_map(|reference| {
+        let sampled = reference.solve(limit.ode, 0.0, &limit.initial, times).ok()?;
+        Some(Solution { bound: max_norm(&sampled.bound), states: sampled.states })
+    });
+    let best = solved.min_by(|a, b| a.bound.total_cmp(&b.bound));
+    Ok(best.ok_or("neither a solution nor a reference is at hand")?)
 }
 
 /// A run with steps of h up to the horizon, under the name of the method; nothing if a step fails.
@@ -205,7 +211,7 @@ fn own(
         steps: found.work.steps,
         evaluations: u64::from(method.traits().stages) * found.work.residuals,
         factorizations: found.work.factorizations,
-        error: error(&found.end.q, truth),
+        error: common_distance(&found.end.q, truth),
         seconds: found.seconds,
     })
 }
@@ -228,7 +234,7 @@ fn peer(
         steps: run.work.steps,
         evaluations: run.work.rhs,
         factorizations: run.work.factorizations,
-        error: run.states.last().map_or(f64::NAN, |state| error(state, truth)),
+        error: run.states.last().map_or(f64::NAN, |state| common_distance(state, truth)),
         seconds,
     })
 }

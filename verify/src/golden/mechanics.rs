@@ -146,16 +146,16 @@ pub(super) fn printed_table(context: &Context, id: &str) -> Result<Vec<Row>, Stu
     }))
 }
 
-/// Orders and errors of path fitting by degree, on the pendulum.
+/// Orders and errors of path fitting by degree, on the pendulum and on Kepler's problem.
 ///
 /// An order log₂(e/e′) of two errors that are known to ρ is known to ρ (1/e + 1/e′)/ln 2.
 pub(super) fn path_fitted_orders(context: &Context) -> Result<Vec<Row>, StudyError> {
     let table = claim::table(context, "claims-path-fitted-orders")?;
     let values = ["order_equispaced", "error_equispaced", "order_gauss", "error_gauss"];
-    Ok(rows(&table, &["degree"], &values, |entry| {
+    Ok(rows(&table, &["problem", "degree"], &values, |entry| {
         let degree = entry.number("degree").unwrap_or(f64::NAN);
-        // Forty steps at most, each with roundings of numbers up to 2 that differentiation magnifies m² times.
-        let rounding = 40.0 * degree * degree * 2.0 * f64::EPSILON;
+        // 400 steps at most, each with roundings of numbers up to 2 that differentiation magnifies m² times.
+        let rounding = 400.0 * degree * degree * 2.0 * f64::EPSILON;
         let (order, error) = match entry.column {
             "order_equispaced" => (2.0 * (degree / 2.0).floor(), "error_equispaced"),
             "order_gauss" => (2.0 * (degree - 1.0), "error_gauss"),

@@ -2,6 +2,7 @@
 
 pub mod amplification;
 pub mod decimal;
+pub mod extrapolation;
 pub mod norm;
 pub mod order;
 pub mod refinement;

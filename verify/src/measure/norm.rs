@@ -21,14 +21,24 @@ pub trait Extremes: Iterator<Item = f64> + Sized {
 
 impl<I: Iterator<Item = f64>> Extremes for I {}
 
-/// Largest absolute component, 0 of an empty vector; NaN if any component is NaN.
+/// Largest absolute component; NaN if any component is NaN, or if there is none.
 pub fn max_norm(v: &[f64]) -> f64 {
-    v.iter().map(|x| x.abs()).fold(0.0, larger)
+    v.iter().map(|x| x.abs()).largest()
 }
 
-/// Largest absolute difference of two states over the components that both have; NaN if any of them is NaN.
+/// Largest absolute difference of two states; NaN if any component is NaN, if there is none, or if one has more than the other: what the longer
+/// one has beyond was not compared.
 pub fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
+    if a.len() != b.len() {
+        return f64::NAN;
+    }
+    a.iter().zip(b).map(|(x, y)| (x - y).abs()).largest()
+}
+
+/// The same over the components that both have, where one has momenta beside the other's unknowns.
+pub fn common_distance(a: &[f64], b: &[f64]) -> f64 {
+    let common = a.len().min(b.len());
+    distance(&a[..common], &b[..common])
 }
 
 #[cfg(test)]
@@ -55,6 +65,14 @@ mod tests {
     #[test]
     fn nothing_measured_has_no_extreme_value() {
         assert!([].into_iter().largest().is_nan() && [].into_iter().smallest().is_nan());
+        assert!(max_norm(&[]).is_nan() && distance(&[], &[]).is_nan());
+    }
+
+    #[test]
+    fn what_is_not_compared_has_no_distance() {
+        assert!(distance(&[1.0, 2.0], &[1.0]).is_nan() && distance(&[], &[1.0]).is_nan());
+        assert_eq!(common_distance(&[1.0, 2.0], &[1.5]), 0.5);
+        assert!(common_distance(&[], &[1.0]).is_nan());
     }
 
     /// No measured value goes through a maximum that drops NaN.

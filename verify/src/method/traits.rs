@@ -9,6 +9,8 @@ pub struct Traits {
     pub order: u32,
     /// The order on v̇ = A v + b with a symmetric A, if it is another one there.
     pub symmetric_order: Option<u32>,
+    /// The order on v̇ = −cv², where it is another.
+    pub square_order: Option<u32>,
     /// A rate λ, and the order on v̇ = −λv, of a method that is fitted to it.
     pub fitted: Option<(f64, u32)>,
     /// Order on v̇ = −λ(v − φ(t)) + φ̇ for hλ ≫ 1 (\[HW96\] IV.15); `None` where the error is no power of h at the stiffness of
@@ -49,6 +51,7 @@ impl Traits {
         Self {
             order,
             symmetric_order: None,
+            square_order: None,
             fitted: None,
             highest_order: None,
             stiff_order: Some(order),

@@ -74,6 +74,11 @@ pub fn order_plan(problem: &dyn Problem, method: &dyn Method) -> OrderPlan {
     {
         return gained(order, "least squares of v̇ − λv, integrated without error, gain order where λ is real");
     }
+    if let Some(order) = traits.square_order.filter(|_| !is_limited)
+        && is_square(problem)
+    {
+        return gained(order, "collocation at two Gauss nodes or more gains two orders on v̇ = −cv²");
+    }
     if let Some((rate, order)) = traits.fitted
         && is_decay(problem, rate)
     {
@@ -104,6 +109,21 @@ fn plan(problem: &dyn Problem, method: &dyn Method, facts: &Facts, traits: &Trai
         );
     }
     plan
+}
+
+/// Whether the equation is v̇ = cv² of one unknown, by its values at two times and three places.
+fn is_square(problem: &dyn Problem) -> bool {
+    let ode = problem.ode();
+    let rhs = |t: f64, v: f64| {
+        let mut out = [f64::NAN];
+        ode.rhs(t, &[v], &mut out);
+        out[0]
+    };
+    ode.dim() == 1 && problem.initial().len() == 1 && {
+        let c = rhs(0.0, 1.0);
+        let is_it = |(t, v): (f64, f64)| (rhs(t, v) - c * v * v).abs() <= 8.0 * f64::EPSILON * (c * v * v).abs();
+        c != 0.0 && [(0.0, 0.5), (1.0, 2.0), (1.0, -1.5)].into_iter().all(is_it)
+    }
 }
 
 /// Whether the equation is v̇ = −λv + b.

@@ -159,6 +159,9 @@ fn orders_that_are_gained_are_those_of_theory() {
         ("linear-drag", "ls-galerkin(2,gauss,3,1:1)", 4.0),
         ("linear-drag", "ls-galerkin(1,lobatto,2)", 2.0),
         ("damped-pendulum", "ls-galerkin(1,gauss,2)", 2.0),
+        ("quadratic-drag", "ls-galerkin(2,gauss,2)", 6.0),
+        ("quadratic-drag", "ls-galerkin(1,gauss,1)", 2.0),
+        ("logistic", "ls-galerkin(2,gauss,2)", 4.0),
         ("linear-drag", "fitted-pade(1)", 3.0),
         ("linear-drag", "fitted-pade(4)", 2.0),
     ] {

@@ -40,9 +40,9 @@ pub(super) fn tell(context: &Context, evidence: &mut Evidence) -> Result<(), Stu
     let step = OneStep::on_quadratic_drag("method-ii", 0.5);
     let lost = *context.get(LeavesAt { step, least: -2.0, most: 2.0, low: 0.5, high: 2.0 })?;
     let theta = context.get(BestTheta { range: RANGE })?;
-    let smooth = |method: &str| -> Result<Vec<f64>, StudyError> {
+    let smooth = |method: &'static str| -> Result<Vec<f64>, StudyError> {
         let runs = smooth::PROBLEMS.map(|problem| smooth::setting(problem, method));
-        Ok(context.get_each(runs.into())?.iter().map(|found| found.end).collect())
+        Ok(context.get_each(runs.into())?.iter().map(|found| found.largest()).collect())
     };
     let (family, rule) = (smooth(FAMILY)?, smooth("trapezoidal")?);
     let ratios = || family.iter().zip(&rule).map(|(a, b)| a / b);

@@ -26,8 +26,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 3, Eq. (28)",
         statement: "Does a nonlinear homogeneous condition F(pₙ, pₙ₊₁) = 0 do better?",
         quantifier: Quantifier::Open,
-        criterion: "For a scalar unknown each of several homogeneous F of degrees 2 to 4 has, to rounding, the same line as \
-                    zero set, α pₙ + β pₙ₊₁ = 0, at every scale of the momenta: it is a linear closure.",
+        criterion: "For a scalar unknown each of several homogeneous F of degrees 2 to 4 vanishes, to rounding, on a line \
+                    α pₙ + β pₙ₊₁ = 0, the same at every scale of the momenta: it is a linear closure, or a choice between several.",
         decide: homogeneous,
     },
 ];

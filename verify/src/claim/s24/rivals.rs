@@ -17,7 +17,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         quantifier: Quantifier::Comparison,
         criterion: "Its largest error on (0, 10] is smaller than that of each of six A-stable one-step or two-step methods up \
                     to second order (trapezoidal rule, implicit midpoint, SDIRK2, TR-BDF2, BDF2, implicit Euler), on linear drag, \
-                    quadratic drag and the Galerkin equation of Poiseuille flow, h from 1 to 0.01.",
+                    quadratic drag and v̇ = −2.5v, the Galerkin equation of Poiseuille flow for the distance from the steady state, with L = ½|v̇ − f|² \
+                    and not the Lagrangian (37), which is S24-j; h from 1 to 0.01.",
         decide: |context| against_rivals(context, "method-i"),
     },
     Claim {
@@ -30,7 +31,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         id: "S24-o",
-        source: "[S24] Sections 2, 4 and 6",
+        source: "[S24] Abstract, Sections 2, 4, 5 and 6",
         statement: "Least-squares integrators built from more sophisticated variational integrators are expected to do significantly better.",
         quantifier: Quantifier::General,
         criterion: "With Method I's closure, the Galerkin discrete Lagrangian of degree 2 with three Lobatto nodes has a smaller \
@@ -60,15 +61,15 @@ impl Setting {
 
 const LINEAR: Setting = Setting { name: "linear drag", problem: "linear-drag" };
 const QUADRATIC: Setting = Setting { name: "quadratic drag", problem: "quadratic-drag" };
-/// On the Poiseuille ansatz all methods get the Galerkin equation itself, v − γ/2 of v̇ = (5/4)(γ − 2v), v(0) = 0, γ = 2:
-/// projections are not compared here.
-const POISEUILLE: Setting = Setting { name: "Poiseuille flow", problem: "linear-drag lambda=2.5 v0=-1" };
+/// The Galerkin equation of Poiseuille flow, for v − γ/2 of v̇ = (5/4)(γ − 2v), v(0) = 0, γ = 2, itself: projections are not compared here, nor
+/// the scheme (38) that the paper's Lagrangian gives.
+const FASTER: Setting = Setting { name: "v̇ = −2.5v", problem: "linear-drag lambda=2.5 v0=-1" };
 
 fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, StudyError> {
     let (mut cases, mut rows, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     let (mut wins, mut ties) = ([0; RIVALS.len()], [0; RIVALS.len()]);
     let mut beaten = Vec::new();
-    for setting in [LINEAR, QUADRATIC, POISEUILLE] {
+    for setting in [LINEAR, QUADRATIC, FASTER] {
         let name = setting.name;
         let error = |method, h| setting.run(method, h).largest(context);
         let mut ahead = [0; RIVALS.len()];

@@ -60,8 +60,8 @@ Examples:
   verify order --problem van-der-pol --method rk4 --reference diffsol
   verify order --problem logistic --method bdf2 --format json
   verify order --model van-der-pol.ds --method method-i --t-end 5
-  verify order --data drag.csv --cells cells --dimension 2 --expect 2
-  verify order --data drag.csv --cells cells --dimension 2 --picture drag.svg
+  verify order --data drag.csv --cells cells --dimension 3 --expect 2
+  verify order --data drag.csv --cells cells --dimension 3 --picture drag.svg
 
   verify order --problem logistic --program 'python3 mine.py' --expect 4
   verify order --program ./flow --quantity drag --refine cells=32,64,128,256
