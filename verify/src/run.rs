@@ -109,7 +109,7 @@ pub fn run_from(
     Ok(Run { end: trajectory.state().clone(), work: trajectory.work(), seconds: begun.elapsed().as_secs_f64() })
 }
 
-/// The states at `times`, increasing and positive, each a run from the one before, with steps that it chooses or one step.
+/// The states at `times`, increasing and positive, each reached from the one before with steps that the method chooses, or in one.
 ///
 /// # Errors
 /// As for [`run`].
@@ -127,16 +127,15 @@ pub fn run_through_from(
     method: &dyn Method,
     times: &[f64],
 ) -> Result<Vec<Vec<f64>>, RunError> {
-    let mut state = State::new(0.0, start);
-    let mut reach = |t: &f64| {
-        let trajectory = Trajectory::new(method.build(problem)?, state.clone(), t - state.t, *t)?;
-        state = trajectory.observe(|_| {})?;
-        match state.q.iter().all(|x| x.is_finite()) {
-            true => Ok(state.q.clone()),
-            false => Err(RunError::NonFinite(state.t)),
-        }
+    let Some(&first) = times.first() else { return Ok(Vec::new()) };
+    let mut trajectory = Trajectory::new(method.build(problem)?, State::new(0.0, start), first, first)?;
+    let reach = |t: &f64| {
+        trajectory.resume(t - trajectory.state().t, *t)?;
+        while trajectory.step()?.is_some() {}
+        let state = &trajectory.state().q;
+        if state.iter().all(|x| x.is_finite()) { Ok(state.clone()) } else { Err(RunError::NonFinite(*t)) }
     };
-    times.iter().map(&mut reach).collect()
+    times.iter().map(reach).collect()
 }
 
 /// One step of `h` from `start`.

@@ -3,7 +3,6 @@
 use lsvi::{Jacobian, Mass, Structure};
 use nalgebra::{DMatrix, DVector};
 
-use super::trial::sixteenths;
 use super::worst;
 use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::measure::stability::{numerical_abscissa, spectral_abscissa, spectral_radius};
@@ -15,6 +14,8 @@ use crate::run::{run, run_through_from};
 const LARGEST: usize = 200;
 /// Instants at which it is looked at.
 const INSTANTS: usize = 32;
+/// Times at which two solutions are compared.
+const SIXTEEN: u32 = 16;
 /// Growth by which a solution that cannot be followed further has blown up.
 const BLOWN: f64 = 1e6;
 /// Relative size below which an entry is roundoff of derivatives.
@@ -50,7 +51,7 @@ pub struct Matrices {
     pub asymmetry: f64,
     /// Linear invariants: w with wᵀM v constant.
     pub invariants: usize,
-    /// Whether ΩA is symmetric at all instants, with momenta after coordinates.
+    /// Whether ΩA is symmetric at all instants, with momenta after coordinates, or each after its own.
     pub is_hamiltonian: bool,
 }
 
@@ -144,9 +145,14 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     let least = 16.0 * all.ncols() as f64 * f64::EPSILON * sizes.max();
     let invariants = sizes.iter().filter(|size| **size <= least).count();
     let relative = |difference: DMatrix<f64>, a: &DMatrix<f64>| difference.norm() / a.norm().max(f64::MIN_POSITIVE);
-    let omega = |a: &DMatrix<f64>| {
-        let half = n / 2;
-        DMatrix::from_fn(n, n, |i, j| if i < half { a[(i + half, j)] } else { -a[(i - half, j)] })
+    let hamiltonian = |partner: fn(usize, usize) -> (usize, f64)| {
+        found.iter().all(|a| {
+            let b = DMatrix::from_fn(n, n, |i, j| {
+                let (partner, sign) = partner(n, i);
+                sign * a[(partner, j)]
+            });
+            relative(&b - b.transpose(), a) <= ROUNDOFF
+        })
     };
     Some(Matrices {
         instants: found.len(),
@@ -155,12 +161,18 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         numerical: found.iter().map(numerical_abscissa).largest(),
         asymmetry: worst(found.iter().map(|a| relative(a - a.transpose(), a))),
         invariants,
-        is_hamiltonian: n.is_multiple_of(2)
-            && found.iter().all(|a| {
-                let b = omega(a);
-                relative(&b - b.transpose(), a) <= ROUNDOFF
-            }),
+        is_hamiltonian: n.is_multiple_of(2) && (hamiltonian(halves) || hamiltonian(pairs)),
     })
+}
+
+/// The row of ΩA that is ± a row of A, for (q₁, q₂, …, p₁, p₂, …).
+fn halves(n: usize, i: usize) -> (usize, f64) {
+    if i < n / 2 { (i + n / 2, 1.0) } else { (i - n / 2, -1.0) }
+}
+
+/// The same for (q₁, p₁, q₂, p₂, …).
+fn pairs(_: usize, i: usize) -> (usize, f64) {
+    if i.is_multiple_of(2) { (i + 1, 1.0) } else { (i - 1, -1.0) }
 }
 
 /// How far two solutions part that start a millionth apart, at sixteen times, so that one that grows and falls again is seen;
@@ -171,7 +183,8 @@ fn parting(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> f64 {
     // All directions have a part in it, smooth ones too.
     let moved: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + size * (1.0 + 0.5 * (i as f64).sin())).collect();
     let apart = distance(&start, &moved);
-    let follow = |start: Vec<f64>| run_through_from(problem, start, method, &sixteenths(horizon));
+    let times: Vec<f64> = (1..=SIXTEEN).map(|k| horizon * f64::from(k) / f64::from(SIXTEEN)).collect();
+    let follow = |start: Vec<f64>| run_through_from(problem, start, method, &times);
     let (Ok(one), Ok(other)) = (follow(start), follow(moved)) else { return f64::INFINITY };
     worst(one.iter().zip(&other).map(|(one, other)| distance(one, other) / apart))
 }

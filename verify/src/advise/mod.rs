@@ -80,9 +80,17 @@ pub enum Refusal {
          matrix; `verify order` compares methods of fixed steps on it"
     )]
     MatrixFree,
-    /// The solution stays at its start.
-    #[error("the solution stays what it is at the start, on which no method makes an error: start it elsewhere")]
-    Constant,
+    /// The solution stays within the accuracy of its start.
+    #[error(
+        "the solution moves by {moved:.1e} from its start, within the error of {target:.1e} that is asked for, which none is to be told by: \
+         start it elsewhere, or ask for less; errors are relative to 1 where all components are smaller, so that other units help too"
+    )]
+    Constant {
+        /// How far it moves.
+        moved: f64,
+        /// The error to reach.
+        target: f64,
+    },
     /// No other run confirms the solution.
     #[error(
         "no method of fixed steps comes nearer to the solution of radau-adaptive, which the trials are measured by, than \
@@ -126,7 +134,7 @@ pub enum Refusal {
     },
 }
 
-/// Tries methods on `problem` up to `horizon` for an error of `accuracy`, the largest of a component at sixteen times
+/// Tries methods on `problem` up to `horizon` for an error of `accuracy`, the largest of a component at the ends of steps
 /// relative to the largest component, or 1.
 ///
 /// # Errors
@@ -157,8 +165,8 @@ pub struct Tried {
     pub uncertainty: f64,
     /// The error to reach.
     pub target: f64,
-    /// Whether the solution moves by less than the target.
-    pub is_constant: bool,
+    /// How far the solution moves from its start.
+    pub moved: f64,
 }
 
 impl Tried {
@@ -166,7 +174,7 @@ impl Tried {
     fn refusal(&self, accuracy: f64) -> Option<Refusal> {
         let Self { uncertainty, target, .. } = *self;
         match &self.trials[..] {
-            _ if self.is_constant => Some(Refusal::Constant),
+            _ if self.moved < target => Some(Refusal::Constant { moved: self.moved, target }),
             // NaN is no agreement.
             _ if uncertainty.is_nan() || uncertainty > 0.1 * target => {
                 Some(Refusal::Unresolved { difference: uncertainty, target })
@@ -216,8 +224,8 @@ pub fn try_out(
         trials.extend(found);
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let is_constant = truth.is_constant(&problem.initial(), target);
-    Ok(Ok(Tried { trials, uncertainty, target, is_constant }))
+    let moved = truth.moves_by(&problem.initial());
+    Ok(Ok(Tried { trials, uncertainty, target, moved }))
 }
 
 /// Whether the method says something about the solution of the problem itself, at a cost that is worth a trial.

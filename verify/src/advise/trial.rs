@@ -1,9 +1,13 @@
 //! Trial runs, and what they cost.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
 use lsvi::{Structure, Work};
 
 use super::worst;
-use crate::measure::norm::{distance, max_norm};
+use crate::measure::norm::{distance, larger, max_norm};
 use crate::method::Method;
 use crate::problem::Problem;
 use crate::run::{RunError, run, run_through};
@@ -19,7 +23,7 @@ pub struct Trial {
     pub steps: u64,
     /// Its largest error, at so many times.
     pub error: f64,
-    /// The number of these times, sixteen where the steps allow it: of an adaptive method the ends of its steps next to them.
+    /// The number of these times, ends of its steps.
     pub times: usize,
     /// Its work in evaluations of f.
     pub cost: f64,
@@ -39,76 +43,113 @@ impl Trial {
 const LEAST: u32 = 4;
 pub(super) const MOST: u32 = 1 << 14;
 
-/// Errors are measured at the sixteenths of the whole, so far as steps end there.
-pub(super) const TIMES: usize = 16;
+/// Errors are measured at the ends of this many steps, or of all where there are fewer.
+pub(super) const TIMES: usize = 64;
 
-/// An accurate solution at the sixteenths.
-pub(super) struct Truth {
-    horizon: f64,
-    states: Vec<Vec<f64>>,
+/// Steps of the run at whose times the size of the solution and its motion are told: many to each of the [`TIMES`].
+const FINE: u32 = 1 << 10;
+
+/// The part by which a time advances in each of the equal parts of a run over the one before: the golden ratio, to whose multiples no
+/// period is near.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// The numbers of those of `count` steps at whose ends errors are measured: each, or one in each of [`TIMES`] equal parts, the last of all
+/// included. Where in its part is irregular, lest what is periodic shows one phase only.
+pub(super) fn chosen(count: usize) -> Vec<usize> {
+    if count <= TIMES {
+        return (1..=count).collect();
+    }
+    let end = |part: usize| {
+        let within = (part as f64 * GOLDEN).fract();
+        let step = (count as f64 * (part as f64 - within) / TIMES as f64).ceil();
+        (step as usize).clamp(1, count)
+    };
+    let mut chosen: Vec<usize> = (1..TIMES).map(end).chain([count]).collect();
+    // Of few steps two parts may choose the same.
+    chosen.dedup();
+    chosen
 }
 
-impl Truth {
+/// An accurate solution at the chosen ends of the steps of runs, looked up by their number.
+pub(super) struct Truth<'a> {
+    problem: &'a dyn Problem,
+    method: &'a dyn Method,
+    horizon: f64,
+    known: RefCell<BTreeMap<u32, Rc<Vec<Vec<f64>>>>>,
+}
+
+impl<'a> Truth<'a> {
     /// By an adaptive method.
-    pub(super) fn by(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Result<Self, RunError> {
-        Ok(Self { horizon, states: run_through(problem, method, &sixteenths(horizon))? })
+    pub(super) fn by(problem: &'a dyn Problem, method: &'a dyn Method, horizon: f64) -> Result<Self, RunError> {
+        let truth = Self { problem, method, horizon, known: RefCell::default() };
+        truth.of_steps(FINE)?;
+        Ok(truth)
+    }
+
+    /// The states at the [`chosen`] ends of so many steps.
+    fn of_steps(&self, steps: u32) -> Result<Rc<Vec<Vec<f64>>>, RunError> {
+        if let Some(states) = self.known.borrow().get(&steps) {
+            return Ok(Rc::clone(states));
+        }
+        let end = |step: usize| self.horizon * step as f64 / f64::from(steps);
+        let times: Vec<f64> = chosen(steps as usize).into_iter().map(end).collect();
+        let states = Rc::new(run_through(self.problem, self.method, &times)?);
+        self.known.borrow_mut().insert(steps, Rc::clone(&states));
+        Ok(states)
     }
 
     /// The largest component, or 1.
     pub(super) fn size(&self) -> f64 {
-        worst(self.states.iter().map(|state| max_norm(state))).max(1.0)
+        worst(self.known.borrow().values().flat_map(|states| states.iter()).map(|state| max_norm(state))).max(1.0)
     }
 
-    /// Whether it stays within `least` of its start.
-    pub(super) fn is_constant(&self, start: &[f64], least: f64) -> bool {
-        (0..self.states.len()).all(|k| self.error(k, start) < least)
-    }
-
-    /// The error of a state at the k-th of the times.
-    fn error(&self, k: usize, state: &[f64]) -> f64 {
-        let truth = &self.states[k];
-        let count = truth.len().min(state.len());
-        distance(&state[..count], &truth[..count])
+    /// How far it goes from its start, as far as any run has asked.
+    pub(super) fn moves_by(&self, start: &[f64]) -> f64 {
+        worst(self.known.borrow().values().flat_map(|states| states.iter()).map(|state| error(state, start)))
     }
 }
 
-pub(super) fn sixteenths(horizon: f64) -> Vec<f64> {
-    (1..=TIMES).map(|k| horizon * k as f64 / TIMES as f64).collect()
+/// The largest error of a component that both have.
+fn error(truth: &[f64], state: &[f64]) -> f64 {
+    let count = truth.len().min(state.len());
+    distance(&state[..count], &truth[..count])
 }
 
-/// A run with a number of steps: its errors at the times where a step ends, and its work.
+/// A run with a number of steps: its largest error at the times chosen, and its work.
 struct Ran {
     steps: u32,
-    /// Its errors at the times by their number.
-    errors: Vec<(usize, f64)>,
     error: f64,
     work: Work,
 }
 
 impl Ran {
     fn new(problem: &dyn Problem, method: &dyn Method, steps: u32, truth: &Truth) -> Result<Self, RunError> {
-        let (mut step, mut errors) = (0, Vec::new());
+        Self::at_ends_of(steps, problem, method, steps, truth)
+    }
+
+    /// The same with its error at the times of a run with `shown` steps, of which its own are a multiple.
+    fn at_ends_of(
+        shown: u32,
+        problem: &dyn Problem,
+        method: &dyn Method,
+        steps: u32,
+        truth: &Truth,
+    ) -> Result<Self, RunError> {
+        let (states, times) = (truth.of_steps(shown)?, chosen(shown as usize));
+        let (every, mut step, mut next, mut worst) = ((steps / shown) as usize, 0, 0, 0.0);
         let run = run(problem, method, truth.horizon / f64::from(steps), truth.horizon, |state| {
-            // Step n ends at the time k with k/16 = n/N.
-            let (k, rest) = (step * TIMES / steps as usize, step * TIMES % steps as usize);
-            if rest == 0 && (1..=TIMES).contains(&k) {
-                errors.push((k, truth.error(k - 1, &state.q)));
+            if times.get(next).is_some_and(|time| time * every == step) {
+                worst = larger(worst, error(&states[next], &state.q));
+                next += 1;
             }
             step += 1;
         })?;
-        let error = worst(errors.iter().map(|(_, error)| *error));
-        Ok(Self { steps, errors, error, work: run.work })
-    }
-
-    /// The largest error at the times of `other`.
-    fn error_at_times_of(&self, other: &Self) -> f64 {
-        let is_shared = |k: usize| other.errors.iter().any(|(other, _)| *other == k);
-        worst(self.errors.iter().filter(|(k, _)| is_shared(*k)).map(|(_, error)| *error))
+        Ok(Self { steps, error: worst, work: run.work })
     }
 }
 
-/// The run of an adaptive method, if its error is within the target where its steps first pass the times. They are its own steps,
-/// those of a run that a user makes; `accurate` follows the solution to where they end.
+/// The run of an adaptive method, if its error is within the target at the ends of its steps that are chosen. They are those of a run
+/// that a user makes; `accurate` follows the solution to where they end.
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
     method: &dyn Method,
@@ -116,26 +157,19 @@ pub(super) fn with_tolerance(
     (accurate, horizon): (&dyn Method, f64),
     target: f64,
 ) -> Option<Trial> {
-    let times = sixteenths(horizon);
-    let mut passed = Vec::new();
-    let mut next = 0;
-    let run = run(problem, method, horizon, horizon, |state| {
-        let behind = times[next..].iter().take_while(|t| **t <= state.t).count();
-        next += behind;
-        if behind > 0 {
-            passed.push((state.t, state.q.clone()));
-        }
-    })
-    .ok()?;
-    let ends: Vec<f64> = passed.iter().map(|(t, _)| *t).collect();
-    let truth = Truth { horizon, states: run_through(problem, accurate, &ends).ok()? };
-    let error = worst(passed.iter().enumerate().map(|(k, (_, state))| truth.error(k, state)));
+    let mut ends = Vec::new();
+    let run = run(problem, method, horizon, horizon, |state| ends.push((state.t, state.q.clone()))).ok()?;
+    // The first is the start.
+    let shown: Vec<_> = chosen(ends.len() - 1).into_iter().map(|step| &ends[step]).collect();
+    let times: Vec<f64> = shown.iter().map(|(t, _)| *t).collect();
+    let truth = run_through(problem, accurate, &times).ok()?;
+    let error = worst(shown.iter().zip(&truth).map(|((_, state), truth)| error(truth, state)));
     let trial = Trial {
         method: method.name(),
         setting: tolerance,
         steps: run.work.steps,
         error,
-        times: ends.len(),
+        times: times.len(),
         cost: cost(problem, method, run.work),
         order: None,
     };
@@ -166,24 +200,26 @@ pub(super) fn search(
         }
     };
     // Twice the steps, for the order and for an error that is known.
-    let Some(fine) = tried(2 * found.steps) else { return (None, found.error) };
+    let fine = Ran::at_ends_of(found.steps, problem, method, 2 * found.steps, truth).ok();
+    let Some(fine) = fine else { return (None, found.error) };
     // Of a method that is exact here there is no order to see.
-    let order = (found.error > 0.0).then(|| ((found.error / fine.error_at_times_of(&found)).log2(), method.order()));
+    let order = (found.error > 0.0).then(|| ((found.error / fine.error).log2(), method.order()));
     let nearer = coarse.and_then(|coarse| {
-        // Between the two, where the error reaches the target; a multiple of four steps, or of sixteen where that is little more.
+        // Between the two, where the error reaches the target; a multiple of four steps, or of sixteen where that is little more, so
+        // that several methods have the same.
         let factor = (coarse.error / target).powf(1.0 / (coarse.error / found.error).log2().max(0.5));
         let steps = f64::from(coarse.steps) * factor;
-        let unit = if steps < 64.0 { 4.0 } else { TIMES as f64 };
+        let unit = if steps < 64.0 { 4.0 } else { 16.0 };
         let between = (unit * (steps / unit).ceil()) as u32;
         (between < found.steps).then(|| tried(between)).flatten()
     });
-    let Ran { steps, errors, error, work } = nearer.filter(|ran| ran.error <= target).unwrap_or(found);
+    let Ran { steps, error, work } = nearer.filter(|ran| ran.error <= target).unwrap_or(found);
     let trial = Trial {
         method: method.name(),
         setting: horizon / f64::from(steps),
         steps: u64::from(steps),
         error,
-        times: errors.len(),
+        times: chosen(steps as usize).len(),
         cost: cost(problem, method, work),
         order,
     };

@@ -16,15 +16,15 @@ use super::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Methods of each family are run with ever shorter steps until their error, the
-largest of a component at sixteen times, or at fewer where there are fewer
-steps, is within --accuracy of the largest component, or of 1; the table shows it
-in absolute terms. The errors are measured against an accurate run, and that
+largest of a component at the ends of steps, of many steps at an irregular choice
+of them, is within --accuracy of the largest component, or of 1; the table shows
+it in absolute terms. The errors are measured against an accurate run, and that
 against the best of another method. The cheapest is recommended, with the step
 size and the error that were found; work is counted in evaluations of f, a
 matrix as many as it has columns that differ.
 
-Nothing is recommended where the solution stands still, or ends before the run
-does, where two accurate runs disagree, where errors do not
+Nothing is recommended where the solution moves by less than the error asked for,
+or ends before the run does, where two accurate runs disagree, where errors do not
 fall with the order of the method, or where two methods take the same work.
 
 Examples:

@@ -42,8 +42,10 @@ Examples:
 
 A run that fails disagrees with nothing; it is inconclusive, like an answer with
 a bound too wide to tell, or one whose runs do not differ as errors of its order
-do in the shortest steps that are tried. Where the equation magnifies every difference, so that
-the references part before the end time, that is said after the table.
+do in the shortest steps that are tried, as where f jumps. Where the equation
+magnifies every difference, so that the references part before the end time, that
+is said after the table, and where the methods of fixed steps agree with each
+other against the references of a model, which then decide nothing.
 
 Exit status: 0 none disagrees, 1 some do, 2 bad usage, 3 none could be held
 against another, or one of your own could not.")]

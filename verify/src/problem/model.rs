@@ -36,6 +36,10 @@ const HORIZON: f64 = 2.0;
 /// ‖∂f/∂u‖∞ times the horizon from which a model counts as stiff: an explicit method needs that many steps or more.
 const STIFF: f64 = 1e3;
 
+/// Longest step over a model, as part of the time: of what f does between two evaluations nothing is known, and what lasts for longer,
+/// as a dose may, is seen.
+const LONGEST_STEP: f64 = 1e-3;
+
 /// The parser and the compiler of DiffSL descend once for each operation of a sum and each parenthesis: so many bytes of stack for
 /// a character, and for whatever else.
 const STACK: usize = 1 << 12;
@@ -536,5 +540,9 @@ impl Ode for Equations {
 
     fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
         self.each_entry(t, v, add);
+    }
+
+    fn longest_step(&self, span: f64) -> f64 {
+        LONGEST_STEP * span
     }
 }

@@ -146,37 +146,74 @@ impl Diffsol {
             .map_err(|e| e.to_string())?;
         problem.ode_options.max_nonlinear_solver_failures = MAX_FAILURES;
         let start = |e: DiffsolError| e.to_string();
+        let stops = Stops::new(ode, reached.get(), times);
         match self.method {
-            Method::Bdf => sample(problem.bdf::<L>().map_err(start)?, times, &seen, reached),
-            Method::TrBdf2 => sample(problem.tr_bdf2::<L>().map_err(start)?, times, &seen, reached),
-            Method::Esdirk34 => sample(problem.esdirk34::<L>().map_err(start)?, times, &seen, reached),
-            Method::Tsit45 => sample(problem.tsit45().map_err(start)?, times, &seen, reached),
+            Method::Bdf => sample(problem.bdf::<L>().map_err(start)?, times, stops, &seen, reached),
+            Method::TrBdf2 => sample(problem.tr_bdf2::<L>().map_err(start)?, times, stops, &seen, reached),
+            Method::Esdirk34 => sample(problem.esdirk34::<L>().map_err(start)?, times, stops, &seen, reached),
+            Method::Tsit45 => sample(problem.tsit45().map_err(start)?, times, stops, &seen, reached),
+        }
+    }
+}
+
+/// Times that steps end at, as near to each other as the longest step: diffsol itself knows no longest one. Without a limit there is
+/// one, the end.
+#[derive(Debug, Clone, Copy)]
+struct Stops {
+    start: f64,
+    end: f64,
+    count: f64,
+    passed: f64,
+}
+
+impl Stops {
+    fn new(ode: &dyn Ode, start: f64, times: &[f64]) -> Self {
+        let end = times.last().copied().unwrap_or(start);
+        let count = ((end - start) / ode.longest_step(end - start)).ceil().max(1.0);
+        Self { start, end, count, passed: 0.0 }
+    }
+
+    /// The next one, which is the end for ever after it.
+    fn next(&mut self) -> f64 {
+        self.passed += 1.0;
+        if self.passed < self.count {
+            self.start + (self.end - self.start) * (self.passed / self.count)
+        } else {
+            self.end
         }
     }
 }
 
 /// Steps to the last of `times` and interpolates the others from the step that passes them.
-fn sample<'a, E, S>(mut solver: S, times: &[f64], seen: &Seen, reached: &Cell<f64>) -> Result<Run, String>
+fn sample<'a, E, S>(
+    mut solver: S,
+    times: &[f64],
+    mut stops: Stops,
+    seen: &Seen,
+    reached: &Cell<f64>,
+) -> Result<Run, String>
 where
     E: OdeEquations<T = f64> + 'a,
     E::V: DefaultDenseMatrix<T = f64, C = E::C>,
     S: OdeSolverMethod<'a, E>,
 {
     let mut run = Run::with_capacity(times.len());
-    if let Some(&end) = times.last().filter(|&&end| end > reached.get()) {
-        solver.set_stop_time(end).map_err(|e| e.to_string())?;
-    }
+    let mut stop = reached.get();
     for &t in times {
         while reached.get() < t {
-            let stop = solver.step().map_err(|e| seen.explain(&e))?;
+            if reached.get() >= stop {
+                stop = stops.next();
+                solver.set_stop_time(stop).map_err(|e| e.to_string())?;
+            }
+            let why = solver.step().map_err(|e| seen.explain(&e))?;
             // diffsol takes a NaN estimate of the error for zero and accepts the step.
             seen.check()?;
             if solver.get_statistics().number_of_steps > MAX_STEPS {
                 return Err(format!("took more than {MAX_STEPS} steps"));
             }
-            // The stop time is reached up to a roundoff, which `t` may exceed.
-            let at_end = matches!(stop, OdeSolverStopReason::TstopReached);
-            reached.set(if at_end { t.max(solver.state().t) } else { solver.state().t });
+            // A stop time is reached up to a roundoff.
+            let is_stop = matches!(why, OdeSolverStopReason::TstopReached);
+            reached.set(if is_stop { stop.max(solver.state().t) } else { solver.state().t });
         }
         let state = solver.state();
         let v = if t < state.t && state.h != 0.0 {

@@ -51,6 +51,12 @@ pub trait Ode: Sync {
     fn is_matrix_free(&self) -> bool {
         false
     }
+
+    /// The longest step to be taken on the way over a time `span`: infinite, unless f may act for a part of it only, over which a
+    /// step may pass without a look.
+    fn longest_step(&self, _span: f64) -> f64 {
+        f64::INFINITY
+    }
 }
 
 /// Largest order of a dense matrix: it takes 128 MB.
@@ -157,7 +163,7 @@ pub trait Reference: Sync {
         if !(finest > 0.0 && finest < 1.0) {
             return Err(ReferenceError::Input(format!("the tolerance {finest} is not between 0 and 1")));
         }
-        bound::solve_twice(ode, t0, v0, times, finest, |tolerance, times| self.run(ode, t0, v0, times, tolerance))
+        bound::solve_twice(ode, t0, v0, times, finest, |ode, tolerance, times| self.run(ode, t0, v0, times, tolerance))
     }
 }
 

@@ -335,3 +335,42 @@ fn a_model_of_any_length_is_compiled_or_refused() {
     assert_eq!(derivatives(&of_text(&nested).expect("a model"), 0.0, &[2.0]).0[0], -2.0);
     assert!(matches!(of_text(&sum(200_000)), Err(ModelError::TooLong { length, .. }) if length > 1 << 20));
 }
+
+/// The exit status of `verify` on a model of this text, and what it says on both streams.
+fn said(name: &str, text: &str, line: &[&str]) -> (Option<i32>, String) {
+    let path = scratch(&format!("dose/{name}.ds"));
+    fs::create_dir_all(path.parent().expect("a directory")).expect("writable");
+    fs::write(&path, text).expect("writable");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
+    let command = command.arg(line[0]).arg("--model").arg(&path).args(&line[1..]).env("NO_COLOR", "1");
+    let output = command.output().expect("it starts");
+    let [out, error] = [output.stdout, output.stderr].map(|bytes| flat(&String::from_utf8_lossy(&bytes)));
+    (output.status.code(), format!("{out} {error}"))
+}
+
+const DOSE: &str = "u_i { blood = 0.5, tissue = 0.5 }\ninfusion { heaviside(t - 20) * heaviside(20.5 - t) }\n\
+                    F_i { tissue - blood + infusion, blood - tissue }\n";
+
+/// A dose at rest, an eightieth of the time: nothing before it tells a tolerance that it comes.
+#[test]
+fn a_dose_is_seen_by_references_and_estimates_and_breaks_no_invariant() {
+    let (code, text) = said("dose", DOSE, &["compare", "--t-end", "40"]);
+    assert!(code != Some(1) && text.contains(" 0 do not"), "{text}");
+    let (_, text) = said("dose", DOSE, &["solve", "--method", "radau-adaptive", "--t-end", "40"]);
+    assert!(text.contains("with half the step it is another solution"), "{text}");
+    let (_, text) = said("dose", DOSE, &["solve", "--method", "rk4", "--h", "0.1", "--t-end", "40"]);
+    assert!(!text.contains("conserves"), "{text}");
+}
+
+#[test]
+fn a_solution_below_the_tolerance_and_growth_from_zero_are_told_apart_from_others() {
+    let tiny = "u_i { x = 1e-12, y = 0 }\nF_i { y, -x }\n";
+    let tells = |more: &[&str]| {
+        let line = [&["solve", "--method", "radau-adaptive", "--t-end", "10"], more].concat();
+        said("tiny", tiny, &line).1.contains("no component comes to the absolute tolerance")
+    };
+    assert!(tells(&[]) && !tells(&["--atol", "1e-18"]));
+    let late = "u_i { x = 0 }\nF_i { -x + heaviside(t - 1) * (t - 1) }\n";
+    let (_, text) = said("late", late, &["solve", "--method", "rk4", "--h", "0.01", "--t-end", "3"]);
+    assert!(!text.contains("resolves nothing"), "{text}");
+}

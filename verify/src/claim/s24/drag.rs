@@ -34,7 +34,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≲ 1.5 Methods I and II have errors smaller than implicit Euler's by several orders of \
                     magnitude.",
-        quantifier: Quantifier::Comparison,
+        quantifier: Quantifier::Universal,
         criterion: "The largest error on (0, 10] of implicit Euler is at least 100 times that of Method I and of Method II for \
                     every h from 0.002 to 1.5.",
         decide: orders_of_magnitude,
@@ -43,7 +43,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "S24-e-2",
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≲ 1.5 RK4 has smaller errors than Methods I and II.",
-        quantifier: Quantifier::Comparison,
+        quantifier: Quantifier::Universal,
         criterion: "The largest error on (0, 10] of RK4 is the smallest for every h from 0.01 to 1.5.",
         decide: runge_kutta_wins,
     },

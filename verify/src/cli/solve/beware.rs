@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 use verify::measure::norm::{Extremes, distance, larger, max_norm};
 use verify::problem::{Problem, component_names};
+use verify::reference::Ode;
 
 use crate::cli::layout::{number, plain};
 
@@ -15,7 +16,7 @@ const REST: f64 = 1e-6;
 /// Growth beyond all values so far in a single step that no step resolves.
 const LEAP: f64 = 10.0;
 
-/// Rows at the start over which a solution may find its scale.
+/// Rows over which a solution may find its scale, from the first on that is not zero.
 const START: usize = 3;
 
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
@@ -28,30 +29,68 @@ pub(super) struct Watch {
     /// The last state and the one before, each with its time.
     last: (f64, Vec<f64>),
     before: (f64, Vec<f64>),
-    /// Largest component of all states.
+    /// Largest component of all states, and the largest value of each.
     largest: f64,
+    sizes: Vec<f64>,
     /// The first time at which there is no exact solution any more.
     ended: Option<f64>,
+    /// Rows since the first that is not zero.
     rows: usize,
+    rates: Rates,
     /// The first step across which the solution leaves its scale behind, by its end and the size before and after.
     leap: Option<(f64, [f64; 2])>,
 }
 
+/// The values of f at all rows of a small system, as columns of a matrix.
+#[derive(Debug, Default)]
+struct Rates {
+    unknowns: usize,
+    /// Not the columns A themselves but, from a number of them on, n others with the same A Aᵀ.
+    columns: Vec<f64>,
+}
+
+impl Rates {
+    fn add(&mut self, ode: &dyn Ode, t: f64, state: &[f64]) {
+        self.unknowns = state.len();
+        let (n, kept) = (state.len(), self.columns.len());
+        self.columns.resize(kept + n, 0.0);
+        ode.rhs(t, state, &mut self.columns[kept..]);
+        if self.columns[kept..].iter().any(|x| !x.is_finite()) {
+            self.columns.truncate(kept);
+        }
+        // Aᵀ = QR, A Aᵀ = Rᵀ R.
+        if self.columns.len() >= 4 * n * n {
+            let r = self.matrix().transpose().qr().r();
+            self.columns = r.transpose().as_slice().to_vec();
+        }
+    }
+
+    fn matrix(&self) -> DMatrix<f64> {
+        DMatrix::from_column_slice(self.unknowns, self.columns.len() / self.unknowns.max(1), &self.columns)
+    }
+}
+
 impl Watch {
-    pub(super) fn add(&mut self, t: f64, state: &[f64], has_ended: bool) {
+    /// A row of a run on `problem`.
+    pub(super) fn add(&mut self, problem: &dyn Problem, t: f64, state: &[f64], has_ended: bool) {
         if self.first.is_empty() {
             self.first = state.to_vec();
+            self.sizes = vec![0.0; state.len()];
+        }
+        self.sizes.iter_mut().zip(state).for_each(|(size, x)| *size = larger(*size, x.abs()));
+        if (2..=DENSE).contains(&state.len()) && problem.ode().dim() == state.len() {
+            self.rates.add(problem.ode(), t, state);
         }
         std::mem::swap(&mut self.last, &mut self.before);
         self.last.0 = t;
         self.last.1.clear();
         self.last.1.extend_from_slice(state);
-        self.rows += 1;
         let size = max_norm(state);
+        self.rows += usize::from(self.largest > 0.0 || size > 0.0);
         if self.rows > START && size > LEAP * self.largest && self.leap.is_none() {
             self.leap = Some((t, [self.largest, size]));
         }
-        self.largest = larger(self.largest, max_norm(state));
+        self.largest = larger(self.largest, size);
         if has_ended && self.ended.is_none() {
             self.ended = Some(t);
         }
@@ -72,6 +111,20 @@ impl Watch {
             number(before),
             number(after)
         ))
+    }
+
+    /// A solution no component of which comes to the absolute tolerance that it is held to, one for all or one for each.
+    pub(super) fn below(&self, atol: &[f64]) -> Option<String> {
+        let largest = |k: usize| atol.get(k).or(atol.first()).copied().unwrap_or(0.0);
+        let is_below = self.sizes.iter().enumerate().all(|(k, size)| *size < largest(k));
+        (self.largest > 0.0 && is_below).then(|| {
+            format!(
+                "no component comes to the absolute tolerance, {}, and the largest is {}: no digit of the solution is held to anything; a \
+                 smaller `--atol`, or other units, tell",
+                number(atol.iter().copied().largest()),
+                number(self.largest)
+            )
+        })
     }
 
     /// What is to be said of the run on `problem`.
@@ -130,18 +183,17 @@ impl Watch {
         if !(2..=DENSE).contains(&n) {
             return None;
         }
-        // wᵀ f vanishes for all v where wᵀ ∂f/∂v and one wᵀ f do: here at states of the run and a point beside it.
+        // wᵀ f vanishes for all v where wᵀ ∂f/∂v does, here at states of the run and a point beside it, and wᵀ f does at each row, as f may
+        // act between the ends alone. In units of the solution f is as large as ∂f/∂v, and so are its roundings.
         let beside: Vec<f64> = (0..n).map(|i| self.largest * (1.0 + 0.5 * ((i + 1) as f64).sin())).collect();
-        let mut all = DMatrix::zeros(n, 3 * (n + 1));
+        let rates = self.rates.matrix() / self.largest;
+        let mut all = DMatrix::zeros(n, 3 * n + rates.ncols());
         for (k, (t, v)) in
             [(0.0, &self.first), (self.last.0, &self.last.1), (self.last.0, &beside)].into_iter().enumerate()
         {
-            let mut f = vec![0.0; n];
-            problem.ode().rhs(t, v, &mut f);
-            let at = k * (n + 1);
-            all.columns_mut(at, n).copy_from(&jacobian(problem, t, v));
-            all.column_mut(at + n).copy_from_slice(&f);
+            all.columns_mut(k * n, n).copy_from(&jacobian(problem, t, v));
         }
+        all.columns_mut(3 * n, rates.ncols()).copy_from(&rates);
         if all.iter().any(|x| !x.is_finite()) {
             return None;
         }

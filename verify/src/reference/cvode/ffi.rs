@@ -124,6 +124,17 @@ impl<'a> Session<'a> {
         check("CVodeSetStopTime", unsafe { sys::CVodeSetStopTime(self.memory.raw, t) })
     }
 
+    /// Takes no step longer than `h`, if that is finite.
+    ///
+    /// # Errors
+    /// Names the call that failed.
+    pub(super) fn step_at_most(&mut self, h: f64) -> Result<(), CallError> {
+        // CVODE takes 0 for no limit.
+        let longest = if h.is_finite() { h } else { 0.0 };
+        // SAFETY: the memory is live.
+        check("CVodeSetMaxStep", unsafe { sys::CVodeSetMaxStep(self.memory.raw, longest) })
+    }
+
     /// Integrates past `t` and writes the state there into `v`.
     ///
     /// # Errors

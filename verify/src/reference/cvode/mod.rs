@@ -53,6 +53,7 @@ impl Reference for Cvode {
         let end = times.last().copied().filter(|&end| end > t0);
         if let Some(end) = end {
             session.stop_at(end).map_err(|call| failed(t0, call))?;
+            session.step_at_most(ode.longest_step(end - t0)).map_err(|call| failed(t0, call))?;
         }
         let mut state = v0.to_vec();
         let mut reached = t0;
