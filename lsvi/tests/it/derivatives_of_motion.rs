@@ -172,6 +172,9 @@ impl<M: Constraint> Constraint for Flawed<M> {
     }
 }
 
+/// What a flawed derivative is told by.
+type Checker<'a> = dyn Fn(Flaw) -> Result<(), DerivativeError> + 'a;
+
 fn values(n: usize, shift: f64) -> Vec<f64> {
     (0..n).map(|i| 0.3 + (i as f64 + shift).sin()).collect()
 }
@@ -207,7 +210,7 @@ fn a_wrong_derivative_is_named() {
         let error = motion(flaw).expect_err("flawed");
         assert!(matches!(error, DerivativeError::Differs { of, .. } if of == expected), "{flaw:?}: {error}");
     }
-    let blocks: [(Derivative, &dyn Fn(Flaw) -> Result<(), DerivativeError>); 12] = [
+    let blocks: [(Derivative, &Checker<'_>); 12] = [
         (Derivative::Hessian(Q, Q), &motion),
         (Derivative::Hessian(Q, V), &motion),
         (Derivative::Hessian(V, Q), &motion),

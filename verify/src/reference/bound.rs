@@ -189,7 +189,7 @@ mod tests {
     /// Seven roundings of the largest state so far in each of a billion steps are above a tolerance of 1e-9.
     #[test]
     fn rounding_counts_by_the_largest_state_and_the_steps() {
-        let growing = |_: f64, times: &[f64]| {
+        let growing = |_: &dyn Ode, _: f64, times: &[f64]| {
             let mut run = Run::with_capacity(times.len());
             let size = |t: f64| if t < 2.0 { 1.0 } else { 1e6 };
             times.iter().for_each(|t| run.push(vec![size(*t)], if *t < 3.0 { 1 } else { 1_000_000_000 }));

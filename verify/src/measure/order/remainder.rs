@@ -54,8 +54,8 @@ mod tests {
         let columns = |of: &[fn(f64) -> f64]| {
             DMatrix::from_fn(h.len(), of.len(), |i, j| of[j](h[i])).svd(true, false).u.expect("asked for")
         };
-        let one: fn(f64) -> f64 = |_| 1.0;
-        let (x, square): (fn(f64) -> f64, fn(f64) -> f64) = (f64::ln, |h| h * h);
+        type Column = fn(f64) -> f64;
+        let [one, x, square]: [Column; 3] = [|_| 1.0, f64::ln, |h| h * h];
         let log = DVector::from_iterator(h.len(), h.iter().map(|h| h.ln()));
         let without = |basis: &DMatrix<f64>, y: &DVector<f64>| y - basis * (basis.transpose() * y);
         let of_expected = without(&columns(&[one, |h| h, square]), &log);
