@@ -720,7 +720,7 @@ mod tests {
     fn a_jump_of_f_is_not_resolved() {
         let run = |steps: usize| {
             let h = 1.0 / steps as f64;
-            Ok(vec![vec![1.0 + h * (0.35 * 0.1 / h).fract()]])
+            Ok(vec![vec![1.0 + h * (0.1 * std::f64::consts::SQRT_2 / h).fract()]])
         };
         let truth = Answer { states: vec![vec![1.0]], bound: 1e-12, astray: None, runs: None };
         for order in [1.0, 4.0] {

@@ -160,8 +160,9 @@ fn errors_of_a_period_are_not_measured_at_one_phase() {
             let times: Vec<f64> = ends[1..].iter().map(|(t, _)| *t).collect();
             let truth = crate::run::run_through(&problem, &*accurate, &times).expect("followed");
             let all = ends[1..].iter().zip(&truth).map(|((_, state), truth)| distance(state, truth)).fold(0.0, larger);
-            // Of 64 irregular phases one is within 1/64 of a turn from the largest, where a cosine is above 0.995.
-            assert!(all * 0.99 <= trial.error && trial.error <= all * 1.01 + 1e-9, "{rate}: {all:e}, {trial:?}");
+            // Of 64 irregular phases one is within 1/64 of a turn from the largest, where a cosine is above 0.995, but it may be a
+            // day later than the largest, and what is left of a start falls by 5 % in it.
+            assert!(all * 0.94 <= trial.error && trial.error <= all * 1.01 + 1e-9, "{rate}: {all:e}, {trial:?}");
         }
     }
 }

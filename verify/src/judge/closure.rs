@@ -468,13 +468,9 @@ mod tests {
         }
     }
 
-    /// Fitted to the exponential it is exact; with a factor of two digits that may be another, nothing says so.
     #[test]
-    fn what_digits_leave_open_is_not_exact() {
-        let fitted =
-            |half: &str| theory(&format!("-(1 - (1 + z + z^2*{half})*exp(-z))/(1 - z + z^2*{half} - exp(-z))"), "1");
-        assert_eq!([fitted("(1/2)").decay, fitted("0.50").decay], [Decay::Exact, Decay::Open]);
-        let plan = fitted("0.50").trials().swap_remove(0).plan;
-        assert!(plan.is_err_and(|why| why.contains("digits of α and β")));
+    fn a_closure_fitted_to_the_exponential_is_exact() {
+        let fitted = theory("-(1 - (1 + z + z^2/2)*exp(-z))/(1 - z + z^2/2 - exp(-z))", "1");
+        assert_eq!(fitted.decay, Decay::Exact);
     }
 }

@@ -187,7 +187,7 @@ fn examples_in_the_help_work() {
     for model in ["van-der-pol.ds", "predator-prey.ds"] {
         fs::copy(models.join(model), directory.join(model)).expect("readable");
     }
-    fs::write(directory.join("drag.csv"), "cells,drag\n64,1.0016\n256,1.0004\n1024,1.0001\n4096,1.000025\n")
+    fs::write(directory.join("drag.csv"), "cells,drag\n64,1.0016\n512,1.0004\n4096,1.0001\n32768,1.000025\n")
         .expect("writable");
     let method = Path::new(env!("CARGO_MANIFEST_DIR")).join("methods/rk4.toml");
     fs::copy(method, directory.join("mine.toml")).expect("readable");
@@ -1087,8 +1087,9 @@ fn a_model_that_the_compiler_gives_up_on_is_refused() {
 #[test]
 fn orders_that_nobody_knows_are_left_open() {
     let order = |line: &str| say(&format!("order {line}"));
+    // On v̇ = −v² it is known what Gauss collocation gains, and on v̇ = v(1 − v) there is nothing.
     let (status, text, _) = order("--problem quadratic-drag --method ls-galerkin(2,gauss,2)");
-    assert!(status == 3 && text.contains("INCONCLUSIVE"), "{text}");
+    assert!(status == 0 && text.contains("declared super-convergence from 4"), "{text}");
     let path = directory("lorenz").join("lorenz.ds");
     let lorenz = "u_i { x = 1, y = 1, z = 1 }\nF_i { 10 * (y - x), x * (28 - z) - y, x * y - 8 / 3 * z }\n";
     fs::write(&path, lorenz).expect("writable");

@@ -1082,7 +1082,7 @@ fn advice_says_what_the_solution_does_and_what_its_errors_are() {
     let (code, out, _) = say("advise --problem harmonic-oscillator");
     let out = flat(&out);
     assert!(code == 0 && out.contains("unknowns, to t = 14,") && out.contains("has turned twice; `--t-end`"), "{out}");
-    assert!(!out.contains("of a turn") && out.contains("its largest absolute error at 6 times was "), "{out}");
+    assert!(!out.contains("of a turn") && out.contains("its largest absolute error at 9 times was "), "{out}");
     let (code, out, _) = say("advise --problem quadratic-drag --set v0=-1 --t-end 2");
     assert!(code == 3 && flat(&out).contains("the solution blows up"), "{out}");
     let (code, out, _) = say("advise --problem quadratic-drag --set v0=0 --t-end 2");
