@@ -374,7 +374,9 @@ fn refined(
         // Once it may be by accident, as where a jump falls into a step; a higher order than the bound's makes that wider.
         let has_order =
             |(now, before): (f64, f64)| now.min(before) >= order - SETTLED && (now - before).abs() <= SETTLED;
-        let is_settled = difference <= floor || observed.zip(earlier).is_some_and(has_order);
+        // So may two runs be one, where a jump falls into the same half of both steps.
+        let rests = difference <= floor && before.is_some_and(|before: f64| before <= floor);
+        let is_settled = rests || observed.zip(earlier).is_some_and(has_order);
         let bound = 2.0 * difference / (order.exp2() - 1.0) + floor;
         let runs = Runs { h: horizon / steps as f64, order, observed, earlier, is_settled, at_once: !resolved_before };
         let answer = Answer { states, bound, astray: None, runs: Some(runs) };

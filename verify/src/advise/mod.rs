@@ -82,7 +82,7 @@ pub enum Refusal {
     MatrixFree,
     /// The solution stays within the accuracy of its start.
     #[error(
-        "the solution moves by {moved:.1e} from its start, within the error of {target:.1e} that is asked for, which none is to be told by: \
+        "the solution moves by {moved:.1e} from its start, within the error of {target:.1e} that is asked for, so that standing still would do: \
          start it elsewhere, or ask for less; errors are relative to 1 where all components are smaller, so that other units help too"
     )]
     Constant {
