@@ -9,10 +9,11 @@ use crate::mass::Mass;
 use crate::newton::Work;
 use crate::vector_field::VectorField;
 
-/// Newton's last increment in units of the tolerance: a digit and a half below the error of the solution.
 /// Part by which two step sizes may differ that share factors, as by roundings of the times that they lead to: by as much do
 /// Newton's iteration and the error estimate change.
 const SAME: f64 = 1e-6;
+
+/// Newton's last increment in units of the tolerance: a digit and a half below the error of the solution.
 const GOAL: f64 = 0.03;
 
 /// How Newton's iteration ended.
