@@ -7,7 +7,7 @@ use std::rc::Rc;
 use lsvi::{Structure, Work};
 
 use super::worst;
-use crate::measure::norm::{distance, larger, max_norm};
+use crate::measure::norm::{common_distance, larger, max_norm};
 use crate::method::Method;
 use crate::problem::Problem;
 use crate::run::{RunError, run, run_through};
@@ -105,14 +105,8 @@ impl<'a> Truth<'a> {
 
     /// How far it goes from its start, as far as any run has asked.
     pub(super) fn moves_by(&self, start: &[f64]) -> f64 {
-        worst(self.known.borrow().values().flat_map(|states| states.iter()).map(|state| error(state, start)))
+        worst(self.known.borrow().values().flat_map(|states| states.iter()).map(|state| common_distance(state, start)))
     }
-}
-
-/// The largest error of a component that both have.
-fn error(truth: &[f64], state: &[f64]) -> f64 {
-    let count = truth.len().min(state.len());
-    distance(&state[..count], &truth[..count])
 }
 
 /// A run with a number of steps: its largest error at the times chosen, and its work.
@@ -139,7 +133,7 @@ impl Ran {
         let (every, mut step, mut next, mut worst) = ((steps / shown) as usize, 0, 0, 0.0);
         let run = run(problem, method, truth.horizon / f64::from(steps), truth.horizon, |state| {
             if times.get(next).is_some_and(|time| time * every == step) {
-                worst = larger(worst, error(&states[next], &state.q));
+                worst = larger(worst, common_distance(&states[next], &state.q));
                 next += 1;
             }
             step += 1;
@@ -163,7 +157,7 @@ pub(super) fn with_tolerance(
     let shown: Vec<_> = chosen(ends.len() - 1).into_iter().map(|step| &ends[step]).collect();
     let times: Vec<f64> = shown.iter().map(|(t, _)| *t).collect();
     let truth = run_through(problem, accurate, &times).ok()?;
-    let error = worst(shown.iter().zip(&truth).map(|((_, state), truth)| error(truth, state)));
+    let error = worst(shown.iter().zip(&truth).map(|((_, state), truth)| common_distance(truth, state)));
     let trial = Trial {
         method: method.name(),
         setting: tolerance,
