@@ -211,9 +211,10 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         RunError::Step(StepError::Solve { source: SolveError::Singular, .. }) => {
             Some("no step size helps; another method may: `verify list methods`")
         }
-        RunError::Step(StepError::StepUnderflow { .. }) => {
-            Some("the solution may end there; else a larger `--rtol` may help")
-        }
+        RunError::Step(StepError::StepUnderflow { .. }) => Some(
+            "the solution may end there, by itself or because a component lost its sign within the tolerance, where a \
+                 smaller `--atol` helps; else a larger `--rtol` may help",
+        ),
         RunError::Step(StepError::Solve {
             source: SolveError::BranchLost { .. } | SolveError::OtherBranch, ..
         }) => Some("a step shorter than the one that the message names has a solution; `--h` must be smaller"),

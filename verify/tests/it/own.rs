@@ -675,6 +675,21 @@ fn a_comparison_takes_the_order_of_a_program_for_its_bound() {
     }
 }
 
+/// Of two programs that are asked for, one that is told does not stand for the other.
+#[test]
+fn a_comparison_that_tells_nothing_of_one_of_two_programs_is_inconclusive() {
+    let own = |method: &str| format!("{} solve --method {method} --csv -", env!("CARGO_BIN_EXE_verify"));
+    let (first, second) = (own("rk4"), own("implicit-euler"));
+    let both = [&first, &second];
+    for (programs, status) in [(&[&first][..], 0), (&[&second], 3), (&both, 3), (&[&second, &first], 3)] {
+        let programs = programs.iter().flat_map(|program| ["--program", program.as_str()]);
+        let line = ["compare", "--problem", "logistic", "--expect", "4"].into_iter().chain(programs);
+        let line: Vec<&str> = line.collect();
+        let (code, out, error) = verify(&line);
+        assert!(code == status && out.contains(" 0 do not"), "{line:?}: {code} {out}{error}");
+    }
+}
+
 /// A program shows velocities and vorticity; references and methods have values of the stream function and Fourier coefficients.
 #[test]
 fn a_comparison_with_a_program_is_in_what_the_problem_shows() {

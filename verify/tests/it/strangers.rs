@@ -272,6 +272,33 @@ fn a_run_past_a_pole_is_warned_of() {
     }
 }
 
+/// Robertson's second component is 4e-5 at most: within a tolerance of 1e-3 it is negative, and from there the solution has a pole.
+#[test]
+fn a_tolerance_that_lets_a_component_lose_its_sign_is_named() {
+    let solve = |atol: &str| {
+        let line = ["solve", "--problem", "robertson", "--method", "radau-adaptive", "--no-estimate"];
+        verify(&[&line[..], &["--t-end", "40", "--rtol", "1e-3", "--atol", atol]].concat())
+    };
+    let (code, _, error) = solve("1e-3");
+    assert!(code != 0 && error.contains("lost its sign") && error.contains("smaller `--atol`"), "{error}");
+    assert_eq!(solve("1e-6").0, 0);
+}
+
+/// An estimate means nothing beside the largest row, not beside the first or the last one.
+#[test]
+fn an_estimate_is_held_against_the_largest_row() {
+    // The end of one, 1.5⁻²⁰, and the start of the other.
+    for (name, sign, method, least) in [("decays", "-", "implicit-euler", 3.1e-4), ("grows", "", "rk4", 1.0)] {
+        let model = file(&format!("{name}.ds"), &format!("u_i {{ v = 1 }}\nF_i {{ {sign}v }}\n")).display().to_string();
+        let (code, out, error) =
+            verify(&["solve", "--model", &model, "--method", method, "--h", "0.5", "--t-end", "10"]);
+        let estimate =
+            out.split("largest estimate ").nth(1).and_then(|rest| rest.split(' ').next()).expect("an estimate");
+        assert!(estimate.parse::<f64>().expect("a number") > least, "{name} does not tell the rows apart: {out}");
+        assert!(code == 0 && error.is_empty(), "{name}: {error}");
+    }
+}
+
 /// The implicit midpoint rule with a stage twice, and with one that nothing depends on: the conditions hold of the rule itself.
 #[test]
 fn a_method_with_stages_that_it_does_not_need_is_judged_without_them() {
