@@ -1,5 +1,6 @@
 //! Holonomic constraints.
 
+use auto_impl::auto_impl;
 use nalgebra::DMatrix;
 
 use crate::linalg::Jacobian;
@@ -8,6 +9,7 @@ use crate::linalg::Jacobian;
 ///
 /// Implement it by hand, or implement [`ConstraintFn`](crate::ConstraintFn) once and let
 /// [`AutoConstraint`](crate::AutoConstraint) differentiate.
+#[auto_impl(Box)]
 pub trait Constraint {
     /// Degrees of freedom n.
     fn dim(&self) -> usize;
@@ -23,22 +25,4 @@ pub trait Constraint {
 
     /// Adds `scale` · Σ_k λ_k ∂²f_k/∂q² to `out`, n × n.
     fn add_curvature(&self, q: &[f64], multipliers: &[f64], scale: f64, out: &mut Jacobian);
-}
-
-impl<K: Constraint + ?Sized> Constraint for Box<K> {
-    fn dim(&self) -> usize {
-        (**self).dim()
-    }
-    fn count(&self) -> usize {
-        (**self).count()
-    }
-    fn value(&self, q: &[f64], out: &mut [f64]) {
-        (**self).value(q, out);
-    }
-    fn jacobian(&self, q: &[f64], out: &mut DMatrix<f64>) {
-        (**self).jacobian(q, out);
-    }
-    fn add_curvature(&self, q: &[f64], multipliers: &[f64], scale: f64, out: &mut Jacobian) {
-        (**self).add_curvature(q, multipliers, scale, out);
-    }
 }

@@ -1,5 +1,7 @@
 //! Stepping: states, the time grid and integrators.
 
+use auto_impl::auto_impl;
+
 use crate::error::{InputError, StepError, TimeError, check_step, check_time, check_vector};
 pub use crate::newton::Work;
 
@@ -110,6 +112,7 @@ impl Grid {
 ///
 /// Fixed-step methods take one grid step per call. An adaptive method may stop short of the next grid point, and a method
 /// that finds several steps at once hands them out one by one.
+#[auto_impl(&mut, Box)]
 pub trait Integrator {
     /// Degrees of freedom n.
     fn dim(&self) -> usize;
@@ -173,48 +176,6 @@ pub(crate) fn shorter_step(
     to.clone_from(from);
     to.t = t;
     Some(method.step(from.t, t - from.t, &mut to.q, &mut to.p))
-}
-
-impl<I: Integrator + ?Sized> Integrator for Box<I> {
-    fn dim(&self) -> usize {
-        (**self).dim()
-    }
-    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
-        (**self).advance(state, grid)
-    }
-    fn work(&self) -> Work {
-        (**self).work()
-    }
-    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
-        (**self).rate(state, out)
-    }
-    fn path(&self, t: f64, out: &mut [f64]) -> Option<Result<(), InputError>> {
-        (**self).path(t, out)
-    }
-    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
-        (**self).shorter_step(from, t, to)
-    }
-}
-
-impl<I: Integrator + ?Sized> Integrator for &mut I {
-    fn dim(&self) -> usize {
-        (**self).dim()
-    }
-    fn advance(&mut self, state: &mut State, grid: &Grid) -> Result<(), StepError> {
-        (**self).advance(state, grid)
-    }
-    fn work(&self) -> Work {
-        (**self).work()
-    }
-    fn rate(&mut self, state: &State, out: &mut [f64]) -> Result<(), StepError> {
-        (**self).rate(state, out)
-    }
-    fn path(&self, t: f64, out: &mut [f64]) -> Option<Result<(), InputError>> {
-        (**self).path(t, out)
-    }
-    fn shorter_step(&mut self, from: &State, t: f64, to: &mut State) -> Option<Result<(), StepError>> {
-        (**self).shorter_step(from, t, to)
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! The matrices of a step by what they do to vectors.
 
+use auto_impl::auto_impl;
+
 use crate::error::{InputError, SolveError, SystemError, check_length};
 use crate::linalg::{Jacobian, Lu, Structure};
 use crate::mass::{Mass, MassInverse};
@@ -175,6 +177,7 @@ impl Operator for StepOperator<'_> {
 ///
 /// P preconditions the systems of implicit stages, and PᵀM⁻¹P those of Method I. With P = B the spectrum of the latter lies
 /// in (1, 2] on dissipative systems, whatever the number of unknowns.
+#[auto_impl(Box)]
 pub trait Preconditioner {
     /// Refuses a field of a structure, or a mass, of which no P can be made.
     ///
@@ -200,24 +203,6 @@ pub trait Preconditioner {
     /// Whether P is the B that it was set up for, but for rounding. Products with B can then be spared.
     fn is_exact(&self) -> bool {
         false
-    }
-}
-
-impl<P: Preconditioner + ?Sized> Preconditioner for Box<P> {
-    fn check(&self, structure: &Structure, mass: &Mass) -> Result<(), InputError> {
-        (**self).check(structure, mass)
-    }
-    fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
-        (**self).prepare(b)
-    }
-    fn solve(&mut self, x: &mut [f64]) {
-        (**self).solve(x);
-    }
-    fn solve_transpose(&mut self, x: &mut [f64]) {
-        (**self).solve_transpose(x);
-    }
-    fn is_exact(&self) -> bool {
-        (**self).is_exact()
     }
 }
 

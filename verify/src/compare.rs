@@ -18,10 +18,14 @@ use crate::theory::{Breakdown, breakdown, methods_for};
 /// Sample times, equally spaced, the last at the horizon.
 pub const SAMPLES: usize = 4;
 
-/// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`]; doubled up to [`MOST_STEPS`] until the bound resolves
-/// the solution.
+/// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`]; doubled up to [`DOUBLED`] times as many until the bound
+/// resolves the solution.
 const STEPS: usize = 1024;
-const MOST_STEPS: usize = 8 * STEPS;
+const DOUBLED: usize = 8;
+
+/// The same of a system of more than this many unknowns, whose steps are dear.
+const FEW_STEPS: usize = 128;
+const LARGE: usize = 200;
 
 /// Largest bound, relative to the size of the truth, that an agreement is worth anything with: two digits.
 const RESOLVED: f64 = 1e-2;
@@ -309,7 +313,9 @@ fn by_method(problem: &dyn Problem, method: &dyn Method, times: &[f64], truth: O
     // What is inconsistent converges too, to something else.
     let order = f64::from(method.order()).min(cap).max(MIN_ORDER);
     let rounding = |size: f64, steps: usize| roundoff(method, size, steps as f64);
-    let answer = refined(|steps| sampled(steps).map_err(failed), order, rounding, times, truth, breakdown.is_some())?;
+    let first = if problem.field().dim() > LARGE { FEW_STEPS } else { STEPS };
+    let answer =
+        refined(first, |steps| sampled(steps).map_err(failed), order, rounding, times, truth, breakdown.is_some())?;
     Ok(Answer { astray: breakdown, ..answer })
 }
 
@@ -347,13 +353,14 @@ fn by_program(problem: &dyn Problem, guest: &Guest, times: &[f64], truth: Option
         })
     };
     let rounding = |size: f64, steps: usize| f64::EPSILON * size * steps as f64 + printed.get();
-    refined(sampled, guest.order, rounding, times, truth, false)
+    refined(STEPS, sampled, guest.order, rounding, times, truth, false)
 }
 
 /// The answer of runs whose steps are halved until their bound resolves the solution and, where it does not hold `truth`, until
 /// their differences fall as errors of `order` do: before, they predict nothing, and what falls by a lower order, as beside a jump of f,
 /// has no bound that is known. `at_once`, a bound is all that is wanted.
 fn refined(
+    first: usize,
     sampled: impl Fn(usize) -> Result<Vec<Vec<f64>>, Gap>,
     order: f64,
     rounding: impl Fn(f64, usize) -> f64,
@@ -362,7 +369,7 @@ fn refined(
     at_once: bool,
 ) -> Result<Answer, Gap> {
     let horizon = times[times.len() - 1];
-    let (mut steps, mut coarse) = (STEPS, sampled(STEPS)?);
+    let (mut steps, mut coarse) = (first, sampled(first)?);
     let (mut before, mut earlier) = (None, None);
     let mut resolved_before = false;
     loop {
@@ -382,7 +389,7 @@ fn refined(
         let answer = Answer { states, bound, astray: None, runs: Some(runs) };
         let is_resolved = bound <= RESOLVED * size;
         let is_told = truth.is_none_or(|truth| is_near(&answer, truth)) || is_settled;
-        if is_resolved && is_told || at_once || steps > MOST_STEPS {
+        if is_resolved && is_told || at_once || steps > DOUBLED * first {
             return Ok(answer);
         }
         if is_resolved {
@@ -588,6 +595,7 @@ mod tests {
             judge(&Ok(Answer { states: vec![vec![1.003]], bound: 2e-3, astray: None, runs: None }), Some(&truth)).0
         };
         assert_eq!([0.0, 2e-3].map(judged), [Standing::Differs, Standing::Agrees]);
+        assert_eq!(judged(0.05), Standing::Unresolved, "the truth itself is known to less than two digits");
     }
 
     /// The bound is twice what two runs predict, and the prediction is the error where it falls with the order.
@@ -726,7 +734,9 @@ mod tests {
         };
         let truth = Answer { states: vec![vec![1.0]], bound: 1e-12, astray: None, runs: None };
         for order in [1.0, 4.0] {
-            let Ok(answer) = refined(run, order, |_, _| 0.0, &[1.0], Some(&truth), false) else { panic!("it runs") };
+            let Ok(answer) = refined(STEPS, run, order, |_, _| 0.0, &[1.0], Some(&truth), false) else {
+                panic!("it runs")
+            };
             let (standing, status) = judge(&Ok(answer), Some(&truth));
             assert!(matches!(standing, Standing::Unresolved | Standing::Agrees), "order {order}: {status}");
         }
@@ -773,7 +783,7 @@ mod tests {
     fn the_bound_of_any_solver_is_taken_with_its_order() {
         for order in [1.0_f64, 2.0, 3.0, 4.0] {
             let run = |steps: usize| Ok(vec![vec![1.0 + (STEPS as f64 / steps as f64).powf(order) * 1e-4]]);
-            let Ok(answer) = refined(run, order, |_, _| 0.0, &[1.0], None, false) else { panic!("it runs") };
+            let Ok(answer) = refined(STEPS, run, order, |_, _| 0.0, &[1.0], None, false) else { panic!("it runs") };
             let bound = 2.0 * (answer.states[0][0] - 1.0);
             assert!((answer.bound / bound - 1.0).abs() < 1e-6, "order {order}: {} for {bound}", answer.bound);
         }
@@ -818,5 +828,23 @@ mod tests {
             (there[r] - here[r]).abs()
         });
         approx::assert_relative_eq!(of.bound, worst.largest(), max_relative = 1e-9);
+    }
+
+    #[test]
+    fn an_exact_truth_is_known_to_roundings() {
+        let problem = problem::build("logistic", &[]).expect("known");
+        let (name, truth) =
+            truth(&*problem, &problem.limit(Principle::Equation), &[0.5, 1.0], &[], "").expect("a truth");
+        assert!(name == "exact" && truth.bound > 0.0 && truth.bound < 1e-14, "{name}: {}", truth.bound);
+    }
+
+    #[test]
+    fn what_is_not_made_for_stiff_problems_is_not_run_on_them() {
+        let problem = problem::build("robertson", &[]).expect("known");
+        let limit = problem.limit(Principle::Equation);
+        for reference in reference::all().into_iter().filter(|it| !it.stiff_ok()) {
+            let answer = by_reference(reference, &*problem, &limit, &[1.0]);
+            assert!(matches!(answer, Err(Gap::NotRun(_))), "{}", reference.name());
+        }
     }
 }

@@ -415,6 +415,22 @@ mod tests {
         for run in &runs {
             assert_eq!(run.printed.resolution(1.01), 0.5e-8);
         }
+        let mut runs = [&b"t,v\n0.5,1\n"[..], b"t,v\n0.125,1\n"].map(|text| read(text, &columns()).expect("a table"));
+        share_digits(runs.iter_mut());
+        assert!(runs.iter().all(|run| run.clock.resolution(0.5) == 0.5e-3), "times have digits too");
+    }
+
+    #[test]
+    fn runs_are_one_where_their_values_are() {
+        let are_one = |texts: [&str; 2]| {
+            let runs = texts.map(|text| read(text.as_bytes(), &columns()).expect("a table"));
+            are_one_run(runs.iter())
+        };
+        let first = "t,v\n0,1\n1,2\n2,3\n";
+        assert!(are_one([first, first]));
+        assert!(!are_one([first, "t,v\n0,1\n1,2\n2,3.5\n"]), "other values");
+        assert!(!are_one([first, "t,v\n0,1\n1,2\n2.5,3\n"]), "other times");
+        assert!(!are_one(["t,v\n0,1\n1,2\n", "t,v\n0,1\n1,2\n"]), "two rows are a start and an end");
     }
 
     #[test]

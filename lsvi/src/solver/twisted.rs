@@ -372,3 +372,35 @@ fn backward<const WIDTH: usize>(width: usize, half: usize, columns: &[Lanes], la
 fn less(x: Lanes, l: Lanes, y: Lanes) -> Lanes {
     [x[0] - l[0] * y[0], x[1] - l[1] * y[1]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::autodiff::{AutoField, FieldFn, Scalar};
+
+    /// f = (−v₀, −9 v₁), declared banded.
+    struct Decays;
+
+    impl FieldFn for Decays {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            Structure::Banded { lower: 0, upper: 0 }
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            (dv[0], dv[1]) = (-v[0], v[1] * -9.0);
+        }
+    }
+
+    /// M + BᵀM⁻¹B is diag(1 + 2², 1 + 10²).
+    #[test]
+    fn the_condition_number_of_a_diagonal_matrix_is_that_of_its_entries() {
+        let (field, mass, v) = (AutoField::new(Decays), Mass::Identity, [1.0; 2]);
+        let mut matrix = Jacobian::with_structure(2, &Structure::Banded { lower: 0, upper: 0 });
+        (matrix.add(0, 0, 2.0), matrix.add(1, 1, 10.0));
+        let b = StepOperator::new(&field, &mass, (0.0, &v), 1.0, Some(&matrix));
+        let condition = Twisted::new().condition(&b, &mut [vec![0.0; 2], vec![0.0; 2]]);
+        assert!((condition - 101.0 / 5.0).abs() < 1e-12, "{condition}");
+    }
+}

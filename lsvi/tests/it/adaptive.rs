@@ -648,3 +648,67 @@ fn a_stop_is_made_however_far_the_end() {
         assert!(times.contains(&0.01) && times.ends_with(&[0.02]), "{end:e}: {times:?}");
     }
 }
+
+/// v̇₀ = v₁, v̇₁ = −50 (v₀² − 1) v₁ − v₀, whose Jacobian is another one everywhere.
+#[test]
+fn a_run_from_another_start_is_that_of_a_new_method() {
+    let method = || {
+        let field = lsvi::field!(2, |t, v, dv| {
+            dv[0] = v[1];
+            dv[1] = (v[0] * v[0] - 1.0) * v[1] * -50.0 - v[0];
+        });
+        Radau::new(field, Options::new(Tolerances::new(1e-6, 1e-6).expect("positive"))).expect("valid")
+    };
+    let run = |method: &mut Radau<_>, v: [f64; 2]| {
+        let before = lsvi::Integrator::work(method);
+        let run = Trajectory::new(&mut *method, State::new(0.0, v.to_vec()), 1.0, 1.0).expect("valid");
+        let end = run.observe(|_| {}).expect("solvable").q;
+        let after = lsvi::Integrator::work(method);
+        (end, after.residuals - before.residuals, after.factorizations - before.factorizations)
+    };
+    let mut used = method();
+    run(&mut used, [2.0, 0.0]);
+    assert_eq!(run(&mut used, [-0.5, 1.0]), run(&mut method(), [-0.5, 1.0]));
+}
+
+#[test]
+fn the_last_step_ends_where_it_ends() {
+    let field = lsvi::field!(1, |_t, v, dv| dv[0] = -v[0]);
+    let options = Options::new(Tolerances::new(1e-6, 1e-6).expect("positive"));
+    let mut run = Trajectory::new(Radau::new(field, options).expect("valid"), State::new(0.0, vec![1.0]), 10.0, 10.0)
+        .expect("valid");
+    run.step().expect("solvable");
+    let (end, mut v) = (run.state().t, [0.0]);
+    assert!(lsvi::Integrator::path(run.integrator(), end, &mut v).is_some_and(|it| it.is_ok()));
+    for beyond in [1e-3, 1e-9] {
+        let path = lsvi::Integrator::path(run.integrator(), end * (1.0 + beyond), &mut v);
+        assert!(path.is_some_and(|it| it.is_err()), "{beyond}");
+    }
+}
+
+/// M = [[2, 1], [1, 2]] has no algebraic row, whatever f is at the start.
+#[test]
+fn a_mass_with_entries_beside_its_diagonal_is_no_constraint() {
+    struct Coupled;
+    impl lsvi::VectorField for Coupled {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn mass(&self) -> Mass {
+            Mass::Matrix(Jacobian::try_from(nalgebra::dmatrix![2.0, 1.0; 1.0, 2.0]).expect("square"))
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            (dv[0], dv[1]) = (-2.0 * v[0] - v[1], -v[0] - 2.0 * v[1]);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            [(0, 0, -2.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, -2.0)]
+                .into_iter()
+                .for_each(|(i, j, x)| out.add(i, j, scale * x));
+        }
+    }
+    let options = Options::new(Tolerances::new(1e-8, 1e-8).expect("positive"));
+    let method = Radau::new(Coupled, options).expect("valid");
+    let run = Trajectory::new(method, State::new(0.0, vec![1.0, 3.0]), 1.0, 1.0).expect("valid");
+    let end = run.observe(|_| {}).expect("a start like any other").q;
+    assert!((end[0] - (-1_f64).exp()).abs() < 1e-7 && (end[1] - 3.0 * (-1_f64).exp()).abs() < 1e-7, "{end:?}");
+}

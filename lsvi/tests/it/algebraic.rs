@@ -96,6 +96,7 @@ fn a_method_that_carries_a_violation_on_refuses_the_start() {
     let cases = [
         (0.0, 0.0, false),
         (0.0, 1e-12, false),
+        (0.0, 5e-8, true),
         (0.0, 1e-3, true),
         (0.5, 0.1, true),
         (1e6, 0.0, false),

@@ -609,3 +609,18 @@ fn a_curvature_is_held_to_differences_in_every_direction() {
         assert_eq!(place, Place { row: Some(i), column: Some(i) });
     }
 }
+
+/// Few unknowns have a way of their own into a dense matrix; into another one their entries go by one.
+#[test]
+fn a_linearisation_goes_into_a_matrix_of_any_structure() {
+    let field = lsvi::field!(2, |t, v, dv| {
+        dv[0] = v[0] * v[1] * 3.0;
+        dv[1] = v[1] * v[1];
+    });
+    for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }] {
+        let (mut f, mut matrix) = ([0.0; 2], Jacobian::with_structure(2, &structure));
+        field.linearize(0.0, &[5.0, 7.0], &mut f, -2.0, &mut matrix);
+        assert_eq!(f, [105.0, 49.0]);
+        assert_eq!(matrix.to_dense().as_slice(), [-42.0, 0.0, -30.0, -28.0], "{structure:?}");
+    }
+}

@@ -373,3 +373,16 @@ fn the_adaptive_method_tells_rates() {
     method.rate(&State::new(0.0, vec![10.0, 3.0]), &mut rate).expect("finite");
     assert_eq!(rate, [3.0, -9.81]);
 }
+
+/// Both zeros lie in the first half of the step, one in its first quarter.
+#[test]
+fn two_zeros_of_a_step_are_told_apart_where_a_quarter_of_it_lies_between() {
+    let still = field!(1, |_t, _v, dv| dv[0] = T::from(0.0));
+    let method = RungeKutta::new(still, Tableau::rk4()).expect("usable");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 1.0, 1.0).expect("valid");
+    let mut found = Vec::new();
+    while let Some(hit) = run.until(|t, _| (t - 0.1) * (t - 0.3), Crossing::Any).expect("solvable") {
+        found.push(hit.t);
+    }
+    assert!(found.len() == 2 && (found[0] - 0.1).abs() < 1e-12 && (found[1] - 0.3).abs() < 1e-12, "{found:?}");
+}

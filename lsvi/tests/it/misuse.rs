@@ -748,3 +748,39 @@ fn messages_have_their_numbers_in_their_places() {
     let expected = StepError::Input(InputError::Time(TimeError::SaveTime { index: 2, t: 0.3, from: 0.5, to: 1.0 }));
     assert_eq!(order, expected);
 }
+
+#[test]
+fn twisted_elimination_says_that_it_needs_a_diagonal_mass() {
+    let band = Structure::Banded { lower: 1, upper: 1 };
+    let coupled = Jacobian::try_from(nalgebra::dmatrix![2.0, 1.0; 1.0, 2.0]).expect("square");
+    let why = |mass| match Twisted::new().check(&band, &mass) {
+        Ok(()) => "",
+        Err(InputError::System(SystemError::Solver(why))) => why,
+        Err(other) => panic!("{other}"),
+    };
+    assert_eq!(why(Mass::Diagonal(vec![1.0, 2.0])), "");
+    assert!(why(Mass::Matrix(coupled)).contains("diagonal mass"));
+}
+
+/// A preconditioner is set up for B = M − s f_v at (t, v), and is told these; a solver without products has no closure.
+#[test]
+fn a_preconditioner_is_told_where_its_matrix_is_taken() {
+    struct Curious;
+    impl Preconditioner for Curious {
+        fn prepare(&mut self, b: &StepOperator<'_>) -> Result<(), SolveError> {
+            // The branch is followed by parts of the step.
+            assert_eq!(b.t(), 3.125 + b.s());
+            // Between the start and what an explicit step makes of it.
+            assert!(matches!(*b.v(), [x, y] if (0.875..=1.0).contains(&x) && y == 2.0 * x), "{:?}", b.v());
+            let product = &mut |_: &[f64], _: &mut [f64]| ();
+            assert_eq!(Twisted::new().solve_closure(b, product, &mut [1.0; 2], 0.0), Err(SolveError::NotAssembled));
+            Err(SolveError::Singular)
+        }
+        fn solve(&mut self, _x: &mut [f64]) {}
+        fn solve_transpose(&mut self, _x: &mut [f64]) {}
+    }
+    let tableau = Tableau::implicit_midpoint();
+    let mut method = RungeKutta::with_solver(MatrixFree, tableau, Iterative::new(Curious)).expect("fits");
+    let error = method.step(3.125, 0.25, &mut [1.0, 2.0], &mut [0.0; 2]).expect_err("no preconditioner");
+    assert!(matches!(error, StepError::Solve { source: SolveError::Singular, .. }), "{error}");
+}

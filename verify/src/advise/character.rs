@@ -96,6 +96,11 @@ impl Character {
         Self { unknowns, matrices: matrices(problem, &states), parting, sizes, reached }
     }
 
+    /// Whether it has too many unknowns for its matrices to be looked at.
+    pub fn is_large(&self) -> bool {
+        self.unknowns > LARGEST
+    }
+
     /// Whether the solution has grown beyond all measure where it was lost.
     pub fn blows_up(&self) -> bool {
         self.sizes.1 > BLOWN * self.sizes.0.max(1.0)

@@ -91,6 +91,25 @@ pub enum Refusal {
         /// The error to reach.
         target: f64,
     },
+    /// Accurate runs do not agree.
+    #[error(
+        "accurate runs of radau-adaptive, which the trials are measured by, end {difference:.1e} apart, too much to tell errors of {target:.1e}: \
+         the solution is sensitive, as one that starts beside a state of rest from which it goes away"
+    )]
+    Parting {
+        /// By so much.
+        difference: f64,
+        /// The error to reach.
+        target: f64,
+    },
+    /// f is not finite where the solution starts.
+    #[error("f is not finite at the start: component {component} of it is {value}")]
+    Start {
+        /// Its component.
+        component: usize,
+        /// NaN or infinite.
+        value: f64,
+    },
     /// No other run confirms the solution.
     #[error(
         "no method of fixed steps comes nearer to the solution of radau-adaptive, which the trials are measured by, than \
@@ -114,7 +133,7 @@ pub enum Refusal {
     /// The errors of the cheapest method do not follow its order.
     #[error(
         "the errors of {method} fall with order {found:.1} where it has {nominal}: the solution is not smooth on the scale of its \
-         steps, and no error can be predicted"
+         steps, or the problem too stiff for its order there, and no error can be predicted"
     )]
     NotSmooth {
         /// The method.
@@ -140,20 +159,30 @@ pub enum Refusal {
 /// # Errors
 /// [`NameError`] if a candidate is not registered, which is a mistake of this program.
 pub fn advise(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Advice, NameError> {
+    let nothing = |character, refusal| Advice {
+        character,
+        trials: Vec::new(),
+        uncertainty: f64::NAN,
+        target: f64::NAN,
+        refusal: Some(refusal),
+    };
     if problem.field().structure() == Structure::MatrixFree {
-        let (character, refusal) = (Character::unseen(problem), Some(Refusal::MatrixFree));
-        return Ok(Advice { character, trials: Vec::new(), uncertainty: f64::NAN, target: f64::NAN, refusal });
+        return Ok(nothing(Character::unseen(problem), Refusal::MatrixFree));
+    }
+    let mut f = vec![0.0; problem.field().dim()];
+    problem.field().rhs(0.0, &problem.initial(), &mut f);
+    if let Some((component, value)) = f.into_iter().enumerate().find(|(_, x)| !x.is_finite()) {
+        return Ok(nothing(Character::unseen(problem), Refusal::Start { component, value }));
     }
     let character = Character::of(problem, [&*adaptive(1e-6)?, &*adaptive(1e-10)?], horizon);
     let candidates = CANDIDATES.into_iter().map(method::parse).collect::<Result<Vec<_>, _>>()?;
-    let (trials, uncertainty, target, refusal) = match try_out(problem, horizon, accuracy, &candidates)? {
-        Err(lost) => (Vec::new(), f64::NAN, f64::NAN, Some(Refusal::Lost(lost))),
+    Ok(match try_out(problem, horizon, accuracy, &candidates)? {
+        Err(lost) => nothing(character, Refusal::Lost(lost)),
         Ok(tried) => {
             let refusal = tried.refusal(accuracy);
-            (tried.trials, tried.uncertainty, tried.target, refusal)
+            Advice { character, trials: tried.trials, uncertainty: tried.uncertainty, target: tried.target, refusal }
         }
-    };
-    Ok(Advice { character, trials, uncertainty, target, refusal })
+    })
 }
 
 /// Trials on a problem.
@@ -167,6 +196,8 @@ pub struct Tried {
     pub target: f64,
     /// How far the solution moves from its start.
     pub moved: f64,
+    /// How far accurate runs with steps of their own end from one another.
+    pub parting: f64,
 }
 
 impl Tried {
@@ -174,8 +205,11 @@ impl Tried {
     fn refusal(&self, accuracy: f64) -> Option<Refusal> {
         let Self { uncertainty, target, .. } = *self;
         match &self.trials[..] {
-            _ if self.moved < target => Some(Refusal::Constant { moved: self.moved, target }),
             // NaN is no agreement.
+            _ if self.parting.is_nan() || self.parting > 0.1 * target => {
+                Some(Refusal::Parting { difference: self.parting, target })
+            }
+            _ if self.moved < target => Some(Refusal::Constant { moved: self.moved, target }),
             _ if uncertainty.is_nan() || uncertainty > 0.1 * target => {
                 Some(Refusal::Unresolved { difference: uncertainty, target })
             }
@@ -212,7 +246,7 @@ pub fn try_out(
         // As it is printed.
         let tolerance = format!("{tolerance:.2e}").parse().unwrap_or(tolerance);
         let method = adaptive(tolerance)?;
-        if let Some(trial) = trial::with_tolerance(problem, &*method, tolerance, (&*accurate, horizon), target) {
+        if let Some(trial) = trial::with_tolerance(problem, &*method, tolerance, &truth, target) {
             trials.push(trial);
             break;
         }
@@ -224,8 +258,8 @@ pub fn try_out(
         trials.extend(found);
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let moved = truth.moves_by(&problem.initial());
-    Ok(Ok(Tried { trials, uncertainty, target, moved }))
+    let (moved, parting) = (truth.moves_by(&problem.initial()), truth.parts_by());
+    Ok(Ok(Tried { trials, uncertainty, target, moved, parting }))
 }
 
 /// Whether the method says something about the solution of the problem itself, at a cost that is worth a trial.

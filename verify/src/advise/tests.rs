@@ -248,7 +248,7 @@ fn what_takes_the_same_work_to_a_tenth_is_a_tie() {
     let refusal = |costs: &[f64]| {
         let trials =
             ["rk4", "trapezoidal", "tr-bdf2"].iter().zip(costs).map(|(name, cost)| trial(name, *cost)).collect();
-        Tried { trials, uncertainty: 1e-9, target: 1e-5, moved: 1.0 }.refusal(1e-5)
+        Tried { trials, uncertainty: 1e-9, target: 1e-5, moved: 1.0, parting: 1e-9 }.refusal(1e-5)
     };
     let tie = Some(Refusal::Tie { first: "rk4".into(), second: "trapezoidal".into() });
     assert_eq!((refusal(&[40.0, 40.0]), refusal(&[40.0, 43.9, 44.0])), (tie.clone(), tie));
@@ -259,10 +259,56 @@ fn what_takes_the_same_work_to_a_tenth_is_a_tie() {
 /// An uncertainty that is too large, or none at all, comes before what the trials say.
 #[test]
 fn trials_that_nothing_confirms_are_no_advice() {
-    let refusal =
-        |uncertainty: f64, moved: f64| Tried { trials: Vec::new(), uncertainty, target: 1e-5, moved }.refusal(1e-5);
+    let of = |uncertainty, moved, parting| Tried { trials: Vec::new(), uncertainty, target: 1e-5, moved, parting };
+    let refusal = |uncertainty: f64, moved: f64| of(uncertainty, moved, 0.0).refusal(1e-5);
+    for parting in [2e-6, f64::INFINITY, f64::NAN] {
+        assert!(matches!(of(1e-9, 1.0, parting).refusal(1e-5), Some(Refusal::Parting { .. })), "{parting}");
+    }
     for uncertainty in [2e-6, f64::INFINITY, f64::NAN] {
         assert!(matches!(refusal(uncertainty, 1.0), Some(Refusal::Unresolved { .. })), "{uncertainty}");
         assert_eq!(refusal(uncertainty, 1e-6), Some(Refusal::Constant { moved: 1e-6, target: 1e-5 }));
     }
+}
+
+/// Starts beside a state of rest that the solution leaves after a while: one long step over it all is no run to advise.
+#[test]
+fn what_is_advised_beside_an_unstable_rest_follows_the_solution() {
+    let competitors = "in_i { y0 = 1e-10 } u_i { x = 1, y = y0 } F_i { x*(1-x-2*y), y*(1.5 - y - 0.5*x) }";
+    let pendulum = "u_i { q = 3.141592653589793, p = 0 } F_i { p, -sin(q) }";
+    for (text, horizon, end) in [(competitors, 50.0, Some([0.0, 1.5])), (pendulum, 40.0, None)] {
+        let problem = of_text(text, horizon);
+        let advice = advise(&problem, horizon, 1e-2).expect("registered");
+        let Some(taken) = advice.recommended() else { continue };
+        let end = end.expect("rounding decides where the pendulum ends");
+        let method = method::parse(&taken.method).expect("registered");
+        let adapts = method.traits().is_adaptive;
+        let method = if adapts { adaptive(taken.setting).expect("registered") } else { method };
+        let h = if adapts { horizon } else { taken.setting };
+        let found = crate::run::run(&problem, &*method, h, horizon, |_| {}).expect("it ran before").end.q;
+        assert!(distance(&found[..2], &end) <= 2.0 * advice.target, "{text}: {found:?} by {taken:?}");
+    }
+}
+
+#[test]
+fn a_field_that_is_not_finite_at_the_start_is_named() {
+    let advice = advise(&of_text("u_i { w = 1, x = 0 } F_i { -w, log(x) }", 2.0), 2.0, 1e-5).expect("registered");
+    assert_eq!(advice.refusal, Some(Refusal::Start { component: 1, value: f64::NEG_INFINITY }));
+}
+
+/// What a system is like is told along the whole run, and not at its start.
+#[test]
+fn what_holds_at_the_start_alone_is_not_said_of_the_system() {
+    let matrices = |text: &str| {
+        let problem = of_text(text, 4.0);
+        let [method, accurate] = [1e-6, 1e-10].map(|tolerance| adaptive(tolerance).expect("registered"));
+        Character::of(&problem, [&*method, &*accurate], 4.0).matrices.expect("small")
+    };
+    let oscillator = matrices("u_i { q = 1, p = 0 } F_i { p, -q }");
+    assert!(oscillator.is_hamiltonian && oscillator.instants >= 16, "{oscillator:?}");
+    assert!(!matrices("u_i { q = 1, p = 0 } F_i { p, -q - t*p }").is_hamiltonian);
+    assert!(matrices("u_i { x = 1, y = 1 } F_i { -x, -y }").is_symmetric());
+    assert!(matrices("u_i { x = 1, y = 1 } F_i { -x + t*y, -y }").asymmetry > 0.5);
+    // The sum of the components is conserved, or but for a part in ten thousand.
+    assert_eq!(matrices("u_i { x = 1, y = 0 } F_i { -x + y, x - y }").invariants, 1);
+    assert_eq!(matrices("u_i { x = 1, y = 0 } F_i { -x + y, 1.0001*x - y }").invariants, 0);
 }

@@ -49,6 +49,9 @@ pub(super) const TIMES: usize = 64;
 /// Steps of the run at whose times the size of the solution and its motion are told: many to each of the [`TIMES`].
 const FINE: u32 = 1 << 10;
 
+/// Times that differ by this part of the horizon are one.
+const RESOLVED: f64 = 1e-9;
+
 /// The part by which a time advances in each of the equal parts of a run over the one before: the golden ratio, to whose multiples no
 /// period is near.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -76,12 +79,14 @@ pub(super) struct Truth<'a> {
     method: &'a dyn Method,
     horizon: f64,
     known: RefCell<BTreeMap<u32, Rc<Vec<Vec<f64>>>>>,
+    /// Where the runs end that were made.
+    ends: RefCell<Vec<Vec<f64>>>,
 }
 
 impl<'a> Truth<'a> {
     /// By an adaptive method.
     pub(super) fn by(problem: &'a dyn Problem, method: &'a dyn Method, horizon: f64) -> Result<Self, RunError> {
-        let truth = Self { problem, method, horizon, known: RefCell::default() };
+        let truth = Self { problem, method, horizon, known: RefCell::default(), ends: RefCell::default() };
         truth.of_steps(FINE)?;
         Ok(truth)
     }
@@ -91,11 +96,33 @@ impl<'a> Truth<'a> {
         if let Some(states) = self.known.borrow().get(&steps) {
             return Ok(Rc::clone(states));
         }
-        let end = |step: usize| self.horizon * step as f64 / f64::from(steps);
-        let times: Vec<f64> = chosen(steps as usize).into_iter().map(end).collect();
-        let states = Rc::new(run_through(self.problem, self.method, &times)?);
+        let states = Rc::new(self.at(&self.ends_of(steps))?);
         self.known.borrow_mut().insert(steps, Rc::clone(&states));
         Ok(states)
+    }
+
+    /// The [`chosen`] ends of so many steps.
+    fn ends_of(&self, steps: u32) -> Vec<f64> {
+        let end = |step: usize| self.horizon * step as f64 / f64::from(steps);
+        chosen(steps as usize).into_iter().map(end).collect()
+    }
+
+    /// The states at `times` up to the horizon, by a run that stops at those of many steps too: a run as long as it likes may pass
+    /// over what the solution does.
+    fn at(&self, times: &[f64]) -> Result<Vec<Vec<f64>>, RunError> {
+        let is_asked = |t: &f64| times.iter().any(|time| (time - t).abs() <= RESOLVED * self.horizon);
+        let stops = self.ends_of(FINE).into_iter().filter(|t| !is_asked(t)).map(|t| (t, false));
+        let mut stops: Vec<(f64, bool)> = times.iter().map(|t| (*t, true)).chain(stops).collect();
+        stops.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all = run_through(self.problem, self.method, &stops.iter().map(|(t, _)| *t).collect::<Vec<_>>())?;
+        self.ends.borrow_mut().extend(all.last().cloned());
+        Ok(all.into_iter().zip(&stops).filter_map(|(state, (_, is_asked))| is_asked.then_some(state)).collect())
+    }
+
+    /// How far the runs that were made end from the first one.
+    pub(super) fn parts_by(&self) -> f64 {
+        let ends = self.ends.borrow();
+        worst(ends.iter().map(|end| common_distance(end, &ends[0])))
     }
 
     /// The largest component, or 1.
@@ -143,20 +170,21 @@ impl Ran {
 }
 
 /// The run of an adaptive method, if its error is within the target at the ends of its steps that are chosen. They are those of a run
-/// that a user makes; `accurate` follows the solution to where they end.
+/// that a user makes; the truth is followed to where they end.
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
     method: &dyn Method,
     tolerance: f64,
-    (accurate, horizon): (&dyn Method, f64),
+    truth: &Truth,
     target: f64,
 ) -> Option<Trial> {
+    let horizon = truth.horizon;
     let mut ends = Vec::new();
     let run = run(problem, method, horizon, horizon, |state| ends.push((state.t, state.q.clone()))).ok()?;
     // The first is the start.
     let shown: Vec<_> = chosen(ends.len() - 1).into_iter().map(|step| &ends[step]).collect();
     let times: Vec<f64> = shown.iter().map(|(t, _)| *t).collect();
-    let truth = run_through(problem, accurate, &times).ok()?;
+    let truth = truth.at(&times).ok()?;
     let error = worst(shown.iter().zip(&truth).map(|((_, state), truth)| common_distance(truth, state)));
     let trial = Trial {
         method: method.name(),

@@ -67,7 +67,7 @@ fn invariant(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErro
             let drift = (end[0] + end[1] - 1.0).abs();
             let step = propagator(&decay(), &w, h).ok_or("the metric is regular")?;
             let predicted = step.pow(STEPS as u32) * start;
-            departure = larger(departure, (*end - predicted).amax() / predicted.amax().max(1.0));
+            departure = larger(departure, distance(end.as_slice(), predicted.as_slice()) / predicted.amax().max(1.0));
             rows.push(row![name, h, end[0], drift]);
             drifts.push(drift);
         }
@@ -123,11 +123,11 @@ fn covariance(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
         evidence.checks.push(Check::new(
             format!("covariance/{name}"),
             format!("Changing unknowns by a {name} T is the same as measuring in TᵀT: difference of the solutions"),
-            (back - *in_metric).amax(),
+            distance(back.as_slice(), in_metric.as_slice()),
             Requirement::AtMost(roundoff),
             "|T r|² = rᵀ TᵀT r",
         ));
-        let change = (back - *plain).amax();
+        let change = distance(back.as_slice(), plain.as_slice());
         let statement = format!("By a {name} of the unknowns the solution of Method I changes");
         evidence.checks.push(if name == "rotation" {
             let statement = format!("{statement} not at all");

@@ -26,14 +26,14 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
              `damped-pendulum` and `van-der-pol`, and in mechanics those on `kepler`, `henon-heiles`, `double-pendulum`, \
              `charged-particle` and `spherical-pendulum`."
                 .into(),
-            "Two reductions are declared. On the Poiseuille ansatz the Lagrangian (37) keeps a remainder that no path \
+            "Reductions of three kinds are declared. On the Poiseuille ansatz the Lagrangian (37) keeps a remainder that no path \
              removes: every closure α p₀ + β p₁ = 0 is of first order there but two of second, Method II whatever the path, and α = β. On `prothero-robinson` with hλ ≫ 1 the \
              error of Method I is h|v″|/(2λ), of first order like implicit Euler's, where the trapezoidal rule keeps its \
-             second."
+             second. There the closed methods of higher order lose one or two of theirs to the defects of their stages, which the end of a step keeps."
                 .into(),
             "Three super-convergences are declared. Collocation at two Gauss nodes or more, `ls-galerkin(2,gauss,2)`, gains two orders on `quadratic-drag`, which therefore \
              does not count for it; it is not in the map. Least squares of `v̇ = A v + b`, integrated without error, gain an order or two \
-             where A is symmetric: the chapter on high orders has which. A path fitted at an even number of symmetric nodes leaves a defect along an \
+             where A is symmetric: the chapter on high orders has which. A path fitted at an even number of equidistant nodes leaves a defect along an \
              even derivative of q. In uniform motion on a `circle` that is radial and goes into the multiplier, so that two \
              orders are gained there."
                 .into(),

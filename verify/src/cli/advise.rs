@@ -89,7 +89,7 @@ fn show(
         counted(character.unknowns, "unknown")
     );
     paragraph(out, "", 0, &about)?;
-    if *refusal != Some(Refusal::MatrixFree) {
+    if !matches!(refusal, Some(Refusal::MatrixFree | Refusal::Start { .. })) {
         writeln!(out)?;
         if horizon > own {
             let text = "the run ends when the direction of the motion has turned twice; `--t-end` sets another end";
@@ -113,9 +113,9 @@ fn show(
             let with = significant(trial.setting, 3);
             let with = if is_adaptive { format!("--rtol {with} --atol {with}") } else { format!("h = {with}") };
             let text = format!(
-                "{} with {with}: in the trial its largest absolute error at {} times was {}, measured to {}, for {:.0} evaluations{}.",
+                "{} with {with}: in the trial its largest absolute error at {} was {}, measured to {}, for {:.0} evaluations{}.",
                 trial.method,
-                trial.times,
+                counted(trial.times, "time"),
                 significant(trial.error, 2),
                 significant(*uncertainty, 1),
                 trial.cost,
@@ -161,13 +161,20 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     };
     paragraph(out, "growth", INDENT, &neighbours)?;
     let Some(found) = &character.matrices else {
-        return paragraph(out, "structure", INDENT, "not looked at: the system is large");
+        let why = if character.is_large() {
+            "not looked at: the system is large"
+        } else {
+            "not looked at: a Jacobian along the run is not finite, or the mass matrix not positive definite"
+        };
+        return paragraph(out, "structure", INDENT, why);
     };
     let steps = found.fastest * horizon / 2.785;
+    let least = steps.ceil().max(1.0);
     let speed = format!(
-        "its fastest rate is {}; rk4 takes {} steps or more for stability",
+        "its fastest rate is {}; rk4 takes {} step{} or more for stability",
         significant(found.fastest, 3),
-        plain(steps.ceil().max(1.0))
+        plain(least),
+        if least == 1.0 { "" } else { "s" }
     );
     paragraph(out, "stiffness", INDENT, &speed)?;
     // What turns at this rate has not come round once.

@@ -230,4 +230,11 @@ mod tests {
         show(&Evidence { checks: checks.collect(), ..Evidence::default() }, &mut out).expect("memory");
         assert_eq!(String::from_utf8_lossy(&out), "\n4 agree, 1 do not, 3 inconclusive, 2 not run\n");
     }
+
+    #[test]
+    fn a_file_that_is_given_twice_has_two_names() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/gauss6.toml").to_owned();
+        let names: Vec<_> = own(&[file.clone(), file]).expect("a method").iter().map(|it| it.name()).collect();
+        assert!(names.len() == 2 && names[0] != names[1], "{names:?}");
+    }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use lsvi::{InputError, SettingError, SolveError, StepError, TimeError};
 use verify::bench::BenchError;
+use verify::chapter;
 use verify::golden::GoldenError;
 use verify::judge::file::FileError;
 use verify::measure::refinement::data::DataError;
@@ -193,6 +194,9 @@ fn name_hint(error: &NameError) -> Option<String> {
              ./mine.toml"
                 .into(),
         ),
+        NameError::Unknown { kind: "study", name, .. } if name == chapter::model::ID => {
+            Some("that chapter is on a model: `--model FILE` names it".into())
+        }
         NameError::Unknown { kind: kind @ ("problem" | "reference" | "study" | "golden"), .. } => {
             Some(format!("`verify list` shows every {kind}"))
         }
@@ -223,6 +227,10 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         }
         RunError::Step(StepError::Solve { source: SolveError::Linear { .. }, .. }) => Some(
             "another method may do; a smaller `--h` helps where the step, and not the equation, makes the system hard",
+        ),
+        RunError::Step(StepError::Solve { t: 0.0, source: SolveError::NonFinite, .. }) => Some(
+            "where f or a derivative of it is NaN or infinite at the start, as of log(x) or sqrt(x) at x = 0, no step helps; elsewhere a shorter \
+             one may",
         ),
         RunError::Step(_) | RunError::NonFinite(_) => {
             Some("a smaller `--h` may help, unless the solution ends there, as in a pole")

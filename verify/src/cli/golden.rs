@@ -62,7 +62,14 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         Command::Refresh => Action::Refresh,
     };
     let dir = match &args.dir {
-        Some(dir) => dir.clone(),
+        Some(dir) => {
+            // A folder that is not there has no goldens that differ; a refresh makes one.
+            if action != Action::Refresh {
+                let unread = |source| GoldenError::Io { path: dir.clone(), source };
+                dir.read_dir().map_err(unread)?;
+            }
+            dir.clone()
+        }
         None => golden::find_dir(&env::current_dir().map_err(GoldenError::Output)?)?,
     };
     let goldens = golden::all(&Arc::new(Context::quick()));

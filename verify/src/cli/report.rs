@@ -295,6 +295,8 @@ fn provenance() -> Vec<(String, String)> {
 
 #[cfg(test)]
 mod tests {
+    use verify::evidence::{Check, Outcome};
+
     use super::*;
 
     #[derive(clap::Parser)]
@@ -331,8 +333,12 @@ mod tests {
         let errors: Vec<_> = chapters.iter().map(|chapter| chapter.error.as_deref()).collect();
         assert_eq!(errors, [Some("no luck"), Some("it panicked: index 7 out of range"), None]);
         assert_eq!(chapters[2].evidence.notes, ["found"]);
-        let works = chapters[2].clone();
-        assert_eq!(status(&Run::new(vec![works], vec![])), Status::Ok);
+        let mut works = chapters[2].clone();
+        assert_eq!(status(&Run::new(vec![works.clone()], vec![])), Status::Ok);
+        works.evidence.checks.push(Check::undecided("a", "b", Outcome::Inconclusive, "c"));
+        assert_eq!(status(&Run::new(vec![works.clone()], vec![])), Status::Inconclusive);
+        works.evidence.checks.push(Check::undecided("d", "e", Outcome::Fail, "f"));
+        assert_eq!(status(&Run::new(vec![works], vec![])), Status::Failed);
         assert_eq!(status(&Run::new(chapters, vec![])), Status::Failed);
     }
 

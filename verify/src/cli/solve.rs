@@ -2,6 +2,7 @@
 
 mod beware;
 mod table;
+mod unresolved;
 
 use std::io::{self, Write};
 use std::ops::ControlFlow;
@@ -26,6 +27,7 @@ use super::layout::{counted, number, paragraph, plain};
 use super::output::Output;
 use beware::Watch;
 use table::Table;
+use unresolved::Forcing;
 use verify::replacement::Replacement;
 
 /// Part of the largest value above which an estimate of its error says that no digit of it is right.
@@ -41,9 +43,9 @@ Rows run from t = 0 to the end time; where the step size does not divide it,
 the last step is shorter. An adaptive method gives a row per accepted step.
 Columns: t, the components, where an exact solution is known error, the largest
 error of a component, and estimate, what the step size alone is estimated to
-contribute to it: a second run with half the step, of an adaptive method with a
-tenth of the tolerances, on models in steps of a thousandth of the time at most,
-tells. It takes two thirds of the time; with --no-estimate there is none. It is
+contribute to it: a second run with half the step, or of an adaptive method with
+a tenth of the tolerances, and on models in steps of a thousandth of the time at
+most, tells. It takes two thirds of the time; with --no-estimate there is none. It is
 empty where both tolerances lead to the same steps. After the rows, what is lost
 of energy, angular momentum or enstrophy, for problems that have them, and for
 flows |f|, the largest component of f, which is near 0 where the end is a steady
@@ -53,9 +55,16 @@ A run of more than a second shows its progress on a terminal.
 
 What the rows do not show is said on standard error, and after the rows of a
 CSV in lines that start with #: a run past the end of the exact solution, a
-rest where f is not zero or where the equation is unstable, a linear invariant
-that is broken, a step across what may be a pole, a solution that is smaller than
-the absolute tolerance of an adaptive method.
+rest, or a component at rest, where f is not zero, a rest where the equation is
+unstable, a linear invariant that is broken, a step across what may be a pole, a
+step that amplifies what the equation damps, steps that do not see how f changes
+in time, a solution that is smaller than the absolute tolerance of an adaptive
+method.
+
+The steps of radau-adaptive are chosen by an estimate of lower order, held to
+a tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
+meets the tolerance where h resolves it, and its stiff components, which have the
+error of the estimate, meet that power. The column estimate tells.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
@@ -160,6 +169,7 @@ struct Summary {
     /// Of flows, |f| at the end and the linear systems that were solved.
     effort: Option<(f64, u64)>,
     watch: Watch,
+    forcing: Forcing,
 }
 
 impl<'a> Solve<'a> {
@@ -221,6 +231,9 @@ impl<'a> Solve<'a> {
                 estimator.error(difference)
             });
             summary.add(state.t, max_norm(&values), error, estimate);
+            if !self.method.traits().is_adaptive {
+                summary.forcing.add(&*self.problem, state.t, &state.q);
+            }
             summary.watch.add(&*self.problem, state.t, &state.q, self.has_exact && error.is_none());
             let errors = [error, estimate];
             let shown = usize::from(!self.has_exact)..1 + usize::from(estimator.is_some());
@@ -277,6 +290,11 @@ impl<'a> Solve<'a> {
     /// Says on standard error what the rows do not, and returns it as comment lines.
     fn warn(&self, summary: &Summary) -> String {
         let mut warnings = summary.watch.warnings(&*self.problem);
+        if !self.method.traits().is_adaptive {
+            warnings.extend(summary.watch.amplified(&*self.problem, &*self.method));
+            warnings
+                .extend(summary.estimate.and_then(|(estimate, _)| summary.forcing.unresolved(estimate, summary.size)));
+        }
         warnings.extend(
             summary.unresolved().or_else(|| summary.watch.leap().filter(|_| !self.method.traits().is_adaptive)),
         );

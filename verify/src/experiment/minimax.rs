@@ -4,6 +4,7 @@ use lsvi::closure::{Linear, LinearClosure};
 
 use super::one_step::OneStep;
 use super::{Context, Experiment, StudyError};
+use crate::measure::norm::{Extremes, larger};
 
 /// Steps from `from` to `to`.
 #[derive(Debug)]
@@ -34,7 +35,7 @@ impl Found {
 }
 
 fn modulus([low, high]: [f64; 2]) -> f64 {
-    high.max(-low)
+    larger(high, -low)
 }
 
 impl Experiment for Minimax {
@@ -48,7 +49,7 @@ impl Experiment for Minimax {
             (1..=300).try_fold([0.0_f64; 2], |[low, high], k| {
                 let h = from + (to - from) * (f64::from(k) / 300.0).powi(2);
                 let error = OneStep::growth(method, h).measure(context)?? - (-h).exp();
-                Ok([low.min(error), high.max(error)])
+                Ok([-larger(-low, -error), larger(high, error)])
             })
         };
         let largest = |method: &str| Ok::<_, StudyError>(modulus(extremes(method)?));
@@ -59,7 +60,7 @@ impl Experiment for Minimax {
             theta,
             extremes: extremes(&format!("minimax({from},{to})"))?,
             // θ and 1 − θ changed by two parts in a hundred.
-            neighbour: constant(0.98 * theta)?.min(constant(1.0 - 0.98 * (1.0 - theta))?),
+            neighbour: [constant(0.98 * theta)?, constant(1.0 - 0.98 * (1.0 - theta))?].into_iter().smallest(),
             method_i: largest("method-i")?,
             method_ii: largest("method-ii")?,
             implicit_euler: largest("implicit-euler")?,

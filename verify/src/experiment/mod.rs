@@ -37,6 +37,7 @@ pub(crate) mod orders;
 pub mod oscillator;
 pub mod pendulum_orbit;
 mod propagator;
+pub use propagator::growth;
 pub mod published_values;
 pub mod reversal;
 pub mod stability;

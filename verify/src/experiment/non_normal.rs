@@ -210,7 +210,11 @@ impl Experiment for Example {
 fn search(method: &dyn Method, order: usize, smaller: Option<&DMatrix<f64>>) -> Result<Found, StudyError> {
     let mut random = Uniform::new(SEED + order as u64);
     let mut uniform = move || random.next().unwrap_or_default();
-    let radius = |matrix: &DMatrix<f64>| Ok::<_, StudyError>(spectral_radius(&propagator(method, matrix)?));
+    // The search takes what is larger, and would never take NaN.
+    let radius = |matrix: &DMatrix<f64>| {
+        let radius = spectral_radius(&propagator(method, matrix)?);
+        if radius.is_nan() { Err(StudyError::from("a step has no spectral radius")) } else { Ok(radius) }
+    };
     let mut climb = |start: Summit, changes: usize, shrink: f64| -> Result<Summit, StudyError> {
         let (mut here, mut change) = (start, 1.0);
         for _ in 0..changes {

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use lsvi::{Jacobian, VectorField};
 use nalgebra::{Complex, DMatrix};
 
+use crate::measure::stability::spectral_radius;
 use crate::method::Method;
 use crate::problem::Problem;
 use crate::reference::Ode;
@@ -101,6 +102,12 @@ pub(crate) fn propagator(method: &dyn Method, a: &DMatrix<f64>) -> Result<DMatri
         column.copy_from_slice(&rows(method, a, j, 2)?[1]);
     }
     Ok(matrix)
+}
+
+/// The factor by which a step of `method` multiplies the perturbation of v̇ = Av that it amplifies most, A standing for hA: the spectral
+/// radius of its matrix. None of a method that does not apply, or chooses its own steps.
+pub fn growth(method: &dyn Method, a: &DMatrix<f64>) -> Option<f64> {
+    propagator(method, a).ok().map(|step| spectral_radius(&step))
 }
 
 /// The amplitudes w₀ = 1, w₁, w₂, w₃ of v̇ = zv at the ends of as many solutions of the equations of `method`, which sees it

@@ -159,4 +159,19 @@ mod tests {
         let (_, told) = sentence.split_once("steps being halved: ").expect(&sentence);
         assert_eq!(told, "one 40 (1e-4), other not reached");
     }
+
+    /// A library takes several evaluations a step, and a factorization for several.
+    #[test]
+    fn the_work_of_a_library_is_steps_evaluations_and_factorizations() {
+        let problem = NonAutonomous(Window { horizon: 2.0, coarsest: 0.1 });
+        let reference = reference::by_name("diffsol-bdf").expect("always built");
+        let run = reference.run(&problem, 0.0, &problem.initial(), &[2.0], 1e-8).expect("it solves it");
+        assert!(run.work.rhs > run.work.steps && run.work.steps > run.work.factorizations, "{:?}", run.work);
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/gauss6.toml");
+        let text = std::fs::read_to_string(file).expect("readable");
+        let method = FileMethod::of(&crate::judge::file::MethodFile::parse(file, "gauss6", &text).expect("a method"));
+        let (_, points) = measure(&method, false).expect("something to compare");
+        let point = points.iter().find(|it| it.solver == "diffsol-bdf" && it.setting == 1e-8).expect("it is there");
+        assert!(point.work[1] > point.work[0] && point.work[0] > point.work[2], "{point:?}");
+    }
 }

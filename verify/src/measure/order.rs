@@ -20,6 +20,7 @@
 
 mod remainder;
 
+use std::cmp::Ordering;
 use std::fmt;
 
 use serde::Serialize;
@@ -482,9 +483,10 @@ fn judge(
         let text = format!("{measured}: twice the standard error exceeds the band of {band}");
         return (Verdict::Inconclusive, Trend::Levels, text);
     }
-    let declared = expected.declared.as_ref().map_or(String::new(), |d| {
-        let kind = if order < d.nominal { "reduction" } else { "super-convergence" };
-        format!(" (declared {kind} from {}: {})", d.nominal, d.reason)
+    let declared = expected.declared.as_ref().map_or(String::new(), |d| match order.total_cmp(&d.nominal) {
+        Ordering::Less => format!(" (declared reduction from {}: {})", d.nominal, d.reason),
+        Ordering::Equal => format!(" ({})", d.reason),
+        Ordering::Greater => format!(" (declared super-convergence from {}: {})", d.nominal, d.reason),
     });
     let kept = &slopes[slopes.len() + 1 - settled.len()..];
     // A slope on the edge of the band is in it, so the comparison allows for rounding.
@@ -533,7 +535,9 @@ fn may_reach(slopes: &[LocalSlope], order: f64, band: f64) -> bool {
 fn floored(samples: &[Sample]) -> String {
     let floors = samples.iter().filter_map(|sample| Some(sample.result.as_ref().ok()?.floor));
     let largest = floors.fold(0.0, larger);
-    format!("every error is at its floor: the method is exact here to {largest:.1e}, below which nothing is measured")
+    format!(
+        "every error is at its floor: the method is exact here, or as good as that, to {largest:.1e}, below which nothing is measured"
+    )
 }
 
 fn too_few(usable: usize, reasons: &[Option<Reason>]) -> String {

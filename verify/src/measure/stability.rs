@@ -1,7 +1,7 @@
 //! Growth factors of linear maps and recurrences, from their numbers.
 
 use crate::measure::norm::Extremes;
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, Schur};
 
 /// Relative size of w₁² − w₀w₂ below which four terms are a geometric sequence: roundoff of steps, whose matrices have
 /// condition numbers up to the square of 1e3 on the maps drawn here.
@@ -27,14 +27,32 @@ pub fn growth(w: [Complex<f64>; 4]) -> f64 {
     0.5 * (a + root).norm().max((a - root).norm())
 }
 
-/// Largest modulus of an eigenvalue.
-pub fn spectral_radius(a: &DMatrix<f64>) -> f64 {
-    a.complex_eigenvalues().iter().map(|z| z.norm()).largest()
+/// QR iterations for each eigenvalue; one or two do.
+const ITERATIONS: usize = 100;
+
+/// The eigenvalues of a square matrix, pairs beside each other; all NaN where they are not found, as beside entries that are not finite.
+pub fn eigenvalues(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
+    let n = a.nrows();
+    if n > 0 && a.iter().all(|x| x.is_finite()) {
+        // An entry is zero beside those of the diagonal: beside zeros there none is, and the iteration has no end.
+        for shift in [0.0, a.amax()] {
+            let shifted = a + DMatrix::from_diagonal_element(n, n, shift);
+            if let Some(schur) = Schur::try_new(shifted, f64::EPSILON, ITERATIONS * n) {
+                return schur.complex_eigenvalues().iter().map(|z| z - shift).collect();
+            }
+        }
+    }
+    vec![Complex::from(f64::NAN); n]
 }
 
-/// Largest real part of an eigenvalue, negative for a Hurwitz matrix.
+/// Largest modulus of an eigenvalue; NaN where they are not found.
+pub fn spectral_radius(a: &DMatrix<f64>) -> f64 {
+    eigenvalues(a).iter().map(|z| z.norm()).largest()
+}
+
+/// Largest real part of an eigenvalue, negative for a Hurwitz matrix; NaN where they are not found.
 pub fn spectral_abscissa(a: &DMatrix<f64>) -> f64 {
-    a.complex_eigenvalues().iter().map(|z| z.re).largest()
+    eigenvalues(a).iter().map(|z| z.re).largest()
 }
 
 /// Largest eigenvalue of the symmetric part: solutions of v̇ = Av grow no faster, at first and ever.
@@ -97,5 +115,21 @@ mod tests {
         approx::assert_relative_eq!(numerical_abscissa(&a), 0.5 * (101.0_f64.sqrt() - 3.0), max_relative = 1e-13);
         let square = 0.5 * (105.0 + (105.0_f64 * 105.0 - 16.0).sqrt());
         approx::assert_relative_eq!(spectral_norm(&a), square.sqrt(), max_relative = 1e-13);
+    }
+
+    /// A ring of ones: the QR iteration is at rest on it, as its columns are orthonormal. NaN has no eigenvalues.
+    #[test]
+    fn the_search_for_eigenvalues_has_an_end() {
+        let ring = DMatrix::from_fn(64, 64, |i, j| if (i + 1) % 64 == j { 1.0 } else { 0.0 });
+        let found = eigenvalues(&ring);
+        assert!(
+            found.len() == 64 && found.iter().all(|z| z.re.is_nan() || (z.norm() - 1.0).abs() < 1e-10),
+            "{found:?}"
+        );
+        let nilpotent = DMatrix::from_fn(5, 5, |i, j| if i + 1 == j { 1e3 } else { 0.0 });
+        assert!(eigenvalues(&nilpotent).iter().all(|z| z.norm() < 1e3), "{:?}", eigenvalues(&nilpotent));
+        let unknown = DMatrix::from_element(3, 3, f64::NAN);
+        assert!(spectral_radius(&unknown).is_nan() && spectral_abscissa(&unknown).is_nan());
+        assert!(eigenvalues(&DMatrix::zeros(0, 0)).is_empty());
     }
 }

@@ -208,4 +208,36 @@ mod tests {
         let between = bounds(|t| if t > 1.0 && t < 2.0 { 0.25 } else { 0.0 });
         assert_eq!(between, [2e-9, 0.5, 0.5]);
     }
+
+    /// v̇ = 0 with steps of a thousandth at most.
+    struct Short;
+
+    impl Ode for Short {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv[0] = 0.0;
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
+        fn bandwidths(&self) -> Option<(usize, usize)> {
+            Some((1, 2))
+        }
+        fn longest_step(&self, _span: f64) -> f64 {
+            1e-3
+        }
+    }
+
+    #[test]
+    fn the_longest_steps_of_the_finer_solve_are_half_as_long() {
+        let seen = std::cell::RefCell::new(Vec::new());
+        let solve = |ode: &dyn Ode, _: f64, times: &[f64]| {
+            seen.borrow_mut().push((ode.longest_step(1.0), ode.bandwidths()));
+            let mut run = Run::with_capacity(times.len());
+            times.iter().for_each(|_| run.push(vec![1.0], 1));
+            Ok(run)
+        };
+        solve_twice(&Short, 0.0, &[1.0], &[1.0], FINE, solve).expect("solved");
+        assert_eq!(seen.into_inner(), [(1e-3, Some((1, 2))), (5e-4, Some((1, 2)))]);
+    }
 }

@@ -229,4 +229,16 @@ mod tests {
             assert!(matches!(Part::read_all(dir.path()), Err(PartError::Foreign(_))));
         }
     }
+
+    /// A chapter that broke off is one, and what nobody asked for comes last.
+    #[test]
+    fn no_chapter_is_lost() {
+        let mut broken = part(2, 2);
+        broken.chapters[0].error = Some("it broke off".into());
+        let mut with_more = part(1, 2);
+        with_more.chapters.insert(0, Chapter { id: "unasked".into(), ..Chapter::default() });
+        let (chapters, _) = merge(vec![broken, with_more]).expect("all there");
+        let found: Vec<_> = chapters.iter().map(|it| (it.id.as_str(), it.error.as_deref())).collect();
+        assert_eq!(found, [("study-1", None), ("study-2", Some("it broke off")), ("unasked", None)]);
+    }
 }

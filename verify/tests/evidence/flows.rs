@@ -987,8 +987,8 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
         let [_, error, seconds] = runs("method-i").into_iter().reduce(|a, b| longest(&a, &b)).expect("runs");
         let errors = runs(method).into_iter().filter(|run| run[2] <= seconds).map(|run| run[1]);
         match errors.filter(|error| !error.is_nan()).min_by(f64::total_cmp) {
-            Some(best) => format!("{} times", brief(best / error)),
-            None => "no run as cheap".into(),
+            Some(best) => format!("{} times as large", brief(best / error)),
+            None => "not to be had, as no run is as cheap,".into(),
         }
     };
     let cvode = paragraph(evidence, "CVODE, with GMRES")?;
@@ -1048,8 +1048,8 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
             format!("and {} times that of pressure correction; at t = 2 it has", lid(0.5, projection)),
             format!("{} times and {} times theirs.", lid(2.0, "tr-bdf2"), lid(2.0, projection)),
             format!(
-                "take it to t = 2, the best run of TR-BDF2 has {} its error there, of the trapezoidal rule {}, of BDF2 {}, of implicit \
-                 Euler {} and of pressure correction {}.",
+                "Beside their error there, the least of the runs that take no more CPU time is {} by TR-BDF2, {} by the trapezoidal rule, {} by \
+                 BDF2, {} by implicit Euler and {} by pressure correction.",
                 at_equal_time("tr-bdf2"),
                 at_equal_time("trapezoidal"),
                 at_equal_time("bdf2"),

@@ -51,6 +51,15 @@ fn sample_rows() -> Vec<Row> {
     ]
 }
 
+/// What a failed test leaves to review is a file of no golden.
+#[test]
+fn a_snapshot_that_waits_for_review_is_not_clean() {
+    let dir = fixture("waiting");
+    assert!(run(Action::Check, &dir, &[sample(sample_rows())]).0);
+    fs::write(dir.join("sample.snap.new"), "waits").unwrap();
+    assert!(!run(Action::Check, &dir, &[sample(sample_rows())]).0);
+}
+
 fn with_value(index: usize, value: f64) -> Vec<Row> {
     let mut rows = sample_rows();
     if let golden::Value::Number(number) = &mut rows[index].value {

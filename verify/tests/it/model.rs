@@ -376,3 +376,25 @@ fn a_solution_below_the_tolerance_and_growth_from_zero_are_told_apart_from_other
     let (_, text) = said("late", late, &["solve", "--method", "rk4", "--h", "0.01", "--t-end", "3"]);
     assert!(!text.contains("resolves nothing"), "{text}");
 }
+
+/// On a ring the corners keep the pattern from being a band; every entry is there, the first one too.
+#[test]
+fn the_jacobian_of_a_sparse_model_is_that_of_its_text() {
+    const N: usize = 40;
+    let state: Vec<_> = (0..N).map(|i| format!("v{i} = {}", 0.1 + 0.01 * i as f64)).collect();
+    let rate: Vec<_> = (0..N).map(|i| format!("-{}*v{i} + v{}*v{i}", i + 1, (i + 1) % N)).collect();
+    let path = scratch("model/ring.ds");
+    fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
+    fs::write(&path, format!("u_i {{ {} }} F_i {{ {} }}", state.join(", "), rate.join(", "))).expect("writable");
+    let model = Model::load(&path, &[], Some(1.0)).expect("a model");
+    assert!(matches!(model.field().structure(), Structure::Sparse(_)), "{:?}", model.field().structure());
+    let v = model.initial();
+    let mut found = Jacobian::with_structure(N, &model.field().structure());
+    model.field().add_jacobian(0.0, &v, 1.0, &mut found);
+    let mut expected = Jacobian::zeros(N);
+    for i in 0..N {
+        expected.add(i, i, v[(i + 1) % N] - (i + 1) as f64);
+        expected.add(i, (i + 1) % N, v[i]);
+    }
+    agree(found.to_dense().as_slice(), expected.to_dense().as_slice(), 40.0);
+}

@@ -584,3 +584,99 @@ fn a_closure_of_functions_is_looked_at_for_its_symmetry() {
         judged("both-sided.toml", &text.replace("-1/(1+z)", "-1").replace("beta = 1", "beta = \"1 + 0*z\""));
     assert!(code == 3 && out.contains("inconclusive symmetric: |α| = |β| at 201 values"), "{out}{error}");
 }
+
+/// What `solve` says on standard error of a model, its run being without an error.
+fn warned(name: &str, model: &str, arguments: &[&str]) -> String {
+    let path = file(&format!("{name}.ds"), model).display().to_string();
+    let (status, _, errors) = verify(&[&["solve", "--model", &path], arguments].concat());
+    assert_eq!(status, 0, "{name}: {errors}");
+    errors
+}
+
+/// v̇ = x − v² from v = 0, where f does not change with v: the condition Jᵀ(r₀ + r₁) = 0 of Method II holds v there.
+#[test]
+fn a_component_that_a_closure_holds_at_its_start_is_named() {
+    let model = "u_i { x = 1, y = 0 } F_i { -x, x - y*y }";
+    let run = |method| warned("held", model, &["--method", method, "--h", "0.01", "--t-end", "2"]);
+    let said = run("method-ii");
+    assert!(
+        said.contains("y stays at 0 all the way, where f moves it at a rate of 0.0")
+            && said.contains("no smaller step"),
+        "{said}"
+    );
+    assert_eq!(run("method-i"), "");
+    // A fast component is at rest beside where f would move it fast, and what turns is back at the end of each step.
+    let resting = "u_i { x = 1, y = 0 } F_i { -x, 1e14*(1e-9*sin(x) - y) }";
+    assert_eq!(warned("slaved", resting, &["--method", "implicit-euler", "--h", "0.1", "--t-end", "1"]), "");
+    let turning = "u_i { x = 1, y = 0 } F_i { -x, cos(2*3.141592653589793*200*t) }";
+    assert!(!warned("turning", turning, &["--method", "rk4", "--h", "0.005", "--t-end", "1"]).contains("stays"));
+}
+
+#[test]
+fn a_run_that_stays_beside_an_unstable_rest_is_named() {
+    let model = "in_i { y0 = 1e-10 } u_i { x = 1, y = y0 } F_i { x*(1-x-2*y), y*(1.5 - y - 0.5*x) }";
+    let run = |y0: &str| {
+        let set = format!("y0={y0}");
+        warned("competitors", model, &["--set", &set, "--method", "radau-adaptive", "--t-end", "1e5"])
+    };
+    assert!(
+        run("1e-10").contains("stays where it starts, beside a state of rest that is unstable"),
+        "{}",
+        run("1e-10")
+    );
+    // At the rest itself the solution stays for good.
+    assert!(!run("0").contains("stays"), "{}", run("0"));
+}
+
+#[test]
+fn a_step_that_amplifies_what_the_equation_damps_is_named() {
+    let model = "in_i { k = 200 } u_i { x = 0, y = 1, z = 0.5 } F_i { -x + k*y, -1.1*y + k*z, -1.3*z }";
+    let run = |k: &str, method: &str, h: &str| {
+        let set = format!("k={k}");
+        warned("non-normal", model, &["--set", &set, "--method", method, "--h", h, "--t-end", "2"])
+    };
+    assert!(run("200", "method-i", "0.1").contains("if its eigenvalues were all"), "{}", run("200", "method-i", "0.1"));
+    assert_eq!(run("200", "bdf2", "0.1"), "");
+    assert_eq!(run("0.2", "method-i", "0.1"), "");
+    // rk4 beyond its limit of stability, 2.785.
+    assert!(
+        run("0.2", "rk4", "2").is_empty()
+            && warned("decay", "u_i { x = 1 } F_i { -2*x }", &["--method", "rk4", "--h", "1.5", "--t-end", "6"])
+                .contains("multiplies one by 1.375")
+    );
+}
+
+/// With h = 2 each step looks at cos 2πt where it is 1, and so do those of h = 1.
+#[test]
+fn steps_that_see_one_phase_of_what_is_periodic_are_named() {
+    let model = "u_i { x = 1 } F_i { -0.01*x + cos(2*3.141592653589793*t) }";
+    let run = |h: &str| warned("season", model, &["--method", "method-i", "--h", h, "--t-end", "400"]);
+    assert!(run("2").contains("f changes in time faster than the steps"), "{}", run("2"));
+    assert_eq!(run("0.05"), "");
+}
+
+#[test]
+fn what_is_missing_is_said_and_not_guessed() {
+    let (status, _, errors) = verify(&["report", "--only", "model"]);
+    assert!(status == 2 && errors.contains("--model FILE"), "{errors}");
+    let (status, _, errors) = verify(&["golden", "--dir", "/nonexistent", "check"]);
+    assert!(status == 2 && errors.contains("/nonexistent"), "{errors}");
+    let path = file("log.ds", "u_i { x = 0 } F_i { log(x) + 1 - x }").display().to_string();
+    let (status, _, errors) = verify(&["solve", "--model", &path, "--method", "rk4", "--h", "0.1", "--t-end", "1"]);
+    assert!(status == 1 && errors.contains("at the start"), "{errors}");
+    let (status, text, _) = verify(&["advise", "--model", &path, "--t-end", "2"]);
+    assert!(
+        status == 3 && text.contains("f is not finite at the start") && !text.contains("system is large"),
+        "{text}"
+    );
+}
+
+/// An order that theory may not let show is no excuse for another one.
+#[test]
+fn an_order_that_is_off_by_an_order_is_refuted() {
+    let method = "ls-galerkin(2,lobatto,3,-0.5:1.0)";
+    let order =
+        |expected| verify(&["order", "--problem", "channel-poiseuille", "--method", method, "--expect", expected]);
+    let (status, text, errors) = order("2");
+    assert_eq!(status, 1, "{text}{errors}");
+}

@@ -42,7 +42,10 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
     let too_long = || scale.too_long.last().map(too_long::steps).ok_or("no step is too long");
     let at_equal_time = |method| {
         let over = started.at_the_time_of_the_longest_steps(method)?;
-        Ok::<_, StudyError>(over.map_or_else(|| "no run as cheap".to_owned(), |over| format!("{} times", brief(over))))
+        Ok::<_, StudyError>(over.map_or_else(
+            || "not to be had, as no run is as cheap,".to_owned(),
+            |over| format!("{} times as large", brief(over)),
+        ))
     };
     let values = [
         ("passed", orders.iter().filter(|check| check.outcome == Outcome::Pass).count().to_string()),

@@ -1,7 +1,10 @@
 //! What a run shows that its numbers do not say: where they cannot be right although every step was solved.
 
 use nalgebra::DMatrix;
+use verify::experiment::growth;
 use verify::measure::norm::{Extremes, distance, larger, max_norm};
+use verify::measure::stability::{eigenvalues, spectral_abscissa};
+use verify::method::Method;
 use verify::problem::{Problem, component_names};
 use verify::reference::Ode;
 
@@ -29,9 +32,10 @@ pub(super) struct Watch {
     /// The last state and the one before, each with its time.
     last: (f64, Vec<f64>),
     before: (f64, Vec<f64>),
-    /// Largest component of all states, and the largest value of each.
+    /// Largest component of all states, the largest value of each, and how far each went from its first value.
     largest: f64,
     sizes: Vec<f64>,
+    moved: Vec<f64>,
     /// The first time at which there is no exact solution any more.
     ended: Option<f64>,
     /// Rows since the first that is not zero.
@@ -76,7 +80,10 @@ impl Watch {
         if self.first.is_empty() {
             self.first = state.to_vec();
             self.sizes = vec![0.0; state.len()];
+            self.moved = self.sizes.clone();
         }
+        let starts = self.first.iter().zip(state);
+        self.moved.iter_mut().zip(starts).for_each(|(moved, (a, b))| *moved = larger(*moved, (b - a).abs()));
         self.sizes.iter_mut().zip(state).for_each(|(size, x)| *size = larger(*size, x.abs()));
         if (2..=DENSE).contains(&state.len()) && problem.ode().dim() == state.len() {
             self.rates.add(problem.ode(), t, state);
@@ -137,7 +144,63 @@ impl Watch {
         if !is_state || self.before.1.is_empty() {
             return ended.into_iter().collect();
         }
-        ended.into_iter().chain(self.at_rest(problem)).chain(self.broken_invariants(problem)).collect()
+        let stuck = self.at_rest(problem).or_else(|| self.stuck(problem));
+        let broken = self.broken_invariants(problem, stuck.is_some());
+        ended.into_iter().chain(stuck).chain(broken).collect()
+    }
+
+    /// A component that stays at its start, where f moves it: a least-squares method holds one by which f does not change.
+    fn stuck(&self, problem: &dyn Problem) -> Option<String> {
+        let (ode, (t, v), (t_before, _)) = (problem.ode(), &self.last, &self.before);
+        if v.len() > DENSE {
+            return None;
+        }
+        // What turns within a step, or is back where it was at the end of each, is moved by no constant rate.
+        let h = t - t_before;
+        let rates = [0.0, 0.382, 1.0].map(|part| {
+            let mut f = vec![0.0; v.len()];
+            ode.rhs(t_before + part * h, v, &mut f);
+            f
+        });
+        let jacobian = jacobian(problem, *t, v);
+        (0..v.len()).find_map(|k| {
+            let of = rates.each_ref().map(|f| f[k]);
+            let rate = of.iter().map(|f| f.abs()).smallest();
+            let is_one = of.iter().all(|f| f.signum() == of[0].signum());
+            // A fast component is at rest nearby, and f is large there all the same.
+            let way = (h * rate).min(rate / jacobian[(k, k)].abs());
+            (is_one && way > REST * self.largest && self.moved[k] <= REST * way).then(|| {
+                format!(
+                    "{} stays at {} all the way, where f moves it at a rate of {}: the method holds it, not the equation, and no smaller step \
+                     helps",
+                    component_names(problem)[k],
+                    number(v[k]),
+                    number(of[0])
+                )
+            })
+        })
+    }
+
+    /// A method that amplifies what the equation damps, as it does at the end of the run.
+    pub(super) fn amplified(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
+        let (ode, (t, v), h) = (problem.ode(), &self.last, self.last.0 - self.before.0);
+        if ode.dim() != v.len() || v.len() > DENSE || self.before.1.is_empty() {
+            return None;
+        }
+        let a = jacobian(problem, *t, v);
+        let is_stable = spectral_abscissa(&a) < -REST * a.amax();
+        let factor = is_stable.then(|| growth(method, &(h * &a))).flatten()?;
+        // The same with perturbations that do not feed one another.
+        let apart = growth(method, &(h * normal_with_eigenvalues_of(&a)))?;
+        (factor > 1.0 + REST || factor.ln() > 0.5 * apart.ln()).then(|| {
+            format!(
+                "at the end the equation damps every perturbation, and a step of h = {} multiplies one by {}, {} if its eigenvalues were all: \
+                 errors stay or grow, and the estimate may not know; another method, or a smaller h, tells",
+                plain(h),
+                number(factor),
+                number(apart)
+            )
+        })
     }
 
     /// A state of rest that is none of the equation, or one that the equation leaves.
@@ -161,11 +224,24 @@ impl Watch {
             ));
         }
         let came = self.first.iter().zip(v).any(|(a, b)| (a - b).abs() > REST * self.largest);
-        if !came || drift > REST * self.largest || v.len() > DENSE {
+        if drift > REST * self.largest || v.len() > DENSE {
             return None;
         }
-        let rates = jacobian(problem, *t, v).complex_eigenvalues();
-        let rate = rates.iter().map(|rate| rate.re).largest();
+        let rate = spectral_abscissa(&jacobian(problem, *t, v));
+        if !came {
+            // A distance from the rest of |f|/rate or of a rounding, by the end; in logarithms, as it may be beyond all numbers.
+            let distance = (max_norm(&f) / rate).max(f64::EPSILON * size);
+            let leaves = max_norm(&f) > 0.0 && rate * t + distance.ln() > (REST * self.largest).ln();
+            return (rate > 0.0 && leaves).then(|| {
+                format!(
+                    "the run stays where it starts, beside a state of rest that is unstable: perturbations grow like e^({} t) there, and what \
+                     f is at the start, {}, or a rounding is enough to leave it before the end; tolerances below it, and steps below {}, tell",
+                    number(rate),
+                    number(max_norm(&f)),
+                    number(rate.recip())
+                )
+            });
+        }
         (h * rate > REST).then(|| {
             format!(
                 "the run came to rest where the equation is unstable: perturbations grow like e^({} t) there, and the method \
@@ -178,7 +254,7 @@ impl Watch {
     }
 
     /// Linear combinations of the components that the equation conserves and the run does not.
-    fn broken_invariants(&self, problem: &dyn Problem) -> Option<String> {
+    fn broken_invariants(&self, problem: &dyn Problem, is_stuck: bool) -> Option<String> {
         let n = self.first.len();
         if !(2..=DENSE).contains(&n) {
             return None;
@@ -204,18 +280,41 @@ impl Watch {
             let w = vectors.column(k);
             let change: f64 = w.iter().zip(self.last.1.iter().zip(&self.first)).map(|(w, (b, a))| w * (b - a)).sum();
             let scale = w.amax();
-            (change.abs() > REST * self.largest).then(|| {
+            // Beside rates of another size altogether a small one looks like none.
+            let kept = w.map(|w| if w.abs() > REST * scale { w } else { 0.0 });
+            let terms = kept.iter().zip(rates.row_iter()).map(|(w, f)| (w * f.norm()).powi(2)).sum::<f64>().sqrt();
+            let cancels = rates.tr_mul(&kept).norm() <= REST * terms;
+            (cancels && change.abs() > REST * self.largest).then(|| {
                 let terms = w.iter().zip(&names).filter(|(w, _)| w.abs() > REST * scale);
                 let pivot = w[w.iamax()];
                 let sum = terms.map(|(w, name)| format!("{:+.4} {name}", w / pivot)).collect::<Vec<_>>().join(" ");
                 format!(
-                    "the equation conserves {sum}, and the run changed it by {}; a smaller h, or a Runge–Kutta method, which \
-                     conserves it, helps",
-                    number(change / pivot)
+                    "the equation conserves {sum}, and the run changed it by {}; {}a Runge–Kutta method, which conserves it, helps",
+                    number(change / pivot),
+                    if is_stuck { "" } else { "a smaller h, or " }
                 )
             })
         })
     }
+}
+
+/// A normal matrix with the eigenvalues of `a`: blocks of order 1 and 2 on the diagonal.
+fn normal_with_eigenvalues_of(a: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut normal = DMatrix::zeros(a.nrows(), a.nrows());
+    let mut place = 0;
+    for value in eigenvalues(a).into_iter().filter(|value| value.im >= 0.0) {
+        let is_pair = value.im > 0.0 && place + 1 < a.nrows();
+        normal[(place, place)] = value.re;
+        if is_pair {
+            normal[(place + 1, place + 1)] = value.re;
+            (normal[(place, place + 1)], normal[(place + 1, place)]) = (-value.im, value.im);
+        }
+        place += if is_pair { 2 } else { 1 };
+        if place == a.nrows() {
+            break;
+        }
+    }
+    normal
 }
 
 /// ∂f/∂v as a dense matrix.
