@@ -18,10 +18,10 @@ use crate::theory::{Breakdown, breakdown, methods_for};
 /// Sample times, equally spaced, the last at the horizon.
 pub const SAMPLES: usize = 4;
 
-/// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`]; doubled up to [`DOUBLED`] times as many until the bound
-/// resolves the solution.
+/// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`]; doubled up to [`MOST_STEPS`] until the bound resolves
+/// the solution.
 const STEPS: usize = 1024;
-const DOUBLED: usize = 8;
+const MOST_STEPS: usize = 8 * STEPS;
 
 /// The same of a system of more than this many unknowns, whose steps are dear.
 const FEW_STEPS: usize = 128;
@@ -389,7 +389,7 @@ fn refined(
         let answer = Answer { states, bound, astray: None, runs: Some(runs) };
         let is_resolved = bound <= RESOLVED * size;
         let is_told = truth.is_none_or(|truth| is_near(&answer, truth)) || is_settled;
-        if is_resolved && is_told || at_once || steps > DOUBLED * first {
+        if is_resolved && is_told || at_once || steps > MOST_STEPS {
             return Ok(answer);
         }
         if is_resolved {

@@ -398,7 +398,8 @@ mod tests {
     fn the_condition_number_of_a_diagonal_matrix_is_that_of_its_entries() {
         let (field, mass, v) = (AutoField::new(Decays), Mass::Identity, [1.0; 2]);
         let mut matrix = Jacobian::with_structure(2, &Structure::Banded { lower: 0, upper: 0 });
-        (matrix.add(0, 0, 2.0), matrix.add(1, 1, 10.0));
+        matrix.add(0, 0, 2.0);
+        matrix.add(1, 1, 10.0);
         let b = StepOperator::new(&field, &mass, (0.0, &v), 1.0, Some(&matrix));
         let condition = Twisted::new().condition(&b, &mut [vec![0.0; 2], vec![0.0; 2]]);
         assert!((condition - 101.0 / 5.0).abs() < 1e-12, "{condition}");

@@ -542,6 +542,13 @@ impl Ode for Equations {
         self.each_entry(t, v, add);
     }
 
+    fn bandwidths(&self) -> Option<(usize, usize)> {
+        match self.compiled.structure {
+            Structure::Banded { lower, upper } => Some((lower, upper)),
+            _ => None,
+        }
+    }
+
     fn longest_step(&self, span: f64) -> f64 {
         LONGEST_STEP * span
     }

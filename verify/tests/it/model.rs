@@ -398,3 +398,22 @@ fn the_jacobian_of_a_sparse_model_is_that_of_its_text() {
     }
     agree(found.to_dense().as_slice(), expected.to_dense().as_slice(), 40.0);
 }
+
+/// The references eliminate in the band that methods do.
+#[test]
+fn the_references_of_a_model_know_its_band() {
+    const N: usize = 40;
+    let state: Vec<_> = (0..N).map(|i| format!("v{i} = {}", 0.1 + 0.01 * i as f64)).collect();
+    let rate = |i: usize| match i {
+        0 => "v1 - v0".to_owned(),
+        i => format!("v{} - v{i}", i - 1),
+    };
+    let rates: Vec<_> = (0..N).map(rate).collect();
+    let path = scratch("model/band.ds");
+    fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
+    fs::write(&path, format!("u_i {{ {} }} F_i {{ {} }}", state.join(", "), rates.join(", "))).expect("writable");
+    let model = Model::load(&path, &[], Some(1.0)).expect("a model");
+    assert_eq!(model.field().structure(), Structure::Banded { lower: 1, upper: 1 });
+    assert_eq!(model.ode().bandwidths(), Some((1, 1)));
+    assert_eq!(load("van-der-pol.ds", &[]).ode().bandwidths(), None);
+}
