@@ -45,11 +45,11 @@ Columns: t, the components, where an exact solution is known error, the largest
 error of a component, and estimate, what the step size alone is estimated to
 contribute to it: a second run with half the step, or of an adaptive method with
 a tenth of the tolerances, and on models in steps of a thousandth of the time at
-most, tells. It takes two thirds of the time; with --no-estimate there is none. It is
-empty where both tolerances lead to the same steps. After the rows, what is lost
-of energy, angular momentum or enstrophy, for problems that have them, and for
-flows |f|, the largest component of f, which is near 0 where the end is a steady
-state, and the linear systems that the steps took.
+most, tells. It takes two thirds of the time; with --no-estimate there is none.
+It is empty where both tolerances lead to the same steps. After the rows, what is
+lost of energy, angular momentum or enstrophy, for problems that have them, and
+for flows |f|, the largest component of f, which is near 0 where the end is a
+steady state, and the linear systems that the steps took.
 
 A run of more than a second shows its progress on a terminal.
 
