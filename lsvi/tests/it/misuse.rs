@@ -749,19 +749,6 @@ fn messages_have_their_numbers_in_their_places() {
     assert_eq!(order, expected);
 }
 
-#[test]
-fn twisted_elimination_says_that_it_needs_a_diagonal_mass() {
-    let band = Structure::Banded { lower: 1, upper: 1 };
-    let coupled = Jacobian::try_from(nalgebra::dmatrix![2.0, 1.0; 1.0, 2.0]).expect("square");
-    let why = |mass| match Twisted::new().check(&band, &mass) {
-        Ok(()) => "",
-        Err(InputError::System(SystemError::Solver(why))) => why,
-        Err(other) => panic!("{other}"),
-    };
-    assert_eq!(why(Mass::Diagonal(vec![1.0, 2.0])), "");
-    assert!(why(Mass::Matrix(coupled)).contains("diagonal mass"));
-}
-
 /// A preconditioner is set up for B = M − s f_v at (t, v), and is told these; a solver without products has no closure.
 #[test]
 fn a_preconditioner_is_told_where_its_matrix_is_taken() {

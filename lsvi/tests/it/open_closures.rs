@@ -1,7 +1,7 @@
 //! Closures fitted to a rate, and windows of steps found together.
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
-use lsvi::closure::{Closure, Linear, LinearClosure};
+use lsvi::closure::{Closure, Linear};
 use lsvi::discrete::{DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, MomentumWeights, Trapezoidal};
 use lsvi::{
     AutoField, FieldFn, Integrator, LeastSquares, OneStep, Scalar, SolveError, State, StepError, Trajectory,
@@ -286,23 +286,6 @@ fn a_closure_may_be_nonlinear() {
         // Of the roots of F(p, p) = 0 it is the one near the momentum of the state: p = 0.
         (0..2).for_each(|i| assert!(p1[i].abs() < 4.0 * h, "{p1:?} for h = {h}"));
     }
-}
-
-/// α p₀ + β p₁ − σ p with every weight and momentum different from one and another.
-#[test]
-fn the_residual_of_a_linear_closure_is_its_combination_of_momenta() {
-    struct Carried;
-    impl LinearClosure for Carried {
-        fn weights(&self, h: f64) -> MomentumWeights {
-            MomentumWeights { alpha: 2.0 * h, beta: 3.0 }
-        }
-        fn carried(&self) -> f64 {
-            5.0
-        }
-    }
-    let mut out = [0.0];
-    Closure::residual(&Carried, 0.5, &[7.0], &[11.0], &[13.0], &mut out);
-    assert_eq!(out, [11.0 + 39.0 - 35.0]);
 }
 
 #[test]

@@ -23,7 +23,7 @@ pub(super) const STUDY: Study = Study {
 };
 
 const FLOWS: [&str; 4] = ["channel-poiseuille", "channel-couette", "channel-womersley", "channel-stokes2"];
-/// The one whose wall layer is thinner than the elements are short.
+/// The one on which Hermite elements approach their order slowly.
 const WOMERSLEY: &str = FLOWS[2];
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
@@ -142,7 +142,7 @@ fn maxima(evidence: &mut Evidence, context: &Context) -> Result<Panel, StudyErro
 /// Orders in the length of a cell at t = 1.
 fn in_space(evidence: &mut Evidence, context: &Context) -> Result<Panel, StudyError> {
     // The centre of the outermost volume moves with the grid, and its share of the error fades slowly. The fourth order of
-    // Hermite elements is approached from below in Womersley's flow alone, whose layer has few of them: 0.3 tells it from 3.
+    // Hermite elements is approached from below in Womersley's flow: 0.3 tells it from 3.
     let schemes: [(&str, f64, [usize; 5]); 3] = [
         ("fd", 2.0, [16, 23, 32, 45, 64]),
         ("fv", 2.0, [64, 90, 128, 180, 256]),

@@ -122,10 +122,7 @@ mod tests {
     fn the_search_for_eigenvalues_has_an_end() {
         let ring = DMatrix::from_fn(64, 64, |i, j| if (i + 1) % 64 == j { 1.0 } else { 0.0 });
         let found = eigenvalues(&ring);
-        assert!(
-            found.len() == 64 && found.iter().all(|z| z.re.is_nan() || (z.norm() - 1.0).abs() < 1e-10),
-            "{found:?}"
-        );
+        assert!(found.len() == 64 && found.iter().all(|z| (z.norm() - 1.0).abs() < 1e-10), "{found:?}");
         let nilpotent = DMatrix::from_fn(5, 5, |i, j| if i + 1 == j { 1e3 } else { 0.0 });
         assert!(eigenvalues(&nilpotent).iter().all(|z| z.norm() < 1e3), "{:?}", eigenvalues(&nilpotent));
         let unknown = DMatrix::from_element(3, 3, f64::NAN);
