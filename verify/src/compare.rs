@@ -830,6 +830,19 @@ mod tests {
         approx::assert_relative_eq!(of.bound, worst.largest(), max_relative = 1e-9);
     }
 
+    /// A hundredth of the tolerance leaves less than a thirtieth of the error, a tenth of it leaves more than that.
+    #[test]
+    fn an_adaptive_answer_is_far_more_accurate_than_its_bound() {
+        let problem = problem::build("van-der-pol", &[]).expect("known");
+        let method = named("radau-adaptive");
+        let times: Vec<f64> = (1..=SAMPLES).map(|k| 0.5 * k as f64).collect();
+        let Ok(answer) = by_tolerance(&*problem, &*method, &times) else { panic!("it runs") };
+        let truth = method.tightened(1e4).expect("adaptive");
+        let to = |t: &f64| run(&*problem, &*truth, 0.1, *t, |_| {}).expect("it runs").end.q;
+        let error = largest_distance(&answer.states, &times.iter().map(to).collect::<Vec<_>>());
+        assert!(0.0 < error && error < answer.bound / 30.0, "{error:e} beside {:e}", answer.bound);
+    }
+
     #[test]
     fn an_exact_truth_is_known_to_roundings() {
         let problem = problem::build("logistic", &[]).expect("known");

@@ -78,12 +78,12 @@ pub fn run_while(
     method: &dyn Method,
     h: f64,
     t_end: f64,
-    observe: impl FnMut(&State) -> ControlFlow<()>,
+    mut observe: impl FnMut(&State) -> ControlFlow<()>,
 ) -> Result<Run, RunError> {
-    run_from(problem, problem.initial(), method, h, t_end, observe)
+    run_from(problem, problem.initial(), method, h, t_end, |state, _| observe(state))
 }
 
-/// The same from another `start` than the problem's own.
+/// The same from another `start` than the problem's own; `observe` sees the work of all steps until then, too.
 ///
 /// # Errors
 /// As for [`run`].
@@ -93,18 +93,18 @@ pub fn run_from(
     method: &dyn Method,
     h: f64,
     t_end: f64,
-    mut observe: impl FnMut(&State) -> ControlFlow<()>,
+    mut observe: impl FnMut(&State, Work) -> ControlFlow<()>,
 ) -> Result<Run, RunError> {
     let mut trajectory = Trajectory::new(method.build(problem)?, State::new(0.0, start), h, t_end)?;
     let begun = Instant::now();
-    let mut flow = observe(trajectory.state());
+    let mut flow = observe(trajectory.state(), Work::default());
     while flow.is_continue()
         && let Some(state) = trajectory.step()?
     {
         if state.q.iter().any(|x| !x.is_finite()) {
             return Err(RunError::NonFinite(state.t));
         }
-        flow = observe(state);
+        flow = observe(trajectory.state(), trajectory.work());
     }
     Ok(Run { end: trajectory.state().clone(), work: trajectory.work(), seconds: begun.elapsed().as_secs_f64() })
 }
@@ -143,5 +143,5 @@ pub fn run_through_from(
 /// # Errors
 /// As for [`run`].
 pub fn step_from(problem: &dyn Problem, start: Vec<f64>, method: &dyn Method, h: f64) -> Result<Vec<f64>, RunError> {
-    Ok(run_from(problem, start, method, h, h, |_| ControlFlow::Continue(()))?.end.q)
+    Ok(run_from(problem, start, method, h, h, |_, _| ControlFlow::Continue(()))?.end.q)
 }

@@ -137,6 +137,23 @@ struct Span {
     file_name: String,
     byte_start: usize,
     is_primary: bool,
+    /// Of what a macro wrote.
+    expansion: Option<Box<Expansion>>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Expansion {
+    span: Span,
+}
+
+impl Span {
+    /// The place in the source that it came from, if by way of macros.
+    fn in_source(self) -> Self {
+        match self.expansion {
+            Some(expansion) => Self { is_primary: self.is_primary, ..expansion.span.in_source() },
+            None => self,
+        }
+    }
 }
 
 fn lines(text: &str) -> impl Iterator<Item = Line> {
@@ -149,7 +166,10 @@ fn check(package: &str, tree: &Path, target: &Path) -> Result<Vec<Message>, Fail
     let text = String::from_utf8(output.stdout)?;
     let of_code = |message: &Message| message.level == "error" && !message.spans.is_empty();
     let mut errors: Vec<_> = lines(&text).filter_map(|line| line.message).filter(of_code).collect();
-    errors.iter_mut().for_each(|error| error.spans.sort_by_key(|span| !span.is_primary));
+    for Message { spans, .. } in &mut errors {
+        *spans = spans.drain(..).map(Span::in_source).collect();
+        spans.sort_by_key(|span| !span.is_primary);
+    }
     if errors.is_empty() && !output.status.success() {
         return Err("cargo check failed without an error in the code".into());
     }

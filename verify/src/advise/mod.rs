@@ -112,7 +112,7 @@ pub enum Refusal {
     },
     /// No other run confirms the solution.
     #[error(
-        "no method of fixed steps comes nearer to the solution of radau-adaptive, which the trials are measured by, than \
+        "no trial with fixed steps comes nearer to the solution of radau-adaptive, which the trials are measured by, than \
          {difference:.1e}, too much to tell errors of {target:.1e}: the solution is sensitive, not smooth, or has times too unlike for \
          steps of one size"
     )]

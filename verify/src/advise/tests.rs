@@ -233,6 +233,16 @@ fn work_is_counted_in_evaluations() {
     assert_eq!(cost("robertson", "rk4", work(10, 2, 0)), 10.0 + 2.0 * 3.0);
 }
 
+/// A run of four steps that has taken too much work after the first is worth no second one, and says nothing of its error.
+#[test]
+fn a_run_that_takes_too_much_work_is_broken_off() {
+    let (problem, method) = (problem::build_setting("van-der-pol mu=100").expect("registered"), "method-i");
+    let (accurate, method) = (adaptive(1e-9).expect("registered"), method::parse(method).expect("registered"));
+    let truth = Truth::by(&*problem, &*accurate, 1.0).expect("it runs");
+    let closest = |most: f64| search(&*problem, &*method, &truth, 1e-6, most).1;
+    assert!(closest(1.0) == f64::INFINITY && closest(1e6) < 1e-6, "{} {}", closest(1.0), closest(1e6));
+}
+
 /// Costs apart by less than a tenth are a tie, whichever of the trials behind them.
 #[test]
 fn what_takes_the_same_work_to_a_tenth_is_a_tie() {

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::rc::Rc;
 
 use lsvi::{Structure, Work};
@@ -10,7 +11,7 @@ use super::worst;
 use crate::measure::norm::{common_distance, larger, max_norm};
 use crate::method::Method;
 use crate::problem::Problem;
-use crate::run::{RunError, run, run_through};
+use crate::run::{RunError, run, run_from, run_through};
 
 /// A run that reaches the accuracy.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +137,10 @@ impl<'a> Truth<'a> {
     }
 }
 
-/// A run with a number of steps: its largest error at the times chosen, and its work.
+/// A run that takes so many times the work that is worth a trial is broken off. Its error might still have confirmed the solution.
+const WORTH: f64 = 4.0;
+
+/// A run with a number of steps: its largest error at the times chosen, infinite if it was broken off, and its work.
 struct Ran {
     steps: u32,
     error: f64,
@@ -144,28 +148,30 @@ struct Ran {
 }
 
 impl Ran {
-    fn new(problem: &dyn Problem, method: &dyn Method, steps: u32, truth: &Truth) -> Result<Self, RunError> {
-        Self::at_ends_of(steps, problem, method, steps, truth)
-    }
-
-    /// The same with its error at the times of a run with `shown` steps, of which its own are a multiple.
+    /// With its error at the times of a run with `shown` steps, of which its own are a multiple; broken off after the work `most`.
     fn at_ends_of(
         shown: u32,
-        problem: &dyn Problem,
-        method: &dyn Method,
+        (problem, method): (&dyn Problem, &dyn Method),
         steps: u32,
         truth: &Truth,
+        most: f64,
     ) -> Result<Self, RunError> {
         let (states, times) = (truth.of_steps(shown)?, chosen(shown as usize));
         let (every, mut step, mut next, mut worst) = ((steps / shown) as usize, 0, 0, 0.0);
-        let run = run(problem, method, truth.horizon / f64::from(steps), truth.horizon, |state| {
+        let h = truth.horizon / f64::from(steps);
+        let run = run_from(problem, problem.initial(), method, h, truth.horizon, |state, work| {
             if times.get(next).is_some_and(|time| time * every == step) {
                 worst = larger(worst, common_distance(&states[next], &state.q));
                 next += 1;
             }
             step += 1;
+            if cost(problem, method, work) > most {
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
         })?;
-        Ok(Self { steps, error: worst, work: run.work })
+        let error = if next < times.len() { f64::INFINITY } else { worst };
+        Ok(Self { steps, error, work: run.work })
     }
 }
 
@@ -208,7 +214,7 @@ pub(super) fn search(
     most: f64,
 ) -> (Option<Trial>, f64) {
     let horizon = truth.horizon;
-    let tried = |steps: u32| Ran::new(problem, method, steps, truth).ok();
+    let tried = |steps: u32| Ran::at_ends_of(steps, (problem, method), steps, truth, WORTH * most).ok();
     let mut before = None;
     let mut steps = LEAST;
     let (coarse, found) = loop {
@@ -222,7 +228,7 @@ pub(super) fn search(
         }
     };
     // Twice the steps, for the order and for an error that is known.
-    let fine = Ran::at_ends_of(found.steps, problem, method, 2 * found.steps, truth).ok();
+    let fine = Ran::at_ends_of(found.steps, (problem, method), 2 * found.steps, truth, f64::INFINITY).ok();
     let Some(fine) = fine else { return (None, found.error) };
     // Of a method that is exact here there is no order to see.
     let order = (found.error > 0.0).then(|| ((found.error / fine.error).log2(), method.order()));

@@ -417,3 +417,13 @@ fn write_json(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
     serde_json::to_writer_pretty(&mut *out, &json)?;
     writeln!(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_shows_what_it_says() {
+        assert_eq!(cell("a|b, *c* and d_e"), "a\\|b, \\*c\\* and d\\_e");
+    }
+}

@@ -81,7 +81,7 @@ fn rows(method: &dyn Method, a: &DMatrix<f64>, start: usize, count: usize) -> Re
     let mut v = vec![0.0; a.nrows()];
     v[start] = 1.0;
     let (mut rows, mut own_steps) = (Vec::with_capacity(count), false);
-    run_from(&problem, v, method, 1.0, (count - 1) as f64, |state| {
+    run_from(&problem, v, method, 1.0, (count - 1) as f64, |state, _| {
         own_steps |= state.t != rows.len() as f64;
         rows.push(state.q.clone());
         if own_steps { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

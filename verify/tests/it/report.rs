@@ -868,7 +868,8 @@ fn the_audit_finds_what_it_looks_for() {
         evidence: Evidence {
             checks: vec![check("c", Outcome::Pass, None), check("c", Outcome::Pass, None)],
             tables: vec![ragged.clone(), Table { id: "a/b".into(), ..ragged }],
-            figures: vec![Figure { data: "nowhere".into(), ..figure("f", 1, vec![short_map]) }],
+            figures: vec![Figure { data: "nowhere".into(), ..figure("f", 2, vec![stability_panel(), short_map]) }],
+            grids: vec![Grid::new("whole", "", 1), grid()],
             sections: vec![Section { id: "s".into(), tables: vec!["lost".into()], ..Section::default() }],
             ..Evidence::default()
         },
@@ -876,10 +877,14 @@ fn the_audit_finds_what_it_looks_for() {
     };
     let run = Run::new(vec![chapter], Vec::new());
     let failed: Vec<_> = run.checks_that(Outcome::Fail).map(|(chapter, check)| (&*chapter.id, &*check.id)).collect();
-    assert_eq!(failed, ["unique-ids", "plain-ids", "rectangular", "numbers", "data", "parts"].map(|id| ("report", id)));
+    assert_eq!(
+        failed,
+        ["unique-ids", "plain-ids", "rectangular", "numbers", "data", "maps", "parts"].map(|id| ("report", id))
+    );
     assert_eq!(run.chapters()[0].id, "report-2", "the audit keeps its name");
     let rectangular = &run.chapters()[1].evidence.checks[2];
     assert_eq!(rectangular.reason, "1 in `t`; 1 in `a/b`; a map in figure `f`");
+    assert_eq!(run.chapters()[1].evidence.checks[8].reason, "`closed-form`; `cvode`");
     report::write(&run, &fresh("audit")).expect("defects do not stop the report");
     assert_eq!(run.chapters()[0].evidence.checks[1].id, "c-2");
     assert!(!run.counts().is_ok());

@@ -98,7 +98,7 @@ impl Experiment for Disturbances {
         let step = |k: usize, by: f64| -> Result<Vec<f64>, StudyError> {
             let mut start = psi.clone();
             start[k] += by;
-            let end = run_from(&*problem, start, &*method, self.h, self.h, |_| ControlFlow::Continue(()))?;
+            let end = run_from(&*problem, start, &*method, self.h, self.h, |_, _| ControlFlow::Continue(()))?;
             Ok(end.end.q)
         };
         let mut live = DMatrix::zeros(psi.len(), psi.len());
