@@ -173,7 +173,7 @@ pub enum StepError {
     Solve {
         /// Time at the beginning of the step.
         t: f64,
-        /// Step size.
+        /// Step size; 0 where the state itself is at fault, whatever the step.
         h: f64,
         /// Why.
         source: SolveError,

@@ -339,7 +339,7 @@ impl<F: VectorField> Integrator for Radau<F> {
         let span = self.barrier(t, grid) - t;
         let failed = |h: f64, source: SolveError| StepError::Solve { t, h, source };
         if self.stages.f0.iter().any(|f| !f.is_finite()) {
-            return Err(failed(span, SolveError::NonFinite));
+            return Err(failed(0.0, SolveError::NonFinite));
         }
         self.check_start(t, span, &state.q)?;
         let longest = self.options.h_max.min(grid.h());

@@ -400,6 +400,11 @@ fn what_cannot_be_solved_is_a_typed_error() {
     let mut nan = State::new(0.0, vec![f64::NAN, 0.0]);
     let error = lsvi::Integrator::advance(&mut method, &mut nan, &grid).expect_err("not a number");
     assert!(matches!(error, StepError::Input(InputError::System(SystemError::NonFinite { .. }))), "{error}");
+    // Where f itself overflows no step is to blame.
+    let mut far = State::new(0.25, vec![1e200, 1.0]);
+    let mut method = radau(AutoField::new(VanDerPol { mu: 1.0 }), 1e-6, 1e-6);
+    let error = lsvi::Integrator::advance(&mut method, &mut far, &grid).expect_err("infinite");
+    assert_eq!(error, StepError::Solve { t: 0.25, h: 0.0, source: SolveError::NonFinite });
 }
 
 /// v̇₀ = −v₀, and v₀ = v₁ in units in which it is a thousand times that.

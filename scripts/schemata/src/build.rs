@@ -29,7 +29,8 @@ pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> R
         files.entry(&mutant.file).or_default().push(mutant);
     }
     let root = mutants.first().ok_or("no mutants")?.file.split("/src/").next().unwrap_or_default();
-    let library = format!("{root}/src/lib.rs");
+    // A library, and a program of its own modules.
+    let crates = ["lib", "main"].map(|name| format!("{root}/src/{name}.rs"));
     fs::write(tree.join(root).join("src/schemata.rs"), include_str!("at.rs"))?;
     // Those of an earlier run, so that what it built stays built where nothing has changed.
     let known = tree.with_file_name("unviable.txt");
@@ -45,11 +46,13 @@ pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> R
             write(&tree.join(file), &new.text)?;
             instrumented.insert(*file, new);
         }
-        let text = match instrumented.get(library.as_str()) {
-            Some(new) => new.text.clone(),
-            None => fs::read_to_string(&library)?,
-        };
-        write(&tree.join(&library), &(text + "\npub(crate) mod schemata;\n"))?;
+        for name in crates.iter().filter(|name| Path::new(name).exists()) {
+            let text = match instrumented.get(name.as_str()) {
+                Some(new) => new.text.clone(),
+                None => fs::read_to_string(name)?,
+            };
+            write(&tree.join(name), &(text + "\npub(crate) mod schemata;\n"))?;
+        }
         let before = unviable.len();
         let errors = check(package, tree, target)?;
         let blame = |span: &Span| instrumented.get(span.file_name.as_str())?.blame(span.byte_start);
@@ -162,7 +165,7 @@ fn lines(text: &str) -> impl Iterator<Item = Line> {
 
 /// The errors, each with its own places before those that it refers to.
 fn check(package: &str, tree: &Path, target: &Path) -> Result<Vec<Message>, Failure> {
-    let output = cargo("check", package, tree, target).arg("--lib").stderr(Stdio::null()).output()?;
+    let output = cargo("check", package, tree, target).args(["--lib", "--bins"]).stderr(Stdio::null()).output()?;
     let text = String::from_utf8(output.stdout)?;
     let of_code = |message: &Message| message.level == "error" && !message.spans.is_empty();
     let mut errors: Vec<_> = lines(&text).filter_map(|line| line.message).filter(of_code).collect();

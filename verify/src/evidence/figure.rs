@@ -114,6 +114,20 @@ impl Figure {
     pub fn in_columns(self, columns: usize) -> Self {
         Self { columns, ..self }
     }
+
+    /// The same with one logarithmic scale of ordinates in all panels, from decade to decade.
+    #[must_use]
+    pub fn on_one_scale(mut self) -> Self {
+        let points = self.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
+        let decades = points.map(|(_, y)| y.log10()).filter(|decade| decade.is_finite());
+        let (low, high) =
+            decades.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), decade| (low.min(decade), high.max(decade)));
+        if low <= high {
+            let limits = Some((10_f64.powf(low.floor()), 10_f64.powf(high.ceil())));
+            self.panels.iter_mut().for_each(|panel| panel.y.limits = limits);
+        }
+        self
+    }
 }
 
 /// Colours of the report, and so the series that a figure can tell apart.
@@ -296,6 +310,22 @@ mod tests {
         let mut second = first.clone();
         second.push(Series::new("m0", vec![(1.0, 1e-11)], Mark::Line));
         Figure::new("id", "A caption.", "data", [panel(first), panel(second)])
+    }
+
+    /// From 10⁻¹² to 10 in whole decades, where one panel alone would begin at 10⁻¹¹; what is not positive has no place.
+    #[test]
+    fn panels_on_one_scale_have_room_for_all_of_them() {
+        let limits = |figure: Figure| figure.panels.iter().map(|panel| panel.y.limits).collect::<Vec<_>>();
+        let mut figure = crowded();
+        figure.panels[1].series.retain(|series| series.mark != Mark::Guide);
+        let [Some(first), Some(second)] = limits(figure.on_one_scale())[..] else { panic!("there are two") };
+        assert_eq!(first, second);
+        approx::assert_relative_eq!(first.0, 1e-12, max_relative = 1e-9);
+        approx::assert_relative_eq!(first.1, 10.0, max_relative = 1e-9);
+        assert_eq!(
+            limits(Figure::new("id", "", "data", [Panel::new(Axis::log("h"), Axis::log("e"), vec![])]).on_one_scale()),
+            [None]
+        );
     }
 
     fn marked(figure: &Figure, mark: impl Fn(Mark) -> bool) -> Vec<&str> {

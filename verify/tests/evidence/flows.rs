@@ -511,13 +511,11 @@ fn step_costs(evidence: &Evidence) -> Result<(), Failed> {
             &[
                 "From the coarsest grid to 64² points".into(),
                 format!(
-                    "a step takes {} to {} microseconds a point with one h, in {} to {} iterations of conjugate gradients, and {} to {} with",
-                    told(each(turbulence, 32, 0.01)),
-                    told(each(turbulence, 64, 0.01)),
+                    "a step takes {} microseconds a point with one h, in {} to {} iterations of conjugate gradients, and {} with",
+                    about(each(turbulence, 32, 0.01), each(turbulence, 64, 0.01)),
                     brief(inner(32)),
                     brief(inner(64)),
-                    told(each(turbulence, 32, 0.02)),
-                    told(each(turbulence, 64, 0.01))
+                    about(each(turbulence, 32, 0.02), each(turbulence, 64, 0.01))
                 ),
             ],
         ),

@@ -88,7 +88,8 @@ fn figures(sweep: &Sweep) -> Vec<Figure> {
                 sweep.maxima_panel("(b) yardsticks on the Galerkin equation", &galerkin),
             ],
         )
-        .in_columns(2),
+        .in_columns(2)
+        .on_one_scale(),
     ]
 }
 

@@ -52,12 +52,10 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("fill_last", short(fills[1])),
         ("fill", brief(fills[1] / fills[0])),
         ("points", points.to_string()),
-        ("same_first", rough(same_first.microseconds)),
-        ("same_last", rough(same_last.microseconds)),
+        ("same", about(same_first.microseconds, same_last.microseconds)),
         ("inner_first", brief(same_first.inner)),
         ("inner_last", brief(same_last.inner)),
-        ("small", rough(small.microseconds)),
-        ("large", rough(large.microseconds)),
+        ("proportional", about(small.microseconds, large.microseconds)),
     ];
     evidence.notes.extend(prose::fill(include_str!("cost.md"), &values)?);
     let caption = "Steps of Method I, one after another on the machine that made this page: seconds of the first, with what is set up \
