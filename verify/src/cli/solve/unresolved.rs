@@ -5,8 +5,9 @@ use verify::problem::Problem;
 
 use crate::cli::layout::number;
 
-/// Steps that are looked at, the first ones.
+/// Steps that are looked at, the first ones, and of large systems the values of f in them.
 const STEPS: usize = 1000;
+const VALUES: usize = 1_000_000;
 
 /// Times in a step, and the weights of Simpson's rule and of Gauss' with three nodes, which is at no equal parts of it.
 const NODES: [f64; 5] = [0.0, 0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7, 1.0];
@@ -33,10 +34,13 @@ impl Forcing {
     /// The next row of a run.
     pub(super) fn add(&mut self, problem: &dyn Problem, t: f64, state: &[f64]) {
         let ode = problem.ode();
-        if self.steps > STEPS || ode.dim() != state.len() {
+        if self.steps > STEPS.min(VALUES / state.len().max(1)) || ode.dim() != state.len() {
             return;
         }
-        if let Some((before, v)) = &self.last {
+        // The references' f may be dear, as a convolution of all modes is.
+        if let Some((before, v)) = &self.last
+            && depends_on_time(problem, *before, t - before, v)
+        {
             let (h, n) = (t - before, v.len());
             let mut difference = vec![0.0; n];
             let mut f = vec![0.0; n];
@@ -61,5 +65,75 @@ impl Forcing {
                 number(estimate)
             )
         })
+    }
+}
+
+/// Whether the method's own f differs anywhere in a step, `v` as it is.
+fn depends_on_time(problem: &dyn Problem, t: f64, h: f64, v: &[f64]) -> bool {
+    let field = problem.field();
+    if field.dim() != v.len() {
+        return true;
+    }
+    let mut values = NODES.map(|node| {
+        let mut f = vec![0.0; v.len()];
+        field.rhs(t + node * h, v, &mut f);
+        f
+    });
+    let [first, others @ ..] = &mut values;
+    others.iter().any(|f| f != first)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use lsvi::{VectorField, field};
+    use verify::reference::Ode;
+
+    use super::*;
+
+    /// v̇ = cos(ω t) for the method and for references, whose evaluations are counted.
+    #[derive(Debug, Default)]
+    struct Forced {
+        frequency: f64,
+        evaluations: AtomicU32,
+    }
+
+    impl Ode for Forced {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, t: f64, _v: &[f64], dv: &mut [f64]) {
+            self.evaluations.fetch_add(1, Ordering::Relaxed);
+            dv[0] = (self.frequency * t).cos();
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
+    }
+
+    impl Problem for Forced {
+        fn components(&self) -> &'static [&'static str] {
+            &["v"]
+        }
+        fn initial(&self) -> Vec<f64> {
+            vec![0.0]
+        }
+        fn field(&self) -> Box<dyn VectorField + '_> {
+            Box::new(field!(1, frequency = self.frequency; |t, v, dv| dv[0] = v[0] * 0.0 + (t * frequency).cos()))
+        }
+        fn ode(&self) -> &dyn Ode {
+            self
+        }
+    }
+
+    #[test]
+    fn the_references_are_asked_where_f_depends_on_time_alone() {
+        for (frequency, evaluations) in [(0.0, 0), (std::f64::consts::TAU, 10)] {
+            let problem = Forced { frequency, ..Forced::default() };
+            let mut forcing = Forcing::default();
+            [0.0, 1.0, 2.0].into_iter().for_each(|t| forcing.add(&problem, t, &[0.0]));
+            assert_eq!(problem.evaluations.load(Ordering::Relaxed), evaluations, "{frequency}");
+            // With steps of a period both ends and the middle of one make −1/3 of ∫ cos, which is 0.
+            assert_eq!(forcing.unresolved(1e-6, 1.0).is_some(), evaluations > 0);
+        }
     }
 }
