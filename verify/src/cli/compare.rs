@@ -231,6 +231,18 @@ mod tests {
         assert_eq!(String::from_utf8_lossy(&out), "\n4 agree, 1 do not, 3 inconclusive, 2 not run\n");
     }
 
+    /// As wide as the column may be, and told in full below.
+    #[test]
+    fn a_long_name_is_cut_to_the_width_of_its_column() {
+        let names = ["rk4".to_owned(), "x".repeat(NAME), "y".repeat(NAME + 1), "z".repeat(90)];
+        let rows = names.iter().map(|name| vec![Cell::Text(name.clone())]).collect();
+        let (table, legend) = with_short_names(&Table::new("id", "", ["solver"], rows));
+        let short: Vec<String> = table.rows.iter().map(|row| text(&row[0])).collect();
+        assert_eq!(short[..2], names[..2]);
+        assert!(short[2..].iter().all(|name| width(name) == NAME), "{short:?}");
+        assert_eq!(legend, [("[1]".to_owned(), names[2].clone()), ("[2]".to_owned(), names[3].clone())]);
+    }
+
     #[test]
     fn a_file_that_is_given_twice_has_two_names() {
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it/gauss6.toml").to_owned();

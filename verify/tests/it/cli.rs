@@ -146,6 +146,11 @@ fn a_solve_says_what_is_lost_of_energy_and_enstrophy() {
     let output = command(&line.split(' ').collect::<Vec<_>>()).output().expect("starts");
     let said = String::from_utf8(output.stdout).expect("UTF-8");
     assert!(said.contains("\nangular momentum "), "{said}");
+    // Nothing is a part of zero.
+    assert!(
+        said.contains("\nRunge–Lenz y 0 at t = 0, change ") && said.contains(" at t = 0, relative change "),
+        "{said}"
+    );
     let line = "solve --problem logistic --method rk4 --h 0.05 --t-end 1";
     let output = command(&line.split(' ').collect::<Vec<_>>()).output().expect("starts");
     assert!(!String::from_utf8(output.stdout).expect("UTF-8").contains("relative change"));

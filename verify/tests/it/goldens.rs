@@ -32,6 +32,7 @@ fn fixture(test: &str) -> PathBuf {
     let dir = crate::scratch(&format!("goldens/{test}"));
     let (ok, printed) = run(Action::Refresh, &dir, &[sample(sample_rows())]);
     assert!(ok && printed.contains("wrote sample.snap.csv: 4 rows"), "{printed}");
+    assert!(!printed.contains("not refreshed"), "{printed}");
     dir
 }
 

@@ -12,6 +12,7 @@ mod formats;
 mod fuzz;
 mod goldens;
 mod judge;
+mod judgements;
 mod misprints;
 mod model;
 mod own;

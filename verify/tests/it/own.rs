@@ -1264,6 +1264,15 @@ fn mistakes_in_tables_and_claims_are_answered_by_what_mends_them() {
     fs::write(&table, "h,u,note\n0.1,1.01,a\n0.05,1.0025,b\n").expect("writable");
     let (code, _, error) = say(&format!("order --data {} --step h", table.display()));
     assert!(code == 2 && flat(&error).contains("`a` is not a number hint: `--quantity COLUMN`"), "{error}");
+    let (code, _, error) = say(&format!("order --data {} --cells h --quantity u", table.display()));
+    assert!(code == 2 && flat(&error).contains("--dimension 1, 2 or 3"), "{error}");
+    fs::write(&table, "n,u\n10,1.01\n20,1.0025\n40,1.000625\n").expect("writable");
+    let (code, _, error) = say(&format!("order --data {}", table.display()));
+    assert!(code == 2 && flat(&error).contains("hint: `--step COLUMN` names the one with the spacing"), "{error}");
+    let model = dir.join("open.ds");
+    fs::write(&model, "u_i { x = 1 } F_i { -x").expect("writable");
+    let (code, _, error) = say(&format!("solve --model {} --method rk4 --h 0.1 --t-end 1", model.display()));
+    assert!(code == 2 && flat(&error).contains("hint: the language is described at https://"), "{error}");
     fs::write(&method, "claims = \"L-stable\"\nb = [1]\na = [[1]]\n").expect("writable");
     let (code, _, error) = say(&format!("judge {}", method.display()));
     assert!(code == 2 && error.contains("`claims` is a list: [\"A-stable\"]"), "{error}");

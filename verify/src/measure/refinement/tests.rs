@@ -548,3 +548,26 @@ fn the_amplitude_of_noise_is_half_of_its_differences() {
         assert!((0.5 * size..=2.0 * size).contains(&found), "{size:e}: {found:e}");
     }
 }
+
+/// Values 5 + 3h² leave 5 with order 2 from each pair of grids, of whatever ratio, the finest last.
+#[test]
+fn pairs_of_grids_have_the_order_of_their_errors() {
+    let points = [0.1, 0.2, 0.5, 0.6].map(|h| (h, 5.0 + 3.0 * h * h));
+    let orders = pair_orders(&points, 5.0);
+    assert!(orders.len() == 3 && orders.iter().all(|order| (order - 2.0).abs() < 1e-9), "{orders:?}");
+    let cubic = pair_orders(&[(0.1, 5.001), (0.3, 5.009), (0.6, 5.072)], 5.0);
+    assert!((cubic[0] - 3.0).abs() < 1e-9 && (cubic[1] - 2.0).abs() < 1e-9, "{cubic:?}");
+}
+
+/// Order 4 where 2 is expected may be cells a side of a grid of two dimensions; an order that is expected is not asked after.
+#[test]
+fn an_order_that_is_expected_is_no_sign_of_cells_per_side() {
+    let of = |order: f64, expected: f64| {
+        let mut judgement = Judgement::undecided(Convergence::Unknown, String::new());
+        judgement.order = Some(order);
+        judgement.may_be_per_side("cells", 2, &expecting(expected)).is_some()
+    };
+    assert!(of(4.0, 2.0) && !of(2.0, 2.0) && !of(3.0, 2.0));
+    // Within the band of both.
+    assert!(!of(0.3, 0.2));
+}
