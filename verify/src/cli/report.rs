@@ -211,9 +211,13 @@ fn selected(names: &[String], has_model: bool, full: bool) -> Result<Vec<Study>,
         let mut of = chapter::LONG.iter().filter(|(short, _)| *short == study.id);
         of.any(|(_, long)| full || is_named(long))
     };
+    let replaces_a_named = |study: &Study| {
+        let mut of = chapter::LONG.iter().filter(|(_, long)| full && long.id == study.id);
+        of.any(|(short, _)| names.iter().any(|name| name == short))
+    };
     let is_selected = |study: &&Study| match names {
         [] => full && is_long(study) || !is_long(study) && !is_replaced(study),
-        _ => is_named(study) && !is_replaced(study),
+        _ => replaces_a_named(study) || is_named(study) && !is_replaced(study),
     };
     Ok(known().filter(is_selected).copied().collect())
 }
@@ -315,6 +319,12 @@ mod tests {
         assert_eq!(titles(&["--brief"]), ["In short", "The claims of the papers"]);
         assert_eq!(titles(&["--only", "orders"]), ["Orders of accuracy"]);
         assert_eq!(titles(&[]).len(), chapter::ALL.len());
+        // A long study takes the place of the short one, with all the others or by itself.
+        let (short, long) = ("Two-dimensional flows", "Two-dimensional flows on fine grids");
+        let full = titles(&["--full"]);
+        assert!(full.len() == chapter::ALL.len() && full.contains(&long) && !full.contains(&short));
+        assert_eq!(titles(&["--only", "flows", "--only", "flows-full"]), [long]);
+        assert_eq!([titles(&["--only", "flows"]), titles(&["--only", "flows", "--full"])], [[short], [long]]);
     }
 
     #[test]

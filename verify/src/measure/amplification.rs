@@ -63,6 +63,20 @@ impl Amplification {
 mod tests {
     use super::*;
 
+    /// The closure (−½, 1) has D = ½ (x − 1)² for real z = x, of terms that add up to 2 at its zero.
+    #[test]
+    fn a_pole_is_where_the_denominator_has_lost_six_digits() {
+        let closure = Amplification { alpha: -0.5, beta: 1.0 };
+        let is_singular = |x: f64, y: f64| closure.is_singular(Complex::new(x, y));
+        for sign in [-1.0, 1.0] {
+            assert!(is_singular(1.0 + sign * 1.9e-3, 0.0) && !is_singular(1.0 + sign * 2.1e-3, 0.0));
+        }
+        assert!(!is_singular(1.0, 0.1) && !is_singular(-1.0, 0.0));
+        // β = 0: D = −½ (1 − iy) never vanishes, α = 0 in D = 1 − x + m neither.
+        assert!(!Amplification { alpha: -0.5, beta: 0.0 }.is_singular(Complex::new(1.0, 0.0)));
+        assert!(!Amplification { alpha: 0.0, beta: 1.0 }.is_singular(Complex::new(1.0, 0.0)));
+    }
+
     /// The special cases as the paper prints them.
     #[test]
     fn reduces_to_the_printed_factors() {

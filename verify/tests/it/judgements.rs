@@ -83,6 +83,7 @@ fn theory() {
     let told = each(&[files(""), files("misprints")].concat(), |name, text| {
         let judgement = judge(name, text, Effort::Theory);
         let mut told = format!("{name}: {}\n", judgement.headline());
+        let _ = writeln!(told, "  unknowns of a step: {} a component", judgement.theory.unknowns());
         for (label, text) in judgement.facts() {
             let _ = writeln!(told, "  {label}: {text}");
         }
