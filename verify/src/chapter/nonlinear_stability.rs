@@ -40,7 +40,7 @@ const ARENAS: [Arena; 2] = [
         equation: "v̇ = v (1 − v)",
         axes: || [Axis::linear("h").between(0.0, 6.0), Axis::log("v₀")],
         marked: " Below the spurious steady state v = ½ − 1/h, drawn up to where its branch crosses another, Method I goes to 0 instead of \
-                 1; the dashed line is the fold of its first step.",
+                 1, and beyond for the smallest v₀ alone; the dashed line is the fold of its first step.",
     },
 ];
 
@@ -311,9 +311,9 @@ fn notes(crossing: f64) -> Vec<String> {
         format!(
             "From a negative start, where solutions of v̇ = −v² run away, Method I goes to v = −1/h, a steady state of the scheme and \
              not of the equation. On the logistic equation it has one at v = ½ − 1/h for h > 2, between the two true ones. It \
-             repels, and what starts below it goes to 0: the state that repels every solution attracts the scheme, which damps \
-             fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. From h = {crossing:.2} \
-             on the branch from beside that state crosses another on the way, and leads up from it. Implicit Euler damps \
+             repels, and up to h = {crossing:.2} what starts below it goes to 0: the state that repels every solution attracts the scheme, which damps \
+             fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. From that h \
+             on the branch from beside that state crosses another on the way, and leads up from it: only smaller starts go to 0. Implicit Euler damps \
              fast growth too, but the branch that it keeps to leads to 1 from every start."
         ),
         "Method II has a steady state of its own wherever f_v = 0, v = ½ on the logistic equation, and \

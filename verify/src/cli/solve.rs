@@ -289,7 +289,7 @@ impl<'a> Solve<'a> {
 
     /// Says on standard error what the rows do not, and returns it as comment lines.
     fn warn(&self, summary: &Summary) -> String {
-        let mut warnings = summary.watch.warnings(&*self.problem);
+        let mut warnings = summary.watch.warnings(&*self.problem, &*self.method);
         if !self.method.traits().is_adaptive {
             warnings.extend(summary.watch.amplified(&*self.problem, &*self.method));
             warnings

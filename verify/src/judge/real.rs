@@ -14,8 +14,8 @@ pub(super) type Float = FBig<HalfEven, 2>;
 
 /// Bits of a mantissa: 57 decimal digits.
 pub(super) const BITS: usize = 192;
-/// Relative error of one rounded operation, 2⁻¹⁹².
-const UNIT: f64 = 1.0 / ((1_u128 << 96) as f64 * (1_u128 << 96) as f64);
+/// Relative error of one rounded operation, 2⁻¹⁹¹: a whole unit of the last place, as quotients are not always rounded to the nearest.
+const UNIT: f64 = 2.0 / ((1_u128 << 96) as f64 * (1_u128 << 96) as f64);
 /// What the roundings of the radius itself, in double precision, can add to it.
 const SLACK: f64 = 1.0 + 16.0 * f64::EPSILON;
 
@@ -223,6 +223,21 @@ mod tests {
         assert!(defect.may_be_zero() && defect.radius() < 1e-56);
         let off = &third + &Real::rational(&RBig::from_parts(1.into(), 10_u8.into()).pow(50));
         assert!((&(&off * &Real::from(3)) - &Real::one()).is_positive());
+    }
+
+    /// (n/d − m)d = n − md exactly, however much cancels.
+    #[test]
+    fn what_quotients_lose_is_within_their_bounds() {
+        for d in (3..200).chain([10_000, 1_000_003]) {
+            for n in [1, 2, d - 1, d + 1, d / 2 + 1] {
+                let quotient = Real::rational(&RBig::from_parts(n.into(), u64::try_from(d).expect("positive").into()));
+                for quotient in [quotient, &Real::from(n) / &Real::from(d)] {
+                    let half = &quotient - &Real::double(0.5);
+                    let left = &(&half * &Real::from(2 * d)) - &Real::from(2 * n - d);
+                    assert!(left.may_be_zero(), "{n}/{d}: {:e} beyond {:e}", left.to_f64(), left.radius());
+                }
+            }
+        }
     }
 
     #[test]

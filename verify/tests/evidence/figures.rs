@@ -209,7 +209,7 @@ fn poiseuille(evidence: &Evidence) -> Result<(), Failed> {
         &[
             format!("from h = {from} to {to}, implicit Euler has a smaller one."),
             format!(
-                "Its error over the smallest of the other three is {} at h = 0.01, and tends to {} as h falls.",
+                "Method I's error over the smallest of the other three is {} at h = 0.01, and tends to {} as h falls.",
                 short(of("method-i") / others),
                 short(galerkin / averaged)
             ),
@@ -219,7 +219,7 @@ fn poiseuille(evidence: &Evidence) -> Result<(), Failed> {
             "as the paper's Figure 7 has it".into(),
             format!("reach the same {of_galerkin}, and"),
             format!(
-                "the best rate, {}, has {} of its error",
+                "the best rate, {}, has {} of that floor's error",
                 short(floor("best constant rate", 1)),
                 short(best / galerkin)
             ),

@@ -1157,3 +1157,46 @@ fn the_estimate_of_an_adaptive_run_is_its_error_at_every_row() {
         assert!((0.2..20.0).contains(&ratio), "{row:?}");
     }
 }
+
+/// A step that no solution takes: through a zero that the equation does not let be crossed, or along a branch that solutions leave at once.
+#[test]
+fn a_run_where_no_solution_is_is_told_so() {
+    let dir = directory("no-solution");
+    let model = |name: &str, text: &str| {
+        let path = dir.join(name);
+        fs::write(&path, text).expect("writable");
+        path.display().to_string()
+    };
+    let robertson = model(
+        "robertson.ds",
+        "u_i { a = 1, b = 0, c = 0 } F_i { -0.04*a + 1e4*b*c, 0.04*a - 1e4*b*c - 3e7*b*b, 3e7*b*b }",
+    );
+    let prey = model("prey.ds", "u_i { x = 40, y = 9 } F_i { x*(5-0.4*y), y*(0.5*x-0.8) }");
+    let oregonator = model(
+        "oregonator.ds",
+        "u_i { x = 1, y = 2, z = 3 } F_i { 77.27*(y+x*(1-8.375e-6*x-y)), (z-(1+x)*y)/77.27, 0.161*(x-z) }",
+    );
+    let pole = model("pole.ds", "u_i { x = 0.1 } F_i { exp(x) }");
+    let saddle = model("saddle.ds", "u_i { x = 1, y = 0 } F_i { -x, y }");
+    let waves = model("waves.ds", "u_i { x = 1, y = 0 } F_i { y, -x }");
+    let said = |line: &str| {
+        let (status, _, error) = say(line);
+        assert_eq!(status, 0, "{error}");
+        flat(&error)
+    };
+    let crosses = |line: &str| said(line).contains("crosses 0, where the equation lets it go back alone");
+    assert!(crosses(&format!("solve --model {robertson} --method trapezoidal --h 100 --t-end 1e4")));
+    assert!(crosses(&format!("solve --model {prey} --method radau-adaptive --t-end 8")));
+    assert!(!crosses(&format!("solve --model {robertson} --method radau-adaptive --t-end 1e4")));
+    assert!(!crosses(&format!("solve --model {prey} --method radau-adaptive --t-end 8 --atol 1e-13")));
+    assert!(!crosses(&format!("solve --model {waves} --method rk4 --h 0.3 --t-end 20")));
+    let stays = |line: &str| said(line).contains("it stays where solutions of the equation do not");
+    assert!(stays(&format!("solve --model {oregonator} --method method-i --h 0.1 --t-end 360")));
+    assert!(stays(&format!("solve --model {pole} --method method-i --h 0.1 --t-end 2")));
+    assert!(!stays(&format!("solve --model {oregonator} --method radau-adaptive --t-end 20")));
+    assert!(!stays(&format!("solve --model {saddle} --method rk4 --h 0.5 --t-end 3")));
+    // The method lets grow what the solution has none of.
+    let rests = |line: &str| said(line).contains("came to rest where the equation is unstable");
+    assert!(!rests(&format!("solve --model {saddle} --method rk4 --h 0.5 --t-end 40")));
+    assert!(rests(&format!("solve --model {saddle} --method method-i --h 3 --t-end 60")));
+}

@@ -25,6 +25,12 @@ const START: usize = 3;
 /// A perturbation of which no more than this part is left after a step is damped, if not as fast as it might be.
 const DAMPED: f64 = 0.9;
 
+/// Growth in a step, as the logarithm of a factor, half of which a method has to show.
+const LEAVES: f64 = 1.0;
+
+/// A component on the wrong side of zero is lost where it comes to this part of its largest value.
+const LOST: f64 = 1e-3;
+
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
 const NULL: f64 = 1e-13;
 
@@ -44,6 +50,10 @@ pub(super) struct Watch {
     /// Rows since the first that is not zero.
     rows: usize,
     rates: Rates,
+    /// Components that are where the equation lets none get, since the end of the step in which they crossed zero.
+    aside: Vec<Option<f64>>,
+    /// The first that has come far there, when it crossed, and where it is.
+    crossed: Option<(usize, f64, f64)>,
     /// The first step across which the solution leaves its scale behind, by its end and the size before and after.
     leap: Option<(f64, [f64; 2])>,
 }
@@ -90,6 +100,7 @@ impl Watch {
         self.sizes.iter_mut().zip(state).for_each(|(size, x)| *size = larger(*size, x.abs()));
         if (2..=DENSE).contains(&state.len()) && problem.ode().dim() == state.len() {
             self.rates.add(problem.ode(), t, state);
+            self.cross(problem.ode(), t, state);
         }
         std::mem::swap(&mut self.last, &mut self.before);
         self.last.0 = t;
@@ -104,6 +115,39 @@ impl Watch {
         if has_ended && self.ended.is_none() {
             self.ended = Some(t);
         }
+    }
+
+    /// Follows the components that cross zero in a step all the way of which f, where they are zero, points back.
+    fn cross(&mut self, ode: &dyn Ode, t: f64, state: &[f64]) {
+        let (start, before) = (self.last.0, &self.last.1);
+        self.aside.resize(state.len(), None);
+        for (k, since) in self.aside.iter_mut().enumerate().take(before.len()) {
+            if before[k] * state[k] < 0.0 {
+                let points_back = |part: f64| {
+                    let mut v: Vec<f64> = before.iter().zip(state).map(|(a, b)| a + part * (b - a)).collect();
+                    v[k] = 0.0;
+                    let mut f = vec![0.0; v.len()];
+                    ode.rhs(start + part * (t - start), &v, &mut f);
+                    before[k].signum() * f[k] >= 0.0
+                };
+                // Who comes back is where he was.
+                *since = (since.is_none() && [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().all(points_back)).then_some(t);
+            }
+            let is_far = state[k].abs() > LOST * self.sizes[k];
+            self.crossed = self.crossed.or(since.filter(|_| is_far).map(|since| (k, since, state[k])));
+        }
+    }
+
+    /// That a component crosses zero where the equation lets none.
+    fn wrong_sign(&self, problem: &dyn Problem) -> Option<String> {
+        let (k, t, value) = self.crossed?;
+        let name = &component_names(problem)[k];
+        Some(format!(
+            "in the step to t = {} {name} crosses 0, where the equation lets it go back alone, and goes on to {}: no solution does; smaller \
+             steps or tolerances, below its size, tell",
+            plain(t),
+            number(value)
+        ))
     }
 
     /// The first state and the last.
@@ -138,7 +182,7 @@ impl Watch {
     }
 
     /// What is to be said of the run on `problem`.
-    pub(super) fn warnings(&self, problem: &dyn Problem) -> Vec<String> {
+    pub(super) fn warnings(&self, problem: &dyn Problem, method: &dyn Method) -> Vec<String> {
         let ended = self.ended.map(|t| {
             format!("the exact solution ends before t = {}; the rows from there on approximate nothing", plain(t))
         });
@@ -147,9 +191,10 @@ impl Watch {
         if !is_state || self.before.1.is_empty() {
             return ended.into_iter().collect();
         }
-        let stuck = self.at_rest(problem).or_else(|| self.stuck(problem));
+        let stuck =
+            self.at_rest(problem, method).or_else(|| self.stuck(problem)).or_else(|| self.stays(problem, method));
         let broken = self.broken_invariants(problem, stuck.is_some());
-        ended.into_iter().chain(stuck).chain(broken).collect()
+        ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).chain(broken).collect()
     }
 
     /// A component that stays at its start, where f moves it: a least-squares method holds one by which f does not change.
@@ -184,6 +229,27 @@ impl Watch {
         })
     }
 
+    /// States that the equation leaves within a step, and the method does not: it follows a branch of solutions that nothing comes near.
+    fn stays(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
+        let ((t, v), h) = (&self.last, self.last.0 - self.before.0);
+        if v.len() > DENSE {
+            return None;
+        }
+        let a = jacobian(problem, *t, v);
+        let exponent = h * spectral_abscissa(&a);
+        let factor = (exponent > LEAVES).then(|| growth(method, &(h * &a))).flatten()?;
+        (factor.ln() < 0.5 * exponent).then(|| {
+            format!(
+                "at the end perturbations grow like e^({} t), and a step of h = {} multiplies them by {} alone: it stays where solutions of the \
+                 equation do not; a step well below {} shows the growth",
+                number(exponent / h),
+                plain(h),
+                number(factor),
+                number(h / exponent)
+            )
+        })
+    }
+
     /// A method that amplifies what the equation damps, as it does at the end of the run.
     pub(super) fn amplified(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
         let (ode, (t, v), h) = (problem.ode(), &self.last, self.last.0 - self.before.0);
@@ -209,7 +275,7 @@ impl Watch {
     }
 
     /// A state of rest that is none of the equation, or one that the equation leaves.
-    fn at_rest(&self, problem: &dyn Problem) -> Option<String> {
+    fn at_rest(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
         let (ode, (t, v), (t_before, before)) = (problem.ode(), &self.last, &self.before);
         let (h, moved) = (t - t_before, distance(v, before));
         // The references' f, which may be dear, is asked where the run rests alone.
@@ -232,7 +298,8 @@ impl Watch {
         if drift > REST * self.largest || v.len() > DENSE {
             return None;
         }
-        let rate = spectral_abscissa(&jacobian(problem, *t, v));
+        let a = jacobian(problem, *t, v);
+        let rate = spectral_abscissa(&a);
         if !came {
             // A distance from the rest of |f|/rate or of a rounding, by the end; in logarithms, as it may be beyond all numbers.
             let distance = (max_norm(&f) / rate).max(f64::EPSILON * size);
@@ -247,7 +314,9 @@ impl Watch {
                 )
             });
         }
-        (h * rate > REST).then(|| {
+        // What the method lets grow stays away only where it is on the way there exactly, as the solution is.
+        let damps = growth(method, &(h * &a)).is_none_or(|factor| factor <= 1.0);
+        (h * rate > REST && damps).then(|| {
             format!(
                 "the run came to rest where the equation is unstable: perturbations grow like e^({} t) there, and the method \
                  with h = {} damps them; a step well below {} shows the growth",
