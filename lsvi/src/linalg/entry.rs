@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 use std::iter::Sum;
-use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Sub, SubAssign};
 
 use nalgebra::Complex;
 
@@ -21,6 +21,7 @@ pub(crate) trait Entry:
     + AddAssign
     + SubAssign
     + MulAssign
+    + DivAssign
 {
     /// |x|, or |Re x| + |Im x|, which serves as well for the choice of a pivot.
     fn magnitude(self) -> f64;

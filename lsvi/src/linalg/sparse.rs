@@ -315,7 +315,7 @@ impl<T: Entry> SparseLu<T> {
         }
         for j in (0..x.len()).rev() {
             let Range { start, end } = upper.range(j);
-            x[j] = x[j] / upper.values[end - 1];
+            x[j] /= upper.values[end - 1];
             upper.subtract(start..end - 1, x[j], x);
         }
         for (x, &j) in x.iter_mut().zip(&column_order.forward) {
@@ -334,7 +334,8 @@ impl<T: Entry> SparseLu<T> {
         }
         for j in (0..x.len()).rev() {
             let Range { start, end } = lower.range(j);
-            x[j] = x[j] - lower.product(start + 1..end, x);
+            let known = lower.product(start + 1..end, x);
+            x[j] -= known;
         }
         for ((b, s), &k) in b.iter_mut().zip(row_scale).zip(&row_order.inverse) {
             *b = replace(&mut x[k], T::from(0.0)).scaled(*s);
