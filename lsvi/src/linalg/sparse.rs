@@ -264,13 +264,14 @@ impl<T: Entry> SparseLu<T> {
         }
         let pivot = replace(&mut x[j], zero);
         upper.values[last] = pivot;
-        let mut largest: f64 = 0.0;
+        let mut is_steady = is_usable(pivot, places.len());
         for place in lower.range(j).skip(1) {
             let entry = replace(&mut x[lower.rows[place]], zero);
-            largest = largest.max(entry.magnitude());
+            // NaN is not steady.
+            is_steady &= STEADY * entry.magnitude() <= pivot.magnitude();
             lower.values[place] = entry / pivot;
         }
-        is_usable(pivot, places.len()) && pivot.magnitude() >= STEADY * largest
+        is_steady
     }
 
     fn find_pivots(&mut self) -> Result<(), FactorError> {

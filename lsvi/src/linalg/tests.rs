@@ -60,7 +60,7 @@ fn factors_of_one_matrix_after_another_are_those_of_each() {
     // By how much the entries of a row differ from those of the first matrix, and in which order they are added.
     let others: [&dyn Fn(usize) -> f64; 7] =
         [&|_| 1.0, &|_| 1e-9, &|_| 2.0, &|i| 1.0 + 1e-3 * i as f64, &|i| (5 * i) as f64, &|_| 0.0, &|_| 1.0];
-    let mut kept = 0;
+    let (mut kept, mut taken_over) = (0, false);
     for (k, factor) in others.into_iter().enumerate() {
         let mut entries = Vec::new();
         first.for_each(|i, j, x| entries.push((i, j, if i == j { factor(i) * x } else { x })));
@@ -78,6 +78,8 @@ fn factors_of_one_matrix_after_another_are_those_of_each() {
         let Ok(fresh) = fresh else { continue };
         assert!([kept, fresh].contains(&lu.entries()), "matrix {k}");
         kept = lu.entries();
+        // Only pivots of another matrix have another fill.
+        taken_over |= kept != fresh;
         let (mut x, mut residual) = (vec![1.0; n], vec![1.0; n]);
         lu.solve(&mut x);
         a.mul_add(-1.0, &x, &mut residual);
@@ -85,6 +87,7 @@ fn factors_of_one_matrix_after_another_are_those_of_each() {
         assert!(max_norm(&residual) <= bound, "matrix {k}: {:e}", max_norm(&residual));
     }
     assert_eq!(a, first);
+    assert!(taken_over);
 }
 
 /// Rings, whose fill is the same in every order, and tridiagonal matrices, where exchanges of rows may bring a second diagonal

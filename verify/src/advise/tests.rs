@@ -225,7 +225,7 @@ fn work_is_counted_in_evaluations() {
     let work = |residuals, factorizations, inner| Work { residuals, factorizations, inner, ..Work::default() };
     let cost = |setting: &str, method: &str, work| {
         let problem = problem::build_setting(setting).expect("registered");
-        trial::cost(&*problem, &*method::parse(method).expect("registered"), work)
+        trial::cost(&*problem, &*method::parse(method).expect("registered"))(work)
     };
     // A tridiagonal one and a full one of three columns; an equation of Method I takes f at both ends of the step.
     assert_eq!(cost("channel-couette cells=8", "rk4", work(1, 1, 0)), 1.0 + 3.0);

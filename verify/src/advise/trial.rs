@@ -158,17 +158,14 @@ impl Ran {
     ) -> Result<Self, RunError> {
         let (states, times) = (truth.of_steps(shown)?, chosen(shown as usize));
         let (every, mut step, mut next, mut worst) = ((steps / shown) as usize, 0, 0, 0.0);
-        let h = truth.horizon / f64::from(steps);
+        let (h, cost) = (truth.horizon / f64::from(steps), cost(problem, method));
         let run = run_from(problem, problem.initial(), method, h, truth.horizon, |state, work| {
             if times.get(next).is_some_and(|time| time * every == step) {
                 worst = larger(worst, common_distance(&states[next], &state.q));
                 next += 1;
             }
             step += 1;
-            if cost(problem, method, work) > most {
-                return ControlFlow::Break(());
-            }
-            ControlFlow::Continue(())
+            if cost(work) > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })?;
         let error = if next < times.len() { f64::INFINITY } else { worst };
         Ok(Self { steps, error, work: run.work })
@@ -198,7 +195,7 @@ pub(super) fn with_tolerance(
         steps: run.work.steps,
         error,
         times: times.len(),
-        cost: cost(problem, method, run.work),
+        cost: cost(problem, method)(run.work),
         order: None,
     };
     (error <= target).then_some(trial)
@@ -213,7 +210,7 @@ pub(super) fn search(
     target: f64,
     most: f64,
 ) -> (Option<Trial>, f64) {
-    let horizon = truth.horizon;
+    let (horizon, cost) = (truth.horizon, cost(problem, method));
     let tried = |steps: u32| Ran::at_ends_of(steps, (problem, method), steps, truth, WORTH * most).ok();
     let mut before = None;
     let mut steps = LEAST;
@@ -221,7 +218,7 @@ pub(super) fn search(
         let now = tried(steps);
         match now {
             Some(found) if found.error <= target => break (before, found),
-            _ if steps == MOST || now.as_ref().is_some_and(|ran| cost(problem, method, ran.work) > most) => {
+            _ if steps == MOST || now.as_ref().is_some_and(|ran| cost(ran.work) > most) => {
                 return (None, now.map_or(f64::INFINITY, |ran| ran.error));
             }
             _ => (before, steps) = (now, 2 * steps),
@@ -248,14 +245,14 @@ pub(super) fn search(
         steps: u64::from(steps),
         error,
         times: chosen(steps as usize).len(),
-        cost: cost(problem, method, work),
+        cost: cost(work),
         order,
     };
     (Some(trial), fine.error.min(error))
 }
 
 /// Work in evaluations of f: an equation of the method takes as many as it has stages, a matrix those of its columns that differ.
-pub(super) fn cost(problem: &dyn Problem, method: &dyn Method, work: Work) -> f64 {
+pub(super) fn cost(problem: &dyn Problem, method: &dyn Method) -> impl Fn(Work) -> f64 + use<> {
     let field = problem.field();
     let columns = match field.structure() {
         Structure::Banded { lower, upper } => lower + upper + 1,
@@ -263,6 +260,9 @@ pub(super) fn cost(problem: &dyn Problem, method: &dyn Method, work: Work) -> f6
         // Few colours, or a product at a time.
         _ => 5,
     };
-    let equations = work.residuals as f64 + columns as f64 * work.factorizations as f64;
-    f64::from(method.traits().stages) * (equations + work.inner as f64)
+    let stages = f64::from(method.traits().stages);
+    move |work| {
+        let equations = work.residuals as f64 + columns as f64 * work.factorizations as f64;
+        stages * (equations + work.inner as f64)
+    }
 }

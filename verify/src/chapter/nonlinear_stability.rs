@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{Context, Study, StudyError};
+use crate::evidence::number::brief;
 use crate::evidence::{Axis, Cell, Check, Evidence, Field, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::ends::End;
 use crate::experiment::fates::{self, Fate, Fates, Folds, GRID, Map, STEPS, Spacing};
@@ -218,6 +219,17 @@ fn spurious_logistic(context: &Context) -> Result<(Vec<Check>, Table), StudyErro
             "2000 steps; 0 attracts for h > 2, where 1/(1 − h + h²/2) < 1",
         ));
     }
+    // The crossing is met on the way to each longer step.
+    for h in [2.6, 3.0, 5.0] {
+        let end = |part: f64| end(context, ["logistic", "method-i"], part * BORDER, h, STEPS);
+        checks.push(Check::new(
+            format!("logistic/border-{h}"),
+            format!("With h = {h} runs from a tenth above the start of the crossing end at 1, runs from a tenth below it at 0: largest distance"),
+            larger((end(1.1)? - 1.0).abs(), end(0.9)?.abs()),
+            Requirement::AtMost(1e-12),
+            "2000 steps; the start of the crossing does not depend on h",
+        ));
+    }
     let caption = "Method I on v̇ = v (1 − v) near its spurious steady state: the factor of a small distance in one step, predicted and \
                    of a live one, and where runs from 0.9 and 1.1 times the state end.";
     let columns = ["h", "spurious", "predicted", "factor", "from_below", "from_above"];
@@ -238,7 +250,8 @@ fn spurious_method_ii(context: &Context) -> Result<Check, StudyError> {
 
 /// 1/(½ − v) where s²(2x³ − 3x² + x) + s(3x² − 2x − 2vx + v²) + 2(x − v) and its derivatives in x and in s vanish together:
 /// s = 2.123 035 56, x = 0.286 740 04, v = 0.090 150 666, by Newton's method.
-const CROSSING: f64 = 1.0 / (0.5 - 0.090_150_666);
+const CROSSING: f64 = 1.0 / (0.5 - BORDER);
+const BORDER: f64 = 0.090_150_666;
 
 /// hJ = 2 on logistic growth.
 fn spurious_state(h: f64) -> f64 {
@@ -313,8 +326,9 @@ fn notes(crossing: f64) -> Vec<String> {
              not of the equation. On the logistic equation it has one at v = ½ − 1/h for h > 2, between the two true ones. It \
              repels, and up to h = {crossing:.2} what starts below it goes to 0: the state that repels every solution attracts the scheme, which damps \
              fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. From that h \
-             on the branch from beside that state crosses another on the way, and leads up from it: only smaller starts go to 0. Implicit Euler damps \
-             fast growth too, but the branch that it keeps to leads to 1 from every start."
+             on the branch from beside that state crosses another on the way, and leads up from it: whatever h is, starts below {} go to 0, and those above it \
+             to 1 where their steps have solutions. Implicit Euler damps fast growth too, but the branch that it keeps to leads to 1 from every start.",
+            brief(BORDER)
         ),
         "Method II has a steady state of its own wherever f_v = 0, v = ½ on the logistic equation, and \
          many of its runs come to a step without a solution."

@@ -204,20 +204,17 @@ fn selected(names: &[String], has_model: bool, full: bool) -> Result<Vec<Study>,
     if let Some(name) = names.iter().find(|name| ids().all(|id| id != *name)) {
         return Err(NameError::unknown("study", name, ids()));
     }
-    let is_named = |study: &Study| names.iter().any(|name| name == study.id);
+    let meant = |name: &str| chapter::LONG.iter().find(|(short, _)| full && *short == name).map(|(_, long)| long.id);
+    let is_named = |study: &Study| names.iter().any(|name| meant(name).unwrap_or(name) == study.id);
     let is_long = |study: &Study| chapter::LONG.iter().any(|(_, long)| long.id == study.id);
     // A long study has the names of tables and checks of the one that it takes the place of.
     let is_replaced = |study: &Study| {
         let mut of = chapter::LONG.iter().filter(|(short, _)| *short == study.id);
         of.any(|(_, long)| full || is_named(long))
     };
-    let replaces_a_named = |study: &Study| {
-        let mut of = chapter::LONG.iter().filter(|(_, long)| full && long.id == study.id);
-        of.any(|(short, _)| names.iter().any(|name| name == short))
-    };
     let is_selected = |study: &&Study| match names {
         [] => full && is_long(study) || !is_long(study) && !is_replaced(study),
-        _ => replaces_a_named(study) || is_named(study) && !is_replaced(study),
+        _ => is_named(study) && !is_replaced(study),
     };
     Ok(known().filter(is_selected).copied().collect())
 }

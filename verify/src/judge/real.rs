@@ -225,7 +225,7 @@ mod tests {
         assert!((&(&off * &Real::from(3)) - &Real::one()).is_positive());
     }
 
-    /// (n/d − m)d = n − md exactly, however much cancels.
+    /// (n/d − ½) 2d = 2n − d, however much cancels.
     #[test]
     fn what_quotients_lose_is_within_their_bounds() {
         for d in (3..200).chain([10_000, 1_000_003]) {

@@ -161,19 +161,7 @@ pub(super) fn check(ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64]) -> Result
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// v̇ = 0.
-    struct Still;
-
-    impl Ode for Still {
-        fn dim(&self) -> usize {
-            1
-        }
-        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
-            dv[0] = 0.0;
-        }
-        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
-    }
+    use crate::reference::tests::Still;
 
     /// Bounds at t = 1, 2 and 3 of two solves that differ by `apart` at t.
     fn bounds(apart: impl Fn(f64) -> f64) -> Vec<f64> {
@@ -183,7 +171,7 @@ mod tests {
             times.iter().for_each(|t| run.push(vec![1.0 + coarse * apart(*t)], 1));
             Ok(run)
         };
-        solve_twice(&Still, 0.0, &[1.0], &[1.0, 2.0, 3.0], 1e-9, solve).expect("solved").bound
+        solve_twice(&Still(f64::INFINITY), 0.0, &[1.0], &[1.0, 2.0, 3.0], 1e-9, solve).expect("solved").bound
     }
 
     /// Seven roundings of the largest state so far in each of a billion steps are above a tolerance of 1e-9.
@@ -195,7 +183,8 @@ mod tests {
             times.iter().for_each(|t| run.push(vec![size(*t)], if *t < 3.0 { 1 } else { 1_000_000_000 }));
             Ok(run)
         };
-        let bound = solve_twice(&Still, 0.0, &[1.0], &[1.0, 2.0, 3.0], 1e-9, growing).expect("solved").bound;
+        let bound =
+            solve_twice(&Still(f64::INFINITY), 0.0, &[1.0], &[1.0, 2.0, 3.0], 1e-9, growing).expect("solved").bound;
         assert_eq!(bound, [2e-9, 1e-9 * (1.0 + 1e6), 7.0 * f64::EPSILON * 1e15]);
     }
 

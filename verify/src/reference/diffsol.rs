@@ -237,26 +237,11 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Its steps are no longer than 0.4.
-    struct Short;
-
-    impl Ode for Short {
-        fn dim(&self) -> usize {
-            1
-        }
-        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
-            dv[0] = 0.0;
-        }
-        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
-        fn longest_step(&self, _span: f64) -> f64 {
-            0.4
-        }
-    }
+    use crate::reference::tests::Still;
 
     #[test]
     fn stops_are_equally_spaced_from_where_a_run_goes_on_to_its_end() {
-        let mut stops = Stops::new(&Short, 2.0, &[2.5, 3.0]);
+        let mut stops = Stops::new(&Still(0.4), 2.0, &[2.5, 3.0]);
         let found = [(); 5].map(|()| stops.next());
         for (found, stop) in found.into_iter().zip([2.0 + 1.0 / 3.0, 2.0 + 2.0 / 3.0, 3.0, 3.0, 3.0]) {
             assert!((found - stop).abs() < 1e-15, "{found} for {stop}");

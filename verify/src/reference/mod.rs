@@ -1,7 +1,7 @@
 //! Reference solutions that share no code with the methods under test.
 //!
 //! A reference solves a first-order system v̇ = f(t, v) that a problem states by hand in [`Ode`]; it never sees
-//! the discretisation that it is to judge. Each is solved at two tolerances, and the difference is its error bound.
+//! the discretisation that it is to judge. Each is solved at two tolerances, and twice the difference is its error bound.
 
 pub(crate) mod bound;
 #[cfg(feature = "cvode")]
@@ -170,5 +170,26 @@ pub trait Reference: Sync {
 impl fmt::Debug for dyn Reference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Ode;
+
+    /// v̇ = 0 with this longest step.
+    pub(super) struct Still(pub(super) f64);
+
+    impl Ode for Still {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv[0] = 0.0;
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
+        fn longest_step(&self, _span: f64) -> f64 {
+            self.0
+        }
     }
 }

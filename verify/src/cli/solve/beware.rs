@@ -130,7 +130,7 @@ impl Watch {
                     ode.rhs(start + part * (t - start), &v, &mut f);
                     before[k].signum() * f[k] >= 0.0
                 };
-                // Who comes back is where he was.
+                // A second crossing brings it back.
                 *since = (since.is_none() && [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().all(points_back)).then_some(t);
             }
             let is_far = state[k].abs() > LOST * self.sizes[k];
@@ -229,7 +229,7 @@ impl Watch {
         })
     }
 
-    /// States that the equation leaves within a step, and the method does not: it follows a branch of solutions that nothing comes near.
+    /// States that solutions of the equation leave within a step, and the run does not.
     fn stays(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
         let ((t, v), h) = (&self.last, self.last.0 - self.before.0);
         if v.len() > DENSE {
@@ -314,9 +314,9 @@ impl Watch {
                 )
             });
         }
-        // What the method lets grow stays away only where it is on the way there exactly, as the solution is.
-        let damps = growth(method, &(h * &a)).is_none_or(|factor| factor <= 1.0);
-        (h * rate > REST && damps).then(|| {
+        // A method that lets perturbations grow rests only where there are none, as the solution does.
+        let damps = || growth(method, &(h * &a)).is_none_or(|factor| factor <= 1.0);
+        (h * rate > REST && damps()).then(|| {
             format!(
                 "the run came to rest where the equation is unstable: perturbations grow like e^({} t) there, and the method \
                  with h = {} damps them; a step well below {} shows the growth",

@@ -74,12 +74,12 @@ fn depends_on_time(problem: &dyn Problem, t: f64, h: f64, v: &[f64]) -> bool {
     if field.dim() != v.len() {
         return true;
     }
-    let mut values = NODES.map(|node| {
+    let values = NODES.map(|node| {
         let mut f = vec![0.0; v.len()];
         field.rhs(t + node * h, v, &mut f);
         f
     });
-    let [first, others @ ..] = &mut values;
+    let [first, others @ ..] = &values;
     others.iter().any(|f| f != first)
 }
 
