@@ -85,8 +85,8 @@ impl Character {
         let unknowns = problem.ode().dim();
         let mut states = Vec::new();
         // What was seen until a failure is what there is to look at.
-        let _ =
-            run(problem, method, horizon / INSTANTS as f64, horizon, |state| states.push((state.t, state.q.clone())));
+        let h = problem.ode().longest_step(horizon).min(horizon / INSTANTS as f64);
+        let _ = run(problem, method, h, horizon, |state| states.push((state.t, state.q.clone())));
         let size = |(_, state): &(f64, Vec<f64>)| max_norm(state);
         let sizes = (states.first().map_or(0.0, size), worst(states.iter().map(size)));
         let reached = states.last().map_or(0.0, |(t, _)| *t);
@@ -141,8 +141,16 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         columns.push(&rate / rate.norm().max(f64::MIN_POSITIVE));
         found.push(a);
     }
-    if found.is_empty() {
-        return None;
+    let Some((t, _)) = states.first() else { return None };
+    // A solution at rest sees the linear part of f alone: a state aside, where f is defined there.
+    let size = Some(worst(states.iter().map(|(_, v)| max_norm(v)))).filter(|size| *size > 0.0).unwrap_or(1.0);
+    let aside: Vec<f64> = (0..n).map(|i| size * (1.0 + 0.5 * ((i + 1) as f64).sin())).collect();
+    let mut jacobian = Jacobian::with_structure(n, &structure);
+    field.add_jacobian(*t, &aside, 1.0, &mut jacobian);
+    let a = &inverse * jacobian.to_dense() * inverse.transpose();
+    let scale = a.norm();
+    if scale.is_finite() {
+        columns.extend(a.column_iter().map(|column| column / scale.max(f64::MIN_POSITIVE)));
     }
     let all = DMatrix::from_columns(&columns);
     // Squares of singular values: what is orthogonal to seven digits counts.

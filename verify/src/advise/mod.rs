@@ -1,5 +1,6 @@
 //! What a system is like, and which method to take on it with which step size: from trial runs, never from a name.
 
+mod changes;
 mod character;
 mod duration;
 mod trial;
@@ -94,7 +95,7 @@ pub enum Refusal {
     /// Accurate runs do not agree.
     #[error(
         "accurate runs of radau-adaptive, which the trials are measured by, end {difference:.1e} apart, too much to tell errors of {target:.1e}: \
-         the solution is sensitive, as one that starts beside a state of rest from which it goes away"
+         the solution is sensitive, as one that starts beside a state of rest from which it goes away, or f jumps"
     )]
     Parting {
         /// By so much.
@@ -113,8 +114,8 @@ pub enum Refusal {
     /// No other run confirms the solution.
     #[error(
         "no trial with fixed steps comes nearer to the solution of radau-adaptive, which the trials are measured by, than \
-         {difference:.1e}, too much to tell errors of {target:.1e}: the solution is sensitive, not smooth, or has times too unlike for \
-         steps of one size"
+         {difference:.1e}, too much to tell errors of {target:.1e}: the solution is sensitive, not smooth, as where f jumps, or has times \
+         too unlike for steps of one size"
     )]
     Unresolved {
         /// By so much.
@@ -133,7 +134,7 @@ pub enum Refusal {
     /// The errors of the cheapest method do not follow its order.
     #[error(
         "the errors of {method} fall with order {found:.1} where it has {nominal}: the solution is not smooth on the scale of its \
-         steps, or the problem too stiff for its order there, and no error can be predicted"
+         steps, or so long that errors of phase add up, or the problem too stiff for its order there, and no error can be predicted"
     )]
     NotSmooth {
         /// The method.
@@ -258,7 +259,7 @@ pub fn try_out(
         trials.extend(found);
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let (moved, parting) = (truth.moves_by(&problem.initial()), truth.parts_by());
+    let (moved, parting) = (truth.moves_by(), truth.parts_by());
     Ok(Ok(Tried { trials, uncertainty, target, moved, parting }))
 }
 

@@ -2,6 +2,7 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
+use super::changes::changes;
 use super::*;
 use lsvi::Work;
 
@@ -299,6 +300,51 @@ fn what_is_advised_beside_an_unstable_rest_follows_the_solution() {
     }
 }
 
+/// A pulse of 1/140 of a unit of time, between any 64 times, of which x keeps exp(7.3 − t + σ²/2) of its area.
+#[test]
+fn what_is_advised_for_a_pulse_follows_it() {
+    let (sigma, horizon) = (1.0 / 200.0_f64.sqrt() / 10.0, 20.0);
+    let problem = of_text("u_i { x = 0 } F_i { 1000*exp(-1e4*(t - 7.3)*(t - 7.3)) - x }", horizon);
+    let area = 1000.0 * sigma * TAU.sqrt();
+    let after = |t: f64| area * (7.3 - t + 0.5 * sigma * sigma).exp();
+    let advice = advise(&problem, horizon, 1e-3).expect("registered");
+    assert!((advice.target - 1e-3 * area).abs() < 0.05 * advice.target, "{advice:?}");
+    assert!(!advice.trials.is_empty(), "{advice:?}");
+    for trial in &advice.trials {
+        let method = method::parse(&trial.method).expect("registered");
+        let adapts = method.traits().is_adaptive;
+        let method = if adapts { adaptive(trial.setting).expect("registered") } else { method };
+        let h = if adapts { horizon } else { trial.setting };
+        let mut error = 0.0;
+        crate::run::run(&problem, &*method, h, horizon, |state| {
+            if state.t > 7.5 {
+                error = larger(error, (state.q[0] - after(state.t)).abs());
+            }
+        })
+        .expect("it ran before");
+        assert!(error <= 1.1 * advice.target, "{error:e}: {trial:?}");
+    }
+}
+
+/// Of what is smooth 64 times see most; of a pulse and of a jump they see nothing, and the times lie in it and beside it.
+#[test]
+fn times_at_which_f_changes_are_those_that_equal_parts_do_not_see() {
+    let stops: Vec<f64> = (1..=64).map(|k| 20.0 * f64::from(k) / 64.0).collect();
+    let of = |rate: &str| changes(&of_text(&format!("u_i {{ x = 0 }} F_i {{ {rate} }}"), 20.0), 20.0, &stops);
+    for rate in ["-x", "cos(t) - x", "t*t - x", "heaviside(t - 7.3) - x"] {
+        assert!(of(rate).is_empty(), "{rate}");
+    }
+    let within = |times: &[f64], from: f64, to: f64| times.iter().filter(|t| (from..to).contains(*t)).count();
+    let pulse = of("exp(-1e4*(t - 7.3)*(t - 7.3)) - x");
+    assert!(pulse.len() > 40 && within(&pulse, 7.2, 7.4) == pulse.len(), "{pulse:?}");
+    assert!(pulse.is_sorted());
+    // With v = 0 at the start.
+    let dose = of("(x + 1e-9)*heaviside(t - 7.3)*heaviside(7.32 - t)");
+    assert!(dose.len() >= 4 && within(&dose, 7.299, 7.301) == 2 && within(&dose, 7.319, 7.321) == 2, "{dose:?}");
+    let fast = of("cos(2*3.141592653589793*50*t)");
+    assert!(fast.len() > 200 && within(&fast, 0.0, 10.0).abs_diff(fast.len() / 2) < 5, "{}", fast.len());
+}
+
 #[test]
 fn a_field_that_is_not_finite_at_the_start_is_named() {
     let advice = advise(&of_text("u_i { w = 1, x = 0 } F_i { -w, log(x) }", 2.0), 2.0, 1e-5).expect("registered");
@@ -321,4 +367,8 @@ fn what_holds_at_the_start_alone_is_not_said_of_the_system() {
     // The sum of the components is conserved, or but for a part in ten thousand.
     assert_eq!(matrices("u_i { x = 1, y = 0 } F_i { -x + y, x - y }").invariants, 1);
     assert_eq!(matrices("u_i { x = 1, y = 0 } F_i { -x + y, 1.0001*x - y }").invariants, 0);
+    // At rest in (1, 0), where y has no rate of first order.
+    assert_eq!(matrices("u_i { x = 1, y = 0 } F_i { 1 - x - y*y, y*y }").invariants, 0);
+    assert_eq!(matrices("u_i { x = 1, y = 0 } F_i { -y*y, y*y }").invariants, 1);
+    assert_eq!(matrices("u_i { x = 0, y = 0 } F_i { -x - y*y, y*y - y }").invariants, 0);
 }

@@ -1,17 +1,18 @@
 //! Trial runs, and what they cost.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
 use lsvi::{Structure, Work};
 
+use super::changes::changes;
 use super::worst;
 use crate::measure::norm::{common_distance, larger, max_norm};
 use crate::method::Method;
 use crate::problem::Problem;
-use crate::run::{RunError, run, run_from, run_through};
+use crate::run::{RunError, run, run_between, run_from, run_through};
 
 /// A run that reaches the accuracy.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +56,7 @@ const RESOLVED: f64 = 1e-9;
 
 /// The part by which a time advances in each of the equal parts of a run over the one before: the golden ratio, to whose multiples no
 /// period is near.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
+pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// The numbers of those of `count` steps at whose ends errors are measured: each, or one in each of [`TIMES`] equal parts, the last of all
 /// included. Where in its part is irregular, lest what is periodic shows one phase only.
@@ -79,20 +80,42 @@ pub(super) struct Truth<'a> {
     problem: &'a dyn Problem,
     method: &'a dyn Method,
     horizon: f64,
+    /// When f changes by itself.
+    changes: Vec<f64>,
     known: RefCell<BTreeMap<u32, Rc<Vec<Vec<f64>>>>>,
-    /// Where the runs end that were made.
+    /// The largest component of the runs that were made, and how far they went from their start.
+    extent: Cell<(f64, f64)>,
+    /// Where they end.
     ends: RefCell<Vec<Vec<f64>>>,
 }
 
 impl<'a> Truth<'a> {
     /// By an adaptive method.
     pub(super) fn by(problem: &'a dyn Problem, method: &'a dyn Method, horizon: f64) -> Result<Self, RunError> {
-        let truth = Self { problem, method, horizon, known: RefCell::default(), ends: RefCell::default() };
+        let (known, extent, ends) = Default::default();
+        let mut truth = Self { problem, method, horizon, changes: Vec::new(), known, extent, ends };
+        truth.changes = changes(problem, horizon, &truth.ends_of(FINE));
         truth.of_steps(FINE)?;
         Ok(truth)
     }
 
-    /// The states at the [`chosen`] ends of so many steps.
+    /// The numbers of the steps that end at `ends` at which errors are measured: [`chosen`] ones, and those in which f changes.
+    fn shown(&self, ends: &[f64]) -> Vec<usize> {
+        let mut shown = chosen(ends.len());
+        let after = |t: &f64| ends.partition_point(|end| end < t) + 1;
+        shown.extend(self.changes.iter().map(after).filter(|step| *step <= ends.len()));
+        shown.sort_unstable();
+        shown.dedup();
+        shown
+    }
+
+    /// The numbers of those of so many steps at whose ends errors are measured.
+    fn steps(&self, steps: u32) -> Vec<usize> {
+        let ends: Vec<f64> = (1..=steps).map(|step| self.horizon * f64::from(step) / f64::from(steps)).collect();
+        self.shown(&ends)
+    }
+
+    /// The states at these ends.
     fn of_steps(&self, steps: u32) -> Result<Rc<Vec<Vec<f64>>>, RunError> {
         if let Some(states) = self.known.borrow().get(&steps) {
             return Ok(Rc::clone(states));
@@ -102,21 +125,26 @@ impl<'a> Truth<'a> {
         Ok(states)
     }
 
-    /// The [`chosen`] ends of so many steps.
+    /// Those ends.
     fn ends_of(&self, steps: u32) -> Vec<f64> {
         let end = |step: usize| self.horizon * step as f64 / f64::from(steps);
-        chosen(steps as usize).into_iter().map(end).collect()
+        self.steps(steps).into_iter().map(end).collect()
     }
 
     /// The states at `times` up to the horizon, by a run that stops at those of many steps too: a run as long as it likes may pass
     /// over what the solution does.
     fn at(&self, times: &[f64]) -> Result<Vec<Vec<f64>>, RunError> {
         let is_asked = |t: &f64| times.iter().any(|time| (time - t).abs() <= RESOLVED * self.horizon);
-        let stops = self.ends_of(FINE).into_iter().filter(|t| !is_asked(t)).map(|t| (t, false));
+        let stops = self.ends_of(FINE).into_iter().chain(self.changes.iter().copied());
+        let stops = stops.filter(|t| !is_asked(t) && *t > 0.0).map(|t| (t, false));
         let mut stops: Vec<(f64, bool)> = times.iter().map(|t| (*t, true)).chain(stops).collect();
         stops.sort_by(|a, b| a.0.total_cmp(&b.0));
+        stops.dedup_by(|next, stop| !next.1 && next.0 - stop.0 <= RESOLVED * self.horizon);
         let all = run_through(self.problem, self.method, &stops.iter().map(|(t, _)| *t).collect::<Vec<_>>())?;
         self.ends.borrow_mut().extend(all.last().cloned());
+        let (start, (size, moved)) = (self.problem.initial(), self.extent.get());
+        let size = all.iter().map(|state| max_norm(state)).fold(size, larger);
+        self.extent.set((size, all.iter().map(|state| common_distance(state, &start)).fold(moved, larger)));
         Ok(all.into_iter().zip(&stops).filter_map(|(state, (_, is_asked))| is_asked.then_some(state)).collect())
     }
 
@@ -128,12 +156,12 @@ impl<'a> Truth<'a> {
 
     /// The largest component, or 1.
     pub(super) fn size(&self) -> f64 {
-        worst(self.known.borrow().values().flat_map(|states| states.iter()).map(|state| max_norm(state))).max(1.0)
+        larger(self.extent.get().0, 1.0)
     }
 
     /// How far it goes from its start, as far as any run has asked.
-    pub(super) fn moves_by(&self, start: &[f64]) -> f64 {
-        worst(self.known.borrow().values().flat_map(|states| states.iter()).map(|state| common_distance(state, start)))
+    pub(super) fn moves_by(&self) -> f64 {
+        self.extent.get().1
     }
 }
 
@@ -156,7 +184,7 @@ impl Ran {
         truth: &Truth,
         most: f64,
     ) -> Result<Self, RunError> {
-        let (states, times) = (truth.of_steps(shown)?, chosen(shown as usize));
+        let (states, times) = (truth.of_steps(shown)?, truth.steps(shown));
         let (every, mut step, mut next, mut worst) = ((steps / shown) as usize, 0, 0, 0.0);
         let (h, cost) = (truth.horizon / f64::from(steps), cost(problem, method));
         let run = run_from(problem, problem.initial(), method, h, truth.horizon, |state, work| {
@@ -172,8 +200,8 @@ impl Ran {
     }
 }
 
-/// The run of an adaptive method, if its error is within the target at the ends of its steps that are chosen. They are those of a run
-/// that a user makes; the truth is followed to where they end.
+/// The run of an adaptive method, if its error is within the target at the ends of its steps that are chosen, and between them where f
+/// changes by itself, over which a step may pass. They are those of a run that a user makes; the truth is followed to where they end.
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
     method: &dyn Method,
@@ -185,10 +213,13 @@ pub(super) fn with_tolerance(
     let mut ends = Vec::new();
     let run = run(problem, method, horizon, horizon, |state| ends.push((state.t, state.q.clone()))).ok()?;
     // The first is the start.
-    let shown: Vec<_> = chosen(ends.len() - 1).into_iter().map(|step| &ends[step]).collect();
+    let all: Vec<f64> = ends[1..].iter().map(|(t, _)| *t).collect();
+    let shown: Vec<_> = truth.shown(&all).into_iter().map(|step| &ends[step]).collect();
     let times: Vec<f64> = shown.iter().map(|(t, _)| *t).collect();
-    let truth = truth.at(&times).ok()?;
-    let error = worst(shown.iter().zip(&truth).map(|((_, state), truth)| common_distance(truth, state)));
+    let between = run_between(problem, method, horizon, &truth.changes).ok()?;
+    let known = [truth.at(&times).ok()?, truth.at(&truth.changes).ok()?].concat();
+    let found = shown.iter().map(|(_, state)| state).chain(&between);
+    let error = worst(found.zip(&known).map(|(state, known)| common_distance(known, state)));
     let trial = Trial {
         method: method.name(),
         setting: tolerance,
@@ -244,7 +275,7 @@ pub(super) fn search(
         setting: horizon / f64::from(steps),
         steps: u64::from(steps),
         error,
-        times: chosen(steps as usize).len(),
+        times: truth.steps(steps).len(),
         cost: cost(work),
         order,
     };

@@ -33,6 +33,9 @@ use verify::replacement::Replacement;
 /// Part of the largest value above which an estimate of its error says that no digit of it is right.
 const MEANINGLESS: f64 = 0.5;
 
+/// Steps that an adaptive method is taken to need, where what they pass over is looked for.
+const ADAPTIVE_STEPS: f64 = 1000.0;
+
 /// Steps that take minutes.
 const MANY: f64 = 1e7;
 
@@ -169,7 +172,8 @@ struct Summary {
     /// Of flows, |f| at the end and the linear systems that were solved.
     effort: Option<(f64, u64)>,
     watch: Watch,
-    forcing: Forcing,
+    /// That the steps do not see how f depends on time.
+    unseen: Option<String>,
 }
 
 impl<'a> Solve<'a> {
@@ -219,6 +223,8 @@ impl<'a> Solve<'a> {
         let mut summary = Summary::default();
         let mut io = Ok(());
         let mut progress = Progress::new(self.args);
+        let steps = if self.method.traits().is_adaptive { ADAPTIVE_STEPS } else { self.args.t_end / self.h };
+        let mut forcing = Forcing::new(&*self.problem, self.method.order(), steps);
         let estimator = || Estimator::new(&*self.problem, &*self.method, self.h, self.args.t_end);
         let mut estimator = (!self.args.no_estimate).then(estimator).transpose();
         let mut estimator = estimator.as_mut().map_err(|error| Stop::Failed(self.failed(error.clone())))?.as_mut();
@@ -231,9 +237,7 @@ impl<'a> Solve<'a> {
                 estimator.error(difference)
             });
             summary.add(state.t, max_norm(&values), error, estimate);
-            if !self.method.traits().is_adaptive {
-                summary.forcing.add(&*self.problem, state.t, &state.q);
-            }
+            forcing.add(state.t, &state.q);
             summary.watch.add(&*self.problem, state.t, &state.q, self.has_exact && error.is_none());
             let errors = [error, estimate];
             let shown = usize::from(!self.has_exact)..1 + usize::from(estimator.is_some());
@@ -247,6 +251,9 @@ impl<'a> Solve<'a> {
         summary.effort = self.problem.solver().map(|_| (self.rate(&run.end), run.work.factorizations));
         let failure = estimator.and_then(|estimator| estimator.failure().map(ToString::to_string));
         summary.unestimated = failure;
+        // Where both tolerances lead to the same steps there is no difference.
+        let estimate = summary.estimate.map_or(0.0, |(estimate, _)| estimate);
+        summary.unseen = forcing.unresolved(estimate, summary.size).filter(|_| !self.args.no_estimate);
         Ok(summary)
     }
 
@@ -289,16 +296,15 @@ impl<'a> Solve<'a> {
 
     /// Says on standard error what the rows do not, and returns it as comment lines.
     fn warn(&self, summary: &Summary) -> String {
+        let is_adaptive = self.method.traits().is_adaptive;
         let mut warnings = summary.watch.warnings(&*self.problem, &*self.method);
-        if !self.method.traits().is_adaptive {
+        if !is_adaptive {
             warnings.extend(summary.watch.amplified(&*self.problem, &*self.method));
-            warnings
-                .extend(summary.estimate.and_then(|(estimate, _)| summary.forcing.unresolved(estimate, summary.size)));
         }
-        warnings.extend(
-            summary.unresolved().or_else(|| summary.watch.leap().filter(|_| !self.method.traits().is_adaptive)),
-        );
-        if self.method.traits().is_adaptive {
+        // Where f is not seen, another solution with half the step is no news.
+        let of_estimate = || summary.unresolved(is_adaptive).or_else(|| summary.watch.leap().filter(|_| !is_adaptive));
+        warnings.extend(summary.unseen.clone().or_else(of_estimate));
+        if is_adaptive {
             let default = [DEFAULT_ATOL];
             let atol = if self.args.atol.is_empty() { &default[..] } else { &self.args.atol };
             warnings.extend(summary.watch.below(atol));
@@ -424,12 +430,17 @@ impl Stop {
 }
 
 impl Summary {
-    /// What is to be said where half the step gives another solution: past a pole, or where the steps resolve nothing.
-    fn unresolved(&self) -> Option<String> {
+    /// What is to be said where the finer run gives another solution: past a pole, in chaos, or where the steps resolve nothing.
+    fn unresolved(&self, is_adaptive: bool) -> Option<String> {
         let (estimate, t) = self.estimate.filter(|(estimate, _)| *estimate > MEANINGLESS * self.size)?;
+        let [finer, smaller] = if is_adaptive {
+            ["a tenth of the tolerances", "smaller tolerances tell"]
+        } else {
+            ["half the step", "a smaller `--h` tells"]
+        };
         Some(format!(
-            "at t = {} the error is estimated as {}, where no row is above {}: with half the step it is another solution, and it \
-             may have ended before, as in a pole; a smaller `--h` tells",
+            "at t = {} the error is estimated as {}, where no row is above {}: with {finer} it is another solution. It may be sensitive, or \
+             have ended before, as in a pole; {smaller}",
             plain(t),
             number(estimate),
             number(self.size)

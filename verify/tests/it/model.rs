@@ -359,7 +359,7 @@ fn a_dose_is_seen_by_references_and_estimates_and_breaks_no_invariant() {
     let (code, text) = said("dose", DOSE, &["compare", "--t-end", "40"]);
     assert!(code != Some(1) && text.contains(" 0 do not"), "{text}");
     let (_, text) = said("dose", DOSE, &["solve", "--method", "radau-adaptive", "--t-end", "40"]);
-    assert!(text.contains("with half the step it is another solution"), "{text}");
+    assert!(text.contains("with a tenth of the tolerances it is another solution"), "{text}");
     let (_, text) = said("dose", DOSE, &["solve", "--method", "rk4", "--h", "0.1", "--t-end", "40"]);
     assert!(!text.contains("conserves"), "{text}");
 }

@@ -655,6 +655,23 @@ fn steps_that_see_one_phase_of_what_is_periodic_are_named() {
     assert_eq!(run("0.05"), "");
 }
 
+/// A dose of a twentieth of a unit of time between the nodes of steps of h and h/2, which both leave the solution at 0.
+#[test]
+fn a_pulse_that_steps_pass_over_is_named() {
+    let model = "u_i { x = 0 } F_i { 100*heaviside(t - 7.31)*heaviside(7.36 - t) - x }";
+    let run = |rest: &[&str]| warned("pulse", model, &[rest, &["--t-end", "10"]].concat());
+    for method in ["implicit-euler", "method-i", "rk4", "ls-galerkin(3,gauss,3)"] {
+        let said = run(&["--method", method, "--h", "0.5"]);
+        assert!(said.contains("f changes in time faster than the steps"), "{method}: {said}");
+    }
+    assert_eq!(run(&["--method", "method-i", "--h", "0.005"]), "");
+    assert_eq!(run(&["--method", "radau-adaptive", "--h", "0.02"]), "");
+    // Coarse tolerances are not told what they miss in a pole, nor in chaos.
+    let lorenz = "u_i { x = 1, y = 1, z = 1 } F_i { 10*(y - x), x*(28 - z) - y, x*y - 8*z/3 }";
+    let said = warned("butterfly", lorenz, &["--method", "radau-adaptive", "--rtol", "1e-4", "--t-end", "40"]);
+    assert!(said.contains("with a tenth of the tolerances it is another solution"), "{said}");
+}
+
 #[test]
 fn what_is_missing_is_said_and_not_guessed() {
     let (status, _, errors) = verify(&["report", "--only", "model"]);

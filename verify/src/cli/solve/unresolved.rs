@@ -1,102 +1,147 @@
 //! Whether steps see how f depends on time.
 
-use verify::measure::norm::larger;
+use lsvi::VectorField;
+use lsvi::quadrature::Quadrature;
+use verify::measure::norm::{larger, max_norm};
 use verify::problem::Problem;
 
 use crate::cli::layout::number;
 
-/// Steps that are looked at, the first ones, and of large systems the values of f in them.
-const STEPS: usize = 1000;
-const VALUES: usize = 1_000_000;
+/// Values of f that are looked at in a run, and the panels of a step between which they are shared at most.
+const VALUES: f64 = 2e6;
+const PANELS: f64 = 32.0;
 
-/// Times in a step, and the weights of Simpson's rule and of Gauss' with three nodes, which is at no equal parts of it.
-const NODES: [f64; 5] = [0.0, 0.112_701_665_379_258_3, 0.5, 0.887_298_334_620_741_7, 1.0];
-const SIMPSON: [f64; 5] = [1.0 / 6.0, 0.0, 2.0 / 3.0, 0.0, 1.0 / 6.0];
-const GAUSS: [f64; 5] = [0.0, 5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0, 0.0];
+/// Nodes of Gauss' rule, in each panel and for methods of high order in a step.
+const NODES: usize = 5;
 
-/// Times the estimate of the error, and part of the solution, that the difference of the two comes to where f is not resolved.
-const BEYOND: f64 = 10.0;
+/// The order up to which methods see of f(t) no more than Simpson's rule does, with its nodes at the ends and the middle, where two runs
+/// with h and h/2 look.
+const LOW_ORDER: u32 = 4;
+
+/// Times the estimate of the error, and part of the solution, that the difference comes to where f is not resolved.
+const BEYOND: f64 = 4.0;
 const PART: f64 = 1e-3;
 
-/// What two quadratures of f(t, v) in t make of it along a run, v as it is at the start of each step.
-///
-/// The one has its nodes at the ends and the middles of the steps, where two runs with h and h/2 look: both may see one phase alone of
-/// what is periodic, and agree.
-#[derive(Debug, Default)]
-pub(super) struct Forcing {
+/// What two quadratures of f(t, v) in t make of it along a run, v as it is at the start of each step: one with few nodes, as the steps have
+/// them, and one with many panels. Two runs with h and h/2 may see one phase alone of what is periodic, or both pass over what f does for
+/// a moment, and agree.
+pub(super) struct Forcing<'a> {
+    problem: &'a dyn Problem,
+    field: Box<dyn VectorField + 'a>,
+    /// Nodes in parts of a step, and the weight of each in the difference of the two.
+    rule: Vec<(f64, f64)>,
+    /// Values of f that may still be looked at.
+    left: f64,
     last: Option<(f64, Vec<f64>)>,
-    steps: usize,
-    /// Sum over the steps of the difference of the two, of the component for which it is largest in each.
-    difference: f64,
+    /// The difference so far, and the largest of it at any time.
+    difference: Vec<f64>,
+    largest: f64,
 }
 
-impl Forcing {
+impl<'a> Forcing<'a> {
+    /// Of a run of a method of this order, of about so many steps.
+    pub(super) fn new(problem: &'a dyn Problem, order: u32, steps: f64) -> Self {
+        let field = problem.field();
+        let share = VALUES / (steps.max(1.0) * (NODES * field.dim().max(1)) as f64);
+        let panels = share.clamp(1.0, PANELS).floor();
+        let coarse = if order <= LOW_ORDER { Quadrature::lobatto(3) } else { Quadrature::gauss(NODES) };
+        // Rules of a few nodes exist.
+        let [coarse, fine] = [coarse, Quadrature::gauss(NODES)].map(|rule| rule.map_or_else(|_| Vec::new(), pairs));
+        let of_panel =
+            |panel: usize| fine.iter().map(move |(node, weight)| ((panel as f64 + node) / panels, weight / panels));
+        let coarse = coarse.into_iter().map(|(node, weight)| (node, -weight));
+        let rule = coarse.chain((0..panels as usize).flat_map(of_panel)).collect();
+        let left = if field.is_autonomous() { 0.0 } else { VALUES };
+        let difference = vec![0.0; problem.ode().dim()];
+        Self { problem, field, rule, left, last: None, difference, largest: 0.0 }
+    }
+
     /// The next row of a run.
-    pub(super) fn add(&mut self, problem: &dyn Problem, t: f64, state: &[f64]) {
-        let ode = problem.ode();
-        if self.steps > STEPS.min(VALUES / state.len().max(1)) || ode.dim() != state.len() {
+    pub(super) fn add(&mut self, t: f64, state: &[f64]) {
+        let (n, ode) = (state.len(), self.problem.ode());
+        let values = (n * self.rule.len()) as f64;
+        if n != ode.dim() || self.left < values {
             return;
         }
         // The references' f may be dear, as a convolution of all modes is.
-        if let Some((before, v)) = &self.last
-            && depends_on_time(problem, *before, t - before, v)
+        if let Some((before, v)) = self.last.take()
+            && self.depends_on_time(before, t - before, &v)
         {
-            let (h, n) = (t - before, v.len());
-            let mut difference = vec![0.0; n];
-            let mut f = vec![0.0; n];
-            for ((node, a), b) in NODES.iter().zip(SIMPSON).zip(GAUSS) {
-                ode.rhs(before + node * h, v, &mut f);
-                difference.iter_mut().zip(&f).for_each(|(sum, f)| *sum += h * (a - b) * f);
+            let h = t - before;
+            let (mut f, mut of_step) = (vec![0.0; n], vec![0.0; n]);
+            for (node, weight) in &self.rule {
+                ode.rhs(before + node * h, &v, &mut f);
+                of_step.iter_mut().zip(&f).for_each(|(sum, f)| *sum += h * weight * f);
             }
             // What is not finite is said elsewhere.
-            self.difference += difference.into_iter().map(f64::abs).filter(|x| x.is_finite()).fold(0.0, larger);
+            if of_step.iter().all(|x| x.is_finite()) {
+                self.difference.iter_mut().zip(of_step).for_each(|(sum, x)| *sum += x);
+            }
+            self.largest = larger(self.largest, max_norm(&self.difference));
         }
-        self.steps += 1;
+        self.left -= values;
         self.last = Some((t, state.to_vec()));
+    }
+
+    /// Whether the method's own f differs at any node of a step, `v` as it is.
+    fn depends_on_time(&self, t: f64, h: f64, v: &[f64]) -> bool {
+        if self.field.dim() != v.len() {
+            return true;
+        }
+        let (mut first, mut f) = (vec![0.0; v.len()], vec![0.0; v.len()]);
+        self.field.rhs(t, v, &mut first);
+        self.rule.iter().any(|(node, _)| {
+            self.field.rhs(t + node * h, v, &mut f);
+            f != first
+        })
     }
 
     /// That the run does not see f, where its largest error is estimated to be `estimate` and its largest component is `size`.
     pub(super) fn unresolved(&self, estimate: f64, size: f64) -> Option<String> {
-        (self.difference > BEYOND * estimate && self.difference > PART * size).then(|| {
+        (self.largest > BEYOND * estimate && self.largest > PART * size).then(|| {
             format!(
-                "f changes in time faster than the steps: between their ends and middles it integrates to something else, by {} in all, and the \
+                "f changes in time faster than the steps: its integral over them is another than their nodes make of it, by up to {}, and the \
                  estimate, {}, does not know; a step that is no multiple of its period, or a smaller one, tells",
-                number(self.difference),
+                number(self.largest),
                 number(estimate)
             )
         })
     }
 }
 
-/// Whether the method's own f differs anywhere in a step, `v` as it is.
-fn depends_on_time(problem: &dyn Problem, t: f64, h: f64, v: &[f64]) -> bool {
-    let field = problem.field();
-    if field.dim() != v.len() {
-        return true;
-    }
-    let values = NODES.map(|node| {
-        let mut f = vec![0.0; v.len()];
-        field.rhs(t + node * h, v, &mut f);
-        f
-    });
-    let [first, others @ ..] = &values;
-    others.iter().any(|f| f != first)
+/// The nodes of a rule with their weights.
+fn pairs(rule: Quadrature) -> Vec<(f64, f64)> {
+    rule.nodes().iter().copied().zip(rule.weights().iter().copied()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::atomic::{AtomicU32, Ordering};
 
-    use lsvi::{VectorField, field};
+    use lsvi::field;
     use verify::reference::Ode;
 
     use super::*;
 
-    /// v̇ = cos(ω t) for the method and for references, whose evaluations are counted.
-    #[derive(Debug, Default)]
+    /// v̇ = c + g(t) for the references, whose evaluations are counted, and v̇ = c + cos(ω t) for the method.
+    #[derive(Debug)]
     struct Forced {
         frequency: f64,
+        g: fn(f64) -> f64,
         evaluations: AtomicU32,
+    }
+
+    impl Forced {
+        fn new(frequency: f64, g: fn(f64) -> f64) -> Self {
+            Self { frequency, g, evaluations: AtomicU32::new(0) }
+        }
+
+        /// The largest difference in `steps` of length `h`.
+        fn difference(&self, order: u32, h: f64, steps: u32) -> f64 {
+            let mut forcing = Forcing::new(self, order, f64::from(steps));
+            (0..=steps).for_each(|step| forcing.add(h * f64::from(step), &[0.0]));
+            forcing.largest
+        }
     }
 
     impl Ode for Forced {
@@ -105,7 +150,7 @@ mod tests {
         }
         fn rhs(&self, t: f64, _v: &[f64], dv: &mut [f64]) {
             self.evaluations.fetch_add(1, Ordering::Relaxed);
-            dv[0] = (self.frequency * t).cos();
+            dv[0] = (self.g)(t);
         }
         fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
     }
@@ -127,13 +172,37 @@ mod tests {
 
     #[test]
     fn the_references_are_asked_where_f_depends_on_time_alone() {
-        for (frequency, evaluations) in [(0.0, 0), (std::f64::consts::TAU, 10)] {
-            let problem = Forced { frequency, ..Forced::default() };
-            let mut forcing = Forcing::default();
-            [0.0, 1.0, 2.0].into_iter().for_each(|t| forcing.add(&problem, t, &[0.0]));
-            assert_eq!(problem.evaluations.load(Ordering::Relaxed), evaluations, "{frequency}");
-            // With steps of a period both ends and the middle of one make −1/3 of ∫ cos, which is 0.
-            assert_eq!(forcing.unresolved(1e-6, 1.0).is_some(), evaluations > 0);
+        for frequency in [0.0, 1.0] {
+            let problem = Forced::new(frequency, f64::cos);
+            problem.difference(2, 1.0, 2);
+            let per_step = 3 + PANELS as u32 * NODES as u32;
+            assert_eq!(problem.evaluations.load(Ordering::Relaxed), if frequency > 0.0 { 2 * per_step } else { 0 });
+        }
+    }
+
+    /// With steps of a period both ends and the middle of one make −1/3 of ∫ cos, which is 0, and with steps of two they make 1 of it.
+    #[test]
+    fn periods_and_pulses_between_the_nodes_of_steps_are_seen() {
+        let periodic = Forced::new(1.0, |t| (std::f64::consts::TAU * t).cos());
+        assert!((periodic.difference(2, 1.0, 9) - 3.0).abs() < 1e-9, "{}", periodic.difference(2, 1.0, 9));
+        assert!((periodic.difference(2, 2.0, 9) - 18.0).abs() < 1e-9, "{}", periodic.difference(2, 2.0, 9));
+        let pulse = Forced::new(1.0, |t| if (7.33..7.38).contains(&t) { 1.0 } else { 0.0 });
+        for order in [2, 6] {
+            let found = pulse.difference(order, 0.5, 20);
+            assert!((found - 0.05).abs() < 0.01, "{order}: {found}");
+        }
+    }
+
+    /// On cos the rules err by h⁴/2880 of its integral, as methods of order 4 do, and by h¹⁰ 5!⁴/(11 · 10!³); no part of the integral is
+    /// above 2.
+    #[test]
+    fn the_difference_is_below_the_errors_of_methods_on_what_is_smooth() {
+        let smooth = Forced::new(1.0, f64::cos);
+        assert!(smooth.difference(4, 0.5, 1000) < 2.0 * 0.5_f64.powi(4) / 2880.0);
+        let gauss = 120_f64.powi(4) / 11.0 / 3_628_800_f64.powi(3);
+        for h in [0.5_f64, 1.5, 3.0] {
+            let (found, bound) = (smooth.difference(6, h, 1000), 2.0 * gauss * h.powi(10) + 1e-12);
+            assert!(found < bound, "{h}: {found}");
         }
     }
 }
