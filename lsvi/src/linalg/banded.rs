@@ -2,7 +2,7 @@
 
 use super::entry::Entry;
 use super::structure::Structure;
-use super::{FactorError, row_scale};
+use super::{FactorError, is_usable, row_scale};
 
 /// A square band matrix, stored by columns: entry (i, j) is at `upper + i − j` of column j.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,8 +135,6 @@ impl<T: Entry> BandLu<T> {
             let entries = &mut self.factors[start..start + rows.len()];
             entries.iter_mut().zip(&self.row_scale[rows]).for_each(|(x, s)| *x = x.scaled(*s));
         }
-        // Each pivot is the result of at most `reach` updates by multipliers of size ≤ 1.
-        let lost = (reach + 1) as f64 * f64::EPSILON;
         let mut last = 0;
         for j in 0..n {
             let below = lower.min(n - 1 - j);
@@ -148,12 +146,13 @@ impl<T: Entry> BandLu<T> {
                     pivot = i;
                 }
             }
-            let usable = column[pivot].magnitude() > lost;
-            if !usable {
-                return Err(FactorError::Singular);
-            }
             self.pivots[j] = pivot;
             column.swap(0, pivot);
+            let of_upper = &done[j * height + reach - reach.min(j)..=j * height + reach];
+            if !is_usable(of_upper, reach + 1) {
+                return Err(FactorError::Singular);
+            }
+            let column = &mut done[j * height + reach..j * height + reach + below + 1];
             let inverse = T::from(1.0) / column[0];
             column[1..].iter_mut().for_each(|x| *x *= inverse);
             // Row j + pivot reaches `upper` beyond its own diagonal.

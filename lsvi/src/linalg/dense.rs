@@ -9,7 +9,7 @@ use faer::{Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 use super::entry::Entry;
-use super::{FactorError, by_size, row_scale, size};
+use super::{FactorError, by_size, is_usable, row_scale, size};
 
 /// Largest order at which plain elimination is faster than the blocked one.
 const SMALL: usize = 16;
@@ -100,9 +100,7 @@ impl<T: Entry> DenseLu<T> {
                 factor::lu_in_place(matrix, &mut self.forward, &mut self.inverse, Par::Seq, stack, Default::default());
             self.exchanges = info.transposition_count;
         }
-        // Backward error of elimination: each pivot is exact for a matrix perturbed by at most n ε of its scaled rows.
-        let lost = n as f64 * f64::EPSILON;
-        let usable = (0..n).all(|i| self.factors[i * n + i].magnitude() > lost);
+        let usable = (0..n).all(|j| is_usable(&self.factors[j * n..=j * n + j], n));
         if usable { Ok(()) } else { Err(FactorError::Singular) }
     }
 

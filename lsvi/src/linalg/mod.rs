@@ -29,7 +29,7 @@ use sparse::SparseLu;
 /// Why a matrix has no usable factors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FactorError {
-    /// A pivot is zero, or lost in the rounding of its own row.
+    /// A pivot is zero, or lost in rounding.
     Singular,
     /// An entry is NaN or infinite.
     NonFinite { row: usize, column: usize },
@@ -224,6 +224,17 @@ fn row_scale(largest: f64) -> Result<f64, FactorError> {
     }
     let exponent = largest.max(f64::MIN_POSITIVE).to_bits() & f64::INFINITY.to_bits();
     Ok(f64::from_bits(exponent).recip())
+}
+
+/// Whether the pivot, the last entry of its column of U, is more than the rounding of so many updates of its column by multipliers of
+/// size ≤ 1. The scaled rows have entries of size 1; a column without any is that of an unknown in small units.
+fn is_usable<T: Entry>(column: &[T], updates: usize) -> bool {
+    let lost = updates as f64 * f64::EPSILON;
+    column.last().is_some_and(|pivot| {
+        let pivot = pivot.magnitude();
+        // NaN is not usable.
+        pivot > lost || column.iter().all(|u| pivot > lost * u.magnitude())
+    })
 }
 
 /// Largest absolute component; NaN if any component is NaN.

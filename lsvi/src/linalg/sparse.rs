@@ -13,7 +13,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
 use super::entry::Entry;
 use super::structure::Pattern;
-use super::{FactorError, row_scale};
+use super::{FactorError, is_usable, row_scale};
 
 /// A square sparse matrix with a fixed pattern.
 #[derive(Debug, Clone)]
@@ -264,7 +264,7 @@ impl<T: Entry> SparseLu<T> {
         }
         let pivot = replace(&mut x[j], zero);
         upper.values[last] = pivot;
-        let mut is_steady = is_usable(pivot, places.len());
+        let mut is_steady = is_usable(&upper.values[places.clone()], places.len());
         for place in lower.range(j).skip(1) {
             let entry = replace(&mut x[lower.rows[place]], zero);
             // NaN is not steady.
@@ -289,7 +289,7 @@ impl<T: Entry> SparseLu<T> {
         let u = self.search.u_factor_unsorted();
         let usable = (0..self.pattern.dim()).all(|j| {
             let column = u.val_of_col(j);
-            column.last().is_some_and(|pivot| is_usable(*pivot, column.len()))
+            is_usable(column, column.len())
         });
         if !usable {
             return Err(FactorError::Singular);
@@ -342,9 +342,4 @@ impl<T: Entry> SparseLu<T> {
             *b = replace(&mut x[k], T::from(0.0)).scaled(*s);
         }
     }
-}
-
-/// Whether a pivot is more than the rounding of as many updates as there are entries in its column of U.
-fn is_usable<T: Entry>(pivot: T, entries: usize) -> bool {
-    pivot.magnitude() > entries as f64 * f64::EPSILON
 }

@@ -196,6 +196,31 @@ fn solves_badly_scaled_rows() {
     }
 }
 
+/// The first unknown has small units: no row has an entry of its size, and no pivot is lost.
+#[test]
+fn solves_with_unknowns_in_any_units() {
+    for structure in structures(3) {
+        for unit in [1e-18, 1e-30] {
+            let mut a = Jacobian::with_structure(3, &structure);
+            for (i, row) in [[2.0 * unit, 3.0, 0.0], [unit, -1.0, 4.0], [0.0, 2.0, 1.0]].iter().enumerate() {
+                row.iter().enumerate().filter(|(_, x)| **x != 0.0).for_each(|(j, &x)| a.add(i, j, x));
+            }
+            if a.outside().is_some() {
+                continue;
+            }
+            let mut lu = Lu::of(&a);
+            lu.factor(&a).expect("regular");
+            // x = (1/unit, 2, 3), and the transposed system for (1, 2, 3).
+            let (mut b, mut transposed) = ([8.0, 11.0, 7.0], [4.0 * unit, 7.0, 11.0]);
+            lu.solve(&mut b);
+            lu.solve_transpose(&mut transposed);
+            for (x, exact) in b.iter().chain(&transposed).zip([1.0 / unit, 2.0, 3.0, 1.0, 2.0, 3.0]) {
+                approx::assert_relative_eq!(*x, exact, max_relative = 1e-14);
+            }
+        }
+    }
+}
+
 #[test]
 fn refuses_singular_matrices() {
     for (n, entries) in

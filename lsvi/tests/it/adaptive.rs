@@ -525,6 +525,23 @@ fn growth_beyond_all_times_is_not_passed_over() {
     }
 }
 
+/// Beside a rate of 10²¹ that acts on nothing, ẋ = 5x makes entries of 10⁻¹⁵ of their row, which no rounding has touched: such a matrix is not
+/// singular, and steps are not halved for it.
+#[test]
+fn a_slow_component_beside_a_fast_one_in_other_units_takes_its_own_steps() {
+    let predators = lsvi::field!(2, half = 0.5; |_t, v, dv| {
+        dv[0] = v[0] * (v[1] * -0.4 + 5.0);
+        dv[1] = v[1] * (v[0] * half - 0.8);
+    });
+    for eaten in [0.0, 1e-100, 1e-10] {
+        let start = State::new(0.0, vec![-2e21, eaten]);
+        let mut run = Trajectory::new(radau(&predators, 1e-6, 1e-9), start, 2.0, 2.0).unwrap();
+        let steps = (0..200).take_while(|_| run.step().unwrap().is_some()).count();
+        assert!(steps < 200, "{eaten}: {steps}");
+        approx::assert_relative_eq!(run.state().q[0], -2e21 * 10_f64.exp(), max_relative = 1e-4);
+    }
+}
+
 #[test]
 fn stops_that_lie_close_are_all_kept() {
     let mut method = radau(AutoField::new(ProtheroRobinson { lambda: 1.0 }), 1e-6, 1e-6);
