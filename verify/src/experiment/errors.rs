@@ -123,15 +123,16 @@ impl Errors {
     }
 }
 
-/// Whether the errors of a run decay to zero: the largest on (20, 40] over the largest on (10, 20];
-/// [`RunError::in_place_of_a_number`] if a step fails, and 0 where the later one is no larger than the [`roundoff`] of the run.
+/// Whether the errors of a run decay to zero: the largest on (t, 2t] over the largest on (t/2, t], for the last t of 20, 10, 5, … at which
+/// the earlier one is ten times the [`roundoff`] of the run; [`RunError::in_place_of_a_number`] if a step fails, and nothing where
+/// there is no such t.
 ///
 /// Roundoff need not decay. On quadratic drag a step at time s adds a few ε v(s), of which v(t)²/v(s)² is left at t: in all
 /// ε v(t)² Σ 1/v(s) ≈ ε (t + t²/2)/(h (1 + t)²), which tends to ε/(2h) and grows on the way there.
 ///
 /// They do if it is [`Decay::MOST`] or less. That is the one reading of "the errors decay to zero as t → ∞" in the report. A
 /// factor of ½ as t doubles is a fall like 1/t; the errors on quadratic drag fall like ln t/t² and those on linear problems
-/// exponentially, from t = 10 on, whatever they did before.
+/// exponentially, sooner or later.
 #[derive(Debug)]
 pub struct Decay {
     /// The problem.
@@ -147,32 +148,38 @@ impl Decay {
     pub const MOST: f64 = 0.5;
     /// The end of the run.
     pub const END: f64 = 40.0;
+    /// Spans of time (t, 2t] that are looked at, from the last one back.
+    const SPANS: usize = 8;
+    /// What is well above roundoff.
+    const ABOVE: f64 = 10.0;
 }
 
 impl Experiment for Decay {
     const ID: &'static str = "decay";
-    type Found = f64;
+    type Found = Option<f64>;
 
-    fn measure(&self, context: &Context) -> Result<f64, StudyError> {
+    fn measure(&self, context: &Context) -> Result<Option<f64>, StudyError> {
         context.announce(1);
         let problem = problem::build_setting(self.problem)?;
-        let (mut early, mut late) = (0.0, 0.0);
-        let mut size = 0.0;
+        let (mut errors, mut size) = ([0.0; Self::SPANS], 0.0);
         let outcome = run(&*problem, &*method::parse(self.method)?, self.h, Self::END, |state| {
             size = larger(size, state.q[0].abs());
-            if state.t <= 0.25 * Self::END {
-                return;
+            let halved = (0..Self::SPANS).scan(Self::END, |end, _| {
+                *end *= 0.5;
+                Some(*end)
+            });
+            if let Some(span) = halved.into_iter().position(|start| state.t > start) {
+                let error = problem.exact(state.t).map_or(f64::NAN, |exact| (state.q[0] - exact[0]).abs());
+                errors[span] = larger(errors[span], error);
             }
-            let error = problem.exact(state.t).map_or(f64::NAN, |exact| (state.q[0] - exact[0]).abs());
-            let part = if state.t > 0.5 * Self::END { &mut late } else { &mut early };
-            *part = larger(*part, error);
         });
         context.tick();
-        Ok(match outcome {
-            Err(error) => error.in_place_of_a_number(),
-            Ok(_) if late <= roundoff(self.h, size) => 0.0,
-            Ok(_) => late / early,
-        })
+        if let Err(error) = outcome {
+            return Ok(Some(error.in_place_of_a_number()));
+        }
+        // NaN is not roundoff.
+        let is_roundoff = |error: f64| error <= Self::ABOVE * roundoff(self.h, size);
+        Ok(errors.windows(2).find(|pair| !is_roundoff(pair[1])).map(|pair| pair[0] / pair[1]))
     }
 }
 
