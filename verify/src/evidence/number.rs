@@ -36,18 +36,35 @@ pub fn brief(value: f64) -> String {
     }
 }
 
-/// What a measurement says that was not repeated, one significant digit of its least and of its most: `2 to 4`, and `about 3` where the
-/// two have the same.
+/// What a measurement says that was not repeated, one significant digit of its least and of its most, or two where the first is a 1:
+/// `1.8 to 4`, and `about 3` where the two have the same.
 pub fn about(least: f64, most: f64) -> String {
-    let [least, most] = [least, most].map(|value| brief(format!("{value:.0e}").parse().unwrap_or(value)));
+    let rounded = |value: f64| {
+        let two = format!("{value:.1e}");
+        if two.starts_with('1') { two } else { format!("{value:.0e}") }
+    };
+    let [least, most] = [least, most].map(|value| brief(rounded(value).parse().unwrap_or(value)));
     if least == most { format!("about {least}") } else { format!("{least} to {most}") }
 }
 
-/// What a measurement says that was repeated, two significant digits of its least and of its most: `14 to 15`, and `1.6` where the two
-/// have the same.
+/// What a measurement says that was repeated, two significant digits of its least and of its most, rounded so that all lies between
+/// them: `13 to 15`, and `1.6` where the two have the same to the nearest.
 pub fn between(least: f64, most: f64) -> String {
-    let [least, most] = [least, most].map(brief);
-    if least == most { least } else { format!("{least} to {most}") }
+    let nearest = brief(least);
+    if nearest == brief(most) {
+        nearest
+    } else {
+        format!("{} to {}", brief(outward(least, -1.0)), brief(outward(most, 1.0)))
+    }
+}
+
+/// The number of two significant digits next to `value` in a direction, −1 or 1, or `value` where it has two.
+fn outward(value: f64, direction: f64) -> f64 {
+    let near: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+    // As decimal digits, of which both have few.
+    let beyond = direction * (value - near) > 1e-9 * near.abs();
+    let unit = 10_f64.powf(value.abs().log10().floor() - 1.0);
+    if beyond { near + direction * unit } else { near }
 }
 
 /// A bound: as it was chosen if that takes six digits at most, and otherwise four digits of it. One a little beyond 1 shows
@@ -150,9 +167,13 @@ mod tests {
     fn what_repetitions_agree_on_has_two_digits() {
         let cases = [
             ((1.55, 1.63), "1.6"),
-            ((13.5, 15.3), "14 to 15"),
+            ((13.5, 15.3), "13 to 16"),
             ((12.04, 12.83), "12 to 13"),
-            ((1.38, 1.81), "1.4 to 1.8"),
+            ((1.38, 1.81), "1.3 to 1.9"),
+            ((0.936, 1.0), "0.93 to 1"),
+            ((9.96, 99.6), "9.9 to 100"),
+            ((99.6, 996.0), "99 to 1000"),
+            ((-2.34, -0.51), "−2.4 to −0.51"),
             ((0.0023, 0.0025), "0.0023 to 0.0025"),
             ((f64::NAN, 2.0), "not a number to 2"),
         ];
@@ -165,15 +186,15 @@ mod tests {
     fn what_was_not_repeated_has_one_digit() {
         let cases = [
             ((2.9, 3.2), "about 3"),
-            ((1.8, 4.1), "2 to 4"),
+            ((1.8, 4.1), "1.8 to 4"),
             ((74.0, 93.0), "70 to 90"),
-            ((170.0, 230.0), "about 200"),
+            ((170.0, 230.0), "170 to 200"),
         ];
         for ((least, most), text) in cases {
             assert_eq!(about(least, most), text);
         }
         assert_eq!(about(0.0031, 0.0058), "0.003 to 0.006");
-        assert_eq!(about(9.6, 10.2), "about 10");
+        assert_eq!([about(9.6, 10.2), about(12.9, 13.4), about(8.0, 12.9)], ["about 10", "about 13", "8 to 13"]);
     }
 
     #[test]

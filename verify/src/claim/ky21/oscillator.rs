@@ -93,6 +93,8 @@ fn global_errors(context: &Context) -> Result<Finding, StudyError> {
     const METHOD: &str = "path-fitted(2)";
     let stable = context.get(Stable { method: METHOD.into() })?;
     let limit = stable.first().map(|(_, end)| *end).ok_or("degree 2 is stable nowhere")?;
+    let of_verlet = context.get(Stable { method: CLASSICAL[1].into() })?;
+    let of_verlet = of_verlet.first().map(|(_, end)| *end).ok_or("Störmer–Verlet is stable nowhere")?;
     let scan = |rival| AheadInMotion { problem: PROBLEMS[0].1, method: METHOD, rival, t_end: T_END, between: BETWEEN };
     let scanned = CLASSICAL.map(|rival| context.get(scan(rival)));
     let [midpoint, verlet] = scanned;
@@ -134,10 +136,11 @@ fn global_errors(context: &Context) -> Result<Finding, StudyError> {
     );
     Ok(Finding::on(cases, evidence)
         .holds_where(format!(
-            "On the oscillator at {} against the midpoint rule, which has no limit of stability, and at {} against Störmer–Verlet (scanned from {} \
-             to {}); degree 2 is unstable from τ = {} on. Of the steps tested it is ahead at {}.",
+            "On the oscillator at {} against the midpoint rule, which has no limit of stability, and at {} against Störmer–Verlet, which is \
+             unstable from τ = {} on (scanned from {} to {}); degree 2 is unstable from τ = {} on. Of the steps tested it is ahead at {}.",
             sizes("τ", &midpoint, BETWEEN),
             sizes("τ", &verlet, BETWEEN),
+            text(of_verlet),
             BETWEEN[0],
             BETWEEN[1],
             text(limit),

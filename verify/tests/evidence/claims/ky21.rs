@@ -302,8 +302,11 @@ fn global_errors(found: &Found) -> Result<Known, Failed> {
             never.join(", ")
         ),
         format!("On the oscillator at τ < {} against the midpoint rule,", to(behind)),
+        // −2 = 2 − τ².
         format!(
-            "at τ from 0.05 to 3 against Störmer–Verlet (scanned from 0.05 to 3); degree 2 is unstable from τ = {} on.",
+            "at τ from 0.05 to 3 against Störmer–Verlet, which is unstable from τ = {} on (scanned from 0.05 to 3); degree 2 is unstable from \
+             τ = {} on.",
+            text(2.0),
             text(limit)
         ),
         format!("it is ahead at {}.", ahead.join(", ")),
