@@ -771,6 +771,31 @@ mod tests {
         assert_eq!([doubted(&[1.25]), doubted(&[1.25, 1.25, 1.0]), doubted(&[1.25, 1.3])], [0, 0, 0]);
     }
 
+    /// What is said of an answer whose runs differ by another order than that of its bound.
+    #[test]
+    fn orders_that_do_not_settle_are_told() {
+        let answer = |order: f64, observed: Option<f64>, earlier: Option<f64>, bound: f64| {
+            let runs = Runs { h: 0.1, order, observed, earlier, is_settled: false, at_once: false };
+            Answer { states: vec![vec![1.0]], bound, astray: None, runs: Some(runs) }
+        };
+        let plain = "differs by more than the bounds allow";
+        assert_eq!(difference(&answer(2.0, Some(2.2), None, 0.0)), plain);
+        assert_eq!(difference(&answer(2.0, None, None, 0.0)), plain);
+        for observed in [1.0, 3.0] {
+            let told = difference(&answer(2.0, Some(observed), None, 0.0));
+            assert_eq!(told, format!("{plain}, of an order 2: its runs differ by order {observed:.1}"));
+        }
+        // A hundred times too wide: a tenth of the step of second order. What would take a longer one is not named.
+        let wide = "agrees, but the bounds are too wide to tell";
+        assert_eq!(too_wide(&answer(2.0, None, None, 1.0), 1e-2), format!("{wide} at h = 0.10; h = 0.01 should do"));
+        assert_eq!(too_wide(&answer(2.0, None, None, 1.0), 2.0), wide);
+        assert_eq!(too_wide(&answer(2.0, None, None, f64::INFINITY), 1e-2), wide);
+        let by = |observed, earlier| unsettled(&answer(2.0, observed, earlier, 0.0).runs.expect("runs"));
+        assert!(by(Some(1.0), Some(0.5)).contains("its runs differ by orders 0.5 and 1.0, not by 2,"));
+        assert!(by(Some(1.0), None).contains("its runs differ by order 1.0, not by 2,"));
+        assert!(by(None, None).contains("its runs differ by no order, not by 2,"));
+    }
+
     #[test]
     fn a_bound_that_is_too_wide_names_the_step_that_should_do() {
         let (standing, status, _) = stands("logistic", ("lambda", "10"), &*named("conventional"));

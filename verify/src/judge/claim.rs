@@ -244,6 +244,18 @@ mod tests {
             assert_eq!(reached(text, 0.0), Outcome::Fail, "{text}");
         }
         assert_eq!([reached("2.829", 0.01), reached("2.84", 0.01)], [Outcome::Inconclusive; 2]);
+        // Meant exactly, and a unit of the last place away.
+        assert_eq!(
+            [reached("2.8284271247461907e0", 0.0), reached("2.828427124746e0", 0.0)],
+            [Outcome::Inconclusive, Outcome::Pass]
+        );
+        assert_eq!(reached("2.82842712475e0", 0.0), Outcome::Fail);
+        let of = |text: &str, end: f64, open: f64| Printed::parse(text).expect(text).is_reached(end, open);
+        assert!(of("2.829", 8.0_f64.sqrt(), 0.01).1.contains("leave open whether that is enough"));
+        assert_eq!(of("2.8", 8.0_f64.sqrt(), 0.0).1, "");
+        assert_eq!(of("2.83", 8.0_f64.sqrt(), 0.0).1, "; 2.83, to the digits claimed, is 2.825 at least");
+        // What is not above zero is not rounded up.
+        assert_eq!([of("-0.5", -0.52, 0.0).0, of("0.0", -0.02, 0.0).0], [Outcome::Fail; 2]);
         assert_eq!(Printed::parse("2.80").expect("a number").to_string(), "2.80");
     }
 }

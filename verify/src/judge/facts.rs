@@ -287,3 +287,25 @@ pub(super) fn short(x: f64) -> String {
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.to_owned() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four decimals, more below a tenth, and none beyond what is uncertain.
+    #[test]
+    fn lengths_have_four_decimals_or_as_many_as_are_certain() {
+        let cases = [
+            ((2.785_29, 0.0), "2.7853"),
+            ((0.1, 0.0), "0.1000"),
+            ((0.05, 0.0), "0.05000"),
+            ((0.005, 0.0), "0.005000"),
+            ((2.785_29, 5e-5), "2.7853"),
+            ((2.785_29, 2e-3), "2.785 ± 0.002"),
+            ((27.8, 3.0), "28 ± 3"),
+        ];
+        for ((x, open), text) in cases {
+            assert_eq!(length(x, open), text);
+        }
+    }
+}

@@ -292,20 +292,26 @@ mod tests {
     /// Where a drift is not resolved, what should have none passes, and of what should have one nothing is told.
     #[test]
     fn a_drift_that_does_not_show_confirms_none() {
-        let outcome = |kind: drift::Kind, drift: f64| {
+        let told = |kind: drift::Kind, drift: f64| {
             let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
             let (stderr, rounding, momentum) = (1e-6, 0.0, None);
             let (problem, method, steps) = ("henon-heiles", String::new(), 400);
             let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
-            energy_verdict(Ok(Ok(found))).check.outcome
+            let check = energy_verdict(Ok(Ok(found))).check;
+            (check.outcome, check.reason)
         };
         use drift::Kind::{Dissipative, Symplectic};
+        let (none, slow, untold) =
+            ("no drift is seen", "a drift, which there should be,", "how far it drifts is not told");
         for (drift, kept, not) in [
-            (1e-6, Outcome::Pass, Outcome::NotSettled),
-            (1e-2, Outcome::Fail, Outcome::Pass),
-            (f64::NAN, Outcome::Inconclusive, Outcome::Inconclusive),
+            (1e-6, (Outcome::Pass, none), (Outcome::NotSettled, slow)),
+            (1e-2, (Outcome::Fail, "it drifts by 1.0e-2"), (Outcome::Pass, "it drifts by 1.0e-2")),
+            (f64::NAN, (Outcome::Inconclusive, untold), (Outcome::Inconclusive, untold)),
         ] {
-            assert_eq!((outcome(Symplectic, drift), outcome(Dissipative, drift)), (kept, not), "{drift:e}");
+            for (kind, (outcome, begins)) in [(Symplectic, kept), (Dissipative, not)] {
+                let (found, reason) = told(kind, drift);
+                assert!(found == outcome && reason.starts_with(begins), "{drift:e}: {found:?}, {reason}");
+            }
         }
     }
 

@@ -77,6 +77,21 @@ mod tests {
         assert!(!Amplification { alpha: 0.0, beta: 1.0 }.is_singular(Complex::new(1.0, 0.0)));
     }
 
+    /// The closure (−⅘, 1) has D = ⅕ − x + ½x² for real z = x, with zeros 1 ± √⅗, where it rises by √⅗ and its terms add up to
+    /// ⅕ + x + ½x².
+    #[test]
+    fn a_pole_is_as_wide_as_a_millionth_of_the_terms() {
+        let root = 0.6_f64.sqrt();
+        for x in [1.0 - root, 1.0 + root] {
+            let width = 1e-6 * (0.2 + x + 0.5 * x * x) / root;
+            for (scale, sign) in [(1.0, 1.0), (1.0, -1.0), (-40.0, 1.0)] {
+                let closure = Amplification { alpha: -0.8 * scale, beta: scale };
+                let is_singular = |part: f64| closure.is_singular(Complex::new(x + sign * part * width, 0.0));
+                assert!(is_singular(0.98) && !is_singular(1.02), "{x}: {sign}");
+            }
+        }
+    }
+
     /// The special cases as the paper prints them.
     #[test]
     fn reduces_to_the_printed_factors() {

@@ -104,6 +104,9 @@ mod tests {
         let hidden = sequence(&[(one, small), (Complex::new(1e-3, 0.0), large)]);
         approx::assert_relative_eq!(growth(hidden), large.norm(), max_relative = 1e-11);
         assert_eq!(growth([one, one * f64::INFINITY, one, one]), f64::INFINITY);
+        // Whatever a run starts from.
+        let start = Complex::new(30.0, -40.0);
+        approx::assert_relative_eq!(growth(sequence(&[(start, large)])), large.norm(), max_relative = 1e-14);
     }
 
     #[test]

@@ -233,9 +233,9 @@ mod tests {
     #[test]
     fn seconds_have_two_digits_where_both_runs_were_repeated() {
         let (once, twice) = (Seconds { least: 2.2, most: 2.2 }, Seconds { least: 0.0238, most: 0.0247 });
-        assert_eq!([measured(once), measured(twice)], ["about 2", "0.024 to 0.025"]);
-        assert_eq!([times(once, twice), times(twice, once)], ["about 90", "about 0.01"]);
-        assert_eq!(times(twice, twice), "0.96 to 1.0");
+        assert_eq!([measured(once), measured(twice)], ["about 2", "0.023 to 0.025"]);
+        assert_eq!([times(once, twice), times(twice, once)], ["about 90", "about 0.011"]);
+        assert_eq!(times(twice, twice), "0.96 to 1.1");
     }
 
     #[test]

@@ -36,6 +36,17 @@ fn a_slope_within_half_an_order_of_the_one_in_general_refutes_nothing() {
     use Verdict::{Fail, Inconclusive, Pass};
     assert_eq!(found, [Pass, Inconclusive, Inconclusive, Fail, Fail, Fail]);
     assert_eq!([4.2, 5.0].map(in_general), [Inconclusive; 2]);
+    // Where rounding ends the window, less than half an order too much may be of higher order.
+    let why = |slope: f64, floor: f64| {
+        let fit = fit(&samples(floor, |h| h.powf(slope)), &Expectation::new(4.0, 0.1));
+        fit.of_equations_in_general().reason
+    };
+    let (window, faster) = ("rounding ends the window", "on this equation the errors fall faster");
+    for (slope, floor, told) in
+        [(4.3, 1e-11, window), (4.3, 0.0, faster), (4.8, 1e-12, faster), (3.7, 1e-11, "next below")]
+    {
+        assert!(why(slope, floor).contains(told), "{slope}: {}", why(slope, floor));
+    }
 }
 
 #[test]

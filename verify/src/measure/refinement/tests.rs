@@ -549,6 +549,34 @@ fn the_amplitude_of_noise_is_half_of_its_differences() {
     }
 }
 
+/// Differences that do not change sign, or are beyond those of the power law, are no noise.
+#[test]
+fn what_does_not_scatter_has_no_amplitude_of_noise() {
+    let h = |k: usize| 0.4 * 0.5_f64.powi(9 - k as i32);
+    let of = |noise: [f64; 4]| {
+        let points: Vec<_> =
+            (0..10).map(|k| (h(k), 1.0 + h(k).powi(4) + noise.get(k).map_or(0.0, |noise| 1e-8 * noise))).collect();
+        noise::amplitude(&points, f64::EPSILON, 0.25)
+    };
+    assert!(of([1.0, -1.0, 1.0, -1.0]).is_some());
+    assert_eq!([of([-4.0, -3.0, -2.0, -1.0]), of([0.0; 4])], [None; 2]);
+}
+
+/// GCI₂₃/(r₂₁^p GCI₁₂) is 1 for the order of the values, also on grids of unequal ratios, and the factor by which the differences
+/// fall short of another.
+#[test]
+fn the_asymptotic_ratio_is_that_of_the_order_that_is_asked_for() {
+    let ratio = |spacings: [f64; 3], p: f64| Triplet::asymptotic_ratio(spacings.map(|h| (h, 7.0 + 3.0 * h * h)), p);
+    for spacings in [[0.1, 0.2, 0.4], [0.1, 0.15, 0.4]] {
+        assert!((ratio(spacings, 2.0) - 1.0).abs() < 1e-12, "{spacings:?}");
+    }
+    // Differences 0.09 and 0.36, of which first order makes 1 and 2.
+    assert!((ratio([0.1, 0.2, 0.4], 1.0) - 2.0).abs() < 1e-12);
+    // 0.0375 and 0.4125, with r − 1 = ½ and 5/3.
+    let expected = 0.4125 / (5.0 / 3.0) / (0.0375 / 0.5) / 1.5;
+    assert!((ratio([0.1, 0.15, 0.4], 1.0) - expected).abs() < 1e-12);
+}
+
 /// Values 5 + 3h² leave 5 with order 2 from each pair of grids, of whatever ratio, the finest last.
 #[test]
 fn pairs_of_grids_have_the_order_of_their_errors() {
