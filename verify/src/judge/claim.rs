@@ -246,7 +246,7 @@ mod tests {
         assert_eq!([reached("2.829", 0.01), reached("2.84", 0.01)], [Outcome::Inconclusive; 2]);
         // Meant exactly, and a unit of the last place away.
         assert_eq!(
-            [reached("2.8284271247461907e0", 0.0), reached("2.828427124746e0", 0.0)],
+            [reached("2.8284271247461916e0", 0.0), reached("2.828427124746e0", 0.0)],
             [Outcome::Inconclusive, Outcome::Pass]
         );
         assert_eq!(reached("2.82842712475e0", 0.0), Outcome::Fail);
