@@ -653,6 +653,22 @@ fn steps_that_see_one_phase_of_what_is_periodic_are_named() {
     let run = |h: &str| warned("season", model, &["--method", "method-i", "--h", h, "--t-end", "400"]);
     assert!(run("2").contains("f changes in time faster than the steps"), "{}", run("2"));
     assert_eq!(run("0.05"), "");
+    // A force of size 1000 that a stiff component forgets at once.
+    let stiff = "u_i { x = 0 } F_i { 1000*(sin(t) - x) + cos(t) }";
+    assert_eq!(warned("forgets", stiff, &["--method", "method-i", "--h", "0.5", "--t-end", "5"]), "");
+}
+
+/// A long step may cross zero up and have turned down again: what f is at its ends tells nothing of the way.
+#[test]
+fn a_zero_that_is_crossed_on_the_way_up_is_not_named() {
+    let model = "u_i { x = 1, y = 0 } F_i { y, -x - 0.2*y + 3*cos(2*t) }";
+    for rtol in ["1e-3", "1e-4", "1e-5"] {
+        assert_eq!(
+            warned("turns", model, &["--method", "radau-adaptive", "--rtol", rtol, "--t-end", "100"]),
+            "",
+            "{rtol}"
+        );
+    }
 }
 
 /// A dose of a twentieth of a unit of time between the nodes of steps of h and h/2, which both leave the solution at 0.

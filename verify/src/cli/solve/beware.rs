@@ -11,7 +11,7 @@ use verify::reference::Ode;
 use crate::cli::layout::{number, plain};
 
 /// Largest system whose derivatives are looked at as a dense matrix.
-const DENSE: usize = 64;
+pub(super) const DENSE: usize = 64;
 
 /// A change below this part of what f moves, or of the solution, is none.
 const REST: f64 = 1e-6;
@@ -122,16 +122,29 @@ impl Watch {
         let (start, before) = (self.last.0, &self.last.1);
         self.aside.resize(state.len(), None);
         for (k, since) in self.aside.iter_mut().enumerate().take(before.len()) {
-            if before[k] * state[k] < 0.0 {
-                let points_back = |part: f64| {
+            let crosses = before[k] * state[k] < 0.0;
+            if crosses || since.is_some() {
+                let side = if crosses { before[k].signum() } else { -state[k].signum() };
+                // f_k in a part of the step, where the component is zero and where it is what it is.
+                let rates = |part: f64| {
                     let mut v: Vec<f64> = before.iter().zip(state).map(|(a, b)| a + part * (b - a)).collect();
+                    let mut f = [vec![0.0; v.len()], vec![0.0; v.len()]];
+                    let t = start + part * (t - start);
+                    ode.rhs(t, &v, &mut f[1]);
                     v[k] = 0.0;
-                    let mut f = vec![0.0; v.len()];
-                    ode.rhs(start + part * (t - start), &v, &mut f);
-                    before[k].signum() * f[k] >= 0.0
+                    ode.rhs(t, &v, &mut f[0]);
+                    f.map(|f| f[k])
                 };
-                // A second crossing brings it back.
-                *since = (since.is_none() && [0.0, 0.25, 0.5, 0.75, 1.0].into_iter().all(points_back)).then_some(t);
+                let rates = [0.0, 0.25, 0.5, 0.75, 1.0].map(rates);
+                // A step that f follows nowhere has turned on the way.
+                let is_followed = rates.iter().any(|[_, f]| f * (state[k] - before[k]) > 0.0);
+                let lets_none = is_followed && rates.iter().all(|[f, _]| side * f >= 0.0);
+                // A second crossing brings it back, and a moment later the equation may let it pass.
+                *since = match (crosses, *since) {
+                    (true, None) => lets_none.then_some(t),
+                    (true, Some(_)) => None,
+                    (false, since) => since.filter(|_| lets_none),
+                };
             }
             let is_far = state[k].abs() > LOST * self.sizes[k];
             self.crossed = self.crossed.or(since.filter(|_| is_far).map(|since| (k, since, state[k])));
@@ -392,7 +405,7 @@ fn normal_with_eigenvalues_of(a: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// ∂f/∂v as a dense matrix.
-fn jacobian(problem: &dyn Problem, t: f64, v: &[f64]) -> DMatrix<f64> {
+pub(super) fn jacobian(problem: &dyn Problem, t: f64, v: &[f64]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(v.len(), v.len());
     problem.ode().jacobian(t, v, &mut |i, j, x| matrix[(i, j)] += x);
     matrix

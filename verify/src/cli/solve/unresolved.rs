@@ -2,9 +2,11 @@
 
 use lsvi::VectorField;
 use lsvi::quadrature::Quadrature;
+use nalgebra::{DMatrix, DVector};
 use verify::measure::norm::{larger, max_norm};
 use verify::problem::Problem;
 
+use super::beware::{DENSE, jacobian};
 use crate::cli::layout::number;
 
 /// Values of f that are looked at in a run, and the panels of a step between which they are shared at most.
@@ -33,7 +35,7 @@ pub(super) struct Forcing<'a> {
     /// Values of f that may still be looked at.
     left: f64,
     last: Option<(f64, Vec<f64>)>,
-    /// The difference so far, and the largest of it at any time.
+    /// The difference so far, as far as it is not forgotten, and the largest of it at any time.
     difference: Vec<f64>,
     largest: f64,
 }
@@ -76,11 +78,25 @@ impl<'a> Forcing<'a> {
             // What is not finite is said elsewhere.
             if of_step.iter().all(|x| x.is_finite()) {
                 self.difference.iter_mut().zip(of_step).for_each(|(sum, x)| *sum += x);
+                self.damp(before, h, &v);
             }
             self.largest = larger(self.largest, max_norm(&self.difference));
         }
         self.left -= values;
         self.last = Some((t, state.to_vec()));
+    }
+
+    /// What the equation leaves of the difference after a step, by implicit Euler, where it damps: a stiff component forgets its force.
+    fn damp(&mut self, t: f64, h: f64, v: &[f64]) {
+        if v.len() > DENSE {
+            return;
+        }
+        let matrix = DMatrix::identity(v.len(), v.len()) - h * jacobian(self.problem, t, v);
+        let left = matrix.lu().solve(&DVector::from_column_slice(&self.difference));
+        // NaN is no less.
+        if let Some(left) = left.filter(|left| max_norm(left.as_slice()) < max_norm(&self.difference)) {
+            self.difference.copy_from_slice(left.as_slice());
+        }
     }
 
     /// Whether the method's own f differs at any node of a step, `v` as it is.
