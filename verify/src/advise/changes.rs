@@ -53,5 +53,7 @@ pub(super) fn changes(problem: &dyn Problem, horizon: f64, stops: &[f64]) -> Vec
         sum += step;
     }
     times.dedup();
+    // The start is no time to stop at.
+    times.retain(|t| *t > 0.0);
     times
 }

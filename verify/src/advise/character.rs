@@ -141,7 +141,7 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         columns.push(&rate / rate.norm().max(f64::MIN_POSITIVE));
         found.push(a);
     }
-    let Some((t, _)) = states.first() else { return None };
+    let (t, _) = states.first()?;
     // A solution at rest sees the linear part of f alone: a state aside, where f is defined there.
     let size = Some(worst(states.iter().map(|(_, v)| max_norm(v)))).filter(|size| *size > 0.0).unwrap_or(1.0);
     let aside: Vec<f64> = (0..n).map(|i| size * (1.0 + 0.5 * ((i + 1) as f64).sin())).collect();

@@ -341,6 +341,8 @@ fn times_at_which_f_changes_are_those_that_equal_parts_do_not_see() {
     // With v = 0 at the start.
     let dose = of("(x + 1e-9)*heaviside(t - 7.3)*heaviside(7.32 - t)");
     assert!(dose.len() >= 4 && within(&dose, 7.299, 7.301) == 2 && within(&dose, 7.319, 7.321) == 2, "{dose:?}");
+    let start = of("heaviside(1e-4 - t) + exp(-1e4*(t - 7.3)*(t - 7.3))");
+    assert!(start[0] > 0.0, "{start:?}");
     let fast = of("cos(2*3.141592653589793*50*t)");
     assert!(fast.len() > 200 && within(&fast, 0.0, 10.0).abs_diff(fast.len() / 2) < 5, "{}", fast.len());
 }
