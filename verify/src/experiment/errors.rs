@@ -164,11 +164,8 @@ impl Experiment for Decay {
         let (mut errors, mut size) = ([0.0; Self::SPANS], 0.0);
         let outcome = run(&*problem, &*method::parse(self.method)?, self.h, Self::END, |state| {
             size = larger(size, state.q[0].abs());
-            let halved = (0..Self::SPANS).scan(Self::END, |end, _| {
-                *end *= 0.5;
-                Some(*end)
-            });
-            if let Some(span) = halved.into_iter().position(|start| state.t > start) {
+            let is_in = |span: &usize| state.t > Self::END * 0.5_f64.powi(*span as i32 + 1);
+            if let Some(span) = (0..Self::SPANS).find(is_in) {
                 let error = problem.exact(state.t).map_or(f64::NAN, |exact| (state.q[0] - exact[0]).abs());
                 errors[span] = larger(errors[span], error);
             }

@@ -682,7 +682,10 @@ fn a_pulse_that_steps_pass_over_is_named() {
     }
     assert_eq!(run(&["--method", "method-i", "--h", "0.005"]), "");
     assert_eq!(run(&["--method", "radau-adaptive", "--h", "0.02"]), "");
-    // Coarse tolerances are not told what they miss in a pole, nor in chaos.
+}
+
+#[test]
+fn what_coarse_tolerances_do_not_follow_is_told_with_tolerances() {
     let lorenz = "u_i { x = 1, y = 1, z = 1 } F_i { 10*(y - x), x*(28 - z) - y, x*y - 8*z/3 }";
     let said = warned("butterfly", lorenz, &["--method", "radau-adaptive", "--rtol", "1e-4", "--t-end", "40"]);
     assert!(said.contains("with a tenth of the tolerances it is another solution"), "{said}");

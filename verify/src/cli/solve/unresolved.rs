@@ -20,7 +20,8 @@ const NODES: usize = 5;
 /// with h and h/2 look.
 const LOW_ORDER: u32 = 4;
 
-/// Times the estimate of the error, and part of the solution, that the difference comes to where f is not resolved.
+/// Times the estimate of the error, and part of the solution, that the difference comes to where f is not resolved. An estimate is good
+/// to a factor of two or so.
 const BEYOND: f64 = 4.0;
 const PART: f64 = 1e-3;
 
@@ -139,7 +140,7 @@ mod tests {
 
     use super::*;
 
-    /// v̇ = c + g(t) for the references, whose evaluations are counted, and v̇ = c + cos(ω t) for the method.
+    /// v̇ = g(t) for the references, whose evaluations are counted, and v̇ = cos(ω t) for the method.
     #[derive(Debug)]
     struct Forced {
         frequency: f64,
