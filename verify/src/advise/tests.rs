@@ -326,6 +326,16 @@ fn what_is_advised_for_a_pulse_follows_it() {
     }
 }
 
+/// Five long steps of the adaptive method pass over a pulse, and nothing is left of it at their ends.
+#[test]
+fn steps_that_pass_over_a_pulse_are_no_trial() {
+    let problem = of_text("u_i { x = 0 } F_i { 2000*exp(-400*(t - 50)*(t - 50)) - 20*x }", 100.0);
+    let advice = advise(&problem, 100.0, 1e-3).expect("registered");
+    for trial in advice.trials.iter().filter(|trial| trial.method == ADAPTIVE) {
+        assert!(trial.steps > 20, "{trial:?}");
+    }
+}
+
 /// Of what is smooth 64 times see most; of a pulse and of a jump they see nothing, and the times lie in it and beside it.
 #[test]
 fn times_at_which_f_changes_are_those_that_equal_parts_do_not_see() {
