@@ -70,9 +70,9 @@ impl Problem for Oregonator {
     fn facts(&self) -> Facts {
         let reason = "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J vanishes, and the branch ends there";
         Facts {
-            window: Window { horizon: 2.0, coarsest: 0.02 },
+            window: Window { horizon: 0.5, coarsest: 0.01 },
             stiffness: Stiffness::Transient(S),
-            singular: Some(Singular { reason, before: Some(Window { horizon: 0.1, coarsest: 0.002 }) }),
+            singular: Some(Singular { reason, before: Some(Window { horizon: 0.0625, coarsest: 1.5625e-4 }) }),
             ..Facts::default()
         }
     }

@@ -67,7 +67,7 @@ impl Problem for Robertson {
     fn facts(&self) -> Facts {
         let singular = "two columns of J vanish where b = c = 0, so that Jᵀr₀ + Jᵀr₁ = 0 lets b and c stay 0";
         Facts {
-            window: Window { horizon: 0.4, coarsest: 0.002 },
+            window: Window { horizon: 0.2, coarsest: 0.002 },
             stiffness: Stiffness::Transient(2e3),
             singular: Some(Singular { reason: singular, before: None }),
             ..Facts::default()

@@ -19,6 +19,7 @@ mod own;
 mod readme;
 mod recipes;
 mod references;
+mod refusals;
 mod regions;
 mod report;
 mod strangers;

@@ -85,7 +85,7 @@ impl Seconds {
 
 /// Three runs, or two or one where those take long, by their own measure of their seconds, and what the first gave.
 fn repeated<T>(mut run: impl FnMut() -> Result<(T, f64), StudyError>) -> Result<(T, Seconds), StudyError> {
-    const LONG: [f64; 2] = [1.0, 0.5];
+    const LONG: [f64; 2] = [0.25, 0.1];
     let (given, first) = run()?;
     let mut times = vec![first];
     while LONG.get(times.len() - 1).is_some_and(|long| times.iter().sum::<f64>() < *long) {
@@ -265,12 +265,12 @@ mod tests {
 
     #[test]
     fn seconds_are_the_least_and_the_most_of_runs_that_are_repeated_and_so_are_their_ratios() {
-        let mut times = [0.3, 0.1, 0.2, 0.0].into_iter();
+        let mut times = [0.05, 0.02, 0.04, 0.0].into_iter();
         let found = repeated(|| Ok(((), times.next().expect("no more than four")))).expect("it runs").1;
-        assert_eq!((found, times.next()), (Seconds { least: 0.1, most: 0.3 }, Some(0.0)));
-        let mut times = [0.7, 0.8, 0.0].into_iter();
+        assert_eq!((found, times.next()), (Seconds { least: 0.02, most: 0.05 }, Some(0.0)));
+        let mut times = [0.2, 0.3, 0.0].into_iter();
         let long = repeated(|| Ok(((), times.next().expect("no more than three")))).expect("it runs").1;
-        assert_eq!((long, times.next()), (Seconds { least: 0.7, most: 0.8 }, Some(0.0)));
+        assert_eq!((long, times.next()), (Seconds { least: 0.2, most: 0.3 }, Some(0.0)));
         let longest = repeated(|| Ok(((), 11.0))).expect("it runs").1;
         assert_eq!(longest, Seconds { least: 11.0, most: 11.0 });
         assert_eq!([found, long, longest].map(Seconds::is_of_one_run), [false, false, true]);
