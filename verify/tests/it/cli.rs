@@ -825,7 +825,7 @@ fn order_judges_a_program() {
     ]);
     assert!(code == 0 && out.contains("settled on 4 grids"), "{out}{err}");
 
-    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let own = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let (code, out, err) = order(&["--program", &own, "--expect", "4", "--format", "json"]);
     assert_eq!(code, 0, "{out}{err}");
     let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
@@ -853,7 +853,7 @@ fn order_judges_a_program() {
 /// The same programs beside the methods, and judged on several problems at once.
 #[test]
 fn compare_and_judge_take_programs() {
-    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let own = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let (code, out, err) = {
         let output = verify(&["compare", "--problem", "logistic", "--program", &own, "--expect", "4"]);
         (output.status.code(), stdout(&output).to_owned(), stderr(&output).to_owned())

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
+use std::thread;
 
 use rayon::prelude::*;
 use verify::judge::file::SHIPPED;
@@ -209,7 +210,7 @@ fn long_names_leave_the_table_of_a_comparison_as_wide_as_a_terminal() {
 fn a_program_is_judged_on_a_model() {
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/models/van-der-pol.ds");
     // `solve` knows it by its file, and asked for the name it takes the problem that is called the same.
-    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let own = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let judge = |order: &str, more: &[&str]| {
         verify(&[&["judge", "--program", &own, "--expect", order, "--model", model][..], more].concat())
     };
@@ -286,7 +287,7 @@ fn few_printed_digits_decide_nothing_and_are_named() {
 
 #[test]
 fn that_stage_times_are_not_seen_is_said_where_no_equation_depends_on_time() {
-    let program = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let program = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let (_, _, error) = verify(&["judge", "--expect", "4", "--problem", "logistic", "--program", &program]);
     assert!(flat(&error).contains("wrong stage times are"), "{error}");
     let depends = ["logistic", "channel-womersley"]
@@ -416,7 +417,7 @@ fn what_is_measured_without_an_expectation_is_called_measured() {
     let rows: String = [8.0, 4.0, 2.0, 1.0].map(|h: f64| format!("{h},{:.9}\n", 3.0 + 0.01 * h * h)).concat();
     fs::write(&path, format!("h,u\n{rows}")).expect("writable");
     let data = format!("order --data {} --step h", path.display());
-    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let own = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let program = ["order", "--problem", "logistic", "--program", &own];
     let words: Vec<&str> = data.split(' ').collect();
     for (line, order) in [(&words[..], "2"), (&[&words[..], &["--exact", "3"]].concat(), "2"), (&program[..], "4")] {
@@ -462,7 +463,7 @@ fn a_wrong_header_stops_at_the_first_run_and_shows_the_right_one() {
 /// 0 holds, 1 is refuted, 2 is bad input, 3 is inconclusive: by every command that runs a program.
 #[test]
 fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive() {
-    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let own = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let wrong = format!("{own} --set lambda=1.01");
     let order = ["order", "--problem", "logistic", "--expect", "4"];
     let judge = ["judge", "--problem", "logistic", "--expect", "4"];
@@ -481,7 +482,9 @@ fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive
         "0.2,0.1,0.05,0.025",
     ];
     let late = ["--time-limit", "1"];
-    for (line, statuses) in [(&order[..], [0, 1]), (&judge, [0, 1]), (&compare, [0, 1]), (&refined, [0, 0])] {
+    let lines = [(&order[..], [0, 1]), (&judge, [0, 1]), (&compare, [0, 1]), (&refined, [0, 0])];
+    // Side by side, because one of the programs is waited for.
+    let judged = |line: &[&str], statuses: [i32; 2]| {
         for (program, status) in [
             (own.as_str(), statuses[0]),
             (&wrong, statuses[1]),
@@ -496,7 +499,12 @@ fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive
             // In a table the reason is told once, and again below it.
             assert!(flat(&out).matches("sh: no such").count() <= 3, "{out}");
         }
-    }
+    };
+    thread::scope(|scope| {
+        for (line, statuses) in &lines {
+            scope.spawn(|| judged(line, *statuses));
+        }
+    });
     for help in ["order --help", "judge --help", "--help"] {
         assert!(flat(&say(help).1).contains("does not start"), "{help}");
     }
@@ -642,7 +650,7 @@ fn the_band_that_is_asked_for_decides() {
     let rows: String = [8.0, 4.0, 2.0, 1.0].map(|h: f64| format!("{h},{:.9}\n", 3.0 + 0.01 * h.powf(1.8))).concat();
     fs::write(&path, format!("h,u\n{rows}")).expect("writable");
     let data = format!("order --data {} --step h --expect 2", path.display());
-    let euler = format!("{} solve --method heun2 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let euler = format!("{} solve --method heun2 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let program = ["order", "--problem", "logistic", "--expect", "2.3", "--program", &euler];
     let words: Vec<&str> = data.split(' ').collect();
     for (line, narrow, wide, default) in [
@@ -663,7 +671,7 @@ fn the_band_that_is_asked_for_decides() {
 /// A program's bound is that of the order it is taken to have; of one that its runs do not show there is none.
 #[test]
 fn a_comparison_takes_the_order_of_a_program_for_its_bound() {
-    let own = format!("{} solve --method implicit-euler --csv -", env!("CARGO_BIN_EXE_verify"));
+    let own = format!("{} solve --method implicit-euler --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let compare = |order: &[&str]| {
         let (code, out, _) = verify(&[&["compare", "--problem", "logistic", "--program", &own], order].concat());
         (code, flat(&out))
@@ -899,7 +907,7 @@ fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
 /// An explicit method is unstable with coarse steps on a stiff problem, and has its order with finer ones.
 #[test]
 fn instability_of_coarse_runs_is_not_divergence() {
-    let own = format!("{} solve --method rk4 --csv -", env!("CARGO_BIN_EXE_verify"));
+    let own = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
     let line = ["--problem", "channel-womersley", "--expect", "4", "--program", &own];
     let (code, out, error) = verify(&[&["judge"][..], &line].concat());
     assert!(code != 1 && flat(&out).contains("coarse runs are unstable: the steps start at h = "), "{out}{error}");
