@@ -48,11 +48,11 @@ fn hint(suggestion: Option<&str>) -> String {
 impl NameError {
     /// `name` is none of `known`; suggests the nearest.
     pub fn unknown<'a>(kind: &'static str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
-        // Below a Jaro–Winkler similarity of 0.7 a suggestion is a guess.
+        // Below a Jaro–Winkler similarity of 0.8 a suggestion is a guess.
         let suggestion = known
             .into_iter()
             .map(|k| (strsim::jaro_winkler(name, k), k))
-            .filter(|(similarity, _)| *similarity > 0.7)
+            .filter(|(similarity, _)| *similarity > 0.8)
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, k)| k.to_owned());
         Self::Unknown { kind, name: name.to_owned(), suggestion }

@@ -1,6 +1,5 @@
-//! What the program says when it refuses or breaks off, with its hint and its exit status, word for word.
+//! What the program says when it refuses, breaks off or doubts a run, with its hint and its exit status, word for word.
 
-use std::fmt::Write;
 use std::fs;
 use std::process::Command;
 
@@ -69,35 +68,111 @@ const COMMANDS: [&str; 43] = [
     "judge nowhere.toml",
 ];
 
-/// Numbers of more digits than roundings leave alone, as dots.
+/// Numbers of many digits with two of them, which roundings leave alone.
 fn rough(text: &str) -> String {
-    let is_long = |word: &str| word.chars().filter(char::is_ascii_digit).count() > 8;
-    text.split(' ').map(|word| if is_long(word) { "…" } else { word }).collect::<Vec<_>>().join(" ")
+    let short = |word: &str| {
+        let number = word.trim_matches(|c: char| !c.is_ascii_digit() && c != '-');
+        let is_long = number.chars().filter(char::is_ascii_digit).count() > 4;
+        let value = number.parse::<f64>().ok().filter(|_| is_long);
+        value.map_or_else(|| word.into(), |x| word.replace(number, &format!("{x:.1e}")))
+    };
+    text.split(' ').map(short).collect::<Vec<String>>().join(" ")
+}
+
+/// Exit status and standard error of commands, run where `files` are, side by side.
+fn told(name: &str, files: &[(&str, &str)], commands: &[&str]) -> String {
+    let directory = scratch(name);
+    fs::create_dir_all(&directory).expect("writable");
+    for (name, text) in files {
+        fs::write(directory.join(name), text).expect("writable");
+    }
+    let one = |line: &&str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_verify"))
+            .args(line.split_whitespace())
+            .current_dir(&directory)
+            .env("NO_COLOR", "1")
+            .env_remove("COLUMNS")
+            .output()
+            .expect("the program starts");
+        let status = output.status.code().expect("no signal");
+        let said = rough(&flat(&String::from_utf8(output.stderr).expect("UTF-8")));
+        format!(
+            "{line}\n    {status}: {}\n",
+            said.replace(" hint: ", "\n    hint: ").replace(" warning: ", "\n    warning: ")
+        )
+    };
+    commands.par_iter().map(one).collect::<Vec<_>>().concat()
 }
 
 #[test]
 fn refusals_are_told_word_for_word() {
-    let directory = scratch("refusals");
-    fs::create_dir_all(&directory).expect("writable");
-    for (name, text) in FILES {
-        fs::write(directory.join(name), text).expect("writable");
-    }
-    let told: Vec<String> = COMMANDS
-        .par_iter()
-        .map(|line| {
-            let output = Command::new(env!("CARGO_BIN_EXE_verify"))
-                .args(line.split_whitespace())
-                .current_dir(&directory)
-                .env("NO_COLOR", "1")
-                .env_remove("COLUMNS")
-                .output()
-                .expect("the program starts");
-            let status = output.status.code().expect("no signal");
-            let said = rough(&flat(&String::from_utf8(output.stderr).expect("UTF-8")));
-            let mut text = String::new();
-            writeln!(text, "{line}\n    {status}: {}", said.replace(" hint: ", "\n    hint: ")).expect("a string");
-            text
-        })
-        .collect();
-    insta::assert_snapshot!(told.concat());
+    insta::assert_snapshot!(told("refusals", &FILES, &COMMANDS));
+}
+
+/// Systems that runs of [`WARNED`] are of.
+const MODELS: [(&str, &str); 13] = [
+    ("pole.ds", "u_i { x = 0.1 } F_i { exp(x) }"),
+    ("robertson.ds", "u_i { a = 1, b = 0, c = 0 } F_i { -0.04*a + 1e4*b*c, 0.04*a - 1e4*b*c - 3e7*b*b, 3e7*b*b }"),
+    ("prey.ds", "u_i { x = 40, y = 9 } F_i { x*(5-0.4*y), y*(0.5*x-0.8) }"),
+    ("saddle.ds", "u_i { x = 1, y = 1e-3 } F_i { -x, y }"),
+    ("ridge.ds", "u_i { x = 0, y = 1 } F_i { x - x*x*x, -y }"),
+    ("near.ds", "u_i { x = 1e-9, y = 1 } F_i { 3*x - x*x*x, 0 }"),
+    ("shear.ds", "u_i { x = 1, y = 1 } F_i { -x + 60*y, -2*y }"),
+    ("spiral.ds", "u_i { x = 1, y = 0, z = 1 } F_i { -0.1*x + 6*y, -6*x - 0.1*y, -z }"),
+    (
+        "spirals.ds",
+        "u_i { x = 1, y = 0, z = 1, w = 0 } F_i { -0.1*x + 6*y + 40*z, -6*x - 0.1*y, -0.1*z + 6*w, -6*z - 0.1*w }",
+    ),
+    ("wave.ds", "u_i { x = 1, y = 0 } F_i { y, -x }"),
+    ("sir.ds", "u_i { s = 0.9, i = 0.1, r = 0 } F_i { -3*s*i, 3*s*i - i, i }"),
+    ("small.ds", "u_i { x = 5e-10, y = 8e-10 } F_i { -x, -y }"),
+    ("logistic.ds", "u_i { x = 0.1 } F_i { x*(1-x) }"),
+];
+
+const WARNED: [&str; 40] = [
+    "solve --model pole.ds --method rk4 --h 0.1 --t-end 3",
+    "solve --model pole.ds --method rk4 --h 0.05 --t-end 0.5",
+    "solve --model robertson.ds --method trapezoidal --h 100 --t-end 1e4",
+    "solve --model robertson.ds --method radau-adaptive --t-end 1e4",
+    "solve --model robertson.ds --method method-i --h 0.1 --t-end 1",
+    "solve --model robertson.ds --method method-ii --h 0.1 --t-end 1",
+    "solve --model prey.ds --method radau-adaptive --t-end 8",
+    "solve --model prey.ds --method radau-adaptive --t-end 8 --atol 1e-13",
+    "solve --model saddle.ds --method trapezoidal --h 1 --t-end 10",
+    "solve --model saddle.ds --method implicit-euler --h 3 --t-end 12",
+    "solve --model saddle.ds --method implicit-euler --h 30 --t-end 120",
+    "solve --model saddle.ds --method method-i --h 3 --t-end 12",
+    "solve --model ridge.ds --method implicit-euler --h 0.5 --t-end 20",
+    "solve --model ridge.ds --method implicit-euler --h 5 --t-end 400",
+    "solve --model ridge.ds --method trapezoidal --h 5 --t-end 400",
+    "solve --model near.ds --method implicit-euler --h 0.1 --t-end 0.5",
+    "solve --model near.ds --method implicit-euler --h 2 --t-end 20",
+    "solve --model near.ds --method radau-adaptive --t-end 4",
+    "solve --model shear.ds --method method-i --h 0.5 --t-end 1",
+    "solve --model shear.ds --method method-i --h 0.1 --t-end 1",
+    "solve --model shear.ds --method implicit-euler --h 0.5 --t-end 1",
+    "solve --model shear.ds --method trapezoidal --h 2 --t-end 8",
+    "solve --model shear.ds --method rk4 --h 2 --t-end 8",
+    "solve --model spiral.ds --method method-i --h 0.1 --t-end 1",
+    "solve --model spiral.ds --method rk4 --h 0.5 --t-end 5",
+    "solve --model spiral.ds --method heun2 --h 0.1 --t-end 1",
+    "solve --model spirals.ds --method method-i --h 0.1 --t-end 1",
+    "solve --model spirals.ds --method method-i --h 0.5 --t-end 2",
+    "solve --model wave.ds --method rk4 --h 0.3 --t-end 20",
+    "solve --model wave.ds --method heun2 --h 0.3 --t-end 20",
+    "solve --model sir.ds --method method-i --h 0.2 --t-end 2",
+    "solve --model sir.ds --method method-ii --h 0.2 --t-end 2",
+    "solve --model sir.ds --method trapezoidal --h 0.2 --t-end 2",
+    "solve --model small.ds --method radau-adaptive --t-end 1",
+    "solve --model small.ds --method radau-adaptive --t-end 1 --atol 1e-9,7e-10",
+    "solve --model small.ds --method radau-adaptive --t-end 1 --atol 1e-12",
+    "solve --model logistic.ds --method implicit-euler --h 3 --t-end 30",
+    "solve --model logistic.ds --method method-i --h 3 --t-end 30",
+    "solve --problem hires --method method-i --h 2 --t-end 20",
+    "solve --problem quadratic-drag --method method-i --h 2 --t-end 20",
+];
+
+#[test]
+fn warnings_are_told_word_for_word() {
+    insta::assert_snapshot!(told("warnings", &MODELS, &WARNED));
 }
