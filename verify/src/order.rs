@@ -442,6 +442,36 @@ mod tests {
         assert!(unexplored(&of(2.0, 1.0), 1, 1.0, 2000.0).is_none());
     }
 
+    /// With half of 0.2, floors above a twentieth of an error move its slopes that far.
+    #[test]
+    fn digits_are_blamed_where_they_are_most_of_a_floor_that_moves_slopes() {
+        let blamed = |runs: &[[f64; 3]]| {
+            let samples: Vec<_> = runs.iter().map(|[error, floor, _]| Sample::new(0.1, *error, *floor)).collect();
+            blame_digits(samples.iter().zip(runs.iter().map(|[.., digits]| *digits)), 0.2)
+        };
+        assert!(blamed(&[[1.0, 0.06, 0.04]]).is_some_and(|text| text.contains(" leave 4.0e-2 of")));
+        for run in [[1.0, 0.04, 0.03], [1.0, 0.0625, 0.03125], [1.0, 0.06, 0.01], [2.0, 0.06, 0.04]] {
+            assert_eq!(blamed(&[run]), None, "{run:?}");
+        }
+        let runs = [[1.0, 0.06, 0.04], [1.0, 0.08, 0.05], [9.0, 0.1, 0.09]];
+        assert!(blamed(&runs).is_some_and(|text| text.contains(" leave 5.0e-2 of")));
+    }
+
+    #[test]
+    fn a_finer_reference_is_asked_for_where_the_present_one_leaves_errors_at_its_floor() {
+        let of = |floor: f64| {
+            let samples: Vec<_> = (0..8).map(|k| 0.1 * 0.5_f64.powi(k)).map(|h| Sample::new(h, h * h, floor)).collect();
+            fit(&samples, &order::Expectation::new(2.0, 0.1))
+        };
+        let numerical = Source::Diffsol.of(&*crate::problem::small("logistic").expect("a problem"), 1.0);
+        let (settled, floored) = (of(0.0), of(1e-2));
+        assert_eq!((settled.verdict, floored.verdict), (Verdict::Pass, Verdict::Inconclusive));
+        let asked = Ladder { tolerance: Some(1e-9), ..Ladder::default() };
+        assert!(numerical.may_be_finer(&floored, &Ladder::default()));
+        assert!(!numerical.may_be_finer(&settled, &Ladder::default()) && !numerical.may_be_finer(&floored, &asked));
+        assert!(!Truth::Exact.may_be_finer(&floored, &Ladder::default()));
+    }
+
     /// One period over the horizon: at its ends nothing shows.
     #[test]
     fn a_field_that_comes_back_at_the_horizon_depends_on_time() {

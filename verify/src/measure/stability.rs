@@ -107,6 +107,13 @@ mod tests {
         // Whatever a run starts from.
         let start = Complex::new(30.0, -40.0);
         approx::assert_relative_eq!(growth(sequence(&[(start, large)])), large.norm(), max_relative = 1e-14);
+        // Whatever its units: what is geometric but for rounding, and what is not.
+        for unit in [1e-9, 1e-5, 1e5, 1e9] {
+            let unit = Complex::new(unit, 0.0);
+            approx::assert_relative_eq!(growth(sequence(&[(unit, large)])), large.norm(), max_relative = 1e-14);
+            let both = sequence(&[(unit, small), (unit, large)]);
+            approx::assert_relative_eq!(growth(both), large.norm(), max_relative = 1e-13);
+        }
     }
 
     #[test]

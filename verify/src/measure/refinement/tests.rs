@@ -1,5 +1,7 @@
 //! The published examples to their printed digits, and what must not pass.
 
+use std::f64::consts::SQRT_2;
+
 use super::*;
 use crate::measure::norm::larger;
 use crate::measure::order::Verdict;
@@ -560,6 +562,62 @@ fn what_does_not_scatter_has_no_amplitude_of_noise() {
     };
     assert!(of([1.0, -1.0, 1.0, -1.0]).is_some());
     assert_eq!([of([-4.0, -3.0, -2.0, -1.0]), of([0.0; 4])], [None; 2]);
+}
+
+/// Values on grids of ratio two, from fine to coarse, with the given differences.
+fn with_differences(differences: &[f64]) -> Vec<(f64, f64)> {
+    let mut points = vec![(1.0, 0.0)];
+    for d in differences.iter().rev() {
+        let (h, value) = points[points.len() - 1];
+        points.push((0.5 * h, value + d));
+    }
+    points.reverse();
+    points
+}
+
+/// Differences of one sign left over at the fine end, and such as are beyond the power law.
+#[test]
+fn left_over_differences_are_noise_only_with_both_signs_and_below_the_law() {
+    let law = [-0.01, -0.04, -0.16, -0.64];
+    let of = |left: [f64; 2]| noise::amplitude(&with_differences(&[&left[..], &law].concat()), 0.0, 0.25);
+    for left in [[0.003, -0.005], [-0.003, 0.005]] {
+        approx::assert_relative_eq!(of(left).expect("noise"), 0.5 * 0.005, max_relative = 1e-12);
+    }
+    for left in [[0.003, 0.005], [-0.003, -0.005], [0.02, -0.005], [0.005, -0.02]] {
+        assert_eq!(of(left), None, "{left:?}");
+    }
+}
+
+#[test]
+fn growing_differences_follow_a_law_by_their_rates_or_beyond_all_values() {
+    let grows = |differences: &[f64], spread: f64| noise::grow_by_a_law(&with_differences(differences), spread);
+    for sign in [1.0, -1.0] {
+        let of = |differences: &[f64], spread| grows(&differences.iter().map(|d| sign * d).collect::<Vec<_>>(), spread);
+        assert!(of(&[4.0, 2.0, 1.0], 1e-9));
+        // Rates of a half and one, and not beyond all values.
+        let uneven = [2.0 * SQRT_2, 2.0, 1.0];
+        assert!(!of(&uneven, 0.4) && of(&uneven, 0.6));
+        // Grown at three refinements, whatever the rates.
+        assert!(of(&[2.9, 2.0 * SQRT_2, 2.0, 1.0], 0.0));
+    }
+    // Of both signs: below the values before, and beyond.
+    assert!(!grows(&[0.4, -0.3, 1.0], 10.0) && grows(&[1.1, -0.3, 1.0], 10.0) && grows(&[-1.1, 0.3, -1.0], 10.0));
+}
+
+#[test]
+fn orders_drift_away_beyond_their_uncertainty_and_out_of_the_band() {
+    let drifts = |coarse: f64, fine: f64, uncertainty: f64| {
+        drifts_away(&[(9.0, 0.0), (coarse, uncertainty), (fine, uncertainty)], &expecting(2.0)).is_some()
+    };
+    let band = Question::default().band;
+    for sign in [1.0, -1.0] {
+        let of = |coarse: f64, fine: f64, uncertainty| drifts(2.0 + sign * coarse, 2.0 + sign * fine, uncertainty);
+        assert!(of(0.3 * band, 0.8 * band, 0.1 * band));
+        // Towards 2, across it to the same distance, within the band at the next grid, and within the uncertainty of both.
+        assert!(!of(0.8 * band, 0.3 * band, 0.1 * band) && !of(-0.8 * band, 0.7 * band, 0.1 * band));
+        assert!(!of(0.3 * band, 0.6 * band, 0.1 * band) && !of(0.3 * band, 0.8 * band, 0.3 * band));
+    }
+    assert!(drifts_away(&[(1.7, 0.0), (1.5, 0.0)], &Question::default()).is_none());
 }
 
 /// GCI₂₃/(r₂₁^p GCI₁₂) is 1 for the order of the values, also on grids of unequal ratios, and the factor by which the differences
