@@ -442,6 +442,19 @@ mod tests {
         assert!(unexplored(&of(2.0, 1.0), 1, 1.0, 2000.0).is_none());
     }
 
+    /// Elsewhere the truth would be that of CVODE, which is less accurate.
+    #[test]
+    fn stiff_problems_are_tabulated_at_the_ends_of_all_runs() {
+        for name in ["robertson", "oregonator", "hires"] {
+            let problem = crate::problem::small(name).expect("a problem");
+            let facts = problem.facts();
+            let before = facts.singular.and_then(|singular| singular.before);
+            for window in [Some(facts.window), before].into_iter().flatten() {
+                assert!(problem.tabulated(window.horizon).is_some(), "{name} at {}", window.horizon);
+            }
+        }
+    }
+
     /// With half of 0.2, floors above a twentieth of an error move its slopes that far.
     #[test]
     fn digits_are_blamed_where_they_are_most_of_a_floor_that_moves_slopes() {

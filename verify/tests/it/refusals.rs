@@ -17,7 +17,7 @@ const FILES: [(&str, &str); 6] = [
     ("grids.csv", "n,value\n1,2.0\n2,1.5\n4,1.25\n"),
 ];
 
-const COMMANDS: [&str; 43] = [
+const COMMANDS: [&str; 40] = [
     // Names.
     "solve --problem logistics --method rk4 --h 0.1 --t-end 1",
     "solve --problem logistic --method rk5 --h 0.1 --t-end 1",
@@ -43,7 +43,6 @@ const COMMANDS: [&str; 43] = [
     // Steps that fail.
     "solve --problem quadratic-drag --method method-ii --h 50 --t-end 100",
     "solve --problem hires --method method-ii --h 0.01 --t-end 1",
-    "solve --problem robertson --method method-ii --h 0.1 --t-end 1",
     "solve --problem van-der-pol --method method-ii --h 0.001 --t-end 5",
     "solve --problem van-der-pol --method rk4 --h 1 --t-end 100",
     "solve --model pole.ds --method implicit-euler --h 0.3 --t-end 2",
@@ -53,12 +52,10 @@ const COMMANDS: [&str; 43] = [
     "order --problem logistic --method rk4 --coarsest 100",
     "order --problem logistic --method radau-adaptive",
     "order --problem hires --method method-ii",
-    "order --problem van-der-pol --method rk4 --reference exact",
+    "order --model two.ds --method rk4 --reference exact --t-end 1",
     "order --model pole.ds --method rk4 --reference diffsol --t-end 2",
     "order --problem logistic --method rk4 --coarsest 1e-9",
     "order --problem logistic --program ./nobody --expect 2",
-    "order --problem logistic --program false --expect 2",
-    "order --problem logistic --program true --expect 2",
     "order --data grids.csv",
     "order --data nowhere.csv",
     // Files.
@@ -68,11 +65,11 @@ const COMMANDS: [&str; 43] = [
     "judge nowhere.toml",
 ];
 
-/// Numbers of many digits with two of them, which roundings leave alone.
+/// Fractions of many digits with two of them, which roundings leave alone.
 fn rough(text: &str) -> String {
     let short = |word: &str| {
         let number = word.trim_matches(|c: char| !c.is_ascii_digit() && c != '-');
-        let is_long = number.chars().filter(char::is_ascii_digit).count() > 4;
+        let is_long = number.contains('.') && number.chars().filter(char::is_ascii_digit).count() > 4;
         let value = number.parse::<f64>().ok().filter(|_| is_long);
         value.map_or_else(|| word.into(), |x| word.replace(number, &format!("{x:.1e}")))
     };

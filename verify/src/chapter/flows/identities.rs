@@ -64,12 +64,14 @@ mod tests {
     fn each_identity_is_judged_by_its_own_number() {
         let refused = |adjoint: f64, jacobian: f64, work: f64| -> Vec<String> {
             let checks = judged("flow", &Found { adjoint, jacobian, work: Some(work) });
-            checks.into_iter().filter(|check| check.outcome != Outcome::Pass).map(|check| check.id).collect()
+            let refused = checks.into_iter().filter(|check| check.outcome != Outcome::Pass);
+            let identity = |id: &str| id.strip_prefix("identities/")?.strip_suffix("/flow").map(str::to_owned);
+            refused.map(|check| identity(&check.id).expect("an identity of the flow")).collect()
         };
         assert_eq!(refused(0.9e-12, 0.9e-8, 0.9e-12), [""; 0]);
-        assert_eq!(refused(1.1e-12, 0.9e-8, 0.9e-12), ["identities/adjoint/flow"]);
-        assert_eq!(refused(0.9e-12, 1.1e-8, 0.9e-12), ["identities/jacobian/flow"]);
-        assert_eq!(refused(0.9e-12, 0.9e-8, 1.1e-12), ["identities/work/flow"]);
+        assert_eq!(refused(1.1e-12, 0.9e-8, 0.9e-12), ["adjoint"]);
+        assert_eq!(refused(0.9e-12, 1.1e-8, 0.9e-12), ["jacobian"]);
+        assert_eq!(refused(0.9e-12, 0.9e-8, 1.1e-12), ["work"]);
         assert_eq!(refused(f64::NAN, f64::NAN, f64::NAN).len(), 3);
     }
 }
