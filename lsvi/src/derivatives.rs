@@ -57,8 +57,8 @@ pub enum Derivative {
     /// ∂L/∂q and ∂L/∂v of [`Lagrangian::gradient`](crate::Lagrangian::gradient) and
     /// [`Lagrangian::gradient_q`](crate::Lagrangian::gradient_q).
     Gradient(Variable),
-    /// Second derivatives of [`Lagrangian::add_hessian`](crate::Lagrangian::add_hessian): of the gradient in the first variable, by
-    /// the second.
+    /// Second derivatives of [`Lagrangian::add_hessian`](crate::Lagrangian::add_hessian) and
+    /// [`Lagrangian::add_blocks`](crate::Lagrangian::add_blocks): of the gradient in the first variable, by the second.
     Hessian(Variable, Variable),
     /// The Euler–Lagrange expression E of [`EulerLagrange::residual`](crate::EulerLagrange::residual).
     Motion,

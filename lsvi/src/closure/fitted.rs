@@ -77,12 +77,11 @@ fn theta(z: f64) -> f64 {
     a / b
 }
 
-/// R(−z) − e^{−z} of the closure with the θ that is exact at `exact`.
+/// R(−z) − e^{−z} of the closure with the given θ.
 ///
 /// It equals (z³/2)(a − θ b)/(1 + z + z²/2 − θ), which does not cancel where R and e^{−z} agree.
-fn error(z: f64, exact: f64) -> f64 {
+fn error(z: f64, theta: f64) -> f64 {
     let (a, b) = moments(z);
-    let theta = theta(exact);
     0.5 * z * (a - theta * b) / ((1.0 - theta) / (z * z) + 1.0 / z + 0.5)
 }
 
@@ -95,11 +94,12 @@ fn minimax_theta(from: f64, to: f64) -> f64 {
     let (mut below, mut above) = (from, to);
     loop {
         let exact = 0.5 * (below + above);
+        let theta = theta(exact);
         if exact == below || exact == above {
-            return theta(exact);
+            return theta;
         }
         // A larger ẑ means a smaller θ: more error to its left, less to its right.
-        if largest(|z| error(z, exact), from, exact) < -error(to, exact) { below = exact } else { above = exact }
+        if largest(|z| error(z, theta), from, exact) < -error(to, theta) { below = exact } else { above = exact }
     }
 }
 

@@ -7,10 +7,10 @@ use super::{Derivative, DerivativeError, Place, SCALE, Variable};
 use crate::constraint::Constraint;
 use crate::error::{check_time, check_unknowns, check_vector};
 use crate::lagrangian::{EulerLagrange, Force, HessianWeights, Lagrangian, MotionWeights};
-use crate::linalg::{Jacobian, Structure, larger, max_norm};
+use crate::linalg::{Jacobian, Structure, add_block, larger, max_norm};
 
 /// Checks the derivatives that `l` states at (`t`, `q`, `v`): the gradients ∂L/∂q and ∂L/∂v beside differences of L, and each
-/// block of second derivatives beside differences of the gradients, with its weight and added to others.
+/// block of second derivatives beside differences of the gradients, with its weight and added to others, and in a matrix of its own.
 ///
 /// It is done as by [`check_derivatives`](crate::check_derivatives). One state does not show all mistakes: check several.
 ///
@@ -89,6 +89,11 @@ pub fn check_lagrangian<L: Lagrangian + ?Sized>(l: &L, t: f64, q: &[f64], v: &[f
     ];
     check_blocks(n, &l.structure(), blocks, |[qq, qv, vq, vv], out| {
         l.add_hessian(t, q, v, HessianWeights { qq, qv, vq, vv }, out);
+    })?;
+    check_blocks(n, &l.structure(), blocks, |weights, out| {
+        let mut each: [Jacobian; 4] = std::array::from_fn(|_| Jacobian::with_structure(n, &l.structure()));
+        l.add_blocks(t, q, v, each.each_mut());
+        weights.iter().zip(&each).for_each(|(weight, block)| add_block(out, (0, 0), *weight, block));
     })
 }
 

@@ -31,20 +31,11 @@ pub struct Galerkin<L> {
     v: Vec<f64>,
     dl_dq: Vec<f64>,
     dl_dv: Vec<f64>,
-    block: Jacobian,
+    /// L_qq, L_qv, L_vq and L_vv at a point, and their sum for a test and a trial function.
+    blocks: [Jacobian; 4],
+    sum: Jacobian,
     nystrom: Option<Box<Nystrom>>,
 }
-
-/// The second derivatives of L, and the powers of d/dt on the test and trial functions that go with them.
-const BLOCKS: [(HessianWeights, bool, bool); 4] = {
-    let none = HessianWeights { qq: 0.0, qv: 0.0, vq: 0.0, vv: 0.0 };
-    [
-        (HessianWeights { qq: 1.0, ..none }, false, false),
-        (HessianWeights { qv: 1.0, ..none }, false, true),
-        (HessianWeights { vq: 1.0, ..none }, true, false),
-        (HessianWeights { vv: 1.0, ..none }, true, true),
-    ]
-};
 
 impl<L: Lagrangian> Galerkin<L> {
     /// Discretises `lagrangian` by paths of degree s with the given quadrature.
@@ -67,7 +58,8 @@ impl<L: Lagrangian> Galerkin<L> {
             path,
             weights: quadrature.weights().to_vec(),
             velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
-            block: Jacobian::with_structure(zeros.len(), &lagrangian.structure()),
+            blocks: std::array::from_fn(|_| Jacobian::with_structure(zeros.len(), &lagrangian.structure())),
+            sum: Jacobian::with_structure(zeros.len(), &lagrangian.structure()),
             lagrangian,
             q: zeros.clone(),
             v: zeros.clone(),
@@ -129,16 +121,26 @@ impl<L: Lagrangian> Galerkin<L> {
         let n = q0.len();
         for (point, b) in self.path.points.iter().zip(&self.weights) {
             point.place(at.h, q0, x, &mut self.q, &mut self.v);
-            for (which, test_slope, trial_slope) in BLOCKS {
-                self.block.clear();
-                self.lagrangian.add_hessian(point.time(at), &self.q, &self.v, which, &mut self.block);
-                for row in 1..=self.path.degree() {
-                    let (value, slope) = test_function(point, row, w);
-                    let test = b * if test_slope { slope } else { at.h * value };
-                    for (column, trial) in columns.clone().enumerate() {
-                        let trial = if trial_slope { point.first[trial] / at.h } else { point.value[trial] };
-                        add_block(out, ((row - 1) * n, column * n), test * trial, &self.block);
-                    }
+            let last = self.path.degree();
+            let weights = |row: usize, column: usize| {
+                let (value, slope) = test_function(point, row, w);
+                let (trial, trial_slope) = (point.value[column], point.first[column] / at.h);
+                let (test, test_slope) = (b * at.h * value, b * slope);
+                let c = [test * trial, test * trial_slope, test_slope * trial, test_slope * trial_slope];
+                HessianWeights { qq: c[0], qv: c[1], vq: c[2], vv: c[3] }
+            };
+            if last == 1 {
+                let c = weights(1, *columns.start());
+                self.lagrangian.add_hessian(point.time(at), &self.q, &self.v, c, out);
+                continue;
+            }
+            self.blocks.iter_mut().for_each(Jacobian::clear);
+            self.lagrangian.add_blocks(point.time(at), &self.q, &self.v, self.blocks.each_mut());
+            for row in 1..=last {
+                for (place, column) in columns.clone().enumerate() {
+                    let c = weights(row, column);
+                    self.sum.set_sum([c.qq, c.qv, c.vq, c.vv], &self.blocks);
+                    add_block(out, ((row - 1) * n, place * n), 1.0, &self.sum);
                 }
             }
         }

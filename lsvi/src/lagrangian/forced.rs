@@ -91,6 +91,13 @@ impl<L: Lagrangian, F: Force> Lagrangian for Forced<L, F> {
         self.lagrangian.add_hessian(t, q, v, c, out);
         self.add_force_derivative(t, q, v, c.qq, c.qv, out);
     }
+
+    fn add_blocks(&self, t: f64, q: &[f64], v: &[f64], blocks: [&mut Jacobian; 4]) {
+        let [qq, qv, vq, vv] = blocks;
+        self.lagrangian.add_blocks(t, q, v, [&mut *qq, &mut *qv, vq, vv]);
+        self.add_force_derivative(t, q, v, 1.0, 0.0, qq);
+        self.add_force_derivative(t, q, v, 0.0, 1.0, qv);
+    }
 }
 
 impl<L: EulerLagrange, F: Force> EulerLagrange for Forced<L, F> {

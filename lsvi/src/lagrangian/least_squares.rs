@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use super::{HessianWeights, Lagrangian};
 use crate::error::{InputError, SystemError};
-use crate::linalg::{Jacobian, Structure, add_block};
+use crate::linalg::{Jacobian, Rows, Structure, add_block, add_with_transpose};
 use crate::mass::Mass;
 use crate::pool::Pool;
 use crate::vector_field::{VectorField, check_system};
@@ -31,8 +31,8 @@ struct Weights {
     w: Option<DMatrix<f64>>,
     wm: Option<DMatrix<f64>>,
     mwm: Option<DMatrix<f64>>,
-    /// The columns that each row of J meets, where J and JᵀWJ are not stored as dense matrices: for W = M⁻¹ diagonal.
-    rows: Option<Vec<Vec<usize>>>,
+    /// The rows of J, where J and JᵀWJ are not stored as dense matrices: for W = M⁻¹ diagonal.
+    rows: Option<Rows>,
 }
 
 impl Weights {
@@ -62,8 +62,6 @@ struct Scratch {
     wj: DMatrix<f64>,
     /// M W J.
     mwj: DMatrix<f64>,
-    /// JᵀWJ.
-    product: DMatrix<f64>,
 }
 
 /// A symmetric positive definite M as a dense matrix.
@@ -90,9 +88,8 @@ impl<F: VectorField> LeastSquares<F> {
         let (structure, mass) = (field.structure(), field.mass());
         if structure != Structure::Dense && matches!(mass, Mass::Identity | Mass::Diagonal(_)) {
             mass.metric(n)?;
-            let mut rows = vec![Vec::new(); n];
-            (0..n).for_each(|j| structure.rows(n, j).for_each(|i| rows[i].push(j)));
-            let weights = Weights { mass, w: None, wm: None, mwm: None, rows: Some(rows) };
+            let rows = Some(Rows::of(&Jacobian::with_structure(n, &structure)));
+            let weights = Weights { mass, w: None, wm: None, mwm: None, rows };
             return Ok(Self { field, weights, scratch: Scratch::pool(n, structure) });
         }
         let weights = match mass {
@@ -141,7 +138,7 @@ fn mul_transpose(a: Option<&DMatrix<f64>>, x: &[f64], out: &mut [f64]) {
     match a {
         None => out.copy_from_slice(x),
         Some(a) => {
-            for (o, column) in out.iter_mut().zip(a.column_iter()) {
+            for (o, column) in out.iter_mut().zip(a.as_slice().chunks_exact(x.len().max(1))) {
                 *o = column.iter().zip(x).map(|(a, x)| a * x).sum();
             }
         }
@@ -157,7 +154,6 @@ impl Scratch {
             jacobian: Jacobian::with_structure(n, &structure),
             wj: DMatrix::zeros(dense, dense),
             mwj: DMatrix::zeros(dense, dense),
-            product: DMatrix::zeros(dense, dense),
         })
     }
 
@@ -220,50 +216,62 @@ impl<F: VectorField> Lagrangian for LeastSquares<F> {
 
     /// L_vv = JᵀWJ − Σ (Wr)_i ∂²f_i, L_vv̇ = −JᵀWM, L_v̇v = −MWJ, L_v̇v̇ = MWM.
     fn add_hessian(&self, t: f64, v: &[f64], rate: &[f64], c: HessianWeights, out: &mut Jacobian) {
-        self.scratch.with(|s| self.add_hessian_with(s, (t, v, rate), c, out));
+        self.add_mass(c.vv, out);
+        if c.qq == 0.0 && c.qv == 0.0 && c.vq == 0.0 {
+            return;
+        }
+        self.scratch.with(|s| {
+            s.set_jacobian(&self.field, t, v);
+            self.add_products(s, c, out);
+            self.add_curvature(s, (t, v, rate), c.qq, out);
+        });
+    }
+
+    fn add_blocks(&self, t: f64, v: &[f64], rate: &[f64], blocks: [&mut Jacobian; 4]) {
+        let [qq, qv, vq, vv] = blocks;
+        let none = HessianWeights::default();
+        self.add_mass(1.0, vv);
+        self.scratch.with(|s| {
+            s.set_jacobian(&self.field, t, v);
+            self.add_products(s, HessianWeights { qq: 1.0, ..none }, qq);
+            self.add_products(s, HessianWeights { qv: 1.0, ..none }, qv);
+            self.add_products(s, HessianWeights { vq: 1.0, ..none }, vq);
+            self.add_curvature(s, (t, v, rate), 1.0, qq);
+        });
     }
 }
 
 impl<F: VectorField> LeastSquares<F> {
-    fn add_hessian_with(
-        &self,
-        s: &mut Scratch,
-        (t, v, rate): (f64, &[f64], &[f64]),
-        c: HessianWeights,
-        out: &mut Jacobian,
-    ) {
-        s.set_jacobian(&self.field, t, v);
-        match &self.weights.rows {
-            Some(rows) => self.add_products(s, rows, c, out),
-            None => self.add_dense_products(s, c, out),
+    /// Adds `scale` L_v̇v̇ = `scale` MWM.
+    fn add_mass(&self, scale: f64, out: &mut Jacobian) {
+        match &self.weights.mwm {
+            _ if scale == 0.0 => {}
+            Some(mwm) => add_block(out, (0, 0), scale, mwm),
+            // W = M⁻¹.
+            None => self.weights.mass.add_to(scale, out),
         }
-        if c.qq != 0.0 {
+    }
+
+    /// Adds −`scale` Σ (Wr)_i ∂²f_i.
+    fn add_curvature(&self, s: &mut Scratch, (t, v, rate): (f64, &[f64], &[f64]), scale: f64, out: &mut Jacobian) {
+        if scale != 0.0 {
             s.set_residual(&self.field, &self.weights.mass, t, v, rate);
             self.weights.weigh(&s.residual, &mut s.weighted);
-            self.field.add_curvature(t, v, &s.weighted, -c.qq, out);
+            self.field.add_curvature(t, v, &s.weighted, -scale, out);
         }
     }
 
-    /// Everything but the curvature, entry by entry.
-    fn add_products(&self, s: &Scratch, rows: &[Vec<usize>], c: HessianWeights, out: &mut Jacobian) {
+    /// Adds the products of J.
+    fn add_products(&self, s: &mut Scratch, c: HessianWeights, out: &mut Jacobian) {
+        let Some(rows) = &self.weights.rows else { return self.add_dense_products(s, c, out) };
         let j = &s.jacobian;
-        if c.vv != 0.0 {
-            self.weights.mass.add_to(c.vv, out);
+        add_with_transpose(-c.vq, -c.qv, j, out);
+        if c.qq != 0.0 {
+            rows.add_gram(j, |i| c.qq / self.weights.diagonal(i), out);
         }
-        j.for_each(|i, b, x| {
-            if x != 0.0 {
-                out.add(i, b, -c.vq * x);
-                out.add(b, i, -c.qv * x);
-            }
-            if c.qq != 0.0 && x != 0.0 {
-                let weighted = c.qq * x / self.weights.diagonal(i);
-                rows[i].iter().for_each(|&a| out.add(a, b, weighted * j.get(i, a)));
-            }
-        });
-        out.inherit_outside(j);
     }
 
-    /// Everything but the curvature, by products of dense matrices.
+    /// The products of J as dense matrices.
     fn add_dense_products(&self, s: &mut Scratch, c: HessianWeights, out: &mut Jacobian) {
         let n = self.dim();
         out.inherit_outside(&s.jacobian);
@@ -275,14 +283,11 @@ impl<F: VectorField> LeastSquares<F> {
                 &s.mwj
             }
         };
-        match &self.weights.mwm {
-            Some(mwm) if c.vv != 0.0 => add_block(out, (0, 0), c.vv, mwm),
-            None if c.vv != 0.0 => (0..n).for_each(|i| out.add(i, i, c.vv)),
-            _ => {}
-        }
-        for b in 0..n {
-            for a in 0..n {
-                out.add(a, b, -(c.vq * mwj[(a, b)] + c.qv * mwj[(b, a)]));
+        if c.vq != 0.0 || c.qv != 0.0 {
+            for b in 0..n {
+                for a in 0..n {
+                    out.add(a, b, -(c.vq * mwj[(a, b)] + c.qv * mwj[(b, a)]));
+                }
             }
         }
         if c.qq != 0.0 {
@@ -293,8 +298,7 @@ impl<F: VectorField> LeastSquares<F> {
                     &s.wj
                 }
             };
-            s.product.gemm_tr(c.qq, j, wj, 0.0);
-            add_block(out, (0, 0), 1.0, &s.product);
+            out.add_product_tr(c.qq, j, wj);
         }
     }
 }

@@ -63,4 +63,15 @@ pub trait Lagrangian {
 
     /// Adds `c.qq` L_qq + `c.qv` L_qv + `c.vq` L_vq + `c.vv` L_vv to `out`, where (L_qv)_ij = ∂²L/∂q_i∂v_j.
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian);
+
+    /// Adds L_qq, L_qv, L_vq and L_vv to matrices of their own, as [`add_hessian`](Self::add_hessian) adds each of them: what
+    /// the four have in common may be evaluated once.
+    fn add_blocks(&self, t: f64, q: &[f64], v: &[f64], blocks: [&mut Jacobian; 4]) {
+        let [qq, qv, vq, vv] = blocks;
+        let none = HessianWeights::default();
+        self.add_hessian(t, q, v, HessianWeights { qq: 1.0, ..none }, qq);
+        self.add_hessian(t, q, v, HessianWeights { qv: 1.0, ..none }, qv);
+        self.add_hessian(t, q, v, HessianWeights { vq: 1.0, ..none }, vq);
+        self.add_hessian(t, q, v, HessianWeights { vv: 1.0, ..none }, vv);
+    }
 }

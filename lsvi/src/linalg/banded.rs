@@ -1,5 +1,7 @@
 //! Band matrices and their LU factors with partial pivoting.
 
+use std::ops::Range;
+
 use super::entry::Entry;
 use super::structure::Structure;
 use super::{FactorError, is_usable, row_scale};
@@ -28,8 +30,21 @@ impl Band {
         Structure::Banded { lower: self.lower, upper: self.upper }
     }
 
+    pub(super) fn values(&self) -> &[f64] {
+        &self.values
+    }
+
     pub(super) fn values_mut(&mut self) -> &mut [f64] {
         &mut self.values
+    }
+
+    /// The rows of column `j`, and where its entries are among the values.
+    #[inline]
+    pub(super) fn places(&self, j: usize) -> (Range<usize>, Range<usize>) {
+        let rows = j.saturating_sub(self.upper)..(j + self.lower + 1).min(self.dim);
+        let start = j * (self.lower + self.upper + 1) + self.upper + rows.start - j;
+        let end = start + rows.len();
+        (rows, start..end)
     }
 
     #[inline]
@@ -51,10 +66,31 @@ impl Band {
     /// The entries (i, x) of column `j`.
     #[inline]
     pub(super) fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let first = j.saturating_sub(self.upper);
-        let last = (j + self.lower + 1).min(self.dim);
-        let start = j * (self.lower + self.upper + 1) + self.upper + first - j;
-        (first..last).zip(self.values[start..start + last - first].iter().copied())
+        let (rows, places) = self.places(j);
+        rows.zip(self.values[places].iter().copied())
+    }
+
+    /// The first column of row `i` and its entries from there on.
+    #[inline]
+    pub(super) fn row(&self, i: usize) -> (usize, impl Iterator<Item = f64> + '_) {
+        let (first, last) = (i.saturating_sub(self.lower), (i + self.upper).min(self.dim - 1));
+        let stride = self.lower + self.upper;
+        // Entry (i, j) is at j · stride + i + upper; a diagonal matrix has a stride of 0 and one entry in the row.
+        let place = |j: usize| j * stride + i + self.upper;
+        (first, self.values[place(first)..=place(last)].iter().step_by(stride.max(1)).copied())
+    }
+
+    /// The entries of column `j` from row `i` on.
+    #[inline]
+    pub(super) fn column_from_mut(&mut self, i: usize, j: usize) -> &mut [f64] {
+        let (rows, places) = self.places(j);
+        &mut self.values[places.start + i - rows.start..places.end]
+    }
+
+    /// Whether every entry of AᵀA has its place, for A of the structure of `a`.
+    pub(super) fn has_room_for_gram_of(&self, a: &Self) -> bool {
+        let width = (a.lower + a.upper).min(self.dim.saturating_sub(1));
+        a.dim == self.dim && self.lower >= width && self.upper >= width
     }
 }
 

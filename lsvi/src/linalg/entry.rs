@@ -31,18 +31,22 @@ pub(crate) trait Entry:
 }
 
 impl Entry for f64 {
+    #[inline]
     fn magnitude(self) -> f64 {
         self.abs()
     }
+    #[inline]
     fn scaled(self, s: f64) -> Self {
         self * s
     }
 }
 
 impl Entry for Complex<f64> {
+    #[inline]
     fn magnitude(self) -> f64 {
         self.re.abs() + self.im.abs()
     }
+    #[inline]
     fn scaled(self, s: f64) -> Self {
         self.scale(s)
     }

@@ -73,10 +73,9 @@ impl Jacobian {
     /// Sets every entry to zero.
     pub fn clear(&mut self) {
         self.outside = None;
-        match &mut self.entries {
-            Entries::Dense(a) => a.fill(0.0),
-            Entries::Banded(a) => a.values_mut().fill(0.0),
-            Entries::Sparse(a) => a.clear(),
+        self.values_mut().fill(0.0);
+        if let Entries::Sparse(a) = &mut self.entries {
+            a.start_again();
         }
     }
 
@@ -187,6 +186,37 @@ impl Jacobian {
         &self.entries
     }
 
+    pub(super) fn entries_mut(&mut self) -> &mut Entries {
+        &mut self.entries
+    }
+
+    /// The stored values, in an order that the structure alone determines.
+    pub(super) fn values(&self) -> &[f64] {
+        match &self.entries {
+            Entries::Dense(a) => a.as_slice(),
+            Entries::Banded(a) => a.values(),
+            Entries::Sparse(a) => a.values(),
+        }
+    }
+
+    /// Shows every stored entry (i, j) to `visit`, with its place among the [`values`](Self::values).
+    pub(super) fn for_each_place(&self, mut visit: impl FnMut(usize, usize, usize)) {
+        let n = self.dim();
+        for j in 0..n {
+            match &self.entries {
+                Entries::Dense(_) => (0..n).for_each(|i| visit(i, j, i + j * n)),
+                Entries::Banded(a) => {
+                    let (rows, places) = a.places(j);
+                    rows.zip(places).for_each(|(i, place)| visit(i, j, place));
+                }
+                Entries::Sparse(a) => {
+                    let pattern = a.pattern();
+                    pattern.column(j).iter().zip(pattern.starts()[j]..).for_each(|(&i, place)| visit(i, j, place));
+                }
+            }
+        }
+    }
+
     /// Notes that what was to be added has no entries.
     pub(crate) fn set_missing(&mut self) {
         self.is_missing = true;
@@ -228,6 +258,35 @@ impl Jacobian {
     /// Notes an entry that a part of the matrix was given outside its structure.
     pub(super) fn set_outside(&mut self, entry: Option<(usize, usize)>) {
         self.outside = self.outside.or(entry);
+    }
+
+    /// Adds `scale` AᵀB.
+    pub(crate) fn add_product_tr(&mut self, scale: f64, a: &DMatrix<f64>, b: &DMatrix<f64>) {
+        match &mut self.entries {
+            Entries::Dense(out) if out.shape() == (a.ncols(), b.ncols()) => out.gemm_tr(scale, a, b, 1.0),
+            _ => {
+                for (j, b) in b.column_iter().enumerate() {
+                    a.column_iter().enumerate().for_each(|(i, a)| self.add(i, j, scale * a.dot(&b)));
+                }
+            }
+        }
+    }
+
+    /// Becomes Σ c_k A_k of matrices of the same structure.
+    pub(crate) fn set_sum<const N: usize>(&mut self, c: [f64; N], a: &[Self; N]) {
+        self.outside = a.iter().find_map(Self::outside);
+        let terms = a.each_ref().map(Self::values);
+        for (k, x) in self.values_mut().iter_mut().enumerate() {
+            *x = terms.iter().zip(c).map(|(values, c)| c * values[k]).sum();
+        }
+    }
+
+    fn values_mut(&mut self) -> &mut [f64] {
+        match &mut self.entries {
+            Entries::Dense(a) => a.as_mut_slice(),
+            Entries::Banded(a) => a.values_mut(),
+            Entries::Sparse(a) => a.values_mut(),
+        }
     }
 
     /// Takes over from `other`, whose entries were added, that it was given one outside its structure.

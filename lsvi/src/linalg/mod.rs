@@ -5,6 +5,7 @@ mod cholesky;
 mod condition;
 mod dense;
 mod entry;
+mod gram;
 mod jacobian;
 mod size;
 mod sparse;
@@ -16,6 +17,7 @@ pub use structure::{Pattern, Structure};
 pub(crate) use cholesky::Cholesky;
 pub(crate) use condition::inverse_norm;
 pub(crate) use entry::Entry;
+pub(crate) use gram::{Rows, add_with_transpose};
 pub(crate) use size::{by_size, size, vectors};
 
 use nalgebra::DMatrix;
@@ -190,14 +192,17 @@ impl Entrywise for Jacobian {
         self.add(i, j, x);
     }
 
+    #[inline]
     fn visit(&self, visit: impl FnMut(usize, usize, f64)) {
         self.for_each(visit);
     }
 
+    #[inline]
     fn outside(&self) -> Option<(usize, usize)> {
         self.outside()
     }
 
+    #[inline]
     fn set_outside(&mut self, entry: Option<(usize, usize)>) {
         self.set_outside(entry);
     }
@@ -218,6 +223,7 @@ fn sign(pivots: impl Iterator<Item = f64>, exchanges: usize) -> f64 {
 }
 
 /// The power of two by which a row with the given largest entry is scaled to one in [1, 2).
+#[inline]
 fn row_scale(largest: f64) -> Result<f64, FactorError> {
     if largest == 0.0 || !largest.is_finite() {
         return Err(FactorError::Singular);
@@ -228,6 +234,7 @@ fn row_scale(largest: f64) -> Result<f64, FactorError> {
 
 /// Whether the pivot, the last entry of its column of U, is more than the rounding of so many updates of its column by multipliers of
 /// size ≤ 1. The scaled rows have entries of size 1; a column without any is that of an unknown in small units.
+#[inline]
 fn is_usable<T: Entry>(column: &[T], updates: usize) -> bool {
     let lost = updates as f64 * f64::EPSILON;
     column.last().is_some_and(|pivot| {

@@ -23,33 +23,43 @@ pub(super) struct Sparse {
     trail: Trail,
 }
 
-/// The places to which the last assembly added, one after the other: the next one mostly takes the same path, and need not search.
+/// The additions of the last assembly, one after the other: the next one mostly takes the same path, and need not search.
 #[derive(Debug, Clone, Default)]
 struct Trail {
-    places: Vec<usize>,
+    steps: Vec<Step>,
     next: usize,
+}
+
+/// An addition to an entry, and the place of its value.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    row: usize,
+    column: usize,
+    place: usize,
 }
 
 impl Trail {
     /// Additions that are remembered for each entry of a matrix; a path may be of any length.
     const MOST: usize = 16;
 
-    fn place(&mut self, pattern: &Pattern, i: usize, j: usize) -> Option<usize> {
-        let place = match self.places.get(self.next) {
-            Some(&place) if pattern.is_place(place, i, j) => place,
-            _ => self.leave(pattern, i, j)?,
+    #[inline]
+    fn place(&mut self, pattern: &Pattern, row: usize, column: usize) -> Option<usize> {
+        let place = match self.steps.get(self.next) {
+            Some(step) if step.row == row && step.column == column => step.place,
+            _ => self.leave(pattern, row, column)?,
         };
         self.next += 1;
         Some(place)
     }
 
     /// Searches, and changes the path.
-    fn leave(&mut self, pattern: &Pattern, i: usize, j: usize) -> Option<usize> {
-        let place = pattern.index(i, j)?;
-        if self.next < self.places.len() {
-            self.places[self.next] = place;
-        } else if self.places.len() < Self::MOST * pattern.entries() {
-            self.places.push(place);
+    fn leave(&mut self, pattern: &Pattern, row: usize, column: usize) -> Option<usize> {
+        let place = pattern.index(row, column)?;
+        let step = Step { row, column, place };
+        if self.next < self.steps.len() {
+            self.steps[self.next] = step;
+        } else if self.steps.len() < Self::MOST * pattern.entries() {
+            self.steps.push(step);
         }
         Some(place)
     }
@@ -74,8 +84,16 @@ impl Sparse {
         Arc::clone(&self.pattern)
     }
 
-    pub(super) fn clear(&mut self) {
-        self.values.fill(0.0);
+    pub(super) fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    pub(super) fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// An assembly begins, along the path of the last one.
+    pub(super) fn start_again(&mut self) {
         self.trail.next = 0;
     }
 

@@ -136,12 +136,6 @@ impl Pattern {
         &self.rows
     }
 
-    /// Whether the value of entry (i, j) is stored at this place, one below [`entries`](Self::entries).
-    #[inline]
-    pub(super) fn is_place(&self, place: usize, i: usize, j: usize) -> bool {
-        self.rows[place] == i && j < self.dim && self.starts[j] <= place && place < self.starts[j + 1]
-    }
-
     /// Where the value of entry (i, j) is stored.
     #[inline]
     pub(super) fn index(&self, i: usize, j: usize) -> Option<usize> {

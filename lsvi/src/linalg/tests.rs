@@ -364,3 +364,80 @@ fn a_pattern_has_no_entries_beyond_its_own_columns() {
     larger.add(4, 4, 2.0);
     assert_eq!((larger.get(4, 4), larger.outside()), (2.0, None));
 }
+
+/// The sums by rows and columns are those of dense matrices, and what was there before stays, in bands that are just wide enough, wider,
+/// or too narrow, where the entries that have no place are told.
+#[test]
+fn sums_with_transposes_and_gram_products_are_those_of_dense_matrices() {
+    let weight = |i: usize| 0.5 + i as f64;
+    for n in [1, 2, 5, 9] {
+        let band = |lower, upper| Structure::Banded { lower, upper };
+        let own = structures(n).into_iter().chain([band(0, 0), band(0, 2), band(3, 0)]);
+        for structure in own.filter(|structure| *structure != Structure::Dense) {
+            let mut a = Jacobian::with_structure(n, &structure);
+            fill(&mut a, &structure);
+            let rows = Rows::of(&a);
+            let dense = a.to_dense();
+            let d = DMatrix::from_fn(n, n, |i, j| if i == j { weight(i) } else { 0.0 });
+            let (sum, gram) = (&dense * 2.0 - dense.transpose() * 3.0, dense.tr_mul(&(d * &dense)));
+            for room in [structure.gram(n), band(n, n), Structure::Dense, band(0, 0)] {
+                let mut start = Jacobian::with_structure(n, &room);
+                fill(&mut start, &room);
+                type Addition<'a> = &'a dyn Fn(&mut Jacobian);
+                let added: [(&DMatrix<f64>, Addition<'_>); 2] = [
+                    (&sum, &|out| add_with_transpose(2.0, -3.0, &a, out)),
+                    (&gram, &|out| rows.add_gram(&a, weight, out)),
+                ];
+                for (expected, add) in added {
+                    let mut out = start.clone();
+                    add(&mut out);
+                    let difference = out.to_dense() - start.to_dense();
+                    let is_told = out.outside().is_some();
+                    let mut is_missing = false;
+                    for j in 0..n {
+                        for i in 0..n {
+                            let has_place = room.rows(n, j).any(|row| row == i);
+                            is_missing |= !has_place && expected[(i, j)] != 0.0;
+                            // Entries below 10, and sums of a few tens of products with weights up to 9.
+                            let error = difference[(i, j)] - if has_place { expected[(i, j)] } else { 0.0 };
+                            assert!(error.abs() <= 1e-12, "{structure:?} to {room:?}, ({i}, {j}): {error:e}");
+                        }
+                    }
+                    assert_eq!(is_told, is_missing, "{structure:?} to {room:?}");
+                }
+            }
+        }
+    }
+}
+
+/// A product of dense matrices is added to any storage, as far as it has room.
+#[test]
+fn products_of_dense_matrices_are_added_to_every_structure() {
+    let n = 5;
+    let matrix = |shift: f64| DMatrix::from_fn(n, n, |i, j| (shift + (i * n + j) as f64).sin());
+    let (a, b) = (matrix(0.0), matrix(0.5));
+    let expected = a.transpose() * &b * 2.0;
+    for structure in structures(n) {
+        let mut out = Jacobian::with_structure(n, &structure);
+        out.add_product_tr(2.0, &a, &b);
+        out.for_each(|i, j, x| approx::assert_relative_eq!(x, expected[(i, j)], epsilon = 1e-14));
+        assert_eq!(out.outside().is_some(), structure != Structure::Dense);
+    }
+}
+
+#[test]
+fn a_sum_of_matrices_knows_what_its_terms_lack() {
+    let structure = Structure::Banded { lower: 1, upper: 1 };
+    let matrix = |x: f64| {
+        let mut a = Jacobian::with_structure(4, &structure);
+        a.add(1, 2, x);
+        a
+    };
+    let mut terms = [matrix(1.0), matrix(10.0)];
+    let mut sum = matrix(5.0);
+    sum.set_sum([2.0, 3.0], &terms);
+    assert_eq!((sum.get(1, 2), sum.get(0, 0), sum.outside()), (32.0, 0.0, None));
+    terms[1].add(0, 3, 1.0);
+    sum.set_sum([2.0, 3.0], &terms);
+    assert_eq!(sum.outside(), Some((0, 3)));
+}

@@ -103,6 +103,53 @@ fn the_stages_of_a_linear_field_take_two_increments_however_fast_its_rate_change
     }
 }
 
+/// A field that counts its Jacobians.
+struct Jacobians<F>(F, Cell<usize>);
+
+impl<F: VectorField> VectorField for Jacobians<F> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.0.structure()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(t, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.1.set(self.1.get() + 1);
+        self.0.add_jacobian(t, v, scale, out);
+    }
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_curvature(t, v, w, scale, out);
+    }
+}
+
+/// The four blocks of second derivatives have J in common, and ∂²L/∂v̇² has none.
+#[test]
+fn a_galerkin_method_evaluates_the_jacobian_once_for_each_node() {
+    for degree in 1..=3 {
+        let field = Jacobians(
+            field!(2, |_t, v, dv| {
+                dv[0] = v[1] * v[0];
+                dv[1] = -v[0];
+            }),
+            Cell::new(0),
+        );
+        let l = LeastSquares::new(&field).expect("usable");
+        let mut discrete = Galerkin::lobatto(&l, degree).expect("s ≥ 1");
+        let mut out = Jacobian::with_structure(2 * degree, &discrete.structure());
+        let before = field.1.get();
+        let at = Interval { start: 0.0, h: 0.1 };
+        let both = MomentumWeights { alpha: 1.0, beta: 1.0 };
+        discrete.add_derivative(at, &[1.0, 0.5], &vec![0.7; 2 * degree], both, &mut out);
+        assert_eq!(field.1.get() - before, degree + 1, "degree {degree}");
+        let c = HessianWeights { vv: 1.0, ..Default::default() };
+        l.add_hessian(0.0, &[1.0, 0.5], &[0.0; 2], c, &mut Jacobian::zeros(2));
+        assert_eq!(field.1.get() - before, degree + 1, "the mass");
+    }
+}
+
 /// A preconditioner that counts how often it is set up.
 struct Counted(Factored, Arc<AtomicU64>);
 

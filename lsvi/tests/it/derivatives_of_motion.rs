@@ -2,9 +2,10 @@
 
 use lsvi::nalgebra::DMatrix;
 use lsvi::{
-    AutoConstraint, AutoForce, AutoLagrangian, Constraint, ConstraintFn, Derivative, DerivativeError, EulerLagrange,
-    Force, ForceFn, HessianWeights, Jacobian, Lagrangian, LagrangianFn, MotionWeights, Scalar, Structure, Variable,
-    check_constraint, check_force, check_lagrangian, check_motion,
+    AutoConstraint, AutoField, AutoForce, AutoLagrangian, Constraint, ConstraintFn, Derivative, DerivativeError,
+    EulerLagrange, FieldFn, Force, ForceFn, Forced, HessianWeights, Jacobian, Lagrangian, LagrangianFn, LeastSquares,
+    Mass, MotionWeights, Scalar, Structure, Variable, VectorField, check_constraint, check_force, check_lagrangian,
+    check_motion,
 };
 
 use Variable::{A, Q, V};
@@ -63,6 +64,8 @@ enum Flaw {
     /// A gradient that is added to what is there.
     Added,
     Block(Derivative),
+    /// The block of this place in `add_blocks`, and there alone.
+    OnItsOwn(usize),
     /// The weights of two blocks exchanged.
     Weights,
     Expression,
@@ -117,6 +120,13 @@ impl<M: Lagrangian> Lagrangian for Flawed<M> {
         // Where several blocks are added at once, and only there.
         if self.1 == Flaw::Block(Derivative::Blocks) && qq != 0.0 && vv != 0.0 {
             out.add(1, 0, 0.01);
+        }
+    }
+    fn add_blocks(&self, t: f64, q: &[f64], v: &[f64], [qq, qv, vq, vv]: [&mut Jacobian; 4]) {
+        let mut blocks = [qq, qv, vq, vv];
+        self.0.add_blocks(t, q, v, blocks.each_mut().map(|block| &mut **block));
+        if let Flaw::OnItsOwn(k) = self.1 {
+            blocks[k].add(1, 0, 0.01);
         }
     }
 }
@@ -194,6 +204,83 @@ fn derivatives_that_are_right_pass() {
     check_motion(&AutoLagrangian::new(Coupled(2)), 0.0, &[0.0; 2], &[0.0; 2]).expect("automatic");
 }
 
+/// v̇_i = −v_i² + v_{i+1} − 2 v_i + v_{i−1} v_{i+1}.
+struct Chain(usize, Structure);
+
+impl FieldFn for Chain {
+    fn dim(&self) -> usize {
+        self.0
+    }
+    fn structure(&self) -> Structure {
+        self.1.clone()
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        let at = |i: usize| v.get(i).copied().unwrap_or(T::from(0.0));
+        for i in 0..v.len() {
+            dv[i] = at(i.wrapping_sub(1)) * at(i + 1) + at(i + 1) - (v[i] + 2.0) * v[i];
+        }
+    }
+}
+
+/// With a mass for each component.
+struct Massive(AutoField<Chain>, Vec<f64>);
+
+impl VectorField for Massive {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.0.structure()
+    }
+    fn mass(&self) -> Mass {
+        Mass::Diagonal(self.1.clone())
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(t, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_jacobian(t, v, scale, out);
+    }
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        self.0.add_curvature(t, v, w, scale, out);
+    }
+}
+
+/// A force belongs to the blocks of ∂L/∂q, whose derivatives it makes no symmetric matrix.
+#[test]
+fn the_blocks_of_a_forced_lagrangian_are_what_is_added_to_one_matrix() {
+    let forced = Forced::new(AutoLagrangian::new(Coupled(3)), AutoForce::new(Drag(3))).expect("of one size");
+    let (q, v) = (values(3, 0.0), values(3, 1.0));
+    let mut blocks: [Jacobian; 4] = std::array::from_fn(|_| Jacobian::zeros(3));
+    forced.add_blocks(0.7, &q, &v, blocks.each_mut());
+    for (k, block) in blocks.iter().enumerate() {
+        let weight = |i: usize| if i == k { 1.0 } else { 0.0 };
+        let mut alone = Jacobian::zeros(3);
+        let c = HessianWeights { qq: weight(0), qv: weight(1), vq: weight(2), vv: weight(3) };
+        forced.add_hessian(0.7, &q, &v, c, &mut alone);
+        assert!(alone.to_dense().amax() > 0.1);
+        approx::assert_relative_eq!(block.to_dense(), alone.to_dense(), epsilon = 1e-14);
+    }
+}
+
+#[test]
+fn the_second_derivatives_of_least_squares_are_right_in_every_structure_and_metric() {
+    for n in [1, 2, 6] {
+        let (v, rate) = (values(n, 0.0), values(n, 1.0));
+        let sparse = Structure::sparse(n, (1..n).flat_map(|i| [(i - 1, i), (i, i - 1)])).expect("inside");
+        for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse] {
+            let field = || AutoField::new(Chain(n, structure.clone()));
+            let masses: Vec<f64> = (0..n).map(|i| 1.0 + i as f64).collect();
+            let weighed = Massive(field(), masses);
+            check_lagrangian(&LeastSquares::new(field()).expect("usable"), 0.5, &v, &rate).expect("exact");
+            check_lagrangian(&LeastSquares::new(weighed).expect("usable"), 0.5, &v, &rate).expect("exact");
+            let metric = DMatrix::from_fn(n, n, |i, j| if i == j { 3.0 } else { 0.1 });
+            let measured = LeastSquares::new(field()).and_then(|l| l.with_metric(metric)).expect("a metric");
+            check_lagrangian(&measured, 0.5, &v, &rate).expect("exact");
+        }
+    }
+}
+
 #[test]
 fn a_wrong_derivative_is_named() {
     let (q, v) = (values(3, 0.0), values(3, 1.0));
@@ -209,6 +296,11 @@ fn a_wrong_derivative_is_named() {
     ] {
         let error = motion(flaw).expect_err("flawed");
         assert!(matches!(error, DerivativeError::Differs { of, .. } if of == expected), "{flaw:?}: {error}");
+    }
+    for (k, (row, column)) in [(Q, Q), (Q, V), (V, Q), (V, V)].into_iter().enumerate() {
+        let error = motion(Flaw::OnItsOwn(k)).expect_err("flawed");
+        let expected = Derivative::Hessian(row, column);
+        assert!(matches!(error, DerivativeError::Differs { of, .. } if of == expected), "{k}: {error}");
     }
     let blocks: [(Derivative, &Checker<'_>); 12] = [
         (Derivative::Hessian(Q, Q), &motion),

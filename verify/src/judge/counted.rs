@@ -117,6 +117,9 @@ impl<L: Lagrangian> Lagrangian for Counting<'_, L> {
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
         self.inner.add_hessian(t, q, v, c, out);
     }
+    fn add_blocks(&self, t: f64, q: &[f64], v: &[f64], blocks: [&mut Jacobian; 4]) {
+        self.inner.add_blocks(t, q, v, blocks);
+    }
 }
 
 impl<L: EulerLagrange> EulerLagrange for Counting<'_, L> {
