@@ -671,6 +671,16 @@ fn a_zero_that_is_crossed_on_the_way_up_is_not_named() {
     }
 }
 
+/// A step of high order goes round several times: on a straight line from its start to its end f points back, on the way it does not.
+#[test]
+fn a_zero_that_a_long_step_crosses_as_the_solution_does_is_not_named() {
+    for (rtol, t_end) in [("1e-3", "20"), ("1e-3", "50"), ("1e-5", "50")] {
+        let line = format!("solve --problem non-normal --method radau-adaptive --rtol {rtol} --t-end {t_end}");
+        let (status, _, errors) = verify(&line.split(' ').collect::<Vec<_>>());
+        assert_eq!((status, &*errors), (0, ""), "{line}");
+    }
+}
+
 /// A dose of a twentieth of a unit of time between the nodes of steps of h and h/2, which both leave the solution at 0.
 #[test]
 fn a_pulse_that_steps_pass_over_is_named() {

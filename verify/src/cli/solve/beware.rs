@@ -6,7 +6,7 @@ use verify::measure::norm::{Extremes, distance, larger, max_norm};
 use verify::measure::stability::{eigenvalues, spectral_abscissa};
 use verify::method::Method;
 use verify::problem::{Problem, component_names};
-use verify::reference::Ode;
+use verify::reference::{self, Ode};
 
 use crate::cli::layout::{number, plain};
 
@@ -31,6 +31,15 @@ const LEAVES: f64 = 1.0;
 /// A component on the wrong side of zero is lost where it comes to this part of its largest value.
 const LOST: f64 = 1e-3;
 
+/// Times within a step at which a reference is asked for its state.
+const LOOKS: u32 = 16;
+
+/// The smallest tolerance of a reference that rounding leaves room for.
+const FINEST: f64 = 1e-13;
+
+/// Zeros that references cross as well, after which no more are doubted: the steps of such a run are long and right.
+const REFUTED: u32 = 16;
+
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
 const NULL: f64 = 1e-13;
 
@@ -50,12 +59,23 @@ pub(super) struct Watch {
     /// Rows since the first that is not zero.
     rows: usize,
     rates: Rates,
-    /// Components that are where the equation lets none get, since the end of the step in which they crossed zero.
-    aside: Vec<Option<f64>>,
+    /// Components that are where the equation seems to let none get, since they crossed zero.
+    aside: Vec<Option<Crossing>>,
+    /// Zeros that a reference crosses as the run does.
+    refuted: u32,
     /// The first that has come far there, when it crossed, and where it is.
     crossed: Option<(usize, f64, f64)>,
     /// The first step across which the solution leaves its scale behind, by its end and the size before and after.
     leap: Option<(f64, [f64; 2])>,
+}
+
+/// The step in which a component crosses zero.
+#[derive(Debug, Clone)]
+struct Crossing {
+    start: f64,
+    end: f64,
+    /// The state at its start.
+    from: Vec<f64>,
 }
 
 /// The values of f at all rows of a small system, as columns of a matrix.
@@ -84,6 +104,23 @@ impl Rates {
 
     fn matrix(&self) -> DMatrix<f64> {
         DMatrix::from_column_slice(self.unknowns, self.columns.len() / self.unknowns.max(1), &self.columns)
+    }
+}
+
+impl Crossing {
+    /// Whether the solution from the start of the step comes to the other side of zero as well, by more than `far`.
+    fn is_of_solution(&self, ode: &dyn Ode, k: usize, far: f64) -> bool {
+        // Noise of the reference is not to count.
+        let tolerance = (0.01 * far).min(1e-8);
+        if tolerance < FINEST {
+            return false;
+        }
+        let times: Vec<f64> =
+            (1..=LOOKS).map(|i| self.start + f64::from(i) / f64::from(LOOKS) * (self.end - self.start)).collect();
+        let run =
+            reference::by_name("diffsol-bdf").map(|solver| solver.run(ode, self.start, &self.from, &times, tolerance));
+        let Some(Ok(run)) = run else { return false };
+        run.states.iter().any(|state| -state[k] * self.from[k].signum() > far)
     }
 }
 
@@ -117,7 +154,8 @@ impl Watch {
         }
     }
 
-    /// Follows the components that cross zero in a step all the way of which f, where they are zero, points back.
+    /// Follows the components that cross zero in a step all the way of which f, where they are zero, points back. The way is taken for
+    /// straight, as that of a long step of high order is not: a reference tells whether the solution crosses zero there.
     fn cross(&mut self, ode: &dyn Ode, t: f64, state: &[f64]) {
         let (start, before) = (self.last.0, &self.last.1);
         self.aside.resize(state.len(), None);
@@ -140,14 +178,24 @@ impl Watch {
                 let is_followed = rates.iter().any(|[_, f]| f * (state[k] - before[k]) > 0.0);
                 let lets_none = is_followed && rates.iter().all(|[f, _]| side * f >= 0.0);
                 // A second crossing brings it back, and a moment later the equation may let it pass.
-                *since = match (crosses, *since) {
-                    (true, None) => lets_none.then_some(t),
+                let crossing = || Crossing { start, end: t, from: before.clone() };
+                *since = match (crosses, since.take()) {
+                    (true, None) => lets_none.then(crossing),
                     (true, Some(_)) => None,
                     (false, since) => since.filter(|_| lets_none),
                 };
             }
-            let is_far = state[k].abs() > LOST * self.sizes[k];
-            self.crossed = self.crossed.or(since.filter(|_| is_far).map(|since| (k, since, state[k])));
+            let far = LOST * self.sizes[k];
+            if self.crossed.is_some() || self.refuted >= REFUTED || state[k].abs() <= far {
+                continue;
+            }
+            let Some(crossing) = since else { continue };
+            if crossing.is_of_solution(ode, k, far) {
+                self.refuted += 1;
+                *since = None;
+            } else {
+                self.crossed = Some((k, crossing.end, state[k]));
+            }
         }
     }
 
