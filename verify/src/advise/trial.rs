@@ -297,3 +297,168 @@ pub(super) fn cost(problem: &dyn Problem, method: &dyn Method) -> impl Fn(Work) 
         stages * (equations + work.inner as f64)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::adaptive;
+    use super::*;
+    use crate::method;
+    use crate::problem;
+
+    const HORIZON: f64 = 8.0;
+
+    fn drag() -> Box<dyn Problem> {
+        problem::build_setting("linear-drag").expect("registered")
+    }
+
+    /// v̇ = −v from 1 and an accurate solution of it, to `check`.
+    fn with_truth(check: impl Fn(&dyn Problem, Truth)) {
+        let (problem, method) = (drag(), adaptive(1e-12).expect("registered"));
+        check(&*problem, Truth::by(&*problem, &*method, HORIZON).expect("it runs"));
+    }
+
+    /// The largest error of implicit Euler with so many steps on v̇ = −v at each `every`-th of them.
+    fn of_implicit_euler(steps: u32, every: usize) -> f64 {
+        let h = HORIZON / f64::from(steps);
+        let error = |k: u32| ((1.0 + h).powf(-f64::from(k)) - (-h * f64::from(k)).exp()).abs();
+        (1..=steps).step_by(every).map(|k| error(k - 1 + every as u32)).fold(0.0, f64::max)
+    }
+
+    /// Part k of 64 has its time at k − frac(0.618 k): of 640 steps the first three end at 3.82, 17.64 and 21.46, the last but one
+    /// at 620.64.
+    #[test]
+    fn steps_are_chosen_at_irregular_places_in_equal_parts() {
+        let chosen = chosen(640);
+        assert_eq!((&chosen[..3], &chosen[62..]), (&[4, 18, 22][..], &[621, 640][..]));
+    }
+
+    /// A change belongs to the step that ends with it or after it; one beyond the last step to none.
+    #[test]
+    fn the_steps_in_which_f_changes_are_shown_beside_those_chosen() {
+        with_truth(|_, mut truth| {
+            assert_eq!(truth.changes, [0.0; 0]);
+            let ends: Vec<f64> = (1..=640).map(f64::from).collect();
+            truth.changes = vec![1.5, 3.0, 30.0, 700.0];
+            let shown = truth.shown(&ends);
+            assert_eq!((&shown[..5], shown.last()), (&[2, 3, 4, 18, 22][..], Some(&640)));
+            assert!(shown.contains(&30) && shown.is_sorted() && shown.len() == 64 + 3, "{shown:?}");
+            truth.changes = vec![5.5];
+            assert_eq!((truth.steps(4), truth.ends_of(4)), (vec![1, 2, 3, 4], vec![2.0, 4.0, 6.0, 8.0]));
+            // A step of 1/80: the change is in the 440th.
+            assert!(truth.steps(640).contains(&440) && !chosen(640).contains(&440));
+            assert!(truth.ends_of(640).contains(&5.5));
+        });
+    }
+
+    #[test]
+    fn the_accurate_solution_is_known_at_the_times_that_are_asked_for_and_no_others() {
+        with_truth(|problem, mut truth| {
+            truth.changes = vec![0.003, 5.0];
+            // At a change, a rounding beside one, at a stop of the long run, and elsewhere.
+            let stop = truth.ends_of(FINE)[7];
+            for times in [vec![0.003, stop, 5.0 + 1e-12, 6.1], vec![8.0], vec![0.5, 1.0, 7.999_999]] {
+                let states = truth.at(&times).expect("it runs");
+                assert_eq!(states.len(), times.len());
+                for (t, state) in times.iter().zip(&states) {
+                    let exact = problem.exact(*t).expect("it is known");
+                    assert!((state[0] - exact[0]).abs() <= 1e-9, "t = {t}: {state:?}, {exact:?}");
+                }
+            }
+            let four = truth.of_steps(4).expect("it runs");
+            assert!((four[1][0] - (-4.0_f64).exp()).abs() <= 1e-9 && four.len() == 4, "{four:?}");
+            assert!(Rc::ptr_eq(&four, &truth.of_steps(4).expect("it ran")));
+            assert!(truth.parts_by() <= 1e-9, "{:e}", truth.parts_by());
+            truth.ends.borrow_mut().push(vec![0.5 + (-HORIZON).exp(); 1]);
+            assert!((truth.parts_by() - 0.5).abs() <= 1e-9, "{}", truth.parts_by());
+            truth.ends.borrow_mut().push(vec![f64::NAN]);
+            assert!(truth.parts_by().is_nan());
+        });
+    }
+
+    /// v = v₀/(1 + v₀ t) at t = 8: from 3 to 3/25, and from ½ to ½/5. The size is 1 at least, however small a solution is.
+    #[test]
+    fn the_size_of_the_solution_and_how_far_it_goes_are_those_of_its_runs() {
+        for (setting, size, moved) in [
+            ("quadratic-drag v0=3", 3.0 / (1.0 + 3.0 * 8.0 / 1024.0), 3.0 - 3.0 / 25.0),
+            ("quadratic-drag v0=0.5", 1.0, 0.4),
+        ] {
+            let (problem, method) =
+                (problem::build_setting(setting).expect("registered"), adaptive(1e-12).expect("registered"));
+            let truth = Truth::by(&*problem, &*method, HORIZON).expect("it runs");
+            assert!((truth.moves_by() - moved).abs() <= 1e-9, "{setting}: {}", truth.moves_by());
+            // The run stops at some of 1024 steps; the first of them is chosen or a few steps on.
+            assert!(truth.size() <= 3.0 && (truth.size() - size).abs() <= 0.8, "{setting}: {}", truth.size());
+        }
+    }
+
+    /// The errors fall from the first unit of time on, which is the end of a step of eight and of none of four.
+    #[test]
+    fn an_error_is_that_at_the_ends_of_the_steps_asked_for() {
+        let method = method::parse("implicit-euler").expect("registered");
+        with_truth(|problem, truth| {
+            let ran = |shown: u32, steps: u32, most: f64| {
+                Ran::at_ends_of(shown, (problem, &*method), steps, &truth, most).expect("it runs")
+            };
+            for (shown, steps, every) in [(8, 8, 1), (4, 8, 2), (4, 4, 1), (4, 16, 4)] {
+                let (found, expected) = (ran(shown, steps, f64::INFINITY), of_implicit_euler(steps, every));
+                assert!((found.error - expected).abs() <= 1e-9, "{shown}, {steps}: {} for {expected}", found.error);
+                assert_eq!((found.steps, found.work.steps), (steps, u64::from(steps)));
+            }
+            let work = ran(8, 8, f64::INFINITY).work;
+            let all = cost(problem, &*method)(work);
+            // Work that is reached is not exceeded; with half of it the run ends half way.
+            assert!(ran(8, 8, all).error.is_finite() && ran(8, 8, 0.5 * all).error == f64::INFINITY);
+        });
+    }
+
+    /// Few steps, by multiples of four or of sixteen, that reach the target where a few less do not; twice the power of two from
+    /// which they were found tell the order and the smallest error.
+    #[test]
+    fn the_steps_that_are_found_are_the_fewest_but_for_one_unit() {
+        let method = method::parse("implicit-euler").expect("registered");
+        with_truth(|problem, truth| {
+            for target in [0.15, 0.1, 0.05, 0.03, 0.02, 0.011, 0.01] {
+                let (trial, least) = search(problem, &*method, &truth, target, 1e6);
+                let trial = trial.expect("within reach");
+                let steps = trial.steps as u32;
+                let (unit, below) = if steps < 64 { (4, 8) } else { (16, 32) };
+                assert!(steps.is_multiple_of(unit), "{target}: {trial:?}");
+                let every = |steps: u32| of_implicit_euler(steps, 1);
+                if steps <= 64 {
+                    assert!((trial.error - every(steps)).abs() <= 1e-9, "{target}: {trial:?}");
+                    assert_eq!(trial.times, steps as usize);
+                }
+                assert!(trial.error <= target, "{target}: {trial:?}");
+                assert!(steps <= below || every(steps - below) > target, "{target}: {trial:?}");
+                assert_eq!((&*trial.method, trial.setting), ("implicit-euler", HORIZON / f64::from(steps)));
+                let power = steps.next_power_of_two();
+                if power <= 64 {
+                    let order = (every(power) / of_implicit_euler(2 * power, 2)).log2();
+                    let (found, nominal) = trial.order.expect("it has errors");
+                    assert!((found - order).abs() <= 1e-6 && nominal == 1, "{target}: {trial:?} for {order}");
+                    let smallest = of_implicit_euler(2 * power, 2).min(trial.error);
+                    assert!((least - smallest).abs() <= 1e-9, "{target}: {least} for {smallest}");
+                }
+            }
+            // Half of the work of the last trial, four times of which are still tried and found wanting.
+            let (found, least) = search(problem, &*method, &truth, 1e-9, 64.0);
+            assert!(found.is_none() && least > 1e-9 && least.is_finite(), "{found:?}, {least}");
+        });
+    }
+
+    #[test]
+    fn a_tolerance_is_tried_against_the_target_at_the_steps_that_it_takes() {
+        let method = adaptive(1e-4).expect("registered");
+        with_truth(|problem, truth| {
+            let tried = |target: f64| with_tolerance(problem, &*method, 1e-4, &truth, target);
+            let trial = tried(1.0).expect("within 1");
+            assert!(
+                trial.error > 0.0 && trial.error < 1e-3 && trial.setting == 1e-4 && trial.order.is_none(),
+                "{trial:?}"
+            );
+            assert_eq!((trial.times as u64, trial.cost > 0.0), (trial.steps, true));
+            assert_eq!(tried(trial.error), Some(trial.clone()));
+            assert_eq!(tried(0.999 * trial.error), None);
+        });
+    }
+}
