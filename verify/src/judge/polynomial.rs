@@ -471,4 +471,242 @@ mod tests {
         let value = p.at_complex(Complex::new(0.0, y)).norm_sqr();
         assert!((p.modulus_on_imaginary_axis().at(&Real::double(y * y)).to_f64() - value).abs() < 1e-13);
     }
+
+    /// Ball coefficients, each a centre and a radius, and none left out.
+    fn balls(coefficients: &[(f64, f64)]) -> Polynomial {
+        Polynomial(coefficients.iter().map(|(c, radius)| Real::double(*c).widened(*radius)).collect())
+    }
+
+    /// By hand; doubles are exact here, and radii those of roundings.
+    #[test]
+    fn sums_products_and_quotients_are_those_of_the_coefficients() {
+        let is = |found: &Polynomial, known: &[f64]| {
+            assert_eq!(found.doubles(), known);
+            assert!(found.radius() < 1e-50, "{found:?}");
+        };
+        let (p, nothing) = (polynomial(&[1, 2, 3]), polynomial(&[]));
+        assert_eq!((p.degree(), polynomial(&[7]).degree(), polynomial(&[0, 0]).degree()), (Some(2), Some(0), None));
+        assert_eq!(p.coefficients(), [1, 2, 3].map(Real::from));
+        assert_eq!(p.at(&Real::from(2)).to_f64(), 17.0);
+        assert_eq!(p.at_complex(Complex::new(0.0, 1.0)), Complex::new(-2.0, 2.0));
+        // Degrees drop where leading coefficients cancel, and not in what tells how far apart two are.
+        is(&p.minus(&polynomial(&[0, 5, 3])), &[1.0, -3.0]);
+        is(&polynomial(&[0, 5]).minus(&p), &[-1.0, 3.0, -3.0]);
+        is(&p.minus(&p), &[]);
+        is(&p.difference(&p), &[0.0; 3]);
+        is(&p.plus(&polynomial(&[4, 0, -3])), &[5.0, 2.0]);
+        is(&polynomial(&[1, 2]).times(&polynomial(&[3, 0, 4])), &[3.0, 6.0, 4.0, 8.0]);
+        is(&polynomial(&[2]).times(&polynomial(&[3])), &[6.0]);
+        is(&p.times(&nothing), &[]);
+        // x³ − x² + x − 6 = (x − 2)(x² + x + 3).
+        is(&polynomial(&[-6, 1, -1, 1]).without_root(&Real::from(2)), &[3.0, 1.0, 1.0]);
+        is(&polynomial(&[1, 2, 3, 4]).mirrored(), &[1.0, -2.0, 3.0, -4.0]);
+        is(&polynomial(&[5, 3, 2, 7]).derivative(), &[3.0, 4.0, 21.0]);
+        is(&polynomial(&[5]).derivative(), &[]);
+        is(&polynomial(&[0, 1, 2]).reversed(), &[2.0, 1.0]);
+        // 1 + 2z + 3z² + 4z³ at z = i√x is 1 − 3x + i√x (2 − 4x).
+        is(&polynomial(&[1, 2, 3, 4]).modulus_on_imaginary_axis(), &[1.0, -2.0, -7.0, 16.0]);
+        // 2x³ + 3x² + x + 5 = (2x + 3)(x² + 1) − x + 2.
+        let (circle, line) = (polynomial(&[1, 0, 1]), polynomial(&[5, 2]));
+        for (dividend, divisor, quotient, rest) in [
+            (&polynomial(&[5, 1, 3, 2]), &circle, &[3.0, 2.0][..], &[2.0, -1.0][..]),
+            (&line, &circle, &[], &[5.0, 2.0]),
+            (&line, &polynomial(&[2]), &[2.5, 1.0], &[]),
+            (&line, &nothing, &[], &[5.0, 2.0]),
+        ] {
+            let found = dividend.divided_by(divisor);
+            is(&found.0, quotient);
+            is(&found.1, rest);
+        }
+        // (x − 1)²(x + 2) and (x − 1)(x − 3).
+        let common = polynomial(&[2, -3, 0, 1]).common_divisor(&polynomial(&[3, -4, 1]));
+        assert!(common.degree() == Some(1) && common.at(&Real::one()).may_be_zero(), "{common:?}");
+    }
+
+    /// What may be zero at either end is, and between them stays what it is.
+    #[test]
+    fn the_centre_of_a_polynomial_has_zeros_at_its_ends_alone() {
+        let p = balls(&[(0.05, 0.1), (2.0, 0.1), (0.05, 0.1), (3.0, 0.3), (0.05, 0.1)]);
+        assert_eq!(p.centre().doubles(), [0.0, 2.0, 0.05, 3.0]);
+        assert!(p.centre().radius() == 0.0 && (p.radius() - 0.3).abs() < 1e-12);
+        assert_eq!(balls(&[(0.05, 0.1); 3]).centre(), polynomial(&[]));
+        // x(x − 2) in the centre, and no other zero of 0.05 + 2x within a tenth.
+        assert_eq!(balls(&[(0.05, 0.1), (-2.0, 0.0), (1.0, 0.0)]).certain_changes().len(), 1);
+        let open = |coefficients: &[(f64, f64)]| is_left_open(&balls(coefficients).0);
+        assert!(open(&[(0.0, 2e-3)]) && open(&[(0.0, 0.0), (1e-3, 2e-3)]));
+        assert!(!open(&[(0.0, 5e-4)]) && !open(&[(0.0, 1.0), (1.0, 0.5)]) && !open(&[]));
+    }
+
+    /// (x − 1)(x + 2)(x − 3) = x³ − 2x² − 5x + 6, with 7x² before it too, and (x − s)(x − 2s) = x² − 3sx + 2s² of sizes s that
+    /// leave little room in the range of doubles.
+    #[test]
+    fn roots_are_found_at_zero_and_at_any_size() {
+        for none in [&[][..], &[5]] {
+            assert_eq!(polynomial(none).roots(), []);
+        }
+        assert_eq!(polynomial(&[0, 0, 7]).roots(), [Complex::new(0.0, 0.0); 2]);
+        let near = |p: &Polynomial, known: &[f64]| {
+            let mut found: Vec<Complex<f64>> = p.roots();
+            found.sort_by(|a, b| a.re.total_cmp(&b.re));
+            let errors = found.iter().zip(known).map(|(z, x)| (z - Complex::new(*x, 0.0)).norm() / x.abs().max(1e-290));
+            assert!(found.len() == known.len() && errors.clone().all(|error| error < 1e-12), "{found:?} for {known:?}");
+        };
+        near(&polynomial(&[6, -5, -2, 1]), &[-2.0, 1.0, 3.0]);
+        near(&polynomial(&[0, 0, 42, -35, -14, 7]), &[-2.0, 0.0, 0.0, 1.0, 3.0]);
+        near(&polynomial(&[-3, 2]), &[1.5]);
+        for (size, factor) in [(1e150, 1e-150), (1e-150, 1e150), (1e100, 1.0), (1e-100, 1.0)] {
+            let c = [2.0 * size * size * factor, -3.0 * size * factor, factor];
+            near(&Polynomial(c.map(Real::double).to_vec()), &[size, 2.0 * size]);
+            let mut found = simultaneous(&c.map(|c| Complex::new(c, 0.0)));
+            found.sort_by(|a, b| a.re.total_cmp(&b.re));
+            let errors = found.iter().zip([size, 2.0 * size]).map(|(z, x)| (z - x).norm() / x);
+            assert!(errors.clone().all(|error| error < 1e-12), "{found:?} for {size:e}");
+        }
+        // The roots of unity: all of one modulus.
+        let c = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0].map(|c| Complex::new(c, 0.0));
+        let found = simultaneous(&c);
+        for k in 0..7 {
+            let unit = Complex::from_polar(1.0, 2.0 * PI * f64::from(k) / 7.0);
+            assert_eq!(found.iter().filter(|z| (*z - unit).norm() < 1e-13).count(), 1, "{found:?}");
+        }
+    }
+
+    /// Fujiwara: twice the largest of |c₁/c₂| and |c₀/2c₂|^½, and a little more.
+    #[test]
+    fn the_bound_on_roots_is_fujiwaras() {
+        for (c, twice) in [
+            (&[-2.0, 1.0][..], 2.0),
+            (&[6.0, -5.0, 1.0], 10.0),
+            (&[-16.0, 1.0, 2.0], 4.0),
+            (&[-8.0, 0.0, -50.0, 4.0], 25.0),
+            (&[1.0, 128.0, 0.0, -2.0], 16.0),
+        ] {
+            assert!((bound(c) / twice - 1.0005).abs() < 1e-12, "{c:?}: {}", bound(c));
+        }
+    }
+
+    /// (x − 1)⁷ is (k/2²⁰)⁷ where doubles find some multiple of 10⁻¹⁶ of either sign, and zero at 1.
+    #[test]
+    fn a_sign_that_doubles_do_not_tell_is_told_by_more_digits() {
+        let p = (0..7).fold(polynomial(&[1]), |p, _| p.times(&polynomial(&[-1, 1])));
+        let at = |p: &Polynomial, x: f64| p.sign_at(&p.doubles(), x);
+        for k in -200_i32..=200 {
+            for scale in [0.5_f64.powi(20), 1e-3, 1e2] {
+                let x = 1.0 + f64::from(k) * scale;
+                if x > 0.0 {
+                    assert_eq!(at(&p, x), k.signum(), "{x}");
+                }
+            }
+        }
+        assert_eq!(
+            (at(&polynomial(&[]), 1.0), at(&polynomial(&[-3]), 2.0), at(&polynomial(&[-3, 1]), 4.0)),
+            (0, -1, 1)
+        );
+    }
+
+    #[test]
+    fn signs_change_at_roots_of_odd_multiplicity_and_beyond_zero() {
+        for (coefficients, known) in [
+            (&[][..], &[][..]),
+            (&[5], &[]),
+            (&[0, 0, 4], &[]),
+            (&[1, 0, 1], &[]),
+            (&[2, 3, 1], &[]),
+            (&[-4, 0, 1], &[2.0]),
+            (&[0, 0, 4, 0, -1], &[2.0]),
+            // (x − 1)², (x − 1)³ and (x − 1)²(x − 3).
+            (&[1, -2, 1], &[]),
+            (&[-1, 3, -3, 1], &[1.0]),
+            (&[-3, 7, -5, 1], &[3.0]),
+            // −(x − 1)(x − 2)(x − 4), and (x + 1)(x − 2)(x − 3).
+            (&[8, -14, 7, -1], &[1.0, 2.0, 4.0]),
+            (&[6, 1, -4, 1], &[2.0, 3.0]),
+        ] {
+            let found = polynomial(coefficients).changes();
+            let near = found.iter().zip(known).all(|(x, y): (&f64, &f64)| (x - y).abs() < 1e-14);
+            assert!(near && found.len() == known.len(), "{coefficients:?}: {found:?}");
+        }
+    }
+
+    /// From the middle to either side, in the exponent where an end is at 0 or infinity: part is 0, −1, 1, −2, 2, ….
+    #[test]
+    fn points_to_be_tried_lie_between_their_ends() {
+        let parts = [0.0_f64, -1.0, 1.0, -2.0, 2.0];
+        for (k, part) in (0..).zip(parts) {
+            assert_eq!(between(0.0, f64::INFINITY, k), part.exp2());
+            assert_eq!(between(0.0, 3.0, k), 3.0 / 2_f64.powi(k + 1));
+            assert_eq!(between(3.0, f64::INFINITY, k), 3.0 + 3.0 * part.exp2());
+            assert!((between(2.0, 8.0, k).log2() - (2.0 + part / 31.0)).abs() < 1e-14);
+        }
+        for (left, right) in [(0.0, f64::INFINITY), (0.0, 1.0), (1.0, f64::INFINITY), (1.0, 1.001)] {
+            let mut points: Vec<f64> = (0..=PROBES).map(|k| between(left, right, k)).collect();
+            points.sort_by(f64::total_cmp);
+            points.dedup();
+            assert!(points.len() == 61 && points[0] > left && points[60] < right, "{left}, {right}: {points:?}");
+        }
+    }
+
+    #[test]
+    fn a_gap_is_the_least_power_of_two_of_its_end_that_is_certain() {
+        assert_eq!(gap(|open| open > 0.1, 1.0), 0.125);
+        assert_eq!(gap(|open| open > 0.1, 3.0), 0.1875);
+        assert_eq!(gap(|_| true, 1.0), f64::EPSILON);
+        assert_eq!(gap(|open| open > 0.5, 1.0), 1.0);
+    }
+
+    /// Each with c₀ to within a radius E, by hand: `to` or `open` is the first of x/2ᵏ at which what is left is more than E.
+    #[test]
+    fn what_digits_leave_open_of_a_sign_is_told() {
+        let of = |radius: f64, c: &[f64]| {
+            let rest = c[1..].iter().map(|c| (*c, 0.0));
+            first_negative(&[balls(&[(c[0], radius)].into_iter().chain(rest).collect::<Vec<_>>())])
+        };
+        let is_open = |found: Sign, end: f64| {
+            assert!(matches!(found, Sign::Open { to } if (to - end).abs() < 1e-12), "{found:?} for {end}");
+        };
+        let is_negative = |found: Sign, known: [f64; 3]| {
+            let Sign::NegativeFrom { from, open, at } = found else { panic!("{found:?} for {known:?}") };
+            let near = [from, open, at].iter().zip(known).all(|(x, y)| (x - y).abs() < 1e-12);
+            assert!(near, "{found:?} for {known:?}");
+        };
+        // Nothing is known of a constant, and nothing is there of one that vanishes to many digits.
+        is_open(of(0.1, &[0.0]), 0.0);
+        assert_eq!(of(1e-4, &[0.0]), Sign::NonNegative);
+        // (x − 1)(x − 1.5) is −1/16 at least; o(o + ½) > 1/10 for o = ¼ and not for ⅛.
+        is_open(of(0.1, &[1.5, -2.5, 1.0]), 0.75);
+        // (x − 1)² − 10⁻⁷: two zeros so near, 1 ± 3·10⁻⁴, may be one, whatever there is a thousandth from it.
+        assert_eq!(of(1e-6, &[1.0 - 1e-7, -2.0, 1.0]), Sign::NonNegative);
+        assert_eq!(of(2e-6, &[1.0 - 1e-7, -2.0, 1.0]), Sign::NonNegative);
+        // (x − 1)²: it is more than 10⁻⁹ a thousandth from 1, and o² > 1/10 for o = ½.
+        assert_eq!(of(1e-9, &[1.0, -2.0, 1.0]), Sign::NonNegative);
+        is_open(of(0.1, &[1.0, -2.0, 1.0]), 0.5);
+        // x(x − 1)² and (9/8 − x)(x − 1)²: more than E a thousandth from 1 on one side alone.
+        is_open(of(1e-6, &[0.0, 1.0, -2.0, 1.0]), 1.0 - 1.0 / 512.0);
+        is_open(of(1.25e-7, &[1.125, -3.25, 3.125, -1.0]), 1.0 - 1.0 / 512.0);
+        // o²(1 − o) > 0.06 for o = ½; o²(1 + o) would be for ¼.
+        is_open(of(0.06, &[0.0, 1.0, -2.0, 1.0]), 0.5);
+        // −x: 2⁻⁶ is more than a hundredth, and ½ less than 0.6.
+        is_negative(of(0.0, &[0.0, -1.0]), [0.0, 0.0, 1.0]);
+        is_negative(of(0.01, &[0.0, -1.0]), [0.0, 1.0 / 64.0, 1.0]);
+        is_negative(of(0.6, &[0.0, -1.0]), [0.0, 1.0, 1.0]);
+        // 1 − x³: 1 − (1 − o)³ > 0.35 for o = ¼, (1 + o)³ − 1 for ⅛.
+        is_negative(of(0.35, &[1.0, 0.0, 0.0, -1.0]), [1.0, 0.25, 2.0]);
+        // −(x − 1)(x − 3)²: o(2 + o)² > 0.8 for o = ¼, o(2 − o)² for ½.
+        is_negative(of(0.8, &[9.0, -15.0, 7.0, -1.0]), [1.0, 0.5, 2.0]);
+        // (x − 1)(x − 1.4): o(0.4 − o) is more than 0.0385 at the point in the middle, √1.4, and for no power of ½.
+        is_negative(of(0.0385, &[1.4, -2.4, 1.0]), [1.0, 1.4_f64.sqrt() - 1.0, 1.4_f64.sqrt()]);
+    }
+
+    /// (1 − x)(2 − x) and (1 − x)(1 − x) as products of lines, and a line with a constant.
+    #[test]
+    fn the_sign_of_a_product_is_that_of_its_factors_together() {
+        let of = |factors: &[&[i64]]| first_negative(&factors.iter().map(|c| polynomial(c)).collect::<Vec<_>>());
+        let Sign::NegativeFrom { from, at, .. } = of(&[&[2, -1], &[1, -1]]) else { panic!("negative from 1 to 2") };
+        assert!((from - 1.0).abs() < 1e-15 && (at - 2_f64.sqrt()).abs() < 1e-15);
+        assert_eq!(of(&[&[1, -1], &[1, -1]]), Sign::NonNegative);
+        assert_eq!(of(&[]), Sign::NonNegative);
+        assert_eq!(of(&[&[], &[-1]]), Sign::NonNegative);
+        assert!(matches!(of(&[&[-1], &[1, -1]]), Sign::NegativeFrom { from: 0.0, at: 0.5, .. }));
+        assert!(matches!(of(&[&[-1], &[-1, 1], &[3]]), Sign::NegativeFrom { from, .. } if (from - 1.0).abs() < 1e-15));
+    }
 }

@@ -465,8 +465,390 @@ pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
 
 #[cfg(test)]
 mod tests {
+    use super::super::claim::Claim;
+    use super::super::file::{Body, MethodFile, Shipped};
+    use super::super::tree::MAX_ORDER;
+    use super::*;
+
+    fn of_file(file: &MethodFile) -> Theory {
+        let Body::RungeKutta(tableau) = &file.body else { panic!("{}", file.name) };
+        Theory::new(tableau, file.order(), None)
+    }
+
+    fn shipped(name: &str) -> Theory {
+        of_file(&Shipped::by_name(name).expect("there").read().expect("well-formed"))
+    }
+
+    fn written(text: &str) -> Theory {
+        of_file(&MethodFile::parse("m.toml", "m", text).expect("well-formed"))
+    }
+
+    /// R(−x) = −1 at x₀ and greater elsewhere: R leaves the disc beside x₀ at once, as −1 + ½R″(iy)². Two stages of diagonal γ
+    /// and b₂a₂₁ = ⅛ have D + N = 2 + (4γ − 1)x + (2γ² − γ + ⅛)x², (x − 8)²/32 for γ = ⅛ and (x − 20)²/200 for γ = ⅕. R(∞) is
+    /// 1 − 1/γ + 1/8γ²: 1 and −⅞.
+    fn touching(gamma: &str) -> Theory {
+        written(&format!("a = [['{gamma}'], ['1/4', '{gamma}']]\nb = ['1/2', '1/2']"))
+    }
+
+    /// The midpoint rule, of which a digit leaves open whether |R(iy)| is 1.
+    fn rough_midpoint() -> Theory {
+        written("digits = 1\na = [['0.5']]\nb = ['1']")
+    }
+
+    /// RK4 with a wrong c₂.
+    fn wrong_in_time() -> Theory {
+        written(
+            "order = 4\nc = [0, '1/3', '1/2', 1]\na = [[], ['1/2'], [0, '1/2'], [0, 0, 1]]\nb = ['1/6', '1/3', '1/3', '1/6']",
+        )
+    }
+
+    /// Radau IIA, its stages in reverse.
+    const REVERSED_RADAU: &str = "c = [1, '1/3']\na = [['1/4', '3/4'], ['-1/12', '5/12']]\nb = ['1/4', '3/4']";
+    /// SDIRK2 after a stage that nothing depends on.
+    const SINGULAR: &str =
+        "a = [[0], [0, '1 - sqrt(2)/2'], [0, 'sqrt(2)/2', '1 - sqrt(2)/2']]\nb = [0, 'sqrt(2)/2', '1 - sqrt(2)/2']";
+
     #[test]
     fn an_angle_is_just_below_a_right_one_where_two_digits_would_say_that_it_is_one() {
-        assert_eq!([86.0324, 89.98, 89.996].map(super::angle), ["= 86.03°", "= 89.98°", "just below 90°"]);
+        assert_eq!(
+            [86.0324, 89.98, 89.99, 89.996].map(super::angle),
+            ["= 86.03°", "= 89.98°", "= 89.99°", "just below 90°"]
+        );
+    }
+
+    /// Orders for hλ ≫ 1 from \[HW96\] IV.15: of Radau IA hˢ, of Radau IIA hˢ⁺¹/(hλ), of Gauss none that holds for all steps.
+    #[test]
+    fn what_is_known_of_a_method_follows_from_its_coefficients() {
+        for (name, order, stiff_order, divides, stability, symplectic, reversible, unknowns) in [
+            ("rk4", 4, None, true, Stability::Conditional, false, false, 0),
+            ("implicit-euler", 1, Some(1), true, Stability::Damping, false, false, 0),
+            ("gauss1", 2, None, true, Stability::Neutral, true, true, 0),
+            ("gauss2", 4, None, true, Stability::Neutral, true, true, 2),
+            ("radau-ia2", 3, Some(2), false, Stability::Damping, false, false, 2),
+            ("radau-iia2", 3, Some(2), true, Stability::Damping, false, false, 2),
+        ] {
+            let theory = shipped(name);
+            let known = Traits {
+                stiff_order,
+                divides_by_rate: divides,
+                symplectic: if symplectic { Symplecticity::Always } else { Symplecticity::Never },
+                is_reversible: reversible,
+                ..Traits::new(order, Principle::Equation, stability)
+            };
+            assert_eq!((theory.traits(), theory.unknowns()), (known, unknowns), "{name}");
+            assert!(theory.has_structure() && theory.as_runge_kutta().is_some() && theory.lowered().is_none());
+        }
+        // R(z) = 1 − z from a step backwards.
+        assert_eq!(written("a = [[]]\nb = [-1]").traits().stability, Stability::Unstable);
+        for gamma in ["1/5", "1/8"] {
+            let theory = touching(gamma);
+            assert_eq!((theory.negative, theory.alpha), (Reach::Everything, Some(0.0)), "{gamma}");
+            assert_eq!(theory.traits().stability, Stability::Conditional, "{gamma}");
+        }
+        let wrong = wrong_in_time();
+        assert_eq!(wrong.lowered().as_deref(), Some("with its c the order on v̇ = f(t, v) is 1"));
+        assert_eq!((Analysis::order(&wrong), wrong.traits().order), (4, 1));
+        // b alone is rounded, and Σ b − 1 known to half a unit of the second place.
+        let rounded = written("digits = 2\na = [[]]\nb = ['1.00']");
+        assert!((rounded.rounding_of_coefficients(2.0, 6.0, 8.0) - 0.03).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_method_is_headed_by_its_shape_and_run_where_its_coefficients_say() {
+        for (name, text) in [
+            ("rk4", "Runge–Kutta, explicit, 4 stages"),
+            ("implicit-euler", "Runge–Kutta, diagonally implicit, 1 stage"),
+            ("gauss2", "Runge–Kutta, fully implicit, 2 stages"),
+        ] {
+            assert_eq!(shipped(name).headline(), text);
+        }
+        let planned = |theory: &Theory| {
+            let plan = |trial: Trial| match trial.plan {
+                Ok(plan) => (trial.kind, plan.order, plan.from.to_owned()),
+                Err(why) => (trial.kind, None, why),
+            };
+            theory.trials().into_iter().map(plan).collect::<Vec<_>>()
+        };
+        let (series, conditions) = ("the series of R(z)", "the order conditions");
+        let conditional = "not the whole negative axis is in the region of stability: hλ must stay of order 1";
+        for (theory, [linear, main, in_time, stiff], [rows, why]) in [
+            (shipped("rk4"), [Some(4), Some(4), Some(4), None], [conditions, conditional]),
+            (wrong_in_time(), [Some(4), Some(4), Some(1), None], ["the conditions with c as given", conditional]),
+            (shipped("gauss2"), [Some(4), Some(4), Some(4), None], [conditions, "R(∞) does not damp"]),
+            (shipped("radau-iia2"), [Some(3), Some(3), Some(3), Some(3)], [conditions, "the defects of the stages"]),
+            (
+                written(SINGULAR),
+                [Some(2), Some(2), Some(2), None],
+                [conditions, "A is singular, or two terms of the error compete"],
+            ),
+            // bᵀc is 13/40.
+            (touching("1/5"), [Some(1), Some(1), Some(1), None], [conditions, conditional]),
+        ] {
+            let known = [
+                ("linear", linear, series),
+                ("nonlinear", main, conditions),
+                ("non-autonomous", in_time, rows),
+                ("stiff", stiff, why),
+            ];
+            assert_eq!(planned(&theory), known.map(|(kind, order, from)| (kind, order, from.to_owned())));
+        }
+        let pair = shipped("dormand-prince");
+        let rows = pair.main.conditions.len() + pair.embedded.as_ref().expect("a pair").conditions.len();
+        assert_eq!(pair.tables()[0].rows.len(), rows);
+        // Its interval on the negative axis is 3.3066, and that on the imaginary one shorter.
+        let x = |theory: &Theory| theory.figures()[0].panels[0].field.as_ref().expect("a map").x[0];
+        assert!((x(&pair) + 1.3 * 3.3066).abs() < 1e-3, "{}", x(&pair));
+        let open = Theory { negative: Reach::Open { to: 5.0 }, imaginary: Reach::Everything, ..pair };
+        assert_eq!(x(&open), -6.5);
+    }
+
+    /// R is 1/(1 − z) of the implicit Euler rule, and (1 + z/2)/(1 − z/2) of the midpoint rule, of which the phase
+    /// is 2 atan(y/2) = y − y³/12 + ….
+    #[test]
+    fn what_is_said_of_a_method_is_what_it_has() {
+        let told = |theory: &Theory, label: &str| {
+            theory.facts().into_iter().find(|(name, _)| *name == label).map(|(_, text)| text)
+        };
+        for (theory, label, text) in [
+            (shipped("implicit-euler"), "stability", Some("L-stable, algebraically stable; R(∞) = 0")),
+            (shipped("gauss1"), "stability", Some("A-stable, algebraically stable; R(∞) = -1")),
+            (shipped("rk4"), "stability", Some("conditionally stable; R(∞) = ∞")),
+            (touching("1/5"), "stability", Some("A(α)-stable with α = 0.00°; R(∞) = -0.875")),
+            (shipped("rk4"), "in time", None),
+            (wrong_in_time(), "in time", Some("1 on v̇ = f(t, v), with c as given")),
+            (shipped("rk4"), "embedded", None),
+            (shipped("radau-iia2"), "stage order", Some("2: B(3), C(2), D(1)")),
+            (shipped("gauss1"), "axes", Some("all of the negative axis; all of the imaginary axis")),
+            (
+                shipped("gauss1"),
+                "oscillations",
+                Some("dispersion of order 2 (constant -8.33e-2), no dissipation at all"),
+            ),
+            (shipped("gauss1"), "structure", Some("symplectic, symmetric, not stiffly accurate")),
+            (shipped("implicit-euler"), "structure", Some("not symplectic, not symmetric, stiffly accurate")),
+        ] {
+            assert_eq!(told(&theory, label).as_deref(), text, "{label}");
+        }
+        let rough = told(&rough_midpoint(), "stability").expect("always");
+        assert!(rough.starts_with("whether it is A-stable is open for the digits given"), "{rough}");
+        let order = |theory: &Theory| told(theory, "order").expect("always");
+        assert!(order(&shipped("rk4")).starts_with("4; first failing tree"));
+        let mut high = shipped("gauss1");
+        high.main.order = MAX_ORDER;
+        high.numbers.b = vec![Real::zero(); 5];
+        assert_eq!(order(&high), "10, the most that 5 stages can have");
+        high.numbers.b = vec![Real::zero(); 6];
+        assert!(!order(&high).contains("assumptions"), "{}", order(&high));
+        high.simplifying = Simplifying { b: 11, c: 5, d: 5 };
+        assert_eq!(order(&high), "11 or more, by Butcher's simplifying assumptions");
+        // What is true of a stage that no weight depends on is not looked at.
+        assert!(
+            told(&written(SINGULAR), "structure")
+                .expect("always")
+                .ends_with(": judged on the 2 stages of the reduced method")
+        );
+    }
+
+    /// 0.1, of which ten places show what is to be seen, and 2·10⁻¹², which takes fifteen.
+    #[test]
+    fn a_row_that_does_not_add_up_is_shown_to_as_many_places_as_tell_it() {
+        let verdict = |c: &[f64], defects: &[f64]| {
+            let reals = |x: &[f64]| x.iter().map(|x| Real::double(*x)).collect::<Vec<_>>();
+            rows(&reals(c), &reals(defects)).check
+        };
+        let right = verdict(&[0.5, 1.0], &[0.0, 0.0]);
+        assert_eq!(
+            (right.outcome, right.measured, &*right.reason),
+            (Outcome::Pass, Some(0.0), "c_i = Σ_j a_ij in every row")
+        );
+        let wrong = verdict(&[0.5, 0.75, 0.5], &[0.0, 0.25, -0.125]);
+        assert_eq!((wrong.outcome, wrong.measured), (Outcome::Fail, Some(0.25)));
+        assert_eq!(
+            wrong.reason,
+            "row 2 adds up to 0.5000000000, and c[2] is 0.7500000000; row 3 adds up to 0.6250000000, and c[3] is 0.5000000000"
+        );
+        let close = verdict(&[0.5], &[2e-12]);
+        assert_eq!(close.reason, "row 1 adds up to 0.499999999998, and c[1] is 0.5");
+    }
+
+    /// Each property that methods have and have not, with what is said of it: from the textbook, or by hand where it is said how.
+    #[test]
+    fn each_property_is_found_where_it_is_and_refuted_where_it_is_not() {
+        let (pass, fail, open) = (Outcome::Pass, Outcome::Fail, Outcome::Inconclusive);
+        let (euler, midpoint, rk4) = (shipped("implicit-euler"), shipped("gauss1"), shipped("rk4"));
+        let (trapezoid, radau, gauss) = (shipped("lobatto-iiia2"), shipped("radau-iia2"), shipped("gauss2"));
+        let (rough, touching) = (rough_midpoint(), touching("1/5"));
+        let reversed = written(REVERSED_RADAU);
+        let with_imaginary = |imaginary: Reach| Theory { imaginary, ..rk4.clone() };
+        let up_to = |open: f64| with_imaginary(Reach::UpTo { end: 2.5, open, witness: 3.0 });
+        // R(3i) = 1 − 9/2 + 81/24 + i(3 − 27/6), the modulus of which is (⅛² + 1.5²)^½.
+        let beyond = "|R(3.0000i)| = 1.50519932";
+        for (theory, claim, outcome, why) in [
+            (&rk4, "explicit", pass, "A is zero on and above its diagonal"),
+            (&euler, "explicit", fail, "A is zero above its diagonal and not on it"),
+            (&euler, "diagonally implicit", pass, "A is zero above its diagonal and not on it"),
+            (&rk4, "diagonally implicit", fail, "A is zero on and above its diagonal"),
+            (&gauss, "diagonally implicit", fail, "A has entries above its diagonal"),
+            (&radau, "stage order 2", pass, "B(3) and C(2) hold, so that the stage order is 2"),
+            (&radau, "stage order 1", fail, "B(3) and C(2) hold, so that the stage order is 2"),
+            (&midpoint, "a-stable", pass, "no pole in the left half-plane, and |R(iy)| ≤ 1 for all y"),
+            (&rough, "a-stable", open, "the digits given do not tell whether |R(iy)| ≤ 1 for all y"),
+            (&midpoint, "a(90)-stable", pass, "no pole in the left half-plane, and |R(iy)| ≤ 1 for all y"),
+            (&midpoint, "a(89)-stable", pass, "|R| ≤ 1 in the left half-plane"),
+            (&rough, "a(89)-stable", open, "the digits given do not tell whether |R| ≤ 1 on the axes"),
+            (&touching, "a(0)-stable", fail, "|R| ≤ 1 in the sector |arg(−z)| ≤ α, α = 0.00°"),
+            (&rk4, "a(45)-stable", fail, "not even the whole negative axis is in the region of stability"),
+            (&euler, "l-stable", pass, "A-stable, and deg N < deg D, so that R(∞) = 0"),
+            (&midpoint, "l-stable", fail, "A-stable, but R(∞) = -1.000000"),
+            (&rough, "l-stable", open, "the digits given do not tell whether |R(iy)| ≤ 1 for all y"),
+            (&euler, "algebraically stable", pass, "b ≥ 0, and B A + Aᵀ B − b bᵀ is positive semidefinite"),
+            // m₁₁ = 0 − ¼.
+            (
+                &trapezoid,
+                "algebraically stable",
+                fail,
+                "B A + Aᵀ B − b bᵀ is indefinite: elimination meets -2.5000e-1 at stage 1",
+            ),
+            (&radau, "stiffly accurate", pass, "the last row of A is b"),
+            (&reversed, "stiffly accurate", pass, "row 1 of A is b, the last one with the stages in another sequence"),
+            (&midpoint, "stiffly accurate", fail, "no row of A is b"),
+            (&midpoint, "symplectic", pass, "b_i a_ij + b_j a_ji = b_i b_j for all i, j"),
+            // m₁₁ = −¼, m₂₂ = ¼ and m₁₂ = 0: of the two the last.
+            (&trapezoid, "symplectic", fail, "b_i a_ij + b_j a_ji − b_i b_j = 2.5000e-1 at i = 2, j = 2"),
+            (&trapezoid, "symmetric", pass, "a_σ(i)σ(j) + a_ij = b_j with the stages reversed"),
+            (&radau, "symmetric", fail, "a_σ(i)σ(j) + a_ij = b_j fails with the stages reversed"),
+            (&midpoint, "dispersion order 2", pass, "the leading error of the phase is -8.3333e-2 (hω)^3"),
+            (&midpoint, "dispersion order 3", fail, "the leading error of the phase is -8.3333e-2 (hω)^3"),
+            // |1/(1 − iy)| = 1 − y²/2 + ….
+            (&euler, "dissipation order 1", pass, "the leading error of the amplitude is -5.0000e-1 (hω)^2"),
+            (
+                &midpoint,
+                "dissipation order 2",
+                fail,
+                "there is no error of the amplitude at all, to any order looked at",
+            ),
+            (&midpoint, "stable on the imaginary axis to 9", pass, "|R(iy)| ≤ 1 for all y"),
+            (
+                &up_to(0.0),
+                "stable on the imaginary axis to 2.4",
+                pass,
+                &format!("|R(iy)| ≤ 1 up to |y| = 2.500000; {beyond}"),
+            ),
+            (
+                &up_to(1e-6),
+                "stable on the imaginary axis to 2.6",
+                fail,
+                &format!("|R(iy)| ≤ 1 up to |y| = 2.5000; {beyond}"),
+            ),
+            (
+                &with_imaginary(Reach::Open { to: 2.5 }),
+                "stable on the imaginary axis to 2.4",
+                pass,
+                "|R(iy)| ≤ 1 up to |y| = 2.500000 at least",
+            ),
+            (
+                &with_imaginary(Reach::Open { to: 2.5 }),
+                "stable on the imaginary axis to 2.6",
+                open,
+                "the digits given do not tell whether |R(iy)| ≤ 1 beyond |y| = 2.50",
+            ),
+            (&rk4, "order 4", pass, "all 8 conditions hold to within"),
+            (&rk4, "order 3", fail, "all 4 conditions hold, and those up to order 4 too"),
+        ] {
+            let property = Claim::parse(claim).expect(claim).property;
+            let finding = theory.find(property).expect(claim);
+            assert_eq!(finding.outcome, outcome, "{claim}: {}", finding.why);
+            assert!(finding.why.starts_with(why), "{claim}: {}", finding.why);
+        }
+        assert!(rk4.find(Property::ZeroStable).is_none() && rk4.find(Property::EmbeddedOrder(3)).is_none());
+        let pair = shipped("bogacki-shampine");
+        assert_eq!(pair.find(Property::EmbeddedOrder(2)).expect("a pair").outcome, pass);
+        let weight =
+            written("a = [[], [1]]\nb = ['3/2', '-1/2']").find(Property::AlgebraicallyStable).expect("looked at");
+        assert_eq!((&*weight.why, weight.measured), ("b[2] = -0.500000 is negative", Some(-0.5)));
+        let undecided = Theory { algebraic: Err(Indefinite::Undecided), ..midpoint };
+        assert_eq!(undecided.find(Property::AlgebraicallyStable).expect("looked at").outcome, open);
+    }
+
+    /// D = 1 + z has its zero at −1, N = 1 + 2z has not; 1 + z + z²/2 on the imaginary axis has modulus 1 + y⁴/4 under a root.
+    #[test]
+    fn a_method_that_is_not_a_stable_is_shown_a_point() {
+        let pole = a_stable(&written("a = [[-1]]\nb = [1]"));
+        assert_eq!((pole.outcome, &*pole.why), (Outcome::Fail, "R has a pole at z = -1.000000 +0.000000i"));
+        let growing = a_stable(&shipped("heun2"));
+        let found = growing.why.strip_prefix("|R| = ").and_then(|rest| rest.strip_suffix("i"));
+        let (size, y) = found.and_then(|rest| rest.split_once(" at z = ")).expect("on the axis");
+        let (size, y) = (size.parse::<f64>().expect("a number"), y.parse::<f64>().expect("a number"));
+        assert!(y > 0.0 && (size - (1.0 + y.powi(4) / 4.0).sqrt()).abs() < 1e-7 * size, "{}", growing.why);
+        assert!((growing.measured.expect("a size") - size).abs() < 1e-7 * size);
+    }
+
+    #[test]
+    fn the_order_of_a_series_is_left_open_up_to_its_first_certain_term() {
+        let open = |at_most| SeriesOrder::Open { by: 2e-3, at_most };
+        let few = "too few digits: they leave the terms of the error of the phase open by up to 2e-3";
+        for (p, found, outcome, why) in [
+            (4, open(Some((3, 0.5))), Outcome::Fail, "the error of the phase has a term +5.0000e-1 (hω)^4"),
+            (3, open(Some((3, 0.5))), Outcome::Inconclusive, few),
+            (2, open(Some((3, 0.5))), Outcome::Inconclusive, few),
+            (2, open(None), Outcome::Inconclusive, few),
+        ] {
+            let finding = series_order(p, found, "phase");
+            assert_eq!((finding.outcome, &*finding.why), (outcome, why), "{p}: {found:?}");
+        }
+    }
+
+    /// B(b), C(c) and D(d) imply min(b, c + d + 1, 2c + 2), and s stages have 2s at most; conditions are made up to order 10.
+    #[test]
+    fn orders_beyond_the_conditions_follow_from_the_simplifying_assumptions() {
+        let rk4 = shipped("rk4");
+        assert!((1..15).all(|p| butcher(p, &rk4).is_none()));
+        let (most, fails) = ("; 6 stages have no higher one", "; B(12) fails, which is necessary for more");
+        // All conditions hold that are made up; for each claim the order that is found, where it is.
+        for (stages, [b, c, d], order, more, decided) in [
+            (6, [12, 6, 6], 12, most, &[9, 10, 11, 12, 13][..]),
+            (8, [11, 5, 5], 11, fails, &[9, 10, 11, 12, 13]),
+            // B(14) leaves room for more than 11 = 5 + 5 + 1.
+            (8, [14, 5, 5], 11, "", &[9, 10, 11]),
+            // The conditions themselves say more than C(4), and B(11) fails.
+            (8, [10, 4, 4], 10, "; B(11) fails, which is necessary for more", &[9, 11, 12, 13]),
+        ] {
+            let mut theory = rk4.clone();
+            theory.main.order = MAX_ORDER;
+            theory.numbers.b = vec![Real::zero(); stages];
+            theory.simplifying = Simplifying { b, c, d };
+            let why = format!("B({b}), C({c}) and D({d}) hold, from which order {order} follows{more}");
+            for p in 9..14 {
+                let found = butcher(p, &theory).map(|finding| (finding.outcome, finding.measured, finding.why));
+                let known = (Outcome::from(p == order), Some(f64::from(order)), why.clone());
+                assert_eq!(found, decided.contains(&p).then_some(known), "B({b}), C({c}), D({d}), {p}");
+            }
+        }
+    }
+
+    /// 1, 1, 2, 4, 9 conditions of the orders 1 to 5.
+    #[test]
+    fn an_order_is_told_by_how_many_conditions_hold_and_how_many_fail() {
+        let (euler, rk4) = (written("a = [[]]\nb = [1]"), shipped("rk4"));
+        for (weights, p, outcome, measured, parts) in [
+            (&euler.main, 1, Outcome::Pass, Some(1.0), ["the condition holds to within", "; of order 2, "]),
+            (&rk4.main, 4, Outcome::Pass, Some(4.0), ["all 8 conditions hold to within", "; of order 5, "]),
+            (&rk4.main, 3, Outcome::Fail, Some(4.0), ["all 4 conditions hold, and those up to order 4 too", ""]),
+            (
+                &rk4.main,
+                5,
+                Outcome::Fail,
+                Some(4.0),
+                [" of 17 conditions on b fail, the first at order 5: ", " is off by "],
+            ),
+            (&rk4.main, 11, Outcome::Fail, None, ["conditions are made up to order 10; they hold up to order 4", ""]),
+        ] {
+            let finding = order(p, weights, "b");
+            assert_eq!((finding.outcome, finding.measured), (outcome, measured), "{p}: {}", finding.why);
+            assert!(parts.iter().all(|part| finding.why.contains(part)), "{p}: {}", finding.why);
+        }
+        assert_ne!(order(10, &rk4.main, "b").measured, None);
+        let all = WeightsTheory { order: MAX_ORDER, ..rk4.main };
+        assert_eq!(order(11, &all, "b").outcome, Outcome::Inconclusive);
     }
 }
