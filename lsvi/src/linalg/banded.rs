@@ -70,14 +70,20 @@ impl Band {
         rows.zip(self.values[places].iter().copied())
     }
 
-    /// The first column of row `i` and its entries from there on.
+    /// The first column in which row `i` has an entry.
     #[inline]
-    pub(super) fn row(&self, i: usize) -> (usize, impl Iterator<Item = f64> + '_) {
-        let (first, last) = (i.saturating_sub(self.lower), (i + self.upper).min(self.dim - 1));
+    pub(super) fn first_column(&self, i: usize) -> usize {
+        i.saturating_sub(self.lower)
+    }
+
+    /// The entries of row `i` from there on.
+    #[inline]
+    pub(super) fn row(&self, i: usize) -> impl Iterator<Item = f64> + '_ {
         let stride = self.lower + self.upper;
         // Entry (i, j) is at j · stride + i + upper; a diagonal matrix has a stride of 0 and one entry in the row.
         let place = |j: usize| j * stride + i + self.upper;
-        (first, self.values[place(first)..=place(last)].iter().step_by(stride.max(1)).copied())
+        let last = (i + self.upper).min(self.dim - 1);
+        self.values[place(self.first_column(i))..=place(last)].iter().step_by(stride.max(1)).copied()
     }
 
     /// The entries of column `j` from row `i` on.

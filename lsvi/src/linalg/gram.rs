@@ -64,8 +64,7 @@ fn add_bands(scale: f64, transposed: f64, a: &Band, out: &mut Band) {
             column.iter_mut().zip(&a.values()[places]).for_each(|(o, x)| *o += scale * x);
         }
         if transposed != 0.0 {
-            let (first, row) = a.row(j);
-            out.column_from_mut(first, j).iter_mut().zip(row).for_each(|(o, x)| *o += transposed * x);
+            out.column_from_mut(a.first_column(j), j).iter_mut().zip(a.row(j)).for_each(|(o, x)| *o += transposed * x);
         }
     }
 }
@@ -74,9 +73,8 @@ fn add_bands(scale: f64, transposed: f64, a: &Band, out: &mut Band) {
 fn add_banded(a: &Band, weight: impl Fn(usize) -> f64, out: &mut Band) {
     for b in 0..a.dim() {
         for (i, x) in a.column(b) {
-            let (first, row) = a.row(i);
             let weighted = weight(i) * x;
-            out.column_from_mut(first, b).iter_mut().zip(row).for_each(|(o, y)| *o += weighted * y);
+            out.column_from_mut(a.first_column(i), b).iter_mut().zip(a.row(i)).for_each(|(o, y)| *o += weighted * y);
         }
     }
 }
