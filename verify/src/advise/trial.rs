@@ -321,7 +321,7 @@ mod tests {
     fn of_implicit_euler(steps: u32, every: usize) -> f64 {
         let h = HORIZON / f64::from(steps);
         let error = |k: u32| ((1.0 + h).powf(-f64::from(k)) - (-h * f64::from(k)).exp()).abs();
-        (1..=steps).step_by(every).map(|k| error(k - 1 + every as u32)).fold(0.0, f64::max)
+        (1..=steps).step_by(every).map(|k| error(k - 1 + every as u32)).fold(0.0, larger)
     }
 
     /// Part k of 64 has its time at k − frac(0.618 k): of 640 steps the first three end at 3.82, 17.64 and 21.46, the last but one

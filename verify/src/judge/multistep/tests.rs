@@ -1,0 +1,392 @@
+use super::*;
+use crate::judge::claim::Printed;
+use crate::judge::file::{Body, MethodFile, Shipped};
+
+/// (ζ − 1)(ζ² − 0.6 ζ + 1) has e^{±iφ} with cos φ = 0.3 as its other roots. Its coefficients to eight places leave open on which
+/// side of the rim these are.
+#[test]
+fn roots_on_the_rim_are_stable_where_coefficients_are_exact_and_undecided_where_they_are_rounded() {
+    let tenths = |n: i64| &Real::from(n) / &Real::from(10);
+    let roots = |radius: f64| {
+        let inner = [-16, 16].map(|n| if radius > 0.0 { tenths(n).widened(radius) } else { tenths(n) });
+        let [second, first] = inner;
+        Roots::of(&Polynomial::new(vec![Real::from(-1), first, second, Real::one()]))
+    };
+    assert_eq!(roots(0.0), Roots::Stable);
+    let Roots::Undecided(z) = roots(0.5e-8) else { panic!("{:?}", roots(0.5e-8)) };
+    assert!((z.re - 0.3).abs() < 1e-6 && (z.norm() - 1.0).abs() < 1e-6, "{z}");
+}
+
+/// The angles of the backward differentiation formulas are algebraic numbers, known to all digits.
+#[test]
+fn angles_of_stability_are_those_of_the_closed_forms() {
+    for (name, exact) in [
+        ("bdf3", 86.032_366_860_211_65),
+        ("bdf4", 73.351_670_474_578_48),
+        ("bdf5", 51.839_755_836_049_91),
+        ("bdf6", 17.839_777_792_245_7),
+    ] {
+        let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+        let Body::Multistep(method) = &file.body else { panic!("{name}") };
+        let found = MultistepTheory::new(method).alpha.expect("an angle");
+        // Golden section comes within √ε of a minimum, and an angle to the roundings of its locus.
+        approx::assert_abs_diff_eq!(found, exact, epsilon = 1e-10);
+    }
+}
+
+/// With ρ(1) ≠ 0 the root ζ = 1 is not at hλ = 0.
+#[test]
+fn the_negative_axis_of_an_inconsistent_formula_begins_where_one_is_a_root() {
+    let file = Shipped::by_name("bdf4").expect("there").read().expect("well-formed");
+    let Body::Multistep(mut method) = file.body else { panic!("bdf4") };
+    // 35/25 for 25/12: ρ(1) = 35/25 − 25/12 = −0.6833….
+    method.rho[4].real = &Real::from(7) / &Real::from(5);
+    let [[from, to]] = MultistepTheory::new(&method).negative[..] else { panic!("one interval") };
+    approx::assert_abs_diff_eq!(from, 25.0 / 12.0 - 1.4, epsilon = 1e-14);
+    assert_eq!(to, f64::INFINITY);
+}
+
+fn method(rho: &str, sigma: &str) -> Multistep {
+    let list = |text: &str| text.split(' ').map(|x| format!("'{x}'")).collect::<Vec<_>>().join(", ");
+    let text = format!("kind = 'multistep'\nrho = [{}]\nsigma = [{}]\n", list(rho), list(sigma));
+    let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+    let Body::Multistep(method) = file.body else { panic!("{text}") };
+    method
+}
+
+fn theory(rho: &str, sigma: &str) -> MultistepTheory {
+    MultistepTheory::new(&method(rho, sigma))
+}
+
+fn shipped(name: &str) -> Multistep {
+    let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+    let Body::Multistep(method) = file.body else { panic!("{name}") };
+    method
+}
+
+/// v_{n+2} − v_n = 2h f_{n+1}.
+const LEAPFROG: [&str; 2] = ["-1 0 1", "0 2 0"];
+
+/// (ζ − 1)² = hλ ζ², 1/ζ = 1 ± √(hλ): inside for all hλ < 0, and with a double root for hλ = 0.
+const DOUBLE: [&str; 2] = ["1 -2 1", "0 0 1"];
+
+/// ζ − 1 = −hλ ζ, of order 0: ζ = 1/(1 + hλ) is inside for hλ < −2.
+const BACKWARD: [&str; 2] = ["-1 1", "0 -1"];
+
+/// A root within 10⁻⁷ of the rim is told from it only where it is ±1 or, of exact coefficients, has 1/z beside it.
+#[test]
+fn roots_are_sorted_by_their_distance_from_the_rim_and_how_often_they_are_there() {
+    let product = |factors: &[&[f64]]| {
+        let one = Polynomial::new(vec![Real::one()]);
+        let factor = |c: &&[f64]| Polynomial::new(c.iter().map(|x| Real::double(*x)).collect());
+        Roots::of(&factors.iter().map(factor).fold(one, |product, factor| product.times(&factor)))
+    };
+    let (less, more, imaginary): (&[f64], &[f64], &[f64]) = (&[-1.0, 1.0], &[1.0, 1.0], &[1.0, 0.0, 1.0]);
+    for stable in
+        [&[less][..], &[less, more], &[imaginary], &[less, more, imaginary], &[less, &[-0.5, 1.0], &[0.0, 1.0]]]
+    {
+        assert_eq!(product(stable), Roots::Stable, "{stable:?}");
+    }
+    let real = |x: f64| Complex::new(x, 0.0);
+    assert_eq!(product(&[less, less]), Roots::Double(real(1.0)));
+    assert_eq!(product(&[more, less, more]), Roots::Double(real(-1.0)));
+    let Roots::Double(z) = product(&[less, imaginary, imaginary]) else { panic!() };
+    assert!(z.re.abs() < 1e-7 && (z.im.abs() - 1.0).abs() < 1e-7, "{z}");
+    // The last of these is where the sum 1 + 10⁻⁷ is rounded to.
+    for outside in [2.0, -3.0, 1.0 + 2e-7, 1.0 + 1e-7] {
+        assert_eq!(product(&[less, &[-outside, 1.0]]), Roots::Outside(real(outside)), "{outside}");
+    }
+    for near in [1.0 + 5e-8, 1.0 - 5e-8] {
+        assert_eq!(product(&[&[-near, 1.0]]), Roots::Undecided(real(near)), "{near}");
+    }
+    assert_eq!(product(&[&[2e-7 - 1.0, 1.0]]), Roots::Stable);
+    // 1 is divided out also where digits leave open whether it is a root.
+    let rounded = [0.5, -1.5, 1.0].map(|x| Real::double(x).widened(1e-9));
+    assert_eq!(Roots::of(&Polynomial::new(rounded.to_vec())), Roots::Stable);
+}
+
+/// BDF2 and Adams and Bashforth's formula of two steps; v_{n+2} + 4 v_{n+1} − 5 v_n = h (4 f_{n+1} + 2 f_n), which has order 3 and the root −5.
+#[test]
+fn a_formula_has_an_order_in_reverse_where_it_is_consistent_and_converges_so() {
+    for (rho, sigma, order) in [
+        ("3/2 -2 1/2", "1 0 0", Some(2)),
+        ("0 -1 1", "-1/2 3/2 0", None),
+        ("1 4 -5", "0 4 2", None),
+        ("-5 4 1", "2 4 0", None),
+    ] {
+        assert_eq!(method(rho, sigma).order_reversed(), order, "{rho}");
+    }
+}
+
+/// Of Adams, Moulton, Milne and of backward differentiation, −1/(k + 1) (\[HNW93\] III.2); where σ(1) = 0 they are not divided by it:
+/// (ζ − 1)², σ = ζ − 1 has (−2 + 2³ − 3)/3!.
+#[test]
+fn constants_are_those_of_the_literature_and_vanish_up_to_the_order() {
+    for (rho, sigma, order, constant) in [
+        ("-1 1", "1 0", 1, 1.0 / 2.0),
+        ("0 0 -1 1", "5/12 -16/12 23/12 0", 3, 3.0 / 8.0),
+        ("0 0 0 -1 1", "-9/24 37/24 -59/24 55/24 0", 4, 251.0 / 720.0),
+        ("-1 1", "1/2 1/2", 2, -1.0 / 12.0),
+        ("0 -1 1", "-1/12 8/12 5/12", 3, -1.0 / 24.0),
+        ("0 0 -1 1", "1/24 -5/24 19/24 9/24", 4, -19.0 / 720.0),
+        ("-1 0 1", "1/3 4/3 1/3", 4, -1.0 / 180.0),
+        ("-1/3 3/2 -3 11/6", "0 0 0 1", 3, -1.0 / 4.0),
+        ("1 -2 1", "-1 1 0", 2, 1.0 / 2.0),
+    ] {
+        let theory = theory(rho, sigma);
+        assert_eq!((theory.order(), theory.constants.len()), (order, 21), "{rho}, {sigma}");
+        approx::assert_abs_diff_eq!(theory.constants[order as usize + 1].to_f64(), constant, epsilon = 1e-15);
+        let table = theory.tables().swap_remove(0);
+        let row = |q: u32, text: &str| [Cell::Integer(i64::from(q)), Cell::Text(text.into())];
+        let told: Vec<_> = table.rows.iter().map(|row| [row[0].clone(), row[3].clone()]).collect();
+        assert_eq!(told.len(), order as usize + 3, "{rho}");
+        assert_eq!(told[order as usize], row(order, "vanishes"), "{rho}");
+        assert_eq!(told[order as usize + 1], row(order + 1, "does not vanish"), "{rho}");
+    }
+}
+
+/// Forward Euler with ρ = (−1 ± 1/1000, 1 ± 1/500): C_0 is off by their sum, C_1 by the second.
+#[test]
+fn rounded_coefficients_move_values_in_every_step_and_slopes_along_the_path() {
+    let mut method = method("-1 1", "1 0");
+    method.rho[0].real = method.rho[0].real.widened(1e-3);
+    method.rho[1].real = method.rho[1].real.widened(2e-3);
+    let theory = MultistepTheory::new(&method);
+    assert_eq!(theory.order(), 1);
+    approx::assert_relative_eq!(
+        theory.rounding_of_coefficients(2.0, 5.0, 10.0),
+        3e-3 * 2.0 * 10.0 + 2e-3 * 5.0,
+        max_relative = 1e-6
+    );
+    // Where all might vanish none is left to say what the order is.
+    method.sigma[1].real = method.sigma[1].real.widened(1e6);
+    let theory = MultistepTheory::new(&method);
+    assert_eq!(theory.order(), MOST);
+    let finding = theory.find(Property::Order(1)).expect("looked at");
+    assert_eq!((finding.outcome, finding.why.as_str()), (Outcome::Fail, "all constants looked at vanish, to C_20"));
+    assert_eq!(theory.facts()[0].1, "20, error constant 0");
+}
+
+#[test]
+fn the_reason_for_an_order_names_the_constants_that_vanish_and_the_first_that_does_not() {
+    for (rho, sigma, order, parts) in [
+        ("-1 2", "1 0", 0, ["C_0 = 1.0000e0 does not vanish", "and C_1 is 1.0000e0"]),
+        ("-1 1", "2 0", 0, ["C_0 vanishes to within", "C_1 = -5.0000e-1"]),
+        ("-1 1", "1 0", 1, ["C_0 and C_1 vanish to within", "C_2 = 5.0000e-1"]),
+        ("0 -1 1", "-1/2 3/2 0", 2, ["C_0 to C_2 vanish to within", "C_3 = 4.1667e-1"]),
+    ] {
+        let theory = theory(rho, sigma);
+        for (claimed, outcome) in [(order, Outcome::Pass), (order + 1, Outcome::Fail)] {
+            let finding = theory.find(Property::Order(claimed)).expect("looked at");
+            assert_eq!((finding.outcome, finding.measured), (outcome, Some(f64::from(order))), "{rho}, {sigma}");
+            assert!(parts.iter().all(|part| finding.why.contains(part)), "{}", finding.why);
+        }
+    }
+}
+
+/// At hλ = −1 BDF2 has 5ζ² − 4ζ + 1 = 0, ζ = (2 ± i)/5, and Adams and Bashforth's formula (ζ + 1)(2ζ − 1) = 0.
+#[test]
+fn growth_is_the_largest_root_and_unbounded_where_the_new_value_has_no_weight() {
+    let real = |x: f64| Complex::new(x, 0.0);
+    for (rho, sigma, z, growth) in [
+        ("1/2 -2 3/2", "0 0 1", real(-1.0), 0.2_f64.sqrt()),
+        ("0 -1 1", "-1/2 3/2 0", real(-1.0), 1.0),
+        // (ζ − 1)(ζ − 2)(ζ + 3).
+        ("6 -7 0 1", "0 0 0 1", real(0.0), 3.0),
+        ("-1 1", "0 1", Complex::new(0.0, 1.0), 0.5_f64.sqrt()),
+        ("-1 1", "0 1", real(1.0), f64::INFINITY),
+        // Whether it has none is told to 10⁻¹⁴ of the largest weight.
+        ("-1024 1024", "0 1024", real(1.0 + 0.5_f64.powi(48)), f64::INFINITY),
+        ("-1024 1024", "0 1024", real(1.0 + 0.5_f64.powi(40)), 2_f64.powi(40)),
+    ] {
+        let found = theory(rho, sigma).growth(z);
+        assert!(found == growth || (found / growth - 1.0).abs() < 1e-12, "{rho}, {z}: {found}");
+    }
+}
+
+#[test]
+fn a_sector_of_stability_needs_zero_stability_damping_and_the_whole_axis() {
+    for ([rho, sigma], negative, alpha, text, stability) in [
+        (["-1 1", "1 0"], vec![[0.0, 2.0]], None, "negative axis to 2.0000", Stability::Conditional),
+        (["-1 1", "0 1"], vec![[0.0, f64::INFINITY]], Some(90.0), "all of the negative axis", Stability::Damping),
+        (["-1 1", "1/2 1/2"], vec![[0.0, f64::INFINITY]], Some(90.0), "all of the negative axis", Stability::Neutral),
+        (LEAPFROG, vec![], None, "nothing of the negative axis", Stability::Conditional),
+        (DOUBLE, vec![[0.0, f64::INFINITY]], None, "all of the negative axis", Stability::Unstable),
+        (BACKWARD, vec![[2.0, f64::INFINITY]], None, "negative axis beyond 2.0000", Stability::Conditional),
+    ] {
+        let theory = theory(rho, sigma);
+        assert_eq!((&theory.negative, theory.alpha), (&negative, alpha), "{rho}, {sigma}");
+        assert_eq!((theory.negative_axis().as_str(), theory.traits().stability), (text, stability), "{rho}, {sigma}");
+    }
+    let mut edge = theory("-1 1", "0 1");
+    edge.infinity = 0.95;
+    assert_eq!(edge.traits().stability, Stability::Neutral);
+    let mut parts = theory("-1 1", "1 0");
+    parts.negative = vec![[0.0, 1.0], [2.0, 3.0], [4.0, f64::INFINITY]];
+    let text = "negative axis to 1.0000 and negative axis from 2.0000 to 3.0000 and negative axis beyond 4.0000";
+    assert_eq!(parts.negative_axis(), text);
+}
+
+/// σ = 3ζ + 9 times 1/12 has the root −3.
+#[test]
+fn a_formula_is_refused_a_stability_for_its_slopes_or_for_its_locus() {
+    for (rho, sigma, why) in [
+        ("0 -1 1", "-1/2 3/2 0", "it is explicit"),
+        ("-1 1", "3/4 1/4", "σ has a root of modulus 3.000000"),
+        ("-1/3 3/2 -3 11/6", "0 0 0 1", "the root locus enters the left half-plane"),
+        ("1 -2 1", "0 0 1", "it is not even zero-stable"),
+    ] {
+        let finding = theory(rho, sigma).find(Property::AStable).expect("looked at");
+        assert_eq!(finding.outcome, Outcome::Fail, "{rho}");
+        assert!(finding.why.contains(why), "{}", finding.why);
+    }
+    // |ζ| for hλ → ∞ is 0 of backward differentiation alone.
+    for (rho, sigma, l_stable, why) in [
+        ("1/2 -2 3/2", "0 0 1", Outcome::Pass, "σ has no root but 0"),
+        ("-1 1", "1/2 1/2", Outcome::Fail, "σ has a root of modulus 1.00000"),
+    ] {
+        let theory = theory(rho, sigma);
+        assert_eq!(theory.find(Property::AStable).expect("looked at").outcome, Outcome::Pass);
+        let finding = theory.find(Property::LStable).expect("looked at");
+        assert!(finding.outcome == l_stable && finding.why.contains(why), "{finding:?}");
+    }
+}
+
+/// The trapezoidal rule to two digits: its locus is the imaginary axis, to the digits.
+#[test]
+fn stability_that_digits_leave_open_is_neither_claimed_nor_denied() {
+    let mut method = method("-1 1", "1/2 1/2");
+    method.rho.iter_mut().chain(&mut method.sigma).for_each(|x| x.real = x.real.widened(5e-3));
+    let theory = MultistepTheory::new(&method);
+    let stability = &theory.facts()[2].1;
+    assert!(stability.starts_with("whether it is A-stable is open for the digits given; "), "{stability}");
+    let right = Property::AlphaStable(Printed { value: 90.0, places: 0 });
+    for property in [Property::AStable, Property::LStable, right] {
+        assert_eq!(theory.find(property).expect("looked at").outcome, Outcome::Inconclusive, "{property:?}");
+    }
+}
+
+#[test]
+fn a_formula_that_is_not_symmetric_is_told_by_the_first_weights_that_differ() {
+    for (rho, sigma, why) in [
+        ("-1 0 1", "1/3 4/3 1/3", "ρ_j = −ρ_{k−j} and σ_j = σ_{k−j} for all j"),
+        ("1/2 -2 3/2", "0 0 1", "ρ_0 is not −ρ_2"),
+        ("-1 1 1", "0 1 0", "ρ_1 is not −ρ_1"),
+        ("-1 0 1", "1 1 0", "σ_0 is not σ_2"),
+        ("-1 1 -1 1", "0 1 2 0", "σ_1 is not σ_2"),
+    ] {
+        let finding = theory(rho, sigma).find(Property::Symmetric).expect("looked at");
+        assert_eq!((finding.outcome == Outcome::Pass, finding.why.as_str()), (why.contains("all j"), why));
+    }
+}
+
+/// Dahlquist: zero-stable and consistent.
+#[test]
+fn convergence_fails_by_roots_outside_or_double_ones_or_an_order_of_zero() {
+    for ([rho, sigma], outcome, modulus, why) in [
+        (LEAPFROG, Outcome::Pass, None, "the roots of ρ are in the unit disc, those on its rim simple"),
+        (["2 -3 1", "-1 0 0"], Outcome::Fail, Some(2.0), "ρ has the root 2.000000 +0.000000i of modulus 2.000000"),
+        (["1 -2 1", "-1 1 0"], Outcome::Fail, Some(1.0), "ρ has 1 as a double root"),
+        (DOUBLE, Outcome::Fail, None, "ρ has 1 as a double root, and it is not consistent: its order is 0"),
+        (BACKWARD, Outcome::Fail, None, "those on its rim simple, but it is not consistent: its order is 0"),
+    ] {
+        let theory = theory(rho, sigma);
+        let verdict = theory.consistency().swap_remove(0);
+        assert_eq!((verdict.check.id.as_str(), verdict.check.outcome), ("convergence", outcome), "{rho}");
+        assert!(verdict.check.reason.ends_with(why), "{}", verdict.check.reason);
+        if theory.order() > 0 {
+            let measured = verdict.check.measured;
+            assert!(measured.zip(modulus).map_or(measured == modulus, |(x, y)| (x - y).abs() < 1e-12), "{measured:?}");
+        }
+    }
+    assert_eq!([complex(Complex::new(-1.0, 0.0)), complex(Complex::new(0.0, 1.0))], ["-1", "0 +1.00000i"]);
+}
+
+/// Values to start from may have an order less than the formula.
+#[test]
+fn a_start_keeps_the_order_if_its_own_is_one_less() {
+    for (name, start, order, lowered) in [
+        ("bdf1", "implicit-euler", 1, None),
+        ("bdf2", "implicit-euler", 2, None),
+        (
+            "bdf3",
+            "implicit-euler",
+            2,
+            Some("its start implicit-euler has order 1, where 2 is needed, so that order 2 is left"),
+        ),
+        ("bdf6", "radau-iia3", 6, None),
+    ] {
+        let mut method = shipped(name);
+        let file = Shipped::by_name(start).expect("there").read().expect("well-formed");
+        let Body::RungeKutta(tableau) = file.body else { panic!("{start}") };
+        (method.start, method.start_name) = (tableau, start.to_owned());
+        let theory = MultistepTheory::new(&method);
+        assert_eq!((theory.started_order(), theory.lowered().as_deref()), (order, lowered), "{name}");
+        let traits = theory.traits();
+        assert_eq!((traits.order, traits.stiff_order), (order, Some(order)), "{name}");
+        let start = theory.consistency().swap_remove(1).check;
+        assert_eq!((start.id.as_str(), start.outcome == Outcome::Pass), ("start", lowered.is_none()), "{name}");
+    }
+    let bdf2 = theory("1/2 -2 3/2", "0 0 1");
+    assert_eq!(bdf2.what_starts(), "radau-iia3 has order 5, and 1 is enough");
+    assert_eq!(bdf2.headline(), "linear multistep, implicit, 2 steps, started by radau-iia3");
+    assert_eq!((bdf2.kind(), bdf2.unknowns(), bdf2.has_structure()), ("multistep", 3, false));
+}
+
+/// Steps of at most 1/4, and of 2/5 for all of a formula together; errors of the leapfrog method grow on what decays.
+#[test]
+fn orders_are_measured_where_the_formula_damps_and_its_errors_can_be_seen() {
+    let divided = "the errors, divided by λ";
+    for ([rho, sigma], order, coarsest, stiff) in [
+        (["-1 1", "0 1"], 1, 0.25, Ok(Some(1))),
+        (["1/2 -2 3/2", "0 0 1"], 2, 0.2, Ok(Some(2))),
+        (["-1/3 3/2 -3 11/6", "0 0 0 1"], 3, 0.4 / 3.0, Err(divided)),
+        (["1/4 -4/3 3 -4 25/12", "0 0 0 0 1"], 4, 0.1, Err(divided)),
+        (["-1/5 5/4 -10/3 5 -5 137/60", "0 0 0 0 0 1"], 5, 0.08, Err(divided)),
+        (["-1 1", "1/2 1/2"], 2, 0.25, Ok(None)),
+        (LEAPFROG, 2, 0.2, Err("not the whole negative axis")),
+    ] {
+        let [linear, nonlinear, in_time, prothero] = &theory(rho, sigma).trials()[..] else { panic!("{rho}") };
+        let plan = linear.plan.as_ref().expect("always");
+        approx::assert_relative_eq!(plan.problem.facts().window.coarsest, coarsest, max_relative = 1e-15);
+        let decay = plan.problem.exact(1.0).map(|v| v[0].hypot(v[1])).expect("known");
+        approx::assert_relative_eq!(
+            decay,
+            if [rho, sigma] == LEAPFROG { 1.0 } else { (-1.0_f64).exp() },
+            epsilon = 1e-15
+        );
+        // The solution that depends on time has a pole a time of 1 away.
+        assert_eq!((nonlinear.name == "pendulum", in_time.plan.is_err()), (order > 4, order > 4), "{rho}");
+        for plan in [linear, nonlinear, in_time].into_iter().filter_map(|trial| trial.plan.as_ref().ok()) {
+            assert_eq!(plan.order, Some(order), "{rho}");
+        }
+        match (&prothero.plan, stiff) {
+            (Ok(plan), Ok(order)) => assert_eq!(plan.order, order, "{rho}"),
+            (Err(why), Err(expected)) => assert!(why.starts_with(expected), "{rho}: {why}"),
+            (found, _) => panic!("{rho}: {found:?}"),
+        }
+    }
+    for (rho, sigma) in [("-1 1", "0 1"), ("-1/3 3/2 -3 11/6", "0 0 0 1")] {
+        let mut edge = theory(rho, sigma);
+        edge.infinity = 0.95;
+        assert_eq!(edge.trials()[3].plan.as_ref().expect("it is run").order, None);
+    }
+    let [only] = &theory(DOUBLE[0], DOUBLE[1]).trials()[..] else { panic!("one") };
+    assert_eq!(
+        only.plan.as_ref().err().map(String::as_str),
+        Some("it is not zero-stable: there is no order to measure")
+    );
+}
+
+/// ±i are on the rim twice.
+#[test]
+fn errors_that_do_not_die_out_are_those_of_simple_roots_on_the_rim_beside_one() {
+    for ([rho, sigma], weakly) in [
+        (LEAPFROG, true),
+        (["0 -1 1", "-1/2 3/2 0"], false),
+        (["1/2 -2 3/2", "0 0 1"], false),
+        (["-1 1 -2 2 -1 1", "0 0 0 0 0 4"], false),
+    ] {
+        assert_eq!(theory(rho, sigma).is_weakly_stable(), weakly, "{rho}");
+    }
+}
