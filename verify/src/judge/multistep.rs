@@ -100,7 +100,8 @@ impl Roots {
             roots.retain(|z| (z.norm() - 1.0).abs() <= RIM);
             roots
         };
-        if let Some(z) = rest.roots().into_iter().find(|z| z.norm() > 1.0 + RIM) {
+        // The sum 1 + RIM is rounded, and what lies beside it is to be outside or on the rim.
+        if let Some(z) = rest.roots().into_iter().find(|z| z.norm() - 1.0 > RIM) {
             return Self::Outside(z);
         }
         let rim = on_rim(&rest);
