@@ -337,6 +337,7 @@ impl Integrator for Multistep<'_> {
 }
 
 #[cfg(test)]
+#[expect(clippy::arc_with_non_send_sync, reason = "rates that count their calls, on one thread")]
 mod tests {
     use std::cell::RefCell;
 
