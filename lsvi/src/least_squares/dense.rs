@@ -134,11 +134,12 @@ impl<'a, F: VectorField> Equation<'a, F> {
     fn residual_small<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) -> Option<()> {
         let (w, row) = self.weights(h);
         let s = &mut *self.s;
-        let (x, v0, f0) = (x.first_chunk::<N>()?, self.v0.first_chunk::<N>()?, s.f0.first_chunk::<N>()?);
+        // Copies, for what a function that is not inlined gets to see does not stay in registers.
+        let (x, v0, f0) = (*x.first_chunk::<N>()?, *self.v0.first_chunk::<N>()?, *s.f0.first_chunk::<N>()?);
         let out = out.first_chunk_mut::<N>()?;
         let mut f1 = [0.0; N];
         s.end.clear_sized::<N>();
-        self.system.field.linearize(self.t + h, x, &mut f1, 1.0, &mut s.end);
+        self.system.field.linearize(self.t + h, &x, &mut f1, 1.0, &mut s.end);
         let j1 = s.end.dense()?.as_slice().get(..N * N)?;
         let (mut d0, mut d1, mut at_start) = ([0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
@@ -211,8 +212,16 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
     #[inline(always)]
     fn residual_sized<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
         let is_small = N > 0 && matches!(self.system.mass, Mass::Identity);
-        if !is_small || self.residual_small::<N>(h, x, out).is_none() {
-            self.residual(h, x, out);
+        if is_small && self.residual_small::<N>(h, x, out).is_some() {
+            return;
+        }
+        match (x.first_chunk::<N>(), out.first_chunk_mut::<N>()) {
+            (Some(&from), Some(to)) if N > 0 => {
+                let mut copy = *to;
+                self.residual(h, &from, &mut copy);
+                *to = copy;
+            }
+            _ => self.residual(h, x, out),
         }
     }
 

@@ -281,6 +281,8 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
         }
         check_vector("q", v, n)?;
         check_vector("p", p, n)?;
+        // Where the dimension is a constant, so are the lengths of what is copied.
+        let (v, p) = (&mut v[..n], &mut p[..n]);
         let Self { field, mass, mass_inverse, .. } = self;
         let (system, at) = (|| System { field: &*field, mass, mass_inverse }, Interval { start: t, h });
         let (closure, next, work) = (&self.closure, &mut self.next, &mut self.work);
@@ -306,7 +308,7 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             Equations::Closed(step) => step.momentum(system(), at, v, &self.next, p),
             _ => p.fill(0.0),
         }
-        v.copy_from_slice(&self.next);
+        v.copy_from_slice(&self.next[..n]);
         self.work.steps += 1;
         Ok(())
     }
