@@ -134,7 +134,7 @@ impl<'a, F: VectorField> Equation<'a, F> {
     fn residual_small<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) -> Option<()> {
         let (w, row) = self.weights(h);
         let s = &mut *self.s;
-        // Copies, for what a function that is not inlined gets to see does not stay in registers.
+        // Copies, for a number of which a function that is not inlined sees the place is stored and loaded again.
         let (x, v0, f0) = (*x.first_chunk::<N>()?, *self.v0.first_chunk::<N>()?, *s.f0.first_chunk::<N>()?);
         let out = out.first_chunk_mut::<N>()?;
         let mut f1 = [0.0; N];
@@ -217,6 +217,7 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
         }
         match (x.first_chunk::<N>(), out.first_chunk_mut::<N>()) {
             (Some(&from), Some(to)) if N > 0 => {
+                // A function that is not inlined sees a copy, so that `x` and `out` stay in registers on the way above.
                 let mut copy = *to;
                 self.residual(h, &from, &mut copy);
                 *to = copy;
