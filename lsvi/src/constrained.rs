@@ -239,7 +239,7 @@ impl Projector {
     fn project(
         &mut self,
         lagrangian: &dyn Lagrangian,
-        constraint: &impl Constraint,
+        constraint: &dyn Constraint,
         scratch: &mut Scratch,
         (t, h): (f64, f64),
         q: &[f64],
@@ -320,16 +320,16 @@ impl System for Projection<'_> {
 /// The equations of one step in (interior values, q₁, multipliers at the interior nodes, Λ).
 ///
 /// A reaction is the impulse Gᵀλ/h: then λ is of the size of a displacement, and so is its rounding.
-struct StepEquations<'a, D, K> {
-    discrete: &'a mut D,
-    constraint: &'a K,
+struct StepEquations<'a> {
+    discrete: &'a mut dyn Constrainable,
+    constraint: &'a dyn Constraint,
     scratch: &'a mut Scratch,
     t: f64,
     q0: &'a [f64],
     p0: &'a [f64],
 }
 
-impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
+impl StepEquations<'_> {
     /// Degree of the path and length of its unknowns.
     fn path(&self) -> (usize, usize) {
         let unknowns = self.discrete.interior() + self.q0.len();
@@ -388,7 +388,7 @@ impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
     }
 }
 
-impl<D: Constrainable, K: Constraint> System for StepEquations<'_, D, K> {
+impl System for StepEquations<'_> {
     fn dim(&self) -> usize {
         let (degree, unknowns) = self.path();
         unknowns + degree * self.constraint.count()
@@ -555,7 +555,7 @@ mod tests {
     }
 
     /// The largest difference between the derivative of `system` at `y` and central differences, relative to its entries.
-    fn defect(system: &mut impl System, h: f64, y: &[f64]) -> f64 {
+    fn defect(system: &mut dyn System, h: f64, y: &[f64]) -> f64 {
         let n = system.dim();
         let mut exact = Jacobian::zeros(n);
         system.derivative(h, y, &mut exact);

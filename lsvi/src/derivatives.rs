@@ -211,7 +211,11 @@ pub enum DerivativeError {
 /// # Errors
 /// [`DerivativeError`] with the first disagreement, or with what leaves the question open.
 pub fn check_derivatives<F: VectorField + ?Sized>(field: &F, t: f64, v: &[f64]) -> Result<(), DerivativeError> {
-    check_system(&field)?;
+    of_field(&field, t, v)
+}
+
+fn of_field(field: &dyn VectorField, t: f64, v: &[f64]) -> Result<(), DerivativeError> {
+    check_system(field)?;
     check_time(t)?;
     check_vector("v", v, field.dim())?;
     let f = written("f", v.len(), |out| field.rhs(t, v, out))?;
@@ -227,15 +231,15 @@ pub fn check_derivatives<F: VectorField + ?Sized>(field: &F, t: f64, v: &[f64]) 
 }
 
 /// The field at a state.
-struct Check<'a, F: ?Sized> {
-    field: &'a F,
+struct Check<'a> {
+    field: &'a dyn VectorField,
     t: f64,
     v: &'a [f64],
     /// f(t, v).
     f: Vec<f64>,
 }
 
-impl<F: VectorField + ?Sized> Check<'_, F> {
+impl Check<'_> {
     /// J x, by products and entries, beside the differences of f.
     fn jacobian(&self, x: &Direction) -> Result<Vec<f64>, DerivativeError> {
         let Self { field, t, v, ref f } = *self;

@@ -64,7 +64,7 @@ impl InexactNewton {
     }
 
     /// Replaces `x`, the solution at h = 0, by that at `h`.
-    pub(crate) fn solve(&mut self, system: &mut impl InexactSystem, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+    pub(crate) fn solve(&mut self, system: &mut dyn InexactSystem, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         self.origin.copy_from_slice(x);
         let Err(mut failure) = self.attempt(system, h, x) else { return Ok(()) };
         let (mut reached, mut piece) = (0.0, 0.5 * h);
@@ -92,7 +92,7 @@ impl InexactNewton {
         Err(failure)
     }
 
-    fn attempt(&mut self, system: &mut impl InexactSystem, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+    fn attempt(&mut self, system: &mut dyn InexactSystem, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         let (mut last, mut before) = (f64::INFINITY, f64::NAN);
         for iterations in 1..=ITERATIONS {
             system.residual(h, x, &mut self.increment);

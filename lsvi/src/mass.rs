@@ -189,7 +189,7 @@ impl Mass {
 
 /// Writes v̇ = M⁻¹ f(t, v), NaN for components that a singular M leaves without a rate. It allocates where M is not the
 /// identity.
-pub(crate) fn rate(field: &impl VectorField, mass: &Mass, state: &State, out: &mut [f64]) -> Result<(), InputError> {
+pub(crate) fn rate(field: &dyn VectorField, mass: &Mass, state: &State, out: &mut [f64]) -> Result<(), InputError> {
     check_vector("v", &state.q, field.dim())?;
     check_length("out", out.len(), field.dim())?;
     field.rhs(state.t, &state.q, out);

@@ -19,6 +19,7 @@ mod kept;
 
 use std::ops::Add;
 
+use auto_impl::auto_impl;
 use kept::Kept;
 
 use crate::error::SolveError;
@@ -54,12 +55,17 @@ const SHORTEST: f64 = 1e-10;
 const PIECES: u32 = 500;
 
 /// A square system F(h, x) = 0 that depends on the step size h.
+#[auto_impl(&mut)]
 pub(crate) trait System {
     fn dim(&self) -> usize;
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]);
     /// The same of a system of N unknowns, of any number for N = 0; no derivative is asked for where it was evaluated.
     #[inline]
-    fn residual_sized<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+    #[auto_impl(keep_default_for(&mut))]
+    fn residual_sized<const N: usize>(&mut self, h: f64, x: &[f64], out: &mut [f64])
+    where
+        Self: Sized,
+    {
         self.residual(h, x, out);
     }
     /// Adds ∂F/∂x to the zero matrix `out`, at the (h, x) where the residual was evaluated last.
@@ -166,7 +172,7 @@ struct Limit {
 
 impl Limit {
     /// Replaces a residual at step size `h` by the increment that the limit makes of it, up to its scale.
-    fn solve(&mut self, system: &impl System, h: f64, residual: &mut [f64]) {
+    fn solve(&mut self, system: &dyn System, h: f64, residual: &mut [f64]) {
         for &row in system.algebraic() {
             residual[row] *= self.h / h;
         }
@@ -210,7 +216,7 @@ impl Newton {
     }
 
     /// Replaces `x`, a first guess, by the continuation of the branch from h = 0 to step size `h`.
-    pub(crate) fn solve(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+    pub(crate) fn solve(&mut self, system: &mut dyn System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         debug_assert_eq!(x.len(), system.dim());
         self.guess.copy_from_slice(x);
         self.origin.copy_from_slice(x);
@@ -249,14 +255,15 @@ impl Newton {
     }
 
     /// Factors ∂F/∂x at the origin for a part of `h` that is next to nothing.
-    fn set_limit(&mut self, system: &mut impl System, h: f64) {
+    fn set_limit(&mut self, system: &mut dyn System, h: f64) {
         self.limit.is_along_guess = false;
         self.part.copy_from_slice(&self.origin);
-        self.factor_limit(system, h * Self::short(system));
+        let short = h * Self::short(system);
+        self.factor_limit(system, short);
     }
 
     /// Factors ∂F/∂x on the way to the first guess for a part of `h` that is little.
-    fn set_limit_along_guess(&mut self, system: &mut impl System, h: f64) {
+    fn set_limit_along_guess(&mut self, system: &mut dyn System, h: f64) {
         self.limit.is_along_guess = true;
         for (x, (origin, guess)) in self.part.iter_mut().zip(self.origin.iter().zip(&self.guess)) {
             *x = origin + SHORT_ALONG_GUESS * (guess - origin);
@@ -265,7 +272,7 @@ impl Newton {
     }
 
     /// Factors ∂F/∂x at (h, `part`).
-    fn factor_limit(&mut self, system: &mut impl System, h: f64) {
+    fn factor_limit(&mut self, system: &mut dyn System, h: f64) {
         system.residual(h, &self.part, &mut self.increment);
         self.jacobian.clear();
         system.derivative(h, &self.part, &mut self.jacobian);
@@ -278,7 +285,7 @@ impl Newton {
 
     /// Whether the first guess is where the increment from the origin leads for h → 0, as it is where F is linear in
     /// (x − x₀)/h, to what an ill-conditioned derivative leaves of it.
-    fn guess_is_increment(&mut self, system: &mut impl System, h: f64) -> bool {
+    fn guess_is_increment(&mut self, system: &mut dyn System, h: f64) -> bool {
         if !self.limit.is_regular {
             return false;
         }
@@ -292,7 +299,7 @@ impl Newton {
     }
 
     /// Sets `part` to the tangent of the branch at the origin for a step of size `h`, by a factor that is returned and subtracted.
-    fn set_tangent(&mut self, system: &mut impl System, h: f64) -> f64 {
+    fn set_tangent(&mut self, system: &mut dyn System, h: f64) -> f64 {
         if self.limit.is_along_guess {
             let ends = self.guess.iter().zip(&self.origin);
             self.part.iter_mut().zip(ends).for_each(|(x, (guess, origin))| *x = origin - guess);
@@ -307,7 +314,7 @@ impl Newton {
 
     /// Whether ∂F/∂x is regular at the first guess for all steps up to `h`; `contraction` is the ratio of the second increment
     /// to the first, which is `whole`.
-    fn is_regular(&mut self, system: &mut impl System, h: f64, mut contraction: f64) -> bool {
+    fn is_regular(&mut self, system: &mut dyn System, h: f64, mut contraction: f64) -> bool {
         let mut s = h;
         for _ in 0..HALVINGS {
             if self.is_near_branch(system, s, contraction) {
@@ -355,14 +362,14 @@ impl Newton {
 
     /// Whether the derivative has hardly changed from its limit for h → 0, and the increment `whole` from (h, point), of which the
     /// second is the part `contraction`, leads along the branch.
-    fn is_near_branch(&mut self, system: &mut impl System, h: f64, contraction: f64) -> bool {
+    fn is_near_branch(&mut self, system: &mut dyn System, h: f64, contraction: f64) -> bool {
         contraction <= SURE_CONTRACTION
             && self.is_near_limit(system, h)
             && self.is_along_tangent(system, h, 2.0 * CLOSE)
     }
 
     /// Whether the limit of the derivative for h → 0 makes of the residual `first` at (h, point) the same increment as `whole`.
-    fn is_near_limit(&mut self, system: &impl System, h: f64) -> bool {
+    fn is_near_limit(&mut self, system: &dyn System, h: f64) -> bool {
         if !self.limit.is_regular {
             return false;
         }
@@ -371,13 +378,13 @@ impl Newton {
         is_close(&self.whole, self.limit.scale / system.scale(h), &self.part, self.roundoff())
     }
 
-    fn short(system: &impl System) -> f64 {
+    fn short(system: &dyn System) -> f64 {
         if system.limit() == LimitAtZero::OfEachStep { SHORT_OF_STEP } else { SHORT }
     }
 
     /// Whether the increment `whole` from (h, point) leads along the tangent of the branch at the origin, to within `allowed` of
     /// the longer of the two. With 1 they may not be opposite, but one of them may vanish, as for a start from rest.
-    fn is_along_tangent(&mut self, system: &mut impl System, h: f64, allowed: f64) -> bool {
+    fn is_along_tangent(&mut self, system: &mut dyn System, h: f64, allowed: f64) -> bool {
         if !system.algebraic().is_empty() {
             return true;
         }
@@ -393,7 +400,7 @@ impl Newton {
     }
 
     /// Sets the increment at (h, point); false where the derivative is singular, or its determinant has changed its sign.
-    fn set_increment_at_point(&mut self, system: &mut impl System, h: f64) -> bool {
+    fn set_increment_at_point(&mut self, system: &mut dyn System, h: f64) -> bool {
         let point = std::mem::take(&mut self.point);
         let found = self.set_increment(system, h, &point);
         self.point = point;
@@ -413,7 +420,7 @@ impl Newton {
     /// Follows the branch from its origin in pieces of h, halved where they are not [sure](Self::advance).
     fn follow_branch(
         &mut self,
-        system: &mut impl System,
+        system: &mut dyn System,
         h: f64,
         x: &mut [f64],
         first: SolveError,
@@ -458,7 +465,7 @@ impl Newton {
 
     /// The shortest piece of a continuation relative to what it has reached. Where the branch may cross others, x changes by more than
     /// roundings on it: among them the two cannot be told apart.
-    fn shortest_piece(&self, system: &impl System) -> f64 {
+    fn shortest_piece(&self, system: &dyn System) -> f64 {
         if system.limit() != LimitAtZero::OfEachStep {
             return SHORTEST;
         }
@@ -467,7 +474,7 @@ impl Newton {
     }
 
     /// Sets `x` to the continuation of the branch from the origin, its point at `from`, to `target`.
-    fn advance(&mut self, system: &mut impl System, from: f64, target: f64, x: &mut [f64]) -> Result<(), SolveError> {
+    fn advance(&mut self, system: &mut dyn System, from: f64, target: f64, x: &mut [f64]) -> Result<(), SolveError> {
         x.copy_from_slice(&self.origin);
         let middle = 0.5 * (from + target);
         self.set_increment(system, middle, x)?;
@@ -498,7 +505,7 @@ impl Newton {
     /// solution at h = 0, which is `point`, and the last one found, continued to h in `guess`.
     fn advance_along_secant(
         &mut self,
-        system: &mut impl System,
+        system: &mut dyn System,
         target: f64,
         way: f64,
         x: &mut [f64],
@@ -512,7 +519,7 @@ impl Newton {
     }
 
     /// Sets the increment of Newton's iteration at (h, x); the derivative there is factored.
-    fn set_increment(&mut self, system: &mut impl System, h: f64, x: &[f64]) -> Result<(), SolveError> {
+    fn set_increment(&mut self, system: &mut dyn System, h: f64, x: &[f64]) -> Result<(), SolveError> {
         self.set_residual(system, h, x);
         self.jacobian.clear();
         system.derivative(h, x, &mut self.jacobian);
@@ -526,7 +533,7 @@ impl Newton {
         self.solve_for_increment()
     }
 
-    fn set_residual(&mut self, system: &mut impl System, h: f64, x: &[f64]) {
+    fn set_residual(&mut self, system: &mut dyn System, h: f64, x: &[f64]) {
         system.residual(h, x, &mut self.increment);
         self.work.residuals += 1;
         self.residual.copy_from_slice(&self.increment);
@@ -539,7 +546,7 @@ impl Newton {
     }
 
     /// Newton's iteration from `x`, which must contract from the start.
-    pub(crate) fn attempt(&mut self, system: &mut impl System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+    pub(crate) fn attempt(&mut self, system: &mut dyn System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         self.iterate(system, h, x, CONTRACTION).map(drop)
     }
 
@@ -552,7 +559,7 @@ impl Newton {
     ///
     /// Where increments contract by θ ≤ [`SURE_CONTRACTION`], the derivative that gave the last one is right to θ² at the next, which is
     /// as good as one by a derivative of its own.
-    fn iterate(&mut self, system: &mut impl System, h: f64, x: &mut [f64], first: f64) -> Result<Root, SolveError> {
+    fn iterate(&mut self, system: &mut dyn System, h: f64, x: &mut [f64], first: f64) -> Result<Root, SolveError> {
         let (mut last, mut ratio, mut turned, mut keeps) = (f64::INFINITY, f64::NAN, false, false);
         for iterations in 1..=ITERATIONS {
             if keeps {

@@ -55,7 +55,7 @@ pub enum SteadyError {
 }
 
 /// Refuses what cannot be a state of `field`, and what is no tolerance.
-fn admit(field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<(), InputError> {
+fn admit(field: &dyn VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<(), InputError> {
     check_time(t)?;
     check_system(field)?;
     check_vector("v", v, field.dim())?;
@@ -129,7 +129,7 @@ struct Probe {
 }
 
 impl Probe {
-    fn new(field: &impl VectorField) -> Self {
+    fn new(field: &dyn VectorField) -> Self {
         let (n, structure) = (field.dim(), field.structure());
         let is_assembled = structure != Structure::MatrixFree;
         let jacobian = is_assembled.then(|| Jacobian::with_structure(n, &structure));
@@ -144,7 +144,7 @@ impl Probe {
     }
 
     /// Sets `terms` to Σ_j |J_ij| `size`, or to no more than that.
-    fn set_terms(&mut self, field: &impl VectorField, t: f64, v: &[f64], size: f64) {
+    fn set_terms(&mut self, field: &dyn VectorField, t: f64, v: &[f64], size: f64) {
         self.terms.fill(0.0);
         if let Some(jacobian) = &mut self.jacobian {
             jacobian.clear();
@@ -164,12 +164,12 @@ impl Probe {
         }
     }
 
-    fn residual(&mut self, field: &impl VectorField, t: f64, v: &[f64]) -> f64 {
+    fn residual(&mut self, field: &dyn VectorField, t: f64, v: &[f64]) -> f64 {
         field.rhs(t, v, &mut self.f);
         max_norm(&self.f)
     }
 
-    fn check(&mut self, field: &impl VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<f64, SteadyError> {
+    fn check(&mut self, field: &dyn VectorField, t: f64, v: &[f64], tolerance: f64) -> Result<f64, SteadyError> {
         let residual = self.residual(field, t, v);
         // A resting v is known to a few ε |v|, which f amplifies to Σ_j |J_ij| ε |v_j|, as its own terms do.
         self.set_terms(field, t, v, max_norm(v));

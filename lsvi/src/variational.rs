@@ -84,9 +84,9 @@ pub fn position_momentum<D: DiscreteLegendre>(discrete: D) -> Variational<D, Pos
 }
 
 /// The equations of one step for a given (t, q₀, p₀).
-pub(crate) struct StepEquations<'a, D, C> {
-    pub(crate) discrete: &'a mut D,
-    pub(crate) closure: &'a C,
+pub(crate) struct StepEquations<'a> {
+    pub(crate) discrete: &'a mut dyn DiscreteLegendre,
+    pub(crate) closure: &'a dyn Closure,
     pub(crate) t: f64,
     pub(crate) q0: &'a [f64],
     pub(crate) p0: &'a [f64],
@@ -94,7 +94,7 @@ pub(crate) struct StepEquations<'a, D, C> {
     pub(crate) momenta: Option<&'a mut Momenta>,
 }
 
-impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
+impl System for StepEquations<'_> {
     fn dim(&self) -> usize {
         self.discrete.interior() + self.discrete.dim()
     }
@@ -164,7 +164,7 @@ impl<D: DiscreteLegendre, C: Closure> System for StepEquations<'_, D, C> {
 
 /// Writes the velocity that belongs to the momentum, by way of the first guess of a step of size 1, which is q + c v.
 pub(crate) fn velocity(
-    discrete: &mut impl DiscreteLegendre,
+    discrete: &mut dyn DiscreteLegendre,
     state: &State,
     x: &mut [f64],
     out: &mut [f64],

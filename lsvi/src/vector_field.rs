@@ -129,7 +129,7 @@ pub trait VectorField {
 }
 
 /// Refuses a structure or a mass that is not that of as many unknowns as `field` has, and a field of none.
-pub(crate) fn check_system(field: &impl VectorField) -> Result<(), InputError> {
+pub(crate) fn check_system(field: &dyn VectorField) -> Result<(), InputError> {
     let n = field.dim();
     check_unknowns(n)?;
     match field.structure() {

@@ -195,8 +195,7 @@ impl<F: VectorField> Radau<F> {
             return Ok(());
         }
         let Stages { f0, single: allowed, .. } = &mut self.stages;
-        let equations = Equations { field: &self.field, mass: &self.mass, tolerances: &self.options.tolerances };
-        let known = self.system.tolerated_change(&equations, (t, v), allowed);
+        let known = self.system.tolerated_change((&self.field, &self.options.tolerances), (t, v), allowed);
         known.map_err(|error| StepError::Solve { t, h, source: error.into() })?;
         match self.algebraic.iter().find(|&&row| f0[row].abs() > allowed[row]) {
             Some(&row) => {
@@ -235,7 +234,7 @@ impl<F: VectorField> Radau<F> {
     ) -> Result<Attempt, FactorError> {
         let Self { field, mass, system, stages, history, options, work, .. } = self;
         let equations = Equations { field: &*field, mass, tolerances: &options.tolerances };
-        match system.prepare(c, &equations, at, work) {
+        match system.prepare(c, (&*field, mass), at, work) {
             Err(FactorError::Singular) => return Ok(Attempt::Failed { factor: 0.5, was_finite: true }),
             other => other?,
         }

@@ -80,7 +80,7 @@ impl StageSystem {
     }
 
     /// Sets the Jacobian to that at (t, v), which becomes the present state.
-    fn set_jacobian(&mut self, field: &impl VectorField, t: f64, v: &[f64]) {
+    fn set_jacobian(&mut self, field: &dyn VectorField, t: f64, v: &[f64]) {
         self.jacobian.clear();
         field.add_jacobian(t, v, 1.0, &mut self.jacobian);
         (self.has_jacobian, self.is_current, self.factored) = (true, true, None);
@@ -89,11 +89,11 @@ impl StageSystem {
     /// Writes Σ_j |J_ij| τ_j at (t, v), what changes of v within the tolerances make of each component of f.
     pub(super) fn tolerated_change(
         &mut self,
-        Equations { field, tolerances, .. }: &Equations<'_, impl VectorField>,
+        (field, tolerances): (&dyn VectorField, &Tolerances),
         (t, v): (f64, &[f64]),
         out: &mut [f64],
     ) -> Result<(), FactorError> {
-        self.set_jacobian(*field, t, v);
+        self.set_jacobian(field, t, v);
         self.jacobian.check_structure()?;
         out.fill(0.0);
         self.jacobian.for_each(|i, j, x| out[i] += x.abs() * tolerances.of(j, v[j].abs()));
@@ -104,12 +104,12 @@ impl StageSystem {
     pub(super) fn prepare<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
-        Equations { field, mass, .. }: &Equations<'_, impl VectorField>,
+        (field, mass): (&dyn VectorField, &Mass),
         (t, h, v): (f64, f64, &[f64]),
         work: &mut Work,
     ) -> Result<(), FactorError> {
         if !self.has_jacobian {
-            self.set_jacobian(*field, t, v);
+            self.set_jacobian(field, t, v);
         }
         if self.factored.is_some_and(|(factored, s)| s == S && (factored - h).abs() <= SAME * h) {
             return Ok(());

@@ -61,8 +61,8 @@ impl<F: VectorField> Bdf2<F> {
     }
 }
 
-struct BdfEquation<'a, F> {
-    field: &'a F,
+struct BdfEquation<'a> {
+    field: &'a dyn VectorField,
     mass: &'a Mass,
     algebraic: &'a [usize],
     t: f64,
@@ -71,7 +71,7 @@ struct BdfEquation<'a, F> {
     before: &'a [f64],
 }
 
-impl<F: VectorField> BdfEquation<'_, F> {
+impl BdfEquation<'_> {
     /// (ω²/(1+2ω), h (1+ω)/(1+2ω)).
     fn coefficients(&self, h: f64) -> (f64, f64) {
         let omega = h / self.last_h;
@@ -80,7 +80,7 @@ impl<F: VectorField> BdfEquation<'_, F> {
     }
 }
 
-impl<F: VectorField> System for BdfEquation<'_, F> {
+impl System for BdfEquation<'_> {
     fn dim(&self) -> usize {
         self.now.len()
     }
@@ -109,10 +109,8 @@ impl<F: VectorField> System for BdfEquation<'_, F> {
     }
 }
 
-impl<F: VectorField> InexactStage for BdfEquation<'_, F> {
-    type Field = F;
-
-    fn at(&self, h: f64) -> (&F, &Mass, f64, f64) {
+impl InexactStage for BdfEquation<'_> {
+    fn at(&self, h: f64) -> (&dyn VectorField, &Mass, f64, f64) {
         (self.field, self.mass, self.t + h, self.coefficients(h).1)
     }
 }

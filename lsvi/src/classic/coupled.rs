@@ -127,8 +127,8 @@ impl<F: VectorField> CoupledRungeKutta<F> {
 }
 
 /// M (Y_i − v) − h Σ_j a_ij f(t + c_j h, Y_j) = 0.
-struct StageEquations<'a, F> {
-    field: &'a F,
+struct StageEquations<'a> {
+    field: &'a dyn VectorField,
     mass: &'a Mass,
     algebraic: &'a [usize],
     coefficients: &'a Coefficients,
@@ -137,7 +137,7 @@ struct StageEquations<'a, F> {
     v: &'a [f64],
 }
 
-impl<F: VectorField> System for StageEquations<'_, F> {
+impl System for StageEquations<'_> {
     fn dim(&self) -> usize {
         self.v.len() * self.coefficients.b.len()
     }

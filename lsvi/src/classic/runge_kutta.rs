@@ -183,8 +183,8 @@ impl<F: VectorField> RungeKutta<F> {
 }
 
 /// M (Y − v) − s (known/h + a f(t + c s, Y)) = 0 for a step of size s; `known` is h Σ a_ij k_j at the full step h.
-struct StageEquation<'a, F> {
-    field: &'a F,
+struct StageEquation<'a> {
+    field: &'a dyn VectorField,
     mass: &'a Mass,
     algebraic: &'a [usize],
     t: f64,
@@ -195,7 +195,7 @@ struct StageEquation<'a, F> {
     full: f64,
 }
 
-impl<F: VectorField> System for StageEquation<'_, F> {
+impl System for StageEquation<'_> {
     fn dim(&self) -> usize {
         self.v.len()
     }
@@ -223,10 +223,8 @@ impl<F: VectorField> System for StageEquation<'_, F> {
     }
 }
 
-impl<F: VectorField> InexactStage for StageEquation<'_, F> {
-    type Field = F;
-
-    fn at(&self, s: f64) -> (&F, &Mass, f64, f64) {
+impl InexactStage for StageEquation<'_> {
+    fn at(&self, s: f64) -> (&dyn VectorField, &Mass, f64, f64) {
         (self.field, self.mass, self.t + self.c * s, s * self.a)
     }
 }

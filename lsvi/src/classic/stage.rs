@@ -31,7 +31,7 @@ impl Stages {
         }
     }
 
-    pub(super) fn solve(&mut self, stage: &mut impl InexactStage, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+    pub(super) fn solve(&mut self, stage: &mut dyn InexactStage, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         match self {
             Self::Factored(newton) => newton.solve(stage, h, x),
             Self::Solved(stages) => {
@@ -44,10 +44,8 @@ impl Stages {
 
 /// An equation M x − s f(t, x) = known, whose derivative is a [`StepOperator`].
 pub(super) trait InexactStage: System {
-    type Field: VectorField;
-
     /// The field, M, t and s of a step of size `h`.
-    fn at(&self, h: f64) -> (&Self::Field, &Mass, f64, f64);
+    fn at(&self, h: f64) -> (&dyn VectorField, &Mass, f64, f64);
 }
 
 #[derive(Debug)]
@@ -59,7 +57,7 @@ pub(super) struct StageSolver {
 }
 
 impl StageSolver {
-    pub(super) fn new(field: &impl VectorField, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
+    pub(super) fn new(field: &dyn VectorField, solver: impl StepSolver + 'static) -> Result<Self, InputError> {
         let (n, structure) = (field.dim(), assembled_structure(field));
         solver.check(&structure, &field.mass())?;
         Ok(Self {
@@ -70,13 +68,13 @@ impl StageSolver {
     }
 }
 
-struct Solved<'a, S> {
-    stage: &'a mut S,
+struct Solved<'a> {
+    stage: &'a mut dyn InexactStage,
     solver: &'a mut dyn StepSolver,
     b: &'a mut Option<Jacobian>,
 }
 
-impl<S: InexactStage> InexactSystem for Solved<'_, S> {
+impl InexactSystem for Solved<'_> {
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
         self.stage.residual(h, x, out);
     }

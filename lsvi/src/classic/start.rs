@@ -25,7 +25,7 @@ pub(super) struct Start {
 
 impl Start {
     /// None where there is nothing to violate, or no entries of f_v to tell by how much.
-    pub(super) fn new(field: &impl VectorField, rows: Vec<usize>) -> Option<Self> {
+    pub(super) fn new(field: &dyn VectorField, rows: Vec<usize>) -> Option<Self> {
         let (n, structure) = (field.dim(), field.structure());
         let is_needed = !rows.is_empty() && structure != Structure::MatrixFree;
         is_needed.then(|| Self {
@@ -40,7 +40,7 @@ impl Start {
 
     /// Refuses a step of size `h` from a state that is not the end of the last one and violates an algebraic equation by more than
     /// changes of t and v by √ε, of themselves or of what the step makes of them, explain.
-    pub(super) fn check(&mut self, field: &impl VectorField, (t, h): (f64, f64), v: &[f64]) -> Result<(), StepError> {
+    pub(super) fn check(&mut self, field: &dyn VectorField, (t, h): (f64, f64), v: &[f64]) -> Result<(), StepError> {
         let continues = self.end.is_some_and(|end| (end - t).abs() <= ROUNDINGS * f64::EPSILON * t.abs());
         if continues && self.last == v {
             return Ok(());

@@ -51,7 +51,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
     }
 }
 
-impl<D: Constrainable, K: Constraint> StepEquations<'_, D, K> {
+impl StepEquations<'_> {
     /// The derivatives of a solution in (q₀, p₀).
     fn solution_tangent(&mut self, h: f64, y: &[f64]) -> Result<DMatrix<f64>, SolveError> {
         let (n, (degree, unknowns)) = (self.q0.len(), self.path());

@@ -44,6 +44,10 @@ use crate::linalg::{Jacobian, Structure, add_block, larger, max_norm};
 /// # Errors
 /// [`DerivativeError`] with the first disagreement, or with what leaves the question open.
 pub fn check_lagrangian<L: Lagrangian + ?Sized>(l: &L, t: f64, q: &[f64], v: &[f64]) -> Result<(), DerivativeError> {
+    of_lagrangian(&l, t, q, v)
+}
+
+fn of_lagrangian(l: &dyn Lagrangian, t: f64, q: &[f64], v: &[f64]) -> Result<(), DerivativeError> {
     let n = l.dim();
     check_state(n, t, &[("q", q), ("v", v)])?;
     finite("L", &[l.value(t, q, v)])?;
@@ -104,6 +108,10 @@ pub fn check_lagrangian<L: Lagrangian + ?Sized>(l: &L, t: f64, q: &[f64], v: &[f
 /// # Errors
 /// [`DerivativeError`] with the first disagreement, or with what leaves the question open.
 pub fn check_motion<L: EulerLagrange + ?Sized>(l: &L, t: f64, q: &[f64], v: &[f64]) -> Result<(), DerivativeError> {
+    of_motion(&l, t, q, v)
+}
+
+fn of_motion(l: &dyn EulerLagrange, t: f64, q: &[f64], v: &[f64]) -> Result<(), DerivativeError> {
     check_lagrangian(l, t, q, v)?;
     let n = l.dim();
     let size = larger(max_norm(q), max_norm(v));

@@ -64,7 +64,19 @@ impl Leapfrog {
         by_size!(l.dim(), N => match self.drifts.len() {
             1 => self.step_sized::<L, N, 1>(l, at, q, p, x),
             _ => self.step_sized::<L, N, 0>(l, at, q, p, x),
-        })
+        }, else self.step_of_many(&l, at, q, p, x))
+    }
+
+    /// [`Self::step`] of many unknowns, compiled once for all Lagrangians.
+    fn step_of_many(
+        &mut self,
+        l: &dyn Lagrangian,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<u64, SolveError> {
+        self.step_sized::<_, 0, 0>(&l, at, q, p, x)
     }
 
     #[inline(always)]

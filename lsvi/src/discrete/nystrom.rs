@@ -242,8 +242,20 @@ impl Nystrom {
         by_size!(l.dim(), N => match self.coefficients.c.len() {
             1 => self.step_sized::<L, N, 1>(l, at, q, p, x),
             2 => self.step_sized::<L, N, 2>(l, at, q, p, x),
-            _ => self.step_sized::<L, N, 0>(l, at, q, p, x),
-        })
+            _ => self.step_of_many(&l, at, q, p, x),
+        }, else self.step_of_many(&l, at, q, p, x))
+    }
+
+    /// [`Self::step`] of many unknowns, compiled once for all Lagrangians.
+    fn step_of_many(
+        &mut self,
+        l: &dyn Lagrangian,
+        at: Interval,
+        q: &mut [f64],
+        p: &mut [f64],
+        x: &mut [f64],
+    ) -> Result<Option<u64>, SolveError> {
+        by_size!(q.len(), N => self.step_sized::<_, N, 0>(&l, at, q, p, x))
     }
 
     #[inline]

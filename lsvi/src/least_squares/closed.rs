@@ -41,8 +41,8 @@ struct Scratch {
     image: Vec<f64>,
 }
 
-struct Equation<'a, F> {
-    system: System<'a, F>,
+struct Equation<'a> {
+    system: System<'a>,
     closure: &'a Linear,
     t: f64,
     v0: &'a [f64],
@@ -74,9 +74,9 @@ impl ClosedStep {
         }
     }
 
-    pub(super) fn solve<F: VectorField>(
+    pub(super) fn solve(
         &mut self,
-        (system, closure): (System<'_, F>, &Linear),
+        (system, closure): (System<'_>, &Linear),
         at: Interval,
         v0: &[f64],
         v1: &mut [f64],
@@ -109,14 +109,7 @@ impl ClosedStep {
     }
 
     /// Writes p₁ at the solution.
-    pub(super) fn momentum<F: VectorField>(
-        &mut self,
-        system: System<'_, F>,
-        at: Interval,
-        v0: &[f64],
-        v1: &[f64],
-        p: &mut [f64],
-    ) {
+    pub(super) fn momentum(&mut self, system: System<'_>, at: Interval, v0: &[f64], v1: &[f64], p: &mut [f64]) {
         let Self { solver, matrices, work: s, .. } = self;
         let closure = &Linear::METHOD_I;
         let mut equation = Equation { system, closure, t: at.start, v0, solver: &mut **solver, matrices, s };
@@ -126,14 +119,14 @@ impl ClosedStep {
 }
 
 /// Writes Jᵀ w by the matrix, if there is one.
-fn transpose(field: &impl VectorField, matrix: Option<&Jacobian>, (t, v): (f64, &[f64]), w: &[f64], out: &mut [f64]) {
+fn transpose(field: &dyn VectorField, matrix: Option<&Jacobian>, (t, v): (f64, &[f64]), w: &[f64], out: &mut [f64]) {
     match matrix {
         Some(matrix) => matrix.multiply_transpose(w, out),
         None => field.apply_transpose(t, v, w, out),
     }
 }
 
-impl<F: VectorField> InexactSystem for Equation<'_, F> {
+impl InexactSystem for Equation<'_> {
     fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
         let (System { field, mass, mass_inverse }, w, s) = (&self.system, self.closure.weights(h), &mut *self.s);
         let common = w.alpha + w.beta;

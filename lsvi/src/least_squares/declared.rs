@@ -29,7 +29,7 @@ pub(super) struct Declared {
 
 impl Declared {
     /// Nothing for a field that declares nothing.
-    pub(super) fn of(field: &impl VectorField, structure: &Structure) -> Option<Self> {
+    pub(super) fn of(field: &dyn VectorField, structure: &Structure) -> Option<Self> {
         let (is_linear, is_autonomous, n) = (field.is_linear(), field.is_autonomous(), field.dim());
         let zeros = vec![0.0; n];
         let is_assembled = is_linear && *structure != Structure::MatrixFree;
@@ -49,12 +49,7 @@ impl Declared {
 
     /// Refuses a field that is not what it declares, as far as its values at v₀ show at both ends of the step; at v = 1 where
     /// v₀ = 0.
-    pub(super) fn check<F: VectorField>(
-        &mut self,
-        system: &System<'_, F>,
-        at: Interval,
-        v0: &[f64],
-    ) -> Result<(), SolveError> {
+    pub(super) fn check(&mut self, system: &System<'_>, at: Interval, v0: &[f64]) -> Result<(), SolveError> {
         if self.checked == Some(at.h) {
             return Ok(());
         }
@@ -72,7 +67,7 @@ impl Declared {
         Ok(())
     }
 
-    fn check_linear<F: VectorField>(&mut self, system: &System<'_, F>, at: Interval) -> Result<(), SolveError> {
+    fn check_linear(&mut self, system: &System<'_>, at: Interval) -> Result<(), SolveError> {
         let Self { a, zero, point, product, size, value, .. } = self;
         if let Some(a) = a {
             a.clear();
@@ -110,7 +105,7 @@ impl Declared {
         Ok(())
     }
 
-    fn check_autonomous<F: VectorField>(&mut self, system: &System<'_, F>, at: Interval) -> Result<(), SolveError> {
+    fn check_autonomous(&mut self, system: &System<'_>, at: Interval) -> Result<(), SolveError> {
         let Self { zero, point, value, before, is_linear, .. } = self;
         // What a linear f adds to every step is its value at zero.
         let v = if *is_linear { zero } else { point };

@@ -9,7 +9,6 @@ use crate::mass::Mass;
 use crate::newton::Work;
 use crate::operator::Operator;
 use crate::solver::StepSolver;
-use crate::vector_field::VectorField;
 
 /// The iteration converges linearly, by the ratio of the curvature of f times the residual to B.
 const ITERATIONS: u32 = 200;
@@ -46,13 +45,7 @@ struct Action {
 }
 
 impl Action {
-    fn at<F: VectorField>(
-        &mut self,
-        system: &System<'_, F>,
-        at: Interval,
-        v0: &[f64],
-        v: &[f64],
-    ) -> Result<f64, SolveError> {
+    fn at(&mut self, system: &System<'_>, at: Interval, v0: &[f64], v: &[f64]) -> Result<f64, SolveError> {
         system.field.rhs(at.start + at.h, v, &mut self.end);
         self.end.iter_mut().for_each(|f| *f *= -at.h);
         for (r, f) in self.start.iter_mut().zip(&self.f0) {
@@ -84,9 +77,9 @@ impl GaussNewton {
         }
     }
 
-    pub(super) fn solve<F: VectorField>(
+    pub(super) fn solve(
         &mut self,
-        system: System<'_, F>,
+        system: System<'_>,
         at: Interval,
         v0: &[f64],
         v: &mut [f64],
@@ -143,9 +136,9 @@ impl GaussNewton {
     /// Sets the trial point to one of lower φ, and returns the increment's max norm and the new φ; `None` if no step is short
     /// enough. `tolerance` is that of the linear system, and increments up to `enough` need not lower φ: at a steady state it is
     /// nothing but rounding.
-    fn descend<F: VectorField>(
+    fn descend(
         &mut self,
-        system: &System<'_, F>,
+        system: &System<'_>,
         (at, v0): (Interval, &[f64]),
         v: &[f64],
         action: f64,
@@ -197,6 +190,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::VectorField;
     use crate::operator::Factored;
     use crate::solver::Iterative;
 
@@ -209,7 +203,7 @@ mod tests {
         });
         for mass in [Mass::Identity, Mass::Diagonal(vec![2.0, 0.5])] {
             let mass_inverse = mass.metric(2).expect("positive");
-            let system = System { field: &field, mass: &mass, mass_inverse: &mass_inverse };
+            let system = System { field: &field as &dyn VectorField, mass: &mass, mass_inverse: &mass_inverse };
             for damping in [0.0, 1.0, 100.0] {
                 let solver = Iterative::to_rounding(Factored::default());
                 let mut step = GaussNewton::new(2, &Structure::Dense, Box::new(solver));

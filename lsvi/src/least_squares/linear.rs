@@ -8,7 +8,6 @@ use crate::mass::Mass;
 use crate::newton::Work;
 use crate::operator::{Factored, Operator};
 use crate::solver::{Augmented, Iterative, StepSolver, Twisted};
-use crate::vector_field::VectorField;
 
 /// Largest condition number of M + BᵀM⁻¹B, 1/√ε, at which rounding leaves half of the digits at worst.
 const TWISTED_CONDITION: f64 = 67_108_864.0;
@@ -59,7 +58,7 @@ impl LinearStep {
         }
     }
 
-    fn factor<F: VectorField>(&mut self, system: &System<'_, F>, at: Interval) -> Result<(), SolveError> {
+    fn factor(&mut self, system: &System<'_>, at: Interval) -> Result<(), SolveError> {
         self.factored = None;
         self.skew.clear();
         if let Some(b) = &mut self.b {
@@ -96,7 +95,7 @@ impl LinearStep {
     }
 
     /// h g + BᵀM⁻¹ h g.
-    fn constant_forcing<F: VectorField>(&mut self, system: &System<'_, F>, at: Interval) -> Vec<f64> {
+    fn constant_forcing(&mut self, system: &System<'_>, at: Interval) -> Vec<f64> {
         let mut forcing = vec![0.0; self.zero.len()];
         system.field.rhs(at.start, &self.zero, &mut forcing);
         forcing.iter_mut().for_each(|g| *g *= at.h);
@@ -117,9 +116,9 @@ impl LinearStep {
         }
     }
 
-    pub(super) fn solve<F: VectorField>(
+    pub(super) fn solve(
         &mut self,
-        system: System<'_, F>,
+        system: System<'_>,
         at: Interval,
         v0: &[f64],
         v1: &mut [f64],

@@ -173,14 +173,14 @@ impl<F: VectorField> LeastSquaresStep<F> {
     }
 }
 
-/// M v̇ = f(t, v).
-struct System<'a, F> {
+/// M v̇ = f(t, v). What the steps of few unknowns are compiled for is f itself.
+struct System<'a, F: ?Sized = dyn VectorField + 'a> {
     field: &'a F,
     mass: &'a Mass,
     mass_inverse: &'a MassInverse,
 }
 
-impl<F: VectorField> System<'_, F> {
+impl System<'_> {
     /// B at (t, v), and as a matrix if it was assembled.
     fn operator<'b>(&'b self, (t, v): (f64, &'b [f64]), h: f64, b: Option<&'b Jacobian>) -> StepOperator<'b> {
         StepOperator::new(self.field, self.mass, (t, v), h, b).with_mass_inverse(self.mass_inverse)
@@ -207,14 +207,7 @@ enum Equations {
 impl Equations {
     /// Whether v₁ = v₀ to half of the digits of the change h (f₀ + f₁)/2 that f asks for. Where α + β → 0 the condition is then
     /// J₀ᵀ f₀ = 0: J is singular, and every solution is at rest.
-    fn stands_still<F: VectorField>(
-        &self,
-        system: &System<'_, F>,
-        at: Interval,
-        v0: &[f64],
-        v1: &[f64],
-        change: &mut [f64],
-    ) -> bool {
+    fn stands_still(&self, system: &System<'_>, at: Interval, v0: &[f64], v1: &[f64], change: &mut [f64]) -> bool {
         let (f0, start) = match self {
             Self::Dense(step) => step.start(),
             Self::Newton(step) => step.start(),
@@ -284,7 +277,8 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
         // Where the dimension is a constant, so are the lengths of what is copied.
         let (v, p) = (&mut v[..n], &mut p[..n]);
         let Self { field, mass, mass_inverse, .. } = self;
-        let (system, at) = (|| System { field: &*field, mass, mass_inverse }, Interval { start: t, h });
+        let (field, any, at): (_, &dyn VectorField, _) = (&*field, &*field, Interval { start: t, h });
+        let (of_few, system) = (|| System { field, mass, mass_inverse }, || System { field: any, mass, mass_inverse });
         let (closure, next, work) = (&self.closure, &mut self.next, &mut self.work);
         let failed = |source| StepError::Solve { t, h, source };
         if let Some(declared) = &mut self.declared {
@@ -293,7 +287,7 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
         let solved = match &mut self.equations {
             Equations::Linear(step) => step.solve(system(), at, v, next, work),
             Equations::GaussNewton(step) => step.solve(system(), at, v, next, work),
-            Equations::Dense(step) => step.solve((system(), closure), at, v, next, work),
+            Equations::Dense(step) => step.solve((of_few(), closure), at, v, next, work),
             Equations::Newton(step) => step.solve((system(), closure), at, v, next, work),
             Equations::Closed(step) => step.solve((system(), closure), at, v, next, work),
         };
@@ -303,7 +297,7 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
         }
         match &mut self.equations {
             _ if self.closure.is_end_alone() => p.fill(0.0),
-            Equations::Dense(step) => step.momentum(system(), at, v, &self.next, p),
+            Equations::Dense(step) => step.momentum(of_few(), at, v, &self.next, p),
             Equations::Newton(step) => step.momentum(system(), at, v, p),
             Equations::Closed(step) => step.momentum(system(), at, v, &self.next, p),
             _ => p.fill(0.0),

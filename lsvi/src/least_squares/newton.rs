@@ -8,7 +8,6 @@ use crate::linalg::{Jacobian, Structure};
 use crate::mass::Mass;
 use crate::newton::{self, LimitAtZero, Newton, Work};
 use crate::solver::{first, second, structure_of};
-use crate::vector_field::VectorField;
 
 /// Newton's method on y = −M⁻¹(M v₁ − h f₁) and v₁, the branch that starts from (−v₀, v₀) at h = 0 followed in h.
 ///
@@ -41,8 +40,8 @@ struct Scratch {
     plain: Vec<f64>,
 }
 
-struct Equation<'a, F> {
-    system: System<'a, F>,
+struct Equation<'a> {
+    system: System<'a>,
     closure: &'a Linear,
     t: f64,
     v0: &'a [f64],
@@ -73,9 +72,9 @@ impl FullNewton {
         }
     }
 
-    pub(super) fn solve<F: VectorField>(
+    pub(super) fn solve(
         &mut self,
-        (system, closure): (System<'_, F>, &Linear),
+        (system, closure): (System<'_>, &Linear),
         at: Interval,
         v0: &[f64],
         v1: &mut [f64],
@@ -107,7 +106,7 @@ impl FullNewton {
     }
 
     /// Writes p₁ at the solution: the equation of p₁ = 0 is −2h p₁ = 0.
-    pub(super) fn momentum<F: VectorField>(&mut self, system: System<'_, F>, at: Interval, v0: &[f64], p: &mut [f64]) {
+    pub(super) fn momentum(&mut self, system: System<'_>, at: Interval, v0: &[f64], p: &mut [f64]) {
         let Self { unknowns, residual, scratch: s, .. } = self;
         let mut equation = Equation { system, closure: &Linear::METHOD_I, t: at.start, v0, s };
         newton::System::residual(&mut equation, at.h, unknowns, residual);
@@ -117,14 +116,14 @@ impl FullNewton {
     }
 }
 
-impl<F: VectorField> Equation<'_, F> {
+impl Equation<'_> {
     /// What the closure's equation, of order h where α + β → 0, is multiplied by.
     fn row(&self, h: f64) -> f64 {
         if self.closure.has_limit() { 1.0 } else { h.recip() }
     }
 }
 
-impl<F: VectorField> newton::System for Equation<'_, F> {
+impl newton::System for Equation<'_> {
     fn dim(&self) -> usize {
         2 * self.v0.len()
     }

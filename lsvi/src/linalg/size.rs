@@ -1,9 +1,15 @@
 //! Loops over few components, unrolled by the compiler.
 
-/// Evaluates an expression with the constant N = n for a small n, so that loops of this length are unrolled, and with N = 0 for
-/// any other; [`size`] turns N back into n.
+/// Evaluates an expression with the constant N = n for a small n, so that loops of this length are unrolled, and with N = 0, or
+/// the one after `else`, for any other; [`size`] turns N back into n.
 macro_rules! by_size {
     ($n:expr, $N:ident => $call:expr) => {
+        by_size!($n, $N => $call, else {
+            const $N: usize = 0;
+            $call
+        })
+    };
+    ($n:expr, $N:ident => $call:expr, else $other:expr) => {
         match $n {
             1 => {
                 const $N: usize = 1;
@@ -21,10 +27,7 @@ macro_rules! by_size {
                 const $N: usize = 4;
                 $call
             }
-            _ => {
-                const $N: usize = 0;
-                $call
-            }
+            _ => $other,
         }
     };
 }

@@ -164,7 +164,7 @@ impl Newton {
             return false;
         }
         // Where the dimension of a system is a constant, the other sizes are not compiled.
-        match by_size!(system.dim(), N => self.contract::<N>(system, h, x)) {
+        match by_size!(system.dim(), N => self.contract::<N>(system, h, x), else self.contract_many(system, h, x)) {
             Some(iterations) => {
                 if iterations > FAST && self.kept.as_ref().is_some_and(|kept| kept.age >= LEAST_AGE) {
                     self.keep(system, h, x);
@@ -176,6 +176,11 @@ impl Newton {
                 false
             }
         }
+    }
+
+    /// [`Self::contract`] of many unknowns, compiled once for all systems.
+    fn contract_many(&mut self, mut system: &mut dyn System, h: f64, x: &mut [f64]) -> Option<u32> {
+        self.contract::<0>(&mut system, h, x)
     }
 
     /// The iterations after the first increment, if they find a root on the branch.
@@ -254,7 +259,7 @@ impl Newton {
 
     /// Keeps the factors of ∂F/∂x at a solution for steps of the same size, if they are like their limit for h → 0.
     #[cold]
-    pub(crate) fn keep(&mut self, system: &mut impl System, h: f64, x: &[f64]) {
+    pub(crate) fn keep(&mut self, system: &mut dyn System, h: f64, x: &[f64]) {
         if self.jacobian.structure() != Structure::Dense || system.limit() != LimitAtZero::Kept {
             return;
         }

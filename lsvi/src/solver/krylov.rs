@@ -136,7 +136,7 @@ impl Gmres {
     /// relative to `b`.
     pub(super) fn solve(
         &mut self,
-        system: &mut impl System,
+        system: &mut dyn System,
         tolerance: f64,
         most: u32,
         b: &mut [f64],
@@ -184,7 +184,7 @@ impl Gmres {
     }
 
     /// Adds direction k + 1 to the basis and column k to the triangle.
-    fn extend(&mut self, k: usize, system: &mut impl System) -> Result<(), SolveError> {
+    fn extend(&mut self, k: usize, system: &mut dyn System) -> Result<(), SolveError> {
         let (done, rest) = self.basis.split_at_mut(k + 1);
         let next = &mut rest[0];
         system.precondition(&done[k], &mut self.work);
@@ -217,7 +217,7 @@ impl Gmres {
         if r > 0.0 { Ok(()) } else { Err(SolveError::Singular) }
     }
 
-    fn add_correction(&mut self, used: usize, system: &mut impl System) {
+    fn add_correction(&mut self, used: usize, system: &mut dyn System) {
         for i in (0..used).rev() {
             let known: f64 = (i + 1..used).map(|j| self.triangle[j][i] * self.rhs[j]).sum();
             self.rhs[i] = (self.rhs[i] - known) / self.triangle[i][i];

@@ -44,7 +44,7 @@ pub(crate) fn check_assembled(structure: &Structure, mass: &Mass) -> Result<(), 
 }
 
 /// Where M − s f_v of `field` has entries: with a mass that is an operator it is known by its products only.
-pub(crate) fn assembled_structure(field: &impl VectorField) -> Structure {
+pub(crate) fn assembled_structure(field: &dyn VectorField) -> Structure {
     match field.mass() {
         Mass::Operator(_) => Structure::MatrixFree,
         _ => field.structure(),
