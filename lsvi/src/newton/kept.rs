@@ -352,7 +352,7 @@ mod tests {
         for k in 0..STEPS {
             let (t, mut next) = (f64::from(k) * h, v.clone());
             method_i(field())
-                .and_then(|mut new| Ok(new.step(t, h, &mut next, &mut p)))
+                .map(|mut new| new.step(t, h, &mut next, &mut p))
                 .expect("a system")
                 .expect("a root");
             kept.step(t, h, &mut v, &mut p).expect("a root");
