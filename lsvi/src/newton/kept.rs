@@ -351,10 +351,7 @@ mod tests {
         let (mut v, mut p, mut most) = (start.to_vec(), vec![0.0; start.len()], 0.0);
         for k in 0..STEPS {
             let (t, mut next) = (f64::from(k) * h, v.clone());
-            method_i(field())
-                .map(|mut new| new.step(t, h, &mut next, &mut p))
-                .expect("a system")
-                .expect("a root");
+            method_i(field()).map(|mut new| new.step(t, h, &mut next, &mut p)).expect("a system").expect("a root");
             kept.step(t, h, &mut v, &mut p).expect("a root");
             let size = v.iter().fold(0.0, |most, x| larger(most, *x));
             v.iter().zip(&next).for_each(|(v, next)| most = larger(most, (v - next) / (f64::EPSILON * size)));
