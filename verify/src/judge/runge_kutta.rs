@@ -193,7 +193,8 @@ impl Theory {
             Some(alpha) => format!("A(α)-stable with α {}", angle(alpha)),
             None => "conditionally stable".to_owned(),
         };
-        let algebraic = if theory.algebraic.is_ok() { ", algebraically stable" } else { "" };
+        let is_algebraic = theory.algebraic.is_ok() && !theory.is_a_stability_open();
+        let algebraic = if is_algebraic { ", algebraically stable" } else { "" };
         format!("{class}{algebraic}; {at_infinity}")
     }
 
@@ -299,6 +300,9 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
             }
         }
         Property::AlgebraicallyStable => match &theory.algebraic {
+            Ok(()) if theory.is_a_stability_open() => {
+                Finding::open("it would be A-stable, and whether it is, is open for the digits given")
+            }
             Ok(()) => {
                 let of = theory.of_reduced();
                 Finding::new(true, format!("b ≥ 0, and B A + Aᵀ B − b bᵀ is positive semidefinite{of}"))
@@ -614,6 +618,12 @@ mod tests {
             (shipped("gauss1"), "stability", Some("A-stable, algebraically stable; R(∞) = -1")),
             (shipped("rk4"), "stability", Some("conditionally stable; R(∞) = ∞")),
             (touching("1/5"), "stability", Some("A(α)-stable with α = 0.00°; R(∞) = -0.875")),
+            // An algebraically stable method is A-stable.
+            (
+                written("digits = 1\na = [['0.5']]\nb = ['1']"),
+                "stability",
+                Some("whether it is A-stable is open for the digits given; R(∞) = -1"),
+            ),
             (shipped("rk4"), "in time", None),
             (wrong_in_time(), "in time", Some("1 on v̇ = f(t, v), with c as given")),
             (shipped("rk4"), "embedded", None),
@@ -766,6 +776,9 @@ mod tests {
         let weight =
             written("a = [[], [1]]\nb = ['3/2', '-1/2']").find(Property::AlgebraicallyStable).expect("looked at");
         assert_eq!((&*weight.why, weight.measured), ("b[2] = -0.500000 is negative", Some(-0.5)));
+        let rounded = written("digits = 1\na = [['0.5']]\nb = ['1']").find(Property::AlgebraicallyStable);
+        let finding = rounded.expect("looked at");
+        assert_eq!(finding.outcome, open, "{}", finding.why);
         let undecided = Theory { algebraic: Err(Indefinite::Undecided), ..midpoint };
         assert_eq!(undecided.find(Property::AlgebraicallyStable).expect("looked at").outcome, open);
     }
