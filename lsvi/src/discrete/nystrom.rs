@@ -246,7 +246,7 @@ impl Nystrom {
         }, else self.step_of_many(&l, at, q, p, x))
     }
 
-    /// [`Self::step`] of many unknowns, compiled once for all Lagrangians.
+    /// [`Self::step`] of many unknowns or more than two nodes, compiled once for all Lagrangians.
     fn step_of_many(
         &mut self,
         l: &dyn Lagrangian,
