@@ -13,7 +13,7 @@ use auto_impl::auto_impl;
 use num_dual::{Dual64, DualNum, HyperDual64};
 
 use crate::coloring::Coloring;
-use crate::linalg::{Jacobian, Structure};
+use crate::linalg::{Jacobian, Structure, by_size};
 use crate::mass::Mass;
 use crate::pool::Pool;
 use crate::vector_field::VectorField;
@@ -192,12 +192,17 @@ impl<F: FieldFn> AutoField<F> {
         row_check.iter().zip(&sweep.dv).all(|(row, f)| row.agrees(f.eps))
     }
 
-    /// [`VectorField::linearize`] of a dense system of N unknowns.
+    /// The state of a dense system of N unknowns, whose derivatives are found on the stack.
     #[inline(always)]
-    fn linearize_small<const N: usize>(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+    fn few<'a, const N: usize>(&self, v: &'a [f64]) -> Option<&'a [f64; N]> {
+        v.try_into().ok().filter(|_| self.is_dense())
+    }
+
+    /// Adds `scale` · J of a dense system to `out`, and returns f.
+    #[inline(always)]
+    fn linearize_small<const N: usize>(&self, t: f64, v: &[f64; N], scale: f64, out: &mut Jacobian) -> [f64; N] {
         let mut columns = [[Dual64::from(0.0); N]; N];
         sweep::each::<N>(v, |j, v| self.field.rhs(t, v, &mut columns[j]));
-        dv.iter_mut().zip(&columns[0]).for_each(|(dv, f)| *dv = f.re);
         match out.dense_mut() {
             Some(out) if out.len() == N * N => {
                 for (out, f) in out.iter_mut().zip(columns.as_flattened()) {
@@ -210,6 +215,7 @@ impl<F: FieldFn> AutoField<F> {
                 }
             }
         }
+        columns[0].map(|f| f.re)
     }
 
     /// The Jacobian of a dense system at the state of `sweep`, column by column.
@@ -223,6 +229,33 @@ impl<F: FieldFn> AutoField<F> {
                     out.add(i, j, scale * f.eps);
                 }
             }
+        }
+    }
+
+    /// Adds `scale` · Σ_i w_i ∂²f_i of a dense system at `v` to `out`; `dv` is work space.
+    #[inline(always)]
+    fn sweep_pairs(
+        &self,
+        (t, v, dv): (f64, &mut [HyperDual64], &mut [HyperDual64]),
+        w: &[f64],
+        scale: f64,
+        out: &mut Jacobian,
+    ) {
+        for j in 0..v.len() {
+            v[j].eps1 = 1.0;
+            for k in 0..=j {
+                v[k].eps2 = 1.0;
+                self.field.rhs(t, v, dv);
+                v[k].eps2 = 0.0;
+                let entry = scale * w.iter().zip(&*dv).map(|(w, f)| w * f.eps1eps2).sum::<f64>();
+                if entry != 0.0 {
+                    out.add(j, k, entry);
+                    if j != k {
+                        out.add(k, j, entry);
+                    }
+                }
+            }
+            v[j].eps1 = 0.0;
         }
     }
 
@@ -298,19 +331,19 @@ impl<F: FieldFn> VectorField for AutoField<F> {
 
     #[inline(always)]
     fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
-        match v.len() {
-            1 if self.is_dense() => self.linearize_small::<1>(t, v, dv, scale, out),
-            2 if self.is_dense() => self.linearize_small::<2>(t, v, dv, scale, out),
-            3 if self.is_dense() => self.linearize_small::<3>(t, v, dv, scale, out),
-            4 if self.is_dense() => self.linearize_small::<4>(t, v, dv, scale, out),
-            _ => {
-                self.field.rhs(t, v, dv);
-                self.add_jacobian(t, v, scale, out);
-            }
-        }
+        by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
+            let f = self.linearize_small(t, v, scale, out);
+            return dv.iter_mut().zip(f).for_each(|(dv, f)| *dv = f);
+        }, else {});
+        self.field.rhs(t, v, dv);
+        self.add_jacobian(t, v, scale, out);
     }
 
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
+            self.linearize_small(t, v, scale, out);
+            return;
+        }, else {});
         self.first.with(|sweep| self.row_check.with(|rows| self.sweep_jacobian(sweep, rows, (t, v), scale, out)));
     }
 
@@ -324,8 +357,15 @@ impl<F: FieldFn> VectorField for AutoField<F> {
     }
 
     fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
+            let (mut v, mut dv) = (v.map(HyperDual64::from), [HyperDual64::from(0.0); N]);
+            return self.sweep_pairs((t, &mut v, &mut dv), w, scale, out);
+        }, else {});
         self.second.with(|sweep| {
             sweep.seed(v);
+            if self.is_dense() {
+                return self.sweep_pairs((t, &mut sweep.v, &mut sweep.dv), w, scale, out);
+            }
             for c in 0..self.coloring.groups() {
                 self.coloring.columns(c).for_each(|j| sweep.v[j].eps1 = 1.0);
                 for d in 0..=c {

@@ -149,6 +149,8 @@ pub(crate) struct Newton {
     /// Step size of the first guess.
     whole_h: f64,
     limit: Limit,
+    /// Size of the last step, and how far it led, if its equation was found to be [affine](Newton::is_affine).
+    affine: Option<(f64, f64)>,
     kept: Option<Box<Kept>>,
     pub(crate) work: Work,
 }
@@ -200,6 +202,7 @@ impl Newton {
                 orientation: None,
             },
             whole_h: f64::NAN,
+            affine: None,
             kept: None,
             jacobian,
             increment: zeros.clone(),
@@ -229,9 +232,14 @@ impl Newton {
             self.set_limit(system, h);
         }
         self.point.copy_from_slice(x);
-        let found = self.iterate(system, h, x, CONTRACTION);
+        let found = match self.iterate(system, h, x, CONTRACTION) {
+            Ok(Root::Only) if kind == LimitAtZero::Unknown || self.is_affine(system, h) => return Ok(()),
+            found => {
+                self.affine = None;
+                found.and_then(|root| if matches!(root, Root::Only) { Err(SolveError::OtherBranch) } else { Ok(root) })
+            }
+        };
         match found {
-            Ok(Root::Only) => return Ok(()),
             Ok(Root::Found { .. }) if kind == LimitAtZero::Unknown => return Ok(()),
             Ok(Root::Found { contraction }) if self.is_near_branch(system, h, contraction) => return Ok(()),
             // A matrix that is not what it was declared to be is none for a shorter step either.
@@ -397,6 +405,38 @@ impl Newton {
             along = along.max((scale * tangent).abs());
         }
         apart <= allowed * largest.max(along)
+    }
+
+    /// Whether an equation that two increments tell to be affine is so along the tangent of the branch too, to half of the digits, where
+    /// that is longer than they are: beside a root that the branch may leave on the way to h, they are next to nothing. What was
+    /// found holds for the steps after it, as long as these are alike.
+    fn is_affine(&mut self, system: &mut dyn System, h: f64) -> bool {
+        if !self.limit.is_regular || !system.algebraic().is_empty() {
+            return true;
+        }
+        let ends = self.point.iter().zip(&self.whole).map(|(x, d)| x - d).zip(&self.origin);
+        let moved = ends.fold(0.0, |most, (end, origin)| larger(most, end - origin));
+        if self.affine.is_some_and(|(size, last)| size == h && 0.5 * last <= moved && moved <= 2.0 * last) {
+            return true;
+        }
+        let scale = self.set_tangent(system, h);
+        let tangent = scale.abs() * max_norm(&self.part);
+        if moved < CLOSE * tangent {
+            for (x, (point, d)) in self.reference.iter_mut().zip(self.point.iter().zip(&self.part)) {
+                *x = point - scale * d;
+            }
+            system.residual(h, &self.reference, &mut self.increment);
+            self.work.residuals += 1;
+            self.increment.iter_mut().zip(&self.first).for_each(|(f, first)| *f -= first);
+            self.lu.solve(&mut self.increment);
+            let allowed = f64::EPSILON.sqrt() * tangent.max(max_norm(&self.origin)).max(SMALLEST);
+            let apart = difference(&self.increment, -scale, &self.part);
+            if apart.is_nan() || apart > allowed {
+                return false;
+            }
+        }
+        self.affine = Some((h, moved));
+        true
     }
 
     /// Sets the increment at (h, point); false where the derivative is singular, or its determinant has changed its sign.

@@ -4,7 +4,7 @@ use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 
 use super::{Scalar, sweep};
 use crate::lagrangian::{EulerLagrange, HessianWeights, Lagrangian, MotionWeights};
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, by_size};
 use crate::pool::Pool;
 
 /// A Lagrangian L(t, q, v), written once for every [`Scalar`].
@@ -105,6 +105,46 @@ impl<F: LagrangianFn> AutoLagrangian<F> {
         let dl_dq = &mut dl_dq[..N];
         sweep::each::<N>(q, |j, q| dl_dq[j] = self.function.lagrangian(t.into(), q, &v).eps);
     }
+
+    /// [`Lagrangian::add_hessian`] at `q` and `v`.
+    #[inline(always)]
+    fn sweep_pairs(
+        &self,
+        (t, q, v): (f64, &mut [HyperDual64], &mut [HyperDual64]),
+        c: HessianWeights,
+        out: &mut Jacobian,
+    ) {
+        let t = HyperDual64::from(t);
+        for i in 0..q.len() {
+            if c.qq != 0.0 {
+                q[i].eps1 = 1.0;
+                for j in 0..=i {
+                    q[j].eps2 = 1.0;
+                    add_symmetric(out, (i, j), c.qq * self.function.lagrangian(t, q, v).eps1eps2);
+                    q[j].eps2 = 0.0;
+                }
+                q[i].eps1 = 0.0;
+            }
+            v[i].eps1 = 1.0;
+            if c.qv != 0.0 || c.vq != 0.0 {
+                for j in 0..q.len() {
+                    q[j].eps2 = 1.0;
+                    let mixed = self.function.lagrangian(t, q, v).eps1eps2;
+                    q[j].eps2 = 0.0;
+                    out.add(i, j, c.vq * mixed);
+                    out.add(j, i, c.qv * mixed);
+                }
+            }
+            if c.vv != 0.0 {
+                for j in 0..=i {
+                    v[j].eps2 = 1.0;
+                    add_symmetric(out, (i, j), c.vv * self.function.lagrangian(t, q, v).eps1eps2);
+                    v[j].eps2 = 0.0;
+                }
+            }
+            v[i].eps1 = 0.0;
+        }
+    }
 }
 
 impl<F: LagrangianFn> Lagrangian for AutoLagrangian<F> {
@@ -155,38 +195,12 @@ impl<F: LagrangianFn> Lagrangian for AutoLagrangian<F> {
     }
 
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        by_size!(self.function.dim(), N => if let (Ok(q), Ok(v)) = (<[f64; N]>::try_from(q), <[f64; N]>::try_from(v)) {
+            return self.sweep_pairs((t, &mut q.map(HyperDual64::from), &mut v.map(HyperDual64::from)), c, out);
+        }, else {});
         self.second.with(|x| {
-            let t = HyperDual64::from(t);
             x.seed(q, v);
-            for i in 0..q.len() {
-                if c.qq != 0.0 {
-                    x.q[i].eps1 = 1.0;
-                    for j in 0..=i {
-                        x.q[j].eps2 = 1.0;
-                        add_symmetric(out, (i, j), c.qq * self.function.lagrangian(t, &x.q, &x.v).eps1eps2);
-                        x.q[j].eps2 = 0.0;
-                    }
-                    x.q[i].eps1 = 0.0;
-                }
-                x.v[i].eps1 = 1.0;
-                if c.qv != 0.0 || c.vq != 0.0 {
-                    for j in 0..q.len() {
-                        x.q[j].eps2 = 1.0;
-                        let mixed = self.function.lagrangian(t, &x.q, &x.v).eps1eps2;
-                        x.q[j].eps2 = 0.0;
-                        out.add(i, j, c.vq * mixed);
-                        out.add(j, i, c.qv * mixed);
-                    }
-                }
-                if c.vv != 0.0 {
-                    for j in 0..=i {
-                        x.v[j].eps2 = 1.0;
-                        add_symmetric(out, (i, j), c.vv * self.function.lagrangian(t, &x.q, &x.v).eps1eps2);
-                        x.v[j].eps2 = 0.0;
-                    }
-                }
-                x.v[i].eps1 = 0.0;
-            }
+            self.sweep_pairs((t, &mut x.q, &mut x.v), c, out);
         });
     }
 }

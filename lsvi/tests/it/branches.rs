@@ -185,6 +185,43 @@ fn no_step_returns_a_root_of_another_branch() {
     assert!(refused.len() <= steps / 1000, "{} refused:\n{}", refused.len(), refused.join("\n"));
 }
 
+/// Where hJ = 2(α + β)/(β − α), the start is a root of its step, which the branch leaves for h → 0 and may not come back to. So near
+/// to it the first increment is too small to tell the equation from an affine one.
+#[test]
+fn no_step_stands_still_beside_a_root_that_its_branch_does_not_come_back_to() {
+    let mut random = Random(4);
+    let (mut wrong, mut refused, mut stays, mut leaves) = (Vec::new(), Vec::new(), 0, 0);
+    for field in [QUADRATIC_DRAG, LOGISTIC, CUBIC] {
+        for method in METHODS {
+            let Method::Linear(alpha, beta) = method else { continue };
+            for _ in 0..200 {
+                let (v, _) = start(&mut random);
+                let h = 2.0 * (alpha + beta) / ((beta - alpha) * field.slope(v));
+                if !(h > 0.0 && h < 1e3) {
+                    continue;
+                }
+                let v = v + 10.0_f64.powf(random.within(-14.0, -4.0)) * random.within(-1.0, 1.0).signum();
+                let mut x = [v];
+                let step = method.build(field).step(0.0, h, &mut x, &mut [0.0]);
+                let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                let what = || format!("{field:?} {method:?} v = {v} h = {h}: {step:?} {x:?}, {truth:?}");
+                match truth {
+                    Followed::To(_) if step.is_err() => refused.push(what()),
+                    // Of a start so near to the root the step is as ill-conditioned as it is near to a crossing.
+                    Followed::To(root) if (x[0] - root).abs() > 1e-3 * v.abs() => wrong.push(what()),
+                    Followed::To(root) if agrees(root, v, v) => stays += 1,
+                    Followed::To(_) => leaves += 1,
+                    Followed::Lost if step.is_ok() => wrong.push(what()),
+                    Followed::Lost | Followed::Undecided => {}
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong of {}:\n{}", wrong.len(), stays + leaves, wrong.join("\n"));
+    assert!(stays > 100 && leaves > 100, "{stays} come back and {leaves} do not");
+    assert!(refused.len() <= (stays + leaves) / 100, "{} refused:\n{}", refused.len(), refused.join("\n"));
+}
+
 /// Steps of one size with factors kept from earlier ones, towards blow-up, folds, crossings and rest.
 #[test]
 fn no_step_of_a_trajectory_returns_a_root_of_another_branch() {

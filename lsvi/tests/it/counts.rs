@@ -90,7 +90,8 @@ fn the_first_steps_of_another_size_cost_what_they_cost_a_new_method() {
     }
 }
 
-/// Newton's first increment solves a linear stage, and its second one tells so.
+/// Newton's first increment solves a linear stage, and its second one tells so; one residual more shows the tangent of the branch, and
+/// another that the stage is linear along it, where that is much longer than the step.
 #[test]
 fn the_stages_of_a_linear_field_take_two_increments_however_fast_its_rate_changes() {
     for (tableau, stages) in [(Tableau::implicit_euler(), 1), (Tableau::implicit_midpoint(), 1), (Tableau::sdirk2(), 2)]
@@ -99,7 +100,8 @@ fn the_stages_of_a_linear_field_take_two_increments_however_fast_its_rate_change
         let mut method = RungeKutta::new(fading, tableau.clone()).expect("usable");
         method.step(0.0, 1.0, &mut [1.0], &mut []).expect("linear");
         let work = method.work();
-        assert_eq!((work.residuals, work.factorizations), (2 * stages, 2 * stages), "{tableau:?}");
+        assert_eq!(work.factorizations, 2 * stages, "{tableau:?}");
+        assert!((2 * stages + 1..=4 * stages).contains(&work.residuals), "{tableau:?}: {work:?}");
     }
 }
 

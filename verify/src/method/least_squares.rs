@@ -1,6 +1,6 @@
 //! The closures of the trapezoidal discrete Lagrangian, Eqs. (8), (21)–(27).
 
-use lsvi::closure::{Closure, Linear};
+use lsvi::closure::Linear;
 use lsvi::discrete::Trapezoidal;
 use lsvi::{Integrator, LeastSquaresStep, Structure, Variational, VectorField, method_i, position_momentum};
 
@@ -143,11 +143,16 @@ impl Method for Conventional {
     }
 }
 
+/// The integrator by a closure of the trapezoidal Lagrangian of `problem`.
 pub(super) fn stepped<'a>(
     method: &dyn Method,
     problem: &'a dyn Problem,
-    closure: impl Closure + 'a,
+    closure: Linear,
 ) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+    let field = problem.field();
+    if problem.own_lagrangian().is_none() && field.structure() == Structure::Dense {
+        return Ok(Box::new(LeastSquaresStep::new(field, closure).map_err(BuildError::of(method))?));
+    }
     let lagrangian = problem.lagrangian().map_err(BuildError::of(method))?;
     Ok(Box::new(Variational::new(Trapezoidal::new(lagrangian), closure)))
 }

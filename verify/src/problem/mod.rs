@@ -74,12 +74,18 @@ pub trait Problem: fmt::Debug + Send + Sync {
         None
     }
 
-    /// The Lagrangian that the variational methods discretise; the least-squares one unless the problem has its own.
+    /// The Lagrangian that the variational methods discretise, if it is not the least-squares one of the field.
+    fn own_lagrangian(&self) -> Option<Box<dyn Lagrangian + '_>> {
+        None
+    }
+
+    /// The Lagrangian that the variational methods discretise.
     ///
     /// # Errors
     /// [`InputError`] if the mass matrix of the field is no metric.
     fn lagrangian(&self) -> Result<Box<dyn Lagrangian + '_>, InputError> {
-        Ok(Box::new(LeastSquares::new(self.field())?))
+        let of_field = || LeastSquares::new(self.field()).map(|lagrangian| Box::new(lagrangian) as _);
+        self.own_lagrangian().map_or_else(of_field, Ok)
     }
 
     /// The mechanical system behind the equations, where there is one: the state is then (q, p), momenta after coordinates.

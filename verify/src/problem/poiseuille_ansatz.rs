@@ -1,6 +1,6 @@
 //! Start-up Poiseuille flow with one shape function, Eqs. (35)–(41).
 
-use lsvi::{AutoField, FieldFn, HessianWeights, InputError, Jacobian, Lagrangian, Scalar, VectorField};
+use lsvi::{AutoField, FieldFn, HessianWeights, Jacobian, Lagrangian, Scalar, VectorField};
 
 use super::{Limit, Problem, Spec, poiseuille_series};
 use crate::kinds::Principle;
@@ -160,8 +160,8 @@ impl Problem for PoiseuilleAnsatz {
     fn field(&self) -> Box<dyn VectorField + '_> {
         Box::new(AutoField::new(self.reduced()))
     }
-    fn lagrangian(&self) -> Result<Box<dyn Lagrangian + '_>, InputError> {
-        Ok(Box::new(Reduced { gamma: self.gamma }))
+    fn own_lagrangian(&self) -> Option<Box<dyn Lagrangian + '_>> {
+        Some(Box::new(Reduced { gamma: self.gamma }))
     }
     fn ode(&self) -> &dyn Ode {
         self.reduced()
