@@ -1,7 +1,7 @@
 //! Closures beyond (α, β): fitted to a decay rate, best over a range of steps, and windows of several steps.
 
-use lsvi::closure::Linear;
-use lsvi::discrete::Trapezoidal;
+use lsvi::closure::{Linear, LinearClosure};
+use lsvi::discrete::{MomentumWeights, Trapezoidal};
 use lsvi::{InputError, Integrator, Window};
 
 use super::least_squares::stepped;
@@ -29,8 +29,8 @@ pub(super) const MINIMAX: Spec = Spec {
     summary: "the constant θ with the least error on v̇ = −v for h in [H1, H2]: order 2, A-stable",
     build: Build::Arguments(|call| {
         let [from, to] = call.numbers(MINIMAX.form)?;
-        Linear::minimax(from, to).map_err(|error| refused(call, MINIMAX.form, &error))?;
-        Ok(Box::new(Minimax { from, to }))
+        let closure = Linear::minimax(from, to).map_err(|error| refused(call, MINIMAX.form, &error))?;
+        Ok(Box::new(Minimax { from, to, weights: closure.weights(1.0) }))
     }),
     examples: &["minimax(0,2)"],
 };
@@ -105,6 +105,8 @@ impl Method for Fitted {
 struct Minimax {
     from: f64,
     to: f64,
+    /// Of steps of any size.
+    weights: MomentumWeights,
 }
 
 impl Method for Minimax {
@@ -122,7 +124,7 @@ impl Method for Minimax {
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         check_filled(self, problem)?;
-        let closure = Linear::minimax(self.from, self.to).map_err(BuildError::of(self))?;
+        let closure = Linear::new(self.weights.alpha, self.weights.beta).map_err(BuildError::of(self))?;
         stepped(self, problem, closure)
     }
 }
