@@ -139,6 +139,7 @@
 //!   fitting*, 2021, doi 10.6052/1672-6553-2020-077.
 //! - \[MW01\] J. Marsden and M. West, *Discrete mechanics and variational integrators*, Acta Numerica 10, 2001.
 //! - \[HLW06\] E. Hairer, C. Lubich and G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer, 2006.
+//! - \[HNW93\] E. Hairer, S. Nørsett and G. Wanner, *Solving Ordinary Differential Equations I*, 2nd ed., Springer, 1993.
 //! - \[HW96\] E. Hairer and G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Springer, 1996.
 //! - \[HW99\] E. Hairer and G. Wanner, *Stiff differential equations solved by Radau methods*, J. Comput. Appl. Math. 111, 1999.
 #![forbid(unsafe_code)]

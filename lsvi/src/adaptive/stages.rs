@@ -157,8 +157,8 @@ pub(super) struct Stages {
     f: Vec<f64>,
     /// f(t, v).
     pub(super) f0: Vec<f64>,
-    stage: Vec<f64>,
-    slope: Vec<f64>,
+    pub(super) stage: Vec<f64>,
+    pub(super) slope: Vec<f64>,
     pub(super) single: Vec<f64>,
 }
 
