@@ -617,6 +617,29 @@ fn a_first_step_over_a_stiff_transient_is_accepted() {
     assert!((end.q[0] - 10.0).abs() < 1e-3, "{}", end.q[0]);
 }
 
+/// Robertson's second component is drawn to its slow value within 10⁻³, a thousandth of what f tells at the start. The unit of time
+/// does not matter.
+#[test]
+fn a_fast_transient_is_seen_before_the_first_step() {
+    for unit in [1.0, 1e-6, 1e9] {
+        for tolerance in [1e-5, 1e-6, 1e-7] {
+            let robertson = lsvi::field!(3, unit = unit; |_t, v, dv| {
+                let (decay, back, pair) = (v[0] * 0.04, v[1] * v[2] * 1e4, v[1] * v[1] * 3e7);
+                dv[0] = (back - decay) / unit;
+                dv[1] = (decay - back - pair) / unit;
+                dv[2] = pair / unit;
+            });
+            let end = 40.0 * unit;
+            let method = radau(robertson, tolerance, tolerance);
+            let mut run = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0, 0.0]), end, end).expect("valid");
+            let first = run.step().expect("solvable").expect("a step").t / unit;
+            let rejected = run.integrator().rejected();
+            assert!(rejected <= 2, "{rejected} rejected before a step of {first}, unit {unit}, {tolerance:e}");
+            assert!((1e-5..2e-3).contains(&first), "{first}, unit {unit}, {tolerance:e}");
+        }
+    }
+}
+
 #[test]
 fn the_order_waits_for_ten_steps_after_a_fall() {
     let mut falls = 0;
