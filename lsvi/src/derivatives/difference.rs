@@ -211,3 +211,102 @@ pub(super) fn compare(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slope(value: f64, uncertainty: f64) -> Slope {
+        Slope { value, uncertainty, rounding: 0.25 }
+    }
+
+    #[test]
+    fn of_two_differences_that_agree_the_sharper_is_taken_and_else_that_of_less_distance() {
+        for (wide, near, taken) in [
+            // Ten times the sum of both uncertainties apart, and a little more.
+            (slope(1.0, 0.25), slope(8.5, 0.5), 1.0),
+            (slope(1.0, 0.25), slope(8.75, 0.5), 8.75),
+            (slope(1.0, 0.5), slope(1.5, 0.25), 1.5),
+            (slope(1.0, 0.5), slope(1.5, 0.5), 1.0),
+            (slope(1.0, 0.5), slope(f64::NAN, f64::INFINITY), 1.0),
+        ] {
+            assert_eq!(wide.or_near(near).value, taken);
+        }
+    }
+
+    #[test]
+    fn a_number_less_a_slope_has_the_uncertainty_of_both() {
+        let found = slope(1.0, 0.5).taken_from(8.0, 0.125);
+        assert_eq!([found.value, found.uncertainty, found.rounding], [7.0, 0.625, 0.375]);
+    }
+
+    #[test]
+    fn directions_are_axes_with_distances_in_the_size_of_a_component_and_of_the_largest() {
+        let found = directions(&[4.0, 0.0, 1e-4, -2.0]);
+        let first = |j: usize| found[j].first.clone();
+        let close = |found: Vec<f64>, expected: &[f64]| {
+            assert_eq!(found.len(), expected.len(), "{found:?}");
+            found.iter().zip(expected).for_each(|(a, b)| approx::assert_relative_eq!(a, b, max_relative = 1e-14));
+        };
+        close(first(0), &[0.4]);
+        close(first(1), &[4e-4, 4e-8]);
+        close(first(2), &[4e-4, 1e-5]);
+        close(first(3), &[0.2]);
+        assert!((0..4).all(|j| found[j].axis == Some(j) && found[j].x[j] == 1.0));
+        close(directions(&[0.0])[0].first.clone(), &[1e-4, 1e-8]);
+        // A component of a thousandth of the largest needs no second distance.
+        close(directions(&[1.0, 1e-3])[1].first.clone(), &[1e-4]);
+    }
+
+    #[test]
+    fn directions_in_many_unknowns_move_each_by_its_own_size() {
+        let v: Vec<f64> = (0..40).map(|k| if k == 7 { 0.0 } else { f64::from(k - 20) }).collect();
+        let found = directions(&v);
+        assert_eq!(found.len(), 8);
+        for direction in &found {
+            assert!(direction.axis.is_none() && direction.first == [FIRST]);
+            for (k, (x, v)) in direction.x.iter().zip(&v).enumerate() {
+                let own = if *v == 0.0 { 0.02 } else { v.abs() };
+                assert!((0.5 * own..=own).contains(&x.abs()), "component {k}: {x} for {v}");
+            }
+        }
+        let signs = |j: usize| found[j].x.iter().map(|x| x.is_sign_negative()).collect::<Vec<_>>();
+        assert!((1..8).all(|j| signs(j) != signs(0)), "directions are alike");
+        let negative = signs(0).iter().filter(|sign| **sign).count();
+        assert!((8..32).contains(&negative), "{negative} of 40 are negative");
+    }
+
+    #[test]
+    fn what_is_written_may_differ_by_the_rounding_of_two_evaluations() {
+        let over = |added: f64, size: f64| {
+            let mut calls = 0;
+            let found = written("it", 2, |out| {
+                out[0] = 1.0;
+                out[1] = size + f64::from(calls) * added;
+                calls += 1;
+            });
+            found.map(|values| values[1]).map_err(|error| error.to_string())
+        };
+        assert_eq!(over(0.9e-6, 0.0), Ok(0.0));
+        assert!(over(1.1e-6, 0.0).is_err() && over(-1.1e-6, 0.0).is_err());
+        assert_eq!(over(3.9e-6, 3.0), Ok(3.0));
+        assert!(over(4.1e-6, -3.0).is_err());
+    }
+
+    #[test]
+    fn stated_and_found_may_differ_by_ten_uncertainties_and_a_millionth() {
+        let differs = |stated: f64, found: Slope| {
+            compare(Derivative::Jacobian, |_| Place { row: None, column: None }, &[stated], &[found])
+        };
+        let sharp = |value: f64| Slope { value, uncertainty: 0.0, rounding: 0.0 };
+        assert!(differs(2.0 + 1.9e-6, sharp(2.0)).is_ok());
+        assert!(matches!(differs(2.0 + 2.1e-6, sharp(2.0)), Err(DerivativeError::Differs { .. })));
+        let vague = |value: f64| Slope { value, uncertainty: 1e-3, rounding: 0.0 };
+        assert!(differs(2.0 + 9.9e-3, vague(2.0)).is_ok());
+        assert!(matches!(differs(2.0 + 1.1e-2, vague(2.0)), Err(DerivativeError::Differs { .. })));
+        // Uncertain by more than a thousandth of itself.
+        assert!(matches!(differs(0.9, vague(0.9)), Err(DerivativeError::Unresolved { .. })));
+        let noisy = Slope { value: 0.9, uncertainty: 1e-3, rounding: 1.1e-5 };
+        assert!(differs(0.9, noisy).is_ok());
+    }
+}

@@ -111,3 +111,58 @@ impl<L: EulerLagrange, F: Force> EulerLagrange for Forced<L, F> {
         self.add_force_derivative(t, q, v, c.q, c.v, out);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::Pattern;
+
+    /// No motion and no force, with derivatives of this structure.
+    struct Nothing(Structure);
+
+    impl Lagrangian for Nothing {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn structure(&self) -> Structure {
+            self.0.clone()
+        }
+        fn value(&self, _: f64, _: &[f64], _: &[f64]) -> f64 {
+            0.0
+        }
+        fn gradient(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64], _: &mut [f64]) {}
+        fn add_hessian(&self, _: f64, _: &[f64], _: &[f64], _: HessianWeights, _: &mut Jacobian) {}
+    }
+
+    impl Force for Nothing {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn structure(&self) -> Structure {
+            self.0.clone()
+        }
+        fn force(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64]) {}
+        fn add_derivative(&self, _: f64, _: &[f64], _: &[f64], _: f64, _: f64, _: &mut Jacobian) {}
+    }
+
+    #[test]
+    fn the_structure_is_that_of_both_where_one_holds_both() {
+        let band = |lower, upper| Structure::Banded { lower, upper };
+        let sparse = |entries: &[(usize, usize)]| {
+            Structure::Sparse(Pattern::new(3, entries.iter().copied()).expect("inside").into())
+        };
+        let (one, other) = (sparse(&[(0, 0), (2, 1)]), sparse(&[(0, 0), (1, 2)]));
+        for (motion, force, both) in [
+            (band(2, 0), band(1, 3), band(2, 3)),
+            (band(0, 1), band(2, 0), band(2, 1)),
+            (one.clone(), one.clone(), one.clone()),
+            (one.clone(), other, Structure::Dense),
+            (one, band(1, 1), Structure::Dense),
+            (band(1, 1), Structure::Dense, Structure::Dense),
+            (Structure::Dense, Structure::Dense, Structure::Dense),
+        ] {
+            let forced = Forced::new(Nothing(motion.clone()), Nothing(force.clone())).expect("of one dimension");
+            assert_eq!(Lagrangian::structure(&forced), both, "{motion:?} and {force:?}");
+        }
+    }
+}
