@@ -12,7 +12,7 @@ use super::worst;
 use crate::measure::norm::{common_distance, larger, max_norm};
 use crate::method::Method;
 use crate::problem::Problem;
-use crate::run::{RunError, run, run_between, run_from, run_through};
+use crate::run::{RunError, run_between, run_from, run_through, run_while};
 
 /// A run that reaches the accuracy.
 #[derive(Debug, Clone, PartialEq)]
@@ -201,7 +201,8 @@ impl Ran {
 }
 
 /// The run of an adaptive method, if its error is within the target at the ends of its steps that are chosen, and between them where f
-/// changes by itself, over which a step may pass. They are those of a run that a user makes; the truth is followed to where they end.
+/// changes by itself, over which a step may pass. They are those of a run that a user makes; the truth is followed to where they end. A run
+/// of more steps than any other method is tried with has lost the solution.
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
     method: &dyn Method,
@@ -211,7 +212,14 @@ pub(super) fn with_tolerance(
 ) -> Option<Trial> {
     let horizon = truth.horizon;
     let mut ends = Vec::new();
-    let run = run(problem, method, horizon, horizon, |state| ends.push((state.t, state.q.clone()))).ok()?;
+    let run = run_while(problem, method, horizon, horizon, |state| {
+        ends.push((state.t, state.q.clone()));
+        if ends.len() > MOST as usize { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .ok()?;
+    if run.end.t < horizon {
+        return None;
+    }
     // The first is the start.
     let all: Vec<f64> = ends[1..].iter().map(|(t, _)| *t).collect();
     let shown: Vec<_> = truth.shown(&all).into_iter().map(|step| &ends[step]).collect();
