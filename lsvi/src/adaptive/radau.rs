@@ -206,12 +206,13 @@ impl<F: VectorField> Radau<F> {
         }
     }
 
-    /// A first step that changes v by a hundredth or by what is tolerated; where v stands still a thousandth of the span. Where f changes by
-    /// more than it is along it, as in a fast transient, its power s + 1 is cut to what changes v by a hundredth of what is tolerated, like
-    /// that of [HNW93] II.4 but whatever the unit of time. One that is too long is rejected once or twice, one that is too short
-    /// grows for long.
+    /// A first step that changes v by a hundredth or by what is tolerated; where v stands still a thousandth of the span. Where f grows
+    /// along it by more than it is, or else changes by more than that beyond what its derivative tells, no factors of the start
+    /// would lead to its end: the power s + 1 of the step is cut to what changes v so by a hundredth of what is tolerated,
+    /// like that of [HNW93] II.4 but whatever the unit of time. One that is too long is rejected once or twice, one that is too
+    /// short grows for long.
     fn first_step(&mut self, t: f64, v: &[f64], span: f64) -> f64 {
-        let Self { field, mass, stages: Stages { f0, stage, slope, .. }, options, work, .. } = self;
+        let Self { field, mass, system, stages: Stages { f0, stage, slope, .. }, options, work, .. } = self;
         let tolerances = &options.tolerances;
         let norm = |x: &[f64]| {
             // A component that starts at zero with no atol says nothing.
@@ -231,6 +232,13 @@ impl<F: VectorField> Radau<F> {
         field.rhs(t + h, stage, slope);
         work.residuals += 1;
         slope.iter_mut().zip(&*f0).for_each(|(x, f)| *x -= f);
+        let growth = slope.iter().zip(&*f0).zip(v).enumerate().map(|(k, ((x, f), v))| {
+            let of = tolerances.of(k, v.abs());
+            if of > 0.0 { (x / of) * (f / of) } else { 0.0 }
+        });
+        if growth.sum::<f64>() <= 0.0 {
+            system.subtract_change(&*field, (t, v), (h, f0), slope);
+        }
         let change = norm(slope);
         // Beyond the domain of f nothing is known.
         if change > rate && change.is_finite() {

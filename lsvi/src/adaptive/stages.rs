@@ -86,6 +86,20 @@ impl StageSystem {
         (self.has_jacobian, self.is_current, self.factored) = (true, true, None);
     }
 
+    /// Subtracts h J x at (t, v).
+    pub(super) fn subtract_change(
+        &mut self,
+        field: &dyn VectorField,
+        (t, v): (f64, &[f64]),
+        (h, x): (f64, &[f64]),
+        out: &mut [f64],
+    ) {
+        if !(self.has_jacobian && self.is_current) {
+            self.set_jacobian(field, t, v);
+        }
+        self.jacobian.mul_add(-h, x, out);
+    }
+
     /// Writes Σ_j |J_ij| τ_j at (t, v), what changes of v within the tolerances make of each component of f.
     pub(super) fn tolerated_change(
         &mut self,
