@@ -12,8 +12,9 @@
 //!
 //! Otherwise the root is followed in pieces of h, on each of which the branch hardly bends. Its end, a fold, is an error.
 //! Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a second
-//! increment of less than √ε of the first, which leaves room for an ill-conditioned derivative. A nonlinear equation whose
-//! state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
+//! increment of less than √ε of the first, which leaves room for an ill-conditioned derivative, and where the tangent of the
+//! branch leads much further than the root is, by its change along it. A nonlinear equation whose state is as small as √ε of its
+//! nonlinear scale is taken for one, as it behaves like one.
 
 mod kept;
 

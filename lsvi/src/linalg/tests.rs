@@ -441,3 +441,27 @@ fn a_sum_of_matrices_knows_what_its_terms_lack() {
     sum.set_sum([2.0, 3.0], &terms);
     assert_eq!(sum.outside(), Some((0, 3)));
 }
+
+#[test]
+fn matrices_are_equal_with_the_same_structure_and_the_same_entries() {
+    for structure in structures(9) {
+        let (mut one, mut same, mut other) = {
+            let zeros = Jacobian::with_structure(9, &structure);
+            (zeros.clone(), zeros.clone(), zeros)
+        };
+        [&mut one, &mut same, &mut other].into_iter().for_each(|a| fill(a, &structure));
+        assert!(one == same);
+        other.add(4, 4, 1.0);
+        assert!(one != other, "{structure:?}");
+        // In another order, as an assembly may be.
+        let mut turned = Jacobian::with_structure(9, &structure);
+        let mut entries = Vec::new();
+        one.for_each(|i, j, x| entries.push((i, j, x)));
+        entries.into_iter().rev().for_each(|(i, j, x)| turned.add(i, j, x));
+        assert!(one == turned, "{structure:?}");
+    }
+    let [dense, tridiagonal, band, sparse] = structures(9).map(|structure| Jacobian::with_structure(9, &structure));
+    assert!(dense != tridiagonal && tridiagonal != band && band != sparse && sparse != dense);
+    let another = Structure::sparse(9, [(0, 0), (8, 3)]).expect("inside");
+    assert!(sparse != Jacobian::with_structure(9, &another), "of another pattern");
+}
