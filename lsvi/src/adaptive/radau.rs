@@ -206,7 +206,7 @@ impl<F: VectorField> Radau<F> {
         }
     }
 
-    /// A first step that changes v by a hundredth or by what is tolerated; where v stands still a thousandth of the span. Where f grows
+    /// A first step that changes v by a hundredth or by what is tolerated; where v stands still a thousandth of the span. Where M is 1 and f grows
     /// along it by more than it is, or else changes by more than that beyond what its derivative tells, no factors of the start
     /// would lead to its end: the power s + 1 of the step is cut to what changes v so by a hundredth of what is tolerated,
     /// like that of [HNW93] II.4 but whatever the unit of time. One that is too long is rejected once or twice, one that is too

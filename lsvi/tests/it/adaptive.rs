@@ -617,8 +617,8 @@ fn a_first_step_over_a_stiff_transient_is_accepted() {
     assert!((end.q[0] - 10.0).abs() < 1e-3, "{}", end.q[0]);
 }
 
-/// Robertson's second component is drawn to its slow value within 10⁻³, a thousandth of what f tells at the start. The unit of time
-/// does not matter.
+/// Robertson's second component is drawn to its slow value within 10⁻³; f at the start tells a first step of a quarter. The unit of
+/// time does not matter.
 #[test]
 fn a_fast_transient_is_seen_before_the_first_step() {
     for unit in [1.0, 1e-6, 1e9] {

@@ -207,7 +207,7 @@ fn no_step_stands_still_beside_a_root_that_its_branch_does_not_come_back_to() {
                 let what = || format!("{field:?} {method:?} v = {v} h = {h}: {step:?} {x:?}, {truth:?}");
                 match truth {
                     Followed::To(_) if step.is_err() => refused.push(what()),
-                    // Of a start so near to the root the step is as ill-conditioned as it is near to a crossing.
+                    // Beside a crossing the step is ill-conditioned; a root of another branch is further away, by a part of v.
                     Followed::To(root) if (x[0] - root).abs() > 1e-3 * v.abs() => wrong.push(what()),
                     Followed::To(root) if agrees(root, v, v) => stays += 1,
                     Followed::To(_) => leaves += 1,

@@ -17,6 +17,9 @@ fn the_changes_that_are_not_noticed_are_those_of_their_list() {
     assert!(readme.contains(counts.expect("counts in the first line")), "{counts:?}");
     let known = list.lines().filter(|line| line.starts_with("lsvi/src/")).count();
     assert!(readme.contains(&format!(" {known} kinds of change")), "{known} kinds of change are listed");
+    let untested = list.split("# No test yet").nth(1).expect("the last group");
+    let untested = untested.lines().filter(|line| line.starts_with("lsvi/src/")).count();
+    assert!(readme.contains(&format!(" {untested} without a test yet")), "{untested} have no test yet");
     for (line, before) in list.lines().skip(1).zip(list.lines()) {
         assert!(!line.starts_with("lsvi/") || !before.is_empty(), "no reason above {line}");
     }

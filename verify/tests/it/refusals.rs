@@ -126,7 +126,7 @@ const MODELS: [(&str, &str); 13] = [
     ("logistic.ds", "u_i { x = 0.1 } F_i { x*(1-x) }"),
 ];
 
-const WARNED: [&str; 40] = [
+const WARNED: [&str; 41] = [
     "solve --model pole.ds --method rk4 --h 0.1 --t-end 3",
     "solve --model pole.ds --method rk4 --h 0.05 --t-end 0.5",
     "solve --model robertson.ds --method trapezoidal --h 100 --t-end 1e4",
@@ -145,6 +145,7 @@ const WARNED: [&str; 40] = [
     "solve --model near.ds --method implicit-euler --h 0.1 --t-end 0.5",
     "solve --model near.ds --method implicit-euler --h 2 --t-end 20",
     "solve --model near.ds --method radau-adaptive --t-end 4",
+    "solve --model near.ds --method radau-adaptive --t-end 4 --atol 1e-2",
     "solve --model shear.ds --method method-i --h 0.5 --t-end 1",
     "solve --model shear.ds --method method-i --h 0.1 --t-end 1",
     "solve --model shear.ds --method implicit-euler --h 0.5 --t-end 1",
