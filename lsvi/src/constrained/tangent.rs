@@ -221,6 +221,8 @@ mod tests {
         check("trapezoidal", Trapezoidal::new(&l), Surface);
         check("galerkin-gauss(3)", Galerkin::gauss(&l, 3).expect("s ≥ 1"), Surface);
         check("galerkin-lobatto(2)", Galerkin::lobatto(&l, 2).expect("s ≥ 1"), Curve);
+        // Three nodes inside, of which each has the multipliers of both constraints.
+        check("galerkin-lobatto(4)", Galerkin::lobatto(&l, 4).expect("s ≥ 1"), Curve);
         check("path-fitted", PathFitted::new(&l, &[0.3, 0.8]).expect("nodes"), Surface);
         check("path-fitted-bernstein", PathFitted::bernstein(&l, &[0.3, 0.8]).expect("nodes"), Curve);
     }

@@ -130,6 +130,13 @@ fn a_method_that_carries_a_violation_on_refuses_the_start() {
     method.step(0.1, 0.05, &mut v, &mut []).expect("on the line");
     v[1] += 1e-3;
     assert!(method.step(0.15, 0.05, &mut v, &mut []).is_err());
+    // A long step allows for more than a short one that goes on from it, which asks no more.
+    let mut v = [101.0, 1.0 + 1e-6];
+    method.step(-100.0, 100.0, &mut v, &mut []).expect("within what so long a step explains");
+    let mut start_anew = v;
+    method.step(0.0, 1e-3, &mut v, &mut []).expect("no start");
+    let mut another = RungeKutta::new(&field, Tableau::trapezoidal()).expect("fits");
+    assert!(another.step(0.0, 1e-3, &mut start_anew, &mut []).is_err(), "{start_anew:?}");
 }
 
 /// m v̇ = (3 v₁, v₀ − v₁), which says that its Jacobian is diagonal where that is asked.

@@ -229,6 +229,42 @@ fn how_far_off_a_state_may_be_goes_by_its_size_and_the_way_of_a_step() {
     assert!(is_off(step(2e-8, 1e-6, 0.1)) && step(2e-8, 9.0, 0.1).is_ok());
 }
 
+/// At rest on a circle of radius r, f is like its tangent within |∇f| / |∇²f| = 2r / √8, by a Frobenius norm.
+#[test]
+fn how_far_off_a_state_may_be_goes_by_the_curvature_of_the_constraint() {
+    let l = AutoLagrangian::new(Free { dim: 2 });
+    for (length, pivot) in [(1e-3, 0.0), (1.0, 0.0), (1e3, 0.0), (0.02, 1.0), (3.0, 64.0)] {
+        let allowed = EPS.sqrt() * length / 2_f64.sqrt();
+        let step = |part: f64| {
+            let rod = AutoConstraint::new(Rod { length, pivot, unit: 1.0 });
+            let mut method = Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit");
+            method.step(0.0, 1e-3, &mut [pivot + length + part * allowed, 0.0], &mut [0.0, 0.0])
+        };
+        let case = format!("length {length}, pivot {pivot}");
+        step(0.98).unwrap_or_else(|error| panic!("{case}: {error}"));
+        let found = step(1.02);
+        assert!(
+            matches!(
+                found,
+                Err(StepError::Input(InputError::Constraint(ConstraintError::OffConstraint { index: 0, .. })))
+            ),
+            "{case}: {found:?}"
+        );
+    }
+}
+
+/// So far away that half of the digits of the radius are fewer than those to which the state can be written down.
+#[test]
+fn a_small_circle_far_away_is_known_to_rounding() {
+    let (l, length) = (AutoLagrangian::new(Free { dim: 2 }), 1e-3);
+    for pivot in [1e6, -3e7] {
+        let rod = AutoConstraint::new(Rod { length, pivot, unit: 1.0 });
+        let mut method = Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit");
+        let (mut q, mut p) = ([pivot + 0.6 * length, 0.8 * length], [0.0, 0.0]);
+        method.step(0.0, 1e-3, &mut q, &mut p).unwrap_or_else(|error| panic!("pivot at {pivot}: {error}"));
+    }
+}
+
 /// x² + y² = 1 at the height ½.
 struct Rim;
 

@@ -3,7 +3,7 @@
 use crate::fields::Products;
 use lsvi::{
     AutoField, Derivative, DerivativeError, FieldFn, InputError, Jacobian, Place, Scalar, Structure, SystemError,
-    VectorField, add_columns, check_derivatives, field,
+    Variable, VectorField, add_columns, check_derivatives, field,
 };
 
 /// Products, sines, roots and a large constant, in n unknowns on a ring.
@@ -439,14 +439,23 @@ fn derivatives_say_what_they_are() {
     use lsvi::Derivative::{Assembled, Curvature, Jacobian, Transpose};
     let names = [Jacobian, Assembled, Transpose, Curvature].map(|of| of.to_string());
     assert_eq!(names, ["the Jacobian", "the assembled Jacobian", "the transposed product", "the curvature"]);
+    assert_eq!(Derivative::Hessian(Variable::Q, Variable::V).to_string(), "∂²L/∂q∂v");
+    assert_eq!(Derivative::MotionIn(Variable::A).to_string(), "∂E/∂a");
     assert_eq!(Place { row: Some(1), column: Some(2) }.to_string(), ", row 1, column 2");
     assert_eq!(Place { row: None, column: Some(2) }.to_string(), ", column 2");
 }
 
-/// v̇₀ = size · v₁, v̇₁ = size · v₀, with a transposed product that is wrong by a part of itself.
+/// v̇₀ = size · v₁, v̇₁ = size · v₀, with a statement that is wrong by a part of itself.
 struct Slanted {
     size: f64,
+    wrong: Derivative,
     part: f64,
+}
+
+impl Slanted {
+    fn stated(&self, of: Derivative) -> f64 {
+        self.size * if of == self.wrong { 1.0 + self.part } else { 1.0 }
+    }
 }
 
 impl VectorField for Slanted {
@@ -454,33 +463,111 @@ impl VectorField for Slanted {
         2
     }
     fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
-        dv[0] = self.size * v[1];
-        dv[1] = self.size * v[0];
+        dv.copy_from_slice(&[self.size * v[1], self.size * v[0]]);
     }
     fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
-        out.add(0, 1, scale * self.size);
-        out.add(1, 0, scale * self.size);
+        let stated = scale * self.stated(Derivative::Assembled);
+        out.add(0, 1, stated);
+        out.add(1, 0, stated);
     }
-    fn apply_transpose(&self, t: f64, _v: &[f64], w: &[f64], out: &mut [f64]) {
-        self.rhs(t, w, out);
-        out.iter_mut().for_each(|o| *o *= 1.0 + self.part);
+    fn apply_jacobian(&self, t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.rhs(t, x, out);
+    }
+    fn apply_transpose(&self, _t: f64, _v: &[f64], w: &[f64], out: &mut [f64]) {
+        let stated = self.stated(Derivative::Transpose);
+        out.copy_from_slice(&[stated * w[1], stated * w[0]]);
     }
     fn add_curvature(&self, _t: f64, _v: &[f64], _w: &[f64], _scale: f64, _out: &mut Jacobian) {}
 }
 
 #[test]
-fn transposed_products_agree_in_nine_digits_whatever_their_size() {
-    for size in [1e-8, 1.0, 1e8] {
-        let check = |part| check_derivatives(&Slanted { size, part }, 0.0, &[1.0, 0.5]);
-        let error = check(1e-9).expect_err("wrong in the ninth digit");
-        assert!(matches!(error, DerivativeError::Differs { of: Derivative::Transpose, .. }), "{size:e}: {error}");
-        check(1e-11).expect("within rounding of long sums");
+fn statements_agree_in_nine_digits_whatever_their_size() {
+    for wrong in [Derivative::Assembled, Derivative::Transpose] {
+        for size in [1e-8, 1.0, 1e8] {
+            let check = |part| check_derivatives(&Slanted { size, wrong, part }, 0.0, &[1.0, 0.5]);
+            let error = check(1e-9).expect_err("wrong in the ninth digit");
+            assert!(
+                matches!(error, DerivativeError::Differs { of, .. } if of == wrong),
+                "{wrong} of size {size:e}: {error}"
+            );
+            check(1e-11).expect("within rounding of long sums");
+        }
     }
 }
 
 #[test]
 fn a_field_that_does_not_change_has_the_derivative_zero() {
-    check_derivatives(&Slanted { size: 0.0, part: 0.0 }, 0.0, &[1.0, 0.5]).expect("nothing to disagree about");
+    let field = Slanted { size: 0.0, wrong: Derivative::Transpose, part: 0.0 };
+    check_derivatives(&field, 0.0, &[1.0, 0.5]).expect("nothing to disagree about");
+}
+
+/// v̇₀ = rate (v₀ − v₁), at rest where the two are equal, and off by so much together with the Jacobian.
+struct Balanced {
+    rate: f64,
+    off: f64,
+}
+
+impl VectorField for Balanced {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv.copy_from_slice(&[self.rate * (v[0] - v[1]), 0.0]);
+    }
+    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, scale * self.rate);
+        out.add(0, 1, -scale * self.rate);
+    }
+    fn linearize(&self, t: f64, v: &[f64], dv: &mut [f64], scale: f64, out: &mut Jacobian) {
+        self.rhs(t, v, dv);
+        dv[0] += self.off;
+        self.add_jacobian(t, v, scale, out);
+    }
+}
+
+#[test]
+fn at_rest_f_is_known_to_a_part_of_its_terms() {
+    for (rate, v) in [(1.0, 1.0), (1e4, 1e-4), (1e-4, 1e4), (1e4, 1e4)] {
+        let terms = 2.0 * rate * v;
+        let check = |part: f64| check_derivatives(&Balanced { rate, off: part * terms }, 0.0, &[v, v]);
+        check(0.9e-10).unwrap_or_else(|error| panic!("{rate:e}, {v:e}: {error}"));
+        let error = check(1.1e-10).expect_err("more than rounding");
+        assert!(matches!(error, DerivativeError::Differs { of: Derivative::Rate, .. }), "{rate:e}, {v:e}: {error}");
+    }
+}
+
+/// v̇ = size · v²/2 with entries of its curvature that are wrong by a part of themselves, beside a right product.
+struct Bent {
+    size: f64,
+    part: f64,
+}
+
+impl VectorField for Bent {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = self.size * v[0] * v[0] / 2.0;
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, scale * self.size * v[0]);
+    }
+    fn apply_curvature(&self, _t: f64, _v: &[f64], w: &[f64], x: &[f64], out: &mut [f64]) {
+        out[0] = self.size * w[0] * x[0];
+    }
+    fn add_curvature(&self, _t: f64, _v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, scale * self.size * w[0] * (1.0 + self.part));
+    }
+}
+
+#[test]
+fn entries_of_a_curvature_agree_with_its_products_in_one_digit_whatever_their_size() {
+    for size in [1e-8, 1.0, 1e8] {
+        let check = |part| check_derivatives(&Bent { size, part }, 0.0, &[0.7]);
+        check(0.05).unwrap_or_else(|error| panic!("{size:e}: {error}"));
+        let error = check(0.2).expect_err("another curvature");
+        assert!(matches!(error, DerivativeError::Differs { of: Derivative::Curvature, .. }), "{size:e}: {error}");
+    }
 }
 
 #[test]

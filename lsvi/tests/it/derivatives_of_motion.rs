@@ -344,3 +344,110 @@ fn vectors_of_another_length_are_refused() {
     ));
     assert!(matches!(check_constraint(&AutoConstraint::new(Ellipsoid(2)), &[]), Err(DerivativeError::Input(_))));
 }
+
+/// L = size (½ v₀² + ½ v₁² + v₀ q₁ − ½ q₀² − ½ q₁²), of which one statement is wrong by a part of itself.
+struct Sized {
+    size: f64,
+    wrong: Derivative,
+    part: f64,
+}
+
+impl Lagrangian for Sized {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn value(&self, _t: f64, q: &[f64], v: &[f64]) -> f64 {
+        self.size * ((v[0] * v[0] + v[1] * v[1] - q[0] * q[0] - q[1] * q[1]) / 2.0 + v[0] * q[1])
+    }
+    fn gradient(&self, _t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        dl_dq.copy_from_slice(&[-self.size * q[0], self.size * (v[0] - q[1])]);
+        dl_dv.copy_from_slice(&[self.size * (v[0] + q[1]), self.size * v[1]]);
+    }
+    /// ∂L/∂q alone.
+    fn gradient_q(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], work: &mut [f64]) {
+        self.gradient(t, q, v, dl_dq, work);
+        if self.wrong == Derivative::Gradient(Q) {
+            dl_dq[1] *= 1.0 + self.part;
+        }
+    }
+    fn add_hessian(&self, _t: f64, _q: &[f64], _v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        // Where the mixed blocks are added at once, and only there.
+        let is_wrong = self.wrong == Derivative::Blocks && c.qv != 0.0 && c.vq != 0.0;
+        let part = if is_wrong { 1.0 + self.part } else { 1.0 };
+        (0..2).for_each(|i| out.add(i, i, self.size * (c.vv - c.qq)));
+        out.add(1, 0, self.size * c.qv * part);
+        out.add(0, 1, self.size * c.vq);
+    }
+}
+
+#[test]
+fn statements_of_mechanics_agree_in_nine_digits_whatever_their_size() {
+    for wrong in [Derivative::Gradient(Q), Derivative::Blocks] {
+        for size in [1e-8, 1.0, 1e8] {
+            let check = |part| check_lagrangian(&Sized { size, wrong, part }, 0.0, &[0.3, 0.2], &[0.7, 0.5]);
+            let error = check(1e-9).expect_err("wrong in the ninth digit");
+            assert!(
+                matches!(error, DerivativeError::Differs { of, .. } if of == wrong),
+                "{wrong} of size {size:e}: {error}"
+            );
+            check(1e-11).expect("within rounding of long sums");
+        }
+    }
+}
+
+/// ½ m v² − ½ k q², m = k = 1, with an Euler–Lagrange expression −k q − m a that has others.
+struct Spring {
+    k: f64,
+    m: f64,
+}
+
+impl Lagrangian for Spring {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn value(&self, _t: f64, q: &[f64], v: &[f64]) -> f64 {
+        (v[0] * v[0] - q[0] * q[0]) / 2.0
+    }
+    fn gradient(&self, _t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        (dl_dq[0], dl_dv[0]) = (-q[0], v[0]);
+    }
+    fn add_hessian(&self, _t: f64, _q: &[f64], _v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        out.add(0, 0, c.vv - c.qq);
+    }
+}
+
+impl EulerLagrange for Spring {
+    fn residual(&self, _t: f64, q: &[f64], _v: &[f64], a: &[f64], out: &mut [f64]) {
+        out[0] = -self.k * q[0] - self.m * a[0];
+    }
+    fn add_residual_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _a: &[f64],
+        c: MotionWeights,
+        out: &mut Jacobian,
+    ) {
+        out.add(0, 0, -self.k * c.q - self.m * c.a);
+    }
+}
+
+/// Accelerations are of the size of the state, so that neither inertia nor the force is lost beside the other.
+#[test]
+fn a_wrong_expression_of_motion_is_named_at_every_size_and_at_rest() {
+    for size in [0.0, 1e-8, 1.0, 1e8] {
+        let check = |k, m| check_motion(&Spring { k, m }, 0.0, &[size], &[0.5 * size]);
+        check(1.0, 1.0).unwrap_or_else(|error| panic!("{size:e}: {error}"));
+        for (k, m) in [(1.0, 1.001), (1.001, 1.0)] {
+            if size == 0.0 && k != 1.0 {
+                continue; // No force acts at rest.
+            }
+            let error = check(k, m).expect_err("another motion");
+            assert!(
+                matches!(error, DerivativeError::Differs { of: Derivative::Motion, .. }),
+                "size {size:e}, k = {k}, m = {m}: {error}"
+            );
+        }
+    }
+}

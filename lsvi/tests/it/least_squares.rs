@@ -6,8 +6,8 @@ use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoField, ClosureError, FieldFn, InputError, LeastSquares, OneStep, Scalar, SolveError, State, StepError,
-    SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
+    AutoField, ClosureError, FieldFn, InputError, LeastSquares, LeastSquaresStep, OneStep, Scalar, SolveError, State,
+    StepError, SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
 };
 
 struct Drag;
@@ -300,4 +300,41 @@ fn a_step_of_another_size_or_with_a_momentum_is_what_a_new_method_makes_of_it() 
         assert_eq!(p, [0.0; 9], "Method I ends with p = 0");
     }
     assert_eq!(lsvi::Integrator::work(&used).steps, 7);
+}
+
+/// Unknowns on a ring with damping, products and a force that depends on time.
+struct Ring(usize);
+impl FieldFn for Ring {
+    fn dim(&self) -> usize {
+        self.0
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        for i in 0..self.0 {
+            dv[i] =
+                v[(i + 1) % self.0] * v[i] - v[i] * (1.0 + i as f64) + v[(i + 2) % self.0] * 0.3 + (t + i as f64).cos();
+        }
+    }
+}
+
+/// Dense equations of few unknowns are added up on the stack, in sizes of their own.
+#[test]
+fn a_step_is_that_of_the_trapezoidal_lagrangian_for_every_number_of_unknowns() {
+    // What Method I starts with is its own end, and others take what they are given.
+    let closures = [(1.0, 0.0, 0.0), (-1.0, 1.0, 0.02), (2.0, 1.0, 0.02)];
+    for (n, (alpha, beta, p0)) in (1..=7).flat_map(|n| closures.map(|closure| (n, closure))) {
+        let closure = || Linear::new(alpha, beta).expect("usable");
+        let v0: Vec<f64> = (0..n).map(|i| 0.4 + 0.1 * (i as f64).sin()).collect();
+        let step = |method: &mut dyn OneStep| -> (Vec<f64>, Vec<f64>) {
+            let (mut v, mut p) = (v0.clone(), vec![p0; n]);
+            method.step(0.3, 0.1, &mut v, &mut p).expect("a short step");
+            (v, p)
+        };
+        let lagrangian = LeastSquares::new(AutoField::new(Ring(n))).expect("usable");
+        let (v, p) = step(&mut LeastSquaresStep::new(AutoField::new(Ring(n)), closure()).expect("usable"));
+        let (w, q) = step(&mut Variational::new(Trapezoidal::new(lagrangian), closure()));
+        for (a, b) in v.iter().zip(&w).chain(p.iter().zip(&q)) {
+            // |v| < 1, to the tolerance of Newton's method, and p is a difference of v over h.
+            assert!((a - b).abs() <= 1e-13, "{n} unknowns, {:?}: {v:?} {w:?}, {p:?} {q:?}", (alpha, beta));
+        }
+    }
 }

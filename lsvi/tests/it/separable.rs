@@ -3,7 +3,11 @@
 use crate::mechanics::{Named, discretisations};
 use crate::systems::{ChargedParticle, DoublePendulum, HenonHeiles, Oscillator};
 use lsvi::discrete::{BrokenLine, Galerkin, Midpoint, Trapezoidal};
-use lsvi::{AutoLagrangian, Integrator, LagrangianFn, OneStep, Scalar, SolveError, StepError, position_momentum};
+use lsvi::{
+    AutoLagrangian, HessianWeights, Integrator, Jacobian, Lagrangian, LagrangianFn, OneStep, Scalar, SolveError,
+    StepError, position_momentum,
+};
+use std::sync::Mutex;
 
 /// A Lagrangian that says that it is separable.
 #[derive(Debug)]
@@ -175,6 +179,78 @@ fn a_step_that_seems_to_stand_still_is_not_taken_for_short() {
     };
     assert!((end(false) + 5.910).abs() < 0.01, "{}", end(false));
     assert!((end(true) - end(false)).abs() < 1e-9, "{} and {}", end(true), end(false));
+}
+
+/// ½ v² with a force of its own, that notes where it is asked for.
+struct Noted<F> {
+    force: F,
+    notes: Mutex<Vec<(f64, f64)>>,
+}
+
+impl<F: Fn(f64, f64) -> f64> Noted<F> {
+    fn new(force: F) -> Self {
+        Self { force, notes: Mutex::default() }
+    }
+}
+
+impl<F: Fn(f64, f64) -> f64 + Sync> Lagrangian for Noted<F> {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn is_separable(&self) -> bool {
+        true
+    }
+    /// Without the potential, which nobody asks for.
+    fn value(&self, _t: f64, _q: &[f64], v: &[f64]) -> f64 {
+        0.5 * v[0] * v[0]
+    }
+    fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        self.notes.lock().expect("one thread").push((t, q[0]));
+        (dl_dq[0], dl_dv[0]) = ((self.force)(t, q[0]), v[0]);
+    }
+    fn add_hessian(&self, t: f64, q: &[f64], _v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        let slope = ((self.force)(t, q[0] + 1e-6) - (self.force)(t, q[0] - 1e-6)) / 2e-6;
+        out.add(0, 0, c.qq * slope + c.vv);
+    }
+}
+
+/// A branch that has turned is looked at in a step half as long.
+#[test]
+fn a_branch_that_turns_is_looked_at_half_way() {
+    let (t, h, q0, v0) = (0.3, 1.0, 2.34, 0.6);
+    let spring = |t: f64, q: f64| -0.4 * q + 0.02 * (3.0 * t).sin();
+    let step = |l: &dyn Lagrangian| {
+        let mut method = position_momentum(Midpoint::new(l));
+        let (mut q, mut p) = ([q0], [v0]);
+        method.step(t, h, &mut q, &mut p).expect("solvable");
+        (q[0], method.work().factorizations)
+    };
+    let plain = Noted::new(spring);
+    let (q1, factorizations) = step(&plain);
+    assert_eq!(factorizations, 0);
+    let node = 0.5 * (q0 + q1);
+    assert!(node - q0 < 0.25 * 0.5 * h * v0, "{node} has not turned");
+    // Its acceleration is a quarter of what it was as far as the way goes, and its time that of the forces at the start.
+    let half = q0 + 0.25 * (node - q0 + 0.5 * h * v0);
+    let &(time, place) = plain.notes.lock().expect("one thread").last().expect("forces");
+    assert!((time - (t + 0.5 * h)).abs() < 1e-15 && (place - half).abs() < 1e-14, "{time} {place}, {half}");
+    // A force that acts there alone.
+    let bump = |t: f64, q: f64| spring(t, q) - 0.05 * (-((q - half) / 0.005).powi(2)).exp();
+    let (q2, factorizations) = step(&Noted::new(bump));
+    assert!(factorizations > 0 && (q2 - q1).abs() < 1e-9, "{factorizations}, {q1} {q2}");
+}
+
+/// Nodes near each other, about the apex of a throw, tell the slope of a force between them.
+#[test]
+fn nodes_are_compared_with_the_ones_before_them() {
+    let factorizations = |slope: f64| {
+        let l = Noted::new(move |_t: f64, q: f64| -0.6 + slope * 0.01 * ((q - 0.055) / 0.01).tanh());
+        let mut method = position_momentum(Galerkin::gauss(&l, 2).expect("s ≥ 1"));
+        method.step(0.0, 1.0, &mut [0.0], &mut [0.31]).expect("solvable");
+        method.work().factorizations
+    };
+    assert_eq!(factorizations(0.5), 0);
+    assert!(factorizations(1.5) > 0);
 }
 
 /// An orbit of eccentricity 0.6, whose forces change by a factor of 16, in 16 steps a period.
