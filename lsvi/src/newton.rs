@@ -150,8 +150,9 @@ pub(crate) struct Newton {
     /// Step size of the first guess.
     whole_h: f64,
     limit: Limit,
-    /// Size of the last step, and how far it led, if its equation was found to be [affine](Newton::is_affine).
+    /// Size of the last step, and how far it led, if its equation was found to be [affine](Newton::is_affine); where it started.
     affine: Option<(f64, f64)>,
+    affine_from: Vec<f64>,
     kept: Option<Box<Kept>>,
     pub(crate) work: Work,
 }
@@ -204,6 +205,7 @@ impl Newton {
             },
             whole_h: f64::NAN,
             affine: None,
+            affine_from: zeros.clone(),
             kept: None,
             jacobian,
             increment: zeros.clone(),
@@ -410,15 +412,19 @@ impl Newton {
 
     /// Whether an equation that two increments tell to be affine is so along the tangent of the branch too, to half of the digits, where
     /// that is longer than they are: beside a root that the branch may leave on the way to h, they are next to nothing. What was
-    /// found holds for the steps after it, as long as these are alike.
+    /// found holds for the steps that go on from it, as long as these are alike.
     fn is_affine(&mut self, system: &mut dyn System, h: f64) -> bool {
         if !self.limit.is_regular || !system.algebraic().is_empty() {
             return true;
         }
         let ends = self.point.iter().zip(&self.whole).map(|(x, d)| x - d).zip(&self.origin);
         let moved = ends.fold(0.0, |most, (end, origin)| larger(most, end - origin));
-        if self.affine.is_some_and(|(size, last)| size == h && 0.5 * last <= moved && moved <= 2.0 * last) {
-            return true;
+        if let Some((size, last)) = self.affine {
+            let apart = difference(&self.origin, 1.0, &self.affine_from);
+            if size == h && 0.5 * last <= moved && moved <= 2.0 * last && apart <= 4.0 * last {
+                self.affine_from.copy_from_slice(&self.origin);
+                return true;
+            }
         }
         let scale = self.set_tangent(system, h);
         let tangent = scale.abs() * max_norm(&self.part);
@@ -437,6 +443,7 @@ impl Newton {
             }
         }
         self.affine = Some((h, moved));
+        self.affine_from.copy_from_slice(&self.origin);
         true
     }
 

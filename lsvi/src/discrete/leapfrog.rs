@@ -6,9 +6,9 @@ use crate::error::SolveError;
 use crate::lagrangian::Lagrangian;
 use crate::linalg::{by_size, size, vectors};
 
-/// The position–momentum step of a broken line for L = ½ vᵀMv − V(t, q), kicks and drifts in turn: with x₀ = q₀, P₀ = p₀ and
-/// c_i = a₁ + … + a_i, M v_i = P_i = P_{i−1} + h b_{i−1} L_q(t + c_{i−1} h, x_{i−1}) and x_i = x_{i−1} + h a_i v_i for
-/// i = 1, …, s; then q₁ = x_s and p₁ = P_s + h b_s L_q(t + h, q₁). A trajectory evaluates s forces a step.
+/// The position–momentum step of a broken line for L = ½ vᵀMv − V(t, q), kicks and drifts in turn: with x₀ = q₀, M v₀ = p₀ and
+/// c_i = a₁ + … + a_i, v_i = v_{i−1} + h b_{i−1} M⁻¹L_q(t + c_{i−1} h, x_{i−1}) and x_i = x_{i−1} + h a_i v_i for i = 1, …, s;
+/// then q₁ = x_s and p₁ = M v_s + h b_s L_q(t + h, q₁). A trajectory evaluates s forces a step.
 #[derive(Debug)]
 pub(super) struct Leapfrog {
     drifts: Vec<Drift>,
@@ -16,7 +16,7 @@ pub(super) struct Leapfrog {
     last_kick: f64,
     mass: ConstantMass,
     sum: Sum,
-    /// L_q at the last knot, v_i, x_i − q₀ and P_i − p₀, and work space.
+    /// L_q at the last knot, v_i, x_i − q₀ and M v_i − p₀, and work space.
     scratch: Vec<f64>,
 }
 
@@ -98,20 +98,21 @@ impl Leapfrog {
             l.gradient_q(at.start, q, velocity, force, work);
         }
         let inverse = mass.inverse(l, (at.start, h), q, p)?;
+        velocity.copy_from_slice(p);
+        inverse.solve(velocity);
         way.fill(0.0);
         impulse.fill(0.0);
         let mut before: &[f64] = &q[..];
         for (drift, knot) in drifts[..s].iter().zip(x.chunks_exact_mut(n)) {
             let (kick, duration) = (h * drift.kick, h * drift.duration);
+            let acceleration = inverse.of(force, work);
             for i in 0..n {
+                // Where the velocity before leads to does not wait for the force.
+                let coast = before[i] + duration * velocity[i];
+                knot[i] = coast + duration * kick * acceleration[i];
+                velocity[i] += kick * acceleration[i];
+                way[i] += duration * velocity[i];
                 impulse[i] += kick * force[i];
-                velocity[i] = p[i] + impulse[i];
-            }
-            inverse.solve(velocity);
-            for i in 0..n {
-                let change = duration * velocity[i];
-                way[i] += change;
-                knot[i] = before[i] + change;
             }
             l.gradient_q(at.start + drift.end * h, knot, velocity, force, work);
             before = knot;

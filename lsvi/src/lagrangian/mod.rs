@@ -56,7 +56,8 @@ pub trait Lagrangian {
     /// Writes ∂L/∂q and ∂L/∂v.
     fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]);
 
-    /// Writes ∂L/∂q; `work`, of the same length, is work space.
+    /// Writes ∂L/∂q; `work`, of the same length, is work space. Where this is a few operations, explicit steps are faster with
+    /// `#[inline]` on it.
     fn gradient_q(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], work: &mut [f64]) {
         self.gradient(t, q, v, dl_dq, work);
     }

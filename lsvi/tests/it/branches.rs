@@ -222,6 +222,45 @@ fn no_step_stands_still_beside_a_root_that_its_branch_does_not_come_back_to() {
     assert!(refused.len() <= (stays + leaves) / 100, "{} refused:\n{}", refused.len(), refused.join("\n"));
 }
 
+/// An integrator that has stood beside rest, where equations are next to affine, is put to another start beside such a root.
+#[test]
+fn what_was_found_at_one_start_is_not_believed_at_another() {
+    let mut random = Random(5);
+    let (mut wrong, mut looked_at) = (Vec::new(), 0);
+    for (field, rests) in [(QUADRATIC_DRAG, &[0.0][..]), (LOGISTIC, &[0.0, 1.0]), (CUBIC, &[0.0])] {
+        for method in METHODS {
+            let Method::Linear(alpha, beta) = method else { continue };
+            for _ in 0..20 {
+                let (v, _) = start(&mut random);
+                let h = 2.0 * (alpha + beta) / ((beta - alpha) * field.slope(v));
+                if !(h > 0.0 && h < 1e3) {
+                    continue;
+                }
+                let v = v + 10.0_f64.powf(random.within(-14.0, -4.0)) * random.within(-1.0, 1.0).signum();
+                let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                for (rest, k) in rests.iter().flat_map(|rest| (-100..=-8).map(move |k| (rest, k))) {
+                    let mut integrator = method.build(field);
+                    let beside = rest + 2_f64.powf(0.5 * f64::from(k));
+                    let first = integrator.step(0.0, h, &mut [beside], &mut [0.0]);
+                    let mut x = [v];
+                    let step = integrator.step(0.0, h, &mut x, &mut [0.0]);
+                    let is_right = match truth {
+                        Followed::To(root) => step.is_err() || (x[0] - root).abs() <= 1e-3 * v.abs(),
+                        Followed::Lost => step.is_err(),
+                        Followed::Undecided => true,
+                    };
+                    looked_at += u32::from(first.is_ok());
+                    if !is_right {
+                        wrong.push(format!("{field:?} {method:?} {beside:e}, v = {v} h = {h}: {x:?}, {truth:?}"));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong of {looked_at}:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(looked_at > 10_000, "{looked_at}");
+}
+
 /// Steps of one size with factors kept from earlier ones, towards blow-up, folds, crossings and rest.
 #[test]
 fn no_step_of_a_trajectory_returns_a_root_of_another_branch() {

@@ -10,6 +10,7 @@ use super::{Problem, System, TruthError};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Kepler;
 
+#[inline]
 fn force(q: [f64; 2]) -> [f64; 2] {
     let square = q[0] * q[0] + q[1] * q[1];
     let factor = -1.0 / (square * square.sqrt());
@@ -54,6 +55,7 @@ impl Lagrangian for Kepler {
         self.gradient_q(t, q, v, dl_dq, &mut []);
         dl_dv.copy_from_slice(v);
     }
+    #[inline]
     fn gradient_q(&self, _t: f64, q: &[f64], _v: &[f64], dl_dq: &mut [f64], _work: &mut [f64]) {
         dl_dq.copy_from_slice(&force([q[0], q[1]]));
     }

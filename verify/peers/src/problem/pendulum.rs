@@ -33,6 +33,7 @@ impl Lagrangian for Pendulum {
         dl_dq[0] = -q[0].sin();
         dl_dv[0] = v[0];
     }
+    #[inline]
     fn gradient_q(&self, _t: f64, q: &[f64], _v: &[f64], dl_dq: &mut [f64], _work: &mut [f64]) {
         dl_dq[0] = -q[0].sin();
     }
