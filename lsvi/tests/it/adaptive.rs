@@ -640,6 +640,31 @@ fn a_fast_transient_is_seen_before_the_first_step() {
     }
 }
 
+/// What grows is little beside what decays, and large beside what is tolerated of it.
+#[test]
+fn growth_is_told_in_units_of_what_is_tolerated() {
+    let field = lsvi::field!(2, |_t, v, dv| {
+        dv[0] = v[0];
+        dv[1] = v[1] * -2.0;
+    });
+    let tolerances = Tolerances::new(1e-12, 1.0).and_then(|t| t.with_atol(vec![1e-6, 1e3])).expect("positive");
+    let method = Radau::new(field, tolerances).expect("valid");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1e-7, 1.0]), 40.0, 40.0).expect("valid");
+    let first = run.step().expect("solvable").expect("a step").t;
+    // v₀ would change by what is tolerated in 14 units of time, in which it grows by e¹⁴.
+    assert!(run.integrator().rejected() == 0 && (1.0..4.0).contains(&first), "{first}");
+}
+
+/// What decays within a thousandth of the first step, and is little, is no reason for a shorter one.
+#[test]
+fn a_little_that_decays_fast_does_not_shorten_the_first_step() {
+    let field = lsvi::field!(1, |_t, v, dv| dv[0] = v[0] * -1e6);
+    let mut run = Trajectory::new(radau(field, 1e-6, 1e-3), State::new(0.0, vec![1e-6]), 1.0, 1.0).expect("valid");
+    // v changes by what is tolerated in a thousandth of a unit of time.
+    let first = run.step().expect("solvable").expect("a step").t;
+    assert!((0.99e-3..1.01e-3).contains(&first), "{first}");
+}
+
 #[test]
 fn the_order_waits_for_ten_steps_after_a_fall() {
     let mut falls = 0;

@@ -148,6 +148,8 @@ mod tests {
         assert_eq!(words(latex), ["", "0", "(1)/(2) -(3-√3)/(6)", "1 2", ""]);
         let paper = "\\[\n\\renewcommand\\arraystretch{1.2}\n\\frac12 & -\\frac{12}7 \\\\\n& \\nicefrac{1}{6} & \\sqrt3\n\\]\n\\caption{Order 3}\nwith $c_2 = 1/2$\n";
         assert_eq!(words(paper), ["", "", "(1)/(2) -(12)/(7)", "(1)/(6) √3", "", "", ""]);
+        // A rule may stand before a cell, or under some columns.
+        assert_eq!(words("\\hline 0.5 & 1.25 \\\\\n\\cline{1-2} 2 & \\cmidrule{2-3}-3\\\\\n"), ["0.5 1.25", "2 -3"]);
         assert_eq!(words("| h | u |\n|---|:--|\n| 1 | 2 |\n"), ["h u", "", "1 2"]);
         for plain in ["0 1\n1/2 1/2\n1\n", "0 | 1\n | 1\n", "h,u\n1,2\n", "a = [\"1 & 2 \\\\\"]\n"] {
             assert!(matches!(bare(plain), Cow::Borrowed(_)), "{plain}");

@@ -249,6 +249,7 @@ fn orphans_fail_and_a_refresh_removes_them() {
     let failing = [Golden::new("sample", || Err("the solver stopped".into()))];
     let (ok, printed) = run(Action::Refresh, &dir, &failing);
     assert!(!ok && printed.contains("cannot be computed, the solver stopped"), "{printed}");
+    assert!(printed.ends_with("\n1 of 1 goldens were not refreshed\n"), "{printed}");
     assert!(run(Action::Check, &dir, &golden).0);
 }
 
