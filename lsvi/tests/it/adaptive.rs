@@ -665,6 +665,18 @@ fn a_little_that_decays_fast_does_not_shorten_the_first_step() {
     assert!((0.99e-3..1.01e-3).contains(&first), "{first}");
 }
 
+/// A rate that grows with time is seen where the first step would end, and cuts it by the power s + 1 = 4.
+#[test]
+fn the_first_step_is_cut_by_what_it_would_lead_to() {
+    let field = lsvi::field!(1, |t, _v, dv| dv[0] = (t * 5e3).exp().into());
+    let method = Radau::new(field, Tolerances::new(1e-12, 1e-3).expect("positive")).expect("valid");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1e-6]), 1.0, 1.0).expect("valid");
+    // v changes by what is tolerated in 1e-3, in which v̇ changes by e⁵ − 1 times 1/1e-3 in units of it.
+    let cut = 1e-3 * (0.01 / (5_f64.exp() - 1.0)).powf(0.25);
+    let first = run.step().expect("solvable").expect("a step").t;
+    assert!((first / cut - 1.0).abs() < 1e-6, "{first:e}, {cut:e}");
+}
+
 #[test]
 fn the_order_waits_for_ten_steps_after_a_fall() {
     let mut falls = 0;

@@ -217,6 +217,18 @@ fn a_refresh_says_how_each_number_moved_and_then_it_holds() {
 }
 
 #[test]
+fn a_change_to_the_other_side_of_the_truth_is_no_nearer() {
+    let dir = crate::scratch("goldens/other-side");
+    let of = |value: f64| {
+        let truth = Truth { value: 0.5, allowance: 0.1, source: "a half".into() };
+        [sample(vec![Row::number("half", value, Tolerance::relative(1e-6, "exact")).with_truth(truth)])]
+    };
+    assert!(run(Action::Refresh, &dir, &of(0.4375)).0);
+    let printed = run(Action::Diff, &dir, &of(0.5625)).1;
+    assert!(printed.contains("no nearer to the truth: distance 6.25e-2 -> 6.25e-2"), "{printed}");
+}
+
+#[test]
 fn a_missing_file_fails_until_it_is_refreshed() {
     for file in ["sample.snap", "sample.snap.csv"] {
         let dir = fixture(&format!("missing-{file}"));

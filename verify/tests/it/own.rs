@@ -864,9 +864,11 @@ fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
             for (i = 1; i < ARGC; i++) { if (ARGV[i] == "--h") h = ARGV[i + 1]; if (ARGV[i] == "--t-end") T = ARGV[i + 1] }
             if (kind == "same") h = 0.01
             v = 0.1; t = 0; print "t,v"; printf "0,%.17g\n", v
+            if (kind == "far") T += h
+            if (kind == "farther") T += 2 * h
             while (t < T - 1e-9) {
                 d = h; cut = 0
-                if (t + h > T + 1e-9) { d = T - t; cut = 1 }
+                if (t + h > T + 1e-9 && kind != "over") { d = T - t; cut = 1 }
                 if (cut && kind == "refuses") { print "h does not divide T" > "/dev/stderr"; exit 1 }
                 if (kind == "lie" || kind == "strang") v = cut && kind == "lie" ? brake(grow(v, d), d) : strang(v, d)
                 else v = cut && kind == "euler" ? v + d * f(v) : rk4(v, d)
@@ -891,6 +893,12 @@ fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
         ("refuses", "4", 0, "h does not divide T"),
         // The step is not the program's own.
         ("same", "4", 3, "every run gives the same values"),
+        // Whole steps lead to less than one beyond the end, or to more.
+        ("over", "4", 0, "too late: the order is that of the errors at the times it reached"),
+        ("over", "4", 0, "they are of order 1"),
+        ("far", "4", 3, "but the end is missed: with h ="),
+        ("far", "4", 3, "they are of order 1"),
+        ("farther", "4", 3, "they are those of another time"),
     ] {
         for command in ["order", "judge"] {
             let (code, out) = run(command, kind, &["--expect", order]);
@@ -902,6 +910,7 @@ fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
     assert_eq!(run("order", "right", &[]).0, 0);
     let (code, out) = run("order", "euler", &[]);
     assert!(code == 3 && out.contains("where h does not divide the time"), "{out}");
+    assert!(out.contains("the order is 1.") && out.contains(", and where it does 4.0"), "{out}");
 }
 
 /// An explicit method is unstable with coarse steps on a stiff problem, and has its order with finer ones.

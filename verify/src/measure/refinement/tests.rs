@@ -443,6 +443,30 @@ fn one_verdict_on_values_that_diverge() {
     }
 }
 
+/// Four grids whose differences grow refute convergence where they do so by a law; three grids decide nothing.
+#[test]
+fn growth_by_a_law_is_told_from_growth_by_none() {
+    let question = expecting(1.0);
+    let judged = |factors: &[f64]| {
+        let (mut value, mut difference, mut h) = (10.0, 0.1, 0.4);
+        let mut points = vec![(0.8, value)];
+        for factor in factors {
+            value += difference;
+            points.push((h, value));
+            (difference, h) = (difference * factor, 0.5 * h);
+        }
+        quantity(&points, 0.0).judge(&question)
+    };
+    let none = ", but by no law: ";
+    for (rise, verdict) in [(0.4, Verdict::Fail), (0.6, Verdict::Inconclusive), (1.9, Verdict::Inconclusive)] {
+        let judgement = judged(&[2.0, 2.0 * 2_f64.powf(rise * question.band), 1.0]);
+        assert_eq!(judgement.verdict, verdict, "{rise}: {}", judgement.reason);
+        assert_eq!(judgement.reason.contains(none), verdict == Verdict::Inconclusive, "{rise}: {}", judgement.reason);
+    }
+    let three = judged(&[2.0, 1.0]);
+    assert!(three.verdict == Verdict::Inconclusive && !three.reason.contains(none), "{}", three.reason);
+}
+
 /// Numbers in ±1 without a pattern, the same in every run.
 fn noise(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
