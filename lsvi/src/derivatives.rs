@@ -181,7 +181,9 @@ pub enum DerivativeError {
 ///
 /// Up to 32 unknowns every entry is looked at; of more, products along eight directions. Derivatives are central differences,
 /// (f(v + δx) − f(v − δx))/2δ, extrapolated to δ = 0 (Ridders), and have to agree to 1e-6 of the larger of the two or to what the
-/// extrapolation is uncertain by; products, to 1e-10. One state does not show all mistakes: check several, where no term vanishes.
+/// extrapolation is uncertain by; products, to 1e-10. A curvature has to agree to what it changes J by along a thousandth of the state
+/// beside half of the digits of J. One state does not show all mistakes: check several, where no term vanishes, and where f
+/// does not turn within a tenth of the state, as sin v does at v = 1000, which a difference takes for noise or for a slope.
 ///
 /// ```
 /// use lsvi::{Derivative, DerivativeError, Jacobian, VectorField, check_derivatives};
@@ -321,7 +323,12 @@ impl Check<'_> {
             let size = larger(max_norm(&by_entries), max_norm(&product));
             agree(Derivative::Curvature, x.axis, (&by_entries, &product), 0.1 * size)?;
         }
+        // A curvature that is not stated comes from differences of J over √ε of a thousandth of the state, and has what J rounds by.
+        let transposed = written("the transposed product", v.len(), |out| field.apply_transpose(t, v, w, out))?;
+        let size = if max_norm(v) > 0.0 { max_norm(v) } else { 1.0 };
+        let rounding = f64::EPSILON.sqrt() * max_norm(&transposed) * max_norm(&x.x) / (1e-3 * size);
         let found = slopes(v, x, v.len(), |v, out| field.apply_transpose(t, v, w, out))?;
+        let found: Vec<_> = found.into_iter().map(|slope| slope.beside(rounding)).collect();
         compare(Derivative::Curvature, |row| Place { row: Some(row), column: x.axis }, &product, &found)
     }
 }

@@ -117,6 +117,11 @@ impl Slope {
         if agree && self.uncertainty <= near.uncertainty || near.value.is_nan() { self } else { near }
     }
 
+    /// The same where what is stated may round by so much.
+    pub(super) fn beside(self, rounding: f64) -> Self {
+        Self { uncertainty: self.uncertainty + rounding, rounding: self.rounding + rounding, ..self }
+    }
+
     /// What is left of a number that rounds by so much without the derivative.
     pub(super) fn taken_from(self, x: f64, rounding: f64) -> Self {
         Self { value: x - self.value, uncertainty: self.uncertainty + rounding, rounding: self.rounding + rounding }

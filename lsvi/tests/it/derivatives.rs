@@ -667,6 +667,27 @@ fn components_may_have_units_of_their_own() {
     }
 }
 
+/// At rest and beside it a curvature by differences of J has few digits, or none.
+#[test]
+fn a_curvature_that_nobody_states_is_no_mistake() {
+    struct Pendulum;
+    impl VectorField for Pendulum {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            dv.copy_from_slice(&[v[1], -v[0].sin()]);
+        }
+        fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+            out.add(0, 1, scale);
+            out.add(1, 0, -scale * v[0].cos());
+        }
+    }
+    for v in [[0.0, 0.0], [1e-8, 0.0], [1e-4, 0.0], [1e-2, 0.0], [0.5, 1e-9], [1.0, 0.5], [3.0, 1e3]] {
+        check_derivatives(&Pendulum, 0.0, &v).unwrap_or_else(|error| panic!("{v:?}: {error}"));
+    }
+}
+
 /// v̇_i = v_i³ with a wrong second derivative of one component.
 struct Cubes(usize);
 

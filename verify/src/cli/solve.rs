@@ -60,8 +60,9 @@ What the rows do not show is said on standard error, and after the rows of a
 CSV in lines that start with #: a run past the end of the exact solution, a
 rest, or a component at rest, where f is not zero, a rest where the equation is
 unstable, a linear invariant that is broken, a step across what may be a pole, a
-step that amplifies what the equation damps, steps that do not see how f changes
-in time, a solution that is smaller than the absolute tolerance of an adaptive
+step that amplifies what the equation damps, or with half of it as well damps
+what it keeps or keeps what it damps, steps that do not see how f changes in
+time, a solution that is smaller than the absolute tolerance of an adaptive
 method.
 
 The steps of radau-adaptive are chosen by an estimate of lower order, held to
@@ -299,7 +300,8 @@ impl<'a> Solve<'a> {
         let is_adaptive = self.method.traits().is_adaptive;
         let mut warnings = summary.watch.warnings(&*self.problem, &*self.method);
         if !is_adaptive {
-            warnings.extend(summary.watch.amplified(&*self.problem, &*self.method));
+            let off = || summary.watch.off(&*self.problem, &*self.method, self.h, summary.estimate?.0);
+            warnings.extend(summary.watch.amplified(&*self.problem, &*self.method).or_else(off));
         }
         // Where f is not seen, another solution with half the step is no news.
         let of_estimate = || summary.unresolved(is_adaptive).or_else(|| summary.watch.leap().filter(|_| !is_adaptive));

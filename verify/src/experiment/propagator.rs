@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use lsvi::{Jacobian, VectorField};
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::measure::stability::spectral_radius;
 use crate::method::Method;
@@ -108,6 +108,15 @@ pub(crate) fn propagator(method: &dyn Method, a: &DMatrix<f64>) -> Result<DMatri
 /// radius of its matrix. None of a method that does not apply, or chooses its own steps.
 pub fn growth(method: &dyn Method, a: &DMatrix<f64>) -> Option<f64> {
     propagator(method, a).ok().map(|step| spectral_radius(&step))
+}
+
+/// What a step of `method` makes too much of the way on v̇ = f + A v from 0, the part of f outside of the range of A left out: (R(A) − e^A) d
+/// where A d = f, A and f standing for hA and hf. None of a method that does not apply, or chooses its own steps.
+pub fn step_error(method: &dyn Method, a: &DMatrix<f64>, f: &DVector<f64>) -> Option<DVector<f64>> {
+    let step = propagator(method, a).ok()?;
+    let svd = a.clone().svd(true, true);
+    let distance = svd.solve(f, f64::EPSILON * a.nrows() as f64 * svd.singular_values.max()).ok()?;
+    Some((step - a.exp()) * distance)
 }
 
 /// The amplitudes w₀ = 1, w₁, w₂, w₃ of v̇ = zv at the ends of as many solutions of the equations of `method`, which sees it

@@ -150,6 +150,7 @@ mod tests {
         assert_eq!(words(paper), ["", "", "(1)/(2) -(12)/(7)", "(1)/(6) √3", "", "", ""]);
         // A rule may stand before a cell, or under some columns.
         assert_eq!(words("\\hline 0.5 & 1.25 \\\\\n\\cline{1-2} 2 & \\cmidrule{2-3}-3\\\\\n"), ["0.5 1.25", "2 -3"]);
+        assert_eq!(words("\\sqrt{12} & \\sqrt3\\\\\n"), ["sqrt(12) √3"]);
         // What is computed is one word, prose is as it was.
         assert_eq!(words("1 + 2 & method I\\\\\n"), ["1+2 method I"]);
         assert_eq!(words("| h | u |\n|---|:--|\n| 1 | 2 |\n"), ["h u", "", "1 2"]);

@@ -1186,7 +1186,7 @@ fn a_run_where_no_solution_is_is_told_so() {
     };
     let crosses = |line: &str| said(line).contains("crosses 0, where the equation lets it go back alone");
     assert!(crosses(&format!("solve --model {robertson} --method trapezoidal --h 100 --t-end 1e4")));
-    assert!(crosses(&format!("solve --model {prey} --method radau-adaptive --t-end 8")));
+    assert!(crosses(&format!("solve --model {prey} --method radau-adaptive --t-end 8 --rtol 1e-7 --atol 1e-7")));
     assert!(!crosses(&format!("solve --model {robertson} --method radau-adaptive --t-end 1e4")));
     assert!(!crosses(&format!("solve --model {prey} --method radau-adaptive --t-end 8 --atol 1e-13")));
     assert!(!crosses(&format!("solve --model {waves} --method rk4 --h 0.3 --t-end 20")));
@@ -1199,4 +1199,57 @@ fn a_run_where_no_solution_is_is_told_so() {
     let rests = |line: &str| said(line).contains("came to rest where the equation is unstable");
     assert!(!rests(&format!("solve --model {saddle} --method rk4 --h 0.5 --t-end 40")));
     assert!(rests(&format!("solve --model {saddle} --method method-i --h 3 --t-end 60")));
+    // A last step that is cut short is none to judge by.
+    assert!(rests(&format!("solve --model {saddle} --method method-i --h 3 --t-end 60.001")));
+}
+
+/// Runs with h and h/2 agree on what both miss: a fast oscillation that both damp, a transient that both keep, a component in units of its
+/// own that both hold.
+#[test]
+fn a_step_that_is_off_with_half_of_it_as_well_is_told_so() {
+    let dir = directory("off");
+    let model = |name: &str, text: &str| {
+        let path = dir.join(name);
+        fs::write(&path, text).expect("writable");
+        path.display().to_string()
+    };
+    let ring = model("ring.ds", "u_i { x = 1, y = 0, z = 0 } F_i { 1000*y, -1000*x, x*x - z }");
+    let transient = model("transient.ds", "u_i { v = 2 } F_i { -1e6*(v - cos(t)) - sin(t) }");
+    let reactor = model("reactor.ds", "u_i { c = 1e-6, T = 300 } F_i { -2*c, 1e7*c - 0.1*(T-300) }");
+    let waves = model("calm.ds", "u_i { x = 1, y = 0 } F_i { y, -x }");
+    let said = |line: String| {
+        let (status, _, error) = say(&line);
+        assert_eq!(status, 0, "{error}");
+        flat(&error)
+    };
+    for (model, method, what) in [
+        (&ring, "tr-bdf2", "in x, of which the largest value is 1.00000"),
+        (&ring, "radau-iia3", "in x, of which the largest value is 1.00000"),
+        (&transient, "gauss2", "is off by 0.999880 in v"),
+        (&transient, "lobatto-iiia3", "is off by 0.999880 in v"),
+        (&reactor, "method-i", "in c, of which"),
+    ] {
+        let error = said(format!("solve --model {model} --method {method} --h 0.1 --t-end 2"));
+        assert!(error.contains("of the equation linearised at t = 0 a step of h = 0.1 is off by"), "{method}: {error}");
+        assert!(error.contains(what), "{method}: {error}");
+    }
+    for (model, method, h) in [
+        (&transient, "radau-iia2", 0.1),
+        (&transient, "implicit-euler", 0.1),
+        (&ring, "gauss2", 1e-4),
+        (&reactor, "gauss2", 0.1),
+        (&reactor, "method-i", 1e-7),
+        (&waves, "rk4", 0.3),
+        (&waves, "method-i", 0.1),
+    ] {
+        let error = said(format!("solve --model {model} --method {method} --h {h} --t-end {}", 10.0 * h));
+        assert!(!error.contains("is off by"), "{method}, h = {h}: {error}");
+    }
+    // A pulse between the nodes of a long step.
+    let pulse = model(
+        "pulse.ds",
+        "u_i { x = 1 } F_i { -x + 3*exp(-((t-37.123)/1e-3)*((t-37.123)/1e-3))/(1e-3*1.7724538509055159) }",
+    );
+    let error = said(format!("solve --model {pulse} --method radau-adaptive --t-end 40"));
+    assert!(error.contains("f changes in time faster than the steps"), "{error}");
 }

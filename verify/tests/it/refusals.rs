@@ -133,7 +133,7 @@ const WARNED: [&str; 41] = [
     "solve --model robertson.ds --method radau-adaptive --t-end 1e4",
     "solve --model robertson.ds --method method-i --h 0.1 --t-end 1",
     "solve --model robertson.ds --method method-ii --h 0.1 --t-end 1",
-    "solve --model prey.ds --method radau-adaptive --t-end 8",
+    "solve --model prey.ds --method radau-adaptive --t-end 8 --rtol 1e-7 --atol 1e-7",
     "solve --model prey.ds --method radau-adaptive --t-end 8 --atol 1e-13",
     "solve --model saddle.ds --method trapezoidal --h 1 --t-end 10",
     "solve --model saddle.ds --method implicit-euler --h 3 --t-end 12",

@@ -1,7 +1,7 @@
 //! What a run shows that its numbers do not say: where they cannot be right although every step was solved.
 
-use nalgebra::DMatrix;
-use verify::experiment::growth;
+use nalgebra::{DMatrix, DVector};
+use verify::experiment::{growth, step_error};
 use verify::measure::norm::{Extremes, distance, larger, max_norm};
 use verify::measure::stability::{eigenvalues, spectral_abscissa};
 use verify::method::Method;
@@ -40,6 +40,13 @@ const FINEST: f64 = 1e-13;
 /// Zeros that references cross as well, after which no more are doubted: the steps of such a run are long and right.
 const REFUTED: u32 = 16;
 
+/// A step shorter than this part of the one before is cut.
+const WHOLE: f64 = 0.999;
+
+/// What a step makes of the linearised equation is wrong by so much of the largest value of a component, and by so many estimates.
+const OFF: f64 = 0.1;
+const BEYOND: f64 = 4.0;
+
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
 const NULL: f64 = 1e-13;
 
@@ -47,9 +54,10 @@ const NULL: f64 = 1e-13;
 #[derive(Debug, Default)]
 pub(super) struct Watch {
     first: Vec<f64>,
-    /// The last state and the one before, each with its time.
+    /// The last state and the two before, each with its time.
     last: (f64, Vec<f64>),
     before: (f64, Vec<f64>),
+    earlier: (f64, Vec<f64>),
     /// Largest component of all states, the largest value of each, and how far each went from its first value.
     largest: f64,
     sizes: Vec<f64>,
@@ -139,6 +147,7 @@ impl Watch {
             self.rates.add(problem.ode(), t, state);
             self.cross(problem.ode(), t, state);
         }
+        std::mem::swap(&mut self.before, &mut self.earlier);
         std::mem::swap(&mut self.last, &mut self.before);
         self.last.0 = t;
         self.last.1.clear();
@@ -197,6 +206,13 @@ impl Watch {
                 self.crossed = Some((k, crossing.end, state[k]));
             }
         }
+    }
+
+    /// The ends of the last step, or of the one before where the last is cut.
+    fn last_step(&self) -> [&(f64, Vec<f64>); 2] {
+        let is_cut =
+            !self.earlier.1.is_empty() && self.last.0 - self.before.0 < WHOLE * (self.before.0 - self.earlier.0);
+        if is_cut { [&self.earlier, &self.before] } else { [&self.before, &self.last] }
     }
 
     /// That a component crosses zero where the equation lets none.
@@ -260,7 +276,7 @@ impl Watch {
 
     /// A component that stays at its start, where f moves it: a least-squares method holds one by which f does not change.
     fn stuck(&self, problem: &dyn Problem) -> Option<String> {
-        let (ode, (t, v), (t_before, _)) = (problem.ode(), &self.last, &self.before);
+        let (ode, [(t_before, _), (t, v)]) = (problem.ode(), self.last_step());
         if v.len() > DENSE {
             return None;
         }
@@ -292,7 +308,8 @@ impl Watch {
 
     /// States that solutions of the equation leave within a step, and the run does not.
     fn stays(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
-        let ((t, v), h) = (&self.last, self.last.0 - self.before.0);
+        let [(t_before, _), (t, v)] = self.last_step();
+        let h = t - t_before;
         if v.len() > DENSE {
             return None;
         }
@@ -313,8 +330,9 @@ impl Watch {
 
     /// A method that amplifies what the equation damps, as it does at the end of the run.
     pub(super) fn amplified(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
-        let (ode, (t, v), h) = (problem.ode(), &self.last, self.last.0 - self.before.0);
-        if ode.dim() != v.len() || v.len() > DENSE || self.before.1.is_empty() {
+        let (ode, [(t_before, before), (t, v)]) = (problem.ode(), self.last_step());
+        let h = t - t_before;
+        if ode.dim() != v.len() || v.len() > DENSE || before.is_empty() {
             return None;
         }
         let a = jacobian(problem, *t, v);
@@ -335,9 +353,39 @@ impl Watch {
         })
     }
 
+    /// A first or a last step of which the linearised equation tells that it is off by far more than the estimate: runs with h and h/2
+    /// keep what the equation damps, or damp what it keeps, alike.
+    pub(super) fn off(&self, problem: &dyn Problem, method: &dyn Method, h: f64, estimate: f64) -> Option<String> {
+        let (ode, n) = (problem.ode(), self.first.len());
+        if ode.dim() != n || self.last.1.len() != n || n > DENSE || self.before.1.is_empty() {
+            return None;
+        }
+        [(0.0, &self.first), (self.last.0, &self.last.1)].into_iter().find_map(|(t, v)| {
+            let a = h * jacobian(problem, t, v);
+            let mut f = DVector::zeros(n);
+            ode.rhs(t, v, f.as_mut_slice());
+            // How far growth goes is not for the linearised equation to say.
+            let is_usable = a.iter().chain(&f).all(|x| x.is_finite()) && spectral_abscissa(&a) <= LEAVES;
+            let error = is_usable.then(|| step_error(method, &a, &(h * f))).flatten()?;
+            let is_off = |k: &usize| error[*k].abs() > (OFF * self.sizes[*k]).max(BEYOND * estimate);
+            let k = (0..n).filter(is_off).max_by(|i, j| error[*i].abs().total_cmp(&error[*j].abs()))?;
+            Some(format!(
+                "of the equation linearised at t = {} a step of h = {} is off by {} in {}, of which the largest value is {}: it \
+                 damps what the equation keeps, or keeps what it damps, with half of h as well, and the estimate does not know; \
+                 another method, or a step below {}, tells",
+                plain(t),
+                plain(h),
+                number(error[k].abs()),
+                component_names(problem)[k],
+                number(self.sizes[k]),
+                number(h / a.norm())
+            ))
+        })
+    }
+
     /// A state of rest that is none of the equation, or one that the equation leaves.
     fn at_rest(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
-        let (ode, (t, v), (t_before, before)) = (problem.ode(), &self.last, &self.before);
+        let (ode, [(t_before, before), (t, v)]) = (problem.ode(), self.last_step());
         let (h, moved) = (t - t_before, distance(v, before));
         // The references' f, which may be dear, is asked where the run rests alone.
         if moved > REST * self.largest {

@@ -11,7 +11,7 @@ use crate::cli::layout::number;
 
 /// Values of f that are looked at in a run, and the panels of a step between which they are shared at most.
 const VALUES: f64 = 2e6;
-const PANELS: f64 = 32.0;
+const PANELS: f64 = 1024.0;
 
 /// Nodes of Gauss' rule, in each panel and for methods of high order in a step.
 const NODES: usize = 5;

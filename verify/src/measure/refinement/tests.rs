@@ -366,6 +366,8 @@ fn spacings_that_may_be_numbers_of_cells_are_named() {
     assert!(noted(&grids.map(|n: f64| (n, n.powi(-2)))));
     assert!(!noted(&grids.map(|h: f64| (h, h.powi(2)))));
     assert!(!noted(&grids.map(|n: f64| (n / 100.0, n.powi(-2)))));
+    assert!(!noted(&grids.map(|n: f64| (n + 0.5, n.powi(-2)))), "no numbers of cells");
+    assert!(!noted(&[1.0, 2.0, 4.0, 8.0].map(|n: f64| (n, n.powi(-2)))), "no grid of one cell");
 }
 
 /// Linear errors with a quadratic term of the same size: orders 1.459 and 1.300 that go on falling, to 1.
