@@ -6,8 +6,9 @@ pub(super) struct Controller {
     safety: f64,
     /// Size and error of the last accepted step.
     accepted: Option<(f64, f64)>,
-    /// What the next error of a high order is held to be at least where that step is taken again.
-    held: f64,
+    /// What that error counted for, and whether it was far below what the one before had foretold.
+    counted: f64,
+    fell: bool,
     rejected: bool,
     /// Whether no step was accepted since the start.
     is_first: bool,
@@ -18,13 +19,13 @@ const SHRINK: f64 = 8.0;
 const GROW: f64 = 0.125;
 /// Errors below this say nothing about the next one.
 const SMALLEST: f64 = 1e-2;
-/// Part of what the last error foretells that the error of a step counts for at least with more than three stages. A forcing that a
-/// step takes through a good part of a period makes estimates that vanish by chance.
+/// Part of what the last error foretells that the error of a step counts for at least, unless that of the last step fell below it too, with
+/// more than three stages. A forcing that a step takes through a good part of a period makes estimates that vanish by chance.
 const CHANCE: f64 = 0.1;
 
 impl Controller {
     pub(super) fn new(safety: f64) -> Self {
-        Self { safety, accepted: None, held: 0.0, rejected: false, is_first: true }
+        Self { safety, accepted: None, counted: 0.0, fell: false, rejected: false, is_first: true }
     }
 
     /// Forgets everything: the next step is a first step.
@@ -50,10 +51,14 @@ impl Controller {
         // More than a few iterations call for a shorter step.
         let effort = f64::from(2 * limit + 1) / f64::from(2 * limit + iterations);
         let foretold = match self.accepted {
-            Some((before, _)) if s > 3 && self.held >= SMALLEST => CHANCE * self.held * (h / before).powi(s as i32 + 1),
+            Some((before, _)) if s > 3 && self.counted >= SMALLEST => {
+                CHANCE * self.counted * (h / before).powi(s as i32 + 1)
+            }
             _ => 0.0,
         };
-        let quotient = bounded(root(error.max(foretold)) / (self.safety * effort));
+        let falls = error < foretold;
+        let counted = if falls && !self.fell { foretold } else { error };
+        let quotient = bounded(root(counted) / (self.safety * effort));
         if error >= 1.0 {
             self.rejected = true;
             return if self.is_first { 0.1 * h } else { h / quotient };
@@ -63,7 +68,7 @@ impl Controller {
             next = next.min(h / bounded(before / h * root(error * error / last) / self.safety));
         }
         self.accepted = Some((h, error.max(SMALLEST)));
-        self.held = error.max(foretold);
+        (self.counted, self.fell) = (counted, falls);
         self.is_first = false;
         if std::mem::take(&mut self.rejected) { next.min(h) } else { next }
     }
