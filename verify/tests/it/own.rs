@@ -889,6 +889,7 @@ fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
         ("right", "4", 0, "the last step is cut, with h ="),
         ("strang", "2", 0, "the last step is cut, with h ="),
         ("euler", "4", 1, "where h does not divide the time"),
+        ("euler", "4", 1, "; where it does the order is 3.9"),
         ("lie", "2", 0, "the last step has an error of order"),
         ("refuses", "4", 0, "h does not divide T"),
         // The step is not the program's own.

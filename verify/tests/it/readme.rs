@@ -11,17 +11,22 @@ use verify::{method, problem, theory};
 fn the_changes_that_are_not_noticed_are_those_of_their_list() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
-    let list = std::fs::read_to_string(root.join("scripts/schemata/known/lsvi.txt")).expect("a list");
-    let counts =
-        list.lines().next().and_then(|line| line.strip_prefix("# Of ")).and_then(|line| line.strip_suffix('.'));
-    assert!(readme.contains(counts.expect("counts in the first line")), "{counts:?}");
-    let known = list.lines().filter(|line| line.starts_with("lsvi/src/")).count();
-    assert!(readme.contains(&format!(" {known} kinds of change")), "{known} kinds of change are listed");
-    let untested = list.split("# No test yet").nth(1).expect("the last group");
-    let untested = untested.lines().filter(|line| line.starts_with("lsvi/src/")).count();
-    assert!(readme.contains(&format!(" {untested} without a test yet")), "{untested} have no test yet");
-    for (line, before) in list.lines().skip(1).zip(list.lines()) {
-        assert!(!line.starts_with("lsvi/") || !before.is_empty(), "no reason above {line}");
+    for package in ["lsvi", "verify"] {
+        let name = format!("scripts/schemata/known/{package}.txt");
+        let list = std::fs::read_to_string(root.join(&name)).expect("a list");
+        let row = readme.lines().find(|line| line.starts_with('|') && line.contains(&name)).expect("a row");
+        let counts =
+            list.lines().next().and_then(|line| line.strip_prefix("# Of ")).and_then(|line| line.strip_suffix('.'));
+        assert!(row.contains(counts.expect("counts in the first line")), "{counts:?}");
+        let place = format!("{package}/src/");
+        let known = list.lines().filter(|line| line.starts_with(&place)).count();
+        assert!(row.contains(&format!(" {known} kinds of change")), "{known} kinds of change are listed");
+        let untested = list.split("# No test yet").nth(1).expect("the last group");
+        let untested = untested.lines().filter(|line| line.starts_with(&place)).count();
+        assert!(row.contains(&format!(" {untested} without a test yet")), "{untested} have no test yet");
+        for (line, before) in list.lines().skip(1).zip(list.lines()) {
+            assert!(!line.starts_with(&place) || !before.is_empty(), "no reason above {line}");
+        }
     }
 }
 
