@@ -199,7 +199,10 @@ fn a_program_that_shows_the_end_alone_is_judged_by_it() {
     assert!(code == 0 && out.contains("PASS: order") && !out.contains("Note:"), "{out}{error}");
     // Beside other solvers it has no rows at their times, and nothing is told.
     let (code, out, error) = verify(&["compare", "--problem", "logistic", "--program", &command, "--expect", "4"]);
-    assert!(code == 3 && flat(&out).contains("no row at t = 0.5, a multiple of its step h = 0.001953125"), "{out}{error}");
+    assert!(
+        code == 3 && flat(&out).contains("no row at t = 0.5, a multiple of its step h = 0.001953125"),
+        "{out}{error}"
+    );
 }
 
 #[test]
