@@ -250,7 +250,10 @@ impl Projector {
         let solved = self.newton.attempt(&mut projection, 1.0, &mut self.velocity);
         if let Err(mut source) = solved {
             if source == SolveError::Singular {
-                let rank = scratch.gradient.rank(n as f64 * f64::EPSILON * scratch.gradient.amax());
+                // Of rows that are one but for half of the digits G M⁻¹ Gᵀ is singular, whatever their lengths.
+                let mut directions = scratch.gradient.clone();
+                directions.row_iter_mut().filter(|row| row.norm() > 0.0).for_each(|mut row| row /= row.norm());
+                let rank = directions.rank((n as f64 * f64::EPSILON).sqrt());
                 if rank < count {
                     return Err(InputError::Constraint(ConstraintError::RedundantConstraints { count, rank }).into());
                 }

@@ -265,6 +265,36 @@ fn a_small_circle_far_away_is_known_to_rounding() {
     }
 }
 
+/// A sphere twice, the second time with a part of z: what is singular is their product and not the mass.
+#[test]
+fn constraints_that_are_one_but_for_half_of_the_digits_are_redundant() {
+    struct Twice(f64);
+    impl ConstraintFn for Twice {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn count(&self) -> usize {
+            2
+        }
+        fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+            out[0] = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - 1.0;
+            out[1] = out[0] + q[2] * self.0;
+        }
+    }
+    let l = AutoLagrangian::new(Free { dim: 3 });
+    let project = |part: f64| {
+        let rod = AutoConstraint::new(Twice(part));
+        let mut method = Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit");
+        method.project(0.0, &[1_f64.sin(), -1_f64.cos(), 0.0], &mut [0.5, 0.3, 0.2])
+    };
+    project(1e-4).expect("independent");
+    for part in [1e-8, 1e-10, 1e-12, 1e-14, 0.0] {
+        let found = project(part);
+        let expected = InputError::Constraint(ConstraintError::RedundantConstraints { count: 2, rank: 1 });
+        assert!(matches!(&found, Err(StepError::Input(error)) if *error == expected), "{part:e}: {found:?}");
+    }
+}
+
 /// x² + y² = 1 at the height ½.
 struct Rim;
 
