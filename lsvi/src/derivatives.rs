@@ -181,8 +181,8 @@ pub enum DerivativeError {
 ///
 /// Up to 32 unknowns every entry is looked at; of more, products along eight directions. Derivatives are central differences,
 /// (f(v + δx) − f(v − δx))/2δ, extrapolated to δ = 0 (Ridders), and have to agree to 1e-6 of the larger of the two or to what the
-/// extrapolation is uncertain by; products, to 1e-10. A curvature has to agree to what it changes J by along a thousandth of the state
-/// beside half of the digits of J. One state does not show all mistakes: check several, where no term vanishes, and where f
+/// extrapolation is uncertain by; products, to 1e-10. A curvature may be off by what one from differences of J is, ten times √ε |Jᵀw|
+/// over a thousandth of |v|. One state does not show all mistakes: check several, where no term vanishes, and where f
 /// does not turn within a tenth of the state, as sin v does at v = 1000, which a difference takes for noise or for a slope.
 ///
 /// ```

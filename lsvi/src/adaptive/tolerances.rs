@@ -7,8 +7,7 @@ use crate::error::{InputError, SettingError, SystemError};
 /// It is reached in the solution where h resolves it. A stiff component that follows a forcing, hλ ≫ 1, has an error of the
 /// order of what its estimate is held to, with s stages 0.1 τ^((s+1)/2s) |v|^((s−1)/2s) where that is more than τ: the power
 /// 2/3 of τ with three, 4/7 with seven. A first step, and one that takes in a good part of a period of the forcing, of which an
-/// estimate may vanish by chance, can have ten times that and more; [`Options::stages`](super::Options::stages) and
-/// [`Options::h_max`](super::Options::h_max) limit both.
+/// estimate may vanish by chance, can have ten times that and more; [`Options::h_max`](super::Options::h_max) limits both.
 ///
 /// atol = 0 asks for relative accuracy alone; a component that passes through zero then has short steps there. Components of
 /// different size want an atol each:

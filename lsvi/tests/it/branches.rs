@@ -261,6 +261,20 @@ fn what_was_found_at_one_start_is_not_believed_at_another() {
     assert!(looked_at > 10_000, "{looked_at}");
 }
 
+/// A known limit, far beyond accuracy: the branch of Method II ends, and a root beyond it is returned. Half of the step tells.
+#[test]
+fn a_root_beyond_the_end_of_a_branch_may_be_returned() {
+    let (field, method) = (Polynomial([0.0, -1.5, -1.5, 0.5]), Method::Linear(-1.0, 1.0));
+    let (v, h) = (1.5, 0.9);
+    let mut x = [v];
+    method.build(field).step(0.0, h, &mut x, &mut [0.0]).expect("a root");
+    assert!((x[0] + 1.62).abs() < 0.005, "{x:?}");
+    assert!(matches!(follow(|s, x| method.equation(field, v, s, x), v, h), Followed::Lost));
+    let (mut integrator, mut y) = (method.build(field), [v]);
+    let halves = [0.0, 0.5 * h].map(|t| integrator.step(t, 0.5 * h, &mut y, &mut [0.0]));
+    assert!(halves.iter().any(Result::is_err) || (y[0] - x[0]).abs() > 1.0, "{y:?} {halves:?}");
+}
+
 /// Steps of one size with factors kept from earlier ones, towards blow-up, folds, crossings and rest.
 #[test]
 fn no_step_of_a_trajectory_returns_a_root_of_another_branch() {

@@ -240,19 +240,6 @@ fn a_branch_that_turns_is_looked_at_half_way() {
     assert!(work.factorizations > 0 && (q2 - q1).abs() < 1e-9, "{work:?}, {q1} {q2}");
 }
 
-/// Nodes near each other, about the apex of a throw, tell the slope of a force between them.
-#[test]
-fn nodes_are_compared_with_the_ones_before_them() {
-    let factorizations = |slope: f64| {
-        let l = Noted::new(move |_t: f64, q: f64| -0.6 + slope * 0.01 * ((q - 0.055) / 0.01).tanh());
-        let mut method = position_momentum(Galerkin::gauss(&l, 2).expect("s ≥ 1"));
-        method.step(0.0, 1.0, &mut [0.0], &mut [0.31]).expect("solvable");
-        method.work().factorizations
-    };
-    assert_eq!(factorizations(0.5), 0);
-    assert!(factorizations(1.5) > 0);
-}
-
 /// An orbit of eccentricity 0.6, whose forces change by a factor of 16, in 16 steps a period.
 #[test]
 fn long_steps_round_a_pericentre_need_no_factors() {

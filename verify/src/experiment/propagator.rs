@@ -110,8 +110,8 @@ pub fn growth(method: &dyn Method, a: &DMatrix<f64>) -> Option<f64> {
     propagator(method, a).ok().map(|step| spectral_radius(&step))
 }
 
-/// What a step of `method` makes too much of the way on v̇ = f + A v from 0, the part of f outside of the range of A left out: (R(A) − e^A) d
-/// where A d = f, A and f standing for hA and hf. None of a method that does not apply, or chooses its own steps.
+/// The error of a step of `method` on v̇ = f + A v from 0, (R(A) − e^A) d where A d = f, without the part of f outside of the range of A;
+/// A and f stand for hA and hf. None of a method that does not apply, or chooses its own steps.
 pub fn step_error(method: &dyn Method, a: &DMatrix<f64>, f: &DVector<f64>) -> Option<DVector<f64>> {
     let step = propagator(method, a).ok()?;
     let svd = a.clone().svd(true, true);

@@ -1222,6 +1222,7 @@ fn a_step_that_is_off_with_half_of_it_as_well_is_told_so() {
         assert_eq!(status, 0, "{error}");
         flat(&error)
     };
+    // Of the transient R(z) is left, 1 + z/(1 − z/2 + z²/12) with z = −10⁵, and e^z should be.
     for (model, method, what) in [
         (&ring, "tr-bdf2", "in x, of which the largest value is 1.00000"),
         (&ring, "radau-iia3", "in x, of which the largest value is 1.00000"),

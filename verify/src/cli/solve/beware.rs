@@ -43,9 +43,11 @@ const REFUTED: u32 = 16;
 /// A step shorter than this part of the one before is cut.
 const WHOLE: f64 = 0.999;
 
-/// What a step makes of the linearised equation is wrong by so much of the largest value of a component, and by so many estimates.
+/// Part of the largest value of a component by which a step on the linearised equation is off.
 const OFF: f64 = 0.1;
-const BEYOND: f64 = 4.0;
+
+/// Times the estimate of the error that the estimate does not explain: it is good to a factor of two or so.
+pub(super) const BEYOND: f64 = 4.0;
 
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
 const NULL: f64 = 1e-13;

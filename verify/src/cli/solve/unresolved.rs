@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use verify::measure::norm::{larger, max_norm};
 use verify::problem::Problem;
 
-use super::beware::{DENSE, jacobian};
+use super::beware::{BEYOND, DENSE, jacobian};
 use crate::cli::layout::number;
 
 /// Values of f that are looked at in a run, and the panels of a step between which they are shared at most.
@@ -20,9 +20,7 @@ const NODES: usize = 5;
 /// with h and h/2 look.
 const LOW_ORDER: u32 = 4;
 
-/// Times the estimate of the error, and part of the solution, that the difference comes to where f is not resolved. An estimate is good
-/// to a factor of two or so.
-const BEYOND: f64 = 4.0;
+/// Part of the solution that the difference comes to where f is not resolved.
 const PART: f64 = 1e-3;
 
 /// What two quadratures of f(t, v) in t make of it along a run, v as it is at the start of each step: one with few nodes, as the steps have
