@@ -5,16 +5,18 @@
 //!
 //! - the increments contract by [`CONTRACTION`] from the first one on: in that ball (Newton–Kantorovich) the root is unique;
 //! - det A has the sign that it has for s → 0, before and after: on the branch it cannot change;
+//! - neither the way to the root nor the tangent of the branch is long beside x₀, so that A is on it what it is at its ends; else
+//!   A(s) has to act on the residual as A(h) does, and increments have to contract, at two places of that way;
 //! - A stays regular on the way from 0 to h. It does where A(h) acts on the residual as its limit for s → 0 does, to within
 //!   [`CLOSE`]. Where it does not, first increments at h/2, h/4, … tell until two of them are in proportion: in a mode of
 //!   rate λ their ratio is (1 − z)/(2 − z), z = hλ, in the disk of diameter [½, 1] where Re z ≤ 0, and leaves it where A is
 //!   singular in between.
 //!
-//! Otherwise the root is followed in pieces of h, on each of which the branch hardly bends. Its end, a fold, is an error.
-//! Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a second
-//! increment of less than √ε of the first, which leaves room for an ill-conditioned derivative, and where the tangent of the
-//! branch leads much further than the root is, by its change along it. A nonlinear equation whose state is as small as √ε of its
-//! nonlinear scale is taken for one, as it behaves like one.
+//! Otherwise the root is followed in pieces of h, on each of which the branch hardly bends, as half-way tells. Its end, a fold,
+//! is an error. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a
+//! second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative, and by its change along
+//! the tangent of the branch or, where the root lies much further away, half-way to that. A nonlinear equation whose
+//! state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
 
 mod kept;
 
@@ -31,12 +33,16 @@ const CONTRACTION: f64 = 0.5;
 /// Ratio of the first two increments up to which the derivative, with quadratic contraction, changes by no more than a quarter
 /// on the way, so that no second root is as near as the first.
 pub(crate) const SURE_CONTRACTION: f64 = 0.125;
+/// The same up to which it changes by a part of 2⁻⁷ at most, twice as much, so that no way is too long.
+const UNCHANGED: f64 = 1.0 / 256.0;
 /// Iterations of one attempt: as many as linear contraction by [`CONTRACTION`] needs to reach roundoff.
 const ITERATIONS: u32 = 60;
 /// Largest relative difference of two increments by derivatives that count as close.
 pub(crate) const CLOSE: f64 = 0.25;
 /// Radius of the disk round ⅝ for the ratio of increments by the derivatives at h and h/2; ⅜ belongs to modes that do not grow.
 const DECAYING: f64 = 0.4;
+/// Parts of a long way at which the branch is looked at; what is found at the first says little of a fold near the root.
+const LOOKS: [f64; 2] = [0.5, 0.75];
 /// Halvings of a step at which first increments are compared; stiffness of 2 to this power is beyond double precision.
 const HALVINGS: u32 = 60;
 /// A part of the step at which ∂F/∂x is what it is for h → 0: no rate of a problem reaches it.
@@ -239,12 +245,22 @@ impl Newton {
             Ok(Root::Only) if kind == LimitAtZero::Unknown || self.is_affine(system, h) => return Ok(()),
             found => {
                 self.affine = None;
-                found.and_then(|root| if matches!(root, Root::Only) { Err(SolveError::OtherBranch) } else { Ok(root) })
+                match found {
+                    Ok(Root::Only) if self.guess == self.origin => Err(SolveError::OtherBranch),
+                    // A first guess that was the root says nothing of how increments contract.
+                    Ok(Root::Only) => Ok(Root::Found { contraction: SURE_CONTRACTION }),
+                    found => found,
+                }
             }
         };
+        let way = difference(x, 1.0, &self.origin);
         match found {
             Ok(Root::Found { .. }) if kind == LimitAtZero::Unknown => return Ok(()),
-            Ok(Root::Found { contraction }) if self.is_near_branch(system, h, contraction) => return Ok(()),
+            Ok(Root::Found { contraction })
+                if self.is_in_reach(way, contraction) && self.is_near_branch(system, h, contraction) =>
+            {
+                return Ok(());
+            }
             // A matrix that is not what it was declared to be is none for a shorter step either.
             Err(error @ (SolveError::OutsideStructure { .. } | SolveError::NotAssembled)) => return Err(error),
             _ => {}
@@ -258,7 +274,13 @@ impl Newton {
             self.work.factorizations += 1;
         }
         let first = match found {
-            Ok(Root::Found { contraction }) if self.is_regular(system, h, contraction) => return Ok(()),
+            Ok(Root::Found { contraction })
+                if (self.is_in_reach(way, contraction) && self.has_short_tangent(system, h)
+                    || LOOKS.iter().all(|part| self.is_borne_out(system, (0.0, h), *part, x)))
+                    && self.is_regular(system, h, contraction) =>
+            {
+                return Ok(());
+            }
             Ok(_) => SolveError::OtherBranch,
             Err(error) => error,
         };
@@ -321,6 +343,21 @@ impl Newton {
         self.work.residuals += 1;
         self.limit.lu.solve(&mut self.part);
         self.limit.scale / (short * system.scale(short * h))
+    }
+
+    /// Whether the derivative may be taken to be on a way of this length from the origin what it is at its ends.
+    fn is_in_reach(&self, way: f64, contraction: f64) -> bool {
+        contraction <= UNCHANGED || way <= CLOSE * max_norm(&self.origin)
+    }
+
+    /// Whether the tangent of the branch leads no further than that, as far as it is known. Beside a spurious steady state a root is
+    /// near that the branch does not come to.
+    fn has_short_tangent(&mut self, system: &mut dyn System, h: f64) -> bool {
+        if !self.limit.is_regular || !system.algebraic().is_empty() {
+            return true;
+        }
+        let scale = self.set_tangent(system, h);
+        scale.abs() * max_norm(&self.part) <= CLOSE * max_norm(&self.origin)
     }
 
     /// Whether ∂F/∂x is regular at the first guess for all steps up to `h`; `contraction` is the ratio of the second increment
@@ -410,9 +447,9 @@ impl Newton {
         apart <= allowed * largest.max(along)
     }
 
-    /// Whether an equation that two increments tell to be affine is so along the tangent of the branch too, to half of the digits, where
-    /// that is longer than they are: beside a root that the branch may leave on the way to h, they are next to nothing. What was
-    /// found holds for the steps that go on from it, as long as these are alike.
+    /// Whether an equation that two increments tell to be affine is so elsewhere too, to half of the digits: along the tangent of the
+    /// branch, or half-way to the root where that lies much further away. Beside a root that the branch may leave on the way to h,
+    /// increments are next to nothing. What was found holds for the steps that go on from it, as long as these are alike.
     fn is_affine(&mut self, system: &mut dyn System, h: f64) -> bool {
         if !self.limit.is_regular || !system.algebraic().is_empty() {
             return true;
@@ -426,21 +463,22 @@ impl Newton {
                 return true;
             }
         }
-        let scale = self.set_tangent(system, h);
-        let tangent = scale.abs() * max_norm(&self.part);
-        if moved < CLOSE * tangent {
-            for (x, (point, d)) in self.reference.iter_mut().zip(self.point.iter().zip(&self.part)) {
-                *x = point - scale * d;
-            }
-            system.residual(h, &self.reference, &mut self.increment);
-            self.work.residuals += 1;
-            self.increment.iter_mut().zip(&self.first).for_each(|(f, first)| *f -= first);
-            self.lu.solve(&mut self.increment);
-            let allowed = f64::EPSILON.sqrt() * tangent.max(max_norm(&self.origin)).max(SMALLEST);
-            let apart = difference(&self.increment, -scale, &self.part);
-            if apart.is_nan() || apart > allowed {
-                return false;
-            }
+        let mut scale = self.set_tangent(system, h);
+        if scale.abs() * max_norm(&self.part) < CLOSE * moved {
+            scale = 0.5;
+            self.part.copy_from_slice(&self.whole);
+        }
+        for (x, (point, d)) in self.reference.iter_mut().zip(self.point.iter().zip(&self.part)) {
+            *x = point - scale * d;
+        }
+        system.residual(h, &self.reference, &mut self.increment);
+        self.work.residuals += 1;
+        self.increment.iter_mut().zip(&self.first).for_each(|(f, first)| *f -= first);
+        self.lu.solve(&mut self.increment);
+        let size = (scale.abs() * max_norm(&self.part)).max(max_norm(&self.origin)).max(SMALLEST);
+        let apart = difference(&self.increment, -scale, &self.part);
+        if apart.is_nan() || apart > f64::EPSILON.sqrt() * size {
+            return false;
         }
         self.affine = Some((h, moved));
         self.affine_from.copy_from_slice(&self.origin);
@@ -546,7 +584,31 @@ impl Newton {
         if !close {
             return Err(SolveError::Diverged { iterations: 1, increment: max_norm(&self.increment) });
         }
-        self.iterate(system, target, x, SURE_CONTRACTION).map(drop)
+        self.iterate(system, target, x, SURE_CONTRACTION)?;
+        if self.is_borne_out(system, (from, target), LOOKS[0], x) { Ok(()) } else { Err(SolveError::OtherBranch) }
+    }
+
+    /// Whether on a part of the way from the origin, at step size `from`, to `x`, the root at `target`, the derivative makes of the first
+    /// residual nearly the same increment as at the origin, and increments contract from the chord to a root.
+    fn is_borne_out(&mut self, system: &mut dyn System, (from, target): (f64, f64), part: f64, x: &[f64]) -> bool {
+        let between = from + part * (target - from);
+        let mut on_chord = std::mem::take(&mut self.reference);
+        let ends = self.origin.iter().zip(x);
+        on_chord.iter_mut().zip(ends).for_each(|(between, (origin, x))| *between = origin + part * (x - origin));
+        let found = self.set_increment(system, between, &on_chord);
+        let bend = max_norm(&self.increment);
+        on_chord.iter_mut().zip(&self.increment).for_each(|(x, d)| *x -= d);
+        self.reference = on_chord;
+        if found.is_err() || self.is_turned() {
+            return false;
+        }
+        self.part.copy_from_slice(&self.first);
+        self.lu.solve(&mut self.part);
+        system.residual(between, &self.reference, &mut self.increment);
+        self.work.residuals += 1;
+        self.lu.solve(&mut self.increment);
+        is_close(&self.part, system.scale(target) / system.scale(between), &self.whole, self.roundoff())
+            && max_norm(&self.increment) <= SURE_CONTRACTION * bend + self.roundoff()
     }
 
     /// Sets `x` to a root at `target`, the part `way` of the step, to which the iteration contracts from the secant through the

@@ -53,9 +53,6 @@ pub fn method_i<F: VectorField>(field: F) -> Result<LeastSquaresStep<F>, InputEr
 /// stands still, [`SolveError::BranchLost`]; in a system the two can pass into each other, and the mode of that eigenvalue then
 /// stands still for the step, an error of order h. Growth that saturates crosses such a place, as v̇ = v(1 − v) does at ½.
 ///
-/// With steps far beyond accuracy, where the branch of the solution ends, a root beyond may be returned all the same, as on
-/// v̇ = v³/2 − 3v²/2 − 3v/2 from 1.5 with h = 0.9. Half of the step tells.
-///
 /// # Errors
 /// As for [`LeastSquaresStep::new`].
 pub fn method_ii<F: VectorField>(field: F) -> Result<LeastSquaresStep<F>, InputError> {
