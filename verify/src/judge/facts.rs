@@ -288,9 +288,38 @@ pub(super) fn short(x: f64) -> String {
     if text == "-0" { "0".into() } else { text.to_owned() }
 }
 
+/// The same, or as many decimals as tell its modulus from 1.
+pub(super) fn beside_one(x: f64) -> String {
+    /// What quotients of two doubles may be off by, with digits to spare.
+    const ROUNDOFF: f64 = 1e-13;
+    let off = (x.abs() - 1.0).abs();
+    if !(ROUNDOFF..5e-5).contains(&off) {
+        return short(x);
+    }
+    let places = -off.log10().floor() as usize;
+    format!("{x:.places$}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_modulus_beside_one_has_the_decimals_that_tell_it_from_one() {
+        let cases = [
+            (1.0, "1"),
+            (-1.0, "-1"),
+            (0.5, "0.5"),
+            (-1.000_000_4, "-1.0000004"),
+            (0.999_999_6, "0.9999996"),
+            (1.000_1, "1.0001"),
+            (1.0 + 1e-15, "1"),
+            (f64::NAN, "NaN"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(beside_one(x), text);
+        }
+    }
 
     /// Four decimals, more below a tenth, and none beyond what is uncertain.
     #[test]

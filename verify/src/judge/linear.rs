@@ -139,9 +139,24 @@ impl StabilityFunction {
         }
     }
 
+    /// Whether |R(∞)| is certainly not 1.
+    pub(super) fn is_told_from_one_at_infinity(&self) -> bool {
+        let (n, d) = (self.numerator.coefficients(), self.denominator.coefficients());
+        let (Some(last), Some(divisor)) = (n.last(), d.last()) else { return true };
+        n.len() != d.len() || (!(last - divisor).may_be_zero() && !(last + divisor).may_be_zero())
+    }
+
+    /// How far few digits leave |D|² − |N|² open on the imaginary axis, where it is taken for zero in their place.
+    pub(super) fn left_open(&self) -> Option<f64> {
+        self.margin().left_open()
+    }
+
     /// Poles of R: roots of D that are no roots of N.
     pub fn poles(&self) -> Vec<Complex<f64>> {
-        // A common root cancels; a double root is known to half of the digits.
+        if let Some(rest) = self.denominator.without_roots_of(&self.numerator) {
+            return rest.roots();
+        }
+        // A common root cancels, to the digits given; a double root is known to half of those of a double.
         let cancels = |z: &Complex<f64>| {
             let size: f64 = self.numerator.doubles().iter().rev().fold(0.0, |sum, c| sum * z.norm() + c.abs());
             self.numerator.at_complex(*z).norm() <= 1e-7 * size

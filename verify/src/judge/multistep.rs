@@ -10,7 +10,7 @@ use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::evidence::{coefficient_row, region, table};
 use super::facts::{Facts, length, short, told};
-use super::polynomial::{ITERATIONS, Polynomial, Sign, first_negative, is_left_open, simultaneous};
+use super::polynomial::{EXACT, ITERATIONS, Polynomial, Sign, first_negative, is_left_open, simultaneous};
 use super::problem::{Autonomous, Linear, NonAutonomous};
 use super::real::Real;
 use super::stepping;
@@ -43,7 +43,7 @@ impl Multistep {
     pub(super) fn order_reversed(&self) -> Option<u32> {
         let reversed = |list: &[Coefficient]| list.iter().rev().map(|x| x.real.clone()).collect::<Vec<_>>();
         let (rho, sigma) = (reversed(&self.rho), reversed(&self.sigma));
-        let order = order_of(&constants(&rho, &sigma));
+        let order = order_of(&residuals(&rho, &sigma), most(&rho, &sigma));
         (order > 0 && !is_unstable(&rho)).then_some(order)
     }
 
@@ -64,9 +64,6 @@ const RIM: f64 = 1e-7;
 
 /// What angles in degrees are found to.
 const ANGLE: f64 = 1e-4;
-
-/// Coefficients that are known so well are exact: what cannot be told from zero then is zero.
-const EXACT: f64 = 1e-40;
 
 /// Whether the roots of ρ are in the closed unit disc, those on its rim simple.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -139,13 +136,19 @@ pub(super) struct MultistepTheory {
     rho: Polynomial,
     sigma: Polynomial,
     doubles: [Vec<f64>; 2],
-    /// Σ_j j^q ρ_j − q Σ_j j^{q−1} σ_j over q! σ(1): 0 up to the order.
+    /// Σ_j j^q ρ_j − q Σ_j j^{q−1} σ_j over q!: 0 up to the order. Few digits may leave so much of a small σ(1) open that a quotient
+    /// by it would not tell.
+    residuals: Vec<Real>,
+    /// The same over σ(1).
     constants: Vec<Real>,
     order: u32,
+    /// The order that no formula of so many steps exceeds.
+    most: u32,
     zero: Roots,
     start: Arc<Theory>,
     start_name: String,
-    a_stable: Result<(), NotAStable>,
+    /// How far the digits leave Re ρ(ζ) σ̄(ζ) open on the unit circle where it is A-stable, or why it is not.
+    a_stable: Result<f64, NotAStable>,
     alpha: Option<f64>,
     /// The intervals of −hλ > 0 that are stable.
     negative: Vec<[f64; 2]>,
@@ -157,18 +160,20 @@ impl MultistepTheory {
     pub(super) fn new(method: &Multistep) -> Self {
         let reals = |list: &[Coefficient]| list.iter().map(|x| x.real.clone()).collect::<Vec<_>>();
         let (r, s) = (reals(&method.rho), reals(&method.sigma));
-        let constants = constants(&r, &s);
+        let (residuals, most) = (residuals(&r, &s), most(&r, &s));
         let doubles = [&r, &s].map(|list| list.iter().map(Real::to_f64).collect::<Vec<_>>());
         let mut theory = Self {
-            order: order_of(&constants),
-            constants,
+            order: order_of(&residuals, most),
+            most,
+            constants: over_slopes(&residuals, &s),
+            residuals,
             rho: Polynomial::new(r.clone()),
             sigma: Polynomial::new(s.clone()),
             doubles,
             zero: Roots::Stable,
             start: Arc::new(Theory::new(&method.start, None, None)),
             start_name: method.start_name.clone(),
-            a_stable: Ok(()),
+            a_stable: Ok(0.0),
             alpha: None,
             negative: Vec::new(),
             infinity: 0.0,
@@ -192,6 +197,11 @@ impl MultistepTheory {
 
     fn steps(&self) -> usize {
         self.doubles[0].len() - 1
+    }
+
+    /// Whether the digits leave more constants open than can vanish.
+    fn is_order_open(&self) -> bool {
+        vanishing(&self.residuals) > self.most as usize + 1
     }
 
     /// The order with what starts it: starting values of order q have errors of order q + 1.
@@ -239,7 +249,7 @@ impl MultistepTheory {
 
     /// Re ρ(ζ) σ̄(ζ) ≥ 0 on the unit circle and no root of σ outside: with x = cos θ = (1 − s)/(1 + s) the former is a polynomial in
     /// s ≥ 0.
-    fn a_stable(&self, r: &[Real], s: &[Real]) -> Result<(), NotAStable> {
+    fn a_stable(&self, r: &[Real], s: &[Real]) -> Result<f64, NotAStable> {
         if self.infinity > 1.0 + RIM {
             return Err(NotAStable::Because(match self.infinity {
                 f64::INFINITY => "it is explicit".into(),
@@ -255,8 +265,11 @@ impl MultistepTheory {
         if is_left_open(&terms) {
             return Err(NotAStable::Open);
         }
+        let open = Some(terms.iter().map(Real::radius).sum()).filter(|open| *open > EXACT).unwrap_or(0.0);
         match first_negative(&[chebyshev([1, -1], terms)]) {
-            Sign::NonNegative => Ok(()),
+            // A root of σ so near to the rim may lie outside.
+            Sign::NonNegative if matches!(Roots::of(&self.sigma), Roots::Undecided(_)) => Err(NotAStable::Open),
+            Sign::NonNegative => Ok(open),
             Sign::Open { .. } => Err(NotAStable::Open),
             Sign::NegativeFrom { at, .. } => {
                 let z = self.locus(angle(at));
@@ -345,12 +358,29 @@ fn complex(z: Complex<f64>) -> String {
     if z.im == 0.0 { short(z.re) } else { format!("{} {:+.5}i", short(z.re), z.im) }
 }
 
-fn order_of(constants: &[Real]) -> u32 {
-    constants.iter().take_while(|c| c.may_be_zero()).count().saturating_sub(1) as u32
+/// The order of k steps that no formula exceeds, with the new slope or without (\[HNW93\] III.3).
+fn most(r: &[Real], s: &[Real]) -> u32 {
+    let (k, is_explicit) = (r.len() as u32 - 1, s.last().is_none_or(Real::may_be_zero));
+    (2 * k).saturating_sub(u32::from(is_explicit)).min(MOST)
 }
 
-fn constants(r: &[Real], s: &[Real]) -> Vec<Real> {
+/// The largest p up to which all residuals may vanish, and no more than `most`.
+fn order_of(residuals: &[Real], most: u32) -> u32 {
+    (vanishing(residuals).saturating_sub(1) as u32).min(most)
+}
+
+/// How many residuals may vanish before the first that does not.
+fn vanishing(residuals: &[Real]) -> usize {
+    residuals.iter().take_while(|c| c.may_be_zero()).count()
+}
+
+/// Residuals over σ(1), where that is not zero.
+fn over_slopes(residuals: &[Real], s: &[Real]) -> Vec<Real> {
     let total: Real = s.iter().cloned().sum();
+    residuals.iter().map(|c| if total.may_be_zero() { c.clone() } else { c / &total }).collect()
+}
+
+fn residuals(r: &[Real], s: &[Real]) -> Vec<Real> {
     let power = |j: usize, q: u32| (0..q).fold(Real::one(), |p, _| &p * &Real::from(j as i64));
     let mut factorial = Real::one();
     let mut out = Vec::new();
@@ -363,8 +393,7 @@ fn constants(r: &[Real], s: &[Real]) -> Vec<Real> {
             0 => Real::zero(),
             q => s.iter().enumerate().map(|(j, s)| s * &(&power(j, q - 1) * &Real::from(i64::from(q)))).sum(),
         };
-        let constant = &(&values - &slopes) / &factorial;
-        out.push(if total.may_be_zero() { constant } else { &constant / &total });
+        out.push(&(&values - &slopes) / &factorial);
     }
     out
 }
@@ -390,7 +419,11 @@ impl Analysis for MultistepTheory {
 
     fn facts(&self) -> Facts {
         let constant = self.constants.get(self.order as usize + 1).map_or_else(|| "0".into(), |c| told(c, 4));
-        let order = format!("{}, error constant {constant}", self.order);
+        let order = match vanishing(&self.residuals) {
+            0 => format!("0, C_0 = {} does not vanish", told(&self.constants[0], 4)),
+            _ if self.is_order_open() => format!("open for the digits given, {} at most", self.order),
+            _ => format!("{}, error constant {constant}", self.order),
+        };
         let zero = match self.zero {
             Roots::Stable => "the root condition holds".into(),
             Roots::Outside(z) => format!("ρ has the root {:.5} {:+.5}i, |ζ| = {:.5}", z.re, z.im, z.norm()),
@@ -399,6 +432,7 @@ impl Analysis for MultistepTheory {
         };
         let stability = match self.alpha {
             _ if self.a_stable == Err(NotAStable::Open) => "whether it is A-stable is open for the digits given".into(),
+            Some(90.0) if self.a_stable.as_ref().is_ok_and(|open| *open > 0.0) => "A-stable to the digits given".into(),
             Some(90.0) => "A-stable".into(),
             Some(alpha) => format!("A(α)-stable with α = {alpha:.2}°"),
             None => self.negative_axis(),
@@ -412,11 +446,19 @@ impl Analysis for MultistepTheory {
 
     fn find(&self, property: Property) -> Option<Finding> {
         Some(match property {
+            Property::Order(p) if self.is_order_open() => {
+                let (steps, most) = (counted(self.steps(), "step"), self.most);
+                let why = format!(
+                    "the digits given leave C_0 to C_{} open, and no order of {steps} is above {most}",
+                    most + 1
+                );
+                if p > most { Finding::new(false, why) } else { Finding::open(why) }
+            }
             Property::Order(p) => {
                 let first = self.order + 1;
                 let radius = || self.constants[..first as usize].iter().map(Real::radius).largest();
                 let why = match self.constants.get(first as usize) {
-                    Some(c) if self.constants.iter().take(1).all(|c| !c.may_be_zero()) => {
+                    Some(c) if vanishing(&self.residuals) == 0 => {
                         format!("C_0 = {} does not vanish, and C_1 is {}", told(&self.constants[0], 4), told(c, 4))
                     }
                     Some(c) if self.order == 0 => {
@@ -582,7 +624,7 @@ impl Analysis for MultistepTheory {
 
     fn tables(&self) -> Vec<Table> {
         let row = |(q, c): (usize, &Real)| {
-            let holds = if c.may_be_zero() { "vanishes" } else { "does not vanish" };
+            let holds = if self.residuals[q].may_be_zero() { "vanishes" } else { "does not vanish" };
             let numbers = [c.to_f64(), c.radius()].map(Cell::Number);
             [Cell::Integer(q as i64)].into_iter().chain(numbers).chain([Cell::Text(holds.into())]).collect()
         };
@@ -614,7 +656,13 @@ impl MultistepTheory {
     fn a_stable_finding(&self) -> Finding {
         match &self.a_stable {
             _ if self.zero != Roots::Stable => Finding::new(false, "it is not even zero-stable"),
-            Ok(()) => Finding::new(true, "Re ρ(ζ)/σ(ζ) ≥ 0 on the unit circle, and σ has no root outside"),
+            Ok(open) => {
+                let digits = match *open > 0.0 {
+                    true => format!("; the digits given leave Re ρ(ζ) σ̄(ζ) open by up to {open:.0e}"),
+                    false => String::new(),
+                };
+                Finding::new(true, format!("Re ρ(ζ)/σ(ζ) ≥ 0 on the unit circle, and σ has no root outside{digits}"))
+            }
             Err(NotAStable::Because(why)) => Finding::new(false, why.clone()),
             Err(NotAStable::Open) => {
                 Finding::open("the digits given do not tell whether Re ρ(ζ)/σ(ζ) ≥ 0 on the unit circle")

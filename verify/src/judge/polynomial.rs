@@ -43,6 +43,12 @@ const TOUCH: f64 = 1e-3;
 /// What vanishes to the digits given is taken for zero if they are at least so many.
 const VANISHES: f64 = 1e-3;
 
+/// Coefficients that are known so well are exact: what cannot be told from zero then is zero.
+pub(super) const EXACT: f64 = 1e-40;
+
+/// Digits that Euclid's divisions have to leave of exact coefficients.
+const LEFT: f64 = 1e-20;
+
 impl Polynomial {
     pub(super) fn new(mut coefficients: Vec<Real>) -> Self {
         while coefficients.last().is_some_and(Real::may_be_zero) {
@@ -202,6 +208,22 @@ impl Polynomial {
     /// The part of which the roots come in pairs z, 1/z: those on the unit circle are among them.
     pub(super) fn reciprocal_part(&self) -> Self {
         self.common_divisor(&self.reversed())
+    }
+
+    /// p without the roots that it shares with another; nothing where the digits given do not tell which these are.
+    pub(super) fn without_roots_of(&self, other: &Self) -> Option<Self> {
+        if larger(self.radius(), other.radius()) > EXACT {
+            return None;
+        }
+        let rest = self.divided_by(&self.common_divisor(other)).0;
+        let size = rest.0.iter().map(|c| c.to_f64().abs()).fold(0.0, larger);
+        (rest.radius() <= LEFT * size).then_some(rest)
+    }
+
+    /// How far digits that are given leave those coefficients open that may be zero, where there are such.
+    pub(super) fn left_open(&self) -> Option<f64> {
+        let open = self.0.iter().filter(|c| c.may_be_zero()).map(Real::radius).fold(0.0, larger);
+        (open > EXACT).then_some(open)
     }
 
     /// The widest of the coefficients.

@@ -5,11 +5,12 @@ use lsvi::{InputError, Integrator, VectorField};
 
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
-use super::facts::{Facts, length, order as order_fact, reach, short, told};
+use super::facts::{Facts, beside_one, length, order as order_fact, reach, short, told};
 use super::linear::{Reach, SeriesOrder, Unstable};
+use super::polynomial::EXACT;
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
-use super::structure::{Indefinite, Simplifying};
+use super::structure::{Indefinite, Simplifying, algebraic_matrix};
 use super::tableau::Shape;
 use super::theory::{Theory, WeightsTheory};
 use super::verdict::{Finding, Kind, Verdict};
@@ -184,8 +185,11 @@ impl Theory {
     fn stability(&self) -> String {
         let theory = self;
         let infinity = theory.stability.at_infinity();
-        let at_infinity =
-            if infinity.is_finite() { format!("R(∞) = {}", short(infinity)) } else { "R(∞) = ∞".into() };
+        let at_infinity = match infinity.is_finite() {
+            true if theory.stability.is_told_from_one_at_infinity() => format!("R(∞) = {}", beside_one(infinity)),
+            true => format!("R(∞) = {}", short(infinity)),
+            false => "R(∞) = ∞".into(),
+        };
         let class = match theory.alpha {
             Some(_) if theory.is_a_stable() && infinity == 0.0 => "L-stable".into(),
             Some(_) if theory.is_a_stable() => "A-stable".into(),
@@ -195,7 +199,9 @@ impl Theory {
         };
         let is_algebraic = theory.algebraic.is_ok() && !theory.is_a_stability_open();
         let algebraic = if is_algebraic { ", algebraically stable" } else { "" };
-        format!("{class}{algebraic}; {at_infinity}")
+        let is_rounded = theory.is_a_stable() && theory.stability.left_open().is_some();
+        let digits = if is_rounded { " to the digits given" } else { "" };
+        format!("{class}{algebraic}{digits}; {at_infinity}")
     }
 
     fn oscillations(&self) -> String {
@@ -206,6 +212,13 @@ impl Theory {
             SeriesOrder::Open { .. } => format!("{what} of an order that the digits leave open"),
         };
         format!("{}, {}", one("dispersion", linear.dispersion), one("dissipation", linear.dissipation))
+    }
+
+    /// What of |R| ≤ 1 on the imaginary axis is so to the digits given alone.
+    fn to_the_digits(&self) -> String {
+        self.stability.left_open().map_or_else(String::new, |by| {
+            format!("; the digits given leave |D|² − |N|² open by up to {by:.0e}, where it is taken for zero")
+        })
     }
 
     /// On which coefficients conditions of structure are looked at, where these are not all.
@@ -295,7 +308,10 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
             let infinity = theory.stability.at_infinity();
             match a_stable(theory) {
                 finding if finding.outcome != Outcome::Pass => finding,
-                _ if infinity == 0.0 => Finding::new(true, "A-stable, and deg N < deg D, so that R(∞) = 0"),
+                _ if infinity == 0.0 => {
+                    let digits = theory.to_the_digits();
+                    Finding::new(true, format!("A-stable, and deg N < deg D, so that R(∞) = 0{digits}"))
+                }
                 _ => Finding::new(false, format!("A-stable, but R(∞) = {infinity:.6}")).measured(infinity),
             }
         }
@@ -305,7 +321,13 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
             }
             Ok(()) => {
                 let of = theory.of_reduced();
-                Finding::new(true, format!("b ≥ 0, and B A + Aᵀ B − b bᵀ is positive semidefinite{of}"))
+                let open = algebraic_matrix(&theory.reduced.numbers).into_iter().flatten().filter(Real::may_be_zero);
+                let open = open.map(|x| x.radius()).fold(0.0, larger);
+                let digits = match open > EXACT {
+                    true => format!("; the digits given leave its entries open by up to {open:.0e}, taken for zero"),
+                    false => String::new(),
+                };
+                Finding::new(true, format!("b ≥ 0, and B A + Aᵀ B − b bᵀ is positive semidefinite{of}{digits}"))
             }
             Err(Indefinite::Weight(i, b)) => {
                 Finding::new(false, format!("b[{}] = {b:.6} is negative", i + 1)).measured(*b)
@@ -380,7 +402,10 @@ fn shape(theory: &Theory, claimed: Shape) -> Finding {
 
 fn a_stable(theory: &Theory) -> Finding {
     match theory.stability.is_a_stable() {
-        Ok(()) => Finding::new(true, "no pole in the left half-plane, and |R(iy)| ≤ 1 for all y"),
+        Ok(()) => {
+            let digits = theory.to_the_digits();
+            Finding::new(true, format!("no pole in the left half-plane, and |R(iy)| ≤ 1 for all y{digits}"))
+        }
         Err(Unstable::Open) => Finding::open("the digits given do not tell whether |R(iy)| ≤ 1 for all y"),
         Err(Unstable::At(z)) => {
             let size = theory.stability.at(z).norm();
@@ -781,6 +806,48 @@ mod tests {
         assert_eq!(finding.outcome, open, "{}", finding.why);
         let undecided = Theory { algebraic: Err(Indefinite::Undecided), ..midpoint };
         assert_eq!(undecided.find(Property::AlgebraicallyStable).expect("looked at").outcome, open);
+    }
+
+    /// The theta method with θ = 1/2 ∓ 10⁻⁷: as fractions or as decimals that are said to be exact it is A-stable or not; to the seven places
+    /// printed, which leave its R(∞) open by as much, it is no further than these tell.
+    #[test]
+    fn a_stability_is_told_of_what_is_meant_and_to_the_digits_of_what_is_rounded() {
+        let theta = |digits: &str, [less, more]: [&str; 2]| {
+            written(&format!("{digits}a = [[0, 0], ['{less}', '{more}']]\nb = ['{less}', '{more}']"))
+        };
+        let fractions = ["5000001/10000000", "4999999/10000000"];
+        let decimals = ["0.5000001", "0.4999999"];
+        let swapped = |[x, y]: [&'static str; 2]| [y, x];
+        for (theory, outcome, of_digits, words) in [
+            (theta("", fractions), Outcome::Fail, false, "conditionally stable; R(∞) = -1.0000004"),
+            (theta("", swapped(fractions)), Outcome::Pass, false, "A-stable; R(∞) = -0.9999996"),
+            (theta("digits = 20\n", decimals), Outcome::Fail, false, "conditionally stable; R(∞) = -1.0000004"),
+            (theta("", decimals), Outcome::Pass, true, "A-stable to the digits given; R(∞) = -1"),
+            (theta("", swapped(decimals)), Outcome::Pass, true, "A-stable to the digits given; R(∞) = -1"),
+            // By more than digits leave open.
+            (theta("", ["0.5000006", "0.4999994"]), Outcome::Fail, false, "conditionally stable; R(∞) = -1.000002"),
+        ] {
+            let finding = a_stable(&theory);
+            assert_eq!(finding.outcome, outcome, "{words}: {}", finding.why);
+            assert_eq!(finding.why.contains("the digits given leave"), of_digits, "{}", finding.why);
+            assert_eq!(theory.stability(), words);
+        }
+        // R(∞) = 0 to the digits: SDIRK2 in eight places.
+        let sdirk = written(
+            "a = [['0.29289322'], ['0.70710678', '0.29289322']]\nb = ['0.70710678', '0.29289322']\nclaims = ['L-stable']",
+        );
+        let finding = sdirk.find(Property::LStable).expect("looked at");
+        assert_eq!(finding.outcome, Outcome::Pass);
+        assert!(finding.why.contains("the digits given leave"), "{}", finding.why);
+    }
+
+    /// R(z) = 1/(1 − z) + 10⁻⁹ z/(1 + z) has a pole at −1, however small its residue.
+    #[test]
+    fn a_pole_in_the_left_half_plane_is_none_only_where_it_cancels() {
+        let pole = |weight: &str| {
+            a_stable(&written(&format!("a = [[1, 0], [0, -1]]\nb = ['1 - {weight}', '{weight}']"))).outcome
+        };
+        assert_eq!(["1/1000", "1/1000000000", "0"].map(pole), [Outcome::Fail, Outcome::Fail, Outcome::Pass]);
     }
 
     /// D = 1 + z has its zero at −1, N = 1 + 2z has not; 1 + z + z²/2 on the imaginary axis has modulus 1 + y⁴/4 under a root.
