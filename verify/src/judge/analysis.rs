@@ -1,6 +1,7 @@
 //! What the coefficients of a method say, whatever its kind.
 
 use std::fmt;
+use std::sync::Arc;
 
 use lsvi::{Integrator, VectorField};
 
@@ -56,6 +57,12 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     /// `size` and `length`: what the conditions are off by, times |h v̇| in every step.
     fn rounding_of_coefficients(&self, _size: f64, _length: f64, _steps: f64) -> f64 {
         0.0
+    }
+
+    /// The method with one coefficient moved by `by`, for each of those that a file prints to few digits, with how far that one may be off:
+    /// what steps without time in them make of it.
+    fn moved(&self, _by: f64) -> Vec<(f64, Arc<dyn Analysis>)> {
+        Vec::new()
     }
 
     /// Unknowns that a step finds together, for each component of the problem.

@@ -51,6 +51,12 @@ impl FileMethod {
         Self { traits, ..self.clone() }
     }
 
+    /// The same with one coefficient moved by `by`, for each of those that are printed to few digits, with how far that one may be off.
+    pub(super) fn moved(&self, by: f64) -> Vec<(f64, Self)> {
+        let with = |(radius, theory)| (radius, Self { theory, ..self.clone() });
+        self.theory.moved(by).into_iter().map(with).collect()
+    }
+
     /// Its integrator of any field.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! The kinds `path-fitted`, \[KY21\] (8), and `galerkin`, \[MW01\]: variational integrators of mechanics, by their nodes.
 
+use std::sync::Arc;
+
 use lsvi::Integrator;
 
 use super::analysis::{Analysis, Trial};
@@ -41,6 +43,7 @@ impl Nodes {
 /// All that follows from them.
 #[derive(Debug)]
 pub(super) struct NodesTheory {
+    nodes: Nodes,
     degree: usize,
     is_fitted: bool,
     /// The moments that decide the order: ∫ M(t) t^{k−1} dt with M the polynomial of the nodes, or Σ b_i c_i^{k−1} − 1/k.
@@ -98,6 +101,7 @@ impl NodesTheory {
             }
         };
         Self {
+            nodes: nodes.clone(),
             degree: nodes.degree,
             is_fitted: b.is_none(),
             moments,
@@ -202,6 +206,27 @@ impl Analysis for NodesTheory {
 
     fn rounding_of_coefficients(&self, _size: f64, length: f64, _steps: f64) -> f64 {
         self.moments.iter().map(Real::radius).fold(0.0, larger) * length
+    }
+
+    fn moved(&self, by: f64) -> Vec<(f64, Arc<dyn Analysis>)> {
+        let mut out: Vec<(f64, Arc<dyn Analysis>)> = Vec::new();
+        let mut with = |coefficient: &Coefficient, change: &dyn Fn(&mut Nodes, Real)| {
+            let mut moved = self.nodes.clone();
+            change(&mut moved, &coefficient.real + &Real::double(by));
+            out.push((coefficient.real.radius(), Arc::new(Self::new(&moved))));
+        };
+        for (i, node) in self.nodes.nodes.iter().enumerate().filter(|(_, node)| node.real.is_rough()) {
+            with(node, &|nodes, x| nodes.nodes[i].real = x);
+        }
+        let weights = self.nodes.weights.iter().flatten().enumerate();
+        for (i, weight) in weights.filter(|(_, weight)| weight.real.is_rough()) {
+            with(weight, &|nodes, x| {
+                if let Some(weights) = &mut nodes.weights {
+                    weights[i].real = x;
+                }
+            });
+        }
+        out
     }
 
     fn on_problem<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, String> {

@@ -1,6 +1,8 @@
 //! The kinds `partitioned-runge-kutta` and `nystrom`: methods with coefficients of their own for q and for p = q̇ in
 //! q̇ = f(q, p), ṗ = g(q, p) (\[HLW06\] II.2, III.2, VI.4; \[HNW93\] II.14).
 
+use std::sync::Arc;
+
 use lsvi::{Integrator, VectorField};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
@@ -79,7 +81,7 @@ impl Parts {
 }
 
 /// All that follows from them.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct PartsTheory {
     coupling: Coupling,
     a: [Vec<Vec<Real>>; 2],
@@ -418,6 +420,32 @@ impl Analysis for PartsTheory {
 
     fn rounding_of_coefficients(&self, _size: f64, length: f64, _steps: f64) -> f64 {
         self.weights.resolution() * length
+    }
+
+    fn moved(&self, by: f64) -> Vec<(f64, Arc<dyn Analysis>)> {
+        let mut out: Vec<(f64, Arc<dyn Analysis>)> = Vec::new();
+        let mut with = |radius: f64, change: &dyn Fn(&mut Self)| {
+            let mut moved = self.clone();
+            change(&mut moved);
+            out.push((radius, Arc::new(moved)));
+        };
+        let by = Real::double(by);
+        for part in 0..2 {
+            for (i, b) in self.b[part].iter().enumerate().filter(|(_, b)| b.is_rough()) {
+                with(b.radius(), &|theory| theory.b[part][i] = b + &by);
+            }
+            for (i, row) in self.a[part].iter().enumerate() {
+                for (j, a) in row.iter().enumerate().filter(|(_, a)| a.is_rough()) {
+                    with(a.radius(), &|theory| theory.a[part][i][j] = a + &by);
+                }
+            }
+        }
+        // The stages of a Nyström method start from q + c_i h p; those of others have c in their times alone.
+        let is_start = |c: &Real| self.coupling == Coupling::SecondOrder && c.is_rough();
+        for (i, c) in self.c.iter().enumerate().filter(|(_, c)| is_start(c)) {
+            with(c.radius(), &|theory| theory.c[i] = c + &by);
+        }
+        out
     }
 
     fn unknowns(&self) -> usize {

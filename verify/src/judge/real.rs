@@ -91,6 +91,11 @@ impl Real {
         to_f64(&self.mid)
     }
 
+    /// Whether it is uncertain by more than a double is.
+    pub(super) fn is_rough(&self) -> bool {
+        self.radius > f64::EPSILON * self.to_f64().abs()
+    }
+
     /// Whether the number is zero and no other.
     pub fn is_zero(&self) -> bool {
         self.radius == 0.0 && self.may_be_zero()

@@ -1,5 +1,7 @@
 //! The kind `runge-kutta`: what is claimed of a tableau, described and run.
 
+use std::sync::Arc;
+
 use lsvi::classic::{CoupledRungeKutta, RungeKutta, Tableau as LowerTriangular};
 use lsvi::{InputError, Integrator, VectorField};
 
@@ -11,7 +13,7 @@ use super::polynomial::EXACT;
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
 use super::structure::{Indefinite, Simplifying, algebraic_matrix};
-use super::tableau::Shape;
+use super::tableau::{Numbers, Shape};
 use super::theory::{Theory, WeightsTheory};
 use super::verdict::{Finding, Kind, Verdict};
 use crate::evidence::{Check, Figure, Outcome, Table};
@@ -81,6 +83,25 @@ impl Analysis for Theory {
 
     fn rounding_of_coefficients(&self, _size: f64, length: f64, _steps: f64) -> f64 {
         self.main.resolution() * length
+    }
+
+    fn moved(&self, by: f64) -> Vec<(f64, Arc<dyn Analysis>)> {
+        let mut out: Vec<(f64, Arc<dyn Analysis>)> = Vec::new();
+        let mut with = |radius: f64, change: &dyn Fn(&mut Numbers)| {
+            let mut moved = self.clone();
+            change(&mut moved.numbers);
+            out.push((radius, Arc::new(moved)));
+        };
+        let by = Real::double(by);
+        for (i, b) in self.numbers.b.iter().enumerate().filter(|(_, b)| b.is_rough()) {
+            with(b.radius(), &|numbers| numbers.b[i] = b + &by);
+        }
+        for (i, row) in self.numbers.a.iter().enumerate() {
+            for (j, a) in row.iter().enumerate().filter(|(_, a)| a.is_rough()) {
+                with(a.radius(), &|numbers| numbers.a[i][j] = a + &by);
+            }
+        }
+        out
     }
 
     fn unknowns(&self) -> usize {

@@ -10,7 +10,7 @@ use verify::judge::file::{Body, FileError, MethodFile, SHIPPED};
 use verify::judge::linear::Reach;
 use verify::judge::parts::Coupling;
 use verify::judge::tableau::{Coefficient, Place, Tableau};
-use verify::judge::{Effort, Judgement};
+use verify::judge::{Effort, Judgement, Kind, Verdict};
 use verify::measure::stability::Uniform;
 
 #[path = "../../examples/judge_own_method.rs"]
@@ -73,6 +73,62 @@ fn published_misprints_are_found_and_mended() {
     let judgement = published("kraaijevanger-spijker.toml");
     assert!(matches!(judgement.diagnosis, Diagnosis::LabelTooHigh { order: 1 }), "{:?}", judgement.diagnosis);
     assert_eq!(judgement.outcome(), Outcome::Fail);
+}
+
+/// Gauss' method of three stages with so many places, with what is claimed of it and of none of its neighbours.
+fn gauss_to(places: usize) -> String {
+    let root = 15.0_f64.sqrt();
+    let rows = [
+        [5.0 / 36.0, 2.0 / 9.0 - root / 15.0, 5.0 / 36.0 - root / 30.0],
+        [5.0 / 36.0 + root / 24.0, 2.0 / 9.0, 5.0 / 36.0 - root / 24.0],
+        [5.0 / 36.0 + root / 30.0, 2.0 / 9.0 + root / 15.0, 5.0 / 36.0],
+    ];
+    let row = |row: &[f64]| row.iter().map(|x| format!("'{x:.places$}'")).collect::<Vec<_>>().join(", ");
+    let a = rows.map(|entries| format!("[{}]", row(&entries))).join(", ");
+    let b = row(&[5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0]);
+    format!("order = 6\nclaims = ['symplectic', 'symmetric', 'A-stable']\na = [{a}]\nb = [{b}]\n")
+}
+
+/// The subjects of what is measured of structure.
+const STRUCTURE: [&str; 3] = ["symplectic", "symmetric", "energy"];
+
+/// What rounding does to a step is neither what the method is off by, nor shows that it is off by nothing.
+#[test]
+fn runs_of_a_right_tableau_allow_for_the_digits_that_it_is_printed_to() {
+    let refuted: Vec<String> = (6..=14)
+        .into_par_iter()
+        .flat_map_iter(|places| {
+            let judgement = judge(&gauss_to(places), Effort::Runs);
+            let told = |subject: &str| {
+                let is_run = |verdict: &&Verdict| verdict.kind == Kind::Run && verdict.subject == subject;
+                judgement.verdicts.iter().find(is_run).map(|verdict| verdict.check.outcome)
+            };
+            let open = [Outcome::NotSettled; 3].map(Some);
+            match places {
+                6..=8 => assert_eq!(STRUCTURE.map(told), open, "{places}"),
+                13.. => assert_eq!(STRUCTURE.map(told), [Outcome::Pass; 3].map(Some), "{places}"),
+                _ => {}
+            }
+            let refuted = judgement.verdicts.iter().filter(|verdict| verdict.check.outcome == Outcome::Fail);
+            refuted.map(|verdict| format!("{places} places: {verdict:?}")).collect::<Vec<_>>()
+        })
+        .collect();
+    assert!(refuted.is_empty(), "{refuted:#?}");
+}
+
+/// 0.48 for 0.4804 in the fourth of twelve places, or one unit of the eleventh.
+#[test]
+fn a_wrong_digit_within_those_printed_is_refuted() {
+    let right = gauss_to(12);
+    for (digits, wrong) in [("0.480421111969", "0.480521111969"), ("0.480421111969", "0.480421111989")] {
+        assert!(right.contains(digits), "{right}");
+        let judgement = judge(&right.replace(digits, wrong), Effort::Runs);
+        let outcome = |subject: &str| {
+            let of_claim = judgement.verdicts.iter().find(|verdict| verdict.subject == subject).expect("claimed");
+            of_claim.check.outcome
+        };
+        assert_eq!(["order 6", "symplectic", "symmetric"].map(outcome), [Outcome::Fail; 3], "{wrong}");
+    }
 }
 
 /// The file again, with `text` at `place`.
