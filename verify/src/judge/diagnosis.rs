@@ -1,6 +1,7 @@
 //! A wrong label told from a wrong coefficient.
 
 use super::analysis::Analysis;
+use super::claim::Property;
 use super::exchange::{Exchange, exchanges};
 use super::file::Body;
 use super::mend::{self, System};
@@ -81,9 +82,10 @@ pub enum Diagnosis {
 
 impl Diagnosis {
     /// Where no change of a coefficient is looked for.
-    fn of_label(order: u32, claimed: Option<u32>) -> Self {
+    fn of_label(theory: &dyn Analysis, claimed: Option<u32>) -> Self {
+        let order = theory.order();
         match claimed {
-            Some(p) if order > p => Self::LabelTooLow { order },
+            Some(p) if order > p && is_refuted(theory, p) => Self::LabelTooLow { order },
             _ => Self::Sound,
         }
     }
@@ -123,7 +125,7 @@ impl Diagnosis {
             let Some(system) = body.system(order) else { continue };
             let target = Target { order, embedded: None };
             if mend::holds(&*system) {
-                return Self::of_label(found, claimed);
+                return Self::of_label(theory, claimed);
             }
             let mut repairs = mend::repairs(&*system);
             repairs.retain(|repair| repair.mends >= 2 || claimed.is_some() || order == found);
@@ -137,7 +139,7 @@ impl Diagnosis {
         }
         match claimed {
             Some(p) if p > found => Self::LabelTooHigh { order: found },
-            _ => Self::of_label(found, claimed),
+            _ => Self::of_label(theory, claimed),
         }
     }
 
@@ -162,7 +164,9 @@ impl Diagnosis {
         let (main, embedded) = (theory.order_found(), theory.embedded.as_ref().map(|e| e.order));
         let falls_short = claimed.is_some_and(|p| main < p) || claimed_embedded.is_some_and(|p| embedded < Some(p));
         match claimed {
-            Some(p) if rows.is_empty() && !falls_short && main > p => return Self::LabelTooLow { order: main },
+            Some(p) if rows.is_empty() && !falls_short && main > p && is_refuted(theory, p) => {
+                return Self::LabelTooLow { order: main };
+            }
             Some(_) if rows.is_empty() && !falls_short => return Self::Sound,
             _ => {}
         }
@@ -192,6 +196,11 @@ impl Diagnosis {
             _ => Self::LabelTooHigh { order: main },
         }
     }
+}
+
+/// Whether the order is certainly not `p`: few digits leave open whether it is a higher one.
+fn is_refuted(theory: &dyn Analysis, p: u32) -> bool {
+    theory.find(Property::Order(p)).is_some_and(|finding| finding.outcome == Outcome::Fail)
 }
 
 /// The order of the method whose decimals the file has cut off, where it is the one claimed, and all row sums hold; without a claim, where

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::polynomial::{Polynomial, Sign, first_negative};
+use super::polynomial::{EXACT, Polynomial, Sign, first_negative};
 use super::real::{Real, dot};
 use super::tableau::Numbers;
 use crate::measure::norm::{Extremes, larger};
@@ -68,10 +68,12 @@ pub struct StabilityFunction {
     pub numerator: Polynomial,
     /// D(z) = det(I − z A).
     pub denominator: Polynomial,
+    /// How far the coefficients of N and of D beyond their last ones may be from zero, for which they are taken: of 1, z, z², ….
+    dropped: Vec<f64>,
 }
 
-/// det(I − z A), by Faddeev and LeVerrier.
-fn determinant(a: &[Vec<Real>]) -> Polynomial {
+/// The coefficients of det(I − z A), by Faddeev and LeVerrier.
+fn determinant(a: &[Vec<Real>]) -> Vec<Real> {
     let s = a.len();
     let mut m = vec![vec![Real::zero(); s]; s];
     let mut coefficients = vec![Real::one()];
@@ -85,7 +87,7 @@ fn determinant(a: &[Vec<Real>]) -> Polynomial {
         let trace: Real = (0..s).map(|i| dot(&a[i], &m.iter().map(|row| row[i].clone()).collect::<Vec<_>>())).sum();
         coefficients.push(&-&trace / &Real::from(k as i64));
     }
-    Polynomial::new(coefficients)
+    coefficients
 }
 
 fn product(a: &[Vec<Real>], b: &[Vec<Real>]) -> Vec<Vec<Real>> {
@@ -101,7 +103,7 @@ impl StabilityFunction {
         }
         let shifted: Vec<Vec<Real>> =
             numbers.a.iter().map(|row| row.iter().zip(b).map(|(a, b)| a - b).collect()).collect();
-        Self { numerator: determinant(&shifted), denominator: determinant(&numbers.a) }
+        Self::of(determinant(&shifted), determinant(&numbers.a))
     }
 
     /// R where A is lower triangular: D is the product of its diagonal, and N that of D with the series 1 + Σ bᵀAᵏ⁻¹1 zᵏ. The
@@ -121,7 +123,24 @@ impl StabilityFunction {
         }
         let term = |k: usize| (0..denominator.len().min(k + 1)).map(|j| &denominator[j] * &series[k - j]).sum();
         let numerator = (0..series.len()).map(term).collect();
-        Self { numerator: Polynomial::new(numerator), denominator: Polynomial::new(denominator) }
+        Self::of(numerator, denominator)
+    }
+
+    fn of(numerator: Vec<Real>, denominator: Vec<Real>) -> Self {
+        let mut dropped = vec![0.0; numerator.len().max(denominator.len())];
+        for coefficients in [&numerator, &denominator] {
+            let beyond = coefficients.iter().rposition(|c| !c.may_be_zero()).map_or(0, |last| last + 1);
+            for (sum, c) in dropped.iter_mut().zip(coefficients).skip(beyond) {
+                *sum += c.to_f64().abs() + c.radius();
+            }
+        }
+        Self { numerator: Polynomial::new(numerator), denominator: Polynomial::new(denominator), dropped }
+    }
+
+    /// Whether few digits leave it open that |R| > 1 at z, by what they leave of the leading coefficients.
+    fn is_left_open_at(&self, z: Complex<f64>) -> bool {
+        let open: f64 = self.dropped.iter().rev().fold(0.0, |sum, c| sum * z.norm() + c);
+        open > EXACT && self.numerator.at_complex(z).norm() - self.denominator.at_complex(z).norm() <= open
     }
 
     /// R(z).
@@ -171,13 +190,23 @@ impl StabilityFunction {
 
     /// How far |R(iy)| ≤ 1.
     pub fn imaginary_reach(&self) -> Reach {
-        Reach::of(first_negative(&[self.margin()])).rooted()
+        self.told(Reach::of(first_negative(&[self.margin()])).rooted(), |y| Complex::new(0.0, y))
     }
 
     /// How far |R(−x)| ≤ 1: D² − N² in factors, which have half its degree each, and none of its double roots twice.
     pub fn real_reach(&self) -> Reach {
         let (n, d) = (self.numerator.mirrored(), self.denominator.mirrored());
-        Reach::of(first_negative(&[d.minus(&n), d.plus(&n)]))
+        self.told(Reach::of(first_negative(&[d.minus(&n), d.plus(&n)])), |x| Complex::new(-x, 0.0))
+    }
+
+    /// The same where the point beyond it that is shown is one.
+    fn told(&self, reach: Reach, at: impl Fn(f64) -> Complex<f64>) -> Reach {
+        match reach {
+            Reach::UpTo { end, open, witness } if self.is_left_open_at(at(witness)) => {
+                Reach::Open { to: (end - open).max(0.0) }
+            }
+            reach => reach,
+        }
     }
 
     /// |R| ≤ 1 in the left half-plane, or a point there where it is not: bounded on the imaginary axis, no pole to the left of
@@ -495,6 +524,7 @@ mod tests {
             for (one, other) in
                 [(&found.denominator, determinant(&numbers.a)), (&found.numerator, determinant(&shifted))]
             {
+                let other = Polynomial::new(other);
                 let at = |p: &Polynomial, k: usize| p.coefficients().get(k).cloned().unwrap_or_else(Real::zero);
                 for k in 0..=numbers.stages() {
                     let (one, other) = (at(one, k), at(&other, k));
@@ -514,8 +544,7 @@ mod tests {
         let alpha = |scale: f64| {
             let coefficients = [1.0, -1.0, 0.5, -1.0 / 6.0].iter().enumerate();
             let scaled = coefficients.map(|(k, c)| Real::double(c * scale.powi(k as i32))).collect();
-            let (numerator, denominator) = (Polynomial::new(vec![Real::one()]), Polynomial::new(scaled));
-            StabilityFunction { numerator, denominator }.alpha().expect("stable on the negative axis")
+            StabilityFunction::of(vec![Real::one()], scaled).alpha().expect("stable on the negative axis")
         };
         for scale in [1.0, 1e-3, 1e2] {
             assert!((alpha(scale) - 88.23).abs() < 0.01, "{scale}: {}", alpha(scale));
@@ -532,8 +561,7 @@ mod tests {
                 factorial = &factorial * &Real::from(-k);
                 coefficients.push(&Real::one() / &factorial);
             }
-            let (numerator, denominator) = (Polynomial::new(vec![Real::one()]), Polynomial::new(coefficients));
-            let pade = StabilityFunction { numerator, denominator };
+            let pade = StabilityFunction::of(vec![Real::one()], coefficients);
             let alpha = pade.alpha().expect("stable on the negative axis");
             let largest = |degrees: f64| {
                 let direction = Complex::from_polar(1.0, std::f64::consts::PI - degrees.to_radians());

@@ -10,7 +10,7 @@ use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::evidence::{coefficient_row, region, table};
 use super::facts::{Facts, length, short, told};
-use super::polynomial::{EXACT, ITERATIONS, Polynomial, Sign, first_negative, is_left_open, simultaneous};
+use super::polynomial::{EXACT, ITERATIONS, Polynomial, Sign, VANISHES, first_negative, is_left_open, simultaneous};
 use super::problem::{Autonomous, Linear, NonAutonomous};
 use super::real::Real;
 use super::stepping;
@@ -20,7 +20,7 @@ use super::verdict::{Finding, Kind, Verdict};
 use crate::evidence::{Cell, Check, Figure, Outcome, Table};
 use crate::kinds::{Principle, Stability};
 use crate::measure::decimal::counted;
-use crate::measure::norm::Extremes;
+use crate::measure::norm::{Extremes, larger};
 use crate::method::Traits;
 use crate::problem::Window;
 
@@ -454,6 +454,13 @@ impl Analysis for MultistepTheory {
                 );
                 if p > most { Finding::new(false, why) } else { Finding::open(why) }
             }
+            Property::Order(p) if p < self.order && self.constants[p as usize + 1].radius() > VANISHES => {
+                let radius = self.constants[p as usize + 1].radius();
+                Finding::open(format!(
+                    "C_0 to C_{p} vanish, and the digits given leave C_{} open by {radius:.0e}",
+                    p + 1
+                ))
+            }
             Property::Order(p) => {
                 let first = self.order + 1;
                 let radius = || self.constants[..first as usize].iter().map(Real::radius).largest();
@@ -496,6 +503,9 @@ impl Analysis for MultistepTheory {
             Property::AlphaStable(angle) => match self.alpha {
                 // A right angle is A-stability.
                 Some(_) if angle.value >= 90.0 => self.a_stable_finding(),
+                Some(_) if larger(self.rho.radius(), self.sigma.radius()) > VANISHES => {
+                    Finding::open("the digits given do not tell how wide the sector is")
+                }
                 Some(alpha) => {
                     let (outcome, words) = angle.is_reached(alpha, ANGLE);
                     let why = format!("the root locus leaves the sector |arg(−hλ)| < {alpha:.3}° free{words}");

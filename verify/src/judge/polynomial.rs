@@ -41,7 +41,7 @@ pub(super) enum Sign {
 const TOUCH: f64 = 1e-3;
 
 /// What vanishes to the digits given is taken for zero if they are at least so many.
-const VANISHES: f64 = 1e-3;
+pub(super) const VANISHES: f64 = 1e-3;
 
 /// Coefficients that are known so well are exact: what cannot be told from zero then is zero.
 pub(super) const EXACT: f64 = 1e-40;

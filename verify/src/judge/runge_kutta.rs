@@ -214,7 +214,10 @@ impl Theory {
         let class = match theory.alpha {
             Some(_) if theory.is_a_stable() && infinity == 0.0 => "L-stable".into(),
             Some(_) if theory.is_a_stable() => "A-stable".into(),
-            _ if theory.is_a_stability_open() => "whether it is A-stable is open for the digits given".into(),
+            _ if theory.is_a_stability_open() => match theory.stability.is_a_stable() {
+                Err(Unstable::At(_)) => "not A-stable, and whether in a sector is open for the digits given".into(),
+                _ => "whether it is A-stable is open for the digits given".into(),
+            },
             Some(alpha) => format!("A(α)-stable with α {}", angle(alpha)),
             None => "conditionally stable".to_owned(),
         };
@@ -498,9 +501,15 @@ pub(super) fn order(p: u32, weights: &WeightsTheory, name: &str) -> Finding {
                 told(&first.residual, 3)
             )
         }
-        None if weights.order > p => {
-            format!("all {number} conditions hold, and those up to order {} too", weights.order)
-        }
+        None if weights.order > p => match weights.left_open(p + 1) {
+            Some(open) => {
+                return Finding::open(format!(
+                    "all {number} conditions hold, and the digits given leave those of order {} open by up to {open:.0e}",
+                    p + 1
+                ));
+            }
+            None => format!("all {number} conditions hold, and those up to order {} too", weights.order),
+        },
         None => {
             let then = weights.beyond().map_or_else(String::new, |c| {
                 format!("; of order {}, {} is off by {}", c.order, weights.formula(c.tree, name), told(&c.residual, 3))
@@ -846,7 +855,12 @@ mod tests {
             (theta("", decimals), Outcome::Pass, true, "A-stable to the digits given; R(∞) = -1"),
             (theta("", swapped(decimals)), Outcome::Pass, true, "A-stable to the digits given; R(∞) = -1"),
             // By more than digits leave open.
-            (theta("", ["0.5000006", "0.4999994"]), Outcome::Fail, false, "conditionally stable; R(∞) = -1.000002"),
+            (
+                theta("", ["0.5000020", "0.4999980"]),
+                Outcome::Fail,
+                false,
+                "not A-stable, and whether in a sector is open for the digits given; R(∞) = -1.000008",
+            ),
         ] {
             let finding = a_stable(&theory);
             assert_eq!(finding.outcome, outcome, "{words}: {}", finding.why);

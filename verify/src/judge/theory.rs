@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::conditions::{Condition, conditions, error_norm, order_of};
 use super::linear::{LinearOrders, Reach, StabilityFunction, Unstable};
+use super::polynomial::VANISHES;
 use super::real::Real;
 use super::reduce::Reduced;
 use super::structure::{
@@ -74,6 +75,13 @@ impl WeightsTheory {
     /// The first condition of the order after the one found, where one fails.
     pub(super) fn beyond(&self) -> Option<&Condition> {
         self.conditions.iter().find(|c| c.order == self.order + 1 && !c.holds())
+    }
+
+    /// How far few digits leave the conditions of order `p` open, where they do not tell to [`VANISHES`] of it what makes Φ(τ) equal 1/γ.
+    pub(super) fn left_open(&self, p: u32) -> Option<f64> {
+        let conditions = || self.conditions.iter().filter(|c| c.order == p);
+        let is_open = |c: &Condition| c.residual.radius() * self.forest.trees()[c.tree].density as f64 > VANISHES;
+        conditions().any(is_open).then(|| conditions().map(|c| c.residual.radius()).fold(0.0, larger))
     }
 
     /// The least residual that the digits given could not have told from zero: the largest radius up to the order found.

@@ -131,6 +131,53 @@ fn a_wrong_digit_within_those_printed_is_refuted() {
     }
 }
 
+/// Gauss' method of four stages and Radau IIA of order 7 to three places, backward differentiation to two: what they are is open, and nothing of it
+/// refuted.
+#[test]
+fn few_digits_of_a_right_method_refute_nothing_of_it() {
+    let gauss = "order = 8
+claims = ['symplectic', 'symmetric', 'A-stable', 'algebraically stable']
+digits = 3
+c = ['0.069', '0.330', '0.670', '0.931']
+a = [['0.087', '-0.027', '0.013', '-0.004'], ['0.188', '0.163', '-0.028', '0.007'], ['0.167', '0.354', '0.163', '-0.014'], ['0.177', '0.313', '0.353', '0.087']]
+b = ['0.174', '0.326', '0.326', '0.174']
+";
+    let radau = "order = 7
+claims = ['L-stable', 'stiffly accurate', 'not symplectic']
+digits = 3
+c = ['0.089', '0.409', '0.788', '1.000']
+a = [['0.113', '-0.040', '0.026', '-0.010'], ['0.234', '0.207', '-0.048', '0.016'], ['0.217', '0.406', '0.189', '-0.024'], ['0.220', '0.388', '0.329', '0.062']]
+b = ['0.220', '0.388', '0.329', '0.062']
+";
+    let bdf3 = "kind = 'multistep'
+order = 3
+claims = ['A(86.0)-stable']
+digits = 2
+rho = ['-0.33', '1.50', '-3.00', '1.83']
+sigma = [0, 0, 0, 1]
+";
+    let bdf5 = "kind = 'multistep'
+order = 5
+digits = 2
+rho = ['-0.20', '1.25', '-3.33', '5.00', '-5.00', '2.28']
+sigma = [0, 0, 0, 0, 0, '1.00']
+";
+    for (text, open) in [
+        (gauss, &["A-stable"][..]),
+        (radau, &["order 7", "L-stable"]),
+        (bdf3, &["A(86.0°)-stable"]),
+        (bdf5, &["order 5"]),
+    ] {
+        let judgement = judge(text, Effort::Theory);
+        assert_eq!(judgement.outcome(), Outcome::Inconclusive, "{:?}", judgement.verdicts);
+        assert!(matches!(judgement.diagnosis, Diagnosis::Sound), "{:?}", judgement.diagnosis);
+        for subject in open {
+            let claim = judgement.verdicts.iter().find(|verdict| verdict.subject == *subject).expect(subject);
+            assert_eq!(claim.check.outcome, Outcome::Inconclusive, "{subject}: {}", claim.check.reason);
+        }
+    }
+}
+
 /// The file again, with `text` at `place`.
 fn corrupted(file: &MethodFile, tableau: &Tableau, place: Place, text: &str) -> String {
     let mut out = format!("kind = \"runge-kutta\"\norder = {}\n", file.order().expect("claimed"));
