@@ -369,6 +369,64 @@ mod tests {
         }
     }
 
+    /// What the rounding of the coefficients may have made is neither none nor one of the method; what is not known of it decides nothing.
+    #[test]
+    fn defects_and_drifts_within_what_rounding_leaves_open_are_not_settled() {
+        let plain = Traits::new(2, Principle::Equation, Stability::Neutral);
+        let keeps = Traits { symplectic: Symplecticity::Always, is_reversible: true, ..plain.clone() };
+        let (pass, fail, open, unsettled) = (Outcome::Pass, Outcome::Fail, Outcome::Inconclusive, Outcome::NotSettled);
+        for (defect, rounding, kept, not) in [
+            (1e-13, 1e-7, pass, open),
+            (1e-8, 1e-7, unsettled, unsettled),
+            (1e-6, 1e-7, fail, pass),
+            (1e-8, f64::NAN, open, open),
+            (f64::NAN, 1e-7, fail, fail),
+        ] {
+            let outcomes = |traits: &Traits| {
+                let defects = Defects { symplectic: defect, symmetric: defect, open: [rounding; 2] };
+                defects.verdicts(traits).map(|verdict| verdict.check.outcome)
+            };
+            assert_eq!((outcomes(&keeps), outcomes(&plain)), ([kept; 2], [not; 2]), "{defect:e} {rounding:e}");
+        }
+        use drift::Kind::{Dissipative, Symplectic};
+        for (drift, rounding, kept, not) in [
+            (1e-6, 1e-3, pass, unsettled),
+            (5e-4, 1e-3, unsettled, unsettled),
+            (1e-2, 1e-3, fail, pass),
+            (1e-2, f64::NAN, open, open),
+        ] {
+            let outcome = |kind: drift::Kind| {
+                let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
+                let (problem, method, steps) = ("henon-heiles", String::new(), 400);
+                let (stderr, momentum) = (1e-6, None);
+                let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding: 0.0, momentum };
+                energy_verdict(Ok(Ok(Energy { drift: found, open: rounding }))).check.outcome
+            };
+            assert_eq!((outcome(Symplectic), outcome(Dissipative)), (kept, not), "{drift:e} {rounding:e}");
+        }
+    }
+
+    /// The implicit midpoint rule with an a of four units too many in the last of seven and of eight places, of which half a one is left open.
+    #[test]
+    fn what_rounding_leaves_open_is_in_proportion_to_it_and_bounds_what_it_does() {
+        let of = |text: &str| {
+            let text = format!("a = [['{text}']]\nb = [1]\n");
+            let file = crate::judge::file::MethodFile::parse("m.toml", "m", &text).expect("a method");
+            let method = FileMethod::of(&file);
+            (defects(&method).expect("it steps"), energy(&method).expect("it runs"))
+        };
+        let ((six, drift_of_six), (seven, drift_of_seven)) = (of("0.5000004"), of("0.50000004"));
+        for (coarse, fine) in
+            [(six.open[0], seven.open[0]), (six.open[1], seven.open[1]), (drift_of_six.open, drift_of_seven.open)]
+        {
+            assert!(fine > 0.0 && (coarse / fine - 10.0).abs() < 1e-2, "{coarse:e} {fine:e}");
+        }
+        // Eight times what is left open.
+        assert!(six.symplectic > six.open[0] && six.symplectic < 9.0 * six.open[0], "{six:?}");
+        let (exact, of_exact) = of("1/2");
+        assert_eq!((exact.open, of_exact.open), ([0.0; 2], 0.0));
+    }
+
     /// Where a drift is not resolved, what should have none passes, and of what should have one nothing is told.
     #[test]
     fn a_drift_that_does_not_show_confirms_none() {
