@@ -39,6 +39,8 @@ pub(super) enum Failure {
     Build(#[from] BuildError),
     #[error("`{0}` is set twice")]
     Repeated(String),
+    #[error("a component has the name `{0}`, which is that of a column of `solve`")]
+    Column(String),
     #[error("{0} needs a step size")]
     NoStepSize(String),
     #[error(transparent)]
@@ -94,6 +96,7 @@ impl Failure {
             | Self::MethodFile(_)
             | Self::Build(_)
             | Self::Repeated(_)
+            | Self::Column(_)
             | Self::NoStepSize(_)
             | Self::Read { .. }
             | Self::Data { .. }
@@ -139,6 +142,9 @@ impl Failure {
             Self::Data { source, .. } if matches!(**source, DataError::NoSpacing { .. }) => {
                 "`--step COLUMN` names the one with the spacing of the grid or the time step; `--cells COLUMN --dimension D` the one \
                  with numbers of cells"
+            }
+            Self::Column(_) => {
+                "rename it in the model: `error` and `estimate` are columns beside those of the components"
             }
             Self::NoStepSize(_) => "for example `--h 0.1`",
             Self::NoTolerances(_) => "`radau-adaptive` is adaptive",

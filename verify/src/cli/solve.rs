@@ -36,6 +36,9 @@ const MEANINGLESS: f64 = 0.5;
 /// Steps that an adaptive method is taken to need, where what they pass over is looked for.
 const ADAPTIVE_STEPS: f64 = 1000.0;
 
+/// Columns after the components: the error where an exact solution is known, and the estimate.
+const ERRORS: [&str; 2] = ["error", "estimate"];
+
 /// Steps that take minutes.
 const MANY: f64 = 1e7;
 
@@ -180,6 +183,10 @@ struct Summary {
 impl<'a> Solve<'a> {
     fn new(args: &'a Args) -> Result<Self, Failure> {
         let (name, problem) = args.problem.build(None)?;
+        // A column of that name would be read as another.
+        if let Some(name) = component_names(&*problem).into_iter().find(|name| ERRORS.contains(&&**name)) {
+            return Err(Failure::Column(name));
+        }
         let method = with_tolerances(args::method(&args.method)?, problem.initial().len(), args)?;
         // Before anything is written, as is the check of the grid.
         method.build(&*problem)?;
@@ -214,8 +221,8 @@ impl<'a> Solve<'a> {
 
     /// Column names: `t`, the components, `error`, `estimate`.
     fn columns(&self) -> Vec<String> {
-        let errors = [("error", self.has_exact), ("estimate", !self.args.no_estimate)];
-        let errors = errors.into_iter().filter(|(_, is_shown)| *is_shown).map(|(name, _)| name.to_owned());
+        let errors = ERRORS.into_iter().zip([self.has_exact, !self.args.no_estimate]);
+        let errors = errors.filter(|(_, is_shown)| *is_shown).map(|(name, _)| name.to_owned());
         ["t".to_owned()].into_iter().chain(component_names(&*self.problem)).chain(errors).collect()
     }
 

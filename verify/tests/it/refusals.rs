@@ -8,16 +8,17 @@ use rayon::prelude::*;
 use crate::{flat, scratch};
 
 /// Files that commands name.
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 7] = [
     ("pole.ds", "u_i { x = 1 } F_i { x * x }"),
     ("log.ds", "u_i { x = 0 } F_i { log(x) }"),
     ("two.ds", "in_i { a = 1, b = 2 } u_i { x = 1, y = 0 } F_i { -a * x, -b * y }"),
+    ("columns.ds", "u_i { x = 1, estimate = 2 } F_i { -x, -estimate }"),
     ("old.json", r#"{ "schema": 0 }"#),
     ("not.json", "no report"),
     ("grids.csv", "n,value\n1,2.0\n2,1.5\n4,1.25\n"),
 ];
 
-const COMMANDS: [&str; 40] = [
+const COMMANDS: [&str; 41] = [
     // Names.
     "solve --problem logistics --method rk4 --h 0.1 --t-end 1",
     "solve --problem logistic --method rk5 --h 0.1 --t-end 1",
@@ -40,6 +41,7 @@ const COMMANDS: [&str; 40] = [
     "solve --problem logistic --method radau-adaptive --atol 1e-6,1e-6 --t-end 1",
     "solve --problem logistic --method galerkin-gauss(2) --h 0.25 --t-end 1",
     "solve --problem kepler --method bdf9 --h 0.1 --t-end 1",
+    "solve --model columns.ds --method rk4 --h 0.5 --t-end 1 --no-estimate",
     // Steps that fail.
     "solve --problem quadratic-drag --method method-ii --h 50 --t-end 100",
     "solve --problem hires --method method-ii --h 0.01 --t-end 1",
