@@ -248,6 +248,12 @@ impl Compiled {
                 format!("`{name}` names two things, and only one of them would be meant by it; rename the other");
             return Err(ModelError::Form { path: path.into(), reason });
         }
+        if let Some((offset, name)) = starts_in_time(&model) {
+            let (line, column) = position(code, offset);
+            let message =
+                format!("the state at t = 0 depends on time through {name}, which has no value there; state one");
+            return Err(located(format!("Line {line}, Column {column}: Error: {message}")));
+        }
         let inputs = inputs(path, model.input(), set)?;
         let compiler = Compiler::from_discrete_model(&model, CompilerOptions::default(), Some(code))
             .map_err(|e| located(e.to_string()))?;
@@ -291,6 +297,17 @@ fn ambiguous(model: &DiscreteModel) -> Option<String> {
         }
     }
     None
+}
+
+/// Where the initial state depends on a name that has a value in the course of time alone, and that name: DiffSL would take it for 0, or give
+/// up on it.
+fn starts_in_time<'a>(model: &DiscreteModel<'a>) -> Option<(usize, &'a str)> {
+    let changing: HashSet<&str> =
+        ["t"].into_iter().chain(model.time_dep_defns().iter().map(|tensor| tensor.name())).collect();
+    model.state().elmts().iter().find_map(|block| {
+        let name = block.expr().get_dependents().into_iter().find(|name| changing.contains(name))?;
+        Some((block.expr().span?.pos_start, name))
+    })
 }
 
 /// The smallest system whose sparsity pays.
@@ -439,13 +456,19 @@ fn located(path: &str, code: &str, messages: &str) -> String {
 /// Line, column and text of a message; where it names a function only, those of the first call.
 fn place<'a>(code: &str, message: &'a str) -> Option<(usize, usize, &'a str)> {
     if let Some(name) = message.strip_prefix("unknown function call '").and_then(|rest| rest.strip_suffix('\'')) {
-        let before = &code[..code.find(&format!("{name}("))?];
-        let start = before.rfind('\n').map_or(0, |end| end + 1);
-        return Some((before.matches('\n').count() + 1, before[start..].chars().count() + 1, message));
+        let (line, column) = position(code, code.find(&format!("{name}("))?);
+        return Some((line, column, message));
     }
     let (line, rest) = message.strip_prefix("Line ")?.split_once(", Column ")?;
     let (column, text) = rest.split_once(": Error: ")?;
     Some((line.parse().ok()?, column.parse().ok()?, text))
+}
+
+/// Line and column of a byte.
+fn position(code: &str, offset: usize) -> (usize, usize) {
+    let before = &code[..offset];
+    let start = before.rfind('\n').map_or(0, |end| end + 1);
+    (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
 }
 
 /// The right-hand side with work space of its own.

@@ -270,6 +270,13 @@ fn a_mistake_is_shown_with_its_file_and_line() {
         ("shadow", "in_i { k = 3 }\nu_i { k = 1 }\nF_i { -k }\n", vec!["`k` names two things"]),
         ("inside", "u_i { x = 1 }\nz_i { x = 3, q = 4 }\nF_i { -x }\n", vec!["`x` names two things"]),
         ("time", "u_i { t = 1 }\nF_i { -t }\n", vec!["time.ds:1:1", "t is a reserved name"]),
+        ("clock", "u_i { x = 1, y = 2 * t }\nF_i { -x, -y }\n", vec!["--> clock.ds:1:18", "depends on time through t"]),
+        (
+            "later",
+            "in_i { k = 2 }\na { k * cos(t) }\nb { 3 * a }\nu_i { x = 1 + b }\nF_i { -x }\n",
+            vec!["--> later.ds:4:11", "depends on time through b"],
+        ),
+        ("nodes", "r_i { t, 2 * t }\nu_i { r_i }\nF_i { -u_i }\n", vec!["--> nodes.ds:2:7", "through r"]),
         ("output", "u_i { x = 1 }\nF_i { x }\nout_i { 2 * x }\n", vec!["out_i states outputs"]),
         ("default", "in_i { a = 1 + 1 }\nu_i { x = 1 }\nF_i { a * x }\n", vec!["default of its input `a`"]),
     ] {
