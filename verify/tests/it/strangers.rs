@@ -611,6 +611,10 @@ fn a_component_that_a_closure_holds_at_its_start_is_named() {
     // A fast component is at rest beside where f would move it fast, and what turns is back at the end of each step.
     let resting = "u_i { x = 1, y = 0 } F_i { -x, 1e14*(1e-9*sin(x) - y) }";
     assert_eq!(warned("slaved", resting, &["--method", "implicit-euler", "--h", "0.1", "--t-end", "1"]), "");
+    // A step of 10⁸ turns leaves almost what it found, and a short one does not.
+    let fast = "u_i { x = 1, y = 0 } F_i { 1e9*y, -1e9*x }";
+    let said = warned("fast", fast, &["--method", "implicit-midpoint", "--h", "0.1", "--t-end", "2"]);
+    assert!(said.contains("y stays at") && said.contains("a step below 7.07107e-10 moves it"), "{said}");
     let turning = "u_i { x = 1, y = 0 } F_i { -x, cos(2*3.141592653589793*200*t) }";
     assert!(!warned("turning", turning, &["--method", "rk4", "--h", "0.005", "--t-end", "1"]).contains("stays"));
 }

@@ -7,6 +7,7 @@ use verify::measure::stability::{eigenvalues, spectral_abscissa};
 use verify::method::Method;
 use verify::problem::{Problem, component_names};
 use verify::reference::{self, Ode};
+use verify::run::step_from;
 
 use crate::cli::layout::{number, plain};
 
@@ -270,14 +271,17 @@ impl Watch {
         if !is_state || self.before.1.is_empty() {
             return ended.into_iter().collect();
         }
-        let stuck =
-            self.at_rest(problem, method).or_else(|| self.stuck(problem)).or_else(|| self.stays(problem, method));
+        let stuck = self
+            .at_rest(problem, method)
+            .or_else(|| self.stuck(problem, method))
+            .or_else(|| self.stays(problem, method));
         let broken = self.broken_invariants(problem, stuck.is_some());
         ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).chain(broken).collect()
     }
 
-    /// A component that stays at its start, where f moves it: a least-squares method holds one by which f does not change.
-    fn stuck(&self, problem: &dyn Problem) -> Option<String> {
+    /// A component that stays at its start, where f moves it: a least-squares method holds one by which f does not change, and one with
+    /// |R(∞)| = 1 what is fast beside its steps.
+    fn stuck(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
         let (ode, [(t_before, _), (t, v)]) = (problem.ode(), self.last_step());
         if v.len() > DENSE {
             return None;
@@ -297,9 +301,13 @@ impl Watch {
             // A fast component is at rest nearby, and f is large there all the same.
             let way = (h * rate).min(rate / jacobian[(k, k)].abs());
             (is_one && way > REST * self.largest && self.moved[k] <= REST * way).then(|| {
+                let short = jacobian.norm().recip().min(0.5 * h);
+                let remedy = match moves(problem, method, (v, k), short) {
+                    true => format!("a step below {} moves it", number(short)),
+                    false => "no smaller step helps".into(),
+                };
                 format!(
-                    "{} stays at {} all the way, where f moves it at a rate of {}: the method holds it, not the equation, and no smaller step \
-                     helps",
+                    "{} stays at {} all the way, where f moves it at a rate of {}: the method holds it, not the equation, and {remedy}",
                     component_names(problem)[k],
                     number(v[k]),
                     number(of[0])
@@ -500,6 +508,13 @@ fn normal_with_eigenvalues_of(a: &DMatrix<f64>) -> DMatrix<f64> {
         }
     }
     normal
+}
+
+/// Whether a step of `h` from `v` moves component `k` half as far as f does, or more.
+fn moves(problem: &dyn Problem, method: &dyn Method, (v, k): (&[f64], usize), h: f64) -> bool {
+    let mut f = vec![0.0; v.len()];
+    problem.ode().rhs(0.0, v, &mut f);
+    step_from(problem, v.to_vec(), method, h).is_ok_and(|end| (end[k] - v[k]).abs() >= 0.5 * h * f[k].abs())
 }
 
 /// ∂f/∂v as a dense matrix.
