@@ -51,6 +51,8 @@ pub struct Matrices {
     pub asymmetry: f64,
     /// Linear invariants: w with wᵀM v constant.
     pub invariants: usize,
+    /// A with the largest |λ| of the instants at which no perturbation grows.
+    pub calm: Option<DMatrix<f64>>,
     /// Whether ΩA is symmetric at all instants, with momenta after coordinates, or each after its own.
     pub is_hamiltonian: bool,
 }
@@ -167,7 +169,10 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
             relative(&b - b.transpose(), a) <= ROUNDOFF
         })
     };
+    let is_calm = |a: &&DMatrix<f64>| spectral_abscissa(a) <= ROUNDOFF * spectral_radius(a);
+    let by_radius = |a: &&DMatrix<f64>, b: &&DMatrix<f64>| spectral_radius(a).total_cmp(&spectral_radius(b));
     Some(Matrices {
+        calm: found.iter().filter(is_calm).max_by(by_radius).cloned(),
         instants: found.len(),
         fastest: found.iter().map(spectral_radius).largest(),
         spectral: found.iter().map(spectral_abscissa).largest(),

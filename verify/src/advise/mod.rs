@@ -1,12 +1,12 @@
 //! What a system is like, and which method to take on it with which step size: from trial runs, never from a name.
 
-mod changes;
 mod character;
 mod duration;
 mod trial;
 
 use lsvi::Structure;
 use lsvi::adaptive::Tolerances;
+use nalgebra::DMatrix;
 
 pub use character::Character;
 pub use duration::duration;
@@ -42,6 +42,9 @@ const ADAPTIVE: &str = "radau-adaptive";
 
 /// A method whose runs take so many times the work of the cheapest trial, and are not accurate enough, is tried no further.
 const HOPELESS: f64 = 16.0;
+
+/// Part of the error asked for within which another run has to confirm the solution.
+const CONFIRMED: f64 = 0.1;
 
 /// Two methods that differ by less in work do the same.
 const CLEAR: f64 = 1.1;
@@ -177,7 +180,8 @@ pub fn advise(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Advi
     }
     let character = Character::of(problem, [&*adaptive(1e-6)?, &*adaptive(1e-10)?], horizon);
     let candidates = CANDIDATES.into_iter().map(method::parse).collect::<Result<Vec<_>, _>>()?;
-    Ok(match try_out(problem, horizon, accuracy, &candidates)? {
+    let calm = character.matrices.as_ref().and_then(|matrices| matrices.calm.as_ref());
+    Ok(match try_out(problem, horizon, accuracy, &candidates, calm)? {
         Err(lost) => nothing(character, Refusal::Lost(lost)),
         Ok(tried) => {
             let refusal = tried.refusal(accuracy);
@@ -207,11 +211,11 @@ impl Tried {
         let Self { uncertainty, target, .. } = *self;
         match &self.trials[..] {
             // NaN is no agreement.
-            _ if self.parting.is_nan() || self.parting > 0.1 * target => {
+            _ if self.parting.is_nan() || self.parting > CONFIRMED * target => {
                 Some(Refusal::Parting { difference: self.parting, target })
             }
             _ if self.moved < target => Some(Refusal::Constant { moved: self.moved, target }),
-            _ if uncertainty.is_nan() || uncertainty > 0.1 * target => {
+            _ if uncertainty.is_nan() || uncertainty > CONFIRMED * target => {
                 Some(Refusal::Unresolved { difference: uncertainty, target })
             }
             [] => Some(Refusal::OutOfReach { accuracy, most: trial::MOST }),
@@ -226,7 +230,8 @@ impl Tried {
     }
 }
 
-/// Runs `methods` that suit `problem` with ever more steps, and the adaptive method with ever smaller tolerances.
+/// Runs `methods` that suit `problem` with ever more steps, and the adaptive method with ever smaller tolerances. Steps that amplify what
+/// the equation with the Jacobian `calm` lets not grow are too long, whatever their error.
 ///
 /// # Errors
 /// [`NameError`] as for [`advise`]; the inner [`RunError`] if the solution cannot be followed.
@@ -235,15 +240,20 @@ pub fn try_out(
     horizon: f64,
     accuracy: f64,
     methods: &[Box<dyn Method>],
+    calm: Option<&DMatrix<f64>>,
 ) -> Result<Result<Tried, RunError>, NameError> {
-    let accurate = adaptive((1e-3 * accuracy).max(1e-12))?;
+    let finest = (1e-6 * accuracy).max(1e-12);
+    let accurate = adaptive(finest)?;
     let truth = match Truth::by(problem, &*accurate, horizon) {
         Ok(truth) => truth,
         Err(lost) => return Ok(Err(lost)),
     };
     let target = accuracy * truth.size();
     let (mut trials, mut uncertainty) = (Vec::<Trial>::new(), f64::INFINITY);
-    for tolerance in (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half))) {
+    // With its own tolerance the accurate run, which stops at the ends of the steps of a trial, would be that trial once more: its errors
+    // are to be a tenth.
+    let is_coarse = |tolerance: &f64| CONFIRMED * tolerance >= finest;
+    for tolerance in (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half))).filter(is_coarse) {
         // As it is printed.
         let tolerance = format!("{tolerance:.2e}").parse().unwrap_or(tolerance);
         let method = adaptive(tolerance)?;
@@ -252,13 +262,22 @@ pub fn try_out(
             break;
         }
     }
-    for method in methods.iter().filter(|method| suits(problem, &***method)) {
+    let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();
+    for method in &suited {
         let least = trials.iter().map(|trial| trial.cost).chain([f64::INFINITY]).smallest();
-        let (found, closest) = search(problem, &**method, &truth, target, HOPELESS * least);
+        let (found, closest) = search(problem, &***method, &truth, target, HOPELESS * least, calm);
         uncertainty = uncertainty.min(closest);
         trials.extend(found);
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    // A run that is too dear to be advised confirms the solution all the same.
+    let most = trials.first().map(|trial| HOPELESS * HOPELESS * trial.cost);
+    for (method, most) in suited.iter().zip(most.into_iter().cycle()) {
+        if uncertainty <= CONFIRMED * target {
+            break;
+        }
+        uncertainty = uncertainty.min(search(problem, &***method, &truth, CONFIRMED * target, most, calm).1);
+    }
     let (moved, parting) = (truth.moves_by(), truth.parts_by());
     Ok(Ok(Tried { trials, uncertainty, target, moved, parting }))
 }

@@ -2,16 +2,20 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::f64::consts::SQRT_2;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
 use lsvi::{Structure, Work};
+use nalgebra::DMatrix;
 
-use super::changes::changes;
 use super::worst;
+use crate::experiment::growth;
+use crate::kinds::Stability;
 use crate::measure::norm::{common_distance, larger, max_norm};
 use crate::method::Method;
 use crate::problem::Problem;
+use crate::problem::changes::{GOLDEN, changes};
 use crate::run::{RunError, run_between, run_from, run_through, run_while};
 
 /// A run that reaches the accuracy.
@@ -45,31 +49,32 @@ impl Trial {
 const LEAST: u32 = 4;
 pub(super) const MOST: u32 = 1 << 14;
 
-/// Errors are measured at the ends of this many steps, or of all where there are fewer.
+/// Errors are measured at the ends of all steps, and of this many at least where a system is so large that its Jacobian at more of them
+/// would have more than so many values: each is the end of a step of the accurate run, too.
 pub(super) const TIMES: usize = 64;
+const VALUES: usize = 1 << 18;
 
 /// Steps of the run at whose times the size of the solution and its motion are told: many to each of the [`TIMES`].
 const FINE: u32 = 1 << 10;
 
+/// A factor by which a step multiplies that differs from 1 by less is 1 but for rounding.
+const SAME: f64 = 1e-9;
+
 /// Times that differ by this part of the horizon are one.
 const RESOLVED: f64 = 1e-9;
 
-/// The part by which a time advances in each of the equal parts of a run over the one before: the golden ratio, to whose multiples no
-/// period is near.
-pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
-
-/// The numbers of those of `count` steps at whose ends errors are measured: each, or one in each of [`TIMES`] equal parts, the last of all
+/// The numbers of those of `count` steps at whose ends errors are measured: each, or one in each of `most` equal parts, the last of all
 /// included. Where in its part is irregular, lest what is periodic shows one phase only.
-pub(super) fn chosen(count: usize) -> Vec<usize> {
-    if count <= TIMES {
+pub(super) fn chosen(count: usize, most: usize) -> Vec<usize> {
+    if count <= most {
         return (1..=count).collect();
     }
     let end = |part: usize| {
         let within = (part as f64 * GOLDEN).fract();
-        let step = (count as f64 * (part as f64 - within) / TIMES as f64).ceil();
+        let step = (count as f64 * (part as f64 - within) / most as f64).ceil();
         (step as usize).clamp(1, count)
     };
-    let mut chosen: Vec<usize> = (1..TIMES).map(end).chain([count]).collect();
+    let mut chosen: Vec<usize> = (1..most).map(end).chain([count]).collect();
     // Of few steps two parts may choose the same.
     chosen.dedup();
     chosen
@@ -80,6 +85,8 @@ pub(super) struct Truth<'a> {
     problem: &'a dyn Problem,
     method: &'a dyn Method,
     horizon: f64,
+    /// How many times of a run it is known at.
+    most: usize,
     /// When f changes by itself.
     changes: Vec<f64>,
     known: RefCell<BTreeMap<u32, Rc<Vec<Vec<f64>>>>>,
@@ -93,15 +100,17 @@ impl<'a> Truth<'a> {
     /// By an adaptive method.
     pub(super) fn by(problem: &'a dyn Problem, method: &'a dyn Method, horizon: f64) -> Result<Self, RunError> {
         let (known, extent, ends) = Default::default();
-        let mut truth = Self { problem, method, horizon, changes: Vec::new(), known, extent, ends };
-        truth.changes = changes(problem, horizon, &truth.ends_of(FINE));
+        let unknowns = problem.field().dim().max(1);
+        let most = (VALUES / (unknowns * unknowns)).max(TIMES);
+        let mut truth = Self { problem, method, horizon, most, changes: Vec::new(), known, extent, ends };
+        truth.changes = changes(problem, horizon, &truth.stops());
         truth.of_steps(FINE)?;
         Ok(truth)
     }
 
     /// The numbers of the steps that end at `ends` at which errors are measured: [`chosen`] ones, and those in which f changes.
     fn shown(&self, ends: &[f64]) -> Vec<usize> {
-        let mut shown = chosen(ends.len());
+        let mut shown = chosen(ends.len(), self.most);
         let after = |t: &f64| ends.partition_point(|end| end < t) + 1;
         shown.extend(self.changes.iter().map(after).filter(|step| *step <= ends.len()));
         shown.sort_unstable();
@@ -131,11 +140,16 @@ impl<'a> Truth<'a> {
         self.steps(steps).into_iter().map(end).collect()
     }
 
+    /// Times at which every accurate run stops.
+    fn stops(&self) -> Vec<f64> {
+        chosen(FINE as usize, TIMES).into_iter().map(|step| self.horizon * step as f64 / f64::from(FINE)).collect()
+    }
+
     /// The states at `times` up to the horizon, by a run that stops at those of many steps too: a run as long as it likes may pass
     /// over what the solution does.
     fn at(&self, times: &[f64]) -> Result<Vec<Vec<f64>>, RunError> {
         let is_asked = |t: &f64| times.iter().any(|time| (time - t).abs() <= RESOLVED * self.horizon);
-        let stops = self.ends_of(FINE).into_iter().chain(self.changes.iter().copied());
+        let stops = self.stops().into_iter().chain(self.changes.iter().copied());
         let stops = stops.filter(|t| !is_asked(t) && *t > 0.0).map(|t| (t, false));
         let mut stops: Vec<(f64, bool)> = times.iter().map(|t| (*t, true)).chain(stops).collect();
         stops.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -240,6 +254,13 @@ pub(super) fn with_tolerance(
     (error <= target).then_some(trial)
 }
 
+/// Whether a step of a method that h|λ| limits amplifies what the equation with the Jacobian `calm` lets not grow: the next start may have
+/// of it what this one has not.
+fn amplifies(method: &dyn Method, h: f64, calm: Option<&DMatrix<f64>>) -> bool {
+    let factor = calm.filter(|_| method.stability() == Stability::Conditional).and_then(|a| growth(method, &(h * a)));
+    factor.is_some_and(|factor| factor > 1.0 + SAME)
+}
+
 /// The fewest steps with which a method reaches the target, found by halving and by its order, and its smallest error. None where
 /// a run takes more work than `most`.
 pub(super) fn search(
@@ -248,9 +269,14 @@ pub(super) fn search(
     truth: &Truth,
     target: f64,
     most: f64,
+    calm: Option<&DMatrix<f64>>,
 ) -> (Option<Trial>, f64) {
     let (horizon, cost) = (truth.horizon, cost(problem, method));
-    let tried = |steps: u32| Ran::at_ends_of(steps, (problem, method), steps, truth, WORTH * most).ok();
+    let tried = |steps: u32| {
+        let ran = Ran::at_ends_of(steps, (problem, method), steps, truth, WORTH * most).ok()?;
+        let is_unstable = ran.error <= target && amplifies(method, horizon / f64::from(steps), calm);
+        Some(if is_unstable { Ran { error: f64::INFINITY, ..ran } } else { ran })
+    };
     let mut before = None;
     let mut steps = LEAST;
     let (coarse, found) = loop {
@@ -271,7 +297,10 @@ pub(super) fn search(
     let nearer = coarse.and_then(|coarse| {
         // Between the two, where the error reaches the target; a multiple of four steps, or of sixteen where that is little more, so
         // that several methods have the same.
-        let factor = (coarse.error / target).powf(1.0 / (coarse.error / found.error).log2().max(0.5));
+        let factor = match coarse.error.is_finite() {
+            true => (coarse.error / target).powf(1.0 / (coarse.error / found.error).log2().max(0.5)),
+            false => SQRT_2,
+        };
         let steps = f64::from(coarse.steps) * factor;
         let unit = if steps < 64.0 { 4.0 } else { 16.0 };
         let between = (unit * (steps / unit).ceil()) as u32;
@@ -336,7 +365,7 @@ mod tests {
     /// at 620.64.
     #[test]
     fn steps_are_chosen_at_irregular_places_in_equal_parts() {
-        let chosen = chosen(640);
+        let chosen = chosen(640, TIMES);
         assert_eq!((&chosen[..3], &chosen[62..]), (&[4, 18, 22][..], &[621, 640][..]));
     }
 
@@ -345,6 +374,8 @@ mod tests {
     fn the_steps_in_which_f_changes_are_shown_beside_those_chosen() {
         with_truth(|_, mut truth| {
             assert_eq!(truth.changes, [0.0; 0]);
+            assert_eq!(truth.steps(640).len(), 640, "a system of one unknown is looked at at each");
+            truth.most = TIMES;
             let ends: Vec<f64> = (1..=640).map(f64::from).collect();
             truth.changes = vec![1.5, 3.0, 30.0, 700.0];
             let shown = truth.shown(&ends);
@@ -353,7 +384,7 @@ mod tests {
             truth.changes = vec![5.5];
             assert_eq!((truth.steps(4), truth.ends_of(4)), (vec![1, 2, 3, 4], vec![2.0, 4.0, 6.0, 8.0]));
             // A step of 1/80: the change is in the 440th.
-            assert!(truth.steps(640).contains(&440) && !chosen(640).contains(&440));
+            assert!(truth.steps(640).contains(&440) && !chosen(640, TIMES).contains(&440));
             assert!(truth.ends_of(640).contains(&5.5));
         });
     }
@@ -426,7 +457,7 @@ mod tests {
         let method = method::parse("implicit-euler").expect("registered");
         with_truth(|problem, truth| {
             for target in [0.15, 0.1, 0.05, 0.03, 0.02, 0.011, 0.01] {
-                let (trial, least) = search(problem, &*method, &truth, target, 1e6);
+                let (trial, least) = search(problem, &*method, &truth, target, 1e6, None);
                 let trial = trial.expect("within reach");
                 let steps = trial.steps as u32;
                 let (unit, below) = if steps < 64 { (4, 8) } else { (16, 32) };
@@ -449,7 +480,7 @@ mod tests {
                 }
             }
             // Half of the work of the last trial, four times of which are still tried and found wanting.
-            let (found, least) = search(problem, &*method, &truth, 1e-9, 64.0);
+            let (found, least) = search(problem, &*method, &truth, 1e-9, 64.0, None);
             assert!(found.is_none() && least > 1e-9 && least.is_finite(), "{found:?}, {least}");
         });
     }

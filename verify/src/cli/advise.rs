@@ -16,8 +16,8 @@ use super::output::Output;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Methods of each family are run with ever shorter steps until their error, the
-largest of a component at the ends of steps, of many steps at an irregular choice
-of them, is within --accuracy of the largest component, or of 1; the table shows
+largest of a component at the ends of steps, in a large system at an irregular
+choice of them, is within --accuracy of the largest component, or of 1; the table shows
 it in absolute terms. The errors are measured against an accurate run, and that
 against the best of another method. The cheapest is recommended, with the step
 size and the error that were found; work is counted in evaluations of f, a

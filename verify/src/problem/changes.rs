@@ -1,8 +1,11 @@
 //! When f changes by itself, between the times at which a run would look.
 
-use super::trial::GOLDEN;
+use super::Problem;
 use crate::measure::norm::distance;
-use crate::problem::Problem;
+
+/// The part by which a time advances in each of the equal parts of a run over the one before: the golden ratio, to whose multiples no
+/// period is near.
+pub(crate) const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Times at which f is looked at, fewer where their values of f would be more than that.
 const SAMPLES: usize = 1 << 15;
@@ -14,7 +17,7 @@ const SHARES: f64 = 256.0;
 
 /// Times of a run to the horizon that share equally what f changes by in time, v as it is at the start; none where `stops` see most of
 /// it.
-pub(super) fn changes(problem: &dyn Problem, horizon: f64, stops: &[f64]) -> Vec<f64> {
+pub(crate) fn changes(problem: &dyn Problem, horizon: f64, stops: &[f64]) -> Vec<f64> {
     let field = problem.field();
     let (n, mut v) = (field.dim(), problem.initial());
     let samples = SAMPLES.min(VALUES / n.max(1));

@@ -5,6 +5,7 @@
 
 mod asymmetric_pendulum;
 mod burgers;
+pub(crate) mod changes;
 mod channel;
 mod charged_particle;
 mod circle;
