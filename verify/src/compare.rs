@@ -9,6 +9,7 @@ use crate::measure::decimal::{decimals, plain, significant, trimmed};
 use crate::measure::norm::{Extremes, common_distance, distance, max_norm};
 use crate::method::Method;
 use crate::order::roundoff;
+use crate::problem::changes::changes;
 use crate::problem::{Limit, Problem, component_names};
 use crate::program::{Program, ProgramError, Request};
 use crate::reference::{self, Reference, ReferenceError};
@@ -180,7 +181,6 @@ pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, gue
             .into_par_iter()
             .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
             .collect();
-        notes.extend(parting(&times, &solved));
         let known = truth(problem, &limit, &times, &solved, "").map(|(_, truth)| truth);
         let by_steps = |method: Box<dyn Method>| (method.name(), by_method(problem, &*method, &times, known.as_ref()));
         solved.par_extend(methods.into_par_iter().map(by_steps));
@@ -210,9 +210,8 @@ pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, gue
                 status,
             });
         }
-        if problem.facts().model.is_some() {
-            notes.extend(doubt(&solved, &mut solvers[first..]));
-        }
+        let parting = parting(&times, &solved);
+        notes.extend(doubt(problem, parting.as_deref(), &solved, &mut solvers[first..]).or(parting));
     }
     Comparison { problem: name.to_owned(), horizon, solvers, notes }
 }
@@ -523,13 +522,45 @@ fn unsettled(Runs { h, order, observed, earlier, .. }: &Runs) -> String {
     )
 }
 
-/// Takes back what was decided by references that the methods of fixed steps agree against, and says so: at least two of them, with
-/// each other and none with the truth.
+/// Takes back what was decided by references where solvers disagree of which no bound knows what it does not see, and says why.
+fn doubt(problem: &dyn Problem, parting: Option<&str>, solved: &[Solved], rows: &mut [Compared]) -> Option<String> {
+    let is_by_reference =
+        |row: &Compared| row.truth.as_deref().is_some_and(|truth| reference::by_name(truth).is_some());
+    if !rows.iter().any(|row| row.standing == Standing::Differs && is_by_reference(row)) {
+        return None;
+    }
+    let note = overlooked(problem)
+        .or_else(|| parting.map(str::to_owned))
+        .or_else(|| problem.facts().model.and_then(|_| contradicted(solved, rows)))?;
+    let is_told = |row: &&mut Compared| matches!(row.standing, Standing::Agrees | Standing::Differs);
+    for row in rows.iter_mut().filter(is_told).filter(|row| is_by_reference(row)) {
+        row.standing = Standing::Unresolved;
+        row.status = "not resolved: the references are in doubt".into();
+    }
+    Some(note)
+}
+
+/// That f changes by itself faster than steps see: a solver that passes over it and one that does not are each within bounds that know
+/// nothing of it.
+fn overlooked(problem: &dyn Problem) -> Option<String> {
+    let horizon = problem.horizon();
+    let stops: Vec<f64> = (1..=STEPS).map(|step| horizon * step as f64 / STEPS as f64).collect();
+    let changes = changes(problem, horizon, &stops);
+    let (first, last) = (changes.first()?, changes.last()?);
+    Some(format!(
+        "The references are in doubt: from t = {} to t = {} f changes by itself faster than {STEPS} steps see, and solvers that choose their steps \
+         may pass over it, within bounds that do not know. A shorter time about it tells.",
+        significant(*first, 5),
+        significant(*last, 5)
+    ))
+}
+
+/// That the methods of fixed steps agree against the references: at least two of them, with each other and none with the truth.
 ///
 /// That is for models, where methods and references share f. Elsewhere f is stated twice, and such methods are wrong together.
-fn doubt(solved: &[Solved], rows: &mut [Compared]) -> Option<String> {
+fn contradicted(solved: &[Solved], rows: &[Compared]) -> Option<String> {
     let by_steps = |standing: Standing| -> Vec<(&str, &Answer)> {
-        let answers = solved.iter().zip(&*rows).filter(|(_, row)| row.standing == standing);
+        let answers = solved.iter().zip(rows).filter(|(_, row)| row.standing == standing);
         let answers = answers.filter_map(|((name, answer), _)| Some((name.as_str(), answer.as_ref().ok()?)));
         answers.filter(|(_, answer)| answer.runs.is_some()).collect()
     };
@@ -539,16 +570,11 @@ fn doubt(solved: &[Solved], rows: &mut [Compared]) -> Option<String> {
         return None;
     }
     let names: Vec<&str> = against.iter().map(|(name, _)| *name).collect();
-    let note = format!(
+    Some(format!(
         "The references are in doubt: {} agree with each other, and no method of fixed steps agrees with the references. Steps that are \
          chosen may pass over what f does for a moment; a shorter time tells.",
         names.join(", ")
-    );
-    for row in rows.iter_mut().filter(|row| matches!(row.standing, Standing::Agrees | Standing::Differs)) {
-        row.standing = Standing::Unresolved;
-        row.status = "not resolved: the references are in doubt".into();
-    }
-    Some(note)
+    ))
 }
 
 /// Whether an answer is within its bound and the truth's.
@@ -750,6 +776,9 @@ mod tests {
             let runs = Runs { h: 0.1, order: 2.0, observed: None, earlier: None, is_settled: true, at_once: true };
             Ok(Answer { states: vec![vec![value]], bound: 1e-3, astray: None, runs: is_method.then_some(runs) })
         };
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), "u_i { x = 1 } F_i { 0*x }").expect("writable");
+        let model = problem::model::Model::load(file.path(), &[], None).expect("a model");
         let doubted = |values: &[f64]| {
             let references = [1.0, 1.0].into_iter().map(|value| ("reference", answer(value, false)));
             let methods = values.iter().map(|value| ("method", answer(*value, true)));
@@ -758,11 +787,11 @@ mod tests {
             let truth = Answer { states: vec![vec![1.0]], bound: 1e-9, astray: None, runs: None };
             let row = |(solver, answer): &Solved| {
                 let (standing, status) = judge(answer, Some(&truth));
-                let (solver, truth) = (solver.clone(), Some("reference".to_owned()));
+                let (solver, truth) = (solver.clone(), Some("diffsol-bdf".to_owned()));
                 Compared { equation: ("", ""), solver, truth, difference: None, bound: None, standing, status }
             };
             let mut rows: Vec<Compared> = solved.iter().map(row).collect();
-            let note = doubt(&solved, &mut rows);
+            let note = doubt(&model, None, &solved, &mut rows);
             let open = rows.iter().filter(|row| row.standing == Standing::Unresolved).count();
             assert_eq!(note.is_some(), open > 0);
             open

@@ -44,8 +44,9 @@ A run that fails disagrees with nothing; it is inconclusive, like an answer with
 a bound too wide to tell, or one whose runs do not differ as errors of its order
 do in the shortest steps that are tried, as where f jumps. Where the equation
 magnifies every difference, so that the references part before the end time, that
-is said after the table, and where the methods of fixed steps agree with each
-other against the references of a model, which then decide nothing.
+is said after the table, and so it is where f changes by itself within a step, or
+where the methods of fixed steps agree with each other against the references of a
+model. If solvers disagree there, the references decide nothing.
 
 Exit status: 0 none disagrees, 1 some do, 2 bad usage, 3 none could be held
 against another, or one of your own could not.")]

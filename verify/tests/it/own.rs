@@ -699,6 +699,31 @@ fn a_comparison_that_tells_nothing_of_one_of_two_programs_is_inconclusive() {
 }
 
 /// A program shows velocities and vorticity; references and methods have values of the stream function and Fourier coefficients.
+/// A pulse of a thousandth of a unit of time that one reference sees and the others pass over, whose bounds know nothing of it.
+#[test]
+fn a_pulse_that_solvers_pass_over_puts_none_of_them_in_the_wrong() {
+    let path = directory("pulse").join("pulse.ds");
+    let pulse = "3*exp(-((t-37.123)/1e-3)*((t-37.123)/1e-3))/(1e-3*1.7724538509055159)";
+    fs::write(&path, format!("u_i {{ x = 1 }} F_i {{ -x + {pulse} }}")).expect("writable");
+    for t_end in [37.5, 40.0, 50.0] {
+        let (status, text, _) = say(&format!("compare --model {} --t-end {t_end}", path.display()));
+        let text = flat(&text);
+        assert!(status == 3 && text.contains(" 0 agree, 0 do not"), "{t_end}: {status} {text}");
+        assert!(text.contains("changes by itself") && !text.contains("Differences grow"), "{t_end}: {text}");
+    }
+}
+
+/// Beside a rest that is unstable roundings alone decide when a solution leaves it.
+#[test]
+fn a_disagreement_that_says_nothing_is_no_failure() {
+    let path = directory("top").join("top.ds");
+    fs::write(&path, "u_i { q = 3.141592653589793, p = 0 } F_i { p, -sin(q) }").expect("writable");
+    let (status, text, _) = say(&format!("compare --model {} --t-end 80", path.display()));
+    let text = flat(&text);
+    assert!(text.contains("a disagreement says nothing of a solver") && text.contains(", 0 do not"), "{text}");
+    assert_ne!(status, 1, "{text}");
+}
+
 #[test]
 fn a_comparison_with_a_program_is_in_what_the_problem_shows() {
     for (setting, wrong) in [("taylor-green --set cells=8", "implicit-euler"), ("cavity --set cells=4", "rk4")] {
