@@ -1,6 +1,7 @@
 //! The order of a method, or of a program, on a problem, measured against a reference.
 
 mod program;
+mod rough;
 
 use std::f64::consts::SQRT_2;
 use std::fmt;
@@ -8,6 +9,7 @@ use std::fmt;
 use lsvi::State;
 use rayon::prelude::*;
 
+use crate::measure::decimal::{decimals, significant};
 use crate::measure::norm::{distance, max_norm};
 use crate::measure::order::{self, Measured, OrderFit, Reason, Sample, Verdict, fit};
 use crate::method::Method;
@@ -19,6 +21,7 @@ use crate::run::run;
 use crate::theory::{OrderPlan, order_plan};
 
 pub use program::{Programs, measure_program};
+use rough::{PARTS, Rough, roughness};
 
 /// What the errors are measured against.
 #[derive(Debug, Clone, Copy)]
@@ -254,19 +257,27 @@ pub fn measure_on(
         steps.splice(..0, added);
         found = fit(&samples, &expectation);
     }
-    if bound > RESOLVED * size {
+    let is_lost = bound > RESOLVED * size;
+    let model = problem.facts().model.filter(|_| !is_lost);
+    let unexplored = model.and_then(|rate| unexplored(&found, method.order(), size, rate));
+    let along = |times: &[f64]| truth.solution(problem, &limit, times, ladder.tolerance).ok();
+    let unsmooth = model.and_then(|_| unsmooth(&found, method.order(), &limit, horizon, along));
+    // A finer reference makes nothing smooth.
+    let may_be_finer = unsmooth.is_none();
+    if is_lost {
         found = found.left_open(format!(
             "the references part: the one taken is uncertain by {bound:.1e}, of a solution of size {size:.1e}, and an error is \
              no better known; a shorter time tells"
         ));
-    } else if let Some(why) = problem.facts().model.and_then(|rate| unexplored(&found, method.order(), size, rate)) {
+    } else if let Some(why) = unexplored.or(unsmooth) {
         found.reason += &format!("; {why}");
         found = found.clone().left_open(found.reason);
     }
     if found.verdict == Verdict::Inconclusive {
         found.reason.extend(blame_digits(samples.iter().zip(digits), expectation.band * ratio.ln()));
     }
-    if untold.or(unsettled).is_none()
+    if may_be_finer
+        && untold.or(unsettled).is_none()
         && truth.may_be_finer(&found, ladder)
         && let Ok(finer) = measure_on(problem, method, truth, &Ladder { tolerance: Some(FINER), ..*ladder })
     {
@@ -329,6 +340,41 @@ fn unexplored(found: &OrderFit, order: u32, size: f64, rate: f64) -> Option<Stri
             "h‖∂F/∂u‖ is {:.1e} at the finest step of the fit, where stiff equations may lower an order: steps below {:.1e} tell",
             finest.h * rate,
             rate.recip()
+        )
+    })
+}
+
+/// Why errors decide nothing, or have not settled, where f is not smooth along the solution.
+///
+/// An order that is lower by half than what that leaves, or another one than the method's own, is not excused.
+fn unsmooth(
+    found: &OrderFit,
+    order: u32,
+    limit: &Limit<'_>,
+    horizon: f64,
+    along: impl Fn(&[f64]) -> Option<Vec<(Vec<f64>, f64)>>,
+) -> Option<String> {
+    let slope = found.line.map_or(f64::NAN, |line| line.slope);
+    let least = found.expected.order - found.expected.band;
+    let is_asked = match found.verdict {
+        Verdict::Fail => slope < least && found.expected.order == f64::from(order),
+        Verdict::Inconclusive => found.line.is_some(),
+        Verdict::Pass | Verdict::Measured => false,
+    };
+    if !is_asked {
+        return None;
+    }
+    let times: Vec<f64> = (0..=PARTS).map(|part| horizon * part as f64 / PARTS as f64).collect();
+    let mut states = along(&times[1..])?;
+    states.insert(0, (limit.initial.clone(), 0.0));
+    let Rough { t, order } = roughness(limit.ode, &times, &states, order)?;
+    let explains = order < least && (found.verdict == Verdict::Inconclusive || slope > order - 0.5);
+    explains.then(|| {
+        format!(
+            "f is not smooth along the solution near t = {}, or changes there within a thousandth of the time, and no order above {} is to be \
+             expected: a time that ends before tells, or smooth data",
+            significant(t, 2),
+            decimals(order, 1)
         )
     })
 }

@@ -233,10 +233,10 @@ impl OrderFit {
         Self { verdict: Verdict::Inconclusive, reason, ..self }
     }
 
-    /// The same without a decision, for a reason.
+    /// The same without a decision, for a reason beside which finer steps do not count.
     #[must_use]
     pub(crate) fn left_open(self, reason: String) -> Self {
-        Self { verdict: Verdict::Inconclusive, reason, ..self }
+        Self { verdict: Verdict::Inconclusive, reason, trend: Trend::Levels, ..self }
     }
 
     /// Whether finer steps alone would tell: the local slopes tend to the order that is expected.

@@ -1116,6 +1116,41 @@ fn orders_that_nobody_knows_are_left_open() {
     assert!(status == 3 && text.contains("where stiff equations may lower an order"), "{text}");
 }
 
+/// Where f jumps, has a kink or starts like √t no method has the order that it has elsewhere; a method that is worse than that is refuted.
+#[test]
+fn an_equation_that_is_not_smooth_refutes_no_order() {
+    let dir = directory("rough");
+    let order = |name: &str, text: &str, rest: &str| {
+        let path = dir.join(name);
+        fs::write(&path, text).expect("writable");
+        let (status, text, error) = say(&format!("order --model {} {rest}", path.display()));
+        (status, flat(&text) + &error)
+    };
+    let jump = "u_i { x = 1 } F_i { heaviside(t-1) - x }";
+    let kink = "u_i { x = 1 } F_i { -pow(abs(x),0.5)*x/(abs(x)+1e-300) }";
+    let root = "u_i { x = 1 } F_i { sqrt(t) - x }";
+    for (name, text, rest, words) in [
+        ("jump.ds", jump, "--t-end 2 --method gauss2", "f is not smooth along the solution near t = 1.0,"),
+        ("jump.ds", jump, "--t-end 2 --method ls-galerkin(3,gauss,3)", "no order above 1.0"),
+        ("kink.ds", kink, "--t-end 3 --method rk4", "no order above 2.0"),
+        ("kink.ds", kink, "--t-end 3 --method gauss2", "no order above 2.0"),
+        ("root.ds", root, "--t-end 1 --method rk4", "no order above 1.5"),
+        ("root.ds", root, "--t-end 1 --method method-i", "no order above 1.5"),
+        ("away.ds", "u_i { x = 1 } F_i { -x + abs(t-0.7391) }", "--t-end 2 --method gauss2", "no order above 2.0"),
+    ] {
+        let (status, said) = order(name, text, rest);
+        assert!(status == 3 && said.contains(words), "{name} {rest}: {status} {said}");
+    }
+    for (name, text, rest) in [
+        ("kink.ds", kink, "--t-end 1.5 --method rk4 --expect 5"),
+        ("kink.ds", kink, "--t-end 3 --method implicit-euler --expect 2"),
+        ("fine.ds", "u_i { x = 1 } F_i { sin(9*t) - x }", "--t-end 2 --method heun2 --expect 3"),
+    ] {
+        let (status, said) = order(name, text, rest);
+        assert!(status != 0 && !said.contains("not smooth"), "{name} {rest}: {status} {said}");
+    }
+}
+
 #[test]
 fn an_adaptive_method_is_compared_by_its_tolerance() {
     let (status, text, _) = say("compare --problem damped-pendulum --method radau-adaptive");
