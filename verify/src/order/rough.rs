@@ -32,19 +32,18 @@ pub(super) fn roughness(ode: &dyn Ode, times: &[f64], states: &[(Vec<f64>, f64)]
     };
     let rates: Vec<Vec<f64>> = times.iter().zip(states).map(|(t, (v, _))| rate(*t, v)).collect();
     // What the bound of a state leaves open of f there; beside a kink the Jacobian would not tell.
-    let open = |((t, (v, bound)), f): ((&f64, &(Vec<f64>, f64)), &Vec<f64>)| -> f64 {
-        let mut v = v.clone();
+    let open = |k: usize| -> f64 {
+        let (mut v, bound) = states[k].clone();
         let aside = (0..v.len()).map(|i| {
             let here = v[i];
             v[i] += bound;
-            let moved = distance(f, &rate(*t, &v));
+            let moved = distance(&rates[k], &rate(times[k], &v));
             v[i] = here;
             moved
         });
         aside.sum()
     };
-    let open = times.iter().zip(states).zip(&rates).map(open).largest()
-        + f64::EPSILON * rates.iter().map(|f| max_norm(f)).largest();
+    let open = (0..rates.len()).map(open).largest() + f64::EPSILON * rates.iter().map(|f| max_norm(f)).largest();
     let coarse: Vec<Vec<f64>> = rates.iter().step_by(2).cloned().collect();
     let mut before = 0.0;
     for p in 1..=HIGHEST.min(order as usize) {
