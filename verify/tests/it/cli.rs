@@ -1133,7 +1133,6 @@ fn an_equation_that_is_not_smooth_refutes_no_order() {
         ("jump.ds", jump, "--t-end 2 --method gauss2", "f is not smooth along the solution near t = 1.0,"),
         ("jump.ds", jump, "--t-end 2 --method ls-galerkin(3,gauss,3)", "no order above 1.0"),
         ("kink.ds", kink, "--t-end 3 --method rk4", "no order above 2.0"),
-        ("kink.ds", kink, "--t-end 3 --method gauss2", "no order above 2.0"),
         ("root.ds", root, "--t-end 1 --method rk4", "no order above 1.5"),
         ("root.ds", root, "--t-end 1 --method method-i", "no order above 1.5"),
         ("away.ds", "u_i { x = 1 } F_i { -x + abs(t-0.7391) }", "--t-end 2 --method gauss2", "no order above 2.0"),
