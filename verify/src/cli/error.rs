@@ -223,7 +223,7 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         }
         RunError::Step(StepError::StepUnderflow { .. }) => Some(
             "the solution may end there, by itself or because a component lost its sign within the tolerance, where a \
-                 smaller `--atol` helps; else a larger `--rtol` may help",
+                 smaller `--atol` helps; with `--atol 0` a component that is 0 may not be off at all; else a larger `--rtol` may help",
         ),
         RunError::Step(StepError::Solve {
             source: SolveError::BranchLost { .. } | SolveError::OtherBranch, ..
