@@ -33,7 +33,7 @@ const CONTRACTION: f64 = 0.5;
 /// Ratio of the first two increments up to which the derivative, with quadratic contraction, changes by no more than a quarter
 /// on the way, so that no second root is as near as the first.
 pub(crate) const SURE_CONTRACTION: f64 = 0.125;
-/// The same up to which it changes by a part of 2⁻⁷ at most, twice as much, so that no way is too long.
+/// The ratio up to which it changes by twice that at most, 2⁻⁷, so that no way is too long.
 const UNCHANGED: f64 = 1.0 / 256.0;
 /// Iterations of one attempt: as many as linear contraction by [`CONTRACTION`] needs to reach roundoff.
 const ITERATIONS: u32 = 60;
@@ -835,5 +835,32 @@ mod tests {
         let found = Newton::new(1).solve(&mut Turning, 1.0, &mut x);
         let is_refused = matches!(found, Err(SolveError::OtherBranch | SolveError::BranchLost { .. }));
         assert!(is_refused, "{found:?} at {x:?}");
+    }
+
+    /// x − s² + 20 s x² (x − 1) = 0: the branch leaves x = 0 without a slope and folds at s = 0.2423743. At s = 1 the first increment leads
+    /// to the root x = 1, and the second is zero, as those of an affine equation are.
+    struct Coincidence;
+
+    impl System for Coincidence {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, s: f64, x: &[f64], out: &mut [f64]) {
+            out[0] = x[0] - s * s + 20.0 * s * x[0] * x[0] * (x[0] - 1.0);
+        }
+        fn derivative(&mut self, s: f64, x: &[f64], out: &mut Jacobian) {
+            out.add(0, 0, 1.0 + 20.0 * s * x[0] * (3.0 * x[0] - 2.0));
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+    }
+
+    #[test]
+    fn an_equation_is_not_affine_for_a_second_increment_that_vanishes() {
+        let mut x = [0.0];
+        let found = Newton::new(1).solve(&mut Coincidence, 1.0, &mut x);
+        let is_lost = matches!(found, Err(SolveError::BranchLost { reached }) if (reached - 0.242_374_3).abs() < 1e-6);
+        assert!(is_lost, "{found:?} at {x:?}");
     }
 }
