@@ -175,7 +175,7 @@ fn example(points: &[Point]) -> (Figure, Table) {
         data: "non-normal-example".into(),
         panels: vec![
             panel("a run", Axis::linear("number of steps").between(0.0, Example::STEPS as f64), Axis::log("|v|"), runs),
-            panel("over the step size", Axis::log("h"), Axis::linear("spectral radius").between(0.0, 1.5), radii),
+            panel("over the step size", Axis::log("h"), Axis::linear("spectral radius").between(0.0, 1.6), radii),
         ],
         columns: 2,
     };

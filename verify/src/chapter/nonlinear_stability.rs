@@ -318,7 +318,7 @@ fn notes(crossing: f64) -> Vec<String> {
         format!(
             "Method I is called unconditionally stable for dissipative systems. It is not where they are nonlinear. On v̇ = −v² its step is a \
          cubic with the right root on the branch from the present state, and that branch ends in a fold at h v₀ = {:.3}: beyond, \
-         a step has no solution that continues it, and the integrator says so. Below, every run reaches the right steady \
+         a step has no solution that continues it, and the integrator says so. Below the fold every run from v₀ > 0 reaches the right steady \
          state. On this equation the trapezoidal rule and Method II are no better; implicit Euler has a root for every step.",
             drag_fold()
         ),

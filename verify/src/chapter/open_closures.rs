@@ -107,7 +107,7 @@ fn constants(context: &Context) -> Result<Part, StudyError> {
             over(|r| (r.extremes[1] + r.extremes[0]).abs() / r.extremes[1]),
             // 300 samples miss a maximum by an eighth of the squared spacing, below 0.07 h, times curvature over height.
             Requirement::AtMost(2e-3),
-            "the error falls everywhere as θ grows, so that equality marks the best θ",
+            "the signed error falls everywhere as θ grows, so that equality marks the best θ",
         ),
         Check::new(
             "minimax/best",
@@ -264,7 +264,7 @@ fn windows(context: &Context) -> Result<Part, StudyError> {
 
 fn notes() -> Vec<String> {
     vec![
-        "There is no best constant (α, β), only a best one for a range of hλ. With θ = −α/β the error of one step on v̇ = −λv \
+        "There is no best constant (α, β), only a best one for a range of hλ. With θ = −α/β the signed error of one step on v̇ = −λv \
          falls everywhere as θ grows, from Method I at θ = 0 to Method II at θ = 1: in between it is positive for small hλ and negative \
          for large, and the best θ makes the two extremes equal. For h → 0 it tends to 1, and damping at infinity, |R(∞)| = θ, \
          is lost; over all steps it is near 0.06."

@@ -1,6 +1,7 @@
 //! `solve`: one method on one problem, as rows.
 
 mod beware;
+mod held;
 mod table;
 mod unresolved;
 
@@ -246,7 +247,8 @@ impl<'a> Solve<'a> {
             });
             summary.add(state.t, max_norm(&values), error, estimate);
             forcing.add(state.t, &state.q);
-            summary.watch.add(&*self.problem, state.t, &state.q, self.has_exact && error.is_none());
+            let has_ended = self.has_exact && error.is_none();
+            summary.watch.add(&*self.problem, &*self.method, state.t, &state.q, has_ended);
             let errors = [error, estimate];
             let shown = usize::from(!self.has_exact)..1 + usize::from(estimator.is_some());
             observe(Row { t: state.t, values: &values, errors: &errors[shown] }).unwrap_or_else(|error| {

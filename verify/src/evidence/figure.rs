@@ -150,20 +150,17 @@ impl Figure {
         let Extremes { best, worst, of, panels } = self.extremes();
         let mut names = self.among(names);
         let mut told = format!("In colour: {}", listed(&names));
-        let all = if panels == 1 {
-            format!("the {of} curves")
+        let (among, place) = if panels == 1 {
+            (format!("the {of} curves"), "")
         } else {
-            format!("the {of} curves in most of the {panels} panels")
+            (format!("the {of} curves that are in most of the {panels} panels"), ", in most panels that show both")
         };
-        let than = if panels == 1 { "each other one" } else { "each other one in most panels that have both" };
-        let _ = match (&best, &worst) {
-            (Some(best), Some(worst)) => {
-                write!(told, "; of {all} `{best}` comes to smaller errors than {than}, and `{worst}` to larger ones")
-            }
-            (Some(best), None) => write!(told, "; of {all} `{best}` comes to smaller errors than {than}"),
-            (None, Some(worst)) => write!(told, "; of {all} `{worst}` comes to larger errors than {than}"),
-            (None, None) => Ok(()),
-        };
+        let has = |name: &str, errors: &str| format!("`{name}` has {errors} errors than each other one");
+        let found: Vec<_> =
+            best.iter().map(|name| has(name, "smaller")).chain(worst.iter().map(|name| has(name, "larger"))).collect();
+        if !found.is_empty() {
+            let _ = write!(told, "; of {among} {}{place}", found.join(" and "));
+        }
         names.extend(best.into_iter().chain(worst));
         self.dimmed(&names, told)
     }
@@ -340,8 +337,8 @@ mod tests {
         assert_eq!(marked(&figure, |mark| mark == Mark::Other), ["m1", "m2", "m4", "m6", "m8", "m9", "m0"]);
         for words in [
             "In colour: `m5`, `m3`;",
-            "of the 9 curves in most of the 2 panels `m3` comes to smaller errors than each other one in most panels that have both",
-            "and `m7` to larger ones",
+            "of the 9 curves that are in most of the 2 panels `m3` has smaller errors than each other one and `m7` has larger errors than each \
+             other one, in most panels that show both",
         ] {
             assert!(figure.caption.contains(words), "{words}: {}", figure.caption);
         }
@@ -354,7 +351,7 @@ mod tests {
         let mut three = crowded();
         three.panels.push(three.panels[0].clone());
         three.panels[0].series.retain(|series| series.label != "m3");
-        assert!(three.telling_with_extremes(&["m5"]).caption.contains("`m3` comes to smaller errors"));
+        assert!(three.telling_with_extremes(&["m5"]).caption.contains("`m3` has smaller errors"));
         // None where each is beaten by some other.
         let heights = [[1.0, 2.0, 3.0], [2.0, 3.0, 1.0], [3.0, 1.0, 2.0]];
         let panel = |k: usize| {

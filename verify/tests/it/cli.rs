@@ -1213,6 +1213,9 @@ fn a_run_where_no_solution_is_is_told_so() {
     let pole = model("pole.ds", "u_i { x = 0.1 } F_i { exp(x) }");
     let saddle = model("saddle.ds", "u_i { x = 1, y = 0 } F_i { -x, y }");
     let waves = model("waves.ds", "u_i { x = 1, y = 0 } F_i { y, -x }");
+    // Perturbations grow for a while, and no longer at the end.
+    let window = model("window.ds", "u_i { x = 1e-9, p = 0 } F_i { 1000*(sin(t+3.5)*x - x*x) + 1e-12, x }");
+    let relaxation = model("relaxation.ds", "u_i { x = 2, y = 0 } F_i { y, 10*((1-x*x)*y) - x }");
     let said = |line: &str| {
         let (status, _, error) = say(line);
         assert_eq!(status, 0, "{error}");
@@ -1229,6 +1232,18 @@ fn a_run_where_no_solution_is_is_told_so() {
     assert!(stays(&format!("solve --model {pole} --method method-i --h 0.1 --t-end 2")));
     assert!(!stays(&format!("solve --model {oregonator} --method radau-adaptive --t-end 20")));
     assert!(!stays(&format!("solve --model {saddle} --method rk4 --h 0.5 --t-end 3")));
+    for method in ["implicit-euler --h 0.05", "method-i --h 0.05", "radau-iia3 --h 0.1"] {
+        assert!(stays(&format!("solve --model {window} --method {method} --t-end 7")), "{method}");
+    }
+    assert!(!stays(&format!("solve --model {window} --method radau-adaptive --t-end 7 --atol 1e-18")));
+    for method in ["radau-iia3 --h 0.3", "trapezoidal --h 0.05", "implicit-euler --h 0.05"] {
+        assert!(!stays(&format!("solve --model {relaxation} --method {method} --t-end 40")), "{method}");
+    }
+    let lags = |line: &str| said(line).contains("hardly moves it, and the equation does");
+    assert!(lags(&format!("solve --model {pole} --method fitted-pade(4.0) --h 0.1 --t-end 3")));
+    for method in ["rk4", "method-i", "implicit-euler"] {
+        assert!(!lags(&format!("solve --model {waves} --method {method} --h 1.5 --t-end 30")), "{method}");
+    }
     // The method lets grow what the solution has none of.
     let rests = |line: &str| said(line).contains("came to rest where the equation is unstable");
     assert!(!rests(&format!("solve --model {saddle} --method rk4 --h 0.5 --t-end 40")));

@@ -183,10 +183,10 @@ fn local_errors(context: &Context) -> Result<Finding, StudyError> {
         behind.join(", ")
     );
     Ok(Finding::on(cases, evidence)
-        .holds_where(
-            "On linear problems against both, on any smooth problem against Störmer–Verlet for small τ: there its local error is half as large. Against \
-             the midpoint rule on a nonlinear problem of one unknown where F′(x) ẍ has the sign of x⁗.",
-        )
+        .holds_where(format!(
+            "For small τ, tested at {H}: on linear problems against both, on any smooth problem against Störmer–Verlet, where its local error is half \
+             as large, and against the midpoint rule on a nonlinear problem of one unknown where F′(x) ẍ has the sign of x⁗."
+        ))
         .because(
             "For ẍ = F(x) the local errors of the recurrences are −τ⁴x⁗/24 (degree 2), τ⁴x⁗/12 (Störmer–Verlet) and −τ⁴x⁗/24 − τ⁴F′(x) ẍ/8 (midpoint \
              rule); on the oscillator F′ẍ = x⁗ and the last is −τ⁴x⁗/6.",

@@ -160,7 +160,7 @@ fn against_all(context: &Context) -> Result<Finding, StudyError> {
         ))
         .because(format!(
             "Methods I and II do not solve the same equation: p → 0 is the Galerkin projection of the flow, ṗ → 0 the \
-             domain average, whose rate 3 is further from the true π²/4 than 5/2 is. Where implicit Euler is ahead on the latter, its step decays \
+             domain average, whose rate 3 is further from the true π²/4 than 5/2 is. Where implicit Euler is ahead on the averaged equation, its step decays \
              too slowly by as much as the equation does too fast. On the Galerkin equation the \
              trapezoidal rule has the error {} at h = 0.001, and at h = 0.1 {} where Method I, of first order here, has {}.",
             text(second_order[4]),

@@ -80,9 +80,9 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-c-4",
         source: "[S24] Section 3, after Eq. (27)",
-        statement: "Method II is unconditionally stable: no step size amplifies what does not grow, whether it is dissipative or not. Our wider \
-                    reading: the abstract has “for dissipative systems”.",
-        quantifier: Quantifier::Wider,
+        statement: "Method II is unconditionally stable: no step size amplifies what does not grow. The abstract has “for dissipative systems”, \
+                    and v̇ = 0, whose solutions never part, is one.",
+        quantifier: Quantifier::Universal,
         criterion: "As for S24-b-3. A step that is not determined has no size, and counts as not bounded.",
         decide: method_ii_on_stable_systems,
     },

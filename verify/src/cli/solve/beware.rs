@@ -9,6 +9,7 @@ use verify::problem::{Problem, component_names};
 use verify::reference::{self, Ode};
 use verify::run::step_from;
 
+use super::held::Held;
 use crate::cli::layout::{number, plain};
 
 /// Largest system whose derivatives are looked at as a dense matrix.
@@ -27,7 +28,7 @@ const START: usize = 3;
 const DAMPED: f64 = 0.9;
 
 /// Growth in a step, as the logarithm of a factor, half of which a method has to show.
-const LEAVES: f64 = 1.0;
+pub(super) const LEAVES: f64 = 1.0;
 
 /// A component on the wrong side of zero is lost where it comes to this part of its largest value.
 const LOST: f64 = 1e-3;
@@ -37,6 +38,9 @@ const LOOKS: u32 = 16;
 
 /// The smallest tolerance of a reference that rounding leaves room for.
 const FINEST: f64 = 1e-13;
+
+/// The tolerance of a reference that tells how far a step should have gone, which has to be well beyond it.
+const COURSE: f64 = 1e-10;
 
 /// Zeros that references cross as well, after which no more are doubted: the steps of such a run are long and right.
 const REFUTED: u32 = 16;
@@ -49,6 +53,9 @@ const OFF: f64 = 0.1;
 
 /// Times the estimate of the error that the estimate does not explain: it is good to a factor of two or so.
 pub(super) const BEYOND: f64 = 4.0;
+
+/// A step that moves a component by less than this part of what solutions do lags behind them.
+const LAGS: f64 = 0.01;
 
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
 const NULL: f64 = 1e-13;
@@ -78,6 +85,7 @@ pub(super) struct Watch {
     crossed: Option<(usize, f64, f64)>,
     /// The first step across which the solution leaves its scale behind, by its end and the size before and after.
     leap: Option<(f64, [f64; 2])>,
+    held: Held,
 }
 
 /// The step in which a component crosses zero.
@@ -136,8 +144,8 @@ impl Crossing {
 }
 
 impl Watch {
-    /// A row of a run on `problem`.
-    pub(super) fn add(&mut self, problem: &dyn Problem, t: f64, state: &[f64], has_ended: bool) {
+    /// A row of a run of `method` on `problem`.
+    pub(super) fn add(&mut self, problem: &dyn Problem, method: &dyn Method, t: f64, state: &[f64], has_ended: bool) {
         if self.first.is_empty() {
             self.first = state.to_vec();
             self.sizes = vec![0.0; state.len()];
@@ -149,6 +157,9 @@ impl Watch {
         if (2..=DENSE).contains(&state.len()) && problem.ode().dim() == state.len() {
             self.rates.add(problem.ode(), t, state);
             self.cross(problem.ode(), t, state);
+        }
+        if self.last.1.len() == state.len() && problem.ode().dim() == state.len() {
+            self.held.add(problem, method, [(self.last.0, &self.last.1), (t, state)], &self.sizes);
         }
         std::mem::swap(&mut self.before, &mut self.earlier);
         std::mem::swap(&mut self.last, &mut self.before);
@@ -274,7 +285,9 @@ impl Watch {
         let stuck = self
             .at_rest(problem, method)
             .or_else(|| self.stuck(problem, method))
-            .or_else(|| self.stays(problem, method));
+            .or_else(|| self.stays(problem, method))
+            .or_else(|| self.held.told())
+            .or_else(|| self.lags(problem));
         let broken = self.broken_invariants(problem, stuck.is_some());
         ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).chain(broken).collect()
     }
@@ -314,6 +327,33 @@ impl Watch {
                 )
             })
         })
+    }
+
+    /// Two steps, the last ones, that hardly move a component where solutions do, as near a state of rest of the method alone.
+    fn lags(&self, problem: &dyn Problem) -> Option<String> {
+        let (ode, n) = (problem.ode(), self.first.len());
+        let rows = [&self.earlier, &self.before, &self.last];
+        if n > DENSE || rows.iter().any(|(_, v)| v.len() != n) {
+            return None;
+        }
+        let moves = rows.array_windows().map(|[(start, from), (end, to)]: &[&(f64, Vec<f64>); 2]| {
+            let run = reference::by_name("diffsol-bdf")?.run(ode, *start, from, &[*end], COURSE).ok()?;
+            let difference = |to: &[f64]| to.iter().zip(from).map(|(b, a)| b - a).collect::<Vec<_>>();
+            Some([difference(to), difference(run.states.first()?)])
+        });
+        let [first, last]: [[Vec<f64>; 2]; 2] = moves.collect::<Option<Vec<_>>>()?.try_into().ok()?;
+        let is_behind = |[run, exact]: &[Vec<f64>; 2], k: usize| {
+            exact[k].abs() > (LOST * self.sizes[k]).max(COURSE / LOST) && run[k].abs() < LAGS * exact[k].abs()
+        };
+        let k = (0..n).find(|k| is_behind(&first, *k) && is_behind(&last, *k))?;
+        Some(format!(
+            "the last step, from t = {}, moves {} by {}, and the solution from there by {}: the method hardly moves it, and the equation does; \
+             another method tells",
+            plain(self.before.0),
+            component_names(problem)[k],
+            number(last[0][k]),
+            number(last[1][k])
+        ))
     }
 
     /// States that solutions of the equation leave within a step, and the run does not.

@@ -223,14 +223,18 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 ))
             };
             let [linear, quadratic, ansatz] = [of("linear-drag")?, of("quadratic-drag")?, of("poiseuille-ansatz")?];
+            let stiff = of("prothero-robinson")?;
+            require(stiff.0 < stiff.2 + 0.5 && stiff.1 > stiff.2 + 0.5, || format!("{stiff:?} where steps are stiff"))?;
             require(ansatz.1 > ansatz.2 + 0.5 && ansatz.0 < 1.5, || format!("{ansatz:?} on the ansatz"))?;
             let both = |(one, two, _): (f64, f64, f64)| format!("{} and {}", text(one), text(two));
             Known::of([
                 format!(
-                    "The orders of Methods I and II are {} on linear drag, {} on quadratic drag, and {} on the Poiseuille ansatz.",
+                    "The orders of Methods I and II are {} on linear drag, {} on quadratic drag, {} on the Poiseuille ansatz, and {} on \
+                     prothero-robinson",
                     both(linear),
                     both(quadratic),
-                    both(ansatz)
+                    both(ansatz),
+                    both(stiff)
                 ),
                 "with it p = 0 is met".into(),
             ])
