@@ -41,7 +41,8 @@ const RULE: &str = "A claim is confirmed if all its comparisons come out as clai
                     from orders, error constants or a closed form, and a range of which nothing but the scan tells is no condition. A restriction of the rivals is no condition, except where the \
                     source names each, so that every pair is a sentence of its own. Where a condition ends with the tests and not with \
                     what was found, it says how far it was tested. Where a step has no solution, that is itself the outcome, and counts \
-                    against what is claimed of it; a run that broke off for another reason decides nothing.";
+                    against what is claimed of it; a run that broke off for another reason decides nothing. A statement marked as our restriction is what \
+                    is left of a wider one, which another claim judges.";
 
 /// That a claim could be decided, whatever the verdict: the recorded verdicts are held by the goldens.
 fn check(judged: &Judged) -> Check {

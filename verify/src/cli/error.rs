@@ -238,6 +238,9 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
             "where f or a derivative of it is NaN or infinite at the start, as of log(x) or sqrt(x) at x = 0, no step helps; elsewhere a shorter \
              one may",
         ),
+        RunError::Step(StepError::Solve { source: SolveError::NonFiniteDerivative { .. }, .. }) => Some(
+            "f has no finite derivative at the state of that step, as sqrt(x) has none at x = 0; an explicit method, as rk4, asks for none",
+        ),
         RunError::Step(_) | RunError::NonFinite(_) => {
             Some("a smaller `--h` may help, unless the solution ends there, as in a pole")
         }

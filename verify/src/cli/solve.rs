@@ -28,7 +28,7 @@ use super::layout::{counted, number, paragraph, plain};
 use super::output::Output;
 use beware::Watch;
 use table::Table;
-use unresolved::Forcing;
+use unresolved::{Forcing, helps_at_a_jump};
 use verify::replacement::Replacement;
 
 /// Part of the largest value above which an estimate of its error says that no digit of it is right.
@@ -216,7 +216,7 @@ impl<'a> Solve<'a> {
 
     fn failed(&self, source: RunError) -> Failure {
         let known = breakdown(&*self.problem, &*self.method, self.args.t_end);
-        let breakdown = known.map(|breakdown| breakdown.reason);
+        let breakdown = known.map(|breakdown| breakdown.reason).or_else(|| helps_at_a_jump(&*self.problem, &source));
         Failure::Run { problem: self.name.as_str().into(), method: self.method.name().into(), source, breakdown }
     }
 
@@ -248,7 +248,8 @@ impl<'a> Solve<'a> {
             summary.add(state.t, max_norm(&values), error, estimate);
             forcing.add(state.t, &state.q);
             let has_ended = self.has_exact && error.is_none();
-            summary.watch.add(&*self.problem, &*self.method, state.t, &state.q, has_ended);
+            let row = beware::Row { t: state.t, state: &state.q, estimate, has_ended };
+            summary.watch.add(&*self.problem, &*self.method, row);
             let errors = [error, estimate];
             let shown = usize::from(!self.has_exact)..1 + usize::from(estimator.is_some());
             observe(Row { t: state.t, values: &values, errors: &errors[shown] }).unwrap_or_else(|error| {

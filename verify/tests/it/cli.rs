@@ -1030,15 +1030,20 @@ fn a_shipped_method_is_not_shadowed_by_a_file_of_its_name() {
     assert_eq!(judge("./rk4").status.code(), Some(2));
 }
 
-/// A false alarm of steps that hold a tolerance.
+/// What a pulse makes of zero grows by any factor, in steps that resolve it or hold a tolerance.
 #[test]
-fn growth_in_a_step_of_a_method_with_tolerances_is_resolved() {
-    let path = directory("leap").join("jump.ds");
-    fs::write(&path, "u_i { x = 0 }\nF_i { exp(0 - 100 * (t - 1.5) * (t - 1.5)) }\n").expect("writable");
-    let model = path.to_str().expect("UTF-8");
-    let warns = |rest: &str| say(&format!("solve --model {model} --t-end 3 {rest}")).2.contains("resolves nothing");
-    assert!(warns("--method rk4 --h 0.1"));
-    assert!(!warns("--method radau-adaptive --rtol 1e-8"));
+fn a_leap_is_told_where_perturbations_grow_and_the_method_holds_no_tolerance() {
+    let dir = directory("leap");
+    let warns = |model: &str, rest: &str| {
+        let path = dir.join("model.ds");
+        fs::write(&path, model).expect("writable");
+        say(&format!("solve --model {} {rest}", path.display())).2.contains("resolves nothing")
+    };
+    let (pole, pulse) = ("u_i { x = 1 } F_i { x*x }", "u_i { x = 0 } F_i { exp(0 - 100*(t-1.5)*(t-1.5)) }");
+    assert!(warns(pole, "--method rk4 --h 0.1 --t-end 1.2 --no-estimate"));
+    assert!(!warns(pulse, "--method rk4 --h 0.1 --t-end 3"));
+    assert!(!warns(pulse, "--method radau-adaptive --rtol 1e-8 --t-end 3"));
+    assert!(!warns("u_i { x = 1 } F_i { x }", "--method radau-adaptive --t-end 30"));
 }
 
 /// What the sum changed by, with the factors that are shown, and not what a multiple of it did.
@@ -1216,6 +1221,14 @@ fn a_run_where_no_solution_is_is_told_so() {
     // Perturbations grow for a while, and no longer at the end.
     let window = model("window.ds", "u_i { x = 1e-9, p = 0 } F_i { 1000*(sin(t+3.5)*x - x*x) + 1e-12, x }");
     let relaxation = model("relaxation.ds", "u_i { x = 2, y = 0 } F_i { y, 10*((1-x*x)*y) - x }");
+    // Beside a solution on the way of which they grow, in steps from which the run returns to it.
+    let wave =
+        model("wave.ds", "u_i { x = 1.001 } rate { 16*exp(-(t-4)*(t-4)) - 2 } F_i { rate*(x - cos(t)) - sin(t) }");
+    let epidemic = model(
+        "epidemic.ds",
+        "u_i { s = 1e6, e = 0, i = 10, r = 0 } beta { 0.05 + 1.6*exp(-(t-60)*(t-60)/200) } \
+         F_i { -beta*s*i/1e6, beta*s*i/1e6 - 0.5*e, 0.5*e - 0.25*i, 0.25*i }",
+    );
     let said = |line: &str| {
         let (status, _, error) = say(line);
         assert_eq!(status, 0, "{error}");
@@ -1227,7 +1240,7 @@ fn a_run_where_no_solution_is_is_told_so() {
     assert!(!crosses(&format!("solve --model {robertson} --method radau-adaptive --t-end 1e4")));
     assert!(!crosses(&format!("solve --model {prey} --method radau-adaptive --t-end 8 --atol 1e-13")));
     assert!(!crosses(&format!("solve --model {waves} --method rk4 --h 0.3 --t-end 20")));
-    let stays = |line: &str| said(line).contains("it stays where solutions of the equation do not");
+    let stays = |line: &str| said(line).contains("stays where solutions of the equation do not");
     assert!(stays(&format!("solve --model {oregonator} --method method-i --h 0.1 --t-end 360")));
     assert!(stays(&format!("solve --model {pole} --method method-i --h 0.1 --t-end 2")));
     assert!(!stays(&format!("solve --model {oregonator} --method radau-adaptive --t-end 20")));
@@ -1239,17 +1252,63 @@ fn a_run_where_no_solution_is_is_told_so() {
     for method in ["radau-iia3 --h 0.3", "trapezoidal --h 0.05", "implicit-euler --h 0.05"] {
         assert!(!stays(&format!("solve --model {relaxation} --method {method} --t-end 40")), "{method}");
     }
+    for (model, method, t_end) in [
+        (&wave, "method-i --h 0.45", 9),
+        (&wave, "window(4) --h 0.2", 9),
+        (&epidemic, "method-i --h 3", 150),
+        (&epidemic, "window(4) --h 2.5", 150),
+    ] {
+        assert!(stays(&format!("solve --model {model} --method {method} --t-end {t_end}")), "{method}");
+    }
+    for method in ["rk4 --h 0.5", "trapezoidal --h 1", "method-i --h 0.1"] {
+        assert!(!stays(&format!("solve --model {epidemic} --method {method} --t-end 150")), "{method}");
+    }
     let lags = |line: &str| said(line).contains("hardly moves it, and the equation does");
     assert!(lags(&format!("solve --model {pole} --method fitted-pade(4.0) --h 0.1 --t-end 3")));
     for method in ["rk4", "method-i", "implicit-euler"] {
         assert!(!lags(&format!("solve --model {waves} --method {method} --h 1.5 --t-end 30")), "{method}");
     }
+    // Adaptive steps that follow the growth away from a rest which they came by.
+    let fox = model(
+        "fox.ds",
+        "u_i { prey = 1, fox = 1 } F_i { prey*(1 - prey/15) - prey*fox/(0.4 + prey), 4*prey*fox/(0.4 + prey) - fox }",
+    );
+    assert!(
+        !said(&format!("solve --model {fox} --method radau-adaptive --rtol 1e-8 --atol 0 --t-end 100"))
+            .contains("came to rest")
+    );
+    // What a pulse makes of zero grows by any factor.
+    let warmed = model("warmed.ds", "u_i { a = 0, b = 0 } F_i { -3*a + exp(-(t-5)*(t-5)*50), 2*a - 4*b }");
+    assert_eq!(said(&format!("solve --model {warmed} --method rk4 --h 0.02 --t-end 10")), "");
     // The method lets grow what the solution has none of.
     let rests = |line: &str| said(line).contains("came to rest where the equation is unstable");
     assert!(!rests(&format!("solve --model {saddle} --method rk4 --h 0.5 --t-end 40")));
     assert!(rests(&format!("solve --model {saddle} --method method-i --h 3 --t-end 60")));
     // A last step that is cut short is none to judge by.
     assert!(rests(&format!("solve --model {saddle} --method method-i --h 3 --t-end 60.001")));
+}
+
+/// A load that is switched within a step is no fold, and a square root has no derivative at 0.
+#[test]
+fn a_step_that_fails_at_a_jump_or_a_root_is_told_what_helps() {
+    let dir = directory("jumps");
+    let model = |name: &str, text: &str| {
+        let path = dir.join(name);
+        fs::write(&path, text).expect("writable");
+        path.display().to_string()
+    };
+    let switched =
+        model("switched.ds", "u_i { v = 1, m = 0 } F_i { -m*m*v*1e3 + 50*heaviside(t - 1), exp(v) - m*exp(2*v) }");
+    let fails = |line: String| {
+        let (status, _, error) = say(&line);
+        assert_eq!(status, 1, "{error}");
+        flat(&error)
+    };
+    let error = fails(format!("solve --model {switched} --method method-i --h 0.05 --t-end 2"));
+    assert!(error.contains("f jumps in time there"), "{error}");
+    let tank = model("tank.ds", "u_i { level = 1 } F_i { -0.5*sqrt(max(level, 0)) }");
+    let error = fails(format!("solve --model {tank} --method radau-adaptive --t-end 6"));
+    assert!(error.contains("an explicit method, as rk4, asks for none"), "{error}");
 }
 
 /// Runs with h and h/2 agree on what both miss: a fast oscillation that both damp, a transient that both keep, a component in units of its
@@ -1295,6 +1354,10 @@ fn a_step_that_is_off_with_half_of_it_as_well_is_told_so() {
         let error = said(format!("solve --model {model} --method {method} --h {h} --t-end {}", 10.0 * h));
         assert!(!error.contains("is off by"), "{method}, h = {h}: {error}");
     }
+    // Steep at the start alone, and followed.
+    let friction = model("friction.ds", "u_i { x = 1, v = 0 } F_i { v, -x - 0.3*(2*sigmoid(200*v) - 1) }");
+    let error = said(format!("solve --model {friction} --method rk4 --h 0.2 --t-end 10"));
+    assert!(!error.contains("is off by"), "{error}");
     // A pulse between the nodes of a long step.
     let pulse = model(
         "pulse.ds",

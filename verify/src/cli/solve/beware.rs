@@ -28,7 +28,7 @@ const START: usize = 3;
 const DAMPED: f64 = 0.9;
 
 /// Growth in a step, as the logarithm of a factor, half of which a method has to show.
-pub(super) const LEAVES: f64 = 1.0;
+const LEAVES: f64 = 1.0;
 
 /// A component on the wrong side of zero is lost where it comes to this part of its largest value.
 const LOST: f64 = 1e-3;
@@ -49,7 +49,7 @@ const REFUTED: u32 = 16;
 const WHOLE: f64 = 0.999;
 
 /// Part of the largest value of a component by which a step on the linearised equation is off.
-const OFF: f64 = 0.1;
+pub(super) const OFF: f64 = 0.1;
 
 /// Times the estimate of the error that the estimate does not explain: it is good to a factor of two or so.
 pub(super) const BEYOND: f64 = 4.0;
@@ -60,10 +60,23 @@ const LAGS: f64 = 0.01;
 /// Singular values below this part of the largest are zero but for rounding, of f and in the decomposition.
 const NULL: f64 = 1e-13;
 
+/// What a run comes to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row<'a> {
+    pub(super) t: f64,
+    pub(super) state: &'a [f64],
+    /// Of the error, where there is one.
+    pub(super) estimate: Option<f64>,
+    /// Whether there is no exact solution any more.
+    pub(super) has_ended: bool,
+}
+
 /// Follows a run.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
     first: Vec<f64>,
+    /// The end of the first step.
+    second: Option<(f64, Vec<f64>)>,
     /// The last state and the two before, each with its time.
     last: (f64, Vec<f64>),
     before: (f64, Vec<f64>),
@@ -145,11 +158,15 @@ impl Crossing {
 
 impl Watch {
     /// A row of a run of `method` on `problem`.
-    pub(super) fn add(&mut self, problem: &dyn Problem, method: &dyn Method, t: f64, state: &[f64], has_ended: bool) {
+    pub(super) fn add(&mut self, problem: &dyn Problem, method: &dyn Method, row: Row) {
+        let Row { t, state, has_ended, .. } = row;
         if self.first.is_empty() {
             self.first = state.to_vec();
             self.sizes = vec![0.0; state.len()];
             self.moved = self.sizes.clone();
+        }
+        if self.second.is_none() && !self.last.1.is_empty() {
+            self.second = Some((t, state.to_vec()));
         }
         let starts = self.first.iter().zip(state);
         self.moved.iter_mut().zip(starts).for_each(|(moved, (a, b))| *moved = larger(*moved, (b - a).abs()));
@@ -159,7 +176,7 @@ impl Watch {
             self.cross(problem.ode(), t, state);
         }
         if self.last.1.len() == state.len() && problem.ode().dim() == state.len() {
-            self.held.add(problem, method, [(self.last.0, &self.last.1), (t, state)], &self.sizes);
+            self.held.add(problem, method, self.last.0, &row, self.largest);
         }
         std::mem::swap(&mut self.before, &mut self.earlier);
         std::mem::swap(&mut self.last, &mut self.before);
@@ -168,7 +185,7 @@ impl Watch {
         self.last.1.extend_from_slice(state);
         let size = max_norm(state);
         self.rows += usize::from(self.largest > 0.0 || size > 0.0);
-        if self.rows > START && size > LEAP * self.largest && self.leap.is_none() {
+        if self.rows > START && size > LEAP * self.largest && self.leap.is_none() && may_grow(problem, t, state) {
             self.leap = Some((t, [self.largest, size]));
         }
         self.largest = larger(self.largest, size);
@@ -286,7 +303,7 @@ impl Watch {
             .at_rest(problem, method)
             .or_else(|| self.stuck(problem, method))
             .or_else(|| self.stays(problem, method))
-            .or_else(|| self.held.told())
+            .or_else(|| self.held.told(self.largest))
             .or_else(|| self.lags(problem));
         let broken = self.broken_invariants(problem, stuck.is_some());
         ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).chain(broken).collect()
@@ -313,7 +330,7 @@ impl Watch {
             let is_one = of.iter().all(|f| f.signum() == of[0].signum());
             // A fast component is at rest nearby, and f is large there all the same.
             let way = (h * rate).min(rate / jacobian[(k, k)].abs());
-            (is_one && way > REST * self.largest && self.moved[k] <= REST * way).then(|| {
+            (is_one && way.is_finite() && way > REST * self.largest && self.moved[k] <= REST * way).then(|| {
                 let short = jacobian.norm().recip().min(0.5 * h);
                 let remedy = match moves(problem, method, (v, k), short) {
                     true => format!("a step below {} moves it", number(short)),
@@ -410,14 +427,17 @@ impl Watch {
         if ode.dim() != n || self.last.1.len() != n || n > DENSE || self.before.1.is_empty() {
             return None;
         }
-        [(0.0, &self.first), (self.last.0, &self.last.1)].into_iter().find_map(|(t, v)| {
+        let start = (0.0, self.first.clone());
+        let steps = [[&start, self.second.as_ref()?], [&self.before, &self.last]];
+        [(0.0, &self.first, steps[0]), (self.last.0, &self.last.1, steps[1])].into_iter().find_map(|(t, v, step)| {
             let a = h * jacobian(problem, t, v);
             let mut f = DVector::zeros(n);
             ode.rhs(t, v, f.as_mut_slice());
             // How far growth goes is not for the linearised equation to say.
             let is_usable = a.iter().chain(&f).all(|x| x.is_finite()) && spectral_abscissa(&a) <= LEAVES;
             let error = is_usable.then(|| step_error(method, &a, &(h * f))).flatten()?;
-            let is_off = |k: &usize| error[*k].abs() > (OFF * self.sizes[*k]).max(BEYOND * estimate);
+            let far = |k: usize| (OFF * self.sizes[k]).max(BEYOND * estimate);
+            let is_off = |k: &usize| error[*k].abs() > far(*k) && is_step_off(ode, step, (*k, far(*k)));
             let k = (0..n).filter(is_off).max_by(|i, j| error[*i].abs().total_cmp(&error[*j].abs()))?;
             Some(format!(
                 "of the equation linearised at t = {} a step of h = {} is off by {} in {}, of which the largest value is {}: it \
@@ -474,7 +494,7 @@ impl Watch {
             });
         }
         // A method that lets perturbations grow rests only where there are none, as the solution does.
-        let damps = || growth(method, &(h * &a)).is_none_or(|factor| factor <= 1.0);
+        let damps = || growth(method, &(h * &a)).map_or(drift == 0.0 || moved < 0.5 * drift, |factor| factor <= 1.0);
         (h * rate > REST && damps()).then(|| {
             format!(
                 "the run came to rest where the equation is unstable: perturbations grow like e^({} t) there, and the method \
@@ -555,6 +575,25 @@ fn moves(problem: &dyn Problem, method: &dyn Method, (v, k): (&[f64], usize), h:
     let mut f = vec![0.0; v.len()];
     problem.ode().rhs(0.0, v, &mut f);
     step_from(problem, v.to_vec(), method, h).is_ok_and(|end| (end[k] - v[k]).abs() >= 0.5 * h * f[k].abs())
+}
+
+/// Whether a step of a run leads to a component `k` that is off by more than `far`, as a reference tells that gets so far.
+fn is_step_off(ode: &dyn Ode, [start, end]: [&(f64, Vec<f64>); 2], (k, far): (usize, f64)) -> bool {
+    let tolerance = (0.01 * far).clamp(FINEST, COURSE);
+    let run = reference::by_name("diffsol-bdf").map(|solver| solver.run(ode, start.0, &start.1, &[end.0], tolerance));
+    let Some(Ok(run)) = run else { return true };
+    run.states.first().is_none_or(|state| (state[k] - end.1[k]).abs() > far)
+}
+
+/// Whether perturbations may grow, for all that a bound tells: what the equation damps grows by forcing alone, however fast.
+fn may_grow(problem: &dyn Problem, t: f64, v: &[f64]) -> bool {
+    problem.ode().dim() != v.len() || v.len() > DENSE || !(abscissa_bound(&jacobian(problem, t, v)) <= 0.0)
+}
+
+/// Gershgorin's bound of the real parts of the eigenvalues, which costs less than these.
+pub(super) fn abscissa_bound(a: &DMatrix<f64>) -> f64 {
+    let off_diagonal = |i: usize| a.row(i).iter().map(|x| x.abs()).sum::<f64>() - a[(i, i)].abs();
+    (0..a.nrows()).map(|i| a[(i, i)] + off_diagonal(i)).largest()
 }
 
 /// ∂f/∂v as a dense matrix.

@@ -1,102 +1,121 @@
 //! A run that stays, for some time on the way, where solutions of the equation do not.
 
-use nalgebra::DMatrix;
 use verify::experiment::growth;
-use verify::measure::norm::{Extremes, max_norm};
+use verify::measure::norm::{larger, max_norm};
 use verify::measure::stability::spectral_abscissa;
 use verify::method::Method;
 use verify::problem::Problem;
 
-use super::beware::{LEAVES, jacobian};
+use super::beware::{BEYOND, OFF, Row, abscissa_bound, jacobian};
 use crate::cli::layout::{number, plain};
 
 /// Largest system that is looked at in every step.
 const SMALL: usize = 16;
 
-/// A step in which no component changes by more than this part of its largest value stays where it is.
-const NEAR: f64 = 0.1;
+/// Growth in a step, as the logarithm of a factor, below which methods show it.
+const SHOWN: f64 = 0.5;
 
-/// Steps that make a stay; a single one may be the step in which the solution leaves.
+/// Growth that steps do not show, as the logarithm of a factor, beyond which half of the step does not show it either: of order two it
+/// lacks a quarter, a factor of two.
+const LACKING: f64 = 3.0;
+
+/// Steps in which it grows; a single one may be the step in which the solution leaves.
 const STAY: u32 = 2;
 
 /// Follows the latest stay: consecutive steps in which perturbations grow and the method does not show it.
 #[derive(Debug, Default)]
 pub(super) struct Held {
-    from: f64,
+    latest: Stay,
+    /// The one after which the largest errors are to be expected.
+    worst: Option<Stay>,
+    /// The largest estimate of all rows, and that of the last.
+    estimate: f64,
+    last_estimate: f64,
+}
+
+#[derive(Debug, Default, Clone)]
+struct Stay {
     steps: u32,
-    /// Logarithms of the factor by which the equation and the method multiply perturbations.
+    /// The times of its start and its end.
+    times: [f64; 2],
+    /// The estimate at its start, of which there may be none.
+    error: f64,
+    /// Logarithms of the factors by which the equation and the method multiply perturbations.
     growth: [f64; 2],
-    told: Option<String>,
+    /// The largest growth in a step.
+    fastest: f64,
+    h: f64,
+}
+
+impl Stay {
+    /// What becomes of the error at its start, or of rounding, in solutions of the size of `largest`.
+    fn error(&self, largest: f64) -> f64 {
+        larger(self.error, f64::EPSILON * largest) * self.growth[0].exp()
+    }
+
+    fn is_hidden(&self) -> bool {
+        self.steps >= STAY && self.growth[0] - self.growth[1] > LACKING
+    }
 }
 
 impl Held {
-    /// A step of `method`, whose ends are `before` and `after`, where components have come to `sizes`.
-    pub(super) fn add(
-        &mut self,
-        problem: &dyn Problem,
-        method: &dyn Method,
-        [before, after]: [(f64, &[f64]); 2],
-        sizes: &[f64],
-    ) {
-        if self.told.is_some() {
-            return;
+    /// A step of `method` from `start` to a row of a run that has come to `largest`.
+    pub(super) fn add(&mut self, problem: &dyn Problem, method: &dyn Method, start: f64, row: &Row, largest: f64) {
+        let h = row.t - start;
+        // What goes beyond all that was before leaves.
+        let stays = max_norm(row.state) <= 2.0 * largest;
+        match stays.then(|| growth_in_a_step(problem, method, (row.t, row.state), h)).flatten() {
+            None => self.latest = Stay::default(),
+            Some(growth) => {
+                let stay = &mut self.latest;
+                if stay.steps == 0 {
+                    *stay = Stay { times: [start; 2], error: self.last_estimate, h, ..Stay::default() };
+                }
+                stay.steps += 1;
+                stay.times[1] = row.t;
+                (0..2).for_each(|i| stay.growth[i] += growth[i]);
+                stay.fastest = larger(stay.fastest, growth[0]);
+                let is_worst = self.worst.as_ref().is_none_or(|worst| stay.error(largest) > worst.error(largest));
+                if stay.is_hidden() && is_worst {
+                    self.worst = Some(stay.clone());
+                }
+            }
         }
-        let Some(growth) = unshown_growth(problem, method, [before, after], sizes) else {
-            *self = Self::default();
-            return;
-        };
-        if self.steps == 0 {
-            self.from = before.0;
-        }
-        self.steps += 1;
-        (0..2).for_each(|i| self.growth[i] += growth[i]);
-        // Then a rounding is enough to leave.
-        if self.steps >= STAY && self.growth[0] > -f64::EPSILON.ln() {
-            self.told = Some(format!(
-                "from t = {} to {} perturbations grow by a factor of e^{}, enough for a rounding to leave, and the steps of h = {} multiply them \
-                 by {} alone: it stays where solutions of the equation do not; a step well below {} shows the growth",
-                plain(self.from),
-                plain(after.0),
-                number(self.growth[0]),
-                plain(after.0 - before.0),
-                number(self.growth[1].exp()),
-                number((after.0 - before.0) / growth[0])
-            ));
-        }
+        self.last_estimate = row.estimate.unwrap_or(0.0);
+        self.estimate = larger(self.estimate, self.last_estimate);
     }
 
-    /// What is to be said of it.
-    pub(super) fn told(&self) -> Option<String> {
-        self.told.clone()
+    /// What is to be said of it, in solutions of the size of `largest`.
+    pub(super) fn told(&self, largest: f64) -> Option<String> {
+        let stay = self.worst.as_ref()?;
+        let error = stay.error(largest);
+        // Estimates of the size of the solution say so themselves.
+        let is_news = error > BEYOND * self.estimate && BEYOND * self.estimate < largest;
+        (is_news && error > OFF * largest).then(|| {
+            format!(
+                "from t = {} to {} perturbations grow by a factor of e^{}, and the steps of h = {} multiply them by {} alone: the run stays \
+                 where solutions of the equation do not, and half of h does not tell; a step well below {} shows the growth",
+                plain(stay.times[0]),
+                plain(stay.times[1]),
+                number(stay.growth[0]),
+                plain(stay.h),
+                number(stay.growth[1].exp()),
+                number(stay.h / stay.fastest)
+            )
+        })
     }
 }
 
-/// The logarithms of the factors by which the equation and the method multiply perturbations in a step that stays where it is; none if
-/// they do not grow, or the method shows half of the growth.
-fn unshown_growth(
-    problem: &dyn Problem,
-    method: &dyn Method,
-    [(t_before, before), (t, v)]: [(f64, &[f64]); 2],
-    sizes: &[f64],
-) -> Option<[f64; 2]> {
-    let h = t - t_before;
-    let is_near = before.iter().zip(v).zip(sizes).all(|((a, b), size)| (b - a).abs() <= NEAR * size);
-    if v.len() > SMALL || method.traits().is_adaptive || !is_near {
+/// The logarithms of the factors by which the equation and the method multiply perturbations in a step; none where perturbations hardly
+/// grow.
+fn growth_in_a_step(problem: &dyn Problem, method: &dyn Method, (t, v): (f64, &[f64]), h: f64) -> Option<[f64; 2]> {
+    if v.len() > SMALL || method.traits().is_adaptive {
         return None;
     }
     let a = h * jacobian(problem, t, v);
-    // Gershgorin's bound, which costs less than eigenvalues.
-    let grows = abscissa_bound(&a) > LEAVES && a.iter().all(|x| x.is_finite());
-    let exponent = grows.then(|| spectral_abscissa(&a)).filter(|exponent| *exponent > LEAVES)?;
-    let factor = growth(method, &a)?.ln();
-    let mut f = vec![0.0; v.len()];
-    problem.ode().rhs(t, v, &mut f);
-    // A solution at rest may stay.
-    (factor < 0.5 * exponent && max_norm(&f) > 0.0).then_some([exponent, factor])
-}
-
-/// A bound of the real parts of the eigenvalues.
-fn abscissa_bound(a: &DMatrix<f64>) -> f64 {
-    let bound = |i: usize| a[(i, i)] + a.row(i).iter().map(|x| x.abs()).sum::<f64>() - a[(i, i)].abs();
-    (0..a.nrows()).map(bound).largest()
+    let grows = abscissa_bound(&a) > SHOWN && a.iter().all(|x| x.is_finite());
+    let exponent = grows.then(|| spectral_abscissa(&a)).filter(|exponent| *exponent > SHOWN)?;
+    let shown = growth(method, &a)?.ln();
+    // A method that lets them grow faster hides nothing.
+    Some([exponent, shown.min(exponent)])
 }

@@ -1,10 +1,11 @@
 //! Whether steps see how f depends on time.
 
-use lsvi::VectorField;
 use lsvi::quadrature::Quadrature;
+use lsvi::{SolveError, StepError, VectorField};
 use nalgebra::{DMatrix, DVector};
-use verify::measure::norm::{larger, max_norm};
+use verify::measure::norm::{distance, larger, max_norm};
 use verify::problem::Problem;
+use verify::run::RunError;
 
 use super::beware::{BEYOND, DENSE, jacobian};
 use crate::cli::layout::number;
@@ -19,6 +20,11 @@ const NODES: usize = 5;
 /// The order up to which methods see of f(t) no more than Simpson's rule does, with its nodes at the ends and the middle, where two runs
 /// with h and h/2 look.
 const LOW_ORDER: u32 = 4;
+
+/// Part of a step beside the end of a branch, well beyond the digits to which that is known, and how many times f changes there what it does
+/// elsewhere if it jumps.
+const BESIDE: f64 = 1e-6;
+const JUMPS: f64 = 100.0;
 
 /// Part of the solution that the difference comes to where f is not resolved.
 const PART: f64 = 1e-3;
@@ -115,9 +121,8 @@ impl<'a> Forcing<'a> {
     pub(super) fn unresolved(&self, estimate: f64, size: f64) -> Option<String> {
         (self.largest > BEYOND * estimate && self.largest > PART * size).then(|| {
             format!(
-                "f changes in time faster than the steps: its integral over them is another than their nodes make of it, by up to {}, and the \
+                "f changes in time faster than the steps: its integral over them is another than their nodes make of it, and the \
                  estimate, {}, does not know; a step that is no multiple of its period, or a smaller one, tells",
-                number(self.largest),
                 number(estimate)
             )
         })
@@ -127,6 +132,23 @@ impl<'a> Forcing<'a> {
 /// The nodes of a rule with their weights.
 fn pairs(rule: Quadrature) -> Vec<(f64, f64)> {
     rule.nodes().iter().copied().zip(rule.weights().iter().copied()).collect()
+}
+
+/// Where a load is switched at the end of the branch of a step, which least-squares methods do not follow across it in long steps: what helps.
+pub(super) fn helps_at_a_jump(problem: &dyn Problem, error: &RunError) -> Option<&'static str> {
+    let RunError::Step(StepError::Solve { t, h, source: SolveError::BranchLost { reached } }) = error else {
+        return None;
+    };
+    let (v, at) = (problem.initial(), t + reached);
+    let f = |parts: f64| {
+        let mut f = vec![0.0; problem.ode().dim()];
+        problem.ode().rhs(at + parts * BESIDE * h, &v, &mut f);
+        f
+    };
+    let beside = distance(&f(-1.0), &f(-3.0));
+    (v.len() == problem.ode().dim()
+        && distance(&f(1.0), &f(-1.0)) > JUMPS * larger(beside, max_norm(&f(-1.0)) * f64::EPSILON.sqrt()))
+    .then_some("f jumps in time there; a Runge–Kutta method steps across, and so does a much smaller `--h`")
 }
 
 #[cfg(test)]
