@@ -587,7 +587,9 @@ fn is_step_off(ode: &dyn Ode, [start, end]: [&(f64, Vec<f64>); 2], (k, far): (us
 
 /// Whether perturbations may grow, for all that a bound tells: what the equation damps grows by forcing alone, however fast.
 fn may_grow(problem: &dyn Problem, t: f64, v: &[f64]) -> bool {
-    problem.ode().dim() != v.len() || v.len() > DENSE || !(abscissa_bound(&jacobian(problem, t, v)) <= 0.0)
+    let is_dense = problem.ode().dim() == v.len() && v.len() <= DENSE;
+    let is_damped = is_dense && abscissa_bound(&jacobian(problem, t, v)) <= 0.0;
+    !is_damped
 }
 
 /// Gershgorin's bound of the real parts of the eigenvalues, which costs less than these.
