@@ -173,14 +173,23 @@ impl Guest {
 /// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's, and the bound
 /// must be small beside the solution, lest a run that diverges agree with everything.
 pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, guests: &[Guest]) -> Comparison {
-    let horizon = problem.horizon();
+    let horizon = if problem.facts().model.is_some() { before_rest(problem) } else { problem.horizon() };
     let (mut solvers, mut notes) = (Vec::new(), Vec::new());
+    if horizon < problem.horizon() {
+        notes.push(format!(
+            "By t = {} the solution has come to rest, where a method agrees however it went there: compared up to t = {}.",
+            plain(horizon),
+            plain(horizon)
+        ));
+    }
     for (limit, methods) in by_equation(problem, own) {
-        let times: Vec<f64> = (1..=SAMPLES).map(|k| horizon * k as f64 / SAMPLES as f64).collect();
+        let times = sample_times(horizon);
         let mut solved: Vec<Solved> = reference::all()
             .into_par_iter()
             .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
             .collect();
+        // Of the references alone: a wrong method, or one whose errors grow, is no reason to doubt what it is judged by.
+        let parting = parting(&times, &solved);
         let known = truth(problem, &limit, &times, &solved, "").map(|(_, truth)| truth);
         let by_steps = |method: Box<dyn Method>| (method.name(), by_method(problem, &*method, &times, known.as_ref()));
         solved.par_extend(methods.into_par_iter().map(by_steps));
@@ -210,21 +219,40 @@ pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, gue
                 status,
             });
         }
-        let parting = parting(&times, &solved);
-        notes.extend(doubt(problem, parting.as_deref(), &solved, &mut solvers[first..]).or(parting));
+        notes.extend(doubt(problem, horizon, parting.as_deref(), &solved, &mut solvers[first..]).or(parting));
     }
     Comparison { problem: name.to_owned(), horizon, solvers, notes }
 }
 
-/// Where the references themselves part before the horizon, because the equation magnifies every difference: what is said then.
+fn sample_times(horizon: f64) -> Vec<f64> {
+    (1..=SAMPLES).map(|k| horizon * k as f64 / SAMPLES as f64).collect()
+}
+
+/// The horizon of a problem, or the first sample of that, again and again, while a solution that moves is at rest at all samples: a method
+/// keeps a rest whatever its weights.
+fn before_rest(problem: &dyn Problem) -> f64 {
+    let (limit, mut horizon) = (problem.limit(Principle::Equation), problem.horizon());
+    loop {
+        let times = sample_times(horizon);
+        let by = |reference: &dyn Reference| by_reference(reference, problem, &limit, &times).ok();
+        let Some(Answer { states, bound, .. }) = reference::all().into_iter().find_map(by) else { return horizon };
+        let rests = states.iter().all(|state| distance(state, &states[0]) <= bound);
+        if !rests || distance(&limit.initial, &states[0]) <= bound {
+            return horizon;
+        }
+        horizon = times[0];
+    }
+}
+
+/// Where the references themselves part before the horizon: what is said then.
 ///
-/// Two solutions whose distance grows from d₁ at t₁ to d₂ at t₂ tell the rate ln(d₂/d₁)/(t₂ − t₁) of the growth.
+/// Two solutions whose distance grows from d₁ at t₁ to d₂ at t₂ tell the rate ln(d₂/d₁)/(t₂ − t₁) of the growth, where it is the equation's:
+/// what it magnifies between two solvers it magnifies between the two runs of each, so that their bounds know of it. They do not know
+/// of what both runs of one have passed over.
 fn parting(times: &[f64], references: &[Solved]) -> Option<String> {
     let answers: Vec<_> = references.iter().filter_map(|(_, answer)| answer.as_ref().ok()).collect();
-    let apart = |k: usize| -> f64 {
-        let pairs = answers.iter().enumerate().flat_map(|(i, a)| answers[..i].iter().map(move |b| (a, b)));
-        pairs.map(|(a, b)| distance(&a.states[k], &b.states[k])).largest()
-    };
+    let pairs = || answers.iter().enumerate().flat_map(|(i, a)| answers[..i].iter().map(move |b| (a, b)));
+    let apart = |k: usize| pairs().map(|(a, b)| distance(&a.states[k], &b.states[k])).largest();
     let lost = |k: &usize| apart(*k) > RESOLVED * answers.iter().map(|answer| max_norm(&answer.states[*k])).largest();
     let first_lost = (0..times.len()).find(lost)?;
     // From where they part on the distance has no room left to grow.
@@ -233,10 +261,15 @@ fn parting(times: &[f64], references: &[Solved]) -> Option<String> {
     if growth.is_nan() || growth <= GROWTH {
         return None;
     }
-    let rate = growth.ln() / (times[last] - times[last - 1]);
+    let is_foreseen = pairs().all(|(a, b)| distance(&a.states[last], &b.states[last]) <= a.bound + b.bound);
+    let why = if is_foreseen {
+        format!("Differences grow like e^({:.2} t)", growth.ln() / (times[last] - times[last - 1]))
+    } else {
+        "Their own bounds do not allow for that, as where one has passed over what f does for a moment".to_owned()
+    };
     Some(format!(
-        "The references part: by {:.1e} at t = {}, by {:.1e} at t = {}. Differences grow like e^({rate:.2} t), and from there on a \
-         disagreement says nothing of a solver. Compare up to t = {}.",
+        "The references part: by {:.1e} at t = {}, by {:.1e} at t = {}. {why}, and from there on a disagreement says nothing of a solver. \
+         Compare up to t = {}.",
         apart(last - 1),
         plain(times[last - 1]),
         apart(last),
@@ -523,13 +556,19 @@ fn unsettled(Runs { h, order, observed, earlier, .. }: &Runs) -> String {
 }
 
 /// Takes back what was decided by references where solvers disagree of which no bound knows what it does not see, and says why.
-fn doubt(problem: &dyn Problem, parting: Option<&str>, solved: &[Solved], rows: &mut [Compared]) -> Option<String> {
+fn doubt(
+    problem: &dyn Problem,
+    horizon: f64,
+    parting: Option<&str>,
+    solved: &[Solved],
+    rows: &mut [Compared],
+) -> Option<String> {
     let is_by_reference =
         |row: &Compared| row.truth.as_deref().is_some_and(|truth| reference::by_name(truth).is_some());
     if !rows.iter().any(|row| row.standing == Standing::Differs && is_by_reference(row)) {
         return None;
     }
-    let note = overlooked(problem)
+    let note = overlooked(problem, horizon)
         .or_else(|| parting.map(str::to_owned))
         .or_else(|| problem.facts().model.and_then(|_| contradicted(solved, rows)))?;
     let is_told = |row: &&mut Compared| matches!(row.standing, Standing::Agrees | Standing::Differs);
@@ -542,8 +581,7 @@ fn doubt(problem: &dyn Problem, parting: Option<&str>, solved: &[Solved], rows: 
 
 /// That f changes by itself faster than steps see: a solver that passes over it and one that does not are each within bounds that know
 /// nothing of it.
-fn overlooked(problem: &dyn Problem) -> Option<String> {
-    let horizon = problem.horizon();
+fn overlooked(problem: &dyn Problem, horizon: f64) -> Option<String> {
     let stops: Vec<f64> = (1..=STEPS).map(|step| horizon * step as f64 / STEPS as f64).collect();
     let changes = changes(problem, horizon, &stops);
     let (first, last) = (changes.first()?, changes.last()?);
@@ -791,7 +829,7 @@ mod tests {
                 Compared { equation: ("", ""), solver, truth, difference: None, bound: None, standing, status }
             };
             let mut rows: Vec<Compared> = solved.iter().map(row).collect();
-            let note = doubt(&model, None, &solved, &mut rows);
+            let note = doubt(&model, 1.0, None, &solved, &mut rows);
             let open = rows.iter().filter(|row| row.standing == Standing::Unresolved).count();
             assert_eq!(note.is_some(), open > 0);
             open
@@ -843,21 +881,47 @@ mod tests {
         }
     }
 
-    /// Apart by 10⁻⁸, 10⁻⁵, 10⁻¹ and 1 at intervals of ½: a growth of 10⁴ is one of e^{18.42 t}.
+    /// Apart by 10⁻⁸, 10⁻⁵, 10⁻¹ and 1 at intervals of ½: a growth of 10⁴ is one of e^{18.42 t}, if the bounds know of it.
     #[test]
     fn where_the_references_part_is_told_with_the_rate_and_the_last_time_before() {
-        let answer = |off: [f64; 4]| {
-            let states = off.iter().map(|off| vec![1.0 + off]).collect();
-            ("a reference".to_owned(), Ok(Answer { states, bound: 0.0, astray: None, runs: None }))
+        let told = |off: [f64; 4], bound: f64| {
+            let answer = |off: [f64; 4]| {
+                let states = off.iter().map(|off| vec![1.0 + off]).collect();
+                ("a reference".to_owned(), Ok(Answer { states, bound, astray: None, runs: None }))
+            };
+            parting(&[0.5, 1.0, 1.5, 2.0], &[answer([0.0; 4]), answer(off)])
         };
-        let told = |off: [f64; 4]| parting(&[0.5, 1.0, 1.5, 2.0], &[answer([0.0; 4]), answer(off)]);
-        let note = told([1e-8, 1e-5, 1e-1, 1.0]).expect("they part");
-        for said in ["by 1.0e-5 at t = 1, by 1.0e-1 at t = 1.5", "e^(18.42 t)"] {
-            assert!(note.contains(said), "{said}: {note}");
+        let off = [1e-8, 1e-5, 1e-1, 1.0];
+        for (bound, why) in [(1.0, "grow like e^(18.42 t)"), (1e-9, "has passed over")] {
+            let note = told(off, bound).expect("they part");
+            for said in ["by 1.0e-5 at t = 1, by 1.0e-1 at t = 1.5", why] {
+                assert!(note.contains(said), "{said}: {note}");
+            }
+            assert!(note.ends_with("Compare up to t = 1."), "{note}");
         }
-        assert!(note.ends_with("Compare up to t = 1."), "{note}");
+        assert!(!told(off, 1e-9).expect("they part").contains("grow"));
         // Neither a slow growth nor none is the equation's.
-        assert_eq!([told([1e-2, 2e-2, 3e-2, 4e-2]), told([1e-9; 4])], [None, None]);
+        assert_eq!([told([1e-2, 2e-2, 3e-2, 4e-2], 1.0), told([1e-9; 4], 1.0)], [None, None]);
+    }
+
+    /// An explicit method with growing errors of its own, as `conventional` has, parts from the references where these agree.
+    #[test]
+    fn what_methods_differ_by_puts_no_reference_in_doubt() {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        let of = |rate: &str, horizon: f64| {
+            std::fs::write(file.path(), format!("u_i {{ x = 1 }} F_i {{ {rate} }}")).expect("writable");
+            problem::model::Model::load(file.path(), &[], Some(horizon)).expect("a model")
+        };
+        let wrong: Box<dyn Method> =
+            Box::new(Elsewhere(Box::leak(problem::build_setting("linear-drag lambda=1.1").expect("known"))));
+        let found = compare("decay", &of("-x", 40.0), vec![wrong], &[]);
+        assert!(found.notes.is_empty(), "{:?}", found.notes);
+        let differs: Vec<&str> =
+            found.solvers.iter().filter(|row| row.standing == Standing::Differs).map(|row| &*row.solver).collect();
+        assert_eq!(differs, ["elsewhere"]);
+        // Of a rest at all samples nothing is seen of the way there; what rests from the start has no way.
+        let horizons = [("-x", 40.0), ("2 - x", 400.0), ("1 - x", 400.0)].map(|(rate, t)| before_rest(&of(rate, t)));
+        assert_eq!(horizons, [40.0, 100.0 / 4.0, 400.0]);
     }
 
     /// Errors of the state within its bound, with the worst signs for each component shown, come to the bound of what is shown.

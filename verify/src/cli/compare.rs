@@ -46,7 +46,8 @@ do in the shortest steps that are tried, as where f jumps. Where the equation
 magnifies every difference, so that the references part before the end time, that
 is said after the table, and so it is where f changes by itself within a step, or
 where the methods of fixed steps agree with each other against the references of a
-model. If solvers disagree there, the references decide nothing.
+model. If solvers disagree there, the references decide nothing. A model that has
+come to rest by the first quarter of the time is compared up to there.
 
 Exit status: 0 none disagrees, 1 some do, 2 bad usage, 3 none could be held
 against another, or one of your own could not.")]
