@@ -15,7 +15,7 @@ use crate::measure::order::{self, Measured, OrderFit, Reason, Sample, Verdict, f
 use crate::method::Method;
 use crate::problem::{Limit, Problem};
 use crate::program::ProgramError;
-use crate::reference::bound::FINER;
+use crate::reference::bound::{self, FINER};
 use crate::reference::{Reference, ReferenceError, by_name};
 use crate::run::run;
 use crate::theory::{OrderPlan, order_plan};
@@ -418,7 +418,7 @@ impl Truth {
             Self::Tabulated => (&|t| problem.tabulated(t), 1.0),
             Self::Numerical(reference) => {
                 let solved = match tolerance {
-                    Some(tolerance) => reference.solve_within(limit.ode, 0.0, &limit.initial, times, tolerance),
+                    Some(tolerance) => bound::solve_in_units(reference, limit.ode, &limit.initial, times, tolerance),
                     None => reference.solve(limit.ode, 0.0, &limit.initial, times),
                 }?;
                 return Ok(solved.states.into_iter().zip(solved.bound).collect());

@@ -1,6 +1,6 @@
 //! The error bound that every reference carries: the same problem solved at two tolerances.
 
-use super::{Ode, ReferenceError, Sampled, Work};
+use super::{Ode, Reference, ReferenceError, Sampled, Work};
 use crate::measure::norm::{distance, larger, max_norm};
 
 /// Factor on the difference between the two solves.
@@ -89,6 +89,58 @@ pub(super) fn solve_twice(
     }
     let (states, bound) = fine.states.into_iter().zip(bound).skip(PROBES).step_by(PROBES + 1).unzip();
     Ok(Sampled { times: times.to_vec(), states, bound, work: fine.work })
+}
+
+/// The solution from `v0` at t = 0 as `reference` solves it in units of the start, where that is smaller than 1: the absolute tolerance, and
+/// the bound with it, is then one of a small solution too.
+pub(crate) fn solve_in_units(
+    reference: &dyn Reference,
+    ode: &dyn Ode,
+    v0: &[f64],
+    times: &[f64],
+    finest: f64,
+) -> Result<Sampled, ReferenceError> {
+    // A power of two rounds nothing.
+    let unit =
+        Some(max_norm(v0)).filter(|size| size.is_normal()).map_or(1.0, |size| size.log2().floor().exp2()).min(1.0);
+    let v0: Vec<f64> = v0.iter().map(|v| v / unit).collect();
+    let mut sampled = reference.solve_within(&InUnits(ode, unit), 0.0, &v0, times, finest)?;
+    sampled.states.iter_mut().flatten().chain(&mut sampled.bound).for_each(|x| *x *= unit);
+    Ok(sampled)
+}
+
+/// An equation whose states are multiples of a unit.
+struct InUnits<'a>(&'a dyn Ode, f64);
+
+impl InUnits<'_> {
+    fn states(&self, v: &[f64]) -> Vec<f64> {
+        v.iter().map(|v| v * self.1).collect()
+    }
+}
+
+impl Ode for InUnits<'_> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.0.rhs(t, &self.states(v), dv);
+        dv.iter_mut().for_each(|rate| *rate /= self.1);
+    }
+    fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        self.0.jacobian(t, &self.states(v), add);
+    }
+    fn bandwidths(&self) -> Option<(usize, usize)> {
+        self.0.bandwidths()
+    }
+    fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.0.product(t, &self.states(v), x, out);
+    }
+    fn is_matrix_free(&self) -> bool {
+        self.0.is_matrix_free()
+    }
+    fn longest_step(&self, span: f64) -> f64 {
+        self.0.longest_step(span)
+    }
 }
 
 /// An equation with steps half as long at most.
@@ -196,6 +248,30 @@ mod tests {
         assert_eq!(crossed, [0.5; 3]);
         let between = bounds(|t| if t > 1.0 && t < 2.0 { 0.25 } else { 0.0 });
         assert_eq!(between, [2e-9, 0.5, 0.5]);
+    }
+
+    /// An absolute tolerance of 10⁻¹² would see nothing of what is below that.
+    #[test]
+    fn a_small_solution_is_known_relative_to_its_size() {
+        struct Small;
+        impl Ode for Small {
+            fn dim(&self) -> usize {
+                1
+            }
+            fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+                dv[0] = 1e12 * v[0] * v[0] - v[0];
+            }
+            fn jacobian(&self, _t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+                add(0, 0, 2e12 * v[0] - 1.0);
+            }
+        }
+        // In units of 10⁻¹², v̇ = v² − v from a half: v = 1/(1 + e^t).
+        let reference = crate::reference::by_name("diffsol-tsit45").expect("always built");
+        let found = solve_in_units(reference, &Small, &[5e-13], &[1.0, 2.0], FINE).expect("solved");
+        for ((t, state), bound) in found.times.iter().zip(&found.states).zip(&found.bound) {
+            let error = (state[0] - 1e-12 / (1.0 + t.exp())).abs();
+            assert!(error <= *bound && *bound < 1e-20, "{error:e} beside {bound:e}");
+        }
     }
 
     /// v̇ = 0 with steps of a thousandth at most.
