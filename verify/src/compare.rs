@@ -232,10 +232,13 @@ fn sample_times(horizon: f64) -> Vec<f64> {
 /// keeps a rest whatever its weights.
 fn before_rest(problem: &dyn Problem) -> f64 {
     let (limit, mut horizon) = (problem.limit(Principle::Equation), problem.horizon());
+    let Some(reference) = reference::all().into_iter().find(|it| it.stiff_ok() && it.library().is_some()) else {
+        return horizon;
+    };
     loop {
         let times = sample_times(horizon);
-        let by = |reference: &dyn Reference| by_reference(reference, problem, &limit, &times).ok();
-        let Some(Answer { states, bound, .. }) = reference::all().into_iter().find_map(by) else { return horizon };
+        let solved = by_reference(reference, problem, &limit, &times);
+        let Ok(Answer { states, bound, .. }) = solved else { return horizon };
         let rests = states.iter().all(|state| distance(state, &states[0]) <= bound);
         if !rests || distance(&limit.initial, &states[0]) <= bound {
             return horizon;

@@ -8,14 +8,22 @@ use crate::measure::norm::{Extremes, distance, max_norm};
 use crate::measure::stability::{numerical_abscissa, spectral_abscissa, spectral_radius};
 use crate::method::Method;
 use crate::problem::Problem;
-use crate::run::{run, run_through_from};
+use crate::problem::changes::changes;
+use crate::run::{RunError, run, run_through, run_through_from};
 
 /// Unknowns of the largest system that is looked at.
 const LARGEST: usize = 200;
-/// Instants at which it is looked at.
+/// Instants at which it is looked at, and values of the Jacobians of which the largest is one more.
 const INSTANTS: usize = 32;
+const VALUES: usize = 1 << 24;
 /// Times at which two solutions are compared.
 const SIXTEEN: u32 = 16;
+/// Sizes of the disturbances by which growth is told: a tenth of one that the accurate runs resolve to more than four digits.
+const DISTURBANCES: [f64; 2] = [1e-6, 1e-7];
+/// Factors that differ by no more are one: half a unit of the second digit, to which they are told.
+const DIGITS: f64 = 0.05;
+/// Part of the time within which two times are one.
+const RESOLVED: f64 = 1e-9;
 /// Growth by which a solution that cannot be followed further has blown up.
 const BLOWN: f64 = 1e6;
 /// Relative size below which an entry is roundoff of derivatives.
@@ -28,12 +36,26 @@ pub struct Character {
     pub unknowns: usize,
     /// The rest, if its matrices were looked at.
     pub matrices: Option<Matrices>,
-    /// How far two solutions part that start a millionth apart: the factor, largest at sixteen times.
-    pub parting: f64,
+    /// What becomes of a small disturbance of the start.
+    pub growth: Growth,
     /// The largest component at the start, and on the way.
     pub sizes: (f64, f64),
     /// The time up to which the solution was followed.
     pub reached: f64,
+}
+
+/// What becomes of small disturbances of the start along a solution.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Growth {
+    /// They change by this factor, whatever their size, largest at sixteen times and where f changes by itself; where that is below 1, by
+    /// less than it.
+    By(f64),
+    /// Two sizes change by these factors, so that what they tell is not the equation's.
+    Untold([f64; 2]),
+    /// A run failed.
+    Lost(RunError),
+    /// The solution was not followed.
+    Unseen,
 }
 
 /// What the Jacobians A = M⁻¹ ∂f/∂v along the solution say, in coordinates where M = I.
@@ -78,11 +100,11 @@ impl Character {
     /// Of a problem whose solution is not followed.
     pub(super) fn unseen(problem: &dyn Problem) -> Self {
         let unknowns = problem.field().dim();
-        Self { unknowns, matrices: None, parting: f64::NAN, sizes: (f64::NAN, f64::NAN), reached: 0.0 }
+        Self { unknowns, matrices: None, growth: Growth::Unseen, sizes: (f64::NAN, f64::NAN), reached: 0.0 }
     }
 
-    /// Along the solution of `problem` by an adaptive method, as far as it goes; a second one, with errors far below a millionth,
-    /// tells how far two solutions part.
+    /// Along the solution of `problem` by an adaptive method, as far as it goes, and where f changes by itself between its steps; a second
+    /// one, with errors far below those of disturbances, tells what becomes of these.
     pub(super) fn of(problem: &dyn Problem, [method, accurate]: [&dyn Method; 2], horizon: f64) -> Self {
         let unknowns = problem.ode().dim();
         let mut states = Vec::new();
@@ -92,10 +114,11 @@ impl Character {
         let size = |(_, state): &(f64, Vec<f64>)| max_norm(state);
         let sizes = (states.first().map_or(0.0, size), worst(states.iter().map(size)));
         let reached = states.last().map_or(0.0, |(t, _)| *t);
-        let every = states.len().div_ceil(INSTANTS + 1).max(1);
-        let states: Vec<_> = states.into_iter().step_by(every).collect();
-        let parting = parting(problem, accurate, horizon);
-        Self { unknowns, matrices: matrices(problem, &states), parting, sizes, reached }
+        let between = changes(problem, horizon, &states.iter().map(|(t, _)| *t).collect::<Vec<_>>());
+        let passed = run_through(problem, method, &between).unwrap_or_default();
+        states.extend(between.into_iter().zip(passed));
+        let growth = growth(problem, accurate, horizon);
+        Self { unknowns, matrices: matrices(problem, &states), growth, sizes, reached }
     }
 
     /// Whether it has too many unknowns for its matrices to be looked at.
@@ -109,7 +132,7 @@ impl Character {
     }
 }
 
-/// The Jacobians of a small system at the states.
+/// The Jacobians of a small system at few of the states, and where the largest is.
 fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrices> {
     let field = problem.field();
     let n = field.dim();
@@ -127,12 +150,18 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     let inverse = factor.clone().try_inverse()?;
     let mut found: Vec<DMatrix<f64>> = Vec::new();
     let mut columns = Vec::new();
-    for (t, v) in states {
+    let jacobian = |t: f64, v: &[f64]| {
         let mut jacobian = Jacobian::with_structure(n, &structure);
-        field.add_jacobian(*t, v, 1.0, &mut jacobian);
+        field.add_jacobian(t, v, 1.0, &mut jacobian);
+        jacobian.to_dense()
+    };
+    let by_size =
+        few(states, (VALUES / (n * n).max(1)).max(INSTANTS)).map(|state| (jacobian(state.0, &state.1).norm(), state));
+    let largest = by_size.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, state)| state);
+    for (t, v) in few(states, INSTANTS).chain(largest) {
         let mut rate = vec![0.0; n];
         field.rhs(*t, v, &mut rate);
-        let a = &inverse * jacobian.to_dense() * inverse.transpose();
+        let a = &inverse * jacobian(*t, v) * inverse.transpose();
         let scale = a.norm();
         if !scale.is_finite() {
             return None;
@@ -140,16 +169,15 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         // An invariant is orthogonal to every column of A, and to the rate, by their own sizes.
         columns.extend(a.column_iter().map(|column| column / scale.max(f64::MIN_POSITIVE)));
         let rate = &inverse * DVector::from_vec(rate);
-        columns.push(&rate / rate.norm().max(f64::MIN_POSITIVE));
+        // The square of what a pulse is long before its time would be 0.
+        columns.push(&rate / rate.amax().max(f64::MIN_POSITIVE));
         found.push(a);
     }
     let (t, _) = states.first()?;
     // A solution at rest sees the linear part of f alone: a state aside, where f is defined there.
     let size = Some(worst(states.iter().map(|(_, v)| max_norm(v)))).filter(|size| *size > 0.0).unwrap_or(1.0);
     let aside: Vec<f64> = (0..n).map(|i| size * (1.0 + 0.5 * ((i + 1) as f64).sin())).collect();
-    let mut jacobian = Jacobian::with_structure(n, &structure);
-    field.add_jacobian(*t, &aside, 1.0, &mut jacobian);
-    let a = &inverse * jacobian.to_dense() * inverse.transpose();
+    let a = &inverse * jacobian(*t, &aside) * inverse.transpose();
     let scale = a.norm();
     if scale.is_finite() {
         columns.extend(a.column_iter().map(|column| column / scale.max(f64::MIN_POSITIVE)));
@@ -183,6 +211,11 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     })
 }
 
+/// At most so many of all, equally far from each other.
+fn few<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
+    all.iter().step_by(all.len().div_ceil(most).max(1))
+}
+
 /// The row of ΩA that is ± a row of A, for (q₁, q₂, …, p₁, p₂, …).
 fn halves(n: usize, i: usize) -> (usize, f64) {
     if i < n / 2 { (i + n / 2, 1.0) } else { (i - n / 2, -1.0) }
@@ -193,16 +226,34 @@ fn pairs(_: usize, i: usize) -> (usize, f64) {
     if i.is_multiple_of(2) { (i + 1, 1.0) } else { (i - 1, -1.0) }
 }
 
-/// How far two solutions part that start a millionth apart, at sixteen times, so that one that grows and falls again is seen;
-/// infinite where one of them ends early.
-fn parting(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> f64 {
+/// What becomes of disturbances of the start of two sizes, at sixteen times, so that one that grows and falls again is seen.
+///
+/// What the equation does to a small one is proportional to it. What runs do that meet a jump in different steps is not, nor what has grown
+/// to the size of the solution.
+fn growth(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Growth {
     let start = problem.initial();
-    let size = 1e-6 * max_norm(&start).max(1.0);
-    // All directions have a part in it, smooth ones too.
-    let moved: Vec<f64> = start.iter().enumerate().map(|(i, x)| x + size * (1.0 + 0.5 * (i as f64).sin())).collect();
-    let apart = distance(&start, &moved);
-    let times: Vec<f64> = (1..=SIXTEEN).map(|k| horizon * f64::from(k) / f64::from(SIXTEEN)).collect();
+    let even: Vec<f64> = (1..=SIXTEEN).map(|k| horizon * f64::from(k) / f64::from(SIXTEEN)).collect();
+    let mut times = [&even[..], &changes(problem, horizon, &even)].concat();
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|next, time| *next - *time <= RESOLVED * horizon);
     let follow = |start: Vec<f64>| run_through_from(problem, start, method, &times);
-    let (Ok(one), Ok(other)) = (follow(start), follow(moved)) else { return f64::INFINITY };
-    worst(one.iter().zip(&other).map(|(one, other)| distance(one, other) / apart))
+    let factors = || -> Result<[f64; 2], RunError> {
+        let one = follow(start.clone())?;
+        let factor = |size: f64| {
+            let size = size * max_norm(&start).max(1.0);
+            // All directions have a part in it, smooth ones too.
+            let moved: Vec<f64> =
+                start.iter().enumerate().map(|(i, x)| x + size * (1.0 + 0.5 * (i as f64).sin())).collect();
+            let apart = distance(&start, &moved);
+            let other = follow(moved)?;
+            Ok::<_, RunError>(worst(one.iter().zip(&other).map(|(one, other)| distance(one, other) / apart)))
+        };
+        Ok([factor(DISTURBANCES[0])?, factor(DISTURBANCES[1])?])
+    };
+    match factors() {
+        Err(error) => Growth::Lost(error),
+        // Where nothing grows roundings may be all that is left.
+        Ok([a, b]) if a.max(b) <= 1.0 || (a - b).abs() <= DIGITS * a.max(b) => Growth::By(a),
+        Ok(factors) => Growth::Untold(factors),
+    }
 }

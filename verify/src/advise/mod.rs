@@ -8,7 +8,7 @@ use lsvi::Structure;
 use lsvi::adaptive::Tolerances;
 use nalgebra::DMatrix;
 
-pub use character::Character;
+pub use character::{Character, Growth};
 pub use duration::duration;
 pub use trial::Trial;
 
@@ -42,6 +42,10 @@ const ADAPTIVE: &str = "radau-adaptive";
 
 /// A method whose runs take so many times the work of the cheapest trial, and are not accurate enough, is tried no further.
 const HOPELESS: f64 = 16.0;
+
+/// Steps that a run of the adaptive method may try, several to each at whose end another method is looked at; one that slides along a jump of
+/// f, which no step crosses, would try as many as there are times to double precision.
+const TRIED: u64 = 8 * trial::MOST as u64;
 
 /// Part of the error asked for within which another run has to confirm the solution.
 const CONFIRMED: f64 = 0.1;
@@ -295,6 +299,7 @@ fn suits(problem: &dyn Problem, method: &dyn Method) -> bool {
 
 fn adaptive(tolerance: f64) -> Result<Box<dyn Method>, NameError> {
     let method = method::parse(ADAPTIVE)?;
+    let method = method.limited(TRIED).unwrap_or(method);
     // Positive tolerances are legal.
     let with = Tolerances::new(tolerance, tolerance).ok().and_then(|tolerances| method.with_tolerances(tolerances));
     Ok(with.unwrap_or(method))

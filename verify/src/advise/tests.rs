@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use super::*;
-use lsvi::Work;
+use lsvi::{StepError, Work};
 
 use crate::measure::norm::{common_distance, distance, larger};
 use crate::problem::changes::changes;
@@ -216,9 +216,57 @@ fn the_error_of_an_adaptive_method_is_that_of_its_own_steps() {
 fn solutions_that_approach_each_other_are_not_said_to_part() {
     let model = "u_i { x = 1 } F_i { heaviside(1.0 - t*1.37) - 0.5*x }";
     let problem = of_text(model, 2.0);
-    let parting = advise(&problem, 2.0, 1e-4).expect("registered").character.parting;
+    let Growth::By(factor) = advise(&problem, 2.0, 1e-4).expect("registered").character.growth else {
+        panic!("it is told")
+    };
     // At the first sixteenth e^{-1/16}.
-    assert!((parting - (-0.0625_f64).exp()).abs() <= 0.01, "{parting}");
+    assert!((factor - (-0.0625_f64).exp()).abs() <= 0.01, "{factor}");
+}
+
+fn character(text: &str, horizon: f64) -> Character {
+    let [method, accurate] = [1e-6, 1e-10].map(|tolerance| adaptive(tolerance).expect("registered"));
+    Character::of(&of_text(text, horizon), [&*method, &*accurate], horizon)
+}
+
+/// What one run sees and another passes over, or has come to the size of the solution, is not proportional to the disturbance; and the
+/// end of a solution is no growth.
+#[test]
+fn a_growth_is_told_where_it_is_that_of_the_equation() {
+    let infusion = "u_i { x = 0 } F_i { -x + 40*heaviside(sin(0.7853981633974483*(t - 0.3)) - 0.995) }";
+    let found = character(infusion, 20.0).growth;
+    assert!(!matches!(found, Growth::By(factor) if factor > 1.0), "{found:?}");
+    let Growth::By(factor) = character("u_i { x = 1 } F_i { x }", 8.0).growth else { panic!("it is told") };
+    assert!((factor / 8.0_f64.exp() - 1.0).abs() <= 1e-3, "{factor}");
+    let lorenz = "u_i { x = 1, y = 1, z = 1 } F_i { 10*(y - x), x*(28 - z) - y, x*y - 8*z/3 }";
+    assert!(matches!(character(lorenz, 30.0).growth, Growth::Untold(_)));
+    assert!(matches!(character("u_i { x = 1 } F_i { -0.5*sqrt(x) }", 6.0).growth, Growth::Lost(_)));
+}
+
+/// Of a pulse that is next to nothing the square is nothing, and its rate no direction that outweighs all others.
+#[test]
+fn a_pulse_far_from_its_time_makes_no_invariants() {
+    let pulse = "u_i { a = 0, b = 0 } F_i { -3*a + exp(-(t - 5)*(t - 5)*50), 2*a - 4*b }";
+    assert_eq!(character(pulse, 10.0).matrices.expect("small").invariants, 0);
+}
+
+/// Between the steps of the run that is looked at.
+#[test]
+fn a_rate_that_lasts_a_moment_is_seen() {
+    let pulse = "u_i { a = 1, b = 0 } pulse { exp(-(t - 3.137)*(t - 3.137)/(2*0.004*0.004)) }
+        F_i { -50*pulse*a + 0.3*b, 50*pulse*a - 0.3*b - 0.1*b*b }";
+    let fastest = character(pulse, 10.0).matrices.expect("small").fastest;
+    assert!((45.0..51.0).contains(&fastest), "{fastest}");
+}
+
+/// A heater that is on below 18 and off above keeps the temperature at 18, where no step of any length resolves f.
+#[test]
+fn a_run_along_a_jump_of_f_ends_after_so_many_steps() {
+    let thermostat = "u_i { temp = 15, heat = 0 } F_i { 0.3*(5 - temp) + heat, 40*(10*heaviside(18 - temp) - heat) }";
+    let refusal = advise(&of_text(thermostat, 10.0), 10.0, 1e-5).expect("registered").refusal;
+    let Some(Refusal::Lost(RunError::Step(StepError::TooManySteps { limit, .. }))) = refusal else {
+        panic!("{refusal:?}")
+    };
+    assert_eq!(limit, TRIED);
 }
 
 /// A matrix is as many evaluations as it has columns that differ: of a band as many as its diagonals.

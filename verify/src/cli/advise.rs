@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::io::{self, Write};
 
-use verify::advise::{Advice, Character, Refusal, Trial, advise, duration};
+use verify::advise::{Advice, Character, Growth, Refusal, Trial, advise, duration};
 use verify::method;
 
 use super::Status;
@@ -25,7 +25,9 @@ matrix as many as it has columns that differ.
 
 Nothing is recommended where the solution moves by less than the error asked for,
 or ends before the run does, where two accurate runs disagree, where errors do not
-fall with the order of the method, or where two methods take the same work.
+fall with the order of the method, or where two methods take the same work. A run
+of radau-adaptive that has tried eight times as many steps as any method may take
+has failed, as where f jumps back and forth across a place.
 
 Examples:
   verify advise --problem van-der-pol
@@ -149,16 +151,21 @@ fn row([method, steps, setting, error, cost]: [&str; 5], out: &mut impl Write) -
 }
 
 fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Result<()> {
-    let parting = character.parting;
-    let neighbours = match parting {
-        x if !x.is_finite() => "two neighbouring solutions cannot both be followed".into(),
-        x => format!(
-            "along the run a disturbance of the start in one direction changes by a factor of {}, another one may by more; the largest component \
-             comes to {}",
-            significant(x, 2),
-            significant(character.sizes.1, 2)
+    let told = match &character.growth {
+        Growth::Unseen => "not looked at".into(),
+        Growth::Lost(error) => format!("not told, for a run that it takes fails: {error}"),
+        Growth::Untold(factors) => format!(
+            "not told: disturbances of the start of two sizes change by factors of {} and {}, as where they outgrow the solution, or where \
+             runs meet what f does for a moment with different steps",
+            significant(factors[0], 2),
+            significant(factors[1], 2)
+        ),
+        Growth::By(factor) => format!(
+            "along the run a disturbance of the start in one direction changes by a factor of {}, another one may by more",
+            significant(*factor, 2)
         ),
     };
+    let neighbours = format!("{told}; the largest component comes to {}", significant(character.sizes.1, 2));
     paragraph(out, "growth", INDENT, &neighbours)?;
     let Some(found) = &character.matrices else {
         let why = if character.is_large() {
@@ -171,7 +178,8 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let steps = found.fastest * horizon / 2.785;
     let least = steps.ceil().max(1.0);
     let speed = format!(
-        "its fastest rate is {}; rk4 takes {} step{} or more for stability",
+        "its fastest rate at {} is {}; rk4 takes {} step{} or more for stability",
+        counted(found.instants, "time"),
         significant(found.fastest, 3),
         plain(least),
         if least == 1.0 { "" } else { "s" }

@@ -40,7 +40,8 @@ Examples:
   verify compare --problem poiseuille-galerkin --set gamma=1
   verify compare --model predator-prey.ds --t-end 10
 
-A run that fails disagrees with nothing; it is inconclusive, like an answer with
+A run that fails disagrees with nothing, and one that chooses its steps fails
+once it has taken a million; it is inconclusive, like an answer with
 a bound too wide to tell, or one whose runs do not differ as errors of its order
 do in the shortest steps that are tried, as where f jumps. Where the equation
 magnifies every difference, so that the references part before the end time, that

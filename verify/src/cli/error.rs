@@ -221,6 +221,10 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         RunError::Step(StepError::Solve { source: SolveError::Singular, .. }) => {
             Some("no step size helps; another method may: `verify list methods`")
         }
+        RunError::Step(StepError::TooManySteps { .. }) => Some(
+            "f may jump back and forth there, as about a threshold that the solution cannot leave: let it change over a short distance, or \
+             give it a hysteresis; `--max-steps` allows more",
+        ),
         RunError::Step(StepError::StepUnderflow { .. }) => Some(
             "the solution may end there, by itself or because a component lost its sign within the tolerance, where a \
                  smaller `--atol` helps; with `--atol 0` a component that is 0 may not be off at all; else a larger `--rtol` may help",

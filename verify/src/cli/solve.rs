@@ -116,6 +116,10 @@ pub(super) struct Args {
     #[arg(long, value_name = "TOL,..", allow_hyphen_values = true, value_delimiter = ',')]
     atol: Vec<f64>,
 
+    /// Steps that an adaptive method may try, 1000000 by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    max_steps: Option<u64>,
+
     /// Leave out the estimate of the error, and the run that it takes
     #[arg(long)]
     no_estimate: bool,
@@ -189,6 +193,8 @@ impl<'a> Solve<'a> {
             return Err(Failure::Column(name));
         }
         let method = with_tolerances(args::method(&args.method)?, problem.initial().len(), args)?;
+        let limited = |steps| method.limited(steps).ok_or_else(|| Failure::NoTolerances(method.name()));
+        let method = args.max_steps.map(limited).transpose()?.unwrap_or(method);
         // Before anything is written, as is the check of the grid.
         method.build(&*problem)?;
         let h = match args.h {

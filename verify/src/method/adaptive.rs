@@ -1,7 +1,7 @@
 //! Methods that choose their steps.
 
 use lsvi::Integrator;
-use lsvi::adaptive::{Radau, Tolerances};
+use lsvi::adaptive::{Options, Radau, Tolerances};
 
 use super::{Build, BuildError, Method, Spec, Traits};
 use crate::kinds::{Principle, Stability};
@@ -10,7 +10,7 @@ use crate::problem::Problem;
 pub(super) const RADAU: Spec = Spec {
     form: "radau-adaptive",
     summary: "Radau IIA with adaptive steps and order 5, 9 or 13, L-stable; --rtol, --atol, and --h as the longest step",
-    build: Build::Plain(|| Box::new(RadauMethod { tolerances: None })),
+    build: Build::Plain(|| Box::new(RadauMethod { tolerances: None, most_steps: MOST_STEPS })),
     examples: &["radau-adaptive"],
 };
 
@@ -19,9 +19,14 @@ pub const DEFAULT_RTOL: f64 = 1e-6;
 /// See [`DEFAULT_RTOL`].
 pub const DEFAULT_ATOL: f64 = 1e-9;
 
+/// Steps that are tried where no other limit is given: seconds of a small system. Along a jump of f that the solution cannot leave, as of a
+/// thermostat, they would be as many as there are times to double precision.
+pub const MOST_STEPS: u64 = 1_000_000;
+
 #[derive(Debug)]
 struct RadauMethod {
     tolerances: Option<Tolerances>,
+    most_steps: u64,
 }
 
 impl RadauMethod {
@@ -42,16 +47,21 @@ impl Method for RadauMethod {
     }
 
     fn with_tolerances(&self, tolerances: Tolerances) -> Option<Box<dyn Method>> {
-        Some(Box::new(Self { tolerances: Some(tolerances) }))
+        Some(Box::new(Self { tolerances: Some(tolerances), ..*self }))
     }
 
     fn tightened(&self, factor: f64) -> Option<Box<dyn Method>> {
-        Some(Box::new(Self { tolerances: Some(self.tolerances().ok()?.tightened(factor)) }))
+        Some(Box::new(Self { tolerances: Some(self.tolerances().ok()?.tightened(factor)), ..*self }))
+    }
+
+    fn limited(&self, steps: u64) -> Option<Box<dyn Method>> {
+        Some(Box::new(Self { tolerances: self.tolerances.clone(), most_steps: steps }))
     }
 
     fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
         let unfit = |error: lsvi::InputError| BuildError { method: self.name(), reason: error.to_string() };
         let tolerances = self.tolerances().map_err(unfit)?;
-        Ok(Box::new(Radau::new(problem.field(), tolerances).map_err(unfit)?))
+        let options = Options::from(tolerances).max_steps(self.most_steps).map_err(unfit)?;
+        Ok(Box::new(Radau::new(problem.field(), options).map_err(unfit)?))
     }
 }

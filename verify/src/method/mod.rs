@@ -86,6 +86,11 @@ pub trait Method: fmt::Debug + Send + Sync {
         None
     }
 
+    /// The same method with another number of steps that a run may try, if it is adaptive.
+    fn limited(&self, _steps: u64) -> Option<Box<dyn Method>> {
+        None
+    }
+
     /// The same method with tolerances divided by `factor`, if it is adaptive.
     fn tightened(&self, _factor: f64) -> Option<Box<dyn Method>> {
         None

@@ -11,12 +11,9 @@ use diffsol::{
 
 use diffsol::matrix::MatrixRef;
 
+use super::{MAX_STEPS, Run, bound, check_dense};
 use super::{Ode, Reference, ReferenceError, Work};
-use super::{Run, bound, check_dense};
 use crate::panics::caught;
-
-/// Steps allowed in a solve.
-const MAX_STEPS: usize = 5_000_000;
 
 /// Newton iterations allowed to fail in a solve; diffsol's own limit of 50 also counts over the whole solve.
 const MAX_FAILURES: usize = 10_000;
@@ -208,7 +205,7 @@ where
             let why = solver.step().map_err(|e| seen.explain(&e))?;
             // diffsol takes a NaN estimate of the error for zero and accepts the step.
             seen.check()?;
-            if solver.get_statistics().number_of_steps > MAX_STEPS {
+            if solver.get_statistics().number_of_steps > MAX_STEPS as usize {
                 return Err(format!("took more than {MAX_STEPS} steps"));
             }
             // A stop time is reached up to a roundoff.

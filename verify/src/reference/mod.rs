@@ -59,6 +59,9 @@ pub trait Ode: Sync {
     }
 }
 
+/// Steps allowed in a solve, within seconds of a small system.
+const MAX_STEPS: i32 = 1_000_000;
+
 /// Largest order of a dense matrix: it takes 128 MB.
 const MAX_DENSE: usize = 4096;
 

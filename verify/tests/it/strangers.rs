@@ -733,3 +733,26 @@ fn an_order_that_is_off_by_an_order_is_refuted() {
     let (status, text, errors) = order("2");
     assert_eq!(status, 1, "{text}{errors}");
 }
+
+/// Steps along a jump that the solution cannot leave have no end.
+#[test]
+fn a_run_that_slides_along_a_jump_ends_and_says_so() {
+    let thermostat =
+        "u_i { temp = 15, heat = 0 }\nF_i { 0.3*(5 - temp) + heat, 40*(10*heaviside(18 - temp) - heat) }\n";
+    let path = file("thermostat.ds", thermostat);
+    let arguments = ["solve", "--model", path.to_str().expect("ASCII"), "--method", "radau-adaptive", "--t-end", "10"];
+    let (status, _, error) = verify(&[&arguments[..], &["--max-steps", "5000"]].concat());
+    assert!(status == 1 && error.contains("all of the 5000 steps") && error.contains("--max-steps"), "{error}");
+}
+
+/// Errors far below the absolute tolerance of a reference are errors.
+#[test]
+fn the_order_on_a_small_solution_is_found() {
+    let path = file(
+        "tiny.ds",
+        "u_i { e = 1e-12, s = 5e-11, c = 0 }\nF_i { -1e12*e*s + 3*c, -1e12*e*s + 2*c, 1e12*e*s - 3*c }\n",
+    );
+    let arguments = ["order", "--model", path.to_str().expect("ASCII"), "--method", "trapezoidal", "--t-end", "0.01"];
+    let (status, text, _) = verify(&arguments);
+    assert!(status == 0 && text.contains("PASS"), "{text}");
+}

@@ -8,16 +8,13 @@ use sundials_sys as sys;
 
 use super::call::{CallError, Speaker};
 use super::callbacks::{Callbacks, Refused, Storage};
-use crate::reference::Work;
+use crate::reference::{MAX_STEPS, Work};
 
 // What the bindings leave out.
 unsafe extern "C" {
     fn SUNDIALSGetVersion(version: *mut c_char, len: c_int) -> c_int;
     fn free(allocated: *mut c_void);
 }
-
-/// Steps allowed from one sample to the next; CVODE's own limit of 500 is meant for loose tolerances.
-const MAX_STEPS: c_long = 5_000_000;
 
 /// Directions that GMRES keeps; CVODE's own five are meant for loose tolerances too.
 const DIRECTIONS: c_int = 30;
@@ -96,7 +93,8 @@ impl<'a> Session<'a> {
             check("CVodeInit", sys::CVodeInit(memory.raw, Some(on_rhs), t0, state.raw))?;
             check("CVodeSStolerances", sys::CVodeSStolerances(memory.raw, tolerance, tolerance))?;
             check("CVodeSetUserData", sys::CVodeSetUserData(memory.raw, user_data))?;
-            check("CVodeSetMaxNumSteps", sys::CVodeSetMaxNumSteps(memory.raw, MAX_STEPS))?;
+            // From one sample to the next; CVODE's own limit of 500 is meant for loose tolerances.
+            check("CVodeSetMaxNumSteps", sys::CVodeSetMaxNumSteps(memory.raw, c_long::from(MAX_STEPS)))?;
             let raw = matrix.as_ref().map_or(ptr::null_mut(), |matrix| matrix.raw);
             check_linear("CVodeSetLinearSolver", sys::CVodeSetLinearSolver(memory.raw, linear_solver.raw, raw))?;
             if matrix.is_some() {
