@@ -365,6 +365,7 @@ fn local_errors(found: &Found) -> Result<Known, Failed> {
             ratios.join(", "),
             behind.join(", ")
         ),
+        "For small τ, tested at 0.1:".into(),
         "−τ⁴x⁗/24 (degree 2), τ⁴x⁗/12 (Störmer–Verlet) and −τ⁴x⁗/24 − τ⁴F′(x) ẍ/8 (midpoint".into(),
     ]))
 }

@@ -230,13 +230,14 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             Known::of([
                 format!(
                     "The orders of Methods I and II are {} on linear drag, {} on quadratic drag, {} on the Poiseuille ansatz, and {} on \
-                     prothero-robinson",
+                     prothero-robinson with hλ ≫ 1.",
                     both(linear),
                     both(quadratic),
                     both(ansatz),
                     both(stiff)
                 ),
                 "with it p = 0 is met".into(),
+                "with hλ ≫ 1 the error of Method I is h|v″|/(2λ), as implicit Euler's".into(),
             ])
         }
         "f-1" => {
