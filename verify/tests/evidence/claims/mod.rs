@@ -54,9 +54,22 @@ pub(super) fn says_what_was_found(claim: &Claim, finding: &Finding) -> Result<()
     require(!is_qualified || (where_it_holds.is_some() && mechanism.is_some()), || {
         "a qualified claim without its condition, or without a reason for it".into()
     })?;
+    are_distinct(finding)?;
     let rivals = finding.cases().iter().filter(|case| case.rival.is_some()).count();
     let expected = if claim.quantifier == Quantifier::Comparison { finding.cases().len() } else { 0 };
     require(rivals == expected, || format!("{rivals} comparisons name a rival, not {expected}"))
+}
+
+/// That no two comparisons of a method against others are of the same two numbers: one of them would be of another method or step than its name.
+fn are_distinct(finding: &Finding) -> Result<(), Failed> {
+    let numbers = |case: &Case| (case.measured, case.required.bounds().collect::<Vec<_>>());
+    let cases: Vec<_> = finding.cases().iter().filter(|case| case.what.contains(", against ")).collect();
+    for (i, case) in cases.iter().enumerate() {
+        if let Some(same) = cases[..i].iter().find(|other| numbers(other) == numbers(case)) {
+            return Err(format!("{same}, as well as {case}").into());
+        }
+    }
+    Ok(())
 }
 
 fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), Failed> {

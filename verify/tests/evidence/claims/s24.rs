@@ -3,7 +3,7 @@
 use libtest_mimic::Failed;
 use nalgebra::DMatrix;
 use verify::experiment::best_theta::BestTheta;
-use verify::experiment::errors::{Ahead, Errors, points};
+use verify::experiment::errors::{Ahead, Errors, points, roundoff};
 use verify::experiment::floors::{A_QUARTER, Floors};
 use verify::experiment::homogeneous::Lines;
 use verify::experiment::non_normal::Amplified;
@@ -50,6 +50,12 @@ fn quadratic(method: &str, h: f64) -> f64 {
             "method-ii" if w > 1.0 => f64::NAN,
             "method-ii" => (w - 1.0 + ((1.0 - w) * (1.0 + 3.0 * w)).sqrt()) / (2.0 * w),
             "implicit-euler" => ((1.0 + 4.0 * w).sqrt() - 1.0) / (2.0 * w),
+            "rk4" => {
+                let slope = |k: f64, part: f64| -(1.0 + part * w * k).powi(2);
+                let a = slope(0.0, 0.0);
+                let (b, c) = (slope(a, 0.5), slope(slope(a, 0.5), 0.5));
+                1.0 + w / 6.0 * (a + 2.0 * b + 2.0 * c + slope(c, 1.0))
+            }
             _ => unreachable!("{method}"),
         }
     };
@@ -59,6 +65,23 @@ fn quadratic(method: &str, h: f64) -> f64 {
         if error.is_nan() { f64::INFINITY } else { error }
     };
     (1..=points(h)).map(error).largest()
+}
+
+/// That the two sides of every comparison of largest errors are those of the methods that it names, or of `own` and one that it names, at the
+/// step that it names.
+fn are_of_their_methods(found: &Found, own: &str, error: impl Fn(&str, f64) -> f64) -> Result<(), Failed> {
+    for case in found.of("largest error") {
+        let parts = case.what.split_once(", against ").and_then(|(of, rival)| Some((of.split_once(", h = ")?, rival)));
+        let ((of, h), rival) = parts.ok_or_else(|| format!("no step and rival in “{}”", case.what))?;
+        let method = of.rsplit(' ').next().filter(|method| *method != "error").unwrap_or(own);
+        let h: f64 = h.parse().map_err(|_| format!("no step in “{}”", case.what))?;
+        for (said, method) in found.pair(&case.what).into_iter().zip([method, rival]) {
+            let known = error(method, h);
+            let is_it = said == known || (said - known).abs() <= 1e-6 * known + roundoff(h, 1.0);
+            require(is_it, || format!("{}: {said} where {method} has {known}", case.what))?;
+        }
+    }
+    Ok(())
 }
 
 /// That on all of many sizes in an interval something holds where the size is one of those said, and there alone.
@@ -166,8 +189,22 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 "Jᵀ(r₀ + r₁) = 0 leaves".into(),
             ])
         }
-        "d-1" | "d-2" => large_steps(if id == "d-1" { "method-i" } else { "method-ii" })?,
+        "d-1" | "d-2" => {
+            let method = if id == "d-1" { "method-i" } else { "method-ii" };
+            are_of_their_methods(found, method, drag)?;
+            large_steps(method)?
+        }
         "e-1" => {
+            for (method, h) in ["method-i", "method-ii"].into_iter().flat_map(|method| [(method, 1.5), (method, 0.01)])
+            {
+                let [said, known] = [
+                    found.measured(&format!("error ratio, {method}, h = {h}")),
+                    drag("implicit-euler", h) / drag(method, h),
+                ];
+                require((said / known - 1.0).abs() < 1e-6, || {
+                    format!("{method}, h = {h}: {said} where it is {known}")
+                })?;
+            }
             let ratio = |method: &str, h: f64| text(drag("implicit-euler", h) / drag(method, h));
             let both = |h: f64| format!("{} and {} times", ratio("method-i", h), ratio("method-ii", h));
             let start = |method: &str| crossing("implicit-euler", 100.0, method, [0.01, 1.0]);
@@ -198,6 +235,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             )
         }
         "e-2" => {
+            are_of_their_methods(found, "", drag)?;
             let [one, two] = ["method-i", "method-ii"].map(|method| crossing("rk4", 1.0, method, [1.0, 2.4]));
             Known::of([format!(
                 "RK4 is the best up to h = {} against Method I and h = {} against Method II.",
@@ -254,6 +292,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         }
         "f-2" => Known::of([slowest(found, "")]),
         "g-1" => {
+            are_of_their_methods(found, "", quadratic)?;
             let ratio = |method: &str, h: f64| {
                 let [own, euler] = found.pair(&format!("largest error, {method}, h = {h}, against implicit-euler"));
                 text(euler / own)
@@ -309,6 +348,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             ])
         }
         "g-2" => {
+            are_of_their_methods(found, "", quadratic)?;
             let [rk4, one] = found.pair("largest error of rk4, h = 0.1, against method-i");
             let [_, two] = found.pair("largest error of rk4, h = 0.1, against method-ii");
             Known::of([format!(
@@ -721,6 +761,13 @@ fn rivals(id: &str, found: &Found) -> Result<Known, Failed> {
         (["linear drag", "quadratic drag", "v̇ = −2.5v"], ["1", "0.5", "0.2", "0.1", "0.05", "0.01"]);
     let case = |rival: &str, problem: &str, h: &str| format!("error over that of {rival}, {problem}, h = {h}");
     let is_ahead = |rival: &str, problem: &str, h: &str| found.of(&case(rival, problem, h))[0].holds();
+    for (problem, setting) in problems.iter().zip(["linear-drag", "quadratic-drag", "linear-drag lambda=2.5 v0=-1"]) {
+        for (rival, h) in RIVALS.into_iter().flat_map(|rival| steps.map(|h| (rival, h))) {
+            let error = |method| Errors::of(setting, method, h.parse().unwrap_or(f64::NAN)).largest(&CONTEXT);
+            let (said, known) = (found.measured(&case(rival, problem, h)), error(method)? / error(rival)?);
+            require(said == known, || format!("{said} over {rival} on {problem}, h = {h}, where it is {known}"))?;
+        }
+    }
     for (problem, rival) in problems.iter().flat_map(|problem| RIVALS.map(|rival| (problem, rival))) {
         let cell = |column: &str| found.cell(&table, &[problem, rival], column);
         let share = steps.iter().filter(|h| is_ahead(rival, problem, h)).count() as f64 / 6.0;
