@@ -665,6 +665,42 @@ mod tests {
         assert_eq!(judged(0.05), Standing::Unresolved, "the truth itself is known to less than two digits");
     }
 
+    /// A difference counts in whichever component and at whichever time it is.
+    #[test]
+    fn a_difference_in_one_component_at_one_time_is_one() {
+        let of = |states: Vec<Vec<f64>>, bound: f64| Answer { states, bound, astray: None, runs: None };
+        let right = vec![vec![1.0, 2.0, 3.0]; 2];
+        let judged = |states: Vec<Vec<f64>>| judge(&Ok(of(states, 1e-3)), Some(&of(right.clone(), 1e-3))).0;
+        assert_eq!(judged(right.clone()), Standing::Agrees);
+        for (k, i) in [0, 1].into_iter().flat_map(|k| [0, 1, 2].map(|i| (k, i))) {
+            let mut states = right.clone();
+            states[k][i] += 3e-3;
+            assert_eq!(judged(states), Standing::Differs, "component {i} at time {k}");
+        }
+    }
+
+    /// The two digits are those of the largest component of the truth.
+    #[test]
+    fn what_resolves_a_solution_is_in_proportion_to_its_size() {
+        let of = |bound: f64, runs: Option<Runs>| {
+            let truth = Answer { states: vec![vec![100.0, 1.0]], bound: 0.0, astray: None, runs: None };
+            judge(&Ok(Answer { states: vec![vec![100.0, 1.0]], bound, astray: None, runs }), Some(&truth))
+        };
+        assert_eq!([0.9, 1.1].map(|bound| of(bound, None).0), [Standing::Agrees, Standing::Unresolved]);
+        // A hundred times too wide: a tenth of the step of second order.
+        let runs = Runs { h: 0.1, order: 2.0, observed: None, earlier: None, is_settled: true, at_once: true };
+        let (standing, status) = of(100.0, Some(runs));
+        assert!(standing == Standing::Unresolved && status.ends_with("at h = 0.10; h = 0.01 should do"), "{status}");
+    }
+
+    #[test]
+    fn a_reference_that_is_not_compiled_in_is_not_run_and_any_other_error_is_a_failure() {
+        assert!(matches!(Gap::from(ReferenceError::Unavailable("cvode-bdf")), Gap::NotRun(_)));
+        assert!(matches!(Gap::from(ReferenceError::Input("none".into())), Gap::Failed(_)));
+        let stopped = ReferenceError::Solver { solver: "cvode-bdf", t: 1.0, reason: "none".into() };
+        assert!(matches!(Gap::from(stopped), Gap::Failed(_)));
+    }
+
     /// The bound is twice what two runs predict, and the prediction is the error where it falls with the order.
     #[test]
     fn the_bound_of_a_method_is_twice_its_error() {
@@ -760,6 +796,37 @@ mod tests {
         }
         fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
             self.0.build(problem)
+        }
+    }
+
+    /// A method that is said to have solutions of its own that grow.
+    #[derive(Debug)]
+    struct Growing(Box<dyn Method>);
+
+    impl Method for Growing {
+        fn name(&self) -> String {
+            "growing".into()
+        }
+        fn traits(&self) -> Traits {
+            Traits { stability: Stability::Unstable, ..self.0.traits() }
+        }
+        fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+            self.0.build(problem)
+        }
+    }
+
+    #[test]
+    fn what_is_declared_of_a_method_goes_with_its_answer_however_its_steps_are_chosen() {
+        let problem = problem::build("cavity", &[("cells".into(), "2".into())]).expect("known");
+        for name in ["trapezoidal", "radau-adaptive"] {
+            let is_astray = |method: &dyn Method| {
+                let Ok(answer) = by_method(&*problem, method, &[0.5 * problem.horizon(), problem.horizon()], None)
+                else {
+                    panic!("{name} runs")
+                };
+                answer.astray.is_some()
+            };
+            assert_eq!([is_astray(&*named(name)), is_astray(&Growing(named(name)))], [false, true], "{name}");
         }
     }
 
