@@ -452,6 +452,7 @@ pub fn roundoff(method: &dyn Method, size: f64, steps: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::norm::Extremes;
 
     #[test]
     fn what_theory_rules_out_fails_where_it_is_found() {
@@ -529,6 +530,21 @@ mod tests {
         assert!(numerical.may_be_finer(&floored, &Ladder::default()));
         assert!(!numerical.may_be_finer(&settled, &Ladder::default()) && !numerical.may_be_finer(&floored, &asked));
         assert!(!Truth::Exact.may_be_finer(&floored, &Ladder::default()));
+    }
+
+    /// Errors of order 6 leave their floor at twice the coarsest step of the plan, and those of order 8 at four times.
+    #[test]
+    fn a_ladder_at_the_floor_starts_at_twice_the_step_as_often_as_it_takes() {
+        let problem = crate::problem::small("logistic").expect("a problem");
+        for (name, times) in [("gauss3", 2.0), ("gauss4", 4.0)] {
+            let file = crate::judge::file::Shipped::by_name(name).expect("there").read().expect("well-formed");
+            let method = crate::judge::FileMethod::of(&file);
+            let planned = order_plan(&*problem, &method).steps[0];
+            let found = measure(&*problem, &method, Truth::Exact).expect("told");
+            let coarsest = found.points().iter().map(|(sample, _)| sample.h).largest();
+            assert!((coarsest / planned / times - 1.0).abs() < 1e-12, "{name}: {coarsest} for {planned}");
+            assert_eq!(found.verdict, Verdict::Pass, "{name}: {}", found.reason);
+        }
     }
 
     /// One period over the horizon: at its ends nothing shows.

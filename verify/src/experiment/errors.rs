@@ -290,3 +290,30 @@ impl Experiment for Ahead {
         Ok(found)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_that_is_not_a_number_stays_the_largest() {
+        let mut largest = Largest::default();
+        for (t, error, (most, at)) in [(1.0, 2.0, (2.0, 1.0)), (2.0, 1.0, (2.0, 1.0)), (3.0, 4.0, (4.0, 3.0))] {
+            largest.see(t, error);
+            assert_eq!((largest.error, largest.t), (most, at));
+        }
+        for (t, error) in [(4.0, f64::NAN), (5.0, 8.0), (6.0, f64::INFINITY)] {
+            largest.see(t, error);
+            assert!(largest.error.is_nan() && largest.t == 4.0, "{largest:?}");
+        }
+    }
+
+    /// v̇ = −v with a step of 2, of which Method I leaves a fifth, and an equation without a solution in closed form, where no error is known.
+    #[test]
+    fn errors_that_are_not_known_do_not_decay() {
+        let of = |problem, method, h| Decay { problem, method, h }.measure(&Context::quick()).expect("it runs");
+        let known = of("linear-drag", "method-i", 2.0).expect("above roundoff");
+        assert!(known > 0.0 && known <= Decay::MOST, "{known}");
+        assert!(of("van-der-pol", "rk4", 0.05).is_some_and(f64::is_nan));
+    }
+}

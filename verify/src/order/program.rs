@@ -380,3 +380,33 @@ fn increasing(times: impl Iterator<Item = f64>) -> Vec<f64> {
     times.dedup();
     times
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::program::Printed;
+
+    /// A table knows the time that runs are to end at; where one ends elsewhere a library stands in, unless the table was asked for.
+    #[test]
+    fn a_library_stands_in_where_a_table_does_not_know_the_end_of_a_run() {
+        let problem = crate::problem::small("robertson").expect("a problem");
+        let horizon = problem.facts().window.horizon;
+        let program = Program::new("none", Duration::from_secs(1)).expect("a command");
+        let (request, ladder, problem) = (Request::default(), Ladder::default(), &*problem);
+        let of = |source: Option<Source>, end: f64| {
+            let (limit, names) = (problem.limit(Principle::Equation), component_names(problem));
+            let study =
+                Study { problem, limit, horizon, program: &program, request: &request, source, ladder: &ladder, names };
+            let (printed, clock) = (Printed::default(), Printed::default());
+            let answer = Answer { times: vec![0.0, end], states: vec![problem.initial(); 2], printed, clock };
+            study.fit(Truth::Tabulated, &[(0.1 * horizon, Ok(answer))], None).map(|(truth, _)| truth)
+        };
+        for source in [None, Some(Source::Exact)] {
+            assert!(matches!(of(source, horizon), Ok(Truth::Tabulated)), "{source:?}");
+        }
+        assert!(matches!(of(None, 0.9 * horizon), Ok(Truth::Numerical(_))));
+        assert!(matches!(of(Some(Source::Exact), 0.9 * horizon), Err(OrderError::NoExact)));
+    }
+}

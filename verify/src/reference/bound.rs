@@ -274,6 +274,19 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_coarse_solve_is_asked_for_a_hundred_times_the_tolerance_of_the_fine_one() {
+        let asked = std::cell::RefCell::new(Vec::new());
+        let solve = |_: &dyn Ode, tolerance: f64, times: &[f64]| {
+            asked.borrow_mut().push(tolerance);
+            let mut run = Run::with_capacity(times.len());
+            times.iter().for_each(|_| run.push(vec![1.0], 1));
+            Ok(run)
+        };
+        solve_twice(&Still(f64::INFINITY), 0.0, &[1.0], &[1.0], 1e-9, solve).expect("solved");
+        assert_eq!(asked.into_inner(), [100.0 * 1e-9, 1e-9]);
+    }
+
     /// v̇ = 0 with steps of a thousandth at most.
     struct Short;
 

@@ -105,6 +105,14 @@ fn a_method_file_is_held_to_the_order_that_it_claims() {
         let (_, _, warning) = say(&format!("{line} {METHODS}/rk4.toml"));
         assert!(!warning.contains("warning"), "{line}: {warning}");
     }
+    // Beside rows it is said on both streams.
+    let is_told =
+        |line: &str| line.starts_with("# ") && line.contains("claims order 4, and its coefficients have order 1");
+    for (path, is_wrong) in [(path, true), (format!("{METHODS}/rk4.toml"), false)] {
+        let (_, rows, warning) = say(&format!("{solve} {path} --csv -"));
+        assert_eq!(flat(&warning).contains("claims order 4, and its"), is_wrong, "{warning}");
+        assert_eq!(rows.lines().any(is_told), is_wrong, "{rows}");
+    }
 }
 
 /// Adams–Moulton of order 5, of which a start of order 1 leaves 2.
@@ -946,6 +954,17 @@ fn instability_of_coarse_runs_is_not_divergence() {
     let line = ["--problem", "channel-womersley", "--expect", "4", "--program", &own];
     let (code, out, error) = verify(&[&["judge"][..], &line].concat());
     assert!(code != 1 && flat(&out).contains("coarse runs are unstable: the steps start at h = "), "{out}{error}");
+}
+
+/// On v̇ = −100 v RK4 is stable up to h = 0.0278: of the halves of ¼ from the fourth on.
+#[test]
+fn the_first_stable_step_is_named_where_those_that_were_asked_for_are_not() {
+    let own = format!("{} solve --method rk4 --no-estimate --csv -", env!("CARGO_BIN_EXE_verify"));
+    let line = ["order", "--problem", "linear-drag", "--set", "lambda=100", "--expect", "4", "--program", &own];
+    let (code, out, error) = verify(&[&line[..], &["--coarsest", "0.25", "--points", "3"]].concat());
+    let said = "coarse runs are unstable, with errors above the solution itself: smaller steps would tell, from \
+                `--coarsest 0.015625` on";
+    assert!(code == 3 && flat(&out).contains(said), "{out}{error}");
 }
 
 /// What the numbers beside a verdict are from, and what is said of values that do not settle as they should.
