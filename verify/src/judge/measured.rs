@@ -471,6 +471,27 @@ mod tests {
         }
     }
 
+    /// Explicit Euler leaves Σ b c − ½ = −½ of its condition of order 2: a term ½ h of the error, which is a tenth of an error of 5 h.
+    #[test]
+    fn an_error_term_is_hidden_where_it_is_less_than_a_tenth_of_every_error() {
+        let text = "order = 1\nc = [0]\na = []\nb = [1]\n";
+        let method = crate::judge::file::MethodFile::parse("euler.toml", "euler", text).expect("a method");
+        let theory = method.body.analyse(None, None);
+        let finest = 0.1 / 128.0;
+        let of = |times: f64, order: f64, expected: f64| {
+            let error = |h: f64| times * 5.0 * finest * (h / finest).powf(order);
+            let samples: Vec<_> =
+                (0..8).map(|k| finest * f64::from(1 << k)).map(|h| Sample::new(h, error(h), 0.0)).collect();
+            let fit = order::fit(&samples, &order::Expectation::new(expected, 0.1));
+            assert_eq!(fit.kept.len(), 8, "{}", fit.reason);
+            hidden(&*theory, 1, &fit).map(|fit| fit.verdict)
+        };
+        let open = Some(order::Verdict::Inconclusive);
+        assert_eq!([of(1.01, 2.0, 1.0), of(0.99, 2.0, 1.0)], [open, None]);
+        // Errors that fall no faster are those of the term, and those that pass need no excuse.
+        assert_eq!([of(1e3, 0.5, 1.0), of(1.01, 2.0, 2.0)], [None, None]);
+    }
+
     /// Explicit Euler, its steps by hand.
     #[test]
     fn the_defect_of_symmetry_is_that_of_a_step_and_a_step_back() {

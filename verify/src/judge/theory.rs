@@ -251,6 +251,30 @@ mod tests {
     use super::super::file::{Body, Shipped};
     use super::*;
 
+    /// All conditions hold up to the order of a method, and one of the next order does not.
+    #[test]
+    fn conditions_hold_up_to_the_order_and_no_further() {
+        for (name, order) in [
+            ("heun2", 2),
+            ("ssp-rk3", 3),
+            ("rk4", 4),
+            ("dormand-prince", 5),
+            ("radau-iia3", 5),
+            ("gauss3", 6),
+            ("gauss4", 8),
+        ] {
+            let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+            let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
+            let numbers = tableau.numbers();
+            for at_least in [0, order, order + 1] {
+                let weights = WeightsTheory::new(&numbers, &numbers.b, at_least);
+                let failing = |p: u32| weights.failing(p).count();
+                assert_eq!((weights.order, failing(order)), (order, 0), "{name}");
+                assert!(failing(order + 1) > 0 && weights.beyond().is_some(), "{name}");
+            }
+        }
+    }
+
     /// Their c are the sums of the rows of A, with which a time is one more component.
     #[test]
     fn the_order_in_time_of_right_stages_is_the_order_however_high() {
