@@ -151,6 +151,9 @@ mod tests {
         // A rule may stand before a cell, or under some columns.
         assert_eq!(words("\\hline 0.5 & 1.25 \\\\\n\\cline{1-2} 2 & \\cmidrule{2-3}-3\\\\\n"), ["0.5 1.25", "2 -3"]);
         assert_eq!(words("\\sqrt{12} & \\sqrt3\\\\\n"), ["sqrt(12) √3"]);
+        // An environment may begin or end with a line break, and the last row has none.
+        let broken = "\\begin{tabular}{cc} \\\\\n0.5 & 1.25 \\\\\n\\frac12 & 3\n\\end{tabular} \\\\\n7 \\\\\nas & in\n";
+        assert_eq!(words(broken), ["", "0.5 1.25", "(1)/(2) 3", "", "7", "as in"]);
         // What is computed is one word, prose is as it was.
         assert_eq!(words("1 + 2 & method I\\\\\n"), ["1+2 method I"]);
         assert_eq!(words("| h | u |\n|---|:--|\n| 1 | 2 |\n"), ["h u", "", "1 2"]);

@@ -52,6 +52,15 @@ fn sample_rows() -> Vec<Row> {
     ]
 }
 
+/// Where there is no directory there is no file; what cannot be listed may hold any.
+#[test]
+fn files_are_left_over_only_where_they_can_be_listed() {
+    let dir = fixture("listed");
+    assert_eq!(golden::strays(&dir.join("none"), &[]).unwrap(), Vec::<PathBuf>::new());
+    assert_eq!(golden::strays(&dir, &[]).unwrap().len(), 2);
+    assert!(matches!(golden::strays(&dir.join("sample.snap"), &[]), Err(golden::GoldenError::Io { .. })));
+}
+
 /// What a failed test leaves to review is a file of no golden.
 #[test]
 fn a_snapshot_that_waits_for_review_is_not_clean() {

@@ -204,6 +204,18 @@ impl Candidate {
 mod tests {
     use super::*;
 
+    #[test]
+    fn a_candidate_has_the_value_of_its_law() {
+        let value = |form: Form, order: f64, coefficients: &[f64]| {
+            let coefficients = DVector::from_column_slice(coefficients);
+            Candidate { form, weighted: false, order, coefficients, squares: 0.0, deviation: 0.0 }.value(3.0)
+        };
+        // 5 + 2 · 3³, 5 + 2 · 3 and 5 + 2 · 3 + 7 · 3².
+        assert_eq!(value(Form::Power, 3.0, &[5.0, 2.0]), 59.0);
+        assert_eq!(value(Form::First, 1.0, &[5.0, 2.0]), 11.0);
+        assert_eq!(value(Form::Both, 1.0, &[5.0, 2.0, 7.0]), 74.0);
+    }
+
     /// (1, 0), (2, 0), (4, 1) with weights ∝ 1, ½, ¼ that add up to 3: 3a + 36/7 b = 3/7 and 36/7 a + 12 b = 12/7, the line
     /// (−5 + 4h)/13 with Σ w r² = 6/91, one degree of freedom left. Without weights the line is (−1/2 + 5/14 h) with Σ r² = 1/14.
     #[test]

@@ -601,6 +601,25 @@ fn with_differences(differences: &[f64]) -> Vec<(f64, f64)> {
     points
 }
 
+/// Values of order 2 with differences 4d and d, and a finest grid that stands still where they would change by d/4: that is at the floor
+/// up to twice what the digits resolve, 20 units of them.
+#[test]
+fn grids_are_left_out_where_the_law_of_the_others_is_at_the_floor_as_well() {
+    let left_out = |d: f64| first_above_floor(&with_differences(&[0.0, d, 4.0 * d]), 1e-3);
+    assert_eq!([4.0 * 19.8e-3, 4.0 * 20.2e-3].map(left_out), [1, 0]);
+    // Where all differ there is nothing to leave out.
+    assert_eq!(first_above_floor(&with_differences(&[0.25, 1.0, 4.0]), 1e-3), 0);
+}
+
+/// Orders of 1.55 and 1.5 have settled, and refute an order of 2, from which they go away.
+#[test]
+fn a_wrong_order_that_drifts_away_is_refuted_all_the_same() {
+    let differences = [1.0, 2_f64.powf(1.5), 2_f64.powf(3.05)];
+    let judgement = quantity(&with_differences(&differences), 0.0).judge(&expecting(2.0));
+    assert_eq!(judgement.verdict, Verdict::Fail, "{}", judgement.reason);
+    assert!(drifts_away(&[(1.55, 0.0), (1.5, 0.0)], &expecting(2.0)).is_some());
+}
+
 /// Differences of one sign left over at the fine end, and such as are beyond the power law.
 #[test]
 fn left_over_differences_are_noise_only_with_both_signs_and_below_the_law() {
