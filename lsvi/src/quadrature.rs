@@ -436,6 +436,30 @@ mod tests {
     }
 
     #[test]
+    fn interior_nodes_ascend_symmetrically_and_chebyshev_s_are_zeros_of_his_polynomial() {
+        use NodeFamily::{Chebyshev, Equispaced, Gauss, Lobatto};
+        for m in 2..=12 {
+            for family in [Equispaced, Gauss, Lobatto, Chebyshev] {
+                let nodes = family.interior(m).expect("m ≥ 2");
+                assert!(nodes.is_sorted() && nodes.len() == m - 1, "{family:?}: {nodes:?}");
+                for (c, opposite) in nodes.iter().zip(nodes.iter().rev()) {
+                    approx::assert_abs_diff_eq!(c + opposite, 1.0, epsilon = 4.0 * EPS);
+                }
+            }
+            let n = m - 1;
+            for c in Chebyshev.interior(m).expect("m ≥ 2") {
+                let x = 2.0 * c - 1.0;
+                let (mut before, mut value) = (1.0, x);
+                for _ in 1..n {
+                    (before, value) = (value, 2.0 * x * value - before);
+                }
+                // A rounding in the k-th of n recurrences is multiplied by n − k at most, one of x by T′ ≤ n².
+                approx::assert_abs_diff_eq!(value, 0.0, epsilon = 4.0 * (n * n) as f64 * EPS);
+            }
+        }
+    }
+
+    #[test]
     fn bases_reproduce_monomials_with_their_derivatives() {
         fn check(basis: &impl Basis, degree: usize, sample: impl Fn(usize, f64) -> Vec<f64>, epsilon: f64) {
             for k in 0..=degree {

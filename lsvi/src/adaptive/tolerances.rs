@@ -142,6 +142,20 @@ mod tests {
         }
     }
 
+    #[test]
+    fn an_estimate_is_held_to_a_power_of_the_tolerance_that_goes_by_the_stages() {
+        for s in [3, 5, 7] {
+            let power = |x: f64, twice: usize| x.powf(twice as f64 / (2 * s) as f64);
+            for (rtol, atol, size) in [(1e-3, 1e-6, 1.0), (1e-6, 1e-9, 20.0), (1e-12, 0.0, 1e-3), (1e-1, 1.0, 1.0)] {
+                let tolerated = atol + rtol * size;
+                let held = (0.1 * power(tolerated, s + 1) * power(size, s - 1)).max(tolerated);
+                let found = Tolerances::new(rtol, atol).expect("positive").of_estimate(0, size, s);
+                // Roundings of a power.
+                approx::assert_relative_eq!(found, held, max_relative = 1e-14);
+            }
+        }
+    }
+
     /// n equal components have the norm of one.
     #[test]
     fn the_norm_is_a_mean() {

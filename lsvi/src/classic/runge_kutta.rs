@@ -315,3 +315,42 @@ impl<F: VectorField> OneStep for RungeKutta<F> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Σ b_i Φ_i = 1/γ for every rooted tree up to the order.
+    #[test]
+    fn tableaus_by_name_meet_the_conditions_of_their_orders() {
+        let tableaus = [
+            ("implicit Euler", Tableau::implicit_euler(), 1),
+            ("implicit midpoint", Tableau::implicit_midpoint(), 2),
+            ("trapezoidal", Tableau::trapezoidal(), 2),
+            ("SDIRK", Tableau::sdirk2(), 2),
+            ("TR-BDF2", Tableau::tr_bdf2(), 2),
+            ("rk4", Tableau::rk4(), 4),
+        ];
+        for (name, Tableau { a, b, c }, order) in tableaus {
+            let sum = |weights: &[f64], x: &[f64]| weights.iter().zip(x).map(|(w, x)| w * x).sum::<f64>();
+            let grown = |x: &[f64]| a.iter().map(|row| sum(row, x)).collect::<Vec<_>>();
+            let times = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).collect::<Vec<_>>();
+            let (ones, squares) = (vec![1.0; b.len()], times(&c, &c));
+            assert_eq!(c, grown(&ones), "{name}");
+            let trees = [
+                (1, ones, 1.0),
+                (2, c.clone(), 2.0),
+                (3, squares.clone(), 3.0),
+                (3, grown(&c), 6.0),
+                (4, times(&c, &squares), 4.0),
+                (4, times(&c, &grown(&c)), 8.0),
+                (4, grown(&squares), 12.0),
+                (4, grown(&grown(&c)), 24.0),
+            ];
+            for (_, tree, density) in trees.iter().filter(|(of, ..)| *of <= order) {
+                let defect = density * sum(&b, tree) - 1.0;
+                assert!(defect.abs() <= 4.0 * f64::EPSILON, "{name}: {defect:e} for the density {density}");
+            }
+        }
+    }
+}

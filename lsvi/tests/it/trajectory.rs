@@ -1,6 +1,7 @@
 //! The solution between the steps, at given times and at the zeros of functions, against exact solutions.
 
 use crate::systems::Oscillator;
+use approx::assert_abs_diff_eq;
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::discrete::{Galerkin, PathFitted, Trapezoidal};
@@ -107,6 +108,29 @@ fn the_dense_output_of_every_method_has_the_order_of_its_states_up_to_four() {
         let expected = f64::from(order.min(4));
         // The next term of the error is smaller by h = 0.025.
         assert!((measured - expected).abs() < 0.15, "{name}: order {measured} from {errors:?}");
+    }
+}
+
+/// Simpson's rule, which is rk4 where f does not depend on v, ends where t, t² and t³ do, and a cubic is its own interpolant.
+#[test]
+fn the_path_along_a_cubic_is_the_cubic() {
+    let powers = lsvi::field!(3, |t, _v, dv| {
+        dv[0] = T::from(1.0);
+        dv[1] = T::from(2.0 * t);
+        dv[2] = T::from(3.0 * t * t);
+    });
+    let method = RungeKutta::new(powers, Tableau::rk4()).expect("usable");
+    let (h, mut q) = (0.5, [0.0; 3]);
+    let mut run = Trajectory::new(method, State::new(1.0, vec![1.0; 3]), h, 2.0).expect("valid");
+    while let Some(end) = run.step().expect("explicit").map(|state| state.t) {
+        for part in [0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0] {
+            let t = end - part * h;
+            run.interpolate(t, &mut q).expect("inside");
+            for (power, q) in (1..).zip(&q) {
+                // A dozen roundings of numbers up to 2³.
+                assert_abs_diff_eq!(*q, t.powi(power), epsilon = 12.0 * 4.0 * f64::EPSILON);
+            }
+        }
     }
 }
 
