@@ -390,6 +390,22 @@ mod tests {
         }
     }
 
+    #[test]
+    fn factors_serve_steps_of_their_own_size_alone() {
+        let pendulum = field!(2, |_t, v, dv| {
+            dv[0] = v[1];
+            dv[1] = -v[0].sin();
+        });
+        let mut method = method_i(pendulum).expect("usable");
+        let (mut v, mut p) = ([1.0, 0.0], [0.0; 2]);
+        let is_factored = [0.01, 0.01, 0.0105, 0.0105, 0.01, 0.01].map(|h| {
+            let before = method.work().factorizations;
+            method.step(0.0, h, &mut v, &mut p).expect("short");
+            method.work().factorizations > before
+        });
+        assert_eq!(is_factored, [true, false, true, false, true, false]);
+    }
+
     /// The first increment leads to x = −0.05, beyond the root of the branch, and the next one to another root, x = 1, near
     /// which the iteration contracts.
     #[test]

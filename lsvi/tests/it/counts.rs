@@ -1,6 +1,6 @@
 //! What the counters of work count, against calls that are counted themselves; and that nothing is kept which does not fit.
 
-use crate::fields::{As, Line, Walls};
+use crate::fields::{As, Line, Unscaled, Walls};
 use crate::systems::HenonHeiles;
 use lsvi::classic::{RungeKutta, Tableau};
 use lsvi::closure::Linear;
@@ -11,7 +11,7 @@ use lsvi::{
     LeastSquaresStep, Mass, OneStep, Preconditioner, Scalar, SolveError, State, StepOperator, Structure, Trajectory,
     VectorField, Window, field, position_momentum,
 };
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -73,7 +73,7 @@ fn steps_of_a_separable_lagrangian_count_every_evaluation_of_its_forces() {
 
 #[test]
 fn the_first_steps_of_another_size_cost_what_they_cost_a_new_method() {
-    for is_separable in [true, false] {
+    for (is_separable, h) in [(true, 1e-3), (true, 0.105), (false, 1e-3), (false, 0.105)] {
         let l = AutoLagrangian::new(Separable(is_separable));
         let make = || position_momentum(Galerkin::gauss(&l, 2).expect("s ≥ 1"));
         let (mut used, mut fresh) = (make(), make());
@@ -81,11 +81,11 @@ fn the_first_steps_of_another_size_cost_what_they_cost_a_new_method() {
         (0..20).for_each(|k| used.step(f64::from(k) * 0.1, 0.1, &mut q, &mut p).expect("bounded"));
         let (mut r, mut s) = (q, p);
         for k in 0..3 {
-            let (t, before) = (2.0 + f64::from(k) * 1e-3, [used.work().residuals, fresh.work().residuals]);
-            used.step(t, 1e-3, &mut q, &mut p).expect("bounded");
-            fresh.step(t, 1e-3, &mut r, &mut s).expect("bounded");
+            let (t, before) = (2.0 + f64::from(k) * h, [used.work().residuals, fresh.work().residuals]);
+            used.step(t, h, &mut q, &mut p).expect("bounded");
+            fresh.step(t, h, &mut r, &mut s).expect("bounded");
             let cost = [used.work().residuals - before[0], fresh.work().residuals - before[1]];
-            assert_eq!(cost[0], cost[1], "step {k}, separable: {is_separable}");
+            assert_eq!(cost[0], cost[1], "step {k} of {h}, separable: {is_separable}");
         }
     }
 }
@@ -357,6 +357,73 @@ fn systems_are_linearised_at_the_time_of_their_stage() {
     let run = run.as_mut().expect("usable");
     while run.step().expect("solvable").is_some() {}
     assert_eq!(notes.lock().expect("one thread").last().map(|(t, ..)| *t), Some(3.0));
+}
+
+/// A field that notes the time and the state of each derivative that it is asked for.
+struct Noted<F>(Structure, F, RefCell<Vec<(f64, f64)>>);
+
+impl<F> Noted<F> {
+    fn note(&self, t: f64, v: &[f64]) -> &F {
+        self.2.borrow_mut().push((t, v[0]));
+        &self.1
+    }
+}
+
+impl<F: VectorField> VectorField for Noted<F> {
+    fn dim(&self) -> usize {
+        self.1.dim()
+    }
+    fn structure(&self) -> Structure {
+        self.0.clone()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        self.1.rhs(t, v, dv);
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        self.note(t, v).add_jacobian(t, v, scale, out);
+    }
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        self.note(t, v).add_curvature(t, v, w, scale, out);
+    }
+    fn apply_jacobian(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
+        self.note(t, v).apply_jacobian(t, v, x, out);
+    }
+    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.note(t, v).apply_transpose(t, v, w, out);
+    }
+    fn apply_curvature(&self, t: f64, v: &[f64], w: &[f64], x: &[f64], out: &mut [f64]) {
+        self.note(t, v).apply_curvature(t, v, w, x, out);
+    }
+}
+
+/// At the start of a step there is no other state than its own, and at the end that is a first guess; a branch is looked at on the way
+/// there, and not beyond.
+#[test]
+fn derivatives_are_taken_at_the_time_of_their_state() {
+    let (band, start, end) = (Structure::Banded { lower: 0, upper: 0 }, 2.0, 2.5);
+    for (alpha, beta) in [(0.0, 1.0), (-1.0, 1.0), (0.3, 1.0), (1.0, 0.0)] {
+        for structure in [Structure::Dense, band.clone(), Structure::MatrixFree] {
+            for is_iterative in [false, true] {
+                let field =
+                    Noted(structure.clone(), field!(1, |t, v, dv| dv[0] = v[0] * v[0] * -t), RefCell::default());
+                let closure = Linear::new(alpha, beta).expect("not both zero");
+                let Ok(mut method) = (if is_iterative {
+                    LeastSquaresStep::with_solver(&field, closure, Iterative::new(Unscaled))
+                } else {
+                    LeastSquaresStep::new(&field, closure)
+                }) else {
+                    continue;
+                };
+                method.step(start, end - start, &mut [1.0], &mut [0.0]).expect("solvable");
+                let notes = field.2.borrow();
+                assert!(notes.iter().any(|(t, _)| *t == end));
+                let is_of_its_time = |(t, v): &(f64, f64)| *t > start && *t <= end || *t == start && *v == 1.0;
+                assert!(notes.iter().all(is_of_its_time), "{structure:?}, ({alpha}, {beta}): {notes:?}");
+                let mut later = notes.iter().skip_while(|(_, v)| *v == 1.0);
+                assert!(later.all(|note| *note != (end, 1.0)), "{structure:?}, ({alpha}, {beta}): {notes:?}");
+            }
+        }
+    }
 }
 
 #[test]

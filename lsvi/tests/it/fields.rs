@@ -6,7 +6,8 @@ use std::cell::Cell;
 use lsvi::closure::Linear;
 use lsvi::solver::{Augmented, Iterative, StepSolver, Twisted};
 use lsvi::{
-    Factored, FieldFn, InputError, Jacobian, LeastSquaresStep, Mass, Scalar, Structure, VectorField, add_columns,
+    Factored, FieldFn, InputError, Jacobian, LeastSquaresStep, Mass, Preconditioner, Scalar, SolveError, StepOperator,
+    Structure, VectorField, add_columns,
 };
 
 /// The linear solvers of a step, iterative ones to rounding error.
@@ -35,6 +36,17 @@ impl By {
     pub(crate) fn method_i<F: VectorField>(self, field: F) -> Result<LeastSquaresStep<F>, InputError> {
         LeastSquaresStep::with_solver(field, Linear::METHOD_I, self.solver())
     }
+}
+
+/// A preconditioner that leaves systems as they are.
+pub(crate) struct Unscaled;
+
+impl Preconditioner for Unscaled {
+    fn prepare(&mut self, _b: &StepOperator<'_>) -> Result<(), SolveError> {
+        Ok(())
+    }
+    fn solve(&mut self, _x: &mut [f64]) {}
+    fn solve_transpose(&mut self, _x: &mut [f64]) {}
 }
 
 /// A field with another declared structure.

@@ -1,13 +1,13 @@
 //! The closures on scalar problems whose steps are known in closed form.
 
-use crate::fields::{Autonomous, Line, Walls};
+use crate::fields::{As, Autonomous, By, Line, Walls};
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::{
     AutoField, ClosureError, FieldFn, InputError, LeastSquares, LeastSquaresStep, OneStep, Scalar, SolveError, State,
-    StepError, SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
+    StepError, Structure, SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
 };
 
 struct Drag;
@@ -300,6 +300,28 @@ fn a_step_of_another_size_or_with_a_momentum_is_what_a_new_method_makes_of_it() 
         assert_eq!(p, [0.0; 9], "Method I ends with p = 0");
     }
     assert_eq!(lsvi::Integrator::work(&used).steps, 7);
+}
+
+/// What is kept of a step of a linear field is kept for its size alone, however close another one is.
+#[test]
+fn a_linear_step_of_nearly_the_size_of_the_last_is_that_of_a_new_method() {
+    let line = |peclet| Line::new(9, peclet, Walls::Dirichlet);
+    type Made<'a> = &'a dyn Fn() -> Box<dyn OneStep>;
+    let methods: [(&str, Made); 3] = [
+        ("by augmented factors", &|| Box::new(By::Augmented.method_i(As(Structure::Dense, line(3.0))).expect("fits"))),
+        ("by twisted factors", &|| Box::new(method_i(line(3.0)).expect("usable"))),
+        ("in one pass", &|| Box::new(method_i(Autonomous(line(0.0))).expect("usable"))),
+    ];
+    for (name, method) in methods {
+        let mut used = method();
+        let (mut v, mut p): (Vec<f64>, _) = ((0..9).map(|i| (0.5 * f64::from(i)).sin()).collect(), [0.0; 9]);
+        for h in [0.1, 0.1 * (1.0 + 1e-4), 0.1, 0.1 * (1.0 + 1e-9), 0.1] {
+            let (mut w, mut q) = (v.clone(), [0.0; 9]);
+            used.step(0.3, h, &mut v, &mut p).expect("linear");
+            method().step(0.3, h, &mut w, &mut q).expect("linear");
+            assert_eq!(v, w, "{name}, h = {h}");
+        }
+    }
 }
 
 /// Unknowns on a ring with damping, products and a force that depends on time.

@@ -1,16 +1,16 @@
 //! Fields by products with their derivatives.
 
-use crate::fields::{As, Burgers, Line, Products, Walls};
+use crate::fields::{As, Burgers, By, Line, Products, Unscaled, Walls};
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::Trapezoidal;
 use lsvi::solver::{Augmented, Iterative};
 use lsvi::{
-    AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, Factored, ForceFn, Forced, Grid, InputError,
-    Integrator, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep, Preconditioner,
-    Scalar, SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory, VectorField, Window, Work,
-    least_squares, method_i, method_ii,
+    AutoConstraint, AutoField, AutoForce, AutoLagrangian, ConstraintFn, Factored, FieldFn, ForceFn, Forced, Grid,
+    InputError, Integrator, Jacobian, LagrangianFn, LeastSquares, LeastSquaresStep, Mass, MassOperator, OneStep,
+    Preconditioner, Scalar, SolveError, State, StepError, StepOperator, Structure, SystemError, Trajectory,
+    VectorField, Window, Work, least_squares, method_i, method_ii,
 };
 
 fn wave(n: usize, k: f64) -> Vec<f64> {
@@ -210,6 +210,61 @@ fn matrix_free_steps_are_those_with_factors() {
     }
 }
 
+/// Neighbours that are coupled by products, more and less with time.
+#[derive(Clone, Copy)]
+struct Turning;
+
+impl FieldFn for Turning {
+    fn dim(&self) -> usize {
+        4
+    }
+    fn structure(&self) -> Structure {
+        Structure::Banded { lower: 1, upper: 1 }
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        for i in 0..4 {
+            let left = if i > 0 { v[i - 1] } else { T::from(1.0) };
+            let right = if i < 3 { v[i + 1] } else { T::from(0.5) };
+            dv[i] = (left * 0.5 - right) * v[i] * (3.0 * t + i as f64).sin() - v[i] * 2.0;
+        }
+    }
+}
+
+/// f and its derivatives are those of the same times, whoever solves with them.
+#[test]
+fn steps_where_couplings_change_with_time_are_the_same_by_factors_iterations_and_products() {
+    let field = AutoField::new(Turning);
+    let products = Products::new(&field);
+    for (alpha, beta) in [(0.0, 1.0), (-1.0, 1.0), (0.3, 1.0), (1.0, 0.0)] {
+        let closure = || Linear::new(alpha, beta).expect("not both zero");
+        let step = |method: &mut dyn OneStep| {
+            let (mut v, mut p) = (vec![0.8, -0.5, 0.6, 0.3], vec![0.0; 4]);
+            method.step(0.4, 0.2, &mut v, &mut p).expect("solvable");
+            (v, p)
+        };
+        let (v, p) = step(&mut least_squares(As(Structure::Dense, &field), closure()).expect("dense"));
+        let by_products = Iterative::new(Unscaled).with_tolerance(1e-15).expect("in (0, 1)");
+        let mut methods: Vec<(String, Box<dyn OneStep + '_>)> = vec![
+            ("in a band".into(), Box::new(least_squares(&field, closure()).expect("banded"))),
+            (
+                "products".into(),
+                Box::new(LeastSquaresStep::with_solver(&products, closure(), by_products).expect("fits")),
+            ),
+        ];
+        for by in By::ALL {
+            if let Ok(method) = LeastSquaresStep::with_solver(&field, closure(), by.solver()) {
+                methods.push((format!("{by:?}"), Box::new(method)));
+            }
+        }
+        for (name, method) in &mut methods {
+            let (w, q) = step(&mut **method);
+            // |v| < 1, to the tolerance of Newton's method, and p is a difference of v over h.
+            assert_close(&w, &v, 1e-13, &format!("{name}, ({alpha}, {beta})"));
+            assert_close(&q, &p, 1e-13, &format!("p, {name}, ({alpha}, {beta})"));
+        }
+    }
+}
+
 /// Method II is α + β = 0: its equation is J₀ᵀr₀ + J₁ᵀr₁ = 0, h|λ| times as well conditioned for slow modes.
 #[test]
 fn method_ii_is_the_same_in_every_structure_and_matrix_free() {
@@ -275,21 +330,11 @@ fn inner_iterations_do_not_grow_with_the_number_of_unknowns() {
 fn a_mass_that_is_an_operator_is_one() {
     let (n, h) = (3, 0.3);
     // 2 v̇ = −2v: Method I multiplies by 1/(1 + h + h²/2).
-    let solver = Iterative::new(NoPreconditioner);
+    let solver = Iterative::new(Unscaled);
     let mut method = LeastSquaresStep::with_solver(Massive, Linear::METHOD_I, solver).expect("positive definite");
     let (mut v, mut p) = (vec![1.0; n], vec![0.0; n]);
     method.step(0.0, h, &mut v, &mut p).expect("solvable");
     v.iter().for_each(|v| assert_abs_diff_eq!(*v, 1.0 / (1.0 + h + 0.5 * h * h), epsilon = 1e-9));
-}
-
-struct NoPreconditioner;
-
-impl Preconditioner for NoPreconditioner {
-    fn prepare(&mut self, _b: &StepOperator<'_>) -> Result<(), SolveError> {
-        Ok(())
-    }
-    fn solve(&mut self, _x: &mut [f64]) {}
-    fn solve_transpose(&mut self, _x: &mut [f64]) {}
 }
 
 /// Without a preconditioner, κ(I + BᵀB) ≈ (1 + 4 h ν n²)²: too many iterations, and a typed error.
@@ -297,7 +342,7 @@ impl Preconditioner for NoPreconditioner {
 fn iterations_that_do_not_converge_say_so() {
     let n = 2000;
     let field = Products::new(AutoField::new(Burgers { cells: n, viscosity: 1.0 }));
-    for solver in [Iterative::new(NoPreconditioner), Iterative::lsmr(NoPreconditioner)] {
+    for solver in [Iterative::new(Unscaled), Iterative::lsmr(Unscaled)] {
         let mut method = LeastSquaresStep::with_solver(&field, Linear::METHOD_I, solver).expect("matrix-free");
         let (start, mut v) = (sine(n).iter().map(|x| x + 0.1 * (700.0 * x).sin()).collect::<Vec<_>>(), vec![]);
         v.clone_from(&start);

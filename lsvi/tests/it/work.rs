@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use crate::fields::{As, Autonomous, Burgers, By, Line, Products, Walls};
+use crate::fields::{As, Autonomous, Burgers, By, Line, Products, Unscaled, Walls};
 use crate::systems::{ChargedParticle, Damping, Driven, Falling, HenonHeiles, Pendulum, Sphere};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
@@ -14,9 +14,8 @@ use lsvi::quadrature::NodeFamily;
 use lsvi::solver::Iterative;
 use lsvi::{
     AutoConstraint, AutoField, AutoForce, AutoLagrangian, Constrained, EulerLagrange, FieldFn, Forced, Integrator,
-    LagrangianFn, LeastSquares, LeastSquaresStep, Mass, Preconditioner, Scalar, SolveError, State, StepOperator,
-    Structure, Trajectory, Variational, VectorField, Window, field, least_squares, method_i, method_ii,
-    position_momentum,
+    LagrangianFn, LeastSquares, LeastSquaresStep, Mass, Scalar, State, Structure, Trajectory, Variational, VectorField,
+    Window, field, least_squares, method_i, method_ii, position_momentum,
 };
 
 /// Burgers' equation with a source that travels and a viscosity that breathes.
@@ -50,17 +49,6 @@ impl LagrangianFn for Tides {
         let well = q[0] * q[0] + q[0] * q[1] * 0.5 + (q[1] * 2.0).cos();
         v[0] * v[0] * 0.5 + v[1] * v[1] * 1.5 + v[0] * v[1] * 0.2 - well * ((t * 3.0).sin() * 0.4 + 1.0)
     }
-}
-
-/// A preconditioner that leaves systems as they are.
-struct Unscaled;
-
-impl Preconditioner for Unscaled {
-    fn prepare(&mut self, _b: &StepOperator<'_>) -> Result<(), SolveError> {
-        Ok(())
-    }
-    fn solve(&mut self, _x: &mut [f64]) {}
-    fn solve_transpose(&mut self, _x: &mut [f64]) {}
 }
 
 /// In one line what ten steps from t = 1 take, and where they end, to eight decimals.
