@@ -863,4 +863,33 @@ mod tests {
         let is_lost = matches!(found, Err(SolveError::BranchLost { reached }) if (reached - 0.242_374_3).abs() < 1e-6);
         assert!(is_lost, "{found:?} at {x:?}");
     }
+
+    /// y − s (3 − s)/2 + 100 s y² (y − 1) = 0 for y = x − 10: the branch folds at s = 0.0442686, and the root y = 1 at s = 1, to which the
+    /// first increment leads, lies within a tenth of the state and a third of the tangent.
+    struct NearCoincidence;
+
+    impl System for NearCoincidence {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, s: f64, x: &[f64], out: &mut [f64]) {
+            let y = x[0] - 10.0;
+            out[0] = y - 0.5 * s * (3.0 - s) + 100.0 * s * y * y * (y - 1.0);
+        }
+        fn derivative(&mut self, s: f64, x: &[f64], out: &mut Jacobian) {
+            let y = x[0] - 10.0;
+            out.add(0, 0, 1.0 + 100.0 * s * y * (3.0 * y - 2.0));
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+    }
+
+    #[test]
+    fn a_root_close_to_the_state_is_not_taken_for_a_second_increment_that_vanishes() {
+        let mut x = [10.0];
+        let found = Newton::new(1).solve(&mut NearCoincidence, 1.0, &mut x);
+        let is_lost = matches!(found, Err(SolveError::BranchLost { reached }) if (reached - 0.044_268_6).abs() < 1e-6);
+        assert!(is_lost, "{found:?} at {x:?}");
+    }
 }

@@ -239,6 +239,18 @@ mod tests {
         }
     }
 
+    /// Of a straight line, from distances the first of which reach where it overflows.
+    #[test]
+    fn a_slope_rounds_by_what_the_widest_distance_that_tells_something_leaves() {
+        for lost in 0..3 {
+            let values = |k: i32| if k < lost { [f64::MAX, -f64::MAX] } else { [2_f64.powi(-k), -2_f64.powi(-k)] };
+            let levels = (0..LEVELS as i32).map(|k| (0.5_f64.powi(k), values(k), 3.0));
+            let found = Slope::extrapolated(levels);
+            let rounding = 4.0 * f64::EPSILON * 3.0 * 2_f64.powi(lost);
+            assert_eq!((found.value, found.rounding), (1.0, rounding), "{lost} that overflow");
+        }
+    }
+
     #[test]
     fn a_number_less_a_slope_has_the_uncertainty_of_both() {
         let found = slope(1.0, 0.5).taken_from(8.0, 0.125);
@@ -313,5 +325,12 @@ mod tests {
         assert!(matches!(differs(0.9, vague(0.9)), Err(DerivativeError::Unresolved { .. })));
         let noisy = Slope { value: 0.9, uncertainty: 1e-3, rounding: 1.1e-5 };
         assert!(differs(0.9, noisy).is_ok());
+        // Beside an entry of which it is less than ten digits away.
+        let beside = |large: f64| {
+            let place = |_| Place { row: None, column: None };
+            compare(Derivative::Jacobian, place, &[large, 0.9], &[sharp(large), vague(0.9)])
+        };
+        assert!(beside(1.1e7).is_ok());
+        assert!(matches!(beside(1e5), Err(DerivativeError::Unresolved { .. })));
     }
 }

@@ -6,7 +6,7 @@ use lsvi::discrete::{Constrainable, Galerkin, KongYangCircle, Midpoint, PathFitt
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
     AutoConstraint, AutoLagrangian, Constrained, Constraint, ConstraintError, ConstraintFn, InputError, Integrator,
-    OneStep, Scalar, SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
+    LagrangianFn, OneStep, Scalar, SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
 };
 
 const EPS: f64 = f64::EPSILON;
@@ -293,6 +293,46 @@ fn constraints_that_are_one_but_for_half_of_the_digits_are_redundant() {
         let expected = InputError::Constraint(ConstraintError::RedundantConstraints { count: 2, rank: 1 });
         assert!(matches!(&found, Err(StepError::Input(error)) if *error == expected), "{part:e}: {found:?}");
     }
+}
+
+/// Gradients along two axes of a mass that has none along the third, and one that vanishes.
+#[test]
+fn a_singular_mass_is_not_taken_for_gradients_of_different_lengths() {
+    struct Flat;
+    impl LagrangianFn for Flat {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn lagrangian<T: Scalar>(&self, _t: T, _q: &[T], v: &[T]) -> T {
+            (v[0] * v[0] + v[1] * v[1]) * 0.5
+        }
+    }
+    struct Axes(f64);
+    impl ConstraintFn for Axes {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn count(&self) -> usize {
+            2
+        }
+        fn constraint<T: Scalar>(&self, q: &[T], out: &mut [T]) {
+            out[0] = q[0];
+            out[1] = q[1] * self.0;
+        }
+    }
+    let project = |length: f64| {
+        let l = AutoLagrangian::new(Flat);
+        let axes = AutoConstraint::new(Axes(length));
+        let mut method = Constrained::new(Galerkin::gauss(&l, 2).expect("s ≥ 1"), axes).expect("dimensions fit");
+        method.project(0.0, &[0.0, 0.0, 1.0], &mut [0.5, 0.3, 0.0]).expect_err("singular")
+    };
+    for length in [1e-12, 1e-3, 1.0, 1e3, 1e12] {
+        let found = project(length);
+        assert!(matches!(found, StepError::Solve { source: SolveError::SingularMass, .. }), "{length:e}: {found:?}");
+    }
+    let found = project(0.0);
+    let redundant = InputError::Constraint(ConstraintError::RedundantConstraints { count: 2, rank: 1 });
+    assert_eq!(found, StepError::Input(redundant));
 }
 
 /// x² + y² = 1 at the height ½.

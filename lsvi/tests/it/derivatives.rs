@@ -688,6 +688,48 @@ fn a_curvature_that_nobody_states_is_no_mistake() {
     }
 }
 
+/// v̇_i = 100 size v_i + v_i²/2 with a factor of its second derivatives, or with differences in their place: where v_i is zero J rounds by
+/// a part of 10⁻³ of what it changes by over √ε of a thousandth of `size`.
+struct Steep {
+    n: usize,
+    size: f64,
+    factor: Option<f64>,
+}
+
+impl VectorField for Steep {
+    fn dim(&self) -> usize {
+        self.n
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = (100.0 * self.size + 0.5 * v) * v);
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        v.iter().enumerate().for_each(|(i, v)| out.add(i, i, scale * (100.0 * self.size + v)));
+    }
+    fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        match self.factor {
+            Some(factor) => w.iter().enumerate().for_each(|(i, w)| out.add(i, i, scale * factor * w)),
+            None => lsvi::Differences::new(self.n, &Structure::Dense).add_curvature(self, t, v, w, scale, out),
+        }
+    }
+}
+
+#[test]
+fn what_a_curvature_may_differ_by_is_the_rounding_of_differences_in_every_unit() {
+    for (n, size, is_at_rest) in [2, 40].into_iter().flat_map(|n| {
+        [(n, 1e-6, false), (n, 1e-3, false), (n, 1.0, false), (n, 1e3, false), (n, 1e6, false), (n, 1.0, true)]
+    }) {
+        let v: Vec<f64> = (0..n).map(|i| if is_at_rest || i % 2 == 1 { 0.0 } else { size }).collect();
+        let check = |factor| check_derivatives(&Steep { n, size, factor }, 0.0, &v);
+        let case = format!("{n} unknowns of {size:e}, at rest: {is_at_rest}");
+        for factor in [None, Some(1.0)] {
+            check(factor).unwrap_or_else(|error| panic!("{case}, {factor:?}: {error}"));
+        }
+        let error = check(Some(1.1)).expect_err(&case);
+        assert!(matches!(error, DerivativeError::Differs { of: Derivative::Curvature, .. }), "{case}: {error}");
+    }
+}
+
 /// v̇_i = v_i³ with a wrong second derivative of one component.
 struct Cubes(usize);
 
