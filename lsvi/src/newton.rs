@@ -14,8 +14,8 @@
 //!
 //! Otherwise the root is followed in pieces of h, on each of which the branch hardly bends, as half-way tells. Its end, a fold,
 //! is an error. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a
-//! second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative, and by its change along
-//! the tangent of the branch or, where the root lies much further away, half-way to that. A nonlinear equation whose
+//! second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative, and by its change on the
+//! tangent of the branch or, where the root lies much further away, on the way to that. A nonlinear equation whose
 //! state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
 
 mod kept;
@@ -43,6 +43,9 @@ pub(crate) const CLOSE: f64 = 0.25;
 const DECAYING: f64 = 0.4;
 /// Parts of a long way at which the branch is looked at; what is found at the first says little of a fold near the root.
 const LOOKS: [f64; 2] = [0.5, 0.75];
+/// Part of the tangent, or of the way to the root, at which an equation is asked whether it is affine: at all of it there may be that root,
+/// and at a simple part another one.
+const ASIDE: f64 = 0.618;
 /// Halvings of a step at which first increments are compared; stiffness of 2 to this power is beyond double precision.
 const HALVINGS: u32 = 60;
 /// A part of the step at which ∂F/∂x is what it is for h → 0: no rate of a problem reaches it.
@@ -447,8 +450,8 @@ impl Newton {
         apart <= allowed * largest.max(along)
     }
 
-    /// Whether an equation that two increments tell to be affine is so elsewhere too, to half of the digits: along the tangent of the
-    /// branch, or half-way to the root where that lies much further away. Beside a root that the branch may leave on the way to h,
+    /// Whether an equation that two increments tell to be affine is so elsewhere too, to half of the digits: on the tangent of the
+    /// branch, or on the way to the root where that lies much further away. Beside a root that the branch may leave on the way to h,
     /// increments are next to nothing. What was found holds for the steps that go on from it, as long as these are alike.
     fn is_affine(&mut self, system: &mut dyn System, h: f64) -> bool {
         if !self.limit.is_regular || !system.algebraic().is_empty() {
@@ -465,9 +468,10 @@ impl Newton {
         }
         let mut scale = self.set_tangent(system, h);
         if scale.abs() * max_norm(&self.part) < CLOSE * moved {
-            scale = 0.5;
+            scale = 1.0;
             self.part.copy_from_slice(&self.whole);
         }
+        scale *= ASIDE;
         for (x, (point, d)) in self.reference.iter_mut().zip(self.point.iter().zip(&self.part)) {
             *x = point - scale * d;
         }
@@ -891,5 +895,34 @@ mod tests {
         let found = Newton::new(1).solve(&mut NearCoincidence, 1.0, &mut x);
         let is_lost = matches!(found, Err(SolveError::BranchLost { reached }) if (reached - 0.044_268_6).abs() < 1e-6);
         assert!(is_lost, "{found:?} at {x:?}");
+    }
+
+    /// y − s (1 + 100 y² (y − 1)²) = 0, as implicit Euler steps on v̇ = 1 + 100 v² (v − 1)² from 0: the tangent of the branch leads to the root
+    /// y = 1 at s = 1 as well, where the derivative is the same, and the branch folds at s = 0.0571571.
+    struct TangentCoincidence;
+
+    impl System for TangentCoincidence {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, s: f64, y: &[f64], out: &mut [f64]) {
+            out[0] = y[0] - s * (1.0 + 100.0 * (y[0] * (y[0] - 1.0)).powi(2));
+        }
+        fn derivative(&mut self, s: f64, y: &[f64], out: &mut Jacobian) {
+            out.add(0, 0, 1.0 - 200.0 * s * y[0] * (y[0] - 1.0) * (2.0 * y[0] - 1.0));
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+    }
+
+    #[test]
+    fn a_root_to_which_the_tangent_leads_is_not_on_the_branch_for_that() {
+        let mut y = [0.0];
+        let found = Newton::new(1).solve(&mut TangentCoincidence, 1.0, &mut y);
+        assert!(
+            matches!(found, Err(SolveError::BranchLost { reached }) if (reached - 0.057_157_1).abs() < 1e-6),
+            "{found:?} at {y:?}"
+        );
     }
 }

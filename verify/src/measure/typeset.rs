@@ -58,16 +58,36 @@ const SIGNS: [(&str, &str); 5] = [(r"\cdot", "*"), (r"\times", "*"), (r"\left", 
 const RULES: [&str; 6] = [r"\hline", r"\toprule", r"\midrule", r"\bottomrule", r"\cline", r"\cmidrule"];
 
 fn latex_line(line: &str) -> String {
-    // What is no row of cells: environments, captions, `\[`, prose below.
+    let line = without_environments(line);
+    // What is no row of cells: captions, `\[`, prose below.
     let is_row = line.contains('&') || line.contains(r"\\");
     let says_more = line.trim_start().starts_with('\\') || line.contains(char::is_alphabetic);
-    if line.contains(r"\begin") || line.contains(r"\end") || (!is_row && says_more) {
-        return blank(line);
+    if !is_row && says_more {
+        return blank(&line);
     }
     let row = line.split(r"\\").next().unwrap_or_default();
     let cells: Vec<String> = row.split('&').map(latex_cell).collect();
     let bare = cells.join("\t");
     bare + &" ".repeat(line.len() - row.len())
+}
+
+/// A line with spaces for `\begin{tabular}[t]{cc}` and `\end{tabular}`, beside which there may be cells.
+fn without_environments(line: &str) -> String {
+    let mut said = line.to_owned();
+    for command in [r"\begin", r"\end"] {
+        while let Some(at) = said.find(command) {
+            let after = |rest| group(rest).map_or(rest, |(_, after)| after);
+            let mut rest = after(&said[at + command.len()..]);
+            if command == r"\begin" {
+                rest = after(
+                    rest.strip_prefix('[').and_then(|place| place.split_once(']')).map_or(rest, |(_, after)| after),
+                );
+            }
+            let end = said.len() - rest.len();
+            said.replace_range(at..end, &" ".repeat(end - at));
+        }
+    }
+    said
 }
 
 /// `\frac{1}{2}` as `(1)/(2)`, padded to the length that it had.
@@ -154,6 +174,9 @@ mod tests {
         // An environment may begin or end with a line break, and the last row has none.
         let broken = "\\begin{tabular}{cc} \\\\\n0.5 & 1.25 \\\\\n\\frac12 & 3\n\\end{tabular} \\\\\n7 \\\\\nas & in\n";
         assert_eq!(words(broken), ["", "0.5 1.25", "(1)/(2) 3", "", "7", "as in"]);
+        let close =
+            "\\begin{tabular}[t]{cc} 0.5 & 1.25 \\\\\n3 & 4 \\\\ \\end{tabular}\n\\begin{center}\n\\end{center}\n";
+        assert_eq!(words(close), ["0.5 1.25", "3 4", "", ""]);
         // What is computed is one word, prose is as it was.
         assert_eq!(words("1 + 2 & method I\\\\\n"), ["1+2 method I"]);
         assert_eq!(words("| h | u |\n|---|:--|\n| 1 | 2 |\n"), ["h u", "", "1 2"]);

@@ -1046,7 +1046,7 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
             format!("and {} times that of pressure correction; at t = 2 it has", lid(0.5, projection)),
             format!("{} times and {} times theirs.", lid(2.0, "tr-bdf2"), lid(2.0, projection)),
             format!(
-                "Of the runs that take no more CPU time than it the best has there, beside its error, one that is {} by TR-BDF2, {} by the trapezoidal rule, {} by \
+                "Of the runs that take no more CPU time than it, the least error there is {} by TR-BDF2, {} by the trapezoidal rule, {} by \
                  BDF2, {} by implicit Euler and {} by pressure correction.",
                 at_equal_time("tr-bdf2"),
                 at_equal_time("trapezoidal"),

@@ -9,7 +9,7 @@ use verify::measure::norm::{distance, max_norm};
 use verify::names::Parameter;
 use verify::{chapter, method, problem, reference, run, theory};
 
-use crate::{fits_a_terminal, flat, scratch};
+use crate::{fits_a_terminal, flat, scratch, written};
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_verify"));
@@ -704,11 +704,7 @@ fn a_report_is_written_and_reproducible() {
 #[test]
 fn order_judges_a_table_of_values() {
     let dir = directory("order-data");
-    let write = |name: &str, text: &str| {
-        let path = dir.join(name);
-        fs::write(&path, text).expect("writable");
-        path.display().to_string()
-    };
+    let write = |name: &str, text: &str| written(&dir, name, text);
     let nparc = write("nparc.csv", "h,recovery\n1,0.97050\n2,0.96854\n4,0.96178\n");
     let (code, out, _) = say(&format!("order --data {nparc} --step h --expect 2 --format json"));
     let json: serde_json::Value = serde_json::from_str(&out).expect("JSON");
@@ -1201,11 +1197,7 @@ fn the_estimate_of_an_adaptive_run_is_its_error_at_every_row() {
 #[test]
 fn a_run_where_no_solution_is_is_told_so() {
     let dir = directory("no-solution");
-    let model = |name: &str, text: &str| {
-        let path = dir.join(name);
-        fs::write(&path, text).expect("writable");
-        path.display().to_string()
-    };
+    let model = |name: &str, text: &str| written(&dir, name, text);
     let robertson = model(
         "robertson.ds",
         "u_i { a = 1, b = 0, c = 0 } F_i { -0.04*a + 1e4*b*c, 0.04*a - 1e4*b*c - 3e7*b*b, 3e7*b*b }",
@@ -1292,11 +1284,7 @@ fn a_run_where_no_solution_is_is_told_so() {
 #[test]
 fn a_step_that_fails_at_a_jump_or_a_root_is_told_what_helps() {
     let dir = directory("jumps");
-    let model = |name: &str, text: &str| {
-        let path = dir.join(name);
-        fs::write(&path, text).expect("writable");
-        path.display().to_string()
-    };
+    let model = |name: &str, text: &str| written(&dir, name, text);
     let switched =
         model("switched.ds", "u_i { v = 1, m = 0 } F_i { -m*m*v*1e3 + 50*heaviside(t - 1), exp(v) - m*exp(2*v) }");
     let fails = |line: String| {
@@ -1316,11 +1304,7 @@ fn a_step_that_fails_at_a_jump_or_a_root_is_told_what_helps() {
 #[test]
 fn a_step_that_is_off_with_half_of_it_as_well_is_told_so() {
     let dir = directory("off");
-    let model = |name: &str, text: &str| {
-        let path = dir.join(name);
-        fs::write(&path, text).expect("writable");
-        path.display().to_string()
-    };
+    let model = |name: &str, text: &str| written(&dir, name, text);
     let ring = model("ring.ds", "u_i { x = 1, y = 0, z = 0 } F_i { 1000*y, -1000*x, x*x - z }");
     let transient = model("transient.ds", "u_i { v = 2 } F_i { -1e6*(v - cos(t)) - sin(t) }");
     let reactor = model("reactor.ds", "u_i { c = 1e-6, T = 300 } F_i { -2*c, 1e7*c - 0.1*(T-300) }");

@@ -39,6 +39,13 @@ fn scratch(name: &str) -> PathBuf {
     path
 }
 
+/// Writes a file of a test, and returns its path as an argument.
+fn written(dir: &Path, name: &str, text: &str) -> String {
+    let path = dir.join(name);
+    std::fs::write(&path, text).expect("writable");
+    path.display().to_string()
+}
+
 /// A text on one line: where a terminal breaks it is another matter.
 fn flat(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")

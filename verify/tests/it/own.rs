@@ -8,7 +8,7 @@ use std::thread;
 use rayon::prelude::*;
 use verify::judge::file::SHIPPED;
 
-use crate::{fits_a_terminal, flat, scratch};
+use crate::{fits_a_terminal, flat, scratch, written};
 
 const METHODS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/methods");
 
@@ -1080,11 +1080,7 @@ fn an_equation_that_does_not_show_a_wrong_coefficient_decides_nothing() {
 #[test]
 fn errors_are_as_wide_as_a_terminal() {
     let dir = directory("wide");
-    let path = |name: &str, text: &str| {
-        let path = dir.join(name);
-        fs::write(&path, text).expect("writable");
-        path.display().to_string()
-    };
+    let path = |name: &str, text: &str| written(&dir, name, text);
     let ragged = path("ragged.csv", "h,u\n4,1.5\n2,1.2,3\n1,1.1\n");
     let words = path("words.csv", "h u\n1 2\n");
     let wide =

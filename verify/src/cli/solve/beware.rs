@@ -149,10 +149,8 @@ impl Crossing {
         }
         let times: Vec<f64> =
             (1..=LOOKS).map(|i| self.start + f64::from(i) / f64::from(LOOKS) * (self.end - self.start)).collect();
-        let run =
-            reference::by_name("diffsol-bdf").map(|solver| solver.run(ode, self.start, &self.from, &times, tolerance));
-        let Some(Ok(run)) = run else { return false };
-        run.states.iter().any(|state| -state[k] * self.from[k].signum() > far)
+        let states = solution(ode, (self.start, &self.from), &times, tolerance);
+        states.is_some_and(|states| states.iter().any(|state| -state[k] * self.from[k].signum() > far))
     }
 }
 
@@ -354,9 +352,9 @@ impl Watch {
             return None;
         }
         let moves = rows.array_windows().map(|[(start, from), (end, to)]: &[&(f64, Vec<f64>); 2]| {
-            let run = reference::by_name("diffsol-bdf")?.run(ode, *start, from, &[*end], COURSE).ok()?;
+            let states = solution(ode, (*start, from), &[*end], COURSE)?;
             let difference = |to: &[f64]| to.iter().zip(from).map(|(b, a)| b - a).collect::<Vec<_>>();
-            Some([difference(to), difference(run.states.first()?)])
+            Some([difference(to), difference(states.first()?)])
         });
         let [first, last]: [[Vec<f64>; 2]; 2] = moves.collect::<Option<Vec<_>>>()?.try_into().ok()?;
         let is_behind = |[run, exact]: &[Vec<f64>; 2], k: usize| {
@@ -580,9 +578,13 @@ fn moves(problem: &dyn Problem, method: &dyn Method, (v, k): (&[f64], usize), h:
 /// Whether a step of a run leads to a component `k` that is off by more than `far`, as a reference tells that gets so far.
 fn is_step_off(ode: &dyn Ode, [start, end]: [&(f64, Vec<f64>); 2], (k, far): (usize, f64)) -> bool {
     let tolerance = (0.01 * far).clamp(FINEST, COURSE);
-    let run = reference::by_name("diffsol-bdf").map(|solver| solver.run(ode, start.0, &start.1, &[end.0], tolerance));
-    let Some(Ok(run)) = run else { return true };
-    run.states.first().is_none_or(|state| (state[k] - end.1[k]).abs() > far)
+    let states = solution(ode, (start.0, &start.1), &[end.0], tolerance);
+    states.is_none_or(|states| states.iter().any(|state| (state[k] - end.1[k]).abs() > far))
+}
+
+/// The solution from a state at a time, as a reference has it at these times; none where it fails.
+fn solution(ode: &dyn Ode, (start, from): (f64, &[f64]), times: &[f64], tolerance: f64) -> Option<Vec<Vec<f64>>> {
+    Some(reference::by_name("diffsol-bdf")?.run(ode, start, from, times, tolerance).ok()?.states)
 }
 
 /// Whether perturbations may grow, for all that a bound tells: what the equation damps grows by forcing alone, however fast.
