@@ -178,9 +178,9 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let steps = found.fastest * horizon / 2.785;
     let least = steps.ceil().max(1.0);
     let speed = format!(
-        "its fastest rate at {} is {}; rk4 takes {} step{} or more for stability",
-        counted(found.instants, "time"),
+        "its fastest rate is {}, of {} looked at; rk4 takes {} step{} or more for stability",
         significant(found.fastest, 3),
+        counted(found.instants, "time"),
         plain(least),
         if least == 1.0 { "" } else { "s" }
     );

@@ -1071,7 +1071,7 @@ fn what_stability_costs_an_explicit_method_is_told() {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let after = |words: &str| {
         let word = text.split_once(words)?.1.split_whitespace().next()?;
-        word.trim_end_matches(';').parse::<f64>().ok()
+        word.trim_end_matches(',').parse::<f64>().ok()
     };
     assert_eq!(after("its fastest rate is "), Some(1000.0), "{text}");
     let steps = after("rk4 takes ").expect("told");
