@@ -15,6 +15,8 @@ use crate::vector_field::{VectorField, check_system};
 
 /// Rate of convergence up to which the Jacobian is kept for the next step.
 const KEEP_JACOBIAN: f64 = 1e-3;
+/// Rate of convergence that the next step may have, as far as this one foretells it, with three stages; with more the order falls.
+const BEARABLE: f64 = 0.5;
 /// Growth of the step size up to which it is not changed, and the factors are kept.
 const KEEP_FACTORS: std::ops::RangeInclusive<f64> = 1.0..=1.2;
 /// The order rises where Newton's iteration contracts by this and the step size settles, and falls where it contracts by
@@ -177,15 +179,13 @@ impl<F: VectorField> Radau<F> {
     /// Takes the state as a new start unless it is where the last step ended.
     fn resume(&mut self, state: &State) {
         let continues = self.history.last.is_some_and(|last| last.end == state.t) && self.history.to == state.q;
-        if continues {
-            self.system.is_current &= self.system.has_jacobian;
-        } else {
+        if !continues {
             self.history.last = None;
             self.next_h = None;
             self.tried = 0;
             self.order = Order { s: self.options.fewest, wait: 0 };
             self.controller.restart();
-            self.system.restart();
+            self.system.leave(false);
         }
     }
 
@@ -295,11 +295,13 @@ impl<F: VectorField> Radau<F> {
         history.last = Some(Last { t: state.t, h, end, s });
         state.t = end;
         self.work.steps += 1;
+        // The rate goes like h times the change of the Jacobian within the step, hence like h².
+        let bearable = if s == 3 { h * (BEARABLE / rate).sqrt() } else { f64::INFINITY };
+        let proposed = proposed.min(bearable);
         let keeps_jacobian = rate <= KEEP_JACOBIAN;
         let keeps_step = keeps_jacobian && KEEP_FACTORS.contains(&(proposed / h));
         self.next_h = Some(if keeps_step { h } else { proposed });
-        self.system.has_jacobian = keeps_jacobian;
-        self.system.is_current = false;
+        self.system.leave(keeps_jacobian);
         self.order.wait = self.order.wait.saturating_sub(1);
         if rate >= FALL {
             self.lower_order();
@@ -383,6 +385,7 @@ impl<F: VectorField> Integrator for Radau<F> {
                 steps if steps < 2.0 => (0.5 * span, false),
                 _ => (wanted, false),
             };
+            let is_cut = h < wanted;
             // A step is as long as times tell, or their rounding would add up, as far from t = 0 as that is.
             let end = t + h;
             let h = if stops { span } else { end - t };
@@ -411,7 +414,7 @@ impl<F: VectorField> Integrator for Radau<F> {
                         wanted = shorter(h, factor * h, shortest);
                         self.lower_order();
                     } else {
-                        self.system.has_jacobian = false;
+                        self.system.leave(false);
                     }
                     continue;
                 }
@@ -424,7 +427,7 @@ impl<F: VectorField> Integrator for Radau<F> {
             if error < 1.0 {
                 let end = if stops { self.barrier(t, grid) } else { end };
                 // A step cut short by a stop does not shorten the ones after it.
-                let proposed = if h < wanted { proposed.max(wanted) } else { proposed };
+                let proposed = if is_cut { proposed.max(wanted) } else { proposed };
                 self.accept(state, h, end, proposed, rate);
                 return Ok(());
             }

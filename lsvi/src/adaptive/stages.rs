@@ -48,10 +48,9 @@ pub(super) struct StageSystem {
     real: Lu,
     complex: Vec<Lu<Complex<f64>>>,
     rhs: Vec<Complex<f64>>,
-    /// Whether a Jacobian is there at all, and whether it is that of the present state.
-    pub(super) has_jacobian: bool,
+    /// Whether the Jacobian is that of the present state.
     pub(super) is_current: bool,
-    /// Step size and number of stages that the factors belong to.
+    /// Step size and number of stages that the factors belong to, unless they serve no more.
     factored: Option<(f64, usize)>,
     /// Convergence factor θ/(1 − θ) of the last iteration with these factors.
     contraction: f64,
@@ -67,23 +66,23 @@ impl StageSystem {
             rhs: vec![Complex::from(0.0); jacobian.dim()],
             is_fresh: matches!(jacobian.structure(), Structure::Sparse(_)),
             jacobian,
-            has_jacobian: false,
             is_current: false,
             factored: None,
             contraction: 1.0,
         }
     }
 
-    /// Forgets the Jacobian.
-    pub(super) fn restart(&mut self) {
-        (self.has_jacobian, self.is_current, self.factored) = (false, false, None);
+    /// Leaves the state that the Jacobian is of; its factors go on to serve if they are kept.
+    pub(super) fn leave(&mut self, keeps: bool) {
+        self.is_current = false;
+        self.factored.take_if(|_| !keeps);
     }
 
     /// Sets the Jacobian to that at (t, v), which becomes the present state.
     fn set_jacobian(&mut self, field: &dyn VectorField, t: f64, v: &[f64]) {
         self.jacobian.clear();
         field.add_jacobian(t, v, 1.0, &mut self.jacobian);
-        (self.has_jacobian, self.is_current, self.factored) = (true, true, None);
+        (self.is_current, self.factored) = (true, None);
     }
 
     /// Subtracts h J x at (t, v).
@@ -94,7 +93,7 @@ impl StageSystem {
         (h, x): (f64, &[f64]),
         out: &mut [f64],
     ) {
-        if !(self.has_jacobian && self.is_current) {
+        if !self.is_current {
             self.set_jacobian(field, t, v);
         }
         self.jacobian.mul_add(-h, x, out);
@@ -114,7 +113,8 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Builds the Jacobian at (t, v) and the factors for steps of size `h`, as far as they are missing.
+    /// Builds the factors for steps of size `h` with the Jacobian at (t, v), unless there are some that serve. A Jacobian costs less than its
+    /// factors.
     pub(super) fn prepare<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
@@ -122,11 +122,11 @@ impl StageSystem {
         (t, h, v): (f64, f64, &[f64]),
         work: &mut Work,
     ) -> Result<(), FactorError> {
-        if !self.has_jacobian {
-            self.set_jacobian(field, t, v);
-        }
         if self.factored.is_some_and(|(factored, s)| s == S && (factored - h).abs() <= SAME * h) {
             return Ok(());
+        }
+        if !self.is_current {
+            self.set_jacobian(field, t, v);
         }
         work.factorizations += 1;
         self.factored = None;

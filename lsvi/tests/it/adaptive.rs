@@ -597,10 +597,11 @@ impl FieldFn for Stiffening {
 #[test]
 fn an_old_jacobian_is_renewed_before_the_step_is_made_shorter() {
     let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
-    let mut method = Radau::new(AutoField::new(Stiffening), Options::new(tolerances).stages(3, 3).expect("a choice"))
-        .expect("valid");
+    // Equal steps from the first on, which share factors.
+    let options = Options::new(tolerances).stages(3, 3).and_then(|options| options.h0(0.01)).expect("a choice");
+    let mut method = Radau::new(AutoField::new(Stiffening), options).expect("valid");
     method.stop_at(&[5.0]).expect("finite");
-    let mut run = Trajectory::new(method, State::new(0.0, vec![0.0]), 10.0, 10.0).expect("valid");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![0.0]), 0.01, 10.0).expect("valid");
     while run.state().t < 5.0 {
         run.step().expect("solvable");
     }
@@ -612,6 +613,19 @@ fn an_old_jacobian_is_renewed_before_the_step_is_made_shorter() {
 
 /// v̇ = −λ (v − 10 t) from off its slow solution: the estimate filtered at the time of the step's start knows that the
 /// transient is over at its end.
+/// Steps shrink a thousand times toward each jump of van der Pol's equation. What an error foretells of the next is heeded whatever the
+/// rounding of times makes of a step, and few are in vain.
+#[test]
+fn few_steps_toward_a_jump_are_rejected() {
+    for (tolerance, part) in [(1e-3, 0.3), (1e-5, 0.2), (1e-8, 0.1)] {
+        let mut method = radau(AutoField::new(VanDerPol { mu: 1000.0 }), tolerance, tolerance);
+        let run = Trajectory::new(&mut method, State::new(0.0, vec![2.0, 0.0]), 2000.0, 2000.0).expect("valid");
+        run.observe(|_| {}).expect("solvable");
+        let (rejected, steps) = (method.rejected() as f64, lsvi::Integrator::work(&method).steps as f64);
+        assert!(rejected < part * steps, "{tolerance}: {rejected} of {steps}");
+    }
+}
+
 #[test]
 fn a_first_step_over_a_stiff_transient_is_accepted() {
     let field = lsvi::field!(1, |t, v, dv| dv[0] = (v[0] - 10.0 * t) * -1e6);
@@ -704,11 +718,11 @@ fn the_order_waits_for_ten_steps_after_a_fall() {
     assert!(falls > 0, "nothing was seen");
 }
 
-/// v̇ = −λ (v − φ) + φ̇ with φ = 3 + cos ωt, in steps of up to a period: an estimate that vanishes by chance is held to a tenth of what
-/// the one before foretells, so that errors are at most ten times what estimates are held to.
+/// v̇ = −λ (v − φ) + φ̇ with φ = 3 + cos ωt, in steps of up to a period: an estimate that vanishes by chance counts for a tenth of what
+/// the one before foretells. Here that keeps errors within ten times what estimates are held to, and without it they are 18 to 46 times that.
 #[test]
 fn an_estimate_that_vanishes_by_chance_does_not_lose_a_forcing() {
-    for (lambda, omega, tolerance) in [(350.0, 15.0, 1e-7), (500.0, 10.0, 1e-6), (500.0, 15.0, 1e-9)] {
+    for (lambda, omega, tolerance) in [(350.0, 5.0, 1e-10), (500.0, 20.0, 1e-7), (700.0, 10.0, 1e-8)] {
         let phi = move |t: f64| 3.0 + (omega * t).cos();
         let field = lsvi::field!(1, lambda = lambda, omega = omega; |t, v, dv| {
             dv[0] = (v[0] - 3.0 - (omega * t).cos()) * -lambda - omega * (omega * t).sin();
