@@ -117,18 +117,18 @@ pub fn run_through(problem: &dyn Problem, method: &dyn Method, times: &[f64]) ->
     run_through_from(problem, problem.initial(), method, times)
 }
 
-/// The states at `times`, increasing and within the run, between the steps that the method takes to `t_end` of its own.
+/// The states at `times`, increasing and within the run, between the steps of `h` at most that the method takes to `t_end` of its own.
 ///
 /// # Errors
 /// As for [`run`].
 pub fn run_between(
     problem: &dyn Problem,
     method: &dyn Method,
-    t_end: f64,
+    [h, t_end]: [f64; 2],
     times: &[f64],
 ) -> Result<Vec<Vec<f64>>, RunError> {
     let start = State::new(0.0, problem.initial());
-    let mut trajectory = Trajectory::new(method.build(problem)?, start, t_end, t_end)?;
+    let mut trajectory = Trajectory::new(method.build(problem)?, start, h, t_end)?;
     let at = |t: &f64| {
         while trajectory.state().t < *t && trajectory.step()?.is_some() {}
         let mut between = vec![0.0; trajectory.state().q.len()];

@@ -238,7 +238,7 @@ pub(super) fn with_tolerance(
     let all: Vec<f64> = ends[1..].iter().map(|(t, _)| *t).collect();
     let shown: Vec<_> = truth.shown(&all).into_iter().map(|step| &ends[step]).collect();
     let times: Vec<f64> = shown.iter().map(|(t, _)| *t).collect();
-    let between = run_between(problem, method, horizon, &truth.changes).ok()?;
+    let between = run_between(problem, method, [horizon; 2], &truth.changes).ok()?;
     let known = [truth.at(&times).ok()?, truth.at(&truth.changes).ok()?].concat();
     let found = shown.iter().map(|(_, state)| state).chain(&between);
     let error = worst(found.zip(&known).map(|(state, known)| common_distance(known, state)));

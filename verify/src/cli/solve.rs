@@ -1,5 +1,6 @@
 //! `solve`: one method on one problem, as rows.
 
+mod beside;
 mod beware;
 mod held;
 mod table;
@@ -26,6 +27,7 @@ use super::args::{self, ProblemArgs};
 use super::error::Failure;
 use super::layout::{counted, number, paragraph, plain};
 use super::output::Output;
+use beside::Beside;
 use beware::Watch;
 use table::Table;
 use unresolved::{Forcing, helps_at_a_jump};
@@ -67,7 +69,8 @@ unstable, a linear invariant that is broken, a step across what may be a pole, a
 step that amplifies what the equation damps, or with half of it as well damps
 what it keeps or keeps what it damps, steps that do not see how f changes in
 time, a solution that is smaller than the absolute tolerance of an adaptive
-method.
+method; where none of these is found, and a small system's solution is cheap, an
+error that other solvers tell and the estimate does not.
 
 The steps of radau-adaptive are chosen by an estimate of lower order, held to
 a tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
@@ -181,6 +184,7 @@ struct Summary {
     /// Of flows, |f| at the end and the linear systems that were solved.
     effort: Option<(f64, u64)>,
     watch: Watch,
+    beside: Beside,
     /// That the steps do not see how f depends on time.
     unseen: Option<String>,
 }
@@ -253,6 +257,7 @@ impl<'a> Solve<'a> {
             });
             summary.add(state.t, max_norm(&values), error, estimate);
             forcing.add(state.t, &state.q);
+            summary.beside.add(state.t, &values);
             let has_ended = self.has_exact && error.is_none();
             let row = beware::Row { t: state.t, state: &state.q, estimate, has_ended };
             summary.watch.add(&*self.problem, &*self.method, row);
@@ -314,7 +319,7 @@ impl<'a> Solve<'a> {
     /// Says on standard error what the rows do not, and returns it as comment lines.
     fn warn(&self, summary: &Summary) -> String {
         let is_adaptive = self.method.traits().is_adaptive;
-        let mut warnings = summary.watch.warnings(&*self.problem, &*self.method);
+        let (mut warnings, broken) = summary.watch.warnings(&*self.problem, &*self.method);
         if !is_adaptive {
             let off = || summary.watch.off(&*self.problem, &*self.method, self.h, summary.estimate?.0);
             warnings.extend(summary.watch.amplified(&*self.problem, &*self.method).or_else(off));
@@ -327,6 +332,11 @@ impl<'a> Solve<'a> {
             let atol = if self.args.atol.is_empty() { &default[..] } else { &self.args.atol };
             warnings.extend(summary.watch.below(atol));
         }
+        // What has a reason of its own needs no other solver.
+        if let Some((estimate, _)) = summary.estimate.filter(|_| warnings.is_empty()) {
+            warnings.extend(summary.beside.told(&*self.problem, &*self.method, estimate));
+        }
+        warnings.extend(broken);
         warnings.extend(self.overclaim.clone());
         warnings.extend(
             summary.unestimated.as_ref().map(|why| format!("the estimate ends early, for the finer run fails: {why}")),

@@ -109,7 +109,7 @@ fn refusals_are_told_word_for_word() {
 }
 
 /// Systems that runs of [`WARNED`] are of.
-const MODELS: [(&str, &str); 13] = [
+const MODELS: [(&str, &str); 17] = [
     ("pole.ds", "u_i { x = 0.1 } F_i { exp(x) }"),
     ("robertson.ds", "u_i { a = 1, b = 0, c = 0 } F_i { -0.04*a + 1e4*b*c, 0.04*a - 1e4*b*c - 3e7*b*b, 3e7*b*b }"),
     ("prey.ds", "u_i { x = 40, y = 9 } F_i { x*(5-0.4*y), y*(0.5*x-0.8) }"),
@@ -126,9 +126,21 @@ const MODELS: [(&str, &str); 13] = [
     ("sir.ds", "u_i { s = 0.9, i = 0.1, r = 0 } F_i { -3*s*i, 3*s*i - i, i }"),
     ("small.ds", "u_i { x = 5e-10, y = 8e-10 } F_i { -x, -y }"),
     ("logistic.ds", "u_i { x = 0.1 } F_i { x*(1-x) }"),
+    (
+        "season.ds",
+        "u_i { s = 1e6, e = 0, i = 10, r = 0 } beta { 0.05 + 1.6*exp(-(t - 60)*(t - 60)/200) }
+         F_i { -beta*s*i/1e6, beta*s*i/1e6 - 0.5*e, 0.5*e - 0.25*i, 0.25*i }",
+    ),
+    ("mathieu.ds", "u_i { x = 0.001, v = 0 } F_i { v, -(1 + 0.4*cos(2*t))*x - 0.02*v - x*x*x }"),
+    ("phase.ds", "u_i { x = 0, phase = 0 } F_i { -x + 10*cos(phase)*cos(phase), 62.83185307179586 }"),
+    (
+        "nerve.ds",
+        "u_i { v = -1.19941, w = -0.62426 } I { 2*heaviside(t - 20.05)*heaviside(20.55 - t) }
+         F_i { v - v*v*v/3 - w + I, 0.08*(v + 0.7 - 0.8*w) }",
+    ),
 ];
 
-const WARNED: [&str; 41] = [
+const WARNED: [&str; 48] = [
     "solve --model pole.ds --method rk4 --h 0.1 --t-end 3",
     "solve --model pole.ds --method rk4 --h 0.05 --t-end 0.5",
     "solve --model robertson.ds --method trapezoidal --h 100 --t-end 1e4",
@@ -168,6 +180,13 @@ const WARNED: [&str; 41] = [
     "solve --model small.ds --method radau-adaptive --t-end 1 --atol 1e-12",
     "solve --model logistic.ds --method implicit-euler --h 3 --t-end 30",
     "solve --model logistic.ds --method method-i --h 3 --t-end 30",
+    "solve --model season.ds --method method-i --h 2 --t-end 150",
+    "solve --model season.ds --method tr-bdf2 --h 2 --t-end 150",
+    "solve --model mathieu.ds --method implicit-euler --h 5 --t-end 100",
+    "solve --model mathieu.ds --method rk4 --h 0.1 --t-end 100",
+    "solve --model phase.ds --method trapezoidal --h 0.1 --t-end 5",
+    "solve --model phase.ds --method rk4 --h 0.01 --t-end 5",
+    "solve --model nerve.ds --method tr-bdf2 --h 0.16 --t-end 80",
     "solve --problem hires --method method-i --h 2 --t-end 20",
     "solve --problem quadratic-drag --method method-i --h 2 --t-end 20",
 ];

@@ -40,7 +40,7 @@ const LOOKS: u32 = 16;
 const FINEST: f64 = 1e-13;
 
 /// The tolerance of a reference that tells how far a step should have gone, which has to be well beyond it.
-const COURSE: f64 = 1e-10;
+pub(super) const COURSE: f64 = 1e-10;
 
 /// Zeros that references cross as well, after which no more are doubted: the steps of such a run are long and right.
 const REFUTED: u32 = 16;
@@ -287,15 +287,15 @@ impl Watch {
         })
     }
 
-    /// What is to be said of the run on `problem`.
-    pub(super) fn warnings(&self, problem: &dyn Problem, method: &dyn Method) -> Vec<String> {
+    /// What is to be said of the run on `problem`, and that it breaks a linear invariant, as right digits may.
+    pub(super) fn warnings(&self, problem: &dyn Problem, method: &dyn Method) -> (Vec<String>, Option<String>) {
         let ended = self.ended.map(|t| {
             format!("the exact solution ends before t = {}; the rows from there on approximate nothing", plain(t))
         });
         let ode = problem.ode();
         let is_state = ode.dim() == self.last.1.len() && ode.dim() == self.first.len();
         if !is_state || self.before.1.is_empty() {
-            return ended.into_iter().collect();
+            return (ended.into_iter().collect(), None);
         }
         let stuck = self
             .at_rest(problem, method)
@@ -304,7 +304,7 @@ impl Watch {
             .or_else(|| self.held.told(self.largest))
             .or_else(|| self.lags(problem));
         let broken = self.broken_invariants(problem, stuck.is_some());
-        ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).chain(broken).collect()
+        (ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).collect(), broken)
     }
 
     /// A component that stays at its start, where f moves it: a least-squares method holds one by which f does not change, and one with

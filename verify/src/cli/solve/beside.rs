@@ -1,0 +1,182 @@
+//! Rows of a run beside solvers that choose their steps: runs with h and h/2 agree on what both of them miss.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use lsvi::adaptive::Tolerances;
+use verify::kinds::Principle;
+use verify::measure::norm::larger;
+use verify::method::{self, Method};
+use verify::problem::{Problem, component_names};
+use verify::reference::{self, Ode};
+use verify::run::run_between;
+
+use super::beware::{BEYOND, COURSE, DENSE};
+use crate::cli::layout::{number, plain};
+
+/// Rows that are looked at: from half as many up to so many of a long run, and the last.
+const ROWS: usize = 128;
+
+/// Part of the largest value of a component that an error comes to where fewer than two digits are right.
+const TWO_DIGITS: f64 = 1e-2;
+
+/// Errors of a solver are sums of what it allows in a step, which tolerance times this is well beyond.
+const SUMS: f64 = 1e3;
+
+/// Evaluations of f that the reference may take, and steps of the method that confirms it: tenths of a second of a small system.
+const EVALUATIONS: u64 = 100_000;
+const STEPS: u64 = 10_000;
+
+/// Follows a run.
+#[derive(Debug)]
+pub(super) struct Beside {
+    /// Time and components of every so many rows from the start, without it, and of the last.
+    rows: Vec<(f64, Vec<f64>)>,
+    last: (f64, Vec<f64>),
+    every: usize,
+    count: usize,
+}
+
+impl Default for Beside {
+    fn default() -> Self {
+        Self { rows: Vec::new(), last: (0.0, Vec::new()), every: 1, count: 0 }
+    }
+}
+
+impl Beside {
+    /// The next row of a run.
+    pub(super) fn add(&mut self, t: f64, values: &[f64]) {
+        if values.len() > DENSE || t == 0.0 {
+            return;
+        }
+        self.count += 1;
+        self.last.0 = t;
+        values.clone_into(&mut self.last.1);
+        if !self.count.is_multiple_of(self.every) {
+            return;
+        }
+        self.rows.push(self.last.clone());
+        if self.rows.len() > ROWS {
+            self.every *= 2;
+            let mut place = 0;
+            self.rows.retain(|_| {
+                place += 1;
+                place % 2 == 0
+            });
+        }
+    }
+
+    /// The rows that are looked at.
+    fn rows(&self) -> impl Iterator<Item = &(f64, Vec<f64>)> {
+        let is_shown = self.count.is_multiple_of(self.every);
+        self.rows.iter().chain((!is_shown).then_some(&self.last))
+    }
+
+    /// A row that is off by far more than the largest estimate, as a reference tells and another solver confirms: the one may have passed
+    /// over what f does for a moment, or be at its end, but hardly both and with the same result.
+    pub(super) fn told(&self, problem: &dyn Problem, method: &dyn Method, estimate: f64) -> Option<String> {
+        let limit = problem.limit(method.principle());
+        let is_equation = limit.name == problem.limit(Principle::Equation).name;
+        if !is_equation || limit.ode.dim() > DENSE || self.count == 0 {
+            return None;
+        }
+        let times: Vec<f64> = self.rows().map(|(t, _)| *t).collect();
+        let ode = Limited { ode: limit.ode, left: AtomicU64::new(EVALUATIONS) };
+        let reference = reference::by_name("diffsol-bdf")?;
+        let solved = reference.solve_within(&ode, 0.0, &limit.initial, &times, COURSE).ok()?;
+        let observed = |states: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            times.iter().zip(states).map(|(t, state)| problem.observe(*t, state)).collect()
+        };
+        let states = observed(&solved.states);
+        let sizes = states.iter().chain(self.rows().map(|(_, values)| values)).fold(Vec::new(), |mut sizes, values| {
+            sizes.resize(values.len(), 0.0);
+            sizes.iter_mut().zip(values).for_each(|(size, x)| *size = larger(*size, x.abs()));
+            sizes
+        });
+        let far = |k: usize| (BEYOND * estimate).max(TWO_DIGITS * sizes[k]).max(SUMS * COURSE);
+        let differences = self.rows().zip(states.iter().zip(&solved.bound)).enumerate();
+        let (row, k, _) = differences
+            .flat_map(|(row, ((_, values), (state, bound)))| {
+                let of_row = values.iter().zip(state).map(move |(a, b)| (a - b).abs() - bound);
+                of_row.enumerate().map(move |(k, difference)| (row, k, difference))
+            })
+            .filter(|(_, k, difference)| *difference > far(*k))
+            .max_by(|a, b| (a.2 / sizes[a.1]).total_cmp(&(b.2 / sizes[b.1])))?;
+        let adaptive = method::parse("radau-adaptive").ok()?.limited(STEPS)?;
+        let adaptive = adaptive.with_tolerances(Tolerances::new(COURSE, COURSE).ok()?)?;
+        let end = times[row];
+        let steps = [limit.ode.longest_step(end).min(end), end];
+        let confirmed = observed(&run_between(problem, &*adaptive, steps, &times[..=row]).ok()?);
+        let value = self.rows().nth(row)?.1[k];
+        ((confirmed[row][k] - value).abs() > far(k)).then(|| {
+            let [shared, remedy] = if method.traits().is_adaptive {
+                ["a tenth of the tolerances", "smaller tolerances"]
+            } else {
+                ["half the step", "a much smaller `--h`"]
+            };
+            format!(
+                "at t = {} {} is {}, and {} by two solvers that choose their steps: the error is larger than the estimate, {}, which does not \
+                 know of what the run with {shared} misses as well; {remedy}, or another method, tells",
+                plain(end),
+                component_names(problem)[k],
+                number(value),
+                number(states[row][k]),
+                number(estimate)
+            )
+        })
+    }
+}
+
+/// An equation whose f is finite for so many evaluations.
+struct Limited<'a> {
+    ode: &'a dyn Ode,
+    left: AtomicU64,
+}
+
+impl Ode for Limited<'_> {
+    fn dim(&self) -> usize {
+        self.ode.dim()
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        let left = self.left.load(Ordering::Relaxed);
+        self.left.store(left.saturating_sub(1), Ordering::Relaxed);
+        if left > 0 { self.ode.rhs(t, v, dv) } else { dv.fill(f64::NAN) }
+    }
+    fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        self.ode.jacobian(t, v, add);
+    }
+    fn bandwidths(&self) -> Option<(usize, usize)> {
+        self.ode.bandwidths()
+    }
+    fn longest_step(&self, span: f64) -> f64 {
+        self.ode.longest_step(span)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of 1000 rows every eighth, 125, which is the last too; of 1003 the last besides.
+    #[test]
+    fn rows_are_those_at_equal_distances_and_the_last() {
+        for (count, every, shown) in [(5, 1, 5), (128, 1, 128), (129, 2, 65), (1000, 8, 125), (1003, 8, 126)] {
+            let mut beside = Beside::default();
+            (0..=count).for_each(|k| beside.add(k as f64, &[k as f64]));
+            let times: Vec<f64> = beside.rows().map(|(t, _)| *t).collect();
+            assert_eq!((times.len(), times[0], times.last()), (shown, f64::from(every), Some(&(count as f64))));
+            assert!(times.is_sorted() && beside.rows().all(|(t, v)| *t == v[0]), "{count}: {times:?}");
+        }
+    }
+
+    /// Of a long oscillation to ten digits.
+    #[test]
+    fn a_reference_that_takes_too_many_evaluations_says_nothing() {
+        let problem = verify::problem::build("harmonic-oscillator", &[]).expect("registered");
+        let method = method::parse("implicit-euler").expect("registered");
+        for (end, is_told) in [(10.0, true), (1e5, false)] {
+            let mut beside = Beside::default();
+            beside.add(end, &[2.0, 2.0]);
+            assert_eq!(beside.told(&*problem, &*method, 1e-3).is_some(), is_told, "{end}");
+        }
+    }
+}
