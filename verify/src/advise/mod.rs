@@ -47,6 +47,9 @@ const HOPELESS: f64 = 16.0;
 /// f, which no step crosses, would try as many as there are times to double precision.
 const TRIED: u64 = 8 * trial::MOST as u64;
 
+/// Components with an absolute tolerance of their own, as a command line takes them; those of a larger system have the least for all.
+const LISTED: usize = 8;
+
 /// Part of the error asked for within which another run has to confirm the solution.
 const CONFIRMED: f64 = 0.1;
 
@@ -257,15 +260,21 @@ pub fn try_out(
     // With its own tolerance the accurate run, which stops at the ends of the steps of a trial, would be that trial once more: its errors
     // are to be a tenth.
     let is_coarse = |tolerance: &f64| CONFIRMED * tolerance >= finest;
-    for tolerance in (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half))).filter(is_coarse) {
-        // As it is printed.
-        let tolerance = format!("{tolerance:.2e}").parse().unwrap_or(tolerance);
-        let method = adaptive(tolerance)?;
-        if let Some(trial) = trial::with_tolerance(problem, &*method, tolerance, &truth, target) {
-            trials.push(trial);
-            break;
-        }
-    }
+    let tolerances: Vec<f64> =
+        (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half))).filter(is_coarse).map(as_printed).collect();
+    let least_sizes = truth.least_sizes().map(|sizes| match sizes.len() {
+        0..=LISTED => sizes,
+        _ => vec![sizes.into_iter().smallest()],
+    });
+    // The absolute tolerance is the relative one, or what that is of the least size of each component.
+    let largest_within = |sizes: Vec<f64>| {
+        tolerances.iter().find_map(|rtol| {
+            let atol: Vec<f64> = sizes.iter().map(|size| as_printed(rtol * size)).collect();
+            trial::with_tolerance(problem, (*rtol, &atol), &truth, target)
+        })
+    };
+    let found = [vec![1.0]].into_iter().chain(least_sizes).filter_map(largest_within);
+    trials.extend(found.min_by(|a, b| a.cost.total_cmp(&b.cost)));
     let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();
     for method in &suited {
         let least = trials.iter().map(|trial| trial.cost).chain([f64::INFINITY]).smallest();
@@ -298,11 +307,22 @@ fn suits(problem: &dyn Problem, method: &dyn Method) -> bool {
 }
 
 fn adaptive(tolerance: f64) -> Result<Box<dyn Method>, NameError> {
+    adaptive_within(tolerance, &[tolerance])
+}
+
+/// The same with absolute tolerances, one for all components or one for each.
+fn adaptive_within(rtol: f64, atol: &[f64]) -> Result<Box<dyn Method>, NameError> {
     let method = method::parse(ADAPTIVE)?;
     let method = method.limited(TRIED).unwrap_or(method);
     // Positive tolerances are legal.
-    let with = Tolerances::new(tolerance, tolerance).ok().and_then(|tolerances| method.with_tolerances(tolerances));
+    let tolerances = Tolerances::new(rtol, 0.0).and_then(|tolerances| tolerances.with_atol(atol.to_vec()));
+    let with = tolerances.ok().and_then(|tolerances| method.with_tolerances(tolerances));
     Ok(with.unwrap_or(method))
+}
+
+/// A tolerance as it is printed.
+fn as_printed(tolerance: f64) -> f64 {
+    format!("{tolerance:.2e}").parse().unwrap_or(tolerance)
 }
 
 /// The larger of errors, no NaN lost.

@@ -37,8 +37,7 @@ fn the_error_that_is_predicted_is_the_true_one() {
         let horizon = problem.horizon();
         let advice = advise(&*problem, horizon, 1e-5).expect("registered");
         let taken = advice.trials.first().expect("a trial");
-        let method = method::parse(&taken.method).expect("registered");
-        let method = if method.traits().is_adaptive { adaptive(taken.setting).expect("registered") } else { method };
+        let method = taken.built().expect("registered");
         let h = if method.traits().is_adaptive { horizon } else { taken.setting };
         let end = crate::run::run(&*problem, &*method, h, horizon, |_| {}).expect("it ran before").end.q;
         if !method.traits().is_adaptive {
@@ -108,6 +107,7 @@ fn what_cannot_be_told_is_not_advised() {
     let falls = |found| Trial {
         method: "rk4".into(),
         setting: 0.1,
+        atol: None,
         steps: 10,
         error: 1e-6,
         times: 16,
@@ -199,7 +199,7 @@ fn the_error_of_an_adaptive_method_is_that_of_its_own_steps() {
     let problem = of_text(model, 20.0);
     let advice = advise(&problem, 20.0, 1e-5).expect("registered");
     let taken = advice.trials.iter().find(|trial| trial.method == ADAPTIVE).expect("it reaches the accuracy");
-    let (method, accurate) = (adaptive(taken.setting).expect("registered"), adaptive(1e-12).expect("registered"));
+    let (method, accurate) = (taken.built().expect("registered"), adaptive(1e-12).expect("registered"));
     let mut ends = Vec::new();
     crate::run::run(&problem, &*method, 20.0, 20.0, |state| ends.push((state.t, state.q.clone())))
         .expect("it ran before");
@@ -299,6 +299,7 @@ fn what_takes_the_same_work_to_a_tenth_is_a_tie() {
     let trial = |method: &str, cost: f64| Trial {
         method: method.into(),
         setting: 0.1,
+        atol: None,
         steps: 10,
         error: 1e-6,
         times: 16,
@@ -340,10 +341,8 @@ fn what_is_advised_beside_an_unstable_rest_follows_the_solution() {
         let advice = advise(&problem, horizon, 1e-2).expect("registered");
         let Some(taken) = advice.recommended() else { continue };
         let end = end.expect("rounding decides where the pendulum ends");
-        let method = method::parse(&taken.method).expect("registered");
-        let adapts = method.traits().is_adaptive;
-        let method = if adapts { adaptive(taken.setting).expect("registered") } else { method };
-        let h = if adapts { horizon } else { taken.setting };
+        let method = taken.built().expect("registered");
+        let h = if method.traits().is_adaptive { horizon } else { taken.setting };
         let found = crate::run::run(&problem, &*method, h, horizon, |_| {}).expect("it ran before").end.q;
         assert!(distance(&found[..2], &end) <= 2.0 * advice.target, "{text}: {found:?} by {taken:?}");
     }
@@ -360,10 +359,8 @@ fn what_is_advised_for_a_pulse_follows_it() {
     assert!((advice.target - 1e-3 * area).abs() < 0.05 * advice.target, "{advice:?}");
     assert!(!advice.trials.is_empty(), "{advice:?}");
     for trial in &advice.trials {
-        let method = method::parse(&trial.method).expect("registered");
-        let adapts = method.traits().is_adaptive;
-        let method = if adapts { adaptive(trial.setting).expect("registered") } else { method };
-        let h = if adapts { horizon } else { trial.setting };
+        let method = trial.built().expect("registered");
+        let h = if method.traits().is_adaptive { horizon } else { trial.setting };
         let mut error = 0.0;
         crate::run::run(&problem, &*method, h, horizon, |state| {
             if state.t > 7.5 {
@@ -436,9 +433,8 @@ fn what_holds_at_the_start_alone_is_not_said_of_the_system() {
 
 /// The largest error at the ends of the steps of a trial, against a run to each of them.
 fn largest_error(problem: &dyn Problem, horizon: f64, trial: &Trial) -> f64 {
-    let is_adaptive = trial.method == ADAPTIVE;
-    let method = if is_adaptive { adaptive(trial.setting) } else { method::parse(&trial.method) }.expect("registered");
-    let h = if is_adaptive { horizon } else { trial.setting };
+    let method = trial.built().expect("registered");
+    let h = if method.traits().is_adaptive { horizon } else { trial.setting };
     let mut ends = Vec::new();
     crate::run::run(problem, &*method, h, horizon, |state| ends.push((state.t, state.q.clone())))
         .expect("it ran before");
@@ -482,4 +478,19 @@ fn a_cheap_run_is_confirmed_by_dear_ones() {
         let advice = advise(&*problem, problem.horizon(), 1e-5).expect("registered");
         assert!(advice.recommended().is_some_and(|trial| trial.method == ADAPTIVE), "{mu}: {:?}", advice.refusal);
     }
+}
+
+/// The light of a laser falls to 10⁻¹² before it comes back to 1: with an absolute tolerance beside that the adaptive method follows it in some 60
+/// steps, where RK4 needs 3456, and with the same for all it does not.
+#[test]
+fn what_comes_back_from_a_small_size_is_followed_with_an_absolute_tolerance_beside_that() {
+    let laser = "u_i { n = 0, p = 1e-4 } pump { 3*exp(-(t - 10)*(t - 10)/4) }
+                 F_i { pump - 0.1*n - 20*n*p, 20*n*p - 8*p + 1e-5*n }";
+    let problem = of_text(laser, 30.0);
+    let advice = advise(&problem, 30.0, 1e-5).expect("registered");
+    let taken = advice.recommended().expect("it is clear");
+    assert!(taken.method == ADAPTIVE && taken.steps < 200, "{taken:?}");
+    let atol = taken.atol.as_ref().expect("an adaptive method has some");
+    assert!(atol.len() == 2 && atol[1] < 1e-6 * taken.setting, "{taken:?}");
+    assert!(largest_error(&problem, 30.0, taken) <= 1.1 * advice.target, "{taken:?}");
 }

@@ -9,11 +9,12 @@ use std::rc::Rc;
 use lsvi::{Structure, Work};
 use nalgebra::DMatrix;
 
-use super::worst;
+use super::{adaptive_within, worst};
 use crate::experiment::growth;
 use crate::kinds::Stability;
-use crate::measure::norm::{common_distance, larger, max_norm};
-use crate::method::Method;
+use crate::measure::norm::{Extremes, common_distance, larger, max_norm};
+use crate::method::{self, Method};
+use crate::names::NameError;
 use crate::problem::Problem;
 use crate::problem::changes::{GOLDEN, changes};
 use crate::run::{RunError, run_between, run_from, run_through, run_while};
@@ -23,8 +24,10 @@ use crate::run::{RunError, run_between, run_from, run_through, run_while};
 pub struct Trial {
     /// The method.
     pub method: String,
-    /// Its step size, or tolerance.
+    /// Its step size, or relative tolerance.
     pub setting: f64,
+    /// The absolute tolerances of an adaptive method, one for all components or one for each.
+    pub atol: Option<Vec<f64>>,
     /// Its steps.
     pub steps: u64,
     /// Its largest error, at so many times.
@@ -38,6 +41,14 @@ pub struct Trial {
 }
 
 impl Trial {
+    /// The method as it was run.
+    ///
+    /// # Errors
+    /// [`NameError`] if it is none of the registered ones.
+    pub fn built(&self) -> Result<Box<dyn Method>, NameError> {
+        self.atol.as_ref().map_or_else(|| method::parse(&self.method), |atol| adaptive_within(self.setting, atol))
+    }
+
     /// The order found and the nominal one, where errors fall so slowly that those of other steps cannot be told.
     pub fn unpredictable(&self) -> Option<(f64, u32)> {
         // NaN is no order.
@@ -59,6 +70,10 @@ const FINE: u32 = 1 << 10;
 
 /// A factor by which a step multiplies that differs from 1 by less is 1 but for rounding.
 const SAME: f64 = 1e-9;
+
+/// Parts of the run in each of which a component has a size of its own: of two turns of a motion each is an eighth of a turn, in which what
+/// passes zero comes to sin(π/8) of its amplitude at least.
+const PARTS: usize = 16;
 
 /// Times that differ by this part of the horizon are one.
 const RESOLVED: f64 = 1e-9;
@@ -173,6 +188,17 @@ impl<'a> Truth<'a> {
         larger(self.extent.get().0, 1.0)
     }
 
+    /// The least size that a component has in a part of the run, but for roundings of the largest: an absolute tolerance beside it lets go of
+    /// what comes back from there. None of a system whose states are not its unknowns.
+    pub(super) fn least_sizes(&self) -> Option<Vec<f64>> {
+        let states = self.of_steps(FINE).ok()?;
+        let of_part = |part: &[Vec<f64>], k: usize| part.iter().map(|state| state[k].abs()).fold(0.0, larger);
+        let parts = || states.chunks(states.len().div_ceil(PARTS));
+        let least = |k: usize| parts().map(|part| of_part(part, k)).smallest().max(f64::EPSILON * self.size());
+        let unknowns = states.first()?.len();
+        (unknowns == self.problem.field().dim()).then(|| (0..unknowns).map(least).collect())
+    }
+
     /// How far it goes from its start, as far as any run has asked.
     pub(super) fn moves_by(&self) -> f64 {
         self.extent.get().1
@@ -219,12 +245,12 @@ impl Ran {
 /// of more steps than any other method is tried with has lost the solution.
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
-    method: &dyn Method,
-    tolerance: f64,
+    (rtol, atol): (f64, &[f64]),
     truth: &Truth,
     target: f64,
 ) -> Option<Trial> {
     let horizon = truth.horizon;
+    let method = &*adaptive_within(rtol, atol).ok()?;
     let mut ends = Vec::new();
     let run = run_while(problem, method, horizon, horizon, |state| {
         ends.push((state.t, state.q.clone()));
@@ -244,7 +270,8 @@ pub(super) fn with_tolerance(
     let error = worst(found.zip(&known).map(|(state, known)| common_distance(known, state)));
     let trial = Trial {
         method: method.name(),
-        setting: tolerance,
+        setting: rtol,
+        atol: Some(atol.to_vec()),
         steps: run.work.steps,
         error,
         times: times.len(),
@@ -310,6 +337,7 @@ pub(super) fn search(
     let trial = Trial {
         method: method.name(),
         setting: horizon / f64::from(steps),
+        atol: None,
         steps: u64::from(steps),
         error,
         times: truth.steps(steps).len(),
@@ -430,6 +458,15 @@ mod tests {
         }
     }
 
+    /// e^(−t) to t = 8 is least in its last sixteenth, of which t = 7.5 is the first time but for a step; what comes back is least on the way.
+    #[test]
+    fn the_least_size_of_a_component_is_that_in_the_part_in_which_it_is_least() {
+        with_truth(|_, truth| {
+            let least = truth.least_sizes().expect("it has one unknown")[0];
+            assert!((least - (-7.5_f64).exp()).abs() <= 0.01 * least, "{least}");
+        });
+    }
+
     /// The errors fall from the first unit of time on, which is the end of a step of eight and of none of four.
     #[test]
     fn an_error_is_that_at_the_ends_of_the_steps_asked_for() {
@@ -487,9 +524,8 @@ mod tests {
 
     #[test]
     fn a_tolerance_is_tried_against_the_target_at_the_steps_that_it_takes() {
-        let method = adaptive(1e-4).expect("registered");
         with_truth(|problem, truth| {
-            let tried = |target: f64| with_tolerance(problem, &*method, 1e-4, &truth, target);
+            let tried = |target: f64| with_tolerance(problem, (1e-4, &[1e-4]), &truth, target);
             let trial = tried(1.0).expect("within 1");
             assert!(
                 trial.error > 0.0 && trial.error < 1e-3 && trial.setting == 1e-4 && trial.order.is_none(),

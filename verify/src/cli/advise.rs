@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 use std::io::{self, Write};
 
 use verify::advise::{Advice, Character, Growth, Refusal, Trial, advise, duration};
-use verify::method;
 
 use super::Status;
 use super::args::{self, ProblemArgs};
@@ -21,7 +20,9 @@ choice of them, is within --accuracy of the largest component, or of 1; the tabl
 it in absolute terms. The errors are measured against an accurate run, and that
 against the best of another method. The cheapest is recommended, with the step
 size and the error that were found; work is counted in evaluations of f, a
-matrix as many as it has columns that differ.
+matrix as many as it has columns that differ. The tolerance of radau-adaptive that
+is shown is the relative one; the absolute one is the same, or that part of the
+least size of each component, whichever is cheaper.
 
 Nothing is recommended where the solution moves by less than the error asked for,
 or ends before the run does, where two accurate runs disagree, where errors do not
@@ -111,9 +112,14 @@ fn show(
     writeln!(out)?;
     match (refusal, advice.recommended()) {
         (None, Some(trial)) => {
-            let is_adaptive = method::parse(&trial.method).is_ok_and(|method| method.traits().is_adaptive);
             let with = significant(trial.setting, 3);
-            let with = if is_adaptive { format!("--rtol {with} --atol {with}") } else { format!("h = {with}") };
+            let with = match &trial.atol {
+                Some(atol) => {
+                    let atol: Vec<String> = atol.iter().map(|atol| significant(*atol, 3)).collect();
+                    format!("--rtol {with} --atol {}", atol.join(","))
+                }
+                None => format!("h = {with}"),
+            };
             let text = format!(
                 "{} with {with}: in the trial its largest absolute error at {} was {}, measured to {}, for {:.0} evaluations{}.",
                 trial.method,
