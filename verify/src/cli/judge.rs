@@ -47,7 +47,10 @@ Decimals with six places or more are taken as rounded: conditions then hold or
 fail to the digits printed. Shorter ones are exact, unless digits = N says that
 N places are meant. Fractions p/q with q above 10^10 stand for numbers within
 1/q^2 of them.
-A defect or a drift of a run that rounding may have made is not settled.
+A defect, a drift or an order of a run that their digits leave open is not
+settled.
+Where c is not the sums of the rows, and no change of one coefficient makes it
+so, the order claimed is held to runs with time in f.
 
 Claims: order 4, embedded order 3, stage order 2, explicit, implicit, diagonally
 implicit, A-stable, A(88)-stable, L-stable, algebraically stable, stiffly accurate,

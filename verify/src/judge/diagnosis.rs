@@ -73,6 +73,9 @@ pub enum Diagnosis {
         /// The order that the coefficients have then.
         order: u32,
     },
+    /// c is not the sums of the rows, no change of one coefficient makes it so, and the orders claimed hold with it on v̇ = f(t, v): a
+    /// method that is meant so.
+    OwnTimes,
     /// Something is wrong that no change of one coefficient mends.
     Several {
         /// The stages whose c is not the sum of its row.
@@ -191,6 +194,7 @@ impl Diagnosis {
             return found;
         }
         match claimed {
+            Some(p) if !rows.is_empty() && theory.keeps_in_time(p, claimed_embedded) => Self::OwnTimes,
             _ if !rows.is_empty() => Self::Several { rows },
             None if !falls_short => Self::Sound,
             _ => Self::LabelTooHigh { order: main },

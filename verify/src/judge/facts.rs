@@ -48,7 +48,7 @@ impl Judgement {
 
     fn found_wrong(&self) -> Option<String> {
         match &self.diagnosis {
-            Diagnosis::Sound => None,
+            Diagnosis::Sound | Diagnosis::OwnTimes => None,
             Diagnosis::Truncated { order } => Some(format!(
                 "The decimals look as if they were cut off, not rounded: up to a unit larger in their last place they have order {order}, \
                  and all row sums hold. Rounded, or as fractions, they would do.{}",
@@ -144,6 +144,12 @@ impl Judgement {
                         format!("the row sums of stages {}", rows.join(", "))
                     }
                 };
+                if let Some(order) = self.order_beside_own_times() {
+                    return Some(format!(
+                        "More than one coefficient is wrong, or c is meant so: no change of a single one mends {of}, and with c as given \
+                         the order on v̇ = f(t, v) is {order} still. The file of a method that is meant so claims its order."
+                    ));
+                }
                 Some(format!(
                     "More than one coefficient is wrong: no change of a single one mends {of}, and the order.{}{}",
                     self.sum_of_weights(),
@@ -151,6 +157,13 @@ impl Judgement {
                 ))
             }
         }
+    }
+
+    /// The order that no c lowers which is not the sums of the rows, where the file claims none.
+    fn order_beside_own_times(&self) -> Option<u32> {
+        let theory = self.runge_kutta().filter(|_| self.file.order().is_none())?;
+        let order = theory.order_found();
+        (order > 0 && theory.keeps_in_time(order, None)).then_some(order)
     }
 
     /// What a change reaches.

@@ -128,7 +128,7 @@ pub(super) fn candidates(system: &dyn System, wrong: &[usize], with: impl Fn(&Re
     Vec::new()
 }
 
-/// Conditions of coloured trees, and c_i = Σ_j a_ij where a partitioned method states c.
+/// Conditions of coloured trees, and c_i = Σ_j a_ij, or the same of â, where a partitioned method states c.
 struct PartsSystem<'a> {
     parts: &'a Parts,
     forest: Forest,
@@ -194,7 +194,7 @@ impl System for PartsSystem<'_> {
             }
         };
         let a = [matrix(0), matrix(1)];
-        let sums = row_sums(&a[0]);
+        let sums = row_sums(&a[self.parts.timed()]);
         let c = if self.parts.c.is_some() { &rest[2 * s..] } else { &sums };
         let leaves = self.parts.leaves([&a[0], &a[1]], c);
         let part = |k: usize| Part { a: &a[k], leaf: leaves[k].clone() };
@@ -215,7 +215,7 @@ impl System for PartsSystem<'_> {
     fn sum(&self, place: Place) -> Option<Place> {
         let is_stated = self.parts.c.is_some() && self.parts.coupling != Coupling::SecondOrder;
         match place {
-            Place::Of("a", i, _) if is_stated => Some(Place::In("c", i)),
+            Place::Of(name, i, _) if is_stated && name == ["a", "a_hat"][self.parts.timed()] => Some(Place::In("c", i)),
             _ => None,
         }
     }

@@ -101,7 +101,12 @@ impl Judgement {
         };
         let mut verdicts: Vec<Verdict> = file.claims.par_iter().map(|claim| verdict::judge(claim, &*theory)).collect();
         verdicts.extend(verdict::consistency(&file, &*theory));
-        verdicts.extend(theory.consistency().into_iter().filter(|found| !verdict::is_conceded(&file, found)));
+        match theory.as_runge_kutta().filter(|_| matches!(diagnosis, Diagnosis::OwnTimes)) {
+            Some(theory) => verdicts.push(runge_kutta::own_times(theory)),
+            None => {
+                verdicts.extend(theory.consistency().into_iter().filter(|found| !verdict::is_conceded(&file, found)));
+            }
+        }
         verdicts.extend(measured.iter().filter_map(MeasuredOrder::verdict));
         if let Some(Ok(defects)) = &defects {
             verdicts.extend(defects.verdicts(&theory.traits()));

@@ -57,6 +57,16 @@ pub struct Parts {
 type Names = ([&'static str; 2], [&'static str; 2]);
 
 impl Parts {
+    /// The part in which time is one more component, whose rows add up to c: that of p where fewer of its rows do not than of those of
+    /// q, of which a single one is a misprint.
+    pub(super) fn timed(&self) -> usize {
+        let wrong = |part: usize| {
+            let sums = self.a[part].iter().map(|row| row.iter().map(|x| x.real.clone()).sum::<Real>());
+            self.c.iter().flatten().zip(sums).filter(|(c, sum)| !(&c.real - sum).may_be_zero()).count()
+        };
+        usize::from(wrong(0) > 1 && wrong(1) < wrong(0))
+    }
+
     fn names(&self) -> Names {
         match self.coupling {
             Coupling::SecondOrder => (["ā", ""], ["b̄", "b"]),
@@ -87,8 +97,10 @@ pub(super) struct PartsTheory {
     a: [Vec<Vec<Real>>; 2],
     b: [Vec<Real>; 2],
     c: Vec<Real>,
-    /// c_i − Σ_j a_ij, where a partitioned method states c.
+    /// c_i − Σ_j a_ij, or the same of â, where a partitioned method states c.
     row_defects: Option<Vec<Real>>,
+    /// [`Parts::timed`].
+    timed: usize,
     /// Conditions on the systems that the file names.
     weights: WeightsTheory,
     /// Order on separable systems, where the file names all.
@@ -134,7 +146,8 @@ impl PartsTheory {
         let mut theory = Self {
             coupling: parts.coupling,
             row_defects: (parts.c.is_some() && parts.coupling != Coupling::SecondOrder)
-                .then(|| c.iter().zip(row_sums(&a[0])).map(|(c, sum)| c - &sum).collect()),
+                .then(|| c.iter().zip(row_sums(&a[parts.timed()])).map(|(c, sum)| c - &sum).collect()),
+            timed: parts.timed(),
             a,
             b,
             c,
@@ -404,7 +417,7 @@ impl Analysis for PartsTheory {
     }
 
     fn consistency(&self) -> Vec<Verdict> {
-        self.row_defects.iter().map(|defects| rows(&self.c, defects)).collect()
+        self.row_defects.iter().map(|defects| rows(&self.c, defects, ["a", "â"][self.timed])).collect()
     }
 
     fn traits(&self) -> Traits {

@@ -57,7 +57,15 @@ impl Analysis for Theory {
     }
 
     fn consistency(&self) -> Vec<Verdict> {
-        self.row_defects.iter().map(|defects| rows(&self.numbers.c, defects)).collect()
+        let verdict = |defects: &Vec<Real>| {
+            let mut verdict = rows(&self.numbers.c, defects, "a");
+            if self.order_in_time < self.main.order {
+                let costs = format!("; with this c the order on v̇ = f(t, v) is {}", self.order_in_time);
+                verdict.check.reason += &costs;
+            }
+            verdict
+        };
+        self.row_defects.iter().map(verdict).collect()
     }
 
     fn traits(&self) -> Traits {
@@ -69,14 +77,12 @@ impl Analysis for Theory {
             _ => Stability::Conditional,
         };
         let stiff_order = self.stiff_order();
+        let (is_symplectic, is_reversible) = self.structure_without_time();
         Traits {
             stiff_order: stiff_order.map(|(order, _)| order),
             divides_by_rate: stiff_order.is_none_or(|(_, divides)| divides),
-            symplectic: match self.symplectic_defect {
-                None => Symplecticity::Always,
-                Some(_) => Symplecticity::Never,
-            },
-            is_reversible: self.symmetric,
+            symplectic: if is_symplectic { Symplecticity::Always } else { Symplecticity::Never },
+            is_reversible,
             ..Traits::new(self.order_in_time, Principle::Equation, stability)
         }
     }
@@ -260,33 +266,56 @@ impl Theory {
             not(self.symmetric, "symmetric"),
             not(self.stiffly_accurate.is_some(), "stiffly accurate"),
         ];
-        parts.join(", ") + &self.of_reduced()
+        let without_time = match self.structure_without_time() {
+            (true, _) if self.symplectic_defect.is_some() => "; symplectic where f does not depend on t",
+            _ => "",
+        };
+        parts.join(", ") + without_time + &self.of_reduced()
     }
 }
 
-/// Whether c is the sum of the rows of A, from c_i − Σ_j a_ij.
-pub(super) fn rows(c: &[Real], defects: &[Real]) -> Verdict {
-    let wrong: Vec<(usize, &Real)> = defects.iter().enumerate().filter(|(_, defect)| !defect.may_be_zero()).collect();
-    let words = |(i, defect): &(usize, &Real)| {
-        let sum = &c[*i] - *defect;
+/// The rows whose sum is not c_i, from c_i − Σ_j a_ij, in words; nothing where all are.
+fn wrong_rows(c: &[Real], defects: &[Real]) -> Option<String> {
+    let wrong = defects.iter().enumerate().filter(|(_, defect)| !defect.may_be_zero());
+    let words = |(i, defect): (usize, &Real)| {
+        let sum = &c[i] - defect;
         // As many places as show the difference.
         let places = (3.0 - defect.to_f64().abs().log10().floor()).clamp(10.0, 60.0) as usize;
         let shown = |x: &Real| if places > 10 { x.decimal(places) } else { format!("{:.10}", x.to_f64()) };
-        format!("row {} adds up to {}, and c[{}] is {}", i + 1, shown(&sum), i + 1, shown(&c[*i]))
+        format!("row {} adds up to {}, and c[{}] is {}", i + 1, shown(&sum), i + 1, shown(&c[i]))
     };
-    let reason = match wrong.as_slice() {
-        [] => "c_i = Σ_j a_ij in every row".to_owned(),
-        rows => rows.iter().map(words).collect::<Vec<_>>().join("; "),
-    };
+    let rows: Vec<String> = wrong.map(words).collect();
+    (!rows.is_empty()).then(|| rows.join("; "))
+}
+
+/// Whether c is the sum of the rows of a matrix of this name, from c_i − Σ_j a_ij.
+pub(super) fn rows(c: &[Real], defects: &[Real], name: &str) -> Verdict {
+    let wrong = wrong_rows(c, defects);
     let check = Check {
         id: "rows".into(),
         statement: "The abscissae are the sums of the rows".into(),
-        outcome: wrong.is_empty().into(),
+        outcome: wrong.is_none().into(),
         measured: defects.iter().map(|defect| defect.to_f64().abs()).reduce(larger),
         required: None,
-        reason,
+        reason: wrong.unwrap_or_else(|| format!("c_i = Σ_j {name}_ij in every row")),
     };
     Verdict { kind: Kind::Consistency, subject: "row sums".into(), check }
+}
+
+/// What abscissae cost that are not the sums of the rows and lower no order that is claimed.
+pub(super) fn own_times(theory: &Theory) -> Verdict {
+    let defects = theory.row_defects.iter().flatten().cloned().collect::<Vec<_>>();
+    let (order, stages) = (theory.order_in_time, theory.simplifying.stage_order());
+    let rows = wrong_rows(&theory.numbers.c, &defects).unwrap_or_default();
+    let check = Check {
+        id: "times".into(),
+        statement: "Abscissae that are not the sums of the rows do not lower the order where f depends on time".into(),
+        outcome: Outcome::Pass,
+        measured: Some(f64::from(order)),
+        required: None,
+        reason: format!("{rows}; on v̇ = f(t, v) the order is {order} all the same, and that of the stages {stages}"),
+    };
+    Verdict { kind: Kind::Consistency, subject: "stage times".into(), check }
 }
 
 fn find(property: Property, theory: &Theory) -> Option<Finding> {
@@ -719,7 +748,7 @@ mod tests {
     fn a_row_that_does_not_add_up_is_shown_to_as_many_places_as_tell_it() {
         let verdict = |c: &[f64], defects: &[f64]| {
             let reals = |x: &[f64]| x.iter().map(|x| Real::double(*x)).collect::<Vec<_>>();
-            rows(&reals(c), &reals(defects)).check
+            rows(&reals(c), &reals(defects), "a").check
         };
         let right = verdict(&[0.5, 1.0], &[0.0, 0.0]);
         assert_eq!(

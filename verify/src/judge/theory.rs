@@ -10,7 +10,7 @@ use super::reduce::Reduced;
 use super::structure::{
     Indefinite, Simplifying, is_algebraically_stable, is_symmetric, stiffly_accurate, symplectic_defect,
 };
-use super::tableau::{Numbers, Shape, Tableau};
+use super::tableau::{Numbers, Shape, Tableau, row_sums};
 use super::tree::{Colour, Forest, MAX_ORDER, Rule};
 use crate::measure::norm::larger;
 
@@ -139,7 +139,7 @@ impl Theory {
             numbers.b_hat.as_ref().map(|b| WeightsTheory::new(&numbers, b, claimed_embedded.unwrap_or(0) + 1));
         let row_defects = tableau.c.is_some().then(|| numbers.row_defects());
         let rows_hold = row_defects.iter().flatten().all(Real::may_be_zero);
-        let order_in_time = if rows_hold { main.order } else { order_in_time(&numbers, main.order) };
+        let order_in_time = if rows_hold { main.order } else { order_in_time(&numbers, &numbers.b, main.order) };
         let stability = StabilityFunction::new(&numbers, &numbers.b);
         let reduced = Reduced::of(&numbers);
         Self {
@@ -182,6 +182,24 @@ impl Theory {
     pub fn wrong_rows(&self) -> Vec<usize> {
         let defects = self.row_defects.iter().flatten().enumerate();
         defects.filter(|(_, defect)| !defect.may_be_zero()).map(|(i, _)| i).collect()
+    }
+
+    /// Whether b has the order `claimed` on v̇ = f(t, v) with c as given, and b̂ its own, or the one that it has without time.
+    pub(super) fn keeps_in_time(&self, claimed: u32, claimed_embedded: Option<u32>) -> bool {
+        let keeps = |(found, b): (&WeightsTheory, &Vec<Real>)| {
+            order_in_time(&self.numbers, b, found.order) >= claimed_embedded.unwrap_or(found.order)
+        };
+        self.order_in_time >= claimed && self.embedded.iter().zip(&self.numbers.b_hat).all(keeps)
+    }
+
+    /// Whether steps are symplectic and symmetric on v̇ = f(v), which know of no c beside the sums of the rows.
+    pub(super) fn structure_without_time(&self) -> (bool, bool) {
+        if self.wrong_rows().is_empty() {
+            return (self.symplectic_defect.is_none(), self.symmetric);
+        }
+        let c = row_sums(&self.numbers.a);
+        let reduced = Reduced::of(&Numbers { c, ..self.numbers.clone() }).numbers;
+        (symplectic_defect(&reduced).is_none(), is_symmetric(&reduced))
     }
 
     /// Whether |R| ≤ 1 in the left half-plane.
@@ -240,10 +258,10 @@ fn barrier(numbers: &Numbers) -> u32 {
     if is_triangular { stages + 1 } else { 2 * stages }
 }
 
-/// The order with c as given, from the trees with a vertex of time.
-fn order_in_time(numbers: &Numbers, most: u32) -> u32 {
+/// The order of the weights `b` with c as given, from the trees with a vertex of time.
+fn order_in_time(numbers: &Numbers, b: &[Real], most: u32) -> u32 {
     let forest = Forest::new(Rule::WithTime, most.clamp(1, MAX_TIME_ORDER));
-    order_of(&conditions(&forest, numbers, &numbers.b)).min(most)
+    order_of(&conditions(&forest, numbers, b)).min(most)
 }
 
 #[cfg(test)]
@@ -281,7 +299,8 @@ mod tests {
         for (name, order) in [("rk4", 4), ("dormand-prince", 5), ("gauss3", 6), ("gauss4", 8)] {
             let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
             let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
-            assert_eq!(order_in_time(&tableau.numbers(), order), order, "{name}");
+            let numbers = tableau.numbers();
+            assert_eq!(order_in_time(&numbers, &numbers.b, order), order, "{name}");
         }
     }
 }

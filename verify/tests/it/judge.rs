@@ -1070,3 +1070,64 @@ fn orders_that_no_such_tableau_has_are_not_looked_for() {
     assert!(matches!(judgement.diagnosis, Diagnosis::Sound), "{:?}", judgement.diagnosis);
     assert_eq!(judgement.outcome(), Outcome::Pass);
 }
+
+/// Lobatto IIIB of two stages, A of which knows no c: rows of A add up to ½ where c is 0 and 1.
+const LOBATTO_IIIB2: &str = "order = 2\nclaims = [\"A-stable\", \"symmetric\"]\nc = [0, 1]\n\
+                             a = [[\"1/2\", 0], [\"1/2\", 0]]\nb = [\"1/2\", \"1/2\"]\n";
+
+#[test]
+fn abscissae_of_a_methods_own_are_held_to_the_order_where_f_depends_on_time() {
+    let judgement = judge(LOBATTO_IIIB2, Effort::Runs);
+    assert!(matches!(judgement.diagnosis, Diagnosis::OwnTimes), "{:?}", judgement.diagnosis);
+    let times = judgement.verdicts.iter().find(|verdict| verdict.subject == "stage times").expect("it has its own");
+    let told = "the order is 2 all the same, and that of the stages 0";
+    assert!(times.check.reason.ends_with(told), "{}", times.check.reason);
+    assert_eq!((judgement.outcome(), judgement.diagnosis_text()), (Outcome::Pass, None));
+    // Without time in f its stages are those of the implicit midpoint rule.
+    let facts = judgement.facts();
+    let structure = facts.iter().find(|(label, _)| *label == "structure").expect("told");
+    assert!(structure.1.contains("symplectic where f does not depend on t"), "{}", structure.1);
+    // Without a label nothing says that it is meant so, but what it would be.
+    let silent = judge(&LOBATTO_IIIB2.replace("order = 2\n", ""), Effort::Theory);
+    let told = silent.diagnosis_text().expect("c is not the sums");
+    assert!(told.contains("or c is meant so") && told.contains("the order on v̇ = f(t, v) is 2 still"), "{told}");
+    assert_eq!(refuted(&silent), ["row sums"]);
+    // c = (¼, 1): Σ b_i c_i is not ½. And with weights (0, 1) of an embedded method of order 2 c₂ is not.
+    for wrong in [
+        LOBATTO_IIIB2.replace("c = [0, 1]", "c = [\"1/4\", 1]"),
+        format!("{LOBATTO_IIIB2}b_hat = [0, 1]\nembedded_order = 2\n"),
+    ] {
+        let judgement = judge(&wrong, Effort::Theory);
+        assert!(matches!(judgement.diagnosis, Diagnosis::Several { .. }), "{wrong}: {:?}", judgement.diagnosis);
+        assert_eq!(refuted(&judgement), ["row sums"], "{wrong}");
+    }
+    let lower = judge(&LOBATTO_IIIB2.replace("c = [0, 1]", "c = [\"1/4\", 1]"), Effort::Theory);
+    let rows = lower.verdicts.iter().find(|verdict| verdict.subject == "row sums").expect("looked at");
+    assert!(rows.check.reason.ends_with("; with this c the order on v̇ = f(t, v) is 1"), "{}", rows.check.reason);
+}
+
+/// Time is one more component of q, or of p, whichever matrix has c as the sums of its rows.
+#[test]
+fn abscissae_of_a_partitioned_method_are_those_of_either_part() {
+    let (a, hat) = ("[[0, 0], [\"1/2\", \"1/2\"]]", "[[\"1/2\", 0], [\"1/2\", 0]]");
+    let pair = |first: &str, second: &str| {
+        format!(
+            "kind = \"partitioned-runge-kutta\"\norder = 2\nclaims = [\"symplectic\", \"symmetric\"]\nc = [0, 1]\n\
+             a = {first}\nb = [\"1/2\", \"1/2\"]\na_hat = {second}\nb_hat = [\"1/2\", \"1/2\"]\n"
+        )
+    };
+    for (text, name) in [(pair(a, hat), "a"), (pair(hat, a), "â")] {
+        let judgement = judge(&text, Effort::Theory);
+        let rows = judgement.verdicts.iter().find(|verdict| verdict.subject == "row sums").expect("c is stated");
+        assert_eq!(rows.check.reason, format!("c_i = Σ_j {name}_ij in every row"));
+        assert!(judgement.outcome() == Outcome::Pass && matches!(judgement.diagnosis, Diagnosis::Sound), "{text}");
+    }
+    // An entry that makes a row of â another one is found with the c that it disagrees with.
+    let judgement =
+        judge(&pair(hat, a).replace("[0, 0], [\"1/2\", \"1/2\"]", "[0, 0], [\"1/2\", \"1/3\"]"), Effort::Theory);
+    assert!(
+        judgement.changes().iter().any(|change| change.starts_with("a_hat[2,2]: 1/3 → 1/2")),
+        "{:?}",
+        judgement.changes()
+    );
+}
