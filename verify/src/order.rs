@@ -274,7 +274,9 @@ pub fn measure_on(
         found = found.clone().left_open(found.reason);
     }
     if found.verdict == Verdict::Inconclusive {
-        found.reason.extend(blame_digits(samples.iter().zip(digits), expectation.band * ratio.ln()));
+        let blame = blame_digits(samples.iter().zip(digits), expectation.band * ratio.ln());
+        found.is_of_digits = blame.is_some();
+        found.reason.extend(blame);
     }
     if may_be_finer
         && untold.or(unsettled).is_none()

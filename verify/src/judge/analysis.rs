@@ -11,7 +11,7 @@ use super::theory::Theory;
 use super::verdict::{Finding, Verdict};
 use crate::evidence::{Figure, Table};
 use crate::method::Traits;
-use crate::problem::{self, Problem};
+use crate::problem::{self, Problem, Window};
 
 /// The theory of a method, and the method itself.
 pub trait Analysis: fmt::Debug + Send + Sync {
@@ -48,7 +48,7 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     /// What is known of the method.
     fn traits(&self) -> Traits;
 
-    /// What the momentum that the state carries adds to the roundoff of N steps, in units of ε |q|.
+    /// What the momentum that the state carries, or slopes that are found from values, add to the roundoff of N steps, in units of ε |q|.
     fn momentum_roundoff(&self, _steps: f64) -> f64 {
         0.0
     }
@@ -122,6 +122,9 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     }
 }
 
+/// Times over which an order is looked at that does not settle, in those of the first window.
+const LONGER: [f64; 2] = [2.0, 4.0];
+
 /// An order to be measured.
 #[derive(Debug)]
 pub struct Trial {
@@ -138,6 +141,8 @@ pub struct Trial {
 pub struct Plan {
     /// The problem.
     pub problem: Box<dyn Problem>,
+    /// The same over longer times, where terms of its error do not cancel that cancel at the end of a shorter one.
+    pub longer: Vec<Box<dyn Problem>>,
     /// The order, where theory has one.
     pub order: Option<u32>,
     /// Where that comes from, or why there is none.
@@ -145,15 +150,18 @@ pub struct Plan {
 }
 
 impl Trial {
-    /// The order on a problem that only the judge has.
-    pub(super) fn of(
-        kind: &'static str,
-        name: &'static str,
-        problem: impl Problem + 'static,
+    /// The order on a problem that only the judge has, in this window.
+    pub(super) fn of<P: Problem + 'static>(
+        (kind, name): (&'static str, &'static str),
+        problem: fn(Window) -> P,
+        window: Window,
         order: u32,
         from: &'static str,
     ) -> Self {
-        Self { kind, name, plan: Ok(Plan { problem: Box::new(problem), order: Some(order), from }) }
+        let over =
+            |times: f64| Box::new(problem(Window { horizon: times * window.horizon, ..window })) as Box<dyn Problem>;
+        let longer = LONGER.map(over).into();
+        Self { kind, name, plan: Ok(Plan { problem: over(1.0), longer, order: Some(order), from }) }
     }
 
     /// The order on a problem of the registry.
@@ -179,6 +187,6 @@ impl Trial {
 impl Plan {
     fn on(name: &str, set: &[(String, String)], order: Option<u32>, from: &'static str) -> Result<Self, String> {
         let problem = problem::build(name, set).map_err(|error| error.to_string())?;
-        Ok(Self { problem, order, from })
+        Ok(Self { problem, longer: Vec::new(), order, from })
     }
 }

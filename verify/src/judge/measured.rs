@@ -12,7 +12,7 @@ use crate::measure::decimal::uncertain;
 use crate::measure::norm::{Extremes, max_norm};
 use crate::measure::order::{self, OrderFit, Sample};
 use crate::method::Traits;
-use crate::order::{Source, measure};
+use crate::order::{Ladder, OrderError, Source, measure_on};
 use crate::problem::{self, Problem};
 use crate::run::{run, step_from};
 
@@ -31,11 +31,17 @@ pub struct MeasuredOrder {
     pub result: Result<OrderFit, String>,
 }
 
+/// Numbers of steps of a ladder that goes on where that of a plan ends too soon.
+const FINER: [usize; 2] = [18, 24];
+
 impl MeasuredOrder {
     /// Theory and measurement agree, or they do not; nothing where theory has no order and one is measured.
     pub fn verdict(&self) -> Option<Verdict> {
         let (outcome, reason) = match (&self.result, self.expected) {
-            (Ok(fit), Some((_, from))) => (fit.verdict.into(), format!("{}, from {from}", fit.reason)),
+            (Ok(fit), Some((_, from))) => {
+                let outcome = if fit.is_of_digits { Outcome::NotSettled } else { fit.verdict.into() };
+                (outcome, format!("{}, from {from}", fit.reason))
+            }
             (Ok(_), None) => return None,
             (Err(reason), _) => (Outcome::NotRun, reason.clone()),
         };
@@ -66,10 +72,13 @@ impl MeasuredOrder {
 pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> {
     let run = |Trial { kind, name, plan }: Trial| {
         let from = plan.as_ref().map_or("", |plan| plan.from);
-        let measured = plan.and_then(|Plan { problem, order, .. }| {
+        let measured = plan.and_then(|Plan { problem, longer, order, .. }| {
             let method = order.map_or_else(|| method.unexpected(), |order| method.expected(order));
-            let truth = Source::default_for(&*problem, &method).truth(&*problem, &method);
-            let fit = measure(&*problem, &method, truth).map_err(|error| error.to_string())?;
+            let fit = match order {
+                Some(_) => settled(&method, &*problem, &longer),
+                None => fit(&method, &*problem, None),
+            };
+            let fit = fit.map_err(|error| error.to_string())?;
             Ok(match order {
                 Some(order) => (true, hidden(theory, order, &fit).unwrap_or_else(|| fit.of_equations_in_general())),
                 None => (false, freely(&fit)),
@@ -79,6 +88,37 @@ pub fn orders(method: &FileMethod, theory: &dyn Analysis) -> Vec<MeasuredOrder> 
         MeasuredOrder { kind, problem: name, from, expected, result: measured.map(|(_, fit)| fit) }
     };
     theory.trials().into_par_iter().map(run).collect()
+}
+
+/// The fit on `problem`, or where that decides nothing the first over a longer time that does.
+fn settled(method: &FileMethod, problem: &dyn Problem, longer: &[Box<dyn Problem>]) -> Result<OrderFit, OrderError> {
+    let first = refined(method, problem)?;
+    if first.verdict != order::Verdict::Inconclusive {
+        return Ok(first);
+    }
+    let later = longer.iter().find_map(|problem| {
+        let mut fit = refined(method, &**problem).ok().filter(|fit| fit.verdict != order::Verdict::Inconclusive)?;
+        fit.reason += &format!(", up to t = {}", problem.facts().window.horizon);
+        Some(fit)
+    });
+    Ok(later.unwrap_or(first))
+}
+
+/// The fit with finer steps where the usual ones end before the slopes settle.
+fn refined(method: &FileMethod, problem: &dyn Problem) -> Result<OrderFit, OrderError> {
+    let mut fit = fit(method, problem, None)?;
+    for points in FINER {
+        if fit.verdict == order::Verdict::Inconclusive && fit.wants_finer() {
+            fit = self::fit(method, problem, Some(points))?;
+        }
+    }
+    Ok(fit)
+}
+
+/// The fit on a ladder of so many steps, or on the usual one.
+fn fit(method: &FileMethod, problem: &dyn Problem, points: Option<usize>) -> Result<OrderFit, OrderError> {
+    let truth = Source::default_for(problem, method).truth(problem, method);
+    measure_on(problem, method, truth, &Ladder { points, ..Ladder::default() })
 }
 
 /// The fit where the error term of the order that theory has is too small to show, as after a misprint in the last of many digits: its

@@ -612,12 +612,12 @@ impl Analysis for MultistepTheory {
             let in_time = Trial { kind: "non-autonomous", name: "v̇ = f(t, v)", plan: Err(why.into()) };
             (Trial::on("nonlinear", "pendulum", &[], order, from), in_time)
         } else {
-            let in_time = Trial::of("non-autonomous", "v̇ = f(t, v)", NonAutonomous(window), order, from);
-            (Trial::of("nonlinear", "v̇ = f(v)", Autonomous(window), order, from), in_time)
+            let in_time = Trial::of(("non-autonomous", "v̇ = f(t, v)"), NonAutonomous, window, order, from);
+            (Trial::of(("nonlinear", "v̇ = f(v)"), Autonomous, window, order, from), in_time)
         };
         // Where ρ has other roots on the rim, their components of the error grow while a damped solution decays.
-        let linear = if self.is_weakly_stable() { Linear::undamped(window) } else { Linear::damped(window) };
-        vec![Trial::of("linear", "v̇ = Av", linear, order, from), nonlinear, in_time, stiff]
+        let linear = if self.is_weakly_stable() { Linear::undamped } else { Linear::damped };
+        vec![Trial::of(("linear", "v̇ = Av"), linear, window, order, from), nonlinear, in_time, stiff]
     }
 
     fn has_structure(&self) -> bool {

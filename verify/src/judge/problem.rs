@@ -91,7 +91,8 @@ impl Problem for Linear {
 #[derive(Debug)]
 pub(super) struct NonAutonomous(pub Window);
 
-/// The same with t as a third unknown, ṡ = 1: every tree shows, and time is stepped with the sums of the rows.
+/// The same with a third unknown s = t/T, T the time of a run, so that it does not count for more than the others where that is long:
+/// every tree shows, and time is stepped with the sums of the rows.
 #[derive(Debug)]
 pub(super) struct Autonomous(pub Window);
 
@@ -137,8 +138,8 @@ impl FieldFn for Autonomous {
         3
     }
     fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
-        dv[..2].copy_from_slice(&rates(v[2], v[0], v[1]));
-        dv[2] = T::one();
+        dv[..2].copy_from_slice(&rates(v[2] * self.0.horizon, v[0], v[1]));
+        dv[2] = T::from(self.0.horizon.recip());
     }
 }
 
@@ -147,12 +148,13 @@ impl Ode for Autonomous {
         3
     }
     fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
-        Ode::rhs(&NonAutonomous(self.0), v[2], v, &mut dv[..2]);
-        dv[2] = 1.0;
+        Ode::rhs(&NonAutonomous(self.0), self.0.horizon * v[2], v, &mut dv[..2]);
+        dv[2] = 1.0 / self.0.horizon;
     }
     fn jacobian(&self, _t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
-        for (i, row) in gradients(v[2], v[0], v[1]).iter().enumerate() {
-            (0..3).for_each(|j| add(i, j, row[j]));
+        let horizon = self.0.horizon;
+        for (i, [u, w, t]) in gradients(horizon * v[2], v[0], v[1]).into_iter().enumerate() {
+            [u, w, horizon * t].into_iter().enumerate().for_each(|(j, x)| add(i, j, x));
         }
     }
 }
@@ -171,7 +173,7 @@ impl Problem for Autonomous {
         self
     }
     fn exact(&self, t: f64) -> Option<Vec<f64>> {
-        Some(vec![t.sin().exp(), (1.0 + t).recip(), t])
+        Some(vec![t.sin().exp(), (1.0 + t).recip(), t / self.0.horizon])
     }
     fn facts(&self) -> Facts {
         Facts { window: self.0, ..Facts::default() }

@@ -205,6 +205,8 @@ pub struct OrderFit {
     pub verdict: Verdict,
     /// The decision in words, with its numbers.
     pub reason: String,
+    /// Whether it is the digits of rounded coefficients that leave it open.
+    pub(crate) is_of_digits: bool,
     /// What the slopes do.
     trend: Trend,
 }
@@ -311,7 +313,8 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
             Some(reason) => dropped.push((sample, reason)),
         }
     }
-    OrderFit { line, local_slopes: slopes, kept, dropped, expected: expected.clone(), verdict, reason, trend }
+    let (expected, is_of_digits) = (expected.clone(), false);
+    OrderFit { line, local_slopes: slopes, kept, dropped, expected, verdict, reason, is_of_digits, trend }
 }
 
 /// Measures the order of `samples` where none is expected: nothing can pass. The slopes have settled if they agree to half of

@@ -1131,3 +1131,61 @@ fn abscissae_of_a_partitioned_method_are_those_of_either_part() {
         judgement.changes()
     );
 }
+
+const MERSON: &str = "order = 4\nembedded_order = 3\nc = [0, \"1/3\", \"1/3\", \"1/2\", 1]\n\
+                      a = [[], [\"1/3\"], [\"1/6\", \"1/6\"], [\"1/8\", 0, \"3/8\"], [\"1/2\", 0, \"-3/2\", 2]]\n\
+                      b = [\"1/6\", 0, 0, \"2/3\", \"1/6\"]\nb_hat = [\"1/10\", 0, \"3/10\", \"2/5\", \"1/5\"]\n";
+
+/// \[HW96\] IV.6: Σ |b_i| is 17, and each slope that follows from a value is divided by γ = ¼.
+const SDIRK4: &str = "order = 4\nembedded_order = 3\nclaims = [\"L-stable\"]\n\
+    a = [[\"1/4\"], [\"1/2\", \"1/4\"], [\"17/50\", \"-1/25\", \"1/4\"], [\"371/1360\", \"-137/2720\", \"15/544\", \"1/4\"],\n\
+    [\"25/24\", \"-49/48\", \"125/16\", \"-85/12\", \"1/4\"]]\nc = [\"1/4\", \"3/4\", \"11/20\", \"1/2\", 1]\n\
+    b = [\"25/24\", \"-49/48\", \"125/16\", \"-85/12\", \"1/4\"]\nb_hat = [\"59/48\", \"-17/96\", \"225/32\", \"-85/12\", 0]\n";
+
+/// The pair of orders 7 and 8 of \[HNW93\] II.5.
+const FEHLBERG78: &str = r#"
+order = 7
+embedded_order = 8
+c = [0, "2/27", "1/9", "1/6", "5/12", "1/2", "5/6", "1/6", "2/3", "1/3", 1, 0, 1]
+a = [
+    [],
+    ["2/27"],
+    ["1/36", "1/12"],
+    ["1/24", 0, "1/8"],
+    ["5/12", 0, "-25/16", "25/16"],
+    ["1/20", 0, 0, "1/4", "1/5"],
+    ["-25/108", 0, 0, "125/108", "-65/27", "125/54"],
+    ["31/300", 0, 0, 0, "61/225", "-2/9", "13/900"],
+    [2, 0, 0, "-53/6", "704/45", "-107/9", "67/90", 3],
+    ["-91/108", 0, 0, "23/108", "-976/135", "311/54", "-19/60", "17/6", "-1/12"],
+    ["2383/4100", 0, 0, "-341/164", "4496/1025", "-301/82", "2133/4100", "45/82", "45/164", "18/41"],
+    ["3/205", 0, 0, 0, 0, "-6/41", "-3/205", "-3/41", "3/41", "6/41", 0],
+    ["-1777/4100", 0, 0, "-341/164", "4496/1025", "-289/82", "2193/4100", "51/82", "33/164", "12/41", 0, 1],
+]
+b = ["41/840", 0, 0, 0, 0, "34/105", "9/35", "9/35", "9/280", "9/280", "41/840", 0, 0]
+b_hat = [0, 0, 0, 0, 0, "34/105", "9/35", "9/35", "9/280", "9/280", 0, "41/840", "41/840"]
+"#;
+
+/// Leading terms that are small beside the next ones, and roundings of slopes: longer times, finer steps and a floor that knows of them tell.
+#[test]
+fn the_orders_of_right_methods_settle_whose_leading_errors_are_small() {
+    for text in [MERSON, SDIRK4, FEHLBERG78] {
+        let judgement = judge(text, Effort::Runs);
+        let open = judgement.verdicts.iter().filter(|verdict| verdict.check.outcome == Outcome::Inconclusive);
+        let open: Vec<&str> = open.map(|verdict| verdict.check.reason.as_str()).collect();
+        assert!(open.is_empty() && judgement.outcome() == Outcome::Pass, "{text}: {open:?}");
+    }
+}
+
+/// Radau IIA of order 5 to eight places: on stiff problems its errors are below what the last of them leaves open.
+#[test]
+fn an_order_that_the_digits_of_a_file_leave_open_is_not_settled() {
+    let text = "order = 5\nc = [0.15505103, 0.64494897, 1]\n\
+                a = [[0.19681548, -0.06553543, 0.02377097], [0.39442431, 0.29207341, -0.04154875], [0.37640306, 0.51248583, 0.11111111]]\n\
+                b = [0.37640306, 0.51248583, 0.11111111]\n";
+    let judgement = judge(text, Effort::Runs);
+    let stiff = judgement.verdicts.iter().find(|verdict| verdict.subject == "stiff").expect("looked at");
+    assert_eq!(stiff.check.outcome, Outcome::NotSettled, "{}", stiff.check.reason);
+    assert!(stiff.check.reason.contains("the digits printed leave"), "{}", stiff.check.reason);
+    assert_eq!(judgement.outcome(), Outcome::Pass);
+}
