@@ -59,12 +59,13 @@ pub fn between(least: f64, most: f64) -> String {
 }
 
 /// The number of two significant digits next to `value` in a direction, −1 or 1, or `value` where it has two.
-fn outward(value: f64, direction: f64) -> f64 {
-    let near: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+pub(crate) fn outward(value: f64, direction: f64) -> f64 {
+    let rounded = |x: f64| format!("{x:.1e}").parse().unwrap_or(x);
+    let near: f64 = rounded(value);
     // As decimal digits, of which both have few.
     let beyond = direction * (value - near) > 1e-9 * near.abs();
     let unit = 10_f64.powf(value.abs().log10().floor() - 1.0);
-    if beyond { near + direction * unit } else { near }
+    if beyond { rounded(near + direction * unit) } else { near }
 }
 
 /// A bound: as it was chosen if that takes six digits at most, and otherwise four digits of it. One a little beyond 1 shows

@@ -10,6 +10,7 @@ use super::real::Real;
 use super::repair::{Repair, Target};
 use super::tableau::Place;
 use super::theory::WeightsTheory;
+use crate::evidence::number::digits;
 use crate::measure::decimal::{significant, trimmed};
 
 /// Labelled lines of text.
@@ -283,6 +284,9 @@ pub(super) fn length(x: f64, open: f64) -> String {
     if open <= 0.5 * 10_f64.powi(-least) {
         return format!("{x:.*}", least as usize);
     }
+    if open >= 0.5 * x {
+        return format!("some {}", digits(x, 1));
+    }
     // The uncertainty to one digit, and no digit of the length beyond it.
     let places = (-open.log10().floor()).max(0.0) as usize;
     format!("{x:.places$} ± {open:.places$}")
@@ -295,22 +299,37 @@ pub(super) fn told(x: &Real, decimals: usize) -> String {
     format!("{:.decimals$e}", x.to_f64())
 }
 
+/// A number to two digits where four decimals show fewer of it.
+pub(super) fn visible(x: f64) -> String {
+    if (ROUNDOFF..1e-3).contains(&x.abs()) { format!("{x:.1e}") } else { short(x) }
+}
+
 pub(super) fn short(x: f64) -> String {
     let text = format!("{x:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.to_owned() }
 }
 
+/// What quotients of two doubles may be off by, with digits to spare.
+const ROUNDOFF: f64 = 1e-13;
+
 /// The same, or as many decimals as tell its modulus from 1.
 pub(super) fn beside_one(x: f64) -> String {
-    /// What quotients of two doubles may be off by, with digits to spare.
-    const ROUNDOFF: f64 = 1e-13;
     let off = (x.abs() - 1.0).abs();
     if !(ROUNDOFF..5e-5).contains(&off) {
         return short(x);
     }
     let places = -off.log10().floor() as usize;
     format!("{x:.places$}")
+}
+
+/// What is greater than 1: to eight decimals, to as many as show it, or by how much less than a double tells.
+pub(super) fn beyond_one(x: f64) -> String {
+    match x - 1.0 {
+        off if off < ROUNDOFF => format!("> 1, by less than {ROUNDOFF:e},"),
+        off if off < 5e-8 => format!("= {}", beside_one(x)),
+        _ => format!("= {x:.8}"),
+    }
 }
 
 #[cfg(test)]
@@ -334,6 +353,34 @@ mod tests {
         }
     }
 
+    #[test]
+    fn what_four_decimals_do_not_show_is_told_by_its_power_of_ten() {
+        let cases = [
+            (0.0, "0"),
+            (-1e-16, "0"),
+            (1e-7, "1.0e-7"),
+            (-3.26e-5, "-3.3e-5"),
+            (0.000_99, "9.9e-4"),
+            (0.001, "0.001"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(visible(x), text);
+        }
+    }
+
+    #[test]
+    fn what_is_beyond_one_is_shown_to_be() {
+        let cases = [
+            (1.250_000_004, "= 1.25000000"),
+            (1.000_000_2, "= 1.00000020"),
+            (1.0 + 2e-9, "= 1.000000002"),
+            (1.0, "> 1, by less than 1e-13,"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(beyond_one(x), text);
+        }
+    }
+
     /// Four decimals, more below a tenth, and none beyond what is uncertain.
     #[test]
     fn lengths_have_four_decimals_or_as_many_as_are_certain() {
@@ -345,6 +392,7 @@ mod tests {
             ((2.785_29, 5e-5), "2.7853"),
             ((2.785_29, 2e-3), "2.785 ± 0.002"),
             ((27.8, 3.0), "28 ± 3"),
+            ((1.02e7, 6e6), "some 10⁷"),
         ];
         for ((x, open), text) in cases {
             assert_eq!(length(x, open), text);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::analysis::{Analysis, Plan, Trial};
 use super::method::FileMethod;
 use super::verdict::{Kind, Verdict};
-use crate::evidence::{Check, Outcome, Requirement};
+use crate::evidence::{Check, Outcome, Requirement, number};
 use crate::experiment::energy_drift::{self as drift, Drift};
 use crate::kinds::Symplecticity;
 use crate::measure::decimal::uncertain;
@@ -234,9 +234,10 @@ impl Defects {
     /// What the conditions on the coefficients say, held to the measured defects.
     pub fn verdicts(&self, traits: &Traits) -> [Verdict; 2] {
         let verdict = |name: &str, what: &str, by_condition: bool, defect: f64, open: f64| {
+            let most = number::outward(VANISHES + open, 1.0);
             let (says, required) = match by_condition {
                 true => ("vanishes, as the coefficients say", Requirement::AtMost(VANISHES)),
-                false => ("does not vanish, as the coefficients say", Requirement::Above(VANISHES + open)),
+                false => ("does not vanish, as the coefficients say", Requirement::Above(most)),
             };
             // A defect of high order can be small without vanishing; one that should vanish cannot be large, but for what the rounding of
             // the coefficients makes of it.
@@ -244,8 +245,8 @@ impl Defects {
                 _ if open.is_nan() => Outcome::Inconclusive,
                 true if defect <= VANISHES => Outcome::Pass,
                 false if defect <= VANISHES => Outcome::Inconclusive,
-                _ if defect <= VANISHES + open => Outcome::NotSettled,
-                false if defect > VANISHES + open => Outcome::Pass,
+                _ if defect <= most => Outcome::NotSettled,
+                false if defect > most => Outcome::Pass,
                 _ => Outcome::Fail,
             };
             let told = match outcome {
@@ -406,6 +407,26 @@ mod tests {
             (f64::NAN, Outcome::Fail, Outcome::Fail),
         ] {
             assert_eq!((outcomes(defect, &keeps), outcomes(defect, &plain)), ([kept; 2], [not; 2]), "{defect:e}");
+        }
+    }
+
+    /// To two digits, above what is left open.
+    #[test]
+    fn what_is_required_of_a_defect_beyond_rounding_reads_as_a_bound() {
+        let plain = Traits::new(2, Principle::Equation, Stability::Neutral);
+        for (rounding, text) in
+            [(0.0, "> 10⁻¹⁰"), (1e-24, "> 10⁻¹⁰"), (1e-15, "> 1.1×10⁻¹⁰"), (6.408e-10, "> 7.5×10⁻¹⁰")]
+        {
+            let defects = Defects { symplectic: 1e-3, symmetric: 1e-3, open: [rounding; 2] };
+            for verdict in defects.verdicts(&plain) {
+                let required = verdict.check.required.expect("a bound");
+                assert!(
+                    required.to_string() == text
+                        && required.bounds().all(|x| x >= (VANISHES + rounding) * (1.0 - 1e-9)),
+                    "{required}"
+                );
+                assert!(verdict.check.reason.ends_with(text), "{}", verdict.check.reason);
+            }
         }
     }
 

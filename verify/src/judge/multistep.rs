@@ -9,7 +9,7 @@ use nalgebra::{Complex, DMatrix, Schur};
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
 use super::evidence::{coefficient_row, region, table};
-use super::facts::{Facts, length, short, told};
+use super::facts::{Facts, length, short, told, visible};
 use super::polynomial::{EXACT, ITERATIONS, Polynomial, Sign, VANISHES, first_negative, is_left_open, simultaneous};
 use super::problem::{Autonomous, Linear, NonAutonomous};
 use super::real::Real;
@@ -439,7 +439,7 @@ impl Analysis for MultistepTheory {
         };
         let infinity = match self.infinity {
             f64::INFINITY => "grows without bound for hλ → ∞".into(),
-            x => format!("|ζ| = {} for hλ → ∞", short(x)),
+            x => format!("|ζ| = {} for hλ → ∞", visible(x)),
         };
         vec![("order", order), ("zero", zero), ("stability", format!("{stability}; {infinity}"))]
     }
@@ -516,9 +516,8 @@ impl Analysis for MultistepTheory {
             Property::LStable => match self.a_stable_finding() {
                 finding if finding.outcome != Outcome::Pass => finding,
                 _ if self.infinity == 0.0 => Finding::new(true, "A-stable, and σ has no root but 0"),
-                _ => {
-                    Finding::new(false, format!("σ has a root of modulus {:.5}", self.infinity)).measured(self.infinity)
-                }
+                _ => Finding::new(false, format!("σ has a root of modulus {}", visible(self.infinity)))
+                    .measured(self.infinity),
             },
             Property::Symmetric => {
                 // ρ_j = −ρ_{k−j} and σ_j = σ_{k−j}: the formula is the same backwards in time.

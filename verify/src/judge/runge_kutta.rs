@@ -7,7 +7,7 @@ use lsvi::{InputError, Integrator, VectorField};
 
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
-use super::facts::{Facts, beside_one, length, order as order_fact, reach, short, told};
+use super::facts::{Facts, beside_one, beyond_one, length, order as order_fact, reach, told, visible};
 use super::linear::{Reach, SeriesOrder, Unstable};
 use super::polynomial::EXACT;
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
@@ -224,12 +224,7 @@ impl Theory {
 
     fn stability(&self) -> String {
         let theory = self;
-        let infinity = theory.stability.at_infinity();
-        let at_infinity = match infinity.is_finite() {
-            true if theory.stability.is_told_from_one_at_infinity() => format!("R(∞) = {}", beside_one(infinity)),
-            true => format!("R(∞) = {}", short(infinity)),
-            false => "R(∞) = ∞".into(),
-        };
+        let (infinity, at_infinity) = (theory.stability.at_infinity(), self.at_infinity());
         let class = match theory.alpha {
             Some(_) if theory.is_a_stable() && infinity == 0.0 => "L-stable".into(),
             Some(_) if theory.is_a_stable() => "A-stable".into(),
@@ -245,6 +240,15 @@ impl Theory {
         let is_rounded = theory.is_a_stable() && theory.stability.left_open().is_some();
         let digits = if is_rounded { " to the digits given" } else { "" };
         format!("{class}{algebraic}{digits}; {at_infinity}")
+    }
+
+    fn at_infinity(&self) -> String {
+        let infinity = self.stability.at_infinity();
+        match infinity.is_finite() {
+            true if self.stability.is_told_from_one_at_infinity() => format!("R(∞) = {}", beside_one(infinity)),
+            true => format!("R(∞) = {}", visible(infinity)),
+            false => "R(∞) = ∞".into(),
+        }
     }
 
     fn oscillations(&self) -> String {
@@ -378,7 +382,7 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
                     let digits = theory.to_the_digits();
                     Finding::new(true, format!("A-stable, and deg N < deg D, so that R(∞) = 0{digits}"))
                 }
-                _ => Finding::new(false, format!("A-stable, but R(∞) = {infinity:.6}")).measured(infinity),
+                _ => Finding::new(false, format!("A-stable, but {}", theory.at_infinity())).measured(infinity),
             }
         }
         Property::AlgebraicallyStable => match &theory.algebraic {
@@ -477,7 +481,7 @@ fn a_stable(theory: &Theory) -> Finding {
             let size = theory.stability.at(z).norm();
             let place = if z.re == 0.0 { format!("{:.6}i", z.im) } else { format!("{:.6} {:+.6}i", z.re, z.im) };
             let why = if size < 1e6 {
-                format!("|R| = {size:.8} at z = {place}")
+                format!("|R| {} at z = {place}", beyond_one(size))
             } else {
                 format!("R has a pole at z = {place}")
             };
@@ -806,7 +810,7 @@ mod tests {
             (&touching, "a(0)-stable", fail, "|R| ≤ 1 in the sector |arg(−z)| ≤ α, α = 0.00°"),
             (&rk4, "a(45)-stable", fail, "not even the whole negative axis is in the region of stability"),
             (&euler, "l-stable", pass, "A-stable, and deg N < deg D, so that R(∞) = 0"),
-            (&midpoint, "l-stable", fail, "A-stable, but R(∞) = -1.000000"),
+            (&midpoint, "l-stable", fail, "A-stable, but R(∞) = -1"),
             (&rough, "l-stable", open, "the digits given do not tell whether |R(iy)| ≤ 1 for all y"),
             (&euler, "algebraically stable", pass, "b ≥ 0, and B A + Aᵀ B − b bᵀ is positive semidefinite"),
             // m₁₁ = 0 − ¼.
