@@ -9,7 +9,7 @@ use faer::{Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 use super::entry::Entry;
-use super::{FactorError, by_size, is_usable, row_scale, size};
+use super::{FactorError, by_size, by_size_up_to_eight, is_usable, row_scale, size};
 
 /// Largest order at which plain elimination is faster than the blocked one.
 const SMALL: usize = 16;
@@ -71,19 +71,19 @@ impl<T: Entry> DenseLu<T> {
 
     /// Factors the matrix in place.
     pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
-        by_size!(self.row_scale.len(), N => self.decompose_sized::<N>())
+        by_size_up_to_eight!(self.row_scale.len(), N => self.decompose_sized::<N>())
     }
 
     #[inline]
     fn decompose_sized<const N: usize>(&mut self) -> Result<(), FactorError> {
         let n = size::<N>(self.row_scale.len());
         let (factors, scale) = (&mut self.factors[..n * n], &mut self.row_scale[..n]);
-        for (i, s) in scale.iter_mut().enumerate() {
-            let mut largest = 0.0_f64;
-            for j in 0..n {
-                largest = largest.max(factors[j * n + i].magnitude());
-            }
-            *s = row_scale(largest)?;
+        scale.fill(0.0);
+        for column in factors.chunks_exact(n.max(1)) {
+            scale.iter_mut().zip(column).for_each(|(s, x)| *s = s.max(x.magnitude()));
+        }
+        for s in scale.iter_mut() {
+            *s = row_scale(*s)?;
         }
         for column in factors.chunks_exact_mut(n.max(1)) {
             column.iter_mut().zip(&*scale).for_each(|(x, s)| *x = x.scaled(*s));
@@ -107,7 +107,7 @@ impl<T: Entry> DenseLu<T> {
     pub(super) fn solve(&mut self, b: &mut [T]) {
         let n = self.row_scale.len();
         if n <= SMALL {
-            return by_size!(n, N => self.substitute::<N>(b));
+            return by_size_up_to_eight!(n, N => self.substitute::<N>(b));
         }
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
             *x = x.scaled(*s);
@@ -133,15 +133,13 @@ impl<T: Entry> DenseLu<T> {
             }
         }
         for k in 0..n {
-            for i in k + 1..n {
-                b[i] -= lu[k * n + i] * b[k];
-            }
+            let (solved, rest) = b.split_at_mut(k + 1);
+            subtract(&lu[k * n + k + 1..(k + 1) * n], solved[k], rest);
         }
         for k in (0..n).rev() {
-            b[k] *= reciprocals[k];
-            for i in 0..k {
-                b[i] -= lu[k * n + i] * b[k];
-            }
+            let (rest, solved) = b.split_at_mut(k);
+            solved[0] *= reciprocals[k];
+            subtract(&lu[k * n..k * n + k], solved[0], rest);
         }
     }
 
@@ -175,10 +173,10 @@ fn eliminate<T: Entry, const N: usize>(n: usize, a: &mut [T], rows: &mut [usize]
     let n = size::<N>(n);
     let (a, rows, mut exchanges) = (&mut a[..n * n], &mut rows[..n], 0);
     for k in 0..n {
-        let mut pivot = k;
-        for i in k + 1..n {
-            if a[k * n + i].magnitude() > a[k * n + pivot].magnitude() {
-                pivot = i;
+        let (mut pivot, mut largest) = (k, a[k * n + k].magnitude());
+        for (i, x) in (k + 1..n).zip(&a[k * n + k + 1..(k + 1) * n]) {
+            if x.magnitude() > largest {
+                (pivot, largest) = (i, x.magnitude());
             }
         }
         rows[k] = pivot;
@@ -191,13 +189,17 @@ fn eliminate<T: Entry, const N: usize>(n: usize, a: &mut [T], rows: &mut [usize]
         let inverse = T::from(1.0) / column[0];
         column[1..].iter_mut().for_each(|x| *x *= inverse);
         for target in rest.chunks_exact_mut(n) {
-            let factor = target[k];
-            for (x, l) in target[k + 1..].iter_mut().zip(&column[1..]) {
-                *x -= *l * factor;
-            }
+            let (head, tail) = target.split_at_mut(k + 1);
+            subtract(&column[1..], head[k], tail);
         }
     }
     exchanges
+}
+
+/// Subtracts `factor` times `column` from `out`.
+#[inline]
+fn subtract<T: Entry>(column: &[T], factor: T, out: &mut [T]) {
+    out.iter_mut().zip(column).for_each(|(x, l)| *x -= *l * factor);
 }
 
 fn substitute_transpose<T: Entry>(n: usize, lu: &[T], exchanges: &[usize], b: &mut [T]) {

@@ -31,7 +31,32 @@ macro_rules! by_size {
         }
     };
 }
-pub(crate) use by_size;
+/// The same up to 8, of what is short to compile.
+macro_rules! by_size_up_to_eight {
+    ($n:expr, $N:ident => $call:expr) => {
+        match $n {
+            5 => {
+                const $N: usize = 5;
+                $call
+            }
+            6 => {
+                const $N: usize = 6;
+                $call
+            }
+            7 => {
+                const $N: usize = 7;
+                $call
+            }
+            8 => {
+                const $N: usize = 8;
+                $call
+            }
+            n => by_size!(n, $N => $call),
+        }
+    };
+}
+
+pub(crate) use {by_size, by_size_up_to_eight};
 
 /// N, or `n` where that is 0.
 #[inline(always)]

@@ -240,35 +240,46 @@ fn lists_name_everything() {
     assert!(flat(&message).contains("problems"), "{message}");
 }
 
-/// Every method solves every problem that it applies to; the numbers of the file read back as the very doubles of the run.
+/// Every method solves every problem that it applies to. The numbers of the file, which a third of the pairs write, so that each problem and each
+/// method do with many, read back as the very doubles of the run.
 #[test]
 fn csv_has_the_columns_and_the_numbers_of_the_run() {
-    for spec in problem::ALL {
-        for method in method::examples() {
+    for (row, spec) in problem::ALL.iter().enumerate() {
+        for (column, method) in method::examples().into_iter().enumerate() {
             let problem = problem::small(spec.name).expect("defaults");
             if method.build(&*problem).is_err() {
                 continue;
             }
             let (h, t_end) = if problem.is_stiff() { (1e-4, 1e-3) } else { (0.03, 0.1) };
-            let (name, h_text, t_text) = (method.name(), h.to_string(), t_end.to_string());
-            let arguments =
-                ["solve", "--problem", spec.name, "--method", &name, "--h", &h_text, "--t-end", &t_text, "--csv", "-"];
-            let settings =
-                problem::small_settings(spec.name).into_iter().map(|(name, value)| format!("--set={name}={value}"));
-            let settings: Vec<String> = settings.collect();
-            let output = verify(&arguments.into_iter().chain(settings.iter().map(String::as_str)).collect::<Vec<_>>());
+            let name = method.name();
             let mut expected = Vec::new();
             let solved = run::run(&*problem, &*method, h, t_end, |state| {
                 let values = problem.observe(state.t, &state.q);
                 let error = problem.exact(state.t).map(|exact| distance(&values, &exact));
                 expected.push([state.t].into_iter().chain(values).chain(error).collect::<Vec<_>>());
             });
-            if solved.is_err() && theory::breakdown(&*problem, &*method, problem.horizon()).is_some() {
-                assert_eq!(output.status.code(), Some(1), "{} by {name}: {}", spec.name, stderr(&output));
+            let breaks_down = solved.is_err() && theory::breakdown(&*problem, &*method, problem.horizon()).is_some();
+            assert!(breaks_down || solved.is_ok(), "{} by {name}: {solved:?}", spec.name);
+            if (row + column) % 3 != 0 {
                 continue;
             }
-            solved.expect("solvable");
-            assert_eq!(output.status.code(), Some(0), "{} by {name}: {}", spec.name, stderr(&output));
+            let (h, t_end) = (h.to_string(), t_end.to_string());
+            let arguments =
+                ["solve", "--problem", spec.name, "--method", &name, "--h", &h, "--t-end", &t_end, "--csv", "-"];
+            let settings =
+                problem::small_settings(spec.name).into_iter().map(|(name, value)| format!("--set={name}={value}"));
+            let settings: Vec<String> = settings.collect();
+            let output = verify(&arguments.into_iter().chain(settings.iter().map(String::as_str)).collect::<Vec<_>>());
+            assert_eq!(
+                output.status.code(),
+                Some(i32::from(breaks_down)),
+                "{} by {name}: {}",
+                spec.name,
+                stderr(&output)
+            );
+            if breaks_down {
+                continue;
+            }
             let (header, mut rows) = table(stdout(&output));
             for row in &mut rows {
                 let estimate = row.pop().expect("an estimate");
