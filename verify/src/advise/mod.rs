@@ -48,7 +48,7 @@ const HOPELESS: f64 = 16.0;
 const TRIED: u64 = 8 * trial::MOST as u64;
 
 /// Components with an absolute tolerance of their own, as a command line takes them; those of a larger system have the least for all.
-const LISTED: usize = 8;
+const LISTED: usize = 6;
 
 /// Part of the error asked for within which another run has to confirm the solution.
 const CONFIRMED: f64 = 0.1;

@@ -16,19 +16,21 @@ use super::output::Output;
 #[command(after_help = "\
 Methods of each family are run with ever shorter steps until their error, the
 largest of a component at the ends of steps, in a large system at an irregular
-choice of them, is within --accuracy of the largest component, or of 1; the table shows
-it in absolute terms. The errors are measured against an accurate run, and that
-against the best of another method. The cheapest is recommended, with the step
-size and the error that were found; work is counted in evaluations of f, a
-matrix as many as it has columns that differ. The tolerance of radau-adaptive that
-is shown is the relative one; the absolute one is the same, or that part of the
-least size of each component, whichever is cheaper.
+choice of them, is within --accuracy of the largest component, or of 1; the
+table shows it in absolute terms. The errors are measured against an accurate
+run, and that against the best of another method. The cheapest is recommended,
+with the step size and the error that were found; work is counted in evaluations
+of f, a matrix as many as it has columns that differ. The tolerance of
+radau-adaptive that is shown is the relative one; the absolute one is the same,
+or the relative one times the least amplitude that each component has in a
+sixteenth of the time, whichever is cheaper.
 
-Nothing is recommended where the solution moves by less than the error asked for,
-or ends before the run does, where two accurate runs disagree, where errors do not
-fall with the order of the method, or where two methods take the same work. A run
-of radau-adaptive that has tried eight times as many steps as any method may take
-has failed, as where f jumps back and forth across a place.
+Nothing is recommended where the solution moves by less than the error asked
+for, or ends before the run does, where two accurate runs disagree, where errors
+do not fall with the order of the method, or where two methods take the same
+work to a tenth. A run of radau-adaptive that has tried eight times as many
+steps as any method may take has failed, as where f jumps back and forth across
+a place.
 
 Examples:
   verify advise --problem van-der-pol
@@ -116,7 +118,8 @@ fn show(
             let with = match &trial.atol {
                 Some(atol) => {
                     let atol: Vec<String> = atol.iter().map(|atol| significant(*atol, 3)).collect();
-                    format!("--rtol {with} --atol {}", atol.join(","))
+                    // In one piece on a terminal, as it is typed.
+                    format!("--rtol={with} --atol={}", atol.join(","))
                 }
                 None => format!("h = {with}"),
             };
@@ -203,7 +206,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         significant(found.spectral, 2)
     );
     let damping = if found.is_dissipative() {
-        "dissipative: no two solutions part"
+        "dissipative: the distance between solutions does not grow"
     } else if found.is_non_normal() {
         "non-normal: solutions may grow although no eigenvalue says so; Method I may amplify them"
     } else {
@@ -211,7 +214,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     };
     paragraph(out, "dissipation", INDENT, &format!("{damping} {abscissas}"))?;
     let symmetry = match (found.is_symmetric(), found.is_hamiltonian) {
-        (true, _) => "symmetric: Method I is at home".into(),
+        (true, _) => "symmetric: all eigenvalues are real".into(),
         (false, true) => "Hamiltonian: a symplectic method keeps its energy within bounds".to_owned(),
         (false, false) => format!("neither symmetric nor Hamiltonian; asymmetry {}", significant(found.asymmetry, 2)),
     };

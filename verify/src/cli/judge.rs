@@ -35,22 +35,22 @@ list of texts, optional), digits, source, note, and those of its kind:
   closure                 alpha, beta: numbers, or texts in z = h rate; rate
   path-fitted             nodes between 0 and 1
   galerkin                degree, and nodes and weights of a quadrature
-Coefficients are numbers or texts such as \"1/2 - sqrt(3)/6\", with + - * / ^ and
-sqrt, cbrt, sin, cos, tan, exp, pi; 7√6 and 2(1 + √3) are products. A plain
+Coefficients are numbers or texts such as \"1/2 - sqrt(3)/6\", with + - * / ^
+and sqrt, cbrt, sin, cos, tan, exp, pi; 7√6 and 2(1 + √3) are products. A plain
 table is read as a Runge-Kutta method too: a line of c, a line of b, then the
 rows of A below the diagonal; or as it is typeset, rows of c_i and of A and
 below them the weights, with spaces, tabs, commas, semicolons or a bar between,
-or in LaTeX or Markdown; or lists
-headed k c[k], k b[k], k j A[k,j]. `order 4` and `digits 10` may stand above it.
+or in LaTeX or Markdown; or lists headed k c[k], k b[k], k j A[k,j]. `order 4`
+and `digits 10` may stand above it.
 
 Decimals with six places or more are taken as rounded: conditions then hold or
 fail to the digits printed. Shorter ones are exact, unless digits = N says that
 N places are meant. Fractions p/q with q above 10^10 stand for numbers within
-1/q^2 of them.
-A defect, a drift or an order of a run that their digits leave open is not
-settled.
-Where c is not the sums of the rows, and no change of one coefficient makes it
-so, the order claimed is held to runs with time in f.
+1/q^2 of them. A defect, a drift or an order of a run that their digits leave
+open is not settled. Where c of a Runge–Kutta method is not the sums of the
+rows, and no change of one coefficient makes it so, the order claimed is that on
+v' = f(t, v) with this c. Orders that do not settle are looked at in finer steps
+and over longer times.
 
 Claims: order 4, embedded order 3, stage order 2, explicit, implicit, diagonally
 implicit, A-stable, A(88)-stable, L-stable, algebraically stable, stiffly accurate,
@@ -74,7 +74,8 @@ What THEORY tells, of a method of order p:
                           a dissipation below 0 damps, one above 0 amplifies
   axes                    the interval from 0 on which |R| <= 1, with what it is
                           uncertain by where coefficients have few digits
-A claim of a bound, as A(86.0)-stable, is taken to half a unit of its last digit.
+A claim of a bound, as A(86.0)-stable, is taken to half a unit of its last
+digit.
 
 A program is what `order --program` takes, and its header is t and the names of
 the components, t,v on logistic (`verify list problems` shows them all); it is

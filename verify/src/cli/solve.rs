@@ -48,17 +48,17 @@ const MANY: f64 = 1e7;
 /// Integrate a problem and show or write the solution, a row per step.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Rows run from t = 0 to the end time; where the step size does not divide it,
-the last step is shorter. An adaptive method gives a row per accepted step.
-Columns: t, the components, where an exact solution is known error, the largest
-error of a component, and estimate, what the step size alone is estimated to
-contribute to it: a second run with half the step, or of an adaptive method with
-a tenth of the tolerances, and on models in steps of a thousandth of the time at
-most, tells. It takes two thirds of the time; with --no-estimate there is none.
-It is empty where both tolerances lead to the same steps. After the rows, what is
-lost of energy, angular momentum or enstrophy, for problems that have them, and
-for flows |f|, the largest component of f, which is near 0 where the end is a
-steady state, and the linear systems that the steps took.
+Rows run from t = 0 to the end time; where the step size does not divide it, the
+last step is shorter. An adaptive method gives a row per accepted step. Columns:
+t, the components, where an exact solution is known error, the largest error of
+a component, and estimate, what the step size alone is estimated to contribute
+to it: a second run with half the step, or of an adaptive method with a tenth of
+the tolerances, and on models in steps of a thousandth of the time at most,
+tells. It takes two thirds of the time; with --no-estimate there is none. It is
+empty where both tolerances lead to the same steps. After the rows, what is lost
+of energy, angular momentum or enstrophy, for problems that have them, and for
+flows |f|, the largest component of f, which is near 0 where the end is a steady
+state, and the linear systems that the steps took.
 
 A run of more than a second shows its progress on a terminal.
 
@@ -72,10 +72,10 @@ time, a solution that is smaller than the absolute tolerance of an adaptive
 method; where none of these is found, and a small system's solution is cheap, an
 error that other solvers tell and the estimate does not.
 
-The steps of radau-adaptive are chosen by an estimate of lower order, held to
-a tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
-meets the tolerance where h resolves it, and its stiff components, which have the
-error of the estimate, meet that power. The column estimate tells.
+The steps of radau-adaptive are chosen by an estimate of lower order, held to a
+tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
+meets the tolerance where h resolves it, and its stiff components, which have
+the error of the estimate, meet that power. The column estimate tells.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
@@ -467,8 +467,8 @@ impl Summary {
             ["half the step", "a smaller `--h` tells"]
         };
         Some(format!(
-            "at t = {} the error is estimated as {}, where no row is above {}: with {finer} it is another solution. It may be sensitive, or \
-             have ended before, as in a pole; {smaller}",
+            "at t = {} the error is estimated as {}, where no row is above {}: with {finer} it is another solution. It may be unresolved, or \
+             sensitive, or have ended before, as in a pole; {smaller}",
             plain(t),
             number(estimate),
             number(self.size)

@@ -151,8 +151,10 @@ impl Judgement {
                          the order on v̇ = f(t, v) is {order} still. The file of a method that is meant so claims its order."
                     ));
                 }
+                let holds = self.file.order().is_some_and(|claimed| claimed <= self.theory.order());
                 Some(format!(
-                    "More than one coefficient is wrong: no change of a single one mends {of}, and the order.{}{}",
+                    "More than one coefficient is wrong: no change of a single one mends {of}{}.{}{}",
+                    if holds { ", and the order on v̇ = f(t, v)" } else { ", and the order" },
                     self.sum_of_weights(),
                     self.not_looked_for()
                 ))

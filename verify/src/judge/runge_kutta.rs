@@ -324,19 +324,26 @@ pub(super) fn own_times(theory: &Theory) -> Verdict {
     let defects = theory.row_defects.iter().flatten().cloned().collect::<Vec<_>>();
     let (order, stages) = (theory.order_in_time, theory.simplifying.stage_order());
     let rows = wrong_rows(&theory.numbers.c, &defects).unwrap_or_default();
+    let without =
+        if order < theory.main.order { format!(" where without t it is {}", theory.main.order) } else { " too".into() };
     let check = Check {
         id: "times".into(),
-        statement: "Abscissae that are not the sums of the rows do not lower the order where f depends on time".into(),
+        statement:
+            "Abscissae that are not the sums of the rows leave the order that is claimed where f depends on time".into(),
         outcome: Outcome::Pass,
         measured: Some(f64::from(order)),
         required: None,
-        reason: format!("{rows}; on v̇ = f(t, v) the order is {order} all the same, and that of the stages {stages}"),
+        reason: format!("{rows}; on v̇ = f(t, v) the order is {order}{without}, and the stage order is {stages}"),
     };
-    Verdict { kind: Kind::Consistency, subject: "stage times".into(), check }
+    Verdict { kind: Kind::Consistency, subject: "abscissae".into(), check }
 }
 
 fn find(property: Property, theory: &Theory) -> Option<Finding> {
     Some(match property {
+        Property::Order(p) if p == theory.order_in_time && p < theory.main.order => {
+            let why = format!("with this c the order on v̇ = f(t, v) is {p}, and without t it is {}", theory.main.order);
+            Finding::new(true, why).measured(p)
+        }
         Property::Order(p) => match butcher(p, theory) {
             Some(finding) => finding,
             None => order(p, &theory.main, "b"),

@@ -26,7 +26,7 @@ impl Method for BlanesMoan {
 
     fn traits(&self) -> Traits {
         let traits = Traits::new(6, Principle::Hamilton, Stability::Conditional);
-        Traits { symplectic: Symplecticity::ConstantMass, is_reversible: true, stages: 11, ..traits }
+        Traits { symplectic: Symplecticity::ConstantMass, is_reversible: true, ..traits }
     }
 
     /// That of the straight path, although changes of q and p are added up apart from both.

@@ -33,7 +33,7 @@ pub struct Traits {
     pub has_even_defect: bool,
     /// Whether the error terms of order p + 1 in hλ are as large as the leading one down to hλ ≪ 1.
     pub settles_late: bool,
-    /// Evaluations of f, or of the force, in one of its equations; a product Jᵀr counts as one.
+    /// Evaluations of f, or of the force, in what counts as a residual; a product Jᵀr counts as one.
     pub stages: u32,
     /// Rows that one solution of its equations yields: more than one where several steps are found together.
     pub rows_per_solve: usize,

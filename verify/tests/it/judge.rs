@@ -1079,14 +1079,24 @@ const LOBATTO_IIIB2: &str = "order = 2\nclaims = [\"A-stable\", \"symmetric\"]\n
 fn abscissae_of_a_methods_own_are_held_to_the_order_where_f_depends_on_time() {
     let judgement = judge(LOBATTO_IIIB2, Effort::Runs);
     assert!(matches!(judgement.diagnosis, Diagnosis::OwnTimes), "{:?}", judgement.diagnosis);
-    let times = judgement.verdicts.iter().find(|verdict| verdict.subject == "stage times").expect("it has its own");
-    let told = "the order is 2 all the same, and that of the stages 0";
+    let times = judgement.verdicts.iter().find(|verdict| verdict.subject == "abscissae").expect("it has its own");
+    let told = "the order is 2 too, and the stage order is 0";
     assert!(times.check.reason.ends_with(told), "{}", times.check.reason);
     assert_eq!((judgement.outcome(), judgement.diagnosis_text()), (Outcome::Pass, None));
     // Without time in f its stages are those of the implicit midpoint rule.
     let facts = judgement.facts();
     let structure = facts.iter().find(|(label, _)| *label == "structure").expect("told");
     assert!(structure.1.contains("symplectic where f does not depend on t"), "{}", structure.1);
+    // RK4 with the times of another: what is claimed is the order with them.
+    let lower = "order = 2\nc = [0, \"1/3\", \"2/3\", 1]\na = [[], [\"1/2\"], [0, \"1/2\"], [0, 0, 1]]\n\
+                 b = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]\n";
+    let judgement = judge(lower, Effort::Theory);
+    assert_eq!(refuted(&judgement), Vec::<&str>::new());
+    let reasons: Vec<&str> = judgement.verdicts.iter().map(|verdict| verdict.check.reason.as_str()).collect();
+    assert!(
+        reasons.iter().any(|text| text.contains("the order on v̇ = f(t, v) is 2, and without t it is 4")),
+        "{reasons:?}"
+    );
     // Without a label nothing says that it is meant so, but what it would be.
     let silent = judge(&LOBATTO_IIIB2.replace("order = 2\n", ""), Effort::Theory);
     let told = silent.diagnosis_text().expect("c is not the sums");

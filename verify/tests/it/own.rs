@@ -1151,11 +1151,13 @@ fn advice_says_what_the_solution_does_and_what_its_errors_are() {
     let out = flat(&out);
     assert!(code == 0 && out.contains("of a turn at its fastest rate; `--t-end`"), "{out}");
     assert!(out.contains("relative to the largest component, or to 1, 2.0e-5 absolute"), "{out}");
+    assert!(out.contains("its largest absolute error at "), "{out}");
     // Two periods of 2π, to two digits and the end of a step.
     let (code, out, _) = say("advise --problem harmonic-oscillator");
     let out = flat(&out);
-    assert!(code == 0 && out.contains("unknowns, to t = 14,") && out.contains("has turned twice; `--t-end`"), "{out}");
-    assert!(!out.contains("of a turn") && out.contains("its largest absolute error at 9 times was "), "{out}");
+    assert!(out.contains("unknowns, to t = 14,") && out.contains("has turned twice; `--t-end`"), "{out}");
+    // An explicit splitting method and an adaptive one take the same work there.
+    assert!(code == 3 && !out.contains("of a turn") && out.contains("no clear winner"), "{out}");
     let (code, out, _) = say("advise --problem quadratic-drag --set v0=-1 --t-end 2");
     assert!(code == 3 && flat(&out).contains("the solution blows up"), "{out}");
     let (code, out, _) = say("advise --problem quadratic-drag --set v0=0 --t-end 2");

@@ -156,7 +156,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     };
     let mut panels: Vec<Panel> = profiles.into_iter().map(near).collect();
     panels.push(Panel::new(Axis::linear("step"), Axis::log("largest error"), courses).titled("Step by step"));
-    let caption = "Errors next to the wall over y after two steps, and the largest error over the number of the step.";
+    let caption =
+        "Errors next to the wall over y after two numbers of steps, and the largest error over the number of steps.";
     Ok(Answer {
         id: "answer-ringing",
         question: "Does Method I ring after a jump?",
