@@ -109,7 +109,7 @@ fn refusals_are_told_word_for_word() {
 }
 
 /// Systems that runs of [`WARNED`] are of.
-const MODELS: [(&str, &str); 17] = [
+const MODELS: [(&str, &str); 18] = [
     ("pole.ds", "u_i { x = 0.1 } F_i { exp(x) }"),
     ("robertson.ds", "u_i { a = 1, b = 0, c = 0 } F_i { -0.04*a + 1e4*b*c, 0.04*a - 1e4*b*c - 3e7*b*b, 3e7*b*b }"),
     ("prey.ds", "u_i { x = 40, y = 9 } F_i { x*(5-0.4*y), y*(0.5*x-0.8) }"),
@@ -122,6 +122,8 @@ const MODELS: [(&str, &str); 17] = [
         "spirals.ds",
         "u_i { x = 1, y = 0, z = 1, w = 0 } F_i { -0.1*x + 6*y + 40*z, -6*x - 0.1*y, -0.1*z + 6*w, -6*z - 0.1*w }",
     ),
+    // Steps of two periods of a force whose integral over each is 0.
+    ("beat.ds", "u_i { x = 1 } F_i { -x + 20*sin(628.3185307179587*t) }"),
     ("wave.ds", "u_i { x = 1, y = 0 } F_i { y, -x }"),
     ("sir.ds", "u_i { s = 0.9, i = 0.1, r = 0 } F_i { -3*s*i, 3*s*i - i, i }"),
     ("small.ds", "u_i { x = 5e-10, y = 8e-10 } F_i { -x, -y }"),
@@ -140,7 +142,7 @@ const MODELS: [(&str, &str); 17] = [
     ),
 ];
 
-const WARNED: [&str; 48] = [
+const WARNED: [&str; 50] = [
     "solve --model pole.ds --method rk4 --h 0.1 --t-end 3",
     "solve --model pole.ds --method rk4 --h 0.05 --t-end 0.5",
     "solve --model robertson.ds --method trapezoidal --h 100 --t-end 1e4",
@@ -187,6 +189,8 @@ const WARNED: [&str; 48] = [
     "solve --model phase.ds --method trapezoidal --h 0.1 --t-end 5",
     "solve --model phase.ds --method rk4 --h 0.01 --t-end 5",
     "solve --model nerve.ds --method tr-bdf2 --h 0.16 --t-end 80",
+    "solve --model beat.ds --method rk4 --h 0.02 --t-end 10",
+    "solve --model beat.ds --method rk4 --h 0.0005 --t-end 1",
     "solve --problem hires --method method-i --h 2 --t-end 20",
     "solve --problem quadratic-drag --method method-i --h 2 --t-end 20",
 ];

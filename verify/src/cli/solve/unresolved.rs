@@ -75,15 +75,16 @@ impl<'a> Forcing<'a> {
             && self.depends_on_time(before, t - before, &v)
         {
             let h = t - before;
-            let (mut f, mut of_step) = (vec![0.0; n], vec![0.0; n]);
+            let (mut f, mut of_step, mut moment) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
             for (node, weight) in &self.rule {
                 ode.rhs(before + node * h, &v, &mut f);
                 of_step.iter_mut().zip(&f).for_each(|(sum, f)| *sum += h * weight * f);
+                moment.iter_mut().zip(&f).for_each(|(sum, f)| *sum += h * (1.0 - node) * h * weight * f);
             }
             // What is not finite is said elsewhere.
-            if of_step.iter().all(|x| x.is_finite()) {
+            if of_step.iter().chain(&moment).all(|x| x.is_finite()) {
                 self.difference.iter_mut().zip(of_step).for_each(|(sum, x)| *sum += x);
-                self.damp(before, h, &v);
+                self.carry(before, h, &v, moment);
             }
             self.largest = larger(self.largest, max_norm(&self.difference));
         }
@@ -91,13 +92,21 @@ impl<'a> Forcing<'a> {
         self.last = Some((t, state.to_vec()));
     }
 
-    /// What the equation leaves of the difference after a step, by implicit Euler, where it damps: a stiff component forgets its force.
-    fn damp(&mut self, t: f64, h: f64, v: &[f64]) {
+    /// What the equation makes of the difference g within a step and leaves of it after, with J its Jacobian. e' = J e + g ends with ∫ g and
+    /// J ∫ (h − s) g(s) ds, a first moment that a force in resonance with the steps has too. By implicit Euler, where that damps: a stiff
+    /// component forgets its force.
+    fn carry(&mut self, t: f64, h: f64, v: &[f64], moment: Vec<f64>) {
         if v.len() > DENSE {
             return;
         }
-        let matrix = DMatrix::identity(v.len(), v.len()) - h * jacobian(self.problem, t, v);
-        let left = matrix.lu().solve(&DVector::from_column_slice(&self.difference));
+        let jacobian = jacobian(self.problem, t, v);
+        let factors = (DMatrix::identity(v.len(), v.len()) - h * &jacobian).lu();
+        let made = factors.solve(&(jacobian * DVector::from_vec(moment)));
+        // What is singular, or overflows, is passed over.
+        for made in made.iter().filter(|made| made.iter().all(|x| x.is_finite())) {
+            self.difference.iter_mut().zip(made.iter()).for_each(|(sum, x)| *sum += x);
+        }
+        let left = factors.solve(&DVector::from_column_slice(&self.difference));
         // NaN is no less.
         if let Some(left) = left.filter(|left| max_norm(left.as_slice()) < max_norm(&self.difference)) {
             self.difference.copy_from_slice(left.as_slice());
