@@ -109,5 +109,8 @@ mod tests {
         let again = controller.next(0.1, 4.0, 3, 2, 7);
         // 0.9 · 15/16 · 4^(−1/4) of it.
         approx::assert_relative_eq!(again, 0.1 * 0.9 * (15.0 / 16.0) / 2_f64.sqrt(), max_relative = 1e-14);
+        // The step after a rejected one does not grow.
+        assert_eq!(controller.next(0.05, 1e-6, 3, 2, 7), 0.05);
+        assert!(controller.next(0.05, 1e-6, 3, 2, 7) > 0.05);
     }
 }

@@ -449,3 +449,34 @@ impl<F: VectorField> Integrator for Radau<F> {
         self.work
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adaptive::Tolerances;
+
+    /// A rate of 0.08 goes like h², so that 2½ times the step has one of ½; with five stages the order bears it. What is no longer than
+    /// 1.2 times a step whose iteration has the rate 10⁻³ keeps its factors.
+    #[test]
+    fn the_next_step_is_one_that_the_iteration_bears_or_that_keeps_the_factors() {
+        for (s, proposed, rate, next) in [
+            (3, 4.0, 0.08, 2.5),
+            (3, 2.0, 0.08, 2.0),
+            (3, 4.0, 0.5, 1.0),
+            (5, 4.0, 0.08, 4.0),
+            (3, 1.2, 1e-3, 1.0),
+            (3, 1.2, 2e-3, 1.2),
+            (3, 1.3, 1e-3, 1.3),
+            (3, 0.9, 1e-3, 0.9),
+        ] {
+            let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+            let options = Options::new(tolerances).stages(s, 7).expect("a choice");
+            let mut method = Radau::new(crate::field!(1, |_t, v, dv| dv[0] = -v[0]), options).expect("valid");
+            let mut state = State::new(0.0, vec![1.0]);
+            method.accept(&mut state, 1.0, 1.0, proposed, rate);
+            let found = method.next_h.expect("a step was accepted");
+            // Roundings of a quotient and a root.
+            assert!((found - next).abs() <= 1e-14 * next, "{s} stages, {proposed}, {rate}: {found} for {next}");
+        }
+    }
+}

@@ -493,4 +493,25 @@ fn what_comes_back_from_a_small_size_is_followed_with_an_absolute_tolerance_besi
     let atol = taken.atol.as_ref().expect("an adaptive method has some");
     assert!(atol.len() == 2 && atol[1] < 1e-6 * taken.setting, "{taken:?}");
     assert!(largest_error(&problem, 30.0, taken) <= 1.1 * advice.target, "{taken:?}");
+    assert!(atol.iter().all(|atol| *atol == as_printed(*atol)), "{taken:?}");
+    // Beside seven more components, which rest at 1, the least is that of all.
+    let many = of_text(
+        "u_i { n = 0, p = 1e-4, a = 1, b = 1, c = 1, d = 1, e = 1, f = 1, g = 1 } pump { 3*exp(-(t - 10)*(t - 10)/4) }
+         F_i { pump - 0.1*n - 20*n*p, 20*n*p - 8*p + 1e-5*n, 0, 0, 0, 0, 0, 0, 0 }",
+        30.0,
+    );
+    let tried = try_out(&many, 30.0, 1e-5, &[], None).expect("registered").expect("it is followed");
+    let atol = tried.trials[0].atol.as_ref().expect("an adaptive method has some");
+    assert!(atol.len() == 1 && atol[0] < 1e-6 * tried.trials[0].setting, "{:?}", tried.trials);
+}
+
+/// Of van der Pol's equation, whose components are least where they turn back, one absolute tolerance for both takes less work than those
+/// beside their least sizes.
+#[test]
+fn of_two_absolute_tolerances_the_cheaper_one_is_tried() {
+    let problem = problem::build("van-der-pol", &[]).expect("registered");
+    let horizon = duration(&*problem).expect("it turns");
+    let tried = try_out(&*problem, horizon, 1e-5, &[], None).expect("registered").expect("it is followed");
+    let trial = &tried.trials[0];
+    assert_eq!((tried.trials.len(), trial.atol.as_deref()), (1, Some(&[trial.setting][..])), "{trial:?}");
 }

@@ -465,6 +465,10 @@ mod tests {
             let least = truth.least_sizes().expect("it has one unknown")[0];
             assert!((least - (-7.5_f64).exp()).abs() <= 0.01 * least, "{least}");
         });
+        let rest = problem::build_setting("harmonic-oscillator q0=0 p0=0").expect("registered");
+        let method = adaptive(1e-12).expect("registered");
+        let truth = Truth::by(&*rest, &*method, HORIZON).expect("it runs");
+        assert_eq!(truth.least_sizes(), Some(vec![f64::EPSILON; 2]), "an absolute tolerance of 0 would allow no step");
     }
 
     /// The errors fall from the first unit of time on, which is the end of a step of eight and of none of four.

@@ -226,3 +226,29 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     };
     paragraph(out, "invariants", INDENT, &invariants)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// To three digits, as an option is given.
+    #[test]
+    fn the_tolerances_of_an_adaptive_method_read_back_as_options() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let mut advice = advise(&*problem, 1.0, 1e-3).expect("registered");
+        advice.refusal = None;
+        let trial = advice.trials.first_mut().expect("some method reaches it");
+        (trial.method, trial.setting) = ("radau-adaptive".into(), 3.16e-5);
+        trial.atol = Some(vec![1.23e-5, 4.56e-14]);
+        let mut out = Vec::new();
+        show("linear-drag", (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
+        let text = String::from_utf8(out).expect("UTF-8");
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let after = |option: &str| {
+            let place = words.iter().position(|word| *word == option).expect("an option");
+            let values = words[place + 1].trim_end_matches(':').split(',');
+            values.map(|value| value.parse().expect("a number")).collect::<Vec<f64>>()
+        };
+        assert_eq!((after("--rtol"), after("--atol")), (vec![3.16e-5], vec![1.23e-5, 4.56e-14]), "{text}");
+    }
+}

@@ -377,6 +377,7 @@ mod tests {
             (1.000_000_2, "= 1.00000020"),
             (1.0 + 2e-9, "= 1.000000002"),
             (1.0, "> 1, by less than 1e-13,"),
+            (1.0 + 5e-14, "> 1, by less than 1e-13,"),
         ];
         for (x, text) in cases {
             assert_eq!(beyond_one(x), text);
@@ -398,6 +399,34 @@ mod tests {
         ];
         for ((x, open), text) in cases {
             assert_eq!(length(x, open), text);
+        }
+    }
+
+    /// An end at 0 is none, but for what few digits leave open.
+    #[test]
+    fn nothing_is_stable_of_an_axis_or_as_little_as_the_digits_leave_open() {
+        for (open, text) in [
+            (1e-6, "nothing of the imaginary axis"),
+            (0.03, "imaginary axis to less than 0.030, which few digits leave open"),
+        ] {
+            assert_eq!(reach(Reach::UpTo { end: 0.0, open, witness: 0.1 }, "imaginary"), text);
+        }
+    }
+
+    /// c = (0, 1) beside the rows of the implicit midpoint rule keeps its order 2: no order 3 is meant by that, nor one of weights of no order.
+    #[test]
+    fn only_an_order_that_no_label_claims_makes_own_times_meant_so() {
+        let said = |text: &str| {
+            let text = format!("c = [0, 1]\na = [['1/2', 0], ['1/2', 0]]\n{text}");
+            let file = crate::judge::file::MethodFile::parse("m.toml", "m", &text).expect("a method");
+            let judgement = Judgement::new(file, crate::judge::Effort::Theory);
+            assert!(matches!(judgement.diagnosis, Diagnosis::Several { .. }), "{:?}", judgement.diagnosis);
+            judgement.diagnosis_text().expect("c is not the sums")
+        };
+        for (text, is_meant) in
+            [("b = ['1/2', '1/2']", true), ("b = ['1/2', '1/2']\norder = 3", false), ("b = ['1/2', '1/3']", false)]
+        {
+            assert_eq!(said(text).contains("or c is meant so"), is_meant, "{text}: {}", said(text));
         }
     }
 }

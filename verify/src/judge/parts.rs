@@ -504,6 +504,25 @@ mod tests {
     use super::super::{Effort, Judgement};
     use crate::evidence::Outcome;
 
+    /// The trapezoidal rule for q and for p, with a wrong entry: it is that of a, however right the rows of â are, and that of â beside those of a.
+    #[test]
+    fn a_single_row_of_a_that_does_not_add_up_is_no_sign_of_a_time_in_p() {
+        let (right, wrong) = ("[[0, 0], ['1/2', '1/2']]", "[[0, 0], ['1/2', '1/3']]");
+        let rows = |a: &str, hat: &str| {
+            let text = format!(
+                "kind = 'partitioned-runge-kutta'\norder = 2\nc = [0, 1]\na = {a}\nb = ['1/2', '1/2']\n\
+                 a_hat = {hat}\nb_hat = ['1/2', '1/2']\n"
+            );
+            let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+            let judgement = Judgement::new(file, Effort::Theory);
+            let rows = judgement.verdicts.iter().find(|verdict| verdict.subject == "row sums").expect("c is stated");
+            (rows.check.outcome, rows.check.reason.clone())
+        };
+        let told = "row 2 adds up to 0.8333333333, and c[2] is 1.0000000000".to_owned();
+        assert_eq!(rows(wrong, right), (Outcome::Fail, told));
+        assert_eq!(rows(right, wrong), (Outcome::Pass, "c_i = Σ_j a_ij in every row".to_owned()));
+    }
+
     /// b ≠ b̂, and â_ij = b̂_j (1 − a_ji/b_i), so that b_i â_ij + b̂_j a_ji = b_i b̂_j: enough where H = T(p) + U(q), and only there.
     #[test]
     fn weights_that_differ_are_symplectic_on_separable_systems_alone() {

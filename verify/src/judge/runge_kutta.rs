@@ -789,6 +789,58 @@ mod tests {
         assert_eq!(close.reason, "row 1 adds up to 0.499999999998, and c[1] is 0.5");
     }
 
+    /// The weights (½, ½) have order 2 with stages that are those of the implicit midpoint rule, and with c = (0, 1); (0, 1) only where f does
+    /// not depend on t.
+    #[test]
+    fn embedded_weights_keep_the_order_claimed_or_the_one_that_they_have_without_time() {
+        let stages = "c = [0, 1]\na = [['1/2', 0], ['1/2', 0]]\nb = ['1/2', '1/2']\n";
+        let keeps = |more: &str, embedded| written(&format!("{stages}{more}")).keeps_in_time(2, embedded);
+        assert_eq!([keeps("", None), keeps("b_hat = [0, 1]", None)], [true, false]);
+        assert_eq!([keeps("b_hat = [0, 1]", Some(1)), keeps("b_hat = [0, 1]", Some(2))], [true, false]);
+    }
+
+    /// Two steps of γ = ½ and b = ¾ and ¼ in ten: Σ |b|/γ each. An explicit stage has its slope at once, and coupled ones are solved for together.
+    #[test]
+    fn slopes_that_follow_from_values_add_their_roundings_in_each_step() {
+        let diagonal = written("a = [['1/2', 0], ['1/2', '1/2']]\nb = ['3/4', '1/4']");
+        assert_eq!([1.0, 10.0].map(|steps| diagonal.momentum_roundoff(steps)), [2.0, 20.0]);
+        assert_eq!(["rk4", "gauss2"].map(|name| shipped(name).momentum_roundoff(10.0)), [0.0; 2]);
+    }
+
+    /// With c = (¼, 1) Σ b c is ⅝: order 1 in time, where without it is 2.
+    #[test]
+    fn what_own_times_leave_is_the_order_in_time() {
+        let theory = written("order = 1\nc = ['1/4', 1]\na = [['1/2', 0], ['1/2', 0]]\nb = ['1/2', '1/2']");
+        assert_eq!((theory.main.order, theory.keeps_in_time(1, None), theory.keeps_in_time(2, None)), (2, true, false));
+        let check = own_times(&theory).check;
+        assert_eq!(check.measured, Some(1.0));
+        let told = "on v̇ = f(t, v) the order is 1 all the same, and that of the stages 0";
+        assert!(check.reason.ends_with(told), "{}", check.reason);
+        assert!(
+            check.reason.starts_with("row 1 adds up to 0.5000000000, and c[1] is 0.2500000000"),
+            "{}",
+            check.reason
+        );
+    }
+
+    /// The implicit midpoint rule in two stages of which the other c makes others, and three steps of it, of ¼, ½ and ¼, which are their own
+    /// reverse but in the sequence of a c whose first two are exchanged.
+    #[test]
+    fn structure_without_time_is_that_of_the_sums_of_the_rows() {
+        let midpoint = "a = [['1/2', 0], ['1/2', 0]]\nb = ['1/2', '1/2']";
+        let steps = "a = [['1/8', 0, 0], ['1/4', '1/4', 0], ['1/4', '1/2', '1/8']]\nb = ['1/4', '1/2', '1/4']";
+        for (stages, c, with_time) in [
+            (midpoint, "['1/2', '1/2']", (true, true)),
+            (midpoint, "[0, 1]", (false, true)),
+            (steps, "['1/8', '1/2', '7/8']", (true, true)),
+            (steps, "['1/2', '1/8', '7/8']", (true, false)),
+        ] {
+            let theory = written(&format!("c = {c}\n{stages}"));
+            assert_eq!((theory.symplectic_defect.is_none(), theory.symmetric), with_time, "{c}");
+            assert_eq!(theory.structure_without_time(), (true, true), "{c}");
+        }
+    }
+
     /// Each property that methods have and have not, with what is said of it: from the textbook, or by hand where it is said how.
     #[test]
     fn each_property_is_found_where_it_is_and_refuted_where_it_is_not() {

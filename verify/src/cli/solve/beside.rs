@@ -179,4 +179,136 @@ mod tests {
             assert_eq!(beside.told(&*problem, &*method, 1e-3).is_some(), is_told, "{end}");
         }
     }
+
+    #[test]
+    fn a_limited_equation_has_no_f_after_its_last_evaluation() {
+        let problem = verify::problem::build("harmonic-oscillator", &[]).expect("registered");
+        let ode = Limited { ode: problem.ode(), left: AtomicU64::new(2) };
+        let mut f = [0.0; 2];
+        for is_left in [true, true, false, false] {
+            ode.rhs(0.0, &[1.0, 1.0], &mut f);
+            assert_eq!(f.iter().all(|x| x.is_finite()), is_left);
+        }
+    }
+
+    /// What is said of one row that is `off` by so much.
+    fn told(setting: &str, (t, off): (f64, &[f64]), method: &str, estimate: f64) -> Option<String> {
+        let problem = verify::problem::build_setting(setting).expect("registered");
+        let method = method::parse(method).expect("registered");
+        let exact = problem.exact(t).expect("it is known");
+        let values: Vec<f64> = exact.iter().zip(off).map(|(x, off)| x + off).collect();
+        let mut beside = Beside::default();
+        beside.add(t, &values);
+        beside.told(&*problem, &*method, estimate)
+    }
+
+    /// At t = 10 cos t + sin t = −1.38. The errors of solvers on what is about 10⁻⁸ are no part of it that counts.
+    #[test]
+    fn an_error_is_told_beyond_two_digits_and_the_estimate_and_what_solvers_have() {
+        let oscillator = "harmonic-oscillator";
+        for (setting, t, off, estimate, is_told) in [
+            (oscillator, 10.0, 5e-3, 0.0, false),
+            (oscillator, 10.0, -5e-3, 0.0, false),
+            (oscillator, 10.0, 2e-2, 0.0, true),
+            (oscillator, 10.0, -2e-2, 0.0, true),
+            (oscillator, 10.0, 0.1, 0.03, false),
+            (oscillator, 10.0, 0.1, 0.02, true),
+            ("linear-drag v0=1e-8", 1.0, 5e-8, 0.0, false),
+            ("linear-drag v0=1e-6", 1.0, 1e-6, 0.0, true),
+        ] {
+            let found = told(setting, (t, &[off, 0.0]), "implicit-euler", estimate);
+            assert_eq!(found.is_some(), is_told, "{setting}, {off:e} beside {estimate:e}: {found:?}");
+        }
+    }
+
+    /// Of q = −1.38 and p = −0.30 the one is −100, which is off by that, and the other 0.30, which is off by twice what it is.
+    #[test]
+    fn the_error_that_is_told_is_the_largest_part_of_its_component() {
+        let found =
+            told("harmonic-oscillator", (10.0, &[-98.6, 0.6]), "implicit-euler", 0.0).expect("both are far off");
+        assert!(found.starts_with("at t = 10 p is "), "{found}");
+        assert!(found.contains("with half the step") && found.contains("; a much smaller `--h`"), "{found}");
+        let adaptive = told("harmonic-oscillator", (10.0, &[0.5, 0.0]), "radau-adaptive", 0.0).expect("it is far off");
+        assert!(adaptive.starts_with("at t = 10 q is "), "{adaptive}");
+        assert!(
+            adaptive.contains("with a tenth of the tolerances") && adaptive.contains("; smaller tolerances"),
+            "{adaptive}"
+        );
+    }
+
+    /// Method I approaches another equation there, which no other solver is asked about.
+    #[test]
+    fn a_method_that_approaches_another_equation_is_not_told() {
+        let problem = verify::problem::build("poiseuille-ansatz", &[]).expect("registered");
+        for (method, is_told) in [("method-i", false), ("implicit-euler", true)] {
+            let method = method::parse(method).expect("registered");
+            let mut beside = Beside::default();
+            beside.add(1.0, &[10.0]);
+            assert_eq!(beside.told(&*problem, &*method, 1e-3).is_some(), is_told, "{}", method.name());
+        }
+    }
+
+    /// v̇ = 50 for t from 0.5 to 0.52, as the reference has it; `acts` where the methods have it too.
+    #[derive(Debug)]
+    struct Moment {
+        acts: bool,
+    }
+
+    impl Moment {
+        fn push(t: f64) -> f64 {
+            if (0.5..0.52).contains(&t) { 50.0 } else { 0.0 }
+        }
+    }
+
+    impl lsvi::FieldFn for Moment {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs<T: lsvi::Scalar>(&self, t: f64, _v: &[T], dv: &mut [T]) {
+            dv[0] = T::from(if self.acts { Self::push(t) } else { 0.0 });
+        }
+    }
+
+    impl Ode for Moment {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv[0] = Self::push(t);
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
+        fn longest_step(&self, span: f64) -> f64 {
+            0.01 * span
+        }
+    }
+
+    impl Problem for Moment {
+        fn components(&self) -> &'static [&'static str] {
+            &["v"]
+        }
+        fn initial(&self) -> Vec<f64> {
+            vec![0.0]
+        }
+        fn field(&self) -> Box<dyn lsvi::VectorField + '_> {
+            Box::new(lsvi::AutoField::new(self))
+        }
+        fn ode(&self) -> &dyn Ode {
+            self
+        }
+        fn exact(&self, _t: f64) -> Option<Vec<f64>> {
+            None
+        }
+    }
+
+    /// A run that passes over the moment ends at 0. The solver that confirms passes over none, and where it ends there too nothing is said.
+    #[test]
+    fn what_one_solver_alone_tells_is_not_told() {
+        let method = method::parse("implicit-euler").expect("registered");
+        for acts in [true, false] {
+            let mut beside = Beside::default();
+            beside.add(1.0, &[0.0]);
+            let found = beside.told(&Moment { acts }, &*method, 0.0);
+            assert_eq!(found.is_some(), acts, "{found:?}");
+        }
+    }
 }

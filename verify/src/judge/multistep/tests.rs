@@ -301,6 +301,8 @@ fn a_formula_is_refused_a_stability_for_its_slopes_or_for_its_locus() {
         let finding = theory.find(Property::LStable).expect("looked at");
         assert!(finding.outcome == l_stable && finding.why.contains(why), "{finding:?}");
     }
+    let stability = &theory("-1 1", "1/10^7 1-1/10^7").facts()[2].1;
+    assert!(stability.ends_with("|ζ| = 1.0e-7 for hλ → ∞"), "{stability}");
 }
 
 /// The trapezoidal rule to two digits: its locus is the imaginary axis, to the digits.
