@@ -243,12 +243,11 @@ mod tests {
         let mut out = Vec::new();
         show("linear-drag", (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
         let text = String::from_utf8(out).expect("UTF-8");
-        let words: Vec<&str> = text.split_whitespace().collect();
         let after = |option: &str| {
-            let place = words.iter().position(|word| *word == option).expect("an option");
-            let values = words[place + 1].trim_end_matches(':').split(',');
+            let given = text.split_whitespace().find_map(|word| word.strip_prefix(option)).expect("an option");
+            let values = given.trim_end_matches(':').split(',');
             values.map(|value| value.parse().expect("a number")).collect::<Vec<f64>>()
         };
-        assert_eq!((after("--rtol"), after("--atol")), (vec![3.16e-5], vec![1.23e-5, 4.56e-14]), "{text}");
+        assert_eq!((after("--rtol="), after("--atol=")), (vec![3.16e-5], vec![1.23e-5, 4.56e-14]), "{text}");
     }
 }

@@ -814,7 +814,7 @@ mod tests {
         assert_eq!((theory.main.order, theory.keeps_in_time(1, None), theory.keeps_in_time(2, None)), (2, true, false));
         let check = own_times(&theory).check;
         assert_eq!(check.measured, Some(1.0));
-        let told = "on v̇ = f(t, v) the order is 1 all the same, and that of the stages 0";
+        let told = "on v̇ = f(t, v) the order is 1 where without t it is 2, and the stage order is 0";
         assert!(check.reason.ends_with(told), "{}", check.reason);
         assert!(
             check.reason.starts_with("row 1 adds up to 0.5000000000, and c[1] is 0.2500000000"),
