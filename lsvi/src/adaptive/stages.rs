@@ -113,8 +113,8 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Builds the factors for steps of size `h` with the Jacobian at (t, v), unless there are some that serve. A Jacobian costs less than its
-    /// factors.
+    /// Builds the factors for steps of size `h` with the Jacobian at (t, v), unless there are some that serve: an old
+    /// Jacobian slows the iteration, and a new one is seldom dear beside its factors.
     pub(super) fn prepare<const S: usize>(
         &mut self,
         c: &Coefficients<S>,

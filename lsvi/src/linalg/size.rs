@@ -31,6 +31,7 @@ macro_rules! by_size {
         }
     };
 }
+
 /// The same up to 8, of what is short to compile.
 macro_rules! by_size_up_to_eight {
     ($n:expr, $N:ident => $call:expr) => {
