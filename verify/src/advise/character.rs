@@ -103,9 +103,9 @@ impl Character {
         Self { unknowns, matrices: None, growth: Growth::Unseen, sizes: (f64::NAN, f64::NAN), reached: 0.0 }
     }
 
-    /// Along the solution of `problem` by an adaptive method, as far as it goes, and where f changes by itself between its steps; a second
-    /// one, with errors far below those of disturbances, tells what becomes of these.
-    pub(super) fn of(problem: &dyn Problem, [method, accurate]: [&dyn Method; 2], horizon: f64) -> Self {
+    /// Along the solution of `problem` by an adaptive method with errors far below the disturbances by which growth is told, as far as it
+    /// goes, and where f changes by itself between its steps.
+    pub(super) fn of(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Self {
         let unknowns = problem.ode().dim();
         let mut states = Vec::new();
         // What was seen until a failure is what there is to look at.
@@ -117,7 +117,7 @@ impl Character {
         let between = changes(problem, horizon, &states.iter().map(|(t, _)| *t).collect::<Vec<_>>());
         let passed = run_through(problem, method, &between).unwrap_or_default();
         states.extend(between.into_iter().zip(passed));
-        let growth = growth(problem, accurate, horizon);
+        let growth = growth(problem, method, horizon);
         Self { unknowns, matrices: matrices(problem, &states), growth, sizes, reached }
     }
 

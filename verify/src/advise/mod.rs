@@ -6,7 +6,6 @@ mod trial;
 
 use lsvi::Structure;
 use lsvi::adaptive::Tolerances;
-use nalgebra::DMatrix;
 
 pub use character::{Character, Growth};
 pub use duration::duration;
@@ -17,6 +16,7 @@ use crate::measure::norm::{Extremes, larger};
 use crate::method::{self, Method};
 use crate::names::NameError;
 use crate::problem::Problem;
+use crate::reference;
 use crate::run::RunError;
 use crate::theory::is_cheap;
 use trial::{Truth, search};
@@ -53,6 +53,12 @@ const LISTED: usize = 6;
 /// Part of the error asked for within which another run has to confirm the solution.
 const CONFIRMED: f64 = 0.1;
 
+/// Solvers with steps of their own that confirm the solution where no fixed steps come near: the first that is compiled in and does.
+const CONFIRMING: [&str; 2] = ["cvode-bdf", "diffsol-bdf"];
+
+/// The tolerance of the run along which a system is looked at, where that of the accurate runs is smaller.
+const LOOKING: f64 = 1e-10;
+
 /// Two methods that differ by less in work do the same.
 const CLEAR: f64 = 1.1;
 
@@ -72,6 +78,27 @@ pub struct Advice {
 }
 
 impl Advice {
+    /// None, and nothing was tried.
+    fn refused(character: Character, refusal: Refusal) -> Self {
+        Self { character, trials: Vec::new(), uncertainty: f64::NAN, target: f64::NAN, refusal: Some(refusal) }
+    }
+
+    /// Whether there is no solution to measure trials by.
+    fn has_no_truth(&self) -> bool {
+        matches!(self.refusal, Some(Refusal::Lost(_) | Refusal::Parting { .. } | Refusal::Unresolved { .. }))
+    }
+
+    /// Whether the accurate runs that led to it may owe it to their tolerances.
+    fn is_doubtful(&self, held: Held) -> bool {
+        let factor = match self.character.growth {
+            Growth::By(factor) => factor,
+            Growth::Untold([a, b]) => larger(a, b),
+            Growth::Lost(_) | Growth::Unseen => 1.0,
+        };
+        let spoils = factor * held.rtol > CONFIRMED * self.target;
+        self.has_no_truth() || (self.refusal.is_some() && spoils)
+    }
+
     /// The recommendation.
     pub fn recommended(&self) -> Option<&Trial> {
         self.trials.first().filter(|_| self.refusal.is_none())
@@ -123,9 +150,8 @@ pub enum Refusal {
     },
     /// No other run confirms the solution.
     #[error(
-        "no trial with fixed steps comes nearer to the solution of radau-adaptive, which the trials are measured by, than \
-         {difference:.1e}, too much to tell errors of {target:.1e}: the solution is sensitive, not smooth, as where f jumps, or has times \
-         too unlike for steps of one size"
+        "no trial with fixed steps, nor CVODE or diffsol, comes nearer to the solution of radau-adaptive, which the trials are measured by, \
+         than {difference:.1e}, too much to tell errors of {target:.1e}: the solution is sensitive, or not smooth, as where f jumps"
     )]
     Unresolved {
         /// By so much.
@@ -134,7 +160,9 @@ pub enum Refusal {
         target: f64,
     },
     /// No trial reaches the accuracy.
-    #[error("no method reaches {accuracy:e} in {most} steps")]
+    #[error(
+        "no method reaches {accuracy:e} in {most} steps, radau-adaptive with no tolerance that leaves the solution ten times as accurate"
+    )]
     OutOfReach {
         /// What was asked for.
         accuracy: f64,
@@ -164,37 +192,75 @@ pub enum Refusal {
     },
 }
 
+/// Tolerances of accurate runs.
+#[derive(Debug, Clone, Copy)]
+pub struct Held {
+    /// The relative one.
+    rtol: f64,
+    /// The absolute one as a multiple of it.
+    scale: f64,
+}
+
+impl Held {
+    /// For a solution of order one, to errors well below `accuracy`.
+    pub fn to(accuracy: f64) -> Self {
+        Self { rtol: (1e-6 * accuracy).max(1e-12), scale: 1.0 }
+    }
+
+    /// For one that keeps small components, from which it comes back, or multiplies errors: as accurate as rounding lets it be.
+    const SMALL: Self = Self { rtol: 1e-13, scale: 1e-20 };
+
+    /// The adaptive method with these tolerances, or with a larger one of the same kind.
+    fn method(self, least: f64) -> Result<Box<dyn Method>, NameError> {
+        let rtol = self.rtol.max(least);
+        adaptive_within(rtol, &[self.scale * rtol])
+    }
+}
+
 /// Tries methods on `problem` up to `horizon` for an error of `accuracy`, the largest of a component at the ends of steps
-/// relative to the largest component, or 1.
+/// relative to the largest component, or 1; `note` hears what is being tried.
 ///
 /// # Errors
 /// [`NameError`] if a candidate is not registered, which is a mistake of this program.
-pub fn advise(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Advice, NameError> {
-    let nothing = |character, refusal| Advice {
-        character,
-        trials: Vec::new(),
-        uncertainty: f64::NAN,
-        target: f64::NAN,
-        refusal: Some(refusal),
-    };
+pub fn advise(
+    problem: &dyn Problem,
+    horizon: f64,
+    accuracy: f64,
+    note: &mut dyn FnMut(&str),
+) -> Result<Advice, NameError> {
     if problem.field().structure() == Structure::MatrixFree {
-        return Ok(nothing(Character::unseen(problem), Refusal::MatrixFree));
+        return Ok(Advice::refused(Character::unseen(problem), Refusal::MatrixFree));
     }
     let mut f = vec![0.0; problem.field().dim()];
     problem.field().rhs(0.0, &problem.initial(), &mut f);
     if let Some((component, value)) = f.into_iter().enumerate().find(|(_, x)| !x.is_finite()) {
-        return Ok(nothing(Character::unseen(problem), Refusal::Start { component, value }));
+        return Ok(Advice::refused(Character::unseen(problem), Refusal::Start { component, value }));
     }
-    let character = Character::of(problem, [&*adaptive(1e-6)?, &*adaptive(1e-10)?], horizon);
     let candidates = CANDIDATES.into_iter().map(method::parse).collect::<Result<Vec<_>, _>>()?;
-    let calm = character.matrices.as_ref().and_then(|matrices| matrices.calm.as_ref());
-    Ok(match try_out(problem, horizon, accuracy, &candidates, calm)? {
-        Err(lost) => nothing(character, Refusal::Lost(lost)),
-        Ok(tried) => {
-            let refusal = tried.refusal(accuracy);
-            Advice { character, trials: tried.trials, uncertainty: tried.uncertainty, target: tried.target, refusal }
-        }
-    })
+    let mut attempt = |held: Held| -> Result<Advice, NameError> {
+        note("the course of the solution");
+        let character = Character::of(problem, &*held.method(LOOKING)?, horizon);
+        Ok(match try_out(problem, horizon, (accuracy, held), &candidates, &character, note)? {
+            Err(lost) => Advice::refused(character, Refusal::Lost(lost)),
+            Ok(tried) => {
+                let refusal = tried.refusal(accuracy);
+                Advice {
+                    character,
+                    trials: tried.trials,
+                    uncertainty: tried.uncertainty,
+                    target: tried.target,
+                    refusal,
+                }
+            }
+        })
+    };
+    let held = Held::to(accuracy);
+    let first = attempt(held)?;
+    if !first.is_doubtful(held) {
+        return Ok(first);
+    }
+    let second = attempt(Held::SMALL)?;
+    Ok(if second.has_no_truth() { first } else { second })
 }
 
 /// Trials on a problem.
@@ -238,31 +304,32 @@ impl Tried {
 }
 
 /// Runs `methods` that suit `problem` with ever more steps, and the adaptive method with ever smaller tolerances. Steps that amplify what
-/// the equation with the Jacobian `calm` lets not grow are too long, whatever their error.
+/// the equation does not let grow where the system is calm are too long, whatever their error.
 ///
 /// # Errors
 /// [`NameError`] as for [`advise`]; the inner [`RunError`] if the solution cannot be followed.
 pub fn try_out(
     problem: &dyn Problem,
     horizon: f64,
-    accuracy: f64,
+    (accuracy, held): (f64, Held),
     methods: &[Box<dyn Method>],
-    calm: Option<&DMatrix<f64>>,
+    character: &Character,
+    note: &mut dyn FnMut(&str),
 ) -> Result<Result<Tried, RunError>, NameError> {
-    let finest = (1e-6 * accuracy).max(1e-12);
-    let accurate = adaptive(finest)?;
+    let finest = held.rtol;
+    let accurate = held.method(finest)?;
+    note("the solution");
     let truth = match Truth::by(problem, &*accurate, horizon) {
         Ok(truth) => truth,
         Err(lost) => return Ok(Err(lost)),
     };
-    let target = accuracy * truth.size();
+    let calm = character.matrices.as_ref().and_then(|matrices| matrices.calm.as_ref());
+    // What lasts a moment is seen in the steps of a run alone.
+    let target = accuracy * larger(truth.size(), character.sizes.1);
     let (mut trials, mut uncertainty) = (Vec::<Trial>::new(), f64::INFINITY);
-    // With its own tolerance the accurate run, which stops at the ends of the steps of a trial, would be that trial once more: its errors
-    // are to be a tenth.
-    let is_coarse = |tolerance: &f64| CONFIRMED * tolerance >= finest;
-    let tolerances: Vec<f64> =
-        (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half))).filter(is_coarse).map(as_printed).collect();
-    let least_sizes = truth.least_sizes().map(|sizes| match sizes.len() {
+    let tolerances = tolerances(finest);
+    note(ADAPTIVE);
+    let least_sizes = truth.least_sizes(held.scale).map(|sizes| match sizes.len() {
         0..=LISTED => sizes,
         _ => vec![sizes.into_iter().smallest()],
     });
@@ -277,6 +344,7 @@ pub fn try_out(
     trials.extend(found.min_by(|a, b| a.cost.total_cmp(&b.cost)));
     let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();
     for method in &suited {
+        note(&method.name());
         let least = trials.iter().map(|trial| trial.cost).chain([f64::INFINITY]).smallest();
         let (found, closest) = search(problem, &***method, &truth, target, HOPELESS * least, calm);
         uncertainty = uncertainty.min(closest);
@@ -289,7 +357,15 @@ pub fn try_out(
         if uncertainty <= CONFIRMED * target {
             break;
         }
+        note(&format!("the solution by {}", method.name()));
         uncertainty = uncertainty.min(search(problem, &***method, &truth, CONFIRMED * target, most, calm).1);
+    }
+    for reference in CONFIRMING.into_iter().filter_map(reference::by_name) {
+        if uncertainty <= CONFIRMED * target {
+            break;
+        }
+        note(&format!("the solution by {}", reference.name()));
+        uncertainty = uncertainty.min(truth.apart_from(reference, finest));
     }
     let (moved, parting) = (truth.moves_by(), truth.parts_by());
     Ok(Ok(Tried { trials, uncertainty, target, moved, parting }))
@@ -318,6 +394,13 @@ fn adaptive_within(rtol: f64, atol: &[f64]) -> Result<Box<dyn Method>, NameError
     let tolerances = Tolerances::new(rtol, 0.0).and_then(|tolerances| tolerances.with_atol(atol.to_vec()));
     let with = tolerances.ok().and_then(|tolerances| method.with_tolerances(tolerances));
     Ok(with.unwrap_or(method))
+}
+
+/// The tolerances that are tried, the largest first. With its own the accurate run, which stops at the ends of the steps of a trial, would be
+/// that trial once more: its errors are to be a tenth.
+fn tolerances(finest: f64) -> Vec<f64> {
+    let all = (4..=20).map(|half| 10_f64.powf(-0.5 * f64::from(half)));
+    all.filter(|tolerance| CONFIRMED * tolerance >= finest).map(as_printed).collect()
 }
 
 /// A tolerance as it is printed.

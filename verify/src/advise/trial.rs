@@ -11,12 +11,13 @@ use nalgebra::DMatrix;
 
 use super::{adaptive_within, worst};
 use crate::experiment::growth;
-use crate::kinds::Stability;
-use crate::measure::norm::{Extremes, common_distance, larger, max_norm};
+use crate::kinds::{Principle, Stability};
+use crate::measure::norm::{Extremes, common_distance, distance, larger, max_norm};
 use crate::method::{self, Method};
 use crate::names::NameError;
 use crate::problem::Problem;
 use crate::problem::changes::{GOLDEN, changes};
+use crate::reference::Reference;
 use crate::run::{RunError, run_between, run_from, run_through, run_while};
 
 /// A run that reaches the accuracy.
@@ -188,15 +189,25 @@ impl<'a> Truth<'a> {
         larger(self.extent.get().0, 1.0)
     }
 
-    /// The least size that a component has in a part of the run, but for roundings of the largest: an absolute tolerance beside it lets go of
-    /// what comes back from there. None of a system whose states are not its unknowns.
-    pub(super) fn least_sizes(&self) -> Option<Vec<f64>> {
+    /// How far `reference` is from it with this tolerance: infinitely, where it fails.
+    pub(super) fn apart_from(&self, reference: &dyn Reference, tolerance: f64) -> f64 {
+        let limit = self.problem.limit(Principle::Equation);
+        let times = self.ends_of(TIMES as u32);
+        let Ok(run) = reference.run(limit.ode, 0.0, &limit.initial, &times, tolerance) else { return f64::INFINITY };
+        let Ok(known) = self.of_steps(TIMES as u32) else { return f64::INFINITY };
+        let observed = |t: f64, state: &[f64]| self.problem.observe(t, state);
+        let states = times.iter().zip(known.iter().zip(&run.states));
+        worst(states.map(|(t, (known, state))| distance(&observed(*t, known), &observed(*t, state))))
+    }
+
+    /// The least size that a component has in a part of the run, but for roundings of the largest, or for this part of them: an absolute
+    /// tolerance beside it lets go of what comes back from there.
+    pub(super) fn least_sizes(&self, part: f64) -> Option<Vec<f64>> {
         let states = self.of_steps(FINE).ok()?;
         let of_part = |part: &[Vec<f64>], k: usize| part.iter().map(|state| state[k].abs()).fold(0.0, larger);
         let parts = || states.chunks(states.len().div_ceil(PARTS));
-        let least = |k: usize| parts().map(|part| of_part(part, k)).smallest().max(f64::EPSILON * self.size());
-        let unknowns = states.first()?.len();
-        (unknowns == self.problem.field().dim()).then(|| (0..unknowns).map(least).collect())
+        let least = |k: usize| parts().map(|part| of_part(part, k)).smallest().max(part * f64::EPSILON * self.size());
+        Some((0..states.first()?.len()).map(least).collect())
     }
 
     /// How far it goes from its start, as far as any run has asked.
@@ -462,13 +473,17 @@ mod tests {
     #[test]
     fn the_least_size_of_a_component_is_that_in_the_part_in_which_it_is_least() {
         with_truth(|_, truth| {
-            let least = truth.least_sizes().expect("it has one unknown")[0];
+            let least = truth.least_sizes(1.0).expect("it has one unknown")[0];
             assert!((least - (-7.5_f64).exp()).abs() <= 0.01 * least, "{least}");
         });
         let rest = problem::build_setting("harmonic-oscillator q0=0 p0=0").expect("registered");
         let method = adaptive(1e-12).expect("registered");
         let truth = Truth::by(&*rest, &*method, HORIZON).expect("it runs");
-        assert_eq!(truth.least_sizes(), Some(vec![f64::EPSILON; 2]), "an absolute tolerance of 0 would allow no step");
+        assert_eq!(
+            truth.least_sizes(1.0),
+            Some(vec![f64::EPSILON; 2]),
+            "an absolute tolerance of 0 would allow no step"
+        );
     }
 
     /// The errors fall from the first unit of time on, which is the end of a step of eight and of none of four.

@@ -3,12 +3,13 @@
 use std::f64::consts::TAU;
 use std::io::{self, Write};
 
+use indicatif::{ProgressBar, ProgressStyle};
 use verify::advise::{Advice, Character, Growth, Refusal, Trial, advise, duration};
 
 use super::Status;
 use super::args::{self, ProblemArgs};
 use super::error::Failure;
-use super::layout::{counted, left, paragraph, plain, right, significant};
+use super::layout::{columns, counted, left, paragraph, plain, right, significant, width};
 use super::output::Output;
 
 /// Say what a system is like, and which method to take on it.
@@ -18,9 +19,10 @@ Methods of each family are run with ever shorter steps until their error, the
 largest of a component at the ends of steps, in a large system at an irregular
 choice of them, is within --accuracy of the largest component, or of 1; the
 table shows it in absolute terms. The errors are measured against an accurate
-run, and that against the best of another method. The cheapest is recommended,
-with the step size and the error that were found; work is counted in evaluations
-of f, a matrix as many as it has columns that differ. The tolerance of
+run, and that against the best run with fixed steps, or against CVODE or diffsol
+where none of these comes near. The cheapest is recommended, with the step size
+and the error that were found; work is counted in evaluations of f, a matrix as
+many as it has columns that differ. The tolerance of
 radau-adaptive that is shown is the relative one; the absolute one is the same,
 or the relative one times the least amplitude that each component has in a
 sixteenth of the time, whichever is cheaper.
@@ -64,9 +66,19 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
     let horizon = options.t_end.filter(|_| options.problem.is_model());
     let (name, problem) = options.problem.build(horizon)?;
     let horizon = options.t_end.map_or_else(|| duration(&*problem), Ok)?;
-    let advice = advise(&*problem, horizon, options.accuracy)?;
+    // Hidden where standard error is no terminal.
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{elapsed} gone, now {msg}") {
+        bar.set_style(style);
+    }
+    let advice = advise(&*problem, horizon, options.accuracy, &mut |tried| bar.set_message(tried.to_owned()))?;
+    bar.finish_and_clear();
     let own = if options.t_end.is_some() { horizon } else { problem.horizon() };
     show(&name, (horizon, own), options.accuracy, &advice, out)
+        .and_then(|()| match advice.recommended() {
+            Some(trial) => command(&options.problem.options(), horizon, trial, out),
+            None => Ok(()),
+        })
         .and_then(|()| options.problem.write_caveat(out))
         .map_err(Failure::Output)?;
     Ok(if advice.recommended().is_some() { Status::Ok } else { Status::Inconclusive })
@@ -114,14 +126,9 @@ fn show(
     writeln!(out)?;
     match (refusal, advice.recommended()) {
         (None, Some(trial)) => {
-            let with = significant(trial.setting, 3);
             let with = match &trial.atol {
-                Some(atol) => {
-                    let atol: Vec<String> = atol.iter().map(|atol| significant(*atol, 3)).collect();
-                    // In one piece on a terminal, as it is typed.
-                    format!("--rtol={with} --atol={}", atol.join(","))
-                }
-                None => format!("h = {with}"),
+                Some(_) => "the tolerances below".into(),
+                None => format!("h = {}", significant(trial.setting, 3)),
             };
             let text = format!(
                 "{} with {with}: in the trial its largest absolute error at {} was {}, measured to {}, for {:.0} evaluations{}.",
@@ -153,6 +160,29 @@ fn show(
     }
 }
 
+/// The command that makes the run of a trial again, broken as a shell reads it.
+fn command(problem: &[[String; 2]], horizon: f64, trial: &Trial, out: &mut impl Write) -> io::Result<()> {
+    let setting = match &trial.atol {
+        Some(atol) => {
+            let atol: Vec<String> = atol.iter().map(|atol| format!("{atol:e}")).collect();
+            vec![["--rtol".into(), format!("{:e}", trial.setting)], ["--atol".into(), atol.join(",")]]
+        }
+        None => vec![["--h".into(), plain(trial.setting)]],
+    };
+    let run = [["--method".to_owned(), trial.method.clone()], ["--t-end".into(), plain(horizon)]];
+    let mut line = format!("{}verify solve", left("RUN", INDENT));
+    for [option, value] in problem.iter().cloned().chain(run).chain(setting) {
+        let pair = format!(" {option} {}", shell_words::quote(&value));
+        if width(&line) + width(&pair) + 2 > columns() {
+            writeln!(out, "{line} \\")?;
+            line = format!("{} {pair}", left("", INDENT));
+        } else {
+            line += &pair;
+        }
+    }
+    writeln!(out, "{line}")
+}
+
 /// A line of the table of trials.
 fn row([method, steps, setting, error, cost]: [&str; 5], out: &mut impl Write) -> io::Result<()> {
     let cells = [right(steps, 7), right(setting, 12), right(error, 11), right(cost, 13)];
@@ -162,15 +192,15 @@ fn row([method, steps, setting, error, cost]: [&str; 5], out: &mut impl Write) -
 fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Result<()> {
     let told = match &character.growth {
         Growth::Unseen => "not looked at".into(),
-        Growth::Lost(error) => format!("not told, for a run that it takes fails: {error}"),
+        Growth::Lost(error) => format!("not known, for a run that it takes fails: {error}"),
         Growth::Untold(factors) => format!(
-            "not told: disturbances of the start of two sizes change by factors of {} and {}, as where they outgrow the solution, or where \
-             runs meet what f does for a moment with different steps",
+            "not proportional: disturbances of the start of two sizes come to {} and {} times these at most along the run, as where they \
+             outgrow the solution, or where runs meet what f does for a moment with different steps",
             significant(factors[0], 2),
             significant(factors[1], 2)
         ),
         Growth::By(factor) => format!(
-            "along the run a disturbance of the start in one direction changes by a factor of {}, another one may by more",
+            "a disturbance of the start in one direction comes to {} times its size at most along the run, another one may to more",
             significant(*factor, 2)
         ),
     };
@@ -231,23 +261,24 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
 mod tests {
     use super::*;
 
-    /// To three digits, as an option is given.
+    /// In lines that a terminal shows whole and a shell reads as one.
     #[test]
-    fn the_tolerances_of_an_adaptive_method_read_back_as_options() {
+    fn a_trial_is_made_again_by_the_command_that_is_shown() {
         let problem = verify::problem::build("linear-drag", &[]).expect("registered");
-        let mut advice = advise(&*problem, 1.0, 1e-3).expect("registered");
-        advice.refusal = None;
+        let mut advice = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered");
         let trial = advice.trials.first_mut().expect("some method reaches it");
         (trial.method, trial.setting) = ("radau-adaptive".into(), 3.16e-5);
         trial.atol = Some(vec![1.23e-5, 4.56e-14]);
         let mut out = Vec::new();
-        show("linear-drag", (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
+        let problem = [["--problem".into(), "linear-drag".into()], ["--set".into(), "v0=1".into()]];
+        command(&problem, 0.1, trial, &mut out).expect("written");
         let text = String::from_utf8(out).expect("UTF-8");
-        let after = |option: &str| {
-            let given = text.split_whitespace().find_map(|word| word.strip_prefix(option)).expect("an option");
-            let values = given.trim_end_matches(':').split(',');
-            values.map(|value| value.parse().expect("a number")).collect::<Vec<f64>>()
-        };
-        assert_eq!((after("--rtol="), after("--atol=")), (vec![3.16e-5], vec![1.23e-5, 4.56e-14]), "{text}");
+        assert!(text.lines().all(|line| width(line) <= columns()), "{text}");
+        let text = text.replace("\\\n", "");
+        let words: Vec<&str> = text.split_whitespace().skip(3).collect();
+        let options: Vec<_> = words.chunks(2).map(|pair| (pair[0], pair[1])).collect();
+        let tolerances = [("--rtol", "3.16e-5"), ("--atol", "1.23e-5,4.56e-14")];
+        let run = [("--problem", "linear-drag"), ("--set", "v0=1"), ("--method", "radau-adaptive"), ("--t-end", "0.1")];
+        assert_eq!(options, [&run[..], &tolerances].concat(), "{text}");
     }
 }

@@ -58,6 +58,14 @@ impl ProblemArgs {
         self.name.as_deref()
     }
 
+    /// The options that were given, each with its value.
+    pub(super) fn options(&self) -> Vec<[String; 2]> {
+        let model = self.model.iter().map(|path| ("--model", path.display().to_string()));
+        let name = self.name.iter().map(|name| ("--problem", name.clone()));
+        let set = self.set.iter().map(|(name, value)| ("--set", format!("{name}={value}")));
+        model.chain(name).chain(set).map(|(option, value)| [option.to_owned(), value]).collect()
+    }
+
     /// Whether it is a model.
     pub(super) fn is_model(&self) -> bool {
         self.model.is_some()
