@@ -36,9 +36,6 @@ use verify::replacement::Replacement;
 /// Part of the largest value above which an estimate of its error says that no digit of it is right.
 const MEANINGLESS: f64 = 0.5;
 
-/// Steps that an adaptive method is taken to need, where what they pass over is looked for.
-const ADAPTIVE_STEPS: f64 = 1000.0;
-
 /// Columns after the components: the error where an exact solution is known, and the estimate.
 const ERRORS: [&str; 2] = ["error", "estimate"];
 
@@ -242,8 +239,7 @@ impl<'a> Solve<'a> {
         let mut summary = Summary::default();
         let mut io = Ok(());
         let mut progress = Progress::new(self.args);
-        let steps = if self.method.traits().is_adaptive { ADAPTIVE_STEPS } else { self.args.t_end / self.h };
-        let mut forcing = Forcing::new(&*self.problem, self.method.order(), steps);
+        let mut forcing = Forcing::new(&*self.problem, self.method.order(), self.args.t_end);
         let estimator = || Estimator::new(&*self.problem, &*self.method, self.h, self.args.t_end);
         let mut estimator = (!self.args.no_estimate).then(estimator).transpose();
         let mut estimator = estimator.as_mut().map_err(|error| Stop::Failed(self.failed(error.clone())))?.as_mut();
@@ -257,7 +253,7 @@ impl<'a> Solve<'a> {
             });
             summary.add(state.t, max_norm(&values), error, estimate);
             forcing.add(state.t, &state.q);
-            summary.beside.add(state.t, &values);
+            summary.beside.add(state.t, &values, estimate);
             let has_ended = self.has_exact && error.is_none();
             let row = beware::Row { t: state.t, state: &state.q, estimate, has_ended };
             summary.watch.add(&*self.problem, &*self.method, row);
@@ -333,8 +329,8 @@ impl<'a> Solve<'a> {
             warnings.extend(summary.watch.below(atol));
         }
         // What has a reason of its own needs no other solver.
-        if let Some((estimate, _)) = summary.estimate.filter(|_| warnings.is_empty()) {
-            warnings.extend(summary.beside.told(&*self.problem, &*self.method, estimate));
+        if warnings.is_empty() {
+            warnings.extend(summary.beside.told(&*self.problem, &*self.method));
         }
         warnings.extend(broken);
         warnings.extend(self.overclaim.clone());

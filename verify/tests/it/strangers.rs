@@ -701,6 +701,56 @@ fn a_pulse_that_steps_pass_over_is_named() {
     assert_eq!(run(&["--method", "radau-adaptive", "--h", "0.02"]), "");
 }
 
+/// A blow that lasts 10⁻⁴ of the run, whatever the tolerances.
+#[test]
+fn a_blow_that_adaptive_steps_pass_over_is_named() {
+    let model = "u_i { y = 0, w = 1 } F_i { w, -y + 500*exp(-1e8*(t - 3.3004)*(t - 3.3004)) }";
+    for rtol in ["1e-2", "1e-4", "1e-6", "1e-8", "1e-10"] {
+        let said =
+            warned("blow", model, &["--method", "radau-adaptive", "--rtol", rtol, "--atol", rtol, "--t-end", "10"]);
+        assert!(said.contains("f changes in time faster than the steps"), "{rtol}: {said}");
+    }
+}
+
+/// What a stiff component makes of a smooth force is next to nothing, the moment of it within a step too.
+#[test]
+fn a_smooth_force_on_a_stiff_component_is_not_named() {
+    for method in ["trapezoidal", "ls-galerkin(2,radau,2)"] {
+        let said = warned(
+            "prothero",
+            "u_i { v = 1 } F_i { -1000*(v - cos(t)) - sin(t) }",
+            &["--method", method, "--h", "1", "--t-end", "10"],
+        );
+        assert_eq!(said, "", "{method}");
+    }
+}
+
+/// By the end nothing of the rotation is left, in the run and in its finer one alike: their difference is largest early, or is of
+/// the size of the solution.
+#[test]
+fn a_rotation_that_is_damped_in_both_runs_is_named() {
+    let model = "u_i { q = 1, p = 0 } F_i { p, -q }";
+    for method in ["implicit-euler", "method-i", "bdf2"] {
+        let said = warned("rotation", model, &["--method", method, "--h", "0.7", "--t-end", "60"]);
+        assert!(
+            said.contains("the error is larger than the estimates near there")
+                || said.contains("with half the step it is another solution"),
+            "{method}: {said}"
+        );
+    }
+    assert_eq!(warned("rotation", model, &["--method", "trapezoidal", "--h", "0.05", "--t-end", "60"]), "");
+}
+
+/// A pulse is over, and a rate of 10⁻³²¹ is no motion.
+#[test]
+fn a_rate_below_all_normal_numbers_is_no_drift() {
+    let model = "u_i { a = 0 } F_i { 1000*(exp(-(t - 0.3)*(t - 0.3)/2e-4) - a) }";
+    for h in ["0.1", "0.01"] {
+        let said = warned("pulse-over", model, &["--method", "method-i", "--h", h, "--t-end", "10"]);
+        assert!(!said.contains("rests where f is not zero"), "{h}: {said}");
+    }
+}
+
 #[test]
 fn what_coarse_tolerances_do_not_follow_is_told_with_tolerances() {
     let lorenz = "u_i { x = 1, y = 1, z = 1 } F_i { 10*(y - x), x*(28 - z) - y, x*y - 8*z/3 }";

@@ -16,6 +16,10 @@ use crate::cli::layout::{number, plain};
 /// Rows that are looked at: from half as many up to so many of a long run, and the last.
 const ROWS: usize = 128;
 
+/// Part of the run on either side of a row within which the largest estimate is that of the row: one alone passes zero where a run and its
+/// finer one cross.
+const NEARBY: f64 = 1.0 / 16.0;
+
 /// Part of the largest value of a component that an error comes to where fewer than two digits are right.
 const TWO_DIGITS: f64 = 1e-2;
 
@@ -29,57 +33,76 @@ const STEPS: u64 = 10_000;
 /// Follows a run.
 #[derive(Debug)]
 pub(super) struct Beside {
-    /// Time and components of every so many rows from the start, without it, and of the last.
-    rows: Vec<(f64, Vec<f64>)>,
-    last: (f64, Vec<f64>),
+    /// Every so many rows from the start, without it, and the last.
+    rows: Vec<Row>,
+    last: Row,
     every: usize,
     count: usize,
 }
 
+#[derive(Debug, Clone, Default)]
+struct Row {
+    t: f64,
+    /// Components.
+    values: Vec<f64>,
+    /// The largest estimate since the row before, infinite where there is none.
+    estimate: f64,
+}
+
 impl Default for Beside {
     fn default() -> Self {
-        Self { rows: Vec::new(), last: (0.0, Vec::new()), every: 1, count: 0 }
+        Self { rows: Vec::new(), last: Row::default(), every: 1, count: 0 }
     }
 }
 
 impl Beside {
     /// The next row of a run.
-    pub(super) fn add(&mut self, t: f64, values: &[f64]) {
+    pub(super) fn add(&mut self, t: f64, values: &[f64], estimate: Option<f64>) {
         if values.len() > DENSE || t == 0.0 {
             return;
         }
         self.count += 1;
-        self.last.0 = t;
-        values.clone_into(&mut self.last.1);
+        self.last.t = t;
+        values.clone_into(&mut self.last.values);
+        self.last.estimate = larger(self.last.estimate, estimate.unwrap_or(f64::INFINITY));
         if !self.count.is_multiple_of(self.every) {
             return;
         }
         self.rows.push(self.last.clone());
+        self.last.estimate = 0.0;
         if self.rows.len() > ROWS {
             self.every *= 2;
-            let mut place = 0;
-            self.rows.retain(|_| {
-                place += 1;
-                place % 2 == 0
-            });
+            let later = |pair: &[Row]| {
+                let estimate = pair.iter().map(|row| row.estimate).fold(0.0, larger);
+                pair.get(1).map(|row| Row { estimate, ..row.clone() })
+            };
+            // Of an odd number the last goes to the row that follows.
+            self.last.estimate = self.rows.chunks_exact(2).remainder().iter().map(|row| row.estimate).fold(0.0, larger);
+            self.rows = self.rows.chunks_exact(2).filter_map(later).collect();
         }
     }
 
     /// The rows that are looked at.
-    fn rows(&self) -> impl Iterator<Item = &(f64, Vec<f64>)> {
+    fn rows(&self) -> impl Iterator<Item = &Row> {
         let is_shown = self.count.is_multiple_of(self.every);
         self.rows.iter().chain((!is_shown).then_some(&self.last))
     }
 
-    /// A row that is off by far more than the largest estimate, as a reference tells and another solver confirms: the one may have passed
+    /// The largest estimate near a time.
+    fn estimate(&self, t: f64) -> f64 {
+        let near = NEARBY * self.last.t;
+        self.rows().filter(|row| (row.t - t).abs() <= near).map(|row| row.estimate).fold(0.0, larger)
+    }
+
+    /// A row that is off by far more than the estimates near it, as a reference tells and another solver confirms: the one may have passed
     /// over what f does for a moment, or be at its end, but hardly both and with the same result.
-    pub(super) fn told(&self, problem: &dyn Problem, method: &dyn Method, estimate: f64) -> Option<String> {
+    pub(super) fn told(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
         let limit = problem.limit(method.principle());
         let is_equation = limit.name == problem.limit(Principle::Equation).name;
         if !is_equation || limit.ode.dim() > DENSE || self.count == 0 {
             return None;
         }
-        let times: Vec<f64> = self.rows().map(|(t, _)| *t).collect();
+        let times: Vec<f64> = self.rows().map(|row| row.t).collect();
         let ode = Limited { ode: limit.ode, left: AtomicU64::new(EVALUATIONS) };
         let reference = reference::by_name("diffsol-bdf")?;
         let solved = reference.solve_within(&ode, 0.0, &limit.initial, &times, COURSE).ok()?;
@@ -87,40 +110,40 @@ impl Beside {
             times.iter().zip(states).map(|(t, state)| problem.observe(*t, state)).collect()
         };
         let states = observed(&solved.states);
-        let sizes = states.iter().chain(self.rows().map(|(_, values)| values)).fold(Vec::new(), |mut sizes, values| {
+        let sizes = states.iter().chain(self.rows().map(|row| &row.values)).fold(Vec::new(), |mut sizes, values| {
             sizes.resize(values.len(), 0.0);
             sizes.iter_mut().zip(values).for_each(|(size, x)| *size = larger(*size, x.abs()));
             sizes
         });
-        let far = |k: usize| (BEYOND * estimate).max(TWO_DIGITS * sizes[k]).max(SUMS * COURSE);
+        let far = |t: f64, k: usize| (BEYOND * self.estimate(t)).max(TWO_DIGITS * sizes[k]).max(SUMS * COURSE);
         let differences = self.rows().zip(states.iter().zip(&solved.bound)).enumerate();
-        let (row, k, _) = differences
-            .flat_map(|(row, ((_, values), (state, bound)))| {
-                let of_row = values.iter().zip(state).map(move |(a, b)| (a - b).abs() - bound);
-                of_row.enumerate().map(move |(k, difference)| (row, k, difference))
+        let (place, k, _) = differences
+            .flat_map(|(place, (row, (state, bound)))| {
+                let of_row = row.values.iter().zip(state).map(move |(a, b)| (a - b).abs() - bound);
+                of_row.enumerate().map(move |(k, difference)| (place, k, difference))
             })
-            .filter(|(_, k, difference)| *difference > far(*k))
+            .filter(|(place, k, difference)| *difference > far(times[*place], *k))
             .max_by(|a, b| (a.2 / sizes[a.1]).total_cmp(&(b.2 / sizes[b.1])))?;
         let adaptive = method::parse("radau-adaptive").ok()?.limited(STEPS)?;
         let adaptive = adaptive.with_tolerances(Tolerances::new(COURSE, COURSE).ok()?)?;
-        let end = times[row];
+        let end = times[place];
         let steps = [limit.ode.longest_step(end).min(end), end];
-        let confirmed = observed(&run_between(problem, &*adaptive, steps, &times[..=row]).ok()?);
-        let value = self.rows().nth(row)?.1[k];
-        ((confirmed[row][k] - value).abs() > far(k)).then(|| {
+        let confirmed = observed(&run_between(problem, &*adaptive, steps, &times[..=place]).ok()?);
+        let value = self.rows().nth(place)?.values[k];
+        ((confirmed[place][k] - value).abs() > far(end, k)).then(|| {
             let [shared, remedy] = if method.traits().is_adaptive {
                 ["a tenth of the tolerances", "smaller tolerances"]
             } else {
                 ["half the step", "a much smaller `--h`"]
             };
             format!(
-                "at t = {} {} is {}, and {} by two solvers that choose their steps: the error is larger than the estimate, {}, which does not \
+                "at t = {} {} is {}, and {} by two solvers that choose their steps: the error is larger than the estimates near there, of {} at most, which do not \
                  know of what the run with {shared} misses as well; {remedy}, or another method, tells",
                 plain(end),
                 component_names(problem)[k],
                 number(value),
-                number(states[row][k]),
-                number(estimate)
+                number(states[place][k]),
+                number(self.estimate(end))
             )
         })
     }
@@ -161,11 +184,31 @@ mod tests {
     fn rows_are_those_at_equal_distances_and_the_last() {
         for (count, every, shown) in [(5, 1, 5), (128, 1, 128), (129, 2, 65), (1000, 8, 125), (1003, 8, 126)] {
             let mut beside = Beside::default();
-            (0..=count).for_each(|k| beside.add(k as f64, &[k as f64]));
-            let times: Vec<f64> = beside.rows().map(|(t, _)| *t).collect();
+            (0..=count).for_each(|k| beside.add(k as f64, &[k as f64], Some(0.0)));
+            let times: Vec<f64> = beside.rows().map(|row| row.t).collect();
             assert_eq!((times.len(), times[0], times.last()), (shown, f64::from(every), Some(&(count as f64))));
-            assert!(times.is_sorted() && beside.rows().all(|(t, v)| *t == v[0]), "{count}: {times:?}");
+            assert!(times.is_sorted() && beside.rows().all(|row| row.t == row.values[0]), "{count}: {times:?}");
         }
+    }
+
+    /// A sixteenth of the run is 8 rows of 128, and 9 of 129 of which every other one is kept; one without an estimate has an infinite one.
+    #[test]
+    fn an_estimate_is_the_largest_near_a_row() {
+        for (count, of) in [(128, 64), (129, 63), (1000, 500), (1000, 501), (1000, 129)] {
+            let mut beside = Beside::default();
+            (1..=count).for_each(|k| beside.add(f64::from(k), &[0.0], Some(if k == of { 1.0 } else { 1e-3 })));
+            let near = f64::from(count) / 16.0;
+            for (t, largest) in [(0.8 * near, 1.0), (-0.8 * near, 1.0), (1.3 * near, 1e-3), (-1.3 * near, 1e-3)] {
+                let t = f64::from(of) + t;
+                assert_eq!(beside.estimate(t), largest, "{count}, {of}: {t}");
+            }
+        }
+        let mut beside = Beside::default();
+        [Some(1.0), None]
+            .into_iter()
+            .enumerate()
+            .for_each(|(k, estimate)| beside.add(1.0 + k as f64, &[0.0], estimate));
+        assert_eq!((beside.estimate(1.0), beside.estimate(2.0)), (1.0, f64::INFINITY));
     }
 
     /// Of a long oscillation to ten digits.
@@ -175,8 +218,8 @@ mod tests {
         let method = method::parse("implicit-euler").expect("registered");
         for (end, is_told) in [(10.0, true), (1e5, false)] {
             let mut beside = Beside::default();
-            beside.add(end, &[2.0, 2.0]);
-            assert_eq!(beside.told(&*problem, &*method, 1e-3).is_some(), is_told, "{end}");
+            beside.add(end, &[2.0, 2.0], Some(1e-3));
+            assert_eq!(beside.told(&*problem, &*method).is_some(), is_told, "{end}");
         }
     }
 
@@ -198,8 +241,8 @@ mod tests {
         let exact = problem.exact(t).expect("it is known");
         let values: Vec<f64> = exact.iter().zip(off).map(|(x, off)| x + off).collect();
         let mut beside = Beside::default();
-        beside.add(t, &values);
-        beside.told(&*problem, &*method, estimate)
+        beside.add(t, &values, Some(estimate));
+        beside.told(&*problem, &*method)
     }
 
     /// At t = 10 cos t + sin t = −1.38. The errors of solvers on what is about 10⁻⁸ are no part of it that counts.
@@ -243,8 +286,8 @@ mod tests {
         for (method, is_told) in [("method-i", false), ("implicit-euler", true)] {
             let method = method::parse(method).expect("registered");
             let mut beside = Beside::default();
-            beside.add(1.0, &[10.0]);
-            assert_eq!(beside.told(&*problem, &*method, 1e-3).is_some(), is_told, "{}", method.name());
+            beside.add(1.0, &[10.0], Some(1e-3));
+            assert_eq!(beside.told(&*problem, &*method).is_some(), is_told, "{}", method.name());
         }
     }
 
@@ -306,8 +349,8 @@ mod tests {
         let method = method::parse("implicit-euler").expect("registered");
         for acts in [true, false] {
             let mut beside = Beside::default();
-            beside.add(1.0, &[0.0]);
-            let found = beside.told(&Moment { acts }, &*method, 0.0);
+            beside.add(1.0, &[0.0], Some(0.0));
+            let found = beside.told(&Moment { acts }, &*method);
             assert_eq!(found.is_some(), acts, "{found:?}");
         }
     }

@@ -249,8 +249,8 @@ impl Watch {
         let (k, t, value) = self.crossed?;
         let name = &component_names(problem)[k];
         Some(format!(
-            "in the step to t = {} {name} crosses 0, where the equation lets it go back alone, and goes on to {}: no solution does; smaller \
-             steps or tolerances, below its size, tell",
+            "in the step to t = {} {name} crosses 0, where the equation lets it go back alone, and is {} on the other side: no solution does; \
+             smaller steps, or tolerances below its size, tell",
             plain(t),
             number(value)
         ))
@@ -462,7 +462,8 @@ impl Watch {
         let mut f = vec![0.0; v.len()];
         ode.rhs(*t, v, &mut f);
         let (size, drift) = (max_norm(v), h * max_norm(&f));
-        if drift > REST * size && moved <= REST * drift {
+        // What is no normal number moves nothing that is one.
+        if drift > (REST * size).max(f64::MIN_POSITIVE) && moved <= REST * drift {
             return Some(format!(
                 "the run rests where f is not zero: it moved by {} in the last step of h = {}, |f| = {}; that is a steady \
                  state of the method, not of the equation",

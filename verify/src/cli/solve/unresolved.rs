@@ -10,9 +10,8 @@ use verify::run::RunError;
 use super::beware::{BEYOND, DENSE, jacobian};
 use crate::cli::layout::number;
 
-/// Values of f that are looked at in a run, and the panels of a step between which they are shared at most.
+/// Values of f that are looked at in a run.
 const VALUES: f64 = 2e6;
-const PANELS: f64 = 1024.0;
 
 /// Nodes of Gauss' rule, in each panel and for methods of high order in a step.
 const NODES: usize = 5;
@@ -35,8 +34,11 @@ const PART: f64 = 1e-3;
 pub(super) struct Forcing<'a> {
     problem: &'a dyn Problem,
     field: Box<dyn VectorField + 'a>,
-    /// Nodes in parts of a step, and the weight of each in the difference of the two.
-    rule: Vec<(f64, f64)>,
+    /// Nodes in parts of a step, or of a panel, and their weights.
+    coarse: Vec<(f64, f64)>,
+    fine: Vec<(f64, f64)>,
+    /// Panels in a unit of time.
+    density: f64,
     /// Values of f that may still be looked at.
     left: f64,
     last: Option<(f64, Vec<f64>)>,
@@ -46,37 +48,46 @@ pub(super) struct Forcing<'a> {
 }
 
 impl<'a> Forcing<'a> {
-    /// Of a run of a method of this order, of about so many steps.
-    pub(super) fn new(problem: &'a dyn Problem, order: u32, steps: f64) -> Self {
+    /// Of a run of a method of this order from 0 to `t_end`, over which the panels are of one width or of the steps where these are shorter.
+    pub(super) fn new(problem: &'a dyn Problem, order: u32, t_end: f64) -> Self {
         let field = problem.field();
-        let share = VALUES / (steps.max(1.0) * (NODES * field.dim().max(1)) as f64);
-        let panels = share.clamp(1.0, PANELS).floor();
+        // Half of the values, as each step takes some for the nodes of the method too.
+        let density = 0.5 * VALUES / ((NODES * field.dim().max(1)) as f64 * t_end);
         let coarse = if order <= LOW_ORDER { Quadrature::lobatto(3) } else { Quadrature::gauss(NODES) };
         // Rules of a few nodes exist.
         let [coarse, fine] = [coarse, Quadrature::gauss(NODES)].map(|rule| rule.map_or_else(|_| Vec::new(), pairs));
-        let of_panel =
-            |panel: usize| fine.iter().map(move |(node, weight)| ((panel as f64 + node) / panels, weight / panels));
-        let coarse = coarse.into_iter().map(|(node, weight)| (node, -weight));
-        let rule = coarse.chain((0..panels as usize).flat_map(of_panel)).collect();
         let left = if field.is_autonomous() { 0.0 } else { VALUES };
         let difference = vec![0.0; problem.ode().dim()];
-        Self { problem, field, rule, left, last: None, difference, largest: 0.0 }
+        Self { problem, field, coarse, fine, density, left, last: None, difference, largest: 0.0 }
+    }
+
+    /// Nodes in parts of a step with so many panels, and the weight of each in the difference of the two rules.
+    fn rule(&self, panels: f64) -> impl Iterator<Item = (f64, f64)> {
+        let of_panel = move |panel: usize| {
+            self.fine.iter().map(move |(node, weight)| ((panel as f64 + node) / panels, weight / panels))
+        };
+        let coarse = self.coarse.iter().map(|(node, weight)| (*node, -weight));
+        coarse.chain((0..panels as usize).flat_map(of_panel))
     }
 
     /// The next row of a run.
     pub(super) fn add(&mut self, t: f64, state: &[f64]) {
-        let (n, ode) = (state.len(), self.problem.ode());
-        let values = (n * self.rule.len()) as f64;
-        if n != ode.dim() || self.left < values {
+        if self.left <= 0.0 {
             return;
         }
+        let (n, ode) = (state.len(), self.problem.ode());
+        let Some((before, v)) = self.last.replace((t, state.to_vec())).filter(|_| n == ode.dim()) else { return };
+        let h = t - before;
+        let panels = (self.density * h).floor().max(1.0);
+        let values = (n * (self.coarse.len() + self.fine.len() * panels as usize)) as f64;
+        if self.left < values {
+            return;
+        }
+        self.left -= values;
         // The references' f may be dear, as a convolution of all modes is.
-        if let Some((before, v)) = self.last.take()
-            && self.depends_on_time(before, t - before, &v)
-        {
-            let h = t - before;
+        if self.depends_on_time(before, h, panels, &v) {
             let (mut f, mut of_step, mut moment) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-            for (node, weight) in &self.rule {
+            for (node, weight) in self.rule(panels) {
                 ode.rhs(before + node * h, &v, &mut f);
                 of_step.iter_mut().zip(&f).for_each(|(sum, f)| *sum += h * weight * f);
                 moment.iter_mut().zip(&f).for_each(|(sum, f)| *sum += h * (1.0 - node) * h * weight * f);
@@ -88,8 +99,6 @@ impl<'a> Forcing<'a> {
             }
             self.largest = larger(self.largest, max_norm(&self.difference));
         }
-        self.left -= values;
-        self.last = Some((t, state.to_vec()));
     }
 
     /// What the equation makes of the difference g within a step and leaves of it after, with J its Jacobian. e' = J e + g ends with ∫ g and
@@ -101,7 +110,8 @@ impl<'a> Forcing<'a> {
         }
         let jacobian = jacobian(self.problem, t, v);
         let factors = (DMatrix::identity(v.len(), v.len()) - h * &jacobian).lu();
-        let made = factors.solve(&(jacobian * DVector::from_vec(moment)));
+        // Twice, as what is stiff makes next to nothing of its moment: J⁻¹ times the force at the end of the step is all that it keeps.
+        let made = factors.solve(&(jacobian * DVector::from_vec(moment))).and_then(|made| factors.solve(&made));
         // What is singular, or overflows, is passed over.
         for made in made.iter().filter(|made| made.iter().all(|x| x.is_finite())) {
             self.difference.iter_mut().zip(made.iter()).for_each(|(sum, x)| *sum += x);
@@ -114,13 +124,13 @@ impl<'a> Forcing<'a> {
     }
 
     /// Whether the method's own f differs at any node of a step, `v` as it is.
-    fn depends_on_time(&self, t: f64, h: f64, v: &[f64]) -> bool {
+    fn depends_on_time(&self, t: f64, h: f64, panels: f64, v: &[f64]) -> bool {
         if self.field.dim() != v.len() {
             return true;
         }
         let (mut first, mut f) = (vec![0.0; v.len()], vec![0.0; v.len()]);
         self.field.rhs(t, v, &mut first);
-        self.rule.iter().any(|(node, _)| {
+        self.rule(panels).any(|(node, _)| {
             self.field.rhs(t + node * h, v, &mut f);
             f != first
         })
