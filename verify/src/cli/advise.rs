@@ -275,8 +275,8 @@ mod tests {
         let text = String::from_utf8(out).expect("UTF-8");
         assert!(text.lines().all(|line| width(line) <= columns()), "{text}");
         let text = text.replace("\\\n", "");
-        let words: Vec<&str> = text.split_whitespace().skip(3).collect();
-        let options: Vec<_> = words.chunks(2).map(|pair| (pair[0], pair[1])).collect();
+        let words = shell_words::split(&text).expect("as a shell reads it");
+        let options: Vec<_> = words[3..].chunks(2).map(|pair| (&*pair[0], &*pair[1])).collect();
         let tolerances = [("--rtol", "3.16e-5"), ("--atol", "1.23e-5,4.56e-14")];
         let run = [("--problem", "linear-drag"), ("--set", "v0=1"), ("--method", "radau-adaptive"), ("--t-end", "0.1")];
         assert_eq!(options, [&run[..], &tolerances].concat(), "{text}");
