@@ -9,7 +9,7 @@ use faer::{Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 use super::entry::Entry;
-use super::{FactorError, by_size, by_size_up_to_eight, is_usable, row_scale, size};
+use super::{FactorError, by_size, is_usable, row_scale, size};
 
 /// Largest order at which plain elimination is faster than the blocked one.
 const SMALL: usize = 16;
@@ -71,7 +71,7 @@ impl<T: Entry> DenseLu<T> {
 
     /// Factors the matrix in place.
     pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
-        by_size_up_to_eight!(self.row_scale.len(), N => self.decompose_sized::<N>())
+        by_size!([1 2 3 4 5 6 7 8] self.row_scale.len(), N => self.decompose_sized::<N>())
     }
 
     #[inline]
@@ -107,7 +107,7 @@ impl<T: Entry> DenseLu<T> {
     pub(super) fn solve(&mut self, b: &mut [T]) {
         let n = self.row_scale.len();
         if n <= SMALL {
-            return by_size_up_to_eight!(n, N => self.substitute::<N>(b));
+            return by_size!([1 2 3 4 5 6 7 8] n, N => self.substitute::<N>(b));
         }
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
             *x = x.scaled(*s);

@@ -18,7 +18,7 @@ pub(crate) use cholesky::Cholesky;
 pub(crate) use condition::inverse_norm;
 pub(crate) use entry::Entry;
 pub(crate) use gram::{Rows, add_with_transpose};
-pub(crate) use size::{by_size, by_size_up_to_eight, size, vectors};
+pub(crate) use size::{by_size, size, vectors};
 
 use nalgebra::DMatrix;
 

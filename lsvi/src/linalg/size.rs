@@ -1,63 +1,29 @@
 //! Loops over few components, unrolled by the compiler.
 
-/// Evaluates an expression with the constant N = n for a small n, so that loops of this length are unrolled, and with N = 0, or
-/// the one after `else`, for any other; [`size`] turns N back into n.
+/// Evaluates an expression with the constant N = n for an n of a list, 1 to 4 unless another is given, so that loops of this length are
+/// unrolled, and with N = 0, or the one after `else`, for any other; [`size`] turns N back into n.
 macro_rules! by_size {
-    ($n:expr, $N:ident => $call:expr) => {
-        by_size!($n, $N => $call, else {
+    ([$($size:literal)*] $n:expr, $N:ident => $call:expr, else $other:expr) => {
+        match $n {
+            $($size => {
+                const $N: usize = $size;
+                $call
+            })*
+            _ => $other,
+        }
+    };
+    ([$($size:literal)*] $n:expr, $N:ident => $call:expr) => {
+        by_size!([$($size)*] $n, $N => $call, else {
             const $N: usize = 0;
             $call
         })
     };
-    ($n:expr, $N:ident => $call:expr, else $other:expr) => {
-        match $n {
-            1 => {
-                const $N: usize = 1;
-                $call
-            }
-            2 => {
-                const $N: usize = 2;
-                $call
-            }
-            3 => {
-                const $N: usize = 3;
-                $call
-            }
-            4 => {
-                const $N: usize = 4;
-                $call
-            }
-            _ => $other,
-        }
+    ($n:expr, $N:ident => $call:expr $(, else $other:expr)?) => {
+        by_size!([1 2 3 4] $n, $N => $call $(, else $other)?)
     };
 }
 
-/// The same up to 8, of what is short to compile.
-macro_rules! by_size_up_to_eight {
-    ($n:expr, $N:ident => $call:expr) => {
-        match $n {
-            5 => {
-                const $N: usize = 5;
-                $call
-            }
-            6 => {
-                const $N: usize = 6;
-                $call
-            }
-            7 => {
-                const $N: usize = 7;
-                $call
-            }
-            8 => {
-                const $N: usize = 8;
-                $call
-            }
-            n => by_size!(n, $N => $call),
-        }
-    };
-}
-
-pub(crate) use {by_size, by_size_up_to_eight};
+pub(crate) use by_size;
 
 /// N, or `n` where that is 0.
 #[inline(always)]

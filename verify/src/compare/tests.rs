@@ -1,0 +1,416 @@
+use lsvi::Integrator;
+
+use super::answer::{Gap, Runs, by_tolerance, refined};
+use super::verdict::{difference, too_wide, unsettled};
+use super::*;
+use crate::kinds::Stability;
+use crate::measure::norm::Extremes;
+use crate::method::{self, BuildError, Traits};
+use crate::problem;
+use crate::reference::ReferenceError;
+use crate::run::run;
+use crate::theory::Breakdown;
+
+/// How an answer with a bound stands where the truth is 1 exactly.
+fn standing_where(astray: Option<Breakdown>, answer: f64, bound: f64) -> Standing {
+    let truth = Answer { states: vec![vec![1.0]], bound: 0.0, astray: None, runs: None };
+    judge(&Ok(Answer { states: vec![vec![answer]], bound, astray, runs: None }), Some(&truth)).0
+}
+
+#[test]
+fn only_a_small_bound_can_agree() {
+    let standing = |answer, bound| standing_where(None, answer, bound);
+    assert_eq!(standing(1.001, 2e-3), Standing::Agrees);
+    assert_eq!(standing(1.003, 2e-3), Standing::Differs);
+    assert_eq!(standing(f64::NAN, 2e-3), Standing::Differs);
+    assert_eq!(standing(5e19, 9.8e19), Standing::Unresolved);
+    assert_eq!(standing(1.0, f64::INFINITY), Standing::Unresolved);
+    assert_eq!(standing(1.0, f64::NAN), Standing::Differs);
+}
+
+#[test]
+fn two_digits_are_the_least_that_resolves_a_solution_and_the_truth_has_a_bound_too() {
+    assert_eq!(standing_where(None, 1.0, 9e-3), Standing::Agrees);
+    assert_eq!(standing_where(None, 1.0, 2e-2), Standing::Unresolved);
+    let judged = |bound| {
+        let truth = Answer { states: vec![vec![1.0]], bound, astray: None, runs: None };
+        judge(&Ok(Answer { states: vec![vec![1.003]], bound: 2e-3, astray: None, runs: None }), Some(&truth)).0
+    };
+    assert_eq!([0.0, 2e-3].map(judged), [Standing::Differs, Standing::Agrees]);
+    assert_eq!(judged(0.05), Standing::Unresolved, "the truth itself is known to less than two digits");
+}
+
+/// A difference counts in whichever component and at whichever time it is.
+#[test]
+fn a_difference_in_one_component_at_one_time_is_one() {
+    let of = |states: Vec<Vec<f64>>, bound: f64| Answer { states, bound, astray: None, runs: None };
+    let right = vec![vec![1.0, 2.0, 3.0]; 2];
+    let judged = |states: Vec<Vec<f64>>| judge(&Ok(of(states, 1e-3)), Some(&of(right.clone(), 1e-3))).0;
+    assert_eq!(judged(right.clone()), Standing::Agrees);
+    for (k, i) in [0, 1].into_iter().flat_map(|k| [0, 1, 2].map(|i| (k, i))) {
+        let mut states = right.clone();
+        states[k][i] += 3e-3;
+        assert_eq!(judged(states), Standing::Differs, "component {i} at time {k}");
+    }
+}
+
+/// The two digits are those of the largest component of the truth.
+#[test]
+fn what_resolves_a_solution_is_in_proportion_to_its_size() {
+    let of = |bound: f64, runs: Option<Runs>| {
+        let truth = Answer { states: vec![vec![100.0, 1.0]], bound: 0.0, astray: None, runs: None };
+        judge(&Ok(Answer { states: vec![vec![100.0, 1.0]], bound, astray: None, runs }), Some(&truth))
+    };
+    assert_eq!([0.9, 1.1].map(|bound| of(bound, None).0), [Standing::Agrees, Standing::Unresolved]);
+    // A hundred times too wide: a tenth of the step of second order.
+    let runs = Runs { h: 0.1, order: 2.0, observed: None, earlier: None, is_settled: true, at_once: true };
+    let (standing, status) = of(100.0, Some(runs));
+    assert!(standing == Standing::Unresolved && status.ends_with("at h = 0.10; h = 0.01 should do"), "{status}");
+}
+
+#[test]
+fn a_reference_that_is_not_compiled_in_is_not_run_and_any_other_error_is_a_failure() {
+    assert!(matches!(Gap::from(ReferenceError::Unavailable("cvode-bdf")), Gap::NotRun(_)));
+    assert!(matches!(Gap::from(ReferenceError::Input("none".into())), Gap::Failed(_)));
+    let stopped = ReferenceError::Solver { solver: "cvode-bdf", t: 1.0, reason: "none".into() };
+    assert!(matches!(Gap::from(stopped), Gap::Failed(_)));
+}
+
+/// The bound is twice what two runs predict, and the prediction is the error where it falls with the order.
+#[test]
+fn the_bound_of_a_method_is_twice_its_error() {
+    let found = compare("logistic", &*problem::build("logistic", &[]).expect("known"), Vec::new(), &[]);
+    for solver in ["trapezoidal", "implicit-euler"] {
+        let row = found.solvers.iter().find(|row| row.solver == solver).expect("it applies");
+        let ratio = row.bound.expect("a bound") / row.difference.expect("a difference");
+        assert!((ratio - 2.0).abs() < 0.1, "{solver}: {ratio}");
+    }
+}
+
+#[test]
+fn the_truth_is_the_best_of_the_other_references() {
+    let problem = problem::build("van-der-pol", &[]).expect("known");
+    let times = [0.3];
+    let answer = |bound| Ok(Answer { states: vec![vec![bound, 0.0]], bound, astray: None, runs: None });
+    let names: Vec<&str> = reference::all().iter().map(|reference| reference.name()).collect();
+    let solved: Vec<Solved> =
+        names.iter().zip([2e-9, 1e-9, 3e-9]).map(|(name, bound)| ((*name).to_owned(), answer(bound))).collect();
+    let truth_for = |solver: &str| {
+        truth(&*problem, &problem.limit(Principle::Equation), &times, &solved, solver).expect("a truth").0
+    };
+    assert_eq!(truth_for("method-i"), names[1]);
+    assert_eq!(truth_for(names[1]), names[0], "not itself");
+}
+
+/// A declared failure must happen, if it must within the horizon.
+#[test]
+fn what_must_go_astray_is_unforeseen_if_it_agrees_and_what_may_is_left_open() {
+    let astray =
+        |is_certain, answer, bound| standing_where(Some(Breakdown { reason: "it must", is_certain }), answer, bound);
+    assert_eq!(astray(true, 1.001, 2e-3), Standing::Unforeseen);
+    assert_eq!(astray(false, 1.001, 2e-3), Standing::Unresolved);
+    for is_certain in [true, false] {
+        assert_eq!(astray(is_certain, 1.003, 2e-3), Standing::Astray);
+        assert_eq!(astray(is_certain, 5e19, 9.8e19), Standing::Astray);
+    }
+}
+
+/// How `method` stands on a problem, beside the exact solution or a library's, with its difference and bound.
+fn stands(name: &str, set: (&str, &str), method: &dyn Method) -> (Standing, String, [f64; 2]) {
+    let problem = problem::build(name, &[(set.0.to_owned(), set.1.to_owned())]).expect("known");
+    let times: Vec<f64> = (1..=SAMPLES).map(|k| problem.horizon() * k as f64 / SAMPLES as f64).collect();
+    let limit = problem.limit(method.principle());
+    let library = reference::by_name("diffsol-tsit45").expect("always built");
+    let library = by_reference(library, &*problem, &limit, &times);
+    let solved = [("diffsol-tsit45".to_owned(), library)];
+    let (_, truth) = truth(&*problem, &limit, &times, &solved, "").expect("a truth");
+    let answer = by_method(&*problem, method, &times, Some(&truth));
+    let (standing, status) = judge(&answer, Some(&truth));
+    let sizes = answer.map_or([f64::NAN; 2], |it| [largest_distance(&it.states, &truth.states), it.bound]);
+    (standing, status, sizes)
+}
+
+fn named(name: &str) -> Box<dyn Method> {
+    method::parse(name).expect("known")
+}
+
+#[test]
+fn a_growth_that_has_no_time_to_show_is_neither_a_disagreement_nor_a_pass() {
+    let (standing, status, _) = stands("cavity", ("cells", "2"), &*named("conventional"));
+    assert_eq!(standing, Standing::Unresolved, "{status}");
+    assert!(status.contains("does not show within this horizon"), "{status}");
+}
+
+/// A method that solves an equation of its own, whatever it is asked for.
+#[derive(Debug)]
+struct Elsewhere(&'static dyn Problem);
+
+impl Method for Elsewhere {
+    fn name(&self) -> String {
+        "elsewhere".into()
+    }
+    fn traits(&self) -> Traits {
+        Traits::new(2, Principle::Equation, Stability::Neutral)
+    }
+    fn build<'a>(&self, _: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        method::parse("trapezoidal").expect("known").build(self.0)
+    }
+}
+
+/// A method that is said to have another order than its own.
+#[derive(Debug)]
+struct Labelled(Box<dyn Method>, u32);
+
+impl Method for Labelled {
+    fn name(&self) -> String {
+        "labelled".into()
+    }
+    fn traits(&self) -> Traits {
+        Traits { order: self.1, ..self.0.traits() }
+    }
+    fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        self.0.build(problem)
+    }
+}
+
+/// A method that is said to have solutions of its own that grow.
+#[derive(Debug)]
+struct Growing(Box<dyn Method>);
+
+impl Method for Growing {
+    fn name(&self) -> String {
+        "growing".into()
+    }
+    fn traits(&self) -> Traits {
+        Traits { stability: Stability::Unstable, ..self.0.traits() }
+    }
+    fn build<'a>(&self, problem: &'a dyn Problem) -> Result<Box<dyn Integrator + 'a>, BuildError> {
+        self.0.build(problem)
+    }
+}
+
+#[test]
+fn what_is_declared_of_a_method_goes_with_its_answer_however_its_steps_are_chosen() {
+    let problem = problem::build("cavity", &[("cells".into(), "2".into())]).expect("known");
+    for name in ["trapezoidal", "radau-adaptive"] {
+        let is_astray = |method: &dyn Method| {
+            let Ok(answer) = by_method(&*problem, method, &[0.5 * problem.horizon(), problem.horizon()], None) else {
+                panic!("{name} runs")
+            };
+            answer.astray.is_some()
+        };
+        assert_eq!([is_astray(&*named(name)), is_astray(&Growing(named(name)))], [false, true], "{name}");
+    }
+}
+
+/// Before errors fall as h² they predict nothing, and a finer step tells.
+#[test]
+fn a_method_before_its_asymptotic_range_is_no_disagreement() {
+    for solver in ["fitted(4.0)", "fitted-pade(4.0)"] {
+        let (standing, status, _) = stands("logistic", ("lambda", "10"), &*named(solver));
+        assert!(matches!(standing, Standing::Agrees | Standing::Unresolved), "{solver}: {status}");
+        assert!(status.contains("h = "), "{solver}: {status}");
+    }
+}
+
+#[test]
+fn a_method_that_converges_to_something_else_disagrees() {
+    for lambda in ["10.001", "11"] {
+        let other = problem::build("logistic", &[("lambda".into(), lambda.into())]).expect("known");
+        let (standing, status, _) = stands("logistic", ("lambda", "10"), &Elsewhere(Box::leak(other)));
+        assert_eq!(standing, Standing::Differs, "{lambda}: {status}");
+    }
+}
+
+/// An order that is claimed too high makes the bound too small: nothing is known but that it is not that order.
+#[test]
+fn runs_that_fall_by_a_lower_order_than_the_bound_decide_nothing() {
+    let labelled = Labelled(named("trapezoidal"), 4);
+    let (standing, status, _) = stands("logistic", ("lambda", "1"), &labelled);
+    assert_eq!(standing, Standing::Unresolved, "{status}");
+    assert!(status.contains("its runs differ by orders 2.0 and 2.0, not by 4"), "{status}");
+}
+
+/// A jump at a part θ of a step leaves an error h θ, whatever the order, and θ of halved steps follows no rule; twice in succession
+/// two of these do not fall by one order.
+#[test]
+fn a_jump_of_f_is_not_resolved() {
+    let run = |steps: usize| {
+        let h = 1.0 / steps as f64;
+        Ok(vec![vec![1.0 + h * (0.1 * std::f64::consts::SQRT_2 / h).fract()]])
+    };
+    let truth = Answer { states: vec![vec![1.0]], bound: 1e-12, astray: None, runs: None };
+    for order in [1.0, 4.0] {
+        let Ok(answer) = refined(STEPS, run, order, |_, _| 0.0, &[1.0], Some(&truth), false) else { panic!("it runs") };
+        let (standing, status) = judge(&Ok(answer), Some(&truth));
+        assert!(matches!(standing, Standing::Unresolved | Standing::Agrees), "order {order}: {status}");
+    }
+}
+
+/// Against a reference that all methods of fixed steps contradict with one voice nothing is decided; one that follows it, or two
+/// that contradict each other, leave it as it is.
+#[test]
+fn a_reference_that_methods_agree_against_is_in_doubt() {
+    let answer = |value: f64, is_method: bool| {
+        let runs = Runs { h: 0.1, order: 2.0, observed: None, earlier: None, is_settled: true, at_once: true };
+        Ok(Answer { states: vec![vec![value]], bound: 1e-3, astray: None, runs: is_method.then_some(runs) })
+    };
+    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+    std::fs::write(file.path(), "u_i { x = 1 } F_i { 0*x }").expect("writable");
+    let model = problem::model::Model::load(file.path(), &[], None).expect("a model");
+    let doubted = |values: &[f64]| {
+        let references = [1.0, 1.0].into_iter().map(|value| ("reference", answer(value, false)));
+        let methods = values.iter().map(|value| ("method", answer(*value, true)));
+        let solved: Vec<Solved> = references.chain(methods).map(|(name, answer)| (name.to_owned(), answer)).collect();
+        let truth = Answer { states: vec![vec![1.0]], bound: 1e-9, astray: None, runs: None };
+        let row = |(solver, answer): &Solved| {
+            let (standing, status) = judge(answer, Some(&truth));
+            let (solver, truth) = (solver.clone(), Some("diffsol-bdf".to_owned()));
+            Compared { equation: ("", ""), solver, truth, difference: None, bound: None, standing, status }
+        };
+        let mut rows: Vec<Compared> = solved.iter().map(row).collect();
+        let note = doubt(&model, 1.0, None, &solved, &mut rows);
+        let open = rows.iter().filter(|row| row.standing == Standing::Unresolved).count();
+        assert_eq!(note.is_some(), open > 0);
+        open
+    };
+    assert_eq!(doubted(&[1.25, 1.2501, 1.2499]), 5);
+    assert_eq!([doubted(&[1.25]), doubted(&[1.25, 1.25, 1.0]), doubted(&[1.25, 1.3])], [0, 0, 0]);
+}
+
+/// What is said of an answer whose runs differ by another order than that of its bound.
+#[test]
+fn orders_that_do_not_settle_are_told() {
+    let answer = |order: f64, observed: Option<f64>, earlier: Option<f64>, bound: f64| {
+        let runs = Runs { h: 0.1, order, observed, earlier, is_settled: false, at_once: false };
+        Answer { states: vec![vec![1.0]], bound, astray: None, runs: Some(runs) }
+    };
+    let plain = "differs by more than the bounds allow";
+    assert_eq!(difference(&answer(2.0, Some(2.2), None, 0.0)), plain);
+    assert_eq!(difference(&answer(2.0, None, None, 0.0)), plain);
+    for observed in [1.0, 3.0] {
+        let told = difference(&answer(2.0, Some(observed), None, 0.0));
+        assert_eq!(told, format!("{plain}, of an order 2: its runs differ by order {observed:.1}"));
+    }
+    // A hundred times too wide: a tenth of the step of second order. What would take a longer one is not named.
+    let wide = "agrees, but the bounds are too wide to tell";
+    assert_eq!(too_wide(&answer(2.0, None, None, 1.0), 1e-2), format!("{wide} at h = 0.10; h = 0.01 should do"));
+    assert_eq!(too_wide(&answer(2.0, None, None, 1.0), 2.0), wide);
+    assert_eq!(too_wide(&answer(2.0, None, None, f64::INFINITY), 1e-2), wide);
+    let by = |observed, earlier| unsettled(&answer(2.0, observed, earlier, 0.0).runs.expect("runs"));
+    assert!(by(Some(1.0), Some(0.5)).contains("its runs differ by orders 0.5 and 1.0, not by 2,"));
+    assert!(by(Some(1.0), None).contains("its runs differ by order 1.0, not by 2,"));
+    assert!(by(None, None).contains("its runs differ by no order, not by 2,"));
+}
+
+#[test]
+fn a_bound_that_is_too_wide_names_the_step_that_should_do() {
+    let (standing, status, _) = stands("logistic", ("lambda", "10"), &*named("conventional"));
+    assert_eq!(standing, Standing::Unresolved, "{status}");
+    assert!(status.contains("at h = 1.2e-4; h = 6e-5 should do"), "{status}");
+}
+
+/// Runs with errors of (h/H)^p: the bound is twice that of the finer one, whatever p.
+#[test]
+fn the_bound_of_any_solver_is_taken_with_its_order() {
+    for order in [1.0_f64, 2.0, 3.0, 4.0] {
+        let run = |steps: usize| Ok(vec![vec![1.0 + (STEPS as f64 / steps as f64).powf(order) * 1e-4]]);
+        let Ok(answer) = refined(STEPS, run, order, |_, _| 0.0, &[1.0], None, false) else { panic!("it runs") };
+        let bound = 2.0 * (answer.states[0][0] - 1.0);
+        assert!((answer.bound / bound - 1.0).abs() < 1e-6, "order {order}: {} for {bound}", answer.bound);
+    }
+}
+
+/// Apart by 10⁻⁸, 10⁻⁵, 10⁻¹ and 1 at intervals of ½: a growth of 10⁴ is one of e^{18.42 t}, if the bounds know of it.
+#[test]
+fn where_the_references_part_is_told_with_the_rate_and_the_last_time_before() {
+    let told = |off: [f64; 4], bound: f64| {
+        let answer = |off: [f64; 4]| {
+            let states = off.iter().map(|off| vec![1.0 + off]).collect();
+            ("a reference".to_owned(), Ok(Answer { states, bound, astray: None, runs: None }))
+        };
+        parting(&[0.5, 1.0, 1.5, 2.0], &[answer([0.0; 4]), answer(off)])
+    };
+    let off = [1e-8, 1e-5, 1e-1, 1.0];
+    for (bound, why) in [(1.0, "grow like e^(18.42 t)"), (1e-9, "has passed over")] {
+        let note = told(off, bound).expect("they part");
+        for said in ["by 1.0e-5 at t = 1, by 1.0e-1 at t = 1.5", why] {
+            assert!(note.contains(said), "{said}: {note}");
+        }
+        assert!(note.ends_with("Compare up to t = 1."), "{note}");
+    }
+    assert!(!told(off, 1e-9).expect("they part").contains("grow"));
+    // Neither a slow growth nor none is the equation's.
+    assert_eq!([told([1e-2, 2e-2, 3e-2, 4e-2], 1.0), told([1e-9; 4], 1.0)], [None, None]);
+}
+
+/// An explicit method with growing errors of its own, as `conventional` has, parts from the references where these agree.
+#[test]
+fn what_methods_differ_by_puts_no_reference_in_doubt() {
+    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+    let of = |rate: &str, horizon: f64| {
+        std::fs::write(file.path(), format!("u_i {{ x = 1 }} F_i {{ {rate} }}")).expect("writable");
+        problem::model::Model::load(file.path(), &[], Some(horizon)).expect("a model")
+    };
+    let wrong: Box<dyn Method> =
+        Box::new(Elsewhere(Box::leak(problem::build_setting("linear-drag lambda=1.1").expect("known"))));
+    let found = compare("decay", &of("-x", 40.0), vec![wrong], &[]);
+    assert!(found.notes.is_empty(), "{:?}", found.notes);
+    let differs: Vec<&str> =
+        found.solvers.iter().filter(|row| row.standing == Standing::Differs).map(|row| &*row.solver).collect();
+    assert_eq!(differs, ["elsewhere"]);
+    // Of a rest at all samples nothing is seen of the way there; what rests from the start has no way.
+    let horizons = [("-x", 40.0), ("2 - x", 400.0), ("1 - x", 400.0)].map(|(rate, t)| before_rest(&of(rate, t)));
+    assert_eq!(horizons, [40.0, 100.0 / 4.0, 400.0]);
+}
+
+/// Errors of the state within its bound, with the worst signs for each component shown, come to the bound of what is shown.
+#[test]
+fn the_bound_of_what_is_shown_is_met_by_the_worst_errors_of_the_state() {
+    let (problem, bound) = (problem::small("shear-layer").expect("registered"), 1e-3);
+    let (state, times) = (problem.initial(), [problem.horizon()]);
+    let answer = Answer { states: vec![state.clone()], bound, astray: None, runs: None };
+    let of = shown(&*problem, &times, answer);
+    let observe = |state: &[f64]| problem.observe(times[0], state);
+    let moved = |by: &dyn Fn(usize) -> f64| -> Vec<f64> { state.iter().enumerate().map(|(i, v)| v + by(i)).collect() };
+    let here = observe(&state);
+    assert_eq!(of.states, std::slice::from_ref(&here));
+    let parts: Vec<Vec<f64>> = (0..state.len())
+        .map(|i| observe(&moved(&|j| if i == j { 1.0 } else { 0.0 })).iter().zip(&here).map(|(a, b)| a - b).collect())
+        .collect();
+    let worst = (0..here.len()).map(|r| {
+        let there = observe(&moved(&|i| bound * parts[i][r].signum()));
+        (there[r] - here[r]).abs()
+    });
+    approx::assert_relative_eq!(of.bound, worst.largest(), max_relative = 1e-9);
+}
+
+/// A hundredth of the tolerance leaves less than a thirtieth of the error, a tenth of it leaves more than that.
+#[test]
+fn an_adaptive_answer_is_far_more_accurate_than_its_bound() {
+    let problem = problem::build("van-der-pol", &[]).expect("known");
+    let method = named("radau-adaptive");
+    let times: Vec<f64> = (1..=SAMPLES).map(|k| 0.5 * k as f64).collect();
+    let Ok(answer) = by_tolerance(&*problem, &*method, &times) else { panic!("it runs") };
+    let truth = method.tightened(1e4).expect("adaptive");
+    let to = |t: &f64| run(&*problem, &*truth, 0.1, *t, |_| {}).expect("it runs").end.q;
+    let error = largest_distance(&answer.states, &times.iter().map(to).collect::<Vec<_>>());
+    assert!(0.0 < error && error < answer.bound / 30.0, "{error:e} beside {:e}", answer.bound);
+}
+
+#[test]
+fn an_exact_truth_is_known_to_roundings() {
+    let problem = problem::build("logistic", &[]).expect("known");
+    let (name, truth) = truth(&*problem, &problem.limit(Principle::Equation), &[0.5, 1.0], &[], "").expect("a truth");
+    assert!(name == "exact" && truth.bound > 0.0 && truth.bound < 1e-14, "{name}: {}", truth.bound);
+}
+
+#[test]
+fn what_is_not_made_for_stiff_problems_is_not_run_on_them() {
+    let problem = problem::build("robertson", &[]).expect("known");
+    let limit = problem.limit(Principle::Equation);
+    for reference in reference::all().into_iter().filter(|it| !it.stiff_ok()) {
+        let answer = by_reference(reference, &*problem, &limit, &[1.0]);
+        assert!(matches!(answer, Err(Gap::NotRun(_))), "{}", reference.name());
+    }
+}

@@ -1,0 +1,83 @@
+//! How an answer stands to the truth, and why.
+
+use super::answer::{Answer, Gap, Runs, is_near, largest};
+use super::{RESOLVED, SETTLED, Standing};
+use crate::measure::decimal::{decimals, significant, trimmed};
+use crate::theory::Breakdown;
+
+/// The decision on one answer.
+pub(super) fn judge(answer: &Result<Answer, Gap>, truth: Option<&Answer>) -> (Standing, String) {
+    let (answer, truth) = match (answer, truth) {
+        (Err(Gap::NotRun(reason)), _) => return (Standing::NotRun, format!("not run: {reason}")),
+        (Err(Gap::BrokeDown(reason)), _) => return (Standing::Astray, reason.clone()),
+        // What gave no answer disagrees with nothing, and agrees with nothing.
+        (Err(Gap::Failed(reason)), _) => return (Standing::Undecided, format!("failed: {reason}")),
+        (Ok(_), None) => return (Standing::Undecided, "there is nothing to compare with".into()),
+        (Ok(answer), Some(truth)) => (answer, truth),
+    };
+    let bound = answer.bound + truth.bound;
+    let near = is_near(answer, truth);
+    let resolved = bound <= RESOLVED * largest(&truth.states);
+    match (near && resolved, answer.astray) {
+        (true, None) => (Standing::Agrees, agreement(answer)),
+        (true, Some(Breakdown { reason, is_certain: true })) => {
+            (Standing::Unforeseen, format!("agrees, against what is declared: {reason}"))
+        }
+        (true, Some(Breakdown { reason, .. })) => {
+            (Standing::Unresolved, format!("agrees: what is declared does not show within this horizon, that {reason}"))
+        }
+        (false, Some(Breakdown { reason, .. })) => (Standing::Astray, format!("goes astray, as declared: {reason}")),
+        (false, None) if near => (Standing::Unresolved, too_wide(answer, RESOLVED * largest(&truth.states))),
+        (false, None) => match answer.runs.filter(|runs| !runs.is_settled) {
+            Some(runs) => (Standing::Unresolved, unsettled(&runs)),
+            None => (Standing::Differs, difference(answer)),
+        },
+    }
+}
+
+/// An agreement, with the step that it takes where longer ones would not do.
+fn agreement(answer: &Answer) -> String {
+    match answer.runs.filter(|runs| !runs.at_once) {
+        Some(Runs { h, .. }) => {
+            format!("agrees with h = {}; in longer steps its errors are not yet those of its order", significant(h, 2))
+        }
+        None => "agrees".into(),
+    }
+}
+
+/// A disagreement, with the order of the runs where it is not the one that the bound is taken with.
+pub(super) fn difference(answer: &Answer) -> String {
+    let told = "differs by more than the bounds allow";
+    let other = answer.runs.and_then(|Runs { order, observed, .. }| Some((order, observed?)));
+    match other.filter(|(order, observed)| (order - observed).abs() > SETTLED) {
+        Some((order, observed)) => {
+            format!("{told}, of an order {}: its runs differ by order {}", trimmed(order, 3), decimals(observed, 1))
+        }
+        None => told.into(),
+    }
+}
+
+/// A bound that decides nothing, with the step that should bring it to `wanted`.
+pub(super) fn too_wide(answer: &Answer, wanted: f64) -> String {
+    let told = "agrees, but the bounds are too wide to tell";
+    let step = answer.runs.map(|Runs { h, order, .. }| (h, h * (wanted / answer.bound).powf(order.recip())));
+    match step.filter(|(h, should)| *should > 0.0 && should < h) {
+        Some((h, should)) => format!("{told} at h = {}; h = {} should do", significant(h, 2), significant(should, 1)),
+        None => told.into(),
+    }
+}
+
+/// Runs whose differences predict no error.
+pub(super) fn unsettled(Runs { h, order, observed, earlier, .. }: &Runs) -> String {
+    let by = match (earlier, observed) {
+        (Some(earlier), Some(observed)) => format!("orders {} and {}", decimals(*earlier, 1), decimals(*observed, 1)),
+        (None, Some(observed)) => format!("order {}", decimals(*observed, 1)),
+        _ => "no order".into(),
+    };
+    format!(
+        "not resolved at h = {}: its runs differ by {by}, not by {}, so that they bound no error; smaller steps may tell, or a solution \
+         that is smooth",
+        significant(*h, 2),
+        trimmed(*order, 3)
+    )
+}
