@@ -31,8 +31,8 @@ pub struct MeasuredOrder {
     pub result: Result<OrderFit, String>,
 }
 
-/// Numbers of steps of a ladder that goes on where that of a plan ends too soon.
-const FINER: [usize; 2] = [18, 24];
+/// Number of steps of a ladder that goes on where that of a plan ends too soon.
+const FINER: usize = 18;
 
 impl MeasuredOrder {
     /// Theory and measurement agree, or they do not; nothing where theory has no order and one is measured.
@@ -106,13 +106,9 @@ fn settled(method: &FileMethod, problem: &dyn Problem, longer: &[Box<dyn Problem
 
 /// The fit with finer steps where the usual ones end before the slopes settle.
 fn refined(method: &FileMethod, problem: &dyn Problem) -> Result<OrderFit, OrderError> {
-    let mut fit = fit(method, problem, None)?;
-    for points in FINER {
-        if fit.verdict == order::Verdict::Inconclusive && fit.wants_finer() {
-            fit = self::fit(method, problem, Some(points))?;
-        }
-    }
-    Ok(fit)
+    let usual = fit(method, problem, None)?;
+    let wants_finer = usual.verdict == order::Verdict::Inconclusive && usual.wants_finer();
+    if wants_finer { fit(method, problem, Some(FINER)) } else { Ok(usual) }
 }
 
 /// The fit on a ladder of so many steps, or on the usual one.
