@@ -332,6 +332,16 @@ mod tests {
         assert_eq!(found, [("sigma[1]".to_owned(), "1"), ("sigma[2]".to_owned(), "3")]);
     }
 
+    /// σ₁ + σ₂ = 1: what is missing is told in the quarters that are printed, and in others where these do not do.
+    #[test]
+    fn a_fraction_keeps_the_denominator_that_is_printed() {
+        let text = "kind = 'multistep'\norder = 1\nrho = [-1, 1]\nsigma = ['1/4', '1/2']\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let found = repairs(&*file.body.system(1).expect("it has conditions"));
+        let found: Vec<_> = found.iter().map(|repair| (repair.place.to_string(), repair.text.as_str())).collect();
+        assert_eq!(found, [("sigma[1]".to_owned(), "2/4"), ("sigma[2]".to_owned(), "3/4")]);
+    }
+
     /// σ₁ + σ₂ = 1 is mended by either: ⅔ for ½ changes two characters, ½ for ⅓ one.
     #[test]
     fn the_repair_nearest_to_the_printed_text_comes_first() {

@@ -230,7 +230,18 @@ pub(super) fn fitting(
 /// The forms in which `x` can replace `old`: a rounded decimal by one of as many places, uncertain by as much, as a reader of the
 /// file takes it; or else as one would print it.
 fn forms(x: &Real, old: &Coefficient, radicands: &[i64]) -> impl Iterator<Item = (String, Real)> {
-    to_places(x, old).into_iter().chain(std::iter::once_with(move || written(x, radicands)))
+    let as_printed = to_places(x, old).or_else(|| over_denominator(x, old));
+    as_printed.into_iter().chain(std::iter::once_with(move || written(x, radicands)))
+}
+
+/// The fraction nearest to `x` with the denominator of `old`, where that is one: 2616/720 beside 1901/720, and not 109/30.
+fn over_denominator(x: &Real, old: &Coefficient) -> Option<(String, Real)> {
+    let (numerator, denominator) = old.text.split_once('/')?;
+    numerator.trim().parse::<i64>().ok()?;
+    let q: i64 = denominator.trim().parse().ok().filter(|q| *q > 1)?;
+    let p = (x * &Real::from(q)).mid().round().to_int().value();
+    let value = RBig::from(p.clone()) / RBig::from(q);
+    (!value.is_int()).then(|| (format!("{p}/{q}"), Real::rational(&value)))
 }
 
 /// `x` to the places of `old`, where that is a rounded decimal.
