@@ -29,8 +29,29 @@ pub trait Analysis: fmt::Debug + Send + Sync {
         None
     }
 
+    /// The order where f depends on time, with c as given.
+    fn order_in_time(&self) -> u32 {
+        self.order()
+    }
+
     /// Why runs have a lower order than the coefficients, where they have.
     fn lowered(&self) -> Option<String> {
+        let in_time = self.order_in_time();
+        (in_time < self.order()).then(|| format!("with its c the order on v̇ = f(t, v) is {in_time}"))
+    }
+
+    /// The stages whose row sum is not c_i.
+    fn wrong_rows(&self) -> Vec<usize> {
+        Vec::new()
+    }
+
+    /// Whether the orders claimed, of the method and of an embedded one, hold where f depends on time, with c as given.
+    fn keeps_in_time(&self, claimed: u32, _claimed_embedded: Option<u32>) -> bool {
+        self.order_in_time() >= claimed
+    }
+
+    /// What abscissae cost that are not the sums of the rows and lower no order that is claimed.
+    fn own_times(&self) -> Option<Verdict> {
         None
     }
 

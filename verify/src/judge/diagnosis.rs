@@ -137,7 +137,7 @@ impl Diagnosis {
             }
             systems.push((target, system));
         }
-        if let Some(found) = Self::beyond_one_entry(&systems) {
+        if let Some(found) = Self::beyond_one_entry(&systems).or_else(|| Self::of_rows(theory, claimed, None)) {
             return found;
         }
         match claimed {
@@ -156,6 +156,15 @@ impl Diagnosis {
         let all: Vec<&dyn System> = systems.iter().map(|(_, system)| &**system).collect();
         let (k, exchanges) = exchanges(&all)?;
         Some(Self::Exchanged { target: systems[k].0, exchanges })
+    }
+
+    /// What is left to say of abscissae that are not the sums of the rows, where no change makes them so.
+    fn of_rows(theory: &dyn Analysis, claimed: Option<u32>, claimed_embedded: Option<u32>) -> Option<Self> {
+        match (theory.wrong_rows(), claimed) {
+            (rows, _) if rows.is_empty() => None,
+            (_, Some(p)) if theory.keeps_in_time(p, claimed_embedded) => Some(Self::OwnTimes),
+            (rows, _) => Some(Self::Several { rows }),
+        }
     }
 
     /// Compares the theory of `tableau` with the orders claimed of b and b̂.
@@ -190,12 +199,11 @@ impl Diagnosis {
             return Self::Coefficient { target, repairs };
         }
         let system = |&target: &Target| (target, Box::new(TableauSystem::new(tableau, target)) as Box<dyn System>);
-        if let Some(found) = Self::beyond_one_entry(&targets.iter().map(system).collect::<Vec<_>>()) {
+        let of_rows = || Self::of_rows(theory, claimed, claimed_embedded);
+        if let Some(found) = Self::beyond_one_entry(&targets.iter().map(system).collect::<Vec<_>>()).or_else(of_rows) {
             return found;
         }
         match claimed {
-            Some(p) if !rows.is_empty() && theory.keeps_in_time(p, claimed_embedded) => Self::OwnTimes,
-            _ if !rows.is_empty() => Self::Several { rows },
             None if !falls_short => Self::Sound,
             _ => Self::LabelTooHigh { order: main },
         }

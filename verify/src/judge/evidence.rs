@@ -105,11 +105,10 @@ impl WeightsTheory {
         let mut rows = Vec::new();
         for (name, weights) in weights {
             for condition in &weights.conditions {
-                let tree = &weights.forest.trees()[condition.tree];
                 rows.push(vec![
                     Cell::Integer(condition.order.into()),
                     Cell::Text(weights.forest.brackets(condition.tree)),
-                    Cell::Text(format!("{} = 1/{}", weights.formula(condition.tree, name), tree.density)),
+                    Cell::Text(weights.formula(condition.tree, name)),
                     Cell::Number(condition.residual.to_f64()),
                     Cell::Number(condition.residual.radius()),
                     Cell::Text(if condition.holds() { "holds" } else { "fails" }.into()),

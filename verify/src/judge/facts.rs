@@ -98,7 +98,7 @@ impl Judgement {
                     _ => ("A coefficient is wrong", "one coefficient changed"),
                 };
                 // No label is wrong about a row sum.
-                let rows = self.runge_kutta().is_some_and(|theory| !theory.wrong_rows().is_empty());
+                let rows = !self.theory.wrong_rows().is_empty();
                 let doubt = match repairs.first() {
                     // What has no order at all has no label that is right.
                     Some(repair) if repair.mends == 1 && !rows && self.theory.order() > 0 => {
@@ -164,18 +164,16 @@ impl Judgement {
 
     /// The order that no c lowers which is not the sums of the rows, where the file claims none.
     fn order_beside_own_times(&self) -> Option<u32> {
-        let theory = self.runge_kutta().filter(|_| self.file.order().is_none())?;
-        let order = theory.order_found();
-        (order > 0 && theory.keeps_in_time(order, None)).then_some(order)
+        let order = self.theory.order();
+        let is_meant = self.file.order().is_none() && order > 0 && self.theory.keeps_in_time(order, None);
+        is_meant.then_some(order)
     }
 
     /// What a change reaches.
     fn holds_then(&self, target: Target) -> String {
         let embedded = target.embedded.map_or_else(String::new, |q| format!(", of the embedded method {q}"));
-        let sums = match self.file.body {
-            Body::RungeKutta(_) => ", and all row sums hold",
-            _ => "",
-        };
+        let has_rows = matches!(self.file.body, Body::RungeKutta(_)) || !self.theory.wrong_rows().is_empty();
+        let sums = if has_rows { ", and all row sums hold" } else { "" };
         format!("the order is {}{embedded}{sums}", target.order)
     }
 

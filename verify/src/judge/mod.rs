@@ -101,8 +101,8 @@ impl Judgement {
         };
         let mut verdicts: Vec<Verdict> = file.claims.par_iter().map(|claim| verdict::judge(claim, &*theory)).collect();
         verdicts.extend(verdict::consistency(&file, &*theory));
-        match theory.as_runge_kutta().filter(|_| matches!(diagnosis, Diagnosis::OwnTimes)) {
-            Some(theory) => verdicts.push(runge_kutta::own_times(theory)),
+        match theory.own_times().filter(|_| matches!(diagnosis, Diagnosis::OwnTimes)) {
+            Some(verdict) => verdicts.push(verdict),
             None => {
                 verdicts.extend(theory.consistency().into_iter().filter(|found| !verdict::is_conceded(&file, found)));
             }

@@ -8,11 +8,12 @@ use nalgebra::{DMatrix, Matrix2, Vector2};
 
 use super::analysis::{Analysis, Trial};
 use super::claim::Property;
-use super::conditions::{Part, Weights, conditions_of};
+use super::conditions::{Part, Weights, conditions_of, order_of};
 use super::evidence::{coefficient_row, table};
 use super::facts::{Facts, order as order_fact};
+use super::problem::{Forced, NonAutonomous, window};
 use super::real::Real;
-use super::runge_kutta::{order as order_finding, rows};
+use super::runge_kutta::{in_time, order as order_finding, order_in_time, own_times, rows, wrong_rows};
 use super::stepping::{Halves, Stepper};
 use super::structure::ascending;
 use super::tableau::{Coefficient, row_sums};
@@ -105,6 +106,8 @@ pub(super) struct PartsTheory {
     weights: WeightsTheory,
     /// Order on separable systems, where the file names all.
     separable: Option<u32>,
+    /// Order on the same systems with time in them, with c as given.
+    order_in_time: u32,
     /// The condition that is farthest from holding.
     symplectic_defect: Option<(String, f64)>,
     symmetric: bool,
@@ -132,27 +135,37 @@ impl PartsTheory {
         let b = parts.b.each_ref().map(reals);
         let c = parts.c.as_ref().map_or_else(|| row_sums(&a[0]), reals);
         let at_least = claimed.unwrap_or(0) + 1;
-        let search = |rule: Rule, at_least| {
-            let leaves = parts.leaves([&a[0], &a[1]], &c);
-            let part = |k: usize| Part { a: &a[k], leaf: leaves[k].clone() };
-            let conditions =
-                |forest: &Forest| conditions_of(Weights::of_parts(forest, [part(0), part(1)], &c), [&b[0], &b[1]]);
-            // By the quadrature of either half.
-            WeightsTheory::search(rule, (at_least, 2 * b[0].len() as u32), conditions)
-        };
+        let leaves = parts.leaves([&a[0], &a[1]], &c);
+        let part = |k: usize| Part { a: &a[k], leaf: leaves[k].clone() };
+        let conditions =
+            |forest: &Forest| conditions_of(Weights::of_parts(forest, [part(0), part(1)], &c), [&b[0], &b[1]]);
+        // The quadrature of either half bounds the order.
+        let search = |rule: Rule, at_least| WeightsTheory::search(rule, (at_least, 2 * b[0].len() as u32), conditions);
         let rule = parts.rule();
-        let weights = search(rule, at_least);
+        let has_rows = parts.c.is_some() && parts.coupling != Coupling::SecondOrder;
+        let defects = |part: usize| {
+            let defects = c.iter().zip(row_sums(&a[part])).map(|(c, sum)| c - &sum);
+            has_rows.then(|| defects.collect::<Vec<_>>())
+        };
+        let spelled = [0, 1].map(|part| !wrong_rows(defects(part).as_deref()).is_empty());
+        let weights = WeightsTheory { spelled, ..search(rule, at_least) };
         let separable = (rule == Rule::Partitioned).then(|| search(Rule::Separable, weights.order + 1).order);
+        let row_defects = defects(parts.timed());
+        let order_in_time = match wrong_rows(row_defects.as_deref()).as_slice() {
+            // Time is one more component of a part.
+            [] => weights.order,
+            _ => order_of(&conditions(&Forest::with_time(rule, weights.order.max(1)))).min(weights.order),
+        };
         let mut theory = Self {
             coupling: parts.coupling,
-            row_defects: (parts.c.is_some() && parts.coupling != Coupling::SecondOrder)
-                .then(|| c.iter().zip(row_sums(&a[parts.timed()])).map(|(c, sum)| c - &sum).collect()),
+            row_defects,
             timed: parts.timed(),
             a,
             b,
             c,
             weights,
             separable,
+            order_in_time,
             symplectic_defect: None,
             symmetric: false,
             explicit: false,
@@ -361,9 +374,22 @@ impl Analysis for PartsTheory {
         self.separable
     }
 
+    fn order_in_time(&self) -> u32 {
+        self.order_in_time
+    }
+
+    fn wrong_rows(&self) -> Vec<usize> {
+        wrong_rows(self.row_defects.as_deref())
+    }
+
+    fn own_times(&self) -> Option<Verdict> {
+        own_times(&self.c, self.row_defects.as_deref()?, [self.order_in_time, self.weights.order], "")
+    }
+
     fn facts(&self) -> Facts {
         let mut facts = vec![("order", order_fact(&self.weights))];
         facts.extend(self.separable.map(|order| ("separable", format!("order {order} on q̇ = f(p), ṗ = g(q)"))));
+        facts.extend(in_time([self.order_in_time, self.weights.order]));
         let oscillations = match self.oscillation {
             None => "areas are not kept on q̇ = ωp, ṗ = −ωq".into(),
             Some(Bounded::Everywhere) => format!("bounded on q̇ = ωp, ṗ = −ωq to hω = {FARTHEST} at least"),
@@ -378,7 +404,9 @@ impl Analysis for PartsTheory {
 
     fn find(&self, property: Property) -> Option<Finding> {
         Some(match property {
-            Property::Order(p) => order_finding(p, &self.weights, self.weights_name()),
+            Property::Order(p) => {
+                order_in_time(p, self).unwrap_or_else(|| order_finding(p, &self.weights, self.weights_name()))
+            }
             Property::Explicit => {
                 let text = if self.explicit {
                     "every stage follows from earlier ones"
@@ -417,7 +445,8 @@ impl Analysis for PartsTheory {
     }
 
     fn consistency(&self) -> Vec<Verdict> {
-        self.row_defects.iter().map(|defects| rows(&self.c, defects, ["a", "â"][self.timed])).collect()
+        let orders = [self.order_in_time, self.weights.order];
+        self.row_defects.iter().map(|defects| rows(&self.c, defects, ["a", "â"][self.timed], orders)).collect()
     }
 
     fn traits(&self) -> Traits {
@@ -427,7 +456,7 @@ impl Analysis for PartsTheory {
             (None, _) => Symplecticity::ConstantMass,
         };
         let stability = if self.explicit { Stability::Conditional } else { Stability::Neutral };
-        let traits = Traits::new(self.weights.order, Principle::Equation, stability);
+        let traits = Traits::new(self.order_in_time, Principle::Equation, stability);
         Traits { stiff_order: None, symplectic, is_reversible: self.symmetric, ..traits }
     }
 
@@ -478,14 +507,28 @@ impl Analysis for PartsTheory {
 
     fn trials(&self) -> Vec<Trial> {
         let (order, from) = (self.weights.order, "the conditions of the coloured trees");
+        let not_separable = match self.coupling {
+            Coupling::General => Trial::on("not separable", "double-pendulum", &[], order, from),
+            _ => Trial { kind: "not separable", name: "double-pendulum", plan: Err("it is not made for that".into()) },
+        };
         let mut trials = vec![
             Trial::on("separable", "pendulum", &[], self.separable.unwrap_or(order), from),
             Trial::on("oscillating", "henon-heiles", &[], self.separable.unwrap_or(order), from),
+            not_separable,
         ];
-        trials.push(match self.coupling {
-            Coupling::General => Trial::on("not separable", "double-pendulum", &[], order, from),
-            _ => Trial { kind: "not separable", name: "double-pendulum", plan: Err("it is not made for that".into()) },
-        });
+        let (in_time, window) = (self.order_in_time, window(self.order_in_time));
+        let rows = if self.wrong_rows().is_empty() { from } else { "the conditions with c as given" };
+        match self.coupling {
+            Coupling::General => {
+                let name = ("non-autonomous", "q̇ = f(t, q, p), ṗ = g(t, q, p)");
+                trials.push(Trial::of(name, NonAutonomous, window, in_time, rows));
+            }
+            // Where c are the times of p, they are those of q̇ = f(t, p).
+            Coupling::Separable if self.timed == 0 => {
+                trials.push(Trial::of(Forced::NAME, Forced, window, in_time, rows));
+            }
+            _ => {}
+        }
         trials
     }
 

@@ -96,6 +96,70 @@ pub(super) struct NonAutonomous(pub Window);
 #[derive(Debug)]
 pub(super) struct Autonomous(pub Window);
 
+/// q̇ = p³, ṗ = −(q/Q)³/(1 + t)² with Q = 3/2 − 1/(2(1 + t)²), from (1, 1): q = Q, p = 1/(1 + t). It is separable, with t in its forces.
+#[derive(Debug)]
+pub(super) struct Forced(pub Window);
+
+impl Forced {
+    /// What kind of problem it is, and what of.
+    pub(super) const NAME: (&'static str, &'static str) = ("non-autonomous", "q̇ = f(p), ṗ = g(t, q)");
+
+    /// Q and (1 + t)².
+    fn scale(t: f64) -> [f64; 2] {
+        let square = (1.0 + t).powi(2);
+        [1.5 - 0.5 / square, square]
+    }
+}
+
+impl FieldFn for Forced {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        let [scale, square] = Self::scale(t);
+        let q = v[0] / scale;
+        dv[0] = v[1] * v[1] * v[1];
+        dv[1] = -(q * q * q) / square;
+    }
+}
+
+impl Ode for Forced {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        let [scale, square] = Self::scale(t);
+        dv[0] = v[1].powi(3);
+        dv[1] = -(v[0] / scale).powi(3) / square;
+    }
+    fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+        let [scale, square] = Self::scale(t);
+        add(0, 1, 3.0 * v[1].powi(2));
+        add(1, 0, -3.0 * v[0].powi(2) / (scale.powi(3) * square));
+    }
+}
+
+impl Problem for Forced {
+    fn components(&self) -> &'static [&'static str] {
+        &["q", "p"]
+    }
+    fn initial(&self) -> Vec<f64> {
+        vec![1.0, 1.0]
+    }
+    fn field(&self) -> Box<dyn VectorField + '_> {
+        Box::new(AutoField::new(self))
+    }
+    fn ode(&self) -> &dyn Ode {
+        self
+    }
+    fn exact(&self, t: f64) -> Option<Vec<f64>> {
+        Some(vec![Self::scale(t)[0], (1.0 + t).recip()])
+    }
+    fn facts(&self) -> Facts {
+        Facts { window: self.0, ..Facts::default() }
+    }
+}
+
 /// (u̇, ẇ) at (t, u, w).
 fn rates<T: Scalar>(t: T, u: T, w: T) -> [T; 2] {
     [u * u * w * (t + 1.0) * t.cos() * (-t.sin()).exp(), u.ln() - w * w - t.sin()]
@@ -207,11 +271,12 @@ mod tests {
 
     #[test]
     fn the_two_statements_of_each_agree_and_the_solution_is_one() {
-        let problems: [&dyn Problem; 4] = [
+        let problems: [&dyn Problem; 5] = [
             &Linear::damped(window(2)),
             &Linear::undamped(window(2)),
             &Autonomous(window(2)),
             &NonAutonomous(window(2)),
+            &Forced(window(2)),
         ];
         for problem in problems {
             let n = problem.initial().len();

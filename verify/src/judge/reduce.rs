@@ -6,6 +6,7 @@
 
 use super::real::Real;
 use super::tableau::Numbers;
+use crate::measure::decimal::counted;
 
 /// An irreducible method with the same steps.
 #[derive(Debug, Clone)]
@@ -39,6 +40,13 @@ impl Reduced {
         }
         let numbers = if merged.len() < found.stages() { Self::of(&lumped(&found, &merged)).numbers } else { found };
         Self { numbers, why: (!why.is_empty()).then(|| why.join(", and ")) }
+    }
+
+    /// On which coefficients conditions of structure are looked at, where these are not all.
+    pub(super) fn told(&self) -> String {
+        self.why.as_ref().map_or_else(String::new, |why| {
+            format!("; {why}: judged on the {} of the reduced method", counted(self.numbers.stages(), "stage"))
+        })
     }
 }
 

@@ -12,7 +12,7 @@ use super::linear::{Reach, SeriesOrder, Unstable};
 use super::polynomial::EXACT;
 use super::problem::{Autonomous, Linear, NonAutonomous, window};
 use super::real::Real;
-use super::structure::{Indefinite, Simplifying, algebraic_matrix};
+use super::structure::{Indefinite, Simplifying, algebraic_matrix, is_symmetric, symplectic_defect};
 use super::tableau::{Numbers, Shape};
 use super::theory::{Theory, WeightsTheory};
 use super::verdict::{Finding, Kind, Verdict};
@@ -43,9 +43,21 @@ impl Analysis for Theory {
         self.order_found()
     }
 
-    fn lowered(&self) -> Option<String> {
-        let in_time = self.order_in_time;
-        (in_time < self.order_found()).then(|| format!("with its c the order on v̇ = f(t, v) is {in_time}"))
+    fn order_in_time(&self) -> u32 {
+        if self.order_in_time < self.main.order { self.order_in_time } else { self.order_found() }
+    }
+
+    fn wrong_rows(&self) -> Vec<usize> {
+        wrong_rows(self.row_defects.as_deref())
+    }
+
+    fn keeps_in_time(&self, claimed: u32, claimed_embedded: Option<u32>) -> bool {
+        self.order_in_time >= claimed && self.embedded_keeps_in_time(claimed_embedded)
+    }
+
+    fn own_times(&self) -> Option<Verdict> {
+        let stages = format!(", and the stage order is {}", self.simplifying.stage_order());
+        own_times(&self.numbers.c, self.row_defects.as_deref()?, [self.order_in_time, self.main.order], &stages)
     }
 
     fn facts(&self) -> Facts {
@@ -57,15 +69,8 @@ impl Analysis for Theory {
     }
 
     fn consistency(&self) -> Vec<Verdict> {
-        let verdict = |defects: &Vec<Real>| {
-            let mut verdict = rows(&self.numbers.c, defects, "a");
-            if self.order_in_time < self.main.order {
-                let costs = format!("; with this c the order on v̇ = f(t, v) is {}", self.order_in_time);
-                verdict.check.reason += &costs;
-            }
-            verdict
-        };
-        self.row_defects.iter().map(verdict).collect()
+        let orders = [self.order_in_time, self.main.order];
+        self.row_defects.iter().map(|defects| rows(&self.numbers.c, defects, "a", orders)).collect()
     }
 
     fn traits(&self) -> Traits {
@@ -77,12 +82,11 @@ impl Analysis for Theory {
             _ => Stability::Conditional,
         };
         let stiff_order = self.stiff_order();
-        let (is_symplectic, is_reversible) = self.structure_without_time();
         Traits {
             stiff_order: stiff_order.map(|(order, _)| order),
             divides_by_rate: stiff_order.is_none_or(|(_, divides)| divides),
-            symplectic: if is_symplectic { Symplecticity::Always } else { Symplecticity::Never },
-            is_reversible,
+            symplectic: if self.symplectic_defect.is_none() { Symplecticity::Always } else { Symplecticity::Never },
+            is_reversible: self.symmetric,
             ..Traits::new(self.order_in_time, Principle::Equation, stability)
         }
     }
@@ -203,10 +207,7 @@ impl Theory {
         if let Some(embedded) = &theory.embedded {
             facts.push(("embedded", order_fact(embedded)));
         }
-        if theory.order_in_time < theory.main.order {
-            let text = format!("{} on v̇ = f(t, v), with c as given", theory.order_in_time);
-            facts.push(("in time", text));
-        }
+        facts.extend(in_time([theory.order_in_time, theory.main.order]));
         let simplifying = theory.simplifying;
         facts.push((
             "stage order",
@@ -268,46 +269,61 @@ impl Theory {
         })
     }
 
-    /// On which coefficients conditions of structure are looked at, where these are not all.
-    fn of_reduced(&self) -> String {
-        self.reduced.why.as_ref().map_or_else(String::new, |why| {
-            let stages = counted(self.reduced.numbers.stages(), "stage");
-            format!("; {why}: judged on the {stages} of the reduced method")
-        })
+    /// Where a structure ends that steps on v̇ = f(v) have: c may tell stages apart that are equal there.
+    fn without_time(&self, has: fn(&Numbers) -> bool) -> &'static str {
+        if has(&self.reduced.numbers) { "" } else { " where f does not depend on t" }
     }
 
     fn structure(&self) -> String {
-        let not = |holds: bool, what: &str| if holds { what.to_owned() } else { format!("not {what}") };
-        let parts = [
-            not(self.symplectic_defect.is_none(), "symplectic"),
-            not(self.symmetric, "symmetric"),
-            not(self.stiffly_accurate.is_some(), "stiffly accurate"),
-        ];
-        let without_time = match self.structure_without_time() {
-            (true, _) if self.symplectic_defect.is_some() => "; symplectic where f does not depend on t",
-            _ => "",
+        let not = |holds: bool, what: &str, without: fn(&Numbers) -> bool| match holds {
+            true => format!("{what}{}", self.without_time(without)),
+            false => format!("not {what}"),
         };
-        parts.join(", ") + without_time + &self.of_reduced()
+        let parts = [
+            not(self.symplectic_defect.is_none(), "symplectic", is_symplectic),
+            not(self.symmetric, "symmetric", is_symmetric),
+            not(self.stiffly_accurate.is_some(), "stiffly accurate", |_| true),
+        ];
+        parts.join(", ") + &self.autonomous.told()
     }
 }
 
-/// The rows whose sum is not c_i, from c_i − Σ_j a_ij, in words; nothing where all are.
-fn wrong_rows(c: &[Real], defects: &[Real]) -> Option<String> {
-    let wrong = defects.iter().enumerate().filter(|(_, defect)| !defect.may_be_zero());
-    let words = |(i, defect): (usize, &Real)| {
+fn is_symplectic(numbers: &Numbers) -> bool {
+    symplectic_defect(numbers).is_none()
+}
+
+/// The order on v̇ = f(t, v), where that is less than the one without t.
+pub(super) fn in_time([in_time, order]: [u32; 2]) -> Option<(&'static str, String)> {
+    (in_time < order).then(|| ("in time", format!("{in_time} on v̇ = f(t, v), with c as given")))
+}
+
+/// The rows whose sum is not c_i, from c_i − Σ_j a_ij.
+pub(super) fn wrong_rows(defects: Option<&[Real]>) -> Vec<usize> {
+    let defects = defects.into_iter().flatten().enumerate();
+    defects.filter(|(_, defect)| !defect.may_be_zero()).map(|(i, _)| i).collect()
+}
+
+/// The same in words; nothing where there are none.
+fn wrong_rows_told(c: &[Real], defects: &[Real]) -> Option<String> {
+    let words = |i: usize| {
+        let defect = &defects[i];
         let sum = &c[i] - defect;
         // As many places as show the difference.
         let places = (3.0 - defect.to_f64().abs().log10().floor()).clamp(10.0, 60.0) as usize;
-        let shown = |x: &Real| if places > 10 { x.decimal(places) } else { format!("{:.10}", x.to_f64()) };
+        // A sum that vanishes has no sign.
+        let shown = |x: &Real| if places > 10 { x.decimal(places) } else { format!("{:.10}", x.to_f64() + 0.0) };
         format!("row {} adds up to {}, and c[{}] is {}", i + 1, shown(&sum), i + 1, shown(&c[i]))
     };
-    let rows: Vec<String> = wrong.map(words).collect();
+    let rows: Vec<String> = wrong_rows(Some(defects)).into_iter().map(words).collect();
     (!rows.is_empty()).then(|| rows.join("; "))
 }
 
-/// Whether c is the sum of the rows of a matrix of this name, from c_i − Σ_j a_ij.
-pub(super) fn rows(c: &[Real], defects: &[Real], name: &str) -> Verdict {
-    let wrong = wrong_rows(c, defects);
+/// Whether c is the sum of the rows of a matrix of this name, from c_i − Σ_j a_ij, and what order that leaves with t in f and without.
+pub(super) fn rows(c: &[Real], defects: &[Real], name: &str, [in_time, order]: [u32; 2]) -> Verdict {
+    let costs = || {
+        if in_time < order { format!("; with this c the order on v̇ = f(t, v) is {in_time}") } else { String::new() }
+    };
+    let wrong = wrong_rows_told(c, defects).map(|wrong| wrong + &costs());
     let check = Check {
         id: "rows".into(),
         statement: "The abscissae are the sums of the rows".into(),
@@ -319,32 +335,35 @@ pub(super) fn rows(c: &[Real], defects: &[Real], name: &str) -> Verdict {
     Verdict { kind: Kind::Consistency, subject: "row sums".into(), check }
 }
 
-/// What abscissae cost that are not the sums of the rows and lower no order that is claimed.
-pub(super) fn own_times(theory: &Theory) -> Verdict {
-    let defects = theory.row_defects.iter().flatten().cloned().collect::<Vec<_>>();
-    let (order, stages) = (theory.order_in_time, theory.simplifying.stage_order());
-    let rows = wrong_rows(&theory.numbers.c, &defects).unwrap_or_default();
-    let without =
-        if order < theory.main.order { format!(" where without t it is {}", theory.main.order) } else { " too".into() };
+/// What abscissae cost that are not the sums of the rows and lower no order that is claimed: the order with t in f beside that without,
+/// and what `more` there is to say.
+pub(super) fn own_times(c: &[Real], defects: &[Real], [in_time, order]: [u32; 2], more: &str) -> Option<Verdict> {
+    let rows = wrong_rows_told(c, defects)?;
+    let without = if in_time < order { format!(" where without t it is {order}") } else { " too".into() };
     let check = Check {
         id: "times".into(),
         statement:
             "Abscissae that are not the sums of the rows leave the order that is claimed where f depends on time".into(),
         outcome: Outcome::Pass,
-        measured: Some(f64::from(order)),
+        measured: Some(f64::from(in_time)),
         required: None,
-        reason: format!("{rows}; on v̇ = f(t, v) the order is {order}{without}, and the stage order is {stages}"),
+        reason: format!("{rows}; on v̇ = f(t, v) the order is {in_time}{without}{more}"),
     };
-    Verdict { kind: Kind::Consistency, subject: "abscissae".into(), check }
+    Some(Verdict { kind: Kind::Consistency, subject: "abscissae".into(), check })
+}
+
+/// An order that a method has with t in f, and a higher one without.
+pub(super) fn order_in_time(p: u32, theory: &dyn Analysis) -> Option<Finding> {
+    let order = theory.order();
+    (p == theory.order_in_time() && p < order).then(|| {
+        let why = format!("with this c the order on v̇ = f(t, v) is {p}, and without t it is {order}");
+        Finding::new(true, why).measured(p)
+    })
 }
 
 fn find(property: Property, theory: &Theory) -> Option<Finding> {
     Some(match property {
-        Property::Order(p) if p == theory.order_in_time && p < theory.main.order => {
-            let why = format!("with this c the order on v̇ = f(t, v) is {p}, and without t it is {}", theory.main.order);
-            Finding::new(true, why).measured(p)
-        }
-        Property::Order(p) => match butcher(p, theory) {
+        Property::Order(p) => match order_in_time(p, theory).or_else(|| butcher(p, theory)) {
             Some(finding) => finding,
             None => order(p, &theory.main, "b"),
         },
@@ -397,7 +416,7 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
                 Finding::open("it would be A-stable, and whether it is, is open for the digits given")
             }
             Ok(()) => {
-                let of = theory.of_reduced();
+                let of = theory.reduced.told();
                 let open = algebraic_matrix(&theory.reduced.numbers).into_iter().flatten().filter(Real::may_be_zero);
                 let open = open.map(|x| x.radius()).fold(0.0, larger);
                 let digits = match open > EXACT {
@@ -426,20 +445,23 @@ fn find(property: Property, theory: &Theory) -> Option<Finding> {
             Finding::new(theory.stiffly_accurate.is_some(), text)
         }
         Property::Symplectic => match theory.symplectic_defect {
-            None => Finding::new(true, format!("b_i a_ij + b_j a_ji = b_i b_j for all i, j{}", theory.of_reduced())),
+            None => {
+                let (without, of) = (theory.without_time(is_symplectic), theory.autonomous.told());
+                Finding::new(true, format!("b_i a_ij + b_j a_ji = b_i b_j for all i, j{without}{of}"))
+            }
             Some((i, j, x)) => {
-                let of = theory.of_reduced();
+                let of = theory.autonomous.told();
                 let why = format!("b_i a_ij + b_j a_ji − b_i b_j = {x:.4e} at i = {}, j = {}{of}", i + 1, j + 1);
                 Finding::new(false, why).measured(x)
             }
         },
         Property::Symmetric => {
-            let text = if theory.symmetric {
-                "a_σ(i)σ(j) + a_ij = b_j with the stages reversed"
+            let (text, without) = if theory.symmetric {
+                ("a_σ(i)σ(j) + a_ij = b_j with the stages reversed", theory.without_time(is_symmetric))
             } else {
-                "a_σ(i)σ(j) + a_ij = b_j fails with the stages reversed"
+                ("a_σ(i)σ(j) + a_ij = b_j fails with the stages reversed", "")
             };
-            Finding::new(theory.symmetric, format!("{text}{}", theory.of_reduced()))
+            Finding::new(theory.symmetric, format!("{text}{without}{}", theory.autonomous.told()))
         }
         Property::DispersionOrder(p) => series_order(p, theory.linear.dispersion, "phase"),
         Property::DissipationOrder(p) => series_order(p, theory.linear.dissipation, "amplitude"),
@@ -772,7 +794,7 @@ mod tests {
     fn a_row_that_does_not_add_up_is_shown_to_as_many_places_as_tell_it() {
         let verdict = |c: &[f64], defects: &[f64]| {
             let reals = |x: &[f64]| x.iter().map(|x| Real::double(*x)).collect::<Vec<_>>();
-            rows(&reals(c), &reals(defects), "a").check
+            rows(&reals(c), &reals(defects), "a", [4, 4]).check
         };
         let right = verdict(&[0.5, 1.0], &[0.0, 0.0]);
         assert_eq!(
@@ -812,7 +834,7 @@ mod tests {
     fn what_own_times_leave_is_the_order_in_time() {
         let theory = written("order = 1\nc = ['1/4', 1]\na = [['1/2', 0], ['1/2', 0]]\nb = ['1/2', '1/2']");
         assert_eq!((theory.main.order, theory.keeps_in_time(1, None), theory.keeps_in_time(2, None)), (2, true, false));
-        let check = own_times(&theory).check;
+        let check = theory.own_times().expect("c is not the sums").check;
         assert_eq!(check.measured, Some(1.0));
         let told = "on v̇ = f(t, v) the order is 1 where without t it is 2, and the stage order is 0";
         assert!(check.reason.ends_with(told), "{}", check.reason);
@@ -826,18 +848,24 @@ mod tests {
     /// The implicit midpoint rule in two stages of which the other c makes others, and three steps of it, of ¼, ½ and ¼, which are their own
     /// reverse but in the sequence of a c whose first two are exchanged.
     #[test]
-    fn structure_without_time_is_that_of_the_sums_of_the_rows() {
+    fn structure_is_told_without_time_and_where_it_ends_with_time() {
         let midpoint = "a = [['1/2', 0], ['1/2', 0]]\nb = ['1/2', '1/2']";
         let steps = "a = [['1/8', 0, 0], ['1/4', '1/4', 0], ['1/4', '1/2', '1/8']]\nb = ['1/4', '1/2', '1/4']";
         for (stages, c, with_time) in [
             (midpoint, "['1/2', '1/2']", (true, true)),
             (midpoint, "[0, 1]", (false, true)),
+            (midpoint, "[0, '1/2']", (false, false)),
             (steps, "['1/8', '1/2', '7/8']", (true, true)),
             (steps, "['1/2', '1/8', '7/8']", (true, false)),
         ] {
             let theory = written(&format!("c = {c}\n{stages}"));
-            assert_eq!((theory.symplectic_defect.is_none(), theory.symmetric), with_time, "{c}");
-            assert_eq!(theory.structure_without_time(), (true, true), "{c}");
+            assert_eq!((theory.symplectic_defect.is_none(), theory.symmetric), (true, true), "{c}");
+            let with_time = [(Property::Symplectic, with_time.0), (Property::Symmetric, with_time.1)];
+            for (property, holds) in with_time {
+                let finding = theory.find(property).expect("looked at");
+                let ends = finding.why.contains(" where f does not depend on t");
+                assert_eq!((finding.outcome, ends), (Outcome::Pass, !holds), "{c}: {}", finding.why);
+            }
         }
     }
 

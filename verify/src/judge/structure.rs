@@ -66,15 +66,18 @@ pub fn symplectic_defect(numbers: &Numbers) -> Option<(usize, usize, f64)> {
 }
 
 /// Whether the method is its own adjoint, its stages taken in the reverse of their order in c: b_σ(j) = b_j,
-/// a_σ(i)σ(j) + a_ij = b_j. Of stages with one c any may be the mirror image.
+/// a_σ(i)σ(j) + a_ij = b_j, and c_σ(i) + c_i = Σ_j b_j, which follows where c is the sums of the rows. Of stages with one c any may be the
+/// mirror image.
 pub fn is_symmetric(numbers: &Numbers) -> bool {
     let (c, s) = (&numbers.c, numbers.stages());
     let ascending = ascending(c);
+    let end: Real = numbers.b.iter().cloned().sum();
     let images: Vec<Vec<usize>> = (0..s)
         .map(|k| {
             let first = ascending[s - 1 - k];
             let others = (0..s).filter(|&j| j != first && (&c[j] - &c[first]).may_be_zero());
-            std::iter::once(first).chain(others).collect()
+            let is_mirrored = |j: &usize| (&(&c[*j] + &c[ascending[k]]) - &end).may_be_zero();
+            std::iter::once(first).chain(others).filter(is_mirrored).collect()
         })
         .collect();
     mirrors(numbers, &ascending, &images, &mut Vec::with_capacity(s))

@@ -28,11 +28,15 @@ pub struct WeightsTheory {
     pub conditions: Vec<Condition>,
     /// √Σ (residual/σ)² of the first order that does not hold.
     pub error_norm: Option<f64>,
+    /// The colours whose rows do not add up to the c of the file: conditions that have the sums are not written with c.
+    pub(super) spelled: [bool; 2],
 }
 
 impl WeightsTheory {
     pub(super) fn new(numbers: &Numbers, b: &[Real], at_least: u32) -> Self {
-        Self::search(Rule::Autonomous, (at_least, barrier(numbers)), |forest| conditions(forest, numbers, b))
+        let spelled = [!numbers.row_defects().iter().all(Real::may_be_zero), false];
+        let of_forest = |forest: &Forest| conditions(forest, numbers, b);
+        Self { spelled, ..Self::search(Rule::Autonomous, (at_least, barrier(numbers)), of_forest) }
     }
 
     /// The conditions of the trees of `rule`, up to one order more than holds and at least up to `at_least`; the order is `barrier`
@@ -50,13 +54,13 @@ impl WeightsTheory {
             if order < depth || depth == rule.most() {
                 let fails = conditions.iter().any(|c| c.order == order + 1 && !c.holds());
                 let error_norm = fails.then(|| error_norm(&forest, &conditions, order + 1));
-                return Self { order, forest, conditions, error_norm };
+                return Self { order, forest, conditions, error_norm, spelled: [false; 2] };
             }
             depth += 1;
         }
     }
 
-    /// The condition of a tree, for weights of this name where the trees have one colour.
+    /// The condition of a tree, for weights of this name where the trees have one colour: `Σ b_i c_i = 1/2`.
     pub fn formula(&self, tree: usize, name: &str) -> String {
         let name = match (self.forest.rule(), self.forest.trees()[tree].colour) {
             (Rule::SecondOrder, Colour::First) => "b̄",
@@ -64,7 +68,11 @@ impl WeightsTheory {
             (Rule::Partitioned | Rule::Separable, _) => "b̂",
             _ => name,
         };
-        self.forest.formula(tree, name)
+        let right = match self.forest.trees()[tree].density {
+            1 => "1".to_owned(),
+            density => format!("1/{density}"),
+        };
+        format!("{} = {right}", self.forest.formula(tree, name, self.spelled))
     }
 
     /// The conditions up to order `p` that do not hold, the first first.
@@ -118,16 +126,18 @@ pub struct Theory {
     pub alpha: Option<f64>,
     /// Orders on v̇ = λ v.
     pub linear: LinearOrders,
-    /// The entry of B A + Aᵀ B − b bᵀ that is farthest from zero.
+    /// The entry of B A + Aᵀ B − b bᵀ that is farthest from zero, on v̇ = f(v).
     pub symplectic_defect: Option<(usize, usize, f64)>,
-    /// Whether the method is its own adjoint.
+    /// Whether the method is its own adjoint, on v̇ = f(v).
     pub symmetric: bool,
     /// Why it is not algebraically stable.
     pub algebraic: Result<(), Indefinite>,
     /// The row of A that is b.
     pub stiffly_accurate: Option<usize>,
-    /// The method without stages that it does not need, of which the structure is told.
+    /// The method without stages that it does not need.
     pub reduced: Reduced,
+    /// The same on v̇ = f(v), which knows of no c beside the sums of the rows: of it the structure is told.
+    pub autonomous: Reduced,
 }
 
 impl Theory {
@@ -142,6 +152,10 @@ impl Theory {
         let order_in_time = if rows_hold { main.order } else { order_in_time(&numbers, &numbers.b, main.order) };
         let stability = StabilityFunction::new(&numbers, &numbers.b);
         let reduced = Reduced::of(&numbers);
+        let autonomous = match rows_hold {
+            true => reduced.clone(),
+            false => Reduced::of(&Numbers { c: row_sums(&numbers.a), ..numbers.clone() }),
+        };
         Self {
             shape: tableau.shape(),
             order_in_time,
@@ -150,11 +164,12 @@ impl Theory {
             negative: stability.real_reach(),
             alpha: stability.alpha(),
             linear: stability.linear_orders(&numbers, &numbers.b),
-            symplectic_defect: symplectic_defect(&reduced.numbers),
-            symmetric: is_symmetric(&reduced.numbers),
+            symplectic_defect: symplectic_defect(&autonomous.numbers),
+            symmetric: is_symmetric(&autonomous.numbers),
             algebraic: is_algebraically_stable(&reduced.numbers),
             stiffly_accurate: stiffly_accurate(&numbers),
             reduced,
+            autonomous,
             stability,
             main,
             embedded,
@@ -178,28 +193,12 @@ impl Theory {
         2 * self.numbers.stages() as u32
     }
 
-    /// The stages whose row sum is not c_i.
-    pub fn wrong_rows(&self) -> Vec<usize> {
-        let defects = self.row_defects.iter().flatten().enumerate();
-        defects.filter(|(_, defect)| !defect.may_be_zero()).map(|(i, _)| i).collect()
-    }
-
-    /// Whether b has the order `claimed` on v̇ = f(t, v) with c as given, and b̂ its own, or the one that it has without time.
-    pub(super) fn keeps_in_time(&self, claimed: u32, claimed_embedded: Option<u32>) -> bool {
-        let keeps = |(found, b): (&WeightsTheory, &Vec<Real>)| {
-            order_in_time(&self.numbers, b, found.order) >= claimed_embedded.unwrap_or(found.order)
-        };
-        self.order_in_time >= claimed && self.embedded.iter().zip(&self.numbers.b_hat).all(keeps)
-    }
-
-    /// Whether steps are symplectic and symmetric on v̇ = f(v), which know of no c beside the sums of the rows.
-    pub(super) fn structure_without_time(&self) -> (bool, bool) {
-        if self.wrong_rows().is_empty() {
-            return (self.symplectic_defect.is_none(), self.symmetric);
-        }
-        let c = row_sums(&self.numbers.a);
-        let reduced = Reduced::of(&Numbers { c, ..self.numbers.clone() }).numbers;
-        (symplectic_defect(&reduced).is_none(), is_symmetric(&reduced))
+    /// Whether b̂, where there is one, has the order claimed of it on v̇ = f(t, v) with c as given, or the one that it has without time.
+    pub(super) fn embedded_keeps_in_time(&self, claimed: Option<u32>) -> bool {
+        self.embedded
+            .iter()
+            .zip(&self.numbers.b_hat)
+            .all(|(found, b)| order_in_time(&self.numbers, b, found.order) >= claimed.unwrap_or(found.order))
     }
 
     /// Whether |R| ≤ 1 in the left half-plane.
@@ -260,7 +259,7 @@ fn barrier(numbers: &Numbers) -> u32 {
 
 /// The order of the weights `b` with c as given, from the trees with a vertex of time.
 fn order_in_time(numbers: &Numbers, b: &[Real], most: u32) -> u32 {
-    let forest = Forest::new(Rule::WithTime, most.clamp(1, MAX_TIME_ORDER));
+    let forest = Forest::with_time(Rule::Autonomous, most.clamp(1, MAX_TIME_ORDER));
     order_of(&conditions(&forest, numbers, b)).min(most)
 }
 

@@ -36,8 +36,6 @@ pub enum Colour {
 pub enum Rule {
     /// v̇ = f(v), Σ over j of a_ij standing for every c_i: 1, 1, 2, 4, 9, 20, 48, 115, … trees.
     Autonomous,
-    /// Those of v̇ = f(t, v) too, in which time itself is differentiated, where c_i need not be the sum of row i.
-    WithTime,
     /// q̇ = f(q, p), ṗ = g(q, p): 2, 4, 14, 52, … trees (\[HLW06\] III.2).
     Partitioned,
     /// q̇ = f(p), ṗ = g(q): neighbours differ in colour.
@@ -50,7 +48,7 @@ impl Rule {
     /// Largest order for which its trees are made: one to two thousand of them.
     pub fn most(self) -> u32 {
         match self {
-            Self::Autonomous | Self::WithTime => MAX_ORDER,
+            Self::Autonomous => MAX_ORDER,
             Self::Partitioned => 6,
             Self::Separable => 8,
             Self::SecondOrder => 10,
@@ -59,7 +57,7 @@ impl Rule {
 
     fn colours(self) -> &'static [Colour] {
         match self {
-            Self::Autonomous | Self::WithTime => &[Colour::First],
+            Self::Autonomous => &[Colour::First],
             _ => &[Colour::First, Colour::Second],
         }
     }
@@ -67,7 +65,9 @@ impl Rule {
     /// Whether ∂`root`/∂`child` need not vanish, for the `n`th child of the root.
     fn allows(self, root: Colour, child: Colour, n: usize) -> bool {
         match self {
-            Self::Autonomous | Self::WithTime | Self::Partitioned => true,
+            Self::Autonomous | Self::Partitioned => true,
+            // Of time, the forces alone.
+            Self::Separable if child == Colour::Time => root == Colour::Second,
             Self::Separable => root != child,
             Self::SecondOrder => root != child && (root == Colour::Second || n == 0),
         }
@@ -85,13 +85,23 @@ pub struct Forest {
 impl Forest {
     /// The trees of `rule` up to `order`, at most [as many](Rule::most) as there are made.
     pub fn new(rule: Rule, order: u32) -> Self {
+        Self::grown(rule, order, false)
+    }
+
+    /// The same with a leaf for time, whose stage values are c, which need not be the sums of the rows: on v̇ = f(t, v), on
+    /// q̇ = f(t, q, p), ṗ = g(t, q, p), and on q̇ = f(p), ṗ = g(t, q).
+    pub fn with_time(rule: Rule, order: u32) -> Self {
+        Self::grown(rule, order, true)
+    }
+
+    fn grown(rule: Rule, order: u32, with_time: bool) -> Self {
         let order = order.min(rule.most());
         let leaf = |colour| Tree { order: 1, density: 1, symmetry: 1, children: Vec::new(), colour };
         let mut forest = Self { trees: Vec::new(), order, rule };
         if order > 0 {
             forest.trees.extend(rule.colours().iter().map(|colour| leaf(*colour)));
         }
-        if rule == Rule::WithTime && order > 1 {
+        if with_time && order > 1 {
             forest.trees.push(leaf(Colour::Time));
         }
         for n in 2..=order {
@@ -173,24 +183,36 @@ impl Forest {
     }
 
     /// The sum of the condition in coefficients: `Σ b_i c_i a_ij c_j²`. In a system of two parts, hats are on those of ṗ; in
-    /// q̈ = g(q), bars on those of q.
-    pub fn formula(&self, k: usize, weights: &str) -> String {
+    /// q̈ = g(q), bars on those of q. For a colour of which `spelled` says so, c_i is spelled out: `Σ b_i a_ij a_ik a_kl a_km`.
+    pub fn formula(&self, k: usize, weights: &str, spelled: [bool; 2]) -> String {
         let is_bar = self.rule == Rule::SecondOrder && self.trees[k].colour == Colour::First;
         let mut text = format!("Σ {weights}_i");
         // A vertex of q̇ = p only passes on what it carries.
         let root = if is_bar { self.trees[k].children[0] } else { k };
-        self.factors(root, 0, &mut 1, &mut text);
+        self.factors(root, spelled, 0, &mut 1, &mut text);
         text
     }
 
-    fn factors(&self, k: usize, index: usize, used: &mut usize, out: &mut String) {
+    fn factors(&self, k: usize, spelled: [bool; 2], index: usize, used: &mut usize, out: &mut String) {
         let name = |index: usize| char::from(b'i' + (index % 18) as u8);
         let children = &self.trees[k].children;
-        for (colour, symbol) in [(Colour::First, "c"), (Colour::Second, "ĉ"), (Colour::Time, "c")] {
+        let time = (Colour::Time, "c", None);
+        let [first, second] = spelled;
+        let parts = [(Colour::First, "c", first.then_some("a")), (Colour::Second, "ĉ", second.then_some("â")), time];
+        for (colour, symbol, matrix) in parts {
             let is_such = |child: &&usize| self.trees[**child].order == 1 && self.trees[**child].colour == colour;
             let count = children.iter().filter(is_such).count();
-            if count > 0 {
-                let _ = write!(out, " {}", power(&format!("{symbol}_{}", name(index)), count));
+            match matrix {
+                Some(matrix) => {
+                    for next in *used..*used + count {
+                        let _ = write!(out, " {matrix}_{}{}", name(index), name(next));
+                    }
+                    *used += count;
+                }
+                None if count > 0 => {
+                    let _ = write!(out, " {}", power(&format!("{symbol}_{}", name(index)), count));
+                }
+                None => {}
             }
         }
         for &child in children.iter().rev().filter(|&&child| self.trees[child].order > 1) {
@@ -202,14 +224,16 @@ impl Forest {
                 _ => ("a", child),
             };
             let _ = write!(out, " {symbol}_{}{}", name(index), name(next));
-            self.factors(below, next, used, out);
+            self.factors(below, spelled, next, used, out);
         }
     }
 }
 
-fn power(text: &str, count: usize) -> String {
+/// `c_i³`.
+pub(super) fn power(text: &str, count: usize) -> String {
     const DIGITS: [&str; 10] = ["⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"];
-    if count == 1 { text.to_owned() } else { format!("{text}{}", DIGITS[count.min(9)]) }
+    let digits = count.to_string().bytes().map(|digit| DIGITS[usize::from(digit - b'0')]).collect::<String>();
+    if count == 1 { text.to_owned() } else { text.to_owned() + &digits }
 }
 
 #[cfg(test)]
@@ -264,10 +288,17 @@ mod tests {
     }
 
     #[test]
+    fn powers_have_all_their_digits() {
+        assert_eq!([1, 2, 9, 10, 12].map(|n| power("c_i", n)), ["c_i", "c_i²", "c_i⁹", "c_i¹⁰", "c_i¹²"]);
+    }
+
+    #[test]
     fn trees_are_written_as_in_the_textbooks() {
         let forest = Forest::new(Rule::Autonomous, 4);
-        let shown: Vec<String> =
-            forest.of_order(4).map(|k| format!("{} {}", forest.brackets(k), forest.formula(k, "b"))).collect();
+        let shown: Vec<String> = forest
+            .of_order(4)
+            .map(|k| format!("{} {}", forest.brackets(k), forest.formula(k, "b", [false; 2])))
+            .collect();
         for expected in
             ["[[[τ]]] Σ b_i a_ij a_jk c_k", "[[τ²]] Σ b_i a_ij c_j²", "[τ,[τ]] Σ b_i c_i a_ij c_j", "[τ³] Σ b_i c_i³"]
         {

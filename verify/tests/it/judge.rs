@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use verify::evidence::Outcome;
+use verify::evidence::{Cell, Outcome};
 use verify::judge::diagnosis::Diagnosis;
 use verify::judge::file::{Body, FileError, MethodFile, SHIPPED};
 use verify::judge::linear::Reach;
@@ -1083,10 +1083,19 @@ fn abscissae_of_a_methods_own_are_held_to_the_order_where_f_depends_on_time() {
     let told = "the order is 2 too, and the stage order is 0";
     assert!(times.check.reason.ends_with(told), "{}", times.check.reason);
     assert_eq!((judgement.outcome(), judgement.diagnosis_text()), (Outcome::Pass, None));
-    // Without time in f its stages are those of the implicit midpoint rule.
+    // Without time in f its stages are those of the implicit midpoint rule, and what is claimed of it agrees with the runs.
     let facts = judgement.facts();
     let structure = facts.iter().find(|(label, _)| *label == "structure").expect("told");
-    assert!(structure.1.contains("symplectic where f does not depend on t"), "{}", structure.1);
+    assert!(structure.1.starts_with("symplectic where f does not depend on t, symmetric, "), "{}", structure.1);
+    let structure = judge(&LOBATTO_IIIB2.replace("A-stable", "symplectic"), Effort::Runs);
+    for subject in ["symplectic", "symmetric"] {
+        let said = structure.verdicts.iter().filter(|verdict| verdict.subject == subject);
+        assert_eq!(said.map(|verdict| verdict.check.outcome).collect::<Vec<_>>(), [Outcome::Pass; 2], "{subject}");
+    }
+    let symplectic = structure.verdicts.iter().find(|verdict| verdict.subject == "symplectic").expect("claimed");
+    let told = "b_i a_ij + b_j a_ji = b_i b_j for all i, j where f does not depend on t; stages 1, 2 are equal: judged on the 1 stage of \
+                the reduced method";
+    assert_eq!(symplectic.check.reason, told);
     // RK4 with the times of another: what is claimed is the order with them.
     let lower = "order = 2\nc = [0, \"1/3\", \"2/3\", 1]\na = [[], [\"1/2\"], [0, \"1/2\"], [0, 0, 1]]\n\
                  b = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]\n";
@@ -1114,6 +1123,129 @@ fn abscissae_of_a_methods_own_are_held_to_the_order_where_f_depends_on_time() {
     let lower = judge(&LOBATTO_IIIB2.replace("c = [0, 1]", "c = [\"1/4\", 1]"), Effort::Theory);
     let rows = lower.verdicts.iter().find(|verdict| verdict.subject == "row sums").expect("looked at");
     assert!(rows.check.reason.ends_with("; with this c the order on v̇ = f(t, v) is 1"), "{}", rows.check.reason);
+}
+
+/// A pair of tableaux with abscissae that are the sums of the rows of neither.
+const PAIR: &str = "kind = \"partitioned-runge-kutta\"\norder = 2\nclaims = [\"symplectic\", \"symmetric\"]\nc = [\"1/4\", \"3/4\"]\n\
+                    a = [[0, 0], [\"1/2\", \"1/2\"]]\nb = [\"1/2\", \"1/2\"]\n\
+                    a_hat = [[\"1/2\", 0], [\"1/2\", 0]]\nb_hat = [\"1/2\", \"1/2\"]\n";
+
+#[test]
+fn abscissae_of_a_pairs_own_are_held_to_the_order_where_f_depends_on_time() {
+    for text in [PAIR.to_owned(), format!("systems = \"separable\"\n{PAIR}")] {
+        let judgement = judge(&text, Effort::Runs);
+        assert!(matches!(judgement.diagnosis, Diagnosis::OwnTimes), "{text}: {:?}", judgement.diagnosis);
+        let times = judgement.verdicts.iter().find(|verdict| verdict.subject == "abscissae").expect("it has its own");
+        assert!(times.check.reason.ends_with("; on v̇ = f(t, v) the order is 2 too"), "{}", times.check.reason);
+        let run = judgement.verdicts.iter().find(|verdict| verdict.subject == "non-autonomous").expect("run");
+        assert_eq!((run.check.outcome, judgement.outcome()), (Outcome::Pass, Outcome::Pass), "{}", run.check.reason);
+        assert_eq!(judgement.diagnosis_text(), None);
+    }
+    // Σ b_i c_i is 11/24: order 1 with time, as runs show.
+    let lower = PAIR.replace("3/4", "2/3");
+    let judgement = judge(&lower, Effort::Runs);
+    assert!(matches!(judgement.diagnosis, Diagnosis::Several { .. }), "{:?}", judgement.diagnosis);
+    assert_eq!(refuted(&judgement), ["row sums"]);
+    let rows = judgement.verdicts.iter().find(|verdict| verdict.subject == "row sums").expect("looked at");
+    assert!(rows.check.reason.ends_with("; with this c the order on v̇ = f(t, v) is 1"), "{}", rows.check.reason);
+    let in_time = judgement.measured.iter().find(|measured| measured.kind == "non-autonomous").expect("run");
+    assert_eq!(in_time.expected, Some((1.0, "the conditions with c as given")));
+    let meant = judge(&lower.replace("order = 2", "order = 1"), Effort::Theory);
+    assert_eq!((meant.outcome(), meant.diagnosis_text()), (Outcome::Pass, None));
+    let silent = judge(&PAIR.replace("order = 2\n", ""), Effort::Theory);
+    let told = silent.diagnosis_text().expect("c is not the sums");
+    assert!(told.contains("or c is meant so") && told.contains("the order on v̇ = f(t, v) is 2 still"), "{told}");
+    // A single one is a misprint, which no label makes right.
+    let single = judge(&PAIR.replace("c = [\"1/4\", \"3/4\"]", "c = [0, \"3/4\"]"), Effort::Theory);
+    let told = single.diagnosis_text().expect("c is not the sums");
+    assert_eq!(told, "A coefficient is wrong. With one coefficient changed the order is 2, and all row sums hold.");
+}
+
+/// An entry and the c that was made of it: neither is right without the other.
+#[test]
+fn a_row_of_a_pair_is_mended_with_the_abscissa_that_its_sum_is() {
+    let text = PAIR
+        .replace("[\"1/4\", \"3/4\"]", "[0, \"5/6\"]")
+        .replace("[\"1/2\", \"1/2\"]]\nb =", "[\"1/2\", \"1/3\"]]\nb =");
+    let changes = judge(&text, Effort::Theory).changes();
+    assert!(changes.iter().any(|change| change.starts_with("a[2,2]: 1/3 → 1/2, and c[2] with it")), "{changes:?}");
+}
+
+/// What a printed condition is off by, of a file with these coefficients: each sum over all its indices.
+fn residual(condition: &str, body: &Body) -> f64 {
+    let doubles = |list: &[Coefficient]| list.iter().map(|x| x.real.to_f64()).collect::<Vec<_>>();
+    let rows = |a: &[Vec<Coefficient>]| a.iter().map(|row| doubles(row)).collect::<Vec<_>>();
+    let sums = |a: &[Vec<f64>]| a.iter().map(|row| row.iter().sum()).collect::<Vec<f64>>();
+    let (lists, matrices) = match body {
+        Body::RungeKutta(Tableau { a, b, c, .. }) => {
+            let a = rows(a);
+            let c = c.as_deref().map_or_else(|| sums(&a), doubles);
+            (vec![("b", doubles(b)), ("c", c)], vec![("a", a)])
+        }
+        Body::Parts(parts) => {
+            let [a, hat] = parts.a.each_ref().map(|a| rows(a));
+            let stated = parts.c.as_deref().map(doubles);
+            let [c, c_hat] = [&a, &hat].map(|a| stated.clone().unwrap_or_else(|| sums(a)));
+            let [b, b_hat] = parts.b.each_ref().map(|b| doubles(b));
+            (vec![("b", b), ("b̂", b_hat), ("c", c), ("ĉ", c_hat)], vec![("a", a), ("â", hat)])
+        }
+        _ => panic!("it has stages"),
+    };
+    let (sum, right) = condition.strip_prefix("Σ ").and_then(|rest| rest.split_once(" = ")).expect(condition);
+    let right = right.strip_prefix("1/").map_or(1.0, |density| 1.0 / density.parse::<f64>().expect(condition));
+    let factors: Vec<(&str, Vec<usize>, i32)> = sum
+        .split(' ')
+        .map(|factor| {
+            let (name, rest) = factor.split_once('_').expect(condition);
+            let indices: Vec<usize> =
+                rest.chars().filter(char::is_ascii_lowercase).map(|index| index as usize - 'i' as usize).collect();
+            let power = rest.chars().last().and_then(|last| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().position(|digit| digit == last));
+            (name, indices, power.unwrap_or(1) as i32)
+        })
+        .collect();
+    let (stages, used) = (lists[0].1.len(), 1 + factors.iter().flat_map(|factor| &factor.1).max().expect(condition));
+    let term = |n: usize| {
+        let at = |index: usize| n / stages.pow(index as u32) % stages;
+        let value = |(name, indices, power): &(&str, Vec<usize>, i32)| {
+            let x = match indices.as_slice() {
+                [i] => lists.iter().find(|list| list.0 == *name).expect(condition).1[at(*i)],
+                [i, j] => matrices.iter().find(|matrix| matrix.0 == *name).expect(condition).1[at(*i)][at(*j)],
+                _ => panic!("{condition}"),
+            };
+            x.powi(*power)
+        };
+        factors.iter().map(value).product::<f64>()
+    };
+    (0..stages.pow(used as u32)).map(term).sum::<f64>() - right
+}
+
+/// Without c, c is the sums of the rows; with one that is not, the sums are spelled out.
+#[test]
+fn a_printed_condition_is_off_by_what_is_printed_beside_it() {
+    let mut spelled = 0;
+    for text in [
+        shipped("rk4"),
+        shipped("stormer-verlet"),
+        LOBATTO_IIIB2.to_owned(),
+        PAIR.to_owned(),
+        // The sums of the rows of a alone, and those of â alone.
+        PAIR.replace("[\"1/4\", \"3/4\"]", "[0, 1]"),
+        PAIR.replace("[\"1/4\", \"3/4\"]", "[\"1/2\", \"1/2\"]"),
+    ] {
+        let judgement = judge(&text, Effort::Theory);
+        let table = judgement.evidence().tables.into_iter().find(|table| table.id == "conditions").expect("it has");
+        for row in &table.rows {
+            let (Cell::Text(condition), Cell::Number(printed)) = (&row[2], &row[3]) else { panic!("{row:?}") };
+            let computed = residual(condition, &judgement.file.body);
+            assert!((computed - printed).abs() < 1e-14, "{text}: {condition} is off by {computed}, not {printed}");
+            spelled += usize::from(condition.contains(" a_ij a_ik") || condition.contains(" â_ij â_ik"));
+        }
+    }
+    assert!(spelled > 5, "{spelled}");
+    // The claim has the same condition.
+    let claim = judge(LOBATTO_IIIB2, Effort::Theory);
+    let reason = &claim.verdicts.iter().find(|verdict| verdict.subject == "order 2").expect("claimed").check.reason;
+    assert!(reason.ends_with("; of order 3, Σ b_i a_ij a_jk = 1/6 is off by 8.333e-2"), "{reason}");
 }
 
 /// Time is one more component of q, or of p, whichever matrix has c as the sums of its rows.
