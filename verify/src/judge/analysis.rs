@@ -118,6 +118,11 @@ pub trait Analysis: fmt::Debug + Send + Sync {
         Ok(())
     }
 
+    /// Why its runs cost more here than steps of it have to, where they do.
+    fn dearer(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Whether symplecticity and symmetry of a step are to be measured.
     fn has_structure(&self) -> bool;
 

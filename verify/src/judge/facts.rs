@@ -32,7 +32,11 @@ impl Judgement {
             facts.push(("defects", text));
         }
         match &self.work {
-            Some(Ok((problem, points))) => facts.push(("work", super::work::summary(problem, points))),
+            Some(Ok((problem, points))) => {
+                let dearer =
+                    self.theory.dearer().map_or_else(String::new, |why| format!("; {}: {why}", self.file.name));
+                facts.push(("work", super::work::summary(problem, points) + &dearer));
+            }
             Some(Err(reason)) => facts.push(("work", format!("not run: {reason}"))),
             None => {}
         }

@@ -336,6 +336,13 @@ impl PartsTheory {
         Some(Bounded::Everywhere)
     }
 
+    /// Whether a stage has itself or a later one in its row.
+    fn is_coupled(&self) -> bool {
+        let matrices = if self.coupling == Coupling::SecondOrder { &self.a[..1] } else { &self.a[..] };
+        let couples = |(i, row): (usize, &Vec<Real>)| !row[i..].iter().all(Real::may_be_zero);
+        matrices.iter().any(|a| a.iter().enumerate().any(couples))
+    }
+
     fn weights_name(&self) -> &'static str {
         match self.coupling {
             Coupling::SecondOrder => "b̄ and b",
@@ -491,7 +498,14 @@ impl Analysis for PartsTheory {
     }
 
     fn unknowns(&self) -> usize {
-        self.stages()
+        if self.is_coupled() { self.stages() } else { 0 }
+    }
+
+    fn dearer(&self) -> Option<&'static str> {
+        (self.explicit && self.is_coupled()).then_some(
+            "its stages were solved for together, as q̇ = f(q, p), ṗ = g(q, p) takes; on separable systems each follows from \
+             earlier ones, and steps cost less",
+        )
     }
 
     fn on_field<'a>(&self, field: Box<dyn VectorField + 'a>) -> Result<Box<dyn Integrator + 'a>, String> {
@@ -543,7 +557,7 @@ impl Analysis for PartsTheory {
 
 #[cfg(test)]
 mod tests {
-    use super::super::file::MethodFile;
+    use super::super::file::{MethodFile, Shipped};
     use super::super::{Effort, Judgement};
     use crate::evidence::Outcome;
 
@@ -564,6 +578,18 @@ mod tests {
         let told = "row 2 adds up to 0.8333333333, and c[2] is 1.0000000000".to_owned();
         assert_eq!(rows(wrong, right), (Outcome::Fail, told));
         assert_eq!(rows(right, wrong), (Outcome::Pass, "c_i = Σ_j a_ij in every row".to_owned()));
+    }
+
+    /// Stages that follow one from another where q̇ = f(p), ṗ = g(q) are solved for together; those of Nyström's method are not.
+    #[test]
+    fn what_steps_cost_beyond_need_is_told() {
+        for (name, unknowns, is_dearer) in
+            [("stormer-verlet", 2, true), ("ruth3", 3, true), ("lobatto-iiia-iiib3", 3, false), ("nystrom4", 0, false)]
+        {
+            let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+            let theory = file.body.analyse(None, None);
+            assert_eq!((theory.unknowns(), theory.dearer().is_some()), (unknowns, is_dearer), "{name}");
+        }
     }
 
     /// b ≠ b̂, and â_ij = b̂_j (1 − a_ji/b_i), so that b_i â_ij + b̂_j a_ji = b_i b̂_j: enough where H = T(p) + U(q), and only there.
