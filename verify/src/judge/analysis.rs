@@ -110,12 +110,19 @@ pub trait Analysis: fmt::Debug + Send + Sync {
     /// Where its order is measured.
     fn trials(&self) -> Vec<Trial>;
 
+    /// Why it has no runs, or none that converge however small their errors in a step.
+    fn obstacle(&self) -> Option<String> {
+        None
+    }
+
     /// Whether its runs converge to the solution at all.
     ///
     /// # Errors
     /// Why not.
     fn converges(&self) -> Result<(), String> {
-        Ok(())
+        let inconsistent = || "its order is 0, so that its runs do not converge to the solution".to_owned();
+        let obstacle = self.obstacle().or_else(|| (self.order() == 0).then(inconsistent));
+        obstacle.map_or(Ok(()), Err)
     }
 
     /// Why its runs cost more here than steps of it have to, where they do.

@@ -593,7 +593,7 @@ impl Analysis for MultistepTheory {
     fn trials(&self) -> Vec<Trial> {
         let k = self.steps() as f64;
         let (order, from) = (self.started_order(), "the constants C_q and the start");
-        if let Err(why) = self.converges() {
+        if let Some(why) = self.obstacle() {
             let plan = Err(format!("{why}: there is no order to measure"));
             return vec![Trial { kind: "nonlinear", name: "v̇ = f(v)", plan }];
         }
@@ -623,11 +623,11 @@ impl Analysis for MultistepTheory {
         false
     }
 
-    fn converges(&self) -> Result<(), String> {
+    fn obstacle(&self) -> Option<String> {
         match self.zero {
-            Roots::Stable => Ok(()),
-            Roots::Outside(_) | Roots::Double(_) => Err("it is not zero-stable".into()),
-            Roots::Undecided(_) => Err("whether it is zero-stable is open".into()),
+            Roots::Stable => None,
+            Roots::Outside(_) | Roots::Double(_) => Some("it is not zero-stable".into()),
+            Roots::Undecided(_) => Some("whether it is zero-stable is open".into()),
         }
     }
 

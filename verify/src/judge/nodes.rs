@@ -11,6 +11,7 @@ use super::facts::Facts;
 use super::polynomial::Polynomial;
 use super::real::{Real, dot};
 use super::tableau::Coefficient;
+use super::tree::power;
 use super::verdict::Finding;
 use crate::evidence::{Cell, Table};
 use crate::kinds::Symplecticity;
@@ -108,23 +109,41 @@ impl NodesTheory {
             order: order as u32,
             symmetric,
             symplectic,
-            method: method.map_err(|error| error.to_string()),
+            method: match c.iter().position(|x| !(0.0..=1.0).contains(&x.to_f64())) {
+                Some(i) => Err(format!("nodes[{}] lies outside of [0, 1], and the path of a step ends there", i + 1)),
+                None => method.map_err(|error| error.to_string()),
+            },
         }
     }
 
+    /// What the order is made of, and the first condition that fails.
     fn why(&self) -> String {
         let count = self.moments.iter().take_while(|x| x.may_be_zero()).count();
-        let next = self.moments.get(count).map_or_else(String::new, |x| format!(", the next being {:.3e}", x.to_f64()));
+        let next = |condition: &str, is: &str| {
+            let next = self.moments.get(count).map(|x| format!("; {condition} {is} {:.3e}", x.to_f64()));
+            next.unwrap_or_default()
+        };
+        let factor = |of: &str| if count == 0 { String::new() } else { format!(" {}", power(of, count)) };
         if self.is_fitted {
-            format!("{} nodes, and {count} moments of their polynomial vanish{next}", self.degree - 1)
-        } else {
-            let s = self.degree;
-            let variations = match (count + 1).checked_sub(s) {
-                Some(k) => format!(", and {} of its equations inside of the step", 2 * k),
-                None => ", which does not see the variations inside of the step".into(),
-            };
-            format!("the least of twice the degree, {}, the order {count} of the quadrature{next}{variations}", 2 * s)
+            let moment = format!("∫ M(t){} dt over [0, 1]", factor("t"));
+            let s = self.degree - 1;
+            return format!(
+                "{s} from {s} nodes of collocation, and {count} from vanishing moments of M(t) = Π (t − c_i){}",
+                next(&moment, "is")
+            );
         }
+        let (s, u, order) = (self.degree, count, self.order as usize);
+        let bound = match (order == u, order == 2 * s) {
+            (true, true) => "twice the degree, and the order of the quadrature".to_owned(),
+            (true, false) => "that of the quadrature".to_owned(),
+            (false, true) => format!("twice the degree, with a quadrature of order {u}"),
+            (false, false) if order == 0 => {
+                format!("a quadrature of order {u} does not determine paths of degree {s}")
+            }
+            (false, false) => format!("2(u − s + 1) with a quadrature of order u = {u} and paths of degree s = {s}"),
+        };
+        let right = if u == 0 { "1".to_owned() } else { format!("1/{}", u + 1) };
+        bound + &next(&format!("Σ weights_i{} = {right}", factor("nodes_i")), "is off by")
     }
 
     fn is_symmetric(&self) -> bool {
@@ -168,7 +187,10 @@ impl Analysis for NodesTheory {
 
     fn find(&self, property: Property) -> Option<Finding> {
         Some(match property {
-            Property::Order(p) => Finding::new(p == self.order, self.why()).measured(self.order),
+            Property::Order(p) => {
+                let is = if p == self.order { String::new() } else { format!("the order is {}, ", self.order) };
+                Finding::new(p == self.order, is + &self.why()).measured(self.order)
+            }
             Property::Symplectic => {
                 let why = match self.symplectic {
                     Symplecticity::Always => "it has a discrete Lagrangian",
@@ -236,11 +258,17 @@ impl Analysis for NodesTheory {
 
     fn trials(&self) -> Vec<Trial> {
         let from = if self.is_fitted { "the moments of the nodes" } else { "degree and quadrature" };
-        vec![
-            Trial::on("integrable", "pendulum", &[], self.order, from),
-            Trial::on("oscillating", "henon-heiles", &[], self.order, from),
-            Trial::on("not separable", "double-pendulum", &[], self.order, from),
-        ]
+        let problems =
+            [("integrable", "pendulum"), ("oscillating", "henon-heiles"), ("not separable", "double-pendulum")];
+        let trial = |(kind, name)| match self.obstacle() {
+            Some(why) => Trial { kind, name, plan: Err(why) },
+            None => Trial::on(kind, name, &[], self.order, from),
+        };
+        problems.map(trial).into()
+    }
+
+    fn obstacle(&self) -> Option<String> {
+        self.method.as_ref().err().cloned()
     }
 
     fn has_structure(&self) -> bool {
@@ -261,7 +289,59 @@ impl Analysis for NodesTheory {
 
 #[cfg(test)]
 mod tests {
+    use super::super::file::MethodFile;
     use super::*;
+
+    /// A quadrature may have nodes outside of the step; a path has not.
+    #[test]
+    fn a_quadrature_that_leaves_the_step_is_not_run() {
+        let text = "kind = 'galerkin'\nnodes = ['-1/4', '5/4']\nweights = ['1/2', '1/2']\n";
+        let theory = MethodFile::parse("m.toml", "m", text).expect("well-formed").body.analyse(None, None);
+        let why = "nodes[1] lies outside of [0, 1], and the path of a step ends there";
+        assert_eq!((theory.order(), theory.converges()), (2, Err(why.to_owned())));
+        assert!(theory.trials().into_iter().all(|trial| trial.plan.is_err_and(|reason| reason == why)));
+    }
+
+    /// The order is told by the bound that it is, with the first condition that fails: Gauss, Radau and Simpson rules, one of a single
+    /// node too few, weights that do not add up, and interior nodes of a fitted path.
+    #[test]
+    fn an_order_is_told_by_its_bound_and_the_first_condition_that_fails() {
+        let why = |text: &str| {
+            let file = MethodFile::parse("m.toml", "m", text).expect(text);
+            let theory = file.body.analyse(None, None);
+            let claim = |p: u32| theory.find(Property::Order(p)).expect("looked at").why;
+            (theory.order(), claim(theory.order()), claim(9))
+        };
+        let galerkin = |text: &str| why(&format!("kind = 'galerkin'\n{text}"));
+        let simpson = "nodes = [0, '1/2', 1]\nweights = ['1/6', '2/3', '1/6']\n";
+        let is_off = "Σ weights_i nodes_i⁴ = 1/5 is off by 8.333e-3";
+        for (text, order, told) in [
+            (format!("degree = 2\n{simpson}"), 4, format!("twice the degree, and the order of the quadrature; {is_off}")),
+            (format!("degree = 1\n{simpson}"), 2, format!("twice the degree, with a quadrature of order 4; {is_off}")),
+            (
+                format!("degree = 2\n{}", simpson.replace("2/3", "1/3")),
+                0,
+                "that of the quadrature; Σ weights_i = 1 is off by -3.333e-1".into(),
+            ),
+            (
+                "degree = 2\nnodes = ['1/3', 1]\nweights = ['3/4', '1/4']\n".into(),
+                3,
+                "that of the quadrature; Σ weights_i nodes_i³ = 1/4 is off by 2.778e-2".into(),
+            ),
+            (
+                "degree = 3\nnodes = [0, '1/2', 1]\nweights = ['1/4', '1/2', '1/4']\n".into(),
+                0,
+                "a quadrature of order 2 does not determine paths of degree 3; Σ weights_i nodes_i² = 1/3 is off by 4.167e-2".into(),
+            ),
+        ] {
+            assert_eq!(galerkin(&text), (order, told.clone(), format!("the order is {order}, {told}")), "{text}");
+        }
+        let told = "2 from 2 nodes of collocation, and 0 from vanishing moments of M(t) = Π (t − c_i); ∫ M(t) dt over [0, 1] is 5.556e-2";
+        let fitted = why("kind = 'path-fitted'\nnodes = ['1/3', '2/3']\n");
+        assert_eq!(fitted, (2, told.into(), format!("the order is 2, {told}")));
+        let told = "3 from 3 nodes of collocation, and 1 from vanishing moments of M(t) = Π (t − c_i); ∫ M(t) t dt over [0, 1] is 7.292e-3";
+        assert_eq!(why("kind = 'path-fitted'\nnodes = ['1/4', '1/2', '3/4']\n").1, told);
+    }
 
     /// Gauss nodes, Lobatto nodes with and without one to spare, Radau nodes; Newton–Cotes rules of order 4 and 6 on paths of as high a
     /// degree as they have nodes, of which runs on Kepler's problem have shown 2 and 4; and a trapezoidal rule on cubic paths.
