@@ -11,7 +11,7 @@ use super::claim::Property;
 use super::evidence::{coefficient_row, region, table};
 use super::facts::{Facts, length, short, told, visible};
 use super::polynomial::{EXACT, ITERATIONS, Polynomial, Sign, VANISHES, first_negative, is_left_open, simultaneous};
-use super::problem::{Autonomous, Linear, NonAutonomous};
+use super::problem::{Autonomous, Forced, Linear, NonAutonomous};
 use super::real::Real;
 use super::stepping;
 use super::tableau::{Coefficient, Tableau};
@@ -606,16 +606,21 @@ impl Analysis for MultistepTheory {
             Some(_) => Trial::stiff(None, "nothing damps for hλ → ∞"),
             None => none("not the whole negative axis is in the region of stability: hλ must stay of order 1"),
         };
-        let (nonlinear, in_time) = if self.order > 4 {
-            let why = "its solution has a pole a time of 1 away: before the order settles, errors are at roundoff";
-            let in_time = Trial { kind: "non-autonomous", name: "v̇ = f(t, v)", plan: Err(why.into()) };
-            (Trial::on("nonlinear", "pendulum", &[], order, from), in_time)
-        } else {
-            let in_time = Trial::of(("non-autonomous", "v̇ = f(t, v)"), NonAutonomous, window, order, from);
-            (Trial::of(("nonlinear", "v̇ = f(v)"), Autonomous, window, order, from), in_time)
+        // Where ρ has other roots on the rim, their components of the error grow while a solution decays: on oscillations they do not.
+        let is_weak = self.is_weakly_stable();
+        let nonlinear = match is_weak || self.order > 4 {
+            true => Trial::on("nonlinear", "pendulum", &[], order, from),
+            false => Trial::of(("nonlinear", "v̇ = f(v)"), Autonomous, window, order, from),
         };
-        // Where ρ has other roots on the rim, their components of the error grow while a damped solution decays.
-        let linear = if self.is_weakly_stable() { Linear::undamped } else { Linear::damped };
+        let in_time = if self.order > 4 {
+            let why = "its solution has a pole a time of 1 away: before the order settles, errors are at roundoff";
+            Trial { kind: "non-autonomous", name: "v̇ = f(t, v)", plan: Err(why.into()) }
+        } else if is_weak {
+            Trial::of(Forced::NAME, Forced, window, order, from)
+        } else {
+            Trial::of(("non-autonomous", "v̇ = f(t, v)"), NonAutonomous, window, order, from)
+        };
+        let linear = if is_weak { Linear::undamped } else { Linear::damped };
         vec![Trial::of(("linear", "v̇ = Av"), linear, window, order, from), nonlinear, in_time, stiff]
     }
 
