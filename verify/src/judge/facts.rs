@@ -77,8 +77,9 @@ impl Judgement {
                     }
                     _ => {
                         return Some(format!(
-                            "The label is too high, or more than one coefficient is wrong: no change of a single coefficient makes \
-                             the conditions of order {claimed} hold. As they stand they have order {order}."
+                            "{}: no change of a single coefficient makes the conditions of order {claimed} hold. As they stand they \
+                             have order {order}.",
+                            too_high(*order)
                         ));
                     }
                 }
@@ -88,8 +89,9 @@ impl Judgement {
                     None => ("b", *order),
                 };
                 Some(format!(
-                    "The label is too high, or more than one coefficient is wrong: the row sums hold, the conditions on \
-                     {weights} fail, and no change of a single coefficient mends them. As they stand they have order {order}.{}{}",
+                    "{}: the row sums hold, the conditions on {weights} fail, and no change of a single coefficient mends them. As \
+                     they stand they have order {order}.{}{}",
+                    too_high(order),
                     self.sum_of_weights(),
                     self.not_looked_for()
                 ))
@@ -234,6 +236,14 @@ impl Repair {
         };
         let implicit = if self.makes_implicit { ", and couples stages that are not coupled" } else { "" };
         format!("{places}: {} → {}{follows}, mends {}{implicit}", self.was, self.text, mended(self.mends))
+    }
+}
+
+/// What an order below the one claimed shows: no label is right of a method that has none.
+fn too_high(order: u32) -> &'static str {
+    match order {
+        0 => "More than one coefficient is wrong",
+        _ => "The label is too high, or more than one coefficient is wrong",
     }
 }
 

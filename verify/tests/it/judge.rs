@@ -1161,6 +1161,18 @@ fn abscissae_of_a_pairs_own_are_held_to_the_order_where_f_depends_on_time() {
     assert_eq!(told, "A coefficient is wrong. With one coefficient changed the order is 2, and all row sums hold.");
 }
 
+/// C_1 and C_2 of two Adams weights that are both wrong: no label is right of what has no order.
+#[test]
+fn no_label_is_blamed_where_there_is_no_order() {
+    let sigma = |first: &str, order: u32| {
+        let text = format!("kind = \"multistep\"\norder = {order}\nrho = [-1, 1]\nsigma = [{first}, \"1/4\"]\n");
+        judge(&text, Effort::Theory).diagnosis_text().expect("something is wrong")
+    };
+    assert!(sigma("\"1/3\"", 2).starts_with("More than one coefficient is wrong: "), "{}", sigma("\"1/3\"", 2));
+    let label = "The label is too high, or more than one coefficient is wrong: ";
+    assert!(sigma("\"3/4\"", 3).starts_with(label), "{}", sigma("\"3/4\"", 3));
+}
+
 /// An entry and the c that was made of it: neither is right without the other.
 #[test]
 fn a_row_of_a_pair_is_mended_with_the_abscissa_that_its_sum_is() {
