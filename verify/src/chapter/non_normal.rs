@@ -50,7 +50,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 fn check_search(found: &Found) -> Check {
     let reason = format!(
         "{ASCENTS} ascents from the best of {RANDOM} random matrices in {CHANGES} changes, the highest {HIGHEST} in \
-         {MORE_CHANGES} more, as the best of an order less beside a mode that decays; seed {SEED}, live steps of h = 1"
+         {MORE_CHANGES} more; seed {SEED}, live steps of h = 1"
     );
     if found.order == 2 {
         return Check::new(
@@ -180,6 +180,6 @@ fn example(points: &[Point]) -> (Figure, Table) {
         columns: 2,
     };
     let caption =
-        "Length |v| by number of steps, and spectral radius of a step by step size, of the stable 3 × 3 system.";
+        "Norm |v| by number of steps, and spectral radius of a step by step size, of the stable 3 × 3 system.";
     (figure, Table::data("non-normal-example", caption, &["part", "method", "steps_or_h", "value"], rows))
 }
