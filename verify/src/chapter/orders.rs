@@ -1,6 +1,6 @@
 //! Orders of accuracy of every method on every problem.
 
-use super::parts::order_check;
+use super::parts::{order_check, scope};
 use super::{Context, Study, StudyError};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Grid, Mark, Outcome, Panel, Series, Table};
 use crate::experiment::orders::{LOST, Measured, OrderError, Orders};
@@ -10,7 +10,7 @@ use crate::measure::order::Sample;
 pub(super) const STUDY: Study = Study {
     id: "orders",
     title: "Orders of accuracy",
-    question: "Does every method converge with the order it should, on every problem?",
+    question: "Does every method converge with the order it should, on every problem but the two-dimensional flows?",
     source: "[S24] Sections 3–5, [KY21], [MW01]",
     run,
 };
@@ -20,6 +20,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     Ok(Evidence {
         figures: figures(&measured),
         notes: vec![
+            scope(measured.iter().map(|pair| pair.problem.as_str())),
             "An order is fitted over the step sizes where the local slopes agree and the error stands clear of its floor; \
              a verdict needs at least four of them, is two-sided, and is inconclusive where the data do not decide. Linear \
              problems, and some of one unknown, super-converge and hide mistakes: the orders that count are those on `quadratic-drag`, `logistic`, \
@@ -98,7 +99,7 @@ fn orders(measured: &[Measured]) -> Table {
     });
     Table {
         id: "orders".into(),
-        caption: "Fitted order of every method on every problem, with its standard error and the points it rests on."
+        caption: "Fitted order of every method on every problem here that it is made for, with its standard error and the points it rests on."
             .into(),
         columns: [
             "problem",

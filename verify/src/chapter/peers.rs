@@ -115,7 +115,7 @@ fn everywhere(context: &Context, evidence: &mut Evidence) -> Result<(), StudyErr
         rows.extend(table_rows(name, found));
     }
     let caption = format!(
-        "Error at the end against steps on every problem, large ones in their small version: methods with fixed steps beside \
+        "Error at the end against steps on every problem but the two-dimensional flows, large ones in their small version: methods with fixed steps beside \
                    radau-adaptive, CVODE and diffsol at tolerances from 1e-3 to 1e-9. A method with fixed steps is a line whose slope \
                    is its order; an adaptive one takes its steps where the solution moves. Errors above {LOST} are left out."
     );
