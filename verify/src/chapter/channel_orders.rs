@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::parts::order_check;
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::number::{brief, digits};
+use crate::evidence::number::{brief, digits, rounded_up};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::channel::{LargestOverSteps, OrderInTime, SpaceError};
 use crate::measure::norm::Extremes;
@@ -52,7 +52,7 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
     let values = [
         ("hermite", digits(number("channel-space", ["hermite", FLOWS[2]], "order")?, 2)),
         ("modes", MODES.to_string()),
-        ("worst", brief(worst)),
+        ("worst", brief(rounded_up(worst, 2))),
     ];
     evidence.notes = prose::fill(include_str!("channel_orders.md"), &values)?;
     let caption = "Errors of flows in a channel: of Method I in time at t = 1 (32 cells), its maximum over all steps (128 \

@@ -37,7 +37,7 @@ const RULE: &str = "A claim is confirmed if all its comparisons come out as clai
                     not state; if there is none, it is refuted if it holds in no case or, as a comparison of methods, in no case \
                     against one of the others; and else it is not supported. A condition is one that a user can check beforehand: of the \
                     problem, the step size, the data or, in a statement on a family of schemes, the member; and the finding says why it \
-                    holds there. Of a range of step sizes the ends may be scanned for by the outcome itself, and the finding says so; that there is such a range has to follow \
+                    holds there. Of a range of step sizes the ends may be scanned for by the outcome itself, and the finding says so and rounds them inwards; that there is such a range has to follow \
                     from orders, error constants or a closed form, and a range of which nothing but the scan tells is no condition. A restriction of the rivals is no condition, except where the \
                     source names each, so that every pair is a sentence of its own. Where a condition ends with the tests and not with \
                     what was found, it says how far it was tested. Where a step has no solution, that is itself the outcome, and counts \
@@ -227,7 +227,7 @@ fn section(judged: &Judged) -> Section {
 const UNEXAMINED: [(&str, &str); 8] = [
     (
         "Validation of the canonical Hamiltonian formulation ([S24] Abstract, Sections 5 and 6)",
-        "That a scheme is accurate does not tell the formulation from any other with the same solutions: the least-squares Lagrangian of an \
+        "The accuracy of a scheme does not distinguish the formulation from any other with the same solutions: the least-squares Lagrangian of an \
          equation has them whatever is discretised. What the accuracy on Poiseuille flow comes from is S24-j and S24-l-2.",
     ),
     (

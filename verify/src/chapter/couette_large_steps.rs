@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::number::short;
+use crate::evidence::number::{rounded_down, rounded_up, short};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::end_errors::{EndErrors, EndState, Found, Truth};
 use crate::measure::norm::max_norm;
@@ -144,13 +144,15 @@ fn contest(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError>
             "error constant −0.04 for −1/12",
         ),
     ]);
+    let [at_most, or_more] =
+        [rounded_up, rounded_down].map(|rounded: fn(f64, usize) -> f64| move |value| short(rounded(value, 4)));
     let values = [
-        ("rings", short(least(impulsive, &|e| e[1] / e[0]))),
-        ("first", short(largest(first, &|e| e[0] / rivals(e)))),
-        ("tr_bdf2", short(largest(impulsive, &|e| e[2] / e[0]))),
-        ("bdf2", short(least(impulsive, &|e| e[3] / e[0]))),
-        ("smooth", short(least(smooth, &|e| e[0] / e[1]))),
-        ("smooth_tr_bdf2", short(largest(smooth, &|e| e[2] / e[1]))),
+        ("rings", or_more(least(impulsive, &|e| e[1] / e[0]))),
+        ("first", at_most(largest(first, &|e| e[0] / rivals(e)))),
+        ("tr_bdf2", at_most(largest(impulsive, &|e| e[2] / e[0]))),
+        ("bdf2", or_more(least(impulsive, &|e| e[3] / e[0]))),
+        ("smooth", or_more(least(smooth, &|e| e[0] / e[1]))),
+        ("smooth_tr_bdf2", at_most(largest(smooth, &|e| e[2] / e[1]))),
     ];
     evidence.notes = prose::fill(include_str!("couette_large_steps.md"), &values)?;
     let caption =

@@ -1,7 +1,7 @@
 //! Whether the estimate that `solve` prints is the error.
 
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::number::brief;
+use crate::evidence::number::{brief, rounded_down, rounded_up};
 use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::experiment::estimates::{Adaptive, AdaptiveEstimates, Estimated, Estimates};
 use crate::measure::norm::Extremes;
@@ -80,20 +80,22 @@ fn notes(settled: &[&Estimated], coarse: &[&Estimated], adaptive: &[Adaptive]) -
     let adapted = || adaptive.iter().filter_map(Adaptive::ratio);
     let far = || coarse.iter().map(|run| run.ratio()).filter(|ratio| ratio.is_nan() || factor(*ratio) > SETTLED);
     let smallest = coarse.iter().min_by(|a, b| a.ratio().total_cmp(&b.ratio())).ok_or("no run at a coarse step")?;
+    let least = |ratio| brief(rounded_down(ratio, 2));
+    let most = |ratio| brief(rounded_up(ratio, 2));
     prose::fill(
         include_str!("estimates.md"),
         &[
             ("settled", within(settled)),
             ("settled_all", settled.len().to_string()),
-            ("least", brief(ratios().smallest())),
-            ("most", brief(ratios().largest())),
+            ("least", least(ratios().smallest())),
+            ("most", most(ratios().largest())),
             ("coarse", within(coarse)),
             ("coarse_all", coarse.len().to_string()),
-            ("far_least", brief(far().smallest())),
-            ("far_most", brief(far().largest())),
+            ("far_least", least(far().smallest())),
+            ("far_most", most(far().largest())),
             ("smallest", format!("`{}` on `{}`", smallest.method, smallest.problem)),
-            ("adaptive_least", brief(adapted().smallest())),
-            ("adaptive_most", brief(adapted().largest())),
+            ("adaptive_least", least(adapted().smallest())),
+            ("adaptive_most", most(adapted().largest())),
             ("adaptive_all", adapted().count().to_string()),
             ("same", adaptive.iter().filter(|run| run.estimate.is_none()).count().to_string()),
         ],
@@ -118,7 +120,7 @@ fn figure(found: &[Estimated], adaptive: &[Adaptive]) -> Figure {
         Series::new("estimate = error", vec![(least, least), (most, most)], Mark::Guide),
     ];
     let caption = "Estimate against error at the end of each run, all pairs of method and problem with a confirmed order. On the dashed line the \
-                   two are equal; what lies below it is told too small. Errors above 10 are left out.";
+                   two are equal; below it the estimate is too small. Errors above 10 are left out.";
     Figure::new("estimates", caption, "estimates", [Panel::new(Axis::log("error"), Axis::log("estimate"), series)])
 }
 
@@ -162,12 +164,12 @@ mod tests {
 
     #[test]
     fn the_words_count_what_is_within_a_factor_of_two() {
-        let settled = [estimated(1.0, Some(0.9), true), estimated(1.0, Some(1.2), true)];
+        let settled = [estimated(1.0, Some(0.936), true), estimated(1.0, Some(1.21), true)];
         let mut coarse = [1.0, 0.2, 8.0].map(|estimate| estimated(1.0, Some(estimate), false));
         for (run, method) in coarse.iter_mut().zip(["exact", "short", "long"]) {
             run.method = method.into();
         }
-        let adaptive = [Some(0.5), Some(4.0), None].map(|estimate| Adaptive {
+        let adaptive = [Some(0.5), Some(2.530), None].map(|estimate| Adaptive {
             problem: "p",
             tolerance: 1e-3,
             error: 1.0,
@@ -177,12 +179,12 @@ mod tests {
         let text = notes.expect("complete").join(" ");
         let between = |low: f64, high: f64| format!("between {} and {} of", brief(low), brief(high));
         for words in [
-            format!("2 of 2 estimates lie within a factor of two of the error, {} it", between(0.9, 1.2)),
+            format!("2 of 2 estimates lie within a factor of two of the error, {} it", between(0.93, 1.3)),
             format!(
                 "1 of 3 estimates lie within a factor of two of the error, and the others {} it",
                 between(0.2, 8.0)
             ),
-            format!("lies {} the error over 2 runs", between(0.5, 4.0)),
+            format!("lies {} the error over 2 runs", between(0.5, 2.6)),
             "there is no estimate: 1.".into(),
             // The smallest ratio, not the farthest: 8 is farther from one.
             "`short` on `p`".into(),

@@ -323,7 +323,7 @@ fn notes(crossing: f64) -> Vec<String> {
             drag_fold()
         ),
         format!(
-            "From a negative start, where solutions of v̇ = −v² run away, Method I goes to v = −1/h, a steady state of the scheme and \
+            "From a negative start, where solutions of v̇ = −v² blow up, Method I goes to v = −1/h, a steady state of the scheme and \
              not of the equation. On the logistic equation it has one at v = ½ − 1/h for h > 2, between the two true ones. It \
              repels, and up to h = {crossing:.2} what starts below it goes to 0: the state that repels every solution attracts the scheme, which damps \
              fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. From that h \

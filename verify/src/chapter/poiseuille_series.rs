@@ -148,7 +148,7 @@ fn profiles(evidence: &mut Evidence) -> Result<(), StudyError> {
     }
     let caption = "Velocity profiles of the start-up flow, γ = 2; t = inf is the steady one.";
     evidence.tables.push(Table::data("poiseuille-profiles", caption, ["t", "y", "u"], rows));
-    let caption = "Profiles of the flow from rest, γ = 2: a plug that the walls eat away until it is the parabola ½γ(1 − y²). \
+    let caption = "Profiles of the flow from rest, γ = 2: a plug profile that friction at the walls turns into the parabola ½γ(1 − y²). \
                    The ansatz (35) has the parabola's shape from the start.";
     let panel = Panel::new(Axis::linear("y").between(-1.0, 1.0), Axis::linear("u"), curves);
     evidence.figures.push(Figure::new("poiseuille-profiles", caption, "poiseuille-profiles", [panel]));

@@ -9,7 +9,7 @@ use crate::row;
 pub(super) const STUDY: Study = Study {
     id: "published-values",
     title: "Published end values",
-    question: "How many digits of the published solutions of stiff test problems stand, and does `radau-adaptive` find them?",
+    question: "How many digits of the published solutions of stiff test problems are correct, and does `radau-adaptive` reproduce them?",
     source: "Mazzia and Magherini, Test Set for Initial Value Problem Solvers, 2008; [HW96] IV.10",
     run,
 };

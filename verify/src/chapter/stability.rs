@@ -127,8 +127,8 @@ fn regions(evidence: &mut Evidence, context: &Context, subjects: &[String]) -> R
         };
         Panel::new(Axis::linear("Re hλ"), Axis::linear("Im hλ"), vec![guide]).titled(method).over(field)
     });
-    let caption = "Growth |R| of one step on v̇ = λv; the lower half-plane mirrors the upper one. A method is A-stable if no \
-                   point left of 0 has the colour of growth. Blank: the step has no solution.";
+    let caption = "Amplification factor |R| of one step on v̇ = λv; the lower half-plane mirrors the upper one. A method is A-stable if no \
+                   point left of 0 has the colour of |R| > 1. Blank: the step has no solution.";
     evidence.figures.push(Figure::new("stability-regions", caption, "stability-regions", panels).in_columns(3));
     let columns = ["re", "im"].into_iter().chain(subjects.iter().map(String::as_str));
     let points = im.iter().flat_map(|y| re.iter().map(move |x| row![*x, *y]));
@@ -157,13 +157,13 @@ fn along_axes(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
         }
     }
     let columns = ["axis", "method", "radius", "growth"];
-    let table = Table::data("stability-axes", "Growth |R| along two rays.", columns, rows);
+    let table = Table::data("stability-axes", "Amplification factor |R| along two rays.", columns, rows);
     let panels = AXES.map(|(title, label, _)| {
         let mut curves = table.where_text("axis", title).curves("method", "radius", "growth", Mark::Line);
         curves.push(Series::new("|R| = 1", vec![(radii[0], 1.0), (radii[radii.len() - 1], 1.0)], Mark::Guide));
         Panel::new(Axis::log(label), Axis::log("|R| for each step"), curves).titled(title)
     });
-    let caption = "Growth |R| along two rays. Method I damps like 2/|hλ|² on the real axis, implicit Euler like 1/|hλ|; the \
+    let caption = "Amplification factor |R| along two rays. Method I damps like 2/|hλ|² on the real axis, implicit Euler like 1/|hλ|; the \
                    factor of Method II passes through 0 at hλ = −2 and returns to 1.";
     evidence.figures.push(Figure::new("stability-axes", caption, "stability-axes", panels).in_columns(2));
     evidence.tables.push(table);

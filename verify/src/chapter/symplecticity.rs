@@ -79,7 +79,7 @@ fn figure(points: &Table) -> Figure {
         Panel::new(Axis::log("h"), y, of_problem.curves("method", "h", "defect", Mark::LineMarkers))
             .titled(setting.problem)
     });
-    let caption = "Defect of symplecticity of one step. What is symplectic lies in the rounding at the bottom; an exact zero is \
+    let caption = "Defect of symplecticity of one step. Symplectic methods lie at rounding, at the bottom; an exact zero is \
                    left out.";
     Figure::new("symplecticity", caption, points.id.clone(), panels).in_columns(2).telling(&TOLD)
 }

@@ -10,8 +10,27 @@ pub(super) fn text(x: f64) -> String {
     if x == f64::INFINITY {
         return NO_SOLUTION.into();
     }
-    let digits = if (1.0..2.0).contains(&x.abs()) { 4 } else { 3 };
-    number::Short::new(x, digits).text()
+    number::Short::new(x, digits(x)).text()
+}
+
+fn digits(x: f64) -> usize {
+    if (1.0..2.0).contains(&x.abs()) { 4 } else { 3 }
+}
+
+/// A number of which a sentence says that others are at most as large: rounded up.
+pub(super) fn at_most(x: f64) -> String {
+    text(number::rounded_up(x, digits(x)))
+}
+
+/// One of which a sentence says that others are at least as large: rounded down.
+pub(super) fn at_least(x: f64) -> String {
+    text(number::rounded_down(x, digits(x)))
+}
+
+/// Numbers from the least to the most, rounded so that all lies between the two said; one where both are the same to the nearest.
+pub(super) fn range(least: f64, most: f64) -> String {
+    let nearest = text(least);
+    if nearest == text(most) { nearest } else { format!("{} to {}", at_least(least), at_most(most)) }
 }
 
 /// A number near 1, to `rounding`: by how much it is above or below, which three digits of it would not say.
@@ -25,10 +44,8 @@ pub(super) fn beside_one(x: f64, rounding: f64) -> String {
 
 /// The sizes in some intervals, of all between two that were looked at: `h < 0.6090`. What is said of an end is within the interval.
 pub(super) fn sizes(symbol: &str, found: &[[f64; 2]], [low, high]: [f64; 2]) -> String {
-    let unit = |x: f64| 10_f64.powi(x.log10().floor() as i32 - 3);
-    // A number of four digits is said as it is, whatever rounding does to it.
-    let above = |x: f64| number::digits((x / unit(x) - 1e-9).ceil() * unit(x), 4);
-    let below = |x: f64| number::digits((x / unit(x) + 1e-9).floor() * unit(x), 4);
+    let above = |x: f64| number::short(number::rounded_up(x, 4));
+    let below = |x: f64| number::short(number::rounded_down(x, 4));
     let part = |&[from, to]: &[f64; 2]| match (from == low, to == high) {
         (true, true) => format!("{symbol} from {low} to {high}"),
         (true, false) => format!("{symbol} < {}", below(to)),
@@ -61,6 +78,15 @@ mod tests {
         assert_eq!(said(&[[1.517_23, 10.0]]), "h > 1.518");
         assert_eq!(said(&[[0.001, 0.5], [1.761_81, 2.585_69]]), "h < 0.5 and 1.762 < h < 2.585");
         assert_eq!(said(&[]), "no h");
+    }
+
+    #[test]
+    fn a_range_holds_what_lies_between_its_ends() {
+        assert_eq!(range(3.2141, 4.4561), "3.21 to 4.46");
+        assert_eq!(range(3.2161, 4.4521), "3.21 to 4.46");
+        assert_eq!(range(-0.8424, -0.1948), "−0.843 to −0.194");
+        assert_eq!(range(0.2499, 0.2502), "0.250");
+        assert_eq!([at_most(1.104e-16), at_least(0.01137), at_most(0.0)], ["1.11×10⁻¹⁶", "0.0113", "0"]);
     }
 
     #[test]

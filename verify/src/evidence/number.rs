@@ -54,18 +54,27 @@ pub fn between(least: f64, most: f64) -> String {
     if nearest == brief(most) {
         nearest
     } else {
-        format!("{} to {}", brief(outward(least, -1.0)), brief(outward(most, 1.0)))
+        format!("{} to {}", brief(rounded_down(least, 2)), brief(rounded_up(most, 2)))
     }
+}
+
+/// The least number of so many significant digits that is no less than `value`: what a sentence may say with "at most".
+pub fn rounded_up(value: f64, digits: usize) -> f64 {
+    // The digits are those of a decimal text, which reads back as a number a rounding away from it.
+    let step = |x: f64| format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
+    let near: f64 = step(value);
+    let unit = 10_f64.powf(value.abs().log10().floor() - (digits - 1) as f64);
+    if value - near > 1e-9 * near.abs() { step(near + unit) } else { near }
+}
+
+/// The largest number of so many significant digits that is no more than `value`: what a sentence may say with "at least", or "or more".
+pub fn rounded_down(value: f64, digits: usize) -> f64 {
+    -rounded_up(-value, digits)
 }
 
 /// The number of two significant digits next to `value` in a direction, −1 or 1, or `value` where it has two.
 pub(crate) fn outward(value: f64, direction: f64) -> f64 {
-    let rounded = |x: f64| format!("{x:.1e}").parse().unwrap_or(x);
-    let near: f64 = rounded(value);
-    // As decimal digits, of which both have few.
-    let beyond = direction * (value - near) > 1e-9 * near.abs();
-    let unit = 10_f64.powf(value.abs().log10().floor() - 1.0);
-    if beyond { rounded(near + direction * unit) } else { near }
+    if direction > 0.0 { rounded_up(value, 2) } else { rounded_down(value, 2) }
 }
 
 /// A bound: as it was chosen if that takes six digits at most, and otherwise four digits of it. One a little beyond 1 shows
@@ -180,6 +189,32 @@ mod tests {
         ];
         for ((least, most), text) in cases {
             assert_eq!(between(least, most), text);
+        }
+    }
+
+    #[test]
+    fn a_bound_lies_on_its_side_of_the_number_and_next_to_it() {
+        let cases = [
+            (1.765, [1.7, 1.8]),
+            (0.9364, [0.93, 0.94]),
+            (12.68, [12.0, 13.0]),
+            (-0.8424, [-0.85, -0.84]),
+            (0.5, [0.5; 2]),
+        ];
+        for (value, bounds) in cases {
+            assert_eq!([rounded_down(value, 2), rounded_up(value, 2)], bounds, "{value}");
+        }
+        assert_eq!([rounded_up(0.009_080_4, 4), rounded_down(2.174_83, 4)], [0.009_081, 2.174]);
+        assert_eq!([rounded_up(0.0, 3), rounded_down(f64::INFINITY, 3)], [0.0, f64::INFINITY]);
+        assert!(rounded_up(f64::NAN, 2).is_nan());
+        for k in 1..2000 {
+            let value = f64::from(k).powf(3.7) * 1e-9;
+            for digits in 2..5 {
+                let [low, high] = [rounded_down(value, digits), rounded_up(value, digits)];
+                let unit = 1.001 * 10_f64.powf(value.log10().floor() - (digits - 1) as f64);
+                assert!(low <= value * (1.0 + 2e-9) && value <= high * (1.0 + 2e-9), "{low} {value} {high}");
+                assert!(high - low <= unit && (digits > 2 || outward(value, 1.0) == high), "{low} {value} {high}");
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use libtest_mimic::Failed;
 use nalgebra::Complex;
 use verify::chapter;
-use verify::evidence::number::brief;
+use verify::evidence::number::{between, brief, rounded_down, rounded_up};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
 use verify::experiment::course::Course;
 use verify::experiment::end_errors::{EndErrors, Truth};
@@ -120,9 +120,8 @@ fn parabolic(evidence: &Evidence) -> Result<(), Failed> {
                 "in a channel of 64 cells, for the work of 32 linear systems, its error is {of_radau} of Method I's on smooth data and {of_later} of it well after a jump."
             ),
             format!(
-                "right after it, for two linear systems, the other methods have {} to {} times its error",
-                brief(low),
-                brief(high)
+                "right after it, for two linear systems, the other methods have {} times its error",
+                between(low, high)
             ),
             "in a channel of 64 cells".into(),
             format!(
@@ -242,7 +241,8 @@ fn path_fitting(evidence: &Evidence) -> Result<(), Failed> {
     let first = &energy(FITTED[0])[..2];
     let steps = (first[1].0 - first[0].0) * energy(FITTED[0]).len() as f64 / 0.5;
     let (gauss, galerkin) = (brief(error[0] / error[1]), brief(error[2] / error[1]));
-    let [equispaced, kept] = [drift(FITTED[0]), drift(FITTED[1]).max(drift(FITTED[2]))].map(brief);
+    let equispaced = brief(drift(FITTED[0]));
+    let kept = brief(rounded_up(drift(FITTED[1]).max(drift(FITTED[2])), 2));
     consists(
         &told(evidence, "answer-path-fitted"),
         &[
@@ -294,12 +294,10 @@ fn smooth(evidence: &Evidence) -> Result<String, Failed> {
         return Err(format!("{row:?} where the trapezoidal rule has {largest}").into());
     }
     let ratios = |method: &str| over("method-i", method);
-    let [[m0, m1], [t0, t1]] = [ratios("implicit-midpoint"), ratios("trapezoidal")].map(|pair| pair.map(brief));
-    // "Or more": not above the least ratio, to two digits.
-    let or_more = |least: f64| {
-        let unit = 10_f64.powi(least.log10().floor() as i32 - 1);
-        brief((least / unit).floor() * unit)
-    };
+    let [[m0, m1], [t0, t1]] = ["implicit-midpoint", "trapezoidal"]
+        .map(ratios)
+        .map(|[least, most]| [rounded_down(least, 2), rounded_up(most, 2)].map(brief));
+    let or_more = |least: f64| brief(rounded_down(least, 2));
     let [gauss, work] = ["method-i", "method_i_for_equal_work"].map(|own| or_more(over(own, GAUSS)[0]));
     consists(
         &told(evidence, "answer-smooth"),
@@ -333,7 +331,7 @@ fn trust(evidence: &Evidence) -> Result<(), Failed> {
             format!("on {problems} problems with {methods} families of methods."),
             format!("Besides exact solutions {references} solvers of two libraries"),
             format!(
-                "are given {} inputs each time, {planted} of them wrong on purpose, and refuse every one of the wrong;",
+                "are applied to {} inputs each time, {planted} of them wrong on purpose, and reject every wrong one;",
                 wanted.len()
             ),
             format!("{references} solvers of two other libraries"),
@@ -344,15 +342,15 @@ fn trust(evidence: &Evidence) -> Result<(), Failed> {
 /// Method, order, and what becomes of what decays fast, as the textbooks have it.
 const TEXTBOOK: [(&str, &str, &str); 15] = [
     ("method-i", "2", "damped"),
-    ("method-ii", "2", "not to zero"),
-    ("linear(-0.5,1)", "2", "not to zero"),
+    ("method-ii", "2", "not damped"),
+    ("linear(-0.5,1)", "2", "not damped"),
     ("conventional", "2", "grows"),
-    ("trapezoidal", "2", "not to zero"),
+    ("trapezoidal", "2", "not damped"),
     ("tr-bdf2", "2", "damped"),
     ("sdirk2", "2", "damped"),
     (RADAU, "3", "damped"),
     ("radau-adaptive", "5 to 13", "damped"),
-    (GAUSS, "4", "not to zero"),
+    (GAUSS, "4", "not damped"),
     (FITTED[0], "4", ""),
     (FITTED[1], "6", ""),
     (FITTED[2], "6", ""),
@@ -379,7 +377,7 @@ fn methods(evidence: &Evidence) -> Result<(), Failed> {
         let errors = CONTEXT.get(run)?.errors.iter().map(|(_, error)| *error).largest();
         family.push(errors / row[rule].number().unwrap_or(f64::NAN));
     }
-    let [low, high] = extremes(family.into_iter()).map(brief);
+    let [low, high] = extremes(family.into_iter());
     let course = |method: &str| points(table(evidence, "answer-ringing"), "error", method, "y_or_step", "value")[9].1;
     let parts = [
         (
@@ -400,7 +398,10 @@ fn methods(evidence: &Evidence) -> Result<(), Failed> {
                     "The constants that are best for hλ up to 3, which are others and best at one rate λ only, have {} of Method I's largest error of a step.",
                     brief(best_constant())
                 ),
-                format!("On four smooth problems this one makes {low} to {high} times the trapezoidal rule's error."),
+                format!(
+                    "On four smooth problems this one makes {} times the trapezoidal rule's error.",
+                    between(low, high)
+                ),
             ],
         ),
         (

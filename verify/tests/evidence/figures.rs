@@ -3,7 +3,7 @@
 use libtest_mimic::Failed;
 use lsvi::State;
 use verify::chapter;
-use verify::evidence::number::{brief, short};
+use verify::evidence::number::{brief, rounded_down, rounded_up, short};
 use verify::evidence::{Cell, Evidence, Table};
 use verify::measure::norm::Extremes;
 use verify::method::{self, Method};
@@ -119,7 +119,7 @@ fn quadratic_drag(evidence: &Evidence) -> Result<(), Failed> {
         &evidence.notes.join("\n"),
         &[
             format!("at all but the largest, h = {coarsest}, where Method I"),
-            format!("Method II falls behind implicit Euler at h = {second},"),
+            format!("Method II is ahead of implicit Euler up to h = {second},"),
             format!("Method I is ahead up to h = {first},"),
             format!(
                 "At h = {finest} the errors are {}, {} and {} times that of the trapezoidal rule",
@@ -143,7 +143,7 @@ fn falls_behind(between: [f64; 2], p_and_slope: fn(h: f64, x: f64) -> [f64; 2]) 
         });
         exact - x / h < euler - exact
     });
-    short(end)
+    short(rounded_down(end, 4))
 }
 
 /// Up to where something holds.
@@ -173,7 +173,8 @@ fn where_implicit_euler_leads() -> Result<[String; 2], Failed> {
         };
         of(&*euler) < of(&*first)
     };
-    Ok([bisected([0.01, 0.2], |h| !leads(h)), bisected([0.2, 0.5], leads)].map(short))
+    let [from, to] = [bisected([0.01, 0.2], |h| !leads(h)), bisected([0.2, 0.5], leads)];
+    Ok([rounded_up(from, 4), rounded_down(to, 4)].map(short))
 }
 
 fn poiseuille(evidence: &Evidence) -> Result<(), Failed> {
@@ -202,7 +203,7 @@ fn poiseuille(evidence: &Evidence) -> Result<(), Failed> {
             && ["method-i", "explicit-momentum"].iter().all(|method| row[2] != Cell::from(*method));
         row[3].number().map_or(f64::NAN, |error| (error / if is_averaged { averaged } else { galerkin } - 1.0).abs())
     });
-    let off = brief(100.0 * off.largest());
+    let off = brief(rounded_up(100.0 * off.largest(), 2));
     let [of_galerkin, of_averaged] = [galerkin, averaged].map(short);
     consists(
         &evidence.notes.join("\n"),
@@ -213,9 +214,9 @@ fn poiseuille(evidence: &Evidence) -> Result<(), Failed> {
                 short(of("method-i") / others),
                 short(galerkin / averaged)
             ),
-            format!("comes within {of_galerkin} of the flow"),
-            format!("averaged equation, which comes within {of_averaged}."),
-            format!("For h up to 0.01 every error is the distance of its equation to {off} %"),
+            format!("whose solution is {of_galerkin} away from the flow at its farthest."),
+            format!("averaged equation, whose solution is {of_averaged} away."),
+            format!("For h up to 0.01 every error is that distance of its equation to within {off} %"),
             "as the paper's Figure 7 has it".into(),
             format!("reach the same {of_galerkin}, and"),
             format!(

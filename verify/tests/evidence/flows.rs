@@ -3,7 +3,7 @@
 use libtest_mimic::Failed;
 use lsvi::{SolveError, StepError};
 use verify::chapter;
-use verify::evidence::number::{about, between, brief, short};
+use verify::evidence::number::{about, between, brief, rounded_up, short};
 use verify::evidence::{Cell, Evidence, Outcome, Table};
 use verify::measure::norm::{Extremes, max_norm};
 use verify::run::{RunError, run};
@@ -360,7 +360,8 @@ fn largest(table: &Table, column: &str) -> f64 {
 
 fn identities(evidence: &Evidence) -> Result<(), Failed> {
     let data = table(evidence, "flow-identities");
-    let [adjoint, jacobian, work] = ["adjoint", "jacobian", "work"].map(|column| short(largest(data, column)));
+    let [adjoint, jacobian, work] =
+        ["adjoint", "jacobian", "work"].map(|column| short(rounded_up(largest(data, column), 4)));
     consists(
         &paragraph(evidence, "Between walls the unknowns are values")?,
         &[
@@ -934,8 +935,8 @@ fn steady(evidence: &Evidence) -> Result<(), Failed> {
         &paragraph(evidence, "On 64 cells a side the steady cavity")?,
         &[
             "On 64 cells a side".into(),
-            format!("within {} of the velocities of Ghia et al. at Re = 100", short(ghia(evidence))),
-            format!("the grid takes {}, by what", short(grid.unwrap_or(f64::NAN))),
+            format!("within {} of the velocities of Ghia et al. at Re = 100", short(rounded_up(ghia(evidence), 4))),
+            format!("The grid accounts for {} of that,", short(grid.unwrap_or(f64::NAN))),
         ],
     )
 }
@@ -1005,7 +1006,7 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
             format!("{passed} of {} measured orders in time", orders.len()),
             format!(
                 "on 64² cells the steady cavity by Method I lies within {} of Ghia et al. at Re = 100.",
-                short(ghia(evidence))
+                short(rounded_up(ghia(evidence), 4))
             ),
             format!("On smooth flows Method I {word} TR-BDF2"),
             format!(

@@ -6,28 +6,48 @@ use verify::chapter::{self, Context};
 use verify::evidence::Outcome;
 use verify::{method, problem, theory};
 
-/// What the README says of changes that tests do not notice is what their list says, where each is below a reason.
+/// What the account says of changes that tests do not notice is what their list says, where each is below a reason, and the row of the README
+/// is the sum of the account.
 #[test]
 fn the_changes_that_are_not_noticed_are_those_of_their_list() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
-    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    let read = |name: &str| std::fs::read_to_string(root.join(name)).expect(name);
+    let (readme, account) = (read("README.md"), read("scripts/schemata/known/README.md"));
     for package in ["lsvi", "verify"] {
-        let name = format!("scripts/schemata/known/{package}.txt");
-        let list = std::fs::read_to_string(root.join(&name)).expect("a list");
-        let row = readme.lines().find(|line| line.starts_with('|') && line.contains(&name)).expect("a row");
-        let counts =
-            list.lines().next().and_then(|line| line.strip_prefix("# Of ")).and_then(|line| line.strip_suffix('.'));
-        assert!(row.contains(counts.expect("counts in the first line")), "{counts:?}");
+        let list = read(&format!("scripts/schemata/known/{package}.txt"));
+        let part = account.split("\n## ").find_map(|part| part.strip_prefix(package)).expect("a part");
+        let counts = list.lines().next().and_then(|line| line.strip_prefix("# Of ")).expect("counts in the first line");
+        assert!(part.contains(counts), "{counts}");
         let place = format!("{package}/src/");
         let known = list.lines().filter(|line| line.starts_with(&place)).count();
-        assert!(row.contains(&format!(" {known} kinds of change")), "{known} kinds of change are listed");
-        match list.split("# No test yet").nth(1) {
-            Some(last) => {
-                let untested = last.lines().filter(|line| line.starts_with(&place)).count();
-                assert!(row.contains(&format!(" {untested} without a test yet")), "{untested} have no test yet");
-            }
-            None => assert!(!row.contains("without a test yet"), "all that is listed has a reason"),
+        assert!(part.contains(&format!(" {known} kinds of change")), "{known} kinds of change are listed");
+        let untested = list.split("# No test yet").nth(1).map(|last| {
+            let untested = last.lines().filter(|line| line.starts_with(&place)).count();
+            format!(" {untested} without a test yet")
+        });
+        match &untested {
+            Some(untested) => assert!(part.contains(untested), "{untested}"),
+            None => assert!(!part.contains("without a test yet"), "all that is listed has a reason"),
         }
+        // Of all changes of a run of the command in the row, the first of the part.
+        let run = part
+            .lines()
+            .find_map(|line| line.strip_prefix("Of ").filter(|line| line.contains(" changes ")))
+            .expect("a run");
+        let before = |words: &str| -> usize {
+            let number = run.split(words).next().and_then(|before| before.rsplit(' ').next());
+            number.and_then(|number| number.parse().ok()).expect(words)
+        };
+        let compiled = before(" changes ") - before(" do not compile") - before(" have no place");
+        let command = part.split('`').nth(1).expect("a command");
+        let said = format!(
+            "| {} of {compiled} noticed, {} not; {known} kinds argued{} ([account](scripts/schemata/known/README.md#{package})) |",
+            before(" are noticed"),
+            before(" are not noticed"),
+            untested.map_or_else(String::new, |untested| format!(",{untested}"))
+        );
+        let row = readme.lines().find(|line| line.starts_with('|') && line.contains(command)).expect("a row");
+        assert!(row.ends_with(&said), "{said}");
         for (line, before) in list.lines().skip(1).zip(list.lines()) {
             assert!(!line.starts_with(&place) || !before.is_empty(), "no reason above {line}");
         }

@@ -3,7 +3,7 @@
 use super::smooth::FAMILY;
 use super::{parabolic, prose, smooth};
 use crate::chapter::{Context, StudyError};
-use crate::evidence::number::brief;
+use crate::evidence::number::{between, brief};
 use crate::evidence::{Cell, Check, Evidence, Requirement, Section, Table};
 use crate::experiment::best_theta::BestTheta;
 use crate::experiment::end_errors::{EndErrors, Truth};
@@ -106,8 +106,7 @@ pub(super) fn tell(context: &Context, evidence: &mut Evidence) -> Result<(), Stu
         ("range", RANGE.to_string()),
         ("best", brief(theta.best / theta.method_i)),
         ("problems", smooth::COUNT.into()),
-        ("family_low", brief(ratios().smallest())),
-        ("family_high", brief(ratios().largest())),
+        ("family", between(ratios().smallest(), ratios().largest())),
         ("growth", brief(growth)),
         ("growth_h", drag_h.to_string()),
         ("end", END.to_string()),
@@ -116,9 +115,9 @@ pub(super) fn tell(context: &Context, evidence: &mut Evidence) -> Result<(), Stu
     ];
     let rows =
         prose::fill(include_str!("methods.md"), &values)?.iter().map(|text| row(text)).collect::<Result<_, _>>()?;
-    let caption = "The methods that the answers recommend or advise against; `verify list methods` has all. Order, and what becomes of the parts of a stiff problem that decay fast, are those to which \
+    let caption = "The methods that the answers recommend or advise against; `verify list methods` has all. Order and damping of stiff components are those to which \
                    the runs of the report are held. CVODE (SUNDIALS) and diffsol are solvers of other libraries, the references here.";
-    evidence.tables.push(Table::new(ID, caption, ["name", "what it is", "order", "fast decay", "use it?"], rows));
+    evidence.tables.push(Table::new(ID, caption, ["name", "what it is", "order", "stiff components", "use it?"], rows));
     evidence.sections.push(Section {
         id: "answer-methods".into(),
         title: "Which name is which method, and should I use it?".into(),
@@ -136,8 +135,8 @@ fn row(text: &str) -> Result<Vec<Cell>, StudyError> {
     let decay = match (method.principle(), method.stability()) {
         (Principle::Hamilton, _) => "",
         (_, Stability::Damping) => "damped",
-        (_, Stability::Neutral) => "not to zero",
-        (_, Stability::Conditional) => "wants small steps",
+        (_, Stability::Neutral) => "not damped",
+        (_, Stability::Conditional) => "stable for small steps",
         (_, Stability::Unstable) => "grows",
     };
     let text = |text: &str| Cell::Text(text.into());

@@ -2,7 +2,7 @@
 
 use super::{Answer, prose};
 use crate::chapter::{Context, StudyError};
-use crate::evidence::number::brief;
+use crate::evidence::number::{between, brief};
 use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Table};
 use crate::experiment::end_errors::{EndErrors, Truth};
 use crate::measure::norm::Extremes;
@@ -144,8 +144,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("soon", CASES[2].2.to_string()),
         ("order", method::parse(METHODS[0].0)?.order().to_string()),
         ("radau_order", method::parse(METHODS[RADAU].0)?.order().to_string()),
-        ("first_low", brief(low)),
-        ("first_high", brief(high)),
+        ("first", between(low, high)),
     ];
     let table = Table::data("answer-parabolic", "Error against work in a channel, by case and method.", COLUMNS, rows);
     Ok(Answer {

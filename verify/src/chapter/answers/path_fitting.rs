@@ -2,7 +2,7 @@
 
 use super::{Answer, prose};
 use crate::chapter::{Context, StudyError};
-use crate::evidence::number::brief;
+use crate::evidence::number::{brief, rounded_up};
 use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::energy_course::EnergyCourse;
 use crate::experiment::kepler_period::KeplerPeriod;
@@ -104,7 +104,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("galerkin", brief(galerkin)),
         ("long", steps.to_string()),
         ("drift", brief(drift(0))),
-        ("kept", brief(kept)),
+        ("kept", brief(rounded_up(kept, 2))),
         ("equispaced_defect", brief(defects[0])),
         ("defect_h", DEFECT_H.to_string()),
         ("gauss_defect", brief(defects[1])),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Answer, prose};
 use crate::chapter::{Context, StudyError};
-use crate::evidence::number::brief;
+use crate::evidence::number::{brief, rounded_down, rounded_up};
 use crate::evidence::{Cell, Check, Requirement, Table};
 use crate::experiment::course::{Course, Found};
 use crate::measure::norm::Extremes;
@@ -99,6 +99,8 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ),
     ];
     let order = |place: usize| Ok::<_, StudyError>(method::parse(METHODS[place])?.order().to_string());
+    let at_least = |ratio| brief(rounded_down(ratio, 2));
+    let at_most = |ratio| brief(rounded_up(ratio, 2));
     let values = [
         ("problems", COUNT.into()),
         ("order", order(0)?),
@@ -106,33 +108,26 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("gauss_order", order(GAUSS)?),
         ("h", H.to_string()),
         ("end", END.to_string()),
-        ("trapezoidal_low", brief(trapezoidal.0)),
-        ("trapezoidal_high", brief(trapezoidal.1)),
-        ("midpoint_low", brief(midpoint.0)),
-        ("midpoint_high", brief(midpoint.1)),
-        // "Or more": rounded down.
-        ("gauss", brief(rounded_down(gauss))),
-        ("equal_work", brief(rounded_down(equal_work))),
+        ("trapezoidal_low", at_least(trapezoidal.0)),
+        ("trapezoidal_high", at_most(trapezoidal.1)),
+        ("midpoint_low", at_least(midpoint.0)),
+        ("midpoint_high", at_most(midpoint.1)),
+        ("gauss", at_least(gauss)),
+        ("equal_work", at_least(equal_work)),
     ];
     Ok(Answer {
         id: "answer-smooth",
         question: "What would I lose with Method I against the trapezoidal rule, or Gauss collocation?",
         short: format!(
             "with equal steps a factor of up to {}, or of {} and more",
-            brief(trapezoidal.1),
-            brief(rounded_down(gauss))
+            at_most(trapezoidal.1),
+            at_least(gauss)
         ),
         text: prose::fill(include_str!("smooth.md"), &values)?,
         checks,
         figure: None,
         table,
     })
-}
-
-/// To two digits, towards zero.
-fn rounded_down(ratio: f64) -> f64 {
-    let unit = 10_f64.powf(ratio.log10().floor() - 1.0);
-    (ratio / unit).floor() * unit
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let planted = controls.iter().filter(|control| control.wanted != "pass").count();
     let checks = vec![Check::new(
         "trust/controls",
-        "The rules that judge this report refuse what is wrong: number of wrong answers",
+        "The rules of judgement of this report reject what is wrong: number of wrong answers",
         wrong.count() as f64,
         Requirement::AtMost(0.0),
         "negative controls, run each time",

@@ -2,7 +2,7 @@
 
 use super::{HORIZON, METHODS, PAPERS, Plan, Sweep, prose};
 use crate::chapter::{Context, Study, StudyError};
-use crate::evidence::number::{brief, short};
+use crate::evidence::number::{brief, rounded_down, rounded_up, short};
 use crate::evidence::{Check, Evidence, Figure, Requirement, Table};
 use crate::experiment::errors::{Ahead, Run};
 use crate::experiment::floors::{A_QUARTER, AVERAGED_RATE, Floors, Found, GALERKIN_RATE, GAMMA};
@@ -47,7 +47,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         tables: vec![
             sweep.maxima_table(
                 "Largest |v − u(0, t)| up to t = 10: `poiseuille-ansatz` as the paper pairs methods and equations, \
-                 `poiseuille-galerkin` with the yardsticks on the equation that Method I approximates.",
+                 `poiseuille-galerkin` with the baseline methods on the equation that Method I approximates.",
             ),
             floors_table(&floors),
             sweep.series_table(),
@@ -73,19 +73,19 @@ fn figures(sweep: &Sweep) -> Vec<Figure> {
         ),
         sweep.series_figure(
             "figure-6-galerkin".into(),
-            "The same yardsticks on the Galerkin equation.".into(),
+            "The baseline methods on the Galerkin equation.".into(),
             GALERKIN,
             &YARDSTICKS,
         ),
         Figure::new(
             "figure-7",
             "Largest error up to t = 10 against 1/h. (a) The paper's Figure 7: Method I ends at a lower floor than all \
-             methods on the averaged equation, Method II among them. (b) With the yardsticks on the Galerkin \
+             methods on the averaged equation, Method II among them. (b) With the baseline methods on the Galerkin \
              equation all but Method II end at the same floor.",
             "figure-7",
             [
-                sweep.maxima_panel("(a) yardsticks on the averaged equation", &averaged),
-                sweep.maxima_panel("(b) yardsticks on the Galerkin equation", &galerkin),
+                sweep.maxima_panel("(a) baseline methods on the averaged equation", &averaged),
+                sweep.maxima_panel("(b) baseline methods on the Galerkin equation", &galerkin),
             ],
         )
         .in_columns(2)
@@ -155,9 +155,9 @@ fn values(sweep: &Sweep, floors: &Found, [from, to]: [f64; 2]) -> Vec<(&'static 
     vec![
         ("ratio_coarse", short(max_norm(&ratios))),
         ("h_coarse", h.to_string()),
-        ("from", short(from)),
-        ("to", short(to)),
-        ("off", brief(100.0 * off)),
+        ("from", short(rounded_up(from, 4))),
+        ("to", short(rounded_down(to, 4))),
+        ("off", brief(rounded_up(100.0 * off, 2))),
         ("limit", short(floors.galerkin / floors.averaged)),
         ("galerkin", short(floors.galerkin)),
         ("averaged", short(floors.averaged)),

@@ -4,7 +4,7 @@ use lsvi::{SolveError, StepError};
 
 use super::{METHODS, Plan, Sweep, prose};
 use crate::chapter::{Context, Study, StudyError};
-use crate::evidence::number::short;
+use crate::evidence::number::{digits, rounded_down, short};
 use crate::evidence::{Check, Evidence, Figure};
 use crate::experiment::errors::{Ahead, RunError, roundoff};
 use crate::measure::norm::max_norm;
@@ -13,7 +13,7 @@ use crate::measure::search::root;
 pub(in crate::chapter) const STUDY: Study = Study {
     id: "quadratic-drag",
     title: "Quadratic drag: Figures 3 and 4",
-    question: "Do the orders of merit on v̇ = −v carry over to the nonlinear v̇ = −v²?",
+    question: "Does the ranking of the methods on v̇ = −v carry over to the nonlinear v̇ = −v²?",
     source: "[S24] Section 4, Figures 3 and 4",
     run,
 };
@@ -80,8 +80,8 @@ fn values(sweep: &Sweep, [ahead, behind]: [f64; 2]) -> Vec<(&'static str, String
         ("method_i", against("method-i")),
         ("method_ii", against("method-ii")),
         ("midpoint", against("implicit-midpoint")),
-        ("ahead", short(ahead)),
-        ("behind", short(behind)),
+        ("ahead", short(rounded_down(ahead, 4))),
+        ("behind", short(rounded_down(behind, 4))),
     ]
 }
 
@@ -117,7 +117,7 @@ fn against_euler(found: [f64; 2]) -> [Check; 2] {
             id,
             format!(
                 "{name} falls behind implicit Euler at the h = {} at which the closed forms of a step do",
-                short(closed)
+                digits(closed, 6)
             ),
             here,
             [closed * (1.0 - 1e-9), closed * (1.0 + 1e-9)],

@@ -263,7 +263,7 @@ fn resolved(points: usize, grid: f64, error: f64) -> Check {
         ),
         grid / error,
         Requirement::AtMost(0.1),
-        "a tenth of an error in time tells nothing else of it",
+        "a tenth of an error in time changes no conclusion",
     )
 }
 

@@ -1,7 +1,7 @@
 //! The steady cavity against the literature.
 
 use super::{Context, Scale, StudyError, map, prose, short, streamlines};
-use crate::evidence::number::digits;
+use crate::evidence::number::{digits, rounded_up};
 use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::flow::profile::{Published, published};
 use crate::experiment::flow::steady::{Grid, SteadyCavity};
@@ -56,16 +56,17 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
                 continue;
             }
             let checks = against(&values, (*re, source), grid, coarse, fine);
-            let largest: Vec<String> = checks.iter().filter_map(|check| check.measured).map(short).collect();
+            let largest: Vec<f64> = checks.iter().filter_map(|check| check.measured).collect();
+            let bound = |most: f64| short(rounded_up(most, 4));
             match (source, &*largest) {
-                (GHIA, [ghia, grid]) => within.push((short(*re), ghia.clone(), grid.clone())),
+                (GHIA, [ghia, grid]) => within.push((short(*re), bound(*ghia), short(*grid))),
                 (_, [_, richardson]) => {
                     let values = [
                         ("coarse", coarse.cells.to_string()),
                         ("fine", fine.cells.to_string()),
-                        ("richardson", richardson.clone()),
+                        ("richardson", bound(*richardson)),
                         ("re", short(*re)),
-                        ("gap", short(apart(&table, *re))),
+                        ("gap", bound(apart(&table, *re))),
                     ];
                     extrapolated.extend(prose::fill(include_str!("richardson.md"), &values)?);
                 }

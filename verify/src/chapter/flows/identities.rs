@@ -1,6 +1,7 @@
 //! What the discrete equations owe to each other.
 
 use super::{Context, Scale, StudyError, prose, short};
+use crate::evidence::number::rounded_up;
 use crate::evidence::{Cell, Check, Evidence, Requirement, Table};
 use crate::experiment::flow::identities::{Found, Identities};
 use crate::measure::norm::Extremes;
@@ -25,7 +26,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, _scale: &Scale) 
         evidence.checks.extend(judged(flow, found));
         rows.push(row![flow, found.adjoint, found.jacobian, Cell::found(found.work.unwrap_or(f64::NAN))]);
     }
-    let largest = |of: Vec<f64>| short(of.into_iter().largest());
+    let largest = |of: Vec<f64>| short(rounded_up(of.into_iter().largest(), 4));
     let values = [
         ("adjoint", largest(found.iter().map(|found| found.adjoint).collect())),
         ("jacobian", largest(found.iter().map(|found| found.jacobian).collect())),

@@ -91,7 +91,7 @@ fn reference(found: &Found) -> Check {
         "The reference of the impulsively started lid is good enough: its error over the smallest that is measured",
         found.references.iter().map(|r| r.error).largest() / found.cases.iter().map(|case| case.error).smallest(),
         Requirement::AtMost(0.1),
-        "a tenth of an error changes no ratio that is told by more than that",
+        "a tenth of an error changes no ratio stated here by more than that",
     )
 }
 

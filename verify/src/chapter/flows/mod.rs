@@ -112,12 +112,12 @@ type Part = fn(&Context, &mut Evidence, &Scale) -> Result<(), StudyError>;
 const PARTS: [(&str, &str, &[Part]); 7] = [
     (
         "right",
-        "What it gets right",
+        "Where its answers are right",
         &[identities::study, orders::in_time, orders::in_time_and_space, cavity::steady, cvode::cross_check],
     ),
     ("loses", "Where it loses", &[work::study, balance::errors]),
     ("metric", "The metric, energy and enstrophy", &[balance::metric, balance::without_viscosity]),
-    ("large-steps", "What large steps are good for", &[lid::study, lid::disturbances, approach::study]),
+    ("large-steps", "Where large steps pay", &[lid::study, lid::disturbances, approach::study]),
     ("too-long", "Steps too long for their grid", &[too_long::study]),
     ("cost", "What a step costs", &[cost::study]),
     ("rerun", "How to rerun it", &[rerun]),

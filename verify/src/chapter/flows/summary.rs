@@ -4,6 +4,7 @@ use super::work::Runs;
 use super::{
     Context, LARGE, Scale, StudyError, approach, balance, brief, cavity, contest, cvode, prose, short, times, too_long,
 };
+use crate::evidence::number::rounded_up;
 use crate::evidence::{Check, Outcome};
 use crate::experiment::flow::lid::{STEPS, StartedLid, TIMES};
 use crate::experiment::flow::precision::Flow;
@@ -51,7 +52,7 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         ("passed", orders.iter().filter(|check| check.outcome == Outcome::Pass).count().to_string()),
         ("orders", orders.len().to_string()),
         ("cells", cells.to_string()),
-        ("ghia", ghia.map_or("an unknown distance".into(), short)),
+        ("ghia", ghia.map_or("an unknown distance".into(), |most| short(rounded_up(most, 4)))),
         ("re", short(*re)),
         ("tr_bdf2", contest(&[in_cavity, shear, turbulence])),
         ("smooth", brief(in_cavity)),

@@ -64,7 +64,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         evidence.notes.extend(prose::fill(include_str!("resting.md"), &values)?);
         let panels = [("steady".to_owned(), steady), (format!("h = {h}, refused"), &root.psi)];
         let panels = panels.map(|(title, psi)| streamlines(&title, cells, psi));
-        let caption = "Streamlines of the steady flow, and of a state at which Method I rests with long steps though the flow would not.";
+        let caption = "Streamlines of the steady flow, and of a spurious fixed point of Method I with long steps.";
         evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(2));
     }
     let outcome = |message: &str| if message.is_empty() { "steady".to_owned() } else { format!("refused: {message}") };
@@ -84,7 +84,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let caption = format!(
         "From rest at Re = {RE}, by cells a side and step size: |f| in units of M ψ̇ where the iteration of Method I ends, or where \
          another method has it below {:e}; where that iteration stalls, the gradient of the action over that at rest; max |ψ| of Method I; \
-         and the outcome. In the last row the state at which Method I rests.",
+         and the outcome. The last row is the spurious fixed point of Method I.",
         Approach::STEADY
     );
     let columns = ["method", "cells", "h", "residual", "gradient", "vortex", "outcome"];

@@ -94,7 +94,7 @@ impl Runs {
             ),
             self.found.iter().map(|found| found.reference_error).largest() / errors.smallest(),
             Requirement::AtMost(0.1),
-            "a tenth of an error changes no ratio that is told by more than that",
+            "a tenth of an error changes no ratio stated here by more than that",
         )
     }
 

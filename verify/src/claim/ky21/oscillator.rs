@@ -1,6 +1,6 @@
 //! The schemes for the harmonic oscillator: what they are, and what more nodes bring.
 
-use crate::claim::measure::{is_within, sizes, text};
+use crate::claim::measure::{at_most, is_within, range, sizes, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::{Table, number};
 use crate::experiment::motion::{AheadInMotion, Difference, LargestError, LocalError, Motion};
@@ -74,7 +74,7 @@ fn recurrences(context: &Context) -> Result<Finding, StudyError> {
             }
         }
     }
-    let worst = text(off.into_iter().largest());
+    let worst = at_most(off.into_iter().largest());
     let evidence = format!("All printed coefficients are right: the traces differ from them by {worst} at most.");
     Ok(Finding::on(cases, evidence))
 }
@@ -170,7 +170,7 @@ fn local_errors(context: &Context) -> Result<Finding, StudyError> {
                 cases.push(Case::below(what, own, theirs).under(name == PROBLEMS[0].0).against(rival));
             }
             let [least, most] = [quotients.iter().copied().smallest(), quotients.iter().copied().largest()];
-            ratios.push(format!("{} to {} ({name}, {rival})", text(least), text(most)));
+            ratios.push(format!("{} ({name}, {rival})", range(least, most)));
             let failing: Vec<_> = cases[first..].iter().filter(|case| !case.holds()).collect();
             if !failing.is_empty() {
                 behind.push(format!("{} of {STARTS} on {name} against {rival}", failing.len()));
@@ -280,7 +280,7 @@ fn bernstein(context: &Context) -> Result<Finding, StudyError> {
             }
         }
     }
-    let worst = text(apart.into_iter().largest());
+    let worst = at_most(apart.into_iter().largest());
     let evidence = format!("The two differ by {worst} at most, on the pendulum too.");
     Ok(Finding::on(cases, evidence).because(
         "Both bases span the polynomials of degree m, and the conditions on the path do not mention a basis: it is one \

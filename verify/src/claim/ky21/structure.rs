@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::claim::measure::text;
+use crate::claim::measure::{at_most, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::Table;
 use crate::experiment::energy_drift::{Drift, EnergyDrift};
@@ -152,7 +152,7 @@ fn late_over_early(context: &Context, degree: usize) -> Result<Vec<Case>, StudyE
 
 fn shown_energy(context: &Context) -> Result<Finding, StudyError> {
     let cases = late_over_early(context, 2)?;
-    let worst = text(cases.iter().map(|case| case.measured).largest());
+    let worst = at_most(cases.iter().map(|case| case.measured).largest());
     Ok(Finding::on(cases, format!("The late energy error is {worst} times the early one at most.")))
 }
 

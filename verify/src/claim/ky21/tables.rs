@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::claim::measure::text;
+use crate::claim::measure::{range, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::{Cell, Table, number};
 use crate::experiment::motion::Motion;
@@ -114,9 +114,8 @@ fn solutions(context: &Context) -> Result<Finding, StudyError> {
     }
     let printed = |i: usize, column: usize| format!("{:.4}", TABLE_1[2 * i][column]);
     let evidence = format!(
-        "The errors of (17) are {} to {} times those of (16).{}",
-        text(ratios.iter().copied().smallest()),
-        text(ratios.iter().copied().largest()),
+        "The errors of (17) are {} times those of (16).{}",
+        range(ratios.iter().copied().smallest(), ratios.iter().copied().largest()),
         note(&unreproduced, 20)
     );
     let schemes = [Scheme::run(context, 0, PRINTED_START)?, Scheme::run(context, 1, PRINTED_START)?];

@@ -1,6 +1,6 @@
 //! Decay of errors, and stability on nonlinear problems.
 
-use crate::claim::measure::text;
+use crate::claim::measure::{range, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::number;
 use crate::experiment::errors::Decay;
@@ -118,14 +118,14 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
     // Two roots meet at the fold, so that v goes like the root of the distance: this way it drops out.
     let at_fold = 2.0 * below(0.25e-6)? - below(1e-6)?;
     let at_fold = (at_fold * 1e5).round() / 1e5;
-    let bound = number::Short::new(last, 4).text();
+    let bound = number::short(number::rounded_down(last, 4));
     let (least, most) = (left.iter().copied().smallest(), left.iter().copied().largest());
     let evidence = format!(
         "A step on the branch exists up to W = {bound}, where v₁/v₀ has come to {}; beyond, the root that starts at v₀ for h = 0 is gone and \
          the step fails. The one root left at the steps tested is off the branch, v₁/v₀ = {}: none of these steps amplifies, and what fails \
          is the solution.",
         text(at_fold),
-        if least == most { text(least) } else { format!("{} to {}", text(least), text(most)) },
+        range(least, most),
     );
     if !(low <= least && most < 0.0) {
         return Err(format!("the roots that are left, {left:?}, are not between −v₀ and 0").into());
@@ -157,6 +157,6 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
     );
     Ok(Finding::on(cases, evidence).holds_where(reading).because(
         "pₙ₊₁ = pₙ imposes J₀ᵀr₀ + J₁ᵀr₁ = 0, weighted with Jacobians that differ between the ends of the step. It is \
-         the trapezoidal rule where they are equal; here its good root ends at a smaller step than Method I's, and v₁ = −v₀ is left.",
+         the trapezoidal rule where they are equal; here its branch ends at a smaller step than Method I's, and v₁ = −v₀ is left.",
     ))
 }

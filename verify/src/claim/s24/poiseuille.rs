@@ -1,6 +1,6 @@
 //! Start-up Poiseuille flow with one shape function.
 
-use crate::claim::measure::{common, is_within, sizes, text};
+use crate::claim::measure::{at_least, at_most, common, is_within, range, sizes, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::{Axis, Figure, Mark, Panel, Table};
 use crate::experiment::errors::Errors;
@@ -93,7 +93,7 @@ fn steady_limit(context: &Context) -> Result<Finding, StudyError> {
         cases.push(Case::below(format!("|v₁ − γ/2|, γ/2 = {steady}, {problem}"), (v - steady).abs(), 1e-7));
     }
     let worst = cases.iter().map(|case| case.measured).largest();
-    let evidence = format!("One step of h = 10⁴ comes within {} of γ/2 from every start.", text(worst));
+    let evidence = format!("One step of h = 10⁴ comes within {} of γ/2 from every start.", at_most(worst));
     let finding = Finding::on(cases, evidence).beside("largest distance from γ/2, h = 10⁴", "→ 0", worst);
     Ok(finding.because("The excess is divided by 1 + (5/2)h + (15/4)h², Eq. (38)."))
 }
@@ -201,9 +201,8 @@ fn a_quarter(context: &Context) -> Result<Finding, StudyError> {
     let limit = floors.averaged / floors.galerkin;
     let ratios = || cases.iter().map(|case| case.measured);
     let evidence = format!(
-        "The errors of the others are {} to {} times Method I's; as h → 0 all tend to {} times.",
-        text(ratios().smallest()),
-        text(ratios().largest()),
+        "The errors of the others are {} times Method I's; as h → 0 all tend to {} times.",
+        range(ratios().smallest(), ratios().largest()),
         text(limit)
     );
     let finding = Finding::on(cases, evidence)
@@ -280,7 +279,7 @@ fn as_close_as_possible(context: &Context) -> Result<Finding, StudyError> {
         .holds_where(format!(
             "That the shape function keeps the errors from converging to zero: with it and a linear relaxation the floor is {} at least. \
              Which floor is reached, {} or {}, is set by the projection.",
-            text(best),
+            at_least(best),
             text(galerkin),
             text(averaged)
         ))

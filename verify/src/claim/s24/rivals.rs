@@ -133,7 +133,7 @@ fn against_rivals(context: &Context, method: &'static str) -> Result<Finding, St
     Ok(finding
         .holds_where(where_ahead(&beaten))
         .because(format!(
-            "Its error constant on v̇ = −v is 1/6, twice the trapezoidal rule's 1/12, half of BDF2's 1/3. In return it damps stiff \
+            "Its error constant on v̇ = −v is 1/6, twice the trapezoidal rule's 1/12, half of BDF2's 1/3. It damps stiff \
              components, which the trapezoidal rule and the midpoint rule do not. SDIRK2 damps them too; on linear drag Method I \
              has {} times its error at equal step size and {} times at equal numbers of evaluations.",
             text(at_equal_step),

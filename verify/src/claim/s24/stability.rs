@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::claim::measure::{beside_one, text};
+use crate::claim::measure::{at_most, beside_one, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::experiment::momentum_map::{Closed, MomentumMap};
 use crate::experiment::non_normal::{
@@ -109,7 +109,7 @@ fn conventional_map(context: &Context) -> Result<Finding, StudyError> {
     Ok(Finding::on(cases, evidence).because(format!(
         "The map is symplectic, so that its two multipliers are reciprocal: exp(±2 asinh(h/2)), met to {} by the live \
          steps. The second-order equation v̈ = v has the solution exp(t) beside exp(−t), and rounding is enough to excite it.",
-        text(deviation)
+        at_most(deviation)
     )))
 }
 
@@ -159,7 +159,7 @@ fn method_ii_on_stable_systems(context: &Context) -> Result<Finding, StudyError>
         return Err("a step of Method II on v̇ = 0 is determined".into());
     }
     let evidence = format!(
-        "A step on v̇ = 0 is not determined: with h = 1 every v₁ meets p₁ = p₀, so that there are solutions and none is told from the \
+        "A step on v̇ = 0 is not determined: with h = 1 every v₁ meets p₁ = p₀, so that no solution is distinguished from the \
          others. The search among stable systems of 3 unknowns, whose matrices are invertible, reaches a spectral radius of {}.",
         text(worst.radius)
     );
@@ -167,7 +167,7 @@ fn method_ii_on_stable_systems(context: &Context) -> Result<Finding, StudyError>
         .holds_where("On stable linear systems with an invertible matrix (S24-c-1).")
         .because(
             "L_d = (v₁ − v₀)²/(2h) on v̇ = 0 has p₁ = p₀ whatever v₁ is. In general Jᵀ(r₀ + r₁) = 0 leaves the residual free along the null vectors of Jᵀ, so that a step is not determined where the matrix is \
-             singular. Method I, whose step is there to be had, amplifies other systems (S24-b-3).",
+             singular. Method I, whose step is determined there, amplifies other systems (S24-b-3).",
         ))
 }
 
@@ -232,9 +232,9 @@ fn method_ii_at_infinity(context: &Context) -> Result<Finding, StudyError> {
         cases.push(Case::below(format!("|v₁/v₀ + 1|, h = {h}"), last, 5.0 / h));
     }
     let evidence = format!("At h = 10⁶ the ratio v₁/v₀ is −1 to {}.", text(last));
-    Ok(Finding::on(cases, evidence)
-        .beside("v₁/v₀, h = 10⁶", "→ −1", last - 1.0)
-        .because("R = (1 − h/2)/(1 + h/2), as for the trapezoidal rule: stable, but what is stiff is not damped."))
+    Ok(Finding::on(cases, evidence).beside("v₁/v₀, h = 10⁶", "→ −1", last - 1.0).because(
+        "R = (1 − h/2)/(1 + h/2), as for the trapezoidal rule: A-stable, but stiff components are not damped.",
+    ))
 }
 
 fn method_ii_oscillates(context: &Context) -> Result<Finding, StudyError> {

@@ -1,6 +1,6 @@
 //! Whether the closed schemes are symplectic.
 
-use crate::claim::measure::text;
+use crate::claim::measure::at_most;
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::experiment::momentum_map::{Closed, MomentumMap};
 use crate::experiment::{Context, StudyError};
@@ -48,7 +48,7 @@ fn roundoff(h: f64) -> f64 {
 fn conventional(context: &Context) -> Result<Finding, StudyError> {
     let found = determinants(context, "conventional", Closed::Conventional)?;
     let worst = found.iter().map(|case| (case.measured - 1.0).abs()).largest();
-    let evidence = format!("The determinant differs from 1 by {} at most.", text(worst));
+    let evidence = format!("The determinant differs from 1 by {} at most.", at_most(worst));
     Ok(Finding::on(found, evidence).because(
         "It is the map that the discrete Lagrangian generates. On linear drag it is also the unstable one, S24-a.",
     ))
@@ -59,7 +59,7 @@ fn closed(context: &Context) -> Result<Finding, StudyError> {
     found.extend(determinants(context, "method-ii", Closed::MethodII)?);
     let largest = found.iter().map(|case| case.measured).largest();
     let evidence =
-        format!("No determinant exceeds {}: a step collapses every area of the (v, p) plane.", text(largest));
+        format!("No determinant exceeds {}: a step collapses every area of the (v, p) plane.", at_most(largest));
     Ok(Finding::on(found, evidence).holds_where("For the conventional map only, S24-m-1.").because(
         "A closure discards pₙ: a step is a map of v alone, and (v₁, p₁) does not depend on p₀. That the motion on \
              p = 0 encloses no area is true of every one-step method for v, implicit Euler included, and conserves \

@@ -9,20 +9,22 @@ use verify::measure::search::root;
 use verify::problem;
 
 use super::super::CONTEXT;
-use super::{Found, Known, between, require, text, texts, to};
+use super::{Found, Known, at_most, between, range, require, text, texts, to};
 
 const TIMES: [&str; 5] = ["10", "20", "30", "40", "50"];
 
 pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
     Ok(match id {
-        "a" => Known::of([format!("the traces differ from them by {} at most.", text(found.largest("|trace − R|")))]),
+        "a" => {
+            Known::of([format!("the traces differ from them by {} at most.", at_most(found.largest("|trace − R|")))])
+        }
         "b-1" => solutions(found)?,
         "b-2" => energies(found)?,
         "b-3" => global_errors(found)?,
         "b-4" => local_errors(found)?,
         "c-1" => nodes(found)?,
         "c-2" => more_nodes(found)?,
-        "d" => Known::of([format!("The two differ by {} at most,", text(found.largest("")))]),
+        "d" => Known::of([format!("The two differ by {} at most,", at_most(found.largest("")))]),
         "e-1" => {
             let of =
                 |problem: &str| {
@@ -62,7 +64,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             ])
         }
         "f-1" => {
-            Known::of([format!("The late energy error is {} times the early one at most.", text(found.largest("")))])
+            Known::of([format!("The late energy error is {} times the early one at most.", at_most(found.largest("")))])
         }
         "f-2" => drift(found)?,
         "g" => {
@@ -85,9 +87,9 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             // The larger root in size of λ² + 6λ + 1 = 0.
             let growth = -3.0 - 8.0_f64.sqrt();
             Known::of([
-                format!("|q| is {}, where the runs end;", departures(found)?),
+                format!("|q| is {}, where the runs end.", departures(found)?),
                 format!(
-                    "a small radial perturbation is multiplied by {} per step.",
+                    "A small radial perturbation is multiplied by {} in a step, at τ = 0.01.",
                     text(CONTEXT.get(Radius { tau: 0.01 })?.ratio)
                 ),
                 format!("the multiplier −(3 + 2√2) = {} in the limit", text(growth)),
@@ -95,7 +97,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         }
         "h-2" => {
             let kept = |problem: &str| {
-                let of = |what: &str| text(found.measured(&format!("{what}, {problem}")));
+                let of = |what: &str| at_most(found.measured(&format!("{what}, {problem}")));
                 format!(
                     "{}, {} and {} on {problem}",
                     of("||q|² − 1|"),
@@ -195,7 +197,7 @@ fn solutions(found: &Found) -> Result<Known, Failed> {
     let lost = unreproduced(found, "ky21-table-1", |_| 0.5e-4)?;
     let at = |scheme: &str, t: f64| recurred(scheme, 1.0948, t);
     Ok(Known::of([
-        format!("The errors of (17) are {} to {} times those of (16). {}", text(low), text(high), reproduction(lost)),
+        format!("The errors of (17) are {} times those of (16). {}", range(low, high), reproduction(lost)),
         "the start x₁ = 1.0948 adds".into(),
     ])
     .beside("(16), t = 10", "0.0007", at("(16)", 10.0))
@@ -352,7 +354,7 @@ fn local_errors(found: &Found) -> Result<Known, Failed> {
                 }
             }
             let [least, most] = [quotients.iter().copied().smallest(), quotients.iter().copied().largest()];
-            ratios.push(format!("{} to {} ({problem}, {rival})", text(least), text(most)));
+            ratios.push(format!("{} ({problem}, {rival})", range(least, most)));
             match quotients.iter().filter(|quotient| **quotient >= 1.0).count() {
                 0 => {}
                 n => behind.push(format!("{n} of 16 on {problem} against {rival}")),

@@ -84,15 +84,27 @@ fn text(x: f64) -> String {
     number::digits(x, if (1.0..2.0).contains(&x.abs()) { 4 } else { 3 })
 }
 
+/// A number of which a sentence says "at most", and one of which it says "at least".
+fn at_most(x: f64) -> String {
+    text(number::rounded_up(x, if (1.0..2.0).contains(&x.abs()) { 4 } else { 3 }))
+}
+
+fn at_least(x: f64) -> String {
+    text(number::rounded_down(x, if (1.0..2.0).contains(&x.abs()) { 4 } else { 3 }))
+}
+
+/// From the least of some numbers to the most.
+fn range(least: f64, most: f64) -> String {
+    if text(least) == text(most) { text(least) } else { format!("{} to {}", at_least(least), at_most(most)) }
+}
+
 /// The lower and the upper end of an interval of sizes, to four digits within it.
 fn from(x: f64) -> String {
-    let unit = 10_f64.powf(x.log10().floor() - 3.0);
-    number::digits((x / unit).ceil() * unit, 4)
+    number::short(number::rounded_up(x, 4))
 }
 
 fn to(x: f64) -> String {
-    let unit = 10_f64.powf(x.log10().floor() - 3.0);
-    number::digits((x / unit).floor() * unit, 4)
+    number::short(number::rounded_down(x, 4))
 }
 
 /// So many sizes between two, at equal ratios.

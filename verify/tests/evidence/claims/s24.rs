@@ -12,7 +12,7 @@ use verify::measure::search::{minimum, root};
 use verify::measure::stability::{numerical_abscissa, spectral_abscissa, spectral_radius};
 
 use super::super::CONTEXT;
-use super::{Found, Known, between, from, require, text, texts, to};
+use super::{Found, Known, at_least, at_most, between, from, range, require, text, texts, to};
 
 /// The growth factor of a step on v̇ = −v.
 fn factor(method: &str, h: f64) -> f64 {
@@ -135,7 +135,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 found.all("spectral radius").iter().zip(steps).map(|(r, h)| (r / closed(h) - 1.0).abs()).largest();
             Known::of([
                 format!("from 1 + {} at h = 0.001 to {} at h = 1000.", text(closed(1e-3) - 1.0), text(closed(1e3))),
-                format!("exp(±2 asinh(h/2)), met to {} by the live steps", text(off)),
+                format!("exp(±2 asinh(h/2)), met to {} by the live steps", at_most(off)),
             ])
         }
         "b-1" => Known::of([
@@ -371,14 +371,18 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             // From v = −1 with h = 1 the residuals at v₁ = −1 are 1 at both ends, and 1 + 1 · (1 − 2) = 0.
             holds_just([0.01, 5.0], |w| w < last, |w| Ok(right_root_of_method_i(w).abs() <= 1.0))?;
             Known::of([
-                format!("A step on the branch exists up to W = {last:.3}, where v₁/v₀ has come to {};", text(reached)),
+                format!(
+                    "A step on the branch exists up to W = {}, where v₁/v₀ has come to {};",
+                    to(last),
+                    text(reached)
+                ),
                 "starts at v₀ for h = 0 is gone".into(),
-                format!("v₁/v₀ = {} to {}: none of these steps amplifies,", text(left[0]), text(left[1])),
+                format!("v₁/v₀ = {}: none of these steps amplifies,", range(left[0], left[1])),
                 format!(
                     "from v₀ = 1 with h = 3 that takes the only root at every step ends at {}, which is −1/h, while the solution tends to 0.",
                     text(end)
                 ),
-                format!("On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < {last:.3} (scanned from 0.01)."),
+                format!("On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < {} (scanned from 0.01).", to(last)),
                 "leads to the spurious steady state v = −1/h.".into(),
                 "from v = −1 with h = 1 a live step gives −1.".into(),
                 "the fixed point v = −1/h of the method, where f ≠ 0:".into(),
@@ -389,20 +393,20 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             require(1.0 < fold_of_method_i().0, || "its root does not end at a smaller step than Method I's".into())?;
             Known::of([
                 // x² = 0 there.
-                "A step on the branch exists up to W = 1.000, where v₁/v₀ has come to 0;".into(),
+                "A step on the branch exists up to W = 1, where v₁/v₀ has come to 0;".into(),
                 "starts at v₀ for h = 0 is gone".into(),
                 // The other factor has none for W > 1: (1 − W)(1 + 3W) < 0.
                 "off the branch, v₁/v₀ = −1: none of these steps amplifies,".into(),
                 // From −v₀ on, W < −⅓, the other factor has no root either.
                 "from v₀ = 1 with h = 3 that takes the only root at every step comes to 1 and −1 in turn for ever, while the solution tends to 0.".into(),
-                "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < 1.000 (scanned from 0.01).".into(),
+                "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < 1 (scanned from 0.01).".into(),
                 "J₀ᵀr₀ + J₁ᵀr₁ = 0,".into(),
             ])
         }
         "i" => {
             let left = 9.75 / (1.0 + 2.5e4 + 3.75e8);
             Known::of([
-                format!("One step of h = 10⁴ comes within {} of γ/2", text(left)),
+                format!("One step of h = 10⁴ comes within {} of γ/2", at_most(left)),
                 "1 + (5/2)h + (15/4)h², Eq. (38)".into(),
             ])
             .beside("largest distance from γ/2, h = 10⁴", "→ 0", left)
@@ -440,7 +444,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             })?;
             require(found.of("h = 0.00001").len() == 3, || "h = 0.00001 is not run".into())?;
             Known::of([
-                format!("The errors of the others are {} to {} times Method I's; as h → 0 all tend to {} times.", text(found.smallest("")), text(found.largest("")), text(limit)),
+                format!("The errors of the others are {} times Method I's; as h → 0 all tend to {} times.", range(found.smallest(""), found.largest("")), text(limit)),
                 format!("Against Method II at h < {}, against implicit Euler at h < {}, against RK4 at h < {} (scanned from 0.1 to 0.001, tested to 0.00001).", to(second), to(implicit), to(explicit)),
             ])
             .beside("Method I's error over the others', h → 0", "≈ 1/4", 1.0 / limit)
@@ -483,7 +487,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 ),
                 format!(
                     "the floor is {} at least. Which floor is reached, {} or {}, is set by the projection.",
-                    text(floors.best),
+                    at_least(floors.best),
                     text(floors.galerkin),
                     text(floors.averaged)
                 ),
@@ -497,10 +501,10 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         }
         "m-1" => {
             let off = found.all("").into_iter().map(|det| (det - 1.0).abs()).largest();
-            Known::of([format!("The determinant differs from 1 by {} at most.", text(off))])
+            Known::of([format!("The determinant differs from 1 by {} at most.", at_most(off))])
         }
         "m-2" => Known::of([
-            format!("No determinant exceeds {}:", text(found.largest(""))),
+            format!("No determinant exceeds {}:", at_most(found.largest(""))),
             "the motion on p = 0 encloses".into(),
         ]),
         "n-1" | "n-2" => rivals(id, found)?,
