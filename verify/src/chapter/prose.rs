@@ -57,7 +57,7 @@ mod tests {
         }
     }
 
-    /// All `.md` files of the rooms.
+    /// All `.md` files of chapters and claims.
     fn templates(dir: &Path, found: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(dir).expect("a folder of this crate").map(|entry| entry.expect("readable").path()) {
             if entry.is_dir() {

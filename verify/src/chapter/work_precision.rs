@@ -19,7 +19,7 @@ pub(super) const STUDY: Study = Study {
 };
 
 /// Classical methods, on the equations of the first order.
-const YARDSTICKS: [&str; 4] = ["rk4", "implicit-midpoint", "trapezoidal", "sdirk2"];
+const BASELINES: [&str; 4] = ["rk4", "implicit-midpoint", "trapezoidal", "sdirk2"];
 
 /// What the checks and the caption speak of.
 pub(super) const TOLD: [&str; 6] =
@@ -38,7 +38,7 @@ struct Curve {
 
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let mut all = method::integrators();
-    for name in YARDSTICKS {
+    for name in BASELINES {
         all.push(method::parse(name)?);
     }
     let names: Vec<String> = all.iter().map(|method| method.name()).collect();

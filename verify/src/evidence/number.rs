@@ -72,11 +72,6 @@ pub fn rounded_down(value: f64, digits: usize) -> f64 {
     -rounded_up(-value, digits)
 }
 
-/// The number of two significant digits next to `value` in a direction, −1 or 1, or `value` where it has two.
-pub(crate) fn outward(value: f64, direction: f64) -> f64 {
-    if direction > 0.0 { rounded_up(value, 2) } else { rounded_down(value, 2) }
-}
-
 /// A bound: as it was chosen if that takes six digits at most, and otherwise four digits of it. One a little beyond 1 shows
 /// by how much.
 pub fn bound(value: f64) -> String {
@@ -213,7 +208,7 @@ mod tests {
                 let [low, high] = [rounded_down(value, digits), rounded_up(value, digits)];
                 let unit = 1.001 * 10_f64.powf(value.log10().floor() - (digits - 1) as f64);
                 assert!(low <= value * (1.0 + 2e-9) && value <= high * (1.0 + 2e-9), "{low} {value} {high}");
-                assert!(high - low <= unit && (digits > 2 || outward(value, 1.0) == high), "{low} {value} {high}");
+                assert!(high - low <= unit, "{low} {value} {high}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The experiments, one file each: a pure function from a setting to typed rows, and the only room that runs methods and
+//! The experiments, one file each: a pure function from a setting to typed rows, and the only module that runs methods and
 //! references.
 //!
 //! Chapters, claims and goldens do not compute; they read. [`Context::get`] carries an experiment out the first time that it

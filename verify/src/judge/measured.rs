@@ -230,7 +230,7 @@ impl Defects {
     /// What the conditions on the coefficients say, held to the measured defects.
     pub fn verdicts(&self, traits: &Traits) -> [Verdict; 2] {
         let verdict = |name: &str, what: &str, by_condition: bool, defect: f64, open: f64| {
-            let most = number::outward(VANISHES + open, 1.0);
+            let most = number::rounded_up(VANISHES + open, 2);
             let (says, required) = match by_condition {
                 true => ("vanishes, as the coefficients say", Requirement::AtMost(VANISHES)),
                 false => ("does not vanish, as the coefficients say", Requirement::Above(most)),

@@ -1,4 +1,4 @@
-//! The yardsticks.
+//! The baseline methods.
 
 use lsvi::Integrator;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};

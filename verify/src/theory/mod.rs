@@ -1,4 +1,4 @@
-//! What ought to happen when a method meets a problem: the only room that knows both.
+//! What ought to happen when a method meets a problem: the only module that knows both.
 //!
 //! A problem states [`Facts`](crate::problem::Facts), a method its [`Traits`](crate::method::Traits); what follows from the
 //! two for their pair is derived here, one kind of expectation a file. A problem or a method that behaves as usual needs no

@@ -25,10 +25,10 @@ const AVERAGED: &str = "poiseuille-ansatz";
 /// The others on the Galerkin equation.
 const GALERKIN: &str = "poiseuille-galerkin";
 
-const YARDSTICKS: [&str; 4] = ["implicit-euler", "rk4", "trapezoidal", "implicit-midpoint"];
+const BASELINES: [&str; 4] = ["implicit-euler", "rk4", "trapezoidal", "implicit-midpoint"];
 
 pub(crate) const PLAN: Plan = Plan {
-    cases: &[(AVERAGED, &METHODS), (GALERKIN, &YARDSTICKS)],
+    cases: &[(AVERAGED, &METHODS), (GALERKIN, &BASELINES)],
     steps: [0.5, 0.1, 0.01, 0.001, 0.0001, 0.000_01],
     figure: 6,
 };
@@ -61,7 +61,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 fn figures(sweep: &Sweep) -> Vec<Figure> {
     let averaged = METHODS.map(|method| (AVERAGED, method));
     let closures = [(AVERAGED, "method-i"), (AVERAGED, "method-ii")];
-    let galerkin: Vec<_> = closures.into_iter().chain(YARDSTICKS.map(|method| (GALERKIN, method))).collect();
+    let galerkin: Vec<_> = closures.into_iter().chain(BASELINES.map(|method| (GALERKIN, method))).collect();
     vec![
         sweep.series_figure(
             "figure-6".into(),
@@ -75,7 +75,7 @@ fn figures(sweep: &Sweep) -> Vec<Figure> {
             "figure-6-galerkin".into(),
             "The baseline methods on the Galerkin equation.".into(),
             GALERKIN,
-            &YARDSTICKS,
+            &BASELINES,
         ),
         Figure::new(
             "figure-7",
@@ -183,12 +183,12 @@ fn closer_to_the_floor(sweep: &Sweep, floors: &Found) -> Check {
     )
 }
 
-/// The comparison that tells the integrator from the equation: yardsticks on the Galerkin equation.
+/// The comparison that tells the integrator from the equation: baseline methods on the Galerkin equation.
 fn same_equation(sweep: &Sweep) -> Vec<Check> {
     let finest = sweep.steps().filter(|h| *h <= 0.01);
     let mut checks = Vec::new();
     for h in finest {
-        for method in YARDSTICKS {
+        for method in BASELINES {
             // Both runs are within what their order leaves of the common floor; see `at_the_floor`.
             let (a, b) = (sweep.error(AVERAGED, "method-i", h), sweep.error(GALERKIN, method, h));
             checks.push(Check::at_most(

@@ -9,7 +9,7 @@ use crate::experiment::step_equation::{self, OnlySolutions, StepEquation};
 use crate::experiment::{Context, StudyError};
 use crate::measure::norm::Extremes;
 
-use super::{BOTH, YARDSTICKS};
+use super::{BASELINES, BOTH};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -53,7 +53,7 @@ pub(super) const CLAIMS: &[Claim] = &[
 /// Late against early errors of the four methods of the figures on a problem.
 fn decay(context: &Context, problem: &'static str, steps: &[f64]) -> Result<Vec<Case>, StudyError> {
     let mut cases = Vec::new();
-    for method in BOTH.iter().chain(&YARDSTICKS) {
+    for method in BOTH.iter().chain(&BASELINES) {
         for h in steps {
             // Errors that are roundoff all the way say nothing.
             let ratio = context.get(Decay { problem, method, h: *h })?.unwrap_or(f64::NAN);

@@ -9,7 +9,7 @@ use crate::experiment::orders::Order;
 use crate::experiment::{Context, StudyError};
 use crate::row;
 
-use super::{BOTH, FOLD, YARDSTICKS, ahead};
+use super::{BASELINES, BOTH, FOLD, ahead};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -88,7 +88,7 @@ const LARGE: [f64; 2] = [1.0, 10.0];
 
 fn large_steps(context: &Context, method: &'static str) -> Result<Finding, StudyError> {
     let name = if method == BOTH[0] { "Method I" } else { "Method II" };
-    let [euler, rk4] = YARDSTICKS.map(|rival| ahead(context, "linear-drag", [method, rival], 1.0, LARGE));
+    let [euler, rk4] = BASELINES.map(|rival| ahead(context, "linear-drag", [method, rival], 1.0, LARGE));
     let (euler, rk4) = (euler?, rk4?);
     let &[overtakes, _] = rk4.first().ok_or("RK4 is not overtaken")?;
     let loses = euler.first().map(|interval| interval[1]).filter(|to| *to < LARGE[1]);
@@ -96,7 +96,7 @@ fn large_steps(context: &Context, method: &'static str) -> Result<Finding, Study
     let mut cases = Vec::new();
     for h in [1.5, 1.55, 1.75, 2.0, 2.25, 2.5, 3.0, 5.0, 10.0] {
         let error = linear(context, method, h)?;
-        for rival in YARDSTICKS {
+        for rival in BASELINES {
             let what = format!("largest error, h = {h}, against {rival}");
             let case = Case::below(what, error, linear(context, rival, h)?);
             cases.push(case.under(is_within(&of_both, h)).against(rival));
@@ -136,7 +136,7 @@ fn large_steps(context: &Context, method: &'static str) -> Result<Finding, Study
 
 /// Errors of the four methods against h, and where Method I overtakes RK4.
 fn with_figure(context: &Context, finding: Finding, overtakes: f64) -> Result<Finding, StudyError> {
-    let methods = [BOTH[0], BOTH[1], YARDSTICKS[0], YARDSTICKS[1]];
+    let methods = [BOTH[0], BOTH[1], BASELINES[0], BASELINES[1]];
     let steps: Vec<f64> = (0..=36).map(|i| 0.02 * 10_f64.powf(f64::from(i) / 14.0)).collect();
     let mut rows = Vec::new();
     for method in methods {

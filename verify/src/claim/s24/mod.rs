@@ -36,8 +36,8 @@ fn ahead(
 
 /// Methods I and II as named in the registry.
 const BOTH: [&str; 2] = ["method-i", "method-ii"];
-/// The yardsticks of the paper.
-const YARDSTICKS: [&str; 2] = ["implicit-euler", "rk4"];
+/// The baseline methods of the paper.
+const BASELINES: [&str; 2] = ["implicit-euler", "rk4"];
 /// What a run of Method II on quadratic drag from v₀ = 1 meets at h = 1, where X²(1 + X) = W²(1 − W) of X = h v₁ and W = h v₀ has the
 /// root 0 twice.
 const FOLD: &str = "none at the fold, where two roots of its step meet at v₁ = 0: refused by the library";

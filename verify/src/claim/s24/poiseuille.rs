@@ -11,7 +11,7 @@ use crate::measure::norm::Extremes;
 use crate::measure::refinement::three_grids::Triplet;
 use crate::row;
 
-use super::{BOTH, YARDSTICKS, ahead};
+use super::{BASELINES, BOTH, ahead};
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -110,25 +110,25 @@ fn against_all(context: &Context) -> Result<Finding, StudyError> {
     let own = curve(BOTH[0], AVERAGED, "own")?;
     let rivals = [
         ("method-ii as in the paper", curve(BOTH[1], AVERAGED, "own")?),
-        ("implicit-euler, averaged", curve(YARDSTICKS[0], AVERAGED, "averaged")?),
-        ("rk4, averaged", curve(YARDSTICKS[1], AVERAGED, "averaged")?),
-        ("implicit-euler, Galerkin", curve(YARDSTICKS[0], GALERKIN, "Galerkin")?),
-        ("rk4, Galerkin", curve(YARDSTICKS[1], GALERKIN, "Galerkin")?),
+        ("implicit-euler, averaged", curve(BASELINES[0], AVERAGED, "averaged")?),
+        ("rk4, averaged", curve(BASELINES[1], AVERAGED, "averaged")?),
+        ("implicit-euler, Galerkin", curve(BASELINES[0], GALERKIN, "Galerkin")?),
+        ("rk4, Galerkin", curve(BASELINES[1], GALERKIN, "Galerkin")?),
     ];
     curve(SECOND_ORDER, AVERAGED, "averaged")?;
     let second_order = curve(SECOND_ORDER, GALERKIN, "Galerkin")?;
     let scanned = |problem, rival| ahead(context, problem, [BOTH[0], rival], 1.0, SCANNED);
     let mut as_the_paper_runs_them = scanned(AVERAGED, BOTH[1])?;
-    for rival in YARDSTICKS {
+    for rival in BASELINES {
         as_the_paper_runs_them = common(&as_the_paper_runs_them, &scanned(AVERAGED, rival)?);
     }
     // The Lagrangian of Method I is the same in both settings.
-    let [implicit, explicit] = YARDSTICKS.map(|rival| scanned(GALERKIN, rival));
+    let [implicit, explicit] = BASELINES.map(|rival| scanned(GALERKIN, rival));
     for (place, &(rival, ref errors)) in rivals.iter().enumerate() {
         for ((h, mine), theirs) in STEPS.iter().zip(&own).zip(errors) {
             let case = Case::below(format!("largest error, h = {h}, against {rival}"), *mine, *theirs);
             let is_ahead = *h < SCANNED[0] || is_within(&as_the_paper_runs_them, *h);
-            cases.push(case.under(place <= YARDSTICKS.len() && is_ahead).against(rival));
+            cases.push(case.under(place <= BASELINES.len() && is_ahead).against(rival));
         }
     }
     let at = |rival: usize, step: usize| text(rivals[rival].1[step]);
@@ -172,7 +172,7 @@ fn against_all(context: &Context) -> Result<Finding, StudyError> {
 
 fn a_quarter(context: &Context) -> Result<Finding, StudyError> {
     const BETWEEN: [f64; 2] = [0.001, 0.1];
-    const RIVALS: [&str; 3] = [BOTH[1], YARDSTICKS[0], YARDSTICKS[1]];
+    const RIVALS: [&str; 3] = [BOTH[1], BASELINES[0], BASELINES[1]];
     let [least, most] = [A_QUARTER[1].recip(), A_QUARTER[0].recip()];
     // Where the rival's error is a quarter: below the most, and not below the least.
     let start = |rival: &'static str| -> Result<f64, StudyError> {
@@ -237,7 +237,7 @@ fn floor(context: &Context) -> Result<Finding, StudyError> {
         ),
     ];
     let floors = context.get(Floors)?;
-    for rival in [BOTH[1], YARDSTICKS[0], YARDSTICKS[1]] {
+    for rival in [BOTH[1], BASELINES[0], BASELINES[1]] {
         let at_the_finest = error(context, rival, AVERAGED, 1e-4)?;
         cases.push(Case::above(format!("largest error of {rival}, h = 0.0001"), at_the_finest, 0.5 * floors.averaged));
     }
@@ -263,7 +263,7 @@ fn as_close_as_possible(context: &Context) -> Result<Finding, StudyError> {
         Case::below("limit of Method II, the averaged equation, over the smallest", averaged / best, 1.01),
     ];
     let mut others = Vec::new();
-    for method in YARDSTICKS {
+    for method in BASELINES {
         others.push(text(error(context, method, GALERKIN, 0.001)?));
     }
     let evidence = format!(

@@ -1,11 +1,11 @@
-//! The rooms of `verify` stand on floors: what a room uses is below it, and only some of them run solvers.
+//! The modules of `verify` stand on layers: what a module uses is below it, and only some of them run solvers.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// From the ground up. Rooms of one floor do not use each other.
-const FLOORS: &[&[&str]] = &[
+/// From the ground up. Modules of one layer do not use each other.
+const LAYERS: &[&[&str]] = &[
     &["kinds", "names", "measure", "panics", "replacement"],
     &["reference"],
     &["problem"],
@@ -23,7 +23,7 @@ const FLOORS: &[&[&str]] = &[
     &["cli"],
 ];
 
-/// The rooms that may run a method or a reference, and the command line, which does so for its user.
+/// The modules that may run a method or a reference, and the command line, which does so for its user.
 const SOLVERS: &[&str] = &["run", "reference", "order", "compare", "estimate"];
 const MAY_SOLVE: &[&str] = &[
     "reference",
@@ -40,7 +40,7 @@ const MAY_SOLVE: &[&str] = &[
     "compare",
     "cli",
 ];
-/// What the other rooms may use of the library: values, no integrators.
+/// What the other modules may use of the library: values, no integrators.
 const VALUES: &[&str] = &["Work", "SolveError", "StepError", "InputError", "quadrature"];
 
 fn source() -> PathBuf {
@@ -108,26 +108,26 @@ fn uses(text: &str, root: &str) -> BTreeSet<String> {
     found
 }
 
-fn floor(room: &str) -> Option<usize> {
-    FLOORS.iter().position(|floor| floor.contains(&room))
+fn layer(module: &str) -> Option<usize> {
+    LAYERS.iter().position(|layer| layer.contains(&module))
 }
 
 /// What a file uses that it should not.
 fn breaches(path: &str, text: &str) -> Vec<String> {
-    let room = path.split('/').next().unwrap_or_default().trim_end_matches(".rs");
-    let Some(own) = floor(room) else { return vec![format!("the room {room} has no floor")] };
+    let module = path.split('/').next().unwrap_or_default().trim_end_matches(".rs");
+    let Some(own) = layer(module) else { return vec![format!("the module {module} has no layer")] };
     let mut found = Vec::new();
     for used in uses(text, "crate").into_iter().chain(uses(text, "verify")) {
-        // A macro of the crate is a macro of its room.
+        // A macro of the crate is a macro of its module.
         let used = if used == "row" { "evidence".into() } else { used };
-        let is_below = floor(&used).is_some_and(|floor| floor < own);
-        let may_run = MAY_SOLVE.contains(&room) || !SOLVERS.contains(&used.as_str());
-        // Modules of the command line itself come without a room.
-        if used != room && room != "cli" && !(is_below && may_run) {
+        let is_below = layer(&used).is_some_and(|layer| layer < own);
+        let may_run = MAY_SOLVE.contains(&module) || !SOLVERS.contains(&used.as_str());
+        // Modules of the command line itself come without a module.
+        if used != module && module != "cli" && !(is_below && may_run) {
             found.push(used);
         }
     }
-    if !MAY_SOLVE.contains(&room) {
+    if !MAY_SOLVE.contains(&module) {
         let values = |used: &String| !VALUES.contains(&used.as_str());
         if uses(text, "lsvi").iter().any(values) {
             found.push("lsvi".into());
@@ -137,7 +137,7 @@ fn breaches(path: &str, text: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_room_uses_what_is_below_it_and_only_some_run_solvers() {
+fn every_module_uses_what_is_below_it_and_only_some_run_solvers() {
     let mut all = Vec::new();
     files(&source(), &mut all);
     let found: BTreeSet<(String, String)> = all
@@ -147,33 +147,33 @@ fn every_room_uses_what_is_below_it_and_only_some_run_solvers() {
     assert!(found.is_empty(), "these use what they should not: {found:#?}");
 }
 
-/// The floors of a drawing, `a, b → c`, the first indented block of a text, and the names in backticks of the sentence below it.
+/// The layers of a drawing, `a, b → c`, the first indented block of a text, and the names in backticks of the sentence below it.
 fn drawn(text: &str) -> (Vec<Vec<&str>>, BTreeSet<&str>) {
     let mut lines = text.lines().skip_while(|line| !line.starts_with("    "));
     let drawing: Vec<&str> = lines.by_ref().take_while(|line| line.starts_with("    ")).collect();
-    let floors = drawing.iter().flat_map(|line| line.split('→')).map(|floor| floor.split(',').map(str::trim));
-    let floors = floors.map(|rooms| rooms.filter(|room| !room.is_empty()).collect::<Vec<_>>());
+    let layers = drawing.iter().flat_map(|line| line.split('→')).map(|layer| layer.split(',').map(str::trim));
+    let layers = layers.map(|modules| modules.filter(|module| !module.is_empty()).collect::<Vec<_>>());
     // `take_while` has eaten the empty line.
     let below: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
     let names = below.into_iter().flat_map(|line| line.split('`').skip(1).step_by(2));
-    (floors.filter(|floor| !floor.is_empty()).collect(), names.collect())
+    (layers.filter(|layer| !layer.is_empty()).collect(), names.collect())
 }
 
-/// ARCHITECTURE.md draws the floors as they are, and names the rooms that run nothing.
+/// ARCHITECTURE.md draws the layers as they are, and names the modules that run nothing.
 #[test]
-fn the_drawing_of_the_rooms_is_the_order_that_is_held() {
+fn the_drawing_of_the_modules_is_the_order_that_is_held() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ARCHITECTURE.md");
     let text = fs::read_to_string(path).expect("readable");
-    let (floors, idle) = drawn(&text);
-    assert_eq!(floors, FLOORS);
-    let others = FLOORS.iter().flat_map(|floor| floor.iter().copied()).filter(|room| !MAY_SOLVE.contains(room));
+    let (layers, idle) = drawn(&text);
+    assert_eq!(layers, LAYERS);
+    let others = LAYERS.iter().flat_map(|layer| layer.iter().copied()).filter(|module| !MAY_SOLVE.contains(module));
     assert_eq!(idle, others.collect());
 }
 
 #[test]
 fn a_drawing_is_read_line_by_line() {
-    let (floors, idle) = drawn("Text → no.\n\n    a, b → c\n    → d\n\nNot `a` and\n`c`.\n\nNor `d`.");
-    assert_eq!((floors, idle), (vec![vec!["a", "b"], vec!["c"], vec!["d"]], BTreeSet::from(["a", "c"])));
+    let (layers, idle) = drawn("Text → no.\n\n    a, b → c\n    → d\n\nNot `a` and\n`c`.\n\nNor `d`.");
+    assert_eq!((layers, idle), (vec![vec!["a", "b"], vec!["c"], vec!["d"]], BTreeSet::from(["a", "c"])));
 }
 
 #[test]
@@ -189,5 +189,5 @@ fn breaches_are_found() {
     assert_eq!(breaches("claim/x.rs", "use crate::run::run;\nuse crate::experiment::Context;"), ["run"]);
     assert_eq!(breaches("claim/x.rs", "use lsvi::{Work, Trajectory};"), ["lsvi"]);
     assert_eq!(breaches("chapter/x.rs", "use crate::row;\nuse crate::measure::norm;"), Vec::<String>::new());
-    assert_eq!(breaches("attic/x.rs", ""), ["the room attic has no floor"]);
+    assert_eq!(breaches("attic/x.rs", ""), ["the module attic has no layer"]);
 }
