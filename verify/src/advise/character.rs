@@ -1,6 +1,6 @@
 //! What a system is like along its solution.
 
-use lsvi::{Jacobian, Mass, Structure};
+use lsvi::{Jacobian, Mass, Structure, VectorField};
 use nalgebra::{DMatrix, DVector};
 
 use super::worst;
@@ -77,6 +77,8 @@ pub struct Matrices {
     pub calm: Option<DMatrix<f64>>,
     /// Whether ΩA is symmetric at all instants, with momenta after coordinates, or each after its own.
     pub is_hamiltonian: bool,
+    /// Whether f does not depend on t.
+    pub is_autonomous: bool,
 }
 
 impl Matrices {
@@ -182,7 +184,15 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     if scale.is_finite() {
         columns.extend(a.column_iter().map(|column| column / scale.max(f64::MIN_POSITIVE)));
     }
-    let all = DMatrix::from_columns(&columns);
+    let mut all = DMatrix::from_columns(&columns);
+    // What has a small unit has small rates, and is not conserved for that.
+    let largest = all.row_iter().map(|row| row.norm()).largest();
+    for mut row in all.row_iter_mut() {
+        let norm = row.norm();
+        if norm > 4.0 * f64::EPSILON * largest {
+            row /= norm;
+        }
+    }
     // Squares of singular values: what is orthogonal to seven digits counts.
     let sizes = (&all * all.transpose()).symmetric_eigenvalues();
     let least = 16.0 * all.ncols() as f64 * f64::EPSILON * sizes.max();
@@ -207,8 +217,19 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         numerical: found.iter().map(numerical_abscissa).largest(),
         asymmetry: worst(found.iter().map(|a| relative(a - a.transpose(), a))),
         invariants,
+        is_autonomous: is_autonomous(&*field, states),
         is_hamiltonian: n.is_multiple_of(2) && (hamiltonian(halves) || hamiltonian(pairs)),
     })
+}
+
+/// Whether f at the start is the same at the times of few of the states.
+fn is_autonomous(field: &dyn VectorField, states: &[(f64, Vec<f64>)]) -> bool {
+    let rate = |t: f64| {
+        let mut rate = vec![0.0; field.dim()];
+        states.first().inspect(|(_, v)| field.rhs(t, v, &mut rate));
+        rate
+    };
+    few(states, INSTANTS).all(|(t, _)| rate(*t) == rate(0.0))
 }
 
 /// At most so many of all, equally far from each other.

@@ -47,6 +47,9 @@ const HOPELESS: f64 = 16.0;
 /// f, which no step crosses, would try as many as there are times to double precision.
 const TRIED: u64 = 8 * trial::MOST as u64;
 
+/// The longest steps that the adaptive method is tried with, in parts of the run.
+const LONGEST: [f64; 3] = [1.0, 1.0 / 64.0, 1.0 / 1024.0];
+
 /// Components with an absolute tolerance of their own, as a command line takes them; those of a larger system have the least for all.
 const LISTED: usize = 6;
 
@@ -334,14 +337,18 @@ pub fn try_out(
         _ => vec![sizes.into_iter().smallest()],
     });
     // The absolute tolerance is the relative one, or what that is of the least size of each component.
-    let largest_within = |sizes: Vec<f64>| {
+    let largest_within = |sizes: &Vec<f64>, longest: f64| {
         tolerances.iter().find_map(|rtol| {
             let atol: Vec<f64> = sizes.iter().map(|size| as_printed(rtol * size)).collect();
-            trial::with_tolerance(problem, (*rtol, &atol), &truth, target)
+            trial::with_tolerance(problem, (*rtol, &atol), longest, &truth, target)
         })
     };
-    let found = [vec![1.0]].into_iter().chain(least_sizes).filter_map(largest_within);
-    trials.extend(found.min_by(|a, b| a.cost.total_cmp(&b.cost)));
+    let sizes: Vec<Vec<f64>> = [vec![1.0]].into_iter().chain(least_sizes).collect();
+    // Steps as long as they like may pass over what f does for a moment, whatever the tolerance.
+    trials.extend(LONGEST.iter().find_map(|part| {
+        let found = sizes.iter().filter_map(|sizes| largest_within(sizes, as_printed(part * horizon).min(horizon)));
+        found.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }));
     let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();
     for method in &suited {
         note(&method.name());

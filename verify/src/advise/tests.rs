@@ -117,6 +117,7 @@ fn what_cannot_be_told_is_not_advised() {
         method: "rk4".into(),
         setting: 0.1,
         atol: None,
+        longest: None,
         steps: 10,
         error: 1e-6,
         times: 16,
@@ -310,6 +311,7 @@ fn what_takes_the_same_work_to_a_tenth_is_a_tie() {
         method: method.into(),
         setting: 0.1,
         atol: None,
+        longest: None,
         steps: 10,
         error: 1e-6,
         times: 16,
@@ -370,7 +372,7 @@ fn what_is_advised_for_a_pulse_follows_it() {
     assert!(!advice.trials.is_empty(), "{advice:?}");
     for trial in &advice.trials {
         let method = trial.built().expect("registered");
-        let h = if method.traits().is_adaptive { horizon } else { trial.setting };
+        let h = if method.traits().is_adaptive { trial.longest.unwrap_or(horizon) } else { trial.setting };
         let mut error = 0.0;
         crate::run::run(&problem, &*method, h, horizon, |state| {
             if state.t > 7.5 {
@@ -444,7 +446,7 @@ fn what_holds_at_the_start_alone_is_not_said_of_the_system() {
 /// The largest error at the ends of the steps of a trial, against a run to each of them.
 fn largest_error(problem: &dyn Problem, horizon: f64, trial: &Trial) -> f64 {
     let method = trial.built().expect("registered");
-    let h = if method.traits().is_adaptive { horizon } else { trial.setting };
+    let h = if method.traits().is_adaptive { trial.longest.unwrap_or(horizon) } else { trial.setting };
     let mut ends = Vec::new();
     crate::run::run(problem, &*method, h, horizon, |state| ends.push((state.t, state.q.clone())))
         .expect("it ran before");
@@ -582,4 +584,40 @@ fn errors_are_relative_to_what_lasts_a_moment_too() {
 fn the_adaptive_method_is_tried_with_ten_times_the_tolerance_of_the_accurate_run_or_more() {
     assert_eq!(tolerances(1e-6), [1e-2, 3.16e-3, 1e-3, 3.16e-4, 1e-4, 3.16e-5, 1e-5]);
     assert_eq!((tolerances(1e-12).len(), tolerances(1e-12).last()), (17, Some(&1e-10)));
+}
+
+/// Kepler's problem in metres and seconds conserves nothing linear, however small the rates of velocities are beside those of places; and the
+/// sum of two components of unlike sizes is conserved all the same.
+#[test]
+fn what_has_small_units_is_not_conserved_for_that() {
+    let matrices = |text: &str, horizon: f64| character(text, horizon).matrices.expect("small");
+    let kepler = "u_i { x = 1.5e11, y = 0, v = 0, w = 3e4 }
+        F_i { v, w, -1.327e20*x/pow(x*x + y*y, 1.5), -1.327e20*y/pow(x*x + y*y, 1.5) }";
+    assert_eq!(matrices(kepler, 3e7).invariants, 0);
+    assert_eq!(matrices("u_i { x = 1, y = 1e-9 } F_i { -1e-9*x + y, 1e-9*x - y }", 10.0).invariants, 1);
+}
+
+/// A driven oscillator is Hamiltonian at each time, and has no energy that is kept.
+#[test]
+fn a_field_that_depends_on_time_is_known() {
+    let is_autonomous = |text: &str| character(text, 10.0).matrices.expect("small").is_autonomous;
+    assert!(is_autonomous("u_i { q = 1, p = 0 } F_i { p, -sin(q) }"));
+    assert!(!is_autonomous("u_i { q = 1, p = 0 } F_i { p, -sin(q) + 0.1*cos(t) }"));
+}
+
+/// A burst that is over at the end of the run: steps as long as they like pass over it, at whatever tolerance, and all that is left to see at
+/// the ends of few fixed steps is the rest.
+#[test]
+fn a_run_whose_steps_show_nothing_of_a_burst_is_no_trial() {
+    let burst = of_text("u_i { x = 0 } F_i { -x + 30*exp(-(t - 61.37)*(t - 61.37)*200) }", 100.0);
+    let advice = advise(&burst, 100.0, 1e-3, &mut |_| {}).expect("registered");
+    let taken = advice.trials.iter().find(|trial| trial.method == ADAPTIVE).expect("it reaches the accuracy");
+    assert!(taken.steps > 20, "{taken:?}");
+    for trial in &advice.trials {
+        let method = trial.built().expect("registered");
+        let h = if method.traits().is_adaptive { trial.longest.unwrap_or(100.0) } else { trial.setting };
+        let mut largest = 0.0;
+        crate::run::run(&burst, &*method, h, 100.0, |state| largest = larger(largest, state.q[0])).expect("it ran");
+        assert!(largest > 1.0, "{largest}: {trial:?}");
+    }
 }

@@ -29,6 +29,8 @@ pub struct Trial {
     pub setting: f64,
     /// The absolute tolerances of an adaptive method, one for all components or one for each.
     pub atol: Option<Vec<f64>>,
+    /// The longest step that an adaptive method may take, where that is shorter than the run.
+    pub longest: Option<f64>,
     /// Its steps.
     pub steps: u64,
     /// Its largest error, at so many times.
@@ -210,11 +212,21 @@ impl<'a> Truth<'a> {
         Some((0..states.first()?.len()).map(least).collect())
     }
 
+    /// Whether states of it show what it does.
+    fn is_shown_by(&self, states: &[Vec<f64>]) -> bool {
+        let start = self.problem.initial();
+        worst(states.iter().map(|state| common_distance(state, &start))) >= SHOWN * self.moves_by()
+    }
+
     /// How far it goes from its start, as far as any run has asked.
     pub(super) fn moves_by(&self) -> f64 {
         self.extent.get().1
     }
 }
+
+/// Part of the way that the solution goes from its start which it has to go at the ends of the steps of a run: one that passes over a burst
+/// shows nothing of it.
+const SHOWN: f64 = 0.5;
 
 /// A run that takes so many times the work that is worth a trial is broken off. Its error might still have confirmed the solution.
 const WORTH: f64 = 4.0;
@@ -257,13 +269,14 @@ impl Ran {
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
     (rtol, atol): (f64, &[f64]),
+    longest: f64,
     truth: &Truth,
     target: f64,
 ) -> Option<Trial> {
     let horizon = truth.horizon;
     let method = &*adaptive_within(rtol, atol).ok()?;
     let mut ends = Vec::new();
-    let run = run_while(problem, method, horizon, horizon, |state| {
+    let run = run_while(problem, method, longest, horizon, |state| {
         ends.push((state.t, state.q.clone()));
         if ends.len() > MOST as usize { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })
@@ -275,14 +288,19 @@ pub(super) fn with_tolerance(
     let all: Vec<f64> = ends[1..].iter().map(|(t, _)| *t).collect();
     let shown: Vec<_> = truth.shown(&all).into_iter().map(|step| &ends[step]).collect();
     let times: Vec<f64> = shown.iter().map(|(t, _)| *t).collect();
-    let between = run_between(problem, method, [horizon; 2], &truth.changes).ok()?;
-    let known = [truth.at(&times).ok()?, truth.at(&truth.changes).ok()?].concat();
+    let between = run_between(problem, method, [longest, horizon], &truth.changes).ok()?;
+    let known = truth.at(&times).ok()?;
+    if !truth.is_shown_by(&known) {
+        return None;
+    }
+    let known = [known, truth.at(&truth.changes).ok()?].concat();
     let found = shown.iter().map(|(_, state)| state).chain(&between);
     let error = worst(found.zip(&known).map(|(state, known)| common_distance(known, state)));
     let trial = Trial {
         method: method.name(),
         setting: rtol,
         atol: Some(atol.to_vec()),
+        longest: (longest < horizon).then_some(longest),
         steps: run.work.steps,
         error,
         times: times.len(),
@@ -312,8 +330,10 @@ pub(super) fn search(
     let (horizon, cost) = (truth.horizon, cost(problem, method));
     let tried = |steps: u32| {
         let ran = Ran::at_ends_of(steps, (problem, method), steps, truth, WORTH * most).ok()?;
-        let is_unstable = ran.error <= target && amplifies(method, horizon / f64::from(steps), calm);
-        Some(if is_unstable { Ran { error: f64::INFINITY, ..ran } } else { ran })
+        let is_right = ran.error <= target;
+        let is_shown = || truth.of_steps(steps).is_ok_and(|states| truth.is_shown_by(&states));
+        let is_useless = is_right && (amplifies(method, horizon / f64::from(steps), calm) || !is_shown());
+        Some(if is_useless { Ran { error: f64::INFINITY, ..ran } } else { ran })
     };
     let mut before = None;
     let mut steps = LEAST;
@@ -349,6 +369,7 @@ pub(super) fn search(
         method: method.name(),
         setting: horizon / f64::from(steps),
         atol: None,
+        longest: None,
         steps: u64::from(steps),
         error,
         times: truth.steps(steps).len(),
@@ -544,7 +565,7 @@ mod tests {
     #[test]
     fn a_tolerance_is_tried_against_the_target_at_the_steps_that_it_takes() {
         with_truth(|problem, truth| {
-            let tried = |target: f64| with_tolerance(problem, (1e-4, &[1e-4]), &truth, target);
+            let tried = |target: f64| with_tolerance(problem, (1e-4, &[1e-4]), HORIZON, &truth, target);
             let trial = tried(1.0).expect("within 1");
             assert!(
                 trial.error > 0.0 && trial.error < 1e-3 && trial.setting == 1e-4 && trial.order.is_none(),

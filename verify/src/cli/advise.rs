@@ -77,6 +77,11 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
     show(&name, (horizon, own), options.accuracy, &advice, out)
         .and_then(|()| match advice.recommended() {
             Some(trial) => command(&options.problem.options(), horizon, trial, out),
+            // Either will do.
+            None if matches!(advice.refusal, Some(Refusal::Tie { .. })) => {
+                let mut trials = advice.trials.iter().take(2);
+                trials.try_for_each(|trial| command(&options.problem.options(), horizon, trial, out))
+            }
             None => Ok(()),
         })
         .and_then(|()| options.problem.write_caveat(out))
@@ -165,7 +170,8 @@ fn command(problem: &[[String; 2]], horizon: f64, trial: &Trial, out: &mut impl 
     let setting = match &trial.atol {
         Some(atol) => {
             let atol: Vec<String> = atol.iter().map(|atol| format!("{atol:e}")).collect();
-            vec![["--rtol".into(), format!("{:e}", trial.setting)], ["--atol".into(), atol.join(",")]]
+            let tolerances = [["--rtol".to_owned(), format!("{:e}", trial.setting)], ["--atol".into(), atol.join(",")]];
+            tolerances.into_iter().chain(trial.longest.map(|h| ["--h".into(), plain(h)])).collect()
         }
         None => vec![["--h".into(), plain(trial.setting)]],
     };
@@ -190,12 +196,12 @@ fn row([method, steps, setting, error, cost]: [&str; 5], out: &mut impl Write) -
 }
 
 fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Result<()> {
-    let told = match &character.growth {
+    let growth = match &character.growth {
         Growth::Unseen => "not looked at".into(),
         Growth::Lost(error) => format!("not known, for a run that it takes fails: {error}"),
         Growth::Untold(factors) => format!(
-            "not proportional: disturbances of the start of two sizes come to {} and {} times these at most along the run, as where they \
-             outgrow the solution, or where runs meet what f does for a moment with different steps",
+            "not linear: disturbances of the start of 1e-6 and of 1e-7 come to {} and {} times their size at most, which differ, so that the \
+             larger one is no small one any more, as in chaos or beside a separatrix, or f jumps",
             significant(factors[0], 2),
             significant(factors[1], 2)
         ),
@@ -204,7 +210,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
             significant(*factor, 2)
         ),
     };
-    let neighbours = format!("{told}; the largest component comes to {}", significant(character.sizes.1, 2));
+    let neighbours = format!("{growth}; the largest component comes to {}", significant(character.sizes.1, 2));
     paragraph(out, "growth", INDENT, &neighbours)?;
     let Some(found) = &character.matrices else {
         let why = if character.is_large() {
@@ -245,7 +251,10 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     paragraph(out, "dissipation", INDENT, &format!("{damping} {abscissas}"))?;
     let symmetry = match (found.is_symmetric(), found.is_hamiltonian) {
         (true, _) => "symmetric: all eigenvalues are real".into(),
-        (false, true) => "Hamiltonian: a symplectic method keeps its energy within bounds".to_owned(),
+        (false, true) if found.is_autonomous => {
+            "Hamiltonian: where f does not jump, a symplectic method keeps its energy within bounds".to_owned()
+        }
+        (false, true) => "Hamiltonian at each time; f depends on t, so that there is no energy to keep".to_owned(),
         (false, false) => format!("neither symmetric nor Hamiltonian; asymmetry {}", significant(found.asymmetry, 2)),
     };
     paragraph(out, "symmetry", INDENT, &symmetry)?;

@@ -741,6 +741,24 @@ fn a_rotation_that_is_damped_in_both_runs_is_named() {
     assert_eq!(warned("rotation", model, &["--method", "trapezoidal", "--h", "0.05", "--t-end", "60"]), "");
 }
 
+/// Two solvers on a chaotic equation part from each other as they do from the run.
+#[test]
+fn a_row_that_two_chaotic_references_miss_in_ways_of_their_own_is_not_named() {
+    let model = "u_i { x = 1, v = 0 } F_i { v, x - x*x*x - 0.3*v + 0.5*cos(1.2*t) }";
+    for h in ["0.02", "0.01"] {
+        let arguments = ["--method", "ls-galerkin(3,gauss,3)", "--h", h, "--t-end", "100"];
+        let said = warned("chaos", model, &arguments);
+        assert!(!said.contains("by two solvers"), "{h}: {said}");
+    }
+}
+
+/// The tail of a Gaussian grows by powers of ten in a step, beside nothing.
+#[test]
+fn growth_of_what_is_next_to_nothing_is_no_leap() {
+    let model = "u_i { x = 0 } F_i { -0.05*x + exp(-(t - 500)*(t - 500)/50) }";
+    assert_eq!(warned("tail", model, &["--method", "ls-galerkin(3,gauss,3)", "--h", "0.5", "--t-end", "1000"]), "");
+}
+
 /// A pulse is over, and a rate of 10⁻³²¹ is no motion.
 #[test]
 fn a_rate_below_all_normal_numbers_is_no_drift() {

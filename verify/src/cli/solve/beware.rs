@@ -183,7 +183,10 @@ impl Watch {
         self.last.1.extend_from_slice(state);
         let size = max_norm(state);
         self.rows += usize::from(self.largest > 0.0 || size > 0.0);
-        if self.rows > START && size > LEAP * self.largest && self.leap.is_none() && may_grow(problem, t, state) {
+        // What starts at zero has no scale before it has grown to one, as the tail of a pulse has none.
+        let has_scale = max_norm(&self.first).max(size) > f64::EPSILON;
+        let leaps = self.rows > START && size > LEAP * self.largest && self.leap.is_none() && has_scale;
+        if leaps && may_grow(problem, t, state) {
             self.leap = Some((t, [self.largest, size]));
         }
         self.largest = larger(self.largest, size);
@@ -249,8 +252,8 @@ impl Watch {
         let (k, t, value) = self.crossed?;
         let name = &component_names(problem)[k];
         Some(format!(
-            "in the step to t = {} {name} crosses 0, where the equation lets it go back alone, and is {} on the other side: no solution does; \
-             smaller steps, or tolerances below its size, tell",
+            "in the step to t = {} {name} changes its sign, to {}, and no solution does: where {name} is 0, f points back; smaller steps, or \
+             tolerances below its size, tell",
             plain(t),
             number(value)
         ))
