@@ -91,10 +91,11 @@ impl Beside {
         self.rows.iter().chain((!is_shown).then_some(&self.last))
     }
 
-    /// The largest estimate near a time.
-    fn estimate(&self, t: f64) -> f64 {
-        let near = NEARBY * self.last.t;
-        self.rows().filter(|row| (row.t - t).abs() <= near).map(|row| row.estimate).fold(0.0, larger)
+    /// The largest estimate near a row, those beside it included.
+    fn estimate(&self, place: usize) -> f64 {
+        let (near, t) = (NEARBY * self.last.t, self.rows().nth(place).map_or(f64::NAN, |row| row.t));
+        let is_near = |(k, row): &(usize, &Row)| k.abs_diff(place) <= 1 || (row.t - t).abs() <= near;
+        self.rows().enumerate().filter(is_near).map(|(_, row)| row.estimate).fold(0.0, larger)
     }
 
     /// A row that is off by far more than the estimates near it, as a reference tells and another solver confirms: the one may have passed
@@ -118,14 +119,15 @@ impl Beside {
             sizes.iter_mut().zip(values).for_each(|(size, x)| *size = larger(*size, x.abs()));
             sizes
         });
-        let far = |t: f64, k: usize| (BEYOND * self.estimate(t)).max(THREE_DIGITS * sizes[k]).max(SUMS * COURSE);
+        let far =
+            |place: usize, k: usize| (BEYOND * self.estimate(place)).max(THREE_DIGITS * sizes[k]).max(SUMS * COURSE);
         let differences = self.rows().zip(states.iter().zip(&solved.bound)).enumerate();
         let (place, k, _) = differences
             .flat_map(|(place, (row, (state, bound)))| {
                 let of_row = row.values.iter().zip(state).map(move |(a, b)| (a - b).abs() - bound);
                 of_row.enumerate().map(move |(k, difference)| (place, k, difference))
             })
-            .filter(|(place, k, difference)| *difference > far(times[*place], *k))
+            .filter(|(place, k, difference)| *difference > far(*place, *k))
             .max_by(|a, b| (a.2 / sizes[a.1]).total_cmp(&(b.2 / sizes[b.1])))?;
         let adaptive = method::parse("radau-adaptive").ok()?.limited(STEPS)?;
         let adaptive = adaptive.with_tolerances(Tolerances::new(COURSE, COURSE).ok()?)?;
@@ -134,7 +136,7 @@ impl Beside {
         let confirmed = observed(&run_between(problem, &*adaptive, steps, &times[..=place]).ok()?);
         let value = self.rows().nth(place)?.values[k];
         let (off, apart) = ((confirmed[place][k] - value).abs(), (confirmed[place][k] - states[place][k]).abs());
-        (off > far(end, k) && apart <= AGREE * off).then(|| {
+        (off > far(place, k) && apart <= AGREE * off).then(|| {
             let [shared, remedy] = if method.traits().is_adaptive {
                 ["a tenth of the tolerances", "smaller tolerances"]
             } else {
@@ -147,7 +149,7 @@ impl Beside {
                 component_names(problem)[k],
                 number(value),
                 number(states[place][k]),
-                number(self.estimate(end))
+                number(self.estimate(place))
             )
         })
     }
@@ -204,7 +206,8 @@ mod tests {
             let near = f64::from(count) / 16.0;
             for (t, largest) in [(0.8 * near, 1.0), (-0.8 * near, 1.0), (1.3 * near, 1e-3), (-1.3 * near, 1e-3)] {
                 let t = f64::from(of) + t;
-                assert_eq!(beside.estimate(t), largest, "{count}, {of}: {t}");
+                let place = beside.rows().position(|row| row.t >= t).expect("within the run");
+                assert_eq!(beside.estimate(place), largest, "{count}, {of}: {t}");
             }
         }
         let mut beside = Beside::default();
@@ -212,7 +215,10 @@ mod tests {
             .into_iter()
             .enumerate()
             .for_each(|(k, estimate)| beside.add(1.0 + k as f64, &[0.0], estimate));
-        assert_eq!((beside.estimate(1.0), beside.estimate(2.0)), (1.0, f64::INFINITY));
+        beside.add(3.0, &[0.0], Some(1.0));
+        beside.add(4.0, &[0.0], Some(2.0));
+        let estimates = [0, 1, 2, 3].map(|place| beside.estimate(place));
+        assert_eq!(estimates, [f64::INFINITY, f64::INFINITY, f64::INFINITY, 2.0]);
     }
 
     /// Of a long oscillation to ten digits.
