@@ -106,7 +106,7 @@ pub enum OrderError {
     #[error("{0} chooses its steps itself: its errors follow the tolerance, not h")]
     Adaptive(String),
     /// No order can be told here, as theory has it and a trial confirms.
-    #[error("the order is not told: {because}; tried, it is not: {found}")]
+    #[error("no order is predicted: {because}; the run was made anyway: {found}")]
     Untold {
         /// Why not.
         because: &'static str,
@@ -304,7 +304,9 @@ fn beside_theory(
         _ if found.verdict != Verdict::Pass
             && let Some(because) = untold.or(unsettled.filter(|_| may_be_unsettled(&found))) =>
         {
-            Err(OrderError::Untold { because, found: found.reason })
+            let measured = found.reason.strip_prefix("order ");
+            let measured = measured.map(|rest| format!("it measured order {}", rest.replacen(" is not ", ", not ", 1)));
+            Err(OrderError::Untold { because, found: measured.unwrap_or(found.reason) })
         }
         None => Ok(found),
         // What must not be told is told: the theory is wrong here.

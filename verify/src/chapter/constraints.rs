@@ -80,7 +80,7 @@ fn as_printed(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
                 format!("A radial error of (23) is multiplied by −(3 + 2√2) per step, τ = {tau}"),
                 (found.ratio / growth - 1.0).abs(),
                 0.01,
-                "relative deviation; it is of the order of τ² and of the error itself, here below 10⁻³, plus what feeds the first \
+                "relative deviation; it is of the order of τ² and of the error itself, here below a hundredth, plus what feeds the first \
                  of some eight steps",
             ));
         }
@@ -101,8 +101,9 @@ fn as_printed(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
     series.push(Series::new("slope 3 + 2√2", guide, Mark::Guide));
     evidence.tables.push(Table::new(
         "circle-growth",
-        "The scheme (23), its square roots supplied: the radial error after the first step in units of −τ⁴/32, its factor per step, its limit for \
-         small angles, and the step at which |q| is off by a hundredth.",
+        "The scheme (23), its square roots supplied: the radial error after the first step in units of −τ⁴/32; its factor per step, of the last \
+         two steps from the third on that leave |q| off by less than a hundredth; the limit of this factor for small angles; and the step at \
+         which |q| is off by a hundredth.",
         ["tau", "first", "ratio", "predicted", "visible_at"],
         summary,
     ));

@@ -2,6 +2,7 @@
 
 use super::parts::order_check;
 use super::{Context, Study, StudyError, prose};
+use crate::evidence::number::between;
 use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::error_control::{ActionStep, StepsOfOrder5, Tolerated};
 use crate::measure::norm::{Extremes, max_norm};
@@ -18,7 +19,7 @@ pub(super) const STUDY: Study = Study {
 };
 
 fn study(context: &Context) -> Result<Evidence, StudyError> {
-    let mut evidence = Evidence { notes: prose::fill(include_str!("error_control.md"), &[])?, ..Evidence::default() };
+    let mut evidence = Evidence::default();
     tolerances(&mut evidence, context)?;
     grid(&mut evidence, context)?;
     actions(&mut evidence, context)?;
@@ -134,11 +135,15 @@ fn grid(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> {
 
 /// √(2 h L_d) beside the true error of a step.
 fn actions(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> {
+    const TIMES: [&str; 3] = ["times_1", "times_2", "times_3"];
     const SMOOTH: [&str; 4] = ["logistic", "quadratic-drag", "damped-pendulum", "van-der-pol"];
     let mut rows = Vec::new();
+    let mut values = vec![("problems", SMOOTH.len().to_string())];
+    let mut first_steps = 0;
     let mut panels = Vec::new();
     for degree in 1..=3_u32 {
         let mut curves = Vec::new();
+        let mut of_degree = Vec::new();
         for name in SMOOTH {
             let problem = problem::build_setting(name)?;
             let floor = max_norm(&problem.initial()) * f64::EPSILON;
@@ -158,6 +163,7 @@ fn actions(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError>
                 }
                 rows.push(row![name, degree, h, step.indicator, step.error]);
             }
+            of_degree.extend(ratios.iter().copied());
             let id = |what: &str| format!("action/{name}/{degree}/{what}");
             let method = format!("ls-galerkin({degree},lobatto,{})", degree + 1);
             let orders = [
@@ -194,6 +200,9 @@ fn actions(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError>
                 curves.push(Series::new(format!("{name}, {what}"), points.collect(), mark));
             }
         }
+        first_steps += of_degree.len();
+        let range = || of_degree.iter().copied();
+        values.push((TIMES[degree as usize - 1], between(range().smallest(), range().largest())));
         let y = Axis::log("indicator, error of one step");
         panels.push(Panel::new(Axis::log("h"), y, curves).titled(format!("degree {degree}")));
     }
@@ -202,5 +211,7 @@ fn actions(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError>
     evidence.tables.push(Table::data("action-indicator", caption, columns, rows));
     let figure = Figure::new("action-indicator", caption, "action-indicator", panels);
     evidence.figures.push(figure.in_columns(3));
+    values.push(("first_steps", first_steps.to_string()));
+    evidence.notes.extend(prose::fill(include_str!("error_control.md"), &values)?);
     Ok(())
 }

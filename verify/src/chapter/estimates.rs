@@ -119,8 +119,8 @@ fn figure(found: &[Estimated], adaptive: &[Adaptive]) -> Figure {
         ),
         Series::new("estimate = error", vec![(least, least), (most, most)], Mark::Guide),
     ];
-    let caption = "Estimate against error at the end of each run, all pairs of method and problem with a confirmed order. On the dashed line the \
-                   two are equal; below it the estimate is too small. Errors above 10 are left out.";
+    let caption = "Estimate against error at the end of each run, all pairs of method and problem with an order that finer steps confirm. At the \
+                   coarsest step, where it has one of its own, the order has not settled yet. On the dashed line the two are equal; below it the estimate is too small. Errors above 10 are left out.";
     Figure::new("estimates", caption, "estimates", [Panel::new(Axis::log("error"), Axis::log("estimate"), series)])
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::number::brief;
+use crate::evidence::number::digits;
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Series, Table};
 use crate::experiment::energy_drift::{Drift, EnergyDrift, Kind};
 use crate::experiment::motion::{Difference, Motion};
@@ -61,7 +61,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let rk4 = drifts.iter().filter(|drift| drift.method == "rk4" && drift.problem != CHAOTIC);
     let rk4 = rk4.map(|drift| (drift.drift / drift.resolved(), drift.problem));
     let (least, on) = rk4.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or("RK4 runs on these problems")?;
-    let values = [("least", brief(least)), ("least_on", format!("`{on}`"))];
+    let values = [("least", digits(least, 3)), ("least_on", format!("`{on}`"))];
     let mut evidence = Evidence {
         checks: drifts.iter().flat_map(|drift| checks(drift)).collect(),
         notes: prose::fill(include_str!("long_runs.md"), &values)?,

@@ -326,9 +326,9 @@ fn notes(crossing: f64) -> Vec<String> {
             "From a negative start, where solutions of v̇ = −v² blow up, Method I goes to v = −1/h, a steady state of the scheme and \
              not of the equation. On the logistic equation it has one at v = ½ − 1/h for h > 2, between the two true ones. It \
              repels, and up to h = {crossing:.2} what starts below it goes to 0: the state that repels every solution attracts the scheme, which damps \
-             fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. From that h \
-             on the branch from beside that state crosses another on the way, and leads up from it: whatever h is, starts below {} go to 0, and those above it \
-             to 1 where their steps have solutions. Implicit Euler damps fast growth too, but the branch that it keeps to leads to 1 from every start.",
+             fast growth like fast decay, by 1/(1 − h + h²/2) < 1. The answer is wrong, smooth and steady. For \
+             h ≥ {crossing:.2} the branch from beside that state crosses another on the way, and leads up from it. There the border is at {}, whatever h is: \
+             starts below it go to 0, and those above it go to 1 where their steps have solutions. Implicit Euler damps fast growth too, but the branch that it keeps to leads to 1 from every start.",
             brief(BORDER)
         ),
         "Method II has a steady state of its own wherever f_v = 0, v = ½ on the logistic equation, and \

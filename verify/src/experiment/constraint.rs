@@ -115,7 +115,8 @@ pub struct Radii {
     pub errors: Vec<f64>,
     /// The first over −τ⁴/32.
     pub first: f64,
-    /// The ratio of the last two that are still small against the circle and large against what feeds them.
+    /// The ratio of the last two below [`Radius::VISIBLE`], from the third on: the first step starts the growth, and the second and third
+    /// ratios from it are 4 and 6¼.
     pub ratio: f64,
     /// The step at which |q| is off by more than [`Radius::VISIBLE`].
     pub visible: Option<usize>,
@@ -148,7 +149,7 @@ impl Experiment for Radius {
             errors.push(error);
             if error.abs() > Self::FAR { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })?;
-        let small = errors.windows(2).rev().find(|pair| pair[1].abs() < 1e-3);
+        let small = errors.windows(2).skip(3).rev().find(|pair| pair[1].abs() < Self::VISIBLE);
         Ok(Radii {
             first: errors.get(1).map_or(f64::NAN, |error| error / -(tau.powi(4) / 32.0)),
             ratio: small.map_or(f64::NAN, |pair| pair[1] / pair[0]),

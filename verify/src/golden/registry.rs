@@ -44,7 +44,7 @@ fn orders(context: &Context) -> Result<Vec<Row>, StudyError> {
         let key = format!("{} {}", pair.problem, pair.method);
         let fit = match &pair.fit {
             Err(OrderError::Untold { because, .. }) => {
-                rows.push(Row::text(key, format!("the order is not told: {because}")));
+                rows.push(Row::text(key, format!("no order is predicted: {because}")));
                 continue;
             }
             Err(error) => return Err(error.to_string().into()),

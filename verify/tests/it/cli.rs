@@ -1189,7 +1189,7 @@ fn one_tolerance_alone_leaves_the_other_what_the_help_says() {
 #[test]
 fn an_order_that_is_not_told_leaves_status_3() {
     let (status, _, error) = say("order --problem hires --method method-ii");
-    assert!(status == 3 && flat(&error).contains("the order is not told"), "{status} {error}");
+    assert!(status == 3 && flat(&error).contains("no order is predicted"), "{status} {error}");
 }
 
 /// Both runs are looked at at the times of the coarser one, inside of steps of the finer.

@@ -30,7 +30,7 @@ const COMPARED: usize = 4;
 const CASES: [(&str, &str, f64); 3] = [
     ("Smooth data, t = 1", "channel-womersley", 1.0),
     ("After a jump, t = 0.5", "channel-couette", 0.5),
-    ("At once after the jump, t = 0.02", "channel-couette", 0.02),
+    ("Immediately after the jump, t = 0.02", "channel-couette", 0.02),
 ];
 
 /// A run for so many systems.
@@ -118,7 +118,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ),
         Check::new(
             "parabolic/overtaken",
-            "At once after the jump another method is ahead of Method I as soon as more than one step is taken: least error of the \
+            "Immediately after the jump another method is ahead of Method I as soon as more than one step is taken: least error of the \
              others over its for four systems",
             second[1..].iter().map(|error| error / second[0]).smallest(),
             Requirement::Below(1.0),

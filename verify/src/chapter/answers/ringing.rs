@@ -1,9 +1,11 @@
 //! The flow next to a wall that is set in motion at once.
 
+use std::f64::consts::PI;
+
 use super::parabolic::{CELLS, METHODS, TRAPEZOIDAL};
 use super::{Answer, prose};
 use crate::chapter::{Context, StudyError};
-use crate::evidence::number::brief;
+use crate::evidence::number::{brief, digits};
 use crate::evidence::{Axis, Check, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::course::{Course, Found};
 use crate::experiment::one_step::OneStep;
@@ -71,6 +73,14 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     for (method, _) in METHODS {
         fast.push(OneStep::growth(method, 1e6).or_infinity(context)?);
     }
+    // The largest eigenvalue of the second difference on the cells, whose length is 2/CELLS.
+    let cells = f64::from(CELLS);
+    let stiffest = H * (cells * (0.5 * PI / cells).cos()).powi(2);
+    let mut left = Vec::new();
+    for (method, _) in METHODS {
+        left.push(brief(OneStep::growth(method, stiffest).or_infinity(context)?));
+    }
+    let [method_i, rule, tr_bdf2, sdirk2, radau] = &left[..] else { return Err("five methods".into()) };
     let checks = vec![
         Check::new(
             "ringing/trapezoidal",
@@ -149,6 +159,12 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         ("last", brief(last[1] / last[0])),
         ("later_best", format!("`{}`", METHODS[best].0)),
         ("overtaken", overtaken.to_string()),
+        ("stiffest", digits(stiffest, 3)),
+        ("method_i", method_i.clone()),
+        ("rule", rule.clone()),
+        ("tr_bdf2", tr_bdf2.clone()),
+        ("sdirk2", sdirk2.clone()),
+        ("radau", radau.clone()),
     ];
     let near = |(step, curves): (u32, Vec<Series>)| {
         let axis = Axis::linear("error of u").between(-height, height);

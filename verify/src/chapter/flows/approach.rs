@@ -49,16 +49,18 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         Some(found) if found.error.is_some() => "fails in a step".to_owned(),
         _ => format!("does not get there in {} steps", Approach::MOST),
     };
-    let [_, ten, hundred] = STEPS;
+    let [one, ten, hundred] = STEPS;
     let solves = |method: &str, h: f64| of(method, h).filter(|found| found.is_steady()).map(|found| found.solves);
-    let takes_fewer = |other: &str| {
-        [ten, hundred].iter().all(|h| match (solves("method-i", *h), solves(other, *h)) {
+    let takes_fewer = |other: &str, steps: &[f64]| {
+        steps.iter().all(|h| match (solves("method-i", *h), solves(other, *h)) {
             (Some(own), Some(other)) => own < other,
             (own, _) => own.is_some(),
         })
     };
-    let others = METHODS[1..].iter().copied();
-    let (ahead_of, not_of): (Vec<_>, Vec<_>) = others.partition(|other| takes_fewer(other));
+    let ranked = |steps: &[f64]| -> (Vec<&str>, Vec<&str>) {
+        METHODS[1..].iter().copied().partition(|other| takes_fewer(other, steps))
+    };
+    let ((ahead_of, not_of), (ahead_of_one, not_of_one)) = (ranked(&[ten, hundred]), ranked(&[one]));
     let list = |methods: &[&str]| match methods {
         [] => "none of them".to_owned(),
         [only] => (*only).to_owned(),
@@ -86,6 +88,14 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("euler_hundred", count("implicit-euler", hundred)),
         ("fewer", list(&ahead_of)),
         ("no_fewer", list(&not_of)),
+        ("one", short(one)),
+        ("method_i_one", count("method-i", one)),
+        ("rule_one", count("trapezoidal", one)),
+        ("tr_bdf2_one", count("tr-bdf2", one)),
+        ("bdf2_one", count("bdf2", one)),
+        ("euler_one", count("implicit-euler", one)),
+        ("fewer_one", list(&ahead_of_one)),
+        ("no_fewer_one", list(&not_of_one)),
         ("newton", short(NEWTON.1)),
         ("newton_count", count(NEWTON.0, NEWTON.1)),
         ("cpu_tr_bdf2", against("tr-bdf2", hundred)),

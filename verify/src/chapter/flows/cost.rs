@@ -58,11 +58,11 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("proportional", about(small.microseconds, large.microseconds)),
     ];
     evidence.notes.extend(prose::fill(include_str!("cost.md"), &values)?);
-    let caption = "Steps of Method I, one after another on the machine that made this page: seconds of the first, with what is set up \
-                   for all, and of each of the next; Gauss–Newton iterations and in all of them iterations of conjugate gradients a \
-                   step; microseconds a cell of a step; the fill, entries of the LU factors of B an unknown, none in Fourier space; and \
-                   microseconds a cell of an iteration of conjugate gradients with its share of all else, which solves twice with these \
-                   factors.";
+    let caption = "Steps of Method I, one after another on the machine that made this page: CPU seconds of the first, with what is \
+                   set up for all, and of each of the next. Iterations: Gauss–Newton iterations of a step; inner, iterations of conjugate \
+                   gradients in all of them. Microseconds a cell are those of a step, and of an iteration of conjugate gradients, which \
+                   solves twice with the LU factors of B, with its share of all else. Fill: entries of these factors per unknown, none \
+                   in Fourier space.";
     let columns = [
         "flow",
         "cells",

@@ -86,10 +86,10 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
     }
     let caption = format!(
         "The same semi-discrete cavity of {cells} cells a side, Re = {}, at t = {end}, by Method I and by CVODE, whose Newton iteration \
-         has GMRES and products with the Jacobian by hand: steps, evaluations of f, products with the Jacobian (of Method I with B and \
-         Bᵀ, for the first system after a factorisation of B with neither), systems of Gauss–Newton steps, the least and the most CPU seconds of \
-         up to three such runs, the largest difference of a velocity from CVODE's with its smallest tolerance, and what each expects its own \
-         error to be.",
+         has GMRES and products with the Jacobian by hand. Counted are steps, evaluations of f, products with the Jacobian and systems of Gauss–Newton steps. \
+         Method I has products with B and Bᵀ, and for the first system after a factorisation of B neither. Seconds are the least and the most of \
+         CPU time of up to three such runs. The difference is the largest of a velocity from CVODE's with its smallest tolerance; beside it \
+         is what each expects its own error to be.",
         AgainstCvode::RE
     );
     let columns = [

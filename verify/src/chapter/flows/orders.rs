@@ -73,9 +73,9 @@ pub(super) fn in_time(context: &Context, evidence: &mut Evidence, scale: &Scale)
     ];
     evidence.notes.extend(prose::fill(include_str!("orders.md"), &values)?);
     let caption = format!(
-        "Root mean square of the difference between runs with h and h/2 at t = {END}, on a fixed grid, by h; the order that the last \
-         two give; and of the run with h = 1/{} the linear systems solved, `solves`, and `inner`, the iterations of conjugate \
-         gradients, or of GMRES in methods with implicit stages, inside of those: none where factors solve. The Galerkin integrator keeps \
+        "Root mean square of the difference between runs with h and h/2 at t = {END}, on a fixed grid, by h. The order is the one that the last \
+         two give. Of the run with h = 1/{} `solves` counts the linear systems, and `inner` the iterations of conjugate \
+         gradients in them, or of GMRES in methods with implicit stages: none where factors solve. The Galerkin integrator keeps \
          its factors from step to step; it made {} of them, and the systems that these solved are not counted.",
         f64::from(STEPS[3]) / END,
         solves(GALERKIN)

@@ -1,6 +1,6 @@
 //! The chapter in a paragraph.
 
-use super::work::Runs;
+use super::work::{METHODS, Runs};
 use super::{
     Context, LARGE, Scale, StudyError, approach, balance, brief, cavity, contest, cvode, prose, short, times, too_long,
 };
@@ -41,13 +41,15 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         format!(", whose longest steps that hold have an error of {} already", brief(error))
     });
     let too_long = || scale.too_long.last().map(too_long::steps).ok_or("no step is too long");
-    let at_equal_time = |method| {
+    let mut in_time = Vec::new();
+    for method in METHODS.into_iter().filter(|method| *method != "method-i") {
         let over = started.at_the_time_of_the_longest_steps(method)?;
-        Ok::<_, StudyError>(over.map_or_else(
-            || "not to be had, as no run is as cheap,".to_owned(),
-            |over| format!("{} times as large", brief(over)),
-        ))
-    };
+        in_time.push(over.map_or_else(
+            || format!("not to be had by `{method}`, which has no run as cheap"),
+            |over| format!("{} by `{method}`", brief(over)),
+        ));
+    }
+    let (last_in_time, in_time) = in_time.split_last().ok_or("no other method")?;
     let values = [
         ("passed", orders.iter().filter(|check| check.outcome == Outcome::Pass).count().to_string()),
         ("orders", orders.len().to_string()),
@@ -72,11 +74,7 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         ("lid_projection_seconds", seconds(&started, "method-i", PROJECTION)?),
         ("rule_seconds", seconds(&smooth, "method-i", "trapezoidal")?),
         ("cvode", cvode::in_cpu_time(context, scale)?),
-        ("tr_bdf2_in_time", at_equal_time("tr-bdf2")?),
-        ("rule_in_time", at_equal_time("trapezoidal")?),
-        ("bdf2_in_time", at_equal_time("bdf2")?),
-        ("euler_in_time", at_equal_time("implicit-euler")?),
-        ("projection_in_time", at_equal_time(PROJECTION)?),
+        ("in_time", format!("{} and {last_in_time}", in_time.join(", "))),
         ("method_ii_seconds", seconds(&started, "method-ii", "trapezoidal")?),
         ("method_ii_timed", started.timed("method-ii")?.into()),
         ("large", short(large)),
@@ -103,7 +101,9 @@ fn stalls(Spurious { re, cells, h }: &Spurious, found: &Refused) -> String {
     let rest = short(found.residual);
     let setting = format!("with h = {h}, too long for the cavity at Re = {re} on {cells}² cells");
     match found.gradient {
-        Some(_) => format!("In a step {setting}, its iteration stalls at |f| = {rest}, and the library refuses that."),
+        Some(_) => format!(
+            "In a step {setting}, the iteration of Method I stalls at |f| = {rest}, and the library refuses that."
+        ),
         None if found.message.is_empty() => format!("Steps {setting}, lead to a steady flow all the same."),
         None => format!("Steps {setting}, end at |f| = {rest}, and the library refuses that."),
     }
@@ -149,7 +149,10 @@ mod tests {
         };
         let setting = "with h = 1000, too long for the cavity at Re = 1000 on 32² cells";
         let refused = "at |f| = 0.25, and the library refuses that.";
-        assert_eq!(told(Some(1e-8), "refused"), format!("In a step {setting}, its iteration stalls {refused}"));
+        assert_eq!(
+            told(Some(1e-8), "refused"),
+            format!("In a step {setting}, the iteration of Method I stalls {refused}")
+        );
         assert_eq!(told(None, "refused"), format!("Steps {setting}, end {refused}"));
         assert_eq!(told(None, ""), format!("Steps {setting}, lead to a steady flow all the same."));
     }

@@ -9,7 +9,7 @@ use crate::experiment::flow::{PROJECTION, Seconds};
 use crate::measure::norm::Extremes;
 use crate::row;
 
-const METHODS: [&str; 8] =
+pub(super) const METHODS: [&str; 8] =
     ["method-i", "method-ii", "trapezoidal", "tr-bdf2", "bdf2", "implicit-euler", "rk4", PROJECTION];
 /// The place among the step sizes of the one whose error, by Method I, all methods are asked for.
 const ASKED: usize = 2;
@@ -144,10 +144,10 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     }
     let caption = format!(
         "Cost per error of {finest} steps: the manufactured cavity at Re = {} on {} cells a side, t = {}, which is smooth, and that whose \
-         lid starts at once, Re = {} on {} cells, t = {}. The root mean square of the error in time of the velocities, against RK4 with \
-         small steps on the same grid; that over Method I's; linear systems; iterations of conjugate gradients, or of GMRES, in them, none where factors solve; \
-         the least and the most CPU seconds of up to three such runs, on one thread, and those for an error of {} and of {}, which \
-         Method I has with {} steps, log-log between runs. Where the longest steps that hold are more accurate than that, their time; where no run is as accurate, none.",
+         lid starts at once, Re = {} on {} cells, t = {}. The error in time is the root mean square of that of the velocities, against RK4 with \
+         small steps on the same grid; beside it, over Method I's. `solves` are linear systems, and `inner` iterations of conjugate gradients, or of GMRES, \
+         in them, none where factors solve. CPU seconds are the least and the most of up to three such runs, on one thread. Those for an error \
+         are for one of {} and of {}, which Method I has with {} steps, log-log between runs. Where the longest steps that hold are more accurate than that, their time; where no run is as accurate, none.",
         smooth.flow.re(),
         scale.precision,
         smooth.flow.end(),

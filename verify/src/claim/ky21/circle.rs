@@ -2,7 +2,7 @@
 
 use crate::claim::measure::{at_most, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
-use crate::evidence::{Axis, Figure, Mark, Panel, Series, Table};
+use crate::evidence::{Axis, Cell, Figure, Mark, Panel, Series, Table};
 use crate::experiment::constraint::{Held, Radius};
 use crate::experiment::motion::{LargestError, Motion};
 use crate::experiment::{Context, StudyError};
@@ -67,12 +67,14 @@ fn as_printed(context: &Context) -> Result<Finding, StudyError> {
         series.push(Series::new(format!("τ = {tau}"), points, Mark::LineMarkers));
         cases.push(case);
     }
+    let longest = rows.iter().filter_map(|row: &Vec<Cell>| row[1].number()).largest();
     let growth = context.get(Radius { tau: 0.01 })?.ratio;
     let caption = "Distance of |q| from 1 under the scheme (23), as far as it is not far from the circle.";
     let data = Table::data("claims-circle", caption, ["tau", "step", "deviation"], rows);
-    let caption = "Distance of |q| from 1 under the scheme (23), which keeps |q| = 1 if it is right. From the second step on the distance \
-                   grows nearly sixfold a step while it is small, whatever τ is; a smaller τ only delays it.";
-    let panel = Panel::new(Axis::linear("step").between(0.0, STEPS as f64), Axis::log("||q| − 1|"), series);
+    let caption = "Distance of |q| from 1 under the scheme (23), which keeps |q| = 1 if it is right. From the first step to the second the \
+                   distance grows fourfold, and from then on about sixfold a step while it is small, whatever τ is; a smaller τ only delays it. A \
+                   curve ends where the run does.";
+    let panel = Panel::new(Axis::linear("step").between(0.0, longest), Axis::log("||q| − 1|"), series);
     let figure = Figure::new("claims-circle", caption, "claims-circle", [panel]);
     let evidence = format!(
         "|q| is {left}, where the runs end. A small radial perturbation is multiplied by {} in a step, at τ = 0.01.",
