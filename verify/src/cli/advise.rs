@@ -22,17 +22,21 @@ table shows it in absolute terms. The errors are measured against an accurate
 run, and that against the best run with fixed steps, or against CVODE or diffsol
 where none of these comes near. The cheapest is recommended, with the step size
 and the error that were found; work is counted in evaluations of f, a matrix as
-many as it has columns that differ. The tolerance of
-radau-adaptive that is shown is the relative one; the absolute one is the same,
-or the relative one times the least amplitude that each component has in a
-sixteenth of the time, whichever is cheaper.
+many as it has columns that differ. A run is no trial if its rows go less than
+half as far from the start as the solution does.
+
+The tolerance of radau-adaptive in the table is the relative one. The absolute
+one is the same, or the relative one times the least amplitude that each
+component has in a sixteenth of the time, whichever is cheaper. Its steps are
+not limited, or, where such steps pass over something, to 1/64 or 1/1024 of the
+run.
 
 Nothing is recommended where the solution moves by less than the error asked
 for, or ends before the run does, where two accurate runs disagree, where errors
 do not fall with the order of the method, or where two methods take the same
-work to a tenth. A run of radau-adaptive that has tried eight times as many
-steps as any method may take has failed, as where f jumps back and forth across
-a place.
+work to a tenth; both commands are shown then. A run of radau-adaptive that has
+tried eight times as many steps as any method may take has failed, as where f
+jumps back and forth across a place.
 
 Examples:
   verify advise --problem van-der-pol
