@@ -621,3 +621,47 @@ fn a_run_whose_steps_show_nothing_of_a_burst_is_no_trial() {
         assert!(largest > 1.0, "{largest}: {trial:?}");
     }
 }
+/// What growth makes of a tolerance counts where it is beyond a tenth of the error asked for, and where no method is recommended; that there is
+/// no solution always does.
+#[test]
+fn tolerances_are_in_doubt_where_growth_makes_too_much_of_them() {
+    let is_doubtful = |growth: Growth, refusal: Option<Refusal>| {
+        let character = Character { unknowns: 1, matrices: None, growth, sizes: (1.0, 1.0), reached: 1.0 };
+        let advice = Advice { character, trials: Vec::new(), uncertainty: 0.0, target: 1e-5, refusal };
+        advice.is_doubtful(Held { rtol: 1e-11, scale: 1.0 })
+    };
+    let out_of_reach = || Some(Refusal::OutOfReach { accuracy: 1e-5, most: 4 });
+    for (growth, spoils) in [
+        (Growth::By(9e4), false),
+        (Growth::By(1.1e5), true),
+        (Growth::Untold([9e4, 1.0]), false),
+        (Growth::Untold([1.1e5, 1.0]), true),
+        (Growth::Untold([1.0, 1.1e5]), true),
+    ] {
+        assert_eq!(is_doubtful(growth.clone(), out_of_reach()), spoils, "{growth:?}");
+        assert!(!is_doubtful(growth, None), "it is recommended");
+    }
+    let lost = RunError::Step(StepError::StepUnderflow { t: 1.0, h: 1e-12 });
+    for refusal in [
+        Refusal::Lost(lost),
+        Refusal::Parting { difference: 1.0, target: 1e-5 },
+        Refusal::Unresolved { difference: 1.0, target: 1e-5 },
+    ] {
+        assert!(is_doubtful(Growth::By(1.0), Some(refusal.clone())), "{refusal:?}");
+    }
+}
+
+/// Predators come back from parts of 10⁻¹², below the tolerances of a first pair of accurate runs, which part there.
+#[test]
+fn what_parts_with_usual_tolerances_is_followed_with_small_ones() {
+    let problem = of_text("u_i { x = 10, y = 1e-3 } F_i { x - x*y, 3*x*y - y }", 40.0);
+    let advice = advise(&problem, 40.0, 1e-5, &mut |_| {}).expect("registered");
+    let taken = advice.recommended().expect("a method");
+    assert!(taken.method == ADAPTIVE && taken.atol.iter().flatten().all(|atol| *atol < 1e-15), "{taken:?}");
+    // 3x − ln x + y − ln y stays.
+    let method = taken.built().expect("registered");
+    let end = crate::run::run(&problem, &*method, 40.0, 40.0, |_| {}).expect("it ran before").end.q;
+    let kept = |v: &[f64]| 3.0 * v[0] - v[0].ln() + v[1] - v[1].ln();
+    let change = kept(&end) - kept(&problem.initial());
+    assert!(change.abs() < 1e-2, "{change:e}");
+}

@@ -1,13 +1,11 @@
 //! The closures that the first paper leaves open: the best constant, exponential fitting, windows of several steps.
 
-use lsvi::closure::{Linear, LinearClosure};
-
 use super::parts::order_check;
 use super::{Context, Study, StudyError};
 use crate::evidence::number::{brief, short};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::ends::{DragErrors, End, HorizonError};
-use crate::experiment::minimax::{Found, Minimax};
+use crate::experiment::minimax::{Found, Minimax, theta};
 use crate::experiment::one_step::OneStep;
 use crate::measure::norm::{Extremes, larger};
 use crate::measure::order::{Expectation, fit};
@@ -33,8 +31,7 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
         evidence.figures.extend(figure);
         context.tick();
     }
-    let over_all = Linear::minimax(0.0, LONGEST)?.weights(1.0);
-    evidence.notes = notes(-over_all.alpha / over_all.beta);
+    evidence.notes = notes(theta(0.0, LONGEST)?);
     Ok(evidence)
 }
 
@@ -321,8 +318,8 @@ mod tests {
             let theta = 0.5 * (low + high);
             if above(theta) > theta { low = theta } else { high = theta }
         }
-        let found = Linear::minimax(0.0, LONGEST).expect("a range").weights(1.0);
-        assert!((-found.alpha / found.beta - low).abs() < 1e-5, "{} {low}", -found.alpha / found.beta);
+        let found = theta(0.0, LONGEST).expect("a range");
+        assert!((found - low).abs() < 1e-5, "{found} {low}");
         let told = format!("up to hλ = 10⁶ here, it is {}.", brief(low));
         assert!(notes(low)[0].contains(&told) && told.ends_with("0.057."), "{told}");
     }

@@ -175,11 +175,11 @@ fn command(problem: &[[String; 2]], horizon: f64, trial: &Trial, out: &mut impl 
         Some(atol) => {
             let atol: Vec<String> = atol.iter().map(|atol| format!("{atol:e}")).collect();
             let tolerances = [["--rtol".to_owned(), format!("{:e}", trial.setting)], ["--atol".into(), atol.join(",")]];
-            tolerances.into_iter().chain(trial.longest.map(|h| ["--h".into(), plain(h)])).collect()
+            tolerances.into_iter().chain(trial.longest.map(|h| ["--h".into(), h.to_string()])).collect()
         }
-        None => vec![["--h".into(), plain(trial.setting)]],
+        None => vec![["--h".into(), trial.setting.to_string()]],
     };
-    let run = [["--method".to_owned(), trial.method.clone()], ["--t-end".into(), plain(horizon)]];
+    let run = [["--method".to_owned(), trial.method.clone()], ["--t-end".into(), horizon.to_string()]];
     let mut line = format!("{}verify solve", left("RUN", INDENT));
     for [option, value] in problem.iter().cloned().chain(run).chain(setting) {
         let pair = format!(" {option} {}", shell_words::quote(&value));
@@ -287,11 +287,55 @@ mod tests {
         command(&problem, 0.1, trial, &mut out).expect("written");
         let text = String::from_utf8(out).expect("UTF-8");
         assert!(text.lines().all(|line| width(line) <= columns()), "{text}");
+        let breaks = text.lines().count() - 1;
+        assert!(breaks > 0 && text.matches(" \\\n").count() == breaks, "{text}");
         let text = text.replace("\\\n", "");
         let words = shell_words::split(&text).expect("as a shell reads it");
         let options: Vec<_> = words[3..].chunks(2).map(|pair| (&*pair[0], &*pair[1])).collect();
         let tolerances = [("--rtol", "3.16e-5"), ("--atol", "1.23e-5,4.56e-14")];
         let run = [("--problem", "linear-drag"), ("--set", "v0=1"), ("--method", "radau-adaptive"), ("--t-end", "0.1")];
         assert_eq!(options, [&run[..], &tolerances].concat(), "{text}");
+        // Of fixed steps, of a model whose name has a space.
+        (trial.method, trial.setting, trial.atol) = ("path-fitted(4,gauss)".into(), 1.0 / 48.0, None);
+        let mut out = Vec::new();
+        command(&[["--model".into(), "my model.ds".into()]], 1.0, trial, &mut out).expect("written");
+        let words = shell_words::split(&String::from_utf8(out).expect("UTF-8").replace("\\\n", "")).expect("a line");
+        let run = ["--model", "my model.ds", "--method", "path-fitted(4,gauss)", "--t-end", "1", "--h"];
+        let (h, before) = words[3..].split_last().expect("words");
+        assert_eq!(before, run);
+        assert_eq!(h.parse(), Ok(1.0 / 48.0));
+    }
+
+    /// With its step or its tolerances, its error and what that was measured to, and how much dearer the next is.
+    #[test]
+    fn what_is_advised_is_told_beside_the_next() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let mut advice = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered");
+        let trial = |method: &str, atol: Option<Vec<f64>>, cost: f64| Trial {
+            method: method.into(),
+            setting: 0.125,
+            atol,
+            longest: None,
+            steps: 8,
+            error: 1.5e-6,
+            times: 8,
+            cost,
+            order: None,
+        };
+        advice.trials = vec![trial("rk4", None, 40.0), trial("radau-adaptive", Some(vec![1e-6]), 100.0)];
+        (advice.uncertainty, advice.refusal) = (2e-8, None);
+        let told = |advice: &Advice, own: f64| {
+            let mut out = Vec::new();
+            show("drag", (1.0, own), 1e-3, advice, &mut out).expect("written");
+            String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ")
+        };
+        let text = told(&advice, 1.0);
+        let taken = "TAKE rk4 with h = 0.125: in the trial its largest absolute error at 8 times was 1.5e-6, measured to 2e-8, for \
+                     40 evaluations, 2.5 times fewer than radau-adaptive.";
+        assert!(text.contains(taken), "{text}");
+        assert_eq!([1.0, 0.5].map(|own| told(&advice, own).contains("has turned twice")), [false, true]);
+        advice.trials.remove(0);
+        let text = told(&advice, 1.0);
+        assert!(text.contains("TAKE radau-adaptive with the tolerances below: in the trial"), "{text}");
     }
 }

@@ -149,3 +149,18 @@ pub(super) fn assignment(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("expected name=value")?;
     Ok((name.trim().to_owned(), value.trim().to_owned()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_of_a_problem_are_those_given() {
+        let set = vec![("a".to_owned(), "1".to_owned()), ("b".to_owned(), "-2".to_owned())];
+        let by_name = ProblemArgs { name: Some("kepler".into()), model: None, set: set.clone() };
+        let of_file = ProblemArgs { name: None, model: Some("my.ds".into()), set };
+        for (problem, first) in [(by_name, ["--problem", "kepler"]), (of_file, ["--model", "my.ds"])] {
+            assert_eq!(problem.options(), [first, ["--set", "a=1"], ["--set", "b=-2"]]);
+        }
+    }
+}

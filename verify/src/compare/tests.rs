@@ -258,24 +258,32 @@ fn a_reference_that_methods_agree_against_is_in_doubt() {
     let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
     std::fs::write(file.path(), "u_i { x = 1 } F_i { 0*x }").expect("writable");
     let model = problem::model::Model::load(file.path(), &[], None).expect("a model");
-    let doubted = |values: &[f64]| {
+    let doubted_on = |problem: &dyn Problem, by: &str, values: &[f64]| {
         let references = [1.0, 1.0].into_iter().map(|value| ("reference", answer(value, false)));
         let methods = values.iter().map(|value| ("method", answer(*value, true)));
         let solved: Vec<Solved> = references.chain(methods).map(|(name, answer)| (name.to_owned(), answer)).collect();
         let truth = Answer { states: vec![vec![1.0]], bound: 1e-9, astray: None, runs: None };
         let row = |(solver, answer): &Solved| {
             let (standing, status) = judge(answer, Some(&truth));
-            let (solver, truth) = (solver.clone(), Some("diffsol-bdf".to_owned()));
+            let (solver, truth) = (solver.clone(), Some(by.to_owned()));
             Compared { equation: ("", ""), solver, truth, difference: None, bound: None, standing, status }
         };
         let mut rows: Vec<Compared> = solved.iter().map(row).collect();
-        let note = doubt(&model, 1.0, None, &solved, &mut rows);
+        let note = doubt(problem, 1.0, None, &solved, &mut rows);
         let open = rows.iter().filter(|row| row.standing == Standing::Unresolved).count();
         assert_eq!(note.is_some(), open > 0);
         open
     };
+    let doubted = |values: &[f64]| doubted_on(&model, "diffsol-bdf", values);
     assert_eq!(doubted(&[1.25, 1.2501, 1.2499]), 5);
     assert_eq!([doubted(&[1.25]), doubted(&[1.25, 1.25, 1.0]), doubted(&[1.25, 1.3])], [0, 0, 0]);
+    // A solution that is known, and an f that references state by themselves, leave no such doubt; a pulse leaves some of one method, too.
+    assert_eq!(doubted_on(&model, "exact", &[1.25, 1.2501, 1.2499]), 0);
+    let drag = problem::build("linear-drag", &[]).expect("known");
+    assert_eq!(doubted_on(&*drag, "diffsol-bdf", &[1.25, 1.2501, 1.2499]), 0);
+    std::fs::write(file.path(), "u_i { x = 1 } F_i { exp(-1e8*(t - 0.5003)*(t - 0.5003)) - x }").expect("writable");
+    let pulse = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    assert_eq!(doubted_on(&pulse, "diffsol-bdf", &[1.25]), 3);
 }
 
 /// What is said of an answer whose runs differ by another order than that of its bound.
@@ -412,5 +420,45 @@ fn what_is_not_made_for_stiff_problems_is_not_run_on_them() {
     for reference in reference::all().into_iter().filter(|it| !it.stiff_ok()) {
         let answer = by_reference(reference, &*problem, &limit, &[1.0]);
         assert!(matches!(answer, Err(Gap::NotRun(_))), "{}", reference.name());
+    }
+}
+
+/// Orders that go up and down, or of which one is too low, bound no error, however far from the truth they lead; runs that are one but for
+/// roundings, and those whose orders settle, do.
+#[test]
+fn orders_settle_where_two_in_succession_agree_and_neither_is_too_low() {
+    let truth = Answer { states: vec![vec![2.0]], bound: 1e-12, astray: None, runs: None };
+    let stands = |order: f64, orders: [f64; 2], first: f64| {
+        let run = |steps: usize| {
+            let (mut value, mut difference) = (1.0, first);
+            for k in 0..(steps / STEPS).ilog2() as usize {
+                value += difference;
+                difference /= orders[k % 2].exp2();
+            }
+            Ok(vec![vec![value]])
+        };
+        let Ok(answer) = refined(STEPS, run, order, |_, _| 1e-15, &[1.0], Some(&truth), false) else {
+            panic!("it runs")
+        };
+        judge(&Ok(answer), Some(&truth)).0
+    };
+    assert_eq!([stands(1.0, [1.5, 3.0], 1e-4), stands(2.0, [1.7, 1.9], 1e-4)], [Standing::Unresolved; 2]);
+    assert_eq!([stands(2.0, [2.0, 1.9], 1e-4), stands(2.0, [2.0; 2], 0.0)], [Standing::Differs; 2]);
+}
+
+/// Two runs give a bound, with a rounding for each step of the finer.
+#[test]
+fn a_bound_has_the_roundings_and_where_it_is_all_that_is_wanted_takes_two_runs() {
+    let truth = Answer { states: vec![vec![2.0]], bound: 1e-12, astray: None, runs: None };
+    for (at_once, is_two) in [(true, true), (false, false)] {
+        let count = std::cell::Cell::new(0);
+        let run = |_: usize| {
+            count.set(count.get() + 1);
+            Ok(vec![vec![1.0]])
+        };
+        let rounding = |size: f64, steps: usize| 1e-12 * size * steps as f64;
+        let Ok(answer) = refined(STEPS, run, 2.0, rounding, &[1.0], Some(&truth), at_once) else { panic!("it runs") };
+        assert_eq!(count.get() == 2, is_two);
+        assert!(!is_two || answer.bound == 1e-12 * (2 * STEPS) as f64, "{:e}", answer.bound);
     }
 }

@@ -38,6 +38,12 @@ fn modulus([low, high]: [f64; 2]) -> f64 {
     larger(high, -low)
 }
 
+/// θ = −α/β of the best constant for steps in a range.
+pub(crate) fn theta(from: f64, to: f64) -> Result<f64, StudyError> {
+    let weights = Linear::minimax(from, to)?.weights(1.0);
+    Ok(-weights.alpha / weights.beta)
+}
+
 impl Experiment for Minimax {
     const ID: &'static str = "minimax";
     type Found = Found;
@@ -53,8 +59,7 @@ impl Experiment for Minimax {
             })
         };
         let largest = |method: &str| Ok::<_, StudyError>(modulus(extremes(method)?));
-        let weights = Linear::minimax(from, to)?.weights(1.0);
-        let theta = -weights.alpha / weights.beta;
+        let theta = theta(from, to)?;
         let constant = |theta: f64| largest(&format!("linear({:?},1)", -theta));
         Ok(Found {
             theta,

@@ -340,6 +340,10 @@ mod tests {
         let found = repairs(&*file.body.system(1).expect("it has conditions"));
         let found: Vec<_> = found.iter().map(|repair| (repair.place.to_string(), repair.text.as_str())).collect();
         assert_eq!(found, [("sigma[1]".to_owned(), "2/4"), ("sigma[2]".to_owned(), "3/4")]);
+        // A whole number is no fraction.
+        let file = MethodFile::parse("m.toml", "m", &text.replace("'1/4'", "0")).expect("well-formed");
+        let found = repairs(&*file.body.system(1).expect("it has conditions"));
+        assert!(found.iter().any(|repair| repair.place.to_string() == "sigma[2]" && repair.text == "1"));
     }
 
     /// σ₁ + σ₂ = 1 is mended by either: ⅔ for ½ changes two characters, ½ for ⅓ one.

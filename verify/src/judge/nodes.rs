@@ -302,6 +302,42 @@ mod tests {
         assert!(theory.trials().into_iter().all(|trial| trial.plan.is_err_and(|reason| reason == why)));
     }
 
+    fn theory(text: &str) -> Arc<dyn Analysis> {
+        MethodFile::parse("m.toml", "m", text).expect("well-formed").body.analyse(None, None)
+    }
+
+    #[test]
+    fn a_node_beyond_the_end_is_outside_and_what_has_no_order_does_not_converge() {
+        let beyond = theory("kind = 'galerkin'\nnodes = ['1/4', '5/4']\nweights = ['3/4', '1/4']\n");
+        let why = "nodes[2] lies outside of [0, 1], and the path of a step ends there";
+        assert_eq!(beyond.converges(), Err(why.to_owned()));
+        let without = theory("kind = 'galerkin'\ndegree = 2\nnodes = [0, '1/2', 1]\nweights = ['1/6', '1/3', '1/6']\n");
+        assert_eq!(without.order(), 0);
+        assert!(without.converges().is_err_and(|why| why.contains("its order is 0")));
+    }
+
+    /// Nodes about ½ with weights of their own, and two of which one moment vanishes where those of Gauss have two.
+    #[test]
+    fn structure_takes_weights_that_are_symmetric_too_and_all_nodes_of_gauss() {
+        let lopsided = theory("kind = 'galerkin'\nnodes = ['1/4', '3/4']\nweights = ['1/4', '3/4']\n");
+        let finding = lopsided.find(Property::Symmetric).expect("looked at");
+        assert!(finding.why.starts_with("the nodes are, and their weights are not,"), "{}", finding.why);
+        assert!(!lopsided.traits().is_reversible);
+        let radau = theory("kind = 'path-fitted'\nnodes = ['1/4', '5/6']\n");
+        assert_eq!((radau.order(), radau.traits().symplectic), (3, Symplecticity::Never));
+    }
+
+    /// Two nodes and two weights of six places.
+    #[test]
+    fn digits_of_nodes_and_of_weights_leave_runs_open() {
+        let rounded = theory(
+            "kind = 'galerkin'\nnodes = ['0.211325', '0.788675']\nweights = ['0.499999', '0.500001']\ndigits = 6\n",
+        );
+        assert_eq!(rounded.moved(1e-7).len(), 4);
+        let open = rounded.rounding_of_coefficients(1.0, 1.0, 1.0);
+        assert!(open > 1e-8 && rounded.rounding_of_coefficients(1.0, 10.0, 1.0) == 10.0 * open, "{open:e}");
+    }
+
     /// The order is told by the bound that it is, with the first condition that fails: Gauss, Radau and Simpson rules, one of a single
     /// node too few, weights that do not add up, and interior nodes of a fitted path.
     #[test]

@@ -592,6 +592,34 @@ mod tests {
         }
     }
 
+    /// Σ b_i c_i is 11/24 where b_i adds up to 1: the order is 2 without t, and 1 with it.
+    #[test]
+    fn a_pair_is_taken_to_have_its_order_in_time() {
+        let text = "kind = 'partitioned-runge-kutta'\norder = 1\nc = ['1/4', '2/3']\n\
+                    a = [[0, 0], ['1/2', '1/2']]\nb = ['1/2', '1/2']\n\
+                    a_hat = [['1/2', 0], ['1/2', 0]]\nb_hat = ['1/2', '1/2']\n";
+        let theory = MethodFile::parse("m.toml", "m", text).expect("well-formed").body.analyse(Some(1), None);
+        assert_eq!((theory.order(), theory.order_in_time(), theory.traits().order), (2, 1, 1));
+        let told = ("in time", "1 on v̇ = f(t, v), with c as given".to_owned());
+        assert!(theory.facts().contains(&told), "{:?}", theory.facts());
+        let times = theory.own_times().expect("c is not the sums").check.reason;
+        assert!(times.ends_with("; on v̇ = f(t, v) the order is 1 where without t it is 2"), "{times}");
+    }
+
+    /// The trapezoidal rule for q and for p: forces at times c are run where c are the sums of the rows of a, by which q moves.
+    #[test]
+    fn forces_in_time_are_run_where_they_have_the_times_of_q() {
+        let (a, hat) = ("[[0, 0], ['1/2', '1/2']]", "[['1/2', 0], ['1/2', 0]]");
+        for (first, second, is_run) in [(a, hat, true), (hat, a, false)] {
+            let text = format!(
+                "kind = 'partitioned-runge-kutta'\nsystems = 'separable'\nc = [0, 1]\na = {first}\nb = ['1/2', '1/2']\n\
+                 a_hat = {second}\nb_hat = ['1/2', '1/2']\n"
+            );
+            let theory = MethodFile::parse("m.toml", "m", &text).expect("well-formed").body.analyse(None, None);
+            assert_eq!(theory.trials().iter().any(|trial| trial.kind == "non-autonomous"), is_run, "{text}");
+        }
+    }
+
     /// b ≠ b̂, and â_ij = b̂_j (1 − a_ji/b_i), so that b_i â_ij + b̂_j a_ji = b_i b̂_j: enough where H = T(p) + U(q), and only there.
     #[test]
     fn weights_that_differ_are_symplectic_on_separable_systems_alone() {

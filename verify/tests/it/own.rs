@@ -635,16 +635,23 @@ fn runs_of_rounded_coefficients_count_their_rounding() {
 fn a_system_gets_advice_with_an_error_that_was_found_or_none() {
     let (code, out, _) = verify(&["advise", "--problem", "channel-couette", "--set", "cells=8"]);
     assert!(code == 0 && out.contains("TAKE") && out.contains("symmetric") && out.contains("dissipative"), "{out}");
+    assert!(out.contains("RUN           verify solve --problem channel-couette --set 'cells=8' "), "{out}");
+    // To the end of the advice, which is later than the problem's own.
+    let (code, out, _) = verify(&["advise", "--problem", "van-der-pol"]);
+    assert!(code == 0 && out.contains("to t = 13,") && out.contains("--t-end 13 "), "{out}");
     let model = format!("{}/models/predator-prey.ds", env!("CARGO_MANIFEST_DIR"));
     let (code, out, _) = verify(&["advise", "--model", &model, "--t-end", "2"]);
     assert!([0, 3].contains(&code) && out.contains("evaluations") && out.contains("Note:"), "{out}");
-    assert!(out.lines().all(|line| line.chars().count() <= 81), "{out}");
+    // A path is not broken.
+    assert!(out.lines().all(|line| line.contains(&model) || line.chars().count() <= 81), "{out}");
     // The solution of v̇ = −v² from −1 ends at t = 1.
     let (code, out, _) = verify(&["advise", "--problem", "taylor-green", "--set", "cells=8"]);
     assert_eq!((code, out.contains("24 unknowns"), out.contains("growth")), (3, true, false), "{out}");
     assert!(flat(&out).contains("NO ADVICE the system is known by products with its Jacobian"), "{out}");
     let (code, out, _) = verify(&["advise", "--problem", "quadratic-drag", "--set", "v0=-1", "--t-end", "2"]);
     assert!(code == 3 && out.contains("NO ADVICE") && !out.contains("TAKE"), "{out}");
+    let (code, out, _) = verify(&["advise", "--problem", "kepler", "--t-end", "13"]);
+    assert!(code == 3 && out.contains("rk4 ") && !out.contains("RUN"), "{out}");
     for bad in ["0", "1", "NaN", "x"] {
         assert_eq!(verify(&["advise", "--problem", "logistic", "--accuracy", bad]).0, 2);
     }

@@ -767,6 +767,9 @@ fn a_rate_below_all_normal_numbers_is_no_drift() {
         let said = warned("pulse-over", model, &["--method", "method-i", "--h", h, "--t-end", "10"]);
         assert!(!said.contains("rests where f is not zero"), "{h}: {said}");
     }
+    // Nor does one of 8 times the least number move anything in steps of 0.1.
+    let said = warned("least", "u_i { a = 0 } F_i { 4e-323 }", &["--method", "rk4", "--h", "0.1", "--t-end", "1"]);
+    assert!(!said.contains("rests where f is not zero"), "{said}");
 }
 
 #[test]

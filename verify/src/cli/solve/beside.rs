@@ -289,6 +289,23 @@ mod tests {
         );
     }
 
+    #[test]
+    fn the_estimate_that_is_told_is_that_near_the_row() {
+        let problem = verify::problem::build("harmonic-oscillator", &[]).expect("registered");
+        let mut beside = Beside::default();
+        for (t, off, estimate) in [(5.0, 0.5, 1e-3), (7.5, 0.0, 1e-3), (10.0, 0.0, 2e-3)] {
+            let mut values = problem.exact(t).expect("it is known");
+            values[0] += off;
+            beside.add(t, &values, Some(estimate));
+        }
+        let method = method::parse("implicit-euler").expect("registered");
+        let found = beside.told(&*problem, &*method).expect("it is off");
+        assert!(
+            found.starts_with("at t = 5 q is ") && found.contains(&format!(", of {} at most", number(1e-3))),
+            "{found}"
+        );
+    }
+
     /// Method I approaches another equation there, which no other solver is asked about.
     #[test]
     fn a_method_that_approaches_another_equation_is_not_told() {

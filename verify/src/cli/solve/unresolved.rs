@@ -172,3 +172,64 @@ pub(super) fn helps_at_a_jump(problem: &dyn Problem, error: &RunError) -> Option
     (distance(&after, &before) > JUMPS * calm)
         .then_some("f jumps in time there; a Runge–Kutta method steps across, and so does a much smaller `--h`")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use verify::problem::model::Model;
+
+    /// A run of `steps` steps of 1, of those that a run to `t_end` has, along which x is 0, with x' = `rate`.
+    fn followed<T>(rate: &str, order: u32, (steps, t_end): (u32, f64), told: impl Fn(&Forcing) -> T) -> T {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), format!("u_i {{ x = 0 }} F_i {{ {rate} }}")).expect("writable");
+        let problem = Model::load(file.path(), &[], Some(t_end)).expect("a model");
+        let mut forcing = Forcing::new(&problem, order, t_end);
+        (0..=steps).for_each(|k| forcing.add(f64::from(k), &[0.0]));
+        told(&forcing)
+    }
+
+    /// Simpson's rule makes −1/3 of a period of cos 2πt + 10 sin 2πt, and the moment of its error is 1/6 + 10/(2π). Where J damps, each
+    /// step leaves 1/(1 − hJ) of all before; where it does not, all of it.
+    #[test]
+    fn what_the_nodes_of_steps_make_of_a_force_adds_up_and_is_forgotten_as_the_equation_does() {
+        let (force, run) = ("cos(6.283185307179586*t) + 10*sin(6.283185307179586*t)", (100, 100.0));
+        let moment = 1.0 / 6.0 + 10.0 / std::f64::consts::TAU;
+        let largest = |rate: &str, order: u32| followed(&format!("{rate} + {force}"), order, run, |it| it.largest);
+        let damped = (1.0 / 3.0 - 0.1 * moment / 1.1_f64.powi(2)) / 0.1;
+        let growing = (1.0 / 3.0 + 0.1 * moment / 0.9_f64.powi(2)) * 100.0;
+        for (rate, expected) in [("-0.1*x", damped), ("0.1*x", growing)] {
+            let found = largest(rate, 4);
+            assert!((found / expected - 1.0).abs() < 0.01, "{rate}: {found} for {expected}");
+        }
+        // Where f is infinite, from 49 to 51, nothing is counted.
+        let found = largest("-0.1*x + 1e-300/(t - 50)", 4);
+        assert!((found / damped - 1.0).abs() < 0.01, "{found} for {damped}");
+        // Five nodes see a period of a cosine.
+        let found = followed("cos(6.283185307179586*t)", 5, run, |it| it.largest);
+        assert!(found < 0.01, "{found}");
+    }
+
+    /// Of a pulse in the first step the next leaves half: the largest part is that of the first.
+    #[test]
+    fn what_is_forgotten_by_the_end_was_there() {
+        let found = followed("-x + 10*exp(-400*(t - 0.25)*(t - 0.25))", 4, (30, 30.0), |it| it.largest);
+        let area = 0.5 * std::f64::consts::PI.sqrt();
+        let expected = 0.5 * (area - 0.25 * 0.75 * area);
+        assert!((found / expected - 1.0).abs() < 0.01, "{found} for {expected}");
+    }
+
+    /// Of more steps than there are panels each has one.
+    #[test]
+    fn short_steps_have_a_panel_each() {
+        let found = followed("t", 2, (10, 1e7), |it| it.largest);
+        assert!(found < 1e-12, "{found}");
+    }
+
+    #[test]
+    fn a_force_is_not_resolved_beyond_the_estimate_and_a_part_of_the_solution() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let forcing = Forcing { largest: 1.0, ..Forcing::new(&*problem, 2, 1.0) };
+        let told = |estimate: f64, size: f64| forcing.unresolved(estimate, size).is_some();
+        assert_eq!([told(0.24, 1.0), told(0.26, 1.0), told(0.0, 990.0), told(0.0, 1010.0)], [true, false, true, false]);
+    }
+}
