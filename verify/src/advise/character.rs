@@ -185,7 +185,8 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         columns.extend(a.column_iter().map(|column| column / scale.max(f64::MIN_POSITIVE)));
     }
     let mut all = DMatrix::from_columns(&columns);
-    // What has a small unit has small rates, and is not conserved for that.
+    // What has a small unit has small rates, and is not conserved for that; a row that is no more than the roundings of two products of the
+    // largest is none, and stays.
     let largest = all.row_iter().map(|row| row.norm()).largest();
     for mut row in all.row_iter_mut() {
         let norm = row.norm();
