@@ -108,6 +108,12 @@
 //! [`Preconditioner`] of your own, and run matrix-free. Galerkin methods, windows and the adaptive method need matrices;
 //! constrained motions, and a least-squares metric other than the inverse of a diagonal M, need dense ones.
 //!
+//! # Units
+//!
+//! Choose units in which the unknowns are of like size. A step equation is solved to a few roundings of its *largest* unknown:
+//! beside one of 10¹², an unknown of 1 may be off by 10⁻³ a step. A least-squares method minimises ½|v̇ − f|² in the Euclidean norm,
+//! so that its steps depend on the units where these differ; a metric, [`LeastSquares::with_metric`], weighs the unknowns.
+//!
 //! # Errors
 //!
 //! Whatever takes states, settings, coefficients or solvers checks them and returns an [`InputError`]; a step that fails is a

@@ -226,6 +226,25 @@ fn implicit_steps_keep_to_the_branch_beyond_a_singular_derivative_at_the_start()
 }
 
 /// A step that decays multiplies by 1/(1 − h + h²/2): below 2.2·10⁻³⁰⁸ numbers lose their digits, and are as good as 0.
+/// Quadratic drag beside an unknown that moves at a constant rate.
+#[test]
+fn an_unknown_is_right_to_roundings_of_the_largest_one() {
+    let one = || lsvi::field!(1, |_t, v, dv| dv[0] = -v[0] * v[0]);
+    let two = || {
+        lsvi::field!(2, |_t, v, dv| {
+            dv[0] = -v[0] * v[0];
+            dv[1] = T::from(1.0);
+        })
+    };
+    for (h, size) in [0.01, 0.1, 0.5].into_iter().flat_map(|h| [1.0, 1e6, 1e12].map(|size| (h, size))) {
+        let (mut alone, mut beside, mut p) = ([1.0], [1.0, size], [0.0; 2]);
+        method_i(one()).expect("usable").step(0.0, h, &mut alone, &mut p[..1]).expect("a root");
+        method_i(two()).expect("usable").step(0.0, h, &mut beside, &mut p).expect("a root");
+        // The last increment is four roundings at most, and leaves less than itself.
+        assert_abs_diff_eq!(alone[0], beside[0], epsilon = 4.0 * f64::EPSILON * (1.0 + size));
+    }
+}
+
 #[test]
 fn a_solution_decays_through_all_doubles() {
     let h = 2.4;
