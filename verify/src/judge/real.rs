@@ -135,8 +135,12 @@ impl Real {
     }
 }
 
+/// The mantissa rounded and then scaled: the library's conversion bounds logarithms on the way, and took most of the time of a judgement.
 fn to_f64(x: &Float) -> f64 {
-    x.to_f64().value()
+    let (mantissa, exponent) = (x.repr().significand(), x.repr().exponent());
+    // What is out of the range of an i32 is beyond that of doubles too.
+    let exponent = exponent.clamp(i32::MIN as isize, i32::MAX as isize) as i32;
+    libm::scalbn(mantissa.to_f64().value(), exponent)
 }
 
 impl From<i64> for Real {
@@ -243,6 +247,26 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Ties go to the even one, and what is out of range to 0 and to infinity.
+    #[test]
+    fn a_double_is_the_nearest() {
+        let third = &Real::one() / &Real::from(3);
+        assert_eq!([&third, &-&third].map(Real::to_f64), [1.0 / 3.0, -1.0 / 3.0]);
+        let power =
+            |n: i32| Real { mid: Float::from_parts(1.into(), n as isize).with_precision(BITS).value(), radius: 0.0 };
+        for (low, expected) in [(-53, 1.0), (-52, 1.0 + f64::EPSILON)] {
+            assert_eq!((&Real::one() + &power(low)).to_f64(), expected);
+        }
+        let beyond = &(&Real::one() + &power(-53)) + &power(-150);
+        assert_eq!((beyond.to_f64(), (-&beyond).to_f64()), (1.0 + f64::EPSILON, -1.0 - f64::EPSILON));
+        assert_eq!((&(&Real::from(3) * &power(-53)) + &Real::one()).to_f64(), 1.0 + 2.0 * f64::EPSILON);
+        for n in [-1074, -1000, -1, 0, 100, 1023] {
+            assert_eq!(power(n).to_f64(), libm::scalbn(1.0, n), "2^{n}");
+        }
+        assert_eq!([-1200, 1200, 1 << 30].map(|n| power(n).to_f64()), [0.0, f64::INFINITY, f64::INFINITY]);
+        assert_eq!(Real::zero().to_f64(), 0.0);
     }
 
     #[test]
