@@ -1,5 +1,6 @@
 //! The flows in a rectangle once more, for the references: ψ̇ = M⁻¹ f by loops over the corners.
 
+use std::ops::RangeInclusive;
 use std::sync::OnceLock;
 
 use faer::linalg::solvers::SolveCore;
@@ -24,6 +25,26 @@ pub(super) struct ByHand<'a> {
     pub(super) given: &'a dyn Given,
     /// Of M, found when they are asked for.
     pub(super) factors: &'a OnceLock<Option<Factors>>,
+}
+
+/// Values at (i, j), each found once: on walls they are dear.
+struct Grid {
+    first: [isize; 2],
+    columns: usize,
+    values: Vec<f64>,
+}
+
+impl Grid {
+    fn of(i: RangeInclusive<isize>, j: RangeInclusive<isize>, value: impl Fn(isize, isize) -> f64) -> Self {
+        let (first, columns) = ([*i.start(), *j.start()], i.clone().count());
+        let values = j.flat_map(|j| i.clone().map(move |i| (i, j))).map(|(i, j)| value(i, j)).collect();
+        Self { first, columns, values }
+    }
+
+    fn at(&self, i: isize, j: isize) -> f64 {
+        let [i, j] = [i - self.first[0], j - self.first[1]].map(|k| k as usize);
+        self.values[j * self.columns + i]
+    }
 }
 
 impl ByHand<'_> {
@@ -64,23 +85,34 @@ impl ByHand<'_> {
     }
 
     /// u at (i, j + ½), continued beyond the walls.
-    fn u(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+    fn u(&self, t: f64, psi: &Grid, i: isize, j: isize) -> f64 {
         let ny = self.rectangle.cells[1] as isize;
         if j < 0 || j >= ny {
             let (inside, wall) = if j < 0 { (0, 0) } else { (ny - 1, ny) };
-            return 2.0 * self.given.velocity(self.corner(i, wall), t)[0] - self.u(t, v, i, inside);
+            return 2.0 * self.given.velocity(self.corner(i, wall), t)[0] - self.u(t, psi, i, inside);
         }
-        (self.psi(t, v, i, j + 1) - self.psi(t, v, i, j)) / self.rectangle.spacing()[1]
+        (psi.at(i, j + 1) - psi.at(i, j)) / self.rectangle.spacing()[1]
     }
 
     /// v at (i + ½, j).
-    fn v(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+    fn v(&self, t: f64, psi: &Grid, i: isize, j: isize) -> f64 {
         let nx = self.rectangle.cells[0] as isize;
         if !self.periodic() && (i < 0 || i >= nx) {
             let (inside, wall) = if i < 0 { (0, 0) } else { (nx - 1, nx) };
-            return 2.0 * self.given.velocity(self.corner(wall, j), t)[1] - self.v(t, v, inside, j);
+            return 2.0 * self.given.velocity(self.corner(wall, j), t)[1] - self.v(t, psi, inside, j);
         }
-        (self.psi(t, v, i, j) - self.psi(t, v, i + 1, j)) / self.rectangle.spacing()[0]
+        (psi.at(i, j) - psi.at(i + 1, j)) / self.rectangle.spacing()[0]
+    }
+
+    /// u and v on all faces that fluxes are made of.
+    fn velocities(&self, t: f64, v: &[f64]) -> [Grid; 2] {
+        let [nx, ny] = self.rectangle.cells.map(|n| n as isize);
+        let beyond = isize::from(self.periodic());
+        let psi = Grid::of(-beyond..=nx + beyond, 0..=ny, |i, j| self.psi(t, v, i, j));
+        [
+            Grid::of(-beyond..=nx, -1..=ny, |i, j| self.u(t, &psi, i, j)),
+            Grid::of(-1..=nx, 0..=ny, |i, j| self.v(t, &psi, i, j)),
+        ]
     }
 
     fn force(&self, t: f64, i: f64, j: f64) -> [f64; 2] {
@@ -88,15 +120,15 @@ impl ByHand<'_> {
     }
 
     /// u_t at (i, j + ½) but for the pressure.
-    fn u_rate(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+    fn u_rate(&self, t: f64, [u, v]: &[Grid; 2], i: isize, j: isize) -> f64 {
         let [dx, dy] = self.rectangle.spacing();
         let flux_x = |i: isize| {
-            let (a, b) = (self.u(t, v, i, j), self.u(t, v, i + 1, j));
+            let (a, b) = (u.at(i, j), u.at(i + 1, j));
             0.25 * (a + b) * (a + b) - self.nu * (b - a) / dx
         };
         let flux_y = |j: isize| {
-            let (a, b) = (self.u(t, v, i, j - 1), self.u(t, v, i, j));
-            0.25 * (a + b) * (self.v(t, v, i - 1, j) + self.v(t, v, i, j)) - self.nu * (b - a) / dy
+            let (a, b) = (u.at(i, j - 1), u.at(i, j));
+            0.25 * (a + b) * (v.at(i - 1, j) + v.at(i, j)) - self.nu * (b - a) / dy
         };
         let [force, _] = self.force(t, i as f64, j as f64 + 0.5);
         let given = (self.psi_rate(t, i, j + 1) - self.psi_rate(t, i, j)) / dy;
@@ -104,14 +136,14 @@ impl ByHand<'_> {
     }
 
     /// v_t at (i + ½, j) but for the pressure.
-    fn v_rate(&self, t: f64, v: &[f64], i: isize, j: isize) -> f64 {
+    fn v_rate(&self, t: f64, [u, v]: &[Grid; 2], i: isize, j: isize) -> f64 {
         let [dx, dy] = self.rectangle.spacing();
         let flux_x = |i: isize| {
-            let (a, b) = (self.v(t, v, i - 1, j), self.v(t, v, i, j));
-            0.25 * (a + b) * (self.u(t, v, i, j - 1) + self.u(t, v, i, j)) - self.nu * (b - a) / dx
+            let (a, b) = (v.at(i - 1, j), v.at(i, j));
+            0.25 * (a + b) * (u.at(i, j - 1) + u.at(i, j)) - self.nu * (b - a) / dx
         };
         let flux_y = |j: isize| {
-            let (a, b) = (self.v(t, v, i, j), self.v(t, v, i, j + 1));
+            let (a, b) = (v.at(i, j), v.at(i, j + 1));
             0.25 * (a + b) * (a + b) - self.nu * (b - a) / dy
         };
         let [_, force] = self.force(t, i as f64 + 0.5, j as f64);
@@ -123,11 +155,12 @@ impl ByHand<'_> {
     fn circulations(&self, t: f64, v: &[f64]) -> Vec<f64> {
         let ([dx, dy], [nx, ny]) = (self.rectangle.spacing(), self.rectangle.cells);
         let (columns, first) = (self.columns(), isize::from(!self.periodic()));
+        let velocities = &self.velocities(t, v);
         let along: Vec<Vec<f64>> = (0..ny as isize)
-            .map(|j| (first..first + columns as isize).map(|i| self.u_rate(t, v, i, j)).collect())
+            .map(|j| (first..first + columns as isize).map(|i| self.u_rate(t, velocities, i, j)).collect())
             .collect();
         let across: Vec<Vec<f64>> =
-            (1..ny as isize).map(|j| (0..nx as isize).map(|i| self.v_rate(t, v, i, j)).collect()).collect();
+            (1..ny as isize).map(|j| (0..nx as isize).map(|i| self.v_rate(t, velocities, i, j)).collect()).collect();
         let mut f = Vec::with_capacity(self.dim());
         for (pair, across) in along.windows(2).zip(&across) {
             f.extend((0..columns).map(|i| {
