@@ -239,7 +239,8 @@ impl<'a> Solve<'a> {
         let mut summary = Summary::default();
         let mut io = Ok(());
         let mut progress = Progress::new(self.args);
-        let mut forcing = Forcing::new(&*self.problem, self.method.order(), self.args.t_end);
+        let forcing = || Forcing::new(&*self.problem, self.method.order(), self.args.t_end);
+        let mut forcing = (!self.args.no_estimate).then(forcing);
         let estimator = || Estimator::new(&*self.problem, &*self.method, self.h, self.args.t_end);
         let mut estimator = (!self.args.no_estimate).then(estimator).transpose();
         let mut estimator = estimator.as_mut().map_err(|error| Stop::Failed(self.failed(error.clone())))?.as_mut();
@@ -252,7 +253,9 @@ impl<'a> Solve<'a> {
                 estimator.error(difference)
             });
             summary.add(state.t, max_norm(&values), error, estimate);
-            forcing.add(state.t, &state.q);
+            if let Some(forcing) = &mut forcing {
+                forcing.add(state.t, &state.q);
+            }
             summary.beside.add(state.t, &values, estimate);
             let has_ended = self.has_exact && error.is_none();
             let row = beware::Row { t: state.t, state: &state.q, estimate, has_ended };
@@ -271,7 +274,7 @@ impl<'a> Solve<'a> {
         summary.unestimated = failure;
         // Where both tolerances lead to the same steps there is no difference.
         let estimate = summary.estimate.map_or(0.0, |(estimate, _)| estimate);
-        summary.unseen = forcing.unresolved(estimate, summary.size).filter(|_| !self.args.no_estimate);
+        summary.unseen = forcing.and_then(|forcing| forcing.unresolved(estimate, summary.size));
         Ok(summary)
     }
 
