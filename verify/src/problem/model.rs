@@ -48,6 +48,16 @@ const LEAST_STACK: usize = 1 << 24;
 /// Characters of a model at most.
 const LONGEST: usize = 1 << 20;
 
+/// Names that DiffSL has for what a model consists of.
+const OWN: [(&str, &str); 6] = [
+    ("u", "the state"),
+    ("F", "f"),
+    ("M", "the product of the mass matrix with dudt"),
+    ("dudt", "the rate of the state"),
+    ("in", "the inputs"),
+    ("out", "what is written"),
+];
+
 /// A model that cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -444,6 +454,7 @@ fn located(path: &str, code: &str, messages: &str) -> String {
         Some((line, column, text)) => {
             let shown = code.lines().nth(line.saturating_sub(1)).unwrap_or_default();
             let (margin, indent) = (" ".repeat(line.to_string().len()), " ".repeat(column.saturating_sub(1)));
+            let text = clash(code, line, text).unwrap_or_else(|| text.to_owned());
             format!(
                 "{margin}--> {path}:{line}:{column}\n{margin} |\n{line} | {shown}\n{margin} | {indent}^\n{margin} = {text}"
             )
@@ -451,6 +462,26 @@ fn located(path: &str, code: &str, messages: &str) -> String {
         None => format!("{path}: {}", message.trim_start_matches("Error: ")),
     };
     lines.map(show).collect::<Vec<_>>().join("\n")
+}
+
+/// What a message says of a name that is given twice, the second time in this line, or that is one of DiffSL's own.
+fn clash(code: &str, line: usize, text: &str) -> Option<String> {
+    let own = |name: &str| {
+        let (_, meaning) = OWN.into_iter().find(|(own, _)| *own == name)?;
+        Some(format!("DiffSL calls {meaning} `{name}`"))
+    };
+    if text.starts_with("M and u must have the same shape") {
+        return own("M").map(|own| format!("{text}; {own}; rename what is another thing"));
+    }
+    let name = text.strip_suffix(" is already defined")?;
+    let defines = |text: &str| {
+        let text = text.split("//").next().unwrap_or_default();
+        // An index is no part of a name.
+        text.split(|c: char| !c.is_alphanumeric()).any(|word| word == name)
+    };
+    let first = code.lines().take(line).position(defines).map_or(line, |before| before + 1);
+    let own = own(name).map_or_else(String::new, |own| format!("{own}; "));
+    Some(format!("`{name}` is already there in line {first}; {own}rename what is another thing, or state it once"))
 }
 
 /// Line, column and text of a message; where it names a function only, those of the first call.

@@ -1324,6 +1324,26 @@ fn a_program_that_starts_elsewhere_is_told_so() {
     assert!(!out.contains("starting procedure"), "{out}");
 }
 
+/// As DiffSL's own names are, and those of a model.
+#[test]
+fn a_name_that_is_given_twice_is_told_with_both_places() {
+    let model = directory("twice").join("twice.ds");
+    let own = "DiffSL calls f `F`; ";
+    for (code, told) in [
+        ("u_i { x = 1 }\n// F of all\nin_i { F = 2 }\nF_i { -F*x }", format!("`F` is already there in line 3; {own}")),
+        ("u_i { x = 1 }\nF_i { -x }\nF_i { x }", format!("`F` is already there in line 2; {own}")),
+        ("k { 3 }\n\nk { 4 }\nu_i { x = 1 }\nF_i { -k*x }", "`k` is already there in line 1; ".to_owned()),
+        (
+            "M { 2 }\nu_i { x = 1 }\nF_i { -M*x }",
+            "; DiffSL calls the product of the mass matrix with dudt `M`; ".to_owned(),
+        ),
+    ] {
+        fs::write(&model, code).expect("writable");
+        let (code, _, error) = say(&format!("solve --model {} --method rk4 --h 0.1 --t-end 1", model.display()));
+        assert!(code == 2 && flat(&error).contains(&format!("{told}rename what is another thing")), "{error}");
+    }
+}
+
 #[test]
 fn mistakes_in_tables_and_claims_are_answered_by_what_mends_them() {
     let dir = directory("mended");
