@@ -26,6 +26,10 @@ const DIGITS: f64 = 0.05;
 const RESOLVED: f64 = 1e-9;
 /// Growth by which a solution that cannot be followed further has blown up.
 const BLOWN: f64 = 1e6;
+/// Halvings that leave of the way between two states less than what a smooth f changes on, and the part of the largest f that a jump comes to:
+/// it is left of rates a thousand million times those of the solution alone, whose roundings are smaller.
+const HALVINGS: usize = 40;
+const JUMP: f64 = 1e-3;
 /// Relative size below which an entry is roundoff of derivatives.
 const ROUNDOFF: f64 = 1e-9;
 
@@ -79,11 +83,13 @@ pub struct Matrices {
     pub is_hamiltonian: bool,
     /// Whether f does not depend on t.
     pub is_autonomous: bool,
+    /// Whether f jumps between two states, in which case its derivatives do not tell all that it does.
+    pub jumps: bool,
 }
 
 impl Matrices {
-    /// Whether no two solutions part, in the norm of M.
-    pub fn is_dissipative(&self) -> bool {
+    /// Whether the distance between solutions does not grow, in the norm of M.
+    pub fn is_contractive(&self) -> bool {
         self.numerical <= ROUNDOFF * self.fastest
     }
 
@@ -106,8 +112,8 @@ impl Character {
     }
 
     /// Along the solution of `problem` by an adaptive method with errors far below the disturbances by which growth is told, as far as it
-    /// goes, and where f changes by itself between its steps.
-    pub(super) fn of(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Self {
+    /// goes, and where f changes by itself between its steps. The disturbances are parts of the start, or of `unit` where it is smaller.
+    pub(super) fn of(problem: &dyn Problem, method: &dyn Method, horizon: f64, unit: f64) -> Self {
         let unknowns = problem.ode().dim();
         let mut states = Vec::new();
         // What was seen until a failure is what there is to look at.
@@ -119,7 +125,7 @@ impl Character {
         let between = changes(problem, horizon, &states.iter().map(|(t, _)| *t).collect::<Vec<_>>());
         let passed = run_through(problem, method, &between).unwrap_or_default();
         states.extend(between.into_iter().zip(passed));
-        let growth = growth(problem, method, horizon);
+        let growth = growth(problem, method, horizon, unit);
         Self { unknowns, matrices: matrices(problem, &states), growth, sizes, reached }
     }
 
@@ -219,6 +225,7 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         asymmetry: worst(found.iter().map(|a| relative(a - a.transpose(), a))),
         invariants,
         is_autonomous: is_autonomous(&*field, states),
+        jumps: jumps(&*field, states),
         is_hamiltonian: n.is_multiple_of(2) && (hamiltonian(halves) || hamiltonian(pairs)),
     })
 }
@@ -231,6 +238,39 @@ fn is_autonomous(field: &dyn VectorField, states: &[(f64, Vec<f64>)]) -> bool {
         rate
     };
     few(states, INSTANTS).all(|(t, _)| rate(*t) == rate(0.0))
+}
+
+/// Whether f jumps on the way from one state to the next: its values differ at the ends of what is left after [`HALVINGS`], of two halves the one
+/// at whose ends they differ more.
+fn jumps(field: &dyn VectorField, states: &[(f64, Vec<f64>)]) -> bool {
+    let rate = |t: f64, state: &[f64]| {
+        let mut f = vec![0.0; field.dim()];
+        field.rhs(t, state, &mut f);
+        f
+    };
+    let mut in_order: Vec<_> = states.iter().collect();
+    in_order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let rates: Vec<_> = in_order.iter().map(|(t, state)| rate(*t, state)).collect();
+    // Beside the largest, as those of what is at rest are roundings.
+    let far = JUMP * worst(rates.iter().map(|f| max_norm(f)));
+    in_order.array_windows().zip(rates.array_windows()).any(|([from, to], [first, last])| {
+        let at = |part: f64| {
+            let state: Vec<f64> = from.1.iter().zip(&to.1).map(|(a, b)| a + part * (b - a)).collect();
+            rate(from.0 + part * (to.0 - from.0), &state)
+        };
+        let mut ends = [(0.0, first.clone()), (1.0, last.clone())];
+        for _ in 0..HALVINGS {
+            // NaN is no jump.
+            if distance(&ends[0].1, &ends[1].1).is_nan() || distance(&ends[0].1, &ends[1].1) <= far {
+                return false;
+            }
+            let part = 0.5 * (ends[0].0 + ends[1].0);
+            let middle = (part, at(part));
+            let is_before = distance(&ends[0].1, &middle.1) >= distance(&middle.1, &ends[1].1);
+            ends[usize::from(is_before)] = middle;
+        }
+        distance(&ends[0].1, &ends[1].1) > far
+    })
 }
 
 /// At most so many of all, equally far from each other.
@@ -252,7 +292,7 @@ fn pairs(_: usize, i: usize) -> (usize, f64) {
 ///
 /// What the equation does to a small one is proportional to it. What runs do that meet a jump in different steps is not, nor what has grown
 /// to the size of the solution.
-fn growth(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Growth {
+fn growth(problem: &dyn Problem, method: &dyn Method, horizon: f64, unit: f64) -> Growth {
     let start = problem.initial();
     let even: Vec<f64> = (1..=SIXTEEN).map(|k| horizon * f64::from(k) / f64::from(SIXTEEN)).collect();
     let mut times = [&even[..], &changes(problem, horizon, &even)].concat();
@@ -262,7 +302,7 @@ fn growth(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Growth {
     let factors = || -> Result<[f64; 2], RunError> {
         let one = follow(start.clone())?;
         let factor = |size: f64| {
-            let size = size * max_norm(&start).max(1.0);
+            let size = size * max_norm(&start).max(unit);
             // All directions have a part in it, smooth ones too.
             let moved: Vec<f64> =
                 start.iter().enumerate().map(|(i, x)| x + size * (1.0 + 0.5 * (i as f64).sin())).collect();

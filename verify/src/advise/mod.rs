@@ -9,15 +9,16 @@ use lsvi::adaptive::Tolerances;
 
 pub use character::{Character, Growth};
 pub use duration::duration;
-pub use trial::Trial;
+pub use trial::{Falls, Trial};
 
 use crate::kinds::{Principle, Stability};
-use crate::measure::norm::{Extremes, larger};
+use crate::measure::norm::{Extremes, larger, max_norm};
 use crate::method::{self, Method};
 use crate::names::NameError;
 use crate::problem::Problem;
+use crate::problem::changes::changes;
 use crate::reference;
-use crate::run::RunError;
+use crate::run::{RunError, run_through};
 use crate::theory::is_cheap;
 use trial::{Truth, search};
 
@@ -47,8 +48,10 @@ const HOPELESS: f64 = 16.0;
 /// f, which no step crosses, would try as many as there are times to double precision.
 const TRIED: u64 = 8 * trial::MOST as u64;
 
-/// The longest steps that the adaptive method is tried with, in parts of the run.
-const LONGEST: [f64; 3] = [1.0, 1.0 / 64.0, 1.0 / 1024.0];
+/// The longest steps that the adaptive method is tried with, in parts of the run; the shortest only where f changes by itself between the times
+/// at which the others look.
+const LONGEST: [f64; 4] = [1.0, 1.0 / 64.0, 1.0 / 1024.0, SHORTEST];
+const SHORTEST: f64 = 1.0 / 8192.0;
 
 /// Components with an absolute tolerance of their own, as a command line takes them; those of a larger system have the least for all.
 const LISTED: usize = 6;
@@ -102,10 +105,20 @@ impl Advice {
         self.has_no_truth() || (self.refusal.is_some() && spoils)
     }
 
-    /// The recommendation.
+    /// The recommendation: the first trial whose errors follow its order.
     pub fn recommended(&self) -> Option<&Trial> {
-        self.trials.first().filter(|_| self.refusal.is_none())
+        self.predictable().next().filter(|_| self.refusal.is_none())
     }
+
+    /// The trials that may be recommended, the least work first.
+    pub fn predictable(&self) -> impl Iterator<Item = &Trial> {
+        predictable(&self.trials, self.uncertainty)
+    }
+}
+
+/// Those whose errors, known to within `uncertainty`, follow the order of their method, so that others can be told from them.
+fn predictable(trials: &[Trial], uncertainty: f64) -> impl Iterator<Item = &Trial> {
+    trials.iter().filter(move |trial| trial.unpredictable(uncertainty).is_none())
 }
 
 /// Why no method is recommended.
@@ -124,7 +137,7 @@ pub enum Refusal {
     /// The solution stays within the accuracy of its start.
     #[error(
         "the solution moves by {moved:.1e} from its start, within the error of {target:.1e} that is asked for, so that standing still would do: \
-         start it elsewhere, or ask for less; errors are relative to 1 where all components are smaller, so that other units help too"
+         start it elsewhere, or ask for less"
     )]
     Constant {
         /// How far it moves.
@@ -172,7 +185,7 @@ pub enum Refusal {
         /// So many steps were tried.
         most: u32,
     },
-    /// The errors of the cheapest method do not follow its order.
+    /// The errors of no method follow its order, as those of the cheapest do not.
     #[error(
         "the errors of {method} fall with order {found:.1} where it has {nominal}: the solution is not smooth on the scale of its \
          steps, or so long that errors of phase add up, or the problem too stiff for its order there, and no error can be predicted"
@@ -200,23 +213,25 @@ pub enum Refusal {
 pub struct Held {
     /// The relative one.
     rtol: f64,
-    /// The absolute one as a multiple of it.
+    /// The absolute one as a multiple of it, in this unit.
     scale: f64,
+    /// The least size that errors are relative to.
+    unit: f64,
 }
 
 impl Held {
     /// For a solution of order one, to errors well below `accuracy`.
     pub fn to(accuracy: f64) -> Self {
-        Self { rtol: (1e-6 * accuracy).max(1e-12), scale: 1.0 }
+        Self { rtol: (1e-6 * accuracy).max(1e-12), scale: 1.0, unit: 1.0 }
     }
 
     /// For one that keeps small components, from which it comes back, or multiplies errors: as accurate as rounding lets it be.
-    const SMALL: Self = Self { rtol: 1e-13, scale: 1e-20 };
+    const SMALL: Self = Self { rtol: 1e-13, scale: 1e-20, unit: 1.0 };
 
     /// The adaptive method with these tolerances, or with a larger one of the same kind.
     fn method(self, least: f64) -> Result<Box<dyn Method>, NameError> {
         let rtol = self.rtol.max(least);
-        adaptive_within(rtol, &[self.scale * rtol])
+        adaptive_within(rtol, &[self.scale * self.unit * rtol])
     }
 }
 
@@ -242,7 +257,7 @@ pub fn advise(
     let candidates = CANDIDATES.into_iter().map(method::parse).collect::<Result<Vec<_>, _>>()?;
     let mut attempt = |held: Held| -> Result<Advice, NameError> {
         note("the course of the solution");
-        let character = Character::of(problem, &*held.method(LOOKING)?, horizon);
+        let character = Character::of(problem, &*held.method(LOOKING)?, horizon, held.unit);
         Ok(match try_out(problem, horizon, (accuracy, held), &candidates, &character, note)? {
             Err(lost) => Advice::refused(character, Refusal::Lost(lost)),
             Ok(tried) => {
@@ -257,13 +272,38 @@ pub fn advise(
             }
         })
     };
-    let held = Held::to(accuracy);
-    let first = attempt(held)?;
-    if !first.is_doubtful(held) {
-        return Ok(first);
-    }
-    let second = attempt(Held::SMALL)?;
-    Ok(if second.has_no_truth() { first } else { second })
+    let mut in_unit = |unit: f64| -> Result<Advice, NameError> {
+        let held = Held { unit, ..Held::to(accuracy) };
+        let first = attempt(held)?;
+        if !first.is_doubtful(held) {
+            return Ok(first);
+        }
+        let second = attempt(Held { unit, ..Held::SMALL })?;
+        // Of two that have no solution the more accurate one tells how near they come to it.
+        let is_worse =
+            second.has_no_truth() && !first.has_no_truth() || matches!(second.refusal, Some(Refusal::Lost(_)));
+        Ok(if is_worse { first } else { second })
+    };
+    let first = in_unit(1.0)?;
+    // What is too small to move in a unit of 1, or so large that no tolerance is met there, has a unit of its own.
+    let unit = match &first.refusal {
+        Some(Refusal::Constant { .. }) => Some(first.character.sizes.1).filter(|size| *size < 1.0),
+        Some(Refusal::Lost(_)) => size(problem, horizon, accuracy)?.filter(|size| *size > 1.0),
+        _ => None,
+    };
+    let Some(unit) = unit.filter(|unit| unit.is_normal()) else { return Ok(first) };
+    let own = in_unit(unit)?;
+    Ok(if matches!(own.refusal, Some(Refusal::Constant { .. } | Refusal::Lost(_))) { first } else { own })
+}
+
+/// The largest component of a run that is as accurate as the trials have to be, and that stops where f changes; none where it fails.
+fn size(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Option<f64>, NameError> {
+    let even: Vec<f64> = (1..=trial::TIMES).map(|k| horizon * k as f64 / trial::TIMES as f64).collect();
+    let mut stops = [&even[..], &changes(problem, horizon, &even)].concat();
+    stops.sort_by(f64::total_cmp);
+    stops.dedup();
+    let states = run_through(problem, &*adaptive(accuracy)?, &stops);
+    Ok(states.ok().map(|states| worst(states.iter().map(|state| max_norm(state)))))
 }
 
 /// Trials on a problem.
@@ -285,6 +325,7 @@ impl Tried {
     /// Why the first of the trials is not to be recommended, if it is not.
     fn refusal(&self, accuracy: f64) -> Option<Refusal> {
         let Self { uncertainty, target, .. } = *self;
+        let predictable: Vec<&Trial> = predictable(&self.trials, uncertainty).take(2).collect();
         match &self.trials[..] {
             // NaN is no agreement.
             _ if self.parting.is_nan() || self.parting > CONFIRMED * target => {
@@ -295,13 +336,17 @@ impl Tried {
                 Some(Refusal::Unresolved { difference: uncertainty, target })
             }
             [] => Some(Refusal::OutOfReach { accuracy, most: trial::MOST }),
-            [first, ..] if let Some((found, nominal)) = first.unpredictable() => {
+            [first, ..]
+                if let (true, Some((found, nominal))) = (predictable.is_empty(), first.unpredictable(uncertainty)) =>
+            {
                 Some(Refusal::NotSmooth { method: first.method.clone(), found, nominal })
             }
-            [first, second, ..] if second.cost < CLEAR * first.cost => {
-                Some(Refusal::Tie { first: first.method.clone(), second: second.method.clone() })
-            }
-            _ => None,
+            _ => match predictable[..] {
+                [first, second] if second.cost < CLEAR * first.cost => {
+                    Some(Refusal::Tie { first: first.method.clone(), second: second.method.clone() })
+                }
+                _ => None,
+            },
         }
     }
 }
@@ -322,7 +367,7 @@ pub fn try_out(
     let finest = held.rtol;
     let accurate = held.method(finest)?;
     note("the solution");
-    let truth = match Truth::by(problem, &*accurate, horizon) {
+    let truth = match Truth::by(problem, &*accurate, horizon, held.unit) {
         Ok(truth) => truth,
         Err(lost) => return Ok(Err(lost)),
     };
@@ -336,21 +381,26 @@ pub fn try_out(
         0..=LISTED => sizes,
         _ => vec![sizes.into_iter().smallest()],
     });
-    // The absolute tolerance is the relative one, or what that is of the least size of each component.
+    // The absolute tolerance is what the relative one is of the unit, or of the least size of each component.
     let largest_within = |sizes: &Vec<f64>, longest: f64| {
         tolerances.iter().find_map(|rtol| {
             let atol: Vec<f64> = sizes.iter().map(|size| as_printed(rtol * size)).collect();
             trial::with_tolerance(problem, (*rtol, &atol), longest, &truth, target)
         })
     };
-    let sizes: Vec<Vec<f64>> = [vec![1.0]].into_iter().chain(least_sizes).collect();
+    let sizes: Vec<Vec<f64>> = [vec![held.unit]].into_iter().chain(least_sizes).collect();
     // Steps as long as they like may pass over what f does for a moment, whatever the tolerance.
-    trials.extend(LONGEST.iter().find_map(|part| {
+    let longest = LONGEST.iter().filter(|part| **part > SHORTEST || truth.changes_by_itself());
+    trials.extend(longest.into_iter().find_map(|part| {
         let found = sizes.iter().filter_map(|sizes| largest_within(sizes, as_printed(part * horizon).min(horizon)));
         found.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }));
     let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();
     for method in &suited {
+        // What they are measured by is in doubt already.
+        if truth.parts_by() > CONFIRMED * target {
+            break;
+        }
         note(&method.name());
         let least = trials.iter().map(|trial| trial.cost).chain([f64::INFINITY]).smallest();
         let (found, closest) = search(problem, &***method, &truth, target, HOPELESS * least, calm);
@@ -358,21 +408,12 @@ pub fn try_out(
         trials.extend(found);
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    // A run that is too dear to be advised confirms the solution all the same.
-    let most = trials.first().map(|trial| HOPELESS * HOPELESS * trial.cost);
-    for (method, most) in suited.iter().zip(most.into_iter().cycle()) {
-        if uncertainty <= CONFIRMED * target {
-            break;
-        }
-        note(&format!("the solution by {}", method.name()));
-        uncertainty = uncertainty.min(search(problem, &***method, &truth, CONFIRMED * target, most, calm).1);
-    }
+    let is_confirmed = |uncertainty: f64| uncertainty <= CONFIRMED * target;
     for reference in CONFIRMING.into_iter().filter_map(reference::by_name) {
-        if uncertainty <= CONFIRMED * target {
-            break;
+        if !is_confirmed(uncertainty) {
+            note(&format!("the solution by {}", reference.name()));
+            uncertainty = uncertainty.min(truth.apart_from(reference, held));
         }
-        note(&format!("the solution by {}", reference.name()));
-        uncertainty = uncertainty.min(truth.apart_from(reference, finest));
     }
     let (moved, parting) = (truth.moves_by(), truth.parts_by());
     Ok(Ok(Tried { trials, uncertainty, target, moved, parting }))

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use lsvi::{Structure, Work};
 use nalgebra::DMatrix;
 
-use super::{adaptive_within, worst};
+use super::{Held, adaptive_within, worst};
 use crate::experiment::growth;
 use crate::kinds::{Principle, Stability};
 use crate::measure::norm::{Extremes, common_distance, distance, larger, max_norm};
@@ -18,6 +18,7 @@ use crate::names::NameError;
 use crate::problem::Problem;
 use crate::problem::changes::{GOLDEN, changes};
 use crate::reference::Reference;
+use crate::reference::bound::InUnits;
 use crate::run::{RunError, run_between, run_from, run_through, run_while};
 
 /// A run that reaches the accuracy.
@@ -39,8 +40,28 @@ pub struct Trial {
     pub times: usize,
     /// Its work in evaluations of f.
     pub cost: f64,
-    /// The order with which the errors fall here, and the nominal one; none for an adaptive method.
-    pub order: Option<(f64, u32)>,
+    /// How the errors fall here; none for an adaptive method, or one that is exact here.
+    pub falls: Option<Falls>,
+}
+
+/// The errors of a method with a number of steps and with twice as many, and its nominal order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Falls {
+    /// The two errors.
+    pub errors: [f64; 2],
+    /// The order.
+    pub nominal: u32,
+}
+
+impl Falls {
+    /// The order found, where the errors fall so slowly that those of other steps cannot be told, as far as they are known to within
+    /// `uncertainty`.
+    fn unpredictable(self, uncertainty: f64) -> Option<f64> {
+        let [error, finer] = self.errors;
+        let most = ((error + uncertainty) / (finer - uncertainty).max(0.0)).log2();
+        // NaN is no order.
+        (most.is_nan() || most < f64::from(self.nominal) - 0.5).then(|| (error / finer).log2())
+    }
 }
 
 impl Trial {
@@ -52,10 +73,9 @@ impl Trial {
         self.atol.as_ref().map_or_else(|| method::parse(&self.method), |atol| adaptive_within(self.setting, atol))
     }
 
-    /// The order found and the nominal one, where errors fall so slowly that those of other steps cannot be told.
-    pub fn unpredictable(&self) -> Option<(f64, u32)> {
-        // NaN is no order.
-        self.order.filter(|(found, nominal)| found.is_nan() || *found < f64::from(*nominal) - 0.5)
+    /// The order found and the nominal one, where no error can be told from those that are known to within `uncertainty`.
+    pub fn unpredictable(&self, uncertainty: f64) -> Option<(f64, u32)> {
+        self.falls.and_then(|falls| Some((falls.unpredictable(uncertainty)?, falls.nominal)))
     }
 }
 
@@ -103,6 +123,8 @@ pub(super) struct Truth<'a> {
     problem: &'a dyn Problem,
     method: &'a dyn Method,
     horizon: f64,
+    /// The least size that errors are relative to.
+    unit: f64,
     /// How many times of a run it is known at.
     most: usize,
     /// When f changes by itself.
@@ -116,14 +138,24 @@ pub(super) struct Truth<'a> {
 
 impl<'a> Truth<'a> {
     /// By an adaptive method.
-    pub(super) fn by(problem: &'a dyn Problem, method: &'a dyn Method, horizon: f64) -> Result<Self, RunError> {
+    pub(super) fn by(
+        problem: &'a dyn Problem,
+        method: &'a dyn Method,
+        horizon: f64,
+        unit: f64,
+    ) -> Result<Self, RunError> {
         let (known, extent, ends) = Default::default();
         let unknowns = problem.field().dim().max(1);
         let most = (VALUES / (unknowns * unknowns)).max(TIMES);
-        let mut truth = Self { problem, method, horizon, most, changes: Vec::new(), known, extent, ends };
+        let mut truth = Self { problem, method, horizon, unit, most, changes: Vec::new(), known, extent, ends };
         truth.changes = changes(problem, horizon, &truth.stops());
         truth.of_steps(FINE)?;
         Ok(truth)
+    }
+
+    /// Whether f changes by itself between the times at which the first run stopped.
+    pub(super) fn changes_by_itself(&self) -> bool {
+        !self.changes.is_empty()
     }
 
     /// The numbers of the steps that end at `ends` at which errors are measured: [`chosen`] ones, and those in which f changes.
@@ -186,20 +218,31 @@ impl<'a> Truth<'a> {
         worst(ends.iter().map(|end| common_distance(end, &ends[0])))
     }
 
-    /// The largest component, or 1.
+    /// The largest component, or the unit.
     pub(super) fn size(&self) -> f64 {
-        larger(self.extent.get().0, 1.0)
+        larger(self.extent.get().0, self.unit)
     }
 
-    /// How far `reference` is from it with this tolerance: infinitely, where it fails.
-    pub(super) fn apart_from(&self, reference: &dyn Reference, tolerance: f64) -> f64 {
+    /// How far `reference` is from it with the tolerances of accurate runs, one for all components in the unit or beside the least size of
+    /// each: infinitely, where it fails.
+    pub(super) fn apart_from(&self, reference: &dyn Reference, held: Held) -> f64 {
         let limit = self.problem.limit(Principle::Equation);
         let times = self.ends_of(TIMES as u32);
-        let Ok(run) = reference.run(limit.ode, 0.0, &limit.initial, &times, tolerance) else { return f64::INFINITY };
         let Ok(known) = self.of_steps(TIMES as u32) else { return f64::INFINITY };
-        let observed = |t: f64, state: &[f64]| self.problem.observe(t, state);
-        let states = times.iter().zip(known.iter().zip(&run.states));
-        worst(states.map(|(t, (known, state))| distance(&observed(*t, known), &observed(*t, state))))
+        // What f does for a moment is seen in steps as short as those of a trial may be.
+        let shortest = self.horizon / f64::from(MOST);
+        let longest = if self.changes_by_itself() { shortest } else { f64::INFINITY };
+        let apart = |sizes: &[f64]| {
+            let ode = InUnits::new(limit.ode, sizes).within(longest);
+            let run = reference.run(&ode, 0.0, &ode.in_units(&limit.initial), &times, held.rtol);
+            let Ok(run) = run else { return f64::INFINITY };
+            let observed = |t: f64, state: &[f64]| self.problem.observe(t, state);
+            let states = times.iter().zip(known.iter().zip(&run.states));
+            worst(states.map(|(t, (known, state))| distance(&observed(*t, known), &observed(*t, &ode.states(state)))))
+        };
+        let n = limit.initial.len();
+        let least = self.least_sizes(held.scale).filter(|sizes| sizes.len() == n);
+        apart(&vec![self.unit; n]).min(least.map_or(f64::INFINITY, |sizes| apart(&sizes)))
     }
 
     /// The least size that a component has in a part of the run, but for roundings of the largest, or for this part of them: an absolute
@@ -305,7 +348,7 @@ pub(super) fn with_tolerance(
         error,
         times: times.len(),
         cost: cost(problem, method)(run.work),
-        order: None,
+        falls: None,
     };
     (error <= target).then_some(trial)
 }
@@ -351,7 +394,8 @@ pub(super) fn search(
     let fine = Ran::at_ends_of(found.steps, (problem, method), 2 * found.steps, truth, f64::INFINITY).ok();
     let Some(fine) = fine else { return (None, found.error) };
     // Of a method that is exact here there is no order to see.
-    let order = (found.error > 0.0).then(|| ((found.error / fine.error).log2(), method.order()));
+    let errors = [found.error, fine.error];
+    let falls = (found.error > 0.0).then(|| Falls { errors, nominal: method.order() });
     let nearer = coarse.and_then(|coarse| {
         // Between the two, where the error reaches the target; a multiple of four steps, or of sixteen where that is little more, so
         // that several methods have the same.
@@ -374,7 +418,7 @@ pub(super) fn search(
         error,
         times: truth.steps(steps).len(),
         cost: cost(work),
-        order,
+        falls,
     };
     (Some(trial), fine.error.min(error))
 }
@@ -411,7 +455,7 @@ mod tests {
     /// v̇ = −v from 1 and an accurate solution of it, to `check`.
     fn with_truth(check: impl Fn(&dyn Problem, Truth)) {
         let (problem, method) = (drag(), adaptive(1e-12).expect("registered"));
-        check(&*problem, Truth::by(&*problem, &*method, HORIZON).expect("it runs"));
+        check(&*problem, Truth::by(&*problem, &*method, HORIZON, 1.0).expect("it runs"));
     }
 
     /// The largest error of implicit Euler with so many steps on v̇ = −v at each `every`-th of them.
@@ -483,7 +527,7 @@ mod tests {
         ] {
             let (problem, method) =
                 (problem::build_setting(setting).expect("registered"), adaptive(1e-12).expect("registered"));
-            let truth = Truth::by(&*problem, &*method, HORIZON).expect("it runs");
+            let truth = Truth::by(&*problem, &*method, HORIZON, 1.0).expect("it runs");
             assert!((truth.moves_by() - moved).abs() <= 1e-9, "{setting}: {}", truth.moves_by());
             // The run stops at some of 1024 steps; the first of them is chosen or a few steps on.
             assert!(truth.size() <= 3.0 && (truth.size() - size).abs() <= 0.8, "{setting}: {}", truth.size());
@@ -499,7 +543,7 @@ mod tests {
         });
         let rest = problem::build_setting("harmonic-oscillator q0=0 p0=0").expect("registered");
         let method = adaptive(1e-12).expect("registered");
-        let truth = Truth::by(&*rest, &*method, HORIZON).expect("it runs");
+        let truth = Truth::by(&*rest, &*method, HORIZON, 1.0).expect("it runs");
         assert_eq!(
             truth.least_sizes(1.0),
             Some(vec![f64::EPSILON; 2]),
@@ -550,7 +594,8 @@ mod tests {
                 let power = steps.next_power_of_two();
                 if power <= 64 {
                     let order = (every(power) / of_implicit_euler(2 * power, 2)).log2();
-                    let (found, nominal) = trial.order.expect("it has errors");
+                    let falls = trial.falls.expect("it has errors");
+                    let (found, nominal) = ((falls.errors[0] / falls.errors[1]).log2(), falls.nominal);
                     assert!((found - order).abs() <= 1e-6 && nominal == 1, "{target}: {trial:?} for {order}");
                     let smallest = of_implicit_euler(2 * power, 2).min(trial.error);
                     assert!((least - smallest).abs() <= 1e-9, "{target}: {least} for {smallest}");
@@ -568,7 +613,7 @@ mod tests {
             let tried = |target: f64| with_tolerance(problem, (1e-4, &[1e-4]), HORIZON, &truth, target);
             let trial = tried(1.0).expect("within 1");
             assert!(
-                trial.error > 0.0 && trial.error < 1e-3 && trial.setting == 1e-4 && trial.order.is_none(),
+                trial.error > 0.0 && trial.error < 1e-3 && trial.setting == 1e-4 && trial.falls.is_none(),
                 "{trial:?}"
             );
             assert_eq!((trial.times as u64, trial.cost > 0.0), (trial.steps, true));

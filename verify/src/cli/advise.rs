@@ -17,24 +17,26 @@ use super::output::Output;
 #[command(after_help = "\
 Methods of each family are run with ever shorter steps until their error, the
 largest of a component at the ends of steps, in a large system at an irregular
-choice of them, is within --accuracy of the largest component, or of 1; the
-table shows it in absolute terms. The errors are measured against an accurate
-run, and that against the best run with fixed steps, or against CVODE or diffsol
-where none of these comes near. The cheapest is recommended, with the step size
-and the error that were found; work is counted in evaluations of f, a matrix as
-many as it has columns that differ. A run is no trial if its rows go less than
-half as far from the start as the solution does.
+choice of them, is within --accuracy of the largest component, or of 1 unless
+the solution is so small that it would hardly move; the table shows it in
+absolute terms. The errors are measured against an accurate run, and that
+against the best trial with fixed steps, or against CVODE or diffsol where none
+of these comes near. The cheapest whose errors fall with the order of its method
+is recommended, with the step size and the error that were found; work is
+counted in evaluations of f, a matrix as many as it has columns that differ. A
+run is no trial if its rows go less than half as far from the start as the
+solution does.
 
 The tolerance of radau-adaptive in the table is the relative one. The absolute
 one is the same, or the relative one times the least amplitude that each
 component has in a sixteenth of the time, whichever is cheaper. Its steps are
 not limited, or, where such steps pass over something, to 1/64 or 1/1024 of the
-run.
+run, or to 1/8192 of it where f changes by itself for a moment.
 
 Nothing is recommended where the solution moves by less than the error asked
-for, or ends before the run does, where two accurate runs disagree, where errors
-do not fall with the order of the method, or where two methods take the same
-work to a tenth; both commands are shown then. A run of radau-adaptive that has
+for, or ends before the run does, where two accurate runs disagree, where the
+errors of no method fall with its order, or where two take the same work to a
+tenth; both commands are shown then. A run of radau-adaptive that has
 tried eight times as many steps as any method may take has failed, as where f
 jumps back and forth across a place.
 
@@ -82,10 +84,10 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
         .and_then(|()| match advice.recommended() {
             Some(trial) => command(&options.problem.options(), horizon, trial, out),
             // Either will do.
-            None if matches!(advice.refusal, Some(Refusal::Tie { .. })) => {
-                let mut trials = advice.trials.iter().take(2);
-                trials.try_for_each(|trial| command(&options.problem.options(), horizon, trial, out))
-            }
+            None if matches!(advice.refusal, Some(Refusal::Tie { .. })) => advice
+                .predictable()
+                .take(2)
+                .try_for_each(|trial| command(&options.problem.options(), horizon, trial, out)),
             None => Ok(()),
         })
         .and_then(|()| options.problem.write_caveat(out))
@@ -110,8 +112,10 @@ fn show(
     let (to, errors) = (plain(horizon), plain(accuracy));
     let absolute =
         if advice.target.is_nan() { String::new() } else { format!(", {} absolute", significant(advice.target, 2)) };
+    // Less than that of a solution of size 1.
+    let least = if advice.target < accuracy { "" } else { ", or to 1" };
     let about = format!(
-        "{name}: {}, to t = {to}, for errors of {errors} relative to the largest component, or to 1{absolute}",
+        "{name}: {}, to t = {to}, for errors of {errors} relative to the largest component{least}{absolute}",
         counted(character.unknowns, "unknown")
     );
     paragraph(out, "", 0, &about)?;
@@ -146,12 +150,13 @@ fn show(
                 significant(trial.error, 2),
                 significant(*uncertainty, 1),
                 trial.cost,
-                trials.get(1).map_or_else(String::new, |next| format!(
+                advice.predictable().nth(1).map_or_else(String::new, |next| format!(
                     ", {} times fewer than {}",
                     significant(next.cost / trial.cost, 2),
                     next.method
                 ))
             );
+            let text = text + &passed_over(&trials[0], *uncertainty);
             paragraph(out, "TAKE", INDENT, &text)
         }
         (Some(refusal @ Refusal::Lost(_)), _) if character.blows_up() => {
@@ -167,6 +172,16 @@ fn show(
         (Some(refusal), _) => paragraph(out, "NO ADVICE", INDENT, &format!("{refusal}.")),
         (None, None) => Ok(()),
     }
+}
+
+/// Why the cheapest trial is not the one to take, where it is not.
+fn passed_over(cheapest: &Trial, uncertainty: f64) -> String {
+    cheapest.unpredictable(uncertainty).map_or_else(String::new, |(found, nominal)| {
+        format!(
+            " The errors of {} fall with order {found:.1} where it has {nominal}, so that none can be predicted.",
+            cheapest.method
+        )
+    })
 }
 
 /// The command that makes the run of a trial again, broken as a shell reads it.
@@ -245,18 +260,27 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         significant(found.numerical, 2),
         significant(found.spectral, 2)
     );
-    let damping = if found.is_dissipative() {
-        "dissipative: the distance between solutions does not grow"
+    if found.jumps {
+        paragraph(
+            out,
+            "jumps",
+            INDENT,
+            "f jumps along the run, as friction and doses do: what is said of its structure holds between the jumps",
+        )?;
+    }
+    let contraction = if found.is_contractive() {
+        "contractive: the distance between solutions does not grow"
     } else if found.is_non_normal() {
         "non-normal: solutions may grow although no eigenvalue says so; Method I may amplify them"
     } else {
-        "not dissipative: some solutions grow"
+        "not contractive: some solutions part"
     };
-    paragraph(out, "dissipation", INDENT, &format!("{damping} {abscissas}"))?;
+    paragraph(out, "contraction", INDENT, &format!("{contraction} {abscissas}"))?;
     let symmetry = match (found.is_symmetric(), found.is_hamiltonian) {
         (true, _) => "symmetric: all eigenvalues are real".into(),
+        (false, true) if found.jumps => "Hamiltonian between jumps of f, which need not keep the energy".to_owned(),
         (false, true) if found.is_autonomous => {
-            "Hamiltonian: where f does not jump, a symplectic method keeps its energy within bounds".to_owned()
+            "Hamiltonian: a symplectic method keeps its energy within bounds".to_owned()
         }
         (false, true) => "Hamiltonian at each time; f depends on t, so that there is no energy to keep".to_owned(),
         (false, false) => format!("neither symmetric nor Hamiltonian; asymmetry {}", significant(found.asymmetry, 2)),
@@ -320,7 +344,7 @@ mod tests {
             error: 1.5e-6,
             times: 8,
             cost,
-            order: None,
+            falls: None,
         };
         advice.trials = vec![trial("rk4", None, 40.0), trial("radau-adaptive", Some(vec![1e-6]), 100.0)];
         (advice.uncertainty, advice.refusal) = (2e-8, None);

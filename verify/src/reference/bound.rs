@@ -100,46 +100,68 @@ pub(crate) fn solve_in_units(
     times: &[f64],
     finest: f64,
 ) -> Result<Sampled, ReferenceError> {
-    // A power of two rounds nothing.
-    let unit =
-        Some(max_norm(v0)).filter(|size| size.is_normal()).map_or(1.0, |size| size.log2().floor().exp2()).min(1.0);
-    let v0: Vec<f64> = v0.iter().map(|v| v / unit).collect();
-    let mut sampled = reference.solve_within(&InUnits(ode, unit), 0.0, &v0, times, finest)?;
-    sampled.states.iter_mut().flatten().chain(&mut sampled.bound).for_each(|x| *x *= unit);
+    let unit = Some(max_norm(v0)).filter(|size| size.is_normal()).map_or(1.0, |size| size.min(1.0));
+    let ode = InUnits::new(ode, &vec![unit; v0.len()]);
+    let mut sampled = reference.solve_within(&ode, 0.0, &ode.in_units(v0), times, finest)?;
+    sampled.states.iter_mut().for_each(|state| *state = ode.states(state));
+    let unit = ode.units.first().copied().unwrap_or(1.0);
+    sampled.bound.iter_mut().for_each(|bound| *bound *= unit);
     Ok(sampled)
 }
 
-/// An equation whose states are multiples of a unit.
-struct InUnits<'a>(&'a dyn Ode, f64);
+/// An equation whose components are multiples of a unit each.
+pub(crate) struct InUnits<'a> {
+    ode: &'a dyn Ode,
+    units: Vec<f64>,
+    longest: f64,
+}
 
-impl InUnits<'_> {
-    fn states(&self, v: &[f64]) -> Vec<f64> {
-        v.iter().map(|v| v * self.1).collect()
+impl<'a> InUnits<'a> {
+    /// In units of these sizes, which are positive.
+    pub(crate) fn new(ode: &'a dyn Ode, sizes: &[f64]) -> Self {
+        // A power of two rounds nothing.
+        Self { ode, units: sizes.iter().map(|size| size.log2().floor().exp2()).collect(), longest: f64::INFINITY }
+    }
+
+    /// The same, with no step longer than that.
+    pub(crate) fn within(self, longest: f64) -> Self {
+        Self { longest, ..self }
+    }
+
+    /// The state whose components are so many units.
+    pub(crate) fn states(&self, v: &[f64]) -> Vec<f64> {
+        v.iter().zip(&self.units).map(|(v, unit)| v * unit).collect()
+    }
+
+    /// How many units the components of a state are.
+    pub(crate) fn in_units(&self, v: &[f64]) -> Vec<f64> {
+        v.iter().zip(&self.units).map(|(v, unit)| v / unit).collect()
     }
 }
 
 impl Ode for InUnits<'_> {
     fn dim(&self) -> usize {
-        self.0.dim()
+        self.ode.dim()
     }
     fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
-        self.0.rhs(t, &self.states(v), dv);
-        dv.iter_mut().for_each(|rate| *rate /= self.1);
+        self.ode.rhs(t, &self.states(v), dv);
+        dv.iter_mut().zip(&self.units).for_each(|(rate, unit)| *rate /= unit);
     }
     fn jacobian(&self, t: f64, v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
-        self.0.jacobian(t, &self.states(v), add);
+        self.ode.jacobian(t, &self.states(v), &mut |i, j, x| add(i, j, x * self.units[j] / self.units[i]));
     }
     fn bandwidths(&self) -> Option<(usize, usize)> {
-        self.0.bandwidths()
+        self.ode.bandwidths()
     }
     fn product(&self, t: f64, v: &[f64], x: &[f64], out: &mut [f64]) {
-        self.0.product(t, &self.states(v), x, out);
+        self.ode.product(t, &self.states(v), &self.states(x), out);
+        out.iter_mut().zip(&self.units).for_each(|(rate, unit)| *rate /= unit);
     }
     fn is_matrix_free(&self) -> bool {
-        self.0.is_matrix_free()
+        self.ode.is_matrix_free()
     }
     fn longest_step(&self, span: f64) -> f64 {
-        self.0.longest_step(span)
+        self.ode.longest_step(span).min(self.longest)
     }
 }
 

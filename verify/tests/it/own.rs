@@ -634,7 +634,7 @@ fn runs_of_rounded_coefficients_count_their_rounding() {
 #[test]
 fn a_system_gets_advice_with_an_error_that_was_found_or_none() {
     let (code, out, _) = verify(&["advise", "--problem", "channel-couette", "--set", "cells=8"]);
-    assert!(code == 0 && out.contains("TAKE") && out.contains("symmetric") && out.contains("dissipative"), "{out}");
+    assert!(code == 0 && out.contains("TAKE") && out.contains("symmetric") && out.contains("contractive"), "{out}");
     assert!(out.contains("RUN           verify solve --problem channel-couette --set 'cells=8' "), "{out}");
     // To the end of the advice, which is later than the problem's own.
     let (code, out, _) = verify(&["advise", "--problem", "van-der-pol"]);
@@ -651,7 +651,7 @@ fn a_system_gets_advice_with_an_error_that_was_found_or_none() {
     let (code, out, _) = verify(&["advise", "--problem", "quadratic-drag", "--set", "v0=-1", "--t-end", "2"]);
     assert!(code == 3 && out.contains("NO ADVICE") && !out.contains("TAKE"), "{out}");
     let (code, out, _) = verify(&["advise", "--problem", "kepler", "--t-end", "13"]);
-    assert!(code == 3 && out.contains("rk4 ") && !out.contains("RUN"), "{out}");
+    assert!(code == 3 && out.contains("NO ADVICE     no clear winner") && out.matches("RUN").count() == 2, "{out}");
     for bad in ["0", "1", "NaN", "x"] {
         assert_eq!(verify(&["advise", "--problem", "logistic", "--accuracy", bad]).0, 2);
     }
