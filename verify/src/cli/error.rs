@@ -33,7 +33,7 @@ pub(super) enum Failure {
         method: Box<str>,
         source: RunError,
         /// Why the method cannot succeed on the problem, where that is known.
-        breakdown: Option<&'static str>,
+        breakdown: Option<String>,
     },
     #[error(transparent)]
     Build(#[from] BuildError),

@@ -4,6 +4,7 @@ mod beside;
 mod beware;
 mod held;
 mod table;
+mod units;
 mod unresolved;
 
 use std::io::{self, Write};
@@ -13,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
-use lsvi::{Grid, InputError, State, SystemError};
+use lsvi::{Grid, InputError, State, StepError, SystemError};
 use verify::estimate::Estimator;
 use verify::measure::norm::{distance, larger, max_norm};
 use verify::method::Method;
@@ -30,6 +31,7 @@ use super::output::Output;
 use beside::Beside;
 use beware::Watch;
 use table::Table;
+use units::{Fault, unlike};
 use unresolved::{Forcing, helps_at_a_jump};
 use verify::replacement::Replacement;
 
@@ -223,7 +225,14 @@ impl<'a> Solve<'a> {
 
     fn failed(&self, source: RunError) -> Failure {
         let known = breakdown(&*self.problem, &*self.method, self.args.t_end);
+        let of_units = || match &source {
+            RunError::Step(StepError::Solve { t, h, .. }) => {
+                unlike(&*self.problem, &*self.method, (*t, &self.problem.initial()), *h, Fault::Fails)
+            }
+            _ => None,
+        };
         let breakdown = known.map(|breakdown| breakdown.reason).or_else(|| helps_at_a_jump(&*self.problem, &source));
+        let breakdown = breakdown.map(str::to_owned).or_else(of_units);
         Failure::Run { problem: self.name.as_str().into(), method: self.method.name().into(), source, breakdown }
     }
 

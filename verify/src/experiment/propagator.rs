@@ -13,9 +13,11 @@ use crate::run::{RunError, run_from};
 
 /// Why there is no propagator.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum ProbeError {
+pub enum ProbeError {
+    /// The method does not apply, or a step fails.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// It is none of fixed steps.
     #[error("{0} chooses its own steps")]
     OwnSteps(String),
 }
@@ -96,7 +98,7 @@ fn rows(method: &dyn Method, a: &DMatrix<f64>, start: usize, count: usize) -> Re
 ///
 /// # Errors
 /// As for [`rows`].
-pub(crate) fn propagator(method: &dyn Method, a: &DMatrix<f64>) -> Result<DMatrix<f64>, ProbeError> {
+pub fn propagator(method: &dyn Method, a: &DMatrix<f64>) -> Result<DMatrix<f64>, ProbeError> {
     let mut matrix = DMatrix::zeros(a.nrows(), a.nrows());
     for (j, mut column) in matrix.column_iter_mut().enumerate() {
         column.copy_from_slice(&rows(method, a, j, 2)?[1]);

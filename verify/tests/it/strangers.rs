@@ -701,6 +701,26 @@ fn a_pulse_that_steps_pass_over_is_named() {
     assert_eq!(run(&["--method", "radau-adaptive", "--h", "0.02"]), "");
 }
 
+/// A rotation whose components are 10⁹ apart in size: in units in which they are alike Method I turns, and degree 3 has a step.
+#[test]
+fn units_that_least_squares_cannot_weigh_are_named() {
+    let model = "u_i { x = 1, v = 0 } F_i { 1e9*v, -1e-9*x }";
+    let cause = "with v in units of 9e-10 of those of x";
+    let said = warned("units", model, &["--method", "method-i", "--h", "0.1", "--t-end", "10"]);
+    assert!(said.contains("the method hardly moves it") && said.contains(cause), "{said}");
+    let path = file("units.ds", model).display().to_string();
+    let run = ["solve", "--model", &path, "--method", "ls-galerkin(3,gauss,3)", "--h", "0.1", "--t-end", "1"];
+    let (status, _, errors) = verify(&run);
+    let errors = errors.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        status == 1
+            && errors.contains(&format!(
+                "hint: least squares weigh the components of f alike, whose units are not: {cause}"
+            )),
+        "{errors}"
+    );
+}
+
 /// A blow that lasts 10⁻⁴ of the run, whatever the tolerances.
 #[test]
 fn a_blow_that_adaptive_steps_pass_over_is_named() {

@@ -10,6 +10,7 @@ use verify::reference::{self, Ode};
 use verify::run::step_from;
 
 use super::held::Held;
+use super::units::{Fault, unlike};
 use crate::cli::layout::{number, plain};
 
 /// Largest system whose derivatives are looked at as a dense matrix.
@@ -305,7 +306,7 @@ impl Watch {
             .or_else(|| self.stuck(problem, method))
             .or_else(|| self.stays(problem, method))
             .or_else(|| self.held.told(self.largest))
-            .or_else(|| self.lags(problem));
+            .or_else(|| self.lags(problem, method));
         let broken = self.broken_invariants(problem, stuck.is_some());
         (ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).collect(), broken)
     }
@@ -348,7 +349,7 @@ impl Watch {
     }
 
     /// Two steps, the last ones, that hardly move a component where solutions do, as near a state of rest of the method alone.
-    fn lags(&self, problem: &dyn Problem) -> Option<String> {
+    fn lags(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
         let (ode, n) = (problem.ode(), self.first.len());
         let rows = [&self.earlier, &self.before, &self.last];
         if n > DENSE || rows.iter().any(|(_, v)| v.len() != n) {
@@ -364,13 +365,15 @@ impl Watch {
             exact[k].abs() > (LOST * self.sizes[k]).max(COURSE / LOST) && run[k].abs() < LAGS * exact[k].abs()
         };
         let k = (0..n).find(|k| is_behind(&first, *k) && is_behind(&last, *k))?;
+        let (t, v) = &self.before;
+        let remedy = unlike(problem, method, (*t, v), self.last.0 - t, Fault::Off(k));
         Some(format!(
-            "the last step, from t = {}, moves {} by {}, and the solution from there by {}: the method hardly moves it, and the equation does; \
-             another method tells",
+            "the last step, from t = {}, moves {} by {}, and the solution from there by {}: the method hardly moves it, and the equation does; {}",
             plain(self.before.0),
             component_names(problem)[k],
             number(last[0][k]),
-            number(last[1][k])
+            number(last[1][k]),
+            remedy.unwrap_or_else(|| "another method tells".into())
         ))
     }
 

@@ -1,0 +1,103 @@
+//! Whether a step goes wrong for the units of the components: least squares weigh those of f alike, in whatever units they are.
+
+use nalgebra::DVector;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use verify::experiment::propagator;
+use verify::measure::norm::Extremes;
+use verify::method::Method;
+use verify::problem::{Problem, component_names};
+
+use super::beware::{DENSE, jacobian};
+
+/// A step is wrong for its units if in others its error is this part of what it is.
+const PART: f64 = 0.1;
+
+/// What a step of `h` from `v` does, or does not.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Fault {
+    /// It is off in this component.
+    Off(usize),
+    /// It has no solution.
+    Fails,
+}
+
+/// The units in which the entries of the Jacobian are alike, and in which a step has not the fault that it has in those of the model, as far as
+/// the linearised equation tells. A Runge–Kutta method does the same in all.
+pub(super) fn unlike(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    (t, v): (f64, &[f64]),
+    h: f64,
+    fault: Fault,
+) -> Option<String> {
+    let (ode, n) = (problem.ode(), v.len());
+    if ode.dim() != n || !(2..=DENSE).contains(&n) {
+        return None;
+    }
+    let a = h * jacobian(problem, t, v);
+    let mut f = DVector::zeros(n);
+    ode.rhs(t, v, f.as_mut_slice());
+    let f = h * f;
+    if a.iter().chain(&f).any(|x| !x.is_finite()) {
+        return None;
+    }
+    // D⁻¹AD with the diagonal D of the units.
+    let mut balanced = a.clone();
+    let units = balance_parlett_reinsch(&mut balanced);
+    // Of the solution, d with A d = f is carried on by e^A, and by the matrix of a step; all in those units, in which no digits are lost.
+    let svd = balanced.clone().svd(true, true);
+    let least = f64::EPSILON * n as f64 * svd.singular_values.max();
+    let distance = svd.solve(&f.component_div(&units), least).ok()?;
+    let solution = balanced.exp() * &distance;
+    let there = (propagator(method, &balanced).ok()? * &distance - &solution).component_mul(&units);
+    let here = propagator(method, &a).ok();
+    let here = here.map(|step| step * distance.component_mul(&units) - solution.component_mul(&units));
+    let is_mended = match (here, fault) {
+        (None, Fault::Fails) => there.iter().all(|error| error.is_finite()),
+        (Some(here), Fault::Off(k)) => there[k].abs() < PART * here[k].abs(),
+        _ => false,
+    };
+    let (largest, smallest) = (units.iter().copied().largest(), units.iter().copied().smallest());
+    let named = |unit: f64| Some(&component_names(problem)[units.iter().position(|other| *other == unit)?]).cloned();
+    let names = [named(smallest)?, named(largest)?];
+    (is_mended && smallest < largest).then(|| {
+        format!(
+            "least squares weigh the components of f alike, whose units are not: with {} in units of {:.0e} of those of {} the step is another; \
+             scale the variables so, or take a Runge–Kutta method",
+            names[0],
+            smallest / largest,
+            names[1]
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use verify::method;
+    use verify::problem::model::Model;
+
+    /// x turns with v at a rate of 1, in units that are 10⁹ and 10⁻⁹ of one another, or alike.
+    #[test]
+    fn units_are_named_where_a_step_goes_right_in_others() {
+        let found = |rates: &str, name: &str, fault: Fault| {
+            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+            std::fs::write(file.path(), format!("u_i {{ x = 1, v = 0 }} F_i {{ {rates} }}")).expect("writable");
+            let problem = Model::load(file.path(), &[], None).expect("a model");
+            let method = method::parse(name).expect("registered");
+            unlike(&problem, &*method, (0.0, &[1.0, 0.0]), 0.1, fault)
+        };
+        let (unlike, alike) = ("1e9*v, -1e-9*x", "v, -x");
+        let told = found(unlike, "method-i", Fault::Off(0)).expect("it hardly moves");
+        assert!(told.contains("with v in units of 9e-10 of those of x"), "{told}");
+        assert!(found(unlike, "ls-galerkin(3,gauss,3)", Fault::Fails).is_some());
+        for (rates, name, fault) in [
+            (alike, "method-i", Fault::Off(0)),
+            (unlike, "method-i", Fault::Fails),
+            (unlike, "implicit-euler", Fault::Off(0)),
+            (alike, "ls-galerkin(3,gauss,3)", Fault::Fails),
+        ] {
+            assert_eq!(found(rates, name, fault), None, "{rates} by {name}");
+        }
+    }
+}
