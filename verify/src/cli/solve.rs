@@ -16,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
 use lsvi::{Grid, InputError, State, StepError, SystemError};
 use verify::estimate::Estimator;
-use verify::measure::norm::{distance, larger, max_norm};
+use verify::measure::norm::{Extremes, distance, larger, max_norm};
 use verify::method::Method;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
 use verify::problem::{Invariant, Problem, component_names};
@@ -32,7 +32,7 @@ use beside::Beside;
 use beware::Watch;
 use table::Table;
 use units::{Fault, unlike};
-use unresolved::{Forcing, helps_at_a_jump};
+use unresolved::{Forcing, Unseen, helps_at_a_jump};
 use verify::replacement::Replacement;
 
 /// Part of the largest value above which an estimate of its error says that no digit of it is right.
@@ -185,7 +185,7 @@ struct Summary {
     watch: Watch,
     beside: Beside,
     /// That the steps do not see how f depends on time.
-    unseen: Option<String>,
+    unseen: Option<Unseen>,
 }
 
 impl<'a> Solve<'a> {
@@ -283,7 +283,8 @@ impl<'a> Solve<'a> {
         summary.unestimated = failure;
         // Where both tolerances lead to the same steps there is no difference.
         let estimate = summary.estimate.map_or(0.0, |(estimate, _)| estimate);
-        summary.unseen = forcing.and_then(|forcing| forcing.unresolved(estimate, summary.size));
+        let is_adaptive = self.method.traits().is_adaptive;
+        summary.unseen = forcing.and_then(|forcing| forcing.unresolved(is_adaptive, estimate, summary.size));
         Ok(summary)
     }
 
@@ -332,13 +333,19 @@ impl<'a> Solve<'a> {
             let off = || summary.watch.off(&*self.problem, &*self.method, self.h, summary.estimate?.0);
             warnings.extend(summary.watch.amplified(&*self.problem, &*self.method).or_else(off));
         }
-        // Where f is not seen, another solution with half the step is no news.
+        // What the nodes make of f is a reason to look, and rows that another run comes to are right for all that.
+        let is_refuted = |unseen: &Unseen| summary.beside.is_met(&*self.problem, &*self.method, &unseen.places);
+        let unseen = summary.unseen.as_ref().filter(|unseen| !is_refuted(unseen)).map(|unseen| unseen.text.clone());
+        // Where f is not seen, another solution with half the step is no news, and being small is no reason.
+        let is_seen = unseen.is_none();
         let of_estimate = || summary.unresolved(is_adaptive).or_else(|| summary.watch.leap().filter(|_| !is_adaptive));
-        warnings.extend(summary.unseen.clone().or_else(of_estimate));
-        if is_adaptive {
+        warnings.extend(unseen.or_else(of_estimate));
+        if is_adaptive && is_seen {
             let default = [DEFAULT_ATOL];
             let atol = if self.args.atol.is_empty() { &default[..] } else { &self.args.atol };
-            warnings.extend(summary.watch.below(atol));
+            // With a tenth of the tolerances it is small too.
+            let is_small = summary.estimate.is_none_or(|(estimate, _)| estimate < atol.iter().copied().largest());
+            warnings.extend(summary.watch.below(atol).filter(|_| is_small));
         }
         // What has a reason of its own needs no other solver.
         if warnings.is_empty() {

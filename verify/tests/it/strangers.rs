@@ -701,6 +701,43 @@ fn a_pulse_that_steps_pass_over_is_named() {
     assert_eq!(run(&["--method", "radau-adaptive", "--h", "0.02"]), "");
 }
 
+/// Days and nights, a dose that ends with a step, and what turns 318 times a unit of time: quadratures of f have no say where another run comes
+/// to the same rows, within the estimate.
+#[test]
+fn rows_that_another_run_comes_to_are_not_doubted_for_what_f_does_between_them() {
+    let light =
+        "u_i { x = 0, y = 0 } li { heaviside(sin(0.2617993877991494*t)) } F_i { li*(1 - x) - 0.3*x, 0.1*x - 0.05*y }";
+    assert_eq!(warned("light", light, &["--method", "rk4", "--h", "0.48", "--t-end", "96"]), "");
+    let dose = "u_i { g = 0, c = 0 } F_i { 100*heaviside(0.5 - t) - 1.2*g, 1.2*g - 0.2*c }";
+    let radau = ["--method", "ls-galerkin(2,radau,2)", "--h", "0.05", "--t-end", "24"];
+    assert_eq!(warned("dose", dose, &radau), "");
+    let fast = "u_i { x = 0 } F_i { -x + 50*sin(2000*t) }";
+    let adaptive = ["--method", "radau-adaptive", "--rtol", "3.16e-3", "--atol", "3.16e-3", "--t-end", "10"];
+    assert_eq!(warned("fast", fast, &adaptive), "");
+}
+
+/// A pump that is switched over at the end of a step: with half of the step the error is as large.
+#[test]
+fn a_jump_that_two_runs_meet_alike_is_named() {
+    let laser = "u_i { n = 3, ph = 1e-9 } loss { 6 - 5*heaviside(t - 20) }
+                 F_i { 0.05*(3 - n) - n*ph*0.05, (n - loss)*ph + 1e-9*n }";
+    let said = warned("laser", laser, &["--method", "rk4", "--h", "0.5", "--t-end", "50"]);
+    assert!(said.contains("by two solvers that choose their steps"), "{said}");
+}
+
+/// A burst of a third of a unit of time, of which no tolerance shows anything, and steps as long as it is do.
+#[test]
+fn the_steps_that_show_a_burst_are_named_and_no_smaller_tolerance() {
+    let model = "u_i { x = 0, y = 0 } g { exp(-pow((t - 613.7)/0.2, 2))*5 } F_i { g - 0.5*x, 0.5*x - 0.1*y }";
+    let run =
+        |rest: &[&str]| warned("burst", model, &[&["--method", "radau-adaptive", "--t-end", "1000"], rest].concat());
+    let said = run(&[]);
+    assert!(said.contains("as at t = 613.7") && said.contains("`--h`") && !said.contains("`--atol`"), "{said}");
+    // 0.2 √π.
+    assert!(said.contains("where it is 0.354"), "{said}");
+    assert_eq!(run(&["--h", "0.354"]), "");
+}
+
 /// A rotation whose components are 10⁹ apart in size: in units in which they are alike Method I turns, and degree 3 has a step.
 #[test]
 fn units_that_least_squares_cannot_weigh_are_named() {

@@ -52,8 +52,9 @@ const WHOLE: f64 = 0.999;
 /// Part of the largest value of a component by which a step on the linearised equation is off.
 pub(super) const OFF: f64 = 0.1;
 
-/// Times the estimate of the error that the estimate does not explain: it is good to a factor of two or so.
-pub(super) const BEYOND: f64 = 4.0;
+/// Times the estimate of the error that the estimate does not explain: across a jump, where errors halve with the step, it is half of the error,
+/// and good to half as much again.
+pub(super) const BEYOND: f64 = 3.0;
 
 /// A step that moves a component by less than this part of what solutions do lags behind them.
 const LAGS: f64 = 0.01;

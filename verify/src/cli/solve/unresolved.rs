@@ -28,6 +28,9 @@ const JUMPS: f64 = 100.0;
 /// Part of the solution that the difference comes to where f is not resolved.
 const PART: f64 = 1e-3;
 
+/// Steps that miss most of f in which another run has to stop.
+const PLACES: usize = 64;
+
 /// What two quadratures of f(t, v) in t make of it along a run, v as it is at the start of each step: one with few nodes, as the steps have
 /// them, and one with many panels. Two runs with h and h/2 may see one phase alone of what is periodic, or both pass over what f does for
 /// a moment, and agree.
@@ -45,6 +48,32 @@ pub(super) struct Forcing<'a> {
     /// The difference so far, as far as it is not forgotten, and the largest of it at any time.
     difference: Vec<f64>,
     largest: f64,
+    /// What the steps miss that miss most of f, and some others.
+    missed: Vec<Missed>,
+}
+
+/// What a step misses of f.
+#[derive(Debug, Clone, Copy)]
+struct Missed {
+    /// The difference of the two quadratures.
+    difference: f64,
+    /// When f is farthest from what it is at the start of the step, and by how much.
+    t: f64,
+    height: f64,
+}
+
+/// Leaves those that miss most, the largest first.
+fn keep_largest(missed: &mut Vec<Missed>) {
+    missed.sort_by(|a, b| b.difference.total_cmp(&a.difference));
+    missed.truncate(PLACES);
+}
+
+/// That steps do not see f.
+#[derive(Debug)]
+pub(super) struct Unseen {
+    pub(super) text: String,
+    /// Times in the steps that miss most of it, in their order.
+    pub(super) places: Vec<f64>,
 }
 
 impl<'a> Forcing<'a> {
@@ -58,7 +87,7 @@ impl<'a> Forcing<'a> {
         let [coarse, fine] = [coarse, Quadrature::gauss(NODES)].map(|rule| rule.map_or_else(|_| Vec::new(), pairs));
         let left = if field.is_autonomous() { 0.0 } else { VALUES };
         let difference = vec![0.0; problem.ode().dim()];
-        Self { problem, field, coarse, fine, density, left, last: None, difference, largest: 0.0 }
+        Self { problem, field, coarse, fine, density, left, last: None, difference, largest: 0.0, missed: Vec::new() }
     }
 
     /// Nodes in parts of a step with so many panels, and the weight of each in the difference of the two rules.
@@ -87,13 +116,24 @@ impl<'a> Forcing<'a> {
         // The references' f may be dear, as a convolution of all modes is.
         if self.depends_on_time(before, h, panels, &v) {
             let (mut f, mut of_step, mut moment) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+            let mut start = vec![0.0; n];
+            ode.rhs(before, &v, &mut start);
+            let mut missed = Missed { difference: 0.0, t: before, height: 0.0 };
             for (node, weight) in self.rule(panels) {
                 ode.rhs(before + node * h, &v, &mut f);
+                let height = distance(&f, &start);
+                if height > missed.height {
+                    (missed.t, missed.height) = (before + node * h, height);
+                }
                 of_step.iter_mut().zip(&f).for_each(|(sum, f)| *sum += h * weight * f);
                 moment.iter_mut().zip(&f).for_each(|(sum, f)| *sum += h * (1.0 - node) * h * weight * f);
             }
             // What is not finite is said elsewhere.
             if of_step.iter().chain(&moment).all(|x| x.is_finite()) {
+                self.missed.push(Missed { difference: max_norm(&of_step), ..missed });
+                if self.missed.len() == 2 * PLACES {
+                    keep_largest(&mut self.missed);
+                }
                 self.difference.iter_mut().zip(of_step).for_each(|(sum, x)| *sum += x);
                 self.carry(before, h, &v, moment);
             }
@@ -137,14 +177,31 @@ impl<'a> Forcing<'a> {
     }
 
     /// That the run does not see f, where its largest error is estimated to be `estimate` and its largest component is `size`.
-    pub(super) fn unresolved(&self, estimate: f64, size: f64) -> Option<String> {
-        (self.largest > BEYOND * estimate && self.largest > PART * size).then(|| {
+    pub(super) fn unresolved(&self, is_adaptive: bool, estimate: f64, size: f64) -> Option<Unseen> {
+        if self.largest <= BEYOND * estimate || self.largest <= PART * size {
+            return None;
+        }
+        let mut missed = self.missed.clone();
+        keep_largest(&mut missed);
+        let most = missed.first()?;
+        let remedy = if is_adaptive {
+            // As long as what has its height and its area.
             format!(
-                "f changes in time faster than the steps: its integral over them is another than their nodes make of it, and the \
-                 estimate, {}, does not know; a step that is no multiple of its period, or a smaller one, tells",
-                number(estimate)
+                "tolerances do not tell, and `--h`, the longest step, does where it is {} or less",
+                number(most.difference / most.height)
             )
-        })
+        } else {
+            "a step that is no multiple of its period, or a smaller one, tells".into()
+        };
+        let text = format!(
+            "f changes in time faster than the steps, as at t = {}: its integral over them is another than their nodes make of it, and the \
+             estimate, {}, does not know; {remedy}",
+            number(most.t),
+            number(estimate)
+        );
+        let mut places: Vec<f64> = missed.iter().map(|missed| missed.t).collect();
+        places.sort_by(f64::total_cmp);
+        Some(Unseen { text, places })
     }
 }
 
@@ -228,8 +285,24 @@ mod tests {
     #[test]
     fn a_force_is_not_resolved_beyond_the_estimate_and_a_part_of_the_solution() {
         let problem = verify::problem::build("linear-drag", &[]).expect("registered");
-        let forcing = Forcing { largest: 1.0, ..Forcing::new(&*problem, 2, 1.0) };
-        let told = |estimate: f64, size: f64| forcing.unresolved(estimate, size).is_some();
-        assert_eq!([told(0.24, 1.0), told(0.26, 1.0), told(0.0, 990.0), told(0.0, 1010.0)], [true, false, true, false]);
+        let missed = vec![Missed { difference: 1.0, t: 0.5, height: 4.0 }];
+        let forcing = Forcing { largest: 1.0, missed, ..Forcing::new(&*problem, 2, 1.0) };
+        let told = |estimate: f64, size: f64| forcing.unresolved(false, estimate, size).is_some();
+        assert_eq!([told(0.33, 1.0), told(0.34, 1.0), told(0.0, 990.0), told(0.0, 1010.0)], [true, false, true, false]);
+    }
+
+    /// A pulse of height 10 that comes to 1.77 at t = 7.25, and one of half its height; of few steps all are places, of many the 64 that miss most.
+    #[test]
+    fn places_are_those_where_most_is_missed() {
+        let pulses = "10*exp(-100*(t - 7.25)*(t - 7.25)) + 5*exp(-100*(t - 3.3)*(t - 3.3)) + 0.01*sin(t)";
+        let told = |steps: u32| {
+            followed(&format!("-0.01*x + {pulses}"), 4, (steps, f64::from(steps)), |it| {
+                it.unresolved(true, 0.0, 1.0).expect("missed")
+            })
+        };
+        let few = told(10);
+        assert!([7.25, 3.3].iter().all(|t| few.places.iter().any(|place| (place - t).abs() < 1e-3)), "{few:?}");
+        assert!(few.places.is_sorted() && few.text.contains("as at t = 7.2") && few.text.contains("`--h`"), "{few:?}");
+        assert_eq!(told(200).places.len(), PLACES);
     }
 }
