@@ -104,24 +104,29 @@ fn notes(settled: &[&Estimated], coarse: &[&Estimated], adaptive: &[Adaptive]) -
 
 fn figure(found: &[Estimated], adaptive: &[Adaptive]) -> Figure {
     let of = |settled: bool| {
-        let runs = found.iter().filter(move |run| run.is_settled == settled);
-        runs.filter_map(|run| Some((run.error, run.estimate?))).filter(|(error, _)| *error < 10.0).collect::<Vec<_>>()
+        let runs = found.iter().filter(move |run| run.is_settled == settled && run.estimate.is_some());
+        runs.map(|run| (run.error, run.ratio())).filter(|(error, _)| *error < 10.0).collect::<Vec<_>>()
     };
-    let all = [of(true), of(false)].concat();
+    let adapted = adaptive.iter().filter_map(|run| Some((run.error, run.ratio()?))).collect::<Vec<_>>();
+    let all = [of(true), of(false), adapted.clone()].concat();
     let [least, most] = [all.iter().map(|point| point.0).smallest(), all.iter().map(|point| point.0).largest()];
+    let across = |ratio| vec![(least, ratio), (most, ratio)];
     let series = vec![
-        Series::new("coarsest step", of(false), Mark::Markers),
         Series::new("coarsest step with the order settled", of(true), Mark::Markers),
-        Series::new(
-            "radau-adaptive",
-            adaptive.iter().filter_map(|run| Some((run.error, run.estimate?))).collect(),
-            Mark::Markers,
-        ),
-        Series::new("estimate = error", vec![(least, least), (most, most)], Mark::Guide),
+        Series::new("coarsest step", of(false), Mark::Markers),
+        Series::new("radau-adaptive", adapted, Mark::Markers),
+        Series::new("twice the error", across(SETTLED), Mark::Guide),
+        Series::new("half of the error", across(SETTLED.recip()), Mark::Guide),
     ];
-    let caption = "Estimate against error at the end of each run, all pairs of method and problem with an order that finer steps confirm. At the \
-                   coarsest step, where it has one of its own, the order has not settled yet. On the dashed line the two are equal; below it the estimate is too small. Errors above 10 are left out.";
-    Figure::new("estimates", caption, "estimates", [Panel::new(Axis::log("error"), Axis::log("estimate"), series)])
+    let caption = "Estimate over error at the end of each run, all pairs of method and problem with an order that finer steps confirm. At the \
+                   coarsest step, where it has one of its own, the order has not settled yet. Between the dashed lines they are within a factor of two \
+                   of each other. Errors above 10 are left out.";
+    Figure::new(
+        "estimates",
+        caption,
+        "estimates",
+        [Panel::new(Axis::log("error"), Axis::log("estimate / error"), series)],
+    )
 }
 
 fn table(found: &[Estimated]) -> Table {
