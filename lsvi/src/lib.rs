@@ -26,8 +26,8 @@
 //! | L(q, q̇) with forces, or constraints f(q) = 0 | [`Forced`], [`Constrained`] | as without |
 //! | two configurations instead of a momentum | [`TwoStep`] | as without |
 //! | large and sparse | the first two, with the [`Structure`] of the field declared | |
-//! | known by products only | [`method_i`]'s [`LeastSquaresStep`], [`RungeKutta`](classic::RungeKutta) or [`Bdf2`](classic::Bdf2), `with_solver` | 2 |
-//! | something to compare with | the baseline methods in [`classic`] | 1, 2, 4 |
+//! | known by products only | [`method_i`]'s [`LeastSquaresStep`], [`RungeKutta`](classic::RungeKutta) or [`Bdf2`](classic::Bdf2), `with_solver` | 2, or the tableau's |
+//! | something to compare with | the baseline methods in [`classic`] | 1, 2, 4, or the tableau's |
 //!
 //! [`method_ii`] is for comparison: where f_v is singular it has no equation, and growth that saturates passes such places.
 //!

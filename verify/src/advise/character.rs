@@ -1,11 +1,11 @@
 //! What a system is like along its solution.
 
 use lsvi::{Jacobian, Mass, Structure, VectorField};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::worst;
 use crate::measure::norm::{Extremes, distance, max_norm};
-use crate::measure::stability::{numerical_abscissa, spectral_abscissa, spectral_radius};
+use crate::measure::stability::{eigenvalues, numerical_abscissa, reach_of_rk4, spectral_abscissa, spectral_radius};
 use crate::method::Method;
 use crate::problem::Problem;
 use crate::problem::changes::changes;
@@ -30,6 +30,8 @@ const BLOWN: f64 = 1e6;
 /// it is left of rates a thousand million times those of the solution alone, whose roundings are smaller.
 const HALVINGS: usize = 40;
 const JUMP: f64 = 1e-3;
+/// Part of a product below which it is zero, to the seven digits to which an invariant is found.
+const DIGITS_KEPT: f64 = 1e-6;
 /// Relative size below which an entry is roundoff of derivatives.
 const ROUNDOFF: f64 = 1e-9;
 
@@ -75,8 +77,12 @@ pub struct Matrices {
     pub numerical: f64,
     /// Largest ‖A − Aᵀ‖ over ‖A‖, 0 for a symmetric system.
     pub asymmetry: f64,
+    /// The least number of steps of RK4 in a unit of time with which it is stable on the linearised equation, but for what grows.
+    pub unstable: f64,
     /// Linear invariants: w with wᵀM v constant.
     pub invariants: usize,
+    /// Whether A w = 0 for each of them, for which Method I keeps them.
+    pub keeps_invariants: bool,
     /// A with the largest |λ| of the instants at which no perturbation grows.
     pub calm: Option<DMatrix<f64>>,
     /// Whether ΩA is symmetric at all instants, with momenta after coordinates, or each after its own.
@@ -194,16 +200,21 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     // What has a small unit has small rates, and is not conserved for that; a row that is no more than the roundings of two products of the
     // largest is none, and stays.
     let largest = all.row_iter().map(|row| row.norm()).largest();
-    for mut row in all.row_iter_mut() {
+    let mut units = DVector::from_element(n, 1.0);
+    for (mut row, unit) in all.row_iter_mut().zip(units.iter_mut()) {
         let norm = row.norm();
         if norm > 4.0 * f64::EPSILON * largest {
             row /= norm;
+            *unit = norm;
         }
     }
     // Squares of singular values: what is orthogonal to seven digits counts.
-    let sizes = (&all * all.transpose()).symmetric_eigenvalues();
-    let least = 16.0 * all.ncols() as f64 * f64::EPSILON * sizes.max();
-    let invariants = sizes.iter().filter(|size| **size <= least).count();
+    let of_rows = (&all * all.transpose()).symmetric_eigen();
+    let least = 16.0 * all.ncols() as f64 * f64::EPSILON * of_rows.eigenvalues.max();
+    let orthogonal = of_rows.eigenvalues.iter().zip(of_rows.eigenvectors.column_iter());
+    let invariants: Vec<_> =
+        orthogonal.filter(|(size, _)| **size <= least).map(|(_, w)| w.component_div(&units)).collect();
+    let is_kept = |w: &DVector<f64>| found.iter().all(|a| (a * w).norm() <= DIGITS_KEPT * a.norm() * w.norm());
     let relative = |difference: DMatrix<f64>, a: &DMatrix<f64>| difference.norm() / a.norm().max(f64::MIN_POSITIVE);
     let hamiltonian = |partner: fn(usize, usize) -> (usize, f64)| {
         found.iter().all(|a| {
@@ -223,11 +234,22 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         spectral: found.iter().map(spectral_abscissa).largest(),
         numerical: found.iter().map(numerical_abscissa).largest(),
         asymmetry: worst(found.iter().map(|a| relative(a - a.transpose(), a))),
-        invariants,
+        unstable: found.iter().flat_map(eigenvalues).map(steps_of_rk4).largest(),
+        keeps_invariants: invariants.iter().all(is_kept),
+        invariants: invariants.len(),
         is_autonomous: is_autonomous(&*field, states),
         jumps: jumps(&*field, states),
         is_hamiltonian: n.is_multiple_of(2) && (hamiltonian(halves) || hamiltonian(pairs)),
     })
+}
+
+/// The least number of steps of RK4 in a unit of time with which it is stable on ẋ = λx; none where that grows.
+fn steps_of_rk4(rate: Complex<f64>) -> f64 {
+    let size = rate.norm();
+    if size == 0.0 || rate.re > ROUNDOFF * size {
+        return 0.0;
+    }
+    size / reach_of_rk4(Complex::new(rate.re.min(0.0), rate.im) / size)
 }
 
 /// Whether f at the start is the same at the times of few of the states.

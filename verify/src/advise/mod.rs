@@ -392,7 +392,9 @@ pub fn try_out(
     // Steps as long as they like may pass over what f does for a moment, whatever the tolerance.
     let longest = LONGEST.iter().filter(|part| **part > SHORTEST || truth.changes_by_itself());
     trials.extend(longest.into_iter().find_map(|part| {
-        let found = sizes.iter().filter_map(|sizes| largest_within(sizes, as_printed(part * horizon).min(horizon)));
+        let found = sizes
+            .iter()
+            .filter_map(|sizes| largest_within(sizes, if *part < 1.0 { as_printed(part * horizon) } else { horizon }));
         found.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }));
     let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();

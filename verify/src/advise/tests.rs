@@ -443,6 +443,16 @@ fn what_holds_at_the_start_alone_is_not_said_of_the_system() {
     assert_eq!(matrices("u_i { x = 1, y = 0 } F_i { 1 - x - y*y, y*y }").invariants, 0);
     assert_eq!(matrices("u_i { x = 1, y = 0 } F_i { -y*y, y*y }").invariants, 1);
     assert_eq!(matrices("u_i { x = 0, y = 0 } F_i { -x - y*y, y*y - y }").invariants, 0);
+    // Method I keeps x + y where A (1, 1) = 0, whatever the units are.
+    for (text, invariants, kept) in [
+        ("u_i { x = 1, y = 0 } F_i { -x + y, x - y }", 1, true),
+        ("u_i { x = 1, y = 0 } F_i { -x, x }", 1, false),
+        ("u_i { x = 1, y = 1e-6 } F_i { -x + 1e6*y, 1e-6*x - y }", 1, false),
+        ("u_i { x = 1, y = 0, z = 2 } F_i { -x + y, x - y, 0 }", 2, true),
+    ] {
+        let found = matrices(text);
+        assert_eq!((found.invariants, found.keeps_invariants), (invariants, kept), "{text}");
+    }
 }
 
 /// The largest error at the ends of the steps of a trial, against a run to each of them.
@@ -586,6 +596,21 @@ fn errors_are_relative_to_what_lasts_a_moment_too() {
 fn the_adaptive_method_is_tried_with_ten_times_the_tolerance_of_the_accurate_run_or_more() {
     assert_eq!(tolerances(1e-6), [1e-2, 3.16e-3, 1e-3, 3.16e-4, 1e-4, 3.16e-5, 1e-5]);
     assert_eq!((tolerances(1e-12).len(), tolerances(1e-12).last()), (17, Some(&1e-10)));
+}
+
+/// On either axis, and not for what grows.
+#[test]
+fn steps_for_stability_are_counted_by_the_border_of_the_region() {
+    for (text, expected) in [
+        ("u_i { x = 1 } F_i { -10*x }", 10.0 / 2.785_293_563),
+        ("u_i { x = 1, y = 0 } F_i { 3*y, -3*x }", 3.0 / 8_f64.sqrt()),
+        ("u_i { x = 1 } F_i { 10*x }", 0.0),
+        ("u_i { x = 1, y = 1 } F_i { 10*x, -y }", 1.0 / 2.785_293_563),
+        ("u_i { x = 1 } F_i { 0 }", 0.0),
+    ] {
+        let found = character(text, 0.5).matrices.expect("small").unstable;
+        approx::assert_relative_eq!(found, expected, max_relative = 1e-8);
+    }
 }
 
 /// Kepler's problem in metres and seconds conserves nothing linear, however small the rates of velocities are beside those of places; and the

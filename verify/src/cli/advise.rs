@@ -28,15 +28,18 @@ run is no trial if its rows go less than half as far from the start as the
 solution does.
 
 The tolerance of radau-adaptive in the table is the relative one. The absolute
-one is the same, or the relative one times the least amplitude that each
-component has in a sixteenth of the time, whichever is cheaper. Its steps are
+one is the relative one times the unit that errors are relative to, or times the
+least amplitude that each component, or of more than six any, has in a sixteenth
+of the time, whichever is cheaper. Its steps are
 not limited, or, where such steps pass over something, to 1/64 or 1/1024 of the
 run, or to 1/8192 of it where f changes by itself for a moment.
 
-Nothing is recommended where the solution moves by less than the error asked
-for, or ends before the run does, where two accurate runs disagree, where the
-errors of no method fall with its order, or where two take the same work to a
-tenth; both commands are shown then. A run of radau-adaptive that has
+Nothing is recommended where f is not finite at the start or its matrix is not
+known, where the solution moves by less than the error asked for or ends before
+the run does, where two accurate runs disagree or nothing confirms them, where
+no method reaches the accuracy or the errors of none fall with its order, or
+where two take the same work to a tenth; both commands are shown then. A run of
+radau-adaptive that has
 tried eight times as many steps as any method may take has failed, as where f
 jumps back and forth across a place.
 
@@ -219,13 +222,18 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         Growth::Unseen => "not looked at".into(),
         Growth::Lost(error) => format!("not known, for a run that it takes fails: {error}"),
         Growth::Untold(factors) => format!(
-            "not linear: disturbances of the start of 1e-6 and of 1e-7 come to {} and {} times their size at most, which differ, so that the \
-             larger one is no small one any more, as in chaos or beside a separatrix, or f jumps",
+            "not linear: disturbances of the start of 1e-6 and of 1e-7 are {} and {} times their size at the largest of the times looked at, which \
+             differ, so that the larger one is no small one any more, as in chaos or beside a separatrix, or f jumps",
             significant(factors[0], 2),
             significant(factors[1], 2)
         ),
+        // What has decayed may be roundings.
+        Growth::By(factor) if *factor <= 1.0 => {
+            "the largest component of a disturbance of the start in one direction is no larger at any of the times looked at".into()
+        }
         Growth::By(factor) => format!(
-            "a disturbance of the start in one direction comes to {} times its size at most along the run, another one may to more",
+            "the largest component of a disturbance of the start in one direction is {} times its size at the largest of the times looked at; \
+             it may be more between them, or in another direction",
             significant(*factor, 2)
         ),
     };
@@ -239,14 +247,16 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         };
         return paragraph(out, "structure", INDENT, why);
     };
-    let steps = found.fastest * horizon / 2.785;
-    let least = steps.ceil().max(1.0);
+    let least = (found.unstable * horizon).ceil();
+    let stable = match least {
+        0.0 => "no mode decays, so that rk4 is stable with any steps".into(),
+        1.0 => "rk4 is stable with a single step".into(),
+        _ => format!("rk4 takes {} steps or more for stability", plain(least)),
+    };
     let speed = format!(
-        "its fastest rate is {}, of {} looked at; rk4 takes {} step{} or more for stability",
+        "its fastest rate is {}, of {} looked at; {stable}",
         significant(found.fastest, 3),
         counted(found.instants, "time"),
-        plain(least),
-        if least == 1.0 { "" } else { "s" }
     );
     paragraph(out, "stiffness", INDENT, &speed)?;
     // What turns at this rate has not come round once.
@@ -269,7 +279,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         )?;
     }
     let contraction = if found.is_contractive() {
-        "contractive: the distance between solutions does not grow"
+        "contractive: the distance between solutions does not grow, in the Euclidean norm"
     } else if found.is_non_normal() {
         "non-normal: solutions may grow although no eigenvalue says so; Method I may amplify them"
     } else {
@@ -283,13 +293,26 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
             "Hamiltonian: a symplectic method keeps its energy within bounds".to_owned()
         }
         (false, true) => "Hamiltonian at each time; f depends on t, so that there is no energy to keep".to_owned(),
-        (false, false) => format!("neither symmetric nor Hamiltonian; asymmetry {}", significant(found.asymmetry, 2)),
+        (false, false) => {
+            format!(
+                "neither symmetric nor Hamiltonian in these coordinates; asymmetry {}",
+                significant(found.asymmetry, 2)
+            )
+        }
     };
     paragraph(out, "symmetry", INDENT, &symmetry)?;
+    let kept = match (found.keeps_invariants, found.invariants) {
+        (true, 1) => "which Method I keeps too",
+        (true, _) => "which Method I keeps too, each of them",
+        (false, 1) => "which Runge–Kutta methods keep, and Method I in the Euclidean metric does not",
+        (false, _) => {
+            "which Runge–Kutta methods keep, and Method I in the Euclidean metric does not, or not each of them"
+        }
+    };
     let invariants = match found.invariants {
         0 => "none that is linear".into(),
-        1 => "one linear; least-squares methods in the Euclidean metric break it".to_owned(),
-        n => format!("{n} linear; least-squares methods in the Euclidean metric break them"),
+        1 => format!("one linear, {kept}"),
+        n => format!("{n} linear, {kept}"),
     };
     paragraph(out, "invariants", INDENT, &invariants)
 }

@@ -143,7 +143,7 @@ impl Figure {
         self.dimmed(&names, told)
     }
 
-    /// The same with those in colour, too, that come to smaller and to larger errors than every other one. Only for figures of errors: a defect at rounding is not
+    /// The same with those in colour, too, whose least error is smaller and larger than that of every other one. Only for figures of errors: a defect at rounding is not
     /// the better the smaller it is.
     #[must_use]
     pub fn telling_with_extremes(self, names: &[&str]) -> Self {
@@ -155,9 +155,9 @@ impl Figure {
         } else {
             (format!("the {of} curves that are in most of the {panels} panels"), ", in most panels that show both")
         };
-        let has = |name: &str, errors: &str| format!("`{name}` has {errors} errors than each other one");
+        let is = |name: &str, than: &str| format!("the least error of `{name}` is {than} than that of each other one");
         let found: Vec<_> =
-            best.iter().map(|name| has(name, "smaller")).chain(worst.iter().map(|name| has(name, "larger"))).collect();
+            best.iter().map(|name| is(name, "smaller")).chain(worst.iter().map(|name| is(name, "larger"))).collect();
         if !found.is_empty() {
             let _ = write!(told, "; of {among} {}{place}", found.join(" and "));
         }
@@ -337,8 +337,8 @@ mod tests {
         assert_eq!(marked(&figure, |mark| mark == Mark::Other), ["m1", "m2", "m4", "m6", "m8", "m9", "m0"]);
         for words in [
             "In colour: `m5`, `m3`;",
-            "of the 9 curves that are in most of the 2 panels `m3` has smaller errors than each other one and `m7` has larger errors than each \
-             other one, in most panels that show both",
+            "of the 9 curves that are in most of the 2 panels the least error of `m3` is smaller than that of each other one and the least error \
+             of `m7` is larger than that of each other one, in most panels that show both",
         ] {
             assert!(figure.caption.contains(words), "{words}: {}", figure.caption);
         }
@@ -346,12 +346,12 @@ mod tests {
         let mut alone = crowded();
         alone.panels[0].series.retain(|series| series.label == "m4");
         let alone = alone.telling_with_extremes(&["m5"]);
-        assert!(!alone.caption.contains("errors"), "{}", alone.caption);
+        assert!(!alone.caption.contains("error"), "{}", alone.caption);
         // One that is left out of a panel is compared in the others.
         let mut three = crowded();
         three.panels.push(three.panels[0].clone());
         three.panels[0].series.retain(|series| series.label != "m3");
-        assert!(three.telling_with_extremes(&["m5"]).caption.contains("`m3` has smaller errors"));
+        assert!(three.telling_with_extremes(&["m5"]).caption.contains("the least error of `m3` is smaller"));
         // None where each is beaten by some other.
         let heights = [[1.0, 2.0, 3.0], [2.0, 3.0, 1.0], [3.0, 1.0, 2.0]];
         let panel = |k: usize| {

@@ -55,6 +55,26 @@ pub fn spectral_abscissa(a: &DMatrix<f64>) -> f64 {
     eigenvalues(a).iter().map(|z| z.re).largest()
 }
 
+/// How far from 0 in this direction, of modulus 1 in the left half-plane, RK4 damps: |1 + z + z²/2 + z³/6 + z⁴/24| ≤ 1.
+pub fn reach_of_rk4(direction: Complex<f64>) -> f64 {
+    /// No direction reaches so far, and none leaves the region and comes back within a part of it.
+    const BEYOND: f64 = 3.5;
+    const PARTS: i32 = 64;
+    const HALVINGS: i32 = 50;
+    let damps = |r: f64| {
+        let z = direction * r;
+        let factor = 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)));
+        factor.norm_sqr() <= 1.0 + 8.0 * f64::EPSILON
+    };
+    let part = BEYOND / f64::from(PARTS);
+    let within = (1..=PARTS).map(|k| part * f64::from(k)).take_while(|r| damps(*r)).last().unwrap_or(0.0);
+    let bisect = |(low, high): (f64, f64), _| {
+        let middle = 0.5 * (low + high);
+        if damps(middle) { (middle, high) } else { (low, middle) }
+    };
+    (0..HALVINGS).fold((within, within + part), bisect).0
+}
+
 /// Largest eigenvalue of the symmetric part: solutions of v̇ = Av grow no faster, at first and ever.
 pub fn numerical_abscissa(a: &DMatrix<f64>) -> f64 {
     (0.5 * (a + a.transpose())).symmetric_eigenvalues().max()
@@ -113,6 +133,23 @@ mod tests {
             approx::assert_relative_eq!(growth(sequence(&[(unit, large)])), large.norm(), max_relative = 1e-14);
             let both = sequence(&[(unit, small), (unit, large)]);
             approx::assert_relative_eq!(growth(both), large.norm(), max_relative = 1e-13);
+        }
+    }
+
+    #[test]
+    fn rk4_reaches_the_border_of_its_region() {
+        for (degrees, expected) in [(180.0, 2.785_293_563), (90.0, 8_f64.sqrt())] {
+            let (sin, cos) = f64::to_radians(degrees).sin_cos();
+            approx::assert_abs_diff_eq!(reach_of_rk4(Complex::new(cos.min(0.0), sin)), expected, epsilon = 1e-8);
+        }
+        // On the border |R| is 1, on either side of the real axis.
+        for degrees in [91.0, 100.0, 120.0, 150.0, 240.0] {
+            let (sin, cos) = f64::to_radians(degrees).sin_cos();
+            let direction = Complex::new(cos, sin);
+            let z = direction * reach_of_rk4(direction);
+            let factor = 1.0 + z + z * z / 2.0 + z * z * z / 6.0 + z * z * z * z / 24.0;
+            approx::assert_abs_diff_eq!(factor.norm(), 1.0, epsilon = 1e-12);
+            assert!(z.norm() > 2.6, "{z}");
         }
     }
 

@@ -474,12 +474,16 @@ fn clash(code: &str, line: usize, text: &str) -> Option<String> {
         return own("M").map(|own| format!("{text}; {own}; rename what is another thing"));
     }
     let name = text.strip_suffix(" is already defined")?;
-    let defines = |text: &str| {
+    let uses = |(before, text): (usize, &str)| {
         let text = text.split("//").next().unwrap_or_default();
         // An index is no part of a name.
-        text.split(|c: char| !c.is_alphanumeric()).any(|word| word == name)
+        let words = text.split(|c: char| !c.is_alphanumeric()).filter(|word| *word == name);
+        vec![before + 1; words.count()]
     };
-    let first = code.lines().take(line).position(defines).map_or(line, |before| before + 1);
+    let mut lines = code.lines().take(line).enumerate().flat_map(uses);
+    let first = lines.next()?;
+    // Of a name that is given once DiffSL says itself why it cannot be.
+    lines.next()?;
     let own = own(name).map_or_else(String::new, |own| format!("{own}; "));
     Some(format!("`{name}` is already there in line {first}; {own}rename what is another thing, or state it once"))
 }

@@ -1342,6 +1342,10 @@ fn a_name_that_is_given_twice_is_told_with_both_places() {
         let (code, _, error) = say(&format!("solve --model {} --method rk4 --h 0.1 --t-end 1", model.display()));
         assert!(code == 2 && flat(&error).contains(&format!("{told}rename what is another thing")), "{error}");
     }
+    // Given once, and reserved.
+    fs::write(&model, "u_i { x = 1 }\nN { 2 }\nF_i { -N*x }").expect("writable");
+    let (code, _, error) = say(&format!("solve --model {} --method rk4 --h 0.1 --t-end 1", model.display()));
+    assert!(code == 2 && error.contains("reserved") && !error.contains("already there"), "{error}");
 }
 
 #[test]
