@@ -7,10 +7,14 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use dashu_float::FBig;
 use dashu_float::round::Rounded;
 use dashu_float::round::mode::HalfEven;
+use dashu_int::IBig;
 use dashu_ratio::RBig;
 
 /// A binary float, rounded to nearest.
 pub(super) type Float = FBig<HalfEven, 2>;
+
+/// A decimal one.
+type Decimal = FBig<HalfEven, 10>;
 
 /// Bits of a mantissa: 57 decimal digits.
 pub(super) const BITS: usize = 192;
@@ -118,8 +122,14 @@ impl Real {
 
     /// `digits` significant decimal digits of the centre.
     pub fn decimal(&self, digits: usize) -> String {
-        // Digits enough for all bits come first: to few digits at once the library's conversion is off by powers of ten.
-        let all = self.mid.clone().with_base_and_precision::<10>(BITS / 3 + digits).value();
+        // All digits come first, exactly, as 2⁻ⁿ = 5ⁿ 10⁻ⁿ: the library's conversion to few at once is off by powers of ten, and that to
+        // many takes logarithms.
+        let (mantissa, exponent) = (self.mid.repr().significand(), self.mid.repr().exponent());
+        let power = |base: u8| IBig::from(base).pow(exponent.unsigned_abs());
+        let all = match exponent {
+            0.. => Decimal::from_parts(mantissa * power(2), 0),
+            _ => Decimal::from_parts(mantissa * power(5), exponent),
+        };
         all.with_precision(digits).value().to_string()
     }
 

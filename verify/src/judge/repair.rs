@@ -215,23 +215,18 @@ pub(super) fn is_printed(x: &Real, old: &Coefficient) -> bool {
     (&x.centre() - &old.real).may_be_zero()
 }
 
-/// The first form of `x` with which the conditions hold; a rounded one is uncertain by what they leave open, too.
+/// The first form of `x` with which the conditions hold: beside a rounded decimal one of as many places, uncertain by as much, as a
+/// reader of the file takes it; or else as one would print it. A rounded one is uncertain by what the conditions leave open, too.
 pub(super) fn fitting(
     x: &Real,
     old: &Coefficient,
     radicands: &[i64],
     hold: impl Fn(&Real) -> bool,
 ) -> Option<(String, Real)> {
-    let (text, value) = forms(x, old, radicands).find(|(_, value)| hold(value))?;
+    let as_printed = to_places(x, old).or_else(|| over_denominator(x, old)).filter(|(_, value)| hold(value));
+    let (text, value) = as_printed.or_else(|| written(x, radicands, hold))?;
     let open = if value.radius() > 0.0 { x.radius() } else { 0.0 };
     Some((text, value.widened(open)))
-}
-
-/// The forms in which `x` can replace `old`: a rounded decimal by one of as many places, uncertain by as much, as a reader of the
-/// file takes it; or else as one would print it.
-fn forms(x: &Real, old: &Coefficient, radicands: &[i64]) -> impl Iterator<Item = (String, Real)> {
-    let as_printed = to_places(x, old).or_else(|| over_denominator(x, old));
-    as_printed.into_iter().chain(std::iter::once_with(move || written(x, radicands)))
 }
 
 /// The fraction nearest to `x` with the denominator of `old`, where that is one: 2616/720 beside 1901/720, and not 109/30.
@@ -274,22 +269,24 @@ fn simple(x: &Real, chance: f64) -> Option<RBig> {
     x.simplest().filter(|rational| RBig::from(rational.denominator().clone()).to_f64().value() <= limit)
 }
 
-/// A number as one would print it: rational, with a square root that the file has elsewhere, or its digits.
-fn written(x: &Real, radicands: &[i64]) -> (String, Real) {
+/// A number as one would print it, if the conditions hold with it: rational, with a square root that the file has elsewhere, or its digits.
+fn written(x: &Real, radicands: &[i64], hold: impl Fn(&Real) -> bool) -> Option<(String, Real)> {
     if let Some(rational) = simple(x, 0.01) {
         let value = Real::rational(&rational);
-        return (rational.to_string(), value);
+        return hold(&value).then(|| (rational.to_string(), value));
     }
     if x.radius() < 1e-45 {
         let relation = radicands.iter().find_map(|&d| quadratic(x, d));
         if let Some(found) = relation {
-            return found;
+            return Some(found).filter(|(_, value)| hold(value));
         }
     }
-    // To the digits that the uncertainty leaves, one more than are certain.
-    let size = x.to_f64().abs().max(f64::MIN_POSITIVE);
-    let digits = (size / x.radius().max(1e-40 * size)).log10().ceil().clamp(1.0, 40.0) as usize;
-    (x.decimal(digits), x.clone())
+    hold(x).then(|| {
+        // To the digits that the uncertainty leaves, one more than are certain.
+        let size = x.to_f64().abs().max(f64::MIN_POSITIVE);
+        let digits = (size / x.radius().max(1e-40 * size)).log10().ceil().clamp(1.0, 40.0) as usize;
+        (x.decimal(digits), x.clone())
+    })
 }
 
 /// The polynomial through (0, y₀), (1, y₁), …, by Newton's divided differences.
