@@ -232,7 +232,7 @@ fn truncated(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, claimed_e
 /// The embedded method whose difference from b the file lists as b̂, if that is what it does: of order 1 at least, and of that claimed.
 fn differences(theory: &Theory, claimed: Option<u32>) -> Option<Diagnosis> {
     let (numbers, b) = (&theory.numbers, &theory.numbers.b);
-    let difference = numbers.b_hat.as_deref().filter(|list| list.iter().cloned().sum::<Real>().may_be_zero())?;
+    let difference = numbers.b_hat.as_deref().filter(|list| list.iter().sum::<Real>().may_be_zero())?;
     if difference.iter().all(Real::may_be_zero) {
         return None;
     }

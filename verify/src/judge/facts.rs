@@ -197,7 +197,7 @@ impl Judgement {
     fn sum_of_weights(&self) -> String {
         let is_cut = matches!(self.diagnosis, Diagnosis::Truncated { .. });
         let sums = self.runge_kutta().filter(|theory| is_cut || theory.main.order == 0).map(|theory| {
-            let sum: Real = theory.numbers.b.iter().cloned().sum();
+            let sum: Real = theory.numbers.b.iter().sum();
             format!(" The weights add up to {}.", trimmed(sum.to_f64(), 12))
         });
         sums.unwrap_or_default()

@@ -131,13 +131,15 @@ pub(super) fn candidates(system: &dyn System, wrong: &[usize], with: impl Fn(&Re
 /// Conditions of coloured trees, and c_i = Σ_j a_ij, or the same of â, where a partitioned method states c.
 struct PartsSystem<'a> {
     parts: &'a Parts,
+    /// The part whose rows add up to c.
+    timed: usize,
     forest: Forest,
 }
 
 impl<'a> PartsSystem<'a> {
     fn new(parts: &'a Parts, order: u32) -> Self {
         let rule = parts.rule();
-        Self { parts, forest: Forest::new(rule, order.clamp(1, rule.most())) }
+        Self { parts, timed: parts.timed(), forest: Forest::new(rule, order.clamp(1, rule.most())) }
     }
 
     fn stages(&self) -> usize {
@@ -194,7 +196,7 @@ impl System for PartsSystem<'_> {
             }
         };
         let a = [matrix(0), matrix(1)];
-        let sums = row_sums(&a[self.parts.timed()]);
+        let sums = row_sums(&a[self.timed]);
         let c = if self.parts.c.is_some() { &rest[2 * s..] } else { &sums };
         let leaves = self.parts.leaves([&a[0], &a[1]], c);
         let part = |k: usize| Part { a: &a[k], leaf: leaves[k].clone() };
@@ -215,7 +217,7 @@ impl System for PartsSystem<'_> {
     fn sum(&self, place: Place) -> Option<Place> {
         let is_stated = self.parts.c.is_some() && self.parts.coupling != Coupling::SecondOrder;
         match place {
-            Place::Of(name, i, _) if is_stated && name == ["a", "a_hat"][self.parts.timed()] => Some(Place::In("c", i)),
+            Place::Of(name, i, _) if is_stated && name == ["a", "a_hat"][self.timed] => Some(Place::In("c", i)),
             _ => None,
         }
     }

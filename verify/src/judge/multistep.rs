@@ -376,7 +376,7 @@ fn vanishing(residuals: &[Real]) -> usize {
 
 /// Residuals over σ(1), where that is not zero.
 fn over_slopes(residuals: &[Real], s: &[Real]) -> Vec<Real> {
-    let total: Real = s.iter().cloned().sum();
+    let total: Real = s.iter().sum();
     residuals.iter().map(|c| if total.may_be_zero() { c.clone() } else { c / &total }).collect()
 }
 

@@ -62,7 +62,7 @@ impl Parts {
     /// q, of which a single one is a misprint.
     pub(super) fn timed(&self) -> usize {
         let wrong = |part: usize| {
-            let sums = self.a[part].iter().map(|row| row.iter().map(|x| x.real.clone()).sum::<Real>());
+            let sums = self.a[part].iter().map(|row| row.iter().map(|x| &x.real).sum::<Real>());
             self.c.iter().flatten().zip(sums).filter(|(c, sum)| !(&c.real - sum).may_be_zero()).count()
         };
         usize::from(wrong(0) > 1 && wrong(1) < wrong(0))

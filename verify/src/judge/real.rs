@@ -220,6 +220,12 @@ impl Sum for Real {
     }
 }
 
+impl<'a> Sum<&'a Self> for Real {
+    fn sum<I: Iterator<Item = &'a Self>>(iter: I) -> Self {
+        iter.fold(Self::zero(), |sum, x| &sum + x)
+    }
+}
+
 impl fmt::Display for Real {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.decimal(f.precision().unwrap_or(20)))

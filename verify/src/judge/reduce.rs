@@ -108,7 +108,7 @@ mod tests {
     fn quarters(a: &[&[i64]], b: &[i64]) -> Numbers {
         let row = |row: &[i64]| row.iter().map(|n| &Real::from(*n) / &Real::from(4)).collect::<Vec<Real>>();
         let a: Vec<Vec<Real>> = a.iter().map(|entries| row(entries)).collect();
-        let c = a.iter().map(|row| row.iter().cloned().sum()).collect();
+        let c = a.iter().map(|row| row.iter().sum()).collect();
         Numbers { a, b: row(b), c, b_hat: None }
     }
 

@@ -71,7 +71,7 @@ pub fn symplectic_defect(numbers: &Numbers) -> Option<(usize, usize, f64)> {
 pub fn is_symmetric(numbers: &Numbers) -> bool {
     let (c, s) = (&numbers.c, numbers.stages());
     let ascending = ascending(c);
-    let end: Real = numbers.b.iter().cloned().sum();
+    let end: Real = numbers.b.iter().sum();
     let images: Vec<Vec<usize>> = (0..s)
         .map(|k| {
             let first = ascending[s - 1 - k];

@@ -164,7 +164,7 @@ impl Tableau {
 
 /// Σ over j of a_ij for each i.
 pub(super) fn row_sums(a: &[Vec<Real>]) -> Vec<Real> {
-    a.iter().map(|row| row.iter().cloned().sum()).collect()
+    a.iter().map(|row| row.iter().sum()).collect()
 }
 
 impl Numbers {

@@ -97,7 +97,7 @@ fn sums(system: &dyn System, entries: &Entries<'_>, group: &[usize]) -> BTreeMap
         let place = system.sum(entries[k].0)?;
         let at = entries.iter().position(|(other, _)| *other == place)?;
         let row = entries.iter().filter(|(other, _)| other.block() == entries[k].0.block());
-        let total: Real = row.map(|(_, x)| x.real.clone()).sum();
+        let total: Real = row.map(|(_, x)| &x.real).sum();
         (&entries[at].1.real - &total).may_be_zero().then_some((k, at))
     };
     group.iter().filter_map(sum).collect()
