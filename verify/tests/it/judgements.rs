@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use rayon::prelude::*;
 use verify::evidence::{Cell, Evidence, Figure, Table};
@@ -17,17 +18,31 @@ fn files(folder: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Each file's part of a text, one after the other.
-fn each(files: &[PathBuf], part: impl Fn(&str, &str) -> String + Sync) -> String {
-    let parts: Vec<String> = files
-        .par_iter()
-        .map(|path| {
-            let name = path.file_stem().expect("a name").to_string_lossy();
-            part(&name, &std::fs::read_to_string(path).expect("readable"))
-        })
-        .collect();
-    parts.concat()
+/// What is made of each file, by its name and its text.
+fn each<T: Send>(files: &[PathBuf], make: impl Fn(&str, &str) -> T + Sync) -> Vec<T> {
+    let made = files.par_iter().map(|path| {
+        let name = path.file_stem().expect("a name").to_string_lossy();
+        make(&name, &std::fs::read_to_string(path).expect("readable"))
+    });
+    made.collect()
 }
+
+/// The name of every right file, and what is judged of it with runs.
+pub(crate) static RUN: LazyLock<Vec<(String, Judgement)>> =
+    LazyLock::new(|| each(&files(""), |name, text| (name.to_owned(), judge(name, text, Effort::Runs))));
+
+/// The name of every right file, and where it claims an order what is judged of it with a label that is wrong by one.
+pub(crate) static WRONG: LazyLock<Vec<(String, Vec<Judgement>)>> = LazyLock::new(|| {
+    each(&files(""), |name, text| {
+        let claimed = text.lines().find_map(|line| line.strip_prefix("order = ")?.trim().parse::<u32>().ok());
+        let wrong = claimed.into_iter().flat_map(|order| {
+            [order - 1, order + 1]
+                .map(|wrong| text.replacen(&format!("order = {order}"), &format!("order = {wrong}"), 1))
+        });
+        let read = wrong.filter_map(|text| MethodFile::parse("test.toml", name, &text).ok());
+        (name.to_owned(), read.map(|file| Judgement::new(file, Effort::Theory)).collect())
+    })
+});
 
 fn judge(name: &str, text: &str, effort: Effort) -> Judgement {
     Judgement::new(MethodFile::parse("test.toml", name, text).expect("well-formed"), effort)
@@ -92,34 +107,32 @@ fn theory() {
         }
         told + &evidence(&judgement.evidence())
     });
-    insta::assert_snapshot!(told);
+    insta::assert_snapshot!(told.concat());
 }
 
 /// What is said where the file claims an order more, or less, than its method has.
 #[test]
 fn wrong_labels() {
-    let told = each(&files(""), |name, text| {
-        let claimed = text.lines().find_map(|line| line.strip_prefix("order = ")?.trim().parse::<u32>().ok());
-        let Some(order) = claimed else { return format!("{name}: no order\n") };
+    let told = WRONG.iter().map(|(name, judgements)| {
+        if judgements.is_empty() {
+            return format!("{name}: no order\n");
+        }
         let mut told = format!("{name}:\n");
-        for wrong in [order - 1, order + 1] {
-            let text = text.replacen(&format!("order = {order}"), &format!("order = {wrong}"), 1);
-            let Ok(file) = MethodFile::parse("test.toml", name, &text) else { continue };
-            let judgement = Judgement::new(file, Effort::Theory);
-            let diagnosis = judgement.diagnosis_text().unwrap_or_default();
-            let _ = writeln!(told, "  order = {wrong}: {:?}: {diagnosis}", judgement.outcome());
+        for judgement in judgements {
+            let (order, diagnosis) = (judgement.file.order(), judgement.diagnosis_text().unwrap_or_default());
+            let order = order.expect("a label");
+            let _ = writeln!(told, "  order = {order}: {:?}: {diagnosis}", judgement.outcome());
             judgement.changes().iter().for_each(|change| told.push_str(&format!("    change {change}\n")));
         }
         told
     });
-    insta::assert_snapshot!(told);
+    insta::assert_snapshot!(told.collect::<String>());
 }
 
 /// What runs add, without the numbers that they measure.
 #[test]
 fn runs() {
-    let told = each(&files(""), |name, text| {
-        let judgement = judge(name, text, Effort::Runs);
+    let told = RUN.iter().map(|(name, judgement)| {
         let mut told = format!("{name}:\n");
         for verdict in &judgement.verdicts {
             let _ = writeln!(told, "  {:?} {}", verdict.check.outcome, verdict.subject);
@@ -135,5 +148,5 @@ fn runs() {
         }
         told
     });
-    insta::assert_snapshot!(told);
+    insta::assert_snapshot!(told.collect::<String>());
 }
