@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::{Context, Experiment, ExperimentError, StudyError, maps};
 use crate::measure::norm::larger;
 use crate::measure::search::{logarithmic, try_intervals};
-use crate::method::{self, Method};
+use crate::method;
 use crate::problem::{self, Problem};
 pub use crate::run::RunError;
 use crate::run::run;
@@ -265,22 +265,9 @@ impl Experiment for Ahead {
     fn measure(&self, context: &Context) -> Result<Vec<[f64; 2]>, StudyError> {
         context.announce(1);
         let Self { problem, method, rival, times, between } = *self;
-        let built = problem::build_setting(problem)?;
-        let methods = [method::parse(method)?, method::parse(rival)?];
-        // Not kept: nobody else will ask for these step sizes.
         let found = try_intervals(&logarithmic(between, Self::SCAN), |h| {
-            let exact = Exact { problem, h }.measure(context)?;
-            let largest = |method: &dyn Method| -> f64 {
-                let (mut largest, mut exact) = (0.0, exact.iter());
-                let end = exact.len() as f64 * h;
-                let outcome = run(&*built, method, h, end, |state| {
-                    if state.t > 0.0 {
-                        largest = larger(largest, exact.next().map_or(f64::NAN, |exact| (state.q[0] - exact).abs()));
-                    }
-                });
-                outcome.map_or_else(|error| error.in_place_of_a_number(), |_| largest)
-            };
-            let [own, theirs] = [largest(&*methods[0]), largest(&*methods[1])];
+            let largest = |method| context.get(Scanned(Errors { problem, method, h }));
+            let [own, theirs] = [*largest(method)?, *largest(rival)?];
             if own.is_nan() || theirs.is_nan() {
                 return Err(StudyError::from(format!("the runs with h = {h} on {problem} do not tell")));
             }
@@ -288,6 +275,30 @@ impl Experiment for Ahead {
         })?;
         context.tick();
         Ok(found)
+    }
+}
+
+/// The largest error of a run, infinite where it has no solution: all that is kept of the many of a scan, in which methods meet several
+/// rivals at the same steps.
+#[derive(Debug)]
+struct Scanned(Errors);
+
+impl Experiment for Scanned {
+    const ID: &'static str = "scanned-error";
+    type Found = f64;
+
+    fn measure(&self, context: &Context) -> Result<f64, StudyError> {
+        let Errors { problem, method, h } = self.0;
+        // Not kept, as the figures have other steps.
+        let exact = Exact { problem, h }.measure(context)?;
+        let (mut largest, mut points) = (0.0, exact.iter());
+        let end = exact.len() as f64 * h;
+        let outcome = run(&*problem::build_setting(problem)?, &*method::parse(method)?, h, end, |state| {
+            if state.t > 0.0 {
+                largest = larger(largest, points.next().map_or(f64::NAN, |exact| (state.q[0] - exact).abs()));
+            }
+        });
+        Ok(outcome.map_or_else(|error| error.in_place_of_a_number(), |_| largest))
     }
 }
 
