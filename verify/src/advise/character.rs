@@ -4,7 +4,7 @@ use lsvi::{Jacobian, Mass, Structure, VectorField};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::worst;
-use crate::measure::norm::{Extremes, distance, max_norm};
+use crate::measure::norm::{Extremes, common_distance, distance, max_norm};
 use crate::measure::stability::{eigenvalues, numerical_abscissa, reach_of_rk4, spectral_abscissa, spectral_radius};
 use crate::method::Method;
 use crate::problem::Problem;
@@ -46,6 +46,8 @@ pub struct Character {
     pub growth: Growth,
     /// The largest component at the start, and on the way.
     pub sizes: (f64, f64),
+    /// How far the solution goes from its start.
+    pub moved: f64,
     /// The time up to which the solution was followed.
     pub reached: f64,
 }
@@ -114,7 +116,7 @@ impl Character {
     /// Of a problem whose solution is not followed.
     pub(super) fn unseen(problem: &dyn Problem) -> Self {
         let unknowns = problem.field().dim();
-        Self { unknowns, matrices: None, growth: Growth::Unseen, sizes: (f64::NAN, f64::NAN), reached: 0.0 }
+        Self { unknowns, matrices: None, growth: Growth::Unseen, sizes: (f64::NAN, f64::NAN), moved: 0.0, reached: 0.0 }
     }
 
     /// Along the solution of `problem` by an adaptive method with errors far below the disturbances by which growth is told, as far as it
@@ -127,12 +129,14 @@ impl Character {
         let _ = run(problem, method, h, horizon, |state| states.push((state.t, state.q.clone())));
         let size = |(_, state): &(f64, Vec<f64>)| max_norm(state);
         let sizes = (states.first().map_or(0.0, size), worst(states.iter().map(size)));
+        let start = problem.initial();
+        let moved = worst(states.iter().map(|(_, state)| common_distance(state, &start)));
         let reached = states.last().map_or(0.0, |(t, _)| *t);
         let between = changes(problem, horizon, &states.iter().map(|(t, _)| *t).collect::<Vec<_>>());
         let passed = run_through(problem, method, &between).unwrap_or_default();
         states.extend(between.into_iter().zip(passed));
         let growth = growth(problem, method, horizon, unit);
-        Self { unknowns, matrices: matrices(problem, &states), growth, sizes, reached }
+        Self { unknowns, matrices: matrices(problem, &states), growth, sizes, moved, reached }
     }
 
     /// Whether it has too many unknowns for its matrices to be looked at.

@@ -102,7 +102,8 @@ impl Advice {
             Growth::Lost(_) | Growth::Unseen => 1.0,
         };
         let spoils = factor * held.rtol > CONFIRMED * self.target;
-        self.has_no_truth() || (self.refusal.is_some() && spoils)
+        let is_coarse = matches!(self.refusal, Some(Refusal::OutOfReach { .. }));
+        self.has_no_truth() || is_coarse || (self.refusal.is_some() && spoils)
     }
 
     /// The recommendation: the first trial whose errors follow its order.
@@ -371,6 +372,7 @@ pub fn try_out(
         Ok(truth) => truth,
         Err(lost) => return Ok(Err(lost)),
     };
+    truth.was_seen_to_move(character.moved);
     let calm = character.matrices.as_ref().and_then(|matrices| matrices.calm.as_ref());
     // What lasts a moment is seen in the steps of a run alone.
     let target = accuracy * larger(truth.size(), character.sizes.1);
@@ -411,12 +413,20 @@ pub fn try_out(
     }
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let is_confirmed = |uncertainty: f64| uncertainty <= CONFIRMED * target;
-    for reference in CONFIRMING.into_iter().filter_map(reference::by_name) {
-        if !is_confirmed(uncertainty) {
-            note(&format!("the solution by {}", reference.name()));
-            uncertainty = uncertainty.min(truth.apart_from(reference, held));
+    let mut confirmed = |times: &[f64], mut apart: f64| {
+        for reference in CONFIRMING.into_iter().filter_map(reference::by_name) {
+            if !is_confirmed(apart) {
+                note(&format!("the solution by {}", reference.name()));
+                apart = apart.min(truth.apart_from(reference, held, times));
+            }
         }
-    }
+        apart
+    };
+    uncertainty = confirmed(&truth.ends_of(trial::TIMES as u32), uncertainty);
+    // Where the trial to be told has its errors, as on a spike, the solution may be known less well. Where no solver gets there nothing is learnt.
+    let told = predictable(&trials, uncertainty).next().filter(|_| is_confirmed(uncertainty));
+    let apart = told.map(|trial| confirmed(&trial.times, f64::INFINITY)).filter(|apart| apart.is_finite());
+    uncertainty = apart.map_or(uncertainty, |apart| larger(uncertainty, apart));
     let (moved, parting) = (truth.moves_by(), truth.parts_by());
     Ok(Ok(Tried { trials, uncertainty, target, moved, parting }))
 }

@@ -34,10 +34,10 @@ pub struct Trial {
     pub longest: Option<f64>,
     /// Its steps.
     pub steps: u64,
-    /// Its largest error, at so many times.
+    /// Its largest error at the times below.
     pub error: f64,
-    /// The number of these times, ends of its steps.
-    pub times: usize,
+    /// The ends of its steps that are looked at, and those between where f changes by itself.
+    pub times: Vec<f64>,
     /// Its work in evaluations of f.
     pub cost: f64,
     /// How the errors fall here; none for an adaptive method, or one that is exact here.
@@ -185,7 +185,7 @@ impl<'a> Truth<'a> {
     }
 
     /// Those ends.
-    fn ends_of(&self, steps: u32) -> Vec<f64> {
+    pub(super) fn ends_of(&self, steps: u32) -> Vec<f64> {
         let end = |step: usize| self.horizon * step as f64 / f64::from(steps);
         self.steps(steps).into_iter().map(end).collect()
     }
@@ -223,18 +223,17 @@ impl<'a> Truth<'a> {
         larger(self.extent.get().0, self.unit)
     }
 
-    /// How far `reference` is from it with the tolerances of accurate runs, one for all components in the unit or beside the least size of
-    /// each: infinitely, where it fails.
-    pub(super) fn apart_from(&self, reference: &dyn Reference, held: Held) -> f64 {
+    /// How far `reference` is from it at `times` with the tolerances of accurate runs, one for all components in the unit or beside the least
+    /// size of each: infinitely, where it fails.
+    pub(super) fn apart_from(&self, reference: &dyn Reference, held: Held, times: &[f64]) -> f64 {
         let limit = self.problem.limit(Principle::Equation);
-        let times = self.ends_of(TIMES as u32);
-        let Ok(known) = self.of_steps(TIMES as u32) else { return f64::INFINITY };
+        let Ok(known) = self.at(times) else { return f64::INFINITY };
         // What f does for a moment is seen in steps as short as those of a trial may be.
         let shortest = self.horizon / f64::from(MOST);
         let longest = if self.changes_by_itself() { shortest } else { f64::INFINITY };
         let apart = |sizes: &[f64]| {
             let ode = InUnits::new(limit.ode, sizes).within(longest);
-            let run = reference.run(&ode, 0.0, &ode.in_units(&limit.initial), &times, held.rtol);
+            let run = reference.run(&ode, 0.0, &ode.in_units(&limit.initial), times, held.rtol);
             let Ok(run) = run else { return f64::INFINITY };
             let observed = |t: f64, state: &[f64]| self.problem.observe(t, state);
             let states = times.iter().zip(known.iter().zip(&run.states));
@@ -259,6 +258,12 @@ impl<'a> Truth<'a> {
     fn is_shown_by(&self, states: &[Vec<f64>]) -> bool {
         let start = self.problem.initial();
         worst(states.iter().map(|state| common_distance(state, &start))) >= SHOWN * self.moves_by()
+    }
+
+    /// Takes over that another run saw it go so far from its start.
+    pub(super) fn was_seen_to_move(&self, moved: f64) {
+        let (size, before) = self.extent.get();
+        self.extent.set((size, larger(before, moved)));
     }
 
     /// How far it goes from its start, as far as any run has asked.
@@ -339,6 +344,8 @@ pub(super) fn with_tolerance(
     let known = [known, truth.at(&truth.changes).ok()?].concat();
     let found = shown.iter().map(|(_, state)| state).chain(&between);
     let error = worst(found.zip(&known).map(|(state, known)| common_distance(known, state)));
+    let mut times = [times, truth.changes.clone()].concat();
+    times.sort_by(f64::total_cmp);
     let trial = Trial {
         method: method.name(),
         setting: rtol,
@@ -346,7 +353,7 @@ pub(super) fn with_tolerance(
         longest: (longest < horizon).then_some(longest),
         steps: run.work.steps,
         error,
-        times: times.len(),
+        times,
         cost: cost(problem, method)(run.work),
         falls: None,
     };
@@ -416,7 +423,7 @@ pub(super) fn search(
         longest: None,
         steps: u64::from(steps),
         error,
-        times: truth.steps(steps).len(),
+        times: truth.ends_of(steps),
         cost: cost(work),
         falls,
     };
@@ -445,6 +452,7 @@ mod tests {
     use super::*;
     use crate::method;
     use crate::problem;
+    use crate::reference::{Ode, ReferenceError, Run};
 
     const HORIZON: f64 = 8.0;
 
@@ -463,6 +471,20 @@ mod tests {
         let h = HORIZON / f64::from(steps);
         let error = |k: u32| ((1.0 + h).powf(-f64::from(k)) - (-h * f64::from(k)).exp()).abs();
         (1..=steps).step_by(every).map(|k| error(k - 1 + every as u32)).fold(0.0, larger)
+    }
+
+    /// Another run may have seen more of the solution than those that were asked of it.
+    #[test]
+    fn steps_show_a_solution_that_moves_as_far_as_any_run_has_seen() {
+        with_truth(|_, truth| {
+            let states = truth.of_steps(8).expect("it runs");
+            assert!(truth.is_shown_by(&states));
+            truth.was_seen_to_move(1.5);
+            assert!(truth.is_shown_by(&states));
+            truth.was_seen_to_move(2.5);
+            truth.was_seen_to_move(0.1);
+            assert!(!truth.is_shown_by(&states) && truth.moves_by() == 2.5);
+        });
     }
 
     /// Part k of 64 has its time at k − frac(0.618 k): of 640 steps the first three end at 3.82, 17.64 and 21.46, the last but one
@@ -586,7 +608,7 @@ mod tests {
                 let every = |steps: u32| of_implicit_euler(steps, 1);
                 if steps <= 64 {
                     assert!((trial.error - every(steps)).abs() <= 1e-9, "{target}: {trial:?}");
-                    assert_eq!(trial.times, steps as usize);
+                    assert_eq!(trial.times.len(), steps as usize);
                 }
                 assert!(trial.error <= target, "{target}: {trial:?}");
                 assert!(steps <= below || every(steps - below) > target, "{target}: {trial:?}");
@@ -616,9 +638,42 @@ mod tests {
                 trial.error > 0.0 && trial.error < 1e-3 && trial.setting == 1e-4 && trial.falls.is_none(),
                 "{trial:?}"
             );
-            assert_eq!((trial.times as u64, trial.cost > 0.0), (trial.steps, true));
+            assert_eq!((trial.times.len() as u64, trial.cost > 0.0), (trial.steps, true));
             assert_eq!(tried(trial.error), Some(trial.clone()));
             assert_eq!(tried(0.999 * trial.error), None);
+        });
+    }
+
+    /// e^(−t) but for a difference at the last time, or a failure.
+    struct Says(Option<f64>);
+
+    impl Reference for Says {
+        fn name(&self) -> &'static str {
+            "says"
+        }
+        fn stiff_ok(&self) -> bool {
+            true
+        }
+        fn library(&self) -> Option<String> {
+            None
+        }
+        fn run(&self, _: &dyn Ode, _: f64, v0: &[f64], times: &[f64], _: f64) -> Result<Run, ReferenceError> {
+            let off = self.0.ok_or_else(|| ReferenceError::Input("fails".into()))?;
+            let mut run = Run::with_capacity(times.len());
+            for (k, t) in times.iter().enumerate() {
+                let last = if k + 1 == times.len() { off } else { 0.0 };
+                run.push(vec![v0[0] * ((-t).exp() + last)], 1);
+            }
+            Ok(run)
+        }
+    }
+
+    #[test]
+    fn a_reference_confirms_at_all_times_and_not_by_failing() {
+        with_truth(|_, truth| {
+            let apart = |off| truth.apart_from(&Says(off), Held::to(1e-5), &[0.5, 1.0, 4.0]);
+            assert_eq!(apart(None), f64::INFINITY);
+            assert!(apart(Some(0.0)) <= 1e-9 && (apart(Some(0.25)) - 0.25).abs() <= 1e-9);
         });
     }
 }

@@ -17,31 +17,31 @@ use super::output::Output;
 #[command(after_help = "\
 Methods of each family are run with ever shorter steps until their error, the
 largest of a component at the ends of steps, in a large system at an irregular
-choice of them, is within --accuracy of the largest component, or of 1 unless
-the solution is so small that it would hardly move; the table shows it in
-absolute terms. The errors are measured against an accurate run, and that
-against the best trial with fixed steps, or against CVODE or diffsol where none
-of these comes near. The cheapest whose errors fall with the order of its method
-is recommended, with the step size and the error that were found; work is
-counted in evaluations of f, a matrix as many as it has columns that differ. A
-run is no trial if its rows go less than half as far from the start as the
-solution does.
+choice of them, and of adaptive ones also between steps where f changes by
+itself, is within --accuracy of the largest component, or of 1 unless the
+solution is so small that it would hardly move; the table shows it in absolute
+terms. The errors are measured against an accurate run, and that against the
+best trial with fixed steps, or against CVODE or diffsol where none of these
+comes near, and against these again at the times of what is recommended. The
+cheapest whose errors fall with the order of its method is recommended, with the
+step size and the error that were found; work is counted in evaluations of f, a
+matrix as many as it has columns that differ. A run is no trial if its rows go
+less than half as far from the start as the solution does.
 
 The tolerance of radau-adaptive in the table is the relative one. The absolute
 one is the relative one times the unit that errors are relative to, or times the
 least amplitude that each component, or of more than six any, has in a sixteenth
-of the time, whichever is cheaper. Its steps are
-not limited, or, where such steps pass over something, to 1/64 or 1/1024 of the
-run, or to 1/8192 of it where f changes by itself for a moment.
+of the time, whichever is cheaper. Its steps are not limited, or, where such
+steps pass over something, to 1/64 or 1/1024 of the run, or to 1/8192 of it
+where f changes by itself for a moment.
 
 Nothing is recommended where f is not finite at the start or its matrix is not
 known, where the solution moves by less than the error asked for or ends before
 the run does, where two accurate runs disagree or nothing confirms them, where
 no method reaches the accuracy or the errors of none fall with its order, or
 where two take the same work to a tenth; both commands are shown then. A run of
-radau-adaptive that has
-tried eight times as many steps as any method may take has failed, as where f
-jumps back and forth across a place.
+radau-adaptive that has tried eight times as many steps as any method may take
+has failed, as where f jumps back and forth across a place.
 
 Examples:
   verify advise --problem van-der-pol
@@ -149,7 +149,7 @@ fn show(
             let text = format!(
                 "{} with {with}: in the trial its largest absolute error at {} was {}, measured to {}, for {:.0} evaluations{}.",
                 trial.method,
-                counted(trial.times, "time"),
+                counted(trial.times.len(), "time"),
                 significant(trial.error, 2),
                 significant(*uncertainty, 1),
                 trial.cost,
@@ -365,7 +365,7 @@ mod tests {
             longest: None,
             steps: 8,
             error: 1.5e-6,
-            times: 8,
+            times: vec![1.0; 8],
             cost,
             falls: None,
         };
