@@ -834,3 +834,14 @@ fn a_mass_with_entries_beside_its_diagonal_is_no_constraint() {
     let end = run.observe(|_| {}).expect("a start like any other").q;
     assert!((end[0] - (-1_f64).exp()).abs() < 1e-7 && (end[1] - 3.0 * (-1_f64).exp()).abs() < 1e-7, "{end:?}");
 }
+
+#[test]
+fn a_stop_beyond_the_end_of_the_grid_is_none() {
+    let tolerances = Tolerances::new(1e-6, 1e-9).expect("positive");
+    let mut method = Radau::new(lsvi::field!(1, |_t, v, dv| dv[0] = -v[0]), tolerances).expect("valid");
+    method.stop_at(&[3.0]).expect("finite");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 10.0, 1.0).expect("valid");
+    while run.step().expect("solved").is_some() {}
+    assert_eq!(run.state().t, 1.0);
+    assert!((run.state().q[0] - (-1.0_f64).exp()).abs() < 1e-5, "{:?}", run.state());
+}

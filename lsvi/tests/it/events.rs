@@ -386,3 +386,14 @@ fn two_zeros_of_a_step_are_told_apart_where_a_quarter_of_it_lies_between() {
     }
     assert!(found.len() == 2 && (found[0] - 0.1).abs() < 1e-12 && (found[1] - 0.3).abs() < 1e-12, "{found:?}");
 }
+
+/// Beside the zero of a cube root a secant leads beyond it: the state before is the better one.
+#[test]
+fn a_correction_that_is_worse_is_taken_back() {
+    let method = position_momentum(Trapezoidal::new(AutoLagrangian::new(Oscillator)));
+    let start = State::new(0.0, vec![1.0]).with_momentum(vec![0.0]);
+    let mut run = Trajectory::new(method, start, 0.4, 10.0).expect("valid");
+    let event = run.until(|_, q| q[0].cbrt(), Crossing::Falling).expect("solved").expect("it crosses");
+    // That before the last correction is 1.8e-3, which leads to −4.3e-3.
+    assert!(event.q[0].abs() < 2.5e-3, "{event:?}");
+}

@@ -308,4 +308,19 @@ mod tests {
         assert_eq!(x.simplest().expect("finite").to_string(), "-2187/6784");
         assert_eq!((&x - &x).simplest().expect("finite").to_string(), "0");
     }
+
+    #[test]
+    fn what_was_truncated_is_further_from_zero_on_either_side() {
+        for sign in [1.0, -1.0] {
+            let found = Real::double(0.25 * sign).widened(0.125).of_truncated();
+            assert!((found.to_f64() - 0.375 * sign).abs() < 1e-14, "{found:?}");
+        }
+    }
+
+    /// 1/(½ − ¼) is 2 from 1/½.
+    #[test]
+    fn the_bound_of_a_quotient_holds_the_ends_of_a_wide_divisor() {
+        let found = &Real::one() / &Real::double(0.5).widened(0.25);
+        assert!(found.radius() >= 2.0 && found.radius() < 2.0001, "{found:?}");
+    }
 }

@@ -340,4 +340,34 @@ mod tests {
         solve_twice(&Short, 0.0, &[1.0], &[1.0], FINE, solve).expect("solved");
         assert_eq!(seen.into_inner(), [(1e-3, Some((1, 2))), (5e-4, Some((1, 2)))]);
     }
+
+    /// ẋ = 3y, ẏ = 0, with x in units of 2⁻¹⁰ and y in units of 4.
+    #[test]
+    fn an_equation_in_units_has_its_derivatives_and_its_steps() {
+        struct Pair;
+        impl Ode for Pair {
+            fn dim(&self) -> usize {
+                2
+            }
+            fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+                dv.copy_from_slice(&[3.0 * v[1], 0.0]);
+            }
+            fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+                add(0, 1, 3.0);
+            }
+            fn product(&self, _t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+                out.copy_from_slice(&[3.0 * x[1], 0.0]);
+            }
+            fn longest_step(&self, span: f64) -> f64 {
+                span
+            }
+        }
+        let ode = InUnits::new(&Pair, &[2.0_f64.powi(-10), 4.0]).within(0.25);
+        let slope = 3.0 * 4.0 * 1024.0;
+        ode.jacobian(0.0, &[1.0, 1.0], &mut |i, j, x| assert_eq!((i, j, x), (0, 1, slope)));
+        let mut out = [0.0; 2];
+        ode.product(0.0, &[1.0, 1.0], &[0.0, 1.0], &mut out);
+        assert_eq!(out, [slope, 0.0]);
+        assert_eq!([ode.longest_step(1.0), ode.longest_step(0.125)], [0.25, 0.125]);
+    }
 }

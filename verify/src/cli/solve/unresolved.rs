@@ -227,7 +227,7 @@ pub(super) fn helps_at_a_jump(problem: &dyn Problem, error: &RunError) -> Option
     let [earlier, before, after] = [-3.0, -1.0, 1.0].map(f);
     let calm = larger(distance(&before, &earlier), f64::EPSILON.sqrt() * max_norm(&before));
     (distance(&after, &before) > JUMPS * calm)
-        .then_some("f jumps in time there; a Runge–Kutta method steps across, and so does a much smaller `--h`")
+        .then_some("f jumps in time there; an explicit method, or `implicit-midpoint`, steps across, and so does a much smaller `--h`")
 }
 
 #[cfg(test)]
@@ -303,6 +303,8 @@ mod tests {
         let few = told(10);
         assert!([7.25, 3.3].iter().all(|t| few.places.iter().any(|place| (place - t).abs() < 1e-3)), "{few:?}");
         assert!(few.places.is_sorted() && few.text.contains("as at t = 7.2") && few.text.contains("`--h`"), "{few:?}");
+        // Its area over its height, √π/10.
+        assert!(few.text.contains("where it is 0.17"), "{few:?}");
         assert_eq!(told(200).places.len(), PLACES);
     }
 }
