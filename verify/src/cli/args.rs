@@ -141,6 +141,10 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+pub(super) fn part(text: &str) -> Result<f64, String> {
+    positive(text).ok().filter(|x| *x < 1.0).ok_or_else(|| "expected a number between 0 and 1".into())
+}
+
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| "expected a finite number".into())
 }

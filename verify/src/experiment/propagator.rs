@@ -97,7 +97,7 @@ fn rows(method: &dyn Method, a: &DMatrix<f64>, start: usize, count: usize) -> Re
 /// The matrix by which `method` multiplies the state in one step of v̇ = Av.
 ///
 /// # Errors
-/// As for [`rows`].
+/// [`ProbeError`] if the method does not apply, a step fails, or steps are not of size 1.
 pub fn propagator(method: &dyn Method, a: &DMatrix<f64>) -> Result<DMatrix<f64>, ProbeError> {
     let mut matrix = DMatrix::zeros(a.nrows(), a.nrows());
     for (j, mut column) in matrix.column_iter_mut().enumerate() {
@@ -125,7 +125,7 @@ pub fn step_error(method: &dyn Method, a: &DMatrix<f64>, f: &DVector<f64>) -> Op
 /// as the real system with the normal matrix ((x, −y), (y, x)), z = x + iy.
 ///
 /// # Errors
-/// As for [`rows`].
+/// [`ProbeError`] if the method does not apply, a step fails, or steps are not of size 1.
 pub(crate) fn amplitudes(method: &dyn Method, z: Complex<f64>) -> Result<[Complex<f64>; 4], ProbeError> {
     let a = DMatrix::from_row_slice(2, 2, &[z.re, -z.im, z.im, z.re]);
     let stride = method.traits().rows_per_solve;

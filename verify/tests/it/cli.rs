@@ -1022,10 +1022,16 @@ fn the_end_of_a_run_is_on_the_screen_whatever_the_number_of_its_steps() {
 
 #[test]
 fn a_number_that_is_too_small_is_named_and_no_option() {
-    for option in ["--expect -3", "--coarsest -1", "--band -0.1", "--reference-tolerance -1"] {
+    for option in ["--expect -3", "--coarsest -1", "--band -0.1", "--reference-tolerance -1", "--reference-tolerance 1"]
+    {
         let (status, _, error) = say(&format!("order --problem logistic --method rk4 {option}"));
         let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(status == 2 && error.contains("expected a positive number"), "{option}: {error}");
+        let expected = if option.contains("tolerance") {
+            "expected a number between 0 and 1"
+        } else {
+            "expected a positive number"
+        };
+        assert!(status == 2 && error.contains(expected), "{option}: {error}");
     }
     let (status, _, error) = say("order --problem logistic --method rk4 --coarsest 1e-9");
     let error = error.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -123,7 +123,7 @@ pub(super) struct Args {
     points: Option<u16>,
 
     /// Tolerance of a numerical reference, 1e-12 by default
-    #[arg(long, value_name = "TOL", allow_hyphen_values = true, value_parser = args::positive)]
+    #[arg(long, value_name = "TOL", allow_hyphen_values = true, value_parser = args::part)]
     reference_tolerance: Option<f64>,
 
     /// Order to expect, in place of the one that theory has for the pair
