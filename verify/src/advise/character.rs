@@ -80,7 +80,7 @@ pub struct Matrices {
     /// Largest ‖A − Aᵀ‖ over ‖A‖, 0 for a symmetric system.
     pub asymmetry: f64,
     /// The least number of steps of RK4 in a unit of time with which it is stable on the linearised equation, but for what grows.
-    pub unstable: f64,
+    pub steps_of_rk4: f64,
     /// Linear invariants: w with wᵀM v constant.
     pub invariants: usize,
     /// Whether A w = 0 for each of them, for which Method I keeps them.
@@ -238,7 +238,7 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         spectral: found.iter().map(spectral_abscissa).largest(),
         numerical: found.iter().map(numerical_abscissa).largest(),
         asymmetry: worst(found.iter().map(|a| relative(a - a.transpose(), a))),
-        unstable: found.iter().flat_map(eigenvalues).map(steps_of_rk4).largest(),
+        steps_of_rk4: found.iter().flat_map(eigenvalues).map(steps_of_rk4).largest(),
         keeps_invariants: invariants.iter().all(is_kept),
         invariants: invariants.len(),
         is_autonomous: is_autonomous(&*field, states),

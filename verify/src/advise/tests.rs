@@ -113,17 +113,7 @@ fn what_cannot_be_told_is_not_advised() {
         advise(&*rests, 2.0, 1e-5, &mut |_| {}).expect("registered").refusal,
         Some(Refusal::Constant { .. })
     ));
-    let falls = |found| Trial {
-        method: "rk4".into(),
-        setting: 0.1,
-        atol: None,
-        longest: None,
-        steps: 10,
-        error: 1e-6,
-        times: vec![1.0; 16],
-        cost: 40.0,
-        falls: Some(Falls { errors: [found, 1e-7], nominal: 4 }),
-    };
+    let falls = |found| trial("rk4", 40.0, [found, 1e-7]);
     // 2^3.5 = 11.3; to within 10⁻⁸, (11 + 0.1)/(1 − 0.1) is more.
     let unpredictable = |found: f64, uncertainty: f64| falls(found * 1e-7).unpredictable(uncertainty).is_some();
     assert!(unpredictable(11.0, 0.0) && unpredictable(f64::NAN, 0.0) && !unpredictable(12.0, 0.0));
@@ -306,10 +296,9 @@ fn a_run_that_takes_too_much_work_is_broken_off() {
     assert!(closest(1.0) == f64::INFINITY && closest(1e6) < 1e-6, "{} {}", closest(1.0), closest(1e6));
 }
 
-/// Costs apart by less than a tenth are a tie, whichever of the trials behind them.
-#[test]
-fn what_takes_the_same_work_to_a_tenth_is_a_tie() {
-    let trial = |method: &str, cost: f64| Trial {
+/// Of a method of order 4, with its errors with so many steps and with twice as many.
+fn trial(method: &str, cost: f64, errors: [f64; 2]) -> Trial {
+    Trial {
         method: method.into(),
         setting: 0.1,
         atol: None,
@@ -318,11 +307,19 @@ fn what_takes_the_same_work_to_a_tenth_is_a_tie() {
         error: 1e-6,
         times: vec![1.0; 16],
         cost,
-        falls: Some(Falls { errors: [16e-6, 1e-6], nominal: 4 }),
-    };
+        falls: Some(Falls { errors, nominal: 4 }),
+    }
+}
+
+/// Costs apart by less than a tenth are a tie, whichever of the trials behind them.
+#[test]
+fn what_takes_the_same_work_to_a_tenth_is_a_tie() {
     let refusal = |costs: &[f64]| {
-        let trials =
-            ["rk4", "trapezoidal", "tr-bdf2"].iter().zip(costs).map(|(name, cost)| trial(name, *cost)).collect();
+        let trials = ["rk4", "trapezoidal", "tr-bdf2"]
+            .iter()
+            .zip(costs)
+            .map(|(name, cost)| trial(name, *cost, [16e-6, 1e-6]))
+            .collect();
         Tried { trials, uncertainty: 1e-9, target: 1e-5, moved: 1.0, parting: 1e-9 }.refusal(1e-5)
     };
     let tie = Some(Refusal::Tie { first: "rk4".into(), second: "trapezoidal".into() });
@@ -611,7 +608,7 @@ fn steps_for_stability_are_counted_by_the_border_of_the_region() {
         ("u_i { x = 1, y = 1 } F_i { 10*x, -y }", 1.0 / 2.785_293_563),
         ("u_i { x = 1 } F_i { 0 }", 0.0),
     ] {
-        let found = character(text, 0.5).matrices.expect("small").unstable;
+        let found = character(text, 0.5).matrices.expect("small").steps_of_rk4;
         approx::assert_relative_eq!(found, expected, max_relative = 1e-8);
     }
 }
@@ -754,17 +751,7 @@ fn what_grows_from_a_small_size_is_confirmed_beside_that() {
 /// The cheapest whose errors follow its order; where those of none do, none.
 #[test]
 fn a_method_whose_errors_follow_no_order_is_passed_over() {
-    let trial = |method: &str, cost: f64, found: f64| Trial {
-        method: method.into(),
-        setting: 0.1,
-        atol: None,
-        longest: None,
-        steps: 10,
-        error: 1e-6,
-        times: vec![1.0; 16],
-        cost,
-        falls: Some(Falls { errors: [found.exp2() * 1e-6, 1e-6], nominal: 4 }),
-    };
+    let trial = |method: &str, cost: f64, found: f64| trial(method, cost, [found.exp2() * 1e-6, 1e-6]);
     let tried = |trials: Vec<Trial>| {
         let tried = Tried { trials, uncertainty: 1e-9, target: 1e-5, moved: 1.0, parting: 1e-9 };
         let refusal = tried.refusal(1e-5);

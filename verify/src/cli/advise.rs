@@ -247,7 +247,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         };
         return paragraph(out, "structure", INDENT, why);
     };
-    let least = (found.unstable * horizon).ceil();
+    let least = (found.steps_of_rk4 * horizon).ceil();
     let stable = match least {
         0.0 => "no mode decays, so that rk4 is stable with any steps".into(),
         1.0 => "rk4 is stable with a single step".into(),
@@ -301,18 +301,13 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         }
     };
     paragraph(out, "symmetry", INDENT, &symmetry)?;
-    let kept = match (found.keeps_invariants, found.invariants) {
-        (true, 1) => "which Method I keeps too",
-        (true, _) => "which Method I keeps too, each of them",
-        (false, 1) => "which Runge–Kutta methods keep, and Method I in the Euclidean metric does not",
-        (false, _) => {
-            "which Runge–Kutta methods keep, and Method I in the Euclidean metric does not, or not each of them"
-        }
-    };
+    let by_method_i =
+        if found.keeps_invariants { "and Method I" } else { "and Method I in the Euclidean metric need not" };
+    let kept = |count: &str| format!("{count} linear: Runge–Kutta methods keep what is linear, {by_method_i}");
     let invariants = match found.invariants {
         0 => "none that is linear".into(),
-        1 => format!("one linear, {kept}"),
-        n => format!("{n} linear, {kept}"),
+        1 => kept("one"),
+        n => kept(&n.to_string()),
     };
     paragraph(out, "invariants", INDENT, &invariants)
 }

@@ -1171,6 +1171,37 @@ fn advice_says_what_the_solution_does_and_what_its_errors_are() {
     assert!(code == 3 && flat(&out).contains("moves by 0.0e0 from its start, within the error of 1.0e-5"), "{out}");
 }
 
+/// x + y of x' = y − x, y' = x − y is kept by Method I, that of x' = −x, y' = x is not, and the last system has none and only grows.
+#[test]
+fn advice_says_what_keeps_an_invariant_and_what_stability_asks_for() {
+    let model = directory("told").join("told.ds");
+    for (f, told) in [
+        (
+            "y - x, x - y",
+            [
+                "one linear: Runge–Kutta methods keep what is linear, and Method I",
+                "rk4 takes 4 steps or more for stability",
+            ],
+        ),
+        (
+            "-x, x",
+            [
+                "one linear: Runge–Kutta methods keep what is linear, and Method I in the Euclidean metric need not",
+                "rk4 takes 2 steps or more",
+            ],
+        ),
+        ("x, 0.5*y", ["invariants none that is linear", "no mode decays, so that rk4 is stable with any steps"]),
+    ] {
+        fs::write(&model, format!("u_i {{ x = 1, y = 0.5 }} F_i {{ {f} }}")).expect("writable");
+        let (_, out, error) = say(&format!("advise --model {} --t-end 5", model.display()));
+        let out = flat(&out);
+        assert!(told.iter().all(|words| out.contains(words)), "{f}: {out}{error}");
+        assert_eq!(out.contains("need not"), f == "-x, x", "{out}");
+        // Of a disturbance all of x comes to y in the second, and the last grows.
+        assert_eq!(out.contains("is no larger at any of the times looked at"), f == "y - x, x - y", "{out}");
+    }
+}
+
 /// DiffSL's compiler panics on a state given twice; what it prints then is not for a reader.
 #[test]
 fn a_model_that_the_compiler_does_not_survive_is_an_error_and_nothing_else() {
