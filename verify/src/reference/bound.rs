@@ -109,8 +109,8 @@ pub(crate) fn solve_in_units(
     Ok(sampled)
 }
 
-/// An equation whose components are multiples of a unit each.
-pub(crate) struct InUnits<'a> {
+/// An equation whose components are multiples of a unit each: a solver's absolute tolerance is then in units too.
+pub struct InUnits<'a> {
     ode: &'a dyn Ode,
     units: Vec<f64>,
     longest: f64,
@@ -118,7 +118,7 @@ pub(crate) struct InUnits<'a> {
 
 impl<'a> InUnits<'a> {
     /// In units of these sizes, which are positive.
-    pub(crate) fn new(ode: &'a dyn Ode, sizes: &[f64]) -> Self {
+    pub fn new(ode: &'a dyn Ode, sizes: &[f64]) -> Self {
         // A power of two rounds nothing.
         Self { ode, units: sizes.iter().map(|size| size.log2().floor().exp2()).collect(), longest: f64::INFINITY }
     }
@@ -129,12 +129,12 @@ impl<'a> InUnits<'a> {
     }
 
     /// The state whose components are so many units.
-    pub(crate) fn states(&self, v: &[f64]) -> Vec<f64> {
+    pub fn states(&self, v: &[f64]) -> Vec<f64> {
         v.iter().zip(&self.units).map(|(v, unit)| v * unit).collect()
     }
 
     /// How many units the components of a state are.
-    pub(crate) fn in_units(&self, v: &[f64]) -> Vec<f64> {
+    pub fn in_units(&self, v: &[f64]) -> Vec<f64> {
         v.iter().zip(&self.units).map(|(v, unit)| v / unit).collect()
     }
 }

@@ -11,7 +11,7 @@ mod cvode;
 mod cvode;
 mod diffsol;
 
-pub use bound::Run;
+pub use bound::{InUnits, Run};
 
 use std::fmt;
 

@@ -725,6 +725,25 @@ fn a_jump_that_two_runs_meet_alike_is_named() {
     assert!(said.contains("by two solvers that choose their steps"), "{said}");
 }
 
+/// The autocatalyst is a part of 10⁻¹² at first, which the first step of implicit Euler takes to its end.
+#[test]
+fn what_grows_from_next_to_nothing_is_followed_in_units_of_its_own() {
+    let model = "u_i { a = 1, b = 1e-12 } F_i { -1000*a*b, 1000*a*b - b }";
+    for t_end in ["0.05", "1", "5"] {
+        let said = warned("autocat", model, &["--method", "implicit-euler", "--h", "0.0129", "--t-end", t_end]);
+        assert!(said.contains("by two solvers that choose their steps"), "{t_end}: {said}");
+    }
+}
+
+/// A neuron that fires once and is back at rest at the end: both rows are right.
+#[test]
+fn a_pulse_that_rows_on_both_sides_show_nothing_of_is_named() {
+    let neuron = "u_i { v = -1.1994, w = -0.6243 } cur { 0.8*(heaviside(t - 20) - heaviside(t - 25)) }
+                  F_i { v - v*v*v/3 - w + cur, 0.08*(v + 0.7 - 0.8*w) }";
+    let said = warned("neuron", neuron, &["--method", "radau-adaptive", "--t-end", "100"]);
+    assert!(said.contains("f changes in time faster than the steps"), "{said}");
+}
+
 /// A burst of a third of a unit of time, of which no tolerance shows anything, and steps as long as it is do.
 #[test]
 fn the_steps_that_show_a_burst_are_named_and_no_smaller_tolerance() {

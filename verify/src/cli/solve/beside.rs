@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use lsvi::adaptive::Tolerances;
 use verify::kinds::Principle;
-use verify::measure::norm::larger;
+use verify::measure::norm::{Extremes, larger};
 use verify::method::{self, Method};
 use verify::problem::{Problem, component_names};
-use verify::reference::{self, Ode};
+use verify::reference::{self, InUnits, Ode};
 use verify::run::{run_between, run_through};
 
 use super::beware::{BEYOND, COURSE, DENSE};
@@ -28,6 +28,9 @@ const AGREE: f64 = 0.1;
 
 /// Errors of a solver are sums of what it allows in a step, which tolerance times this is well beyond.
 const SUMS: f64 = 1e3;
+
+/// Part of its largest value that a component's unit is at least.
+const LITTLE: f64 = 1e-30;
 
 /// Times that differ by this part of the run are one.
 const RESOLVED: f64 = 1e-9;
@@ -110,8 +113,17 @@ impl Beside {
         })
     }
 
+    /// The unit of each component of the state: what it starts from, or the largest value of one that starts at 0. What grows from little
+    /// is of no size beside the others at first.
+    fn units(&self, start: &[f64]) -> Vec<f64> {
+        let sizes = Some(self.sizes(&[])).filter(|sizes| sizes.len() == start.len());
+        let size = |k: usize| sizes.as_ref().map_or(1.0, |sizes| sizes[k]);
+        let unit = |(k, x): (usize, &f64)| if *x == 0.0 { size(k) } else { x.abs().max(LITTLE * size(k)) };
+        start.iter().enumerate().map(unit).map(|unit| if unit.is_normal() { unit } else { 1.0 }).collect()
+    }
+
     /// Whether an accurate run that stops at the `places` too, and passes over none of them, comes to all rows that are looked at, within
-    /// the estimates near them or to three digits.
+    /// the estimates near them or to three digits, and at the places is no further from the rows than they are from each other.
     pub(super) fn is_met(&self, problem: &dyn Problem, method: &dyn Method, places: &[f64]) -> bool {
         let times: Vec<f64> = self.rows().map(|row| row.t).collect();
         let mut stops: Vec<(f64, bool)> =
@@ -122,14 +134,27 @@ impl Beside {
         stops.retain(|(t, _)| *t > 0.0);
         let all: Vec<f64> = stops.iter().map(|(t, _)| *t).collect();
         let is_equation = problem.limit(method.principle()).name == problem.limit(Principle::Equation).name;
-        let Some(reached) =
-            accurate().filter(|_| is_equation && self.count > 0).and_then(|it| run_through(problem, &*it, &all).ok())
+        let start = problem.initial();
+        let Some(reached) = accurate(&self.units(&start))
+            .filter(|_| is_equation && self.count > 0)
+            .and_then(|it| run_through(problem, &*it, &all).ok())
         else {
             return false;
         };
-        let of_rows = reached.iter().zip(&stops).filter(|(_, (_, is_row))| *is_row);
-        let states: Vec<Vec<f64>> = of_rows.map(|(state, (t, _))| problem.observe(*t, state)).collect();
+        let observed = reached.iter().zip(&stops).map(|(state, (t, is_row))| (problem.observe(*t, state), *is_row));
+        let (states, between): (Vec<_>, Vec<_>) = observed.partition(|(_, is_row)| *is_row);
+        let states: Vec<Vec<f64>> = states.into_iter().map(|(state, _)| state).collect();
         let sizes = self.sizes(&states);
+        let start = problem.observe(0.0, &start);
+        let is_shown = |(k, x): (usize, &f64)| {
+            let shown = || states.iter().chain([&start]).map(|state| state[k]);
+            let (least, most) = (shown().smallest(), shown().largest());
+            let far = (most - least).max(THREE_DIGITS * sizes[k]);
+            (least - far..=most + far).contains(x)
+        };
+        if !between.iter().all(|(state, _)| state.iter().enumerate().all(is_shown)) {
+            return false;
+        }
         self.rows().zip(&states).enumerate().all(|(place, (row, state))| {
             // Where there is no estimate none is right.
             let estimate = Some(self.estimate(place)).filter(|estimate| estimate.is_finite()).unwrap_or(0.0);
@@ -148,52 +173,63 @@ impl Beside {
             return None;
         }
         let times: Vec<f64> = self.rows().map(|row| row.t).collect();
-        let ode = Limited { ode: limit.ode, left: AtomicU64::new(EVALUATIONS) };
+        let units = self.units(&limit.initial);
+        let limited = Limited { ode: limit.ode, left: AtomicU64::new(EVALUATIONS) };
+        let ode = InUnits::new(&limited, &units);
         let reference = reference::by_name("diffsol-bdf")?;
-        let solved = reference.solve_within(&ode, 0.0, &limit.initial, &times, COURSE).ok()?;
-        let observed = |states: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            times.iter().zip(states).map(|(t, state)| problem.observe(*t, state)).collect()
+        let solved = reference.run(&ode, 0.0, &ode.in_units(&limit.initial), &times, COURSE).ok()?;
+        let observed = |(t, state): (&f64, &Vec<f64>)| problem.observe(*t, state);
+        let states = solved.states.iter().map(|state| ode.states(state)).collect::<Vec<_>>();
+        let known: Vec<Vec<f64>> = times.iter().zip(&states).map(observed).collect();
+        let sizes = self.sizes(&known);
+        // Errors of solvers are of the unit, where a component is one of the state.
+        let sums = |k: usize| SUMS * COURSE * if units.len() == sizes.len() { units[k] } else { 1.0 };
+        let far = |place: usize, k: usize| (BEYOND * self.estimate(place)).max(THREE_DIGITS * sizes[k]).max(sums(k));
+        let off = |place: usize, row: &Row, state: &[f64]| -> Vec<(usize, f64)> {
+            let off = row.values.iter().zip(state).map(|(a, b)| (a - b).abs()).enumerate();
+            off.filter(|(k, off)| *off > far(place, *k)).collect()
         };
-        let states = observed(&solved.states);
-        let sizes = self.sizes(&states);
-        let far =
-            |place: usize, k: usize| (BEYOND * self.estimate(place)).max(THREE_DIGITS * sizes[k]).max(SUMS * COURSE);
-        let differences = self.rows().zip(states.iter().zip(&solved.bound)).enumerate();
-        let (place, k, _) = differences
-            .flat_map(|(place, (row, (state, bound)))| {
-                let of_row = row.values.iter().zip(state).map(move |(a, b)| (a - b).abs() - bound);
-                of_row.enumerate().map(move |(k, difference)| (place, k, difference))
-            })
-            .filter(|(place, k, difference)| *difference > far(*place, *k))
-            .max_by(|a, b| (a.2 / sizes[a.1]).total_cmp(&(b.2 / sizes[b.1])))?;
-        let adaptive = accurate()?;
-        let end = times[place];
+        let rows = || self.rows().zip(&known).enumerate();
+        let (last, _) = rows().filter(|(place, (row, state))| !off(*place, row, state).is_empty()).last()?;
+        let end = times[last];
         let steps = [limit.ode.longest_step(end).min(end), end];
-        let confirmed = observed(&run_between(problem, &*adaptive, steps, &times[..=place]).ok()?);
-        let value = self.rows().nth(place)?.values[k];
-        let (off, apart) = ((confirmed[place][k] - value).abs(), (confirmed[place][k] - states[place][k]).abs());
-        (off > far(place, k) && apart <= AGREE * off).then(|| {
-            let [shared, remedy] = if method.traits().is_adaptive {
-                ["a tenth of the tolerances", "smaller tolerances"]
-            } else {
-                ["half the step", "a much smaller `--h`"]
-            };
-            format!(
-                "at t = {} {} is {}, and {} by two solvers that choose their steps: the error is larger than the estimates near there, of {} at most, which do not \
-                 know of what the run with {shared} misses as well; {remedy}, or another method, tells",
-                plain(end),
-                component_names(problem)[k],
-                number(value),
-                number(states[place][k]),
-                number(self.estimate(place))
-            )
-        })
+        let confirmed = run_between(problem, &*accurate(&units)?, steps, &times[..=last]).ok()?;
+        let confirmed = times.iter().zip(&confirmed).map(observed);
+        let (place, k, _) = rows()
+            .zip(confirmed)
+            .flat_map(|((place, (row, known)), state)| {
+                let is_confirmed = |(k, off): &(usize, f64)| (known[*k] - state[*k]).abs() <= AGREE * off;
+                off(place, row, &state)
+                    .into_iter()
+                    .filter(is_confirmed)
+                    .map(|(k, off)| (place, k, off))
+                    .collect::<Vec<_>>()
+            })
+            .max_by(|a, b| (a.2 / sizes[a.1]).total_cmp(&(b.2 / sizes[b.1])))?;
+        let row = self.rows().nth(place)?;
+        let [shared, remedy] = if method.traits().is_adaptive {
+            ["a tenth of the tolerances", "smaller tolerances"]
+        } else {
+            ["half the step", "a much smaller `--h`"]
+        };
+        Some(format!(
+            "at t = {} {} is {}, and {} by two solvers that choose their steps: the error is larger than the estimates near there, of {} at most, which do not \
+             know of what the run with {shared} misses as well; {remedy}, or another method, tells",
+            plain(row.t),
+            component_names(problem)[k],
+            number(row.values[k]),
+            number(known[place][k]),
+            number(self.estimate(place))
+        ))
     }
 }
 
-/// An adaptive method whose errors are well beyond those that are told, and that takes no longer than that is worth.
-fn accurate() -> Option<Box<dyn Method>> {
-    method::parse("radau-adaptive").ok()?.limited(STEPS)?.with_tolerances(Tolerances::new(COURSE, COURSE).ok()?)
+/// An adaptive method whose errors are well beyond those that are told, in the units of the components, and that takes no longer than that is
+/// worth.
+fn accurate(units: &[f64]) -> Option<Box<dyn Method>> {
+    let atol = units.iter().map(|unit| COURSE * unit).collect();
+    let tolerances = Tolerances::new(COURSE, 0.0).and_then(|t| t.with_atol(atol)).ok()?;
+    method::parse("radau-adaptive").ok()?.limited(STEPS)?.with_tolerances(tolerances)
 }
 
 /// An equation whose f is finite for so many evaluations.
@@ -307,8 +343,8 @@ mod tests {
             (oscillator, 10.0, -2e-3, 0.0, true),
             (oscillator, 10.0, 0.1, 0.034, false),
             (oscillator, 10.0, 0.1, 0.032, true),
-            ("linear-drag v0=1e-8", 1.0, 5e-8, 0.0, false),
-            ("linear-drag v0=1e-6", 1.0, 1e-6, 0.0, true),
+            ("linear-drag v0=1e-8", 1.0, 1e-12, 0.0, false),
+            ("linear-drag v0=1e-8", 1.0, 1e-10, 0.0, true),
         ] {
             let found = told(setting, (t, &[off, 0.0]), "implicit-euler", estimate);
             assert_eq!(found.is_some(), is_told, "{setting}, {off:e} beside {estimate:e}: {found:?}");
