@@ -18,6 +18,9 @@ use crate::panics::caught;
 /// Newton iterations allowed to fail in a solve; diffsol's own limit of 50 also counts over the whole solve.
 const MAX_FAILURES: usize = 10_000;
 
+/// Part of the solve that a step may be as short as: diffsol's own limit of 10⁻¹³ units of time is that of no unit in particular.
+const SHORTEST: f64 = 1e-30;
+
 #[derive(Debug, Clone, Copy)]
 enum Method {
     Bdf,
@@ -142,6 +145,8 @@ impl Diffsol {
             .build()
             .map_err(|e| e.to_string())?;
         problem.ode_options.max_nonlinear_solver_failures = MAX_FAILURES;
+        let end = times.last().copied().unwrap_or(reached.get());
+        problem.ode_options.min_timestep = SHORTEST * (end - reached.get());
         let start = |e: DiffsolError| e.to_string();
         let stops = Stops::new(ode, reached.get(), times);
         match self.method {

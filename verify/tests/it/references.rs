@@ -189,6 +189,18 @@ fn linear_decay_is_within_every_bound() {
     }
 }
 
+/// Nothing is said of the unit of time: rates of 10¹⁸ of a fast process, and of 10⁻¹⁸ of a slow one.
+#[test]
+fn time_may_be_in_any_unit() {
+    for rate in [1e18, 1e-18] {
+        let decay = system(1, |_, v, dv| dv[0] = -rate * v[0], |_, _, add| add(0, 0, -rate));
+        for r in available() {
+            let s = solve(r, &decay, &[1.0], &times(10, 10.0 / rate));
+            assert_bounded(r, &s, |t| vec![(-rate * t).exp()], 1e-7);
+        }
+    }
+}
+
 #[test]
 fn stiff_prothero_robinson_is_within_the_bounds_of_stiff_solvers() {
     for r in available().filter(|r| r.stiff_ok()) {

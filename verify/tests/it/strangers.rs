@@ -735,6 +735,15 @@ fn what_grows_from_next_to_nothing_is_followed_in_units_of_its_own() {
     }
 }
 
+/// Carriers and photons of a laser, 10²⁴ and 10²¹ of them, within 5 ns: the run is far off in its first steps, which are of 10⁻¹⁰ s.
+#[test]
+fn units_may_be_of_any_size() {
+    let laser = "u_i { n = 1e24, s = 1e15 } g { 1.5e-12*(n - 1e24) }
+                 F_i { 2e33 - n/2e-9 - g*s, g*s - s/2e-12 + 1e-4*n/2e-9 }";
+    let said = warned("lasing", laser, &["--method", "bdf2", "--h", "1.81e-10", "--t-end", "5e-9"]);
+    assert!(said.contains("by two solvers that choose their steps"), "{said}");
+}
+
 /// A neuron that fires once and is back at rest at the end: both rows are right.
 #[test]
 fn a_pulse_that_rows_on_both_sides_show_nothing_of_is_named() {
