@@ -6,7 +6,8 @@ use crate::error::{InputError, SettingError, SystemError};
 ///
 /// It is reached in the solution where h resolves it. A stiff component that follows a forcing, hλ ≫ 1, has an error of the
 /// order of what its estimate is held to, with s stages 0.1 τ^((s+1)/2s) |v|^((s−1)/2s) where that is more than τ: the power
-/// 2/3 of τ with three, 4/7 with seven. A first step, and one that takes in a good part of a period of the forcing, of which an
+/// 2/3 of τ with three, 4/7 with seven. So has a step within which f jumps or has a kink; [`strict`](Self::strict) tolerances hold both to τ.
+/// A first step, and one that takes in a good part of a period of the forcing, of which an
 /// estimate may vanish by chance, can have ten times that and more; [`Options::h_max`](super::Options::h_max) limits both.
 ///
 /// atol = 0 asks for relative accuracy alone; a component that passes through zero then has short steps there. Components of
@@ -23,6 +24,7 @@ pub struct Tolerances {
     rtol: f64,
     /// One for all components, or one for each.
     atol: Vec<f64>,
+    is_strict: bool,
 }
 
 impl Tolerances {
@@ -39,7 +41,14 @@ impl Tolerances {
         if !within {
             return Err(InputError::Setting(SettingError::RelativeTolerance { rtol, least: Self::LEAST_RTOL }));
         }
-        Self { rtol, atol: Vec::new() }.with_atol(vec![atol])
+        Self { rtol, atol: Vec::new(), is_strict: false }.with_atol(vec![atol])
+    }
+
+    /// The same, which estimates are held to as they are: an error of their own order, as where f has a jump or a kink within a step, is then
+    /// τ too. Steps on smooth solutions are shorter than they need be.
+    #[must_use]
+    pub fn strict(self) -> Self {
+        Self { is_strict: true, ..self }
     }
 
     /// The same with an absolute tolerance for each component, or one for all.
@@ -60,7 +69,7 @@ impl Tolerances {
     #[must_use]
     pub fn tightened(&self, factor: f64) -> Self {
         let atol = self.atol.iter().map(|atol| atol / factor).collect();
-        Self { rtol: (self.rtol / factor).max(Self::LEAST_RTOL), atol }
+        Self { rtol: (self.rtol / factor).max(Self::LEAST_RTOL), atol, ..*self }
     }
 
     /// The relative tolerance.
@@ -92,7 +101,7 @@ impl Tolerances {
     }
 
     /// What an estimate of order s of component `i` of size w is held to, where the solution has order 2s − 1: τ, or where
-    /// that is more 0.1 τ^((s+1)/2s) w^((s−1)/2s).
+    /// that is more 0.1 τ^((s+1)/2s) w^((s−1)/2s), and τ alone where the tolerances are strict.
     ///
     /// The exponents sum to 1, so that units do not matter, and both terms grow with either tolerance. With w = τ/rtol in
     /// place of the size it would be the transform of RADAU5 ([HW96] IV.8), which lets the error grow where rtol falls below
@@ -100,6 +109,9 @@ impl Tolerances {
     #[inline]
     pub(super) fn of_estimate(&self, i: usize, size: f64, s: usize) -> f64 {
         let tolerated = self.of(i, size);
+        if self.is_strict {
+            return tolerated;
+        }
         let root = match s {
             3 => (size / tolerated).cbrt(),
             _ => (size / tolerated).powf((s - 1) as f64 / (2 * s) as f64),

@@ -260,6 +260,38 @@ fn errors_are_near_the_tolerance() {
     }
 }
 
+/// A mass on a spring that is four times as stiff on one side: half a turn takes π on the one and π/2 on the other.
+struct Sides;
+impl FieldFn for Sides {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[1];
+        dv[1] = v[0] * if v[0].re() < 0.0 { -4.0 } else { -1.0 };
+    }
+}
+
+/// The steps across the eight kinks of four turns err by τ, of 2 in units of the tolerance, each, and a spring makes twice that of an error of v
+/// or x at most: 32 tolerances. Estimates that are held to less let the error be ten times as large.
+#[test]
+fn strict_tolerances_are_met_across_kinks() {
+    let end = 6.0 * std::f64::consts::PI;
+    let error = |tolerances: Tolerances| {
+        let method = Radau::new(AutoField::new(Sides), tolerances).expect("consistent");
+        let run = Trajectory::new(method, State::new(0.0, vec![0.0, 1.0]), end, end).expect("valid");
+        distance(&run.observe(|_| {}).expect("solvable").q, &[0.0, 1.0])
+    };
+    for tolerance in [1e-6, 1e-8, 1e-10, 1e-12] {
+        let plain = Tolerances::new(tolerance, tolerance).expect("positive");
+        let (held, strict) = (error(plain.clone()), error(plain.strict()));
+        assert!(
+            strict < 32.0 * tolerance && held > 10.0 * strict,
+            "{strict:e} at {tolerance:e}, {held:e} if not strict"
+        );
+    }
+}
+
 /// Where hλ ≫ 1 the error has the order of the estimate, and what the estimate is held to bounds it: 0.1 rtol^(2/3) of
 /// 1 + |v| ≤ 2.
 #[test]

@@ -229,10 +229,10 @@ impl Held {
     /// For one that keeps small components, from which it comes back, or multiplies errors: as accurate as rounding lets it be.
     const SMALL: Self = Self { rtol: 1e-13, scale: 1e-20, unit: 1.0 };
 
-    /// The adaptive method with these tolerances, or with a larger one of the same kind.
+    /// The adaptive method with these tolerances, or with a larger one of the same kind, which its error is within across a kink too.
     fn method(self, least: f64) -> Result<Box<dyn Method>, NameError> {
         let rtol = self.rtol.max(least);
-        adaptive_within(rtol, &[self.scale * self.unit * rtol])
+        adaptive_held(rtol, &[self.scale * self.unit * rtol], Tolerances::strict)
     }
 }
 
@@ -448,11 +448,20 @@ fn adaptive(tolerance: f64) -> Result<Box<dyn Method>, NameError> {
 
 /// The same with absolute tolerances, one for all components or one for each.
 fn adaptive_within(rtol: f64, atol: &[f64]) -> Result<Box<dyn Method>, NameError> {
+    adaptive_held(rtol, atol, |tolerances| tolerances)
+}
+
+/// The same with tolerances `of` these.
+fn adaptive_held(
+    rtol: f64,
+    atol: &[f64],
+    of: impl FnOnce(Tolerances) -> Tolerances,
+) -> Result<Box<dyn Method>, NameError> {
     let method = method::parse(ADAPTIVE)?;
     let method = method.limited(TRIED).unwrap_or(method);
     // Positive tolerances are legal.
     let tolerances = Tolerances::new(rtol, 0.0).and_then(|tolerances| tolerances.with_atol(atol.to_vec()));
-    let with = tolerances.ok().and_then(|tolerances| method.with_tolerances(tolerances));
+    let with = tolerances.ok().and_then(|tolerances| method.with_tolerances(of(tolerances)));
     Ok(with.unwrap_or(method))
 }
 

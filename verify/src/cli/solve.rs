@@ -74,7 +74,9 @@ error that other solvers tell and the estimate does not.
 The steps of radau-adaptive are chosen by an estimate of lower order, held to a
 tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
 meets the tolerance where h resolves it, and its stiff components, which have
-the error of the estimate, meet that power. The column estimate tells.
+the error of the estimate, meet that power, as do steps within which f jumps or
+has a kink. With --strict estimates are held to the tolerance itself. The column
+estimate tells.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
@@ -117,6 +119,11 @@ pub(super) struct Args {
     /// components, or one for each, separated by commas
     #[arg(long, value_name = "TOL,..", allow_hyphen_values = true, value_delimiter = ',')]
     atol: Vec<f64>,
+
+    /// Hold the estimates of an adaptive method to the tolerances themselves:
+    /// for an f that jumps or has kinks
+    #[arg(long)]
+    strict: bool,
 
     /// Steps that an adaptive method may try, 1000000 by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
@@ -444,7 +451,7 @@ impl Drop for Progress {
 
 /// The method with the tolerances that were given, for a problem with `components`.
 fn with_tolerances(method: Box<dyn Method>, components: usize, args: &Args) -> Result<Box<dyn Method>, Failure> {
-    if args.rtol.is_none() && args.atol.is_empty() {
+    if args.rtol.is_none() && args.atol.is_empty() && !args.strict {
         return Ok(method);
     }
     let atol = if args.atol.is_empty() { vec![DEFAULT_ATOL] } else { args.atol.clone() };
@@ -453,6 +460,7 @@ fn with_tolerances(method: Box<dyn Method>, components: usize, args: &Args) -> R
         return Err(Failure::Tolerance(InputError::System(SystemError::Dimension { what: "--atol", expected, found })));
     }
     let tolerances = Tolerances::new(args.rtol.unwrap_or(DEFAULT_RTOL), 0.0).and_then(|t| t.with_atol(atol));
+    let tolerances = tolerances.map(|tolerances| if args.strict { tolerances.strict() } else { tolerances });
     method.with_tolerances(tolerances.map_err(Failure::Tolerance)?).ok_or_else(|| Failure::NoTolerances(method.name()))
 }
 

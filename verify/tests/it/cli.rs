@@ -1191,6 +1191,25 @@ fn one_tolerance_alone_leaves_the_other_what_the_help_says() {
     assert_ne!(rows("--rtol 1e-7"), plain);
 }
 
+/// A mass on two springs of different stiffness is back at its start at 6 π.
+#[test]
+fn strict_tolerances_are_met_where_f_has_kinks() {
+    let path = std::env::temp_dir().join(format!("verify-kinks-{}.ds", std::process::id()));
+    std::fs::write(&path, "u_i { x = 0, v = 1 } F_i { v, -max(x, 0) - 4*min(x, 0) }").expect("it is written");
+    let end = |rest: &str| {
+        let path = path.display();
+        let tolerances = format!("--method radau-adaptive --rtol 1e-8 --atol 1e-8 --t-end 18.84955592153876 {rest}");
+        let (status, text, error) = say(&format!("solve --model {path} {tolerances} --csv - --no-estimate"));
+        assert_eq!(status, 0, "{error}");
+        let (header, rows) = table(&text);
+        let x = header.iter().position(|name| name == "x").expect("a column");
+        rows.last().expect("rows")[x].abs()
+    };
+    let (plain, strict) = (end(""), end("--strict"));
+    std::fs::remove_file(&path).expect("it was there");
+    assert!(strict < 5e-7 && plain > 10.0 * strict, "{strict:e}, {plain:e} without");
+}
+
 /// Where theory says that none can be told, none is refuted.
 #[test]
 fn an_order_that_is_not_told_leaves_status_3() {
