@@ -6,6 +6,7 @@
 //! F_i { y, mu * (1 - x * x) * y - x }      f(t, u)
 //! ```
 
+mod mistakes;
 mod powers;
 
 use std::collections::{HashMap, HashSet};
@@ -47,16 +48,6 @@ const LEAST_STACK: usize = 1 << 24;
 
 /// Characters of a model at most.
 const LONGEST: usize = 1 << 20;
-
-/// Names that DiffSL has for what a model consists of.
-const OWN: [(&str, &str); 6] = [
-    ("u", "the state"),
-    ("F", "f"),
-    ("M", "the product of the mass matrix with dudt"),
-    ("dudt", "the rate of the state"),
-    ("in", "the inputs"),
-    ("out", "what is written"),
-];
 
 /// A model that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -246,9 +237,10 @@ struct Compiled {
 impl Compiled {
     fn new(path: &Path, code: &str, set: &[(String, String)]) -> Result<Self, ModelError> {
         let at = path.display().to_string();
-        let syntax = parse_ds_string(code).map_err(|e| ModelError::Compile(e.with_path(&at).to_string()))?;
+        let syntax = parse_ds_string(code);
+        let syntax = syntax.map_err(|e| ModelError::Compile(mistakes::syntax(&at, code, &e.to_string())))?;
         let syntax = powers::written_out(&syntax);
-        let located = |message: String| ModelError::Compile(located(&at, code, &message));
+        let located = |message: String| ModelError::Compile(mistakes::located(&at, code, &message));
         let mut model = DiscreteModel::build("model", &syntax).map_err(|e| located(e.as_error_message(code)))?;
         if let Some(reason) = beyond_first_order(&model) {
             return Err(ModelError::Form { path: path.into(), reason: reason.into() });
@@ -258,8 +250,12 @@ impl Compiled {
                 format!("`{name}` names two things, and only one of them would be meant by it; rename the other");
             return Err(ModelError::Form { path: path.into(), reason });
         }
+        if model.state().rank() == 0 || model.rhs().rank() == 0 {
+            let reason = "its state and f are vectors, with an index also where they have one component: u_i { x = 1 } F_i { -x }";
+            return Err(ModelError::Form { path: path.into(), reason: reason.into() });
+        }
         if let Some((offset, name)) = starts_in_time(&model) {
-            let (line, column) = position(code, offset);
+            let (line, column) = mistakes::position(code, offset);
             let message =
                 format!("the state at t = 0 depends on time through {name}, which has no value there; state one");
             return Err(located(format!("Line {line}, Column {column}: Error: {message}")));
@@ -445,65 +441,6 @@ fn constant(expression: &Ast) -> Option<f64> {
         AstKind::Monop(signed) => Some(constant(&signed.child)? * if signed.op == '-' { -1.0 } else { 1.0 }),
         _ => None,
     }
-}
-
-/// Every message with the file and the line it speaks of, as far as it says: `Line l, Column c: Error: text`.
-fn located(path: &str, code: &str, messages: &str) -> String {
-    let lines = messages.lines().filter(|line| !line.trim().is_empty());
-    let show = |message| match place(code, message) {
-        Some((line, column, text)) => {
-            let shown = code.lines().nth(line.saturating_sub(1)).unwrap_or_default();
-            let (margin, indent) = (" ".repeat(line.to_string().len()), " ".repeat(column.saturating_sub(1)));
-            let text = clash(code, line, text).unwrap_or_else(|| text.to_owned());
-            format!(
-                "{margin}--> {path}:{line}:{column}\n{margin} |\n{line} | {shown}\n{margin} | {indent}^\n{margin} = {text}"
-            )
-        }
-        None => format!("{path}: {}", message.trim_start_matches("Error: ")),
-    };
-    lines.map(show).collect::<Vec<_>>().join("\n")
-}
-
-/// What a message says of a name that is given twice, the second time in this line, or that is one of DiffSL's own.
-fn clash(code: &str, line: usize, text: &str) -> Option<String> {
-    let own = |name: &str| {
-        let (_, meaning) = OWN.into_iter().find(|(own, _)| *own == name)?;
-        Some(format!("DiffSL calls {meaning} `{name}`"))
-    };
-    if text.starts_with("M and u must have the same shape") {
-        return own("M").map(|own| format!("{text}; {own}; rename what is another thing"));
-    }
-    let name = text.strip_suffix(" is already defined")?;
-    let uses = |(before, text): (usize, &str)| {
-        let text = text.split("//").next().unwrap_or_default();
-        // An index is no part of a name.
-        let words = text.split(|c: char| !c.is_alphanumeric()).filter(|word| *word == name);
-        vec![before + 1; words.count()]
-    };
-    let mut lines = code.lines().take(line).enumerate().flat_map(uses);
-    let first = lines.next()?;
-    // Of a name that is given once DiffSL says itself why it cannot be.
-    lines.next()?;
-    let own = own(name).map_or_else(String::new, |own| format!("{own}; "));
-    Some(format!("`{name}` is already there in line {first}; {own}rename what is another thing, or state it once"))
-}
-
-/// Line, column and text of a message; where it names a function only, those of the first call.
-fn place<'a>(code: &str, message: &'a str) -> Option<(usize, usize, &'a str)> {
-    if let Some(name) = message.strip_prefix("unknown function call '").and_then(|rest| rest.strip_suffix('\'')) {
-        let (line, column) = position(code, code.find(&format!("{name}("))?);
-        return Some((line, column, message));
-    }
-    let (line, rest) = message.strip_prefix("Line ")?.split_once(", Column ")?;
-    let (column, text) = rest.split_once(": Error: ")?;
-    Some((line.parse().ok()?, column.parse().ok()?, text))
-}
-
-/// Line and column of a byte.
-fn position(code: &str, offset: usize) -> (usize, usize) {
-    let before = &code[..offset];
-    let start = before.rfind('\n').map_or(0, |end| end + 1);
-    (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
 }
 
 /// The right-hand side with work space of its own.

@@ -252,10 +252,18 @@ fn a_mistake_is_shown_with_its_file_and_line() {
     let valid = "in_i { a = 1 }\nu_i { x = 1 }\nF_i { -a * x }\n";
     for (name, text, words) in [
         ("syntax", "u_i { x = 1 }\nF_i { (x }\n", vec!["--> syntax.ds:2:10", "2 | F_i { (x }"]),
-        ("unknown", "u_i { x = 1 }\nF_i {\n  2 * z\n}\n", vec!["--> unknown.ds:3:7", "3 |   2 * z", "variable z"]),
-        ("call", "u_i { x = 1 }\nF_i { -x *\n foo(x) }\n", vec!["--> call.ds:3:2", "3 |  foo(x) }", "'foo'"]),
-        ("shape", "u_i { x = 1 }\nF_i { x, -x }\n", vec!["--> shape.ds:2:1", "2 | F_i { x, -x }", "same shape"]),
-        ("empty", "", vec!["empty.ds: missing 'u' array"]),
+        (
+            "unknown",
+            "u_i { x = 1 }\nF_i {\n  2 * z\n}\n",
+            vec!["--> unknown.ds:3:7", "3 |   2 * z", "unknown name `z`"],
+        ),
+        (
+            "call",
+            "u_i { x = 1 }\nF_i { -x *\n foo(x) }\n",
+            vec!["--> call.ds:3:2", "3 |  foo(x) }", "unknown function `foo`"],
+        ),
+        ("shape", "u_i { x = 1 }\nF_i { x, -x }\n", vec!["--> shape.ds:2:1", "2 | F_i { x, -x }", "F has 2 rows"]),
+        ("empty", "", vec!["empty.ds: the state is missing"]),
         ("old", "in = [a]\nu_i { x = 1 }\nF_i { x }\n", vec!["old.ds: input list is no longer supported"]),
         ("mass", "u_i { x = 1 }\ndudt_i { y = 0 }\nM_i { 2 * y }\nF_i { x }\n", vec!["mass.ds is not", "mass matrix"]),
         ("event", "u_i { x = 1 }\nF_i { x }\nstop_i { x - 2 }\n", vec!["event.ds is not", "stop_i"]),
@@ -269,7 +277,7 @@ fn a_mistake_is_shown_with_its_file_and_line() {
         ("both", "u_i { a = 1, a = 2 }\nF_i { -a, -a }\n", vec!["`a` names two things"]),
         ("shadow", "in_i { k = 3 }\nu_i { k = 1 }\nF_i { -k }\n", vec!["`k` names two things"]),
         ("inside", "u_i { x = 1 }\nz_i { x = 3, q = 4 }\nF_i { -x }\n", vec!["`x` names two things"]),
-        ("time", "u_i { t = 1 }\nF_i { -t }\n", vec!["time.ds:1:1", "t is a reserved name"]),
+        ("time", "u_i { t = 1 }\nF_i { -t }\n", vec!["time.ds:1:7", "t is a reserved name"]),
         ("clock", "u_i { x = 1, y = 2 * t }\nF_i { -x, -y }\n", vec!["--> clock.ds:1:18", "depends on time through t"]),
         (
             "later",
@@ -300,6 +308,60 @@ fn a_mistake_is_shown_with_its_file_and_line() {
 }
 
 /// The model of a text.
+/// The rest of what DiffSL says follows from the first.
+#[test]
+fn a_mistake_is_one_message_with_its_place_and_what_mends_it() {
+    for (text, place, words) in [
+        ("in_i { k = 1 }\nu_i { x = 1, y = 0 }\nF_i { y, -kk*x }", "3:11", "unknown name `kk`; did you mean `k`?"),
+        (
+            "u_i { x = 1, y = 2 }\na { foo*x }\nF_i { a, a*y }",
+            "2:5",
+            "unknown name `foo`; state it before, as an input",
+        ),
+        ("u_i { x = 1 }\nF_i { -a*x } // a\na { 3 }", "2:8", "`a` is used before it is stated, in line 3"),
+        ("u_i { x = 1, y = x }\nF_i { -x, y }", "1:18", "`x`, of line 1, is known after the closing brace"),
+        ("u_i { x = 1 }\nF_i { -sin*x }", "2:8", "`sin` is a function"),
+        ("u_i { x = 1 }\nF_i { -sinn(x) }", "2:8", "unknown function `sinn`; did you mean `sin`?"),
+        ("u_i { x = 1 }\nF_i { -qqq (x) }", "2:8", "unknown function `qqq`; there are sin, cos"),
+        ("u_i { x = 1 }\nF_i { -dudt }", "2:8", "DiffSL calls the rate of the state so"),
+        ("/* u0 */ u0 { 3 }\nu_i { x = 1 }\nF_i { -u0*x }", "1:10", "u0 is a reserved name: DiffSL has a use"),
+        ("u_i { x = 1, root = 2 }\nF_i { -x, root }", "1:14", "root is a reserved name"),
+        ("t { 3 }\nu_i { x = 1 }\nF_i { -t*x }", "1:1", "t is a reserved name"),
+        ("u_i { x = 1\nF_i { -x }", "2:1", "the `{` of line 1 is not closed: `}` is missing before this"),
+        ("u_i { x = 1 }\nF_i { -x ", "2:", "the `{` of line 2 is not closed"),
+        ("u_i { x = 1 }\nF_i { -(x + 2 }", "2:15", "the `(` of line 2 is not closed"),
+        ("u_i { x = 1 }\nF_i { -x + 2) }", "2:13", "this `)` closes nothing"),
+        ("u_i { x = 1 } }\nF_i { -x }", "1:15", "this `}` closes nothing"),
+        ("u_i { x = 1, y = 2 }\nF_i { -x -y }", "2:1", "F has 1 row and the state u 2 components; each"),
+        ("u_i { x = 1 }\nF_i { -x^2 }", "2:9", "powers are written as pow(x, 2)"),
+        ("u_i { x = 1 }\nF_i { -x**2 }", "2:10", "powers are written as pow(x, 2)"),
+        ("u_i { x = 1 }\nF_i { -2x }", "2:9", "an operator or a comma is missing before this"),
+        ("u_i { x = 1 y = 2 }\nF_i { -x, -y }", "1:13", "an operator or a comma is missing before this"),
+        ("u_i { x = 1; y = 2 }\nF_i { -x, -y }", "1:12", "parted by commas"),
+        ("u_i { x = 1 }\nF_i { x > 0 }", "2:9", "there are no comparisons; heaviside"),
+        ("u_i { x = 1 }\n# f\nF_i { x }", "2:1", "comments begin with //"),
+        ("u_i { x = .5 }\nF_i { x }", "1:11", "numbers begin with a digit"),
+        ("u_i { x = 1E5 }\nF_i { x }", "1:12", "a small e"),
+        ("in_i { k_1 = 1 }\nu_i { x = 1 }\nF_i { -x }", "1:10", "names have letters and digits alone"),
+        ("u_i { x = 1 }\nx' = -x", "2:1", "a model consists of tensors"),
+        ("u { x = 1, y = 2 }\nF { x, y }", "1:12", "what has several has an index"),
+    ] {
+        let Err(ModelError::Compile(told)) = of_text(text) else { panic!("{text}") };
+        assert!(told.contains(&format!(".ds:{place}")) && told.contains(words), "{text}\n{told}");
+        assert!(told.matches("-->").count() == 1 && told.lines().count() == 5, "{told}");
+    }
+    for (text, words) in [
+        ("u_i { x = 1 }", "f is missing; state it as F_i { y, -x }, with a row for each component"),
+        ("u_i { x = 1 }\nf_i { -x }", "a row for each component; `f` in line 2 is another name than `F`"),
+        ("F_i { 1 }", "the state is missing; state it as u_i {"),
+    ] {
+        let Err(ModelError::Compile(told)) = of_text(text) else { panic!("{text}") };
+        assert!(told.contains(words) && told.lines().count() == 1, "{told}");
+    }
+    let told = of_text("u { x = 1 } F { -x }").expect_err("scalars").to_string();
+    assert!(told.contains("are vectors, with an index"), "{told}");
+}
+
 fn of_text(text: &str) -> Result<Model, ModelError> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("text.ds");
