@@ -161,6 +161,19 @@ impl SolveError {
     }
 }
 
+/// Part of a step that is not printed.
+const BESIDE: f64 = 1e-4;
+
+/// What is said of a step of `h`, at the end of which the branch may end too.
+fn of_step(source: &SolveError, h: f64) -> String {
+    match source {
+        SolveError::BranchLost { reached } if h - reached <= BESIDE * h => {
+            "the branch of solutions that starts at the present state ends just before the end of the step, unless a derivative is wrong".into()
+        }
+        _ => source.to_string(),
+    }
+}
+
 /// A step that could not be taken.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -169,7 +182,7 @@ pub enum StepError {
     #[error(transparent)]
     Input(#[from] InputError),
     /// The step equation was not solved; the state is left as it was.
-    #[error("step from t = {} with h = {}: {source}", Number(*t), Number(*h))]
+    #[error("step from t = {} with h = {}: {}", Number(*t), Number(*h), of_step(source, *h))]
     Solve {
         /// Time at the beginning of the step.
         t: f64,
@@ -250,4 +263,23 @@ pub(crate) fn check_step_from(t: f64, h: f64) -> Result<(), InputError> {
 #[inline]
 pub(crate) fn check_step(h: f64) -> Result<(), InputError> {
     if h.is_finite() && h > 0.0 { Ok(()) } else { Err(InputError::Time(TimeError::StepSize(h))) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_branch_that_ends_at_the_end_of_the_step_is_told_without_its_length() {
+        let told =
+            |reached: f64| StepError::Solve { t: 1.0, h: 0.5, source: SolveError::BranchLost { reached } }.to_string();
+        assert!(
+            told(0.5 - 1e-9).contains("h = 0.5: the branch of solutions")
+                && told(0.5 - 1e-9).contains("ends just before the end")
+        );
+        assert!(
+            told(0.499).contains("h = 0.5: the branch of solutions")
+                && told(0.499).contains("ends at a step of 4.9900e-1")
+        );
+    }
 }
