@@ -635,6 +635,16 @@ fn a_run_that_stays_beside_an_unstable_rest_is_named() {
     assert!(!run("0").contains("stays"), "{}", run("0"));
 }
 
+/// What has gone on to 10¹¹, in a last step that is cut, or in each, has not stayed anywhere.
+#[test]
+fn a_run_beyond_a_pole_is_not_said_to_stay() {
+    let blow = "u_i { x = 1 } F_i { x*x }";
+    for (h, end) in [("0.4", "1.5"), ("1", "2")] {
+        let said = warned("beyond", blow, &["--method", "rk4", "--h", h, "--t-end", end]);
+        assert!(said.contains("warning") && !said.contains("stays"), "{said}");
+    }
+}
+
 #[test]
 fn a_step_that_amplifies_what_the_equation_damps_is_named() {
     let model = "in_i { k = 200 } u_i { x = 0, y = 1, z = 0.5 } F_i { -x + k*y, -1.1*y + k*z, -1.3*z }";

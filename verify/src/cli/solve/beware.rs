@@ -380,14 +380,16 @@ impl Watch {
 
     /// States that solutions of the equation leave within a step, and the run does not.
     fn stays(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
-        let [(t_before, _), (t, v)] = self.last_step();
+        let [(t_before, before), (t, v)] = self.last_step();
         let h = t - t_before;
         if v.len() > DENSE {
             return None;
         }
         let a = jacobian(problem, *t, v);
         let exponent = h * spectral_abscissa(&a);
-        let factor = (exponent > LEAVES).then(|| growth(method, &(h * &a))).flatten()?;
+        // What goes beyond all that was before leaves, if not as fast.
+        let stays = max_norm(&self.last.1) <= 2.0 * max_norm(before);
+        let factor = (stays && exponent > LEAVES).then(|| growth(method, &(h * &a))).flatten()?;
         (factor.ln() < 0.5 * exponent).then(|| {
             format!(
                 "at the end perturbations grow like e^({} t), and a step of h = {} multiplies them by {} alone: it stays where solutions of the \
@@ -462,8 +464,8 @@ impl Watch {
     fn at_rest(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
         let (ode, [(t_before, before), (t, v)]) = (problem.ode(), self.last_step());
         let (h, moved) = (t - t_before, distance(v, before));
-        // The references' f, which may be dear, is asked where the run rests alone.
-        if moved > REST * self.largest {
+        // The references' f, which may be dear, is asked where the run rests alone. What leaves in a last step that is cut does not.
+        if larger(moved, distance(v, &self.last.1)) > REST * self.largest {
             return None;
         }
         let mut f = vec![0.0; v.len()];
@@ -492,7 +494,7 @@ impl Watch {
             return (rate > 0.0 && leaves).then(|| {
                 format!(
                     "the run stays where it starts, beside a state of rest that is unstable: perturbations grow like e^({} t) there, and what \
-                     f is at the start, {}, or a rounding is enough to leave it before the end; tolerances below it, and steps below {}, tell",
+                     f is there, {}, or a rounding is enough to leave it before the end; tolerances below it, and steps below {}, tell",
                     number(rate),
                     number(max_norm(&f)),
                     number(rate.recip())
