@@ -159,6 +159,23 @@ pub fn run_through_from(
     times.iter().map(reach).collect()
 }
 
+/// Whether steps of `h` lead from a state, at its time, to `t_end`.
+#[must_use]
+pub fn leads_to(problem: &dyn Problem, method: &dyn Method, start: State, h: f64, t_end: f64) -> bool {
+    let Ok(mut trajectory) =
+        method.build(problem).map_err(RunError::from).and_then(|it| Ok(Trajectory::new(it, start, h, t_end)?))
+    else {
+        return false;
+    };
+    loop {
+        match trajectory.step() {
+            Ok(Some(state)) if state.q.iter().all(|x| x.is_finite()) => {}
+            Ok(None) => return true,
+            _ => return false,
+        }
+    }
+}
+
 /// One step of `h` from `start`.
 ///
 /// # Errors

@@ -231,7 +231,7 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         ),
         RunError::Step(StepError::Solve {
             source: SolveError::BranchLost { .. } | SolveError::OtherBranch, ..
-        }) => Some("a step shorter than the one that the message names has a solution; `--h` must be smaller"),
+        }) => Some("a smaller `--h` may help, unless the solution ends there, as in a pole, or f jumps there"),
         RunError::Step(StepError::Solve { source: SolveError::NotLinear { .. }, .. }) => {
             Some("the problem declares what it is not; that is a mistake in the problem")
         }

@@ -3,6 +3,7 @@
 mod beside;
 mod beware;
 mod held;
+mod stopped;
 mod table;
 mod units;
 mod unresolved;
@@ -14,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
-use lsvi::{Grid, InputError, State, StepError, SystemError};
+use lsvi::{Grid, InputError, State, SystemError};
 use verify::estimate::Estimator;
 use verify::measure::norm::{Extremes, distance, larger, max_norm};
 use verify::method::Method;
@@ -31,8 +32,7 @@ use super::output::Output;
 use beside::Beside;
 use beware::Watch;
 use table::Table;
-use units::{Fault, unlike};
-use unresolved::{Forcing, Unseen, helps_at_a_jump};
+use unresolved::{Forcing, Unseen};
 use verify::replacement::Replacement;
 
 /// Part of the largest value above which an estimate of its error says that no digit of it is right.
@@ -221,7 +221,7 @@ impl<'a> Solve<'a> {
         };
         let overclaim = args::method_file(&args.method)?.and_then(|file| args::overclaim(&args.method, &file));
         let solve = Self { args, name, has_exact: problem.exact(0.0).is_some(), problem, method, h, overclaim };
-        Grid::new(0.0, h, args.t_end).map_err(|error| solve.failed(error.into()))?;
+        Grid::new(0.0, h, args.t_end).map_err(|error| solve.unstarted(error.into()))?;
         let steps = args.t_end / h;
         if steps > MANY {
             let text = format!("{} steps of h = {} are to be taken; end them with Ctrl-C", number(steps), plain(h));
@@ -230,17 +230,18 @@ impl<'a> Solve<'a> {
         Ok(solve)
     }
 
-    fn failed(&self, source: RunError) -> Failure {
-        let known = breakdown(&*self.problem, &*self.method, self.args.t_end);
-        let of_units = || match &source {
-            RunError::Step(StepError::Solve { t, h, .. }) => {
-                unlike(&*self.problem, &*self.method, (*t, &self.problem.initial()), *h, Fault::Fails)
-            }
-            _ => None,
-        };
-        let breakdown = known.map(|breakdown| breakdown.reason).or_else(|| helps_at_a_jump(&*self.problem, &source));
-        let breakdown = breakdown.map(str::to_owned).or_else(of_units);
+    /// The failure of a run that came to the state `v`, its largest component having been `largest`.
+    fn failed(&self, source: RunError, v: &[f64], largest: f64) -> Failure {
+        let known = breakdown(&*self.problem, &*self.method, self.args.t_end).map(|known| known.reason.to_owned());
+        let told = || stopped::told(&*self.problem, &*self.method, &source, (v, largest));
+        let breakdown = known.or_else(told);
         Failure::Run { problem: self.name.as_str().into(), method: self.method.name().into(), source, breakdown }
+    }
+
+    /// The failure of a run that did not start.
+    fn unstarted(&self, source: RunError) -> Failure {
+        let initial = self.problem.initial();
+        self.failed(source, &initial, max_norm(&initial))
     }
 
     /// Column names: `t`, the components, `error`, `estimate`.
@@ -259,7 +260,7 @@ impl<'a> Solve<'a> {
         let mut forcing = (!self.args.no_estimate).then(forcing);
         let estimator = || Estimator::new(&*self.problem, &*self.method, self.h, self.args.t_end);
         let mut estimator = (!self.args.no_estimate).then(estimator).transpose();
-        let mut estimator = estimator.as_mut().map_err(|error| Stop::Failed(self.failed(error.clone())))?.as_mut();
+        let mut estimator = estimator.as_mut().map_err(|error| Stop::Failed(self.unstarted(error.clone())))?.as_mut();
         let solved = run_while(&*self.problem, &*self.method, self.h, self.args.t_end, |state| {
             progress.reach(state.t);
             let values = self.problem.observe(state.t, &state.q);
@@ -284,7 +285,8 @@ impl<'a> Solve<'a> {
             })
         });
         io.map_err(Stop::Io)?;
-        let run = solved.map_err(|source| Stop::Failed(self.failed(source)))?;
+        let failed = |source| Stop::Failed(self.failed(source, summary.watch.ends().1, summary.size));
+        let run = solved.map_err(failed)?;
         summary.effort = self.problem.solver().map(|_| (self.rate(&run.end), run.work.factorizations));
         let failure = estimator.and_then(|estimator| estimator.failure().map(ToString::to_string));
         summary.unestimated = failure;

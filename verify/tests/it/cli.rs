@@ -1338,6 +1338,41 @@ fn a_step_that_fails_at_a_jump_or_a_root_is_told_what_helps() {
     let tank = model("tank.ds", "u_i { level = 1 } F_i { -0.5*sqrt(max(level, 0)) }");
     let error = fails(format!("solve --model {tank} --method radau-adaptive --t-end 6"));
     assert!(error.contains("an explicit method, as rk4, asks for none"), "{error}");
+    // Beyond its end it is next to nothing.
+    let error = fails(format!("solve --model {tank} --method implicit-euler --h 0.1 --t-end 6"));
+    assert!(error.contains("hint: the state has come to ") && error.contains(" beside the 1.00000 that"), "{error}");
+}
+
+/// What helps is what was tried, from the state at which the step failed.
+#[test]
+fn a_shorter_step_is_called_for_where_it_leads_on() {
+    let dir = directory("shorter");
+    let fails = |name: &str, text: &str, line: &str| {
+        let (status, _, error) = say(&format!("solve --model {} {line}", written(&dir, name, text)));
+        assert_eq!(status, 1, "{error}");
+        flat(&error)
+    };
+    let relay = "u_i { x = 1, y = 0 } F_i { y, -x - 0.3*y + 0.5 - heaviside(x) }";
+    for method in ["implicit-euler", "trapezoidal", "bdf2"] {
+        let error = fails("relay.ds", relay, &format!("--method {method} --h 0.01 --t-end 10"));
+        assert!(error.contains("hint: the rate of y jumps near there, at t = "), "{error}");
+        assert!(!error.contains("shorter than"), "{error}");
+    }
+    let bounce = "u_i { y = 1, v = 0 } F_i { v, -9.81 - heaviside(-y)*(1e5*y + 20*v) }";
+    let error = fails("bounce.ds", bounce, "--method trapezoidal --h 0.1 --t-end 3");
+    assert!(error.contains("hint: the rate of v jumps near there, at t = 0.45"), "{error}");
+    let block = "u_i { x = 0, v = 1 } F_i { v, -copysign(0.5, v) - 0.1*x }";
+    let error = fails("block.ds", block, "--method implicit-euler --h 0.1 --t-end 10");
+    assert!(error.contains("hint: the rate of v jumps near there"), "{error}");
+    let blow = "u_i { x = 1 } F_i { x*x }";
+    let error = fails("blow.ds", blow, "--method implicit-euler --h 0.1 --t-end 2");
+    assert!(error.contains("hint: steps of 0.0500000 lead on from there, to t = 0.6: take a smaller"), "{error}");
+    let error = fails("blow.ds", blow, "--method implicit-euler --h 10 --t-end 20");
+    assert!(error.contains("hint: no steps down to 0.156250 lead from there to t = 10"), "{error}");
+    // Its end is no other step than the one that is asked for.
+    let canard = "u_i { x = 1 } F_i { (t - 10)*x + 1e-12 }";
+    let error = fails("canard.ds", canard, "--method implicit-euler --h 0.1 --t-end 20");
+    assert!(error.contains("ends just before the end of the step") && !error.contains("a step of"), "{error}");
 }
 
 /// Runs with h and h/2 agree on what both miss: a fast oscillation that both damp, a transient that both keep, a component in units of its

@@ -1,11 +1,10 @@
 //! Whether steps see how f depends on time.
 
+use lsvi::VectorField;
 use lsvi::quadrature::Quadrature;
-use lsvi::{SolveError, StepError, VectorField};
 use nalgebra::{DMatrix, DVector};
 use verify::measure::norm::{distance, larger, max_norm};
 use verify::problem::Problem;
-use verify::run::RunError;
 
 use super::beware::{BEYOND, DENSE, jacobian};
 use crate::cli::layout::number;
@@ -19,11 +18,6 @@ const NODES: usize = 5;
 /// The order up to which methods see of f(t) no more than Simpson's rule does, with its nodes at the ends and the middle, where two runs
 /// with h and h/2 look.
 const LOW_ORDER: u32 = 4;
-
-/// Part of a step beside the end of a branch, well beyond the digits to which that is known, and how many times f changes there what it does
-/// elsewhere if it jumps.
-const BESIDE: f64 = 1e-6;
-const JUMPS: f64 = 100.0;
 
 /// Part of the solution that the difference comes to where f is not resolved.
 const PART: f64 = 1e-3;
@@ -208,26 +202,6 @@ impl<'a> Forcing<'a> {
 /// The nodes of a rule with their weights.
 fn pairs(rule: Quadrature) -> Vec<(f64, f64)> {
     rule.nodes().iter().copied().zip(rule.weights().iter().copied()).collect()
-}
-
-/// What helps where f jumps in time at the end of the branch of a step: least-squares methods do not follow it across in long steps.
-pub(super) fn helps_at_a_jump(problem: &dyn Problem, error: &RunError) -> Option<&'static str> {
-    let RunError::Step(StepError::Solve { t, h, source: SolveError::BranchLost { reached } }) = error else {
-        return None;
-    };
-    let (ode, v) = (problem.ode(), problem.initial());
-    if ode.dim() != v.len() {
-        return None;
-    }
-    let f = |parts: f64| {
-        let mut f = vec![0.0; v.len()];
-        ode.rhs(t + reached + parts * BESIDE * h, &v, &mut f);
-        f
-    };
-    let [earlier, before, after] = [-3.0, -1.0, 1.0].map(f);
-    let calm = larger(distance(&before, &earlier), f64::EPSILON.sqrt() * max_norm(&before));
-    (distance(&after, &before) > JUMPS * calm)
-        .then_some("f jumps in time there; an explicit method, or `implicit-midpoint`, steps across, and so does a much smaller `--h`")
 }
 
 #[cfg(test)]

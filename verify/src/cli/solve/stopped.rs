@@ -1,0 +1,203 @@
+//! Why a step of a run has no solution, and what was found to lead on.
+
+use lsvi::{SolveError, State, StepError};
+use verify::measure::norm::{distance, larger, max_norm};
+use verify::method::Method;
+use verify::problem::{Problem, component_names};
+use verify::run::{RunError, leads_to};
+
+use super::beware::DENSE;
+use super::units::{Fault, unlike};
+use crate::cli::layout::{number, plain};
+
+/// Part of a step beside the end of a branch, well beyond the digits to which that is known, and how many times f changes there what it does
+/// elsewhere if it jumps.
+const BESIDE: f64 = 1e-6;
+const JUMPS: f64 = 100.0;
+
+/// How many times a step is halved in search of one that leads on.
+const HALVINGS: i32 = 6;
+
+/// The way on which a jump is looked for, in steps, as the state that an implicit step leads to is not the one to which f points; its parts,
+/// and the halvings of one of them that leave of what changes steadily nothing.
+const WAY: f64 = 1.5;
+const PARTS: u32 = 16;
+const PIECES: u32 = 30;
+
+/// Part of what the rate changes by in a part of the way that a jump comes to; a cube root, which is as steep as any at 0, leaves a thousandth.
+const LEFT: f64 = 1e-2;
+
+/// Part of a jump that f changes by in as much of the way beside it at most.
+const CALM: f64 = 0.1;
+
+/// Part of f below which a change is none.
+const NOTHING: f64 = 1e-6;
+
+/// What is known of a step that failed from the state `v`, in a run whose largest component so far is `largest`.
+pub(super) fn told(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    error: &RunError,
+    (v, largest): (&[f64], f64),
+) -> Option<String> {
+    let RunError::Step(StepError::Solve { t, h, source }) = error else { return None };
+    let (t, h, n) = (*t, *h, v.len());
+    if problem.ode().dim() != n || h <= 0.0 {
+        return None;
+    }
+    if let SolveError::BranchLost { reached } = source
+        && jumps_in_time(problem, (t, v), (*reached, h))
+    {
+        let text = "f jumps in time there; an explicit method, or `implicit-midpoint`, steps across, and so does a much smaller `--h`";
+        return Some(text.into());
+    }
+    if let Some(text) = unlike(problem, method, (t, v), h, Fault::Fails) {
+        return Some(text);
+    }
+    let is_lost = matches!(source, SolveError::BranchLost { .. } | SolveError::OtherBranch);
+    if n > DENSE || !(is_lost || matches!(source, SolveError::Diverged { .. })) {
+        return None;
+    }
+    let size = max_norm(v);
+    if size < f64::EPSILON * largest {
+        return Some(format!(
+            "the state has come to {} there, a rounding beside the {} that it was: f may have no finite derivative where it rests, as sqrt(x) has \
+             none at x = 0; an explicit method, as rk4, asks for none",
+            number(size),
+            number(largest)
+        ));
+    }
+    let shortest = h / f64::from(1 << HALVINGS);
+    let mut shorter = (1..=HALVINGS).map(|k| h / f64::from(1 << k));
+    let found = shorter.find(|step| leads_to(problem, method, State::new(t, v.to_vec()), *step, t + h));
+    match (jump(problem, (t, v), h), found) {
+        (Some((place, k)), found) => {
+            let tried = match found {
+                Some(step) => format!("steps of {} lead across", number(step)),
+                None => format!("none down to {} leads across", number(shortest)),
+            };
+            Some(format!(
+                "the rate of {} jumps near there, at t = {} if the state goes on as it does, and an implicit step to a jump may have no \
+                 solution however short it is: {tried}; an explicit method, as rk4, solves no equation, and a change over a short distance, as that of \
+                 tanh, is no jump",
+                component_names(problem)[k],
+                plain(place)
+            ))
+        }
+        (None, Some(step)) => Some(format!(
+            "steps of {} lead on from there, to t = {}: take a smaller `--h`, unless the solution ends soon after, as in a pole",
+            number(step),
+            plain(t + h)
+        )),
+        (None, None) if is_lost => Some(format!(
+            "no steps down to {} lead from there to t = {}: the solution may end, as in a pole, or f be too steep to be followed, where an explicit \
+             method, as rk4, solves no equation",
+            number(shortest),
+            plain(t + h)
+        )),
+        (None, None) => None,
+    }
+}
+
+/// Whether f jumps in time at the end of the branch of a step: least-squares methods do not follow it across in long steps.
+fn jumps_in_time(problem: &dyn Problem, (t, v): (f64, &[f64]), (reached, h): (f64, f64)) -> bool {
+    let f = |parts: f64| {
+        let mut f = vec![0.0; v.len()];
+        problem.ode().rhs(t + reached + parts * BESIDE * h, v, &mut f);
+        f
+    };
+    let [earlier, before, after] = [-3.0, -1.0, 1.0].map(f);
+    let calm = larger(distance(&before, &earlier), f64::EPSILON.sqrt() * max_norm(&before));
+    distance(&after, &before) > JUMPS * calm
+}
+
+/// Where the rate of a component first jumps on the way on which f leads from a state, and of which: a part of that way is halved again and
+/// again, and halves in which it hardly changes are left out.
+fn jump(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> Option<(f64, usize)> {
+    let f = |t: f64, v: &[f64]| {
+        let mut f = vec![0.0; v.len()];
+        problem.ode().rhs(t, v, &mut f);
+        f
+    };
+    let slope = f(t, v);
+    let on_way = |s: f64| f(t + s * h, &v.iter().zip(&slope).map(|(x, f)| x + s * h * f).collect::<Vec<f64>>());
+    let places: Vec<f64> = (0..=PARTS).map(|i| f64::from(i) * WAY / f64::from(PARTS)).collect();
+    let values: Vec<Vec<f64>> = places.iter().map(|s| on_way(*s)).collect();
+    let jumps = |k: usize| {
+        let nothing = NOTHING * values.iter().map(|f| f[k].abs()).fold(0.0, larger);
+        places.array_windows().zip(values.array_windows()).find_map(|(ends, [first, last]): (&[f64; 2], _)| {
+            let of_part = (last[k] - first[k]).abs();
+            let mut open = vec![(*ends, [first[k], last[k]], 0)];
+            while let Some(([start, end], rates, halvings)) = open.pop() {
+                let change = (rates[1] - rates[0]).abs();
+                if !change.is_finite() || change <= nothing || change < LEFT * of_part {
+                    continue;
+                }
+                if halvings == PIECES {
+                    // Beside a pole it changes as much on either side.
+                    let sides = [(on_way(start - (end - start)), rates[0]), (on_way(end + (end - start)), rates[1])];
+                    if sides.iter().all(|(beside, rate)| (beside[k] - rate).abs() < CALM * change) {
+                        return Some(end);
+                    }
+                } else {
+                    let middle = 0.5 * (start + end);
+                    let rate = on_way(middle)[k];
+                    open.push(([middle, end], [rate, rates[1]], halvings + 1));
+                    open.push(([start, middle], [rates[0], rate], halvings + 1));
+                }
+            }
+            None
+        })
+    };
+    let found = (0..v.len()).filter_map(|k| Some((jumps(k)?, k))).min_by(|a, b| a.0.total_cmp(&b.0));
+    found.map(|(s, k)| (t + s * h, k))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use verify::method;
+    use verify::problem::model::Model;
+
+    fn model(text: &str) -> Model {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), text).expect("writable");
+        Model::load(file.path(), &[], None).expect("a model")
+    }
+
+    /// v' turns by 1 where x, which goes on at a rate of 1, comes to 0.3; a change over 10⁻³ is none, nor one beyond one and a half steps.
+    #[test]
+    fn a_jump_is_found_on_the_way_of_a_step_alone() {
+        let found = |rate: &str, h: f64| {
+            jump(&model(&format!("u_i {{ v = 0, x = 0 }} F_i {{ {rate}, 1 }}")), (2.0, &[0.0, 0.0]), h)
+        };
+        let (t, k) = found("1 - heaviside(x - 0.3)", 0.25).expect("it jumps");
+        assert!((t - 2.3).abs() < 1e-8 && k == 0, "{t} of {k}");
+        // Before a change that is larger, and steady.
+        let (t, _) = found("30*max(x - 0.3, 0) + heaviside(x - 0.3)", 0.25).expect("it jumps");
+        assert!((t - 2.3).abs() < 1e-8, "{t}");
+        for (rate, h) in [
+            ("1 - heaviside(x - 0.3)", 0.19),
+            ("tanh((x - 0.3)/1e-3)", 0.25),
+            ("sqrt(abs(x - 0.3))", 0.25),
+            ("copysign(pow(abs(x - 0.3), 1/3), x - 0.3)", 0.25),
+            ("exp(20*x)", 0.25),
+            ("1", 0.25),
+            ("1/(x - 0.25)", 0.25),
+        ] {
+            assert_eq!(found(rate, h), None, "{rate}, {h}");
+        }
+    }
+
+    /// The units of x and v are 10⁹ of one another where w is 1, and alike where it is 0.
+    #[test]
+    fn units_are_those_of_the_state_that_the_step_starts_from() {
+        let problem = model("u_i { x = 1, v = 0, w = 0 } s { 1 + 1e9*heaviside(w - 0.5) } F_i { s*v, -x/s, -w }");
+        let method = method::parse("ls-galerkin(3,gauss,3)").expect("registered");
+        let source = SolveError::Diverged { iterations: 2, increment: 1.0 };
+        let error = RunError::Step(StepError::Solve { t: 0.5, h: 0.1, source });
+        let told = |v: &[f64]| told(&problem, &*method, &error, (v, 1.0)).unwrap_or_default();
+        assert!(told(&[1.0, 0.0, 1.0]).contains("least squares weigh"), "{}", told(&[1.0, 0.0, 1.0]));
+        assert!(!told(&[1.0, 0.0, 0.0]).contains("least squares weigh"), "{}", told(&[1.0, 0.0, 0.0]));
+    }
+}
