@@ -9,7 +9,8 @@ use verify::problem::Problem;
 use super::beware::{BEYOND, DENSE, jacobian};
 use crate::cli::layout::number;
 
-/// Values of f that are looked at in a run.
+/// Values of f that are looked at in a run at most, milliseconds of a small system. Of larger ones a value is dearer, and each step has one panel:
+/// as much as its own evaluations.
 const VALUES: f64 = 2e6;
 
 /// Nodes of Gauss' rule, in each panel and for methods of high order in a step.
@@ -75,7 +76,8 @@ impl<'a> Forcing<'a> {
     pub(super) fn new(problem: &'a dyn Problem, order: u32, t_end: f64) -> Self {
         let field = problem.field();
         // Half of the values, as each step takes some for the nodes of the method too.
-        let density = 0.5 * VALUES / ((NODES * field.dim().max(1)) as f64 * t_end);
+        let of_small = 0.5 * VALUES / ((NODES * field.dim().max(1)) as f64 * t_end);
+        let density = if field.dim() <= DENSE { of_small } else { 0.0 };
         let coarse = if order <= LOW_ORDER { Quadrature::lobatto(3) } else { Quadrature::gauss(NODES) };
         // Rules of a few nodes exist.
         let [coarse, fine] = [coarse, Quadrature::gauss(NODES)].map(|rule| rule.map_or_else(|_| Vec::new(), pairs));
@@ -247,6 +249,23 @@ mod tests {
         let area = 0.5 * std::f64::consts::PI.sqrt();
         let expected = 0.5 * (area - 0.25 * 0.75 * area);
         assert!((found / expected - 1.0).abs() < 0.01, "{found} for {expected}");
+    }
+
+    /// Of a large system too, whose f is dear.
+    #[test]
+    fn a_large_system_has_a_panel_in_each_step() {
+        let looked = |n: usize| {
+            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+            let entries = |entry: &str| vec![entry; n].join(", ");
+            let text = format!("u_i {{ {} }} F_i {{ {} }}", entries("1"), entries("cos(t)"));
+            std::fs::write(file.path(), text).expect("writable");
+            let problem = Model::load(file.path(), &[], Some(10.0)).expect("a model");
+            let mut forcing = Forcing::new(&problem, 2, 10.0);
+            (0..=10).for_each(|k| forcing.add(f64::from(k), &vec![1.0; n]));
+            (VALUES - forcing.left) / n as f64
+        };
+        assert_eq!(looked(DENSE + 1), 10.0 * (3.0 + 5.0));
+        assert!(looked(DENSE) * DENSE as f64 > 0.4 * VALUES);
     }
 
     /// Of more steps than there are panels each has one.
