@@ -645,6 +645,16 @@ fn a_run_beyond_a_pole_is_not_said_to_stay() {
     }
 }
 
+/// Where h λ = 1 implicit Euler, by which differences of two quadratures are carried on, is singular.
+#[test]
+fn a_rate_that_grows_steadily_in_time_is_not_said_to_be_fast() {
+    let canard = "u_i { x = 1 } F_i { (t - 10)*x + 1e-12 }";
+    for method in ["rk4", "method-i", "ls-galerkin(2,radau,2)"] {
+        let said = warned("canard", canard, &["--method", method, "--h", "0.1", "--t-end", "21"]);
+        assert!(!said.contains("faster than the steps"), "{said}");
+    }
+}
+
 #[test]
 fn a_step_that_amplifies_what_the_equation_damps_is_named() {
     let model = "in_i { k = 200 } u_i { x = 0, y = 1, z = 0.5 } F_i { -x + k*y, -1.1*y + k*z, -1.3*z }";
