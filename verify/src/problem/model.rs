@@ -246,8 +246,11 @@ impl Compiled {
             return Err(ModelError::Form { path: path.into(), reason: reason.into() });
         }
         if let Some(name) = ambiguous(&model) {
-            let reason =
-                format!("`{name}` names two things, and only one of them would be meant by it; rename the other");
+            let lines = mistakes::lines_with(code, &name);
+            let reason = format!(
+                "`{name}` names two things{lines}, and only one of them would be meant by it; rename the other, or leave its name out where it is \
+                 an entry"
+            );
             return Err(ModelError::Form { path: path.into(), reason });
         }
         if model.state().rank() == 0 || model.rhs().rank() == 0 {

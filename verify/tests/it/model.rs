@@ -273,7 +273,12 @@ fn a_mistake_is_shown_with_its_file_and_line() {
             "in_i { a = 1, a = 2 }\nu_i { x = 1 }\nF_i { a * x }\n",
             vec!["twice.ds is not", "`a` names two things"],
         ),
-        ("state", "u_i { v = 2, u = 1 }\nF_i { u, v }\n", vec!["`u` names two things"]),
+        ("state", "u_i { v = 2, u = 1 }\nF_i { u, v }\n", vec!["`u` names two things, in line 1, and"]),
+        (
+            "named",
+            "u_i { x = 1 }\n// x = 2\nF_i { x = -x }\n",
+            vec!["`x` names two things, in lines 1 and 3, and", "or leave its name out"],
+        ),
         ("both", "u_i { a = 1, a = 2 }\nF_i { -a, -a }\n", vec!["`a` names two things"]),
         ("shadow", "in_i { k = 3 }\nu_i { k = 1 }\nF_i { -k }\n", vec!["`k` names two things"]),
         ("inside", "u_i { x = 1 }\nz_i { x = 3, q = 4 }\nF_i { -x }\n", vec!["`x` names two things"]),

@@ -264,6 +264,19 @@ fn stated(words: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
+/// The lines in which a name is stated, as words.
+pub(super) fn lines_with(code: &str, name: &str) -> String {
+    let words = uncommented(code);
+    let mut lines: Vec<usize> =
+        stated(&words).filter(|(_, word)| *word == name).map(|(at, _)| position(&words, at).0).collect();
+    lines.dedup();
+    match &lines[..] {
+        [] => String::new(),
+        [line] => format!(", in line {line}"),
+        [first, second, ..] => format!(", in lines {first} and {second}"),
+    }
+}
+
 /// Whether a name that is said to be defined already is there twice.
 fn is_twice(code: &str, message: &str) -> bool {
     place(code, message).is_none_or(|(line, _, text)| clash(code, line, text).is_some())
