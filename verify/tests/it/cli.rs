@@ -107,7 +107,10 @@ fn bench_prints_what_it_measured_and_writes_the_same_as_a_table() {
 
 #[test]
 fn bench_counts_instructions_that_repeat_or_says_that_valgrind_is_missing() {
-    let count = || say("bench --only midpoint --instructions");
+    let arguments = ["bench", "--only", "midpoint", "--instructions"];
+    let without = command(&arguments).env("PATH", "").output().expect("starts");
+    assert!(without.status.code() == Some(1) && stderr(&without).contains("apt-get install valgrind"), "{without:?}");
+    let count = || say(&arguments.join(" "));
     let (status, text, errors) = count();
     if status != 0 {
         assert!(errors.contains("apt-get install valgrind"), "{errors}");
@@ -514,6 +517,12 @@ fn what_cannot_be_written_is_status_2() {
     // Refused before anything is computed.
     assert_eq!(status, 2);
     assert!(flat(&message).starts_with(&format!("error: cannot write into {}/report: ", file.display())), "{message}");
+    let (status, out, message) = say(&format!("bench --out {}", file.display()));
+    assert_eq!((status, out.as_str()), (2, ""), "{message}");
+    assert!(
+        flat(&message).starts_with(&format!("error: cannot write {}/data/bench.csv: ", file.display())),
+        "{message}"
+    );
 }
 
 #[test]
@@ -670,6 +679,14 @@ fn compare_shows_every_solver() {
     assert!(out.lines().any(|line| line.starts_with("rk4 ") && line.ends_with("agrees")), "{out}");
     let (_, out, _) = say("compare --problem poiseuille-ansatz");
     assert!(out.lines().any(|line| line.starts_with("equation ")), "{out}");
+}
+
+/// f is no number beyond t = 1/2.
+#[test]
+fn a_comparison_of_solvers_that_all_fail_is_inconclusive() {
+    let path = written(&directory("all-fail"), "end.ds", "u_i { x = 1 }\nF_i { sqrt(0.5 - t) }\n");
+    let (status, out, error) = say(&format!("compare --model {path} --t-end 1"));
+    assert!(status == 3 && out.contains("\n0 agree, 0 do not, "), "{status} {out}{error}");
 }
 
 #[test]
