@@ -296,6 +296,27 @@ mod tests {
         }
     }
 
+    /// ẋ = 0 from 10⁸ beside ẏ = −y from 1.
+    #[test]
+    fn a_large_component_leaves_the_others_their_tolerance() {
+        struct Beside;
+        impl Ode for Beside {
+            fn dim(&self) -> usize {
+                2
+            }
+            fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+                dv.copy_from_slice(&[0.0, -v[1]]);
+            }
+            fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+                add(1, 1, -1.0);
+            }
+        }
+        let reference = crate::reference::by_name("diffsol-tsit45").expect("always built");
+        let found = solve_in_units(reference, &Beside, &[1e8, 1.0], &[1.0], FINE).expect("solved");
+        let error = (found.states[0][1] - (-1.0_f64).exp()).abs();
+        assert!(error < 1e-9, "{error:e}");
+    }
+
     #[test]
     fn the_coarse_solve_is_asked_for_a_hundred_times_the_tolerance_of_the_fine_one() {
         let asked = std::cell::RefCell::new(Vec::new());
