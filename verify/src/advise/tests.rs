@@ -240,9 +240,23 @@ fn a_growth_is_told_where_it_is_that_of_the_equation() {
     assert!(!matches!(found, Growth::By(factor) if factor > 1.0), "{found:?}");
     let Growth::By(factor) = character("u_i { x = 1 } F_i { x }", 8.0).growth else { panic!("it is told") };
     assert!((factor / 8.0_f64.exp() - 1.0).abs() <= 1e-3, "{factor}");
+    // Between two pulses, from t = 3.14 to 3.16, by the exponential of the area of the first.
+    let pulse = |t: f64| format!("exp(-(t - {t})*(t - {t})/(2*0.001*0.001))");
+    let moment = format!("u_i {{ x = 1 }} F_i {{ (1000*({} - {}) - 0.1)*x }}", pulse(3.137), pulse(3.157));
+    let Growth::By(factor) = character(&moment, 10.0).growth else { panic!("it is told") };
+    let expected = (TAU.sqrt() - 0.1 * 3.147).exp();
+    assert!((factor / expected - 1.0).abs() <= 0.01, "{factor} for {expected}");
     let lorenz = "u_i { x = 1, y = 1, z = 1 } F_i { 10*(y - x), x*(28 - z) - y, x*y - 8*z/3 }";
     assert!(matches!(character(lorenz, 30.0).growth, Growth::Untold(_)));
     assert!(matches!(character("u_i { x = 1 } F_i { -0.5*sqrt(x) }", 6.0).growth, Growth::Lost(_)));
+}
+
+/// The logistic solution is 1 where f ends.
+#[test]
+fn what_grows_from_next_to_nothing_to_one_does_not_blow_up() {
+    let ends = character("u_i { x = 1e-9 } F_i { x*(1 - x) + 0*sqrt(30 - t) }", 40.0);
+    assert!(matches!(ends.growth, Growth::Lost(_)) && !ends.blows_up(), "{ends:?}");
+    assert!(character("u_i { x = 1e-9 } F_i { 1 + x*x }", 2.0).blows_up());
 }
 
 /// Of a pulse that is next to nothing the square is nothing, and its rate no direction that outweighs all others.
@@ -258,6 +272,11 @@ fn a_rate_that_lasts_a_moment_is_seen() {
     let pulse = "u_i { a = 1, b = 0 } pulse { exp(-(t - 3.137)*(t - 3.137)/(2*0.004*0.004)) }
         F_i { -50*pulse*a + 0.3*b, 50*pulse*a - 0.3*b - 0.1*b*b }";
     let fastest = character(pulse, 10.0).matrices.expect("small").fastest;
+    assert!((45.0..51.0).contains(&fastest), "{fastest}");
+    // On what is at rest, over which the run passes.
+    let at_rest =
+        "u_i { a = 0, b = 1 } pulse { exp(-(t - 3.137)*(t - 3.137)/(2*0.0005*0.0005)) } F_i { -50*pulse*a, -b }";
+    let fastest = character(at_rest, 10.0).matrices.expect("small").fastest;
     assert!((45.0..51.0).contains(&fastest), "{fastest}");
 }
 
@@ -777,12 +796,14 @@ fn jumps_of_f_are_seen_and_steep_ways_are_none() {
     let jumps = |text: &str| character(text, 10.0).matrices.expect("small").jumps;
     for text in [
         "u_i { x = 3, v = 0 } F_i { v, -x - 0.4*(2*heaviside(v) - 1) }",
+        "u_i { x = 3, v = 0 } F_i { v, -x - 0.01*(2*heaviside(v) - 1) }",
         "u_i { x = 0 } F_i { heaviside(t - 3.1) - x }",
     ] {
         assert!(jumps(text), "{text}");
     }
     for text in [
         "u_i { x = 3, v = 0 } F_i { v, -x - 0.4*tanh(1000*v) }",
+        "u_i { x = 3, v = 0 } F_i { v, -x - 0.4*tanh(1e10*v) }",
         "u_i { x = 1, y = 0 } F_i { -1e6*(x - cos(t)), x - y }",
         "u_i { q = 1, p = 0 } F_i { p, -sin(q) }",
         "u_i { x = 0.3000001 } F_i { 10*x*(1-x)*(x-0.3) }",

@@ -599,7 +599,7 @@ mod tests {
     fn the_steps_that_are_found_are_the_fewest_but_for_one_unit() {
         let method = method::parse("implicit-euler").expect("registered");
         with_truth(|problem, truth| {
-            for target in [0.15, 0.1, 0.05, 0.03, 0.02, 0.011, 0.01] {
+            for target in [0.15, 0.1, 0.05, 0.03, 0.02, 0.011, 0.01, 0.008] {
                 let (trial, least) = search(problem, &*method, &truth, target, 1e6, None);
                 let trial = trial.expect("within reach");
                 let steps = trial.steps as u32;
@@ -644,8 +644,29 @@ mod tests {
         });
     }
 
-    /// e^(−t) but for a difference at the last time, or a failure.
-    struct Says(Option<f64>);
+    #[test]
+    fn a_tolerance_with_more_steps_than_any_other_method_may_take_is_no_trial() {
+        with_truth(|problem, truth| {
+            let tried = |steps: f64| with_tolerance(problem, (1e-4, &[1e-4]), HORIZON / steps, &truth, 1.0);
+            assert!(tried(100.0).is_some());
+            assert_eq!(tried(20_000.0), None);
+        });
+    }
+
+    /// Inside of long steps it is larger.
+    #[test]
+    fn the_error_of_an_adaptive_method_is_that_where_f_changes_too() {
+        with_truth(|problem, mut truth| {
+            let error =
+                |truth: &Truth| with_tolerance(problem, (1e-2, &[1e-2]), HORIZON, truth, 1.0).expect("within 1").error;
+            let at_ends = error(&truth);
+            truth.changes = (1..80).map(|k| 0.1 * f64::from(k)).collect();
+            assert!(error(&truth) > 2.0 * at_ends, "{:e}, {at_ends:e}", error(&truth));
+        });
+    }
+
+    /// e^(−t) but for a difference at the last time, which the equation may tell, or a failure.
+    struct Says(fn(&dyn Ode) -> Option<f64>);
 
     impl Reference for Says {
         fn name(&self) -> &'static str {
@@ -657,8 +678,8 @@ mod tests {
         fn library(&self) -> Option<String> {
             None
         }
-        fn run(&self, _: &dyn Ode, _: f64, v0: &[f64], times: &[f64], _: f64) -> Result<Run, ReferenceError> {
-            let off = self.0.ok_or_else(|| ReferenceError::Input("fails".into()))?;
+        fn run(&self, ode: &dyn Ode, _: f64, v0: &[f64], times: &[f64], _: f64) -> Result<Run, ReferenceError> {
+            let off = (self.0)(ode).ok_or_else(|| ReferenceError::Input("fails".into()))?;
             let mut run = Run::with_capacity(times.len());
             for (k, t) in times.iter().enumerate() {
                 let last = if k + 1 == times.len() { off } else { 0.0 };
@@ -672,8 +693,19 @@ mod tests {
     fn a_reference_confirms_at_all_times_and_not_by_failing() {
         with_truth(|_, truth| {
             let apart = |off| truth.apart_from(&Says(off), Held::to(1e-5), &[0.5, 1.0, 4.0]);
-            assert_eq!(apart(None), f64::INFINITY);
-            assert!(apart(Some(0.0)) <= 1e-9 && (apart(Some(0.25)) - 0.25).abs() <= 1e-9);
+            assert_eq!(apart(|_| None), f64::INFINITY);
+            assert!(apart(|_| Some(0.0)) <= 1e-9 && (apart(|_| Some(0.25)) - 0.25).abs() <= 1e-9);
+        });
+    }
+
+    #[test]
+    fn a_reference_takes_steps_as_short_as_those_of_a_trial_where_f_changes() {
+        with_truth(|_, mut truth| {
+            let longest =
+                |truth: &Truth| truth.apart_from(&Says(|ode| Some(ode.longest_step(HORIZON))), Held::to(1e-5), &[4.0]);
+            assert_eq!(longest(&truth), f64::INFINITY);
+            truth.changes = vec![3.0];
+            assert!((longest(&truth) - HORIZON / f64::from(MOST)).abs() <= 1e-9, "{}", longest(&truth));
         });
     }
 }
