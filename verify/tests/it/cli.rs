@@ -1087,21 +1087,23 @@ fn a_broken_invariant_is_told_with_what_the_sum_that_is_shown_changed_by() {
     let path = directory("invariant").join("flow.ds");
     fs::write(&path, "u_i { a = 1, b = 0 }\nF_i { 0 - 4 * a * a, 2 * a * a }\n").expect("writable");
     let model = path.to_str().expect("UTF-8");
-    let (_, text, error) = say(&format!("solve --model {model} --method method-i --h 0.5 --t-end 5 --csv -"));
-    let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
-    let told = error
-        .split_once("the equation conserves ")
-        .and_then(|(_, rest)| rest.split_once(", and the run changed it by "));
-    let (sum, rest) = told.unwrap_or_else(|| panic!("{error}"));
-    let change: f64 = rest.split(';').next().and_then(|x| x.parse().ok()).unwrap_or_else(|| panic!("{rest}"));
-    let words: Vec<&str> = sum.split(' ').collect();
-    let factor =
-        |name: &str| words.iter().position(|word| *word == name).and_then(|at| words[at - 1].parse::<f64>().ok());
-    let (a, b) = (factor("a").expect(sum), factor("b").expect(sum));
-    let (_, rows) = table(&text);
-    let (first, last) = (&rows[0], rows.last().expect("rows"));
-    let expected = a * (last[1] - first[1]) + b * (last[2] - first[2]);
-    assert!((change - expected).abs() <= 1e-3 * expected.abs(), "{change} {expected}: {error}");
+    for h in [0.5, 0.1] {
+        let (_, text, error) = say(&format!("solve --model {model} --method method-i --h {h} --t-end 5 --csv -"));
+        let error = error.split_whitespace().collect::<Vec<_>>().join(" ");
+        let told = error
+            .split_once("the equation conserves ")
+            .and_then(|(_, rest)| rest.split_once(", and the run changed it by "));
+        let (sum, rest) = told.unwrap_or_else(|| panic!("{error}"));
+        let change: f64 = rest.split(';').next().and_then(|x| x.parse().ok()).unwrap_or_else(|| panic!("{rest}"));
+        let words: Vec<&str> = sum.split(' ').collect();
+        let factor =
+            |name: &str| words.iter().position(|word| *word == name).and_then(|at| words[at - 1].parse::<f64>().ok());
+        let (a, b) = (factor("a").expect(sum), factor("b").expect(sum));
+        let (_, rows) = table(&text);
+        let (first, last) = (&rows[0], rows.last().expect("rows"));
+        let expected = a * (last[1] - first[1]) + b * (last[2] - first[2]);
+        assert!((change - expected).abs() <= 1e-3 * expected.abs(), "{h}: {change} {expected}: {error}");
+    }
 }
 
 #[test]
@@ -1290,6 +1292,11 @@ fn a_run_where_no_solution_is_is_told_so() {
     assert!(!crosses(&format!("solve --model {robertson} --method radau-adaptive --t-end 1e4")));
     assert!(!crosses(&format!("solve --model {prey} --method radau-adaptive --t-end 8 --atol 1e-13")));
     assert!(!crosses(&format!("solve --model {waves} --method rk4 --h 0.3 --t-end 20")));
+    // A reference may cross zero as well, by what it is allowed to be off.
+    let decay = model("decay.ds", "u_i { x = 1, y = 1 } F_i { -1000*x, -y }");
+    for h in [0.3, 1.0, 2.0] {
+        assert!(crosses(&format!("solve --model {decay} --method trapezoidal --h {h} --t-end 6")), "{h}");
+    }
     let stays = |line: &str| said(line).contains("stays where solutions of the equation do not");
     assert!(stays(&format!("solve --model {oregonator} --method method-i --h 0.1 --t-end 360")));
     assert!(stays(&format!("solve --model {pole} --method method-i --h 0.1 --t-end 2")));
@@ -1313,11 +1320,17 @@ fn a_run_where_no_solution_is_is_told_so() {
     for method in ["rk4 --h 0.5", "trapezoidal --h 1", "method-i --h 0.1"] {
         assert!(!stays(&format!("solve --model {epidemic} --method {method} --t-end 150")), "{method}");
     }
+    // Of e² it shows 5.
+    let growth = model("growth.ds", "u_i { x = 1 } F_i { x }");
+    assert!(!stays(&format!("solve --model {growth} --method heun2 --h 2 --t-end 20")));
     let lags = |line: &str| said(line).contains("hardly moves it, and the equation does");
     assert!(lags(&format!("solve --model {pole} --method fitted-pade(4.0) --h 0.1 --t-end 3")));
     for method in ["rk4", "method-i", "implicit-euler"] {
         assert!(!lags(&format!("solve --model {waves} --method {method} --h 1.5 --t-end 30")), "{method}");
     }
+    // A last step across the crest, from a height to the same.
+    let crest = model("crest.ds", "u_i { x = 0.4, y = 2.2 } F_i { y, -x }");
+    assert!(!lags(&format!("solve --model {crest} --method implicit-midpoint --h 1 --t-end 2")));
     // Adaptive steps that follow the growth away from a rest which they came by.
     let fox = model(
         "fox.ds",

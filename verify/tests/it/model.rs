@@ -436,6 +436,11 @@ fn a_dose_is_seen_by_references_and_estimates_and_breaks_no_invariant() {
     assert!(text.contains("with a tenth of the tolerances it is another solution"), "{text}");
     let (_, text) = said("dose", DOSE, &["solve", "--method", "rk4", "--h", "0.1", "--t-end", "40"]);
     assert!(!text.contains("conserves"), "{text}");
+    // Where the run stays below the tolerance and one with a tenth of it does not, the latter alone is told.
+    let small = DOSE.replace("0.5,", "1e-12,").replace("0.5 }", "1e-12 }");
+    let (_, text) = said("small", &small, &["solve", "--method", "radau-adaptive", "--t-end", "40"]);
+    let words = ["with a tenth of the tolerances it is another solution", "no component comes to"];
+    assert_eq!(words.map(|words| text.contains(words)), [true, false], "{text}");
 }
 
 #[test]

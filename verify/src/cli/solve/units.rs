@@ -94,6 +94,8 @@ mod tests {
         for (rates, name, fault) in [
             (alike, "method-i", Fault::Off(0)),
             (unlike, "method-i", Fault::Fails),
+            // In units that are alike 0.4 of its error are left.
+            ("2*v, -0.5*x", "method-i", Fault::Off(0)),
             (unlike, "implicit-euler", Fault::Off(0)),
             (alike, "ls-galerkin(3,gauss,3)", Fault::Fails),
         ] {
