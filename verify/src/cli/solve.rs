@@ -343,7 +343,7 @@ impl<'a> Solve<'a> {
             warnings.extend(summary.watch.amplified(&*self.problem, &*self.method).or_else(off));
         }
         // What the nodes make of f is a reason to look, and rows that another run comes to are right for all that.
-        let is_refuted = |unseen: &Unseen| summary.beside.is_met(&*self.problem, &*self.method, &unseen.places);
+        let is_refuted = |unseen: &Unseen| summary.beside.is_met(&*self.problem, &unseen.places);
         let unseen = summary.unseen.as_ref().filter(|unseen| !is_refuted(unseen)).map(|unseen| unseen.text.clone());
         // Where f is not seen, another solution with half the step is no news, and being small is no reason.
         let is_seen = unseen.is_none();
