@@ -617,6 +617,12 @@ fn a_component_that_a_closure_holds_at_its_start_is_named() {
     assert!(said.contains("y stays at") && said.contains("a step below 7.07107e-10 moves it"), "{said}");
     let turning = "u_i { x = 1, y = 0 } F_i { -x, cos(2*3.141592653589793*200*t) }";
     assert!(!warned("turning", turning, &["--method", "rk4", "--h", "0.005", "--t-end", "1"]).contains("stays"));
+    for swaying in
+        ["x = 1 } F_i { cos(2*3.141592653589793*t) }", "x = 0, y = 1 } F_i { cos(2*3.141592653589793*t), -y }"]
+    {
+        let steps = ["--method", "trapezoidal", "--h", "0.5", "--t-end", "4"];
+        assert_eq!(warned("swaying", &format!("u_i {{ {swaying}"), &steps), "");
+    }
 }
 
 #[test]

@@ -312,28 +312,37 @@ impl Watch {
         (ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).collect(), broken)
     }
 
+    /// What each component of f is at least all through the last step, with its sign, and 0 where that changes: what turns within a step, or is
+    /// back where it was at the end of each, is moved by no constant rate.
+    fn constant_rates(&self, ode: &dyn Ode) -> Vec<f64> {
+        let [(start, _), (end, v)] = self.last_step();
+        let rates = [0.0, 0.382, 1.0].map(|part| {
+            let mut f = vec![0.0; v.len()];
+            ode.rhs(start + part * (end - start), v, &mut f);
+            f
+        });
+        let of = |k: usize| rates.each_ref().map(|f| f[k]);
+        let least = |of: [f64; 3]| match of.iter().all(|f| f.signum() == of[0].signum()) {
+            true => of.iter().map(|f| f.abs()).smallest().copysign(of[0]),
+            false => 0.0,
+        };
+        (0..v.len()).map(|k| least(of(k))).collect()
+    }
+
     /// A component that stays at its start, where f moves it: a least-squares method holds one by which f does not change, and one with
     /// |R(∞)| = 1 what is fast beside its steps.
     fn stuck(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
-        let (ode, [(t_before, _), (t, v)]) = (problem.ode(), self.last_step());
+        let [(t_before, _), (t, v)] = self.last_step();
         if v.len() > DENSE {
             return None;
         }
-        // What turns within a step, or is back where it was at the end of each, is moved by no constant rate.
-        let h = t - t_before;
-        let rates = [0.0, 0.382, 1.0].map(|part| {
-            let mut f = vec![0.0; v.len()];
-            ode.rhs(t_before + part * h, v, &mut f);
-            f
-        });
+        let (h, rates) = (t - t_before, self.constant_rates(problem.ode()));
         let jacobian = jacobian(problem, *t, v);
         (0..v.len()).find_map(|k| {
-            let of = rates.each_ref().map(|f| f[k]);
-            let rate = of.iter().map(|f| f.abs()).smallest();
-            let is_one = of.iter().all(|f| f.signum() == of[0].signum());
+            let rate = rates[k].abs();
             // A fast component is at rest nearby, and f is large there all the same.
             let way = (h * rate).min(rate / jacobian[(k, k)].abs());
-            (is_one && way.is_finite() && way > REST * self.largest && self.moved[k] <= REST * way).then(|| {
+            (way.is_finite() && way > REST * self.largest && self.moved[k] <= REST * way).then(|| {
                 let short = jacobian.norm().recip().min(0.5 * h);
                 let remedy = match moves(problem, method, (v, k), short) {
                     true => format!("a step below {} moves it", number(short)),
@@ -343,7 +352,7 @@ impl Watch {
                     "{} stays at {} all the way, where f moves it at a rate of {}: the method holds it, not the equation, and {remedy}",
                     component_names(problem)[k],
                     number(v[k]),
-                    number(of[0])
+                    number(rates[k])
                 )
             })
         })
@@ -471,14 +480,15 @@ impl Watch {
         let mut f = vec![0.0; v.len()];
         ode.rhs(*t, v, &mut f);
         let (size, drift) = (max_norm(v), h * max_norm(&f));
+        let least = max_norm(&self.constant_rates(ode));
         // What is no normal number moves nothing that is one.
-        if drift > (REST * size).max(f64::MIN_POSITIVE) && moved <= REST * drift {
+        if h * least > (REST * size).max(f64::MIN_POSITIVE) && moved <= REST * h * least {
             return Some(format!(
                 "the run rests where f is not zero: it moved by {} in the last step of h = {}, |f| = {}; that is a steady \
                  state of the method, not of the equation",
                 number(moved),
                 plain(h),
-                number(max_norm(&f))
+                number(least)
             ));
         }
         let came = self.first.iter().zip(v).any(|(a, b)| (a - b).abs() > REST * self.largest);
