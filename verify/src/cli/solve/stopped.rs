@@ -189,6 +189,15 @@ mod tests {
         }
     }
 
+    /// At the end of a branch at t = 1, half-way through a step.
+    #[test]
+    fn a_kink_is_no_jump() {
+        let jumps =
+            |rate: &str| jumps_in_time(&model(&format!("u_i {{ x = 0 }} F_i {{ {rate} }}")), (0.5, &[0.0]), (0.5, 1.0));
+        assert!(jumps("t + heaviside(t - 1)"));
+        assert!(!jumps("t + 9*max(t - 1, 0)") && !jumps("t"));
+    }
+
     /// The units of x and v are 10⁹ of one another where w is 1, and alike where it is 0.
     #[test]
     fn units_are_those_of_the_state_that_the_step_starts_from() {

@@ -303,17 +303,4 @@ mod tests {
         assert!(few.text.contains("where it is 0.17"), "{few:?}");
         assert_eq!(told(200).places.len(), PLACES);
     }
-
-    /// At the end of a branch at t = 1, half-way through a step.
-    #[test]
-    fn a_kink_is_no_jump() {
-        let helps = |rate: &str| {
-            followed(rate, 4, (1, 1.0), |it| {
-                let source = SolveError::BranchLost { reached: 0.5 };
-                helps_at_a_jump(it.problem, &RunError::Step(StepError::Solve { t: 0.5, h: 1.0, source })).is_some()
-            })
-        };
-        assert!(helps("t + heaviside(t - 1)"));
-        assert!(!helps("t + 9*max(t - 1, 0)") && !helps("t"));
-    }
 }
