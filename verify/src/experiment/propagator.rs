@@ -115,10 +115,19 @@ pub fn growth(method: &dyn Method, a: &DMatrix<f64>) -> Option<f64> {
 /// The error of a step of `method` on v̇ = f + A v from 0, (R(A) − e^A) d where A d = f, without the part of f outside of the range of A;
 /// A and f stand for hA and hf. None of a method that does not apply, or chooses its own steps.
 pub fn step_error(method: &dyn Method, a: &DMatrix<f64>, f: &DVector<f64>) -> Option<DVector<f64>> {
+    let carried = exponential(a)?;
     let step = propagator(method, a).ok()?;
     let svd = a.clone().svd(true, true);
     let distance = svd.solve(f, f64::EPSILON * a.nrows() as f64 * svd.singular_values.max()).ok()?;
-    Some((step - a.exp()) * distance)
+    Some((step - carried) * distance)
+}
+
+/// A norm of A whose tenth power, of which the scaling of e^A is told, does not overflow.
+const SCALED: f64 = 1e30;
+
+/// e^A; none where A is so large, or not finite, that its scaling would have no end.
+pub fn exponential(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    (a.norm() < SCALED).then(|| a.exp())
 }
 
 /// The amplitudes w₀ = 1, w₁, w₂, w₃ of v̇ = zv at the ends of as many solutions of the equations of `method`, which sees it

@@ -770,6 +770,15 @@ fn units_may_be_of_any_size() {
     assert!(said.contains("by two solvers that choose their steps"), "{said}");
 }
 
+/// An explicit method on stiff kinetics: of the state that it failed at f has derivatives of more than 10¹⁰⁰.
+#[test]
+fn a_run_that_blew_up_is_explained_at_once() {
+    let kinetics = "u_i { s = 1e-3, e = 1e-6, c = 0 } F_i { -1e6*e*s + 10*c, -1e6*e*s + 20*c, 1e6*e*s - 20*c }";
+    let path = file("kinetics.ds", kinetics).display().to_string();
+    let (status, _, errors) = verify(&["solve", "--model", &path, "--method", "rk4", "--h", "47.7", "--t-end", "2000"]);
+    assert!(status == 1 && errors.contains("step from t = "), "{errors}");
+}
+
 /// A neuron that fires once and is back at rest at the end: both rows are right.
 #[test]
 fn a_pulse_that_rows_on_both_sides_show_nothing_of_is_named() {
