@@ -116,7 +116,8 @@ fn bench_counts_instructions_that_repeat_or_says_that_valgrind_is_missing() {
         assert!(errors.contains("apt-get install valgrind"), "{errors}");
         return;
     }
-    assert_eq!((status, text.clone()), (count().0, count().1), "the same binary");
+    let (again, repeated, _) = count();
+    assert_eq!((status, &text), (again, &repeated), "the same binary");
     let numbers: Vec<f64> =
         text.lines().nth(1).expect("a row").split(' ').filter_map(|word| word.parse().ok()).collect();
     let [ours, by_hand, ratio] = numbers[..] else { panic!("{text}") };
@@ -248,7 +249,7 @@ fn lists_name_everything() {
     assert!(flat(&message).contains("problems"), "{message}");
 }
 
-/// Every method solves every problem that it applies to. The numbers of the file, which a third of the pairs write, so that each problem and each
+/// Every method solves every problem that it applies to. The numbers of the file, which a seventh of the pairs write, so that each problem and each
 /// method do with many, read back as the very doubles of the run.
 #[test]
 fn csv_has_the_columns_and_the_numbers_of_the_run() {
@@ -268,7 +269,7 @@ fn csv_has_the_columns_and_the_numbers_of_the_run() {
             });
             let breaks_down = solved.is_err() && theory::breakdown(&*problem, &*method, problem.horizon()).is_some();
             assert!(breaks_down || solved.is_ok(), "{} by {name}: {solved:?}", spec.name);
-            if (row + column) % 3 != 0 {
+            if (row + column) % 7 != 0 {
                 continue;
             }
             let (h, t_end) = (h.to_string(), t_end.to_string());
@@ -1298,7 +1299,7 @@ fn a_run_where_no_solution_is_is_told_so() {
         assert!(crosses(&format!("solve --model {decay} --method trapezoidal --h {h} --t-end 6")), "{h}");
     }
     let stays = |line: &str| said(line).contains("stays where solutions of the equation do not");
-    assert!(stays(&format!("solve --model {oregonator} --method method-i --h 0.1 --t-end 360")));
+    assert!(stays(&format!("solve --model {oregonator} --method method-i --h 0.1 --t-end 40")));
     assert!(stays(&format!("solve --model {pole} --method method-i --h 0.1 --t-end 2")));
     assert!(!stays(&format!("solve --model {oregonator} --method radau-adaptive --t-end 20")));
     assert!(!stays(&format!("solve --model {saddle} --method rk4 --h 0.5 --t-end 3")));

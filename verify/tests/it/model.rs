@@ -404,9 +404,9 @@ fn powers_with_whole_exponents_have_derivatives_at_negative_numbers() {
 #[test]
 fn a_model_of_any_length_is_compiled_or_refused() {
     let sum = |terms: usize| format!("u_i {{ x = 1 }} F_i {{ -x{} }}", " - 0.5 * x".repeat(terms));
-    let model = of_text(&sum(20_000)).expect("a model");
+    let model = of_text(&sum(8000)).expect("a model");
     let (f, jacobian) = derivatives(&model, 0.0, &[1.0]);
-    assert_eq!((f[0], jacobian[0]), (-10_001.0, -10_001.0));
+    assert_eq!((f[0], jacobian[0]), (-4001.0, -4001.0));
     let nested = format!("u_i {{ x = 1 }} F_i {{ {}-x{} }}", "(".repeat(5000), ")".repeat(5000));
     assert_eq!(derivatives(&of_text(&nested).expect("a model"), 0.0, &[2.0]).0[0], -2.0);
     assert!(matches!(of_text(&sum(200_000)), Err(ModelError::TooLong { length, .. }) if length > 1 << 20));

@@ -779,6 +779,14 @@ fn a_run_that_blew_up_is_explained_at_once() {
     assert!(status == 1 && errors.contains("step from t = "), "{errors}");
 }
 
+/// A load that is switched on beside the end of a step, whether that is h or half of it: three digits are right, and the estimate says twelve.
+#[test]
+fn an_error_far_beyond_the_estimate_is_told_though_it_is_small() {
+    let load = "u_i { x = 0 } F_i { heaviside(t - 3.3333) - x }";
+    let said = warned("load", load, &["--method", "ls-galerkin(3,gauss,3)", "--h", "0.0606", "--t-end", "10"]);
+    assert!(said.contains("by two solvers that choose their steps"), "{said}");
+}
+
 /// A neuron that fires once and is back at rest at the end: both rows are right.
 #[test]
 fn a_pulse_that_rows_on_both_sides_show_nothing_of_is_named() {
