@@ -59,7 +59,7 @@ pub enum SolveError {
         reached: f64,
     },
     /// Newton's iteration did not converge.
-    #[error("Newton's iteration did not converge: last increment {increment:.1e} after {iterations} iterations")]
+    #[error("Newton's iteration did not converge: last increment {increment:.1e} after {}", counted(*iterations))]
     Diverged {
         /// Iterations spent.
         iterations: u32,
@@ -126,7 +126,7 @@ pub enum SolveError {
     #[error("the field is matrix-free, and no matrix can be factored: give an iterative solver with a preconditioner")]
     NotAssembled,
     /// An iterative solution of a linear system did not reach its tolerance.
-    #[error("the linear solver stopped after {iterations} iterations with a relative residual of {residual:.1e}")]
+    #[error("the linear solver stopped after {} with a relative residual of {residual:.1e}", counted(*iterations))]
     Linear {
         /// Iterations spent.
         iterations: u32,
@@ -138,7 +138,7 @@ pub enum SolveError {
     Input(#[from] InputError),
     /// Gauss–Newton iterations ran out, or came to rest where they need damping: away from a minimum of the action, or at one
     /// where the residual is large, which is no approximation of the solution. A shorter step has none of them.
-    #[error("the step came to rest after {iterations} iterations with |g| = {gradient:.1e}, |f| = {rate:.1e}")]
+    #[error("the step came to rest after {} with |g| = {gradient:.1e}, |f| = {rate:.1e}", counted(*iterations))]
     Stalled {
         /// Iterations spent.
         iterations: u32,
@@ -159,6 +159,11 @@ impl SolveError {
             _ => Self::BranchLost { reached },
         }
     }
+}
+
+/// So many iterations, in words.
+fn counted(iterations: u32) -> String {
+    format!("{iterations} iteration{}", if iterations == 1 { "" } else { "s" })
 }
 
 /// Part of a step that is not printed.
@@ -268,6 +273,12 @@ pub(crate) fn check_step(h: f64) -> Result<(), InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_iteration_is_no_plural() {
+        let told = |iterations: u32| SolveError::Diverged { iterations, increment: 0.5 }.to_string();
+        assert!(told(1).ends_with("after 1 iteration") && told(2).ends_with("after 2 iterations"), "{}", told(1));
+    }
 
     #[test]
     fn a_branch_that_ends_at_the_end_of_the_step_is_told_without_its_length() {

@@ -223,7 +223,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         Growth::Lost(error) => format!("not known, for a run that it takes fails: {error}"),
         Growth::Untold(factors) => format!(
             "not linear: disturbances of the start of 1e-6 and of 1e-7 are {} and {} times their size at the largest of the times looked at, which \
-             differ, so that the larger one is no small one any more, as in chaos or beside a separatrix, or f jumps",
+             differ, so that the larger one is no small one any more, as in chaos, beside a separatrix, or to a component that is small beside the largest; or f jumps",
             significant(factors[0], 2),
             significant(factors[1], 2)
         ),
