@@ -12,6 +12,9 @@
 //!   rate λ their ratio is (1 − z)/(2 − z), z = hλ, in the disk of diameter [½, 1] where Re z ≤ 0, and leaves it where A is
 //!   singular in between.
 //!
+//! A root that is found next to x₀, to half of the digits, is the branch's where F is affine along its tangent: beside a rest increments
+//! are roundings, in no proportion to each other.
+//!
 //! Otherwise the root is followed in pieces of h, on each of which the branch hardly bends, as half-way tells. Its end, a fold,
 //! is an error. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a
 //! second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative, and by its change on the
@@ -264,6 +267,11 @@ impl Newton {
             {
                 return Ok(());
             }
+            // Beside a rest increments are roundings, which are in no proportion to each other.
+            Ok(Root::Found { .. }) if self.is_next_to_origin(system) && self.is_affine(system, h) => {
+                self.affine = None;
+                return Ok(());
+            }
             // A matrix that is not what it was declared to be is none for a shorter step either.
             Err(error @ (SolveError::OutsideStructure { .. } | SolveError::NotAssembled)) => return Err(error),
             _ => {}
@@ -351,6 +359,12 @@ impl Newton {
     /// Whether the derivative may be taken to be on a way of this length from the origin what it is at its ends.
     fn is_in_reach(&self, way: f64, contraction: f64) -> bool {
         contraction <= UNCHANGED || way <= CLOSE * max_norm(&self.origin)
+    }
+
+    /// Whether the first increment is nothing to half of the digits, of equations of which that tells.
+    fn is_next_to_origin(&self, system: &dyn System) -> bool {
+        let is_told = self.limit.is_regular && system.algebraic().is_empty();
+        is_told && max_norm(&self.whole) <= f64::EPSILON.sqrt() * max_norm(&self.origin)
     }
 
     /// Whether the tangent of the branch leads no further than that, as far as it is known. Beside a spurious steady state a root is

@@ -4,13 +4,13 @@ mod follow;
 
 use crate::fields::As;
 use follow::{Followed, follow};
-use lsvi::classic::{RungeKutta, Tableau};
+use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{Galerkin, Midpoint};
 use lsvi::quadrature::Quadrature;
 use lsvi::{
-    AutoField, AutoLagrangian, FieldFn, LagrangianFn, LeastSquares, OneStep, Scalar, Structure, Variational,
-    least_squares, method_i, method_ii, position_momentum,
+    AutoField, AutoLagrangian, FieldFn, Integrator, LagrangianFn, LeastSquares, OneStep, Scalar, State, Structure,
+    Trajectory, Variational, least_squares, method_i, method_ii, position_momentum,
 };
 
 /// v̇ = f(v) with f a polynomial of degree three.
@@ -410,4 +410,43 @@ fn a_determinant_that_two_modes_turn_twice_does_not_hide_another_branch() {
         }
     }
     assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// A damped circuit in units that are `unit` times one another, and its charge at rest.
+struct Circuit {
+    unit: f64,
+}
+
+impl FieldFn for Circuit {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = v[1] / self.unit;
+        dv[1] = (v[0] - 5.0 + v[1] * (0.05 / self.unit)) * (-1000.0 * self.unit);
+    }
+}
+
+/// At rest the rate is what rounding leaves of the charge, times a thousand of either unit: increments contract by no ratio.
+#[test]
+fn a_circuit_comes_to_rest_in_any_units() {
+    for exponent in -8..=8 {
+        for h in [0.01, 0.033, 0.2] {
+            let field = || AutoField::new(Circuit { unit: 10_f64.powi(exponent) });
+            let third = 3.0_f64.recip();
+            let radau = [vec![5.0 / 12.0, -1.0 / 12.0], vec![0.75, 0.25]];
+            let methods: [Box<dyn Integrator>; 4] = [
+                Box::new(RungeKutta::new(field(), Tableau::implicit_euler()).expect("usable")),
+                Box::new(RungeKutta::new(field(), Tableau::tr_bdf2()).expect("usable")),
+                Box::new(CoupledRungeKutta::new(field(), &radau, &[0.75, 0.25], &[third, 1.0]).expect("usable")),
+                Box::new(Bdf2::new(field()).expect("usable")),
+            ];
+            for (k, method) in methods.into_iter().enumerate() {
+                let run = Trajectory::new(method, State::new(0.0, vec![0.0, 0.0]), h, 60.0).expect("valid");
+                let end = run.observe(|_| {});
+                let charge = end.as_ref().map(|end| end.q[0]);
+                assert!(charge.is_ok_and(|q| (q - 5.0).abs() < 1e-9), "{k}, 1e{exponent}, {h}: {end:?}");
+            }
+        }
+    }
 }
