@@ -268,7 +268,7 @@ impl Newton {
                 return Ok(());
             }
             // Beside a rest increments are roundings, which are in no proportion to each other.
-            Ok(Root::Found { .. }) if self.is_next_to_origin(system) && self.is_affine(system, h) => {
+            Ok(Root::Found { .. }) if self.is_next_to_origin(system, way) && self.is_affine(system, h) => {
                 self.affine = None;
                 return Ok(());
             }
@@ -361,10 +361,10 @@ impl Newton {
         contraction <= UNCHANGED || way <= CLOSE * max_norm(&self.origin)
     }
 
-    /// Whether the first increment is nothing to half of the digits, of equations of which that tells.
-    fn is_next_to_origin(&self, system: &dyn System) -> bool {
+    /// Whether a way of this length from the origin is none to half of the digits, of equations of which that tells.
+    fn is_next_to_origin(&self, system: &dyn System, way: f64) -> bool {
         let is_told = self.limit.is_regular && system.algebraic().is_empty();
-        is_told && max_norm(&self.whole) <= f64::EPSILON.sqrt() * max_norm(&self.origin)
+        is_told && way <= f64::EPSILON.sqrt() * max_norm(&self.origin)
     }
 
     /// Whether the tangent of the branch leads no further than that, as far as it is known. Beside a spurious steady state a root is
