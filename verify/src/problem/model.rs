@@ -263,6 +263,9 @@ impl Compiled {
                 format!("the state at t = 0 depends on time through {name}, which has no value there; state one");
             return Err(located(format!("Line {line}, Column {column}: Error: {message}")));
         }
+        if let Some(reason) = unnamed_input(&model).or_else(|| misplaced_row(&model)) {
+            return Err(ModelError::Form { path: path.into(), reason });
+        }
         let inputs = inputs(path, model.input(), set)?;
         let compiler = Compiler::from_discrete_model(&model, CompilerOptions::default(), Some(code))
             .map_err(|e| located(e.to_string()))?;
@@ -306,6 +309,31 @@ fn ambiguous(model: &DiscreteModel) -> Option<String> {
         }
     }
     None
+}
+
+/// A number without a name among inputs with names, as the second half of one with a decimal comma is.
+fn unnamed_input(model: &DiscreteModel) -> Option<String> {
+    let elements = model.input()?.elmts();
+    let after = elements.iter().skip_while(|block| block.name().is_none());
+    let value =
+        after.filter(|block| block.name().is_none() && block.nnz() == 1).find_map(|block| constant(block.expr()))?;
+    Some(format!("`{value}` among its inputs has no name; decimals have a point, as in in_i {{ k = 1.5 }}"))
+}
+
+/// A row of F that is called the rate of another component than the one whose place it has: DiffSL goes by the place.
+fn misplaced_row(model: &DiscreteModel) -> Option<String> {
+    let names = |tensor: &Tensor| -> Vec<Option<String>> {
+        tensor.elmts().iter().map(|block| block.name().map(str::to_owned)).collect()
+    };
+    let (components, rows) = (names(model.state()), names(model.rhs()));
+    rows.iter().zip(&components).find_map(|(row, component)| {
+        let (row, component) = (row.as_ref()?, component.as_ref()?);
+        let meant = row.strip_prefix('d')?.strip_suffix("dt")?;
+        let is_other = meant != component && components.iter().flatten().any(|other| other == meant);
+        is_other.then(|| {
+            format!("its row `{row}` is at the place of {component}; rows are in the order of the state, whatever they are called")
+        })
+    })
 }
 
 /// Where the initial state depends on a name that has a value in the course of time alone, and that name: DiffSL would take it for 0, or give

@@ -291,6 +291,8 @@ fn a_mistake_is_shown_with_its_file_and_line() {
         ),
         ("nodes", "r_i { t, 2 * t }\nu_i { r_i }\nF_i { -u_i }\n", vec!["--> nodes.ds:2:7", "through r"]),
         ("output", "u_i { x = 1 }\nF_i { x }\nout_i { 2 * x }\n", vec!["out_i states outputs"]),
+        ("comma", "in_i { k = 1,5 }\nu_i { x = 1 }\nF_i { -k * x }\n", vec!["comma.ds is not", "`5` among its inputs"]),
+        ("rows", "u_i { x = 1, v = 0 }\nF_i { dvdt = -x, dxdt = v }\n", vec!["`dvdt` is at the place of x"]),
         ("default", "in_i { a = 1 + 1 }\nu_i { x = 1 }\nF_i { a * x }\n", vec!["default of its input `a`"]),
     ] {
         let (status, message) = complain(name, text, &[]);
