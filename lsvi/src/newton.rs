@@ -59,6 +59,9 @@ const SHORT_OF_STEP: f64 = 1e-8;
 const SHORT_ALONG_GUESS: f64 = 1e-4;
 /// The least size of a state whose roundings are a part ε of it: doubles below [`f64::MIN_POSITIVE`] lose their digits.
 const SMALLEST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+/// Roundings of F are measured so many times, and are this part of the state at most where they are roundings and no fold.
+const ROUNDS: u32 = 4;
+const MOST_NOISE: f64 = 1e-5;
 /// Growth of the next piece of a continuation after one that succeeded.
 const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
@@ -147,8 +150,9 @@ pub(crate) struct Newton {
     jacobian: Jacobian,
     lu: Lu,
     increment: Vec<f64>,
-    /// First guess.
+    /// First guess, and that of the whole step.
     guess: Vec<f64>,
+    start: Vec<f64>,
     /// The point of the branch from which an attempt starts: the solution at h = 0, in a continuation the last one found.
     origin: Vec<f64>,
     /// The residual that was evaluated last for an increment.
@@ -161,6 +165,8 @@ pub(crate) struct Newton {
     point: Vec<f64>,
     /// Step size of the first guess.
     whole_h: f64,
+    /// What the roundings of F make of increments, where they were measured to be more than a few of the state.
+    noise: f64,
     limit: Limit,
     /// Size of the last step, and how far it led, if its equation was found to be [affine](Newton::is_affine); where it started.
     affine: Option<(f64, f64)>,
@@ -216,12 +222,14 @@ impl Newton {
                 orientation: None,
             },
             whole_h: f64::NAN,
+            noise: 0.0,
             affine: None,
             affine_from: zeros.clone(),
             kept: None,
             jacobian,
             increment: zeros.clone(),
             guess: zeros.clone(),
+            start: zeros.clone(),
             origin: zeros.clone(),
             residual: zeros.clone(),
             whole: zeros.clone(),
@@ -233,8 +241,52 @@ impl Newton {
         }
     }
 
-    /// Replaces `x`, a first guess, by the continuation of the branch from h = 0 to step size `h`.
+    /// Replaces `x`, a first guess, by the continuation of the branch from h = 0 to step size `h`. Where none is found the roundings of F are
+    /// measured, and what is below them says nothing: of components in unlike units they are not those of the largest.
     pub(crate) fn solve(&mut self, system: &mut dyn System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        self.noise = 0.0;
+        self.start.copy_from_slice(x);
+        let found = self.solve_above_noise(system, h, x);
+        if !matches!(found, Err(SolveError::BranchLost { .. } | SolveError::OtherBranch | SolveError::Diverged { .. }))
+        {
+            return found;
+        }
+        let start = std::mem::take(&mut self.start);
+        x.copy_from_slice(&start);
+        self.start = start;
+        let noise = self.measured_noise(system, h, x);
+        if !(self.roundoff()..=MOST_NOISE * max_norm(x)).contains(&noise) {
+            return found;
+        }
+        self.noise = noise;
+        self.solve_above_noise(system, h, x)
+    }
+
+    /// The largest of what increments from beside the origin of the branch, a few roundings away, differ by from what they are but for
+    /// roundings, several times.
+    fn measured_noise(&mut self, system: &mut dyn System, h: f64, x: &[f64]) -> f64 {
+        self.origin.copy_from_slice(x);
+        system.origin(&mut self.origin);
+        let origin = std::mem::take(&mut self.origin);
+        let found = self.set_increment(system, h, &origin);
+        self.whole.copy_from_slice(&self.increment);
+        let mut noise = 0.0;
+        for round in 0..ROUNDS {
+            for (i, (x, origin)) in self.point.iter_mut().zip(&origin).enumerate() {
+                *x = origin * (1.0 + f64::EPSILON * f64::from((7 * i as u32 + 5 * round) % 9) - 4.0 * f64::EPSILON);
+            }
+            system.residual(h, &self.point, &mut self.part);
+            self.work.residuals += 1;
+            self.lu.solve(&mut self.part);
+            for (((part, whole), x), origin) in self.part.iter().zip(&self.whole).zip(&self.point).zip(&origin) {
+                noise = larger(noise, part - whole - (x - origin));
+            }
+        }
+        self.origin = origin;
+        if found.is_ok() { f64::from(ROUNDS) * noise } else { f64::NAN }
+    }
+
+    fn solve_above_noise(&mut self, system: &mut dyn System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         debug_assert_eq!(x.len(), system.dim());
         self.guess.copy_from_slice(x);
         self.origin.copy_from_slice(x);
@@ -495,7 +547,7 @@ impl Newton {
         self.lu.solve(&mut self.increment);
         let size = (scale.abs() * max_norm(&self.part)).max(max_norm(&self.origin)).max(SMALLEST);
         let apart = difference(&self.increment, -scale, &self.part);
-        if apart.is_nan() || apart > f64::EPSILON.sqrt() * size {
+        if apart.is_nan() || apart > larger(f64::EPSILON.sqrt() * size, self.noise) {
             return false;
         }
         self.affine = Some((h, moved));
@@ -513,7 +565,7 @@ impl Newton {
 
     /// A few roundings of the present state.
     fn roundoff(&self) -> f64 {
-        8.0 * f64::EPSILON * max_norm(&self.origin).max(SMALLEST)
+        larger(8.0 * f64::EPSILON * max_norm(&self.origin).max(SMALLEST), self.noise)
     }
 
     /// Whether the determinant of the matrix that was factored last is known to differ in sign from its limit.
@@ -706,7 +758,7 @@ impl Newton {
                 self.first.copy_from_slice(&self.residual);
             }
             let size = max_norm(x).max(max_norm(&self.origin)).max(SMALLEST);
-            let roundoff = f64::EPSILON * size;
+            let roundoff = larger(f64::EPSILON * size, self.noise);
             let theta = if last.is_finite() { delta / last } else { 1.0 };
             let contraction = if iterations == 2 { first } else { CONTRACTION };
             if iterations == 2 {

@@ -42,7 +42,7 @@ const HELD: f64 = 1e-9;
 const RESOLVED: f64 = 1e-9;
 
 /// Parts of a run of which the rows are looked at: the first that the reference comes to the end of.
-const FIRST: [f64; 3] = [1.0, 1.0 / 16.0, 1.0 / 256.0];
+const FIRST: [f64; 3] = [1.0, 1.0 / 8.0, 1.0 / 128.0];
 
 /// Evaluations of f that the reference may take, and steps of the method that confirms it: tenths of a second of a small system.
 const EVALUATIONS: u64 = 100_000;
@@ -324,7 +324,7 @@ mod tests {
             beside.told(&*problem, &*method).unwrap_or_default()
         };
         assert!(told(&[10.0]).starts_with("at t = 10 ") && told(&[1e5]).is_empty());
-        // Of the first 256th part it says what there is.
+        // Of the first 128th part it says what there is.
         assert!(told(&[10.0, 1e5]).starts_with("at t = 10 "), "{}", told(&[10.0, 1e5]));
     }
 
