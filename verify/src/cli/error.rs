@@ -222,8 +222,8 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
             Some("no step size helps; another method may: `verify list methods`")
         }
         RunError::Step(StepError::TooManySteps { .. }) => Some(
-            "f may jump back and forth there, as about a threshold that the solution cannot leave: let it change over a short distance, or \
-             give it a hysteresis; `--max-steps` allows more",
+            "`--max-steps` allows more; if they lead nowhere, f may jump back and forth, as about a threshold that the solution cannot leave, \
+             where a change over a short distance or a hysteresis helps, or a component has lost its sign within `--atol`",
         ),
         RunError::Step(StepError::StepUnderflow { .. }) => Some(
             "the solution may end there, by itself or because a component lost its sign within the tolerance, where a \

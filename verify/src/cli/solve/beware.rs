@@ -427,11 +427,12 @@ impl Watch {
         let hardly_damps = factor > DAMPED && factor.ln() > 0.5 * apart.ln();
         (factor > 1.0 + REST || hardly_damps).then(|| {
             format!(
-                "at the end the equation damps every perturbation, and a step of h = {} multiplies one by {}, {} if its eigenvalues were all: \
-                 errors stay or grow, and the estimate may not know; another method, or a smaller h, tells",
+                "at the end the equation damps every perturbation, and a step of h = {} multiplies one by {}, where its eigenvalues alone would \
+                 make that {}: errors {} from step to step, and the estimate may not know; another method, or a smaller h, tells",
                 plain(h),
                 number(factor),
-                number(apart)
+                number(apart),
+                if factor > 1.0 + REST { "grow" } else { "fall by no more" }
             )
         })
     }
