@@ -251,9 +251,7 @@ impl Newton {
         {
             return found;
         }
-        let start = std::mem::take(&mut self.start);
-        x.copy_from_slice(&start);
-        self.start = start;
+        x.copy_from_slice(&self.start);
         let noise = self.measured_noise(system, h, x);
         if !(self.roundoff()..=MOST_NOISE * max_norm(x)).contains(&noise) {
             return found;
@@ -270,8 +268,9 @@ impl Newton {
         let origin = std::mem::take(&mut self.origin);
         let found = self.set_increment(system, h, &origin);
         self.whole.copy_from_slice(&self.increment);
-        let mut noise = 0.0;
-        for round in 0..ROUNDS {
+        // Of a singular matrix nothing is told.
+        let (mut noise, rounds) = if found.is_ok() { (0.0, ROUNDS) } else { (f64::NAN, 0) };
+        for round in 0..rounds {
             for (i, (x, origin)) in self.point.iter_mut().zip(&origin).enumerate() {
                 *x = origin * (1.0 + f64::EPSILON * f64::from((7 * i as u32 + 5 * round) % 9) - 4.0 * f64::EPSILON);
             }
@@ -283,7 +282,7 @@ impl Newton {
             }
         }
         self.origin = origin;
-        if found.is_ok() { f64::from(ROUNDS) * noise } else { f64::NAN }
+        f64::from(ROUNDS) * noise
     }
 
     fn solve_above_noise(&mut self, system: &mut dyn System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
