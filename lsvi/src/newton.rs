@@ -59,7 +59,8 @@ const SHORT_OF_STEP: f64 = 1e-8;
 const SHORT_ALONG_GUESS: f64 = 1e-4;
 /// The least size of a state whose roundings are a part ε of it: doubles below [`f64::MIN_POSITIVE`] lose their digits.
 const SMALLEST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-/// Roundings of F are measured so many times, and are this part of the state at most where they are roundings and no fold.
+/// Roundings of F are measured so many times. They may be this part of the state at most: where an ill-conditioned derivative makes more of
+/// them, as beside a fold, its least singular value is ε over that, and two roots there are as far apart, ten digits.
 const ROUNDS: u32 = 4;
 const MOST_NOISE: f64 = 1e-5;
 /// Growth of the next piece of a continuation after one that succeeded.

@@ -75,8 +75,9 @@ The steps of radau-adaptive are chosen by an estimate of lower order, held to a
 tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
 meets the tolerance where h resolves it, and its stiff components, which have
 the error of the estimate, meet that power, as do steps within which f jumps or
-has a kink. With --strict estimates are held to the tolerance itself. The column
-estimate tells.
+has a kink. With --strict estimates are held to the tolerance itself, and the
+error of a kink with them; an estimate may miss a jump. The column estimate
+tells.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
@@ -121,7 +122,7 @@ pub(super) struct Args {
     atol: Vec<f64>,
 
     /// Hold the estimates of an adaptive method to the tolerances themselves:
-    /// for an f that jumps or has kinks
+    /// for an f that has kinks
     #[arg(long)]
     strict: bool,
 

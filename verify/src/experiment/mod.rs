@@ -37,7 +37,7 @@ pub(crate) mod orders;
 pub mod oscillator;
 pub mod pendulum_orbit;
 mod propagator;
-pub use propagator::{ProbeError, exponential, growth, propagator, step_error};
+pub use propagator::{ProbeError, SCALED, exponential, growth, propagator, step_error};
 pub mod published_values;
 pub mod reversal;
 pub mod stability;

@@ -122,8 +122,8 @@ pub fn step_error(method: &dyn Method, a: &DMatrix<f64>, f: &DVector<f64>) -> Op
     Some((step - carried) * distance)
 }
 
-/// A norm of A whose tenth power, of which the scaling of e^A is told, does not overflow.
-const SCALED: f64 = 1e30;
+/// A norm of A whose tenth power, of which the scaling of e^A is told, does not overflow, nor the squares that balancing adds.
+pub const SCALED: f64 = 1e30;
 
 /// e^A; none where A is so large, or not finite, that its scaling would have no end.
 pub fn exponential(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
@@ -140,4 +140,17 @@ pub(crate) fn amplitudes(method: &dyn Method, z: Complex<f64>) -> Result<[Comple
     let stride = method.traits().rows_per_solve;
     let rows = rows(method, &a, 0, 3 * stride + 1)?;
     Ok([0, 1, 2, 3].map(|k| Complex::new(rows[k * stride][0], rows[k * stride][1])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a matrix that is too large, or none, powers would be taken without end.
+    #[test]
+    fn an_exponential_is_told_where_it_comes_to_an_end() {
+        let of = |x: f64| exponential(&DMatrix::from_row_slice(2, 2, &[0.0, x, -x, 0.0]));
+        approx::assert_relative_eq!(of(1.0).expect("a rotation")[(0, 1)], 1.0_f64.sin(), max_relative = 1e-14);
+        assert!([1e200, f64::INFINITY, f64::NAN].into_iter().all(|x| of(x).is_none()));
+    }
 }

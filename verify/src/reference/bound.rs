@@ -109,7 +109,8 @@ pub(crate) fn solve_in_units(
     Ok(sampled)
 }
 
-/// An equation whose components are multiples of a unit each: a solver's absolute tolerance is then in units too.
+/// An equation v̇ = f(t, v) in units D of its components: ẇ = D⁻¹ f(t, D w) with v = D w, so that a solver's absolute tolerance is in units too.
+/// D is diagonal, of powers of two.
 pub struct InUnits<'a> {
     ode: &'a dyn Ode,
     units: Vec<f64>,
@@ -117,7 +118,7 @@ pub struct InUnits<'a> {
 }
 
 impl<'a> InUnits<'a> {
-    /// In units of these sizes, which are positive.
+    /// In units of these sizes, which are positive, or half of that.
     pub fn new(ode: &'a dyn Ode, sizes: &[f64]) -> Self {
         // A power of two rounds nothing.
         Self { ode, units: sizes.iter().map(|size| size.log2().floor().exp2()).collect(), longest: f64::INFINITY }

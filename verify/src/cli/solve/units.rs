@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
-use verify::experiment::{exponential, propagator};
+use verify::experiment::{SCALED, exponential, propagator};
 use verify::measure::norm::Extremes;
 use verify::method::Method;
 use verify::problem::{Problem, component_names};
@@ -11,9 +11,6 @@ use super::beware::{DENSE, jacobian};
 
 /// A step is wrong for its units if in others its error is this part of what it is.
 const PART: f64 = 0.1;
-
-/// A rate that is none any more.
-const BLOWN: f64 = 1e30;
 
 /// What a step of `h` from `v` does, or does not.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +39,7 @@ pub(super) fn unlike(
     ode.rhs(t, v, f.as_mut_slice());
     let f = h * f;
     // Of a run that blew up nothing is told, nor do its powers and singular values come to an end.
-    if !a.iter().chain(&f).all(|x| x.abs() < BLOWN) {
+    if !a.iter().chain(&f).all(|x| x.abs() < SCALED) {
         return None;
     }
     // D⁻¹AD with the diagonal D of the units.
