@@ -48,10 +48,11 @@ fn hint(suggestion: Option<&str>) -> String {
 impl NameError {
     /// `name` is none of `known`; suggests the nearest.
     pub fn unknown<'a>(kind: &'static str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+        let similarity = |k: &str| if k.eq_ignore_ascii_case(name) { 1.0 } else { strsim::jaro_winkler(name, k) };
         // Below a Jaro–Winkler similarity of 0.8 a suggestion is a guess.
         let suggestion = known
             .into_iter()
-            .map(|k| (strsim::jaro_winkler(name, k), k))
+            .map(|k| (similarity(k), k))
             .filter(|(similarity, _)| *similarity > 0.8)
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, k)| k.to_owned());

@@ -168,7 +168,7 @@ pub enum Refusal {
     /// No other run confirms the solution.
     #[error(
         "no trial with fixed steps, nor CVODE or diffsol, comes nearer to the solution of radau-adaptive, which the trials are measured by, \
-         than {difference:.1e}, too much to tell errors of {target:.1e}: the solution is sensitive, or not smooth, as where f jumps"
+         than {difference:.1e}, too much to tell errors of {target:.1e}: the solution is sensitive, or stiff for longer than they can be accurate, or not smooth, as where f jumps"
     )]
     Unresolved {
         /// By so much.
@@ -232,7 +232,7 @@ impl Held {
     /// The adaptive method with these tolerances, or with a larger one of the same kind, which its error is within across a kink too.
     fn method(self, least: f64) -> Result<Box<dyn Method>, NameError> {
         let rtol = self.rtol.max(least);
-        adaptive_held(rtol, &[self.scale * self.unit * rtol], Tolerances::strict)
+        adaptive_within((rtol, &[self.scale * self.unit * rtol]), true)
     }
 }
 
@@ -385,9 +385,12 @@ pub fn try_out(
     });
     // The absolute tolerance is what the relative one is of the unit, or of the least size of each component.
     let largest_within = |sizes: &Vec<f64>, longest: f64| {
-        tolerances.iter().find_map(|rtol| {
-            let atol: Vec<f64> = sizes.iter().map(|size| as_printed(rtol * size)).collect();
-            trial::with_tolerance(problem, (*rtol, &atol), longest, &truth, target)
+        // Strict estimates cost more on smooth solutions, and reach across a kink what others do not.
+        [false, true].into_iter().find_map(|is_strict| {
+            tolerances.iter().find_map(|rtol| {
+                let atol: Vec<f64> = sizes.iter().map(|size| as_printed(rtol * size)).collect();
+                trial::with_tolerance(problem, (*rtol, &atol), is_strict, longest, &truth, target)
+            })
         })
     };
     let sizes: Vec<Vec<f64>> = [vec![held.unit]].into_iter().chain(least_sizes).collect();
@@ -443,25 +446,17 @@ fn suits(problem: &dyn Problem, method: &dyn Method) -> bool {
 }
 
 fn adaptive(tolerance: f64) -> Result<Box<dyn Method>, NameError> {
-    adaptive_within(tolerance, &[tolerance])
+    adaptive_within((tolerance, &[tolerance]), false)
 }
 
-/// The same with absolute tolerances, one for all components or one for each.
-fn adaptive_within(rtol: f64, atol: &[f64]) -> Result<Box<dyn Method>, NameError> {
-    adaptive_held(rtol, atol, |tolerances| tolerances)
-}
-
-/// The same with tolerances `of` these.
-fn adaptive_held(
-    rtol: f64,
-    atol: &[f64],
-    of: impl FnOnce(Tolerances) -> Tolerances,
-) -> Result<Box<dyn Method>, NameError> {
+/// The same with absolute tolerances, one for all components or one for each, and estimates that are held to them themselves.
+fn adaptive_within((rtol, atol): (f64, &[f64]), is_strict: bool) -> Result<Box<dyn Method>, NameError> {
     let method = method::parse(ADAPTIVE)?;
     let method = method.limited(TRIED).unwrap_or(method);
     // Positive tolerances are legal.
     let tolerances = Tolerances::new(rtol, 0.0).and_then(|tolerances| tolerances.with_atol(atol.to_vec()));
-    let with = tolerances.ok().and_then(|tolerances| method.with_tolerances(of(tolerances)));
+    let tolerances = tolerances.map(|tolerances| if is_strict { tolerances.strict() } else { tolerances });
+    let with = tolerances.ok().and_then(|tolerances| method.with_tolerances(tolerances));
     Ok(with.unwrap_or(method))
 }
 

@@ -32,6 +32,8 @@ pub struct Trial {
     pub atol: Option<Vec<f64>>,
     /// The longest step that an adaptive method may take, where that is shorter than the run.
     pub longest: Option<f64>,
+    /// Whether its estimates were held to the tolerances themselves.
+    pub is_strict: bool,
     /// Its steps.
     pub steps: u64,
     /// Its largest error at the times below.
@@ -70,7 +72,8 @@ impl Trial {
     /// # Errors
     /// [`NameError`] if it is none of the registered ones.
     pub fn built(&self) -> Result<Box<dyn Method>, NameError> {
-        self.atol.as_ref().map_or_else(|| method::parse(&self.method), |atol| adaptive_within(self.setting, atol))
+        let adaptive = |atol: &Vec<f64>| adaptive_within((self.setting, atol), self.is_strict);
+        self.atol.as_ref().map_or_else(|| method::parse(&self.method), adaptive)
     }
 
     /// The order found and the nominal one, where no error can be told from those that are known to within `uncertainty`.
@@ -317,12 +320,13 @@ impl Ran {
 pub(super) fn with_tolerance(
     problem: &dyn Problem,
     (rtol, atol): (f64, &[f64]),
+    is_strict: bool,
     longest: f64,
     truth: &Truth,
     target: f64,
 ) -> Option<Trial> {
     let horizon = truth.horizon;
-    let method = &*adaptive_within(rtol, atol).ok()?;
+    let method = &*adaptive_within((rtol, atol), is_strict).ok()?;
     let mut ends = Vec::new();
     let run = run_while(problem, method, longest, horizon, |state| {
         ends.push((state.t, state.q.clone()));
@@ -351,6 +355,7 @@ pub(super) fn with_tolerance(
         setting: rtol,
         atol: Some(atol.to_vec()),
         longest: (longest < horizon).then_some(longest),
+        is_strict,
         steps: run.work.steps,
         error,
         times,
@@ -421,6 +426,7 @@ pub(super) fn search(
         setting: horizon / f64::from(steps),
         atol: None,
         longest: None,
+        is_strict: false,
         steps: u64::from(steps),
         error,
         times: truth.ends_of(steps),
@@ -632,7 +638,7 @@ mod tests {
     #[test]
     fn a_tolerance_is_tried_against_the_target_at_the_steps_that_it_takes() {
         with_truth(|problem, truth| {
-            let tried = |target: f64| with_tolerance(problem, (1e-4, &[1e-4]), HORIZON, &truth, target);
+            let tried = |target: f64| with_tolerance(problem, (1e-4, &[1e-4]), false, HORIZON, &truth, target);
             let trial = tried(1.0).expect("within 1");
             assert!(
                 trial.error > 0.0 && trial.error < 1e-3 && trial.setting == 1e-4 && trial.falls.is_none(),
@@ -647,7 +653,7 @@ mod tests {
     #[test]
     fn a_tolerance_with_more_steps_than_any_other_method_may_take_is_no_trial() {
         with_truth(|problem, truth| {
-            let tried = |steps: f64| with_tolerance(problem, (1e-4, &[1e-4]), HORIZON / steps, &truth, 1.0);
+            let tried = |steps: f64| with_tolerance(problem, (1e-4, &[1e-4]), false, HORIZON / steps, &truth, 1.0);
             assert!(tried(100.0).is_some());
             assert_eq!(tried(20_000.0), None);
         });
@@ -657,8 +663,9 @@ mod tests {
     #[test]
     fn the_error_of_an_adaptive_method_is_that_where_f_changes_too() {
         with_truth(|problem, mut truth| {
-            let error =
-                |truth: &Truth| with_tolerance(problem, (1e-2, &[1e-2]), HORIZON, truth, 1.0).expect("within 1").error;
+            let error = |truth: &Truth| {
+                with_tolerance(problem, (1e-2, &[1e-2]), false, HORIZON, truth, 1.0).expect("within 1").error
+            };
             let at_ends = error(&truth);
             truth.changes = (1..80).map(|k| 0.1 * f64::from(k)).collect();
             assert!(error(&truth) > 2.0 * at_ends, "{:e}, {at_ends:e}", error(&truth));

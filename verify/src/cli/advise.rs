@@ -199,8 +199,9 @@ fn command(problem: &[[String; 2]], horizon: f64, trial: &Trial, out: &mut impl 
     };
     let run = [["--method".to_owned(), trial.method.clone()], ["--t-end".into(), horizon.to_string()]];
     let mut line = format!("{}verify solve", left("RUN", INDENT));
-    for [option, value] in problem.iter().cloned().chain(run).chain(setting) {
-        let pair = format!(" {option} {}", shell_words::quote(&value));
+    let with_value = |[option, value]: [String; 2]| format!(" {option} {}", shell_words::quote(&value));
+    let options = problem.iter().cloned().chain(run).chain(setting).map(with_value);
+    for pair in options.chain(trial.is_strict.then(|| " --strict".to_owned())) {
         if width(&line) + width(&pair) + 2 > columns() {
             writeln!(out, "{line} \\")?;
             line = format!("{} {pair}", left("", INDENT));
@@ -337,6 +338,12 @@ mod tests {
         let tolerances = [("--rtol", "3.16e-5"), ("--atol", "1.23e-5,4.56e-14")];
         let run = [("--problem", "linear-drag"), ("--set", "v0=1"), ("--method", "radau-adaptive"), ("--t-end", "0.1")];
         assert_eq!(options, [&run[..], &tolerances].concat(), "{text}");
+        trial.is_strict = true;
+        let mut out = Vec::new();
+        command(&[], 0.1, trial, &mut out).expect("written");
+        let text = String::from_utf8(out).expect("UTF-8").replace("\\\n", "");
+        assert_eq!(shell_words::split(&text).expect("as a shell reads it").last().expect("words"), "--strict");
+        trial.is_strict = false;
         // Of fixed steps, of a model whose name has a space.
         (trial.method, trial.setting, trial.atol) = ("path-fitted(4,gauss)".into(), 1.0 / 48.0, None);
         let mut out = Vec::new();
@@ -358,6 +365,7 @@ mod tests {
             setting: 0.125,
             atol,
             longest: None,
+            is_strict: false,
             steps: 8,
             error: 1.5e-6,
             times: vec![1.0; 8],

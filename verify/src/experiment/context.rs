@@ -4,10 +4,11 @@ use std::any::Any;
 use std::collections::HashMap;
 use std::num::NonZero;
 use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::{self, available_parallelism};
 
-use super::{Experiment, ExperimentError};
+use super::{Experiment, ExperimentError, StudyError};
 
 /// Where experiments are kept once they are carried out, how much they may compute, and a place to report progress.
 pub struct Context<'a> {
@@ -17,7 +18,12 @@ pub struct Context<'a> {
     found: Mutex<HashMap<(&'static str, String), Arc<Entry>>>,
 }
 
-type Entry = OnceLock<Result<Arc<dyn Any + Send + Sync>, ExperimentError>>;
+type Found = Arc<dyn Any + Send + Sync>;
+type Entry = OnceLock<Result<Found, ExperimentError>>;
+
+fn failed(id: &'static str, source: StudyError) -> ExperimentError {
+    ExperimentError { id, source: source.into() }
+}
 
 impl<'a> Context<'a> {
     /// Calls `announce` with a number of pieces of work that are about to be done, and `tick` after each of them. Runs of more
@@ -49,18 +55,24 @@ impl Context<'_> {
     /// # Errors
     /// What stopped the experiment, the first time and ever after; asking from inside a parallel iterator.
     pub fn get<E: Experiment>(&self, experiment: E) -> Result<Arc<E::Found>, ExperimentError> {
-        let failed = |source: super::StudyError| ExperimentError { id: E::ID, source: source.into() };
+        let measure = || -> Result<Found, StudyError> { Ok(Arc::new(experiment.measure(self)?)) };
+        let two = |_| failed(E::ID, format!("two experiments are called `{}`", E::ID).into());
+        self.kept(E::ID, format!("{experiment:?}"), &measure)?.downcast().map_err(two)
+    }
+
+    /// What is kept of an experiment by its name and setting, or else what `measure` finds. Compiled once for all of them.
+    fn kept(
+        &self,
+        id: &'static str,
+        setting: String,
+        measure: &dyn Fn() -> Result<Found, StudyError>,
+    ) -> Result<Found, ExperimentError> {
         if rayon::current_thread_index().is_some() {
-            return Err(failed("asked for from inside a parallel iterator".into()));
+            return Err(failed(id, "asked for from inside a parallel iterator".into()));
         }
-        let key = (E::ID, format!("{experiment:?}"));
+        let key = (id, setting);
         let entry = self.found.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_default().clone();
-        let found = entry.get_or_init(|| match experiment.measure(self) {
-            Ok(found) => Ok(Arc::new(found)),
-            Err(source) => Err(failed(source)),
-        });
-        let two = || failed(format!("two experiments are called `{}`", E::ID).into());
-        found.clone()?.downcast().map_err(|_| two())
+        entry.get_or_init(|| measure().map_err(|source| failed(id, source))).clone()
     }
 
     /// [`get`](Self::get) for several, side by side.
@@ -91,26 +103,36 @@ impl Context<'_> {
 /// `f` of all `items`, in their order, by as many threads as there are processors. They are not those of rayon's pool, so that
 /// one may wait for what another is computing.
 pub fn side_by_side<T: Send, U: Send>(items: Vec<T>, f: impl Fn(T) -> U + Sync) -> Vec<U> {
-    let items = Mutex::new(items.into_iter().enumerate());
-    let next = || items.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let work = || std::iter::from_fn(next).map(|(index, item)| (index, f(item))).collect::<Vec<_>>();
-    let threads = available_parallelism().map_or(1, NonZero::get);
-    let mut done: Vec<_> = thread::scope(|scope| {
-        let running: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        running.into_iter().flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    let items: Vec<_> = items.into_iter().map(|item| Mutex::new((Some(item), None))).collect();
+    by_threads(items.len(), &|index| {
+        let item = items[index].lock().unwrap_or_else(PoisonError::into_inner).0.take();
+        let result = item.map(&f);
+        items[index].lock().unwrap_or_else(PoisonError::into_inner).1 = result;
     });
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
+    items.into_iter().filter_map(|item| item.into_inner().unwrap_or_else(PoisonError::into_inner).1).collect()
+}
+
+/// `work` on each of `count` numbers. Compiled once for whatever the work is.
+fn by_threads(count: usize, work: &(dyn Fn(usize) + Sync)) {
+    let next = AtomicUsize::new(0);
+    let all = || {
+        let numbers = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        numbers.take_while(|index| *index < count).for_each(work);
+    };
+    let threads = available_parallelism().map_or(1, NonZero::get);
+    thread::scope(|scope| {
+        let running: Vec<_> = (0..threads).map(|_| scope.spawn(all)).collect();
+        running.into_iter().for_each(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
+    });
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicU64, Ordering};
+    use std::sync::atomic::AtomicU64;
 
     use rayon::prelude::*;
 
     use super::*;
-    use crate::experiment::StudyError;
 
     static RUNS: AtomicU64 = AtomicU64::new(0);
 

@@ -242,8 +242,10 @@ impl Compiled {
         let syntax = powers::written_out(&syntax);
         let located = |message: String| ModelError::Compile(mistakes::located(&at, code, &message));
         let mut model = DiscreteModel::build("model", &syntax).map_err(|e| located(e.as_error_message(code)))?;
-        if let Some(reason) = beyond_first_order(&model) {
-            return Err(ModelError::Form { path: path.into(), reason: reason.into() });
+        if let Some((name, what)) = beyond_first_order(&model) {
+            let lines = mistakes::lines_with(code, name);
+            let reason = format!("{name}_i{lines}, states {what}");
+            return Err(ModelError::Form { path: path.into(), reason });
         }
         if let Some(name) = ambiguous(&model) {
             let lines = mistakes::lines_with(code, &name);
@@ -271,7 +273,8 @@ impl Compiled {
             .map_err(|e| located(e.to_string()))?;
         // An `in` without an index is a scalar to DiffSL, and an input to its compiler.
         if compiler.number_of_parameters() != inputs.len() {
-            let reason = "its inputs have no index; state them as `in_i { name = value }`".into();
+            let lines = mistakes::lines_with(code, "in");
+            let reason = format!("its inputs{lines} have no index; state them as `in_i {{ name = value }}`");
             return Err(ModelError::Form { path: path.into(), reason });
         }
         let components = labels(model.state());
@@ -281,16 +284,16 @@ impl Compiled {
     }
 }
 
-/// What a model has beyond u̇ = F(t, u).
-fn beyond_first_order(model: &DiscreteModel) -> Option<&'static str> {
+/// What a model has beyond u̇ = F(t, u), by its name.
+fn beyond_first_order(model: &DiscreteModel) -> Option<(&'static str, &'static str)> {
     if model.lhs().is_some() {
-        Some("M_i states a mass matrix or algebraic equations; solve for the derivatives, and leave M_i and dudt_i out")
+        Some(("M", "a mass matrix or algebraic equations; solve for the derivatives, and leave M_i and dudt_i out"))
     } else if model.stop().is_some() {
-        Some("stop_i states events")
+        Some(("stop", "events"))
     } else if model.reset().is_some() {
-        Some("reset_i states jumps")
+        Some(("reset", "jumps"))
     } else if model.out().is_some() {
-        Some("out_i states outputs, which nothing here computes; leave it out, and read the state")
+        Some(("out", "outputs, which nothing here computes; leave it out, and read the state"))
     } else {
         None
     }

@@ -188,7 +188,7 @@ impl Watch {
         // What starts at zero has no scale before it has grown to one, as the tail of a pulse has none.
         let has_scale = max_norm(&self.first).max(size) > f64::EPSILON;
         let leaps = self.rows > START && size > LEAP * self.largest && self.leap.is_none() && has_scale;
-        if leaps && may_grow(problem, t, state) {
+        if leaps && may_grow(problem, (t, state), t - self.before.0) {
             self.leap = Some((t, [self.largest, size]));
         }
         self.largest = larger(self.largest, size);
@@ -254,8 +254,8 @@ impl Watch {
         let (k, t, value) = self.crossed?;
         let name = &component_names(problem)[k];
         Some(format!(
-            "in the step to t = {} {name} changes its sign, to {}, and no solution does: where {name} is 0, f points back; smaller steps, or \
-             tolerances below its size, tell",
+            "in the step to t = {} {name} changes its sign, to {}, and the solution does not there: where {name} is 0 on the way, f points back; \
+             smaller steps, or tolerances below its size, tell",
             plain(t),
             number(value)
         ))
@@ -608,11 +608,11 @@ fn solution(ode: &dyn Ode, (start, from): (f64, &[f64]), times: &[f64], toleranc
     Some(reference::by_name("diffsol-bdf")?.run(ode, start, from, times, tolerance).ok()?.states)
 }
 
-/// Whether perturbations may grow, for all that a bound tells: what the equation damps grows by forcing alone, however fast.
-fn may_grow(problem: &dyn Problem, t: f64, v: &[f64]) -> bool {
+/// Whether perturbations may leap in a step, for all that a bound tells: what the equation lets grow by less grows by forcing, however fast.
+fn may_grow(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> bool {
     let is_dense = problem.ode().dim() == v.len() && v.len() <= DENSE;
-    let is_damped = is_dense && abscissa_bound(&jacobian(problem, t, v)) <= 0.0;
-    !is_damped
+    let is_forced = is_dense && h * abscissa_bound(&jacobian(problem, t, v)) <= LEAP.ln();
+    !is_forced
 }
 
 /// Gershgorin's bound of the real parts of the eigenvalues, which costs less than these.

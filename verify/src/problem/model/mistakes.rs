@@ -16,6 +16,30 @@ const OWN: [(&str, &str); 6] = [
     ("out", "what is written"),
 ];
 
+/// Functions of other languages, and how DiffSL has them.
+const FOREIGN: [(&str, &str); 14] = [
+    ("acosh", "arccosh(x)"),
+    ("asinh", "arcsinh(x)"),
+    ("cbrt", "copysign(pow(abs(x), 1/3), x)"),
+    ("fabs", "abs(x)"),
+    ("hypot", "sqrt(x * x + y * y)"),
+    ("ln", "log(x)"),
+    ("log2", "log(x) / log(2)"),
+    ("power", "pow(x, 2)"),
+    ("sgn", "copysign(1, x)"),
+    ("sign", "copysign(1, x)"),
+    ("sqr", "pow(x, 2)"),
+    ("square", "pow(x, 2)"),
+    ("step", "heaviside(x)"),
+    ("theta", "heaviside(x)"),
+];
+
+/// Functions that DiffSL has no equivalent of, some with names near to one that it has.
+const NONE_SUCH: [&str; 16] = [
+    "acos", "arccos", "arcsin", "arctan", "arctanh", "asin", "atan", "atan2", "atanh", "ceil", "erf", "floor", "fmod",
+    "gamma", "mod", "round",
+];
+
 /// What the parser cannot read, `message` being a position with the text around it.
 pub(super) fn syntax(path: &str, code: &str, message: &str) -> String {
     let place = || {
@@ -78,7 +102,10 @@ fn shown(path: &str, code: &str, (line, column): (usize, usize), text: &str) -> 
 /// What a message says with what mends it, where that is known.
 fn mended(text: &str) -> String {
     if let Some(name) = text.strip_prefix("unknown function call '").and_then(|rest| rest.strip_suffix('\'')) {
-        let error = NameError::unknown("function", name, functions());
+        if let Some((_, form)) = FOREIGN.into_iter().find(|(foreign, _)| *foreign == name) {
+            return format!("unknown function `{name}`; DiffSL has it as {form}");
+        }
+        let error = NameError::unknown("function", name, functions().filter(|_| !NONE_SUCH.contains(&name)));
         let is_guessed = matches!(error, NameError::Unknown { suggestion: Some(_), .. });
         return if is_guessed { error.to_string() } else { format!("{error}; there are {}", list(functions())) };
     }
@@ -139,6 +166,11 @@ fn unknown(words: &str, name: &str, from: usize) -> String {
             )
         };
     }
+    match name {
+        "pi" | "Pi" | "PI" => return format!("unknown name `{name}`; write 3.141592653589793"),
+        "time" | "T" => return format!("unknown name `{name}`; time is `t`"),
+        _ => {}
+    }
     if let Some((_, meaning)) = OWN.into_iter().find(|(own, _)| *own == name) {
         return format!("unknown name `{name}`; DiffSL calls {meaning} so, and nothing before this states it");
     }
@@ -170,6 +202,8 @@ fn unread(words: &str, at: usize) -> Option<String> {
         let is_first = rest[..k].trim().is_empty();
         is_first && rest[k + word.len()..].trim_start_matches(is_of_index).trim_start().starts_with('{')
     });
+    let no_comparisons = "there are no comparisons; heaviside(x - a) is 1 for x > a and 0 for x < a".to_owned();
+    let previous = each_word(before).last().filter(|(k, word)| before[k + word.len()..].trim().is_empty());
     let text = match (next, open.last()) {
         (None, Some((k, c))) => format!("the `{c}` of line {} is not closed", line(*k)),
         (Some('}'), Some((k, '('))) => format!("the `(` of line {} is not closed", line(*k)),
@@ -178,16 +212,28 @@ fn unread(words: &str, at: usize) -> Option<String> {
         (Some('^'), _) => "powers are written as pow(x, 2)".into(),
         (Some('*'), _) if last == Some('*') => "powers are written as pow(x, 2)".into(),
         (Some('<' | '>' | '?' | '&' | '|' | '!'), _) => {
-            "there are no comparisons; heaviside(x - a) is 1 for x > a and 0 for x < a".into()
+            no_comparisons
         }
         (Some(';'), Some(_)) => "what stands in braces is parted by commas".into(),
         (Some('#'), _) => "comments begin with //".into(),
         (Some('.'), Some(_)) => "numbers begin with a digit: 0.5".into(),
-        (Some('E'), _) if last.is_some_and(|c| c.is_ascii_digit()) => {
+        (Some('E' | 'd' | 'D'), _) if last.is_some_and(|c| c.is_ascii_digit()) && is_exponent(rest) => {
             "exponents of numbers have a small e: 1e5".into()
         }
+        (Some('\''), _) => "f is stated as F_i { y, -x }, a row for each component, without the rates that they are".into(),
+        (Some(':'), _) if rest.trim_start().starts_with(":=") => "values are given with =, as in u_i { x = 1 }".into(),
+        (Some('='), _) if last == Some('=') => no_comparisons,
+        (Some('='), Some(_)) => {
+            "before `=` stands the name of an element and nothing else; rows of F need none, as in F_i { y, -x }".into()
+        }
+        (Some(c @ ('\u{2212}' | '\u{2013}' | '\u{2014}')), _) => format!("`{c}` is not the minus sign of a keyboard, -"),
+        (Some(c @ ('\u{d7}' | '\u{b7}' | '\u{22c5}')), _) => format!("`{c}` is not the sign of products, *"),
+        (Some(c), _) if !c.is_ascii() => format!("names and signs are those of ASCII, and `{c}` is not"),
         _ if last == Some('_') || next == Some('_') => {
             "names have letters and digits alone; `_` stands before an index, as in u_i".into()
+        }
+        _ if previous.is_some_and(|(_, word)| matches!(word, "if" | "else" | "where" | "and" | "or" | "not")) => {
+            no_comparisons
         }
         (Some(c), Some(_)) if c.is_alphanumeric() || c == '(' => {
             let follows = before.trim_end().chars().next_back();
@@ -201,6 +247,12 @@ fn unread(words: &str, at: usize) -> Option<String> {
         _ => return None,
     };
     Some(text)
+}
+
+/// Whether a text goes on like the exponent of a number.
+fn is_exponent(text: &str) -> bool {
+    let digits = text[1..].trim_start_matches(['+', '-']);
+    digits.starts_with(|c: char| c.is_ascii_digit())
 }
 
 /// The functions of DiffSL.
