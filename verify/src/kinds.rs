@@ -48,7 +48,7 @@ impl Principle {
 pub enum Stability {
     /// Nothing, and stiff components are damped: R(∞) = 0.
     Damping,
-    /// Nothing, but stiff components are not damped: |R(∞)| = 1.
+    /// Nothing, but stiff components are not damped to zero: 0 < |R(∞)| ≤ 1.
     Neutral,
     /// h|λ| must stay of order 1.
     Conditional,

@@ -230,11 +230,11 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
         ),
         // What has decayed may be roundings.
         Growth::By(factor) if *factor <= 1.0 => {
-            "the largest component of a disturbance of the start in one direction is no larger at any of the times looked at".into()
+            "a disturbance of the start, in one direction that was tried, has no larger component at any of the times looked at; in others it may grow".into()
         }
         Growth::By(factor) => format!(
-            "the largest component of a disturbance of the start in one direction is {} times its size at the largest of the times looked at; \
-             it may be more between them, or in another direction",
+            "the largest component of a disturbance of the start, in one direction that was tried, is {} times its size at the largest of the \
+             times looked at; it may be more between them, or in another direction",
             significant(*factor, 2)
         ),
     };

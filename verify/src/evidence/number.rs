@@ -36,15 +36,17 @@ pub fn brief(value: f64) -> String {
     }
 }
 
-/// What a measurement says that was not repeated, one significant digit of its least and of its most, or two where the first is a 1:
-/// `1.8 to 4`, and `about 3` where the two have the same.
+/// What a measurement says that was not repeated: `about 3` where its least and its most have the same first digit, or two where that is
+/// a 1, and else [`between`].
 pub fn about(least: f64, most: f64) -> String {
     let rounded = |value: f64| {
         let two = format!("{value:.1e}");
         if two.starts_with('1') { two } else { format!("{value:.0e}") }
     };
-    let [least, most] = [least, most].map(|value| brief(rounded(value).parse().unwrap_or(value)));
-    if least == most { format!("about {least}") } else { format!("{least} to {most}") }
+    match [least, most].map(rounded) {
+        [first, second] if first == second => format!("about {}", brief(first.parse().unwrap_or(least))),
+        _ => between(least, most),
+    }
 }
 
 /// What a measurement says that was repeated, two significant digits of its least and of its most, rounded so that all lies between
@@ -214,17 +216,17 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_repeated_has_one_digit() {
+    fn what_was_not_repeated_has_one_digit_or_a_range_that_it_lies_in() {
         let cases = [
             ((2.9, 3.2), "about 3"),
-            ((1.8, 4.1), "1.8 to 4"),
-            ((74.0, 93.0), "70 to 90"),
-            ((170.0, 230.0), "170 to 200"),
+            ((1.8, 4.11), "1.8 to 4.2"),
+            ((74.0, 93.0), "74 to 93"),
+            ((19.3, 21.9), "19 to 22"),
         ];
         for ((least, most), text) in cases {
             assert_eq!(about(least, most), text);
         }
-        assert_eq!(about(0.0031, 0.0058), "0.003 to 0.006");
+        assert_eq!(about(0.0031, 0.0058), "0.0031 to 0.0058");
         assert_eq!([about(9.6, 10.2), about(12.9, 13.4), about(8.0, 12.9)], ["about 10", "about 13", "8 to 13"]);
     }
 

@@ -134,8 +134,8 @@ fn row(text: &str) -> Result<Vec<Cell>, StudyError> {
     let method = method::parse(name)?;
     let decay = match (method.principle(), method.stability()) {
         (Principle::Hamilton, _) => "",
-        (_, Stability::Damping) => "damped",
-        (_, Stability::Neutral) => "not damped",
+        (_, Stability::Damping) => "damped to zero",
+        (_, Stability::Neutral) => "not damped to zero",
         (_, Stability::Conditional) => "stable for small steps",
         (_, Stability::Unstable) => "grows",
     };

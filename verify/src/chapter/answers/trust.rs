@@ -1,4 +1,4 @@
-//! Whether the tools of this report can say no: they are given something wrong.
+//! Whether the rules that judge orders and closed forms can say no: they are given something wrong.
 
 use super::{Answer, prose};
 use crate::chapter::{Context, StudyError};
@@ -13,7 +13,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     let planted = controls.iter().filter(|control| control.wanted != "pass").count();
     let checks = vec![Check::new(
         "trust/controls",
-        "The rules of judgement of this report reject what is wrong: number of wrong answers",
+        "The rules that judge orders and closed forms reject what is wrong: number of wrong answers",
         wrong.count() as f64,
         Requirement::AtMost(0.0),
         "negative controls, run each time",

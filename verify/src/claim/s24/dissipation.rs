@@ -36,7 +36,7 @@ pub(super) const CLAIMS: &[Claim] = &[
                     solution on the branch of v₀, and it is at most v₀ in size (our reading of “stable”).",
         quantifier: Quantifier::Universal,
         criterion: "On quadratic drag one live step from v₀ > 0 has a solution that continues v₀ from h = 0, at most v₀ in size, \
-                    for every W = h v₀ from 0.01 to 100.",
+                    for every W = h v₀ tested from 0.01 to 100.",
         decide: |context| nonlinear(context, "method-i"),
     },
     Claim {

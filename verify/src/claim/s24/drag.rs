@@ -36,7 +36,7 @@ pub(super) const CLAIMS: &[Claim] = &[
                     magnitude.",
         quantifier: Quantifier::Universal,
         criterion: "The largest error on (0, 10] of implicit Euler is at least 100 times that of Method I and of Method II for \
-                    every h from 0.002 to 1.5.",
+                    every h tested from 0.002 to 1.5.",
         decide: orders_of_magnitude,
     },
     Claim {
@@ -44,7 +44,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 3, Figures 1 and 2",
         statement: "On linear drag with h ≲ 1.5 RK4 has smaller errors than Methods I and II.",
         quantifier: Quantifier::Universal,
-        criterion: "The largest error on (0, 10] of RK4 is the smallest for every h from 0.01 to 1.5.",
+        criterion: "The largest error on (0, 10] of RK4 is the smallest at every h tested from 0.01 to 1.5.",
         decide: runge_kutta_wins,
     },
     Claim {

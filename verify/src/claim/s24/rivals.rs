@@ -35,7 +35,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "Least-squares integrators built from more sophisticated variational integrators are expected to do significantly better.",
         quantifier: Quantifier::General,
         criterion: "With Method I's closure, the Galerkin discrete Lagrangian of degree 2 with three Lobatto nodes has a smaller \
-                    largest error on (0, 10] than the trapezoidal one, on linear and quadratic drag at every h from 2 to 0.01. The source has no measure \
+                    largest error on (0, 10] than the trapezoidal one, on linear and quadratic drag at every h tested from 2 to 0.01. The source has no measure \
                     of “significantly”: any smaller error counts.",
         decide: sophisticated,
     },

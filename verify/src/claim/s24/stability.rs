@@ -21,7 +21,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "On the test problem, stepped in the conventional way, with pₙ carried along, the trapezoidal least-squares \
                     Lagrangian is unstable.",
         quantifier: Quantifier::Universal,
-        criterion: "On v̇ = −v the spectral radius of the live map (vₙ, pₙ) → (vₙ₊₁, pₙ₊₁) exceeds 1 for every h from 0.001 to 1000.",
+        criterion: "On v̇ = −v the spectral radius of the live map (vₙ, pₙ) → (vₙ₊₁, pₙ₊₁) exceeds 1 at every h tested from 0.001 to 1000.",
         decide: conventional_map,
     },
     Claim {
@@ -38,7 +38,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 3, after Eq. (23)",
         statement: "As h → ∞ Method I gives the right steady state of the test problem in one step.",
         quantifier: Quantifier::Universal,
-        criterion: "On v̇ = −v, |v₁| of one live step is below 10/h² for every h from 10 to 10⁶.",
+        criterion: "On v̇ = −v, |v₁| of one live step is below 10/h² at every h tested from 10 to 10⁶.",
         decide: method_i_finds_the_steady_state,
     },
     Claim {
@@ -66,7 +66,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 3, after Eq. (25)",
         statement: "With Method II vₙ₊₁ → −vₙ as h → ∞.",
         quantifier: Quantifier::Universal,
-        criterion: "|v₁/v₀ + 1| of one live step on v̇ = −v is below 5/h for every h from 10 to 10⁶.",
+        criterion: "|v₁/v₀ + 1| of one live step on v̇ = −v is below 5/h at every h tested from 10 to 10⁶.",
         decide: method_ii_at_infinity,
     },
     Claim {
@@ -74,7 +74,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "[S24] Section 3, after Eq. (25)",
         statement: "At finite h Method II oscillates about the steady state.",
         quantifier: Quantifier::General,
-        criterion: "One live step on v̇ = −v changes the sign of v for every h from 0.01 to 10⁶.",
+        criterion: "One live step on v̇ = −v changes the sign of v at every h tested from 0.01 to 10⁶.",
         decide: method_ii_oscillates,
     },
     Claim {

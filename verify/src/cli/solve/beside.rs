@@ -20,6 +20,9 @@ const ROWS: usize = 128;
 /// finer one cross.
 const NEARBY: f64 = 1.0 / 16.0;
 
+/// A row is looked at in the place of the one that follows if the run comes to it by so many times as large a step.
+const LEAPS: f64 = 2.0;
+
 /// Errors this many times the largest estimate are told though more than three digits are right.
 const GROSS: f64 = 100.0;
 
@@ -51,11 +54,15 @@ const STEPS: u64 = 40_000;
 /// Follows a run.
 #[derive(Debug)]
 pub(super) struct Beside {
-    /// Every so many rows from the start, without it, and the last.
+    /// One of every so many rows from the start, without it.
     rows: Vec<Row>,
-    last: Row,
     every: usize,
+    /// One of those since then.
+    group: Option<Row>,
+    last: Row,
     count: usize,
+    /// The largest value of each component so far.
+    sizes: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -63,47 +70,69 @@ struct Row {
     t: f64,
     /// Components.
     values: Vec<f64>,
-    /// The largest estimate since the row before, infinite where there is none.
+    /// The largest estimate of the rows that it stands for, infinite where there is none.
     estimate: f64,
+    /// The largest part of its size so far by which a component has moved since the row before.
+    moved: f64,
+}
+
+impl Row {
+    /// The one of two to be looked at: the later one, but for one behind which f acted in the step that leads to it alone.
+    fn or(self, later: Self) -> Self {
+        let estimate = larger(self.estimate, later.estimate);
+        Self { estimate, ..if self.moved > LEAPS * later.moved { self } else { later } }
+    }
 }
 
 impl Default for Beside {
     fn default() -> Self {
-        Self { rows: Vec::new(), last: Row::default(), every: 1, count: 0 }
+        let (rows, group, last, sizes) = Default::default();
+        Self { rows, every: 1, group, last, count: 0, sizes }
     }
 }
 
 impl Beside {
     /// The next row of a run.
     pub(super) fn add(&mut self, t: f64, values: &[f64], estimate: Option<f64>) {
-        if values.len() > DENSE || t == 0.0 {
+        if values.len() > DENSE {
+            return;
+        }
+        self.sizes.resize(values.len(), 0.0);
+        self.sizes.iter_mut().zip(values).for_each(|(size, x)| *size = larger(*size, x.abs()));
+        let part = |(size, (a, b)): (&f64, (&f64, &f64))| if *size > 0.0 { (b - a).abs() / size } else { 0.0 };
+        let moved = self.sizes.iter().zip(self.last.values.iter().zip(values)).map(part).fold(0.0, larger);
+        self.last = Row { t, values: values.to_vec(), estimate: estimate.unwrap_or(f64::INFINITY), moved };
+        if t == 0.0 {
             return;
         }
         self.count += 1;
-        self.last.t = t;
-        values.clone_into(&mut self.last.values);
-        self.last.estimate = larger(self.last.estimate, estimate.unwrap_or(f64::INFINITY));
+        let of_group = match self.group.take() {
+            Some(row) => row.or(self.last.clone()),
+            None => self.last.clone(),
+        };
         if !self.count.is_multiple_of(self.every) {
+            self.group = Some(of_group);
             return;
         }
-        self.rows.push(self.last.clone());
-        self.last.estimate = 0.0;
+        self.rows.push(of_group);
         if self.rows.len() > ROWS {
             self.every *= 2;
-            let later = |pair: &[Row]| {
-                let estimate = pair.iter().map(|row| row.estimate).fold(0.0, larger);
-                pair.get(1).map(|row| Row { estimate, ..row.clone() })
-            };
-            // Of an odd number the last goes to the row that follows.
-            self.last.estimate = self.rows.chunks_exact(2).remainder().iter().map(|row| row.estimate).fold(0.0, larger);
-            self.rows = self.rows.chunks_exact(2).filter_map(later).collect();
+            let mut rows = std::mem::take(&mut self.rows).into_iter();
+            while let Some(row) = rows.next() {
+                match rows.next() {
+                    Some(later) => self.rows.push(row.or(later)),
+                    // Of an odd number the last goes to the row that follows.
+                    None => self.group = Some(row),
+                }
+            }
         }
     }
 
     /// The rows that are looked at.
     fn rows(&self) -> impl Iterator<Item = &Row> {
-        let is_shown = self.count.is_multiple_of(self.every);
-        self.rows.iter().chain((!is_shown).then_some(&self.last))
+        let shown = self.group.as_ref().or(self.rows.last());
+        let is_shown = self.count == 0 || shown.is_some_and(|row| row.t == self.last.t);
+        self.rows.iter().chain(&self.group).chain((!is_shown).then_some(&self.last))
     }
 
     /// The largest estimate near a row, those beside it included.
@@ -277,7 +306,7 @@ impl Ode for Limited<'_> {
 mod tests {
     use super::*;
 
-    /// Of 1000 rows every eighth, 125, which is the last too; of 1003 the last besides.
+    /// Of 1000 rows at equal speed every eighth, 125, which is the last too; of 1003 the last besides.
     #[test]
     fn rows_are_those_at_equal_distances_and_the_last() {
         for (count, every, shown) in [(5, 1, 5), (128, 1, 128), (129, 2, 65), (1000, 8, 125), (1003, 8, 126)] {
@@ -287,6 +316,16 @@ mod tests {
             assert_eq!((times.len(), times[0], times.last()), (shown, f64::from(every), Some(&(count as f64))));
             assert!(times.is_sorted() && beside.rows().all(|row| row.t == row.values[0]), "{count}: {times:?}");
         }
+    }
+
+    /// x leaps by one in the step to each hundredth row and rests on its way, so that all of these are shown, and creeps no further than that.
+    #[test]
+    fn a_row_that_a_leap_leads_to_is_shown() {
+        let mut beside = Beside::default();
+        (0..=1000).for_each(|k| beside.add(f64::from(k), &[f64::from((k + 37) / 100), 0.0], Some(0.0)));
+        let times: Vec<f64> = beside.rows().map(|row| row.t).collect();
+        assert!((0..10).all(|leap| times.contains(&(63.0 + 100.0 * f64::from(leap)))), "{times:?}");
+        assert!(times.is_sorted() && times.len() == 125 && times.last() == Some(&1000.0), "{times:?}");
     }
 
     /// A sixteenth of the run is 8 rows of 128, and 9 of 129 of which every other one is kept; one without an estimate has an infinite one.

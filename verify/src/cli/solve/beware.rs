@@ -254,7 +254,7 @@ impl Watch {
         let (k, t, value) = self.crossed?;
         let name = &component_names(problem)[k];
         Some(format!(
-            "in the step to t = {} {name} changes its sign, to {}, and the solution does not there: where {name} is 0 on the way, f points back; \
+            "in the step to t = {} {name} changes its sign, to {}, and the solution does not there: where {name} is 0 on the way, f is 0 or points back; \
              smaller steps, or tolerances below its size, tell",
             plain(t),
             number(value)
@@ -383,7 +383,7 @@ impl Watch {
             component_names(problem)[k],
             number(last[0][k]),
             number(last[1][k]),
-            remedy.unwrap_or_else(|| "another method tells".into())
+            remedy.unwrap_or_else(|| "a smaller `--h`, or another method, tells".into())
         ))
     }
 
@@ -427,12 +427,13 @@ impl Watch {
         let hardly_damps = factor > DAMPED && factor.ln() > 0.5 * apart.ln();
         (factor > 1.0 + REST || hardly_damps).then(|| {
             format!(
-                "at the end the equation damps every perturbation, and a step of h = {} multiplies one by {}, where its eigenvalues alone would \
-                 make that {}: errors {} from step to step, and the estimate may not know; another method, or a smaller h, tells",
+                "at the end every mode of the equation decays, and steps of h = {} multiply a perturbation by {} each in the long run, where its \
+                 eigenvalues alone would make that {}: errors {} in the long run, and the estimate may not know; another method, or a smaller h, \
+                 tells",
                 plain(h),
                 number(factor),
                 number(apart),
-                if factor > 1.0 + REST { "grow" } else { "fall by no more" }
+                if factor > 1.0 + REST { "grow" } else { "decay no faster" }
             )
         })
     }
