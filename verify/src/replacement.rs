@@ -5,6 +5,7 @@ use std::fs::File;
 use std::fs::Permissions;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::{Builder, NamedTempFile};
 
@@ -12,6 +13,21 @@ use tempfile::{Builder, NamedTempFile};
 /// as it was. What is no regular file (`/dev/null`, a pipe) is written to directly.
 #[derive(Debug)]
 pub struct Replacement(Kind);
+
+/// The files beside their targets, those that have taken their place or are gone included.
+static BESIDE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unwritten() -> MutexGuard<'static, Vec<PathBuf>> {
+    BESIDE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes all that is not committed, before a process ends that drops nothing.
+pub fn discard_all() {
+    for path in unwritten().drain(..) {
+        // What has taken its place is no longer there.
+        let _ = std::fs::remove_file(path);
+    }
+}
 
 #[derive(Debug)]
 enum Kind {
@@ -39,6 +55,7 @@ impl Replacement {
         #[cfg(unix)]
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
         let file = builder.tempfile_in(directory)?;
+        unwritten().push(file.path().to_owned());
         Ok(Self(Kind::Beside(file, target)))
     }
 

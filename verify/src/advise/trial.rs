@@ -16,7 +16,7 @@ use crate::measure::norm::{Extremes, common_distance, distance, larger, max_norm
 use crate::method::{self, Method};
 use crate::names::NameError;
 use crate::problem::Problem;
-use crate::problem::changes::{GOLDEN, changes};
+use crate::problem::changes::{GOLDEN, acts_between, changes};
 use crate::reference::Reference;
 use crate::reference::bound::InUnits;
 use crate::run::{RunError, run_between, run_from, run_through, run_while};
@@ -94,6 +94,9 @@ const VALUES: usize = 1 << 18;
 /// Steps of the run at whose times the size of the solution and its motion are told: many to each of the [`TIMES`].
 const FINE: u32 = 1 << 10;
 
+/// Places one after another at which f acts for a moment.
+const PLACES: u32 = 8;
+
 /// A factor by which a step multiplies that differs from 1 by less is 1 but for rounding.
 const SAME: f64 = 1e-9;
 
@@ -153,7 +156,30 @@ impl<'a> Truth<'a> {
         let mut truth = Self { problem, method, horizon, unit, most, changes: Vec::new(), known, extent, ends };
         truth.changes = changes(problem, horizon, &truth.stops());
         truth.of_steps(FINE)?;
+        truth.look_between()?;
         Ok(truth)
+    }
+
+    /// Follows the solution anew, with stops where f acts for a moment at some place: what it does there leads on to other places.
+    fn look_between(&mut self) -> Result<(), RunError> {
+        for _ in 0..PLACES {
+            let times = [vec![0.0], self.ends_of(FINE)].concat();
+            let states = [vec![self.problem.initial()], self.of_steps(FINE)?.to_vec()].concat();
+            let is_known = |t: &f64| {
+                let near = self.horizon / f64::from(FINE);
+                self.changes.iter().any(|known| (known - t).abs() <= near)
+            };
+            let mut found = acts_between(self.problem, &times, &states);
+            found.retain(|t| !is_known(t));
+            if found.is_empty() {
+                break;
+            }
+            self.changes.extend(found);
+            self.changes.sort_by(f64::total_cmp);
+            (self.known, self.extent, self.ends) = Default::default();
+            self.of_steps(FINE)?;
+        }
+        Ok(())
     }
 
     /// Whether f changes by itself between the times at which the first run stopped.

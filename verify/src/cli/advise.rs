@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 use std::io::{self, Write};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use lsvi::{SolveError, StepError};
 use verify::advise::{Advice, Character, Growth, Refusal, Trial, advise, duration};
+use verify::run::RunError;
 
 use super::Status;
 use super::args::{self, ProblemArgs};
@@ -17,8 +19,8 @@ use super::output::Output;
 #[command(after_help = "\
 Methods of each family are run with ever shorter steps until their error, the
 largest of a component at the ends of steps, in a large system at an irregular
-choice of them, and of adaptive ones also between steps where f changes by
-itself, is within --accuracy of the largest component, or of 1 unless the
+choice of them, and of adaptive ones also between steps where f changes for
+a moment, is within --accuracy of the largest component, or of 1 unless the
 solution is so small that it would hardly move; the table shows it in absolute
 terms. The errors are measured against an accurate run, and that against the
 best trial with fixed steps, or against CVODE or diffsol where none of these
@@ -172,7 +174,18 @@ fn show(
             );
             paragraph(out, "NO ADVICE", INDENT, &text)
         }
-        (Some(refusal), _) => paragraph(out, "NO ADVICE", INDENT, &format!("{refusal}.")),
+        (Some(refusal), _) => {
+            let has_no_derivative = matches!(
+                refusal,
+                Refusal::Lost(RunError::Step(StepError::Solve { source: SolveError::NonFiniteDerivative { .. }, .. }))
+            );
+            let way_on = if has_no_derivative {
+                " An explicit method, as rk4, asks for no derivative; `verify solve` estimates its error."
+            } else {
+                ""
+            };
+            paragraph(out, "NO ADVICE", INDENT, &format!("{refusal}.{way_on}"))
+        }
         (None, None) => Ok(()),
     }
 }
@@ -252,7 +265,7 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let stable = match least {
         0.0 => "no mode decays, so that rk4 is stable with any steps".into(),
         1.0 => "rk4 is stable with a single step".into(),
-        _ => format!("rk4 takes {} steps or more for stability", plain(least)),
+        _ => format!("while that lasts, rk4 is stable with {} equal steps or more to the run", plain(least)),
     };
     let speed = format!(
         "its fastest rate is {}, of {} looked at; {stable}",

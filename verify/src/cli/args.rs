@@ -2,7 +2,6 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Once;
 use std::time::Duration;
 
 use clap::Args;
@@ -13,6 +12,7 @@ use verify::names::NameError;
 use verify::problem::model::{CAVEAT, Model};
 use verify::problem::{self, Problem};
 use verify::program::{self, Program};
+use verify::replacement;
 
 use super::error::Failure;
 use super::layout::paragraph;
@@ -119,19 +119,21 @@ pub(super) fn method_file(text: &str) -> Result<Option<MethodFile>, Failure> {
     }
 }
 
-/// The program that `command` runs. Interrupted, this process takes along what it has started.
+/// The program that `command` runs.
 pub(super) fn program(command: &str, seconds: u64) -> Result<Program, Failure> {
-    static HANDLER: Once = Once::new();
-    HANDLER.call_once(|| {
-        let interrupted = || {
-            program::end_all();
-            // As a shell reports a process that ended by SIGINT.
-            std::process::exit(130);
-        };
-        // Without a handler, interrupted programs run to their end.
-        let _ = ctrlc::set_handler(interrupted);
-    });
     Program::new(command, Duration::from_secs(seconds)).map_err(Failure::Command)
+}
+
+/// Lets this process, interrupted, take along what it has started and what it has not written to the end.
+pub(super) fn clean_up_when_interrupted() {
+    let interrupted = || {
+        program::end_all();
+        replacement::discard_all();
+        // As a shell reports a process that ended by SIGINT.
+        std::process::exit(130);
+    };
+    // Without a handler, interrupted programs run to their end.
+    let _ = ctrlc::set_handler(interrupted);
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {

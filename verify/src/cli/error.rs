@@ -164,7 +164,8 @@ impl Failure {
                 "steps divide the time; `--t-end`, for a model or a program, makes it longer"
             }
             Self::Order(OrderError::Reference(ReferenceError::Solver { .. })) => {
-                "the solution may end there, as in a pole; for a model or a program `--t-end` stays before it"
+                "the solution may end there, as in a pole, where for a model or a program `--t-end` stays before it, or f have no finite derivative, \
+                 as sqrt(x) has none at x = 0, where `--reference diffsol` may go on"
             }
             Self::Order(OrderError::NoExact) => "`--reference cvode` or `--reference diffsol`",
             Self::Order(OrderError::Reference(ReferenceError::Unavailable(_))) => {

@@ -81,6 +81,7 @@ impl From<Status> for ExitCode {
 }
 
 pub(crate) fn main() -> ExitCode {
+    args::clean_up_when_interrupted();
     let cli = Cli::try_parse().unwrap_or_else(|error| misused(&error));
     let mut out = Output::stdout();
     let result = match cli.command {

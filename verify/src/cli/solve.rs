@@ -135,7 +135,7 @@ pub(super) struct Args {
     no_estimate: bool,
 
     /// End time
-    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = args::finite)]
     t_end: f64,
 
     /// Write every row to FILE, or to standard output for `-`

@@ -41,12 +41,11 @@ pub fn brief(value: f64) -> String {
 pub fn about(least: f64, most: f64) -> String {
     let rounded = |value: f64| {
         let two = format!("{value:.1e}");
-        if two.starts_with('1') { two } else { format!("{value:.0e}") }
+        let text = if two.starts_with('1') { two } else { format!("{value:.0e}") };
+        brief(text.parse().unwrap_or(value))
     };
-    match [least, most].map(rounded) {
-        [first, second] if first == second => format!("about {}", brief(first.parse().unwrap_or(least))),
-        _ => between(least, most),
-    }
+    let both = [least, most].map(rounded);
+    if both[0] == both[1] { format!("about {}", both[0]) } else { between(least, most) }
 }
 
 /// What a measurement says that was repeated, two significant digits of its least and of its most, rounded so that all lies between

@@ -10,7 +10,7 @@ pub fn bare(text: &str) -> Cow<'_, str> {
     // The text of a key in TOML may have both.
     let form = if text.lines().any(is_latex) && !text.lines().any(|line| is_latex(line) && line.contains('=')) {
         latex_line as fn(&str) -> String
-    } else if text.lines().any(is_rule) && text.lines().all(|line| is_row(line) || line.trim().is_empty()) {
+    } else if is_markdown(text) {
         markdown_line
     } else {
         return Cow::Borrowed(text);
@@ -20,6 +20,13 @@ pub fn bare(text: &str) -> Cow<'_, str> {
         form(said) + &line[said.len()..]
     });
     Cow::Owned(lines.collect())
+}
+
+/// Whether it is a Markdown table: rows with a rule, and prose about them at most, or rows alone.
+fn is_markdown(text: &str) -> bool {
+    let said = || text.lines().filter(|line| !line.trim().is_empty());
+    let has_rule = said().any(is_rule) && !said().any(|line| line.contains('='));
+    said().filter(|line| is_row(line)).count() > 1 && (has_rule || said().all(is_row))
 }
 
 /// Whether a line is a row of a Markdown table.
@@ -38,17 +45,12 @@ fn blank(line: &str) -> String {
 }
 
 fn markdown_line(line: &str) -> String {
-    if is_rule(line) {
-        return blank(line);
-    }
     // The outermost bars separate nothing.
-    let (first, last) = (line.find('|'), line.rfind('|'));
-    let bare = |(at, c): (usize, char)| match c {
-        '|' if Some(at) == first || Some(at) == last => ' ',
-        '|' => '\t',
-        c => c,
+    let (Some(first), Some(last), true) = (line.find('|'), line.rfind('|'), is_row(line) && !is_rule(line)) else {
+        return blank(line);
     };
-    line.char_indices().map(bare).collect()
+    let cells: Vec<String> = line[first + 1..last].split('|').map(latex_cell).collect();
+    format!("{} {} {}", &line[..first], cells.join("\t"), &line[last + 1..])
 }
 
 /// Signs that have another name here.
@@ -180,7 +182,16 @@ mod tests {
         // What is computed is one word, prose is as it was.
         assert_eq!(words("1 + 2 & method I\\\\\n"), ["1+2 method I"]);
         assert_eq!(words("| h | u |\n|---|:--|\n| 1 | 2 |\n"), ["h u", "", "1 2"]);
-        for plain in ["0 1\n1/2 1/2\n1\n", "0 | 1\n | 1\n", "h,u\n1,2\n", "a = [\"1 & 2 \\\\\"]\n"] {
+        assert_eq!(words("Order 3:\n| c | a |\n|---|---|\n| $\\frac12$ | $-1$ |\n"), ["", "c a", "", "(1)/(2) -1"]);
+        assert_eq!(words("| 0 | |\n| 1/2 | 1/2 |\n"), ["0", "1/2 1/2"]);
+        for plain in [
+            "| 0 | 1 |\n",
+            "a = 1\n| 0 |\n|---|\n",
+            "0 1\n1/2 1/2\n1\n",
+            "0 | 1\n | 1\n",
+            "h,u\n1,2\n",
+            "a = [\"1 & 2 \\\\\"]\n",
+        ] {
             assert!(matches!(bare(plain), Cow::Borrowed(_)), "{plain}");
         }
     }

@@ -1180,14 +1180,14 @@ fn advice_says_what_keeps_an_invariant_and_what_stability_asks_for() {
             "y - x, x - y",
             [
                 "one linear: Runge–Kutta methods keep what is linear, and Method I",
-                "rk4 takes 4 steps or more for stability",
+                "rk4 is stable with 4 equal steps or more to the run",
             ],
         ),
         (
             "-x, x",
             [
                 "one linear: Runge–Kutta methods keep what is linear, and Method I in the Euclidean metric need not",
-                "rk4 takes 2 steps or more",
+                "rk4 is stable with 2 equal steps or more",
             ],
         ),
         ("x, 0.5*y", ["invariants none that is linear", "no mode decays, so that rk4 is stable with any steps"]),
@@ -1198,7 +1198,7 @@ fn advice_says_what_keeps_an_invariant_and_what_stability_asks_for() {
         assert!(told.iter().all(|words| out.contains(words)), "{f}: {out}{error}");
         assert_eq!(out.contains("need not"), f == "-x, x", "{out}");
         // Of a disturbance all of x comes to y in the second, and the last grows.
-        assert_eq!(out.contains("is no larger at any of the times looked at"), f == "y - x, x - y", "{out}");
+        assert_eq!(out.contains("has no larger component at any of the times looked at"), f == "y - x, x - y", "{out}");
     }
 }
 

@@ -18,7 +18,7 @@ const FILES: [(&str, &str); 7] = [
     ("grids.csv", "n,value\n1,2.0\n2,1.5\n4,1.25\n"),
 ];
 
-const COMMANDS: [&str; 41] = [
+const COMMANDS: [&str; 42] = [
     // Names.
     "solve --problem logistics --method rk4 --h 0.1 --t-end 1",
     "solve --problem logistic --method rk5 --h 0.1 --t-end 1",
@@ -35,6 +35,7 @@ const COMMANDS: [&str; 41] = [
     "solve --problem logistic --method rk4 --h 0 --t-end 1",
     "solve --problem logistic --method rk4 --h 1e-300 --t-end 1",
     "solve --problem logistic --method rk4 --h 0.1 --t-end -1",
+    "solve --problem logistic --method radau-adaptive --t-end inf",
     "solve --problem logistic --method rk4 --h 0.1 --rtol 1e-3 --t-end 1",
     "solve --problem logistic --method radau-adaptive --rtol 1e-30 --t-end 1",
     "solve --problem logistic --method radau-adaptive --atol -1 --t-end 1",

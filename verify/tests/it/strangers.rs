@@ -58,6 +58,10 @@ fn tableaus_as_they_are_typeset_or_pasted_are_read() {
         |between: &str, end: &str| rows.iter().chain([&weights]).map(|row| row.join(between) + end).collect::<String>();
     let fractions = |text: &str| text.replace("1/2", r"\frac{1}{2}").replace("1/6", r"$\tfrac{1}{6}$");
     let latex = format!("\\begin{{array}}{{c|cccc}}\n{}\\end{{array}}\n", array(" & ", " \\\\ \\hline\n"));
+    let markdown = |above: &str, label: &str| {
+        let rows = rows.iter().chain([&weights]).map(|row| format!("| {} |\n", row.join(" | "))).collect::<String>();
+        format!("{above}{}", rows.replace("|  | 1/6", &format!("| {label} | 1/6")))
+    };
     let square = "0;0;0;0;0\n1/2;1/2;0;0;0\n1/2;0;1/2;0;0\n1;0;0;1;0\n;1/6;1/3;1/3;1/6\n";
     let cases = [
         ("latex.tex", latex.clone()),
@@ -67,14 +71,12 @@ fn tableaus_as_they_are_typeset_or_pasted_are_read() {
         ("square.csv", square.to_owned()),
         ("lines.txt", "0 1/2 1/2 1\n1/6 1/3 1/3 1/6\n1/2\n0 1/2\n0 0 1\n".to_owned()),
         ("commas.txt", "0,1/2,1/2,1\n1/6,1/3,1/3,1/6\n1/2\n0,1/2\n0,0,1\n".to_owned()),
-        (
-            "table.md",
-            format!(
-                "| c | A | | | |\n|---|---|---|---|---|\n{}",
-                rows.iter().chain([&weights]).map(|row| format!("| {} |\n", row.join(" | "))).collect::<String>()
-            ),
-        ),
+        ("table.md", markdown("| c | A | | | |\n|---|---|---|---|---|\n", "")),
         ("fractions.tex", fractions(&latex)),
+        ("fractions.md", fractions(&markdown("| c | A | | | |\n|---|---|---|---|---|\n", ""))),
+        ("rows.md", markdown("", "")),
+        ("prose.md", markdown("The classical method:\n\n| c | a1 | a2 | a3 | a4 |\n|---|---|---|---|---|\n", "b")),
+        ("labels.tex", latex.replace("\\\\ \\hline\n & 1/6", "\\\\ \\hline\n$\\hat b$ & 1/6")),
     ];
     for (name, text) in cases {
         let (code, out, error) = judged(name, &text);
@@ -87,6 +89,20 @@ fn tableaus_as_they_are_typeset_or_pasted_are_read() {
     }
     let (code, _, error) = judged("words.txt", "Butcher tableau of my method\n0 1\n");
     assert!(code == 2 && error.contains("rows of c_i and a_i1 a_i2"), "{error}");
+}
+
+/// A tank that is empty at t = 40, where the square root has no derivative.
+#[test]
+fn what_has_no_derivative_is_said_to_be_for_explicit_methods() {
+    let model = file("tank.ds", "u_i { h = 1 } F_i { -0.05 * sqrt(max(h, 0)) }").display().to_string();
+    let run = ["--model", &model, "--t-end", "60"];
+    let (code, out, _) = verify(&[&["advise"][..], &run].concat());
+    assert!(code == 3 && out.contains("An explicit method, as rk4, asks for no derivative"), "{out}");
+    let solved = |method: &str| verify(&[&["solve"][..], &run, &["--h", "0.5", "--method", method]].concat());
+    let (code, _, error) = solved("conventional");
+    assert!(code == 0 && error.contains("neither of two solvers that choose their steps"), "{error}");
+    let (code, _, error) = verify(&[&["order", "--method", "rk4", "--reference", "cvode"][..], &run].concat());
+    assert!(!cfg!(feature = "cvode") || code == 3 && error.contains("`--reference diffsol` may go on"), "{error}");
 }
 
 #[test]
@@ -679,7 +695,7 @@ fn a_step_that_amplifies_what_the_equation_damps_is_named() {
     assert!(
         run("0.2", "rk4", "2").is_empty()
             && warned("decay", "u_i { x = 1 } F_i { -2*x }", &["--method", "rk4", "--h", "1.5", "--t-end", "6"])
-                .contains("multiplies one by 1.375")
+                .contains("multiply a perturbation by 1.375")
     );
 }
 

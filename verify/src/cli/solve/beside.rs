@@ -2,13 +2,14 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use lsvi::StepError;
 use lsvi::adaptive::Tolerances;
 use verify::kinds::Principle;
 use verify::measure::norm::{Extremes, larger};
 use verify::method::{self, Method};
 use verify::problem::{Problem, component_names};
 use verify::reference::{self, InUnits, Ode};
-use verify::run::{run_between, run_through};
+use verify::run::{RunError, run_between, run_through};
 
 use super::beware::{BEYOND, COURSE, DENSE};
 use crate::cli::layout::{number, plain};
@@ -211,14 +212,41 @@ impl Beside {
         }
         let units = self.units(&limit.initial);
         let reference = reference::by_name("diffsol-bdf")?;
+        let mut is_lost = false;
         // Of a run that is too long to be followed, or beyond the end of its solution, the first rows.
-        let (times, states) = FIRST.into_iter().find_map(|part| {
+        let solved = FIRST.into_iter().find_map(|part| {
             let times: Vec<f64> = self.rows().map(|row| row.t).filter(|t| *t <= part * self.last.t).collect();
             let limited = Limited { ode: limit.ode, left: AtomicU64::new(EVALUATIONS) };
             let ode = InUnits::new(&limited, &units);
-            let solved = reference.run(&ode, 0.0, &ode.in_units(&limit.initial), &times, COURSE).ok()?;
-            Some((times, solved.states.iter().map(|state| ode.states(state)).collect::<Vec<_>>()))
-        })?;
+            let solved = reference.run(&ode, 0.0, &ode.in_units(&limit.initial), &times, COURSE);
+            is_lost |= solved.is_err() && limited.left.load(Ordering::Relaxed) > 0;
+            Some((times, solved.ok()?.states.iter().map(|state| ode.states(state)).collect::<Vec<_>>()))
+        });
+        let off = solved.and_then(|solved| self.off(problem, method, &units, solved));
+        off.or_else(|| is_lost.then(|| self.unfollowed(problem, &units)).flatten())
+    }
+
+    /// That no solver with steps of its own comes to the end, for another reason than the number of these.
+    fn unfollowed(&self, problem: &dyn Problem, units: &[f64]) -> Option<String> {
+        let error = run_through(problem, &*accurate(units)?, &[self.last.t]).err()?;
+        (!matches!(error, RunError::Step(StepError::TooManySteps { .. }))).then(|| {
+            format!(
+                "neither of two solvers that choose their steps follows the equation to t = {}, one because {error}: nothing tells whether the rows from \
+                 there on are right",
+                plain(self.last.t)
+            )
+        })
+    }
+
+    /// The row that is off by most, as the states of a reference at these times have it and another solver confirms.
+    fn off(
+        &self,
+        problem: &dyn Problem,
+        method: &dyn Method,
+        units: &[f64],
+        (times, states): (Vec<f64>, Vec<Vec<f64>>),
+    ) -> Option<String> {
+        let limit = problem.limit(method.principle());
         let observed = |(t, state): (&f64, &Vec<f64>)| problem.observe(*t, state);
         let known: Vec<Vec<f64>> = times.iter().zip(&states).map(observed).collect();
         let sizes = self.sizes(&known);
@@ -237,7 +265,7 @@ impl Beside {
         let (last, _) = rows().filter(|(place, (row, state))| !off(*place, row, state).is_empty()).last()?;
         let end = times[last];
         let steps = [limit.ode.longest_step(end).min(end), end];
-        let confirmed = run_between(problem, &*accurate(&units)?, steps, &times[..=last]).ok()?;
+        let confirmed = run_between(problem, &*accurate(units)?, steps, &times[..=last]).ok()?;
         let confirmed = times.iter().zip(&confirmed).map(observed);
         let (place, k, _) = rows()
             .zip(confirmed)
@@ -350,6 +378,24 @@ mod tests {
         beside.add(4.0, &[0.0], Some(2.0));
         let estimates = [0, 1, 2, 3].map(|place| beside.estimate(place));
         assert_eq!(estimates, [f64::INFINITY, f64::INFINITY, f64::INFINITY, 2.0]);
+    }
+
+    /// √v has no derivative at 0, where v = (1 − t/2)² comes to rest at t = 2, and v = 1 + t has no end; nor is there one for steps that run out.
+    #[test]
+    fn an_equation_that_no_solver_follows_to_the_end_is_told() {
+        let method = method::parse("rk4").expect("registered");
+        let told = |f: &str, ends: &[f64]| {
+            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+            std::fs::write(file.path(), format!("u_i {{ v = 1 }} F_i {{ {f} }}")).expect("writable");
+            let model = verify::problem::model::Model::load(file.path(), &[], None).expect("a model");
+            let mut beside = Beside::default();
+            let v = |t: f64| if f == "1" { 1.0 + t } else { (1.0 - 0.5 * t).max(0.0).powi(2) };
+            ends.iter().for_each(|end| beside.add(*end, &[v(*end)], Some(1e-9)));
+            beside.told(&model, &*method).unwrap_or_default()
+        };
+        let lost = told("-sqrt(max(v, 0))", &[1.0, 3.0]);
+        assert!(lost.starts_with("neither of two solvers") && lost.contains("to t = 3, one because"), "{lost}");
+        assert_eq!([told("-sqrt(max(v, 0))", &[0.5, 1.0]), told("1", &[1.0, 3.0])], ["", ""]);
     }
 
     /// Of a long oscillation to ten digits.

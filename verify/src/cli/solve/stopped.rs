@@ -24,8 +24,12 @@ const WAY: f64 = 1.5;
 const PARTS: u32 = 16;
 const PIECES: u32 = 30;
 
-/// Part of what the rate changes by in a part of the way that a jump comes to; a cube root, which is as steep as any at 0, leaves a thousandth.
+/// Part of the largest change of the rate in a part of the way that a jump comes to; a cube root, which is as steep as any at 0, leaves a
+/// thousandth.
 const LEFT: f64 = 1e-2;
+
+/// Pieces of a part of the way that are looked at: one that rises and falls once has 2/LEFT at most that change as much in each halving.
+const LOOKED_AT: u32 = PIECES * 200;
 
 /// Part of a jump that f changes by in as much of the way beside it at most.
 const CALM: f64 = 0.1;
@@ -126,13 +130,16 @@ fn jump(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> Option<(f64, us
     let jumps = |k: usize| {
         let nothing = NOTHING * values.iter().map(|f| f[k].abs()).fold(0.0, larger);
         places.array_windows().zip(values.array_windows()).find_map(|(ends, [first, last]): (&[f64; 2], _)| {
-            let of_part = (last[k] - first[k]).abs();
+            // A pulse within the part changes by more than from end to end.
+            let mut largest = 0.0;
             let mut open = vec![(*ends, [first[k], last[k]], 0)];
-            while let Some(([start, end], rates, halvings)) = open.pop() {
+            for _ in 0..LOOKED_AT {
+                let ([start, end], rates, halvings) = open.pop()?;
                 let change = (rates[1] - rates[0]).abs();
-                if !change.is_finite() || change <= nothing || change < LEFT * of_part {
+                if !change.is_finite() || change <= nothing || change < LEFT * largest {
                     continue;
                 }
+                largest = change.max(largest);
                 if halvings == PIECES {
                     // Beside a pole it changes as much on either side.
                     let sides = [(on_way(start - (end - start)), rates[0]), (on_way(end + (end - start)), rates[1])];
@@ -184,6 +191,8 @@ mod tests {
             ("exp(20*x)", 0.25),
             ("1", 0.25),
             ("1/(x - 0.25)", 0.25),
+            ("1e3*exp(-1e6*(x - 0.215)*(x - 0.215))", 0.25),
+            ("sin(1e9*x)", 0.25),
         ] {
             assert_eq!(found(rate, h), None, "{rate}, {h}");
         }

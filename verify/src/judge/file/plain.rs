@@ -136,13 +136,16 @@ fn read_rows(text: &str, is_typeset: bool) -> Result<Document, Fault> {
     let rows: Vec<Row> =
         lines(text).map(|(at, line)| (at, words(at, line))).filter(|(_, row)| !row.is_empty()).collect();
     // What is typeset may have a header.
-    let is_number =
-        |row: &&Row| !row.1[0].text.starts_with(|c: char| c.is_alphabetic()) || row.1[0].text.starts_with("sqrt");
-    let headers = rows.iter().take_while(|row| is_typeset && !is_number(row)).count();
-    let rows = &rows[headers..];
-    match stages_of_array(rows) {
-        Some(s) => Ok(array(rows, s)),
-        None => read_block(text, rows),
+    let is_name = |word: &Scalar| {
+        is_typeset && word.text.starts_with(|c: char| c.is_alphabetic() || c == '\\') && !word.text.starts_with("sqrt")
+    };
+    // Nor do rows need what weights are called.
+    let said = |(at, row): Row| (at, row.into_iter().skip_while(is_name).collect::<Vec<_>>());
+    let below = rows.into_iter().skip_while(|(_, row)| is_name(&row[0]));
+    let rows: Vec<Row> = below.map(said).filter(|(_, row)| !row.is_empty()).collect();
+    match stages_of_array(&rows) {
+        Some(s) => Ok(array(&rows, s)),
+        None => read_block(text, &rows),
     }
 }
 

@@ -1,8 +1,6 @@
 //! What is wrong with the text of a model: of all that DiffSL says the first, which the rest follows from, with its place and what mends it.
 
-use diffsl::execution::functions::{
-    FUNCTIONS_F64, INTERP1D_FUNCTIONS_F64, PIECEWISE_FUNCTIONS_F64, TWO_ARG_FUNCTIONS_F64,
-};
+use diffsl::execution::functions::{FUNCTIONS_F64, TWO_ARG_FUNCTIONS_F64};
 
 use crate::names::NameError;
 
@@ -255,14 +253,10 @@ fn is_exponent(text: &str) -> bool {
     digits.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// The functions of DiffSL.
+/// The functions of DiffSL, but for those of tables and of pieces, whose arguments are constants.
 fn functions() -> impl Iterator<Item = &'static str> {
     let of_one = FUNCTIONS_F64.iter().map(|(name, ..)| *name);
-    let of_two = TWO_ARG_FUNCTIONS_F64.iter().map(|(name, ..)| *name);
-    let of_more = INTERP1D_FUNCTIONS_F64.iter().map(|(name, ..)| *name);
-    let all = of_one.chain(of_two).chain(of_more).chain(PIECEWISE_FUNCTIONS_F64.iter().map(|(name, ..)| *name));
-    // As a text has them.
-    all.map(|name| name.trim_end_matches("_impl"))
+    of_one.chain(TWO_ARG_FUNCTIONS_F64.iter().map(|(name, ..)| *name))
 }
 
 fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
