@@ -349,6 +349,7 @@ fn a_mistake_is_one_message_with_its_place_and_what_mends_it() {
         ("u_i { x = 1 }\nF_i { \u{2212}x }", "2:7", "is not the minus sign of a keyboard"),
         ("u_i { x = 1 }\nF_i { 2\u{b7}x }", "2:8", "is not the sign of products, *"),
         ("u_i { \u{3b1} = 1 }\nF_i { 2 }", "1:7", "those of ASCII, and `\u{3b1}` is not"),
+        ("u_i { x = 1\u{a0}E5 }\nF_i { 2 }", "1:12", "not that of a keyboard"),
         ("u_i { x = 1 }\nF_i { -dudt }", "2:8", "DiffSL calls the rate of the state so"),
         ("/* u0 */ u0 { 3 }\nu_i { x = 1 }\nF_i { -u0*x }", "1:10", "u0 is a reserved name: DiffSL has a use"),
         ("u_i { x = 1, root = 2 }\nF_i { -x, root }", "1:14", "root is a reserved name"),

@@ -612,6 +612,14 @@ fn warned(name: &str, model: &str, arguments: &[&str]) -> String {
     errors
 }
 
+/// Of what the equation itself lets grow, at a rate of 0.1 at most, a step of 0.5 makes e^0.05: a dose makes seventy of it, and no pole.
+#[test]
+fn growth_by_forcing_is_not_taken_for_a_pole() {
+    let model = "u_i { c = 0, p = 0 } F_i { exp(-0.5*(t - 20)*(t - 20)) - 0.4*c + 0.2*p, 0.3*c - 0.2*p }";
+    let said = warned("dose", model, &["--method", "tr-bdf2", "--h", "0.5", "--t-end", "30"]);
+    assert!(!said.contains("the solution grows from"), "{said}");
+}
+
 /// v̇ = x − v² from v = 0, where f does not change with v: the condition Jᵀ(r₀ + r₁) = 0 of Method II holds v there.
 #[test]
 fn a_component_that_a_closure_holds_at_its_start_is_named() {

@@ -166,7 +166,7 @@ fn unknown(words: &str, name: &str, from: usize) -> String {
     }
     match name {
         "pi" | "Pi" | "PI" => return format!("unknown name `{name}`; write 3.141592653589793"),
-        "time" | "T" => return format!("unknown name `{name}`; time is `t`"),
+        "time" => return format!("unknown name `{name}`; time is `t`"),
         _ => {}
     }
     if let Some((_, meaning)) = OWN.into_iter().find(|(own, _)| *own == name) {
@@ -193,7 +193,8 @@ fn unread(words: &str, at: usize) -> Option<String> {
             _ => {}
         }
     }
-    let next = rest.trim_start().chars().next();
+    // Blanks of other kinds are no blanks to DiffSL.
+    let next = rest.trim_ascii_start().chars().next();
     let last = before.chars().next_back();
     // A tensor, within another.
     let is_tensor = stated(rest).next().is_some_and(|(k, word)| {
@@ -215,7 +216,7 @@ fn unread(words: &str, at: usize) -> Option<String> {
         (Some(';'), Some(_)) => "what stands in braces is parted by commas".into(),
         (Some('#'), _) => "comments begin with //".into(),
         (Some('.'), Some(_)) => "numbers begin with a digit: 0.5".into(),
-        (Some('E' | 'd' | 'D'), _) if last.is_some_and(|c| c.is_ascii_digit()) && is_exponent(rest) => {
+        (Some('E' | 'd' | 'D'), _) if last.is_some_and(|c| c.is_ascii_digit()) && has_exponent(rest) => {
             "exponents of numbers have a small e: 1e5".into()
         }
         (Some('\''), _) => "f is stated as F_i { y, -x }, a row for each component, without the rates that they are".into(),
@@ -226,6 +227,7 @@ fn unread(words: &str, at: usize) -> Option<String> {
         }
         (Some(c @ ('\u{2212}' | '\u{2013}' | '\u{2014}')), _) => format!("`{c}` is not the minus sign of a keyboard, -"),
         (Some(c @ ('\u{d7}' | '\u{b7}' | '\u{22c5}')), _) => format!("`{c}` is not the sign of products, *"),
+        (Some(c), _) if c.is_whitespace() && !c.is_ascii() => "the blank here is not that of a keyboard".into(),
         (Some(c), _) if !c.is_ascii() => format!("names and signs are those of ASCII, and `{c}` is not"),
         _ if last == Some('_') || next == Some('_') => {
             "names have letters and digits alone; `_` stands before an index, as in u_i".into()
@@ -247,10 +249,11 @@ fn unread(words: &str, at: usize) -> Option<String> {
     Some(text)
 }
 
-/// Whether a text goes on like the exponent of a number.
-fn is_exponent(text: &str) -> bool {
-    let digits = text[1..].trim_start_matches(['+', '-']);
-    digits.starts_with(|c: char| c.is_ascii_digit())
+/// Whether digits follow the first letter of a text, as in an exponent.
+fn has_exponent(text: &str) -> bool {
+    let mut rest = text.chars();
+    rest.next();
+    rest.as_str().trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit())
 }
 
 /// The functions of DiffSL, but for those of tables and of pieces, whose arguments are constants.
