@@ -29,6 +29,12 @@ pub fn discard_all() {
     }
 }
 
+/// What is wrong with a directory, without the name of the file beside the target, which means nothing to a user.
+fn without_path(error: io::Error) -> io::Error {
+    let reason = error.get_ref().and_then(|named| named.source()).map(ToString::to_string);
+    reason.map_or(error.kind().into(), |reason| io::Error::new(error.kind(), reason))
+}
+
 #[derive(Debug)]
 enum Kind {
     Direct(File),
@@ -54,7 +60,7 @@ impl Replacement {
         // Whoever the user's mask allows to may read it, as with any file.
         #[cfg(unix)]
         builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-        let file = builder.tempfile_in(directory)?;
+        let file = builder.tempfile_in(directory).map_err(without_path)?;
         unwritten().push(file.path().to_owned());
         Ok(Self(Kind::Beside(file, target)))
     }

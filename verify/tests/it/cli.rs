@@ -529,6 +529,7 @@ fn what_cannot_be_written_is_status_2() {
         let (status, out, message) = say(&format!("{solve} {path}"));
         assert_eq!((status, out.as_str()), (2, ""), "{message}");
         assert!(flat(&message).starts_with(&format!("error: cannot write {path}: ")), "{message}");
+        assert!(!message.contains(".partial"), "{message}");
     }
     let file = directory.join("file");
     fs::write(&file, "").expect("writable");
