@@ -380,7 +380,7 @@ mod tests {
         assert_eq!(estimates, [f64::INFINITY, f64::INFINITY, f64::INFINITY, 2.0]);
     }
 
-    /// √v has no derivative at 0, where v = (1 − t/2)² comes to rest at t = 2, and v = 1 + t has no end; nor is there one for steps that run out.
+    /// √v has no derivative at 0, where v = (1 − t/2)² comes to rest at t = 2; before that, and of v = 1 + t, nothing is said.
     #[test]
     fn an_equation_that_no_solver_follows_to_the_end_is_told() {
         let method = method::parse("rk4").expect("registered");
