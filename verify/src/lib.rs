@@ -1,29 +1,19 @@
-//! Verification of `lsvi`: problems, references, measures, studies and the report.
+//! Verification of `lsvi`: studies, claims, goldens, judgements and the report.
 //!
-//! Data flow one way: problem → method → trajectory → measure → evidence → report.
+//! Data flow one way: experiment → evidence → report. What is measured, and with what, is the crate `experiments`, whose
+//! modules are those of this crate too.
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
 
 pub mod advise;
-pub mod bench;
 pub mod chapter;
 pub mod claim;
-pub mod compare;
-pub mod estimate;
 pub mod evidence;
-pub mod experiment;
 pub mod golden;
 pub mod judge;
-pub mod kinds;
-pub mod measure;
-pub mod method;
-pub mod names;
-pub mod order;
-mod panics;
-pub mod problem;
-pub mod program;
-pub mod reference;
-pub mod replacement;
 pub mod report;
-pub mod run;
-pub mod theory;
+
+pub use experiments::{
+    bench, compare, estimate, experiment, kinds, measure, method, names, order, problem, program, reference,
+    replacement, run, theory,
+};

@@ -1,6 +1,6 @@
 //! The instrumented copy of a workspace, without the mutants that do not compile.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -11,27 +11,35 @@ use crate::instrument::{Instrumented, instrument};
 use crate::list::{Genre, Mutant};
 use crate::{Failure, read};
 
+/// A program of tests, and where it runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Program {
+    pub file: PathBuf,
+    pub directory: PathBuf,
+}
+
 /// A built copy.
 #[derive(Debug)]
 pub struct Built {
-    pub tests: Vec<PathBuf>,
-    /// Where tests run.
-    pub directory: PathBuf,
+    pub tests: Vec<Program>,
     /// The mutants in it, by the first one of their place.
     pub places: HashMap<u32, u32>,
     pub unviable: HashSet<u32>,
 }
 
-pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> Result<Built, Failure> {
+pub fn build(packages: &[String], mutants: &[Mutant], tree: &Path, target: &Path) -> Result<Built, Failure> {
     copy(tree, &mutants.iter().map(|mutant| mutant.file.as_str()).collect())?;
     let mut files = BTreeMap::<&str, Vec<&Mutant>>::new();
     for mutant in mutants {
         files.entry(&mutant.file).or_default().push(mutant);
     }
-    let root = mutants.first().ok_or("no mutants")?.file.split("/src/").next().unwrap_or_default();
+    let roots: BTreeSet<&str> = files.keys().filter_map(|file| file.split("/src/").next()).collect();
     // A library, and a program of its own modules.
-    let crates = ["lib", "main"].map(|name| format!("{root}/src/{name}.rs"));
-    fs::write(tree.join(root).join("src/schemata.rs"), include_str!("at.rs"))?;
+    let crates: Vec<_> =
+        roots.iter().flat_map(|root| ["lib", "main"].map(|name| format!("{root}/src/{name}.rs"))).collect();
+    for root in roots {
+        fs::write(tree.join(root).join("src/schemata.rs"), include_str!("at.rs"))?;
+    }
     // Those of an earlier run, so that what it built stays built where nothing has changed.
     let known = tree.with_file_name("unviable.txt");
     let names = fs::read_to_string(&known).unwrap_or_default();
@@ -54,7 +62,7 @@ pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> R
             write(&tree.join(name), &(text + "\npub(crate) mod schemata;\n"))?;
         }
         let before = unviable.len();
-        let errors = check(package, tree, target)?;
+        let errors = check(packages, tree, target)?;
         let blame = |span: &Span| instrumented.get(span.file_name.as_str())?.blame(span.byte_start);
         // Of a match that misses a pattern the compiler shows the head alone.
         let next_arm = |span: &Span| {
@@ -73,7 +81,7 @@ pub fn build(package: &str, mutants: &[Mutant], tree: &Path, target: &Path) -> R
                 mutants.iter().filter(|mutant| unviable.contains(&mutant.id)).map(|mutant| mutant.name.clone() + "\n");
             fs::write(known, of.collect::<String>())?;
             let places = instrumented.values().flat_map(places).collect();
-            return Ok(Built { tests: tests(package, tree, target)?, directory: tree.join(root), places, unviable });
+            return Ok(Built { tests: tests(packages, tree, target)?, places, unviable });
         }
         if unviable.len() == before {
             return Err(format!("errors outside of all mutants: {errors:?}").into());
@@ -110,9 +118,10 @@ fn copy(tree: &Path, instrumented: &HashSet<&str>) -> Result<(), Failure> {
     Ok(())
 }
 
-fn cargo(command: &str, package: &str, tree: &Path, target: &Path) -> Command {
+fn cargo(command: &str, packages: &[String], tree: &Path, target: &Path) -> Command {
     let mut cargo = Command::new("cargo");
-    cargo.args([command, "--package", package, "--message-format", "json"]).current_dir(tree);
+    cargo.args([command, "--message-format", "json"]).current_dir(tree);
+    cargo.args(packages.iter().flat_map(|package| ["--package", package]));
     cargo.env("CARGO_TARGET_DIR", target).env("RUSTFLAGS", "--cap-lints allow");
     cargo
 }
@@ -121,6 +130,7 @@ fn cargo(command: &str, package: &str, tree: &Path, target: &Path) -> Command {
 struct Line {
     message: Option<Message>,
     executable: Option<PathBuf>,
+    manifest_path: Option<PathBuf>,
     profile: Option<Profile>,
 }
 
@@ -164,8 +174,8 @@ fn lines(text: &str) -> impl Iterator<Item = Line> {
 }
 
 /// The errors, each with its own places before those that it refers to.
-fn check(package: &str, tree: &Path, target: &Path) -> Result<Vec<Message>, Failure> {
-    let output = cargo("check", package, tree, target).args(["--lib", "--bins"]).stderr(Stdio::null()).output()?;
+fn check(packages: &[String], tree: &Path, target: &Path) -> Result<Vec<Message>, Failure> {
+    let output = cargo("check", packages, tree, target).args(["--lib", "--bins"]).stderr(Stdio::null()).output()?;
     let text = String::from_utf8(output.stdout)?;
     let of_code = |message: &Message| message.level == "error" && !message.spans.is_empty();
     let mut errors: Vec<_> = lines(&text).filter_map(|line| line.message).filter(of_code).collect();
@@ -179,8 +189,12 @@ fn check(package: &str, tree: &Path, target: &Path) -> Result<Vec<Message>, Fail
     Ok(errors)
 }
 
-fn tests(package: &str, tree: &Path, target: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let text = read(cargo("test", package, tree, target).args(["--no-run", "--lib", "--tests"]))?;
+fn tests(packages: &[String], tree: &Path, target: &Path) -> Result<Vec<Program>, Failure> {
+    let text = read(cargo("test", packages, tree, target).args(["--no-run", "--lib", "--tests"]))?;
     let tests = lines(&text).filter(|line| line.profile.as_ref().is_some_and(|profile| profile.test));
-    Ok(tests.filter_map(|line| line.executable).collect())
+    let program = |line: Line| {
+        let directory = line.manifest_path?.parent()?.to_owned();
+        Some(Program { file: line.executable?, directory })
+    };
+    Ok(tests.filter_map(program).collect())
 }

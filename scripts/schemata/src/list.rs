@@ -1,4 +1,4 @@
-//! The mutants of a package, as cargo-mutants lists them.
+//! The mutants of packages, as cargo-mutants lists them.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -59,9 +59,10 @@ pub fn known(file: &Path) -> Result<HashSet<String>, Failure> {
     Ok(text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).map(str::to_string).collect())
 }
 
-pub fn mutants(package: &str, files: &[String]) -> Result<Vec<Mutant>, Failure> {
+pub fn mutants(packages: &[String], files: &[String]) -> Result<Vec<Mutant>, Failure> {
     let mut list = Command::new("cargo");
-    list.args(["mutants", "--list", "--json", "--package", package]);
+    list.args(["mutants", "--list", "--json"]);
+    list.args(packages.iter().flat_map(|package| ["--package", package]));
     list.args(files.iter().flat_map(|file| ["--file", file]));
     let list = read(&mut list)?;
     let mut mutants: Vec<Mutant> = serde_json::from_str(&list)?;

@@ -4,20 +4,20 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::io::Write;
 use std::os::unix::process::ExitStatusExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::build::Built;
+use crate::build::{Built, Program};
 use crate::list::{Mutant, known};
 use crate::{Failure, Options, read};
 
 /// A test, the places that it comes by, and how long it takes.
 #[derive(Debug)]
 struct Test {
-    program: PathBuf,
+    program: Program,
     name: String,
     covered: HashSet<u32>,
     time: Duration,
@@ -54,16 +54,17 @@ const SIGKILL: i32 = 9;
 pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) -> Result<bool, Failure> {
     let mut tests = Vec::new();
     for program in &built.tests {
-        let list = read(Command::new(program).args(["--list", "--format", "terse"]).current_dir(&built.directory))?;
+        let list =
+            read(Command::new(&program.file).args(["--list", "--format", "terse"]).current_dir(&program.directory))?;
         for name in list.lines().filter_map(|line| line.strip_suffix(": test")) {
-            tests.extend(measure(program, name, &built.directory, &out.join("cover"))?);
+            tests.extend(measure(program, name, &out.join("cover"))?);
         }
     }
     tests.sort_by_key(|test| test.time);
     let total: Duration = tests.iter().map(|test| test.time).sum();
     eprintln!("schemata: {} tests, {:.1} s", tests.len(), total.as_secs_f64());
     let file = Mutex::new(fs::File::create(out.join("outcomes.csv"))?);
-    let known = known(&Path::new("scripts/schemata/known").join(&options.package).with_extension("txt"))?;
+    let known = known(&Path::new("scripts/schemata/known").join(options.name()).with_extension("txt"))?;
     let (next, counts) = (AtomicUsize::new(0), Mutex::new(HashMap::<Outcome, usize>::new()));
     let worker = || -> Result<(), Failure> {
         while let Some(mutant) = mutants.get(next.fetch_add(1, Ordering::Relaxed)) {
@@ -90,33 +91,33 @@ pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) ->
 }
 
 /// What a test takes; `None` if it fails without a mutant too.
-fn measure(program: &Path, name: &str, directory: &Path, cover: &Path) -> Result<Option<Test>, Failure> {
+fn measure(program: &Program, name: &str, cover: &Path) -> Result<Option<Test>, Failure> {
     if cover.exists() {
         fs::remove_file(cover)?;
     }
     // Covering writes and allocates, which tests of allocations notice.
-    command(program, &[name], directory, Duration::MAX).env("SCHEMATA_COVER", cover).status()?;
+    command(program, &[name], Duration::MAX).env("SCHEMATA_COVER", cover).status()?;
     let start = Instant::now();
-    if !command(program, &[name], directory, Duration::MAX).status()?.success() {
+    if !command(program, &[name], Duration::MAX).status()?.success() {
         eprintln!("schemata: left out, as it fails without a mutant: {name}");
         return Ok(None);
     }
     let time = start.elapsed();
     let covered = fs::read(cover).unwrap_or_default();
     let covered = covered.chunks_exact(4).map(|id| u32::from_le_bytes(id.try_into().unwrap())).collect();
-    Ok(Some(Test { program: program.into(), name: name.into(), covered, time }))
+    Ok(Some(Test { program: program.clone(), name: name.into(), covered, time }))
 }
 
 /// A command that may take `limit` of the processor's time, in whole seconds.
-fn command(program: &Path, names: &[&str], directory: &Path, limit: Duration) -> Command {
+fn command(program: &Program, names: &[&str], limit: Duration) -> Command {
     let seconds = if limit == Duration::MAX { "unlimited".into() } else { (limit.as_secs() + 1).to_string() };
     let mut command = Command::new("sh");
     command
         .args(["-c", "ulimit -v $0; ulimit -t $1; shift; exec \"$@\"", MEMORY, &seconds])
-        .arg(program)
+        .arg(&program.file)
         .arg("--exact")
         .args(names);
-    command.arg("--test-threads=1").current_dir(directory).env("CARGO_MANIFEST_DIR", directory);
+    command.arg("--test-threads=1").current_dir(&program.directory).env("CARGO_MANIFEST_DIR", &program.directory);
     // Random tests do the same each time, and leave nothing.
     command.env("PROPTEST_RNG_SEED", "1").env("PROPTEST_DISABLE_FAILURE_PERSISTENCE", "1");
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
@@ -147,9 +148,7 @@ fn test(mutant: &Mutant, tests: &[Test], built: &Built, limit: Duration) -> Resu
         }
         let names: Vec<_> = left[..now].iter().map(|test| test.name.as_str()).collect();
         let endless = SLOWER * expected + START;
-        let mut child = command(&first.program, &names, &built.directory, endless)
-            .env("SCHEMATA", mutant.id.to_string())
-            .spawn()?;
+        let mut child = command(&first.program, &names, endless).env("SCHEMATA", mutant.id.to_string()).spawn()?;
         let start = Instant::now();
         let status = loop {
             if let Some(status) = child.try_wait()? {

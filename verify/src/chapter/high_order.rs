@@ -29,7 +29,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     let methods = methods();
     let linear = context.get_each(methods.iter().map(|method| OnLinear(*method)).collect())?;
     let nonlinear = context.get_each(methods.iter().map(|method| OnVanDerPol(*method)).collect())?;
-    let mut checks: Vec<Check> = linear.iter().flat_map(|linear| linear.checks()).collect();
+    let mut checks: Vec<Check> = linear.iter().flat_map(|linear| checks(linear)).collect();
     let measured = methods.iter().zip(&nonlinear);
     checks.extend(measured.filter_map(|(method, fit)| Some(order(*method, fit.as_ref().as_ref()?))));
     for method in methods.into_iter().filter(|method| method.is_collocation()) {
@@ -61,96 +61,94 @@ fn methods() -> Vec<LsGalerkin> {
     methods
 }
 
-impl Linearised {
-    fn is_a_stable(&self) -> bool {
-        self.largest <= 1.0 + ROUNDOFF
-    }
+fn is_a_stable(linear: &Linearised) -> bool {
+    linear.largest <= 1.0 + ROUNDOFF
+}
 
-    fn is_l_stable(&self) -> bool {
-        self.is_a_stable() && self.infinity.abs() <= self.far_tolerance()
-    }
+fn is_l_stable(linear: &Linearised) -> bool {
+    is_a_stable(linear) && linear.infinity.abs() <= far_tolerance(linear.method)
+}
 
-    /// FAR · |R(−FAR) − R(∞)| is largest for the diagonal Padé approximation of degree k: 2k(k + 1), and k ≤ s + 1.
-    fn far_tolerance(&self) -> f64 {
-        let s = self.method.degree as f64;
-        2.0 * (s + 1.0) * (s + 2.0) / FAR
-    }
+/// FAR · |R(−FAR) − R(∞)| is largest for the diagonal Padé approximation of degree k: 2k(k + 1), and k ≤ s + 1.
+fn far_tolerance(method: LsGalerkin) -> f64 {
+    let s = method.degree as f64;
+    2.0 * (s + 1.0) * (s + 2.0) / FAR
+}
 
-    fn expected_infinity(&self) -> f64 {
-        let s = self.method.degree as i32;
-        let alternating = |k: i32| if k % 2 == 0 { 1.0 } else { -1.0 };
-        match (self.method.family, self.method.is_collocation(), self.method.alpha == 0.0) {
-            (Family::Radau, true, _) | (Family::Lobatto, false, true) => 0.0,
-            (Family::Gauss, true, _) => alternating(s),
-            (Family::Lobatto, true, _) => alternating(s - 1),
-            (_, false, true) => alternating(s) / f64::from(s + 1),
-            (_, false, false) => -1.0,
-        }
+fn expected_infinity(method: LsGalerkin) -> f64 {
+    let s = method.degree as i32;
+    let alternating = |k: i32| if k % 2 == 0 { 1.0 } else { -1.0 };
+    match (method.family, method.is_collocation(), method.alpha == 0.0) {
+        (Family::Radau, true, _) | (Family::Lobatto, false, true) => 0.0,
+        (Family::Gauss, true, _) => alternating(s),
+        (Family::Lobatto, true, _) => alternating(s - 1),
+        (_, false, true) => alternating(s) / f64::from(s + 1),
+        (_, false, false) => -1.0,
     }
+}
 
-    /// The error constant of the (j, k) Padé approximation, −(−1)ᵏ j! k!/((j + k)! (j + k + 1)!), of collocation, and that of the diagonal one of Method I
-    /// with even s.
-    ///
-    /// Its residual is orthogonal to φ′ − λφ for all paths φ with φ(0) = 0, so that it is in proportion to P_s + λ a₁ P_{s−1} + … + λˢ a_s P₀, and
-    /// in the error ∫ e^{λ(1−t)} r dt each term is as large as the one before, with the other sign: of their sum for even s the first is left, which
-    /// is collocation's, and nothing for odd s. So it is found by Lobatto's rule too, which is not exact for P_s².
-    fn pade_constant(&self) -> Option<f64> {
-        let s = self.method.degree as u32;
-        let (j, k) = match self.method.family {
-            _ if !self.method.is_collocation() && self.method.alpha == 0.0 && s.is_multiple_of(2) => (s, s),
-            _ if !self.method.is_collocation() => return None,
-            Family::Gauss => (s, s),
-            Family::Radau => (s - 1, s),
-            Family::Lobatto => (s - 1, s - 1),
-        };
-        let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
-        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-        Some(-sign * factorial(j) * factorial(k) / (factorial(j + k) * factorial(j + k + 1)))
-    }
+/// The error constant of the (j, k) Padé approximation, −(−1)ᵏ j! k!/((j + k)! (j + k + 1)!), of collocation, and that of the diagonal one of Method I
+/// with even s.
+///
+/// Its residual is orthogonal to φ′ − λφ for all paths φ with φ(0) = 0, so that it is in proportion to P_s + λ a₁ P_{s−1} + … + λˢ a_s P₀, and
+/// in the error ∫ e^{λ(1−t)} r dt each term is as large as the one before, with the other sign: of their sum for even s the first is left, which
+/// is collocation's, and nothing for odd s. So it is found by Lobatto's rule too, which is not exact for P_s².
+fn pade_constant(method: LsGalerkin) -> Option<f64> {
+    let s = method.degree as u32;
+    let (j, k) = match method.family {
+        _ if !method.is_collocation() && method.alpha == 0.0 && s.is_multiple_of(2) => (s, s),
+        _ if !method.is_collocation() => return None,
+        Family::Gauss => (s, s),
+        Family::Radau => (s - 1, s),
+        Family::Lobatto => (s - 1, s - 1),
+    };
+    let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
+    let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+    Some(-sign * factorial(j) * factorial(k) / (factorial(j + k) * factorial(j + k + 1)))
+}
 
-    fn checks(&self) -> Vec<Check> {
-        let name = self.method.name();
-        let check = |what: &str, statement: String, measured: f64, required| {
-            Check::new(format!("{what}/{name}"), statement, measured, required, "one step of the integrator on v̇ = λv")
-        };
-        let (order, infinity) = (self.method.symmetric_order(), self.expected_infinity());
-        let mut checks = vec![
-            check(
-                "linear-order",
-                format!("{name} has order {order} on v̇ = λv"),
-                self.slope,
-                Requirement::Near(f64::from(order), 0.5),
-            ),
-            check(
-                "infinity",
-                format!("R(∞) of {name} is {infinity:.4}"),
-                self.infinity,
-                Requirement::Near(infinity, self.far_tolerance()),
-            ),
-            check(
-                "a-stability",
-                format!("|R| ≤ 1 at all samples of the left half-plane for {name}"),
-                self.largest,
-                Requirement::AtMost(1.0 + ROUNDOFF),
-            ),
-        ];
-        // Two digits at least, so that another constant is told from it.
+fn checks(linear: &Linearised) -> Vec<Check> {
+    let name = linear.method.name();
+    let check = |what: &str, statement: String, measured: f64, required| {
+        Check::new(format!("{what}/{name}"), statement, measured, required, "one step of the integrator on v̇ = λv")
+    };
+    let (order, infinity) = (linear.method.symmetric_order(), expected_infinity(linear.method));
+    let mut checks = vec![
+        check(
+            "linear-order",
+            format!("{name} has order {order} on v̇ = λv"),
+            linear.slope,
+            Requirement::Near(f64::from(order), 0.5),
+        ),
+        check(
+            "infinity",
+            format!("R(∞) of {name} is {infinity:.4}"),
+            linear.infinity,
+            Requirement::Near(infinity, far_tolerance(linear.method)),
+        ),
+        check(
+            "a-stability",
+            format!("|R| ≤ 1 at all samples of the left half-plane for {name}"),
+            linear.largest,
+            Requirement::AtMost(1.0 + ROUNDOFF),
+        ),
+    ];
+    // Two digits at least, so that another constant is told from it.
+    checks.push(check(
+        "constant-known",
+        format!("the error constant of {name} is known to a hundredth: bound on its error over it"),
+        linear.constant.bound / linear.constant.value.abs(),
+        Requirement::AtMost(0.01),
+    ));
+    if let Some(pade) = pade_constant(linear.method) {
         checks.push(check(
-            "constant-known",
-            format!("the error constant of {name} is known to a hundredth: bound on its error over it"),
-            self.constant.bound / self.constant.value.abs(),
-            Requirement::AtMost(0.01),
+            "error-constant",
+            format!("the error constant of {name} is that of its Padé approximation"),
+            linear.constant.value,
+            Requirement::Near(pade, linear.constant.bound),
         ));
-        if let Some(pade) = self.pade_constant() {
-            checks.push(check(
-                "error-constant",
-                format!("the error constant of {name} is that of its Padé approximation"),
-                self.constant.value,
-                Requirement::Near(pade, self.constant.bound),
-            ));
-        }
-        checks
     }
+    checks
 }
 
 /// The order on van der Pol's oscillator.
@@ -173,8 +171,8 @@ fn table(linear: &[Arc<Linearised>], nonlinear: &[Arc<Option<OrderFit>>]) -> Tab
             number::resolved(linear.constant.value, linear.constant.bound),
             linear.infinity,
             linear.largest - 1.0,
-            verdict(linear.is_a_stable()),
-            verdict(linear.is_l_stable()),
+            verdict(is_a_stable(linear)),
+            verdict(is_l_stable(linear)),
         ]
     });
     let caption = "Galerkin least-squares integrators of degree s = 1 … 4: order by theory and on van der Pol's oscillator, \

@@ -37,7 +37,7 @@ pub fn brief(value: f64) -> String {
 }
 
 /// What a measurement says that was not repeated: `about 3` where its least and its most have the same first digit, or two where that is
-/// a 1, and else [`between`].
+/// a 1, and else as [`between`], with `about` before it.
 pub fn about(least: f64, most: f64) -> String {
     let rounded = |value: f64| {
         let two = format!("{value:.1e}");
@@ -45,7 +45,7 @@ pub fn about(least: f64, most: f64) -> String {
         brief(text.parse().unwrap_or(value))
     };
     let both = [least, most].map(rounded);
-    if both[0] == both[1] { format!("about {}", both[0]) } else { between(least, most) }
+    if both[0] == both[1] { format!("about {}", both[0]) } else { format!("about {}", between(least, most)) }
 }
 
 /// What a measurement says that was repeated, two significant digits of its least and of its most, rounded so that all lies between
@@ -225,8 +225,8 @@ mod tests {
         for ((least, most), text) in cases {
             assert_eq!(about(least, most), text);
         }
-        assert_eq!(about(0.0031, 0.0058), "0.0031 to 0.0058");
-        assert_eq!([about(9.6, 10.2), about(12.9, 13.4), about(8.0, 12.9)], ["about 10", "about 13", "8 to 13"]);
+        assert_eq!(about(0.0031, 0.0058), "about 0.0031 to 0.0058");
+        assert_eq!([about(9.6, 10.2), about(12.9, 13.4), about(8.0, 12.9)], ["about 10", "about 13", "about 8 to 13"]);
     }
 
     #[test]

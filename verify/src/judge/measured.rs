@@ -386,7 +386,8 @@ mod tests {
     use super::*;
     use crate::experiment::energy_drift::Window;
     use crate::kinds::{Principle, Stability};
-    use crate::measure::norm::distance;
+    use crate::measure::norm::{Extremes, distance};
+    use crate::order::{Truth, measure};
 
     /// A defect four digits above what can be measured as zero is one, whatever the coefficients say.
     #[test]
@@ -591,5 +592,20 @@ mod tests {
         let expected = distance(&step(&step(&y, STEP), -STEP), &y);
         let found = defects(&FileMethod::of(&method)).expect("it steps").symmetric;
         assert!(expected > 1e-3 && (found - expected).abs() <= 1e-14, "{found:e} {expected:e}");
+    }
+
+    /// Errors of order 6 leave their floor at twice the coarsest step of the plan, and those of order 8 at four times.
+    #[test]
+    fn a_ladder_at_the_floor_starts_at_twice_the_step_as_often_as_it_takes() {
+        let problem = crate::problem::small("logistic").expect("a problem");
+        for (name, times) in [("gauss3", 2.0), ("gauss4", 4.0)] {
+            let file = crate::judge::file::Shipped::by_name(name).expect("there").read().expect("well-formed");
+            let method = crate::judge::FileMethod::of(&file);
+            let planned = crate::theory::order_plan(&*problem, &method).steps[0];
+            let found = measure(&*problem, &method, Truth::Exact).expect("told");
+            let coarsest = found.points().iter().map(|(sample, _)| sample.h).largest();
+            assert!((coarsest / planned / times - 1.0).abs() < 1e-12, "{name}: {coarsest} for {planned}");
+            assert_eq!(found.verdict, order::Verdict::Pass, "{name}: {}", found.reason);
+        }
     }
 }

@@ -34,7 +34,7 @@ fn the_lock_of_the_peers_knows_what_the_workspace_depends_on() {
         std::fs::read_to_string(format!("{}/{path}", env!("CARGO_MANIFEST_DIR"))).expect("it stands in the repository")
     };
     let lock = read("peers/Cargo.lock");
-    for (package, manifest) in [("verify", "Cargo.toml"), ("lsvi", "../lsvi/Cargo.toml")] {
+    for (package, manifest) in [("experiments", "experiments/Cargo.toml"), ("lsvi", "../lsvi/Cargo.toml")] {
         let (_, block) = lock.split_once(&format!("name = \"{package}\"\n")).expect(package);
         let (block, _) = block.split_once("\n]").expect("a list of dependencies");
         // A version follows the name where there are several.

@@ -1,4 +1,4 @@
-//! The modules of `verify` stand on layers: what a module uses is below it, and only some of them run solvers.
+//! The modules of `experiments` and `verify` stand on layers: what a module uses is below it, and only some of them run solvers.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,9 +13,9 @@ const LAYERS: &[&[&str]] = &[
     &["theory", "run", "program"],
     &["order", "estimate"],
     &["compare"],
-    &["experiment"],
+    &["bench", "experiment"],
     &["evidence"],
-    &["advise", "bench", "judge"],
+    &["advise", "judge"],
     &["claim"],
     &["chapter"],
     &["golden"],
@@ -43,17 +43,18 @@ const MAY_SOLVE: &[&str] = &[
 /// What the other modules may use of the library: values, no integrators.
 const VALUES: &[&str] = &["Work", "SolveError", "StepError", "InputError", "quadrature"];
 
-fn source() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+/// The sources of the two crates, from the ground up.
+fn sources() -> [PathBuf; 2] {
+    ["experiments/src", "src"].map(|source| Path::new(env!("CARGO_MANIFEST_DIR")).join(source))
 }
 
-/// All files of the crate with their paths in `src`.
-fn files(dir: &Path, found: &mut Vec<(String, String)>) {
+/// All files of a crate with their paths in `src`.
+fn files(source: &Path, dir: &Path, found: &mut Vec<(String, String)>) {
     for entry in fs::read_dir(dir).expect("a folder of this crate").map(|entry| entry.expect("readable").path()) {
         if entry.is_dir() {
-            files(&entry, found);
+            files(source, &entry, found);
         } else if entry.extension().is_some_and(|extension| extension == "rs") {
-            let path = entry.strip_prefix(source()).expect("below it").to_string_lossy().replace('\\', "/");
+            let path = entry.strip_prefix(source).expect("below it").to_string_lossy().replace('\\', "/");
             let is_test = path.ends_with("tests.rs");
             let text = fs::read_to_string(&entry).expect("readable");
             if !is_test && !["lib.rs", "main.rs"].contains(&path.as_str()) {
@@ -114,7 +115,7 @@ fn layer(module: &str) -> Option<usize> {
 
 /// What a file uses that it should not.
 fn breaches(path: &str, text: &str) -> Vec<String> {
-    let module = path.split('/').next().unwrap_or_default().trim_end_matches(".rs");
+    let module = module(path);
     let Some(own) = layer(module) else { return vec![format!("the module {module} has no layer")] };
     let mut found = Vec::new();
     for used in uses(text, "crate").into_iter().chain(uses(text, "verify")) {
@@ -139,12 +140,34 @@ fn breaches(path: &str, text: &str) -> Vec<String> {
 #[test]
 fn every_module_uses_what_is_below_it_and_only_some_run_solvers() {
     let mut all = Vec::new();
-    files(&source(), &mut all);
+    for source in sources() {
+        files(&source, &source, &mut all);
+    }
     let found: BTreeSet<(String, String)> = all
         .iter()
         .flat_map(|(path, text)| breaches(path, text).into_iter().map(move |used| (path.clone(), used)))
         .collect();
     assert!(found.is_empty(), "these use what they should not: {found:#?}");
+}
+
+/// The name of the module that a file of a crate is part of.
+fn module(path: &str) -> &str {
+    path.split('/').next().unwrap_or_default().trim_end_matches(".rs")
+}
+
+/// What is measured, `experiments`, is compiled without what is said of it, `verify`.
+#[test]
+fn the_crates_meet_between_experiments_and_evidence() {
+    let layers = sources().map(|source| {
+        let mut all = Vec::new();
+        files(&source, &source, &mut all);
+        let mut layers: Vec<_> = all.iter().filter_map(|(path, _)| layer(module(path))).collect();
+        layers.sort_unstable();
+        layers.dedup();
+        layers
+    });
+    let evidence = layer("evidence").expect("a layer");
+    assert_eq!(layers, [(0..evidence).collect::<Vec<_>>(), (evidence..LAYERS.len()).collect()]);
 }
 
 /// The layers of a drawing, `a, b → c`, the first indented block of a text, and the names in backticks of the sentence below it.

@@ -18,7 +18,7 @@ fn the_changes_that_are_not_noticed_are_those_of_their_list() {
         let part = account.split("\n## ").find_map(|part| part.strip_prefix(package)).expect("a part");
         let counts = list.lines().next().and_then(|line| line.strip_prefix("# Of ")).expect("counts in the first line");
         assert!(part.contains(counts), "{counts}");
-        let place = format!("{package}/src/");
+        let place = format!("{package}/");
         let known = list.lines().filter(|line| line.starts_with(&place)).count();
         assert!(part.contains(&format!(" {known} kinds of change")), "{known} kinds of change are listed");
         let untested = list.split("# No test yet").nth(1).map(|last| {

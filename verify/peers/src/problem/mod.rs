@@ -17,9 +17,9 @@ pub(crate) use robertson::Robertson;
 pub(crate) use van_der_pol::VanDerPol;
 
 use lsvi::{Jacobian, Structure, VectorField};
-use verify::names::NameError;
-use verify::problem;
-use verify::reference::Ode;
+use experiments::names::NameError;
+use experiments::problem;
+use experiments::reference::Ode;
 
 use crate::solver::Solver;
 

@@ -1,6 +1,6 @@
 //! SUNDIALS CVODE and diffsol, as `verify` calls them: with the analytic Jacobian, banded or sparse where it has a band.
 
-use verify::reference::{self, Reference};
+use experiments::reference::{self, Reference};
 
 use super::Solver;
 use crate::problem::{Field, Problem, System};

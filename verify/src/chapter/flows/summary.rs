@@ -37,9 +37,10 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         let solves = if found.is_steady() { found.solves.to_string() } else { "more than it was given".into() };
         Ok::<_, StudyError>(solves)
     };
-    let rk4_held = smooth.held("rk4")?.map_or_else(String::new, |error| {
-        format!(", whose longest steps that hold have an error of {} already", brief(error))
-    });
+    let rk4_held = |runs: &Runs| {
+        let held = |error| format!(", whose longest steps that hold have an error of {} already", brief(error));
+        Ok::<_, StudyError>(runs.held("rk4")?.map_or_else(String::new, held))
+    };
     let too_long = || scale.too_long.last().map(too_long::steps).ok_or("no step is too long");
     let mut in_time = Vec::new();
     for method in METHODS.into_iter().filter(|method| *method != "method-i") {
@@ -65,18 +66,18 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
         ("smooth_re", short(Flow::Manufactured.re())),
         ("smooth_cells", scale.precision.to_string()),
         ("rk4_seconds", seconds(&smooth, "method-i", "rk4")?),
-        ("rk4_held", rk4_held),
+        ("rk4_held", rk4_held(&smooth)?),
         ("lid_re", short(Flow::Started.re())),
         ("lid_cells", scale.lid.to_string()),
         ("lid_seconds", seconds(&started, "method-i", "tr-bdf2")?),
         ("lid_rule_seconds", seconds(&started, "method-i", "trapezoidal")?),
         ("lid_rk4_seconds", seconds(&started, "method-i", "rk4")?),
+        ("lid_rk4_held", rk4_held(&started)?),
         ("lid_projection_seconds", seconds(&started, "method-i", PROJECTION)?),
         ("rule_seconds", seconds(&smooth, "method-i", "trapezoidal")?),
         ("cvode", cvode::in_cpu_time(context, scale)?),
         ("in_time", format!("{} and {last_in_time}", in_time.join(", "))),
         ("method_ii_seconds", seconds(&started, "method-ii", "trapezoidal")?),
-        ("method_ii_timed", started.timed("method-ii")?.into()),
         ("large", short(large)),
         ("last", short(last)),
         ("lid_first", over("tr-bdf2", first)),

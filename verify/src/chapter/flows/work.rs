@@ -67,15 +67,6 @@ impl Runs {
         Ok(self.of(method)?.points.iter().find_map(|point| point.error).filter(|error| *error < asked))
     }
 
-    /// How often the runs were timed from which those seconds are.
-    pub(super) fn timed(&self, method: &str) -> Result<&'static str, StudyError> {
-        Ok(match self.seconds(method)? {
-            Some(seconds) if seconds.is_of_one_run() => "once",
-            Some(_) => "more than once",
-            None => "never",
-        })
-    }
-
     fn name(&self) -> &'static str {
         match self.flow {
             Flow::Manufactured => "cavity-manufactured",
@@ -275,8 +266,6 @@ fn words(evidence: &mut Evidence, scale: &Scale, [smooth, started]: &[Runs; 2]) 
         ("lid_bdf2_seconds", seconds(started, "bdf2")?),
         ("lid_rk4_seconds", seconds(started, "rk4")?),
         ("lid_projection_seconds", seconds(started, PROJECTION)?),
-        ("timed", smooth.timed("method-ii")?.into()),
-        ("lid_timed", started.timed("method-ii")?.into()),
     ];
     evidence.notes.extend(prose::fill(include_str!("work.md"), &values)?);
     Ok(())

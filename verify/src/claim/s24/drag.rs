@@ -53,7 +53,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "Methods I and II are also expected to converge faster than implicit Euler.",
         quantifier: Quantifier::Comparison,
         criterion: "The order fitted in the chapter on orders, against the exact solution of the equation that the method steps, exceeds \
-                    implicit Euler's by a half at least on linear drag, on quadratic drag and on the Poiseuille ansatz.",
+                    implicit Euler's by a half at least on linear drag, on quadratic drag, on the Poiseuille ansatz and on prothero-robinson.",
         decide: rates,
     },
     Claim {

@@ -6,7 +6,7 @@ use crate::claim::measure::{at_most, beside_one, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::experiment::momentum_map::{Closed, MomentumMap};
 use crate::experiment::non_normal::{
-    self, Amplified, AmplifiedFrom, Dissipative, MARGIN, ROUNDOFF, Rotation, Rotations,
+    self, Amplified, AmplifiedFrom, Dissipative, MARGIN, ROUNDOFF, Rotation, Rotations, SingularlyDamped,
 };
 use crate::experiment::one_step::{LeavesAt, OneStep};
 use crate::experiment::step_equation::{self, StepEquation};
@@ -45,9 +45,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "S24-b-3",
         source: "[S24] Section 3, after Eq. (27)",
         statement: "Method I is unconditionally stable: no step size amplifies what does not grow, whether it is dissipative or not. Our wider \
-                    reading: the abstract has “for dissipative systems”.",
+                    reading: the abstract has “for dissipative systems”, and the text after Eq. (23) “even for dissipative systems”.",
         quantifier: Quantifier::Wider,
-        criterion: "The spectral radius of a live step is at most 1 on v̇ = −v, on damped plane rotations, on v̇ = 0, and on the \
+        criterion: "The spectral radius of a live step is at most 1 on v̇ = −v, on damped plane rotations, on v̇₁ = −v₁, v̇₂ = 0, and on the \
                     stable linear system of 3 unknowns that a search finds to be amplified most.",
         decide: method_i_on_stable_systems,
     },
@@ -81,7 +81,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         id: "S24-c-4",
         source: "[S24] Section 3, after Eq. (27)",
         statement: "Method II is unconditionally stable: no step size amplifies what does not grow. The abstract has “for dissipative systems”, \
-                    and v̇ = 0, whose solutions never part, is one.",
+                    and v̇₁ = −v₁, v̇₂ = 0, which loses ½|v|² wherever v₁ ≠ 0, is one.",
         quantifier: Quantifier::Universal,
         criterion: "As for S24-b-3. A step that is not determined has no size, and counts as not bounded.",
         decide: method_ii_on_stable_systems,
@@ -141,9 +141,9 @@ fn on_stable_systems(
     method: &'static str,
 ) -> Result<(Vec<Case>, Arc<non_normal::Found>), StudyError> {
     let mut cases = on_normal_systems(context, method)?;
-    let at_rest = OneStep { problem: AT_REST, ..OneStep::growth(method, 1.0) }.or_infinity(context)?;
-    let at_rest = Case::at_most("|v₁/v₀| on v̇ = 0, h = 1", at_rest.abs(), 1.0 + ROUNDOFF);
-    cases.push(at_rest.or_else("step not determined"));
+    let singular = *context.get(SingularlyDamped(method))?;
+    let singular = Case::at_most("spectral radius on v̇₁ = −v₁, v̇₂ = 0, h = 1", singular, 1.0 + ROUNDOFF);
+    cases.push(singular.or_else("step not determined"));
     let worst = context.get(Amplified { method, order: 3 })?;
     cases.push(Case::at_most("largest spectral radius, stable systems of 3 unknowns", worst.radius, 1.0 + ROUNDOFF));
     Ok((cases, worst))
@@ -159,8 +159,8 @@ fn method_ii_on_stable_systems(context: &Context) -> Result<Finding, StudyError>
         return Err("a step of Method II on v̇ = 0 is determined".into());
     }
     let evidence = format!(
-        "A step on v̇ = 0 is not determined: with h = 1 every v₁ meets p₁ = p₀, so that no solution is distinguished from the \
-         others. The search among stable systems of 3 unknowns, whose matrices are invertible, reaches a spectral radius of {}.",
+        "A step on v̇₁ = −v₁, v̇₂ = 0 is not determined: with h = 1 every v₂ meets p₁ = p₀, as on v̇ = 0, so that no solution is \
+         distinguished from the others. The search among stable systems of 3 unknowns, whose matrices are invertible, reaches a spectral radius of {}.",
         text(worst.radius)
     );
     Ok(Finding::on(cases, evidence)

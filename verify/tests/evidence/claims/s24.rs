@@ -176,11 +176,11 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             ])
         }
         "c-4" => {
-            // D₂L_d + D₁L_d = 0 whatever v₁ is, and a step says that it has no solution of its own.
-            let at_rest = found.of("on v̇ = 0, h = 1")[0];
-            require(at_rest.to_string().contains(": step not determined, where ≤ 1"), || at_rest.to_string())?;
+            // D₂L_d + D₁L_d = 0 of v₂ whatever it is, and a step says that it has no solution of its own.
+            let singular = found.of("on v̇₁ = −v₁, v̇₂ = 0, h = 1")[0];
+            require(singular.to_string().contains(": step not determined, where ≤ 1"), || singular.to_string())?;
             Known::of([
-                "A step on v̇ = 0 is not determined: with h = 1 every v₁ meets p₁ = p₀,".into(),
+                "A step on v̇₁ = −v₁, v̇₂ = 0 is not determined: with h = 1 every v₂ meets p₁ = p₀, as on v̇ = 0,".into(),
                 "L_d = (v₁ − v₀)²/(2h) on v̇ = 0 has p₁ = p₀ whatever".into(),
                 format!(
                     "among stable systems of 3 unknowns, whose matrices are invertible, reaches a spectral radius of {}.",

@@ -1,0 +1,96 @@
+//! The constant with the least largest error of one step on v̇ = −v over a range of steps, beside others.
+
+use lsvi::closure::{Linear, LinearClosure};
+
+use super::one_step::OneStep;
+use super::{Context, Experiment, StudyError};
+use crate::measure::norm::{Extremes, larger};
+
+/// Steps from `from` to `to`.
+#[derive(Debug)]
+pub struct Minimax {
+    /// The shortest.
+    pub from: f64,
+    /// The longest.
+    pub to: f64,
+}
+
+/// Largest errors over the range, of live steps.
+#[derive(Debug)]
+pub struct Found {
+    /// θ = −α/β of the best constant.
+    pub theta: f64,
+    /// Its extreme errors.
+    pub extremes: [f64; 2],
+    /// Of the better of two constants beside it.
+    pub neighbour: f64,
+    /// That of Method I.
+    pub method_i: f64,
+    /// That of Method II.
+    pub method_ii: f64,
+    /// That of implicit Euler.
+    pub implicit_euler: f64,
+}
+
+impl Found {
+    /// The largest error of the best constant.
+    pub fn best(&self) -> f64 {
+        modulus(self.extremes)
+    }
+}
+
+fn modulus([low, high]: [f64; 2]) -> f64 {
+    larger(high, -low)
+}
+
+/// θ = −α/β of the best constant for steps in a range.
+pub fn theta(from: f64, to: f64) -> Result<f64, StudyError> {
+    let weights = Linear::minimax(from, to)?.weights(1.0);
+    Ok(-weights.alpha / weights.beta)
+}
+
+impl Experiment for Minimax {
+    const ID: &'static str = "minimax";
+    type Found = Found;
+
+    fn measure(&self, context: &Context) -> Result<Found, StudyError> {
+        let Self { from, to } = *self;
+        let extremes = |method: &str| -> Result<[f64; 2], StudyError> {
+            // Finer towards the lower end, where the error of a wide range has its maximum.
+            (1..=300).try_fold([0.0_f64; 2], |[low, high], k| {
+                let h = from + (to - from) * (f64::from(k) / 300.0).powi(2);
+                let error = OneStep::growth(method, h).measure(context)?? - (-h).exp();
+                Ok([-larger(-low, -error), larger(high, error)])
+            })
+        };
+        let largest = |method: &str| Ok::<_, StudyError>(modulus(extremes(method)?));
+        let theta = theta(from, to)?;
+        let constant = |theta: f64| largest(&format!("linear({:?},1)", -theta));
+        Ok(Found {
+            theta,
+            extremes: extremes(&format!("minimax({from},{to})"))?,
+            // θ and 1 − θ changed by two parts in a hundred.
+            neighbour: [constant(0.98 * theta)?, constant(1.0 - 0.98 * (1.0 - theta))?].into_iter().smallest(),
+            method_i: largest("method-i")?,
+            method_ii: largest("method-ii")?,
+            implicit_euler: largest("implicit-euler")?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn largest_errors_are_those_of_the_closed_forms() {
+        let found = Context::silent().get(Minimax { from: 0.0, to: 1.0 }).expect("linear");
+        // Both errors grow with h up to h = 1, which is the last sample.
+        let exact = (-1.0_f64).exp();
+        assert!((found.implicit_euler - (0.5 - exact)).abs() < 1e-14 && (found.method_i - (0.4 - exact)).abs() < 1e-14);
+        assert!((found.method_ii - (exact - 1.0 / 3.0)).abs() < 1e-14, "{found:?}");
+        assert_eq!(found.best(), found.extremes[1].max(-found.extremes[0]));
+        // A change of θ by two parts in a hundred is a small one.
+        assert!(found.best() < found.neighbour && found.neighbour < 1.5 * found.best(), "{found:?}");
+    }
+}

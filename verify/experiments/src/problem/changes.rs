@@ -1,0 +1,110 @@
+//! When f changes by itself, between the times at which a run would look.
+
+use super::Problem;
+use crate::measure::norm::{distance, larger};
+
+/// The part by which a time advances in each of the equal parts of a run over the one before: the golden ratio, to whose multiples no
+/// period is near.
+pub const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Times at which f is looked at, fewer where their values of f would be more than that.
+const SAMPLES: usize = 1 << 15;
+const VALUES: usize = 1 << 22;
+/// Part of the change of f that few times see of what is smooth.
+const SEEN: f64 = 0.5;
+/// Shares of the change.
+const SHARES: f64 = 256.0;
+
+/// Times of a run to the horizon that share equally what f changes by in time, v as it is at the start; none where `stops` see most of
+/// it.
+pub fn changes(problem: &dyn Problem, horizon: f64, stops: &[f64]) -> Vec<f64> {
+    let field = problem.field();
+    let (n, mut v) = (field.dim(), problem.initial());
+    let samples = SAMPLES.min(VALUES / n.max(1));
+    if field.is_autonomous() || v.len() != n || samples < stops.len() {
+        return Vec::new();
+    }
+    // What multiplies 0 is not seen.
+    v.iter_mut().for_each(|v| *v += 1e-3 * v.abs().max(1.0));
+    // Where in its part is irregular, lest what is periodic shows one phase only.
+    let time = |k: usize| horizon * (k as f64 + (k as f64 * GOLDEN).fract()) / samples as f64;
+    // What is not finite is no change that can be shared.
+    let steps = |times: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
+        let mut before: Option<Vec<f64>> = None;
+        let steps = times.map(|t| {
+            let mut f = vec![0.0; n];
+            field.rhs(t, &v, &mut f);
+            let step = before.as_ref().map_or(0.0, |before| distance(before, &f));
+            before = Some(f);
+            if step.is_finite() { step } else { 0.0 }
+        });
+        steps.collect()
+    };
+    let change = steps(&mut (0..samples).map(time));
+    let seen: f64 = steps(&mut stops.iter().copied()).into_iter().sum();
+    let total: f64 = change.iter().sum();
+    if total == 0.0 || seen >= SEEN * total {
+        return Vec::new();
+    }
+    let (mut sum, mut times) = (0.0, Vec::new());
+    for (k, step) in change.into_iter().enumerate().skip(1) {
+        let share = |sum: f64| (sum / total * SHARES).floor();
+        if share(sum + step) > share(sum) {
+            // Both sides of a jump.
+            times.extend([time(k - 1), time(k)]);
+        }
+        sum += step;
+    }
+    times.dedup();
+    // The start is no time to stop at.
+    times.retain(|t| *t > 0.0);
+    times
+}
+
+/// What f is off by where it acts between two states, beside the largest that it is at any of them; and the part of all ways between them on
+/// which it may: a course that is off on more of them is one that the states do not resolve.
+const ODD: f64 = 1.0;
+const FEW: usize = 16;
+
+/// Times between those of a course at which f, along the cubic through two states and their rates, is another than the slope of that: it
+/// acts for a moment at some place, over which a run may pass as over some time.
+pub fn acts_between(problem: &dyn Problem, times: &[f64], states: &[Vec<f64>]) -> Vec<f64> {
+    let ode = problem.ode();
+    let (n, ways) = (ode.dim(), times.len().saturating_sub(1));
+    let parts = SAMPLES.min(VALUES / n.max(1)) / ways.max(1);
+    if parts < 2 || states.len() != times.len() || states.iter().any(|state| state.len() != n) {
+        return Vec::new();
+    }
+    let f = |t: f64, v: &[f64]| {
+        let mut f = vec![0.0; n];
+        ode.rhs(t, v, &mut f);
+        f
+    };
+    let rates: Vec<Vec<f64>> = times.iter().zip(states).map(|(t, v)| f(*t, v)).collect();
+    let largest: Vec<f64> = (0..n).map(|k| rates.iter().map(|f| f[k].abs()).fold(0.0, larger)).collect();
+    let is_odd = |way: usize, s: f64| {
+        let h = times[way + 1] - times[way];
+        let (v, slope): (Vec<f64>, Vec<f64>) = (0..n)
+            .map(|k| {
+                let ([a, b], [c, d]) = ([way, way + 1].map(|i| states[i][k]), [way, way + 1].map(|i| rates[i][k]));
+                let (line, left, right) = (b - a, h * c - (b - a), h * d - (b - a));
+                let v = a + s * line + s * (1.0 - s) * ((1.0 - s) * left - s * right);
+                (v, (line + (1.0 - s) * (1.0 - 3.0 * s) * left + s * (3.0 * s - 2.0) * right) / h)
+            })
+            .unzip();
+        let f = f(times[way] + s * h, &v);
+        (0..n).any(|k| (f[k] - slope[k]).abs() > ODD * largest[k])
+    };
+    let mut odd = 0;
+    let mut found = Vec::new();
+    for way in 0..ways {
+        // Where in its part is irregular, as above.
+        let places = (0..parts).map(|k| (k as f64 + ((way * parts + k) as f64 * GOLDEN).fract()) / parts as f64);
+        let places: Vec<f64> = places.filter(|s| is_odd(way, *s)).collect();
+        odd += usize::from(!places.is_empty());
+        let ends = places.first().into_iter().chain(places.last());
+        found.extend(ends.map(|s| times[way] + s * (times[way + 1] - times[way])));
+    }
+    found.dedup();
+    if odd * FEW > ways { Vec::new() } else { found }
+}

@@ -1,0 +1,252 @@
+//! diffsol: BDF and Runge–Kutta methods in Rust, with dense linear algebra, or sparse where the Jacobian is banded.
+//!
+//! It shares nothing with the methods under test but the package `nalgebra`.
+
+use std::cell::{Cell, RefCell};
+
+use diffsol::{
+    DefaultDenseMatrix, DiffsolError, FaerSparseLU, FaerSparseMat, LinearSolver, NalgebraLU, NalgebraMat, OdeBuilder,
+    OdeEquations, OdeSolverMethod, OdeSolverStopReason, Op, Vector, VectorRef,
+};
+
+use diffsol::matrix::MatrixRef;
+
+use super::{MAX_STEPS, Run, bound, check_dense};
+use super::{Ode, Reference, ReferenceError, Work};
+use crate::panics::caught;
+
+/// Newton iterations allowed to fail in a solve; diffsol's own limit of 50 also counts over the whole solve.
+const MAX_FAILURES: usize = 10_000;
+
+/// Part of the solve that a step may be as short as: diffsol's own limit of 10⁻¹³ units of time is that of no unit in particular.
+const SHORTEST: f64 = 1e-30;
+
+#[derive(Debug, Clone, Copy)]
+enum Method {
+    Bdf,
+    TrBdf2,
+    Esdirk34,
+    Tsit45,
+}
+
+/// diffsol with one of its methods.
+pub(super) struct Diffsol {
+    name: &'static str,
+    method: Method,
+    stiff_ok: bool,
+}
+
+/// Backward differentiation formulas of orders 1 to 5.
+pub(super) static BDF: Diffsol = Diffsol { name: "diffsol-bdf", method: Method::Bdf, stiff_ok: true };
+
+/// TR-BDF2, of order 2.
+pub(super) static TR_BDF2: Diffsol = Diffsol { name: "diffsol-tr-bdf2", method: Method::TrBdf2, stiff_ok: true };
+
+/// ESDIRK34, of order 3.
+pub(super) static ESDIRK34: Diffsol = Diffsol { name: "diffsol-esdirk34", method: Method::Esdirk34, stiff_ok: true };
+
+/// Tsitouras' explicit method, of order 5.
+pub(super) static TSIT45: Diffsol = Diffsol { name: "diffsol-tsit45", method: Method::Tsit45, stiff_ok: false };
+
+impl Reference for Diffsol {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn stiff_ok(&self) -> bool {
+        self.stiff_ok
+    }
+
+    fn library(&self) -> Option<String> {
+        Some(format!("diffsol {}", locked_version("diffsol").unwrap_or("of unknown version")))
+    }
+
+    /// One solve. Panics inside diffsol or the system become errors.
+    fn run(&self, ode: &dyn Ode, t0: f64, v0: &[f64], times: &[f64], tolerance: f64) -> Result<Run, ReferenceError> {
+        bound::check(ode, t0, v0, times)?;
+        check_dense(self.name, ode)?;
+        let reached = Cell::new(t0);
+        let integrate = || match ode.bandwidths() {
+            Some(_) => self.integrate::<FaerSparseMat<f64>, FaerSparseLU<f64>>(ode, v0, times, tolerance, &reached),
+            None => self.integrate::<NalgebraMat<f64>, NalgebraLU<f64>>(ode, v0, times, tolerance, &reached),
+        };
+        let solved = caught(integrate).unwrap_or_else(|message| Err(format!("panicked: {message}")));
+        solved.map_err(|reason| ReferenceError::Solver { solver: self.name, t: reached.get(), reason })
+    }
+}
+
+/// The version in the lock file, from which the build took it.
+fn locked_version(package: &str) -> Option<&'static str> {
+    let lock = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../Cargo.lock"));
+    let (_, entry) = lock.split_once(&format!("name = \"{package}\"\nversion = \""))?;
+    entry.split('"').next()
+}
+
+/// What the closures handed to diffsol saw.
+#[derive(Default)]
+struct Seen {
+    rhs: Cell<u64>,
+    not_finite: RefCell<Option<String>>,
+}
+
+impl Seen {
+    /// Fails if a value of f was not finite.
+    fn check(&self) -> Result<(), String> {
+        self.not_finite.take().map_or(Ok(()), Err)
+    }
+
+    /// Why a step failed: a value of f that was not finite, where there was one.
+    fn explain(&self, error: &DiffsolError) -> String {
+        match self.check() {
+            Err(reason) => format!("{reason} ({error})"),
+            Ok(()) => error.to_string(),
+        }
+    }
+}
+
+impl Diffsol {
+    /// Builds the problem and starts the method; `reached` holds the initial time and follows the solve.
+    fn integrate<M, L>(
+        &self,
+        ode: &dyn Ode,
+        v0: &[f64],
+        times: &[f64],
+        tolerance: f64,
+        reached: &Cell<f64>,
+    ) -> Result<Run, String>
+    where
+        M: diffsol::Matrix<T = f64>,
+        M::V: DefaultDenseMatrix<T = f64, C = M::C>,
+        for<'b> &'b M::V: VectorRef<M::V>,
+        for<'b> &'b M: MatrixRef<M>,
+        L: LinearSolver<M>,
+    {
+        let seen = Seen::default();
+        let rhs = |v: &[f64], _: &[f64], t: f64, dv: &mut [f64]| {
+            seen.rhs.set(seen.rhs.get() + 1);
+            ode.rhs(t, v, dv);
+            if let Some((i, x)) = dv.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+                seen.not_finite.replace(Some(format!("component {i} of f is {x} at t = {t}")));
+            }
+        };
+        let jacobian_times = |v: &[f64], _: &[f64], t: f64, x: &[f64], y: &mut [f64]| {
+            y.fill(0.0);
+            ode.jacobian(t, v, &mut |i, j, entry| y[i] += entry * x[j]);
+        };
+        // diffsol would choose a first step of NaN and never leave the initial time.
+        rhs(v0, &[], reached.get(), &mut vec![0.0; v0.len()]);
+        seen.check()?;
+        let mut problem = OdeBuilder::<M>::new()
+            .t0(reached.get())
+            .rtol(tolerance)
+            .atol([tolerance])
+            .rhs_implicit(rhs, jacobian_times)
+            .init(|_, _, v| v.copy_from_slice(v0), v0.len())
+            .build()
+            .map_err(|e| e.to_string())?;
+        problem.ode_options.max_nonlinear_solver_failures = MAX_FAILURES;
+        let end = times.last().copied().unwrap_or(reached.get());
+        problem.ode_options.min_timestep = SHORTEST * (end - reached.get());
+        let start = |e: DiffsolError| e.to_string();
+        let stops = Stops::new(ode, reached.get(), times);
+        match self.method {
+            Method::Bdf => sample(problem.bdf::<L>().map_err(start)?, times, stops, &seen, reached),
+            Method::TrBdf2 => sample(problem.tr_bdf2::<L>().map_err(start)?, times, stops, &seen, reached),
+            Method::Esdirk34 => sample(problem.esdirk34::<L>().map_err(start)?, times, stops, &seen, reached),
+            Method::Tsit45 => sample(problem.tsit45().map_err(start)?, times, stops, &seen, reached),
+        }
+    }
+}
+
+/// Times that steps end at, as near to each other as the longest step: diffsol itself knows no longest one. Without a limit there is
+/// one, the end.
+#[derive(Debug, Clone, Copy)]
+struct Stops {
+    start: f64,
+    end: f64,
+    count: f64,
+    passed: f64,
+}
+
+impl Stops {
+    fn new(ode: &dyn Ode, start: f64, times: &[f64]) -> Self {
+        let end = times.last().copied().unwrap_or(start);
+        let count = ((end - start) / ode.longest_step(end - start)).ceil().max(1.0);
+        Self { start, end, count, passed: 0.0 }
+    }
+
+    /// The next one, which is the end for ever after it.
+    fn next(&mut self) -> f64 {
+        self.passed += 1.0;
+        if self.passed < self.count {
+            self.start + (self.end - self.start) * (self.passed / self.count)
+        } else {
+            self.end
+        }
+    }
+}
+
+/// Steps to the last of `times` and interpolates the others from the step that passes them.
+fn sample<'a, E, S>(
+    mut solver: S,
+    times: &[f64],
+    mut stops: Stops,
+    seen: &Seen,
+    reached: &Cell<f64>,
+) -> Result<Run, String>
+where
+    E: OdeEquations<T = f64> + 'a,
+    E::V: DefaultDenseMatrix<T = f64, C = E::C>,
+    S: OdeSolverMethod<'a, E>,
+{
+    let mut run = Run::with_capacity(times.len());
+    let mut stop = reached.get();
+    for &t in times {
+        while reached.get() < t {
+            if reached.get() >= stop {
+                stop = stops.next();
+                solver.set_stop_time(stop).map_err(|e| e.to_string())?;
+            }
+            let why = solver.step().map_err(|e| seen.explain(&e))?;
+            // diffsol takes a NaN estimate of the error for zero and accepts the step.
+            seen.check()?;
+            if solver.get_statistics().number_of_steps > MAX_STEPS as usize {
+                return Err(format!("took more than {MAX_STEPS} steps"));
+            }
+            // A stop time is reached up to a roundoff.
+            let is_stop = matches!(why, OdeSolverStopReason::TstopReached);
+            reached.set(if is_stop { stop.max(solver.state().t) } else { solver.state().t });
+        }
+        let state = solver.state();
+        let v = if t < state.t && state.h != 0.0 {
+            solver.interpolate(t).map_err(|e| e.to_string())?.clone_as_vec()
+        } else {
+            state.y.clone_as_vec()
+        };
+        run.push(v, solver.get_statistics().number_of_steps as u64);
+    }
+    let statistics = solver.get_statistics();
+    run.work = Work {
+        steps: statistics.number_of_steps as u64,
+        rhs: seen.rhs.get(),
+        jacobians: solver.problem().eqn().rhs().statistics().number_of_matrix_evals as u64,
+        factorizations: statistics.number_of_linear_solver_setups as u64,
+        products: 0,
+    };
+    Ok(run)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::tests::Still;
+
+    #[test]
+    fn stops_are_equally_spaced_from_where_a_run_goes_on_to_its_end() {
+        let mut stops = Stops::new(&Still(0.4), 2.0, &[2.5, 3.0]);
+        let found = [(); 5].map(|()| stops.next());
+        for (found, stop) in found.into_iter().zip([2.0 + 1.0 / 3.0, 2.0 + 2.0 / 3.0, 3.0, 3.0, 3.0]) {
+            assert!((found - stop).abs() < 1e-15, "{found} for {stop}");
+        }
+    }
+}
