@@ -413,10 +413,12 @@ impl Newton {
         contraction <= UNCHANGED || way <= CLOSE * max_norm(&self.origin)
     }
 
-    /// Whether a way of this length from the origin is none to half of the digits, of equations of which that tells.
+    /// Whether a way of this length from the origin is none to half of the digits, of equations of which that tells; where roundings were
+    /// measured, to the digits that they may take.
     fn is_next_to_origin(&self, system: &dyn System, way: f64) -> bool {
         let is_told = self.limit.is_regular && system.algebraic().is_empty();
-        is_told && way <= f64::EPSILON.sqrt() * max_norm(&self.origin)
+        let part = if self.noise > 0.0 { MOST_NOISE } else { f64::EPSILON.sqrt() };
+        is_told && way <= part * max_norm(&self.origin)
     }
 
     /// Whether the tangent of the branch leads no further than that, as far as it is known. Beside a spurious steady state a root is

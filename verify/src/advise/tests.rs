@@ -484,6 +484,9 @@ fn what_holds_at_the_start_alone_is_not_said_of_the_system() {
     let oscillator = matrices("u_i { q = 1, p = 0 } F_i { p, -q }");
     assert!(oscillator.is_hamiltonian && oscillator.instants >= 16, "{oscillator:?}");
     assert!(!matrices("u_i { q = 1, p = 0 } F_i { p, -q - t*p }").is_hamiltonian);
+    // The square of the frequency hides the damping.
+    assert!(!matrices("u_i { q = 1e-9, p = 0 } F_i { p, -1e14*q - 2e4*p }").is_hamiltonian);
+    assert!(matrices("u_i { q = 1e-9, p = 0 } F_i { p, -1e14*q }").is_hamiltonian);
     assert!(matrices("u_i { x = 1, y = 1 } F_i { -x, -y }").is_symmetric());
     assert!(matrices("u_i { x = 1, y = 1 } F_i { -x + t*y, -y }").asymmetry > 0.5);
     // The sum of the components is conserved, or but for a part in ten thousand.
