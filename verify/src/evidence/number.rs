@@ -218,9 +218,9 @@ mod tests {
     fn what_was_not_repeated_has_one_digit_or_a_range_that_it_lies_in() {
         let cases = [
             ((2.9, 3.2), "about 3"),
-            ((1.8, 4.11), "1.8 to 4.2"),
-            ((74.0, 93.0), "74 to 93"),
-            ((19.3, 21.9), "19 to 22"),
+            ((1.8, 4.11), "about 1.8 to 4.2"),
+            ((74.0, 93.0), "about 74 to 93"),
+            ((19.3, 21.9), "about 19 to 22"),
         ];
         for ((least, most), text) in cases {
             assert_eq!(about(least, most), text);
