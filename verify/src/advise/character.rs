@@ -222,13 +222,13 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     let relative = |difference: DMatrix<f64>, a: &DMatrix<f64>| difference.norm() / a.norm().max(f64::MIN_POSITIVE);
     let hamiltonian = |partner: fn(usize, usize) -> (usize, f64)| {
         found.iter().all(|a| {
-            // A rate of damping, in the units of time alone, may be next to nothing beside the entries of a coupling.
-            let is_damped =
-                |i: usize| (a[(i, i)] + a[(partner(n, i).0, partner(n, i).0)]).abs() > ROUNDOFF * spectral_radius(a);
             let b = DMatrix::from_fn(n, n, |i, j| {
                 let (partner, sign) = partner(n, i);
                 sign * a[(partner, j)]
             });
+            // A rate of damping, in the units of time alone, may be next to nothing beside the entries of a coupling.
+            let least = ROUNDOFF * spectral_radius(a);
+            let is_damped = |i: usize| (a[(i, i)] + a[(partner(n, i).0, partner(n, i).0)]).abs() > least;
             relative(&b - b.transpose(), a) <= ROUNDOFF && !(0..n).any(is_damped)
         })
     };

@@ -50,6 +50,9 @@ impl Family {
     }
 
     /// The quadrature rule with so many nodes.
+    ///
+    /// # Errors
+    /// [`InputError`] for fewer nodes than the family has, or more than the library knows.
     pub fn rule(self, nodes: usize) -> Result<Quadrature, InputError> {
         match self {
             Self::Gauss => Quadrature::gauss(nodes),

@@ -129,7 +129,10 @@ impl BuildError {
 /// Largest order of a dense matrix: it takes 128 MB, and a step needs a few of them.
 const MAX_FILLED: usize = 4096;
 
-/// Refuses `problem` where `method` would fill larger matrices than `MAX_FILLED`.
+/// Refuses `problem` where `method` would fill matrices that do not fit.
+///
+/// # Errors
+/// [`BuildError`] where their order is more than 4096.
 pub fn check_filled(method: &dyn Method, problem: &dyn Problem) -> Result<(), BuildError> {
     let order = method.filled(problem);
     if order <= MAX_FILLED {
@@ -230,6 +233,9 @@ pub fn integrators() -> Vec<Box<dyn Method>> {
 }
 
 /// Refuses problems on which a closure whose α and β depend on a rate converges to what the rate says.
+///
+/// # Errors
+/// Why, in words.
 pub fn check_limit(problem: &dyn Problem) -> Result<(), String> {
     if problem.limit(Principle::MomentumZero).name == problem.limit(Principle::MomentumConserved).name {
         return Ok(());
@@ -237,7 +243,10 @@ pub fn check_limit(problem: &dyn Problem) -> Result<(), String> {
     Err("its Lagrangian keeps a remainder, and the limit would depend on the rate of the closure".into())
 }
 
-/// The trapezoidal discrete Lagrangian of `problem` with a closure of one's own.
+/// The trapezoidal discrete Lagrangian of `problem` with a closure αp₀ + βp₁ = 0 of one's own.
+///
+/// # Errors
+/// In words, where the problem has no Lagrangian.
 pub fn close<'a>(problem: &'a dyn Problem, closure: Linear) -> Result<Box<dyn Integrator + 'a>, String> {
     let lagrangian = problem.lagrangian().map_err(|error| error.to_string())?;
     Ok(Box::new(Variational::new(Trapezoidal::new(lagrangian), closure)))

@@ -103,8 +103,8 @@ impl Method for Fitted {
 
 #[derive(Debug)]
 struct Minimax {
-    pub from: f64,
-    pub to: f64,
+    from: f64,
+    to: f64,
     /// Of steps of any size.
     weights: MomentumWeights,
 }
