@@ -52,7 +52,7 @@ impl Family {
     /// The quadrature rule with so many nodes.
     ///
     /// # Errors
-    /// [`InputError`] for fewer nodes than the family has, or more than the library knows.
+    /// [`InputError`] for fewer nodes than the family needs.
     pub fn rule(self, nodes: usize) -> Result<Quadrature, InputError> {
         match self {
             Self::Gauss => Quadrature::gauss(nodes),
