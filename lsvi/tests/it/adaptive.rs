@@ -1,10 +1,11 @@
 //! Adaptive integration against exact solutions and against itself at tighter tolerances.
 
 use crate::fields::{As, Line, Walls};
+use crate::systems::field_of;
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::{
-    AutoField, FieldFn, InputError, Jacobian, Mass, Scalar, SettingError, SolveError, State, StepError, Structure,
-    SystemError, TimeError, Trajectory, VectorField,
+    FieldFn, InputError, Jacobian, Mass, Scalar, SettingError, SolveError, State, StepError, Structure, SystemError,
+    TimeError, Trajectory, VectorField,
 };
 
 struct VanDerPol {
@@ -84,7 +85,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn smooth_run(s: usize, tolerance: f64) -> (f64, f64) {
     let tolerances = Tolerances::new(tolerance, tolerance).expect("positive");
     let options = Options::new(tolerances).stages(s, s).expect("a choice");
-    let mut method = Radau::new(AutoField::new(ProtheroRobinson { lambda: 1.0 }), options).expect("valid");
+    let mut method = Radau::new(field_of(ProtheroRobinson { lambda: 1.0 }), options).expect("valid");
     let mut largest = 0.0_f64;
     Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 100.0, 100.0)
         .expect("valid")
@@ -112,9 +113,9 @@ fn the_error_is_of_order_five_nine_and_thirteen() {
 /// the steps grow with each.
 #[test]
 fn error_and_work_are_monotone_in_each_tolerance() {
-    let van_der_pol = AutoField::new(VanDerPol { mu: 1.0 });
-    let robertson = AutoField::new(Robertson { algebraic: false });
-    let stiff = AutoField::new(ProtheroRobinson { lambda: 1e4 });
+    let van_der_pol = field_of(VanDerPol { mu: 1.0 });
+    let robertson = field_of(Robertson { algebraic: false });
+    let stiff = field_of(ProtheroRobinson { lambda: 1e4 });
     // What is tolerated at the end of each, in units of the tolerance, grows by at most the factor 10 of a digit.
     type Case<'a> = (&'a dyn VectorField, &'a [f64], f64, &'a [f64], bool);
     let cases: [Case<'_>; 3] = [
@@ -164,7 +165,7 @@ fn error_and_work_are_monotone_in_each_tolerance() {
 #[test]
 fn options_are_obeyed() {
     let tolerances = Tolerances::new(1e-8, 1e-8).expect("positive");
-    let field = AutoField::new(VanDerPol { mu: 1.0 });
+    let field = field_of(VanDerPol { mu: 1.0 });
     let run = |options: Options| {
         let mut method = Radau::new(&field, options).expect("valid");
         let (mut ends, mut most) = (vec![0.0], 0);
@@ -201,7 +202,7 @@ fn options_are_obeyed() {
 /// A component that starts at zero, and relative accuracy alone: v₂ ~ t³ stays accurate to rtol from the first step on.
 #[test]
 fn a_purely_relative_tolerance_takes_a_component_that_starts_at_zero() {
-    let mut method = radau(AutoField::new(Robertson { algebraic: false }), 1e-6, 0.0);
+    let mut method = radau(field_of(Robertson { algebraic: false }), 1e-6, 0.0);
     let mut early = None;
     Trajectory::new(&mut method, State::new(0.0, vec![1.0, 0.0, 0.0]), 40.0, 40.0)
         .expect("valid")
@@ -212,7 +213,7 @@ fn a_purely_relative_tolerance_takes_a_component_that_starts_at_zero() {
         })
         .expect("solvable");
     let early = early.expect("a step");
-    let (truth, _) = solve(AutoField::new(Robertson { algebraic: false }), &[1.0, 0.0, 0.0], early.t, 1e-12, 1e-40);
+    let (truth, _) = solve(field_of(Robertson { algebraic: false }), &[1.0, 0.0, 0.0], early.t, 1e-12, 1e-40);
     for (v, exact) in early.q.iter().zip(&truth) {
         assert!((v - exact).abs() < 1e-5 * exact, "{v:e} and {exact:e} at {:e}", early.t);
     }
@@ -235,7 +236,7 @@ fn copies_of_a_system_take_the_steps_of_one() {
     // When the order rises would hang on rounding.
     let run = |copies: usize| {
         let options = Options::new(Tolerances::new(1e-6, 1e-8).expect("positive")).stages(3, 3).expect("three");
-        let method = Radau::new(AutoField::new(Copies(copies)), options).expect("valid");
+        let method = Radau::new(field_of(Copies(copies)), options).expect("valid");
         let mut run = Trajectory::new(method, State::new(0.0, [2.0, 0.0].repeat(copies)), 10.0, 10.0).expect("valid");
         while run.step().expect("solvable").is_some() {}
         (run.state().q.clone(), run.work().steps)
@@ -251,7 +252,7 @@ fn copies_of_a_system_take_the_steps_of_one() {
 /// Errors on van der Pol's limit cycle grow with the phase, by less than an order of magnitude up to t = 10.
 #[test]
 fn errors_are_near_the_tolerance() {
-    let field = AutoField::new(VanDerPol { mu: 1.0 });
+    let field = field_of(VanDerPol { mu: 1.0 });
     let (truth, _) = solve(&field, &[2.0, 0.0], 10.0, 1e-13, 1e-13);
     for tolerance in [1e-5, 1e-7, 1e-9] {
         let (end, _) = solve(&field, &[2.0, 0.0], 10.0, tolerance, tolerance);
@@ -278,7 +279,7 @@ impl FieldFn for Sides {
 fn strict_tolerances_are_met_across_kinks() {
     let end = 6.0 * std::f64::consts::PI;
     let error = |tolerances: Tolerances| {
-        let method = Radau::new(AutoField::new(Sides), tolerances).expect("consistent");
+        let method = Radau::new(field_of(Sides), tolerances).expect("consistent");
         let run = Trajectory::new(method, State::new(0.0, vec![0.0, 1.0]), end, end).expect("valid");
         distance(&run.observe(|_| {}).expect("solvable").q, &[0.0, 1.0])
     };
@@ -298,7 +299,7 @@ fn strict_tolerances_are_met_across_kinks() {
 fn stiff_transients_cost_no_more_than_smooth_solutions() {
     for lambda in [1e3, 1e6, 1e9] {
         for tolerance in [1e-4, 1e-8] {
-            let field = AutoField::new(ProtheroRobinson { lambda });
+            let field = field_of(ProtheroRobinson { lambda });
             let (end, steps) = solve(field, &[0.0], 10.0, tolerance, tolerance);
             let error = (end[0] - 10_f64.cos()).abs();
             assert!(error < 0.2 * tolerance.powf(2.0 / 3.0), "λ = {lambda:e}: {error:e} at {tolerance:e}");
@@ -312,9 +313,9 @@ fn stiff_transients_cost_no_more_than_smooth_solutions() {
 #[test]
 fn robertson_with_and_without_the_algebraic_equation() {
     let start = [1.0, 0.0, 0.0];
-    let (truth, _) = solve(AutoField::new(Robertson { algebraic: false }), &start, 1e4, 1e-11, 1e-15);
+    let (truth, _) = solve(field_of(Robertson { algebraic: false }), &start, 1e4, 1e-11, 1e-15);
     for algebraic in [false, true] {
-        let (end, steps) = solve(AutoField::new(Robertson { algebraic }), &start, 1e4, 1e-6, 1e-10);
+        let (end, steps) = solve(field_of(Robertson { algebraic }), &start, 1e4, 1e-6, 1e-10);
         for (a, b) in end.iter().zip(&truth) {
             // Errors of the slow variables do not grow: a few tolerances.
             assert!((a - b).abs() <= 1e-5 * b.abs(), "{end:?} and {truth:?}");
@@ -337,7 +338,7 @@ fn structures_agree_and_factors_are_reused() {
         // Roundoff of each stiff solve, some 40 steps of it.
         assert!(distance(&other, &banded) < 1e-12);
     }
-    let mut method = radau(AutoField::new(VanDerPol { mu: 1000.0 }), 1e-6, 1e-6);
+    let mut method = radau(field_of(VanDerPol { mu: 1000.0 }), 1e-6, 1e-6);
     let end = Trajectory::new(&mut method, State::new(0.0, vec![2.0, 0.0]), 2000.0, 2000.0).expect("valid");
     end.observe(|_| {}).expect("solvable");
     let work = lsvi::Integrator::work(&method);
@@ -346,7 +347,7 @@ fn structures_agree_and_factors_are_reused() {
 
 #[test]
 fn steps_end_at_stop_times_and_the_solution_is_dense() {
-    let mut method = radau(AutoField::new(ProtheroRobinson { lambda: 10.0 }), 1e-8, 1e-8);
+    let mut method = radau(field_of(ProtheroRobinson { lambda: 10.0 }), 1e-8, 1e-8);
     let stops = [3.0, 1.0, 1.25];
     method.stop_at(&stops).expect("finite");
     assert!(matches!(method.interpolate(0.0, &mut [0.0]), Err(InputError::Time(TimeError::NoStep { .. }))));
@@ -391,7 +392,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
     }
     let three = Tolerances::new(1e-6, 0.0).and_then(|t| t.with_atol(vec![1e-6; 3])).expect("positive");
     assert!(matches!(
-        Radau::new(AutoField::new(BlowUp), three.clone()),
+        Radau::new(field_of(BlowUp), three.clone()),
         Err(InputError::System(SystemError::Dimension { what: "atol", .. }))
     ));
     let options = Options::new(three);
@@ -416,7 +417,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
     }
     let mut state = State::new(0.0, vec![1.0]);
     let grid = lsvi::Grid::new(0.0, 2.0, 2.0).expect("valid");
-    let mut method = radau(AutoField::new(BlowUp), 1e-6, 1e-6);
+    let mut method = radau(field_of(BlowUp), 1e-6, 1e-6);
     let error = loop {
         let before = state.clone();
         if let Err(error) = lsvi::Integrator::advance(&mut method, &mut state, &grid) {
@@ -432,7 +433,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
         other => panic!("{other}"),
     }
     let outside = As(Structure::Banded { lower: 0, upper: 0 }, VanDerPol { mu: 1.0 });
-    let mut method = radau(AutoField::new(outside), 1e-6, 1e-6);
+    let mut method = radau(field_of(outside), 1e-6, 1e-6);
     let mut state = State::new(0.0, vec![2.0, 0.0]);
     let error = lsvi::Integrator::advance(&mut method, &mut state, &grid).expect_err("an entry outside");
     assert!(matches!(error, StepError::Solve { source: SolveError::OutsideStructure { .. }, .. }), "{error}");
@@ -441,7 +442,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
     assert!(matches!(error, StepError::Input(InputError::System(SystemError::NonFinite { .. }))), "{error}");
     // Where f itself overflows no step is to blame.
     let mut far = State::new(0.25, vec![1e200, 1.0]);
-    let mut method = radau(AutoField::new(VanDerPol { mu: 1.0 }), 1e-6, 1e-6);
+    let mut method = radau(field_of(VanDerPol { mu: 1.0 }), 1e-6, 1e-6);
     let error = lsvi::Integrator::advance(&mut method, &mut far, &grid).expect_err("infinite");
     assert_eq!(error, StepError::Solve { t: 0.25, h: 0.0, source: SolveError::NonFinite });
 }
@@ -470,7 +471,7 @@ fn a_start_off_an_algebraic_equation_is_refused_with_its_row() {
     for mass in [Mass::Diagonal(vec![1.0, 0.0]), Mass::Matrix(matrix)] {
         let start = |v: f64| {
             let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
-            let method = Radau::new(AutoField::new(Tied { mass: mass.clone() }), tolerances).expect("usable");
+            let method = Radau::new(field_of(Tied { mass: mass.clone() }), tolerances).expect("usable");
             Trajectory::new(method, State::new(0.0, vec![1.0, v]), 1.0, 1.0).expect("valid")
         };
         // 1000 (τ₀ + τ₁), τ = 1e-6 (1 + |v|).
@@ -496,7 +497,7 @@ fn a_start_off_an_algebraic_equation_is_refused_with_its_row() {
 fn a_start_is_looked_at_once() {
     let mass = Mass::Diagonal(vec![1.0, 0.0]);
     let tolerances = Tolerances::new(1e-10, 1e-12).expect("positive");
-    let mut method = Radau::new(AutoField::new(Tied { mass }), tolerances).expect("usable");
+    let mut method = Radau::new(field_of(Tied { mass }), tolerances).expect("usable");
     let run = Trajectory::new(&mut method, State::new(0.0, vec![1.0, 1.0]), 0.1, 2.0).expect("valid");
     run.observe(|_| {}).expect("consistent");
     let moved = Trajectory::new(&mut method, State::new(2.0, vec![1.0, 1.1]), 0.1, 3.0).expect("valid");
@@ -506,7 +507,7 @@ fn a_start_is_looked_at_once() {
 #[test]
 fn the_shortest_step_is_tried_before_the_tolerance_is_given_up() {
     let run = |options: Options, longest: f64| {
-        let method = Radau::new(lsvi::field!(1, |_t, v, dv| dv[0] = -v[0]), options).expect("usable");
+        let method = Radau::new(field_of!(1, |_t, v, dv| dv[0] = -v[0]), options).expect("usable");
         let mut steps = Vec::new();
         let mut last = 0.0;
         Trajectory::new(method, State::new(0.0, vec![1.0]), longest, 5.0)
@@ -551,7 +552,7 @@ impl FieldFn for Grows {
 fn growth_beyond_all_times_is_not_passed_over() {
     // From t = 0 steps may be as short as they have to be.
     let run = |rate: f64| {
-        let method = radau(AutoField::new(Grows(rate)), 1e-6, 1e-9);
+        let method = radau(field_of(Grows(rate)), 1e-6, 1e-9);
         Trajectory::new(method, State::new(0.0, vec![1.0]), 1.0, 1.0)
             .expect("valid")
             .observe(|_| {})
@@ -568,7 +569,7 @@ fn growth_beyond_all_times_is_not_passed_over() {
 /// singular, and steps are not halved for it.
 #[test]
 fn a_slow_component_beside_a_fast_one_in_other_units_takes_its_own_steps() {
-    let predators = lsvi::field!(2, half = 0.5; |_t, v, dv| {
+    let predators = field_of!(2, half = 0.5; |_t, v, dv| {
         dv[0] = v[0] * (v[1] * -0.4 + 5.0);
         dv[1] = v[1] * (v[0] * half - 0.8);
     });
@@ -583,7 +584,7 @@ fn a_slow_component_beside_a_fast_one_in_other_units_takes_its_own_steps() {
 
 #[test]
 fn stops_that_lie_close_are_all_kept() {
-    let mut method = radau(AutoField::new(ProtheroRobinson { lambda: 1.0 }), 1e-6, 1e-6);
+    let mut method = radau(field_of(ProtheroRobinson { lambda: 1.0 }), 1e-6, 1e-6);
     // A thousand times what times near 1 are told apart by.
     let stops = [1.0, 1.0 + 1e-12, 2.0];
     method.stop_at(&stops).expect("finite");
@@ -598,7 +599,7 @@ fn stops_that_lie_close_are_all_kept() {
 
 #[test]
 fn a_step_that_a_stop_cuts_does_not_shorten_the_next_one() {
-    let mut method = radau(AutoField::new(ProtheroRobinson { lambda: 1.0 }), 1e-6, 1e-6);
+    let mut method = radau(field_of(ProtheroRobinson { lambda: 1.0 }), 1e-6, 1e-6);
     let (mut state, grid) = (State::new(0.0, vec![1.0]), lsvi::Grid::new(0.0, 100.0, 100.0).expect("valid"));
     let mut advance = |method: &mut Radau<_>| {
         let before = state.t;
@@ -631,7 +632,7 @@ fn an_old_jacobian_is_renewed_before_the_step_is_made_shorter() {
     let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
     // Equal steps from the first on, which share factors.
     let options = Options::new(tolerances).stages(3, 3).and_then(|options| options.h0(0.01)).expect("a choice");
-    let mut method = Radau::new(AutoField::new(Stiffening), options).expect("valid");
+    let mut method = Radau::new(field_of(Stiffening), options).expect("valid");
     method.stop_at(&[5.0]).expect("finite");
     let mut run = Trajectory::new(method, State::new(0.0, vec![0.0]), 0.01, 10.0).expect("valid");
     while run.state().t < 5.0 {
@@ -650,7 +651,7 @@ fn an_old_jacobian_is_renewed_before_the_step_is_made_shorter() {
 #[test]
 fn few_steps_toward_a_jump_are_rejected() {
     for (tolerance, part) in [(1e-3, 0.3), (1e-5, 0.2), (1e-8, 0.1)] {
-        let mut method = radau(AutoField::new(VanDerPol { mu: 1000.0 }), tolerance, tolerance);
+        let mut method = radau(field_of(VanDerPol { mu: 1000.0 }), tolerance, tolerance);
         let run = Trajectory::new(&mut method, State::new(0.0, vec![2.0, 0.0]), 2000.0, 2000.0).expect("valid");
         run.observe(|_| {}).expect("solvable");
         let (rejected, steps) = (method.rejected() as f64, lsvi::Integrator::work(&method).steps as f64);
@@ -660,7 +661,7 @@ fn few_steps_toward_a_jump_are_rejected() {
 
 #[test]
 fn a_first_step_over_a_stiff_transient_is_accepted() {
-    let field = lsvi::field!(1, |t, v, dv| dv[0] = (v[0] - 10.0 * t) * -1e6);
+    let field = field_of!(1, |t, v, dv| dv[0] = (v[0] - 10.0 * t) * -1e6);
     let options = Options::new(Tolerances::new(1e-3, 1e-3).expect("positive")).h0(1.0).expect("positive");
     let mut method = Radau::new(field, options).expect("valid");
     let end = Trajectory::new(&mut method, State::new(0.0, vec![1.0]), 1.0, 1.0).expect("valid").observe(|_| {});
@@ -676,7 +677,7 @@ fn a_first_step_over_a_stiff_transient_is_accepted() {
 fn a_fast_transient_is_seen_before_the_first_step() {
     for unit in [1.0, 1e-6, 1e9] {
         for tolerance in [1e-5, 1e-6, 1e-7] {
-            let robertson = lsvi::field!(3, unit = unit; |_t, v, dv| {
+            let robertson = field_of!(3, unit = unit; |_t, v, dv| {
                 let (decay, back, pair) = (v[0] * 0.04, v[1] * v[2] * 1e4, v[1] * v[1] * 3e7);
                 dv[0] = (back - decay) / unit;
                 dv[1] = (decay - back - pair) / unit;
@@ -696,7 +697,7 @@ fn a_fast_transient_is_seen_before_the_first_step() {
 /// What grows is little beside what decays, and large beside what is tolerated of it.
 #[test]
 fn growth_is_told_in_units_of_what_is_tolerated() {
-    let field = lsvi::field!(2, |_t, v, dv| {
+    let field = field_of!(2, |_t, v, dv| {
         dv[0] = v[0];
         dv[1] = v[1] * -2.0;
     });
@@ -711,7 +712,7 @@ fn growth_is_told_in_units_of_what_is_tolerated() {
 /// What decays within a thousandth of the first step, and is little, is no reason for a shorter one.
 #[test]
 fn a_little_that_decays_fast_does_not_shorten_the_first_step() {
-    let field = lsvi::field!(1, |_t, v, dv| dv[0] = v[0] * -1e6);
+    let field = field_of!(1, |_t, v, dv| dv[0] = v[0] * -1e6);
     let mut run = Trajectory::new(radau(field, 1e-6, 1e-3), State::new(0.0, vec![1e-6]), 1.0, 1.0).expect("valid");
     // v changes by what is tolerated in a thousandth of a unit of time.
     let first = run.step().expect("solvable").expect("a step").t;
@@ -721,7 +722,7 @@ fn a_little_that_decays_fast_does_not_shorten_the_first_step() {
 /// A rate that grows with time is seen where the first step would end, and cuts it by the power s + 1 = 4.
 #[test]
 fn the_first_step_is_cut_by_what_it_would_lead_to() {
-    let field = lsvi::field!(1, |t, _v, dv| dv[0] = (t * 5e3).exp().into());
+    let field = field_of!(1, |t, _v, dv| dv[0] = (t * 5e3).exp().into());
     let method = Radau::new(field, Tolerances::new(1e-12, 1e-3).expect("positive")).expect("valid");
     let mut run = Trajectory::new(method, State::new(0.0, vec![1e-6]), 1.0, 1.0).expect("valid");
     // v changes by what is tolerated in 1e-3, in which v̇ changes by e⁵ − 1 times 1/1e-3 in units of it.
@@ -734,7 +735,7 @@ fn the_first_step_is_cut_by_what_it_would_lead_to() {
 fn the_order_waits_for_ten_steps_after_a_fall() {
     let mut falls = 0;
     for (mu, tolerance) in [(1e3, 1e-4), (1e3, 1e-6), (1e3, 1e-8), (1e2, 1e-6), (1e2, 1e-8), (1e5, 1e-6)] {
-        let method = radau(AutoField::new(VanDerPol { mu }), tolerance, tolerance);
+        let method = radau(field_of(VanDerPol { mu }), tolerance, tolerance);
         let mut run = Trajectory::new(method, State::new(0.0, vec![2.0, 0.0]), 4.0 * mu, 4.0 * mu).expect("valid");
         let mut stages = vec![3];
         while run.step().expect("solvable").is_some() {
@@ -756,7 +757,7 @@ fn the_order_waits_for_ten_steps_after_a_fall() {
 fn an_estimate_that_vanishes_by_chance_does_not_lose_a_forcing() {
     for (lambda, omega, tolerance) in [(350.0, 5.0, 1e-10), (500.0, 20.0, 1e-7), (700.0, 10.0, 1e-8)] {
         let phi = move |t: f64| 3.0 + (omega * t).cos();
-        let field = lsvi::field!(1, lambda = lambda, omega = omega; |t, v, dv| {
+        let field = field_of!(1, lambda = lambda, omega = omega; |t, v, dv| {
             dv[0] = (v[0] - 3.0 - (omega * t).cos()) * -lambda - omega * (omega * t).sin();
         });
         let run = Trajectory::new(radau(field, tolerance, tolerance), State::new(0.0, vec![4.0]), 10.0, 10.0);
@@ -775,7 +776,7 @@ fn an_estimate_that_vanishes_by_chance_does_not_lose_a_forcing() {
 /// v̇ = v, whose solution shows every difference between the time that steps add up to and the time that is told.
 #[test]
 fn steps_far_from_zero_are_as_long_as_the_times_tell() {
-    let growth = || lsvi::field!(1, |_t, v, dv| dv[0] = v[0]);
+    let growth = || field_of!(1, |_t, v, dv| dv[0] = v[0]);
     for start in [0.0, 1.0, 1.7e9, -1.7e9, 1e12] {
         let method = Radau::new(growth(), Tolerances::new(1e-12, 0.0).expect("usable")).expect("usable");
         let mut run = Trajectory::new(method, State::new(start, vec![1.0]), 1e-2, start + 4.0).expect("valid");
@@ -794,7 +795,7 @@ fn steps_far_from_zero_are_as_long_as_the_times_tell() {
 fn a_stop_is_made_however_far_the_end() {
     for end in [1.0, 1e13, 1e300] {
         let mut method =
-            Radau::new(lsvi::field!(1, |_t, v, dv| dv[0] = -v[0]), Tolerances::new(1e-6, 1e-9).expect("usable"))
+            Radau::new(field_of!(1, |_t, v, dv| dv[0] = -v[0]), Tolerances::new(1e-6, 1e-9).expect("usable"))
                 .expect("usable");
         method.stop_at(&[0.01, 0.02]).expect("finite");
         let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), end, end).expect("valid");
@@ -810,7 +811,7 @@ fn a_stop_is_made_however_far_the_end() {
 #[test]
 fn a_run_from_another_start_is_that_of_a_new_method() {
     let method = || {
-        let field = lsvi::field!(1, |_t, v, dv| dv[0] = (v[0] * -1.0 + 1.0) * v[0]);
+        let field = field_of!(1, |_t, v, dv| dv[0] = (v[0] * -1.0 + 1.0) * v[0]);
         Radau::new(field, Options::new(Tolerances::new(1e-6, 1e-6).expect("positive"))).expect("valid")
     };
     let run = |method: &mut Radau<_>, v: f64| {
@@ -827,7 +828,7 @@ fn a_run_from_another_start_is_that_of_a_new_method() {
 
 #[test]
 fn the_last_step_ends_where_it_ends() {
-    let field = lsvi::field!(1, |_t, v, dv| dv[0] = -v[0]);
+    let field = field_of!(1, |_t, v, dv| dv[0] = -v[0]);
     let options = Options::new(Tolerances::new(1e-6, 1e-6).expect("positive"));
     let mut run = Trajectory::new(Radau::new(field, options).expect("valid"), State::new(0.0, vec![1.0]), 10.0, 10.0)
         .expect("valid");
@@ -870,7 +871,7 @@ fn a_mass_with_entries_beside_its_diagonal_is_no_constraint() {
 #[test]
 fn a_stop_beyond_the_end_of_the_grid_is_none() {
     let tolerances = Tolerances::new(1e-6, 1e-9).expect("positive");
-    let mut method = Radau::new(lsvi::field!(1, |_t, v, dv| dv[0] = -v[0]), tolerances).expect("valid");
+    let mut method = Radau::new(field_of!(1, |_t, v, dv| dv[0] = -v[0]), tolerances).expect("valid");
     method.stop_at(&[3.0]).expect("finite");
     let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 10.0, 1.0).expect("valid");
     while run.step().expect("solved").is_some() {}

@@ -1,10 +1,11 @@
 //! Implicit methods on differential equations with algebraic ones.
 
+use crate::systems::field_of;
 use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::{
-    AutoField, FieldFn, InputError, Integrator, Jacobian, Mass, OneStep, Scalar, State, StepError, Structure,
-    SystemError, Trajectory,
+    FieldFn, InputError, Integrator, Jacobian, Mass, OneStep, Scalar, State, StepError, Structure, SystemError,
+    Trajectory,
 };
 
 /// v̇₀ = −v₀, 0 = v₁ − v₀²: what rounding leaves of the second equation at a start is no direction.
@@ -25,7 +26,7 @@ impl FieldFn for OnParabola {
 
 #[test]
 fn an_algebraic_equation_that_holds_to_rounding_stops_no_implicit_method() {
-    let field = AutoField::new(OnParabola);
+    let field = field_of(OnParabola);
     let r = 3_f64.sqrt() / 6.0;
     let gauss = [vec![0.25, 0.25 - r], vec![0.25 + r, 0.25]];
     for h in [0.1, 0.05, 0.01] {
@@ -69,7 +70,7 @@ impl FieldFn for OnLine {
 /// The trapezoidal rule would turn the sign of what the start violates in each step, and Gauss's too.
 #[test]
 fn a_method_that_carries_a_violation_on_refuses_the_start() {
-    let field = AutoField::new(OnLine);
+    let field = field_of(OnLine);
     let half = [vec![0.5]];
     let r = 3_f64.sqrt() / 6.0;
     let gauss = [vec![0.25, 0.25 - r], vec![0.25 + r, 0.25]];
@@ -163,7 +164,7 @@ impl FieldFn for Weighted {
 
 #[test]
 fn rates_are_known_where_the_mass_is_not_zero() {
-    let field = AutoField::new(Weighted { structure: Structure::Dense, mass: Mass::Diagonal(vec![2.0, 0.0]) });
+    let field = field_of(Weighted { structure: Structure::Dense, mass: Mass::Diagonal(vec![2.0, 0.0]) });
     let mut method = RungeKutta::new(field, Tableau::implicit_euler()).expect("usable");
     let mut rate = [0.0; 2];
     method.rate(&State::new(0.0, vec![0.5, 0.5]), &mut rate).expect("finite");
@@ -176,6 +177,6 @@ fn the_adaptive_method_refuses_a_mass_that_reaches_beyond_the_structure_of_the_f
     [(0, 0, 2.0), (1, 1, 2.0), (1, 0, 1.0)].iter().for_each(|&(i, j, m)| mass.add(i, j, m));
     let field = Weighted { structure: Structure::Banded { lower: 0, upper: 0 }, mass: Mass::Matrix(mass) };
     let tolerances = Tolerances::new(1e-6, 1e-6).expect("usable");
-    let error = Radau::new(AutoField::new(field), tolerances).map(|_| ()).expect_err("no room for M");
+    let error = Radau::new(field_of(field), tolerances).map(|_| ()).expect_err("no room for M");
     assert_eq!(error, InputError::System(SystemError::OutsideStructure { row: 1, column: 0 }));
 }

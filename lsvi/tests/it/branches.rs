@@ -3,14 +3,15 @@
 mod follow;
 
 use crate::fields::As;
+use crate::systems::{field_of, lagrangian_of};
 use follow::{Followed, follow};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{Galerkin, Midpoint};
 use lsvi::quadrature::Quadrature;
 use lsvi::{
-    AutoField, AutoLagrangian, FieldFn, Integrator, LagrangianFn, LeastSquares, OneStep, Scalar, State, Structure,
-    Trajectory, Variational, least_squares, method_i, method_ii, position_momentum,
+    FieldFn, Integrator, LagrangianFn, LeastSquares, OneStep, Scalar, State, Structure, Trajectory, Variational,
+    least_squares, method_i, method_ii, position_momentum,
 };
 
 /// v̇ = f(v) with f a polynomial of degree three.
@@ -72,7 +73,7 @@ const METHODS: [Method; 14] = [
 
 impl Method {
     fn build<F: FieldFn + 'static>(self, field: F) -> Box<dyn OneStep> {
-        let field = AutoField::new(field);
+        let field = field_of(field);
         match self {
             Self::Linear(0.0, 1.0) => Box::new(method_i(field).expect("valid")),
             Self::Linear(-1.0, 1.0) => Box::new(method_ii(field).expect("valid")),
@@ -326,7 +327,7 @@ fn no_step_of_a_motion_returns_a_root_of_another_branch() {
     for _ in 0..3000 {
         let force = Polynomial([(); 4].map(|()| random.within(-2.0, 2.0)));
         let (q, p, h) = (random.within(-2.0, 2.0), random.within(-2.0, 2.0), 10.0_f64.powf(random.within(-1.0, 1.0)));
-        let lagrangian = AutoLagrangian::new(force);
+        let lagrangian = lagrangian_of(force);
         let mut x = [q];
         let step = position_momentum(Midpoint::new(&lagrangian)).step(0.0, h, &mut x, &mut [p]);
         let truth = follow(|s, x| x - q - s * p - 0.5 * s * s * force.value(0.5 * (q + x)), q, h);
@@ -429,7 +430,7 @@ impl FieldFn for Circuit {
 
 /// Implicit Euler, TR-BDF2, Radau IIA with two stages and BDF2.
 fn implicit(field: impl FieldFn + 'static, k: usize) -> Box<dyn Integrator> {
-    let field = AutoField::new(field);
+    let field = field_of(field);
     let third = 3.0_f64.recip();
     let radau = [vec![5.0 / 12.0, -1.0 / 12.0], vec![0.75, 0.25]];
     match k {

@@ -1,18 +1,19 @@
 //! Holonomic constraints: orders against reduced coordinates, constraint and momentum to rounding, typed errors.
 
+use crate::systems::{AnyLagrangian, lagrangian_of};
 use crate::systems::{Degenerate, Falling, Free, Pendulum, Sphere};
 use approx::assert_abs_diff_eq;
 use lsvi::discrete::{Constrainable, Galerkin, KongYangCircle, Midpoint, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
-    AutoConstraint, AutoLagrangian, Constrained, Constraint, ConstraintError, ConstraintFn, InputError, Integrator,
-    LagrangianFn, OneStep, Scalar, SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
+    AutoConstraint, Constrained, Constraint, ConstraintError, ConstraintFn, InputError, Integrator, LagrangianFn,
+    OneStep, Scalar, SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
 };
 
 const EPS: f64 = f64::EPSILON;
 
 /// Every discretisation of the plane pendulum in Cartesian coordinates, with its order.
-fn discretisations(l: &AutoLagrangian<Falling>) -> Vec<(String, usize, Box<dyn Constrainable + '_>)> {
+fn discretisations<'a>(l: &'a AnyLagrangian) -> Vec<(String, usize, Box<dyn Constrainable + 'a>)> {
     let mut all: Vec<(String, usize, Box<dyn Constrainable>)> = vec![
         ("trapezoidal".into(), 2, Box::new(Trapezoidal::new(l))),
         ("midpoint".into(), 2, Box::new(Midpoint::new(l))),
@@ -37,13 +38,13 @@ fn circle() -> AutoConstraint<Sphere> {
 
 #[test]
 fn orders_on_the_circle_are_those_of_the_reduced_pendulum() {
-    let reduced = AutoLagrangian::new(Pendulum);
+    let reduced = lagrangian_of(Pendulum);
     let method = position_momentum(Galerkin::gauss(&reduced, 8).expect("s ≥ 1"));
     let end = Trajectory::new(method, State::new(0.0, vec![2.0]), 0.1, 2.0).expect("valid").observe(|_| {});
     let end = end.expect("solvable");
     let (angle, rate) = (end.q[0], end.p[0]);
     let truth = [angle.sin(), -angle.cos(), rate * angle.cos(), rate * angle.sin()];
-    let l = AutoLagrangian::new(Falling { dim: 2 });
+    let l = lagrangian_of(Falling { dim: 2 });
     let initial = State::new(0.0, vec![2f64.sin(), -2f64.cos()]);
     let mut wrong = Vec::new();
     for index in 0..discretisations(&l).len() {
@@ -74,7 +75,7 @@ fn orders_on_the_circle_are_those_of_the_reduced_pendulum() {
 /// Spherical pendulum: the constraint, the hidden constraint and the angular momentum about the vertical.
 #[test]
 fn spherical_pendulum_keeps_constraints_and_angular_momentum_to_rounding() {
-    let l = AutoLagrangian::new(Falling { dim: 3 });
+    let l = lagrangian_of(Falling { dim: 3 });
     let initial = State::new(0.0, vec![0.6, 0.0, -0.8]).with_momentum(vec![0.4, 1.0, 0.3]);
     let run = |discrete: Box<dyn Constrainable>| {
         let mut method = Constrained::new(discrete, AutoConstraint::new(Sphere { dim: 3 })).expect("dimensions fit");
@@ -147,7 +148,7 @@ fn several_constraints_hold_together() {
             out[1] = (q[2] - q[0]).powi(2) + (q[3] - q[1]).powi(2) - 1.0;
         }
     }
-    let l = AutoLagrangian::new(Free { dim: 4 });
+    let l = lagrangian_of(Free { dim: 4 });
     let mut method =
         Constrained::new(Galerkin::gauss(&l, 3).expect("s ≥ 1"), AutoConstraint::new(Rods)).expect("dimensions fit");
     let mut state = State::new(0.0, vec![1.0, 0.0, 1.0, 1.0]).with_momentum(vec![0.3, 0.5, -0.7, 0.2]);
@@ -177,7 +178,7 @@ fn bad_constraints_have_typed_errors() {
             out[1] = out[0] * 3.0;
         }
     }
-    let l = AutoLagrangian::new(Falling { dim: 2 });
+    let l = lagrangian_of(Falling { dim: 2 });
     let step = |method: &mut dyn OneStep, q: [f64; 2], p: [f64; 2]| {
         let (mut q1, mut p1) = (q, p);
         let error = method.step(0.0, 0.1, &mut q1, &mut p1).err();
@@ -202,7 +203,7 @@ fn bad_constraints_have_typed_errors() {
     let expected =
         StepError::Input(InputError::Constraint(ConstraintError::RedundantConstraints { count: 2, rank: 1 }));
     assert_eq!(redundant, Some(expected));
-    let degenerate = AutoLagrangian::new(Degenerate);
+    let degenerate = lagrangian_of(Degenerate);
     let mut massless = Constrained::new(Galerkin::gauss(&degenerate, 2).expect("s ≥ 1"), circle()).expect("fits");
     let singular = step(&mut massless, [0.0, -1.0], [0.0, 0.0]);
     assert!(matches!(singular, Some(StepError::Solve { source: SolveError::SingularMass, .. })), "{singular:?}");
@@ -213,7 +214,7 @@ fn bad_constraints_have_typed_errors() {
 
 #[test]
 fn how_far_off_a_state_may_be_goes_by_its_size_and_the_way_of_a_step() {
-    let l = AutoLagrangian::new(Free { dim: 2 });
+    let l = lagrangian_of(Free { dim: 2 });
     let step = |off: f64, speed: f64, h: f64| {
         let mut method = Constrained::new(Trapezoidal::new(&l), circle()).expect("dimensions fit");
         let (mut q, mut p) = ([1.0 + off, 0.0], [0.0, speed]);
@@ -232,7 +233,7 @@ fn how_far_off_a_state_may_be_goes_by_its_size_and_the_way_of_a_step() {
 /// At rest on a circle of radius r, f is like its tangent within |∇f| / |∇²f| = 2r / √8, by a Frobenius norm.
 #[test]
 fn how_far_off_a_state_may_be_goes_by_the_curvature_of_the_constraint() {
-    let l = AutoLagrangian::new(Free { dim: 2 });
+    let l = lagrangian_of(Free { dim: 2 });
     for (length, pivot) in [(1e-3, 0.0), (1.0, 0.0), (1e3, 0.0), (0.02, 1.0), (3.0, 64.0)] {
         let allowed = EPS.sqrt() * length / 2_f64.sqrt();
         let step = |part: f64| {
@@ -256,7 +257,7 @@ fn how_far_off_a_state_may_be_goes_by_the_curvature_of_the_constraint() {
 /// So far away that half of the digits of the radius are fewer than those to which the state can be written down.
 #[test]
 fn a_small_circle_far_away_is_known_to_rounding() {
-    let (l, length) = (AutoLagrangian::new(Free { dim: 2 }), 1e-3);
+    let (l, length) = (lagrangian_of(Free { dim: 2 }), 1e-3);
     for pivot in [1e6, -3e7] {
         let rod = AutoConstraint::new(Rod { length, pivot, unit: 1.0 });
         let mut method = Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit");
@@ -281,7 +282,7 @@ fn constraints_that_are_one_but_for_half_of_the_digits_are_redundant() {
             out[1] = out[0] + q[2] * self.0;
         }
     }
-    let l = AutoLagrangian::new(Free { dim: 3 });
+    let l = lagrangian_of(Free { dim: 3 });
     let project = |part: f64| {
         let rod = AutoConstraint::new(Twice(part));
         let mut method = Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit");
@@ -321,7 +322,7 @@ fn a_singular_mass_is_not_taken_for_gradients_of_different_lengths() {
         }
     }
     let project = |length: f64| {
-        let l = AutoLagrangian::new(Flat);
+        let l = lagrangian_of(Flat);
         let axes = AutoConstraint::new(Axes(length));
         let mut method = Constrained::new(Galerkin::gauss(&l, 2).expect("s ≥ 1"), axes).expect("dimensions fit");
         method.project(0.0, &[0.0, 0.0, 1.0], &mut [0.5, 0.3, 0.0]).expect_err("singular")
@@ -353,7 +354,7 @@ impl ConstraintFn for Rim {
 
 #[test]
 fn constraints_in_a_box_hold_as_they_do_outside() {
-    let l = AutoLagrangian::new(Falling { dim: 3 });
+    let l = lagrangian_of(Falling { dim: 3 });
     let run = |constraint: Box<dyn Constraint>| {
         let mut method = Constrained::new(Galerkin::gauss(&l, 2).expect("s ≥ 1"), constraint).expect("dimensions fit");
         let (mut q, mut p) = ([0.6, -0.8, 0.5], [0.8, 0.6, 0.0]);
@@ -370,7 +371,7 @@ fn constraints_in_a_box_hold_as_they_do_outside() {
 
 #[test]
 fn a_start_off_the_second_constraint_is_refused_like_one_off_the_first() {
-    let l = AutoLagrangian::new(Free { dim: 3 });
+    let l = lagrangian_of(Free { dim: 3 });
     let mut method = Constrained::new(Trapezoidal::new(&l), AutoConstraint::new(Rim)).expect("dimensions fit");
     for (q, index, off) in [([1.1, 0.0, 0.5], 0, 0.21), ([1.0, 0.0, 0.6], 1, 0.1)] {
         let found = method.step(0.0, 0.1, &mut q.clone(), &mut [0.0; 3]);
@@ -420,7 +421,7 @@ impl lsvi::LagrangianFn for Weight {
 #[test]
 fn constrained_motions_are_the_same_in_all_units() {
     let end = |name: &str, mass: f64, length: f64, g: f64, unit: f64| -> Vec<f64> {
-        let (l, rod) = (AutoLagrangian::new(Weight { mass, g }), AutoConstraint::new(Rod { length, pivot: 0.0, unit }));
+        let (l, rod) = (lagrangian_of(Weight { mass, g }), AutoConstraint::new(Rod { length, pivot: 0.0, unit }));
         let period = (length / g).sqrt();
         let method: Box<dyn Integrator + '_> = match name {
             "RATTLE" => Box::new(Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit")),
@@ -458,7 +459,7 @@ fn a_state_off_the_constraint_is_refused_wherever_coordinates_are_counted_from()
     for pivot in [0.0, 6.4e6, -1e8] {
         let step = |off: f64| {
             let (l, rod) = (
-                AutoLagrangian::new(Weight { mass: 2.0, g: 9.81 }),
+                lagrangian_of(Weight { mass: 2.0, g: 9.81 }),
                 AutoConstraint::new(Rod { length: 1.0, pivot, unit: 1.0 }),
             );
             let mut method = Constrained::new(Trapezoidal::new(&l), rod).expect("dimensions fit");

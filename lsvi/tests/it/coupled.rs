@@ -1,10 +1,11 @@
 //! The closures on systems: Jacobian transposes, metrics and exact second derivatives.
 
+use crate::systems::field_of;
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLegendre, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoField, FieldFn, InputError, Jacobian, LeastSquares, OneStep, Scalar, SystemError, Variational, VectorField,
-    least_squares, method_i,
+    FieldFn, InputError, Jacobian, LeastSquares, OneStep, Scalar, SystemError, Variational, VectorField, least_squares,
+    method_i,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use proptest::prelude::*;
@@ -54,7 +55,7 @@ proptest! {
         let (s, k) = (0.5 * (a + a.transpose()), 0.5 * (a - a.transpose()));
         let left = Matrix3::identity() - h * s + 0.5 * h * h * a.transpose() * a;
         let v = Vector3::from(v);
-        let computed = step(&mut method_i(AutoField::new(LinearSystem(a))).expect("usable"), h, v)?;
+        let computed = step(&mut method_i(field_of(LinearSystem(a))).expect("usable"), h, v)?;
         let inverse = left.try_inverse().ok_or_else(|| TestCaseError::reject("singular"))?;
         let exact = inverse * ((Matrix3::identity() + h * k) * v);
         // The residual is made of terms up to (1 + h|A|)²|v|/h, the step equation's matrix is 2/h times `left`.
@@ -68,8 +69,8 @@ proptest! {
         let q = nalgebra::Rotation3::from_euler_angles(angles[0], angles[1], angles[2]).into_inner();
         let v = Vector3::from(v);
         let closure = || Linear::new(0.3, 1.0).expect("coefficients");
-        let there = step(&mut least_squares(AutoField::new(LinearSystem(q * a * q.transpose())), closure()).expect("usable"), 0.1, q * v)?;
-        let here = step(&mut least_squares(AutoField::new(LinearSystem(a)), closure()).expect("usable"), 0.1, v)?;
+        let there = step(&mut least_squares(field_of(LinearSystem(q * a * q.transpose())), closure()).expect("usable"), 0.1, q * v)?;
+        let here = step(&mut least_squares(field_of(LinearSystem(a)), closure()).expect("usable"), 0.1, v)?;
         // h|A| < 0.7: the equations are well conditioned, and each side rounds a few dozen times.
         prop_assert!((there - q * here).norm() <= 256.0 * f64::EPSILON);
     }
@@ -81,10 +82,10 @@ proptest! {
         let c = Matrix3::from_diagonal(&Vector3::from(d)) + Matrix3::new(0.0, 0.0, 0.0, 0.3, 0.0, 0.0, -0.2, 0.1, 0.0);
         let w = c * c.transpose();
         let metric = DMatrix::from_column_slice(3, 3, w.as_slice());
-        let lagrangian = LeastSquares::new(AutoField::new(LinearSystem(a))).expect("usable").with_metric(metric).expect("SPD");
+        let lagrangian = LeastSquares::new(field_of(LinearSystem(a))).expect("usable").with_metric(metric).expect("SPD");
         let weighted = step(&mut Variational::new(Trapezoidal::new(lagrangian), Linear::METHOD_I), 0.1, v)?;
         let back = c.transpose().try_inverse().expect("triangular, diagonal at least 0.5");
-        let mut plain = method_i(AutoField::new(LinearSystem(c.transpose() * a * back))).expect("usable");
+        let mut plain = method_i(field_of(LinearSystem(c.transpose() * a * back))).expect("usable");
         let transformed = back * step(&mut plain, 0.1, c.transpose() * v)?;
         // |C|, |C⁻¹| < 5: a hundred well-conditioned roundings.
         prop_assert!((weighted - transformed).norm() <= 2048.0 * f64::EPSILON * (1.0 + weighted.norm()));
@@ -116,7 +117,7 @@ fn step_derivatives_are_exact() {
         }
     }
     let metric = || DMatrix::from_row_slice(3, 3, &[2.0, 0.5, 0.0, 0.5, 1.0, -0.3, 0.0, -0.3, 3.0]);
-    let plain = || LeastSquares::new(AutoField::new(Coupled)).expect("usable");
+    let plain = || LeastSquares::new(field_of(Coupled)).expect("usable");
     check(Trapezoidal::new(plain()));
     check(Midpoint::new(plain()));
     check(Trapezoidal::new(plain().with_metric(metric()).expect("SPD")));
@@ -126,7 +127,7 @@ fn step_derivatives_are_exact() {
 /// Derivatives by dual numbers against those by hand.
 #[test]
 fn automatic_derivatives_are_the_ones_by_hand() {
-    let field = AutoField::new(Coupled);
+    let field = field_of(Coupled);
     let v = [0.4, -0.3, 0.8];
     let mut jacobian = Jacobian::zeros(3);
     field.add_jacobian(0.5, &v, 2.0, &mut jacobian);
@@ -163,16 +164,13 @@ fn automatic_derivatives_are_the_ones_by_hand() {
 #[test]
 fn metrics_that_are_none_are_refused() {
     let metric = |entries: &[f64]| {
-        LeastSquares::new(AutoField::new(Coupled))
-            .expect("usable")
-            .with_metric(DMatrix::from_row_slice(3, 3, entries))
-            .err()
+        LeastSquares::new(field_of(Coupled)).expect("usable").with_metric(DMatrix::from_row_slice(3, 3, entries)).err()
     };
     let refused = |entries: &[f64]| matches!(metric(entries), Some(InputError::System(SystemError::Metric(_))));
     assert!(refused(&[1.0, 0.5, 0.0, 0.4, 1.0, 0.0, 0.0, 0.0, 1.0]), "not symmetric");
     assert!(refused(&[1.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 1.0]), "indefinite");
     assert!(refused(&[1.0, 0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0, 1.0]), "not finite");
-    let small = LeastSquares::new(AutoField::new(Coupled)).expect("usable").with_metric(DMatrix::identity(2, 2));
+    let small = LeastSquares::new(field_of(Coupled)).expect("usable").with_metric(DMatrix::identity(2, 2));
     assert!(matches!(
         small.err(),
         Some(InputError::System(SystemError::Dimension { what: "metric", expected: 3, found: 2 }))

@@ -1,17 +1,18 @@
 //! Events: the state at the zero of a function, restarts on the zero itself, and sections of mechanical motions.
 
 use crate::systems::Oscillator;
+use crate::systems::{field_of, lagrangian_of};
 use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::discrete::{Galerkin, Trapezoidal};
 use lsvi::{
-    AutoConstraint, AutoField, AutoLagrangian, Constrained, ConstraintFn, Crossing, FieldFn, Integrator, LagrangianFn,
-    Mass, Scalar, State, Trajectory, field, method_i, position_momentum,
+    AutoConstraint, Constrained, ConstraintFn, Crossing, FieldFn, Integrator, LagrangianFn, Mass, Scalar, State,
+    Trajectory, method_i, position_momentum,
 };
 
 /// Gravity 9.81 on height and speed.
 fn fall() -> impl lsvi::VectorField {
-    field!(2, |_t, v, dv| {
+    field_of!(2, |_t, v, dv| {
         dv[0] = v[1];
         dv[1] = T::from(-9.81);
     })
@@ -78,12 +79,12 @@ fn error_of_event(method: impl Integrator, h: f64, with_momentum: bool) -> f64 {
 #[test]
 fn the_state_at_an_event_has_the_order_of_the_method() {
     let circle = || {
-        field!(2, |_t, v, dv| {
+        field_of!(2, |_t, v, dv| {
             dv[0] = v[1];
             dv[1] = -v[0];
         })
     };
-    let l = || AutoLagrangian::new(Oscillator);
+    let l = || lagrangian_of(Oscillator);
     let gauss = |h: f64, s: usize| error_of_event(position_momentum(Galerkin::gauss(l(), s).expect("s")), h, true);
     let r = 15_f64.sqrt();
     let a = [
@@ -136,7 +137,7 @@ fn points_of_a_section_lie_on_the_energy_surface() {
     };
     let start = State::new(0.0, vec![0.0, 0.1]).with_momentum(vec![0.4, 0.1]);
     let expected = energy(&start.q, &start.p);
-    let method = position_momentum(Galerkin::gauss(AutoLagrangian::new(Stars), 4).expect("s"));
+    let method = position_momentum(Galerkin::gauss(lagrangian_of(Stars), 4).expect("s"));
     let mut run = Trajectory::new(method, start, 0.25, 200.0).expect("valid");
     let mut points = 0;
     while let Some(point) = run.until(|_, q| q[0], Crossing::Rising).expect("solvable") {
@@ -173,7 +174,7 @@ impl LagrangianFn for Bob {
 
 #[test]
 fn an_event_of_a_constrained_motion_is_on_the_constraint() {
-    let method = Constrained::new(Galerkin::gauss(AutoLagrangian::new(Bob), 2).expect("s"), AutoConstraint::new(Ring));
+    let method = Constrained::new(Galerkin::gauss(lagrangian_of(Bob), 2).expect("s"), AutoConstraint::new(Ring));
     let mut run = Trajectory::new(method.expect("fits"), State::new(0.0, vec![1.0, 0.0]), 0.1, 5.0).expect("valid");
     let hit = run.until(|_, q| q[0], Crossing::Falling).expect("solvable").expect("the lowest point");
     // ½ p² = 1 from a height of 1, to order 4 in 0.1.
@@ -185,12 +186,12 @@ fn an_event_of_a_constrained_motion_is_on_the_constraint() {
 #[test]
 fn a_run_goes_on_after_an_event_as_if_it_had_none() {
     let methods: [fn() -> Box<dyn Integrator>; 4] = [
-        || Box::new(position_momentum(Galerkin::gauss(AutoLagrangian::new(Oscillator), 2).expect("s"))),
-        || Box::new(position_momentum(Trapezoidal::new(AutoLagrangian::new(Oscillator)))),
-        || Box::new(Bdf2::new(field!(1, |_t, v, dv| dv[0] = -v[0])).expect("usable")),
+        || Box::new(position_momentum(Galerkin::gauss(lagrangian_of(Oscillator), 2).expect("s"))),
+        || Box::new(position_momentum(Trapezoidal::new(lagrangian_of(Oscillator)))),
+        || Box::new(Bdf2::new(field_of!(1, |_t, v, dv| dv[0] = -v[0])).expect("usable")),
         || {
             let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
-            Box::new(Radau::new(field!(1, |_t, v, dv| dv[0] = -v[0]), tolerances).expect("usable"))
+            Box::new(Radau::new(field_of!(1, |_t, v, dv| dv[0] = -v[0]), tolerances).expect("usable"))
         },
     ];
     for (i, method) in methods.iter().enumerate() {
@@ -229,7 +230,7 @@ fn algebraic_components_have_a_dense_output_too() {
     let mut full = lsvi::Jacobian::zeros(2);
     full.add(0, 0, 1.0);
     for mass in [Mass::Diagonal(vec![1.0, 0.0]), Mass::Matrix(full)] {
-        let field = || AutoField::new(Algebraic { mass: mass.clone() });
+        let field = || field_of(Algebraic { mass: mass.clone() });
         let tableau = |tableau| -> Box<dyn Integrator> { Box::new(RungeKutta::new(field(), tableau).expect("usable")) };
         let methods: [(&str, f64, Made<'_>); 5] = [
             ("implicit Euler", 1.0, Box::new(|| tableau(Tableau::implicit_euler()))),
@@ -272,7 +273,7 @@ fn algebraic_components_have_a_dense_output_too() {
 #[test]
 fn a_zero_that_is_a_number_is_found_to_the_last_bit_and_one_that_is_touched_from_below_does_not_fall() {
     let run = |g: fn(f64) -> f64, crossing| {
-        let drift = field!(1, |_t, _v, dv| dv[0] = T::from(1.0));
+        let drift = field_of!(1, |_t, _v, dv| dv[0] = T::from(1.0));
         let method = RungeKutta::new(drift, Tableau::rk4()).expect("usable");
         let mut run = Trajectory::new(method, State::new(0.0, vec![0.0]), 1.0, 1.0).expect("valid");
         run.until(|t, _| g(t), crossing).expect("solvable").map(|hit| hit.t)
@@ -287,7 +288,7 @@ fn a_zero_that_is_a_number_is_found_to_the_last_bit_and_one_that_is_touched_from
 #[test]
 fn momenta_at_the_event_of_a_window_are_between_those_of_the_step_in_proportion() {
     let run = || {
-        let pull = field!(1, |t, v, dv| dv[0] = -v[0] * v[0] - t);
+        let pull = field_of!(1, |t, v, dv| dv[0] = -v[0] * v[0] - t);
         let discrete = Trapezoidal::new(lsvi::LeastSquares::new(pull).expect("usable"));
         let window = lsvi::Window::new(discrete, 3).expect("a length");
         Trajectory::new(window, State::new(1.0, vec![1.0]), 0.25, 1.75).expect("valid")
@@ -304,7 +305,7 @@ fn momenta_at_the_event_of_a_window_are_between_those_of_the_step_in_proportion(
 
 #[test]
 fn the_event_of_a_least_squares_method_is_the_end_of_a_shorter_step() {
-    let pull = || field!(1, |t, v, dv| dv[0] = -v[0] * v[0] - t);
+    let pull = || field_of!(1, |t, v, dv| dv[0] = -v[0] * v[0] - t);
     let mut run =
         Trajectory::new(method_i(pull()).expect("usable"), State::new(0.0, vec![1.0]), 0.5, 2.0).expect("valid");
     let hit = run.until(|_, v| v[0] - 0.8, Crossing::Falling).expect("solvable").expect("a crossing").clone();
@@ -317,7 +318,7 @@ fn the_event_of_a_least_squares_method_is_the_end_of_a_shorter_step() {
 #[test]
 fn a_pole_is_no_zero_and_a_jump_is_one() {
     let count = |g: &dyn Fn(f64) -> f64, crossing| {
-        let turn = field!(1, |_t, v, dv| dv[0] = v[0] * 0.0 + 1.0);
+        let turn = field_of!(1, |_t, v, dv| dv[0] = v[0] * 0.0 + 1.0);
         let method = RungeKutta::new(turn, Tableau::rk4()).expect("usable");
         let mut run = Trajectory::new(method, State::new(0.0, vec![0.0]), 0.1, 7.0).expect("valid");
         let mut times = Vec::new();
@@ -348,7 +349,7 @@ fn a_pole_is_no_zero_and_a_jump_is_one() {
 #[test]
 fn an_integrator_in_a_box_takes_shorter_steps_too() {
     let rule = || {
-        let swing = field!(2, |_t, v, dv| {
+        let swing = field_of!(2, |_t, v, dv| {
             dv[0] = v[1];
             dv[1] = -v[0].sin();
         });
@@ -377,7 +378,7 @@ fn the_adaptive_method_tells_rates() {
 /// Both zeros lie in the first half of the step, one in its first quarter.
 #[test]
 fn two_zeros_of_a_step_are_told_apart_where_a_quarter_of_it_lies_between() {
-    let still = field!(1, |_t, _v, dv| dv[0] = T::from(0.0));
+    let still = field_of!(1, |_t, _v, dv| dv[0] = T::from(0.0));
     let method = RungeKutta::new(still, Tableau::rk4()).expect("usable");
     let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 1.0, 1.0).expect("valid");
     let mut found = Vec::new();
@@ -390,7 +391,7 @@ fn two_zeros_of_a_step_are_told_apart_where_a_quarter_of_it_lies_between() {
 /// Beside the zero of a cube root a secant leads beyond it: the state before is the better one.
 #[test]
 fn a_correction_that_is_worse_is_taken_back() {
-    let method = position_momentum(Trapezoidal::new(AutoLagrangian::new(Oscillator)));
+    let method = position_momentum(Trapezoidal::new(lagrangian_of(Oscillator)));
     let start = State::new(0.0, vec![1.0]).with_momentum(vec![0.0]);
     let mut run = Trajectory::new(method, start, 0.4, 10.0).expect("valid");
     let event = run.until(|_, q| q[0].cbrt(), Crossing::Falling).expect("solved").expect("it crosses");

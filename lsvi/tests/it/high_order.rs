@@ -1,9 +1,10 @@
 //! Galerkin's method on least-squares Lagrangians.
 
+use crate::systems::field_of;
 use lsvi::closure::Linear;
 use lsvi::discrete::Galerkin;
 use lsvi::quadrature::Quadrature;
-use lsvi::{AutoField, FieldFn, InputError, LeastSquares, Scalar, State, Trajectory, Variational};
+use lsvi::{FieldFn, InputError, LeastSquares, Scalar, State, Trajectory, Variational};
 
 struct VanDerPol;
 impl FieldFn for VanDerPol {
@@ -20,7 +21,7 @@ type Rule = fn(usize) -> Result<Quadrature, InputError>;
 
 fn end(s: usize, rule: &Quadrature, closure: Linear, h: f64) -> Vec<f64> {
     let discrete =
-        Galerkin::new(LeastSquares::new(AutoField::new(VanDerPol)).expect("usable"), s, rule).expect("enough nodes");
+        Galerkin::new(LeastSquares::new(field_of(VanDerPol)).expect("usable"), s, rule).expect("enough nodes");
     let method = Variational::new(discrete, closure);
     let initial = State::new(0.0, vec![1.0, 0.5]);
     Trajectory::new(method, initial, h, 1.0).expect("valid").observe(|_| {}).expect("solvable").q

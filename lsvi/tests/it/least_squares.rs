@@ -1,13 +1,14 @@
 //! The closures on scalar problems whose steps are known in closed form.
 
 use crate::fields::{As, Autonomous, By, Line, Walls};
+use crate::systems::field_of;
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoField, ClosureError, FieldFn, InputError, LeastSquares, LeastSquaresStep, OneStep, Scalar, SolveError, State,
-    StepError, Structure, SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
+    ClosureError, FieldFn, InputError, LeastSquares, LeastSquaresStep, OneStep, Scalar, SolveError, State, StepError,
+    Structure, SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
 };
 
 struct Drag;
@@ -50,7 +51,7 @@ fn one_step(method: &mut impl OneStep, h: f64, v: f64, p: f64) -> Result<(f64, f
 fn conventional_closure_grows_as_predicted() {
     // On v̇ = −v the map (v, p) → (v, p) has trace 2 + h² and determinant 1: eigenvalues e^{±2 asinh(h/2)}.
     let h = 0.1_f64;
-    let mut method = position_momentum(Trapezoidal::new(LeastSquares::new(AutoField::new(Drag)).expect("usable")));
+    let mut method = position_momentum(Trapezoidal::new(LeastSquares::new(field_of(Drag)).expect("usable")));
     let a = one_step(&mut method, h, 1.0, 0.0).expect("linear");
     let b = one_step(&mut method, h, 0.0, 1.0).expect("linear");
     assert_abs_diff_eq!(a.0 + b.1, 2.0 + h * h, epsilon = 1e-13);
@@ -62,7 +63,7 @@ fn conventional_closure_grows_as_predicted() {
 /// X = h v₁ against W = h v₀ on the cubic of Method I, whose right root is the largest.
 #[test]
 fn method_i_keeps_to_the_right_root_of_quadratic_drag() {
-    let mut method = method_i(AutoField::new(QuadraticDrag)).expect("usable");
+    let mut method = method_i(field_of(QuadraticDrag)).expect("usable");
     for w in [0.1, 0.5, 1.0, 1.37, 1.9, 2.1, 2.17] {
         let (x, _) = one_step(&mut method, w, 1.0, 0.0).expect("before the fold");
         let x = w * x;
@@ -87,7 +88,7 @@ fn method_i_keeps_to_the_right_root_of_quadratic_drag() {
 
 #[test]
 fn method_ii_loses_its_root_beyond_w_1_and_has_no_equation_without_f_v() {
-    let mut method = method_ii(AutoField::new(QuadraticDrag)).expect("usable");
+    let mut method = method_ii(field_of(QuadraticDrag)).expect("usable");
     let (x, _) = one_step(&mut method, 0.9, 1.0, 0.0).expect("W < 1");
     // X²(1 + X) = W²(1 − W).
     let x = 0.9 * x;
@@ -99,15 +100,15 @@ fn method_ii_loses_its_root_beyond_w_1_and_has_no_equation_without_f_v() {
             "W = {w}: {result:?}"
         );
     }
-    let result = one_step(&mut method_ii(AutoField::new(Forcing)).expect("usable"), 0.1, 0.0, 0.0);
+    let result = one_step(&mut method_ii(field_of(Forcing)).expect("usable"), 0.1, 0.0, 0.0);
     assert!(matches!(result, Err(StepError::Solve { source: SolveError::Singular, .. })), "{result:?}");
 }
 
 #[test]
 fn midpoint_lagrangian_with_method_i_closure_is_the_implicit_midpoint_rule() {
-    let discrete = Midpoint::new(LeastSquares::new(AutoField::new(QuadraticDrag)).expect("usable"));
+    let discrete = Midpoint::new(LeastSquares::new(field_of(QuadraticDrag)).expect("usable"));
     let mut variational = Variational::new(discrete, Linear::METHOD_I);
-    let mut rule = RungeKutta::new(AutoField::new(QuadraticDrag), Tableau::implicit_midpoint()).expect("usable");
+    let mut rule = RungeKutta::new(field_of(QuadraticDrag), Tableau::implicit_midpoint()).expect("usable");
     for h in [0.01, 0.3, 1.0] {
         let a = one_step(&mut variational, h, 1.0, 0.0).expect("solvable").0;
         let b = one_step(&mut rule, h, 1.0, 0.0).expect("solvable").0;
@@ -130,15 +131,15 @@ fn momenta_are_the_derivatives_of_the_action() {
         let d2 = (discrete.action(at, &[q0], &[q1 + e]) - discrete.action(at, &[q0], &[q1 - e])) / (2.0 * e);
         assert_abs_diff_eq!(p[0], d2, epsilon = 1e-9);
     }
-    check(Trapezoidal::new(LeastSquares::new(AutoField::new(QuadraticDrag)).expect("usable")));
-    check(Midpoint::new(LeastSquares::new(AutoField::new(QuadraticDrag)).expect("usable")));
+    check(Trapezoidal::new(LeastSquares::new(field_of(QuadraticDrag)).expect("usable")));
+    check(Midpoint::new(LeastSquares::new(field_of(QuadraticDrag)).expect("usable")));
 }
 
 #[test]
 fn bdf2_starts_itself_and_shortens_its_last_step() {
     let error = |h: f64| {
         let trajectory =
-            Trajectory::new(Bdf2::new(AutoField::new(Drag)).expect("usable"), State::new(0.0, vec![1.0]), h, 1.05)
+            Trajectory::new(Bdf2::new(field_of(Drag)).expect("usable"), State::new(0.0, vec![1.0]), h, 1.05)
                 .expect("valid input");
         let end = trajectory.observe(|_| {}).expect("solvable");
         assert_eq!(end.t, 1.05);
@@ -151,9 +152,8 @@ fn bdf2_starts_itself_and_shortens_its_last_step() {
 #[test]
 fn refuses_unusable_input() {
     let state = State::new(0.0, vec![1.0]);
-    let refuse = |state: State, h, t_end| {
-        Trajectory::new(method_i(AutoField::new(Drag)).expect("usable"), state, h, t_end).err()
-    };
+    let refuse =
+        |state: State, h, t_end| Trajectory::new(method_i(field_of(Drag)).expect("usable"), state, h, t_end).err();
     assert_eq!(refuse(state.clone(), 0.0, 1.0), Some(InputError::Time(TimeError::StepSize(0.0))));
     assert_eq!(refuse(state.clone(), -1.0, 1.0), Some(InputError::Time(TimeError::StepSize(-1.0))));
     assert!(matches!(refuse(state.clone(), f64::NAN, 1.0), Some(InputError::Time(TimeError::StepSize(_)))));
@@ -201,9 +201,8 @@ fn method_i_keeps_to_the_branch_where_the_start_is_beyond_a_singular_derivative(
                 branch -= equation(h, branch) / slope;
             }
         }
-        let v1 = one_step(&mut method_i(AutoField::new(Logistic)).expect("usable"), h, v0, 0.0)
-            .expect("the branch has no fold")
-            .0;
+        let v1 =
+            one_step(&mut method_i(field_of(Logistic)).expect("usable"), h, v0, 0.0).expect("the branch has no fold").0;
         // Newton's iteration with a slope good to 1e-9 leaves next to nothing.
         assert_abs_diff_eq!(v1, branch, epsilon = 1e-12);
         assert!(v1 > 0.9, "{v1}");
@@ -215,13 +214,13 @@ fn method_i_keeps_to_the_branch_where_the_start_is_beyond_a_singular_derivative(
 #[test]
 fn implicit_steps_keep_to_the_branch_beyond_a_singular_derivative_at_the_start() {
     for (h, v0) in [(5.9375, 0.03125), (3.0, 0.01), (6.0, 0.3), (1.5, 0.1), (100.0, 0.2)] {
-        let mut method = RungeKutta::new(AutoField::new(Logistic), Tableau::implicit_euler()).expect("usable");
+        let mut method = RungeKutta::new(field_of(Logistic), Tableau::implicit_euler()).expect("usable");
         let v1 = one_step(&mut method, h, v0, 0.0).expect("the branch has no fold").0;
         let root = (h - 1.0 + ((h - 1.0).powi(2) + 4.0 * h * v0).sqrt()) / (2.0 * h);
         assert_abs_diff_eq!(v1, root, epsilon = 8.0 * f64::EPSILON);
     }
     // The state at rest is unstable, and still a solution.
-    let mut method = RungeKutta::new(AutoField::new(Logistic), Tableau::implicit_euler()).expect("usable");
+    let mut method = RungeKutta::new(field_of(Logistic), Tableau::implicit_euler()).expect("usable");
     assert_eq!(one_step(&mut method, 6.0, 0.0, 0.0).expect("a state at rest").0, 0.0);
 }
 
@@ -229,9 +228,9 @@ fn implicit_steps_keep_to_the_branch_beyond_a_singular_derivative_at_the_start()
 /// Quadratic drag beside an unknown that moves at a constant rate.
 #[test]
 fn an_unknown_is_right_to_roundings_of_the_largest_one() {
-    let one = || lsvi::field!(1, |_t, v, dv| dv[0] = -v[0] * v[0]);
+    let one = || field_of!(1, |_t, v, dv| dv[0] = -v[0] * v[0]);
     let two = || {
-        lsvi::field!(2, |_t, v, dv| {
+        field_of!(2, |_t, v, dv| {
             dv[0] = -v[0] * v[0];
             dv[1] = T::from(1.0);
         })
@@ -248,7 +247,7 @@ fn an_unknown_is_right_to_roundings_of_the_largest_one() {
 #[test]
 fn a_solution_decays_through_all_doubles() {
     let h = 2.4;
-    let mut method = method_i(AutoField::new(Logistic)).expect("usable");
+    let mut method = method_i(field_of(Logistic)).expect("usable");
     let (mut v, mut p) = ([1e-3], [0.0]);
     for step in 0..2500 {
         method.step(0.0, h, &mut v, &mut p).unwrap_or_else(|error| panic!("step {step} from {v:?}: {error}"));
@@ -269,10 +268,10 @@ fn method_ii_takes_no_step_that_stands_still_where_the_solution_does_not() {
             let is_logistic = v0 > 0.25;
             let mut v = [v0];
             let result = if is_logistic {
-                let field = lsvi::field!(1, |_t, v, dv| dv[0] = v[0] * (-v[0] + 1.0));
+                let field = field_of!(1, |_t, v, dv| dv[0] = v[0] * (-v[0] + 1.0));
                 method_ii(field).expect("usable").step(0.0, h, &mut v, &mut [0.0])
             } else {
-                let field = lsvi::field!(1, |_t, v, dv| dv[0] = v[0].cos());
+                let field = field_of!(1, |_t, v, dv| dv[0] = v[0].cos());
                 method_ii(field).expect("usable").step(0.0, h, &mut v, &mut [0.0])
             };
             match result {
@@ -291,12 +290,12 @@ fn method_ii_takes_no_step_that_stands_still_where_the_solution_does_not() {
 
 #[test]
 fn method_ii_rests_where_the_solution_does() {
-    let mut steady = method_ii(lsvi::field!(1, |_t, v, dv| dv[0] = (-v[0] + 1.0 / 3.0) * 1e9)).expect("usable");
+    let mut steady = method_ii(field_of!(1, |_t, v, dv| dv[0] = (-v[0] + 1.0 / 3.0) * 1e9)).expect("usable");
     let mut v = [1.0 / 3.0];
     steady.step(0.0, 1.0, &mut v, &mut [0.0]).expect("a steady state, stiff");
     assert_eq!(v, [1.0 / 3.0]);
     // f₀ = 1 and f₁ = −1: the rates of the ends cancel.
-    let mut turning = method_ii(lsvi::field!(1, |t, v, dv| dv[0] = -v[0] + (2.0 - 2.0 * t))).expect("usable");
+    let mut turning = method_ii(field_of!(1, |t, v, dv| dv[0] = -v[0] + (2.0 - 2.0 * t))).expect("usable");
     let mut v = [1.0];
     turning.step(0.0, 1.0, &mut v, &mut [0.0]).expect("a regular step");
     approx::assert_abs_diff_eq!(v[0], 1.0, epsilon = 4.0 * f64::EPSILON);
@@ -370,8 +369,8 @@ fn a_step_is_that_of_the_trapezoidal_lagrangian_for_every_number_of_unknowns() {
             method.step(0.3, 0.1, &mut v, &mut p).expect("a short step");
             (v, p)
         };
-        let lagrangian = LeastSquares::new(AutoField::new(Ring(n))).expect("usable");
-        let (v, p) = step(&mut LeastSquaresStep::new(AutoField::new(Ring(n)), closure()).expect("usable"));
+        let lagrangian = LeastSquares::new(field_of(Ring(n))).expect("usable");
+        let (v, p) = step(&mut LeastSquaresStep::new(field_of(Ring(n)), closure()).expect("usable"));
         let (w, q) = step(&mut Variational::new(Trapezoidal::new(lagrangian), closure()));
         for (a, b) in v.iter().zip(&w).chain(p.iter().zip(&q)) {
             // |v| < 1, to the tolerance of Newton's method, and p is a difference of v over h.

@@ -1,5 +1,8 @@
 //! What the library promises, on systems small enough to know the answer; one binary, so that they are linked once.
 
+#[macro_use]
+mod systems;
+
 mod adaptive;
 mod algebraic;
 mod branches;
@@ -22,7 +25,6 @@ mod recipes;
 mod seam;
 mod separable;
 mod structured;
-mod systems;
 mod trajectory;
 mod velocities;
 mod work;

@@ -1,5 +1,6 @@
 //! Integrators of Lagrangian mechanics against closed forms, exact derivatives, each other and their order.
 
+use crate::systems::{AnyLagrangian, lagrangian_of};
 use crate::systems::{ChargedParticle, Damping, Degenerate, DoublePendulum, Driven, Oscillator, Pendulum};
 use approx::assert_abs_diff_eq;
 use lsvi::discrete::{
@@ -8,9 +9,8 @@ use lsvi::discrete::{
 };
 use lsvi::quadrature::{NodeFamily, Quadrature};
 use lsvi::{
-    AutoForce, AutoLagrangian, EulerLagrange, Forced, InputError, Integrator, Jacobian, Lagrangian, LagrangianFn,
-    MotionWeights, NodeError, OneStep, SolveError, State, StepError, SystemError, Trajectory, TwoStep,
-    position_momentum,
+    AutoForce, EulerLagrange, Forced, InputError, Integrator, Jacobian, Lagrangian, MotionWeights, NodeError, OneStep,
+    SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -66,7 +66,7 @@ pub(crate) fn discretisations<L: EulerLagrange>(l: &L) -> Vec<Named<'_>> {
 #[test]
 fn euler_lagrange_expression_is_the_defect_of_motion() {
     let (t, q, v, a) = (0.3, [0.7, -0.4], [0.5, 0.9], [-1.1, 0.2]);
-    let l = AutoLagrangian::new(Driven);
+    let l = lagrangian_of(Driven);
     let gradient = |t: f64, q: &[f64], v: &[f64]| {
         let (mut lq, mut lv) = (vec![0.0; 2], vec![0.0; 2]);
         l.gradient(t, q, v, &mut lq, &mut lv);
@@ -108,8 +108,8 @@ fn euler_lagrange_expression_is_the_defect_of_motion() {
 
 #[test]
 fn derivatives_of_every_discretisation_are_exact() {
-    let driven = AutoLagrangian::new(Driven);
-    let damped = Forced::new(AutoLagrangian::new(Driven), AutoForce::new(Damping { dim: 2, rate: 0.7 })).expect("2");
+    let driven = lagrangian_of(Driven);
+    let damped = Forced::new(lagrangian_of(Driven), AutoForce::new(Damping { dim: 2, rate: 0.7 })).expect("2");
     let mut all = discretisations(&driven);
     all.extend(discretisations(&damped));
     all.push(("kong-yang-circle".into(), Box::new(KongYangCircle::new(2))));
@@ -149,7 +149,7 @@ fn recurrence(method: &mut dyn OneStep, tau: f64) -> (f64, f64) {
 
 #[test]
 fn oscillator_recurrences_are_those_of_the_paper() {
-    let l = AutoLagrangian::new(Oscillator);
+    let l = lagrangian_of(Oscillator);
     let fitted = |m, family| Box::new(position_momentum(PathFitted::on(&l, family, m).expect("m ≥ 2")));
     type Closed = fn(f64) -> f64;
     // s = τ²; where the recurrence is stable, |R| < 2.
@@ -185,7 +185,7 @@ fn oscillator_recurrences_are_those_of_the_paper() {
 fn bernstein_and_lagrange_paths_are_one_method() {
     for m in 2..=5 {
         let nodes = NodeFamily::Equispaced.interior(m).expect("m ≥ 2");
-        let l = AutoLagrangian::new(DoublePendulum);
+        let l = lagrangian_of(DoublePendulum);
         let mut lagrange = position_momentum(PathFitted::new(&l, &nodes).expect("nodes"));
         let mut bernstein = position_momentum(PathFitted::bernstein(&l, &nodes).expect("nodes"));
         let (mut a, mut b) = (([1.0, 2.0], [0.3, -0.2]), ([1.0, 2.0], [0.3, -0.2]));
@@ -203,7 +203,7 @@ fn bernstein_and_lagrange_paths_are_one_method() {
 
 #[test]
 fn galerkin_of_degree_1_is_midpoint_and_trapezoidal() {
-    let l = AutoLagrangian::new(Driven);
+    let l = lagrangian_of(Driven);
     let pairs: [(Box<dyn OneStep>, Box<dyn OneStep>); 2] = [
         (
             Box::new(position_momentum(Galerkin::gauss(&l, 1).expect("s = 1"))),
@@ -228,7 +228,7 @@ fn galerkin_of_degree_1_is_midpoint_and_trapezoidal() {
 /// The momenta −D₁L_d and D₂L_d of a Galerkin step by differences of its action with the path fixed to be stationary.
 #[test]
 fn galerkin_momenta_are_the_derivatives_of_the_action() {
-    let l = AutoLagrangian::new(Driven);
+    let l = lagrangian_of(Driven);
     let quadratures = [Quadrature::gauss(3), Quadrature::lobatto(4), Quadrature::radau(3), Quadrature::gauss(4)];
     for quadrature in quadratures {
         let mut method = position_momentum(Galerkin::new(&l, 3, &quadrature.expect("nodes")).expect("s = 3"));
@@ -269,7 +269,7 @@ pub(crate) fn symplecticity_defect<D: DiscreteLegendre>(discrete: D, h: f64, q: 
 
 #[test]
 fn tangents_are_the_derivatives_of_steps() {
-    let l = AutoLagrangian::new(ChargedParticle);
+    let l = lagrangian_of(ChargedParticle);
     for (name, discrete) in discretisations(&l) {
         let mut method = position_momentum(discrete);
         let state = [0.6, -0.3, 0.4, 0.8];
@@ -290,7 +290,7 @@ const SYMPLECTIC: f64 = 1e4 * EPS;
 
 #[test]
 fn galerkin_is_symplectic_for_every_lagrangian() {
-    let (particle, double) = (AutoLagrangian::new(ChargedParticle), AutoLagrangian::new(DoublePendulum));
+    let (particle, double) = (lagrangian_of(ChargedParticle), lagrangian_of(DoublePendulum));
     for s in 1..=4 {
         for h in [0.1, 0.2] {
             let (q, p) = ([0.6, -0.3], [0.4, 0.8]);
@@ -308,7 +308,7 @@ fn galerkin_is_symplectic_for_every_lagrangian() {
 
 #[test]
 fn path_fitting_is_symplectic_for_separable_lagrangians_on_gauss_nodes_only() {
-    let l = AutoLagrangian::new(crate::systems::HenonHeiles);
+    let l = lagrangian_of(crate::systems::HenonHeiles);
     let (q, p) = ([0.1, -0.2], [0.4, 0.3]);
     for m in 2..=5 {
         let defect = symplecticity_defect(PathFitted::on(&l, NodeFamily::Gauss, m).expect("m ≥ 2"), 0.2, &q, &p);
@@ -325,7 +325,7 @@ fn path_fitting_is_symplectic_for_separable_lagrangians_on_gauss_nodes_only() {
 
 #[test]
 fn path_fitting_is_not_symplectic_in_a_magnetic_field() {
-    let l = AutoLagrangian::new(ChargedParticle);
+    let l = lagrangian_of(ChargedParticle);
     let (q, p) = ([0.6, -0.3], [0.4, 0.8]);
     for (m, exponent) in [(2, 3.0), (3, 5.0), (4, 7.0)] {
         let defect = |h| symplecticity_defect(PathFitted::on(&l, NodeFamily::Gauss, m).expect("m ≥ 2"), h, &q, &p);
@@ -345,7 +345,7 @@ fn order<D: DiscreteLegendre>(mut discrete: impl FnMut() -> D, h: f64, initial: 
     (error(h) / error(0.5 * h)).log2()
 }
 
-fn truth<L: LagrangianFn>(l: &AutoLagrangian<L>, initial: &State) -> Vec<f64> {
+fn truth(l: &AnyLagrangian, initial: &State) -> Vec<f64> {
     let method = position_momentum(Galerkin::gauss(l, 8).expect("s ≥ 1"));
     let end = Trajectory::new(method, initial.clone(), 0.1, 2.0).expect("valid").observe(|_| {}).expect("solvable");
     [end.q, end.p].concat()
@@ -353,7 +353,7 @@ fn truth<L: LagrangianFn>(l: &AutoLagrangian<L>, initial: &State) -> Vec<f64> {
 
 #[test]
 fn orders_on_the_pendulum() {
-    let l = AutoLagrangian::new(Pendulum);
+    let l = lagrangian_of(Pendulum);
     let initial = State::new(0.0, vec![2.0]);
     let truth = truth(&l, &initial);
     let mut wrong = Vec::new();
@@ -390,7 +390,7 @@ fn orders_on_the_pendulum() {
 
 #[test]
 fn forced_motions_keep_the_order() {
-    let l = Forced::new(AutoLagrangian::new(Pendulum), AutoForce::new(Damping { dim: 1, rate: 0.3 })).expect("1");
+    let l = Forced::new(lagrangian_of(Pendulum), AutoForce::new(Damping { dim: 1, rate: 0.3 })).expect("1");
     let initial = State::new(0.0, vec![2.0]);
     // L_v = v: the first-order system is q̇ = p, ṗ = −sin q − 0.3 (1 + q²) p, by the classical method with 20000 steps.
     let (mut y, n) = ([2.0, 0.0], 20_000);
@@ -421,7 +421,7 @@ fn forced_motions_keep_the_order() {
 /// From x₁ of the one-step form both forms make the same trajectory; from another x₁ they make the recurrence's.
 #[test]
 fn two_step_form_is_the_one_step_form() {
-    let l = AutoLagrangian::new(Driven);
+    let l = lagrangian_of(Driven);
     for (name, discrete) in discretisations(&l) {
         let mut one = position_momentum(discrete);
         let h = 0.1;
@@ -443,7 +443,7 @@ fn two_step_form_is_the_one_step_form() {
             two.step(t, h, &mut before, &mut now).expect("short step");
         }
     }
-    let oscillator = AutoLagrangian::new(Oscillator);
+    let oscillator = lagrangian_of(Oscillator);
     let mut scheme = TwoStep::new(PathFitted::on(&oscillator, NodeFamily::Equispaced, 2).expect("m ≥ 2"));
     let (mut before, mut now) = ([1.0], [1.0948]);
     scheme.step(0.1, 0.1, &mut before, &mut now).expect("linear");
@@ -452,7 +452,7 @@ fn two_step_form_is_the_one_step_form() {
 
 #[test]
 fn bad_input_has_typed_errors() {
-    let l = AutoLagrangian::new(Pendulum);
+    let l = lagrangian_of(Pendulum);
     let nodes = |c: &[f64]| PathFitted::new(&l, c).err();
     assert!(matches!(nodes(&[]), Some(InputError::Nodes(NodeError::TooFew { least: 1, .. }))));
     assert!(matches!(nodes(&[0.5, 1.5]), Some(InputError::Nodes(NodeError::NodeRange { .. }))));
@@ -470,8 +470,8 @@ fn bad_input_has_typed_errors() {
     ));
     let two = AutoForce::new(Damping { dim: 2, rate: 1.0 });
     let expected = InputError::System(SystemError::Dimension { what: "force", expected: 1, found: 2 });
-    assert_eq!(Forced::new(AutoLagrangian::new(Pendulum), two).err(), Some(expected));
-    let degenerate = AutoLagrangian::new(Degenerate);
+    assert_eq!(Forced::new(lagrangian_of(Pendulum), two).err(), Some(expected));
+    let degenerate = lagrangian_of(Degenerate);
     for (name, discrete) in discretisations(&degenerate) {
         let (mut q, mut p) = ([0.3, 0.4], [0.1, 0.2]);
         let result = position_momentum(discrete).step(0.0, 0.1, &mut q, &mut p);
@@ -484,7 +484,7 @@ fn bad_input_has_typed_errors() {
 fn broken_lines_and_the_circle_s_scheme_tell_the_velocity_of_a_momentum() {
     let state = State::new(0.0, vec![0.3, 0.4]).with_momentum(vec![0.5, -0.25]);
     let mut rate = [0.0; 2];
-    let l = AutoLagrangian::new(crate::separable::Separable(crate::systems::HenonHeiles));
+    let l = lagrangian_of(crate::separable::Separable(crate::systems::HenonHeiles));
     let mut line = position_momentum(BrokenLine::blanes_moan(&l).expect("separable"));
     line.rate(&state, &mut rate).expect("unit mass");
     assert_eq!(rate, [0.5, -0.25]);
@@ -497,7 +497,7 @@ fn broken_lines_and_the_circle_s_scheme_tell_the_velocity_of_a_momentum() {
 #[test]
 fn a_forced_motion_has_the_value_of_its_lagrangian() {
     let damping = AutoForce::new(Damping { dim: 1, rate: 0.3 });
-    let l = Forced::new(AutoLagrangian::new(Pendulum), damping).expect("of one dimension");
+    let l = Forced::new(lagrangian_of(Pendulum), damping).expect("of one dimension");
     let value = Lagrangian::value(&l, 0.0, &[2.0], &[0.5]);
     assert_abs_diff_eq!(value, 0.125 + 2.0_f64.cos(), epsilon = 1e-15);
 }

@@ -1,11 +1,12 @@
 //! Closures fitted to a rate, and windows of steps found together.
 
+use crate::systems::{AnyField, field_of};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use lsvi::closure::{Closure, Linear};
 use lsvi::discrete::{DiscreteLagrangian, DiscreteLegendre, Galerkin, Interval, MomentumWeights, Trapezoidal};
 use lsvi::{
-    AutoField, FieldFn, Integrator, LeastSquares, OneStep, Scalar, SolveError, State, StepError, Trajectory,
-    Variational, Window, least_squares, method_i,
+    FieldFn, Integrator, LeastSquares, OneStep, Scalar, SolveError, State, StepError, Trajectory, Variational, Window,
+    least_squares, method_i,
 };
 use nalgebra::DMatrix;
 
@@ -35,8 +36,8 @@ impl FieldFn for Coupled {
     }
 }
 
-fn discrete<F: FieldFn>(field: F) -> Trapezoidal<LeastSquares<AutoField<F>>> {
-    Trapezoidal::new(LeastSquares::new(AutoField::new(field)).expect("usable"))
+fn discrete<'a>(field: impl FieldFn + 'a) -> Trapezoidal<LeastSquares<AnyField<'a>>> {
+    Trapezoidal::new(LeastSquares::new(field_of(field)).expect("usable"))
 }
 
 /// All states of a run from `start`, the first included.
@@ -51,7 +52,7 @@ fn states(method: impl Integrator, start: &[f64], h: f64, t_end: f64) -> Vec<Sta
 fn the_fitted_closure_is_exact_for_its_rate() {
     for (rate, h) in [(1.0_f64, 1e-3), (3.0, 0.2), (1.0, 2.0), (50.0, 0.4), (1e3, 1.0)] {
         let closure = Linear::fitted(rate).expect("positive");
-        let end = states(least_squares(AutoField::new(Decay { rate }), closure).expect("usable"), &[1.0], h, h);
+        let end = states(least_squares(field_of(Decay { rate }), closure).expect("usable"), &[1.0], h, h);
         // θ − 1 is z/2 to within a rounding of 1: ε/z in z, so ε of the step.
         assert_abs_diff_eq!(end[1].q[0], (-rate * h).exp(), epsilon = 8.0 * f64::EPSILON);
     }
@@ -62,7 +63,7 @@ fn a_window_of_one_step_is_method_i() {
     let window = Window::new(discrete(Coupled), 1).expect("a length");
     let (a, b) = (
         states(window, &[1.0, -0.5], 0.3, 2.0),
-        states(method_i(AutoField::new(Coupled)).expect("usable"), &[1.0, -0.5], 0.3, 2.0),
+        states(method_i(field_of(Coupled)).expect("usable"), &[1.0, -0.5], 0.3, 2.0),
     );
     assert_eq!(a.len(), b.len());
     for (a, b) in a.iter().zip(&b) {
@@ -132,7 +133,7 @@ fn the_whole_interval_has_the_least_action() {
             max_relative = 0.2
         );
     }
-    let closure_i = states(method_i(AutoField::new(Coupled)).expect("usable"), &[1.0, -0.5], 0.1, 2.0);
+    let closure_i = states(method_i(field_of(Coupled)).expect("usable"), &[1.0, -0.5], 0.1, 2.0);
     // Nearly all of the action is what a straight path leaves of v̇ = f, whatever its ends.
     assert!(action(&closure_i) > (1.0 + 1e-4) * least);
 }
@@ -154,8 +155,7 @@ fn the_mean_local_error_falls_from_method_i_s_to_a_quarter_of_it() {
 /// Windows of any discrete Lagrangian, here with interior unknowns: two steps of degree 2 against one stationary path.
 #[test]
 fn windows_eliminate_interior_values_too() {
-    let lobatto =
-        || Galerkin::lobatto(LeastSquares::new(AutoField::new(Coupled)).expect("usable"), 2).expect("a degree");
+    let lobatto = || Galerkin::lobatto(LeastSquares::new(field_of(Coupled)).expect("usable"), 2).expect("a degree");
     let error = |h: f64| {
         let at =
             |h: f64| states(Window::new(lobatto(), 3).expect("a length"), &[1.0, -0.5], h, 1.2).pop().expect("some").q;
@@ -252,7 +252,7 @@ impl Closure for Disguised {
 
 #[test]
 fn a_closure_may_be_nonlinear() {
-    let field = lsvi::field!(2; |t, v, dv| {
+    let field = field_of!(2; |t, v, dv| {
         dv[0] = v[1] - v[0] * v[0] * v[0];
         dv[1] = -v[0] - v[1] * v[0] * v[0] + t;
     });

@@ -1,11 +1,12 @@
 //! Steps of separable Lagrangians against Newton's method on the equations of a step.
 
 use crate::mechanics::{Named, discretisations};
+use crate::systems::lagrangian_of;
 use crate::systems::{ChargedParticle, DoublePendulum, HenonHeiles, Oscillator};
 use lsvi::discrete::{BrokenLine, Galerkin, Midpoint, Trapezoidal};
 use lsvi::{
-    AutoLagrangian, HessianWeights, Integrator, Jacobian, Lagrangian, LagrangianFn, OneStep, Scalar, SolveError,
-    StepError, position_momentum,
+    HessianWeights, Integrator, Jacobian, Lagrangian, LagrangianFn, OneStep, Scalar, SolveError, StepError,
+    position_momentum,
 };
 use std::sync::Mutex;
 
@@ -93,19 +94,19 @@ fn the_step_of_a_separable_lagrangian_is_that_of_its_equations() {
             assert!(other.work().factorizations > 0, "{name}");
         }
     }
-    let (separable, general) = (AutoLagrangian::new(Separable(HenonHeiles)), AutoLagrangian::new(HenonHeiles));
+    let (separable, general) = (lagrangian_of(Separable(HenonHeiles)), lagrangian_of(HenonHeiles));
     let two: [&[f64]; 2] = [&[0.1, 0.2], &[0.3, -0.1]];
     compare(discretisations(&separable), discretisations(&general), two);
-    let (separable, general) = (AutoLagrangian::new(Separable(Swaying)), AutoLagrangian::new(Swaying));
+    let (separable, general) = (lagrangian_of(Separable(Swaying)), lagrangian_of(Swaying));
     compare(discretisations(&separable), discretisations(&general), two);
-    let (separable, general) = (AutoLagrangian::new(Separable(Chain)), AutoLagrangian::new(Chain));
+    let (separable, general) = (lagrangian_of(Separable(Chain)), lagrangian_of(Chain));
     let six: [&[f64]; 2] = [&[0.1, 0.2, -0.1, 0.0, 0.3, 0.2], &[0.3, -0.1, 0.0, 0.2, -0.2, 0.1]];
     compare(discretisations(&separable), discretisations(&general), six);
 }
 
 #[test]
 fn a_separable_step_that_fails_leaves_the_state_as_it_was() {
-    let l = AutoLagrangian::new(Separable(HenonHeiles));
+    let l = lagrangian_of(Separable(HenonHeiles));
     for (name, discrete) in discretisations(&l) {
         let mut method = position_momentum(discrete);
         let (mut q, mut p) = ([f64::NAN, 0.0], [0.0; 2]);
@@ -119,7 +120,7 @@ fn a_separable_step_that_fails_leaves_the_state_as_it_was() {
 /// Steps along trajectories, as long as they are unstable even, against those that Newton's method takes from the same states.
 #[test]
 fn no_separable_step_returns_a_root_of_another_branch() {
-    let (separable, general) = (AutoLagrangian::new(Separable(Washboard)), AutoLagrangian::new(Washboard));
+    let (separable, general) = (lagrangian_of(Separable(Washboard)), lagrangian_of(Washboard));
     let (mut direct, mut wrong) = (0, Vec::new());
     for i in 0..30 {
         let h = 0.02 * 1.25_f64.powi(i);
@@ -172,7 +173,7 @@ fn a_step_that_seems_to_stand_still_is_not_taken_for_short() {
         }
     }
     let end = |is_separable: bool| {
-        let mut method = position_momentum(Midpoint::new(AutoLagrangian::new(Spikes(is_separable))));
+        let mut method = position_momentum(Midpoint::new(lagrangian_of(Spikes(is_separable))));
         let (mut q, mut p) = ([-5.10705], [-1.24156]);
         method.step(0.0, 0.48, &mut q, &mut p).expect("the branch goes on");
         q[0]
@@ -255,7 +256,7 @@ fn long_steps_round_a_pericentre_need_no_factors() {
             (v[0] * v[0] + v[1] * v[1]) * 0.5 + (q[0] * q[0] + q[1] * q[1]).sqrt().recip()
         }
     }
-    let mut method = position_momentum(Galerkin::gauss(AutoLagrangian::new(Kepler), 6).expect("s ≥ 1"));
+    let mut method = position_momentum(Galerkin::gauss(lagrangian_of(Kepler), 6).expect("s ≥ 1"));
     let h = std::f64::consts::TAU / 16.0;
     // From the apocentre, where a trajectory may start with steps that long.
     let (mut q, mut p) = ([-1.6, 0.0], [0.0, -0.5]);
@@ -268,7 +269,7 @@ fn long_steps_round_a_pericentre_need_no_factors() {
 #[test]
 fn rounding_adds_up_to_that_of_the_increments() {
     // Gauss collocation conserves the energy of the oscillator: what it changes by is rounding.
-    let l = AutoLagrangian::new(Separable(Oscillator));
+    let l = lagrangian_of(Separable(Oscillator));
     let (h, steps) = (1e-4, 1_000_000);
     let mut midpoint = position_momentum(Midpoint::new(&l));
     let mut gauss = position_momentum(Galerkin::gauss(&l, 2).expect("s ≥ 1"));
@@ -292,7 +293,7 @@ fn rounding_adds_up_to_that_of_the_increments() {
 
 #[test]
 fn a_step_goes_on_from_the_last_one_however_its_time_is_rounded() {
-    let (l, h) = (AutoLagrangian::new(Separable(HenonHeiles)), 0.01);
+    let (l, h) = (lagrangian_of(Separable(HenonHeiles)), 0.01);
     for (name, discrete) in discretisations(&l) {
         let mut method = position_momentum(discrete);
         let mut run = |time: &dyn Fn(u32, f64) -> f64| {
@@ -309,8 +310,7 @@ fn a_step_goes_on_from_the_last_one_however_its_time_is_rounded() {
 
 #[test]
 fn a_lagrangian_that_is_not_separable_as_it_says_is_refused() {
-    let (charged, double) =
-        (AutoLagrangian::new(Separable(ChargedParticle)), AutoLagrangian::new(Separable(DoublePendulum)));
+    let (charged, double) = (lagrangian_of(Separable(ChargedParticle)), lagrangian_of(Separable(DoublePendulum)));
     let refuses = |name: &str, method: &mut dyn OneStep| {
         let step = method.step(0.0, 0.1, &mut [1.0, 2.0], &mut [0.3, 0.1]);
         let is_refused = matches!(step, Err(StepError::Solve { source: SolveError::NotSeparable { .. }, .. }));
@@ -342,7 +342,7 @@ impl LagrangianFn for Quartic {
 
 #[test]
 fn a_start_at_rest_does_not_hide_that_a_lagrangian_is_not_separable() {
-    let quartic = AutoLagrangian::new(Quartic);
+    let quartic = lagrangian_of(Quartic);
     for (name, discrete) in discretisations(&quartic) {
         let step = position_momentum(discrete).step(0.0, 0.1, &mut [1.0], &mut [0.0]);
         let is_refused = matches!(step, Err(StepError::Solve { source: SolveError::NotSeparable { .. }, .. }));
@@ -371,7 +371,7 @@ impl LagrangianFn for Claimed {
 #[test]
 fn a_mass_that_changes_by_little_or_with_time_is_not_separable() {
     for (bend, growth) in [(0.01, 0.0), (0.0, 1.0)] {
-        let l = AutoLagrangian::new(Claimed { bend, growth });
+        let l = lagrangian_of(Claimed { bend, growth });
         let mut method = position_momentum(Trapezoidal::new(&l));
         let error = method.step(0.0, 0.5, &mut [0.3], &mut [1.0]).expect_err("another mass at the end");
         let StepError::Solve { source, .. } = error else { panic!("{error}") };
@@ -382,7 +382,7 @@ fn a_mass_that_changes_by_little_or_with_time_is_not_separable() {
 #[test]
 fn one_heavy_particle_moves_by_its_mass() {
     // Störmer and Verlet by hand on 2 v²/2 − cos q.
-    let l = AutoLagrangian::new(Claimed { bend: 0.0, growth: 0.0 });
+    let l = lagrangian_of(Claimed { bend: 0.0, growth: 0.0 });
     let mut method = position_momentum(Trapezoidal::new(&l));
     let (mut q, mut p) = ([0.3], [1.0]);
     method.step(0.0, 0.5, &mut q, &mut p).expect("explicit");
@@ -395,7 +395,7 @@ fn one_heavy_particle_moves_by_its_mass() {
 #[test]
 fn a_lagrangian_is_as_separable_behind_a_reference() {
     let l = Separable(HenonHeiles);
-    let borrowed = AutoLagrangian::new(&l);
+    let borrowed = lagrangian_of(&l);
     assert_eq!(lsvi::Lagrangian::dim(&borrowed), 2);
     assert!(BrokenLine::blanes_moan(&borrowed).is_ok());
 }

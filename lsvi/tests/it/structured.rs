@@ -1,6 +1,7 @@
 //! Systems with dense, banded and sparse Jacobians: the same steps in every structure and formulation.
 
 use crate::fields::{As, Burgers, By, Line, Plane, Walls};
+use crate::systems::field_of;
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::closure::Linear;
@@ -8,9 +9,8 @@ use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
 use lsvi::solver::Iterative;
 use lsvi::{
-    AutoField, Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, Mass, NodeError, OneStep,
-    SettingError, SolveError, State, StepError, Structure, SystemError, Trajectory, Variational, VectorField, Window,
-    method_i,
+    Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, Mass, NodeError, OneStep, SettingError,
+    SolveError, State, StepError, Structure, SystemError, Trajectory, Variational, VectorField, Window, method_i,
 };
 
 fn wave(n: usize) -> Vec<f64> {
@@ -80,7 +80,7 @@ fn method_i_is_the_same_in_every_structure_and_formulation() {
 #[test]
 fn nonlinear_method_i_is_the_same_in_every_structure_and_iteration() {
     let (n, h) = (24, 0.02);
-    let field = AutoField::new(Burgers { cells: n, viscosity: 0.05 });
+    let field = field_of(Burgers { cells: n, viscosity: 0.05 });
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 25.0).sin()).collect();
     let dense = end(method_i(As(Structure::Dense, &field)).expect("usable"), v.clone(), h, 0.2);
     // ‖B‖ ≤ 1 + h (4 ν/dx² + 1/dx).
@@ -199,7 +199,7 @@ fn baseline_methods_solve_with_the_mass_matrix() {
 #[test]
 fn discretisations_follow_the_structure_of_the_field() {
     let (n, h) = (14, 0.02);
-    let field = AutoField::new(Burgers { cells: n, viscosity: 0.05 });
+    let field = field_of(Burgers { cells: n, viscosity: 0.05 });
     let weights = Mass::Diagonal((0..n).map(|i| 1.0 + 0.5 * (i as f64).sin()).collect());
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 15.0).sin()).collect();
     let structures = [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }, sparse_band(n, 1, 1)];
@@ -269,7 +269,7 @@ fn an_entry_outside_the_declared_structure_is_refused() {
         method.step(0.0, 0.1, &mut v.to_vec(), &mut vec![0.0; v.len()])
     }
     let linear = As(narrow.clone(), Line::new(n, 1.0, Walls::Dirichlet));
-    let automatic = AutoField::new(As(narrow, Burgers { cells: n, viscosity: 0.1 }));
+    let automatic = field_of(As(narrow, Burgers { cells: n, viscosity: 0.1 }));
     expect(step(RungeKutta::new(&linear, Tableau::implicit_euler()).expect("usable"), &v));
     expect(step(RungeKutta::new(&automatic, Tableau::implicit_euler()).expect("usable"), &v));
     expect(step(method_i(&linear).expect("usable"), &v));
@@ -337,7 +337,7 @@ fn a_singular_mass_is_for_implicit_methods() {
 #[test]
 fn gauss_newton_and_newton_agree_on_long_steps() {
     let n = 40;
-    let field = AutoField::new(Burgers { cells: n, viscosity: 0.01 });
+    let field = field_of(Burgers { cells: n, viscosity: 0.01 });
     let v: Vec<f64> = (1..=n).map(|i| (std::f64::consts::PI * i as f64 / 41.0).sin()).collect();
     for h in [0.1, 1.0, 10.0, 100.0] {
         let (mut expected, mut p) = (v.clone(), vec![0.0; n]);
@@ -359,7 +359,7 @@ fn stages_found_together_are_those_found_one_by_one() {
     let sdirk = (vec![vec![gamma, 0.0], vec![1.0 - gamma, gamma]], vec![1.0 - gamma, gamma], vec![gamma, 1.0]);
     let lobatto = (vec![vec![0.0, 0.0], vec![0.5, 0.5]], vec![0.5, 0.5], vec![0.0, 1.0]);
     let line = Line::new(12, 0.1, Walls::Dirichlet);
-    let burgers = AutoField::new(Burgers { cells: 12, viscosity: 0.1 });
+    let burgers = field_of(Burgers { cells: 12, viscosity: 0.1 });
     let fields: [&dyn VectorField; 3] = [&line, &burgers, &As(Structure::Dense, &burgers)];
     for (a, b, c) in [sdirk, lobatto] {
         for field in fields {
@@ -426,7 +426,7 @@ fn a_field_that_is_not_linear_as_it_says_is_refused() {
 fn second_derivatives_from_differences_give_the_same_steps() {
     for h in [0.1, 0.5, 1.0] {
         let mut v = [[1.0, -0.2, 0.5]; 3];
-        method_i(AutoField::new(crate::fields::Drag))
+        method_i(field_of(crate::fields::Drag))
             .expect("valid")
             .step(0.0, h, &mut v[0], &mut [0.0; 3])
             .expect("solvable");

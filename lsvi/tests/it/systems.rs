@@ -1,7 +1,30 @@
 //! Mechanical systems that the tests share.
 #![allow(dead_code)]
 
-use lsvi::{ConstraintFn, ForceFn, LagrangianFn, Scalar};
+use lsvi::{
+    AutoField, AutoLagrangian, ConstraintFn, EulerLagrange, FieldFn, ForceFn, LagrangianFn, Scalar, VectorField,
+};
+
+/// A Lagrangian behind a pointer, so that what steps it is compiled once for all tests. As their own types, systems are stepped in
+/// `work.rs`, `counts.rs` and `recipes.rs`.
+pub(crate) type AnyLagrangian<'a> = Box<dyn EulerLagrange + 'a>;
+/// A field, as [`AnyLagrangian`].
+pub(crate) type AnyField<'a> = Box<dyn VectorField + 'a>;
+
+pub(crate) fn lagrangian_of<'a>(function: impl LagrangianFn + 'a) -> AnyLagrangian<'a> {
+    Box::new(AutoLagrangian::new(function))
+}
+
+pub(crate) fn field_of<'a>(function: impl FieldFn + 'a) -> AnyField<'a> {
+    Box::new(AutoField::new(function))
+}
+
+/// [`lsvi::field!`], as [`field_of`].
+macro_rules! field_of {
+    ($($formula:tt)*) => {
+        Box::new(lsvi::field!($($formula)*)) as $crate::systems::AnyField
+    };
+}
 
 /// Unit mass and stiffness.
 pub(crate) struct Oscillator;

@@ -1,14 +1,15 @@
 //! The solution between the steps, at given times and at the zeros of functions, against exact solutions.
 
 use crate::systems::Oscillator;
+use crate::systems::{AnyField, field_of, lagrangian_of};
 use approx::assert_abs_diff_eq;
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::discrete::{Galerkin, PathFitted, Trapezoidal};
 use lsvi::quadrature::NodeFamily;
 use lsvi::{
-    AutoField, AutoLagrangian, Crossing, FieldFn, Grid, InputError, Integrator, Mass, Scalar, State, StepError,
-    SystemError, TimeError, Trajectory, Window, Work, method_i, position_momentum,
+    Crossing, FieldFn, Grid, InputError, Integrator, Mass, Scalar, State, StepError, SystemError, TimeError,
+    Trajectory, Window, Work, method_i, position_momentum,
 };
 
 /// m v̇ = m (v₁, −v₀): (cos t, −sin t) from (1, 0).
@@ -29,8 +30,8 @@ impl FieldFn for Circle {
     }
 }
 
-fn circle() -> AutoField<Circle> {
-    AutoField::new(Circle { mass: 1.0 })
+fn circle() -> AnyField<'static> {
+    field_of(Circle { mass: 1.0 })
 }
 
 /// The largest error of q₀ = cos t between the steps of size h up to t = 2.
@@ -59,7 +60,7 @@ fn methods() -> Vec<(&'static str, u32, Made<'static>)> {
     };
     let galerkin = |degree: usize| -> Made<'static> {
         Box::new(move || {
-            let discrete = Galerkin::gauss(AutoLagrangian::new(Oscillator), degree).expect("s ≥ 1");
+            let discrete = Galerkin::gauss(lagrangian_of(Oscillator), degree).expect("s ≥ 1");
             Box::new(position_momentum(discrete))
         })
     };
@@ -69,23 +70,15 @@ fn methods() -> Vec<(&'static str, u32, Made<'static>)> {
         ("rk4", 4, tableau(Tableau::rk4)),
         ("bdf2", 2, Box::new(|| Box::new(Bdf2::new(circle()).expect("usable")))),
         ("method I", 2, Box::new(|| Box::new(method_i(circle()).expect("usable")))),
-        (
-            "method I with a mass",
-            2,
-            Box::new(|| Box::new(method_i(AutoField::new(Circle { mass: 3.0 })).expect("usable"))),
-        ),
-        (
-            "Störmer–Verlet",
-            2,
-            Box::new(|| Box::new(position_momentum(Trapezoidal::new(AutoLagrangian::new(Oscillator))))),
-        ),
+        ("method I with a mass", 2, Box::new(|| Box::new(method_i(field_of(Circle { mass: 3.0 })).expect("usable")))),
+        ("Störmer–Verlet", 2, Box::new(|| Box::new(position_momentum(Trapezoidal::new(lagrangian_of(Oscillator)))))),
         ("galerkin(2)", 4, galerkin(2)),
         ("galerkin(4)", 8, galerkin(4)),
         (
             "path-fitted(3)",
             4,
             Box::new(|| {
-                let l = AutoLagrangian::new(Oscillator);
+                let l = lagrangian_of(Oscillator);
                 Box::new(position_momentum(PathFitted::on(l, NodeFamily::Gauss, 3).expect("m ≥ 2")))
             }),
         ),
@@ -114,7 +107,7 @@ fn the_dense_output_of_every_method_has_the_order_of_its_states_up_to_four() {
 /// Simpson's rule, which is rk4 where f does not depend on v, ends where t, t² and t³ do, and a cubic is its own interpolant.
 #[test]
 fn the_path_along_a_cubic_is_the_cubic() {
-    let powers = lsvi::field!(3, |t, _v, dv| {
+    let powers = field_of!(3, |t, _v, dv| {
         dv[0] = T::from(1.0);
         dv[1] = T::from(2.0 * t);
         dv[2] = T::from(3.0 * t * t);
@@ -307,7 +300,7 @@ fn a_run_goes_on_after_its_end_as_if_it_had_none() {
 
 #[test]
 fn a_run_goes_on_after_an_error_with_a_shorter_step() {
-    let growth = lsvi::field!(1, |_t, v, dv| dv[0] = v[0] * v[0]);
+    let growth = field_of!(1, |_t, v, dv| dv[0] = v[0] * v[0]);
     let method = RungeKutta::new(growth, Tableau::implicit_euler()).expect("usable");
     let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 0.3, 0.5).expect("valid");
     let error = run.step().expect_err("no next state for steps above a quarter");
@@ -321,7 +314,7 @@ fn a_run_goes_on_after_an_error_with_a_shorter_step() {
 #[test]
 fn every_zero_within_a_step_is_found_also_where_it_is_one_of_the_times_looked_at() {
     let still = || {
-        let method = RungeKutta::new(lsvi::field!(1, |_t, _v, dv| dv[0] = T::from(1.0)), Tableau::rk4());
+        let method = RungeKutta::new(field_of!(1, |_t, _v, dv| dv[0] = T::from(1.0)), Tableau::rk4());
         Trajectory::new(method.expect("usable"), State::new(0.0, vec![0.0]), 1.0, 3.0).expect("valid")
     };
     let zeros = |g: &dyn Fn(f64) -> f64, crossing: Crossing| {
@@ -387,7 +380,7 @@ fn a_method_with_a_memory_starts_anew_from_a_state_that_was_changed() {
 #[test]
 fn the_dense_output_of_an_integrator_in_a_box_is_its_own() {
     let method = || {
-        let circle = lsvi::field!(2, |_t, v, dv| {
+        let circle = field_of!(2, |_t, v, dv| {
             dv[0] = v[1];
             dv[1] = -v[0];
         });

@@ -1,9 +1,10 @@
 //! Lagrangians that are not quadratic in the velocity: the velocity of a momentum, dense output, and steps.
 
+use crate::systems::lagrangian_of;
 use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::{
-    AutoConstraint, AutoLagrangian, Constrained, ConstraintFn, Integrator, LagrangianFn, Scalar, SolveError, State,
-    StepError, Trajectory, TwoStep, position_momentum,
+    AutoConstraint, Constrained, ConstraintFn, Integrator, LagrangianFn, Scalar, SolveError, State, StepError,
+    Trajectory, TwoStep, position_momentum,
 };
 
 use crate::mechanics::discretisations;
@@ -67,7 +68,7 @@ impl ConstraintFn for Circle {
 
 #[test]
 fn the_rate_is_the_velocity_of_the_momentum() {
-    let (quartic, relativistic) = (AutoLagrangian::new(Quartic(1)), AutoLagrangian::new(Relativistic));
+    let (quartic, relativistic) = (lagrangian_of(Quartic(1)), lagrangian_of(Relativistic));
     for (name, discrete) in discretisations(&quartic) {
         let mut method = position_momentum(discrete);
         for v in [-30.0_f64, -2.0, 0.0, 1e-3, 0.5, 2.0, 1e4] {
@@ -87,7 +88,7 @@ fn the_rate_is_the_velocity_of_the_momentum() {
             assert!((rate[0] - v).abs() <= 16.0 * EPS, "{name}: {} for {v}", rate[0]);
         }
     }
-    let quartic = AutoLagrangian::new(Quartic(2));
+    let quartic = lagrangian_of(Quartic(2));
     let mut method =
         Constrained::new(Galerkin::gauss(quartic, 2).expect("s ≥ 1"), AutoConstraint::new(Circle)).expect("fits");
     let mut rate = [f64::NAN; 2];
@@ -97,7 +98,7 @@ fn the_rate_is_the_velocity_of_the_momentum() {
 
 #[test]
 fn a_momentum_of_no_velocity_is_an_error() {
-    let mut method = position_momentum(Midpoint::new(AutoLagrangian::new(Bounded)));
+    let mut method = position_momentum(Midpoint::new(lagrangian_of(Bounded)));
     let mut rate = [0.0];
     let mut at = |p: f64| method.rate(&State::new(0.0, vec![0.3]).with_momentum(vec![p]), &mut rate);
     at(0.9).expect("in the range of ∂L/∂v");
@@ -113,7 +114,7 @@ fn a_momentum_of_no_velocity_is_an_error() {
 #[test]
 fn dense_output_keeps_its_order_where_l_is_not_quadratic_in_the_velocity() {
     let run = |h: f64| {
-        let method = position_momentum(Galerkin::gauss(AutoLagrangian::new(Quartic(1)), 3).expect("s ≥ 1"));
+        let method = position_momentum(Galerkin::gauss(lagrangian_of(Quartic(1)), 3).expect("s ≥ 1"));
         Trajectory::new(method, State::new(0.0, vec![1.0]), h, 3.0).expect("fits")
     };
     // States of order 6 at the short step: errors below 1e-13.
@@ -133,7 +134,7 @@ fn dense_output_keeps_its_order_where_l_is_not_quadratic_in_the_velocity() {
 
 #[test]
 fn a_relativistic_particle_moves_in_every_discretisation() {
-    let relativistic = AutoLagrangian::new(Relativistic);
+    let relativistic = lagrangian_of(Relativistic);
     for (q, p) in [(1.0, 0.0), (0.0, 2.0), (0.3, -5.0)] {
         for index in 0..discretisations(&relativistic).len() {
             let worst = [0.1, 0.05].map(|h| {
@@ -155,7 +156,7 @@ fn a_relativistic_particle_moves_in_every_discretisation() {
 #[test]
 fn fast_particles_are_as_good_as_slow_ones() {
     let start = State::new(0.0, vec![0.0]).with_momentum(vec![50.0]);
-    let mut method = position_momentum(Galerkin::gauss(AutoLagrangian::new(Relativistic), 2).expect("s ≥ 1"));
+    let mut method = position_momentum(Galerkin::gauss(lagrangian_of(Relativistic), 2).expect("s ≥ 1"));
     // Until all of the energy is potential, and back: q² = 2 (√(1 + p²) − 1), with |v| almost 1 on the way.
     let (h, mut worst) = (0.02, 0.0_f64);
     let end = Trajectory::new(&mut method, start.clone(), h, 21.0)
@@ -183,7 +184,7 @@ fn two_steps_of_a_relativistic_particle() {
         }
     }
     let (exact, h) = (|t: f64| t.hypot(1.0), 0.05);
-    let mut method = TwoStep::new(Galerkin::gauss(AutoLagrangian::new(Pushed), 2).expect("s ≥ 1"));
+    let mut method = TwoStep::new(Galerkin::gauss(lagrangian_of(Pushed), 2).expect("s ≥ 1"));
     let (mut before, mut now) = ([exact(2.0)], [exact(2.0 + h)]);
     method.step(2.0 + h, h, &mut before, &mut now).expect("a solution exists");
     // The local error of order 5, and what the momentum lost: (h/2)⁴.
@@ -205,7 +206,7 @@ impl LagrangianFn for Accelerated {
 /// ∂²L/∂v² is p³, and so is what the rounding of a velocity would be multiplied by.
 #[test]
 fn the_momentum_of_a_fast_particle_grows_by_its_impulse() {
-    let l = AutoLagrangian::new(Accelerated);
+    let l = lagrangian_of(Accelerated);
     for p in [1.0, 1e3, 1e5] {
         let methods: [(&str, Box<dyn Integrator + '_>); 4] = [
             ("midpoint", Box::new(position_momentum(Midpoint::new(&l)))),
