@@ -169,6 +169,15 @@ fn counted(iterations: u32) -> String {
 /// Part of a step that is not printed.
 const BESIDE: f64 = 1e-4;
 
+/// Which step it is.
+fn from(t: f64, h: f64) -> String {
+    if h == 0.0 {
+        format!("no step starts from the state at t = {}", Number(t))
+    } else {
+        format!("step from t = {} with h = {}", Number(t), Number(h))
+    }
+}
+
 /// What is said of a step of `h`, at the end of which the branch may end too.
 fn of_step(source: &SolveError, h: f64) -> String {
     match source {
@@ -187,7 +196,7 @@ pub enum StepError {
     #[error(transparent)]
     Input(#[from] InputError),
     /// The step equation was not solved; the state is left as it was.
-    #[error("step from t = {} with h = {}: {}", Number(*t), Number(*h), of_step(source, *h))]
+    #[error("{}: {}", from(*t, *h), of_step(source, *h))]
     Solve {
         /// Time at the beginning of the step.
         t: f64,

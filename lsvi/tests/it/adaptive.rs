@@ -445,6 +445,7 @@ fn what_cannot_be_solved_is_a_typed_error() {
     let mut method = radau(field_of(VanDerPol { mu: 1.0 }), 1e-6, 1e-6);
     let error = lsvi::Integrator::advance(&mut method, &mut far, &grid).expect_err("infinite");
     assert_eq!(error, StepError::Solve { t: 0.25, h: 0.0, source: SolveError::NonFinite });
+    assert!(error.to_string().starts_with("no step starts from the state at t = 0.25: "), "{error}");
 }
 
 /// v̇₀ = −v₀, and v₀ = v₁ in units in which it is a thousand times that.

@@ -372,14 +372,19 @@ fn unsmooth(
     let mut states = along(&times[1..])?;
     states.insert(0, (limit.initial.clone(), 0.0));
     let Rough { t, order } = roughness(limit.ode, &times, &states, order)?;
-    let explains = order < least && (found.verdict == Verdict::Inconclusive || slope > order - 0.5);
-    explains.then(|| {
-        format!(
-            "f is not smooth along the solution near t = {}, or changes there within a thousandth of the time, and no order above {} is to be \
-             expected: a time that ends before tells, or smooth data",
-            significant(t, 2),
-            decimals(order, 1)
-        )
+    let place = format!(
+        "f is not smooth along the solution near t = {}, or changes there within a thousandth of the time, and",
+        significant(t, 2)
+    );
+    let tells = "a time that ends before tells, or smooth data";
+    let is_open = found.verdict == Verdict::Inconclusive;
+    if order < least && (is_open || slope > order - 0.5) {
+        return Some(format!("{place} no order above {} is to be expected: {tells}", decimals(order, 1)));
+    }
+    // An error of the method's own order with another factor for each step size.
+    (is_open && order < found.expected.order + 0.5).then(|| {
+        let order = decimals(order, 1);
+        format!("{place} the step across leaves an error of order {order} whose size depends on where it meets the place: {tells}")
     })
 }
 

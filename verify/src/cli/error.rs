@@ -243,6 +243,9 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
             "where f or a derivative of it is NaN or infinite at the start, as of log(x) or sqrt(x) at x = 0, no step helps; elsewhere a shorter \
              one may",
         ),
+        RunError::Step(StepError::Solve { h: 0.0, source: SolveError::NonFinite, .. }) => {
+            Some("the run has come to where f is not defined, as sqrt(x) below x = 0; the solution may end before")
+        }
         RunError::Step(StepError::Solve { source: SolveError::NonFiniteDerivative { .. }, .. }) => Some(
             "f has no finite derivative at the state of that step, as sqrt(x) has none at x = 0; an explicit method, as rk4, asks for none",
         ),

@@ -1191,7 +1191,10 @@ fn an_equation_that_is_not_smooth_refutes_no_order() {
     let jump = "u_i { x = 1 } F_i { heaviside(t-1) - x }";
     let kink = "u_i { x = 1 } F_i { -pow(abs(x),0.5)*x/(abs(x)+1e-300) }";
     let root = "u_i { x = 1 } F_i { sqrt(t) - x }";
+    let saturated = "u_i { x = 2, v = 0 } F_i { v, min(max(-50*x - 10*v, -1), 1) }";
     for (name, text, rest, words) in [
+        ("saturated.ds", saturated, "--t-end 2 --method trapezoidal", "leaves an error of order 2.0 whose size"),
+        ("saturated.ds", saturated, "--t-end 2 --method rk4", "no order above 2.0"),
         ("jump.ds", jump, "--t-end 2 --method gauss2", "f is not smooth along the solution near t = 1.0,"),
         ("jump.ds", jump, "--t-end 2 --method ls-galerkin(3,gauss,3)", "no order above 1.0"),
         ("kink.ds", kink, "--t-end 3 --method rk4", "no order above 2.0"),

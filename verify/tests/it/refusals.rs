@@ -110,7 +110,9 @@ fn refusals_are_told_word_for_word() {
 }
 
 /// Systems that runs of [`WARNED`] are of.
-const MODELS: [(&str, &str); 18] = [
+const MODELS: [(&str, &str); 20] = [
+    ("coil.ds", "u_i { charge = 1e-9, current = 0 } F_i { current, -5e6*current - 1e15*charge }"),
+    ("tank.ds", "u_i { level = 1 } F_i { -0.5*sqrt(level) }"),
     ("pole.ds", "u_i { x = 0.1 } F_i { exp(x) }"),
     ("robertson.ds", "u_i { a = 1, b = 0, c = 0 } F_i { -0.04*a + 1e4*b*c, 0.04*a - 1e4*b*c - 3e7*b*b, 3e7*b*b }"),
     ("prey.ds", "u_i { x = 40, y = 9 } F_i { x*(5-0.4*y), y*(0.5*x-0.8) }"),
@@ -143,7 +145,9 @@ const MODELS: [(&str, &str); 18] = [
     ),
 ];
 
-const WARNED: [&str; 50] = [
+const WARNED: [&str; 52] = [
+    "solve --model coil.ds --method method-i --h 1e-9 --t-end 1e-7",
+    "solve --model tank.ds --method radau-adaptive --t-end 6",
     "solve --model pole.ds --method rk4 --h 0.1 --t-end 3",
     "solve --model pole.ds --method rk4 --h 0.05 --t-end 0.5",
     "solve --model robertson.ds --method trapezoidal --h 100 --t-end 1e4",

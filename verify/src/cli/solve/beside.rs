@@ -12,6 +12,7 @@ use verify::reference::{self, InUnits, Ode};
 use verify::run::{RunError, run_between, run_through};
 
 use super::beware::{BEYOND, COURSE, DENSE};
+use super::units::{Fault, unlike};
 use crate::cli::layout::{number, plain};
 
 /// Rows that are looked at: from half as many up to so many of a long run, and the last.
@@ -65,6 +66,8 @@ pub(super) struct Beside {
     /// One of those since then.
     group: Option<Row>,
     last: Row,
+    /// The longest step.
+    longest: f64,
     count: usize,
     /// The largest value of each component so far.
     sizes: Vec<f64>,
@@ -91,8 +94,8 @@ impl Row {
 
 impl Default for Beside {
     fn default() -> Self {
-        let (rows, group, last, sizes) = Default::default();
-        Self { rows, every: 1, group, last, count: 0, sizes }
+        let (rows, group, last, longest, sizes) = Default::default();
+        Self { rows, every: 1, group, last, longest, count: 0, sizes }
     }
 }
 
@@ -106,6 +109,7 @@ impl Beside {
         self.sizes.iter_mut().zip(values).for_each(|(size, x)| *size = larger(*size, x.abs()));
         let part = |(size, (a, b)): (&f64, (&f64, &f64))| if *size > 0.0 { (b - a).abs() / size } else { 0.0 };
         let moved = self.sizes.iter().zip(self.last.values.iter().zip(values)).map(part).fold(0.0, larger);
+        self.longest = larger(self.longest, t - self.last.t);
         self.last = Row { t, values: values.to_vec(), estimate: estimate.unwrap_or(f64::INFINITY), moved };
         if t == 0.0 {
             return;
@@ -291,14 +295,16 @@ impl Beside {
             })
             .max_by(|a, b| (a.2 / sizes[a.1]).total_cmp(&(b.2 / sizes[b.1])))?;
         let row = self.rows().nth(place)?;
-        let [shared, remedy] = if method.traits().is_adaptive {
+        let [shared, smaller] = if method.traits().is_adaptive {
             ["a tenth of the tolerances", "smaller tolerances"]
         } else {
             ["half the step", "a much smaller `--h`"]
         };
+        let remedy = unlike(problem, method, (0.0, &limit.initial), self.longest, Fault::Off(k))
+            .unwrap_or_else(|| format!("{smaller}, or another method, tells"));
         Some(format!(
             "at t = {} {} is {}, and {} by two solvers that choose their steps: the error is larger than the estimates near there, of {} at most, which do not \
-             know of what the run with {shared} misses as well; {remedy}, or another method, tells",
+             know of what the run with {shared} misses as well; {remedy}",
             plain(row.t),
             component_names(problem)[k],
             number(row.values[k]),
