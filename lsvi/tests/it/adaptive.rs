@@ -199,6 +199,22 @@ fn options_are_obeyed() {
     assert!(matches!(result, Err(StepError::BelowShortest { h_min: 0.3, .. })), "{result:?}");
 }
 
+/// The steps that are allowed are those from one start: a second one has as many.
+#[test]
+fn another_start_has_all_its_steps() {
+    let tolerances = Tolerances::new(1e-8, 1e-8).expect("positive");
+    let field = field_of(VanDerPol { mu: 1.0 });
+    let steps = |method: &mut Radau<_>| {
+        let mut steps = 0;
+        let run = Trajectory::new(method, State::new(0.0, vec![2.0, 0.0]), 20.0, 20.0).expect("valid");
+        run.observe(|_| steps += 1).map(|_| steps)
+    };
+    let accepted = steps(&mut Radau::new(&field, Options::new(tolerances.clone())).expect("valid")).expect("few steps");
+    let options = Options::new(tolerances).max_steps(2 * accepted - 1).expect("some");
+    let mut method = Radau::new(&field, options).expect("valid");
+    assert_eq!([(); 3].map(|()| steps(&mut method)), [(); 3].map(|()| Ok(accepted)));
+}
+
 /// A component that starts at zero, and relative accuracy alone: v₂ ~ t³ stays accurate to rtol from the first step on.
 #[test]
 fn a_purely_relative_tolerance_takes_a_component_that_starts_at_zero() {

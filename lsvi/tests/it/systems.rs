@@ -1,5 +1,5 @@
 //! Mechanical systems that the tests share.
-#![allow(dead_code)]
+#![allow(dead_code, unused_macros)]
 
 use lsvi::{
     AutoField, AutoLagrangian, ConstraintFn, EulerLagrange, FieldFn, ForceFn, LagrangianFn, Scalar, VectorField,

@@ -103,3 +103,20 @@ impl Write for Replacement {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_new_file_is_for_whoever_may_read_any_file() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let [replaced, plain] = ["replaced", "plain"].map(|name| directory.path().join(name));
+        Replacement::write(&replaced, b"x").expect("writable");
+        File::create(&plain).expect("writable");
+        let mode =
+            |path: &Path| std::os::unix::fs::PermissionsExt::mode(&path.metadata().expect("a file").permissions());
+        assert_eq!(mode(&replaced), mode(&plain));
+    }
+}

@@ -66,6 +66,14 @@ pub enum Growth {
     Unseen,
 }
 
+impl Growth {
+    /// What the factors of two sizes of disturbance say.
+    fn by([a, b]: [f64; 2]) -> Self {
+        // Where nothing grows roundings may be all that is left.
+        if a.max(b) <= 1.0 || (a - b).abs() <= DIGITS * a.max(b) { Self::By(a) } else { Self::Untold([a, b]) }
+    }
+}
+
 /// What the Jacobians A = M⁻¹ ∂f/∂v along the solution say, in coordinates where M = I.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrices {
@@ -343,8 +351,6 @@ fn growth(problem: &dyn Problem, method: &dyn Method, horizon: f64, unit: f64) -
     };
     match factors() {
         Err(error) => Growth::Lost(error),
-        // Where nothing grows roundings may be all that is left.
-        Ok([a, b]) if a.max(b) <= 1.0 || (a - b).abs() <= DIGITS * a.max(b) => Growth::By(a),
-        Ok(factors) => Growth::Untold(factors),
+        Ok(factors) => Growth::by(factors),
     }
 }

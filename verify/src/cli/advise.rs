@@ -397,6 +397,9 @@ mod tests {
                      40 evaluations, 2.5 times fewer than radau-adaptive.";
         assert!(text.contains(taken), "{text}");
         assert_eq!([1.0, 0.5].map(|own| told(&advice, own).contains("has turned twice")), [false, true]);
+        advice.character.matrices.as_mut().expect("a small system").fastest = 0.3 * TAU;
+        let text = told(&advice, 1.0);
+        assert!(text.contains("short: the run is 0.30 of a turn at its fastest rate"), "{text}");
         advice.trials.remove(0);
         let text = told(&advice, 1.0);
         assert!(text.contains("TAKE radau-adaptive with the tolerances below: in the trial"), "{text}");

@@ -41,7 +41,8 @@ pub fn summary(run: &Run, color: bool) -> String {
         line(&mut out, &chapter.title, Counts::of(chapter), color);
     }
     if chapters.len() > MAX_CHAPTERS {
-        let _ = writeln!(out, "… and {} more chapters", chapters.len() - MAX_CHAPTERS);
+        let more = chapters.len() - MAX_CHAPTERS;
+        let _ = writeln!(out, "… and {more} more chapter{}", if more == 1 { "" } else { "s" });
     }
     line(&mut out, "All", Counts { broken: 0, ..counts }, color);
     points(&mut out, run, color);

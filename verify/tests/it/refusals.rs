@@ -110,7 +110,8 @@ fn refusals_are_told_word_for_word() {
 }
 
 /// Systems that runs of [`WARNED`] are of.
-const MODELS: [(&str, &str); 20] = [
+const MODELS: [(&str, &str); 21] = [
+    ("log.ds", "u_i { x = 0 } F_i { log(x) }"),
     ("coil.ds", "u_i { charge = 1e-9, current = 0 } F_i { current, -5e6*current - 1e15*charge }"),
     ("tank.ds", "u_i { level = 1 } F_i { -0.5*sqrt(level) }"),
     ("pole.ds", "u_i { x = 0.1 } F_i { exp(x) }"),
@@ -145,7 +146,10 @@ const MODELS: [(&str, &str); 20] = [
     ),
 ];
 
-const WARNED: [&str; 52] = [
+const WARNED: [&str; 55] = [
+    "solve --model log.ds --method rk4 --h 1e-7 --t-end 1",
+    "solve --model log.ds --method rk4 --h 1e-8 --t-end 1",
+    "solve --model saddle.ds --method radau-adaptive --t-end 0.5 --atol 10,2",
     "solve --model coil.ds --method method-i --h 1e-9 --t-end 1e-7",
     "solve --model tank.ds --method radau-adaptive --t-end 6",
     "solve --model pole.ds --method rk4 --h 0.1 --t-end 3",

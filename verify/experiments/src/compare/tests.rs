@@ -406,6 +406,20 @@ fn an_adaptive_answer_is_far_more_accurate_than_its_bound() {
     assert!(0.0 < error && error < answer.bound / 30.0, "{error:e} beside {:e}", answer.bound);
 }
 
+/// Of a model a step is a thousandth of the time at most, and of the finer run half of that; both are shorter than v̇ = −v needs.
+#[test]
+fn the_steps_of_a_finer_answer_are_half_as_long_where_none_may_be_long() {
+    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+    std::fs::write(file.path(), "u_i { v = 1 } F_i { -v }").expect("writable");
+    let problem = problem::model::Model::load(file.path(), &[], None).expect("a model");
+    let method = named("radau-adaptive");
+    let Ok(answer) = by_tolerance(&problem, &*method, &[1.0]) else { panic!("it runs") };
+    let finer = method.tightened(100.0).expect("adaptive");
+    let with = |h: f64| run(&problem, &*finer, h, 1.0, |_| {}).expect("it runs").end.q;
+    assert_ne!(with(1e-3), with(5e-4));
+    assert_eq!(answer.states, [with(5e-4)]);
+}
+
 #[test]
 fn an_exact_truth_is_known_to_roundings() {
     let problem = problem::build("logistic", &[]).expect("known");

@@ -628,3 +628,41 @@ pub(super) fn jacobian(problem: &dyn Problem, t: f64, v: &[f64]) -> DMatrix<f64>
     problem.ode().jacobian(t, v, &mut |i, j, x| matrix[(i, j)] += x);
     matrix
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use verify::{method, problem};
+
+    /// Of cos t in a step of a period, and in one that ends before it comes to zero.
+    #[test]
+    fn a_solution_that_crosses_zero_within_a_step_crosses_it() {
+        let oscillator = problem::build("harmonic-oscillator", &[]).expect("registered");
+        let crosses = |end: f64| {
+            let crossing = Crossing { start: 0.0, end, from: vec![1.0, 0.0] };
+            crossing.is_of_solution(oscillator.ode(), 0, 1e-3)
+        };
+        assert_eq!([std::f64::consts::TAU, 1.5].map(crosses), [true, false]);
+    }
+
+    /// Of v̇ = −v a step of 1 takes 0.63.
+    #[test]
+    fn a_run_lags_that_moves_a_hundredth_of_the_way_or_less() {
+        let (problem, method) = (problem::build("linear-drag", &[]), method::parse("implicit-euler"));
+        let (problem, method) = (problem.expect("registered"), method.expect("registered"));
+        let lags = |part: f64| {
+            let after = |v: f64| v * (1.0 - part * (1.0 - (-1.0_f64).exp()));
+            let rows = [1.0, after(1.0), after(after(1.0))].map(|v| vec![v]);
+            let watch = Watch {
+                first: rows[0].clone(),
+                sizes: rows[0].clone(),
+                earlier: (0.0, rows[0].clone()),
+                before: (1.0, rows[1].clone()),
+                last: (2.0, rows[2].clone()),
+                ..Watch::default()
+            };
+            watch.lags(&*problem, &*method).is_some()
+        };
+        assert_eq!([0.9, 1.1].map(|part| lags(part * LAGS)), [true, false]);
+    }
+}

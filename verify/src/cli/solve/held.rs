@@ -119,3 +119,22 @@ fn growth_in_a_step(problem: &dyn Problem, method: &dyn Method, (t, v): (f64, &[
     // A method that lets them grow faster hides nothing.
     Some([exponent, shown.min(exponent)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An estimate of a third of the solution says so itself, and one above a third of the error covers it.
+    #[test]
+    fn what_the_estimate_says_is_not_said_again() {
+        let stay = Stay { steps: STAY, error: 1e-3, growth: [10.0, 0.0], fastest: 5.0, h: 1.0, times: [0.0, 2.0] };
+        assert!(stay.is_hidden());
+        let told = |estimate: f64, error: f64| {
+            let worst = Some(Stay { error, ..stay.clone() });
+            Held { worst, estimate, ..Held::default() }.told(1.0).is_some()
+        };
+        // e¹⁰ is 22 026.
+        assert_eq!([0.99, 1.01].map(|part| told(part / BEYOND, 1e-3)), [true, false]);
+        assert_eq!([1.1, 0.9].map(|part| told(0.3 / BEYOND, part * 0.3 / 22_026.0)), [true, false]);
+    }
+}

@@ -179,3 +179,36 @@ fn what_is_not_well_is_said_first_and_in_red() {
     let numbers = numbers.map(|(colour, width, count)| format!("\u{1b}[{colour}m{count:>width$}\u{1b}[0m"));
     assert!(line.ends_with(&numbers.join(" ")), "{line:?}");
 }
+
+#[test]
+fn a_failure_says_what_was_required() {
+    let check = Check {
+        id: "late".into(),
+        statement: "It is early".into(),
+        outcome: Outcome::Fail,
+        measured: Some(2.5),
+        required: Some(Requirement::AtMost(1.25)),
+        reason: String::new(),
+    };
+    let evidence = Evidence { checks: vec![check], ..Evidence::default() };
+    let run =
+        Run::new(vec![Chapter { id: "time".into(), title: "Time".into(), evidence, ..Chapter::default() }], Vec::new());
+    let junit = read(&written("required", &run), "junit.xml");
+    let junit = Document::parse(&junit).expect("XML");
+    let failures = with_tag(junit.root(), &["failure"]);
+    let messages: Vec<_> = failures.iter().filter_map(|node| node.attribute("message")).collect();
+    assert_eq!(messages, ["It is early. Measured 2.5, required ≤ 1.25."]);
+}
+
+/// The screen has lines for twelve, and the report has a chapter on itself.
+#[test]
+fn the_summary_of_many_chapters_shows_those_that_failed() {
+    let chapter = |n: usize| Chapter {
+        id: format!("plain-{n}"),
+        title: format!("Chapter {n}"),
+        ..chapter(("plain", [3, usize::from(n == 13), 0, 0, 0], false, 0))
+    };
+    let text = report::summary(&Run::new((1..=13).map(chapter).collect(), Vec::new()), false);
+    assert!(text.contains("Chapter 13") && !text.contains("Chapter 12"), "{text}");
+    assert!(text.contains("… and 2 more chapters\n"), "{text}");
+}

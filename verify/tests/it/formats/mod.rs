@@ -9,7 +9,9 @@ mod links;
 use std::path::Path;
 
 use roxmltree::{Document, Node};
-use verify::evidence::{Axis, Cell, Check, Evidence, Figure, Grid, Mark, Outcome, Panel, Section, Series, Table};
+use verify::evidence::{
+    Axis, Cell, Check, Evidence, Figure, Grid, Mark, Outcome, Panel, Requirement, Section, Series, Table,
+};
 use verify::report::{self, Chapter, Run};
 
 use super::report::{fresh, read};
