@@ -354,3 +354,22 @@ fn growth(problem: &dyn Problem, method: &dyn Method, horizon: f64, unit: f64) -
         Ok(factors) => Growth::by(factors),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// To a twentieth, where either grows.
+    #[test]
+    fn two_factors_tell_one_growth_where_they_agree() {
+        let is_told = |a: f64, b: f64| match Growth::by([a, b]) {
+            Growth::By(factor) => factor == a,
+            told => {
+                assert_eq!(told, Growth::Untold([a, b]));
+                false
+            }
+        };
+        let pairs = [(9.6, 10.0), (9.4, 10.0), (10.0, 9.6), (10.0, 9.4), (0.9, 0.1), (1.1, 0.1)];
+        assert_eq!(pairs.map(|(a, b)| is_told(a, b)), [true, false, true, false, true, false]);
+    }
+}
