@@ -30,6 +30,17 @@ fn directory(name: &str) -> PathBuf {
     path
 }
 
+/// The table of Celik et al. that is shipped has the order, the limit and the indices of theirs: 1.53, 6.1685 and 2.2 %.
+#[test]
+fn the_shipped_table_of_a_flow_has_its_published_order() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/reattachment.csv");
+    let (code, out, _) = say(&format!("order --data {path} --cells cells --dimension 2"));
+    let out = flat(&out);
+    for words in ["order 1.5340 ± 0.058 (three grids", "extrapolated 6.1684956", "GCI, fine 2.17499 % of the value"] {
+        assert!(code == 3 && out.contains(words), "{words}: {code} {out}");
+    }
+}
+
 #[test]
 fn a_file_that_is_no_method_is_refused_at_its_place_with_a_hint() {
     let dir = directory("files");

@@ -6,6 +6,29 @@ use verify::chapter::{self, Context};
 use verify::evidence::Outcome;
 use verify::{method, problem, theory};
 
+/// Continuous integration runs the README's command, and that every check, the tests last.
+#[test]
+fn every_check_is_run_by_the_command_for_all() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
+    let read = |name: &str| std::fs::read_to_string(root.join(name)).expect(name);
+    let commands = |script: &str| -> Vec<String> {
+        let is_command = |line: &&str| line.contains("cargo ") && !line.starts_with([' ', '#']);
+        script.lines().filter(is_command).map(str::to_owned).collect()
+    };
+    let test = read("scripts/test");
+    assert!(test.contains("\nset -euo pipefail\n"), "{test}");
+    let all = [
+        "cargo fmt --all --check",
+        "with_bindings cargo clippy --workspace --all-targets --quiet -- -D warnings",
+        "RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --quiet",
+        "cargo test --workspace \"$@\"",
+    ];
+    assert_eq!(commands(&test), all);
+    assert!(test.trim_end().ends_with(all[3]), "{test}");
+    let ci = read(".ci/run");
+    assert!(ci.trim_end().ends_with("\nexec \"$(dirname \"${BASH_SOURCE[0]}\")/../scripts/test\" </dev/null"), "{ci}");
+}
+
 /// What the account says of changes that tests do not notice is what their list says, where each is below a reason, and the row of the README
 /// is the sum of the account.
 #[test]

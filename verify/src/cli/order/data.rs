@@ -32,7 +32,7 @@ pub(super) struct DataArgs {
     #[arg(long, value_name = "COLUMN", requires = "data", conflicts_with = "cells")]
     step: Option<String>,
 
-    /// Column with the number of cells instead: h = N^(-1/D)
+    /// Column with the number of cells instead, with --dimension: h = N^(-1/D)
     #[arg(long, value_name = "COLUMN", requires = "data")]
     cells: Option<String>,
 
