@@ -847,6 +847,21 @@ mod tests {
         }
     }
 
+    /// Each step is held to its own roundings: one in which none were measured is next to its origin to half of the digits only.
+    #[test]
+    fn roundings_are_those_of_one_step() {
+        let mut newton = Newton::new(1);
+        newton.noise = 1e-6;
+        newton.solve(&mut Fold, 0.5, &mut [0.0]).expect("on the branch");
+        assert_eq!(newton.noise, 0.0);
+        (newton.origin[0], newton.limit.is_regular) = (1.0, true);
+        let mut near = |noise: f64, way: f64| {
+            newton.noise = noise;
+            newton.is_next_to_origin(&Fold, way)
+        };
+        assert_eq!([near(0.0, 1e-8), near(0.0, 1e-7), near(1e-9, 9e-6), near(1e-9, 2e-5)], [true, false, true, false]);
+    }
+
     /// x² − 2x + h = 0 with a derivative that says nothing.
     struct Wrong;
 

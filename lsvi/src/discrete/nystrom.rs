@@ -470,6 +470,18 @@ impl Nystrom {
 mod tests {
     use super::*;
 
+    /// Of a line with its node in the middle, where free motion is x₁ − q₀ = h u with K = 1, and half of it with K = 2.
+    #[test]
+    fn a_path_on_which_free_motion_is_not_straight_has_no_coefficients() {
+        let matrix = |x: f64| DMatrix::from_element(1, 1, x);
+        let middle = Point { c: 0.5, value: vec![0.5; 2], first: vec![-1.0, 1.0], second: vec![0.0; 2] };
+        let path = Path { abscissae: vec![0.0, 1.0], points: vec![middle] };
+        let found = |k: f64| {
+            Coefficients::new(&path, path.points.iter(), (matrix(k), matrix(-0.5)), |_| vec![1.0]).map(|it| it.a)
+        };
+        assert_eq!([found(1.0), found(2.0)], [Some(vec![0.25]), None]);
+    }
+
     /// The eigenvalues of [[0, −1/2], [1/8, 0]] are ±i/4, and so large are those of its absolute values; the bound is their
     /// 64th powers' sum, at most.
     #[test]
