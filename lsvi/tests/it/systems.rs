@@ -1,4 +1,4 @@
-//! Mechanical systems that the tests share.
+//! Systems that the tests share, most of them mechanical, and pointers to any.
 #![allow(dead_code, unused_macros)]
 
 use lsvi::{
