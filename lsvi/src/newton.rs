@@ -862,6 +862,29 @@ mod tests {
         assert_eq!([near(0.0, 1e-8), near(0.0, 1e-7), near(1e-9, 9e-6), near(1e-9, 2e-5)], [true, false, true, false]);
     }
 
+    /// x − 1 + h = 0, of which what increments are off by is 1e-9 on every other call.
+    struct Noisy(bool);
+
+    impl System for Noisy {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            self.0 ^= true;
+            out[0] = x[0] - 1.0 + h + if self.0 { 0.0 } else { 1e-9 };
+        }
+        fn derivative(&mut self, _: f64, _: &[f64], out: &mut Jacobian) {
+            out.add(0, 0, 1.0);
+        }
+    }
+
+    /// Four of them add up where an increment has some of each.
+    #[test]
+    fn roundings_are_measured_with_room_for_several() {
+        let noise = Newton::new(1).measured_noise(&mut Noisy(false), 0.5, &[1.0]);
+        approx::assert_relative_eq!(noise, 4e-9, max_relative = 1e-6);
+    }
+
     /// x² − 2x + h = 0 with a derivative that says nothing.
     struct Wrong;
 

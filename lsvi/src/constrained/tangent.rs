@@ -157,7 +157,7 @@ mod tests {
     use super::*;
     use crate::autodiff::{AutoConstraint, AutoLagrangian, ConstraintFn, Scalar};
     use crate::discrete::{Galerkin, PathFitted, Trapezoidal};
-    use crate::integrator::OneStep;
+    use crate::integrator::{Integrator, OneStep};
 
     /// The first of the two constraints, which leaves two degrees of freedom.
     struct Surface;
@@ -189,7 +189,7 @@ mod tests {
     /// Steps from both sides of a state, near it on the constraint and the hidden one, differ by the tangent.
     fn check(name: &str, discrete: impl Constrainable, constraint: impl ConstraintFn) {
         let mut method = Constrained::new(discrete, AutoConstraint::new(constraint)).expect("dimensions fit");
-        let (t, h, e) = (0.2, 0.3, 2e-5);
+        let ((t, h, e), mut steps) = ((0.2, 0.3, 2e-5), 0);
         let mut on = |shift: f64, direction: usize| {
             let wave = |i: usize| shift * (1.0 + ((3 * i + 7 * direction) as f64).sin());
             let (mut q, mut p): (Vec<f64>, Vec<f64>) =
@@ -201,8 +201,10 @@ mod tests {
             method.step(t, h, &mut q1, &mut p1).expect("short step");
             let end = DVector::from_vec([q1, p1].concat());
             let tangent = method.step_with_tangent(t, h, &mut q, &mut p).expect("short step");
-            // Both kinds of step are the same.
+            // Both kinds of step are the same, and count.
             assert_eq!(DVector::from_vec([q, p].concat()), end, "{name}");
+            steps += 2;
+            assert_eq!(method.work().steps, steps, "{name}");
             (start, end, tangent)
         };
         let tangent = on(0.0, 0).2;

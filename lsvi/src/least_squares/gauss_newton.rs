@@ -194,6 +194,24 @@ mod tests {
     use crate::operator::Factored;
     use crate::solver::Iterative;
 
+    /// Of a linear field two increments do, the second of roundings: the damping of a step that failed would make them many.
+    #[test]
+    fn damping_ends_with_its_step() {
+        let field = crate::field!(1, |_t, v, dv| dv[0] = v[0] * -3.0);
+        let mass_inverse = Mass::Identity.metric(1).expect("positive");
+        let system =
+            || System { field: &field as &dyn VectorField, mass: &Mass::Identity, mass_inverse: &mass_inverse };
+        let [of_new, of_damped] = [0.0, 100.0].map(|damping| {
+            let solver = Iterative::to_rounding(Factored::default());
+            let mut step = GaussNewton::new(1, &Structure::Dense, Box::new(solver));
+            let (mut v, mut work) = ([0.0], Work::default());
+            step.damping = damping;
+            step.solve(system(), Interval { start: 0.0, h: 0.5 }, &[1.0], &mut v, &mut work).expect("linear");
+            (v, work)
+        });
+        assert_eq!(of_damped, of_new);
+    }
+
     /// φ of a linear field is its model.
     #[test]
     fn the_predicted_decrease_is_that_of_a_linear_field_at_every_damping() {

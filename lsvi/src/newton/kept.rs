@@ -406,6 +406,28 @@ mod tests {
         assert_eq!(is_factored, [true, false, true, false, true, false]);
     }
 
+    /// x − (1 + m x) = 0 by the factor 1 leaves the rest m x: two ninths of the way more than in the step before, which had −m x, are too much for
+    /// an increment of ten roundings to be the last.
+    #[test]
+    fn a_rest_that_changes_asks_for_one_more_increment() {
+        let m = 0.045;
+        let root = 1.0 / (1.0 - m);
+        let [as_before, changed] = [1.0, -1.0].map(|sign| {
+            let mut newton = Newton::new(1);
+            newton.solve(&mut Implicit(|_| 1.0), 1.0, &mut [0.0]).expect("affine");
+            newton.keep(&mut Implicit(|_| 1.0), 1.0, &[1.0]);
+            let kept = newton.kept.as_mut().expect("a derivative like its limit");
+            (kept.age, kept.contraction) = (LEAST_AGE + 1, 1e-3);
+            kept.rests[0].differences[0] = sign * (root - 1.0);
+            kept.rests[0].expected = root - 1.0 + 10.0 * f64::EPSILON;
+            let (before, mut x) = (newton.work.residuals, [0.0]);
+            assert!(newton.solve_with_kept(&mut Implicit(|x| 1.0 + m * x), 1.0, &mut x));
+            approx::assert_abs_diff_eq!(x[0], root, epsilon = 2.0 * f64::EPSILON);
+            newton.work.residuals - before
+        });
+        assert_eq!([as_before, changed], [2, 3]);
+    }
+
     /// The first increment leads to x = −0.05, beyond the root of the branch, and the next one to another root, x = 1, near
     /// which the iteration contracts.
     #[test]

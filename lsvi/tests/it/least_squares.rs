@@ -1,11 +1,12 @@
 //! The closures on scalar problems whose steps are known in closed form.
 
-use crate::fields::{As, Autonomous, By, Line, Walls};
+use crate::fields::{As, Autonomous, By, Line, Unscaled, Walls};
 use crate::systems::field_of;
 use approx::assert_abs_diff_eq;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLagrangian, Interval, Midpoint, MomentumWeights, Trapezoidal};
+use lsvi::solver::Iterative;
 use lsvi::{
     ClosureError, FieldFn, InputError, LeastSquares, LeastSquaresStep, OneStep, Scalar, SolveError, State, StepError,
     Structure, SystemError, TimeError, Trajectory, Variational, method_i, method_ii, position_momentum,
@@ -286,6 +287,17 @@ fn method_ii_takes_no_step_that_stands_still_where_the_solution_does_not() {
         }
     }
     assert!(solved >= 12 && refused >= 20, "{solved} {refused}");
+}
+
+/// At ½, where J₀ = 0, a solver that works with products sees no gradient.
+#[test]
+fn method_ii_by_products_takes_no_step_that_stands_still_where_the_solution_does_not() {
+    let field = field_of!(1, |_t, v, dv| dv[0] = v[0] * (-v[0] + 1.0));
+    let mut method = LeastSquaresStep::with_solver(field, Linear::METHOD_II, Iterative::new(Unscaled)).expect("fits");
+    let mut v = [0.5];
+    let found = method.step(0.0, 0.1, &mut v, &mut [0.0]);
+    let is_refused = matches!(found, Err(StepError::Solve { source: SolveError::Singular, .. }));
+    assert!(is_refused && v == [0.5], "{found:?} at {v:?}");
 }
 
 #[test]

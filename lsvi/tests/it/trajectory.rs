@@ -215,6 +215,18 @@ fn sampled_times_are_exact_where_steps_end() {
 }
 
 #[test]
+fn a_step_that_failed_has_no_times_within() {
+    let method = RungeKutta::new(field_of!(1, |_t, v, dv| dv[0] = v[0] * v[0]), Tableau::implicit_euler());
+    let mut run = Trajectory::new(method.expect("usable"), State::new(0.0, vec![1.0]), 0.2, 2.0).expect("valid");
+    run.step().expect("solvable");
+    run.interpolate(0.1, &mut [0.0]).expect("within the step");
+    while run.step().is_ok() {}
+    let t = run.state().t;
+    let refused = run.interpolate(t, &mut [0.0]);
+    assert!(matches!(refused, Err(StepError::Input(InputError::Time(TimeError::NoStep { .. })))), "{refused:?}");
+}
+
+#[test]
 fn what_lies_outside_the_last_step_is_refused() {
     let method = RungeKutta::new(circle(), Tableau::rk4()).expect("usable");
     let mut trajectory = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), 0.5, 2.0).expect("valid");
