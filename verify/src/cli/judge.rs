@@ -148,6 +148,9 @@ pub(super) struct Args {
     format: Format,
 }
 
+const OPEN_BY_RUNS: &str =
+    "Runs alone leave something open; `--no-runs` judges by the coefficients, with an exit status of their own.";
+
 const UNSEEN: &str = "\
 note: none of these equations depends on time, so that wrong stage times are
       not seen; `--problem 'prothero-robinson lambda=2'` shows them, or
@@ -304,6 +307,10 @@ fn write_text(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
         paragraph(out, "", 2, source)?;
     }
     write_verdicts(&judgement.verdicts, out)?;
+    if is_open_by_runs(&judgement.verdicts) {
+        writeln!(out)?;
+        paragraph(out, "", 2, OPEN_BY_RUNS)?;
+    }
     if let Some(diagnosis) = judgement.diagnosis_text() {
         writeln!(out, "\nDIAGNOSIS")?;
         paragraph(out, "", 2, &diagnosis)?;
@@ -316,6 +323,13 @@ fn write_text(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
         paragraph(out, &format!("  {label}"), INDENT, &text)?;
     }
     Ok(())
+}
+
+/// Whether nothing is refuted, and nothing but runs inconclusive.
+fn is_open_by_runs(verdicts: &[Verdict]) -> bool {
+    let is_open = |verdict: &&Verdict| verdict.check.outcome == Outcome::Inconclusive;
+    verify::judge::overall(verdicts) == Outcome::Inconclusive
+        && verdicts.iter().filter(is_open).all(|verdict| verdict.kind == Kind::Run)
 }
 
 fn cell(text: &str) -> String {
@@ -426,6 +440,22 @@ fn write_json(judgement: &Judgement, out: &mut impl Write) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn runs_are_named_where_they_alone_leave_something_open() {
+        let verdict = |kind, outcome| Verdict {
+            kind,
+            subject: String::new(),
+            check: Check { outcome, ..Check::at_most("id", "statement", 0.0, 1.0, "reason") },
+        };
+        let is_named = |verdicts: &[(Kind, Outcome)]| {
+            is_open_by_runs(&verdicts.iter().map(|(kind, outcome)| verdict(*kind, *outcome)).collect::<Vec<_>>())
+        };
+        let (claim, run) = (Kind::Claim, (Kind::Run, Outcome::Inconclusive));
+        assert!(is_named(&[(claim, Outcome::Pass), run]));
+        assert!(!is_named(&[(claim, Outcome::Inconclusive), run]) && !is_named(&[(claim, Outcome::Fail), run]));
+        assert!(!is_named(&[(claim, Outcome::Pass), (Kind::Run, Outcome::NotSettled)]));
+    }
 
     #[test]
     fn a_cell_shows_what_it_says() {

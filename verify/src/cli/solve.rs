@@ -38,6 +38,9 @@ use verify::replacement::Replacement;
 /// Part of the largest value above which an estimate of its error says that no digit of it is right.
 const MEANINGLESS: f64 = 0.5;
 
+/// Times what the tolerances allow in all steps together; a disturbance that grows by as much makes an error of it.
+const FAR: f64 = 100.0;
+
 /// Columns after the components: the error where an exact solution is known, and the estimate.
 const ERRORS: [&str; 2] = ["error", "estimate"];
 
@@ -53,10 +56,11 @@ t, the components, where an exact solution is known error, the largest error of
 a component, and estimate, what the step size alone is estimated to contribute
 to it: a second run with half the step, or of an adaptive method with a tenth of
 the tolerances, and on models in steps of a thousandth of the time at most,
-tells. It takes two thirds of the time; with --no-estimate there is none. It is
-empty where both tolerances lead to the same steps. After the rows, what is lost
-of energy, angular momentum or enstrophy, for problems that have them, and for
-flows |f|, the largest component of f, which is near 0 where the end is a steady
+tells. Across a jump of f it may be half of the error. It takes two thirds of
+the time; with --no-estimate there is none. It is empty where both tolerances
+lead to the same steps. After the rows, what is lost of energy, angular momentum
+or enstrophy, for problems that have them, and for flows |f|, the largest
+component of f, which is near 0 where the end is a steady
 state, and the linear systems that the steps took.
 
 A run of more than a second shows its progress on a terminal.
@@ -67,8 +71,8 @@ rest, or a component at rest, where f is not zero, a rest where the equation is
 unstable, a linear invariant that is broken, a step across what may be a pole, a
 step that amplifies what the equation damps, or with half of it as well damps
 what it keeps or keeps what it damps, steps that do not see how f changes in
-time, a solution that is smaller than the absolute tolerance of an adaptive
-method; where none of these is found, and a small system's solution is cheap, an
+time, errors of an adaptive method beyond all that its tolerances allow, a
+solution that is smaller than the absolute one; where none of these is found, and a small system's solution is cheap, an
 error that other solvers tell and the estimate does not.
 
 The steps of radau-adaptive are chosen by an estimate of lower order, held to a
@@ -350,9 +354,12 @@ impl<'a> Solve<'a> {
         let is_seen = unseen.is_none();
         let of_estimate = || summary.unresolved(is_adaptive).or_else(|| summary.watch.leap().filter(|_| !is_adaptive));
         warnings.extend(unseen.or_else(of_estimate));
+        let default = [DEFAULT_ATOL];
+        let atol = if self.args.atol.is_empty() { &default[..] } else { &self.args.atol };
+        if is_adaptive && warnings.is_empty() {
+            warnings.extend(summary.beyond((self.args.rtol.unwrap_or(DEFAULT_RTOL), atol)));
+        }
         if is_adaptive && is_seen {
-            let default = [DEFAULT_ATOL];
-            let atol = if self.args.atol.is_empty() { &default[..] } else { &self.args.atol };
             // With a tenth of the tolerances it is small too.
             let is_small = summary.estimate.is_none_or(|(estimate, _)| estimate < atol.iter().copied().largest());
             warnings.extend(summary.watch.below(atol).filter(|_| is_small));
@@ -498,6 +505,22 @@ impl Summary {
             plain(t),
             number(estimate),
             number(self.size)
+        ))
+    }
+
+    /// What is to be said of an adaptive run that the tolerances do not hold.
+    fn beyond(&self, (rtol, atol): (f64, &[f64])) -> Option<String> {
+        let steps = self.rows.saturating_sub(1);
+        let allowed = steps as f64 * (atol.iter().copied().largest() + rtol * self.size);
+        let (estimate, t) = self.estimate.filter(|(estimate, _)| *estimate > FAR * allowed)?;
+        Some(format!(
+            "at t = {} the error is estimated as {}, {:.0} times what the tolerances allow in all {} together: steps may pass over what f does for \
+             a moment, which `--h` limits, f may have kinks, which `--strict` looks at, or disturbances grow along the solution, which smaller \
+             tolerances tell",
+            plain(t),
+            number(estimate),
+            estimate / allowed,
+            counted(steps, "step")
         ))
     }
 

@@ -198,7 +198,11 @@ impl Judgement {
         let is_cut = matches!(self.diagnosis, Diagnosis::Truncated { .. });
         let sums = self.runge_kutta().filter(|theory| is_cut || theory.main.order == 0).map(|theory| {
             let sum: Real = theory.numbers.b.iter().sum();
-            format!(" The weights add up to {}.", trimmed(sum.to_f64(), 12))
+            let excess = (&sum - &Real::one()).to_f64();
+            match trimmed(sum.to_f64(), 12) {
+                rounded if rounded == "1" && excess != 0.0 => format!(" The weights add up to 1 {excess:+.2e}."),
+                sum => format!(" The weights add up to {sum}."),
+            }
         });
         sums.unwrap_or_default()
     }

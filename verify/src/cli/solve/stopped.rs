@@ -1,12 +1,13 @@
 //! Why a step of a run has no solution, and what was found to lead on.
 
 use lsvi::{SolveError, State, StepError};
+use verify::kinds::Principle;
 use verify::measure::norm::{distance, larger, max_norm};
 use verify::method::Method;
 use verify::problem::{Problem, component_names};
 use verify::run::{RunError, leads_to};
 
-use super::beware::DENSE;
+use super::beware::{DENSE, jacobian};
 use super::units::{Fault, unlike};
 use crate::cli::layout::{number, plain};
 
@@ -62,6 +63,13 @@ pub(super) fn told(
     if n > DENSE || !(is_lost || matches!(source, SolveError::Diverged { .. })) {
         return None;
     }
+    if method.principle() == Principle::MomentumConserved && turns(problem, (t, v), h) {
+        return Some(
+            "an eigenvalue of the Jacobian of f comes to 0 near there, where a condition of p₁ = p₀ says nothing of its mode: a smaller `--h` only comes \
+             closer; `method-i` or `trapezoidal` steps across"
+                .into(),
+        );
+    }
     let size = max_norm(v);
     if size < f64::EPSILON * largest {
         return Some(format!(
@@ -101,6 +109,19 @@ pub(super) fn told(
         )),
         (None, None) => None,
     }
+}
+
+/// Whether the determinant of ∂f/∂v changes its sign on the way on which f leads through a state, a step and a half before and behind it.
+fn turns(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> bool {
+    let mut slope = vec![0.0; v.len()];
+    problem.ode().rhs(t, v, &mut slope);
+    let sign = |s: f64| {
+        let there: Vec<f64> = v.iter().zip(&slope).map(|(x, f)| x + s * h * f).collect();
+        let matrix = jacobian(problem, t + s * h, &there);
+        let scale = matrix.amax();
+        (matrix / scale).determinant().signum()
+    };
+    sign(-WAY) * sign(WAY) == -1.0
 }
 
 /// Whether f jumps in time at the end of the branch of a step: least-squares methods do not follow it across in long steps.
@@ -196,6 +217,24 @@ mod tests {
         ] {
             assert_eq!(found(rate, h), None, "{rate}, {h}");
         }
+    }
+
+    /// v̇ = v(1 − v) beside a mode that decays: J is singular at v = ½.
+    #[test]
+    fn a_jacobian_that_becomes_singular_is_named_for_the_momentum_that_it_leaves_open() {
+        let problem = model("u_i { v = 0.1, w = 1 } F_i { v*(1 - v), -w }");
+        let source = SolveError::Diverged { iterations: 2, increment: 1e-9 };
+        let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.1, source });
+        let told = |method: &str, v: f64| {
+            let method = method::parse(method).expect("registered");
+            told(&problem, &*method, &error, (&[v, 1.0], 1.0)).unwrap_or_default()
+        };
+        // f leads from 0.49 by 0.025 a step, to either side.
+        for v in [0.49, 0.51] {
+            assert!(told("method-ii", v).contains("comes to 0 near there"), "{v}: {}", told("method-ii", v));
+            assert!(!told("method-i", v).contains("comes to 0"), "{v}");
+        }
+        assert!(!told("method-ii", 0.4).contains("comes to 0"));
     }
 
     /// At the end of a branch at t = 1, half-way through a step.
