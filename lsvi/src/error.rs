@@ -58,7 +58,9 @@ pub enum SolveError {
         /// Longest step for which the branch was found.
         reached: f64,
     },
-    /// Newton's iteration did not converge.
+    /// Newton's iteration did not converge: the step is too long, a derivative is wrong
+    /// ([`check_derivatives`](crate::check_derivatives)), least squares weigh components in unlike units, or the equations are differential and
+    /// algebraic ones of an index above one.
     #[error("Newton's iteration did not converge: last increment {increment:.1e} after {}", counted(*iterations))]
     Diverged {
         /// Iterations spent.
@@ -66,7 +68,8 @@ pub enum SolveError {
         /// Max norm of the last increment.
         increment: f64,
     },
-    /// Newton's iteration converged, but to a root that is not continuous in the step size from the present state.
+    /// Newton's iteration converged, but to a root that is not known to be continuous in the step size from the present state. Where a shorter
+    /// step does not help, the reasons may be those of [`Diverged`](Self::Diverged).
     #[error("Newton's iteration converged to a root of another branch than the one that starts at the present state")]
     OtherBranch,
     /// A derivative where the declared structure has none.

@@ -35,7 +35,7 @@ pub trait VectorField {
         Mass::Identity
     }
 
-    /// Whether f(t, v) = A v + g(t) with a constant matrix A. Methods may then factor once, and solve for the new value
+    /// Whether f(t, v) = A v + g(t) with a constant matrix A: not one that depends on time, as with a valve that opens later. Methods may then factor once, and solve for the new value
     /// itself instead of for increments, which keeps digits that f(t, v) has lost. What it says is checked by
     /// [`LeastSquaresStep`](crate::LeastSquaresStep), whatever the structure, once per step size at the state of the step:
     /// [`SolveError::NotLinear`](crate::SolveError::NotLinear).

@@ -92,7 +92,8 @@ impl Options {
     }
 
     /// How many steps may be tried from one start, rejected ones included, before
-    /// [`StepError::TooManySteps`](crate::StepError::TooManySteps).
+    /// [`StepError::TooManySteps`](crate::StepError::TooManySteps); any number by default, in which a run that slides along a jump of f, as by
+    /// dry friction, may go on for very long.
     ///
     /// # Errors
     /// [`SettingError::Setting`] for none.

@@ -132,7 +132,19 @@ impl<F: VectorField> Radau<F> {
         })
     }
 
-    /// Ends a step at each of `times`, in place of those given before.
+    /// Ends a step at each of `times`, in place of those given before. Where f jumps in time there, it may have its new value at that time or
+    /// its old one: the step that ends there, or at the end of the run, evaluates f just before.
+    ///
+    /// ```
+    /// # use lsvi::{State, Trajectory, adaptive::{Radau, Tolerances}, field};
+    /// // v̇ = 1 − v from t = 1 on.
+    /// let switched = field!(1, |t, v, dv| dv[0] = -v[0] + if t >= 1.0 { 1.0 } else { 0.0 });
+    /// let mut method = Radau::new(switched, Tolerances::new(1e-10, 1e-10)?)?;
+    /// method.stop_at(&[1.0])?;
+    /// let end = Trajectory::new(method, State::new(0.0, vec![0.0]), 2.0, 2.0)?.observe(|_| {})?;
+    /// assert!((end.q[0] - (1.0 - (-1_f64).exp())).abs() < 1e-9);
+    /// # Ok::<(), lsvi::StepError>(())
+    /// ```
     ///
     /// # Errors
     /// [`SystemError::NonFinite`] for a time that is not finite.
@@ -248,21 +260,21 @@ impl<F: VectorField> Radau<F> {
         }
     }
 
-    /// The time that the next step may not pass.
-    fn barrier(&self, t: f64, grid: &Grid) -> f64 {
+    /// The stop time that comes next.
+    fn next_stop(&self, t: f64) -> Option<f64> {
         let resolved = t + 8.0 * f64::EPSILON * t.abs();
-        let stop = self.stops.iter().copied().find(|stop| *stop > resolved);
-        stop.map_or(grid.t_end(), |stop| stop.min(grid.t_end()))
+        self.stops.get(self.stops.partition_point(|stop| *stop <= resolved)).copied()
     }
 
-    /// Solves for the stages of a step, and the error of the step in units of what it is held to.
+    /// Solves for the stages of a step, in which f is not evaluated after `latest`, and the error of the step in units of what it is held to.
     fn attempt<const S: usize>(
         &mut self,
         c: &'static Coefficients<S>,
         at @ (_, h, v): (f64, f64, &[f64]),
+        latest: f64,
     ) -> Result<Attempt, FactorError> {
         let Self { field, mass, system, stages, history, options, work, .. } = self;
-        let equations = Equations { field: &*field, mass, tolerances: &options.tolerances };
+        let equations = Equations { field: &*field, mass, tolerances: &options.tolerances, latest };
         match system.prepare(c, (&*field, mass), at, work) {
             Err(FactorError::Singular) => return Ok(Attempt::Failed { factor: 0.5, was_finite: true }),
             other => other?,
@@ -366,7 +378,8 @@ impl<F: VectorField> Integrator for Radau<F> {
         let t = state.t;
         self.field.rhs(t, &state.q, &mut self.stages.f0);
         self.work.residuals += 1;
-        let span = self.barrier(t, grid) - t;
+        let barrier = self.next_stop(t).map_or(grid.t_end(), |stop| stop.min(grid.t_end()));
+        let span = barrier - t;
         let failed = |h: f64, source: SolveError| StepError::Solve { t, h, source };
         if self.stages.f0.iter().any(|f| !f.is_finite()) {
             return Err(failed(0.0, SolveError::NonFinite));
@@ -402,7 +415,9 @@ impl<F: VectorField> Integrator for Radau<F> {
             }
             self.tried += 1;
             let at = (t, h, state.q.as_slice());
-            let attempt = with_coefficients!(self.order.s, c => self.attempt(c, at))?;
+            // Beyond a stop, or the end, f may be another one.
+            let latest = if stops { barrier.next_down() } else { f64::INFINITY };
+            let attempt = with_coefficients!(self.order.s, c => self.attempt(c, at, latest))?;
             let (rate, iterations_taken, error) = match attempt.map_err(|error| failed(h, error.into()))? {
                 Attempt::Solved { rate, iterations, error } => (rate, iterations, error),
                 Attempt::Failed { factor, was_finite } => {
@@ -425,7 +440,7 @@ impl<F: VectorField> Integrator for Radau<F> {
             let s = self.order.s;
             let proposed = self.controller.next(h, error, s, iterations_taken, iterations(s));
             if error < 1.0 {
-                let end = if stops { self.barrier(t, grid) } else { end };
+                let end = if stops { barrier } else { end };
                 // A step cut short by a stop does not shorten the ones after it.
                 let proposed = if is_cut { proposed.max(wanted) } else { proposed };
                 self.accept(state, h, end, proposed, rate);

@@ -31,6 +31,8 @@ pub(super) struct Equations<'a, F> {
     pub(super) field: &'a F,
     pub(super) mass: &'a Mass,
     pub(super) tolerances: &'a Tolerances,
+    /// The last time at which f is evaluated.
+    pub(super) latest: f64,
 }
 
 /// Newton iterations of a step with s stages.
@@ -188,7 +190,7 @@ impl Stages {
     pub(super) fn iterate<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
-        Equations { field, mass, tolerances }: &Equations<'_, impl VectorField>,
+        Equations { field, mass, tolerances, latest }: &Equations<'_, impl VectorField>,
         system: &mut StageSystem,
         (t, h, v): (f64, f64, &[f64]),
         work: &mut Work,
@@ -202,7 +204,7 @@ impl Stages {
             work.residuals += 1;
             for i in 0..S {
                 stage.iter_mut().zip(v).zip(&*z).for_each(|((y, v), z)| *y = v + z[i]);
-                field.rhs(t + c.nodes[i] * h, stage, slope);
+                field.rhs((t + c.nodes[i] * h).min(*latest), stage, slope);
                 stage.iter_mut().zip(&*z).for_each(|(x, z)| *x = dot(&c.inverse[i], z));
                 mass.mul_add(-h.recip(), stage, slope);
                 f.iter_mut().zip(&*slope).for_each(|(f, slope)| f[i] = *slope);
@@ -258,7 +260,7 @@ impl Stages {
     pub(super) fn estimate<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
-        Equations { field, mass, tolerances }: &Equations<'_, impl VectorField>,
+        Equations { field, mass, tolerances, .. }: &Equations<'_, impl VectorField>,
         system: &mut StageSystem,
         (t, h, v): (f64, f64, &[f64]),
         is_cautious: bool,

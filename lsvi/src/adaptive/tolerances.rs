@@ -66,9 +66,10 @@ impl Tolerances {
         }
     }
 
-    /// All of them divided by `factor` ≥ 1, the relative one down to [`LEAST_RTOL`](Self::LEAST_RTOL).
+    /// All of them divided by `factor`, the relative one down to [`LEAST_RTOL`](Self::LEAST_RTOL); a factor below 1, or NaN, is 1.
     #[must_use]
     pub fn tightened(&self, factor: f64) -> Self {
+        let factor = factor.max(1.0);
         let atol = self.atol.iter().map(|atol| atol / factor).collect();
         Self { rtol: (self.rtol / factor).max(Self::LEAST_RTOL), atol, ..*self }
     }

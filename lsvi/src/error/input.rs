@@ -15,7 +15,7 @@ pub enum TimeError {
     #[error("time t = {0} must be finite")]
     Time(f64),
     /// The end time is not a finite number at or after the start.
-    #[error("end time {} must be finite and not before the start t = {}", Number(*t_end), Number(*t0))]
+    #[error("end time {} must be finite and not before the start t = {}; to go back, integrate -f(-t, v) forwards", Number(*t_end), Number(*t0))]
     EndTime {
         /// Start of the integration.
         t0: f64,

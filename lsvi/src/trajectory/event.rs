@@ -78,6 +78,9 @@ impl<I: Integrator> Trajectory<I> {
     /// other counts, a pole between the points that are looked at does not. Where g only touches zero, as at the start on a section that the path is tangent to, rounding
     /// decides.
     ///
+    /// Of several positive functions the first that falls to zero is that whose zero their minimum has; one call after the other would pass over
+    /// simultaneous ones. A ball that loses half of its speed bounces without end in a finite time: flights that no step resolves have no zero.
+    ///
     /// # A ball that bounces
     /// ```
     /// use lsvi::{AutoLagrangian, Crossing, LagrangianFn, Scalar, State, Trajectory};

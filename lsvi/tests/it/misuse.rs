@@ -165,6 +165,9 @@ fn tolerances_are_not_tightened_below_what_arithmetic_resolves() {
     assert_eq!(tolerances.tightened(10.0), Tolerances::new(1e-3 / 10.0, 1e-6 / 10.0).expect("usable"));
     let tight = tolerances.tightened(1e18);
     assert_eq!((tight.rtol(), tight.atol()), (Tolerances::LEAST_RTOL, &[1e-6 / 1e18][..]));
+    for nothing in [0.5, 0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
+        assert_eq!(tolerances.tightened(nothing), tolerances, "{nothing}");
+    }
 }
 
 #[test]

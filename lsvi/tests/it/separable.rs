@@ -2,7 +2,7 @@
 
 use crate::mechanics::{Named, discretisations};
 use crate::systems::lagrangian_of;
-use crate::systems::{ChargedParticle, DoublePendulum, HenonHeiles, Oscillator};
+use crate::systems::{AnyLagrangian, ChargedParticle, DoublePendulum, HenonHeiles, Oscillator, Pendulum};
 use lsvi::discrete::{BrokenLine, Galerkin, Midpoint, Trapezoidal};
 use lsvi::{
     HessianWeights, Integrator, Jacobian, Lagrangian, LagrangianFn, OneStep, Scalar, SolveError, StepError,
@@ -67,6 +67,24 @@ impl LagrangianFn for Washboard {
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |most: f64, (a, b)| if (a - b).abs() <= most { most } else { (a - b).abs() })
+}
+
+/// A guess by a polynomial through the nodes of the last step would lose all digits of so many.
+#[test]
+fn paths_of_high_degree_are_those_of_their_equations() {
+    let (separable, general) = (lagrangian_of(Separable(Pendulum)), lagrangian_of(Pendulum));
+    let end = |discrete: Galerkin<&AnyLagrangian<'_>>| {
+        let (mut method, mut q, mut p) = (position_momentum(discrete), [1.0], [0.0]);
+        for k in 0..10 {
+            method.step(f64::from(k), 1.0, &mut q, &mut p).expect("a root");
+        }
+        [q[0], p[0]]
+    };
+    for degree in [9, 12, 20, 44, 60] {
+        let [one, other] = [&separable, &general].map(|l| end(Galerkin::gauss(l, degree).expect("nodes")));
+        // Roundings of ten steps, and of coefficients of so many nodes.
+        assert!(distance(&one, &other) < 1e-12, "degree {degree}: {one:?} {other:?}");
+    }
 }
 
 #[test]
