@@ -10,6 +10,9 @@ use crate::theory::order_plan;
 /// A tightening of tolerances divides the error by about this.
 const TIGHTENED: f64 = 10.0;
 
+/// So many roundings are no difference.
+const ROUNDINGS: f64 = 8.0;
+
 /// A finer run beside another one: with half the step or, of an adaptive method, a tenth of the tolerances.
 ///
 /// Of the error of a method of order p the difference of the two is the part 1 − 2^−p, and 1 − 1/10 where the error is in
@@ -66,11 +69,12 @@ impl<'a> Estimator<'a> {
         self.fine.interpolate(t, &mut self.at)
     }
 
-    /// The error that a difference from [`at`](Self::at) stands for; `None` where an adaptive method has taken the same steps for
-    /// both tolerances, and the two runs are one.
+    /// The error that a difference from [`at`](Self::at) stands for, of values of this size; `None` where an adaptive method has taken the same
+    /// steps for both tolerances, and the two runs are one, to roundings.
     #[must_use]
-    pub fn error(&self, difference: f64) -> Option<f64> {
-        (!self.is_adaptive || difference != 0.0).then(|| difference / self.part)
+    pub fn error(&self, difference: f64, size: f64) -> Option<f64> {
+        let is_none = self.is_adaptive && difference <= ROUNDINGS * f64::EPSILON * size;
+        (!is_none).then(|| difference / self.part)
     }
 
     /// Why the finer run ended early, if it did.
@@ -97,7 +101,7 @@ mod tests {
             let error = distance(&state.q, &exact);
             let finer = distance(&state.q, estimator.at(state.t).expect("it goes on"));
             if state.t > 0.0 {
-                let ratio = estimator.error(finer).expect("the steps are fixed") / error;
+                let ratio = estimator.error(finer, 1.0).expect("the steps are fixed") / error;
                 found = [found[0].min(ratio), found[1].max(ratio)];
             }
         })
@@ -136,9 +140,12 @@ mod tests {
             let method = method::parse(method).expect("known");
             Estimator::new(&*problem, &*method, 0.1, 1.0).expect("applies")
         };
-        assert_eq!(estimator("radau-adaptive").error(0.0), None);
-        assert_eq!(estimator("radau-adaptive").error(0.9), Some(1.0));
-        assert_eq!(estimator("method-i").error(0.0), Some(0.0));
+        assert_eq!(estimator("radau-adaptive").error(0.0, 1.0), None);
+        assert_eq!(estimator("radau-adaptive").error(4.0 * f64::EPSILON, 1.0), None);
+        assert_eq!(estimator("radau-adaptive").error(0.9, 1.0), Some(1.0));
+        assert!(estimator("radau-adaptive").error(9e-17, 1e-10).is_some());
+        assert!(estimator("radau-adaptive").error(f64::NAN, 1.0).is_some_and(f64::is_nan));
+        assert_eq!(estimator("method-i").error(0.0, 1.0), Some(0.0));
     }
 
     /// Nothing tells the tolerances of a dose at a twentieth of the time that lasts for a two-hundredth of it.
@@ -153,7 +160,7 @@ mod tests {
         let after = 1.0 + 2.0 * (1.0 - (-0.2_f64).exp());
         let found = estimator.at(20.2).expect("it goes on")[0];
         assert!((found - after).abs() < 1e-5, "{found} for {after}");
-        assert!(estimator.error(found - 1.0).expect("it differs") > 0.36);
+        assert!(estimator.error(found - 1.0, found).expect("it differs") > 0.36);
     }
 
     #[test]

@@ -110,7 +110,7 @@ fn in_time(evidence: &mut Evidence, context: &Context) -> Result<Panel, StudyErr
         evidence.checks.push(order_check(format!("time/{flow}"), statement, fit));
     }
     let caption = "Orders in h at t = 1 with 32 cells, against the exact solution of the system that is discretised in space. \
-                   The trapezoidal rule's settles only where h damps the shortest waves, if the data excite them.";
+                   The order of the trapezoidal rule shows only at steps that damp the shortest waves, if the data excite them.";
     evidence.tables.push(Table::new("channel-time", caption, ["flow", "method", "order", "verdict"], rows));
     Ok(Panel::new(Axis::log("h"), Axis::log("error at t = 1"), curves).titled("Method I in time"))
 }

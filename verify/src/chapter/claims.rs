@@ -33,7 +33,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 
 /// How the comparisons of a claim make its verdict; ARCHITECTURE.md has the same words.
 const RULE: &str = "A claim is confirmed if all its comparisons come out as claimed. A universal statement is refuted as stated \
-                    by one counterexample, or in the wider reading where its words are read wider than the source may mean them. Any other is qualified if it holds in all cases of a condition that the paper does \
+                    by one counterexample, or in the wider reading where its words are read wider than the source may mean them. What is said from some size on is refuted by the largest that was tested. Any other is qualified if it holds in all cases of a condition that the paper does \
                     not state; if there is none, it is refuted if it holds in no case or, as a comparison of methods, in no case \
                     against one of the others; and else it is not supported. A condition is one that a user can check beforehand: of the \
                     problem, the step size, the data or, in a statement on a family of schemes, the member; and the finding says why it \
@@ -83,7 +83,7 @@ fn verdicts(judged: &[Judged]) -> Table {
     Table::new(
         "claims",
         "The verdict on every claim, the claim restated, what decided it, its place in the source and what it is said of. Where the \
-         source prints a number, ours stands beside it. What is said of all cases falls with one counterexample; what is said of cases that the source \
+         source prints a number, ours stands beside it. What is said of all cases falls with one counterexample, what is said from a size on with the largest; what is said of cases that the source \
          leaves open, or of one method against others, may hold under a condition. The identifiers lead to the evidence.",
         ["id", "verdict", "claim", "found", "place", "said of"],
         judged.iter().map(row).collect(),
@@ -96,6 +96,7 @@ fn said_of(quantifier: Quantifier) -> &'static str {
         Quantifier::Universal => "all cases",
         Quantifier::Wider => "all cases, in a wider reading",
         Quantifier::General => "cases left open",
+        Quantifier::Eventual => "all cases from a size on",
         Quantifier::Comparison => "one method against others",
         Quantifier::Open => "an open question",
     }

@@ -98,7 +98,7 @@ fn as_printed(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
         series.push(Series::new(format!("τ = {tau}"), sizes.collect(), Mark::LineMarkers));
     }
     let guide = (1..=12).map(|k| (f64::from(k), 1e-9 * growth.abs().powi(k))).collect();
-    series.push(Series::new("slope 3 + 2√2", guide, Mark::Guide));
+    series.push(Series::new("3 + 2√2 a step", guide, Mark::Guide));
     evidence.tables.push(Table::new(
         "circle-growth",
         "The scheme (23), its square roots supplied: the radial error after the first step in units of −τ⁴/32; its factor per step, of the last \
@@ -108,7 +108,7 @@ fn as_printed(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
         summary,
     ));
     evidence.tables.push(Table::data("circle-radius", "|q| − 1 under (23).", ["tau", "step", "error"], rows));
-    let caption = "Distance from the circle under (23), its square roots supplied. For small steps the slope tends to 3 + 2√2 a step.";
+    let caption = "Distance from the circle under (23), its square roots supplied. For small steps the factor of a step tends to 3 + 2√2.";
     let panel = Panel::new(Axis::linear("step"), Axis::log("||q| − 1|"), series);
     evidence.figures.push(Figure::new("circle-radius", caption, "circle-radius", [panel]));
     Ok(())

@@ -119,7 +119,7 @@ fn figure(found: &[Estimated], adaptive: &[Adaptive]) -> Figure {
         Series::new("half of the error", across(SETTLED.recip()), Mark::Guide),
     ];
     let caption = "Estimate over error at the end of each run, all pairs of method and problem with an order that finer steps confirm. At the \
-                   coarsest step, where it has one of its own, the order has not settled yet. Between the dashed lines they are within a factor of two \
+                   coarsest step, where it has one of its own, the order has not settled yet. Between the horizontal lines they are within a factor of two \
                    of each other. Errors above 10 are left out.";
     Figure::new(
         "estimates",

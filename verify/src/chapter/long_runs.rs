@@ -162,14 +162,12 @@ fn reversibility(evidence: &mut Evidence, context: &Context) -> Result<(), Study
         for name in integrators_for(problem)?.into_iter().chain(DISSIPATIVE.map(str::to_owned)) {
             let method = method::parse(&name)?;
             let found = context.get(Reversal { problem, method: name.clone(), h: H })?;
-            let id = format!("reversible/{problem}/{name}");
-            evidence.checks.push(if method.traits().is_reversible {
-                let statement = format!("{name} is reversible on {problem}");
-                Check::at_most(id, statement, found.defect, found.rounding, "rounding of two steps")
-            } else {
-                let statement = format!("{name} is not reversible on {problem}");
-                Check::at_least(id, statement, found.defect, 1e3 * found.rounding, "a thousand roundings")
-            });
+            evidence.checks.push(reversal(
+                problem,
+                &name,
+                method.traits().is_reversible,
+                [found.defect, found.rounding],
+            ));
             rows.push(row![problem, name, H, found.defect, found.rounding]);
         }
     }
@@ -178,6 +176,18 @@ fn reversibility(evidence: &mut Evidence, context: &Context) -> Result<(), Study
     let columns = ["problem", "method", "h", "defect", "rounding"];
     evidence.tables.push(Table::new("reversibility", caption, columns, rows));
     Ok(())
+}
+
+/// That a method is reversible or that it is not, as it says of itself.
+fn reversal(problem: &str, name: &str, is_reversible: bool, [defect, rounding]: [f64; 2]) -> Check {
+    let id = format!("reversible/{problem}/{name}");
+    if is_reversible {
+        let statement = format!("{name} is reversible on {problem}");
+        Check::at_most(id, statement, defect, rounding, "rounding of two steps")
+    } else {
+        let statement = format!("{name} is not reversible on {problem}");
+        Check::at_least(id, statement, defect, 1e3 * rounding, "a thousand roundings")
+    }
 }
 
 /// Steps of the runs on the pendulum.
@@ -282,4 +292,23 @@ fn level_curve(q0: f64, p0: f64) -> Series {
     let points =
         if energy < 1.0 { [half(1.0), half(-1.0).into_iter().rev().collect()].concat() } else { half(p0.signum()) };
     Series::new("exact", points, Mark::Guide)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    #[test]
+    fn reversibility_is_held_to_the_rounding_and_its_absence_to_a_thousand() {
+        let outcome = |is_reversible, defect| reversal("circle", "method", is_reversible, [defect, 1e-16]).outcome;
+        assert_eq!(
+            [0.9e-16, 1.1e-16, f64::NAN].map(|defect| outcome(true, defect)),
+            [Outcome::Pass, Outcome::Fail, Outcome::Fail]
+        );
+        assert_eq!(
+            [1.1e-13, 0.9e-13, f64::NAN].map(|defect| outcome(false, defect)),
+            [Outcome::Pass, Outcome::Fail, Outcome::Fail]
+        );
+    }
 }

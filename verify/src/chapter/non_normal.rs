@@ -183,3 +183,15 @@ fn example(points: &[Point]) -> (Figure, Table) {
         "Norm |v| by number of steps, and spectral radius of a step by step size, of the stable 3 × 3 system.";
     (figure, Table::data("non-normal-example", caption, &["part", "method", "steps_or_h", "value"], rows))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_order_has_its_row() {
+        let found = [2, 3, 4].map(|order| OfOrder { order, radius: 1.0, rule_norm: 1.0, most_lengthened: [1.0; 4] });
+        let orders: Vec<String> = norms(&found).rows.iter().map(|row| row[0].to_string()).collect();
+        assert_eq!(orders, ["2", "3", "4"]);
+    }
+}

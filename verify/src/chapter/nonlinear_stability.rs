@@ -41,7 +41,7 @@ const ARENAS: [Arena; 2] = [
         equation: "v̇ = v (1 − v)",
         axes: || [Axis::linear("h").between(0.0, 6.0), Axis::log("v₀")],
         marked: " Below the spurious steady state v = ½ − 1/h, drawn up to where its branch crosses another, Method I goes to 0 instead of \
-                 1, and beyond for the smallest v₀ alone; the dashed line is the fold of its first step.",
+                 1, and beyond it for small v₀ alone; the dashed line is the fold of its first step.",
     },
 ];
 
@@ -316,7 +316,7 @@ fn show(arena: &Arena, maps: &[Arc<Map>], fold: &[(f64, f64)], crossing: f64) ->
 fn notes(crossing: f64) -> Vec<String> {
     vec![
         format!(
-            "Method I is called unconditionally stable for dissipative systems. It is not where they are nonlinear. On v̇ = −v² its step is a \
+            "Method I is called unconditionally stable for dissipative systems. Where they are nonlinear it need not be. On v̇ = −v² its step is a \
          cubic with the right root on the branch from the present state, and that branch ends in a fold at h v₀ = {:.3}: beyond, \
          a step has no solution that continues it, and the integrator says so. Below the fold every run from v₀ > 0 reaches the right steady \
          state. On this equation the trapezoidal rule and Method II are no better; implicit Euler has a root for every step.",

@@ -201,8 +201,8 @@ fn beyond_one_rate(context: &Context) -> Result<Part, StudyError> {
     let table = Table::new(
         "closures-beyond",
         format!(
-            "Errors at the end of a run. `fitted(λ)` is exact, to rounding, on v̇ = −λv alone, as `fitted(1)` on `linear-drag`. Of the \
-             fitted closures a smaller error than the better of the trapezoidal and the midpoint rule has {}. A step has no solution where an eigenvalue of the Jacobian passes λ/2, and \
+            "Errors at the end of a run. `fitted(λ)` is exact, to rounding, on v̇ = −λv alone, as `fitted(1)` on `linear-drag`. More \
+             accurate than both the trapezoidal and the midpoint rule are, of the fitted closures, {}. A step has no solution where an eigenvalue of the Jacobian passes λ/2, and \
              the place is empty: {}.",
             wins.collect::<Vec<_>>().join(", "),
             if lost.is_empty() { "nowhere".into() } else { lost.join(", ") }

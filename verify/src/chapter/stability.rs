@@ -120,8 +120,9 @@ fn regions(evidence: &mut Evidence, context: &Context, subjects: &[String]) -> R
         let field = Field {
             x: re.clone(),
             y: im.clone(),
-            values: values.chunks(re.len()).map(|row| row.iter().map(shown).collect()).collect(),
-            levels: LEVELS.to_vec(),
+            values: values.chunks(re.len()).map(|row| row.iter().map(shown).map(f64::log10).collect()).collect(),
+            // On either side of 1.
+            levels: LEVELS.map(f64::log10).to_vec(),
             bands: BANDS.map(Into::into).to_vec(),
             contours: true,
         };
@@ -198,12 +199,12 @@ fn family(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> 
     ]);
     let curve = |f: fn(&Found) -> f64| members().map(|(ratio, found)| (*ratio, f(found))).collect();
     let curves = vec![
-        Series::new("largest |R| for Re hλ ≤ 0", curve(|found| found.largest.min(2.0)), Mark::LineMarkers),
+        Series::new("largest |R| for Re hλ ≤ 0", curve(|found| found.largest), Mark::LineMarkers),
         Series::new("|R| at hλ = −10⁶", curve(|found| found.on_axis), Mark::Line),
         Series::new("|R| = 1", vec![(-1.5, 1.0), (1.5, 1.0)], Mark::Guide),
     ];
     let panel = Panel::new(Axis::linear("α/β"), Axis::linear("|R|").between(0.0, 2.0), curves);
-    let caption = "The closures (α, β): largest growth over the left half-plane, cut off at 2, and damping at infinity. Method \
+    let caption = "The closures (α, β): largest growth over the left half-plane, and damping at infinity. Method \
                    I is at 0, Method II at −1.";
     evidence.figures.push(Figure::new("stability-family", caption, "stability-family", [panel]));
     let caption = "Largest growth for Re hλ ≤ 0 and growth at hλ = −10⁶ of the closures (α, β).";

@@ -99,5 +99,7 @@ mod tests {
         };
         assert_eq!(check(&found(1e-17)).outcome, Outcome::Pass);
         assert_eq!(check(&found(f64::NAN)).outcome, Outcome::Fail);
+        // More than its rounding.
+        assert_eq!(check(&found(1.5e-16)).outcome, Outcome::Fail);
     }
 }

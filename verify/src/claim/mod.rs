@@ -45,6 +45,9 @@ pub enum Quantifier {
     /// Of cases that the source does not delimit, such as "for small h" or "generally", or of nothing in particular. It may hold
     /// under a condition that the source does not state.
     General,
+    /// Of every case from some size on, as "for sufficiently large h", against other methods; the cases of each of these begin with the largest
+    /// size. Where that one does not hold, there is no such size; where it is another one than the source says, that is a condition.
+    Eventual,
     /// Of one method against others. It may hold under a condition too. It falls with one of the others that the method is never
     /// ahead of; a score that is mixed against each supports nothing.
     Comparison,
@@ -115,7 +118,10 @@ impl Quantifier {
             _ if all_hold => Verdict::Confirmed,
             Self::Universal if cases.iter().any(fails) => Verdict::Refuted,
             Self::Wider if cases.iter().any(fails) => Verdict::RefutedReading,
-            Self::General | Self::Comparison if holds_under_a_condition => Verdict::Qualified,
+            Self::Eventual if rivals(cases).any(|against| against.first().is_some_and(|case| fails(case))) => {
+                Verdict::Refuted
+            }
+            Self::General | Self::Comparison | Self::Eventual if holds_under_a_condition => Verdict::Qualified,
             Self::General | Self::Comparison if !cases.is_empty() && cases.iter().all(fails) => Verdict::Refuted,
             Self::Comparison if rivals(cases).any(|against| against.into_iter().all(fails)) => Verdict::Refuted,
             _ => Verdict::NotSupported,
@@ -445,6 +451,21 @@ mod tests {
         ] {
             assert!(clause.windows(2).all(|pair| of(pair[0]) == of(pair[1])), "{clause:?}");
         }
+    }
+
+    #[test]
+    fn what_is_said_from_a_size_on_falls_with_the_largest() {
+        let (yes, no) = (Case::below("x", 1.0, 2.0), Case::above("x", 1.0, 2.0));
+        let judge = |cases: [(Case, &'static str); 4]| {
+            Quantifier::Eventual.verdict(&cases.map(|(case, rival)| case.against(rival)))
+        };
+        let (yes, no, under) = (|| yes.clone(), || no.clone(), || yes.clone().under(true));
+        assert_eq!(judge([(yes(), "a"), (yes(), "b"), (yes(), "a"), (yes(), "b")]), Verdict::Confirmed);
+        assert_eq!(judge([(under(), "a"), (under(), "b"), (no(), "a"), (yes(), "b")]), Verdict::Qualified);
+        assert_eq!(judge([(yes(), "a"), (no(), "b"), (under(), "a"), (under(), "b")]), Verdict::Refuted);
+        assert_eq!(judge([(yes(), "a"), (yes(), "b"), (no(), "a"), (yes(), "b")]), Verdict::NotSupported);
+        let unresolved = Case::below("x", f64::NAN, 2.0);
+        assert_eq!(judge([(unresolved, "a"), (yes(), "b"), (yes(), "a"), (yes(), "b")]), Verdict::NotSupported);
     }
 
     #[test]

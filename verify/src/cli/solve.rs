@@ -272,7 +272,7 @@ impl<'a> Solve<'a> {
             let error = self.problem.exact(state.t).map(|exact| distance(&values, &exact));
             let estimate = estimator.as_mut().and_then(|estimator| {
                 let difference = distance(&values, &self.problem.observe(state.t, estimator.at(state.t)?));
-                estimator.error(difference)
+                estimator.error(difference, max_norm(&values))
             });
             summary.add(state.t, max_norm(&values), error, estimate);
             if let Some(forcing) = &mut forcing {

@@ -92,6 +92,25 @@ impl Palette<'_> {
 }
 
 impl Style {
+    /// The style and, in the same colour, those that serve where another label of the figure has it.
+    pub(super) fn variants(self) -> impl Iterator<Item = Self> {
+        let shape = Shape::ALL.iter().position(|shape| *shape == self.shape).unwrap_or(0);
+        (0..DASHES.len()).map(move |k| Self {
+            dash: (self.dash + k) % DASHES.len(),
+            shape: Shape::ALL[(shape + k) % Shape::ALL.len()],
+            ..self
+        })
+    }
+
+    /// Whether a series of such marks looks like one in another style: markers tell apart by their shapes, lines by their dashes.
+    pub(super) fn looks_like(self, other: Self, mark: Mark) -> bool {
+        let is_same = match mark {
+            Mark::LineMarkers | Mark::Markers => self.shape == other.shape,
+            Mark::Line | Mark::Guide | Mark::Other => self.dash == other.dash,
+        };
+        self.color == other.color && is_same
+    }
+
     /// The attributes of a line in this style.
     pub(super) fn line(self) -> String {
         match DASHES[self.dash] {
@@ -150,6 +169,19 @@ pub(super) fn band(index: usize, levels: &[f64], is_ordered: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_style_has_variants_that_differ_in_line_and_marker() {
+        let style = Palette(&[]).style("", 3, Mark::Line);
+        let variants: Vec<Style> = style.variants().collect();
+        assert_eq!(variants[0], style);
+        for (i, a) in variants.iter().enumerate() {
+            assert!(
+                variants[..i].iter().all(|b| [Mark::Line, Mark::Markers].iter().all(|mark| !a.looks_like(*b, *mark)))
+            );
+            assert_eq!(a.color, style.color);
+        }
+    }
 
     #[test]
     fn a_method_looks_the_same_wherever_it_stands() {

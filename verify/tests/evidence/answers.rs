@@ -206,7 +206,7 @@ fn ringing(evidence: &Evidence) -> Result<(), Failed> {
             ),
             "next to the wall on 64 cells after 9 and after 10 steps of h = 0.05, up to t = 0.5 (left, middle)".into(),
             format!(
-                "The total variation of its profile from wall to wall is {} times that of the exact one, which goes up once; so does every other profile.",
+                "The total variation of its profile from wall to wall is {} times that of the exact one, which rises monotonically; every other profile does too.",
                 brief(waves[1])
             ),
             format!(
@@ -214,7 +214,7 @@ fn ringing(evidence: &Evidence) -> Result<(), Failed> {
                 brief(error(next, 1.0) / error("method-i", 1.0))
             ),
             format!(
-                "Short: After 10 steps the profile of Method I goes up once, as the exact one does, and that of the trapezoidal rule up and down, with {} times the exact one's total variation:",
+                "Short: After 10 steps the profile of Method I rises monotonically, as the exact one does, and that of the trapezoidal rule up and down, with {} times the exact one's total variation:",
                 brief(waves[1])
             ),
             format!(
@@ -417,7 +417,7 @@ fn methods(evidence: &Evidence) -> Result<(), Failed> {
             "linear(-0.5,1)",
             vec![
                 format!(
-                    "Other constants are best for hλ ≤ 3 at one known λ; their largest error of a step is {} of Method I's.",
+                    "Where one λ is known, the best constants for hλ ≤ 3 have {} of the largest error that a step of Method I makes.",
                     brief(best_constant())
                 ),
                 format!(

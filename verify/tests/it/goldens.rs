@@ -167,6 +167,7 @@ fn texts_and_statements_about_numbers_are_exact() {
     // A computed bound moves with the rounding that it comes from.
     assert!(holds(&dir, changed(&|n| truth(n, &|t| t.allowance *= 1.009))));
     assert!(!holds(&dir, changed(&|n| truth(n, &|t| t.allowance *= 1.011))));
+    assert!(!holds(&dir, changed(&|n| truth(n, &|t| t.allowance *= 0.98))));
     assert!(!holds(&dir, changed(&|n| truth(n, &|t| t.source = "hearsay".into()))));
     let mut rows = sample_rows();
     rows[3] = Row::text("method", "Method II");

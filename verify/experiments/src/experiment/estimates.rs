@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::orders::Orders;
 use super::{Context, Experiment, StudyError};
 use crate::estimate::Estimator;
-use crate::measure::norm::distance;
+use crate::measure::norm::{distance, max_norm};
 use crate::measure::order::Verdict;
 use crate::run::run;
 use crate::theory::order_plan;
@@ -65,7 +65,7 @@ impl Experiment for Estimates {
             let end = run(&*problem, &*method, h, horizon, |_| {})?.end;
             let mut estimator = Estimator::new(&*problem, &*method, h, horizon)?;
             let difference = estimator.at(end.t).map(|finer| distance(&end.q, finer));
-            let estimate = difference.and_then(|difference| estimator.error(difference));
+            let estimate = difference.and_then(|difference| estimator.error(difference, max_norm(&end.q)));
             context.tick();
             Ok(Estimated { problem: name.into(), method: by.into(), h, error, estimate, is_settled })
         };
@@ -122,7 +122,7 @@ impl Experiment for AdaptiveEstimates {
                 problem: name,
                 tolerance,
                 error: distance(&end.q, &exact),
-                estimate: estimator.error(difference),
+                estimate: estimator.error(difference, max_norm(&end.q)),
             })
         };
         runs.into_par_iter().map(one).collect()

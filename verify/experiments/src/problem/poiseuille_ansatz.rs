@@ -243,6 +243,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// The series is that of the flow from rest.
+    #[test]
+    fn no_exact_solution_is_told_of_another_start() {
+        let of = |v0: f64| PoiseuilleAnsatz::new(2.0, v0, Reduction::Averaged).exact(1.0);
+        assert!(of(0.0).is_some() && of(0.5).is_none());
+    }
+
     proptest! {
         /// Eq. (37) in closed form and by quadrature of ½ R̂²: a dozen roundings of terms up to 4 (1 + |v| + |v̇|)² each.
         #[test]

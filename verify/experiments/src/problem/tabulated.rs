@@ -37,6 +37,21 @@ fn rows(table: &'static str) -> impl Iterator<Item = Result<Row, csv::Error>> {
 mod tests {
     use super::*;
 
+    /// y₁ + y₂ + y₃ = 1 holds of Robertson's system to the digits of the table.
+    #[test]
+    fn tabulated_states_keep_the_mass() {
+        let mut count = 0;
+        for table in TABLES {
+            let times = rows(table).map(|row| row.expect("well-formed")).filter(|(name, ..)| name == "robertson");
+            for (name, t, ..) in times {
+                let sum = lookup(&name, t).expect("tabulated").iter().sum::<f64>();
+                assert!((sum - 1.0).abs() <= 4.0 * f64::EPSILON, "{sum} at t = {t}");
+                count += 1;
+            }
+        }
+        assert!(count > 0);
+    }
+
     #[test]
     fn every_row_is_readable_and_states_are_whole() {
         // A double has 16.

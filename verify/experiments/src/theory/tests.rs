@@ -7,7 +7,7 @@ use crate::measure::norm::distance;
 use crate::measure::order::Verdict;
 use crate::method::{self, Method};
 use crate::order::{OrderError, Source, Truth, measure};
-use crate::problem::{self, Problem};
+use crate::problem::{self, Problem, Stiffness};
 use crate::run::step_from;
 
 /// One example of every method that steps `problem`, and path fitting and collocation where they are the midpoint rule and Gauss's.
@@ -179,6 +179,27 @@ fn orders_that_are_gained_are_those_of_theory() {
             assert_eq!(declared.nominal, f64::from(method.order()), "{name}");
         }
     }
+}
+
+/// 1.0000001 is no rate of v̇ = −v, and gains no order: at steps that are small enough its error shows.
+#[test]
+fn a_fitted_rate_beside_that_of_the_problem_gains_no_order() {
+    let problem = problem::small("linear-drag").expect("registered");
+    let expected = |method: &str| {
+        let method = method::parse(method).expect("registered");
+        order_plan(&*problem, &*method).expectation.order
+    };
+    assert_eq!(["fitted-pade(1)", "fitted-pade(1.0000001)"].map(expected), [3.0, 2.0]);
+}
+
+/// Where e^{λt} has grown from ε to 1 the method's own solution is as large as the problem's: λt = 36.04.
+#[test]
+fn a_breakdown_is_certain_once_roundings_have_grown_to_the_solution() {
+    let problem = problem::small("hires").expect("registered");
+    let Stiffness::Transient(rate) = problem.facts().stiffness else { panic!("hires is stiff") };
+    let method = method::parse("conventional").expect("registered");
+    let is_certain = |growth: f64| breakdown(&*problem, &*method, growth / rate).expect("unstable").is_certain;
+    assert_eq!([19.0, 36.0, 36.1].map(is_certain), [false, false, true]);
 }
 
 #[test]

@@ -46,8 +46,8 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
     for method in METHODS.into_iter().filter(|method| *method != "method-i") {
         let over = started.at_the_time_of_the_longest_steps(method)?;
         in_time.push(over.map_or_else(
-            || format!("not to be had by `{method}`, which has no run as cheap"),
-            |over| format!("{} by `{method}`", brief(over)),
+            || format!("unknown for `{method}`, which has no run as cheap"),
+            |over| format!("{} for `{method}`", brief(over)),
         ));
     }
     let (last_in_time, in_time) = in_time.split_last().ok_or("no other method")?;

@@ -52,11 +52,11 @@ impl Runs {
         Ok(self.of(method)?.seconds_for(self.asked()?))
     }
 
-    /// The error of the best run of `method` that takes no more CPU time than Method I with its longest steps, over the error of
-    /// these; `None` where no run is as cheap.
+    /// The error of the best run of `method` that takes no more CPU time than Method I with its longest steps, as far as the times of repeated
+    /// runs tell, over the error of these; `None` where no run is as cheap.
     pub(super) fn at_the_time_of_the_longest_steps(&self, method: &str) -> Result<Option<f64>, StudyError> {
         let own = self.of("method-i")?.points.first().ok_or("no run")?;
-        let cheap = self.of(method)?.points.iter().filter(|point| point.seconds.most <= own.seconds.most);
+        let cheap = self.of(method)?.points.iter().filter(|point| point.seconds.least <= own.seconds.most);
         let errors: Vec<f64> = cheap.filter_map(|point| point.error).collect();
         Ok(own.error.filter(|_| !errors.is_empty()).map(|error| errors.into_iter().smallest() / error))
     }

@@ -153,7 +153,7 @@ fn late_over_early(context: &Context, degree: usize) -> Result<Vec<Case>, StudyE
 fn shown_energy(context: &Context) -> Result<Finding, StudyError> {
     let cases = late_over_early(context, 2)?;
     let worst = at_most(cases.iter().map(|case| case.measured).largest());
-    Ok(Finding::on(cases, format!("The late energy error is {worst} times the early one at most.")))
+    Ok(Finding::on(cases, format!("The late energy error over the early one is {worst} at most.")))
 }
 
 fn energy(context: &Context) -> Result<Finding, StudyError> {

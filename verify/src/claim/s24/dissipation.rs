@@ -94,6 +94,26 @@ const SMALLEST: f64 = 0.01;
 /// Between these a step is at most v₀ in size.
 const NOT_AMPLIFIED: [f64; 2] = [-1.0, 1.0];
 
+/// What becomes of two solutions that start on either side of the fold, whatever is taken for the branch.
+fn parted(context: &Context, method: &'static str, fold: f64) -> Result<String, StudyError> {
+    let weights = if method == BOTH[0] { StepEquation::METHOD_I } else { StepEquation::METHOD_II };
+    let starts = [0.99, 1.01].map(|part| part * fold);
+    let below = starts[0] * OneStep::on_quadratic_drag(method, starts[0]).or_infinity(context)?;
+    let found = context.get(StepEquation { problem: "quadratic-drag", weights, h: starts[1] })?;
+    let step_equation::Found::Roots(roots) = &*found else { return Err("a step is not determined".into()) };
+    let &[root] = &roots[..] else { return Err("not one root is left beyond the fold".into()) };
+    let (before, after) = (starts[1] - starts[0], (below - starts[1] * root).abs());
+    if after <= before {
+        return Err(format!("starts {before} apart come to {after}").into());
+    }
+    Ok(format!(
+        "Starts a hundredth on either side of the fold, {} apart for h = 1, come {} apart in a step, the farther one by the only root that there is, \
+         while v̇ = −v² brings solutions together.",
+        text(before),
+        text(after)
+    ))
+}
+
 fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyError> {
     let [low, high] = NOT_AMPLIFIED;
     let weights = if method == BOTH[0] { StepEquation::METHOD_I } else { StepEquation::METHOD_II };
@@ -127,6 +147,8 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
         text(at_fold),
         range(least, most),
     );
+    let apart = parted(context, method, last)?;
+    let evidence = format!("{evidence} {apart}");
     if !(low <= least && most < 0.0) {
         return Err(format!("the roots that are left, {left:?}, are not between −v₀ and 0").into());
     }
@@ -135,8 +157,8 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
     let &[.., before, end] = &states[..] else { return Err("no steps".into()) };
     let run = "a run from v₀ = 1 with h = 3 that takes the only root at every step";
     let reading = format!(
-        "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < {bound} (scanned from {SMALLEST}). The only root beyond does not amplify: the \
-         verdict rests on our reading by branches."
+        "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < {bound} (scanned from {SMALLEST}). The only root beyond does not amplify: that a \
+         step fails is our reading by branches, and that solutions part is none."
     );
     if method == BOTH[0] {
         let evidence =

@@ -605,7 +605,12 @@ fn is_step_off(ode: &dyn Ode, [start, end]: [&(f64, Vec<f64>); 2], (k, far): (us
 }
 
 /// The solution from a state at a time, as a reference has it at these times; none where it fails.
-fn solution(ode: &dyn Ode, (start, from): (f64, &[f64]), times: &[f64], tolerance: f64) -> Option<Vec<Vec<f64>>> {
+pub(super) fn solution(
+    ode: &dyn Ode,
+    (start, from): (f64, &[f64]),
+    times: &[f64],
+    tolerance: f64,
+) -> Option<Vec<Vec<f64>>> {
     Some(reference::by_name("diffsol-bdf")?.run(ode, start, from, times, tolerance).ok()?.states)
 }
 

@@ -7,7 +7,7 @@ use verify::method::Method;
 use verify::problem::{Problem, component_names};
 use verify::run::{RunError, leads_to};
 
-use super::beware::{DENSE, jacobian};
+use super::beware::{COURSE, DENSE, jacobian, solution};
 use super::units::{Fault, unlike};
 use crate::cli::layout::{number, plain};
 
@@ -111,17 +111,16 @@ pub(super) fn told(
     }
 }
 
-/// Whether the determinant of ∂f/∂v changes its sign on the way on which f leads through a state, a step and a half before and behind it.
+/// Whether the determinant of ∂f/∂v changes its sign along the solution from a state, within a step and a half.
 fn turns(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> bool {
-    let mut slope = vec![0.0; v.len()];
-    problem.ode().rhs(t, v, &mut slope);
-    let sign = |s: f64| {
-        let there: Vec<f64> = v.iter().zip(&slope).map(|(x, f)| x + s * h * f).collect();
-        let matrix = jacobian(problem, t + s * h, &there);
+    let end = t + WAY * h;
+    let solved = solution(problem.ode(), (t, v), &[end], COURSE);
+    let sign = |t: f64, v: &[f64]| {
+        let matrix = jacobian(problem, t, v);
         let scale = matrix.amax();
         (matrix / scale).determinant().signum()
     };
-    sign(-WAY) * sign(WAY) == -1.0
+    solved.and_then(|mut states| states.pop()).is_some_and(|there| sign(t, v) * sign(end, &there) == -1.0)
 }
 
 /// Whether f jumps in time at the end of the branch of a step: least-squares methods do not follow it across in long steps.
@@ -229,12 +228,10 @@ mod tests {
             let method = method::parse(method).expect("registered");
             told(&problem, &*method, &error, (&[v, 1.0], 1.0)).unwrap_or_default()
         };
-        // f leads from 0.49 by 0.025 a step, to either side.
-        for v in [0.49, 0.51] {
-            assert!(told("method-ii", v).contains("comes to 0 near there"), "{v}: {}", told("method-ii", v));
-            assert!(!told("method-i", v).contains("comes to 0"), "{v}");
-        }
-        assert!(!told("method-ii", 0.4).contains("comes to 0"));
+        // From 0.49 it grows by 0.025 in a step.
+        assert!(told("method-ii", 0.49).contains("comes to 0 near there"), "{}", told("method-ii", 0.49));
+        assert!(!told("method-i", 0.49).contains("comes to 0"));
+        assert!(!told("method-ii", 0.4).contains("comes to 0") && !told("method-ii", 0.51).contains("comes to 0"));
     }
 
     /// At the end of a branch at t = 1, half-way through a step.

@@ -89,6 +89,8 @@ impl<'a> Legend<'a> {
             if legend.entries.iter().all(|(label, ..)| *label != series.label) {
                 let place = legend.entries.len();
                 let style = palette.style(&series.label, place, series.mark);
+                let taken = |style: &Style| legend.entries.iter().any(|entry| style.looks_like(entry.2, series.mark));
+                let style = style.variants().find(|style| !taken(style)).unwrap_or(style);
                 legend.entries.push((series.label.as_str().into(), series.mark, style));
             }
         }

@@ -4,9 +4,11 @@ use libtest_mimic::Failed;
 use verify::experiment::constraint::Radius;
 use verify::experiment::energy_drift::EnergyDrift;
 use verify::experiment::motion::Motion;
+use verify::experiment::oscillator::StepMap;
 use verify::measure::norm::Extremes;
 use verify::measure::search::root;
 use verify::problem;
+use verify::theory::oscillator::PRINTED;
 
 use super::super::CONTEXT;
 use super::{Found, Known, at_most, between, range, require, text, texts, to};
@@ -16,6 +18,17 @@ const TIMES: [&str; 5] = ["10", "20", "30", "40", "50"];
 pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
     Ok(match id {
         "a" => {
+            for known in PRINTED {
+                for tau in [0.1, 3.0] {
+                    let map = CONTEXT.get(StepMap { method: known.method.into(), tau })?;
+                    for (what, is) in
+                        [("trace − R", map.trace - known.trace(tau)), ("determinant − 1", map.determinant - 1.0)]
+                    {
+                        let said = found.measured(&format!("|{what}| of {}, τ = {tau}", known.equation()));
+                        require(said == is.abs(), || format!("{what} of {} at {tau}: {said}", known.method))?;
+                    }
+                }
+            }
             Known::of([format!("the traces differ from them by {} at most.", at_most(found.largest("|trace − R|")))])
         }
         "b-1" => solutions(found)?,
@@ -64,7 +77,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             ])
         }
         "f-1" => {
-            Known::of([format!("The late energy error is {} times the early one at most.", at_most(found.largest("")))])
+            Known::of([format!("The late energy error over the early one is {} at most.", at_most(found.largest("")))])
         }
         "f-2" => drift(found)?,
         "g" => {

@@ -56,7 +56,11 @@ pub(super) fn says_what_was_found(claim: &Claim, finding: &Finding) -> Result<()
     })?;
     are_distinct(finding)?;
     let rivals = finding.cases().iter().filter(|case| case.rival.is_some()).count();
-    let expected = if claim.quantifier == Quantifier::Comparison { finding.cases().len() } else { 0 };
+    let expected = if matches!(claim.quantifier, Quantifier::Comparison | Quantifier::Eventual) {
+        finding.cases().len()
+    } else {
+        0
+    };
     require(rivals == expected, || format!("{rivals} comparisons name a rival, not {expected}"))
 }
 

@@ -359,6 +359,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             )])
         }
         "h-1" => {
+            are_within_v0(found)?;
             let (last, reached) = fold_of_method_i();
             let left = [3.0, 100.0].map(negative_root_of_method_i);
             let counterexample = found.0.counterexample().map(ToString::to_string).unwrap_or_default();
@@ -378,6 +379,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 ),
                 "starts at v₀ for h = 0 is gone".into(),
                 format!("v₁/v₀ = {}: none of these steps amplifies,", range(left[0], left[1])),
+                parted(last, [right_root_of_method_i(0.99 * last), negative_root_of_method_i(1.01 * last)]),
                 format!(
                     "from v₀ = 1 with h = 3 that takes the only root at every step ends at {}, which is −1/h, while the solution tends to 0.",
                     text(end)
@@ -389,7 +391,9 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             ])
         }
         "h-2" => {
+            are_within_v0(found)?;
             // p₁ = p₀ is (1 + x)(W x² + (1 − W) x + W − 1) = 0 for x = v₁/v₀, whose good root ends at W = 1.
+            let root = |w: f64| (w - 1.0 + ((1.0 - w) * (1.0 + 3.0 * w)).sqrt()) / (2.0 * w);
             require(1.0 < fold_of_method_i().0, || "its root does not end at a smaller step than Method I's".into())?;
             Known::of([
                 // x² = 0 there.
@@ -397,6 +401,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 "starts at v₀ for h = 0 is gone".into(),
                 // The other factor has none for W > 1: (1 − W)(1 + 3W) < 0.
                 "off the branch, v₁/v₀ = −1: none of these steps amplifies,".into(),
+                parted(1.0, [root(0.99), -1.0]),
                 // From −v₀ on, W < −⅓, the other factor has no root either.
                 "from v₀ = 1 with h = 3 that takes the only root at every step comes to 1 and −1 in turn for ever, while the solution tends to 0.".into(),
                 "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < 1 (scanned from 0.01).".into(),
@@ -608,6 +613,23 @@ fn damped() -> Result<f64, Failed> {
     let a = &CONTEXT.get(Amplified { method: "method-ii", order: 3 })?.matrix;
     let one = DMatrix::identity(3, 3);
     Ok(spectral_radius(&((&one - 0.5 * a).try_inverse().expect("no eigenvalue at 2") * (one + 0.5 * a))))
+}
+
+/// That every step on the branch is asked to be at most v₀ in size.
+fn are_within_v0(found: &Found) -> Result<(), Failed> {
+    let cases = found.of("v₁/v₀ on the branch");
+    let is_unit = |case: &&verify::claim::Case| case.required.bounds().eq([-1.0, 1.0]);
+    require(cases.len() == 12 && cases.iter().all(is_unit), || "another bound than v₀".into())
+}
+
+/// Two starts beside a fold, and the v₁/v₀ of their steps with h = 1.
+fn parted(fold: f64, [below, beyond]: [f64; 2]) -> String {
+    let [near, far] = [0.99, 1.01].map(|part| part * fold);
+    format!(
+        "Starts a hundredth on either side of the fold, {} apart for h = 1, come {} apart in a step, the farther one by the only root that there is,",
+        text(far - near),
+        text(near * below - far * beyond)
+    )
 }
 
 fn large_steps(method: &str) -> Result<Known, Failed> {

@@ -506,6 +506,10 @@ fn grids_that_converge_are_not_left_out_for_the_noise_of_finer_ones() {
             (0..10).map(|k| 0.4 * 0.5_f64.powi(k)).map(|h| (h, 1.0 + h.powi(4) + 1e-9 * noise())).collect();
         let judged = quantity(&points, 0.0).judge(&expecting(4.0));
         assert!(judged.verdict != Verdict::Fail, "{seed}: {}", judged.reason);
+        // Its last differences grow within the noise, and by more than their digits.
+        if seed == 7 {
+            assert!(!judged.reason.contains("diverge"), "{}", judged.reason);
+        }
         if judged.verdict == Verdict::Pass {
             passed += 1;
             assert!(

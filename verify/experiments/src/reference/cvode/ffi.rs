@@ -477,6 +477,12 @@ mod tests {
         }
     }
 
+    /// A positive number asks CVODE to try again with a shorter step.
+    #[test]
+    fn what_a_callback_refuses_ends_the_run() {
+        assert_eq!((code(Ok(())), code(Err(Refused))), (0, -1));
+    }
+
     #[test]
     fn the_product_that_cvode_gets_is_that_of_the_system() -> Result<(), CallError> {
         let callbacks = Callbacks::new(&Quadratic, 2);
