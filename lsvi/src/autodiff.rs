@@ -20,8 +20,9 @@ use crate::vector_field::VectorField;
 
 /// Numbers that a generic definition computes with: `f64` and dual numbers over it.
 ///
-/// Arithmetic takes `f64` on the right (`x * 2.0`); functions are methods (`x.sin()`, `x.powi(2)`). The `tanh` of dual numbers is sinh/cosh, NaN
-/// for |x| > 710: 1 − 2/(1 + e²ˣ) is the same and is not. Where a derivative is infinite, as of `sqrt` or `cbrt` at 0, it is not finite here.
+/// Arithmetic takes `f64` on the right (`x * 2.0`); functions are methods (`x.sin()`, `x.powi(2)`). The `tanh` of dual numbers is sinh/cosh, whose
+/// derivative is NaN for |x| > 355; (1 − e)/(1 + e) with e = e⁻²ˣ for x > 0 is the same, and finite. Where a derivative is infinite, as of `sqrt` or
+/// `cbrt` at 0, it is not finite here.
 pub trait Scalar: DualNum<Primitive = f64> + Copy {}
 impl<T: DualNum<Primitive = f64> + Copy> Scalar for T {}
 

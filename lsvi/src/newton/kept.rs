@@ -406,7 +406,7 @@ mod tests {
         assert_eq!(is_factored, [true, false, true, false, true, false]);
     }
 
-    /// x − (1 + m x) = 0 by the factor 1 leaves the rest m x: two ninths of the way more than in the step before, which had −m x, are too much for
+    /// x − (1 + m x) = 0 by the factor 1 leaves the rest m x: nine hundredths of the way more than in the step before, which had −m x, are too much for
     /// an increment of ten roundings to be the last.
     #[test]
     fn a_rest_that_changes_asks_for_one_more_increment() {

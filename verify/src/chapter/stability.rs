@@ -113,6 +113,8 @@ fn regions(evidence: &mut Evidence, context: &Context, subjects: &[String]) -> R
     let growth = |method: &String| Growth { method: method.clone(), points: Points::Grid };
     let maps = context.get_each(subjects.iter().map(growth).collect())?;
     let (re, im) = (Points::re(), Points::im());
+    // What is stable and what is not are the two sides of 0, in hues of their own.
+    let beside_one = |growth: f64| (growth / LEVELS[3]).log10();
     let panels = subjects.iter().zip(&maps).map(|(method, values)| {
         let guide = Series::new("Re hλ = 0", vec![(0.0, 0.0), (0.0, 6.0)], Mark::Guide);
         // Where there is no step the map stays blank.
@@ -120,9 +122,8 @@ fn regions(evidence: &mut Evidence, context: &Context, subjects: &[String]) -> R
         let field = Field {
             x: re.clone(),
             y: im.clone(),
-            values: values.chunks(re.len()).map(|row| row.iter().map(shown).map(f64::log10).collect()).collect(),
-            // On either side of 1.
-            levels: LEVELS.map(f64::log10).to_vec(),
+            values: values.chunks(re.len()).map(|row| row.iter().map(shown).map(beside_one).collect()).collect(),
+            levels: LEVELS.map(beside_one).to_vec(),
             bands: BANDS.map(Into::into).to_vec(),
             contours: true,
         };

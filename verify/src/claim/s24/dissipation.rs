@@ -103,7 +103,7 @@ fn parted(context: &Context, method: &'static str, fold: f64) -> Result<String, 
     let step_equation::Found::Roots(roots) = &*found else { return Err("a step is not determined".into()) };
     let &[root] = &roots[..] else { return Err("not one root is left beyond the fold".into()) };
     let (before, after) = (starts[1] - starts[0], (below - starts[1] * root).abs());
-    if after <= before {
+    if !after.is_finite() || after <= before {
         return Err(format!("starts {before} apart come to {after}").into());
     }
     Ok(format!(
