@@ -113,24 +113,23 @@ fn regions(evidence: &mut Evidence, context: &Context, subjects: &[String]) -> R
     let growth = |method: &String| Growth { method: method.clone(), points: Points::Grid };
     let maps = context.get_each(subjects.iter().map(growth).collect())?;
     let (re, im) = (Points::re(), Points::im());
-    // What is stable and what is not are the two sides of 0, in hues of their own.
-    let beside_one = |growth: f64| (growth / LEVELS[3]).log10();
     let panels = subjects.iter().zip(&maps).map(|(method, values)| {
         let guide = Series::new("Re hλ = 0", vec![(0.0, 0.0), (0.0, 6.0)], Mark::Guide);
-        // Where there is no step the map stays blank.
-        let shown = |growth: &f64| if growth.is_finite() { *growth } else { f64::NAN };
+        // Where there is no step the map stays blank; a factor of 0 is one below all levels.
+        let shown = |growth: &f64| if growth.is_finite() { growth.max(0.1 * LEVELS[0]) } else { f64::NAN };
         let field = Field {
             x: re.clone(),
             y: im.clone(),
-            values: values.chunks(re.len()).map(|row| row.iter().map(shown).map(beside_one).collect()).collect(),
-            levels: LEVELS.map(beside_one).to_vec(),
+            values: values.chunks(re.len()).map(|row| row.iter().map(shown).map(f64::log10).collect()).collect(),
+            // On either side of 1.
+            levels: LEVELS.map(f64::log10).to_vec(),
             bands: BANDS.map(Into::into).to_vec(),
             contours: true,
         };
         Panel::new(Axis::linear("Re hλ"), Axis::linear("Im hλ"), vec![guide]).titled(method).over(field)
     });
     let caption = "Amplification factor |R| of one step on v̇ = λv; the lower half-plane mirrors the upper one. A method is A-stable if no \
-                   point left of 0 has the colour of |R| > 1. Blank: the step has no solution.";
+                   point left of 0 has the colour of |R| > 1. At single points, which are blank, the step has no solution.";
     evidence.figures.push(Figure::new("stability-regions", caption, "stability-regions", panels).in_columns(3));
     let columns = ["re", "im"].into_iter().chain(subjects.iter().map(String::as_str));
     let points = im.iter().flat_map(|y| re.iter().map(move |x| row![*x, *y]));
