@@ -72,8 +72,9 @@ unstable, a linear invariant that is broken, a step across what may be a pole, a
 step that amplifies what the equation damps, or with half of it as well damps
 what it keeps or keeps what it damps, steps that do not see how f changes in
 time, errors of an adaptive method beyond all that its tolerances allow, a
-solution that is smaller than the absolute one; where none of these is found, and a small system's solution is cheap, an
-error that other solvers tell and the estimate does not.
+solution that is smaller than the absolute one; where none of these is found,
+and a small system's solution is cheap, an error that other solvers tell and the
+estimate does not.
 
 The steps of radau-adaptive are chosen by an estimate of lower order, held to a
 tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then

@@ -65,7 +65,7 @@ pub(super) fn told(
     }
     if method.principle() == Principle::MomentumConserved && turns(problem, (t, v), h) {
         return Some(
-            "an eigenvalue of the Jacobian of f comes to 0 near there, where a condition of p₁ = p₀ says nothing of its mode: a smaller `--h` only comes \
+            "an eigenvalue of the Jacobian of f comes to 0 near there, where a condition of p₁ = p₀ says nothing of its mode: a smaller `--h` may only come \
              closer; `method-i` or `trapezoidal` steps across"
                 .into(),
         );
