@@ -35,10 +35,11 @@ pub trait VectorField {
         Mass::Identity
     }
 
-    /// Whether f(t, v) = A v + g(t) with a constant matrix A: not one that depends on time, as with a valve that opens later. Methods may then factor once, and solve for the new value
-    /// itself instead of for increments, which keeps digits that f(t, v) has lost. What it says is checked by
-    /// [`LeastSquaresStep`](crate::LeastSquaresStep), whatever the structure, once per step size at the state of the step:
-    /// [`SolveError::NotLinear`](crate::SolveError::NotLinear).
+    /// Whether f(t, v) = A v + g(t) with a constant matrix A: not one that depends on time, as with a valve that opens later.
+    /// Methods may then factor once, and solve for the new value itself instead of for increments, which keeps digits that
+    /// f(t, v) has lost. What it says is checked by [`LeastSquaresStep`](crate::LeastSquaresStep), whatever the structure, at the
+    /// state: in the first step of a size, after 2, 4, 8, … more and then after every 256, and where factors are kept and f is
+    /// not [autonomous](Self::is_autonomous) at the end of every step: [`SolveError::NotLinear`](crate::SolveError::NotLinear).
     fn is_linear(&self) -> bool {
         false
     }

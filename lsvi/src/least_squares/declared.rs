@@ -8,16 +8,28 @@ use crate::vector_field::VectorField;
 
 /// Largest difference between f and A v + g, relative to their terms, that passes for rounding.
 const LINEAR: f64 = 1e-10;
+/// Steps between two comparisons of the whole declaration, at most.
+const RARELY: u32 = 256;
 
-/// What a field declares, compared once per step size with its values at both ends of a step.
+/// The golden ratio, whose multiples have fractions that no simple pattern of rows cancels.
+const GOLDEN: f64 = 1.618_033_988_749_895;
+
+/// What a field declares, compared with its values at both ends of a step: in the first step of a size, after 2, 4, 8, … more,
+/// and then after every 256. What steps of one size take for constant is so at the end of each, too, where f is evaluated there.
 #[derive(Debug)]
 pub(super) struct Declared {
     is_linear: bool,
     is_autonomous: bool,
     /// The step size that was checked.
     checked: Option<f64>,
+    /// Steps until it is checked again, and how many there were the last time.
+    left: u32,
+    interval: u32,
     /// A, unless the field is matrix-free.
     a: Option<Jacobian>,
+    /// Weights w of the rows, and Aᵀw.
+    weights: Vec<f64>,
+    sums: Vec<f64>,
     zero: Vec<f64>,
     /// Where f is compared.
     point: Vec<f64>,
@@ -37,7 +49,11 @@ impl Declared {
             is_linear,
             is_autonomous,
             checked: None,
+            left: 0,
+            interval: 1,
             a: is_assembled.then(|| Jacobian::with_structure(n, structure)),
+            weights: (0..n).map(|i| 0.5 + (GOLDEN * i as f64).fract()).collect(),
+            sums: zeros.clone(),
             zero: zeros.clone(),
             point: zeros.clone(),
             product: zeros.clone(),
@@ -47,59 +63,112 @@ impl Declared {
         })
     }
 
+    /// Whether the whole declaration is to be checked in a step of this size.
+    pub(super) fn is_due(&mut self, h: f64) -> bool {
+        if self.checked != Some(h) {
+            self.interval = 1;
+            return true;
+        }
+        self.left = self.left.saturating_sub(1);
+        self.left == 0
+    }
+
     /// Refuses a field that is not what it declares, as far as its values at v₀ show at both ends of the step; at v = 1 where
     /// v₀ = 0.
     pub(super) fn check(&mut self, system: &System<'_>, at: Interval, v0: &[f64]) -> Result<(), SolveError> {
-        if self.checked == Some(at.h) {
-            return Ok(());
-        }
+        let is_new = self.checked != Some(at.h);
+        self.checked = self.checked.filter(|_| !is_new);
         self.point.copy_from_slice(v0);
         if v0.iter().all(|v| *v == 0.0) {
             self.point.fill(1.0);
         }
         if self.is_linear {
-            self.check_linear(system, at)?;
+            // A stays that of the first step of a size, whose factors later ones use.
+            if let Some(a) = self.a.as_mut().filter(|_| is_new) {
+                a.clear();
+                system.field.add_jacobian(at.start, &self.zero, 1.0, a);
+                a.check_structure()?;
+                self.sums.fill(0.0);
+                a.mul_transpose_add(1.0, &self.weights, &mut self.sums);
+            }
+            for t in [at.start, at.start + at.h] {
+                self.check_linear(system, at.start, t)?;
+            }
         }
         if self.is_autonomous {
             self.check_autonomous(system, at)?;
         }
         self.checked = Some(at.h);
+        self.interval = (2 * self.interval).min(RARELY);
+        self.left = self.interval;
         Ok(())
     }
 
-    fn check_linear(&mut self, system: &System<'_>, at: Interval) -> Result<(), SolveError> {
-        let Self { a, zero, point, product, size, value, .. } = self;
-        if let Some(a) = a {
-            a.clear();
-            system.field.add_jacobian(at.start, zero, 1.0, a);
-            a.check_structure()?;
+    /// Refuses a field that at the end of a step, (t₁, v₁), is not A v + g with the A of its factors; `hg` is h g(t₁).
+    pub(super) fn check_end(
+        &mut self,
+        system: &System<'_>,
+        at: Interval,
+        v: &[f64],
+        hg: &[f64],
+    ) -> Result<(), SolveError> {
+        let Self { value, weights, sums, zero, product, .. } = self;
+        system.field.rhs(at.start + at.h, v, value);
+        let rows = value.iter().zip(hg);
+        if self.a.is_some() {
+            // wᵀf = (Aᵀw)ᵀv + wᵀg costs no product with A. It differs where a component does, but for chance and for components
+            // far smaller than others, which the comparison of all of them finds.
+            let (mut difference, mut size) = (0.0, 0.0);
+            for (((f, hg), w), (sum, v)) in rows.zip(&*weights).zip(sums.iter().zip(v)) {
+                let terms = [w * f, -w * (hg / at.h), -sum * v];
+                difference += terms.iter().sum::<f64>();
+                size += terms.iter().map(|x| x.abs()).sum::<f64>();
+            }
+            if difference.abs() <= LINEAR * size {
+                return Ok(());
+            }
+        } else {
+            system.field.apply_jacobian(at.start, zero, v, product);
+            let agrees = |((f, hg), product): ((&f64, &f64), &f64)| {
+                (f - product - hg / at.h).abs() <= LINEAR * (f.abs() + (hg / at.h).abs())
+            };
+            if rows.zip(&*product).all(agrees) {
+                return Ok(());
+            }
         }
-        for t in [at.start, at.start + at.h] {
-            match a {
-                Some(a) => {
-                    product.fill(0.0);
-                    size.fill(0.0);
-                    a.for_each(|i, j, a| {
-                        product[i] += a * point[j];
-                        size[i] += (a * point[j]).abs();
-                    });
-                }
-                None => {
-                    system.field.apply_jacobian(at.start, zero, point, product);
-                    size.fill(max_norm(product));
-                }
+        // Sums that cancel agree to less than their own size tells.
+        self.point.copy_from_slice(v);
+        self.check_linear(system, at.start, at.start + at.h)
+    }
+
+    /// Compares f at time t with A v + g, where a field without a matrix has its A at the start of the step.
+    fn check_linear(&mut self, system: &System<'_>, start: f64, t: f64) -> Result<(), SolveError> {
+        let Self { a, zero, point, product, size, value, .. } = self;
+        match a {
+            Some(a) => {
+                product.fill(0.0);
+                size.fill(0.0);
+                a.for_each(|i, j, a| {
+                    product[i] += a * point[j];
+                    size[i] += (a * point[j]).abs();
+                });
             }
-            system.field.rhs(t, zero, value);
-            for ((product, size), g) in product.iter_mut().zip(size.iter_mut()).zip(&*value) {
-                *product += g;
-                *size += g.abs();
+            None => {
+                system.field.apply_jacobian(start, zero, point, product);
+                size.fill(max_norm(product));
             }
-            system.field.rhs(t, point, value);
-            for (row, ((f, product), size)) in value.iter().zip(&*product).zip(&*size).enumerate() {
-                // Rounding of sums that cancel, with room for an f that is evaluated in another order.
-                if (f - product).abs() > LINEAR * (size + f.abs()) {
-                    return Err(SolveError::NotLinear { row, difference: f - product });
-                }
+        }
+        system.field.rhs(t, zero, value);
+        for ((product, size), g) in product.iter_mut().zip(size.iter_mut()).zip(&*value) {
+            *product += g;
+            *size += g.abs();
+        }
+        system.field.rhs(t, point, value);
+        for (row, ((f, product), size)) in value.iter().zip(&*product).zip(&*size).enumerate() {
+            // Rounding of sums that cancel, with room for an f that is evaluated in another order.
+            let agrees = (f - product).abs() <= LINEAR * (size + f.abs());
+            if !agrees {
+                return Err(SolveError::NotLinear { row, difference: f - product });
             }
         }
         Ok(())

@@ -116,6 +116,11 @@ impl LinearStep {
         }
     }
 
+    /// h g at the end of the last step that was solved.
+    pub(super) fn end_forcing(&self) -> &[f64] {
+        &self.upper
+    }
+
     pub(super) fn solve(
         &mut self,
         system: System<'_>,

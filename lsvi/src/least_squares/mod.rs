@@ -268,7 +268,10 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
     fn step(&mut self, t: f64, h: f64, v: &mut [f64], p: &mut [f64]) -> Result<(), StepError> {
         check_step_from(t, h)?;
         let n = self.field.dim();
-        if let Equations::Linear(step) = &mut self.equations {
+        let is_due = self.declared.as_mut().is_some_and(|declared| declared.is_due(h));
+        if let Equations::Linear(step) = &mut self.equations
+            && !is_due
+        {
             // Momenta other than zero are replaced, or refused, below.
             let fits = v.len() == n && p.len() == n && p.iter().all(|p| *p == 0.0);
             if fits && step.march(&self.mass, h, v) {
@@ -286,7 +289,9 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
         let (of_few, system) = (|| System { field, mass, mass_inverse }, || System { field: any, mass, mass_inverse });
         let (closure, next, work) = (&self.closure, &mut self.next, &mut self.work);
         let failed = |source| StepError::Solve { t, h, source };
-        if let Some(declared) = &mut self.declared {
+        if let Some(declared) = &mut self.declared
+            && is_due
+        {
             declared.check(&system(), at, v).map_err(failed)?;
         }
         let solved = match &mut self.equations {
@@ -297,6 +302,9 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             Equations::Closed(step) => step.solve((system(), closure), at, v, next, work),
         };
         solved.map_err(failed)?;
+        if let (Equations::Linear(step), Some(declared)) = (&self.equations, &mut self.declared) {
+            declared.check_end(&system(), at, next, step.end_forcing()).map_err(failed)?;
+        }
         if !closure.has_limit() && self.equations.stands_still(&system(), at, v, next, &mut self.rate) {
             return Err(failed(SolveError::Singular));
         }

@@ -1,5 +1,6 @@
 //! What is refused: input that fits nothing, declarations that are false, numbers that are none. Nothing panics.
 
+use crate::fields::Unscaled;
 use crate::systems::{field_of, lagrangian_of};
 use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
@@ -323,6 +324,90 @@ fn a_false_declaration_is_found_again_with_another_step_size() {
     method.step(0.0, 0.1, &mut [0.5], &mut [0.0]).expect("linear there");
     let error = method.step(0.0, 0.2, &mut [2.0], &mut [0.0]).expect_err("not linear there");
     assert!(matches!(error, StepError::Solve { source: SolveError::NotLinear { .. }, .. }), "{error}");
+}
+
+/// v̇ = −k v + cos t with k = 1 and from `switch` on 2, declared linear; where it is declared autonomous instead, v̇ = −v and
+/// beyond v = 2 growth by v², which starts with k = −1.
+struct Later {
+    structure: Structure,
+    switch: f64,
+    autonomous: bool,
+}
+
+impl Later {
+    fn rate(&self, t: f64) -> f64 {
+        if self.autonomous {
+            1.0
+        } else if t < self.switch {
+            -1.0
+        } else {
+            -2.0
+        }
+    }
+}
+
+impl VectorField for Later {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+    fn is_autonomous(&self) -> bool {
+        self.autonomous
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        let source = if self.autonomous { 0.0 } else { t.cos() };
+        for (dv, v) in dv.iter_mut().zip(v) {
+            let beyond = if self.autonomous { (v - 2.0).max(0.0) } else { 0.0 };
+            *dv = self.rate(t) * v + source + beyond;
+        }
+    }
+    fn add_jacobian(&self, t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        (0..3).for_each(|i| out.add(i, i, scale * self.rate(t)));
+    }
+    fn apply_jacobian(&self, t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+        out.iter_mut().zip(x).for_each(|(out, x)| *out = self.rate(t) * x);
+    }
+    fn apply_transpose(&self, t: f64, v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.apply_jacobian(t, v, w, out);
+    }
+}
+
+/// Steps keep the factors of the first A; a later A, or none, is refused in the step that ends with it, and again when that step
+/// is repeated.
+#[test]
+fn a_field_that_is_no_longer_what_it_declared_is_refused() {
+    let sparse = Structure::sparse(3, []).expect("inside");
+    for structure in [band(), sparse, Structure::MatrixFree] {
+        let field = |switch, autonomous| Later { structure: structure.clone(), switch, autonomous };
+        let method = |field| match structure {
+            Structure::MatrixFree => {
+                LeastSquaresStep::with_solver(field, Linear::METHOD_I, Iterative::new(Unscaled)).expect("usable")
+            }
+            _ => method_i(field).expect("usable"),
+        };
+        // Between the ends of steps, and at one.
+        for switch in [5.03, 5.0] {
+            let (mut method, mut v, mut p) = (method(field(switch, false)), [1.0; 3], [0.0; 3]);
+            let refused = (0..60).filter(|&k| match method.step(f64::from(k) / 10.0, 0.1, &mut v, &mut p) {
+                Ok(()) => false,
+                Err(StepError::Solve { source: SolveError::NotLinear { .. }, .. }) => true,
+                Err(other) => panic!("{structure:?}: {other}"),
+            });
+            let later = (0..60).filter(|&k| f64::from(k + 1) / 10.0 >= switch);
+            // A field without a matrix has no factors that its later steps would use.
+            let steps = if structure == Structure::MatrixFree { 1 } else { 60 };
+            assert_eq!(refused.collect::<Vec<_>>(), later.take(steps).collect::<Vec<_>>(), "{structure:?}, {switch}");
+        }
+        // 0.01 e^t passes 2 in the step that begins at t = 5.29; in a band one step in 256 is looked at.
+        let (mut method, mut v, mut p) = (method(field(0.0, true)), [0.01; 3], [0.0; 3]);
+        let failed = (0..1000).find(|&k| method.step(0.01 * f64::from(k), 0.01, &mut v, &mut p).is_err());
+        assert!(failed.is_some_and(|step| (529..529 + 256).contains(&step)), "{structure:?}: {failed:?}");
+    }
 }
 
 /// In a field that depends on time a declaration is compared at both ends of the step, and at the state itself: at v = 0, or

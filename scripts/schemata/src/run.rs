@@ -167,7 +167,7 @@ fn test(mutant: &Mutant, tests: &[Test], built: &Built, limit: Duration) -> Resu
             Some(status) if !status.success() => return Ok(Outcome::Caught),
             Some(_) => {}
         }
-        (left, spent, batch) = (&left[now..], spent + expected, 2 * batch);
+        (left, spent, batch) = (&left[now..], spent + expected, batch.saturating_mul(2));
     }
     Ok(Outcome::Missed)
 }
