@@ -180,3 +180,55 @@ fn the_adaptive_method_refuses_a_mass_that_reaches_beyond_the_structure_of_the_f
     let error = Radau::new(field_of(field), tolerances).map(|_| ()).expect_err("no room for M");
     assert_eq!(error, InputError::System(SystemError::OutsideStructure { row: 1, column: 0 }));
 }
+
+/// v̇₀ = −v₀, 0 = v₁ − v₀, 0 = v₂ − 2 v₀.
+struct TwoAlgebraic;
+
+impl FieldFn for TwoAlgebraic {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn mass(&self) -> Mass {
+        Mass::Diagonal(vec![1.0, 0.0, 0.0])
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        dv[0] = -v[0];
+        dv[1] = v[1] - v[0];
+        dv[2] = v[2] - v[0] * 2.0;
+    }
+}
+
+#[test]
+fn a_start_that_violates_the_second_of_two_algebraic_equations_is_refused_by_its_row() {
+    let field = field_of(TwoAlgebraic);
+    let tolerances = Tolerances::new(1e-6, 1e-6).expect("positive");
+    let methods: [Box<dyn Integrator + '_>; 2] = [
+        Box::new(Radau::new(&field, tolerances).expect("fits")),
+        Box::new(RungeKutta::new(&field, Tableau::trapezoidal()).expect("fits")),
+    ];
+    for mut method in methods {
+        let mut run = |start: [f64; 3]| {
+            Trajectory::new(&mut method, State::new(0.0, start.to_vec()), 0.1, 0.2)
+                .and_then(|run| Ok(run.observe(|_| {})))
+        };
+        assert!(run([1.0, 1.0, 2.0]).expect("valid").is_ok());
+        let error = run([1.0, 1.0, 2.5]).expect("valid").expect_err("off");
+        let StepError::Input(InputError::System(SystemError::InconsistentStart { row, value, .. })) = error else {
+            panic!("{error}")
+        };
+        assert_eq!((row, value), (2, 0.5));
+    }
+}
+
+/// Of implicit Euler on a parabola: the differential component is a cubic between steps, the algebraic one, without a rate, linear.
+#[test]
+fn a_component_without_a_rate_costs_the_others_no_order_between_steps() {
+    let method = RungeKutta::new(field_of(OnParabola), Tableau::implicit_euler()).expect("fits");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1.0, 1.0]), 0.5, 0.5).expect("fits");
+    let end = run.step().expect("solvable").expect("a step").q.clone();
+    let mut middle = [0.0; 2];
+    run.interpolate(0.25, &mut middle).expect("within");
+    // (q₀ + q₁)/2 + h (q̇₀ − q̇₁)/8 with q̇ = −q.
+    let expected = [0.5 * (1.0 + end[0]) + 0.5 * (end[0] - 1.0) / 8.0, 0.5 * (1.0 + end[1])];
+    middle.iter().zip(&expected).for_each(|(a, b)| approx::assert_abs_diff_eq!(*a, *b, epsilon = 1e-15));
+}

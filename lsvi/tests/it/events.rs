@@ -338,6 +338,9 @@ fn a_pole_is_no_zero_and_a_jump_is_one() {
     for pole in [0.53, 0.537_109_375, 3.3] {
         assert_eq!(count(&|x: f64| (x - pole).recip(), Crossing::Any), [0.0; 0], "{pole}");
     }
+    // A zero in the part of the step behind that of a pole.
+    let behind = count(&|x: f64| (x - 0.565) / (x - 0.53), Crossing::Any);
+    assert!(behind.len() == 1 && (behind[0] - 0.565).abs() < 1e-12, "{behind:?}");
     // A jump from little to much stays where it is.
     let jumps = count(&|x: f64| if x < 0.53 { -1e-4 } else { 100.0 }, Crossing::Any);
     assert!(jumps.len() == 1 && (jumps[0] - 0.53).abs() < 1e-14, "{jumps:?}");

@@ -164,6 +164,9 @@ fn a_mass_without_positive_entries_is_no_metric() {
 fn tolerances_are_not_tightened_below_what_arithmetic_resolves() {
     let tolerances = Tolerances::new(1e-3, 1e-6).expect("usable");
     assert_eq!(tolerances.tightened(10.0), Tolerances::new(1e-3 / 10.0, 1e-6 / 10.0).expect("usable"));
+    let of_each =
+        |atol: [f64; 2]| Tolerances::new(1e-3, 0.0).and_then(|it| it.with_atol(atol.to_vec())).expect("usable");
+    assert_eq!(of_each([1e-3, 1e-6]).tightened(10.0).atol(), [1e-3 / 10.0, 1e-6 / 10.0]);
     let tight = tolerances.tightened(1e18);
     assert_eq!((tight.rtol(), tight.atol()), (Tolerances::LEAST_RTOL, &[1e-6 / 1e18][..]));
     for nothing in [0.5, 0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {

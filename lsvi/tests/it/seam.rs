@@ -508,3 +508,39 @@ fn a_preconditioner_in_a_box_saves_as_many_iterations() {
         assert_eq!(steps(Box::new(Iterative::new(boxed)), closure()), own);
     }
 }
+
+/// v̇ = −v in two components, of which the caller moves one between two steps.
+#[test]
+fn a_state_that_was_changed_in_any_component_is_a_new_start() {
+    struct Decays;
+    impl FieldFn for Decays {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -*v);
+        }
+    }
+    let tolerances = lsvi::adaptive::Tolerances::new(1e-6, 1e-6).expect("positive");
+    let discrete = Trapezoidal::new(LeastSquares::new(AutoField::new(Decays)).expect("usable"));
+    let methods: [(&str, Box<dyn Integrator>); 3] = [
+        ("BDF2", Box::new(Bdf2::new(AutoField::new(Decays)).expect("usable"))),
+        ("window", Box::new(Window::new(discrete, 8).expect("a length"))),
+        ("Radau", Box::new(lsvi::adaptive::Radau::new(AutoField::new(Decays), tolerances).expect("usable"))),
+    ];
+    let grid = Grid::new(0.0, 0.05, 2.0).expect("valid");
+    for (name, mut method) in methods {
+        let mut state = State::new(0.0, vec![1.0, 1.0]);
+        for _ in 0..3 {
+            method.advance(&mut state, &grid).expect("solvable");
+        }
+        state.q[1] = 5.0;
+        let before = state.clone();
+        method.advance(&mut state, &grid).expect("solvable");
+        let decay = (before.t - state.t).exp();
+        for (after, before) in state.q.iter().zip(&before.q) {
+            assert_abs_diff_eq!(*after, decay * before, epsilon = 0.01 * before);
+        }
+        assert!(state.t > before.t, "{name}");
+    }
+}

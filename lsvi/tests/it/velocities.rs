@@ -226,3 +226,27 @@ fn the_momentum_of_a_fast_particle_grows_by_its_impulse() {
         }
     }
 }
+
+/// L = (1 + t) v²/2: p = (1 + t) v.
+struct Growing;
+
+impl LagrangianFn for Growing {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn lagrangian<T: Scalar>(&self, t: T, _q: &[T], v: &[T]) -> T {
+        (t + 1.0) * v[0] * v[0] * 0.5
+    }
+}
+
+#[test]
+fn a_velocity_is_that_of_the_momentum_at_its_time() {
+    let lagrangian = lagrangian_of(Growing);
+    let state = State { t: 2.0, q: vec![7.0], p: vec![6.0] };
+    for (name, discrete) in discretisations(&lagrangian) {
+        let mut rate = [0.0];
+        position_momentum(discrete).rate(&state, &mut rate).expect("regular");
+        // Some have it half a step of size 1 later.
+        assert!((1.5..=2.0 + 1e-12).contains(&rate[0]), "{name}: {rate:?}");
+    }
+}
