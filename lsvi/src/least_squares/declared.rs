@@ -138,7 +138,8 @@ impl Declared {
         }
         // Sums that cancel agree to less than their own size tells.
         self.point.copy_from_slice(v);
-        self.check_linear(system, at.start, at.start + at.h)
+        self.check_linear(system, at.start, at.start + at.h)?;
+        if self.value.iter().all(|f| f.is_finite()) { Ok(()) } else { Err(SolveError::NonFinite) }
     }
 
     /// Compares f at time t with A v + g, where a field without a matrix has its A at the start of the step.
@@ -165,9 +166,8 @@ impl Declared {
         }
         system.field.rhs(t, point, value);
         for (row, ((f, product), size)) in value.iter().zip(&*product).zip(&*size).enumerate() {
-            // Rounding of sums that cancel, with room for an f that is evaluated in another order.
-            let agrees = (f - product).abs() <= LINEAR * (size + f.abs());
-            if !agrees {
+            // Rounding of sums that cancel, with room for an f that is evaluated in another order; what is not a number tells nothing.
+            if (f - product).abs() > LINEAR * (size + f.abs()) {
                 return Err(SolveError::NotLinear { row, difference: f - product });
             }
         }

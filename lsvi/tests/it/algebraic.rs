@@ -208,8 +208,8 @@ fn a_start_that_violates_the_second_of_two_algebraic_equations_is_refused_by_its
     ];
     for mut method in methods {
         let mut run = |start: [f64; 3]| {
-            Trajectory::new(&mut method, State::new(0.0, start.to_vec()), 0.1, 0.2)
-                .and_then(|run| Ok(run.observe(|_| {})))
+            let run = Trajectory::new(&mut method, State::new(0.0, start.to_vec()), 0.1, 0.2);
+            run.map(|run| run.observe(|_| {}))
         };
         assert!(run([1.0, 1.0, 2.0]).expect("valid").is_ok());
         let error = run([1.0, 1.0, 2.5]).expect("valid").expect_err("off");

@@ -4,11 +4,17 @@ use lsvi::{Integrator, State, StepError, Trajectory};
 
 use crate::method::Method;
 use crate::problem::Problem;
+use crate::problem::jumps::{Jump, Jumps};
 use crate::run::RunError;
 use crate::theory::order_plan;
 
 /// A tightening of tolerances divides the error by about this.
 const TIGHTENED: f64 = 10.0;
+
+/// Jumps that are looked for, at most: a solution may slide along one.
+const JUMPS: u32 = 1000;
+/// Part of the longest step that one which ends at a jump takes at least.
+const LEAST: f64 = 1e-6;
 
 /// So many roundings are no difference.
 const ROUNDINGS: f64 = 8.0;
@@ -18,8 +24,19 @@ const ROUNDINGS: f64 = 8.0;
 /// Of the error of a method of order p the difference of the two is the part 1 − 2^−p, and 1 − 1/10 where the error is in
 /// proportion to the tolerance; less is left of it where the finer run may not step as far. The estimate is the difference over that
 /// part. It knows nothing of an error in space or in the model.
+///
+/// Across a jump of f both runs may err by the same, where it falls between the same nodes of either. The finer run of a one-step method
+/// ends a step at the jump and begins the next one behind it, so that the difference is all of the error.
 pub struct Estimator<'a> {
-    fine: Trajectory<Box<dyn Integrator + 'a>>,
+    /// There is one between calls, until it fails.
+    fine: Option<Trajectory<Box<dyn Integrator + 'a>>>,
+    /// The finer run's longest step and end.
+    grid: [f64; 2],
+    /// None of an adaptive method.
+    jumps: Option<Jumps<'a>>,
+    /// Jumps that are still looked for.
+    left: u32,
+    before: State,
     part: f64,
     /// Whether the finer run chooses its steps, which may then be those of the other.
     is_adaptive: bool,
@@ -47,9 +64,10 @@ impl<'a> Estimator<'a> {
             }
         };
         let initial = problem.initial();
-        let at = initial.clone();
-        let fine = Trajectory::new(integrator, State::new(0.0, initial), h, t_end)?;
-        Ok(Self { fine, part, is_adaptive, at, failure: None })
+        let (at, before) = (initial.clone(), State::new(0.0, initial));
+        let fine = Some(Trajectory::new(integrator, before.clone(), h, t_end)?);
+        let jumps = (!is_adaptive).then(|| Jumps::new(problem));
+        Ok(Self { fine, grid: [h, t_end], jumps, left: JUMPS, before, part, is_adaptive, at, failure: None })
     }
 
     /// The finer run's state at t, later than the last one asked for; `None` from where it failed.
@@ -61,12 +79,54 @@ impl<'a> Estimator<'a> {
     }
 
     fn reach(&mut self, t: f64) -> Result<(), StepError> {
-        while self.fine.state().t < t && self.fine.step()?.is_some() {}
-        if self.fine.state().t == t {
-            self.at.copy_from_slice(&self.fine.state().q);
-            return Ok(());
+        let (Some(mut fine), [h, t_end]) = (self.fine.take(), self.grid) else { return Ok(()) };
+        while fine.state().t < t {
+            self.before.clone_from(fine.state());
+            if fine.step()?.is_none() {
+                // Behind a jump the grid ends at the row that follows.
+                fine.resume(h, t_end)?;
+            } else if let Some(behind) = self.jumped(&mut fine) {
+                fine = Trajectory::new(fine.into_parts().0, behind, h, t)?;
+            }
         }
-        self.fine.interpolate(t, &mut self.at)
+        if fine.state().t == t {
+            self.at.copy_from_slice(&fine.state().q);
+        } else {
+            fine.interpolate(t, &mut self.at)?;
+        }
+        self.fine = Some(fine);
+        Ok(())
+    }
+
+    /// The state behind the jump of f within the last step, where there is one and steps of the method start anywhere.
+    fn jumped(&mut self, fine: &mut Trajectory<Box<dyn Integrator + 'a>>) -> Option<State> {
+        let Self { before, jumps: Some(jumps), left: 1.., .. } = self else { return None };
+        let end = fine.state().clone();
+        let jump = jumps.between((before.t, &before.q), (end.t, &end.q))?;
+        let is_before = |jumps: &mut Jumps<'_>, jump: &Jump, state: &State| {
+            jumps.f(state.t, &state.q).map(|f| jump.is_before(f[jump.component]))
+        };
+        if !is_before(jumps, &jump, before)? || is_before(jumps, &jump, &end)? {
+            return None;
+        }
+        self.left -= 1;
+        let mut way = [before.t, end.t];
+        let (mut last, mut trial) = (before.clone(), end);
+        while way[1] - way[0] > 2.0 * f64::EPSILON * way[1] {
+            let middle = 0.5 * (way[0] + way[1]);
+            // Lost in rounding, or in a state that stays at the jump, which would be left there for ever.
+            if way[1] - before.t <= LEAST * self.grid[0] || middle - before.t <= ROUNDINGS * f64::EPSILON * middle {
+                return None;
+            }
+            fine.integrator_mut().shorter_step(before, middle, &mut trial)?.ok()?;
+            if is_before(jumps, &jump, &trial)? {
+                way[0] = middle;
+                last.clone_from(&trial);
+            } else {
+                way[1] = middle;
+            }
+        }
+        Some(State { t: way[1], ..last })
     }
 
     /// The error that a difference from [`at`](Self::at) stands for, of values of this size; `None` where an adaptive method has taken the same
@@ -146,6 +206,41 @@ mod tests {
         assert!(estimator("radau-adaptive").error(9e-17, 1e-10).is_some());
         assert!(estimator("radau-adaptive").error(f64::NAN, 1.0).is_some_and(f64::is_nan));
         assert_eq!(estimator("method-i").error(0.0, 1.0), Some(0.0));
+    }
+
+    /// At any time of a step, of which a run with half of it may miss as much; and at a place.
+    #[test]
+    fn a_jump_of_f_is_in_the_estimate_wherever_in_a_step_it_falls() {
+        let estimate = |text: &str, method: &str, exact: f64| {
+            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+            std::fs::write(file.path(), text).expect("written");
+            let model = crate::problem::model::Model::load(file.path(), &[], Some(3.0)).expect("a model");
+            let method = method::parse(method).expect("known");
+            let mut estimator = Estimator::new(&model, &*method, 0.02, 3.0).expect("applies");
+            let (mut largest, mut end) = (0.0_f64, 0.0);
+            run(&model, &*method, 0.02, 3.0, |state| {
+                let difference = distance(&state.q, estimator.at(state.t).expect("it goes on"));
+                largest = largest.max(difference);
+                end = state.q[0];
+            })
+            .expect("it runs");
+            [estimator.error(largest, 1.0).expect("the steps are fixed"), (end - exact).abs()]
+        };
+        for method in
+            ["implicit-midpoint", "tr-bdf2", "sdirk2", "trapezoidal", "rk4", "method-i", "ls-galerkin(2,radau,2)"]
+        {
+            for k in 0..10 {
+                let at = 1.5 + 0.02 * (f64::from(k) + 0.37) / 10.0;
+                let exact = 0.5 * (-3.0_f64).exp() + 0.3 * (1.0 - (at - 3.0).exp());
+                let text = format!("u_i {{ c = 0.5 }} F_i {{ -c + 0.3*heaviside(t - {at}) }}");
+                let [estimate, error] = estimate(&text, method, exact);
+                assert!(estimate >= 0.99 * error, "{method}, {at}: {estimate} for {error}");
+            }
+        }
+        // x = t and x = 1 + 3 (t − 1) from t = 1 on.
+        let text = "u_i { x = 0 } F_i { 1 + 2*heaviside(x - 1.0061) }";
+        let [estimate, error] = estimate(text, "rk4", 1.0061 + 3.0 * (3.0 - 1.0061));
+        assert!(estimate >= 0.99 * error && error > 1e-4, "{estimate} for {error}");
     }
 
     /// Nothing tells the tolerances of a dose at a twentieth of the time that lasts for a two-hundredth of it.

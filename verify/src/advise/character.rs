@@ -224,8 +224,10 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     let of_rows = (&all * all.transpose()).symmetric_eigen();
     let least = 16.0 * all.ncols() as f64 * f64::EPSILON * of_rows.eigenvalues.max();
     let orthogonal = of_rows.eigenvalues.iter().zip(of_rows.eigenvectors.column_iter());
-    let invariants: Vec<_> =
-        orthogonal.filter(|(size, _)| **size <= least).map(|(_, w)| w.component_div(&units)).collect();
+    // Rates that are alike make the largest of them large, and what is slow beside the stiffest part passes for nothing beside that.
+    let is_orthogonal = |w: &DVector<f64>| all.column_iter().all(|c| c.dot(w).abs() <= DIGITS_KEPT * c.norm());
+    let candidates = orthogonal.filter(|(size, _)| **size <= least).map(|(_, w)| w.into_owned());
+    let invariants: Vec<_> = candidates.filter(is_orthogonal).map(|w| w.component_div(&units)).collect();
     let is_kept = |w: &DVector<f64>| found.iter().all(|a| (a * w).norm() <= DIGITS_KEPT * a.norm() * w.norm());
     let relative = |difference: DMatrix<f64>, a: &DMatrix<f64>| difference.norm() / a.norm().max(f64::MIN_POSITIVE);
     let hamiltonian = |partner: fn(usize, usize) -> (usize, f64)| {

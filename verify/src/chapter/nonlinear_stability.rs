@@ -41,7 +41,7 @@ const ARENAS: [Arena; 2] = [
         equation: "v̇ = v (1 − v)",
         axes: || [Axis::linear("h").between(0.0, 6.0), Axis::log("v₀")],
         marked: " Below the spurious steady state v = ½ − 1/h, drawn up to where its branch crosses another, Method I goes to 0 instead of \
-                 1, and beyond it for small v₀ alone; the dashed line is the fold of its first step.",
+                 1, and beyond it for small v₀ alone; the dashed line is the fold of its first step: where a run fails elsewhere, a later step has no solution.",
     },
 ];
 
@@ -110,7 +110,7 @@ fn checks(arena: &Arena, maps: &[Arc<Map>], fold: &[(f64, f64)]) -> Vec<Check> {
         ),
         Check::new(
             id("method-i"),
-            on("Method I does not, it is not unconditionally stable: part of the starts that reach it"),
+            on("Method I does not: part of the starts that reach it"),
             share("method-i", Fate::Right),
             Requirement::AtMost(0.99),
             grid.as_str(),

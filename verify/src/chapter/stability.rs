@@ -126,10 +126,15 @@ fn regions(evidence: &mut Evidence, context: &Context, subjects: &[String]) -> R
             bands: BANDS.map(Into::into).to_vec(),
             contours: true,
         };
-        Panel::new(Axis::linear("Re hλ"), Axis::linear("Im hλ"), vec![guide]).titled(method).over(field)
+        let points = im.iter().flat_map(|y| re.iter().map(move |x| (*x, *y)));
+        let undetermined = points.zip(values.iter()).filter(|(_, growth)| !growth.is_finite()).map(|(point, _)| point);
+        let undetermined: Vec<_> = undetermined.collect();
+        let marked = (!undetermined.is_empty()).then(|| Series::new("no R", undetermined, Mark::Markers));
+        let series = std::iter::once(guide).chain(marked).collect();
+        Panel::new(Axis::linear("Re hλ"), Axis::linear("Im hλ"), series).titled(method).over(field)
     });
     let caption = "Amplification factor |R| of one step on v̇ = λv; the lower half-plane mirrors the upper one. A method is A-stable if no \
-                   point left of 0 has the colour of |R| > 1. At single points, which are blank, the step has no solution.";
+                   point left of 0 has the colour of |R| > 1. At the points marked the step has no solution, or every number is one.";
     evidence.figures.push(Figure::new("stability-regions", caption, "stability-regions", panels).in_columns(3));
     let columns = ["re", "im"].into_iter().chain(subjects.iter().map(String::as_str));
     let points = im.iter().flat_map(|y| re.iter().map(move |x| row![*x, *y]));

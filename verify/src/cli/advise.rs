@@ -330,6 +330,18 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
 mod tests {
     use super::*;
 
+    #[test]
+    fn why_the_cheapest_is_passed_over_is_said_where_it_is() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let advice = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered");
+        let trial = advice.trials.iter().find(|trial| trial.unpredictable(f64::NAN).is_some()).expect("a fixed step");
+        let (_, nominal) = trial.unpredictable(f64::NAN).expect("of errors that are not known nothing is told");
+        let text = passed_over(trial, f64::NAN);
+        assert!(text.starts_with(&format!(" The errors of {} fall with order ", trial.method)), "{text}");
+        assert!(text.ends_with(&format!(" where it has {nominal}, so that none can be predicted.")), "{text}");
+        assert_eq!(passed_over(trial, 0.0), "");
+    }
+
     /// In lines that a terminal shows whole and a shell reads as one.
     #[test]
     fn a_trial_is_made_again_by_the_command_that_is_shown() {

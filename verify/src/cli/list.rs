@@ -26,7 +26,8 @@ Examples:
   verify list methods        names as `--method` takes them
   verify list method-files   names as `judge` takes them")]
 pub(super) struct Args {
-    /// problems, methods, method-files, references, studies, goldens; or all
+    /// problems, methods, method-files, references, studies or goldens; all, if none
+    /// is named
     #[arg(hide_possible_values = true)]
     kind: Option<Kind>,
 }

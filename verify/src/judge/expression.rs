@@ -354,8 +354,12 @@ fn apply(function: Function, x: &Real) -> Result<Real, String> {
         Function::Exp if at < -400.0 => return Ok(Real::zero().widened(1e-170)),
         Function::Exp => (mid.exp(), (at + radius).exp()),
         Function::Tan => {
+            // A pole is as far away as |cos| at least. Half of that nearer the slope is four times as large at most.
+            if mid.cos().to_f64().value().abs() <= 2.0 * radius {
+                return Err("its argument cannot be told from a pole".into());
+            }
             let value = mid.tan();
-            let slope = 2.0 + 2.0 * value.to_f64().value().powi(2);
+            let slope = 4.0 + 4.0 * value.to_f64().value().powi(2);
             (value, slope)
         }
     };
@@ -441,10 +445,11 @@ impl Parser<'_> {
     fn run(&mut self) -> Result<Expression, Malformed> {
         let divides = self.text[..self.at].trim_end().ends_with('/');
         let mut left = self.factor()?;
-        while self.rest().starts_with(['√', '(', 'π'])
-            || self.rest().starts_with("sqrt(")
-            || self.rest().starts_with("cbrt(")
-        {
+        let begins = |rest: &str| {
+            let functions = ["sqrt(", "cbrt(", "sin(", "cos(", "tan(", "exp("];
+            rest.starts_with(['√', '(', 'π']) || ["pi"].iter().chain(&functions).any(|name| rest.starts_with(name))
+        };
+        while begins(self.rest()) {
             if divides {
                 return Err(
                     self.wrong("a quotient that goes on without a sign may be read in two ways: brackets or `*` tell")
@@ -645,11 +650,42 @@ mod tests {
             ("√3", "1.732050807568877293527446341505872366943"),
             ("cos(pi/18)", "0.9848077530122080593667430245895230136706"),
             ("cbrt(2)", "1.259921049894873164767210607278228350570"),
+            ("(2cos(pi/18) + 0)/2", "0.9848077530122080593667430245895230136706"),
+            ("2 sin(2pi/9 + π/18)^2/2", "0.5868240888334651744258583133846573980001"),
         ] {
             let known = real(digits);
             assert!((&real(text) - &known).to_f64().abs() < 1e-38, "{text} = {}", real(text));
         }
         assert!((&(&real("sqrt(2)") * &real("sqrt(2)")) - &Real::from(2)).may_be_zero());
+    }
+
+    /// At 0.5123 and 1.5706, known to half of the last place, and below zero.
+    #[test]
+    fn functions_of_decimals_are_as_uncertain_as_their_ends_are_apart() {
+        let of = |text: &str| Expression::parse(text).expect(text).evaluate(Rounding::new(Some(4), Some(4)));
+        type Named = (&'static str, fn(f64) -> f64);
+        let functions: [Named; 6] = [
+            ("sqrt", f64::sqrt),
+            ("cbrt", f64::cbrt),
+            ("sin", f64::sin),
+            ("cos", f64::cos),
+            ("exp", f64::exp),
+            ("tan", f64::tan),
+        ];
+        for (name, function) in functions {
+            for at in [0.5123, 1.5706, -0.5123] {
+                let Ok(value) = of(&format!("{name}({at})")) else {
+                    assert!(name == "sqrt" && at < 0.0, "{name}({at})");
+                    continue;
+                };
+                let (middle, radius) = (value.real.to_f64(), value.real.radius());
+                let apart = [at - 5e-5, at + 5e-5].map(|end| (function(end) - middle).abs());
+                assert!(apart.iter().all(|apart| *apart <= radius * (1.0 + 1e-9)), "{name}({at}): {apart:?}, {radius}");
+                assert!(radius <= 5.001e-5 * (4.0 + 4.0 * at.tan().powi(2)) + 1e-15, "{name}({at}): {radius}");
+            }
+        }
+        // π/2 is 1.570796: 1.5707 may be 4.6e-5 below it.
+        assert!(of("tan(1.5707)").is_err_and(|error| error.reason.contains("a pole")));
     }
 
     #[test]

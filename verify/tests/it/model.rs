@@ -181,13 +181,21 @@ fn sparsity_and_linearity_are_those_of_the_text() {
     let mut jacobian = Jacobian::with_structure(40, &field.structure());
     field.add_jacobian(0.3, &[0.5; 40], 1.0, &mut jacobian);
     assert_eq!([jacobian.get(7, 6), jacobian.get(7, 7), jacobian.get(7, 8)], [100.0, -200.0, 100.0]);
-    for more in [" - u[#] * u[#]", " - exp(u[#])", " + t * u[#]", " + 1 / u[#]"] {
+    for more in [" - u[#] * u[#]", " - exp(u[#])", " + t * u[#]", " + 1 / u[#]", " - u[#] / (1.0 + t)"] {
         assert!(!heat(40, more).field().is_linear(), "{more}");
     }
     assert_eq!(load("van-der-pol.ds", &[]).field().structure(), Structure::Dense);
     // The work of a linear system does not depend on what has been factored before.
     let run = states(&linear, "method-i", 0.01, 0.1).expect("solvable");
     assert_eq!(run.len(), 11);
+}
+
+#[test]
+fn entries_of_a_block_that_has_a_name_are_counted_within_it() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("blocks.ds");
+    fs::write(&path, "u_i { x = 1, (1:3): y = 2, z = 3 } F_i { x, (1:3): 2.0, z }").expect("writable");
+    let model = Model::load(&path, &[], None).expect("valid");
+    assert_eq!(verify::problem::component_names(&model), ["x", "y[0]", "y[1]", "z"]);
 }
 
 /// Exit status and standard error of `verify order` on a model of this text.

@@ -8,6 +8,7 @@ use crate::measure::decimal::trimmed;
 use crate::measure::norm::{Extremes, common_distance, max_norm};
 use crate::method::Method;
 use crate::order::roundoff;
+use crate::problem::jumps::Jumps;
 use crate::problem::{Limit, Problem, component_names};
 use crate::program::Request;
 use crate::reference::{Reference, ReferenceError};
@@ -21,7 +22,7 @@ const MOST_STEPS: usize = 8 * STEPS;
 
 /// The same of a system of more than this many unknowns, whose steps are dear.
 const FEW_STEPS: usize = 128;
-const LARGE: usize = 200;
+pub(super) const LARGE: usize = 200;
 
 /// Least order that a bound is taken with.
 const MIN_ORDER: f64 = 1.0;
@@ -122,7 +123,11 @@ pub(super) fn by_method(
     let first = if problem.field().dim() > LARGE { FEW_STEPS } else { STEPS };
     let answer =
         refined(first, |steps| sampled(steps).map_err(failed), order, rounding, times, truth, breakdown.is_some())?;
-    Ok(Answer { astray: breakdown, ..answer })
+    // Runs of several step sizes may miss the same of a jump of f, a step at most.
+    let course = [&[problem.initial()], &answer.states[..]].concat();
+    let jumped = Jumps::new(problem).sum(&[&[0.0], times].concat(), &course);
+    let jumped = jumped * answer.runs.map_or(0.0, |runs| runs.h);
+    Ok(Answer { astray: breakdown, bound: answer.bound + jumped, ..answer })
 }
 
 /// The answer of an adaptive method with tolerances a hundredth of its own; its bound is the distance from the one with its own, which

@@ -38,7 +38,7 @@ impl Experiment for BestTheta {
         let range = self.range;
         let of_theta = |theta: f64| worst(context, &format!("linear({:?},1.0)", -theta), range);
         let theta = try_minimum([0.0, 1.0], 1e-5, of_theta)?;
-        let points = (0..=25).map(|i| 0.04 * f64::from(i)).map(|theta| Ok((theta, of_theta(theta)?)));
+        let points = (0..=100).map(|i| 0.01 * f64::from(i)).map(|theta| Ok((theta, of_theta(theta)?)));
         let found = Found {
             theta,
             best: of_theta(theta)?,

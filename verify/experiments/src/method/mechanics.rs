@@ -24,6 +24,7 @@ pub(super) const PATH_FITTED: Spec = Spec {
         Ok(Box::new(Mechanical(Discretisation::PathFitted { degree, family })))
     }),
     examples: &[
+        "path-fitted(2)",
         "path-fitted(3)",
         "path-fitted(4)",
         "path-fitted(3,gauss)",

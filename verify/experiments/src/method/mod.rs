@@ -226,10 +226,9 @@ pub fn examples() -> Vec<Box<dyn Method>> {
     methods.filter(|method| !method.traits().is_adaptive).collect()
 }
 
-/// The variational integrators of mechanics: path fitting of degree 2, and the examples of every entry.
+/// The variational integrators of mechanics among the examples.
 pub fn integrators() -> Vec<Box<dyn Method>> {
-    let all = parse("path-fitted(2)").into_iter().chain(examples());
-    all.filter(|method| method.principle() == Principle::Hamilton).collect()
+    examples().into_iter().filter(|method| method.principle() == Principle::Hamilton).collect()
 }
 
 /// Refuses problems on which a closure whose α and β depend on a rate converges to what the rate says.

@@ -71,8 +71,8 @@ const FEW: usize = 16;
 pub fn acts_between(problem: &dyn Problem, times: &[f64], states: &[Vec<f64>]) -> Vec<f64> {
     let ode = problem.ode();
     let (n, ways) = (ode.dim(), times.len().saturating_sub(1));
-    let parts = SAMPLES.min(VALUES / n.max(1)) / ways.max(1);
-    if parts < 2 || states.len() != times.len() || states.iter().any(|state| state.len() != n) {
+    let samples = SAMPLES.min(VALUES / n.max(1));
+    if samples < 2 * ways || states.len() != times.len() || states.iter().any(|state| state.len() != n) {
         return Vec::new();
     }
     let f = |t: f64, v: &[f64]| {
@@ -95,16 +95,56 @@ pub fn acts_between(problem: &dyn Problem, times: &[f64], states: &[Vec<f64>]) -
         let f = f(times[way] + s * h, &v);
         (0..n).any(|k| (f[k] - slope[k]).abs() > ODD * largest[k])
     };
-    let mut odd = 0;
+    let (mut odd, mut looks) = (0, 0);
     let mut found = Vec::new();
+    let span = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
     for way in 0..ways {
+        // As many as it is long.
+        let parts = (samples as f64 * (times[way + 1] - times[way]) / span) as usize;
         // Where in its part is irregular, as above.
-        let places = (0..parts).map(|k| (k as f64 + ((way * parts + k) as f64 * GOLDEN).fract()) / parts as f64);
+        let places = (0..parts).map(|k| (k as f64 + ((looks + k) as f64 * GOLDEN).fract()) / parts as f64);
         let places: Vec<f64> = places.filter(|s| is_odd(way, *s)).collect();
+        looks += parts;
         odd += usize::from(!places.is_empty());
         let ends = places.first().into_iter().chain(places.last());
         found.extend(ends.map(|s| times[way] + s * (times[way + 1] - times[way])));
     }
     found.dedup();
-    if odd * FEW > ways { Vec::new() } else { found }
+    // Of few ways one is not too many.
+    if odd * FEW > ways.max(FEW) { Vec::new() } else { found }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::model::Model;
+
+    fn model(f: &str) -> Model {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), format!("u_i {{ x = 1, y = 0 }} F_i {{ {f} }}")).expect("written");
+        Model::load(file.path(), &[], Some(4.0)).expect("a model")
+    }
+
+    #[test]
+    fn a_run_is_to_stop_on_both_sides_of_a_jump() {
+        let found = changes(&model("heaviside(t - 1.2345) - x, 0"), 4.0, &[4.0]);
+        let apart = 2.0 * 4.0 / SAMPLES as f64;
+        assert!(
+            matches!(found[..], [before, behind] if before < 1.2345 && behind >= 1.2345 && behind - before <= apart),
+            "{found:?}"
+        );
+    }
+
+    /// A clock that comes by a place in the time of two steps, of few or of many.
+    #[test]
+    fn what_acts_between_two_of_few_states_is_found() {
+        let pulse = model("1, heaviside(x - 1.2345)*heaviside(1.2355 - x)*100");
+        for ways in [4_u32, 64] {
+            let times: Vec<f64> = (0..=ways).map(|k| 3.0 * (f64::from(k) / f64::from(ways)).powi(2)).collect();
+            let states: Vec<Vec<f64>> = times.iter().map(|t| vec![1.0 + t, 0.0]).collect();
+            let found = acts_between(&pulse, &times, &states);
+            let is_there = |t: &f64| (0.2345..=0.2355).contains(t);
+            assert!(found.len() == 2 && found.iter().all(is_there), "{ways}: {found:?}");
+        }
+    }
 }

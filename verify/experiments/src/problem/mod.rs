@@ -18,6 +18,7 @@ mod harmonic_oscillator;
 mod heat_2d;
 mod henon_heiles;
 mod hires;
+pub mod jumps;
 mod kepler;
 mod linear_drag;
 mod logistic;

@@ -8,6 +8,7 @@
 
 mod mistakes;
 mod powers;
+mod sums;
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -241,6 +242,14 @@ impl Compiled {
         let syntax = syntax.map_err(|e| ModelError::Compile(mistakes::syntax(&at, code, &e.to_string())))?;
         let syntax = powers::written_out(&syntax);
         let located = |message: String| ModelError::Compile(mistakes::located(&at, code, &message));
+        if let Some(sums::Repeated { at: Some(offset), index }) = sums::repeated(&syntax) {
+            let (line, column) = mistakes::position(code, offset);
+            let message = format!(
+                "this is added once for each {index}, over which another part of the sum runs; let that part have a tensor of its own, as in \
+                 p_i {{ a_ij * u_j }} F_i {{ p_i + b_i }}"
+            );
+            return Err(located(format!("Line {line}, Column {column}: Error: {message}")));
+        }
         let mut model = DiscreteModel::build("model", &syntax).map_err(|e| located(e.as_error_message(code)))?;
         if let Some((name, what)) = beyond_first_order(&model) {
             let lines = mistakes::lines_with(code, name);

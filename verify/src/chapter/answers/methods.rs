@@ -73,7 +73,7 @@ pub(super) fn tell(context: &Context, evidence: &mut Evidence) -> Result<(), Stu
         ),
         Check::within(
             "methods/method-ii-lost",
-            "On v̇ = −v² from v₀ = 1 a step of Method II has no solution from this h on",
+            "On v̇ = −v² from v₀ = 1 the branch of a step of Method II ends at this h",
             lost,
             [1.0 - 1e-6, 1.0 + 1e-6],
             "the quadratic for v₁ has no real root for hv₀ > 1; the search stops within a millionth",

@@ -4,6 +4,7 @@ use crate::claim::measure::{at_most, is_within, range, sizes, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::{Table, number};
 use crate::experiment::motion::{AheadInMotion, Difference, LargestError, LocalError, Motion};
+use crate::experiment::orders::Order;
 use crate::experiment::oscillator::{Stable, StepMap};
 use crate::experiment::{Context, StudyError};
 use crate::measure::norm::Extremes;
@@ -22,6 +23,14 @@ pub(super) const CLAIMS: &[Claim] = &[
         criterion: "The trace of the live map (x, p) over one step is the printed R(τ), and its determinant 1, to the \
                     rounding of the step, for τ from 0.1 to 3.",
         decide: recurrences,
+    },
+    Claim {
+        id: "KY21-b-5",
+        source: "[KY21] Section 3.1, after Table 1",
+        statement: "For the harmonic oscillator the schemes (16) and (17) are both of second order.",
+        quantifier: Quantifier::Universal,
+        criterion: "The orders fitted to live runs of degree 2 and of the midpoint rule are 2 to within 0.1.",
+        decide: second_order,
     },
     Claim {
         id: "KY21-b-3",
@@ -77,6 +86,16 @@ fn recurrences(context: &Context) -> Result<Finding, StudyError> {
     let worst = at_most(off.into_iter().largest());
     let evidence = format!("All printed coefficients are right: the traces differ from them by {worst} at most.");
     Ok(Finding::on(cases, evidence))
+}
+
+fn second_order(context: &Context) -> Result<Finding, StudyError> {
+    let (mut cases, mut orders) = (Vec::new(), Vec::new());
+    for method in ["path-fitted(2)", "midpoint-vi"] {
+        let order = *context.get(Order { problem: "harmonic-oscillator", method })?;
+        orders.push(format!("{} ({method})", text(order)));
+        cases.push(Case::between(format!("order of {method}"), order, 1.9, 2.1));
+    }
+    Ok(Finding::on(cases, format!("The orders are {}.", orders.join(" and "))))
 }
 
 /// The classical integrators of the same order.

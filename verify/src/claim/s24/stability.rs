@@ -44,7 +44,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-b-3",
         source: "[S24] Section 3, after Eq. (27)",
-        statement: "Method I is unconditionally stable: no step size amplifies what does not grow, whether it is dissipative or not. Our wider \
+        statement: "Method I is unconditionally stable: no step size lets grow without bound what stays bounded, whether it is dissipative or not. Our wider \
                     reading: the abstract has “for dissipative systems”, and the text after Eq. (23) “even for dissipative systems”.",
         quantifier: Quantifier::Wider,
         criterion: "The spectral radius of a live step is at most 1 on v̇ = −v, on damped plane rotations, on v̇₁ = −v₁, v̇₂ = 0, and on the \
@@ -80,7 +80,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-c-4",
         source: "[S24] Section 3, after Eq. (27)",
-        statement: "Method II is unconditionally stable: no step size amplifies what does not grow. The abstract has “for dissipative systems”, \
+        statement: "Method II is unconditionally stable: no step size lets grow without bound what stays bounded. The abstract has “for dissipative systems”, \
                     and v̇₁ = −v₁, v̇₂ = 0, which loses ½|v|² wherever v₁ ≠ 0, is one.",
         quantifier: Quantifier::Universal,
         criterion: "As for S24-b-3. A step that is not determined has no size, and counts as not bounded.",

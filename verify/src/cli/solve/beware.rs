@@ -19,6 +19,9 @@ pub(super) const DENSE: usize = 64;
 /// A change below this part of what f moves, or of the solution, is none.
 const REST: f64 = 1e-6;
 
+/// Part of the way from a rest at which an error tells that it is no rest of the method's.
+const FOLLOWED: f64 = 1e-3;
+
 /// Growth beyond all values so far in a single step that no step resolves.
 const LEAP: f64 = 10.0;
 
@@ -81,6 +84,8 @@ pub(super) struct Watch {
     second: Option<(f64, Vec<f64>)>,
     /// The last state and the two before, each with its time.
     last: (f64, Vec<f64>),
+    /// The estimate there.
+    estimate: Option<f64>,
     before: (f64, Vec<f64>),
     earlier: (f64, Vec<f64>),
     /// Largest component of all states, the largest value of each, and how far each went from its first value.
@@ -159,7 +164,8 @@ impl Crossing {
 impl Watch {
     /// A row of a run of `method` on `problem`.
     pub(super) fn add(&mut self, problem: &dyn Problem, method: &dyn Method, row: Row) {
-        let Row { t, state, has_ended, .. } = row;
+        let Row { t, state, has_ended, estimate } = row;
+        self.estimate = estimate;
         if self.first.is_empty() {
             self.first = state.to_vec();
             self.sizes = vec![0.0; state.len()];
@@ -512,6 +518,11 @@ impl Watch {
                     number(rate.recip())
                 )
             });
+        }
+        // A solution that comes down to where it grows again is followed there.
+        let away = max_norm(&f) / rate;
+        if away > 0.0 && self.estimate.is_some_and(|estimate| estimate <= FOLLOWED * away) {
+            return None;
         }
         // A method that lets perturbations grow rests only where there are none, as the solution does.
         let damps = || growth(method, &(h * &a)).map_or(drift == 0.0 || moved < 0.5 * drift, |factor| factor <= 1.0);

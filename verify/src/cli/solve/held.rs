@@ -129,6 +129,8 @@ mod tests {
     fn what_the_estimate_says_is_not_said_again() {
         let stay = Stay { steps: STAY, error: 1e-3, growth: [10.0, 0.0], fastest: 5.0, h: 1.0, times: [0.0, 2.0] };
         assert!(stay.is_hidden());
+        let shown = [Stay { steps: STAY - 1, ..stay.clone() }, Stay { growth: [10.0, 8.0], ..stay.clone() }];
+        assert!(!shown.iter().any(Stay::is_hidden), "too short a stay, and one whose growth the steps show");
         let told = |estimate: f64, error: f64| {
             let worst = Some(Stay { error, ..stay.clone() });
             Held { worst, estimate, ..Held::default() }.told(1.0).is_some()

@@ -298,3 +298,19 @@ fn assemble(entries: &Entries) -> Result<Document, Fault> {
     document.insert("a", at, Value::List { items: (0..s).map(|i| list(at, row(i))).collect(), at });
     Ok(document)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Body, MethodFile};
+
+    /// Rows of A below its diagonal may begin with the second stage's.
+    #[test]
+    fn a_third_line_as_long_as_the_others_is_an_embedded_method() {
+        let text = "0 1/2 1\n1/6 2/3 1/6\n0 1 0\n1/2\n-1 2\n";
+        let file = MethodFile::parse("m.txt", "m", text).expect("a table");
+        let Body::RungeKutta(tableau) = &file.body else { panic!("{text}") };
+        let numbers = tableau.numbers();
+        let b_hat: Vec<f64> = numbers.b_hat.iter().flatten().map(|b| b.to_f64()).collect();
+        assert_eq!((numbers.a.len(), b_hat), (3, vec![0.0, 1.0, 0.0]));
+    }
+}

@@ -35,6 +35,20 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         "b-2" => energies(found)?,
         "b-3" => global_errors(found)?,
         "b-4" => local_errors(found)?,
+        "b-5" => {
+            let mut orders = Vec::new();
+            for method in ["path-fitted(2)", "midpoint-vi"] {
+                // cos φ is half of the trace of a step, and φ/τ the frequency, whose error is of the order of the scheme.
+                let off = |tau: f64| -> Result<f64, Failed> {
+                    let map = CONTEXT.get(StepMap { method: method.into(), tau })?;
+                    Ok((0.5 * map.trace).acos() / tau - 1.0)
+                };
+                let order = (off(0.2)? / off(0.1)?).log2();
+                require((order - 2.0).abs() < 0.05, || format!("{method}: the frequency has order {order}"))?;
+                orders.push(text(found.measured(&format!("order of {method}"))));
+            }
+            Known::of([format!("The orders are {} (path-fitted(2)) and {} (midpoint-vi).", orders[0], orders[1])])
+        }
         "c-1" => nodes(found)?,
         "c-2" => more_nodes(found)?,
         "d" => Known::of([format!("The two differ by {} at most,", at_most(found.largest("")))]),

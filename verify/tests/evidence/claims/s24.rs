@@ -363,9 +363,17 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             let (last, reached) = fold_of_method_i();
             let left = [3.0, 100.0].map(negative_root_of_method_i);
             let counterexample = found.0.counterexample().map(ToString::to_string).unwrap_or_default();
-            let said =
-                format!("W = 3: no solution on the branch (the only root off it is v₁/v₀ = {}), where", text(left[0]));
+            let apart = beside(last, [right_root_of_method_i(0.99 * last), negative_root_of_method_i(1.01 * last)]);
+            let said = format!(
+                "distance after a step of h = 1 of starts {} apart, on either side of the fold: {}, where",
+                text(apart[0]),
+                text(apart[1])
+            );
             require(counterexample.contains(&said), || format!("{counterexample} where “{said}” is known"))?;
+            let said = format!("no solution on the branch (the only root off it is v₁/v₀ = {})", text(left[0]));
+            let cases = found.of("W = 3");
+            let is_said = cases.iter().any(|case| case.to_string().contains(&said));
+            require(is_said, || format!("{cases:?} where “{said}” is known"))?;
             // With h = 3 from v₀ = 1, and from the root on: the steps tend to −1/3.
             let end = (1..200).fold(1.0, |v: f64, _| v * negative_or_only_root(3.0 * v));
             require((end + 1.0 / 3.0).abs() < 1e-12, || format!("the root that is left leads to {end}"))?;
@@ -415,6 +423,18 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 "1 + (5/2)h + (15/4)h², Eq. (38)".into(),
             ])
             .beside("largest distance from γ/2, h = 10⁴", "→ 0", left)
+        }
+        "q" => {
+            let left = |h: f64| 1.0 / (1.0 + 2.5 * h + 3.75 * h * h);
+            for h in [1e-3, 0.5, 2.5] {
+                let said = found.all(&format!("h = {h},"));
+                let is_it = said.len() == 2 && said.iter().all(|said| (said - left(h)).abs() < 1e-12);
+                require(is_it, || format!("{said:?} at h = {h}"))?;
+            }
+            Known::of([
+                format!("A step leaves {} of the distance.", range(left(1e4), left(1e-3))),
+                "1/(1 + (5/2)h + (15/4)h²), below 1 for every h > 0.".into(),
+            ])
         }
         "j" => poiseuille(found)?,
         "k" => {
@@ -622,13 +642,18 @@ fn are_within_v0(found: &Found) -> Result<(), Failed> {
     require(cases.len() == 12 && cases.iter().all(is_unit), || "another bound than v₀".into())
 }
 
-/// Two starts beside a fold, and the v₁/v₀ of their steps with h = 1.
-fn parted(fold: f64, [below, beyond]: [f64; 2]) -> String {
+/// How far two starts beside a fold are apart, and the ends of their steps with h = 1, of which v₁/v₀ is given.
+fn beside(fold: f64, [below, beyond]: [f64; 2]) -> [f64; 2] {
     let [near, far] = [0.99, 1.01].map(|part| part * fold);
+    [far - near, near * below - far * beyond]
+}
+
+fn parted(fold: f64, parts: [f64; 2]) -> String {
+    let [before, after] = beside(fold, parts);
     format!(
-        "Starts a hundredth on either side of the fold, {} apart for h = 1, come {} apart in a step, the farther one by the only root that there is,",
-        text(far - near),
-        text(near * below - far * beyond)
+        "Starts a hundredth on either side of the fold, {} apart for h = 1, come {} apart in a step, the farther one by the only root that there is.",
+        text(before),
+        text(after)
     )
 }
 

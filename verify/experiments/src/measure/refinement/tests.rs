@@ -703,6 +703,7 @@ fn an_order_that_is_expected_is_no_sign_of_cells_per_side() {
         judgement.may_be_per_side("cells", 2, &expecting(expected)).is_some()
     };
     assert!(of(4.0, 2.0) && !of(2.0, 2.0) && !of(3.0, 2.0));
+    assert!(of(6.0, 3.0) && !of(3.0, 3.0) && !of(4.0, 3.0));
     // Within the band of both.
     assert!(!of(0.3, 0.2));
 }
