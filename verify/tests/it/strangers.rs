@@ -860,6 +860,37 @@ fn a_trough_is_no_rest() {
     assert_eq!(warned("trough", "u_i { x = 1 } F_i { 10*x*cos(t) }", &run), "");
 }
 
+/// ½v² − 1/r = −½ grows in size as implicit Euler loses energy; −0.6148 by the last row.
+#[test]
+fn a_negative_energy_that_falls_has_grown() {
+    let (status, out, errors) =
+        verify(&["solve", "--problem", "kepler", "--method", "implicit-euler", "--h", "0.01", "--t-end", "1"]);
+    assert!(status == 0 && out.contains("energy -0.500000 at t = 0, relative change 0.2295"), "{out}{errors}");
+}
+
+/// 1.25 (f₂ − f₃)/f₂/(2ᵖ − 1) with p = log₂ (0.125/0.033) of the finest three of four grids: 0.125/1.045 · 1.25/(3.7879 − 1).
+#[test]
+fn the_index_of_the_medium_grid_is_of_the_finest_three() {
+    let data = file("four.csv", "h,f\n0.1,1.0120\n0.2,1.0450\n0.4,1.1700\n0.8,1.6000\n").display().to_string();
+    let (_, out, errors) = verify(&["order", "--data", &data, "--step", "h"]);
+    assert!(out.contains("of the medium one 5.3632"), "{out}{errors}");
+}
+
+#[test]
+fn a_model_has_one_source_whatever_its_inputs_are_set_to() {
+    let model = file("one-source.ds", "in_i { k = 1 } u_i { x = 1 } F_i { -k*x }").display().to_string();
+    let (status, out, errors) = verify(&["compare", "--model", &model, "--set", "k=2", "--t-end", "1"]);
+    assert!(status == 0 && out.contains("The equations have one source"), "{out}{errors}");
+}
+
+#[test]
+fn rows_whose_sums_no_change_mends_are_counted_from_one() {
+    let text = "order = 4\nc = [0, \"0.4\", \"0.6\", 1]\na = [[], [\"1/2\"], [0, \"1/2\"], [0, 0, 1]]\n\
+                b = [\"1/6\", \"1/3\", \"1/3\", \"1/6\"]\n";
+    let (code, out, error) = judged("two-rows.toml", text);
+    assert!(code == 1 && out.contains("mends the row sums of stages 2, 3,"), "{out}{error}");
+}
+
 /// A neuron that fires once and is back at rest at the end: both rows are right.
 #[test]
 fn a_pulse_that_rows_on_both_sides_show_nothing_of_is_named() {
