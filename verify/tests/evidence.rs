@@ -12,6 +12,8 @@ mod curves;
 mod figures;
 #[path = "evidence/flows.rs"]
 mod flows;
+#[path = "evidence/tables.rs"]
+mod tables;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -51,9 +53,14 @@ fn every_check_holds(study: &Study) -> Result<(), Failed> {
     if evidence.checks.is_empty() {
         return Err("it decides nothing".into());
     }
-    let strays =
-        [curves::strays(&evidence), curves::blind(&evidence), curves::crowded(&evidence), curves::misquoted(&evidence)]
-            .concat();
+    let strays = [
+        curves::strays(&evidence),
+        curves::blind(&evidence),
+        curves::crowded(&evidence),
+        curves::misquoted(&evidence),
+        tables::contradictions(&evidence),
+    ]
+    .concat();
     if !strays.is_empty() {
         return Err(strays.join("\n").into());
     }

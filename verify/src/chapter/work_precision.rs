@@ -140,6 +140,15 @@ mod tests {
     use super::*;
     use crate::evidence::Outcome;
 
+    /// Half-way between ten times the error and a tenth of it the work is the geometric mean.
+    #[test]
+    fn work_between_two_runs_is_on_a_line_in_logarithms() {
+        let work = |steps| Work { steps, ..Work::default() };
+        let points = vec![(work(100), 10.0 * TARGET), (work(400), 0.1 * TARGET)];
+        let found = work_at(&Curve { method: "rk4".into(), points }, |work| work.steps);
+        assert!(found.is_some_and(|steps| (steps - 200.0).abs() < 1e-9), "{found:?}");
+    }
+
     #[test]
     fn a_method_that_does_not_get_there_is_not_cheaper() {
         let curve = |method: &str, errors: [f64; 2]| {

@@ -348,6 +348,13 @@ fn where_the_references_part_is_told_with_the_rate_and_the_last_time_before() {
         assert!(note.ends_with("Compare up to t = 1."), "{note}");
     }
     assert!(!told(off, 1e-9).expect("they part").contains("grow"));
+    // Of three, two are near each other and the bounds of the third do not know.
+    let of = |off: [f64; 2], bound: f64| {
+        let states = off.iter().map(|off| vec![1.0 + off]).collect();
+        ("a reference".to_owned(), Ok(Answer { states, bound, astray: None, runs: None }))
+    };
+    let note = parting(&[1.0, 2.0], &[of([0.0, 0.0], 1e-3), of([1e-8, 1e-3], 1e-3), of([1e-8, 1.0], 1e-3)]);
+    assert!(note.is_some_and(|note| note.contains("has passed over")));
     // Neither a slow growth nor none is the equation's.
     assert_eq!([told([1e-2, 2e-2, 3e-2, 4e-2], 1.0), told([1e-9; 4], 1.0)], [None, None]);
 }
