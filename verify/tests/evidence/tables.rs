@@ -28,7 +28,7 @@ fn disagreeing<const N: usize>(table: &Table, columns: [&str; N], agree: impl Fn
         let numbers: Option<Vec<f64>> = columns.iter().map(|&k| verify::evidence::Cell::number(&row[k])).collect();
         numbers?.try_into().ok()
     };
-    let rows = table.rows.iter().filter_map(|row| numbers(row));
+    let rows = table.rows.iter().filter_map(numbers);
     rows.filter(|row| !agree(*row)).map(|row| format!("`{}` has a row with {row:?}", table.id)).collect()
 }
 
