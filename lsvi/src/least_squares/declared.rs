@@ -15,7 +15,7 @@ const RARELY: u32 = 256;
 const GOLDEN: f64 = 1.618_033_988_749_895;
 
 /// What a field declares, compared with its values at both ends of a step: in the first step of a size, after 2, 4, 8, … more,
-/// and then after every 256. What steps of one size take for constant is so at the end of each, too, where f is evaluated there.
+/// and then after every 256. Steps that evaluate f anyway have A v + g compared at the end of each.
 #[derive(Debug)]
 pub(super) struct Declared {
     is_linear: bool,

@@ -329,8 +329,8 @@ fn a_false_declaration_is_found_again_with_another_step_size() {
     assert!(matches!(error, StepError::Solve { source: SolveError::NotLinear { .. }, .. }), "{error}");
 }
 
-/// v̇ = −k v + cos t with k = 1 and from `switch` on 2, declared linear; where it is declared autonomous instead, v̇ = −v and
-/// beyond v = 2 growth by v², which starts with k = −1.
+/// v̇ = −k v + cos t with k = 1 and from `switch` on 2, declared linear; where it is declared autonomous too, v̇ = v, and 2v − 2
+/// beyond v = 2.
 struct Later {
     structure: Structure,
     switch: f64,

@@ -32,7 +32,7 @@ pub struct Estimator<'a> {
     fine: Option<Trajectory<Box<dyn Integrator + 'a>>>,
     /// The finer run's longest step and end.
     grid: [f64; 2],
-    /// None of an adaptive method.
+    /// None of an adaptive method, or where f has other unknowns than a state.
     jumps: Option<Jumps<'a>>,
     /// Jumps that are still looked for.
     left: u32,
@@ -66,7 +66,8 @@ impl<'a> Estimator<'a> {
         let initial = problem.initial();
         let (at, before) = (initial.clone(), State::new(0.0, initial));
         let fine = Some(Trajectory::new(integrator, before.clone(), h, t_end)?);
-        let jumps = (!is_adaptive).then(|| Jumps::new(problem));
+        let mut jumps = if is_adaptive { None } else { Jumps::new(problem) };
+        jumps.iter_mut().for_each(|jumps| jumps.start(before.t, &before.q));
         Ok(Self { fine, grid: [h, t_end], jumps, left: JUMPS, before, part, is_adaptive, at, failure: None })
     }
 
@@ -81,11 +82,15 @@ impl<'a> Estimator<'a> {
     fn reach(&mut self, t: f64) -> Result<(), StepError> {
         let (Some(mut fine), [h, t_end]) = (self.fine.take(), self.grid) else { return Ok(()) };
         while fine.state().t < t {
-            self.before.clone_from(fine.state());
+            let State { t: start, q, p } = fine.state();
+            self.before.t = *start;
+            self.before.q.copy_from_slice(q);
+            self.before.p.copy_from_slice(p);
             if fine.step()?.is_none() {
                 // Behind a jump the grid ends at the row that follows.
                 fine.resume(h, t_end)?;
             } else if let Some(behind) = self.jumped(&mut fine) {
+                self.jumps.iter_mut().for_each(|jumps| jumps.start(behind.t, &behind.q));
                 fine = Trajectory::new(fine.into_parts().0, behind, h, t)?;
             }
         }
@@ -101,12 +106,16 @@ impl<'a> Estimator<'a> {
     /// The state behind the jump of f within the last step, where there is one and steps of the method start anywhere.
     fn jumped(&mut self, fine: &mut Trajectory<Box<dyn Integrator + 'a>>) -> Option<State> {
         let Self { before, jumps: Some(jumps), left: 1.., .. } = self else { return None };
-        let end = fine.state().clone();
+        let end = fine.state();
+        if !jumps.may_be_before(end.t, &end.q) {
+            return None;
+        }
+        let end = end.clone();
         let jump = jumps.between((before.t, &before.q), (end.t, &end.q))?;
         let is_before = |jumps: &mut Jumps<'_>, jump: &Jump, state: &State| {
-            jumps.f(state.t, &state.q).map(|f| jump.is_before(f[jump.component]))
+            jump.is_before(jumps.f(state.t, &state.q)[jump.component])
         };
-        if !is_before(jumps, &jump, before)? || is_before(jumps, &jump, &end)? {
+        if !is_before(jumps, &jump, before) || is_before(jumps, &jump, &end) {
             return None;
         }
         self.left -= 1;
@@ -119,7 +128,7 @@ impl<'a> Estimator<'a> {
                 return None;
             }
             fine.integrator_mut().shorter_step(before, middle, &mut trial)?.ok()?;
-            if is_before(jumps, &jump, &trial)? {
+            if is_before(jumps, &jump, &trial) {
                 way[0] = middle;
                 last.clone_from(&trial);
             } else {

@@ -242,7 +242,7 @@ const UNEXAMINED: [(&str, &str); 12] = [
     (
         "The velocity profile ([S24] Abstract)",
         "Errors are those of the velocity at the centre, as in the figures of [S24]. With one shape function the profile is the centre velocity times \
-         a parabola; its error is that of the centre and that of the shape, and another norm of it moves the steps at which one method is ahead.",
+         a parabola; its error is that of the centre and that of the shape.",
     ),
     (
         "pₙ = 0 and pₙ₊₁ = 0 at once for h = 0 alone ([S24] Section 3)",

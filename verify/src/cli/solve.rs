@@ -209,6 +209,7 @@ struct Summary {
 struct Course {
     times: Vec<f64>,
     states: Vec<Vec<f64>>,
+    /// Whether it is too long, or of no model, and not looked at.
     is_long: bool,
 }
 
@@ -298,7 +299,9 @@ impl<'a> Solve<'a> {
 
     /// Integrates and hands every row to `observe`, until that breaks or fails.
     fn follow(&self, mut observe: impl FnMut(Row) -> io::Result<ControlFlow<()>>) -> Result<Summary, Stop> {
-        let mut summary = Summary::default();
+        let is_model = self.problem.facts().model.is_some();
+        let course = Course { is_long: !is_model, ..Course::default() };
+        let mut summary = Summary { course, ..Summary::default() };
         let mut io = Ok(());
         let mut progress = Progress::new(self.args);
         let forcing = || Forcing::new(&*self.problem, self.method.order(), self.args.t_end);
@@ -409,7 +412,7 @@ impl<'a> Solve<'a> {
         if warnings.is_empty() {
             warnings.extend(summary.beside.told(&*self.problem, &*self.method));
         }
-        if warnings.is_empty() && self.problem.facts().model.is_some() {
+        if warnings.is_empty() {
             warnings.extend(summary.course.passed_over(&*self.problem, &summary.beside));
         }
         warnings.extend(broken);

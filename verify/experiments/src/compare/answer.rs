@@ -27,6 +27,9 @@ pub(super) const LARGE: usize = 200;
 /// Least order that a bound is taken with.
 const MIN_ORDER: f64 = 1.0;
 
+/// Least order by which the differences of further runs fall where those of the last three pairs did.
+const LEAST_ORDER: f64 = 0.5;
+
 /// States at the sample times, and a bound on their error.
 pub(super) struct Answer {
     pub(super) states: Vec<Vec<f64>>,
@@ -46,7 +49,8 @@ pub(super) struct Runs {
     /// The order by which the differences of three runs fall, and that of the three before.
     pub(super) observed: Option<f64>,
     pub(super) earlier: Option<f64>,
-    /// Whether the differences are those of errors of that order or of a higher one, or of roundings.
+    /// Whether the differences are those of errors of that order or of a higher one, or of roundings, or so small that the runs go
+    /// elsewhere than the truth, whatever the order.
     pub(super) is_settled: bool,
     /// Whether two runs would have done.
     pub(super) at_once: bool,
@@ -123,11 +127,15 @@ pub(super) fn by_method(
     let first = if problem.field().dim() > LARGE { FEW_STEPS } else { STEPS };
     let answer =
         refined(first, |steps| sampled(steps).map_err(failed), order, rounding, times, truth, breakdown.is_some())?;
-    // Runs of several step sizes may miss the same of a jump of f, a step at most.
+    Ok(Answer { astray: breakdown, ..across_jumps(problem, times, answer) })
+}
+
+/// Runs of several step sizes may miss the same of a jump of f, a step at most, of which their bound does not know.
+fn across_jumps(problem: &dyn Problem, times: &[f64], answer: Answer) -> Answer {
     let course = [&[problem.initial()], &answer.states[..]].concat();
-    let jumped = Jumps::new(problem).sum(&[&[0.0], times].concat(), &course);
-    let jumped = jumped * answer.runs.map_or(0.0, |runs| runs.h);
-    Ok(Answer { astray: breakdown, bound: answer.bound + jumped, ..answer })
+    let jumps = Jumps::new(problem).map_or(0.0, |mut jumps| jumps.sum(&[&[0.0], times].concat(), &course));
+    let jumped = jumps * answer.runs.map_or(0.0, |runs| runs.h);
+    Answer { bound: answer.bound + jumped, ..answer }
 }
 
 /// The answer of an adaptive method with tolerances a hundredth of its own; its bound is the distance from the one with its own, which
@@ -169,7 +177,8 @@ pub(super) fn by_program(
         })
     };
     let rounding = |size: f64, steps: usize| f64::EPSILON * size * steps as f64 + printed.get();
-    refined(STEPS, sampled, guest.order, rounding, times, truth, false)
+    let answer = refined(STEPS, sampled, guest.order, rounding, times, truth, false)?;
+    Ok(across_jumps(problem, times, answer))
 }
 
 /// The answer of runs whose steps are halved until their bound resolves the solution and, where it does not hold `truth`, until
@@ -199,8 +208,15 @@ pub(super) fn refined(
             |(now, before): (f64, f64)| now.min(before) >= order - SETTLED && (now - before).abs() <= SETTLED;
         // So may two runs be one, where a jump falls into the same half of both steps.
         let rests = difference <= floor && before.is_some_and(|before: f64| before <= floor);
-        let is_settled = rests || observed.zip(earlier).is_some_and(has_order);
-        let bound = 2.0 * difference / (order.exp2() - 1.0) + floor;
+        let bound_by = |order: f64| 2.0 * difference / (order.exp2() - 1.0) + floor;
+        let has_some_order =
+            |(now, before): (f64, f64)| now.min(before) >= LEAST_ORDER && (now - before).abs() <= SETTLED;
+        let goes_elsewhere = |truth: &Answer| {
+            observed.zip(earlier).is_some_and(has_some_order)
+                && largest_distance(&states, &truth.states) > bound_by(LEAST_ORDER) + truth.bound
+        };
+        let is_settled = rests || observed.zip(earlier).is_some_and(has_order) || truth.is_some_and(goes_elsewhere);
+        let bound = bound_by(order);
         let runs = Runs { h: horizon / steps as f64, order, observed, earlier, is_settled, at_once: !resolved_before };
         let answer = Answer { states, bound, astray: None, runs: Some(runs) };
         let is_resolved = bound <= RESOLVED * size;

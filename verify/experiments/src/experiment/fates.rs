@@ -40,11 +40,16 @@ pub enum Spacing {
 impl Spacing {
     /// The values, in order.
     pub fn values(self) -> Vec<f64> {
+        self.middles(GRID)
+    }
+
+    /// The middles of so many equal parts.
+    fn middles(self, parts: u32) -> Vec<f64> {
         let at = |s: f64| match self {
             Self::Linear(to) => to * s,
             Self::Log(from, to) => from * (to / from).powf(s),
         };
-        (0..GRID).map(|i| at((f64::from(i) + 0.5) / f64::from(GRID))).collect()
+        (0..parts).map(|i| at((f64::from(i) + 0.5) / f64::from(parts))).collect()
     }
 }
 
@@ -164,13 +169,16 @@ impl Experiment for Fates {
     }
 }
 
-/// Where the first step of Method I from each v₀ of an arena loses its branch.
+/// Step sizes for one of the grid, along a fold.
+const FINER: u32 = 2;
+/// Halvings that locate one, of a factor of some hundreds in v₀.
+const HALVINGS: u32 = 40;
+
+/// The v₀ from which on the first step of Method I loses its branch, for step sizes of an arena.
 #[derive(Debug)]
 pub struct Folds {
-    /// Problem, step sizes and starts.
+    /// Problem, step sizes and starts, of which the curve goes on beyond the largest by a factor of two.
     pub arena: Arena,
-    /// Longer steps are not looked at.
-    pub longest: f64,
 }
 
 impl Experiment for Folds {
@@ -180,15 +188,23 @@ impl Experiment for Folds {
 
     fn measure(&self, _: &Context) -> Result<Self::Found, StudyError> {
         let method = method::parse("method-i")?;
+        let is_lost = |h: f64, v0: f64| match run(&*self.arena.start(v0)?, &*method, h, h, |_| {}) {
+            Err(RunError::Step(StepError::Solve { source: SolveError::BranchLost { .. }, .. })) => Ok(true),
+            Ok(_) => Ok(false),
+            Err(error) => Err(StudyError::from(error)),
+        };
+        let starts = self.arena.v0.values();
         let mut folds = Vec::new();
-        for v0 in self.arena.v0.values() {
-            match run(&*self.arena.start(v0)?, &*method, self.longest, self.longest, |_| {}) {
-                Err(RunError::Step(StepError::Solve { source: SolveError::BranchLost { reached }, .. })) => {
-                    folds.push((reached, v0));
-                }
-                Ok(_) => {}
-                Err(error) => return Err(error.into()),
+        for h in self.arena.h.middles(FINER * GRID) {
+            let (mut below, mut above) = (starts[0], 2.0 * starts[starts.len() - 1]);
+            if is_lost(h, below)? || !is_lost(h, above)? {
+                continue;
             }
+            for _ in 0..HALVINGS {
+                let middle = (below * above).sqrt();
+                *if is_lost(h, middle)? { &mut above } else { &mut below } = middle;
+            }
+            folds.push((h, below));
         }
         Ok(folds)
     }
@@ -222,9 +238,9 @@ mod tests {
 
     #[test]
     fn folds_of_quadratic_drag_lie_on_a_hyperbola() {
-        let folds = Folds { arena: QUADRATIC_DRAG, longest: 20.0 }.measure(&Context::silent()).expect("it runs");
-        // W = h v₀ at the fold is 2.1..: every v₀ above a tenth of that has it below h = 20.
-        assert!(folds.len() > GRID as usize / 2);
+        let folds = Folds { arena: QUADRATIC_DRAG }.measure(&Context::silent()).expect("it runs");
+        // W = h v₀ at the fold is 2.1..: all h but those below 0.115 have it.
+        assert_eq!(folds.len() + 2, (FINER * GRID) as usize);
         let w: Vec<f64> = folds.iter().map(|(h, v0)| h * v0).collect();
         assert!(w.iter().all(|x| (x / w[0] - 1.0).abs() < 1e-8), "{w:?}");
     }

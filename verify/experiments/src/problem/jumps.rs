@@ -1,5 +1,7 @@
 //! Where f jumps, between two states of a run.
 
+use lsvi::VectorField;
+
 use super::Problem;
 
 /// Halvings of the way between two states after which a jump is still there, and what is smooth a thousandth of what it was.
@@ -7,6 +9,9 @@ const HALVINGS: u32 = 10;
 /// Part of a change of f that a jump is at least, of all of the way and of the last part of it.
 const MOST: f64 = 0.9;
 const REST: f64 = 0.5;
+/// Times the change of f in the last step that one with a jump has: a jump of four times the smooth change of a step, which is what
+/// [`MOST`] tells in the half of it, changes f by three times that at least.
+const GROWN: f64 = 2.0;
 /// Parts of a way between states that are far apart, on each of which what is smooth changes by little beside a jump.
 const PARTS: u32 = 64;
 /// Part of the largest value of a component of f below which a change of it is none: rounding does not get less with the way.
@@ -37,34 +42,59 @@ impl Jump {
 
 /// Looks at f along the straight ways between states.
 pub struct Jumps<'a> {
-    problem: &'a dyn Problem,
+    field: Box<dyn VectorField + 'a>,
     /// The largest value of each component of f so far.
     largest: Vec<f64>,
+    /// f at the end of the last step of a run, and what it changed by in that.
+    last: Vec<f64>,
+    change: Vec<f64>,
+    now: Vec<f64>,
 }
 
 impl<'a> Jumps<'a> {
-    /// For runs of `problem`.
+    /// For runs of `problem`; none where a state has not the unknowns of f.
     #[must_use]
-    pub fn new(problem: &'a dyn Problem) -> Self {
-        Self { problem, largest: vec![0.0; problem.field().dim()] }
+    pub fn new(problem: &'a dyn Problem) -> Option<Self> {
+        let field = problem.field();
+        let zeros = vec![0.0; field.dim()];
+        let fits = problem.initial().len() == zeros.len();
+        let [largest, last, change] = [(); 3].map(|()| zeros.clone());
+        fits.then_some(Self { field, largest, last, change, now: zeros })
     }
 
-    /// f at (t, v), of a state that has its unknowns.
-    pub fn f(&mut self, t: f64, v: &[f64]) -> Option<Vec<f64>> {
+    /// f at (t, v).
+    pub fn f(&mut self, t: f64, v: &[f64]) -> Vec<f64> {
         let mut f = vec![0.0; self.largest.len()];
-        (v.len() == f.len()).then(|| self.problem.field().rhs(t, v, &mut f))?;
+        self.field.rhs(t, v, &mut f);
         self.largest.iter_mut().zip(&f).for_each(|(largest, f)| *largest = largest.max(f.abs()));
-        Some(f)
+        f
+    }
+
+    /// Begins a run, or goes on from another state.
+    pub fn start(&mut self, t: f64, v: &[f64]) {
+        self.last = self.f(t, v);
+        self.change.fill(0.0);
+    }
+
+    /// Whether f may have jumped in a step that ends at (t, v), for one evaluation of it: it has changed by [`GROWN`] times what it changed
+    /// by in the step before, at least.
+    pub fn may_be_before(&mut self, t: f64, v: &[f64]) -> bool {
+        self.field.rhs(t, v, &mut self.now);
+        let mut has_grown = false;
+        let befores = self.last.iter().zip(&mut self.change).zip(&mut self.largest);
+        for (now, ((last, change), largest)) in self.now.iter().zip(befores) {
+            let before = std::mem::replace(change, (now - last).abs());
+            *largest = largest.max(now.abs());
+            has_grown |= *change > GROWN * before && *change > NOISE * *largest;
+        }
+        std::mem::swap(&mut self.last, &mut self.now);
+        has_grown
     }
 
     /// The component that jumps most for its size between two states; none where f changes by little parts.
     pub fn between(&mut self, from: (f64, &[f64]), to: (f64, &[f64])) -> Option<Jump> {
-        let at = |s: f64| -> (f64, Vec<f64>) {
-            let v = from.1.iter().zip(to.1).map(|(a, b)| a + s * (b - a)).collect();
-            (from.0 + s * (to.0 - from.0), v)
-        };
-        let (middle, v) = at(0.5);
-        let (first, half, last) = (self.f(from.0, from.1)?, self.f(middle, &v)?, self.f(to.0, to.1)?);
+        let (middle, v) = along(from, to, 0.5);
+        let (first, half, last) = (self.f(from.0, from.1), self.f(middle, &v), self.f(to.0, to.1));
         let changes = (0..first.len()).map(|k| {
             let change = |a: &[f64], b: &[f64]| (b[k] - a[k]).abs() / self.largest[k].max(f64::MIN_POSITIVE);
             (k, change(&first, &half), change(&half, &last), change(&first, &last))
@@ -79,8 +109,8 @@ impl<'a> Jumps<'a> {
         let whole = sides[1] - sides[0];
         for _ in 1..HALVINGS {
             let middle = 0.5 * (way[0] + way[1]);
-            let (t, v) = at(middle);
-            let value = self.f(t, &v)?[component];
+            let (t, v) = along(from, to, middle);
+            let value = self.f(t, &v)[component];
             if (value - sides[0]).abs() >= (sides[1] - value).abs() {
                 (way[1], sides[1]) = (middle, value);
             } else {
@@ -95,10 +125,7 @@ impl<'a> Jumps<'a> {
     pub fn sum(&mut self, times: &[f64], states: &[Vec<f64>]) -> f64 {
         let mut sum = 0.0;
         for (t, v) in times.windows(2).zip(states.windows(2)) {
-            let at = |k: u32| -> (f64, Vec<f64>) {
-                let s = f64::from(k) / f64::from(PARTS);
-                (t[0] + s * (t[1] - t[0]), v[0].iter().zip(&v[1]).map(|(a, b)| a + s * (b - a)).collect())
-            };
+            let at = |k: u32| along((t[0], &v[0]), (t[1], &v[1]), f64::from(k) / f64::from(PARTS));
             for part in 0..PARTS {
                 let [from, to] = [at(part), at(part + 1)];
                 sum += self.between((from.0, &from.1), (to.0, &to.1)).map_or(0.0, |jump| jump.size());
@@ -106,6 +133,11 @@ impl<'a> Jumps<'a> {
         }
         sum
     }
+}
+
+/// Time and state at a part of the straight way between two states.
+fn along((t, v): (f64, &[f64]), (t_end, end): (f64, &[f64]), part: f64) -> (f64, Vec<f64>) {
+    (t + part * (t_end - t), v.iter().zip(end).map(|(a, b)| a + part * (b - a)).collect())
 }
 
 #[cfg(test)]
@@ -117,7 +149,7 @@ mod tests {
         let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
         std::fs::write(file.path(), text).expect("written");
         let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
-        let mut jumps = Jumps::new(&model);
+        let mut jumps = Jumps::new(&model).expect("one unknown");
         let found = ways.iter().map(|[a, b]| jumps.between((*a, &[v[0]]), (*b, &[v[1]])).map(|jump| jump.size()));
         found.collect()
     }
@@ -128,7 +160,7 @@ mod tests {
         let f = "-c + 0.3*heaviside(t - 0.12587) - 0.1*heaviside(t - 2.5)";
         std::fs::write(file.path(), format!("u_i {{ c = 0.5 }} F_i {{ {f} }}")).expect("written");
         let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
-        let found = Jumps::new(&model).sum(&[0.0, 2.0, 4.0], &[vec![0.5], vec![0.3], vec![0.2]]);
+        let found = Jumps::new(&model).expect("one unknown").sum(&[0.0, 2.0, 4.0], &[vec![0.5], vec![0.3], vec![0.2]]);
         assert!((found - 0.4).abs() < 1e-3, "{found}");
     }
 

@@ -242,8 +242,8 @@ impl Compiled {
         let syntax = syntax.map_err(|e| ModelError::Compile(mistakes::syntax(&at, code, &e.to_string())))?;
         let syntax = powers::written_out(&syntax);
         let located = |message: String| ModelError::Compile(mistakes::located(&at, code, &message));
-        if let Some(sums::Repeated { at: Some(offset), index }) = sums::repeated(&syntax) {
-            let (line, column) = mistakes::position(code, offset);
+        if let Some(sums::Repeated { at, index }) = sums::repeated(&syntax) {
+            let (line, column) = mistakes::position(code, at);
             let message = format!(
                 "this is added once for each {index}, over which another part of the sum runs; let that part have a tensor of its own, as in \
                  p_i {{ a_ij * u_j }} F_i {{ p_i + b_i }}"

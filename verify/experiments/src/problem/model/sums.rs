@@ -4,8 +4,8 @@ use diffsl::ast::{Ast, AstKind, DsModel};
 
 /// An addend without an index that another one of its sum is summed over.
 pub(super) struct Repeated {
-    /// Its byte in the text, where that is known.
-    pub(super) at: Option<usize>,
+    /// Its byte in the text, 0 where that is not known.
+    pub(super) at: usize,
     pub(super) index: char,
 }
 
@@ -23,7 +23,7 @@ pub(super) fn repeated(model: &DsModel<'_>) -> Option<Repeated> {
             element.expr.get_indices().into_iter().find_map(|index| {
                 let lacks = |addend: &&&Ast<'_>| !addend.get_indices().contains(&index);
                 let without = all.iter().find(lacks).filter(|_| !left.contains(&index))?;
-                Some(Repeated { at: without.span.map(|span| span.pos_start), index })
+                Some(Repeated { at: without.span.map_or(0, |span| span.pos_start), index })
             })
         },
     )
@@ -50,7 +50,7 @@ mod tests {
         let found = |f: &str| {
             let text = format!("a_ij {{ (0:2, 0:2): 1.0 }} k {{ 2 }} u_i {{ (0:2): x = 1 }} F_i {{ {f} }}");
             let model = parse_ds_string(&text).expect("it reads");
-            super::repeated(&model).map(|found| (text[found.at.expect("a place")..].chars().next(), found.index))
+            super::repeated(&model).map(|found| (text[found.at..].chars().next(), found.index))
         };
         assert_eq!(found("a_ij * u_j + u_i"), Some((Some('u'), 'j')));
         assert_eq!(found("a_ij * u_j - 1.0"), Some((Some('1'), 'j')));
