@@ -224,6 +224,28 @@ mod tests {
     }
 
     #[test]
+    fn a_march_that_leads_away_tells_the_rate_where_it_ended() {
+        let field = crate::field!(1, |_t, v, dv| dv[0] = v[0]);
+        let method = || method_i(&field).expect("usable");
+        let mut state = State::new(0.0, vec![1.0]);
+        (0..3).for_each(|k| method().step(0.1 * f64::from(k), 0.1, &mut state.q, &mut state.p).expect("solvable"));
+        let away = march(method(), &field, State::new(0.0, vec![1.0]), 0.1, 1e-12, 3);
+        let Err(SteadyError::NotReached { steps: 3, residual }) = away else { panic!("{away:?}") };
+        approx::assert_relative_eq!(residual, state.q[0], max_relative = 1e-12);
+    }
+
+    /// M v̇ is known to no more than the entries of M times what the rate is.
+    #[test]
+    fn what_a_moving_state_leaves_open_goes_by_the_mass() {
+        let field = crate::field!(2, |_t, v, dv| (dv[0], dv[1]) = (-v[0], -v[1]));
+        let mut probe = Probe::new(&field);
+        for (mass, known) in [(Mass::Identity, 0.1), (Mass::Diagonal(vec![3.0, -20.0]), 2.0)] {
+            probe.set_mass(&mass, 0.1);
+            approx::assert_relative_eq!(probe.moving, known, max_relative = 1e-15);
+        }
+    }
+
+    #[test]
     fn accepts_what_the_rounding_of_a_state_leaves_of_its_rate() {
         // The Brusselator: the terms 3 and 5/2 of f cancel in f_v. With h = 1e-4 changes by less than a rounding of v are lost.
         let field = crate::field!(2, |_t, v, dv| {

@@ -204,6 +204,16 @@ mod tests {
     }
 
     #[test]
+    fn a_sum_goes_on_from_its_own_end_alone() {
+        let mut sum = Sum::new(1);
+        for other in [None, Some((0.1, [1.0], [3.0])), Some((0.1, [2.0], [2.0])), Some((0.2, [1.0], [2.0]))] {
+            sum.add(0.1, (&mut [0.5], &[0.5]), (&mut [1.5], &[0.5]));
+            let (t, q, p) = other.unwrap_or((0.1, [1.0], [2.0]));
+            assert_eq!(sum.continues(t, &q, &p), other.is_none(), "{other:?}");
+        }
+    }
+
+    #[test]
     fn the_stiffness_is_that_of_the_stiffest_column() {
         let l = AutoLagrangian::new(Springs);
         let mut mass = ConstantMass::new(&l);

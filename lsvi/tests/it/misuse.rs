@@ -413,6 +413,46 @@ fn a_field_that_is_no_longer_what_it_declared_is_refused() {
     }
 }
 
+/// The first steps of a size are looked at often, whatever steps of another size there were before.
+#[test]
+fn a_field_is_compared_soon_after_the_step_size_has_changed() {
+    let mut method = method_i(Later { structure: band(), switch: 0.0, autonomous: true }).expect("usable");
+    let (mut v, mut p) = ([1e-6; 3], [0.0; 3]);
+    (0..600).for_each(|k| method.step(0.01 * f64::from(k), 0.01, &mut v, &mut p).expect("linear there"));
+    // It passes 2 in the third step.
+    v = [1.9; 3];
+    let failed = (0..1000).find(|&k| method.step(6.0 + 0.02 * f64::from(k), 0.02, &mut v, &mut p).is_err());
+    assert!(failed.is_some_and(|step| step <= 7), "{failed:?}");
+}
+
+/// However slowly it goes.
+#[test]
+fn a_slow_drift_is_no_autonomous_field() {
+    struct Drifts;
+    impl VectorField for Drifts {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            Structure::Banded { lower: 1, upper: 1 }
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn is_autonomous(&self) -> bool {
+            true
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = 1.0 - v + 1e-12 * t);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            (0..2).for_each(|i| out.add(i, i, -scale));
+        }
+    }
+    let error = method_i(Drifts).expect("usable").step(0.0, 0.1, &mut [0.5; 2], &mut [0.0; 2]).expect_err("it drifts");
+    assert!(matches!(error, StepError::Solve { source: SolveError::NotAutonomous { .. }, .. }), "{error}");
+}
+
 /// In a field that depends on time a declaration is compared at both ends of the step, and at the state itself: at v = 0, or
 /// at the start alone, neither is seen.
 #[test]

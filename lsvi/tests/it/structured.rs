@@ -77,6 +77,65 @@ fn method_i_is_the_same_in_every_structure_and_formulation() {
     }
 }
 
+/// v̇_i = −v_i + 2 v_{i−1} + 1, or with v_{i+1}: entries on one side of the diagonal alone.
+#[derive(Clone)]
+struct Cascade {
+    structure: Structure,
+    is_lower: bool,
+}
+
+impl Cascade {
+    fn other(&self, i: usize) -> Option<usize> {
+        if self.is_lower { i.checked_sub(1) } else { Some(i + 1).filter(|j| *j < 6) }
+    }
+}
+
+impl VectorField for Cascade {
+    fn dim(&self) -> usize {
+        6
+    }
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+    fn is_autonomous(&self) -> bool {
+        true
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        (0..6).for_each(|i| dv[i] = 1.0 - v[i] + self.other(i).map_or(0.0, |j| 2.0 * v[j]));
+    }
+    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        for i in 0..6 {
+            out.add(i, i, -scale);
+            self.other(i).into_iter().for_each(|j| out.add(i, j, 2.0 * scale));
+        }
+    }
+}
+
+#[test]
+fn linear_method_i_is_the_same_in_every_structure_with_entries_on_one_side() {
+    for is_lower in [true, false] {
+        let (lower, upper) = (usize::from(is_lower), usize::from(!is_lower));
+        let run = |structure| {
+            let field = Cascade { structure, is_lower };
+            end(method_i(field).expect("usable"), (1..7).map(f64::from).collect(), 0.1, 0.5)
+        };
+        let dense = run(Structure::Dense);
+        // ‖B‖ ≤ 1 + 3h.
+        for (structure, what) in [
+            (Structure::Banded { lower, upper }, "its band"),
+            (Structure::Banded { lower: 1, upper: 1 }, "a wider band"),
+            (sparse_band(6, lower, upper), "its pattern"),
+            (sparse_band(6, 1, 1), "a wider pattern"),
+        ] {
+            // States come to 10 in size.
+            assert_same(&dense, &run(structure), 50.0, 1.3 * 1.3, &format!("{what}, {is_lower}"));
+        }
+    }
+}
+
 #[test]
 fn nonlinear_method_i_is_the_same_in_every_structure_and_iteration() {
     let (n, h) = (24, 0.02);

@@ -225,7 +225,7 @@ fn section(judged: &Judged) -> Section {
 }
 
 /// What the abstracts and the conclusions say besides, and why no computation decides it.
-const UNEXAMINED: [(&str, &str); 12] = [
+const UNEXAMINED: [(&str, &str); 16] = [
     (
         "Validation of the canonical Hamiltonian formulation ([S24] Abstract, Sections 5 and 6)",
         "The accuracy of a scheme does not distinguish the formulation from any other with the same solutions: the least-squares Lagrangian of an \
@@ -247,6 +247,23 @@ const UNEXAMINED: [(&str, &str); 12] = [
     (
         "pₙ = 0 and pₙ₊₁ = 0 at once for h = 0 alone ([S24] Section 3)",
         "Algebra, and right: on v̇ = −v the two conditions agree where (1 − h + h²/2)(1 + h + h²/2) = 1 + h⁴/4 is 1.",
+    ),
+    (
+        "Solutions of (10) of [S24] minimise the action (11) and solve (14) (Section 2)",
+        "Algebra, and right for one unknown: the action is nowhere negative and zero on them, and the derivative of (10) along them is (14).",
+    ),
+    (
+        "The constrained discrete equations (5) of [KY21] are those of an extended discrete Lagrangian (Section 1)",
+        "Algebra, and right: the multipliers are unknowns of it, and its derivatives by them are the constraints.",
+    ),
+    (
+        "Classical difference schemes inevitably destroy the structure and bring in artificial dissipation ([KY21] Introduction)",
+        "It depends on what is called classical. The implicit midpoint rule is a difference scheme for the equation of motion and is symplectic.",
+    ),
+    (
+        "More complex quadratures give more accurate classical integrators ([KY21] Section 3.1, after (19))",
+        "It is said of other integrators than the paper's. The chapter on orders has Galerkin integrators on Gauss and Lobatto nodes, whose order rises \
+         with each node.",
     ),
     (
         "MacKay's method gives Störmer–Verlet for kinetic less potential energy ([S24] Section 1)",

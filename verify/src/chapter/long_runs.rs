@@ -130,7 +130,7 @@ fn drift_table(drifts: &[Arc<Drift>]) -> Table {
     Table::new(
         "drift",
         "Energy error over a run: its largest value, what the slope of the fitted line adds up to with its standard error and \
-         significance, and what rounding may add; and the change of the angular momentum.",
+         significance, and what rounding may add; and the change of the angular momentum, where the problem has one that is kept.",
         ["problem", "method", "steps", "largest", "drift", "stderr", "significance", "rounding", "momentum"],
         rows.collect(),
     )

@@ -261,10 +261,8 @@ fn show(arena: &Arena, maps: &[Arc<Map>], fold: &[(f64, f64)], crossing: f64) ->
     let [h, v0] = [arena.runs.h, arena.runs.v0].map(Spacing::values);
     let panels = maps.iter().map(|map| {
         let [x, y] = (arena.axes)();
-        let inside = |(edge, _): &&(f64, f64)| *edge <= h[h.len() - 1];
         let marked = map.method == "method-i" && !fold.is_empty();
-        let curve = marked
-            .then(|| Series::new("fold of the first step", fold.iter().filter(inside).copied().collect(), Mark::Guide));
+        let curve = marked.then(|| Series::new("fold of the first step", fold.to_vec(), Mark::Guide));
         let values = map.fates.iter().map(|row| row.iter().map(|fate| f64::from(*fate as u8)).collect()).collect();
         let separatrix = (arena.runs.problem == "logistic" && map.method == "method-i").then(|| {
             let points = (1..=40).map(|i| 2.0 + (crossing - 2.0) * f64::from(i) / 40.0).map(|h| (h, spurious_state(h)));

@@ -295,7 +295,7 @@ fn notes(over_all: f64) -> Vec<String> {
          equations in between, the mean local error falls from twice the trapezoidal rule's, Method I's, to half of it, \
          but only for windows longer than the time scale of the problem, whose cost is that of a boundary value problem."
             .into(),
-        "Each of these stays of second order. What raises the order is a path of higher degree, not a closure.".into(),
+        "On nonlinear problems each of these stays of second order. What raises the order is a path of higher degree, not a closure.".into(),
     ]
 }
 

@@ -342,6 +342,24 @@ mod tests {
         assert_eq!(passed_over(trial, 0.0), "");
     }
 
+    /// Not beside one whose error is not predicted, however cheap.
+    #[test]
+    fn the_advised_is_set_beside_the_next_that_is_predicted() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let mut advice = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered");
+        let [_, second, third] = &mut advice.trials[..3] else { panic!("three methods reach it") };
+        (second.falls, third.falls) = (Some(verify::advise::Falls { errors: [1e-4, 1e-4], nominal: 2 }), None);
+        let (passed, next) = [&*second, &*third].map(|trial| trial.method.clone()).into();
+        (advice.trials[0].falls, advice.refusal) = (None, None);
+        let mut out = Vec::new();
+        show("linear-drag", (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
+        let text = String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            text.contains(&format!("times fewer than {next}.")) && !text.contains(&format!("fewer than {passed}")),
+            "{text}"
+        );
+    }
+
     /// In lines that a terminal shows whole and a shell reads as one.
     #[test]
     fn a_trial_is_made_again_by_the_command_that_is_shown() {

@@ -448,6 +448,11 @@ mod tests {
             };
             assert_eq!((outcomes(&keeps), outcomes(&plain)), ([kept; 2], [not; 2]), "{defect:e} {rounding:e}");
         }
+        // Each by what is left open of its own.
+        for (rounding, expected) in [([1e-7, 0.0], [unsettled, fail]), ([0.0, 1e-7], [fail, unsettled])] {
+            let defects = Defects { symplectic: 1e-8, symmetric: 1e-8, open: rounding };
+            assert_eq!(defects.verdicts(&keeps).map(|verdict| verdict.check.outcome), expected, "{rounding:?}");
+        }
         use drift::Kind::{Dissipative, Symplectic};
         for (drift, rounding, kept, not) in [
             (1e-6, 1e-3, pass, unsettled),

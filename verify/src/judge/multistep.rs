@@ -669,6 +669,7 @@ impl MultistepTheory {
 
     fn a_stable_finding(&self) -> Finding {
         match &self.a_stable {
+            _ if matches!(self.zero, Roots::Undecided(_)) => Finding::open("whether it is zero-stable is open"),
             _ if self.zero != Roots::Stable => Finding::new(false, "it is not even zero-stable"),
             Ok(open) => {
                 let digits = match *open > 0.0 {

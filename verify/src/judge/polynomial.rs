@@ -136,14 +136,15 @@ impl Polynomial {
     pub fn roots(&self) -> Vec<Complex<f64>> {
         let Some(degree) = self.degree().filter(|n| *n > 0) else { return Vec::new() };
         let c = self.doubles();
-        // In a variable in which the first and the last coefficient are of one size, the companion matrix is balanced.
+        // In a variable in which the largest root is of size 1 the companion matrix is balanced, however small the first coefficient is, as what
+        // rounding leaves of a zero.
         let lowest = c.iter().position(|x| *x != 0.0).unwrap_or(0);
         let n = degree - lowest;
         let mut roots = vec![Complex::new(0.0, 0.0); lowest];
         if n == 0 {
             return roots;
         }
-        let scale = (c[lowest] / c[degree]).abs().powf(1.0 / n as f64);
+        let scale = size_of_roots(&c[lowest..]);
         let mut companion = DMatrix::zeros(n, n);
         for k in 0..n {
             companion[(k, n - 1)] = -c[lowest + k] / c[degree] * scale.powi(k as i32 - n as i32);
@@ -291,6 +292,17 @@ fn bound(c: &[f64]) -> f64 {
     2.001 * (1..=n).map(of).largest()
 }
 
+/// No more than the largest root, and all of it where roots have one size: with n roots of r at most |c_{n−k}/c_n| ≤ (n over k) rᵏ.
+fn size_of_roots(c: &[f64]) -> f64 {
+    let n = c.len() - 1;
+    let mut ways = 1.0;
+    let of = |k: usize| {
+        ways *= (n - k + 1) as f64 / k as f64;
+        ((c[n - k] / c[n]).abs() / ways).powf(1.0 / k as f64)
+    };
+    (1..=n).map(of).largest()
+}
+
 /// Where on x > 0 the product of `factors` is first negative. A double root, where it only touches zero, does not end what is not
 /// negative. Signs are those of the centres of the coefficients where the digits that they have leave one sign alone.
 pub(super) fn first_negative(factors: &[Polynomial]) -> Sign {
@@ -375,7 +387,7 @@ fn gap(is_certain: impl Fn(f64) -> bool, end: f64) -> f64 {
 /// companion matrix, whose iteration stalls where many roots have one modulus.
 pub(super) fn simultaneous(c: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let n = c.len() - 1;
-    let size = (c[0].norm() / c[n].norm()).powf(1.0 / n as f64);
+    let size = size_of_roots(&c.iter().map(|c| c.norm()).collect::<Vec<_>>());
     // No symmetry of the roots is one of these angles.
     let start = |k: usize| Complex::from_polar(size, 0.4 + 2.0 * PI * k as f64 / n as f64);
     let mut roots: Vec<Complex<f64>> = (0..n).map(start).collect();
@@ -576,6 +588,20 @@ mod tests {
         near(&polynomial(&[6, -5, -2, 1]), &[-2.0, 1.0, 3.0]);
         near(&polynomial(&[0, 0, 42, -35, -14, 7]), &[-2.0, 0.0, 0.0, 1.0, 3.0]);
         near(&polynomial(&[-3, 2]), &[1.5]);
+        // x (x + 0.7)(x − 1)(x − 1.2), and what rounding leaves in place of its zero.
+        for rest in [0.0, 1e-57, -1e-30] {
+            let c = [rest, 0.84, -0.34, -1.5, 1.0];
+            let mut found: Vec<f64> = Polynomial(c.map(Real::double).to_vec()).roots().iter().map(|z| z.re).collect();
+            found.sort_by(f64::total_cmp);
+            let errors = found.iter().zip([-0.7, 0.0, 1.0, 1.2]).map(|(x, known)| (x - known).abs());
+            assert!(errors.clone().all(|error| error < 1e-14), "{found:?}");
+            if rest != 0.0 {
+                let mut found: Vec<f64> = simultaneous(&c.map(|c| Complex::new(c, 0.0))).iter().map(|z| z.re).collect();
+                found.sort_by(f64::total_cmp);
+                let errors = found.iter().zip([-0.7, 0.0, 1.0, 1.2]).map(|(x, known)| (x - known).abs());
+                assert!(errors.clone().all(|error| error < 1e-14), "{found:?}");
+            }
+        }
         for (size, factor) in [(1e150, 1e-150), (1e-150, 1e150), (1e100, 1.0), (1e-100, 1.0)] {
             let c = [2.0 * size * size * factor, -3.0 * size * factor, factor];
             near(&Polynomial(c.map(Real::double).to_vec()), &[size, 2.0 * size]);
@@ -590,6 +616,19 @@ mod tests {
         for k in 0..7 {
             let unit = Complex::from_polar(1.0, 2.0 * PI * f64::from(k) / 7.0);
             assert_eq!(found.iter().filter(|z| (*z - unit).norm() < 1e-13).count(), 1, "{found:?}");
+        }
+    }
+
+    /// All of it where roots are equal, (x − 3)³ and (x + 2)², and 3/2 of 1 and 2.
+    #[test]
+    fn the_size_of_roots_is_no_more_than_the_largest() {
+        for (c, size) in [
+            (&[-27.0, 27.0, -9.0, 1.0][..], 3.0),
+            (&[4.0, 4.0, 1.0], 2.0),
+            (&[2.0, -3.0, 1.0], 1.5),
+            (&[0.0, 4.0, -8.0], 0.25),
+        ] {
+            assert!((size_of_roots(c) - size).abs() < 1e-12, "{c:?}: {}", size_of_roots(c));
         }
     }
 

@@ -412,6 +412,17 @@ mod tests {
     }
 
     #[test]
+    fn points_without_a_place_are_counted_in_every_series() {
+        let series = |points: &[(f64, f64)]| Series::new("s", points.to_vec(), Mark::Markers);
+        let log = Axis { log: true, ..Axis::linear("") };
+        let all = vec![series(&[(1.0, 1.0), (2.0, 0.0), (3.0, -1.0)]), series(&[(1.0, 2.0), (2.0, f64::NAN)])];
+        let panel = Panel::new(Axis::linear(""), log, all);
+        let style = super::super::style::Palette(&[]).style("s", 0, Mark::Markers);
+        let drawing = super::panel(&panel, &[style; 2], 1).expect("some have one");
+        assert_eq!(drawing.dropped, 3);
+    }
+
+    #[test]
     fn ticks_are_few_round_and_within_the_axis() {
         let labels = |low: f64, high: f64, log: bool| {
             let scale = Scale::new(&Axis { limits: Some((low, high)), ..axis(log) }, std::iter::empty(), true);

@@ -1,6 +1,6 @@
 //! Columns of a table that follow from others of it.
 
-use verify::evidence::{Evidence, Table};
+use verify::evidence::{Cell, Evidence, Panel, Table};
 
 /// What a row of a table says of itself that is not so.
 pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
@@ -18,14 +18,30 @@ pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
         "stability-axes" => amplified(table),
         _ => Vec::new(),
     };
-    evidence.tables.iter().flat_map(of).collect()
+    let marks = evidence.figures.iter().filter(|figure| figure.id == "stability-regions").flat_map(|figure| {
+        let table = evidence.tables.iter().find(|table| table.id == figure.data).expect("its table");
+        figure.panels.iter().flat_map(|panel| misplaced(table, panel))
+    });
+    evidence.tables.iter().flat_map(of).chain(marks).collect()
+}
+
+/// A panel of the map of stability whose marks are not the points at which its table has no factor.
+fn misplaced(table: &Table, panel: &Panel) -> Option<String> {
+    let [re, im, growth] = ["re", "im", &panel.title].map(|name| table.column(name).expect("a column"));
+    let number = |row: &Vec<Cell>, k: usize| row[k].number().filter(|x| x.is_finite());
+    let place = |row: &Vec<Cell>| Some((number(row, re)?, number(row, im)?));
+    let without = table.rows.iter().filter(|row| number(row, growth).is_none()).filter_map(place);
+    let marks = panel.series.iter().filter(|series| series.label == "no R").flat_map(|series| series.points.clone());
+    // Either goes through the points in one order.
+    let [without, marks]: [Vec<(f64, f64)>; 2] = [without.collect(), marks.collect()];
+    (without != marks).then(|| format!("`{}`: {} has marks {marks:?} for {without:?}", table.id, panel.title))
 }
 
 /// The rows in which numbers of these columns do not `agree`; rows without one of them say nothing.
 fn disagreeing<const N: usize>(table: &Table, columns: [&str; N], agree: impl Fn([f64; N]) -> bool) -> Vec<String> {
     let columns = columns.map(|name| table.column(name).expect("a column"));
-    let numbers = |row: &Vec<_>| -> Option<[f64; N]> {
-        let numbers: Option<Vec<f64>> = columns.iter().map(|&k| verify::evidence::Cell::number(&row[k])).collect();
+    let numbers = |row: &Vec<Cell>| -> Option<[f64; N]> {
+        let numbers: Option<Vec<f64>> = columns.iter().map(|&k| row[k].number()).collect();
         numbers?.try_into().ok()
     };
     let rows = table.rows.iter().filter_map(numbers);

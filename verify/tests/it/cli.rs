@@ -1205,6 +1205,10 @@ fn an_equation_that_is_not_smooth_refutes_no_order() {
         let (status, said) = order(name, text, rest);
         assert!(status == 3 && said.contains(words), "{name} {rest}: {status} {said}");
     }
+    let genes = "u_i { a = 1, b = 2, c = 3 } F_i { 20/(1+c*c*c)-a, 20/(1+a*a*a)-b, 20/(1+b*b*b)-c }";
+    // Fast is not rough: errors fall by more than what is rough would leave.
+    let (_, said) = order("genes.ds", genes, "--t-end 30 --method radau-iia3");
+    assert!(!said.contains("not smooth"), "{said}");
     for (name, text, rest) in [
         ("kink.ds", kink, "--t-end 1.5 --method rk4 --expect 5"),
         ("kink.ds", kink, "--t-end 3 --method implicit-euler --expect 2"),
@@ -1250,6 +1254,20 @@ fn strict_tolerances_are_met_where_f_has_kinks() {
     let (plain, strict) = (end(""), end("--strict"));
     std::fs::remove_file(&path).expect("it was there");
     assert!(strict < 5e-7 && plain > 10.0 * strict, "{strict:e}, {plain:e} without");
+}
+
+/// With the tolerances that are the default, too.
+#[test]
+fn strict_needs_no_tolerances_beside_it() {
+    let steps = |rest: &str| {
+        let (status, text, error) = say(&format!(
+            "solve --problem van-der-pol --method radau-adaptive --t-end 20 --no-estimate --csv - {rest}"
+        ));
+        assert_eq!(status, 0, "{error}");
+        table(&text).1.len()
+    };
+    assert!(steps("--strict") > steps(""));
+    assert_eq!(steps("--strict"), steps("--strict --rtol 1e-6"));
 }
 
 /// Where theory says that none can be told, none is refuted.

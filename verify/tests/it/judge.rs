@@ -231,17 +231,19 @@ fn refuted(judgement: &Judgement) -> Vec<&str> {
 
 #[test]
 fn embedded_weights_that_do_not_add_up_to_one_are_refuted_though_nothing_is_claimed_of_them() {
-    let with = |b_hat: &str| {
+    let with = |claimed: &str, b_hat: &str| {
         let text = format!(
-            "a = [['1/2'], [0, '1/2'], [0, 0, 1]]\nc = [0, '1/2', '1/2', 1]\nb = ['1/6', '1/3', '1/3', '1/6']\nb_hat = [{b_hat}]\n"
+            "{claimed}a = [['1/2'], [0, '1/2'], [0, 0, 1]]\nc = [0, '1/2', '1/2', 1]\nb = ['1/6', '1/3', '1/3', '1/6']\nb_hat = [{b_hat}]\n"
         );
         let judgement = judge(&text, Effort::Theory);
         let verdict = judgement.verdicts.into_iter().find(|verdict| verdict.subject == "embedded consistency");
         let check = verdict.expect("it is judged").check;
         (check.outcome, check.measured)
     };
-    assert_eq!(with("'1/2', 0, 0, 0"), (Outcome::Fail, Some(0.0)));
-    assert_eq!(with("0, 1, 0, 0"), (Outcome::Pass, Some(2.0)));
+    for claimed in ["", "order = 4\n"] {
+        assert_eq!(with(claimed, "'1/2', 0, 0, 0"), (Outcome::Fail, Some(0.0)));
+        assert_eq!(with(claimed, "0, 1, 0, 0"), (Outcome::Pass, Some(2.0)));
+    }
 }
 
 #[test]

@@ -59,6 +59,23 @@ fn van_der_pol_is_the_built_in_problem() {
     assert!(!model.is_stiff() && load("van-der-pol.ds", &[("mu", "100")]).is_stiff());
 }
 
+/// A rotation is none, however large its matrix is in the units of the user.
+#[test]
+fn a_model_is_stiff_by_its_fastest_decay() {
+    let is_stiff = |text: &str, t_end: f64| {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), text).expect("writable");
+        Model::load(file.path(), &[], Some(t_end)).expect("a model").is_stiff()
+    };
+    assert!(!is_stiff("u_i { x = 1, v = 0 } F_i { v, -400*x }", 10.0));
+    assert!(!is_stiff("u_i { q = 1e-9, i = 0 } F_i { i, -1e6*i - 1e14*q }", 1e-6));
+    assert!(is_stiff("u_i { q = 1e-9, i = 0 } F_i { i, -1e9*i - 1e14*q }", 1e-5));
+    assert_eq!(
+        [99.0, 101.0].map(|rate| is_stiff(&format!("u_i {{ x = 1 }} F_i {{ -{rate}*x }}"), 10.0)),
+        [false, true]
+    );
+}
+
 #[test]
 fn predator_prey_has_the_derivatives_of_its_equations() {
     let model = load("predator-prey.ds", &[("yield", "0.5")]);
@@ -480,7 +497,7 @@ fn a_solution_below_the_tolerance_and_growth_from_zero_are_told_apart_from_other
         let line = [&["solve", "--method", "radau-adaptive", "--t-end", "10"], more].concat();
         said("tiny", tiny, &line).1.contains("no component comes to the absolute tolerance")
     };
-    assert!(tells(&[]) && !tells(&["--atol", "1e-18"]));
+    assert!(tells(&[]) && tells(&["--no-estimate"]) && !tells(&["--atol", "1e-18"]));
     let late = "u_i { x = 0 }\nF_i { -x + heaviside(t - 1) * (t - 1) }\n";
     let (_, text) = said("late", late, &["solve", "--method", "rk4", "--h", "0.01", "--t-end", "3"]);
     assert!(!text.contains("resolves nothing"), "{text}");

@@ -739,6 +739,36 @@ fn a_pulse_that_solvers_pass_over_puts_none_of_them_in_the_wrong() {
     }
 }
 
+/// Its bound knows of a jump of f, as those of methods do: 0.3 of a step of 4/2048 at most, and of one of 4/16384 at least.
+#[test]
+fn the_bound_of_a_program_knows_of_a_jump() {
+    let dir = directory("jumping");
+    let path = dir.join("jump.ds");
+    fs::write(&path, "u_i { c = 0.5 } F_i { -c + 0.3*heaviside(t - 1.9182) }").expect("writable");
+    let script = dir.join("rk4.awk");
+    let text = r#"
+        function f(t, c) { return -c + (t < 1.9182 ? 0 : 0.3) }
+        BEGIN {
+            for (i = 1; i < ARGC; i++) { if (ARGV[i] == "--h") h = ARGV[i + 1]; if (ARGV[i] == "--t-end") T = ARGV[i + 1] }
+            c = 0.5; print "t,c"; printf "0,%.17g\n", c
+            for (k = 0; k * h < T - 1e-9; k++) {
+                t = k * h; q = f(t, c); r = f(t + h / 2, c + h * q / 2); s = f(t + h / 2, c + h * r / 2)
+                c += h / 6 * (q + 2 * r + 2 * s + f(t + h, c + h * s)); printf "%.17g,%.17g\n", t + h, c
+            }
+        }"#;
+    fs::write(&script, text).expect("writable");
+    if !Command::new("awk").args(["BEGIN { exit 0 }"]).status().is_ok_and(|status| status.success()) {
+        return;
+    }
+    let own = format!("awk -f {} --", script.display());
+    let line = format!("compare --model {} --t-end 4 --expect 4", path.display());
+    let (code, out, error) = verify(&[&line.split(' ').collect::<Vec<_>>()[..], &["--program", &own]].concat());
+    let row = out.lines().find(|row| row.starts_with("awk ")).expect("a row of it");
+    let bounds: Vec<f64> = row.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let [_, bound] = bounds[..] else { panic!("{row}") };
+    assert!(code == 0 && (0.3 * 4.0 / 16384.0..0.3 * 4.0 / 2048.0 + 1e-5).contains(&bound), "{code} {row} {error}");
+}
+
 /// Beside a rest that is unstable roundings alone decide when a solution leaves it.
 #[test]
 fn a_disagreement_that_says_nothing_is_no_failure() {
@@ -898,7 +928,7 @@ fn wrong_stage_times_of_a_program_are_refuted_without_being_asked_for() {
     assert!(code == 2 && flat(&error).contains("NAME x=1"), "{error}");
 }
 
-/// Solvers of v' = v (1 − v) that clip their last step: right, by a step of Euler, by a splitting without symmetry, or not at all.
+/// Solvers of v' = v (1 − v) that clip their last step: right, by a step of Euler, by a splitting without symmetry, by a whole step, or not at all.
 #[test]
 fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
     let script = directory("cut").join("cut.awk");
@@ -922,7 +952,7 @@ fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
                 if (t + h > T + 1e-9 && kind != "over") { d = T - t; cut = 1 }
                 if (cut && kind == "refuses") { print "h does not divide T" > "/dev/stderr"; exit 1 }
                 if (kind == "lie" || kind == "strang") v = cut && kind == "lie" ? brake(grow(v, d), d) : strang(v, d)
-                else v = cut && kind == "euler" ? v + d * f(v) : rk4(v, d)
+                else v = cut && kind == "euler" ? v + d * f(v) : rk4(v, kind == "whole" ? h : d)
                 t += d; if (cut) t = T
                 printf "%.17g,%.17g\n", t, v
             }
@@ -942,6 +972,7 @@ fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
         ("euler", "4", 1, "where h does not divide the time"),
         ("euler", "4", 1, "; where it does the order is 3.9"),
         ("lie", "2", 0, "the last step has an error of order"),
+        ("whole", "4", 1, "it is longer or shorter than the time that it ends at says"),
         ("refuses", "4", 0, "h does not divide T"),
         // The step is not the program's own.
         ("same", "4", 3, "every run gives the same values"),
@@ -955,7 +986,10 @@ fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {
         for command in ["order", "judge"] {
             let (code, out) = run(command, kind, &["--expect", order]);
             assert!(code == status && out.contains(said), "{command} {kind}: {code} {out}");
-            assert!(["lie", "euler"].contains(&kind) || !out.contains("the last step has an error"), "{kind}: {out}");
+            assert!(
+                ["lie", "euler", "whole"].contains(&kind) || !out.contains("the last step has an error"),
+                "{kind}: {out}"
+            );
         }
     }
     // Without an expectation the two orders contradict each other.

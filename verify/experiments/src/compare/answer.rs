@@ -130,8 +130,12 @@ pub(super) fn by_method(
     Ok(Answer { astray: breakdown, ..across_jumps(problem, times, answer) })
 }
 
-/// Runs of several step sizes may miss the same of a jump of f, a step at most, of which their bound does not know.
-fn across_jumps(problem: &dyn Problem, times: &[f64], answer: Answer) -> Answer {
+/// Runs of several step sizes may miss the same of a jump of f, a step at most, of which their bound does not know. The f of a problem that is
+/// registered has none, and what is shown of it may be no state.
+pub(super) fn across_jumps(problem: &dyn Problem, times: &[f64], answer: Answer) -> Answer {
+    if problem.facts().model.is_none() {
+        return answer;
+    }
     let course = [&[problem.initial()], &answer.states[..]].concat();
     let jumps = Jumps::new(problem).map_or(0.0, |mut jumps| jumps.sum(&[&[0.0], times].concat(), &course));
     let jumped = jumps * answer.runs.map_or(0.0, |runs| runs.h);

@@ -27,7 +27,7 @@ pub(super) fn judge(answer: &Result<Answer, Gap>, truth: Option<&Answer>) -> (St
             (Standing::Unresolved, format!("agrees: what is declared does not show within this horizon, that {reason}"))
         }
         (false, Some(Breakdown { reason, .. })) => (Standing::Astray, format!("goes astray, as declared: {reason}")),
-        (false, None) if near => (Standing::Unresolved, too_wide(answer, largest(&truth.states))),
+        (false, None) if near => (Standing::Unresolved, too_wide(answer)),
         (false, None) => match answer.runs.filter(|runs| !runs.is_settled) {
             Some(runs) => (Standing::Unresolved, unsettled(&runs)),
             None => (Standing::Differs, difference(answer)),
@@ -57,14 +57,13 @@ pub(super) fn difference(answer: &Answer) -> String {
     }
 }
 
-/// A bound that decides nothing, with the step that should bring it to a part [`RESOLVED`] of the solution's size; none where it is
-/// larger than the solution, as errors so large do not fall by their order yet.
-pub(super) fn too_wide(answer: &Answer, size: f64) -> String {
+/// A bound that decides nothing, with the steps of the runs that it is from.
+pub(super) fn too_wide(answer: &Answer) -> String {
     let told = "agrees, but the bounds are too wide to tell";
-    let runs = answer.runs.filter(|_| answer.bound <= size);
-    let step = runs.map(|Runs { h, order, .. }| (h, h * (RESOLVED * size / answer.bound).powf(order.recip())));
-    match step.filter(|(h, should)| *should > 0.0 && should < h) {
-        Some((h, should)) => format!("{told} at h = {}; h = {} should do", significant(h, 2), significant(should, 1)),
+    match answer.runs {
+        Some(Runs { h, .. }) => {
+            format!("{told} at h = {}, the shortest steps taken: an earlier end may tell", significant(h, 2))
+        }
         None => told.into(),
     }
 }

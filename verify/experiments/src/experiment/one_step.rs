@@ -48,6 +48,72 @@ impl Experiment for OneStep {
     }
 }
 
+/// The derivative of the end of a step on v̇ = −v² by its start, which is a function of W = h v₀ alone: how much further apart two
+/// neighbouring solutions come.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Separation {
+    /// The method.
+    pub method: String,
+    /// h v₀.
+    pub w: f64,
+}
+
+impl Separation {
+    /// Part of the start by which it is moved either way: what is cut off is of the order of its square, what is rounded ε over it.
+    const PART: f64 = 1e-5;
+
+    /// Where there is no step from one of the neighbours, ∞.
+    ///
+    /// # Errors
+    /// If there is no such method.
+    pub fn or_infinity(self, context: &Context) -> Result<f64, ExperimentError> {
+        Ok(*context.get(self)?)
+    }
+}
+
+impl Experiment for Separation {
+    const ID: &'static str = "separation";
+    type Found = f64;
+
+    fn measure(&self, context: &Context) -> Result<f64, StudyError> {
+        // A step of h from v₀ is v₀ times one of h v₀ from 1.
+        let end = |w: f64| OneStep::on_quadratic_drag(&*self.method, w).or_infinity(context).map(|v| w * v);
+        let [low, high] = [1.0 - Self::PART, 1.0 + Self::PART].map(|part| end(part * self.w));
+        let slope = (high? - low?) / (2.0 * Self::PART * self.w);
+        Ok(if slope.is_finite() { slope } else { f64::INFINITY })
+    }
+}
+
+/// The W = h v₀ between `low` and `high` from which on neighbouring solutions of v̇ = −v² come further apart in a step, however short `high`
+/// is of the last step that there is.
+#[derive(Debug)]
+pub struct PartsAt {
+    /// The method.
+    pub method: &'static str,
+    /// Smallest W.
+    pub low: f64,
+    /// Largest W.
+    pub high: f64,
+}
+
+impl Experiment for PartsAt {
+    const ID: &'static str = "parts-at";
+    type Found = f64;
+
+    fn measure(&self, context: &Context) -> Result<f64, StudyError> {
+        let slope = |w: f64| Separation { method: self.method.into(), w }.or_infinity(context);
+        let points = logarithmic([self.low, self.high], 100);
+        match try_intervals(&points, |w| -> Result<bool, StudyError> { Ok(slope(w)?.abs() <= 1.0) })?[..] {
+            [[from, to]] if from == self.low && to < self.high => Ok(to),
+            _ => Err(format!(
+                "steps of {} do not begin once to part between {} and {}",
+                self.method, self.low, self.high
+            )
+            .into()),
+        }
+    }
+}
+
 /// The step size between `low` and `high` at which the result of a step leaves the interval from `least` to `most`, or has no
 /// solution any more. Of the sizes that are looked at, a hundred in each decade, all smaller ones stay inside and no larger one does.
 #[derive(Debug)]
@@ -101,6 +167,21 @@ mod tests {
             let live = OneStep::growth(method, 0.5).or_infinity(&context).expect("linear");
             assert!((live - factor).abs() < 8.0 * f64::EPSILON, "{method}: {live} and {factor}");
         }
+    }
+
+    /// Implicit Euler's x + x² = w on v̇ = −v² has dx/dw = 1/(1 + 2x).
+    #[test]
+    fn neighbours_part_by_the_derivative_of_the_step() {
+        let context = Context::silent();
+        let slope =
+            |method: &str, w: f64| Separation { method: method.into(), w }.or_infinity(&context).expect("a step");
+        let x = 0.5 * (5.0_f64.sqrt() - 1.0);
+        assert!((slope("implicit-euler", 1.0) - 1.0 / (1.0 + 2.0 * x)).abs() < 1e-9);
+        assert_eq!(slope("method-ii", 1.0), f64::INFINITY, "its branch ends there");
+        let parts = |method, high| context.get(PartsAt { method, low: 0.01, high });
+        assert!(parts("implicit-euler", 10.0).is_err());
+        let at = parts("method-i", 2.17).expect("before the fold");
+        assert!((slope("method-i", *at) + 1.0).abs() < 1e-6, "{at}");
     }
 
     #[test]

@@ -318,7 +318,7 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
 }
 
 /// Measures the order of `samples` where none is expected: nothing can pass. The slopes have settled if they agree to half of
-/// `band`.
+/// `band`, and a drift that is left in them, twice, to `band`.
 #[must_use]
 pub fn fit_freely(samples: &[Sample], band: f64) -> OrderFit {
     let own = |order: f64| fit(samples, &Expectation::new(order, band));
@@ -329,10 +329,29 @@ pub fn fit_freely(samples: &[Sample], band: f64) -> OrderFit {
         return found;
     }
     let steps = found.kept.len();
-    let stalls = if line.slope.abs() <= STALLED { STANDSTILL } else { "" };
+    let window = &found.local_slopes[found.local_slopes.len() + 1 - steps..];
+    let line = Line { stderr: larger(line.stderr, drifted(window, line.slope)), ..line };
     let order = uncertain(line.slope, line.stderr);
+    if 2.0 * line.stderr > band {
+        let reason =
+            format!("order {order}: the local slopes drift, {}, by more than a band of {band} leaves", join(window));
+        return OrderFit { line: Some(line), verdict: Verdict::Inconclusive, trend: Trend::Unsettled, reason, ..found };
+    }
+    let stalls = if line.slope.abs() <= STALLED { STANDSTILL } else { "" };
     let reason = format!("order {order}, settled on {steps} steps; no order was expected{stalls}");
-    OrderFit { verdict: Verdict::Measured, reason, ..found }
+    OrderFit { line: Some(line), verdict: Verdict::Measured, reason, ..found }
+}
+
+/// How far `slope` is from where local slopes go that rise or fall with every step, as those of e = C hᵖ(1 + a h) do; 0 of others.
+fn drifted(slopes: &[LocalSlope], slope: f64) -> f64 {
+    let [coarsest, .., finest] = slopes else { return 0.0 };
+    let moves =
+        |sign: f64| slopes.windows(2).all(|s| sign * (s[1].slope - s[0].slope) > s[0].uncertainty + s[1].uncertainty);
+    if !moves(1.0) && !moves(-1.0) {
+        return 0.0;
+    }
+    let still = (finest.slope - coarsest.slope) / (coarsest.fine / finest.fine - 1.0);
+    (finest.slope + still - slope).abs()
 }
 
 /// Step sizes for an order study over `horizon`, coarse to fine: h_k ≈ `coarsest`·`ratio`^{−k}, each dividing the horizon,

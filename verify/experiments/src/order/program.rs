@@ -355,10 +355,13 @@ impl Study<'_> {
         let ((last, error), (before, other)) = (gain(0)?, gain(1)?);
         // Orders of steps of one method differ too, where the motion changes; their errors do not by much.
         (last < before - 0.5 && error > 2.0 * other).then(|| {
-            format!(
-                "the last step has an error of order {last:.2}, and the one before it {before:.2}: it is taken by a method of \
-                 lower order"
-            )
+            // Of a consistent method the error of a step is of second order at least.
+            let why = if last < 1.5 {
+                "it is longer or shorter than the time that it ends at says, or not consistent"
+            } else {
+                "it is taken by a method of lower order"
+            };
+            format!("the last step has an error of order {last:.2}, and the one before it {before:.2}: {why}")
         })
     }
 }

@@ -154,6 +154,34 @@ mod tests {
         found.collect()
     }
 
+    /// By its own size: 1 beside a smooth change of 10³.
+    #[test]
+    fn a_jump_is_found_beside_a_larger_component() {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        let f = "1000000*t*t, heaviside(t - 0.512)";
+        std::fs::write(file.path(), format!("u_i {{ x = 0, y = 0 }} F_i {{ {f} }}")).expect("written");
+        let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let mut jumps = Jumps::new(&model).expect("two unknowns");
+        let jump = jumps.between((0.5, &[0.0; 2]), (0.53, &[0.0; 2])).expect("it jumps");
+        assert!(jump.component == 1 && (jump.size() - 1.0).abs() < 1e-12, "{}", jump.size());
+    }
+
+    /// What f changes by in a step is compared with what it changed by in the last one.
+    #[test]
+    fn a_step_may_hold_a_jump_where_f_changes_by_more_than_in_the_last() {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), "u_i { x = 0 } F_i { t + heaviside(t - 0.35) + heaviside(t - 0.45) }")
+            .expect("written");
+        let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let mut jumps = Jumps::new(&model).expect("one unknown");
+        jumps.start(0.0, &[0.0]);
+        let mut may = |k: u32| jumps.may_be_before(0.1 * f64::from(k), &[0.0]);
+        // The first, of which nothing is known, the one with a jump, and not the next, whose change is no larger.
+        assert_eq!([1, 2, 3, 4, 5, 6].map(&mut may), [true, false, false, true, false, false]);
+        jumps.start(0.4, &[0.0]);
+        assert!(jumps.may_be_before(0.5, &[0.0]), "of a start nothing is known either");
+    }
+
     #[test]
     fn jumps_of_a_run_add_up_however_far_apart_its_states_are() {
         let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");

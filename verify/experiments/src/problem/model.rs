@@ -22,9 +22,11 @@ use diffsl::execution::compiler::CompilerOptions;
 use diffsl::parser::parse_ds_string;
 use diffsl::{Compiler, CraneliftJitModule};
 use lsvi::{Coloring, Differences, Jacobian, Structure, VectorField};
+use nalgebra::DMatrix;
 
 use super::{Facts, Problem, Window};
 use crate::measure::norm::Extremes;
+use crate::measure::stability::spectral_abscissa;
 use crate::panics::caught;
 use crate::reference::Ode;
 
@@ -35,8 +37,12 @@ pub const CAVEAT: &str = "The equations have one source, the model file: the met
 /// The end of measurements where none is given.
 const HORIZON: f64 = 2.0;
 
-/// ‖∂f/∂u‖∞ times the horizon from which a model counts as stiff: an explicit method needs that many steps or more.
+/// The fastest rate of decay times the horizon from which a model counts as stiff: an explicit method needs that many steps, for what has
+/// long died out.
 const STIFF: f64 = 1e3;
+
+/// Largest system whose eigenvalues are looked at for that; of larger ones ‖∂F/∂u‖∞ stands for them.
+const DENSE: usize = 64;
 
 /// Longest step over a model, as part of the time: of what f does between two evaluations nothing is known, and what lasts for longer,
 /// as a dose may, is seen.
@@ -133,6 +139,8 @@ pub struct Model {
     horizon: f64,
     /// ‖∂F/∂u‖ at the start.
     rate: f64,
+    /// The fastest rate of decay there.
+    decay: f64,
     equations: Equations,
 }
 
@@ -173,14 +181,24 @@ impl Model {
         if let Some((name, value)) = components.iter().zip(&initial).find(|(_, x)| !x.is_finite()) {
             return Err(ModelError::Value { name: format!("{name} at t = 0"), value: value.to_string() });
         }
-        let mut rows = vec![0.0; initial.len()];
-        equations.each_entry(0.0, &initial, |i, _, x| rows[i] += x.abs());
+        let n = initial.len();
+        let dense = if n <= DENSE { n } else { 0 };
+        let (mut rows, mut decays) = (vec![0.0; n], DMatrix::<f64>::zeros(dense, dense));
+        equations.each_entry(0.0, &initial, |i, j, x| {
+            rows[i] += x.abs();
+            decays.get_mut((i, j)).into_iter().for_each(|entry| *entry -= x);
+        });
+        let rate = rows.into_iter().largest();
+        let is_known = dense == n && decays.iter().all(|x| x.is_finite());
+        let decay = Some(decays).filter(|_| is_known).map(|decays| spectral_abscissa(&decays));
         Ok(Self {
             name: path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned()),
             components: components.leak(),
             initial,
             horizon,
-            rate: rows.into_iter().largest(),
+            rate,
+            // NaN where eigenvalues are not found.
+            decay: decay.filter(|decay| !decay.is_nan()).unwrap_or(rate),
             equations,
         })
     }
@@ -220,7 +238,7 @@ impl Problem for Model {
     }
 
     fn is_stiff(&self) -> bool {
-        self.rate * self.horizon > STIFF
+        self.decay * self.horizon > STIFF
     }
 }
 

@@ -89,7 +89,7 @@ pub(super) fn cross_check(context: &Context, evidence: &mut Evidence, scale: &Sc
          has GMRES and products with the Jacobian by hand. Counted are steps, evaluations of f, products with the Jacobian and systems of Gauss–Newton steps. \
          Method I has products with B and Bᵀ, and for the first system after a factorisation of B neither. Seconds are the least and the most of \
          CPU time of up to three such runs. The difference is the largest of a velocity from CVODE's with its smallest tolerance; beside it \
-         is what each expects its own error to be.",
+         is what each expects its own error to be; the longest steps and the looser tolerances have nothing to tell it by.",
         AgainstCvode::RE
     );
     let columns = [

@@ -4,7 +4,7 @@ use crate::claim::measure::{range, text};
 use crate::claim::{Case, Claim, Finding, Quantifier};
 use crate::evidence::number;
 use crate::experiment::errors::Decay;
-use crate::experiment::one_step::{LeavesAt, OneStep};
+use crate::experiment::one_step::{LeavesAt, OneStep, PartsAt, Separation};
 use crate::experiment::step_equation::{self, OnlySolutions, StepEquation};
 use crate::experiment::{Context, StudyError};
 use crate::measure::norm::Extremes;
@@ -35,9 +35,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "Method I is unconditionally stable for dissipative systems, nonlinear ones included: whatever h is, two solutions come no \
                     further apart in a step, and a step has a solution on the branch of v₀, which is at most v₀ in size.",
         quantifier: Quantifier::Universal,
-        criterion: "On quadratic drag, which brings solutions with v > 0 together, steps from 1 % below and above the fold, the farther one by the only \
-                    root that there is, come no further apart; and one live step from v₀ > 0 has a solution that continues v₀ from h = 0, at most v₀ \
-                    in size, for every W = h v₀ tested from 0.01 to 100.",
+        criterion: "On quadratic drag, which brings solutions with v > 0 together, neighbouring starts come no further apart in a live step, for every \
+                    W = h v₀ tested that has one, nor do two that lie between the first W at which neighbours do and the fold; and one live step from v₀ > 0 has a solution that \
+                    continues v₀ from h = 0, at most v₀ in size, for every W tested from 0.01 to 100.",
         decide: |context| nonlinear(context, "method-i"),
     },
     Claim {
@@ -95,30 +95,27 @@ const SMALLEST: f64 = 0.01;
 /// Between these a step is at most v₀ in size.
 const NOT_AMPLIFIED: [f64; 2] = [-1.0, 1.0];
 
-/// How far apart two solutions start on either side of the fold, and come in a step, whatever is taken for the branch.
-fn parted(context: &Context, method: &'static str, fold: f64) -> Result<[f64; 2], StudyError> {
-    let weights = if method == BOTH[0] { StepEquation::METHOD_I } else { StepEquation::METHOD_II };
-    let starts = [0.99, 1.01].map(|part| part * fold);
-    let below = starts[0] * OneStep::on_quadratic_drag(method, starts[0]).or_infinity(context)?;
-    let found = context.get(StepEquation { problem: "quadratic-drag", weights, h: starts[1] })?;
-    let step_equation::Found::Roots(roots) = &*found else { return Err("a step is not determined".into()) };
-    let &[root] = &roots[..] else { return Err("not one root is left beyond the fold".into()) };
-    Ok([starts[1] - starts[0], (below - starts[1] * root).abs()])
-}
-
 fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyError> {
     let [low, high] = NOT_AMPLIFIED;
     let weights = if method == BOTH[0] { StepEquation::METHOD_I } else { StepEquation::METHOD_II };
     let step = |w: f64| OneStep::on_quadratic_drag(method, w);
     let last = *context.get(LeavesAt { step: step(1.0), least: low, most: high, low: SMALLEST, high: 5.0 })?;
-    let [before, after] = parted(context, method, last)?;
-    let what = format!("distance after a step of h = 1 of starts {} apart, on either side of the fold", text(before));
+    // Short of the fold by what a neighbour is moved.
+    let parts = *context.get(PartsAt { method, low: SMALLEST, high: last * (1.0 - 1e-4) })?;
+    let starts = [0.0, 0.9].map(|part| parts + part * (last - parts));
+    let end = |w: f64| step(w).or_infinity(context).map(|v| w * v);
+    let (before, after) = (starts[1] - starts[0], (end(starts[1])? - end(starts[0])?).abs());
+    let pair = format!("from {} and {}", text(starts[0]), text(starts[1]));
+    let what = format!("distance after a step of h = 1 {pair}, {} apart", text(before));
     let (mut cases, mut left) = (vec![Case::at_most(what, after, before)], Vec::new());
     for w in [SMALLEST, 0.1, 0.5, 0.9, 1.1, 1.5, 1.9, 2.1, 3.0, 5.0, 10.0, 100.0] {
         let v = step(w).or_infinity(context)?;
         let case = Case::between(format!("v₁/v₀ on the branch from h = 0, W = {w}"), v, low, high).under(w < last);
         if v.is_finite() {
             cases.push(case);
+            let slope = Separation { method: method.into(), w }.or_infinity(context)?;
+            let what = format!("distance of neighbouring starts after a step over that before, W = {w}");
+            cases.push(Case::at_most(what, slope.abs(), 1.0).under(w < parts));
             continue;
         }
         let found = context.get(StepEquation { problem: "quadratic-drag", weights, h: w })?;
@@ -142,8 +139,9 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
         range(least, most),
     );
     let evidence = format!(
-        "{evidence} Starts a hundredth on either side of the fold, {} apart for h = 1, come {} apart in a step, the farther one by the only root that \
-         there is.",
+        "{evidence} Before that, from W = {} on, neighbouring solutions come further apart in a step: {pair}, {} apart, a step of h = 1 leads to states {} apart, on \
+         the branch.",
+        text(parts),
         text(before),
         text(after)
     );
@@ -155,8 +153,9 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
     let &[.., before, end] = &states[..] else { return Err("no steps".into()) };
     let run = "a run from v₀ = 1 with h = 3 that takes the only root at every step";
     let reading = format!(
-        "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < {bound} (scanned from {SMALLEST}). The only root beyond does not amplify; that \
-         solutions part does not depend on what is taken for the branch."
+        "On v̇ = −v² from v₀ > 0, where it is dissipative: two solutions come no further apart in a step where h v₀ < {} for both, and a step has a solution \
+         on the branch, at most v₀ in size, where h v₀ < {bound} (scanned from {SMALLEST}). The only root beyond does not amplify.",
+        number::short(number::rounded_down(parts, 4))
     );
     if method == BOTH[0] {
         let evidence =

@@ -57,6 +57,14 @@ pub(super) const CLAIMS: &[Claim] = &[
         decide: rates,
     },
     Claim {
+        id: "S24-e-4",
+        source: "[S24] Section 1, and Section 3 after Eq. (27)",
+        statement: "Methods I and II generally have smaller errors than implicit Euler: here on linear drag.",
+        quantifier: Quantifier::Comparison,
+        criterion: "The largest error on (0, 10] is smaller than implicit Euler's for each of the two at every h tested from 0.001 to 10.",
+        decide: linear_against_euler,
+    },
+    Claim {
         id: "S24-g-1",
         source: "[S24] Section 4, Figures 3 and 4",
         statement: "On quadratic drag Methods I and II generally have smaller errors than implicit Euler.",
@@ -248,13 +256,49 @@ fn rates(context: &Context) -> Result<Finding, StudyError> {
     let columns = ["problem", "method_i", "method_ii", "implicit_euler"];
     let table = Table::new("claims-rates", "Fitted orders, those of the chapter on orders.", columns, rows);
     Ok(Finding::on(cases, evidence)
-        .holds_where("Where the Lagrangian is ½|v̇ − f|² and not the reduced (37), and the steps resolve the fastest rate; with Method II on the other two as well.")
+        .holds_where("Where the Lagrangian is ½|v̇ − f|² and not the reduced (37), and the steps resolve the fastest rate; with Method II on the other two as well. It takes an \
+                      invertible Jacobian with Method II: S24-c-4.")
         .because(
             "A closure that leaves the residual at zero is of second order, one more than implicit Euler. The reduced Lagrangian of the \
              ansatz keeps a remainder besides, and with it p = 0 is met to first order only. On prothero-robinson with \
              hλ ≫ 1 the error of Method I is h|v″|/(2λ), as implicit Euler's.",
         )
         .with_table(table))
+}
+
+fn linear_against_euler(context: &Context) -> Result<Finding, StudyError> {
+    const BETWEEN: [f64; 2] = [0.001, 10.0];
+    let (mut cases, mut scanned) = (Vec::new(), Vec::new());
+    for method in BOTH {
+        let found = ahead(context, "linear-drag", [method, "implicit-euler"], 1.0, BETWEEN)?;
+        for h in [10.0, 5.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.1, 0.05, 0.01, 0.005, 0.001] {
+            let what = format!("largest error, {method}, h = {h}, against implicit-euler");
+            let case = Case::below(what, linear(context, method, h)?, linear(context, "implicit-euler", h)?);
+            cases.push(case.under(is_within(&found, h)).against("implicit-euler"));
+        }
+        scanned.push(found);
+    }
+    let ratio = |method: &'static str, h: f64| -> Result<f64, StudyError> {
+        Ok(linear(context, "implicit-euler", h)? / linear(context, method, h)?)
+    };
+    let evidence = format!(
+        "Implicit Euler's error is {} times Method I's and {} times Method II's at h = 0.1, {} and {} times at h = 1, {} and {} times at h = 5.",
+        text(ratio(BOTH[0], 0.1)?),
+        text(ratio(BOTH[1], 0.1)?),
+        text(ratio(BOTH[0], 1.0)?),
+        text(ratio(BOTH[1], 1.0)?),
+        text(ratio(BOTH[0], 5.0)?),
+        text(ratio(BOTH[1], 5.0)?)
+    );
+    let [one, two] = [0, 1].map(|place| sizes("h", &scanned[place], BETWEEN));
+    Ok(Finding::on(cases, evidence)
+        .holds_where(format!(
+            "With Method I at {one}, and with Method II at {two} (scanned from {} to {}).",
+            BETWEEN[0], BETWEEN[1]
+        ))
+        .because(
+            "Order 2 against order 1 at small steps. For h → ∞ the factor of Method II tends to −1, and those of Method I and of implicit Euler to 0 as 2/h² and 1/h.",
+        ))
 }
 
 /// The steps of Figures 3 and 4.

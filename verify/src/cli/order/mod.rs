@@ -36,7 +36,8 @@ order that it claims, or what the coefficients have on equations in general; a
 claim that they do not have there passes nowhere. Of a program, or of data,
 nothing is expected without --expect: the verdict is measured, or inconclusive
 where three grids leave nothing to test an order with. The +- of an order is the
-standard error of the fit, and what its floors can do to it.
+standard error of the fit, and what its floors can do to it; of a measured one
+it is no less than what a drift of the local slopes has left to go.
 
 A program is run with steps that divide the time, and then with steps that leave
 half a one over: a last step that is cut short shows there. One that ends a step

@@ -76,6 +76,20 @@ pub(super) struct Row<'a> {
     pub(super) has_ended: bool,
 }
 
+/// Halvings of a step in which its growth may show.
+const HALVINGS: i32 = 40;
+
+/// The first half of h, of that, and so on with which `method` shows half of the growth of perturbations at least, A standing for hA: beside a
+/// fast rotation that may be far below the time in which they grow.
+pub(super) fn step_that_shows(method: &dyn Method, a: &DMatrix<f64>, h: f64) -> String {
+    let exponent = spectral_abscissa(a);
+    let shows = |part: &f64| growth(method, &(*part * a)).is_some_and(|factor| factor.ln() >= 0.5 * part * exponent);
+    match (1..=HALVINGS).map(|k| 0.5_f64.powi(k)).find(shows) {
+        Some(part) => format!("steps of h = {} show the growth", number(part * h)),
+        None => "a smaller step may show the growth".into(),
+    }
+}
+
 /// Follows a run.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
@@ -312,7 +326,7 @@ impl Watch {
             .at_rest(problem, method)
             .or_else(|| self.stuck(problem, method))
             .or_else(|| self.stays(problem, method))
-            .or_else(|| self.held.told(self.largest))
+            .or_else(|| self.held.told(method, self.largest))
             .or_else(|| self.lags(problem, method));
         let broken = self.broken_invariants(problem, stuck.is_some());
         (ended.into_iter().chain(self.wrong_sign(problem)).chain(stuck).collect(), broken)
@@ -408,11 +422,11 @@ impl Watch {
         (factor.ln() < 0.5 * exponent).then(|| {
             format!(
                 "at the end perturbations grow like e^({} t), and a step of h = {} multiplies them by {} alone: it stays where solutions of the \
-                 equation do not; a step well below {} shows the growth",
+                 equation do not; {}",
                 number(exponent / h),
                 plain(h),
                 number(factor),
-                number(h / exponent)
+                step_that_shows(method, &(h * &a), h)
             )
         })
     }
@@ -529,10 +543,10 @@ impl Watch {
         (h * rate > REST && damps()).then(|| {
             format!(
                 "the run came to rest where the equation is unstable: perturbations grow like e^({} t) there, and the method \
-                 with h = {} damps them; a step well below {} shows the growth",
+                 with h = {} damps them; {}",
                 number(rate),
                 plain(h),
-                number(rate.recip())
+                step_that_shows(method, &(h * &a), h)
             )
         })
     }
@@ -649,6 +663,15 @@ pub(super) fn jacobian(problem: &dyn Problem, t: f64, v: &[f64]) -> DMatrix<f64>
 mod tests {
     use super::*;
     use verify::{method, problem};
+
+    /// Implicit Euler damps 0.1 ± 10i where |1 − hλ| > 1, and has half of the growth where h < 0.001.
+    #[test]
+    fn the_step_that_shows_growth_beside_a_fast_rotation_is_short() {
+        let a = DMatrix::from_row_slice(2, 2, &[0.1, -10.0, 10.0, 0.1]);
+        let told = |name: &str, h: f64| step_that_shows(&*method::parse(name).expect("known"), &(h * &a), h);
+        assert_eq!(told("implicit-euler", 0.05), format!("steps of h = {} show the growth", number(0.05 / 64.0)));
+        assert_eq!(told("radau-adaptive", 0.05), "a smaller step may show the growth");
+    }
 
     /// Of cos t in a step of a period, and in one that ends before it comes to zero.
     #[test]

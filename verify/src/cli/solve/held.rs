@@ -1,12 +1,13 @@
 //! A run that stays, for some time on the way, where solutions of the equation do not.
 
+use nalgebra::DMatrix;
 use verify::experiment::growth;
 use verify::measure::norm::{larger, max_norm};
 use verify::measure::stability::spectral_abscissa;
 use verify::method::Method;
 use verify::problem::Problem;
 
-use super::beware::{BEYOND, OFF, Row, abscissa_bound, jacobian};
+use super::beware::{BEYOND, OFF, Row, abscissa_bound, jacobian, step_that_shows};
 use crate::cli::layout::{number, plain};
 
 /// Largest system that is looked at in every step.
@@ -33,7 +34,7 @@ pub(super) struct Held {
     last_estimate: f64,
 }
 
-#[derive(Debug, Default, Clone)]
+#[derive(Debug, Clone)]
 struct Stay {
     steps: u32,
     /// The times of its start and its end.
@@ -42,9 +43,17 @@ struct Stay {
     error: f64,
     /// Logarithms of the factors by which the equation and the method multiply perturbations.
     growth: [f64; 2],
-    /// The largest growth in a step.
+    /// h ∂f/∂v in the step of the largest growth, and that.
+    matrix: DMatrix<f64>,
     fastest: f64,
     h: f64,
+}
+
+impl Default for Stay {
+    fn default() -> Self {
+        let matrix = DMatrix::zeros(0, 0);
+        Self { steps: 0, times: [0.0; 2], error: 0.0, growth: [0.0; 2], matrix, fastest: 0.0, h: 0.0 }
+    }
 }
 
 impl Stay {
@@ -66,7 +75,7 @@ impl Held {
         let stays = max_norm(row.state) <= 2.0 * largest;
         match stays.then(|| growth_in_a_step(problem, method, (row.t, row.state), h)).flatten() {
             None => self.latest = Stay::default(),
-            Some(growth) => {
+            Some((growth, matrix)) => {
                 let stay = &mut self.latest;
                 if stay.steps == 0 {
                     *stay = Stay { times: [start; 2], error: self.last_estimate, h, ..Stay::default() };
@@ -74,7 +83,9 @@ impl Held {
                 stay.steps += 1;
                 stay.times[1] = row.t;
                 (0..2).for_each(|i| stay.growth[i] += growth[i]);
-                stay.fastest = larger(stay.fastest, growth[0]);
+                if growth[0] > stay.fastest {
+                    (stay.fastest, stay.matrix) = (growth[0], matrix);
+                }
                 let is_worst = self.worst.as_ref().is_none_or(|worst| stay.error(largest) > worst.error(largest));
                 if stay.is_hidden() && is_worst {
                     self.worst = Some(stay.clone());
@@ -85,8 +96,8 @@ impl Held {
         self.estimate = larger(self.estimate, self.last_estimate);
     }
 
-    /// What is to be said of it, in solutions of the size of `largest`.
-    pub(super) fn told(&self, largest: f64) -> Option<String> {
+    /// What is to be said of it after a run of `method`, in solutions of the size of `largest`.
+    pub(super) fn told(&self, method: &dyn Method, largest: f64) -> Option<String> {
         let stay = self.worst.as_ref()?;
         let error = stay.error(largest);
         // Estimates of the size of the solution say so themselves.
@@ -94,21 +105,26 @@ impl Held {
         (is_news && error > OFF * largest).then(|| {
             format!(
                 "from t = {} to {} perturbations grow by a factor of e^{}, and the steps of h = {} multiply them by {} alone: the run stays \
-                 where solutions of the equation do not, and half of h does not tell; a step well below {} shows the growth",
+                 where solutions of the equation do not, and half of h does not tell; {}",
                 plain(stay.times[0]),
                 plain(stay.times[1]),
                 number(stay.growth[0]),
                 plain(stay.h),
                 number(stay.growth[1].exp()),
-                number(stay.h / stay.fastest)
+                step_that_shows(method, &stay.matrix, stay.h)
             )
         })
     }
 }
 
-/// The logarithms of the factors by which the equation and the method multiply perturbations in a step; none where perturbations hardly
+/// The logarithms of the factors by which the equation and the method multiply perturbations in a step, and h ∂f/∂v there; none where perturbations hardly
 /// grow.
-fn growth_in_a_step(problem: &dyn Problem, method: &dyn Method, (t, v): (f64, &[f64]), h: f64) -> Option<[f64; 2]> {
+fn growth_in_a_step(
+    problem: &dyn Problem,
+    method: &dyn Method,
+    (t, v): (f64, &[f64]),
+    h: f64,
+) -> Option<([f64; 2], DMatrix<f64>)> {
     if v.len() > SMALL || method.traits().is_adaptive {
         return None;
     }
@@ -117,23 +133,41 @@ fn growth_in_a_step(problem: &dyn Problem, method: &dyn Method, (t, v): (f64, &[
     let exponent = grows.then(|| spectral_abscissa(&a)).filter(|exponent| *exponent > SHOWN)?;
     let shown = growth(method, &a)?.ln();
     // A method that lets them grow faster hides nothing.
-    Some([exponent, shown.min(exponent)])
+    Some(([exponent, shown.min(exponent)], a))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// ẋ = x in steps of 4, of which implicit Euler has none of the growth: the stay begins with the error of the row before.
+    #[test]
+    fn a_stay_begins_with_the_error_where_it_begins() {
+        let problem = verify::problem::build("linear-drag", &[("lambda".into(), "-1".into())]).expect("known");
+        let method = verify::method::parse("implicit-euler").expect("known");
+        let mut held = Held::default();
+        for (t, estimate) in [(4.0, 1e-3), (8.0, 2e-3), (12.0, 7e-3)] {
+            // The first leaves what was before, by its size.
+            let state = [if t == 4.0 { 3.0 } else { 1.0 }];
+            let row = Row { t, state: &state, estimate: Some(estimate), has_ended: false };
+            held.add(&*problem, &*method, t - 4.0, &row, 1.0);
+        }
+        assert_eq!((held.latest.steps, held.latest.times, held.latest.error), (2, [4.0, 12.0], 1e-3));
+        assert_eq!(held.worst.expect("it is hidden").error, 1e-3);
+    }
+
     /// An estimate of a third of the solution says so itself, and one above a third of the error covers it.
     #[test]
     fn what_the_estimate_says_is_not_said_again() {
-        let stay = Stay { steps: STAY, error: 1e-3, growth: [10.0, 0.0], fastest: 5.0, h: 1.0, times: [0.0, 2.0] };
+        let fast = Stay { matrix: DMatrix::from_element(1, 1, 5.0), fastest: 5.0, h: 1.0, ..Stay::default() };
+        let stay = Stay { steps: STAY, error: 1e-3, growth: [10.0, 0.0], times: [0.0, 2.0], ..fast };
         assert!(stay.is_hidden());
         let shown = [Stay { steps: STAY - 1, ..stay.clone() }, Stay { growth: [10.0, 8.0], ..stay.clone() }];
         assert!(!shown.iter().any(Stay::is_hidden), "too short a stay, and one whose growth the steps show");
         let told = |estimate: f64, error: f64| {
             let worst = Some(Stay { error, ..stay.clone() });
-            Held { worst, estimate, ..Held::default() }.told(1.0).is_some()
+            let method = verify::method::parse("implicit-euler").expect("known");
+            Held { worst, estimate, ..Held::default() }.told(&*method, 1.0).is_some()
         };
         // e¹⁰ is 22 026.
         assert_eq!([0.99, 1.01].map(|part| told(part / BEYOND, 1e-3)), [true, false]);

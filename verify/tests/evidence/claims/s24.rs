@@ -278,6 +278,27 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 "with hλ ≫ 1 the error of Method I is h|v″|/(2λ), as implicit Euler's".into(),
             ])
         }
+        "e-4" => {
+            are_of_their_methods(found, "", drag)?;
+            let falls = crossing("method-ii", 1.0, "implicit-euler", [2.0, 3.3]);
+            for (method, end) in [("method-i", f64::INFINITY), ("method-ii", falls)] {
+                holds_just([0.001, 10.0], |h| h < end, |h| Ok(drag(method, h) < drag("implicit-euler", h)))?;
+            }
+            let ratio = |method: &str, h: f64| text(drag("implicit-euler", h) / drag(method, h));
+            let of = |h: f64| [ratio("method-i", h), ratio("method-ii", h)];
+            let ([one, two], at_one, at_five) = (of(0.1), of(1.0).join(" and "), of(5.0).join(" and "));
+            Known::of([
+                format!(
+                    "Implicit Euler's error is {one} times Method I's and {two} times Method II's at h = 0.1, {at_one} times at h = 1, {at_five} times at h = 5."
+                ),
+                format!(
+                    "With Method I at h from 0.001 to 10, and with Method II at h < {} (scanned from 0.001 to 10).",
+                    to(falls)
+                ),
+                "Order 2 against order 1 at small steps.".into(),
+                "of Method II tends to −1, and those of Method I and of implicit Euler to 0 as 2/h² and 1/h.".into(),
+            ])
+        }
         "f-1" => {
             let methods = ["method-i", "method-ii", "implicit-euler", "rk4"];
             let is_stable =
@@ -363,12 +384,17 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             let (last, reached) = fold_of_method_i();
             let left = [3.0, 100.0].map(negative_root_of_method_i);
             let counterexample = found.0.counterexample().map(ToString::to_string).unwrap_or_default();
-            let apart = beside(last, [right_root_of_method_i(0.99 * last), negative_root_of_method_i(1.01 * last)]);
-            let said = format!(
-                "distance after a step of h = 1 of starts {} apart, on either side of the fold: {}, where",
-                text(apart[0]),
-                text(apart[1])
+            let parts = parting(
+                [1.0, last * (1.0 - 1e-9)],
+                |w| w * right_root_of_method_i(w),
+                |w, x| {
+                    // 2x³ + 3x² + (2 − 2W)x + W² − 2W = 0 for x = h v₁.
+                    (2.0 * x - 2.0 * w + 2.0) / (6.0 * x * x + 6.0 * x + 2.0 - 2.0 * w)
+                },
             );
+            let pair = pair(parts, last, |w| w * right_root_of_method_i(w));
+            let said =
+                format!("distance after a step of h = 1 {}, {} apart: {}, where", pair.0, text(pair.1), text(pair.2));
             require(counterexample.contains(&said), || format!("{counterexample} where “{said}” is known"))?;
             let said = format!("no solution on the branch (the only root off it is v₁/v₀ = {})", text(left[0]));
             let cases = found.of("W = 3");
@@ -387,12 +413,12 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 ),
                 "starts at v₀ for h = 0 is gone".into(),
                 format!("v₁/v₀ = {}: none of these steps amplifies,", range(left[0], left[1])),
-                parted(last, [right_root_of_method_i(0.99 * last), negative_root_of_method_i(1.01 * last)]),
+                parted(parts, &pair),
                 format!(
                     "from v₀ = 1 with h = 3 that takes the only root at every step ends at {}, which is −1/h, while the solution tends to 0.",
                     text(end)
                 ),
-                format!("On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < {} (scanned from 0.01).", to(last)),
+                reading(parts, last),
                 "leads to the spurious steady state v = −1/h.".into(),
                 "from v = −1 with h = 1 a live step gives −1.".into(),
                 "the fixed point v = −1/h of the method, where f ≠ 0:".into(),
@@ -401,7 +427,10 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
         "h-2" => {
             are_within_v0(found)?;
             // p₁ = p₀ is (1 + x)(W x² + (1 − W) x + W − 1) = 0 for x = v₁/v₀, whose good root ends at W = 1.
-            let root = |w: f64| (w - 1.0 + ((1.0 - w) * (1.0 + 3.0 * w)).sqrt()) / (2.0 * w);
+            let end = |w: f64| 0.5 * (w - 1.0 + ((1.0 - w) * (1.0 + 3.0 * w)).sqrt());
+            let slope = |w: f64, _: f64| 0.5 * (1.0 + (1.0 - 3.0 * w) / ((1.0 - w) * (1.0 + 3.0 * w)).sqrt());
+            let parts = parting([0.5, 1.0 - 1e-9], end, slope);
+            let pair = pair(parts, 1.0, end);
             require(1.0 < fold_of_method_i().0, || "its root does not end at a smaller step than Method I's".into())?;
             Known::of([
                 // x² = 0 there.
@@ -409,10 +438,10 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                 "starts at v₀ for h = 0 is gone".into(),
                 // The other factor has none for W > 1: (1 − W)(1 + 3W) < 0.
                 "off the branch, v₁/v₀ = −1: none of these steps amplifies,".into(),
-                parted(1.0, [root(0.99), -1.0]),
+                parted(parts, &pair),
                 // From −v₀ on, W < −⅓, the other factor has no root either.
                 "from v₀ = 1 with h = 3 that takes the only root at every step comes to 1 and −1 in turn for ever, while the solution tends to 0.".into(),
-                "On v̇ = −v² from v₀ > 0, where it is dissipative, at h v₀ < 1 (scanned from 0.01).".into(),
+                reading(parts, 1.0),
                 "J₀ᵀr₀ + J₁ᵀr₁ = 0,".into(),
             ])
         }
@@ -642,18 +671,33 @@ fn are_within_v0(found: &Found) -> Result<(), Failed> {
     require(cases.len() == 12 && cases.iter().all(is_unit), || "another bound than v₀".into())
 }
 
-/// How far two starts beside a fold are apart, and the ends of their steps with h = 1, of which v₁/v₀ is given.
-fn beside(fold: f64, [below, beyond]: [f64; 2]) -> [f64; 2] {
-    let [near, far] = [0.99, 1.01].map(|part| part * fold);
-    [far - near, near * below - far * beyond]
+/// The W = h v₀ at which the derivative of W ↦ h v₁ comes to −1, neighbours in a step as far apart as before.
+fn parting(bracket: [f64; 2], end: impl Fn(f64) -> f64, slope: impl Fn(f64, f64) -> f64) -> f64 {
+    root(bracket, |w| slope(w, end(w)) + 1.0).expect("they part")
 }
 
-fn parted(fold: f64, parts: [f64; 2]) -> String {
-    let [before, after] = beside(fold, parts);
+/// Two starts between that and the fold by name, their distance, and that of the ends of their steps with h = 1.
+fn pair(parts: f64, fold: f64, end: impl Fn(f64) -> f64) -> (String, f64, f64) {
+    let far = parts + 0.9 * (fold - parts);
+    (format!("from {} and {}", text(parts), text(far)), far - parts, end(parts) - end(far))
+}
+
+fn parted(parts: f64, (from, before, after): &(String, f64, f64)) -> String {
     format!(
-        "Starts a hundredth on either side of the fold, {} apart for h = 1, come {} apart in a step, the farther one by the only root that there is.",
-        text(before),
-        text(after)
+        "Before that, from W = {} on, neighbouring solutions come further apart in a step: {from}, {} apart, a step of h = 1 leads to states {} apart, on \
+         the branch.",
+        text(parts),
+        text(*before),
+        text(*after)
+    )
+}
+
+fn reading(parts: f64, fold: f64) -> String {
+    format!(
+        "On v̇ = −v² from v₀ > 0, where it is dissipative: two solutions come no further apart in a step where h v₀ < {} for both, and a step has a solution \
+         on the branch, at most v₀ in size, where h v₀ < {} (scanned from 0.01).",
+        to(parts),
+        to(fold)
     )
 }
 

@@ -401,6 +401,26 @@ fn an_order_that_nothing_is_expected_of_is_said_to_stand_still_where_it_does() {
     assert!(f.verdict == Verdict::Measured && !f.reason.contains("stays what it is"), "{f:?}");
 }
 
+/// Slopes of tanh(3√h) rise to a half and have not come there: what is left is in the error, or too much.
+#[test]
+fn a_drift_of_the_slopes_is_in_the_error_of_a_measured_order() {
+    let halves = |from: f64, count: i32, error: &dyn Fn(f64) -> f64| -> Vec<Sample> {
+        (0..count).map(|k| from * 0.5_f64.powi(k)).map(|h| Sample::new(h, error(h), 0.0)).collect()
+    };
+    let slow = |h: f64| (3.0 * h.sqrt()).tanh();
+    let f = fit_freely(&samples(0.0, |h| slow(6.0 * h)), 0.1);
+    assert!(f.verdict == Verdict::Inconclusive && f.reason.contains("the local slopes drift, "), "{f:?}");
+    for (from, count, band) in [(1.19, 8, 0.25), (0.1, 6, 0.25), (0.1, 6, 0.125), (0.02, 5, 0.125)] {
+        let f = fit_freely(&halves(from, count, &slow), band);
+        let line = f.line.expect("a fit");
+        // As far as terms of second order in h let it: these slopes have a quarter of the first there at most.
+        assert!(f.verdict == Verdict::Measured && (line.slope - 0.5).abs() <= 1.25 * line.stderr, "{f:?}");
+    }
+    // Slopes that go up and down drift nowhere.
+    let f = fit_freely(&halves(1.0, 7, &|h| h * h * (1.0 + 0.01 * (40.0 * h.ln()).sin())), 0.125);
+    assert!(f.verdict == Verdict::Measured && f.line.expect("a fit").stderr < 0.01, "{f:?}");
+}
+
 /// Whatever the floors, a verdict needs twice the standard error within the band, and gets it there.
 #[test]
 fn a_fit_is_resolved_where_twice_its_standard_error_is_in_the_band() {

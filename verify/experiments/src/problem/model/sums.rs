@@ -55,6 +55,7 @@ mod tests {
         assert_eq!(found("a_ij * u_j + u_i"), Some((Some('u'), 'j')));
         assert_eq!(found("a_ij * u_j - 1.0"), Some((Some('1'), 'j')));
         assert_eq!(found("k - a_ij * u_j"), Some((Some('k'), 'j')));
+        assert_eq!(found("-(a_ij * u_j + k)"), Some((Some('k'), 'j')));
         for right in ["a_ij * u_j", "a_ij * (u_j - u_i)", "k * u_i + 1.0", "a_ij * u_j + 2 * a_ij * u_j"] {
             assert_eq!(found(right), None, "{right}");
         }
