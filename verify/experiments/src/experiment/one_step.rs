@@ -84,15 +84,14 @@ impl Experiment for Separation {
     }
 }
 
-/// The W = h v₀ between `low` and `high` from which on neighbouring solutions of v̇ = −v² come further apart in a step, however short `high`
-/// is of the last step that there is.
+/// The W = h v₀ between `low` and `high` from which on neighbouring solutions of v̇ = −v² come further apart in a step.
 #[derive(Debug)]
 pub struct PartsAt {
     /// The method.
     pub method: &'static str,
     /// Smallest W.
     pub low: f64,
-    /// Largest W.
+    /// Largest W, short of the last with a step.
     pub high: f64,
 }
 

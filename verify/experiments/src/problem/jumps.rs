@@ -76,7 +76,7 @@ impl<'a> Jumps<'a> {
         self.change.fill(0.0);
     }
 
-    /// Whether f may have jumped in a step that ends at (t, v), for one evaluation of it: it has changed by [`GROWN`] times what it changed
+    /// Whether f may have jumped in a step that ends at (t, v), for one evaluation of it: it has changed by twice what it changed
     /// by in the step before, at least.
     pub fn may_be_before(&mut self, t: f64, v: &[f64]) -> bool {
         self.field.rhs(t, v, &mut self.now);

@@ -116,7 +116,7 @@ pub(super) fn tell(context: &Context, evidence: &mut Evidence) -> Result<(), Stu
     let rows =
         prose::fill(include_str!("methods.md"), &values)?.iter().map(|text| row(text)).collect::<Result<_, _>>()?;
     let caption = "The methods that the answers recommend or advise against; `verify list methods` has all. Order and damping of stiff components are those to which \
-                   the runs of the report are held; integrators of mechanics have no stiff components to damp. CVODE (SUNDIALS) and diffsol are solvers of other libraries, the references here.";
+                   the runs of the report are held; of integrators of mechanics the latter is not asked. CVODE (SUNDIALS) and diffsol are solvers of other libraries, the references here.";
     evidence.tables.push(Table::new(ID, caption, ["name", "what it is", "order", "stiff components", "use it?"], rows));
     evidence.sections.push(Section {
         id: "answer-methods".into(),
