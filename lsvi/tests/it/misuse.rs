@@ -425,6 +425,36 @@ fn a_field_is_compared_soon_after_the_step_size_has_changed() {
     assert!(failed.is_some_and(|step| step <= 7), "{failed:?}");
 }
 
+/// A value that is not finite at the end of a step alone.
+#[test]
+fn a_linear_field_that_ends_within_a_step_is_refused() {
+    struct Ends(Structure);
+    impl VectorField for Ends {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            self.0.clone()
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            dv.iter_mut()
+                .zip(v)
+                .for_each(|(dv, v)| *dv = if t > 0.0 && *v != 0.0 && *v != 1.0 { f64::NAN } else { -v });
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            (0..2).for_each(|i| out.add(i, i, -scale));
+        }
+    }
+    for structure in [band(), Structure::sparse(2, []).expect("inside")] {
+        let end = method_i(Ends(structure)).expect("usable").step(0.0, 0.1, &mut [1.0; 2], &mut [0.0; 2]);
+        let error = end.expect_err("it ends");
+        assert!(matches!(error, StepError::Solve { source: SolveError::NonFinite, .. }), "{error}");
+    }
+}
+
 /// However slowly it goes.
 #[test]
 fn a_slow_drift_is_no_autonomous_field() {

@@ -147,4 +147,25 @@ mod tests {
             assert!(found.len() == 2 && found.iter().all(is_there), "{ways}: {found:?}");
         }
     }
+
+    /// A rotation from few states: its cubics turn as it does, and meet x = 0.6 where cos t is that.
+    #[test]
+    fn a_course_that_turns_between_its_states_acts_nowhere() {
+        let pulse = model("y, -x + 40*heaviside(1e-3 - abs(x - 0.6))");
+        for ways in [4_u32, 16] {
+            let times: Vec<f64> = (0..=ways).map(|k| 4.0 * f64::from(k) / f64::from(ways)).collect();
+            let states: Vec<Vec<f64>> = times.iter().map(|t| vec![t.cos(), -t.sin()]).collect();
+            let found = acts_between(&pulse, &times, &states);
+            // A cubic of 1 from h = 1 is off by h⁴/384.
+            let is_there = |t: &f64| (t - 0.6_f64.acos()).abs() < 0.01;
+            assert!(!found.is_empty() && found.iter().all(is_there), "{ways}: {found:?}");
+        }
+    }
+
+    /// What multiplies a component that starts at zero is looked at beside zero.
+    #[test]
+    fn a_change_that_a_zero_hides_is_seen() {
+        let found = changes(&model("0, 1000*y*heaviside(t - 1.2345)*heaviside(1.2355 - t)"), 4.0, &[4.0]);
+        assert!(found.iter().any(|t| (1.2345..=1.2355).contains(t)), "{found:?}");
+    }
 }

@@ -154,15 +154,16 @@ mod tests {
         found.collect()
     }
 
-    /// By its own size: 1 beside a smooth change of 10³.
+    /// By its own size: 1 beside a smooth component of 10⁵ that turns on the way, by 150 in the first half and by a third of that in the second.
     #[test]
     fn a_jump_is_found_beside_a_larger_component() {
         let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        let f = "1000000*t*t, heaviside(t - 0.512)";
+        let f = "1000000*(t - 0.5125)*(t - 0.5125), heaviside(t - 0.5133)";
         std::fs::write(file.path(), format!("u_i {{ x = 0, y = 0 }} F_i {{ {f} }}")).expect("written");
         let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
         let mut jumps = Jumps::new(&model).expect("two unknowns");
-        let jump = jumps.between((0.5, &[0.0; 2]), (0.53, &[0.0; 2])).expect("it jumps");
+        jumps.start(0.0, &[0.0; 2]);
+        let jump = jumps.between((0.5, &[0.0; 2]), (0.52, &[0.0; 2])).expect("it jumps");
         assert!(jump.component == 1 && (jump.size() - 1.0).abs() < 1e-12, "{}", jump.size());
     }
 
@@ -178,8 +179,11 @@ mod tests {
         let mut may = |k: u32| jumps.may_be_before(0.1 * f64::from(k), &[0.0]);
         // The first, of which nothing is known, the one with a jump, and not the next, whose change is no larger.
         assert_eq!([1, 2, 3, 4, 5, 6].map(&mut may), [true, false, false, true, false, false]);
+        jumps.start(0.3, &[0.0]);
+        assert!(jumps.may_be_before(0.4, &[0.0]));
+        // Of a start nothing is known either.
         jumps.start(0.4, &[0.0]);
-        assert!(jumps.may_be_before(0.5, &[0.0]), "of a start nothing is known either");
+        assert!(jumps.may_be_before(0.5, &[0.0]));
     }
 
     #[test]

@@ -394,7 +394,7 @@ fn local_errors(found: &Found) -> Result<Known, Failed> {
             ratios.join(", "),
             behind.join(", ")
         ),
-        "For small τ, tested at 0.1:".into(),
+        "For small τ, tested at 0.1, where the Lagrangian is ½|ẋ|² − V(x):".into(),
         "−τ⁴x⁗/24 (degree 2), τ⁴x⁗/12 (Störmer–Verlet) and −τ⁴x⁗/24 − τ⁴F′(x) ẍ/8 (midpoint".into(),
     ]))
 }
