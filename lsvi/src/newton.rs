@@ -67,6 +67,11 @@ const MOST_NOISE: f64 = 1e-5;
 const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
 const SHORTEST: f64 = 1e-10;
+/// Part of what a continuation has reached by which it goes on beyond its end, to look for the branch behind a kink; times by which the branch may be
+/// steeper there than it was on the whole; and iterations, of which each may change the side of the kink in one component.
+const ACROSS: f64 = 64.0 * SHORTEST;
+const STEEPEST: f64 = 1e4;
+const CROSSINGS: u32 = 20;
 /// Attempts on the pieces of one continuation. A fold takes log₂(1/SHORTEST) halvings, and the branch before it few more;
 /// more than that is the crawl of an equation whose derivative is wrong.
 const PIECES: u32 = 500;
@@ -615,10 +620,34 @@ impl Newton {
                 return Err(if is_singular { SolveError::Singular } else { failure });
             }
             if reached > 0.0 && piece < self.shortest_piece(system) * reached {
-                return Err(failure.beyond(reached));
+                let target = h.min(reached * (1.0 + ACROSS));
+                if !self.crosses_kink(system, target, x) {
+                    return Err(failure.beyond(reached));
+                }
+                self.origin.copy_from_slice(x);
+                (reached, piece) = (target, 0.5 * (h - target));
             }
         }
         Err(failure)
+    }
+
+    /// Sets `x` to the root at `target`, just beyond the end of a continuation at the origin, where the branch goes on there from a kink of F: at
+    /// either side of one increments contract to the root on it, and the determinants have one sign. Beyond a fold there is no root as near.
+    fn crosses_kink(&mut self, system: &mut dyn System, target: f64, x: &mut [f64]) -> bool {
+        if system.limit() != LimitAtZero::Kept {
+            return false;
+        }
+        x.copy_from_slice(&self.origin);
+        let mut is_found = false;
+        for _ in 0..CROSSINGS {
+            if is_found || self.set_increment(system, target, x).is_err() {
+                break;
+            }
+            x.iter_mut().zip(&self.increment).for_each(|(x, d)| *x -= d);
+            is_found = max_norm(&self.increment) <= self.roundoff();
+        }
+        let way = difference(&self.origin, 1.0, &self.start);
+        is_found && !self.is_turned() && difference(x, 1.0, &self.origin) <= STEEPEST * ACROSS * way
     }
 
     /// The shortest piece of a continuation relative to what it has reached. Where the branch may cross others, x changes by more than

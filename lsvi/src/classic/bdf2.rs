@@ -4,7 +4,7 @@ use crate::error::{InputError, StepError, check_step_from, check_vector};
 use crate::integrator::{Grid, GridStep, Integrator, OneStep, State};
 use crate::linalg::Jacobian;
 use crate::mass::Mass;
-use crate::newton::{LimitAtZero, Newton, System, Work};
+use crate::newton::{LimitAtZero, System, Work};
 use crate::solver::StepSolver;
 use crate::vector_field::VectorField;
 
@@ -33,7 +33,7 @@ impl<F: VectorField> Bdf2<F> {
     /// # Errors
     /// As for [`RungeKutta::new`].
     pub fn new(field: F) -> Result<Self, InputError> {
-        let stages = Stages::Factored(Box::new(Newton::with_structure(field.dim(), &field.structure())));
+        let stages = Stages::factored(&field);
         Ok(Self::with_stages(RungeKutta::new(field, Tableau::sdirk2())?, stages))
     }
 

@@ -2,6 +2,7 @@
 
 mod bdf2;
 mod coupled;
+mod linear;
 mod runge_kutta;
 mod stage;
 mod start;

@@ -7,7 +7,7 @@ use crate::error::{InputError, NodeError, SolveError, StepError, check_step_from
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::linalg::Jacobian;
 use crate::mass::{Mass, MassInverse, rate};
-use crate::newton::{LimitAtZero, Newton, System, Work};
+use crate::newton::{LimitAtZero, System, Work};
 use crate::quadrature::check_sum;
 use crate::solver::{StepSolver, check_assembled};
 use crate::vector_field::{VectorField, check_system};
@@ -137,11 +137,11 @@ impl<F: VectorField> RungeKutta<F> {
     /// [`InputError`] if M does not fit the field, or is singular where its inverse is needed;
     /// [`SystemError::NotAssembled`](crate::SystemError::NotAssembled) if there are no entries to factor: then give a solver.
     pub fn new(field: F, tableau: Tableau) -> Result<Self, InputError> {
-        let (n, structure) = (field.dim(), field.structure());
         if tableau.is_implicit() {
-            check_assembled(&structure, &field.mass())?;
+            check_assembled(&field.structure(), &field.mass())?;
         }
-        Self::with_stages(field, tableau, Stages::Factored(Box::new(Newton::with_structure(n, &structure))))
+        let stages = Stages::factored(&field);
+        Self::with_stages(field, tableau, stages)
     }
 
     /// The method with the given tableau, its implicit stages by an inexact Newton method with `solver`.

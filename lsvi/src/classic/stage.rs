@@ -1,5 +1,6 @@
 //! Implicit stages, solved with factors or by a solver of the user's.
 
+use super::linear::LinearStage;
 use crate::error::{InputError, SolveError};
 use crate::inexact::{InexactNewton, InexactSystem};
 use crate::linalg::{Jacobian, Structure};
@@ -12,28 +13,34 @@ use crate::vector_field::VectorField;
 /// How the equations of stages are solved.
 #[derive(Debug)]
 pub(super) enum Stages {
-    Factored(Box<Newton>),
+    Factored(Box<FactoredStage>),
     Solved(Box<StageSolver>),
 }
 
 impl Stages {
+    /// For a field with the entries of its derivative.
+    pub(super) fn factored(field: &dyn VectorField) -> Self {
+        let newton = Newton::with_structure(field.dim(), &field.structure());
+        Self::Factored(Box::new(FactoredStage { newton, linear: LinearStage::new(field) }))
+    }
+
     pub(super) fn work(&self) -> Work {
         match self {
-            Self::Factored(newton) => newton.work,
+            Self::Factored(stages) => stages.newton.work,
             Self::Solved(stages) => stages.newton.work,
         }
     }
 
     pub(super) fn work_mut(&mut self) -> &mut Work {
         match self {
-            Self::Factored(newton) => &mut newton.work,
+            Self::Factored(stages) => &mut stages.newton.work,
             Self::Solved(stages) => &mut stages.newton.work,
         }
     }
 
     pub(super) fn solve(&mut self, stage: &mut dyn InexactStage, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         match self {
-            Self::Factored(newton) => newton.solve(stage, h, x),
+            Self::Factored(stages) => stages.solve(stage, h, x),
             Self::Solved(stages) => {
                 let StageSolver { newton, solver, b } = &mut **stages;
                 newton.solve(&mut Solved { stage, solver: &mut **solver, b }, h, x)
@@ -46,6 +53,21 @@ impl Stages {
 pub(super) trait InexactStage: System {
     /// The field, M, t and s of a step of size `h`.
     fn at(&self, h: f64) -> (&dyn VectorField, &Mass, f64, f64);
+}
+
+#[derive(Debug)]
+pub(super) struct FactoredStage {
+    newton: Newton,
+    linear: Option<LinearStage>,
+}
+
+impl FactoredStage {
+    fn solve(&mut self, stage: &mut dyn InexactStage, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        let Self { newton, linear } = self;
+        // Newton's method says what is wrong where the matrix has no factors.
+        let is_solved = linear.as_mut().is_some_and(|linear| linear.solve(stage, h, x, &mut newton.work));
+        if is_solved { Ok(()) } else { newton.solve(stage, h, x) }
+    }
 }
 
 #[derive(Debug)]

@@ -10,8 +10,8 @@ use lsvi::closure::Linear;
 use lsvi::discrete::{Galerkin, Midpoint};
 use lsvi::quadrature::Quadrature;
 use lsvi::{
-    FieldFn, Integrator, LagrangianFn, LeastSquares, OneStep, Scalar, State, Structure, Trajectory, Variational,
-    least_squares, method_i, method_ii, position_momentum,
+    FieldFn, Integrator, Jacobian, LagrangianFn, LeastSquares, OneStep, Scalar, SolveError, State, StepError,
+    Structure, Trajectory, Variational, VectorField, least_squares, method_i, method_ii, position_momentum,
 };
 
 /// v̇ = f(v) with f a polynomial of degree three.
@@ -484,4 +484,76 @@ fn a_circuit_comes_to_rest_in_any_units() {
             }
         }
     }
+}
+
+/// A bead that falls on a spring: f has a kink where they meet, and the equation of an implicit stage one root, as k max(−x, 0) falls in x.
+struct Contact;
+
+impl VectorField for Contact {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = v[1];
+        dv[1] = 400.0 * (-v[0]).max(0.0) - 1.0;
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 1, scale);
+        out.add(1, 0, if v[0] < 0.0 { -400.0 * scale } else { 0.0 });
+    }
+}
+
+#[test]
+fn the_branch_goes_on_behind_a_kink() {
+    let solver = |k: u32| -> Box<dyn Integrator> {
+        match k {
+            0 => Box::new(RungeKutta::new(Contact, Tableau::implicit_euler()).expect("fits")),
+            1 => Box::new(RungeKutta::new(Contact, Tableau::trapezoidal()).expect("fits")),
+            2 => Box::new(RungeKutta::new(Contact, Tableau::implicit_midpoint()).expect("fits")),
+            3 => Box::new(RungeKutta::new(Contact, Tableau::sdirk2()).expect("fits")),
+            4 => Box::new(RungeKutta::new(Contact, Tableau::tr_bdf2()).expect("fits")),
+            _ => Box::new(Bdf2::new(Contact).expect("fits")),
+        }
+    };
+    for k in 0..6 {
+        for h in [0.1, 0.05, 0.02, 0.01, 0.004] {
+            let mut run = Trajectory::new(solver(k), State::new(0.0, vec![1.0, 0.0]), h, 6.0).expect("valid");
+            let mut last = [1.0, 0.0];
+            while let Some(state) = run.step().unwrap_or_else(|error| panic!("{k}, h = {h}: {error}")) {
+                let (v, mut f) = ([state.q[0], state.q[1]], [0.0; 2]);
+                Contact.rhs(0.0, &v, &mut f);
+                let left = (0..2).map(|i| (v[i] - last[i] - h * f[i]).abs()).sum::<f64>();
+                assert!(k > 0 || left < 1e-14, "h = {h}: {left:e}");
+                last = v;
+            }
+        }
+    }
+}
+
+/// v = s (1 + 3 max(v − ½, 0)) has the root s as far as s = ½, where the branch turns back.
+#[test]
+fn a_branch_that_turns_back_at_a_kink_ends_there() {
+    struct Runaway;
+    impl VectorField for Runaway {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            dv[0] = 1.0 + 3.0 * (v[0] - 0.5).max(0.0);
+        }
+        fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+            out.add(0, 0, if v[0] > 0.5 { 3.0 * scale } else { 0.0 });
+        }
+    }
+    let mut euler = RungeKutta::new(Runaway, Tableau::implicit_euler()).expect("fits");
+    for h in [0.51, 0.7, 1.0, 4.0] {
+        let error = euler.step(0.0, h, &mut [0.0], &mut []).expect_err("there is no root on the branch");
+        let StepError::Solve { source: SolveError::BranchLost { reached }, .. } = error else {
+            panic!("{h}: {error:?}")
+        };
+        assert!((reached - 0.5).abs() < 1e-8, "{h}: {reached}");
+    }
+    let mut v = [0.0];
+    euler.step(0.0, 0.3, &mut v, &mut []).expect("there is");
+    assert!((v[0] - 0.3).abs() < 1e-15);
 }

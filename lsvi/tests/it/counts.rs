@@ -2,7 +2,7 @@
 
 use crate::fields::{As, Line, Unscaled, Walls};
 use crate::systems::HenonHeiles;
-use lsvi::classic::{RungeKutta, Tableau};
+use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLegendre, Galerkin, Interval, MomentumWeights, Trapezoidal};
 use lsvi::solver::{Augmented, Iterative, StepSolver};
@@ -103,6 +103,70 @@ fn the_stages_of_a_linear_field_take_two_increments_however_fast_its_rate_change
         assert_eq!(work.factorizations, 2 * stages, "{tableau:?}");
         assert!((2 * stages + 1..=4 * stages).contains(&work.residuals), "{tableau:?}: {work:?}");
     }
+}
+
+/// v̇ = A v + g with A = [[−1, 2], [−3, −c(t, v₂)]], which may say that it is linear.
+struct Promise {
+    is_given: bool,
+    c: fn(f64, f64) -> f64,
+}
+
+impl VectorField for Promise {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn is_linear(&self) -> bool {
+        self.is_given
+    }
+    fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = 2.0 * v[1] - v[0] + t.cos();
+        dv[1] = -3.0 * v[0] - (self.c)(t, v[1]) * v[1];
+    }
+    fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        [(0, 0, -1.0), (0, 1, 2.0), (1, 0, -3.0)].into_iter().for_each(|(i, j, x)| out.add(i, j, scale * x));
+        // By differences: c v₂ is quadratic in v₂ at most.
+        let product = |x: f64| (self.c)(t, x) * x;
+        out.add(1, 1, -scale * 0.5 * (product(v[1] + 1.0) - product(v[1] - 1.0)));
+    }
+}
+
+#[test]
+fn the_stages_of_a_field_that_says_that_it_is_linear_keep_their_factors_while_it_is() {
+    for (name, tableau) in [
+        ("implicit Euler", Tableau::implicit_euler()),
+        ("midpoint", Tableau::implicit_midpoint()),
+        ("trapezoidal", Tableau::trapezoidal()),
+        ("sdirk2", Tableau::sdirk2()),
+        ("tr-bdf2", Tableau::tr_bdf2()),
+    ] {
+        let cases: [(fn(f64, f64) -> f64, bool); 4] = [
+            (|_, _| 4.0, true),
+            // What does not keep its promise is solved as if it had given none.
+            (|t, _| if t > 1.0 { 5.0 } else { 4.0 }, false),
+            (|t, _| 4.0 + t, false),
+            (|_, v| 4.0 + v, false),
+        ];
+        for (case, (c, is_kept)) in cases.into_iter().enumerate() {
+            let run = |is_given| {
+                let mut method = RungeKutta::new(Promise { is_given, c }, tableau.clone()).expect("usable");
+                let mut v = [1.0, 2.0];
+                (0..20).for_each(|k| method.step(0.1 * f64::from(k), 0.1, &mut v, &mut []).expect("solvable"));
+                (v, method.work())
+            };
+            let ((promised, work), (plain, other)) = (run(true), run(false));
+            assert!(
+                promised.iter().zip(plain).all(|(a, b)| (a - b).abs() < 1e-14),
+                "{name} {case}: {promised:?} {plain:?}"
+            );
+            let is_once = work.factorizations == 1 && work.residuals < other.residuals;
+            assert_eq!((work.steps, is_once), (20, is_kept), "{name} {case}: {work:?} {other:?}");
+        }
+    }
+    let start = State::new(0.0, vec![1.0, 2.0]);
+    let method = Bdf2::new(Promise { is_given: true, c: |_, _| 4.0 }).expect("usable");
+    let mut run = Trajectory::new(method, start, 0.125, 2.0).expect("a grid");
+    while run.step().expect("solvable").is_some() {}
+    assert_eq!((run.work().steps, run.work().factorizations), (16, 2), "one is of the first step");
 }
 
 /// A field that counts its Jacobians.

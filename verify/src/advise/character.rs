@@ -13,6 +13,8 @@ use crate::run::{RunError, run, run_through, run_through_from};
 
 /// Unknowns of the largest system that is looked at.
 const LARGEST: usize = 200;
+/// States at which f is looked at for whether it depends on time.
+const PLACES: usize = 4;
 /// Instants at which it is looked at, and values of the Jacobians of which the largest is one more.
 const INSTANTS: usize = 32;
 const VALUES: usize = 1 << 24;
@@ -269,14 +271,17 @@ fn steps_of_rk4(rate: Complex<f64>) -> f64 {
     size / reach_of_rk4(Complex::new(rate.re.min(0.0), rate.im) / size)
 }
 
-/// Whether f at the start is the same at the times of few of the states.
+/// Whether f at each of a few states is the same at the times of others.
 fn is_autonomous(field: &dyn VectorField, states: &[(f64, Vec<f64>)]) -> bool {
-    let rate = |t: f64| {
+    let rate = |t: f64, v: &[f64]| {
         let mut rate = vec![0.0; field.dim()];
-        states.first().inspect(|(_, v)| field.rhs(t, v, &mut rate));
+        field.rhs(t, v, &mut rate);
         rate
     };
-    few(states, INSTANTS).all(|(t, _)| rate(*t) == rate(0.0))
+    few(states, PLACES).all(|(_, v)| {
+        let first = rate(0.0, v);
+        few(states, INSTANTS).all(|(t, _)| rate(*t, v) == first)
+    })
 }
 
 /// Whether f jumps on the way from one state to the next: its values differ at the ends of what is left after [`HALVINGS`], of two halves the one

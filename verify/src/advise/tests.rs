@@ -692,6 +692,8 @@ fn a_field_that_depends_on_time_is_known() {
     let is_autonomous = |text: &str| character(text, 10.0).matrices.expect("small").is_autonomous;
     assert!(is_autonomous("u_i { q = 1, p = 0 } F_i { p, -sin(q) }"));
     assert!(!is_autonomous("u_i { q = 1, p = 0 } F_i { p, -sin(q) + 0.1*cos(t) }"));
+    // From where f does not depend on time.
+    assert!(!is_autonomous("u_i { q = 0, p = 1 } F_i { p, -(1 + 0.6*cos(2*t))*q }"));
 }
 
 /// A burst that is over at the end of the run: steps as long as they like pass over it, at whatever tolerance, and all that is left to see at

@@ -33,7 +33,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 
 /// How the comparisons of a claim make its verdict; ARCHITECTURE.md has the same words.
 const RULE: &str = "A claim is confirmed if all its comparisons come out as claimed. A universal statement is refuted as stated \
-                    by one counterexample, or in the wider reading where its words are read wider than the source may mean them. What is said from some size on is refuted by the largest that was tested. Any other is qualified if it holds in all cases of a condition that the paper does \
+                    by one counterexample, or in the wider reading where its words are read wider than the source may mean them. What is said from some size on is refuted if it fails at the largest that was tested. Any other is qualified if it holds in all cases of a condition that the paper does \
                     not state; if there is none, it is refuted if it holds in no case or, as a comparison of methods, in no case \
                     against one of the others; and else it is not supported. A condition is one that a user can check beforehand: of the \
                     problem, the step size, the data or, in a statement on a family of schemes, the member; and the finding says why it \
@@ -225,7 +225,7 @@ fn section(judged: &Judged) -> Section {
 }
 
 /// What the abstracts and the conclusions say besides, and why no computation decides it.
-const UNEXAMINED: [(&str, &str); 16] = [
+const UNEXAMINED: [(&str, &str); 19] = [
     (
         "Validation of the canonical Hamiltonian formulation ([S24] Abstract, Sections 5 and 6)",
         "The accuracy of a scheme does not distinguish the formulation from any other with the same solutions: the least-squares Lagrangian of an \
@@ -247,6 +247,18 @@ const UNEXAMINED: [(&str, &str); 16] = [
     (
         "pₙ = 0 and pₙ₊₁ = 0 at once for h = 0 alone ([S24] Section 3)",
         "Algebra, and right: on v̇ = −v the two conditions agree where (1 − h + h²/2)(1 + h + h²/2) = 1 + h⁴/4 is 1.",
+    ),
+    (
+        "Symplectic integrators cannot be applied to (10), (16) and (30) themselves ([S24] Sections 2 to 4)",
+        "It depends on the word. The midpoint rule is applied to (10), and is called symplectic for what it does to Hamiltonian systems.",
+    ),
+    (
+        "The principle includes the terms of higher order by itself ([S24] Section 3)",
+        "What it includes shows in the order of its methods, which the chapter on orders measures.",
+    ),
+    (
+        "A closure makes an initial value of p unnecessary ([S24] Section 3)",
+        "So it is, by construction: no step of a closure here takes one.",
     ),
     (
         "Solutions of (10) of [S24] minimise the action (11) and solve (14) (Section 2)",
@@ -368,6 +380,10 @@ mod tests {
         let (empty, two, half) = (&Cell::Empty, &Cell::Number(2.0), &Cell::Number(0.5));
         let [yes, no] = [&text("yes"), &text("no")];
         assert_eq!(shown, [(empty, two, yes), (two, empty, no), (half, two, yes)]);
+        let without = [f64::NAN, f64::INFINITY].map(|measured| Case::below("a", measured, 2.0));
+        let table = cases(&[judged(Quantifier::Universal, without.into())]);
+        let shown: Vec<_> = table.rows.iter().map(|row| &row[5]).collect();
+        assert_eq!(shown, [&text("not decided: the run broke off"), &text("no: without a solution")]);
     }
 
     #[test]

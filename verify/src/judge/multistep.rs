@@ -62,6 +62,9 @@ const MOST: u32 = 20;
 /// What roots that are found to half the digits may be off by, where no exact division tells.
 const RIM: f64 = 1e-7;
 
+/// What is left of a polynomial, relative to its coefficients, at a double root that is found to half the digits.
+const DOUBLE: f64 = 1e-6;
+
 /// What angles in degrees are found to.
 const ANGLE: f64 = 1e-4;
 
@@ -269,7 +272,12 @@ impl MultistepTheory {
         match first_negative(&[chebyshev([1, -1], terms)]) {
             // A root of σ so near to the rim may lie outside.
             Sign::NonNegative if matches!(Roots::of(&self.sigma), Roots::Undecided(_)) => Err(NotAStable::Open),
-            Sign::NonNegative => Ok(open),
+            Sign::NonNegative => self.leaves_at_infinity().map_or(Ok(open), |zeta| {
+                let from = complex(zeta);
+                Err(NotAStable::Because(format!(
+                    "for hλ → −∞ a root leaves the unit disc at {from}, where σ has a root on the rim"
+                )))
+            }),
             Sign::Open { .. } => Err(NotAStable::Open),
             Sign::NegativeFrom { at, .. } => {
                 let z = self.locus(angle(at));
@@ -277,6 +285,20 @@ impl MultistepTheory {
                 Err(NotAStable::Because(format!("the root locus enters the left half-plane: |ζ| = 1 at hλ = {place}")))
             }
         }
+    }
+
+    /// A root of σ on the unit circle that a root of ρ − zσ comes to from outside for z → −∞. That is ζ + ρ/(zσ') to first order, so that it
+    /// comes from inside where ρ(ζ)/(ζσ'(ζ)) > 0; of a double root of σ the roots about it go all ways.
+    fn leaves_at_infinity(&self) -> Option<Complex<f64>> {
+        let size = |p: &Polynomial| p.doubles().iter().map(|c| c.abs()).sum::<f64>();
+        let slope = self.sigma.derivative();
+        self.sigma.roots().into_iter().filter(|zeta| (zeta.norm() - 1.0).abs() <= RIM).find(|zeta| {
+            let (value, slope_there) = (self.rho.at_complex(*zeta), *zeta * slope.at_complex(*zeta));
+            // A root of ρ as well is one for all z, to which σ adds nothing.
+            let is_common = value.norm() <= DOUBLE * size(&self.rho);
+            let is_double = slope_there.norm() <= DOUBLE * size(&slope);
+            !is_common && (is_double || (value / slope_there).re < 0.0)
+        })
     }
 
     /// The negative axis is in the region, and no part of the root locus in the sector about it.
@@ -307,7 +329,8 @@ impl MultistepTheory {
         let angles = chebyshev([2, -2], (1..=k).map(pairs).collect()).certain_changes().into_iter().map(angle);
         let mut ends: Vec<f64> = angles.chain([0.0, PI]).map(|theta| -self.locus(theta).re).collect();
         // Nearer to 0 than that, growth is not told from 1: the end is 0 itself, but for rounding.
-        ends.retain(|x| *x > BOUNDED && x.is_finite());
+        // As far away, it is infinity, at a root of σ.
+        ends.retain(|x| *x > BOUNDED && *x < BOUNDED.recip());
         ends.sort_by(f64::total_cmp);
         let mut found: Vec<[f64; 2]> = Vec::new();
         let mut left = 0.0;

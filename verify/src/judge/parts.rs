@@ -15,7 +15,6 @@ use super::problem::{Forced, NonAutonomous, window};
 use super::real::Real;
 use super::runge_kutta::{in_time, order as order_finding, order_in_time, own_times, rows, wrong_rows};
 use super::stepping::{Halves, Stepper};
-use super::structure::ascending;
 use super::tableau::{Coefficient, row_sums};
 use super::theory::WeightsTheory;
 use super::tree::{Forest, Rule};
@@ -212,75 +211,65 @@ impl PartsTheory {
         certain.max_by(|x, y| x.1.abs().total_cmp(&y.1.abs()))
     }
 
-    /// Whether it is its own adjoint, the stages taken in the reverse of their order in c: b_σ(j) = b_j and a_σ(i)σ(j) + a_ij = b_j for
-    /// both parts; of a Nyström method c_σ(i) = 1 − c_i, b_σ(i) = b_i, b̄_σ(i) = b_i − b̄_i and
-    /// ā_σ(i)σ(j) − ā_ij = (1 − c_i) b_j − b̄_j.
+    /// Whether it is its own adjoint, with the stages in another order σ: b_σ(j) = b_j and a_σ(i)σ(j) + a_ij = b_j for both parts; of a
+    /// Nyström method c_σ(i) = 1 − c_i, b_σ(i) = b_i, b̄_σ(i) = b_i − b̄_i and ā_σ(i)σ(j) − ā_ij = (1 − c_i) b_j − b̄_j.
     fn is_symmetric(&self) -> bool {
-        let s = self.stages();
         let same = |x: &Real, y: &Real| (x - y).may_be_zero();
-        let ascending = ascending(&self.c);
-        let mirror = |i: usize| ascending.iter().position(|k| *k == i).map_or(i, |at| ascending[s - 1 - at]);
-        let all = |holds: &dyn Fn(usize, usize) -> bool| (0..s).all(|i| (0..s).all(|j| holds(i, j)));
-        let [b, b_hat] = &self.b;
-        if self.coupling == Coupling::SecondOrder {
-            let a = &self.a[0];
-            let left = |i: usize| &Real::one() - &self.c[i];
-            return (0..s).all(|i| {
-                let m = mirror(i);
-                same(&self.c[m], &left(i)) && same(&b_hat[m], &b_hat[i]) && same(&b[m], &(&b_hat[i] - &b[i]))
-            }) && all(&|i, j| {
-                let required = &(&left(i) * &b_hat[j]) - &b[j];
-                same(&(&a[mirror(i)][mirror(j)] - &a[i][j]), &required)
-            });
+        let ([b, b_hat], s) = (&self.b, self.stages());
+        match self.coupling {
+            Coupling::SecondOrder => {
+                let a = &self.a[0];
+                let left = |i: usize| &Real::one() - &self.c[i];
+                let may = |i: usize, m: usize| {
+                    same(&self.c[m], &left(i)) && same(&b_hat[m], &b_hat[i]) && same(&b[m], &(&b_hat[i] - &b[i]))
+                };
+                let fits = |[i, j]: [usize; 2], [m, n]: [usize; 2]| {
+                    same(&(&a[m][n] - &a[i][j]), &(&(&left(i) * &b_hat[j]) - &b[j]))
+                };
+                has_mirror(s, &may, &fits)
+            }
+            Coupling::General => {
+                let may = |i: usize, m: usize| self.b.iter().all(|b| same(&b[m], &b[i]));
+                let fits = |[i, j]: [usize; 2], [m, n]: [usize; 2]| {
+                    self.a.iter().zip(&self.b).all(|(a, b)| same(&(&a[m][n] + &a[i][j]), &b[j]))
+                };
+                has_mirror(s, &may, &fits)
+            }
+            // Stages of q and of p, those that count, have images of their own; the slopes of q are f at stages of p.
+            Coupling::Separable => {
+                let counts = |&[part, j]: &[usize; 2]| {
+                    !self.b[part][j].may_be_zero() || self.a[part].iter().any(|row| !row[j].may_be_zero())
+                };
+                let stages: Vec<[usize; 2]> =
+                    [0, 1].iter().flat_map(|part| (0..s).map(|j| [*part, j])).filter(counts).collect();
+                let may = |i: usize, m: usize| {
+                    let ([part, j], [other, n]) = (stages[i], stages[m]);
+                    part == other && same(&self.b[part][n], &self.b[part][j])
+                };
+                let fits = |[i, j]: [usize; 2], [m, n]: [usize; 2]| {
+                    let ([of, i], [part, j]) = (stages[i], stages[j]);
+                    let (a, b) = (&self.a[part], &self.b[part]);
+                    of == part || same(&(&a[stages[m][1]][stages[n][1]] + &a[i][j]), &b[j])
+                };
+                has_mirror(stages.len(), &may, &fits)
+            }
         }
-        if self.coupling == Coupling::Separable {
-            return self.is_symmetric_where_separable();
-        }
-        self.a.iter().zip(&self.b).all(|(a, b)| {
-            (0..s).all(|j| same(&b[mirror(j)], &b[j]))
-                && all(&|i, j| same(&(&a[mirror(i)][mirror(j)] + &a[i][j]), &b[j]))
-        })
-    }
-
-    /// The same where stages of q and of p are taken one by one, those that count: each set is reversed for itself.
-    fn is_symmetric_where_separable(&self) -> bool {
-        let zero = |x: &Real| x.may_be_zero();
-        let counting = |part: usize| {
-            let counts = |j: &usize| !zero(&self.b[part][*j]) || self.a[part].iter().any(|row| !zero(&row[*j]));
-            (0..self.stages()).filter(counts).collect::<Vec<_>>()
-        };
-        // The slopes of q are f at stages of p.
-        let stages = [counting(0), counting(1)];
-        (0..2).all(|part| {
-            let (own, other) = (&stages[part], &stages[1 - part]);
-            let mirror = |set: &[usize], k: usize| set[set.len() - 1 - k];
-            own.iter().enumerate().all(|(k, &j)| {
-                let m = mirror(own, k);
-                (&self.b[part][m] - &self.b[part][j]).may_be_zero()
-                    && other.iter().enumerate().all(|(l, &i)| {
-                        let sum = &self.a[part][mirror(other, l)][m] + &self.a[part][i][j];
-                        (&sum - &self.b[part][j]).may_be_zero()
-                    })
-            })
-        })
     }
 
     /// Whether on separable systems every stage follows from earlier ones: those of q need those of p with a_ij ≠ 0, and the other
     /// way round.
     fn is_explicit(&self) -> bool {
-        let s = self.stages();
+        let (s, parts) = (self.stages(), if self.coupling == Coupling::SecondOrder { 1 } else { 2 });
         let needs = |k: usize, known: &[bool]| {
             let (part, i) = (k / s, k % s);
-            let needed = |j: usize| !self.a[part][i][j].may_be_zero() && !known[(1 - part) * s + j];
+            // A Nyström method has no stages of p.
+            let other = if parts == 1 { part } else { 1 - part };
+            let needed = |j: usize| !self.a[part][i][j].may_be_zero() && !known[other * s + j];
             (0..s).any(needed)
         };
-        let mut known = vec![false; 2 * s];
-        while let Some(k) = (0..2 * s).find(|k| !known[*k] && !needs(*k, &known)) {
+        let mut known = vec![false; parts * s];
+        while let Some(k) = (0..parts * s).find(|k| !known[*k] && !needs(*k, &known)) {
             known[k] = true;
-        }
-        // A Nyström method has no stages of p.
-        if self.coupling == Coupling::SecondOrder {
-            return (0..s).all(|i| self.a[0][i][i..].iter().all(Real::may_be_zero));
         }
         known.into_iter().all(|known| known)
     }
@@ -427,8 +416,12 @@ impl Analysis for PartsTheory {
                 Some((place, x)) => Finding::new(false, format!("{place} is {x:.4e}")).measured(*x),
             },
             Property::Symmetric => {
-                let text = if self.symmetric { "its own adjoint" } else { "not its own adjoint" };
-                Finding::new(self.symmetric, format!("{text}, with the stages reversed"))
+                let text = if self.symmetric {
+                    "its own adjoint, with its stages in another order"
+                } else {
+                    "not its own adjoint, in whatever order its stages are"
+                };
+                Finding::new(self.symmetric, text)
             }
             Property::ImaginaryInterval(y) => match self.oscillation {
                 None => Finding::new(false, "areas are not kept on q̇ = ωp, ṗ = −ωq"),
@@ -555,11 +548,64 @@ impl Analysis for PartsTheory {
     }
 }
 
+/// Whether n stages have images, each another, that single ones `may` have and that `fits` for all pairs.
+fn has_mirror(n: usize, may: &dyn Fn(usize, usize) -> bool, fits: &dyn Fn([usize; 2], [usize; 2]) -> bool) -> bool {
+    fn search(
+        images: &mut Vec<usize>,
+        n: usize,
+        may: &dyn Fn(usize, usize) -> bool,
+        fits: &dyn Fn([usize; 2], [usize; 2]) -> bool,
+    ) -> bool {
+        let i = images.len();
+        i == n
+            || (0..n).any(|image| {
+                if images.contains(&image) || !may(i, image) {
+                    return false;
+                }
+                images.push(image);
+                let is_fit = (0..=i).all(|j| fits([i, j], [image, images[j]]) && fits([j, i], [images[j], image]));
+                let found = is_fit && search(images, n, may, fits);
+                images.pop();
+                found
+            })
+    }
+    search(&mut Vec::with_capacity(n), n, may, fits)
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::claim::Property;
     use super::super::file::{MethodFile, Shipped};
     use super::super::{Effort, Judgement};
     use crate::evidence::Outcome;
+
+    #[test]
+    fn a_method_is_symmetric_and_explicit_whatever_the_order_of_its_stages() {
+        let outcomes = |text: &str| {
+            let file = MethodFile::parse("m.toml", "m", text).expect("a method");
+            let theory = file.body.analyse(None, None);
+            [Property::Symmetric, Property::Explicit].map(|property| theory.find(property).expect("looked at").outcome)
+        };
+        let (pass, fail) = (Outcome::Pass, Outcome::Fail);
+        // Each of two stages at ½ is its own image.
+        let nystrom = |last: &str| {
+            format!(
+                "kind = 'nystrom'\na = [[0, 0], ['{last}', 0]]\nb_bar = ['1/4', '1/4']\nb = ['1/2', '1/2']\nc = ['1/2', '1/2']\n"
+            )
+        };
+        assert_eq!(outcomes(&nystrom("1/100")), [pass, pass]);
+        let permuted = "kind = 'nystrom'\na = [[0, '1/100'], [0, 0]]\nb_bar = ['1/4', '1/4']\nb = ['1/2', '1/2']\nc = ['1/2', '1/2']\n";
+        assert_eq!(outcomes(permuted), [pass, pass]);
+        assert_eq!(outcomes(&nystrom("1/100").replace("['1/4', '1/4']", "['1/4', '1/8']")), [fail, pass]);
+        // Störmer and Verlet's, its two stages in both orders.
+        let verlet = "kind = 'partitioned-runge-kutta'\na = [[0, 0], ['1/2', '1/2']]\na_hat = [['1/2', 0], ['1/2', 0]]\nb = ['1/2', '1/2']\nb_hat = ['1/2', '1/2']\n";
+        let turned = "kind = 'partitioned-runge-kutta'\na = [['1/2', '1/2'], [0, 0]]\na_hat = [[0, '1/2'], [0, '1/2']]\nb = ['1/2', '1/2']\nb_hat = ['1/2', '1/2']\n";
+        assert_eq!((outcomes(verlet)[0], outcomes(turned)[0]), (pass, pass));
+        let separable = |text: &str| {
+            outcomes(&text.replace("'partitioned-runge-kutta'\n", "'partitioned-runge-kutta'\nsystems = 'separable'\n"))
+        };
+        assert_eq!((separable(verlet), separable(turned)), ([pass, pass], [pass, pass]));
+    }
 
     /// The trapezoidal rule for q and for p, with a wrong entry: it is that of a, however right the rows of â are, and that of â beside those of a.
     #[test]

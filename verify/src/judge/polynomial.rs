@@ -162,7 +162,7 @@ impl Polynomial {
     }
 
     /// p′.
-    fn derivative(&self) -> Self {
+    pub(super) fn derivative(&self) -> Self {
         Self::new(self.0.iter().enumerate().skip(1).map(|(k, c)| c * &Real::from(k as i64)).collect())
     }
 

@@ -106,7 +106,7 @@ fn mirrors(numbers: &Numbers, ascending: &[usize], images: &[Vec<usize>], chosen
 }
 
 /// The stages in the order of their c.
-pub(super) fn ascending(c: &[Real]) -> Vec<usize> {
+fn ascending(c: &[Real]) -> Vec<usize> {
     let mut stages: Vec<usize> = (0..c.len()).collect();
     stages.sort_by(|&i, &j| c[i].to_f64().total_cmp(&c[j].to_f64()));
     stages

@@ -75,6 +75,10 @@ pub fn acts_between(problem: &dyn Problem, times: &[f64], states: &[Vec<f64>]) -
     if samples < 2 * ways || states.len() != times.len() || states.iter().any(|state| state.len() != n) {
         return Vec::new();
     }
+    // What is linear acts at no place; where a cubic leaves the solution it is the states that do not resolve it.
+    if problem.field().is_linear() {
+        return Vec::new();
+    }
     let f = |t: f64, v: &[f64]| {
         let mut f = vec![0.0; n];
         ode.rhs(t, v, &mut f);
@@ -160,6 +164,15 @@ mod tests {
             let is_there = |t: &f64| (t - 0.6_f64.acos()).abs() < 0.01;
             assert!(!found.is_empty() && found.iter().all(is_there), "{ways}: {found:?}");
         }
+    }
+
+    /// A fast rotation that decays, from states that do not resolve it, is linear.
+    #[test]
+    fn what_is_linear_acts_nowhere() {
+        let decaying = model("-1000*x + 800*y, -800*x - 1000*y");
+        let times: Vec<f64> = (0..=30).map(|k| 0.1 * f64::from(k)).collect();
+        let states: Vec<Vec<f64>> = (0..=30).map(|k| vec![0.01_f64.powi(k), 0.0]).collect();
+        assert_eq!(acts_between(&decaying, &times, &states), [0.0; 0]);
     }
 
     /// What multiplies a component that starts at zero is looked at beside zero.

@@ -5,12 +5,16 @@
 //! u_i { x = 2, y = 0 }         the state and its value at t = 0
 //! F_i { y, mu * (1 - x * x) * y - x }      f(t, u)
 //! ```
+//!
+//! With `dudt_i` and `M_i` it states M u̇ = F(t, u) with a constant regular M, and f is M⁻¹F.
 
+mod affine;
+mod mass;
 mod mistakes;
 mod powers;
 mod sums;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -24,6 +28,8 @@ use diffsl::{Compiler, CraneliftJitModule};
 use lsvi::{Coloring, Differences, Jacobian, Structure, VectorField};
 use nalgebra::DMatrix;
 
+use self::affine::{Kind, kind_of};
+use self::mass::Inverse;
 use super::{Facts, Problem, Window};
 use crate::measure::norm::Extremes;
 use crate::measure::stability::spectral_abscissa;
@@ -95,8 +101,8 @@ pub enum ModelError {
         /// Its last words.
         reason: String,
     },
-    /// A model beyond first-order systems u̇ = F(t, u).
-    #[error("{} is not of the form du/dt = F(t, u): {reason}", path.display())]
+    /// A model beyond first-order systems M u̇ = F(t, u).
+    #[error("{} is not of the form M du/dt = F(t, u): {reason}", path.display())]
     Form {
         /// The file.
         path: PathBuf,
@@ -247,6 +253,7 @@ struct Compiled {
     compiler: Compiler<CraneliftJitModule, f64>,
     inputs: Vec<f64>,
     components: Vec<String>,
+    mass: Inverse,
     structure: Structure,
     is_linear: bool,
     /// Groups of columns of ∂F/∂u that share no row.
@@ -305,17 +312,21 @@ impl Compiled {
             return Err(ModelError::Form { path: path.into(), reason });
         }
         let components = labels(model.state());
-        let structure = structure(components.len(), model.take_rhs_state_deps());
+        let mass = Inverse::of(&mut model, &compiler, &inputs).map_err(|reason| {
+            let reason = format!("M_i{}, states a product {reason}", mistakes::lines_with(code, "M"));
+            ModelError::Form { path: path.into(), reason }
+        })?;
+        let entries = model.take_rhs_state_deps();
+        let structure = if mass.is_diagonal() { structure(components.len(), entries) } else { Structure::Dense };
         let coloring = Coloring::new(components.len(), &structure);
-        Ok(Self { compiler, inputs, components, is_linear: is_linear(&model), structure, coloring })
+        let is_linear = kind_of(&model, model.rhs(), model.state(), Kind::OfTime) <= Kind::Affine;
+        Ok(Self { compiler, inputs, components, mass, is_linear, structure, coloring })
     }
 }
 
-/// What a model has beyond u̇ = F(t, u), by its name.
+/// What a model has beyond M u̇ = F(t, u), by its name.
 fn beyond_first_order(model: &DiscreteModel) -> Option<(&'static str, &'static str)> {
-    if model.lhs().is_some() {
-        Some(("M", "a mass matrix or algebraic equations; solve for the derivatives, and leave M_i and dudt_i out"))
-    } else if model.stop().is_some() {
+    if model.stop().is_some() {
         Some(("stop", "events"))
     } else if model.reset().is_some() {
         Some(("reset", "jumps"))
@@ -330,7 +341,8 @@ fn beyond_first_order(model: &DiscreteModel) -> Option<(&'static str, &'static s
 /// one of the two without a word.
 fn ambiguous(model: &DiscreteModel) -> Option<String> {
     let defined = [model.constant_defns(), model.input_dep_defns(), model.time_dep_defns(), model.state_dep_defns()];
-    let tensors = model.input().into_iter().chain([model.state(), model.rhs()]).chain(defined.into_iter().flatten());
+    let vectors = [Some(model.state()), model.state_dot(), model.lhs(), Some(model.rhs())];
+    let tensors = model.input().into_iter().chain(vectors.into_iter().flatten()).chain(defined.into_iter().flatten());
     let mut seen = HashSet::from(["t"]);
     for tensor in tensors {
         let elements = tensor.elmts().iter().filter_map(|block| block.name());
@@ -350,14 +362,19 @@ fn unnamed_input(model: &DiscreteModel) -> Option<String> {
     Some(format!("`{value}` among its inputs has no name; decimals have a point, as in in_i {{ k = 1.5 }}"))
 }
 
-/// A row of F that is called the rate of another component than the one whose place it has: DiffSL goes by the place.
+/// A row of F, or a component of dudt, that is called the rate of another component than the one whose place it has: DiffSL goes by the
+/// place.
 fn misplaced_row(model: &DiscreteModel) -> Option<String> {
     let names = |tensor: &Tensor| -> Vec<Option<String>> {
         tensor.elmts().iter().map(|block| block.name().map(str::to_owned)).collect()
     };
-    let (components, rows) = (names(model.state()), names(model.rhs()));
-    rows.iter().zip(&components).find_map(|(row, component)| {
-        let (row, component) = (row.as_ref()?, component.as_ref()?);
+    let components = names(model.state());
+    let rows = [Some(model.rhs()), model.state_dot()]
+        .into_iter()
+        .flatten()
+        .flat_map(|rates| names(rates).into_iter().zip(&components));
+    rows.into_iter().find_map(|(row, component)| {
+        let (row, component) = (row?, component.as_ref()?);
         let meant = row.strip_prefix('d')?.strip_suffix("dt")?;
         let is_other = meant != component && components.iter().flatten().any(|other| other == meant);
         is_other.then(|| {
@@ -392,71 +409,6 @@ fn structure(dim: usize, entries: Vec<(usize, usize)>) -> Structure {
         Structure::sparse(dim, entries).unwrap_or_default()
     } else {
         Structure::Dense
-    }
-}
-
-/// What an expression is in the state u.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Kind {
-    /// A number that depends on nothing but the inputs.
-    Constant,
-    /// A function of t.
-    OfTime,
-    /// A u + g(t) with constant A.
-    Affine,
-    /// Anything else.
-    Other,
-}
-
-/// Whether F(t, u) = A u + g(t) with a constant A, as far as the text shows it.
-fn is_linear(model: &DiscreteModel) -> bool {
-    let mut known: HashMap<&str, Kind> = HashMap::from([("t", Kind::OfTime), (model.state().name(), Kind::Affine)]);
-    let constants = model.input().into_iter().chain(model.constant_defns()).chain(model.input_dep_defns());
-    for tensor in constants {
-        known.insert(tensor.name(), Kind::Constant);
-        known.extend(tensor.elmts().iter().filter_map(|block| block.name()).map(|name| (name, Kind::Constant)));
-    }
-    for block in model.state().elmts() {
-        known.extend(block.name().map(|name| (name, Kind::Affine)));
-    }
-    // Definitions come before their use.
-    for tensor in model.time_dep_defns().iter().chain(model.state_dep_defns()) {
-        let kind = kind_of_tensor(tensor, &known);
-        known.insert(tensor.name(), kind);
-        for block in tensor.elmts() {
-            known.extend(block.name().map(|name| (name, kind)));
-        }
-    }
-    kind_of_tensor(model.rhs(), &known) <= Kind::Affine
-}
-
-fn kind_of_tensor(tensor: &Tensor, known: &HashMap<&str, Kind>) -> Kind {
-    tensor.elmts().iter().map(|block| kind(block.expr(), known)).max().unwrap_or(Kind::Constant)
-}
-
-/// What an expression is; a name that is not known is taken for a function of u.
-fn kind(expression: &Ast, known: &HashMap<&str, Kind>) -> Kind {
-    match &expression.kind {
-        AstKind::Number(_) | AstKind::Integer(_) => Kind::Constant,
-        AstKind::Name(name) => known.get(name.name).copied().unwrap_or(Kind::Other),
-        AstKind::Index(index) => kind(&index.left, known),
-        AstKind::Monop(signed) => kind(&signed.child, known),
-        AstKind::Binop(binop) => {
-            let (left, right) = (kind(&binop.left, known), kind(&binop.right, known));
-            match binop.op {
-                '+' | '-' => left.max(right),
-                _ if left.max(right) <= Kind::OfTime => left.max(right),
-                '*' if left.min(right) == Kind::Constant => left.max(right),
-                '/' if right == Kind::Constant => left,
-                _ => Kind::Other,
-            }
-        }
-        AstKind::Call(call) => {
-            let arguments = call.args.iter().map(|argument| kind(argument, known)).max();
-            arguments.filter(|kind| *kind <= Kind::OfTime).unwrap_or(Kind::Other)
-        }
-        AstKind::CallArg(argument) => kind(&argument.expression, known),
-        _ => Kind::Other,
     }
 }
 
@@ -535,6 +487,7 @@ impl Equations {
     fn evaluate(&self, t: f64, v: &[f64], dv: &mut [f64]) {
         let mut scratch = self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
         self.compiled.compiler.rhs(t, v, &mut scratch.data, dv);
+        self.compiled.mass.solve(dv);
     }
 
     /// Calls `add(i, j, ∂f_i/∂v_j)`: one product for each group of columns that share no row.
@@ -543,14 +496,24 @@ impl Equations {
         // The products use the intermediate values at (t, v).
         self.compiled.compiler.rhs(t, v, &mut s.data, &mut s.value);
         let coloring = &self.compiled.coloring;
+        let mut at = t;
         for c in 0..coloring.groups() {
             s.direction.fill(0.0);
             coloring.columns(c).for_each(|j| s.direction[j] = 1.0);
-            s.tangent.fill(0.0);
-            s.product.fill(0.0);
-            let (direction, product) = (&s.direction, &mut s.product);
-            self.compiled.compiler.rhs_grad(t, v, direction, &s.data, &mut s.tangent, &s.value, product);
-            coloring.entries(c).filter(|(i, _)| product[*i] != 0.0).for_each(|(i, j)| add(i, j, product[i]));
+            loop {
+                s.tangent.fill(0.0);
+                s.product.fill(0.0);
+                let (direction, product) = (&s.direction, &mut s.product);
+                self.compiled.compiler.rhs_grad(at, v, direction, &s.data, &mut s.tangent, &s.value, product);
+                if at > t || s.product.iter().all(|x| x.is_finite()) {
+                    break;
+                }
+                // A function of t alone adds 0 times its derivative, which is NaN where that is infinite, as of √t at 0, and there only.
+                at = t.next_up();
+                self.compiled.compiler.rhs(at, v, &mut s.data, &mut s.value);
+            }
+            self.compiled.mass.solve(&mut s.product);
+            coloring.entries(c).filter(|(i, _)| s.product[*i] != 0.0).for_each(|(i, j)| add(i, j, s.product[i]));
         }
     }
 }

@@ -166,7 +166,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     evidence.tables.push(Table::new("flow-cost-per-error", caption, columns, rows));
     let id = "flow-precision";
     let caption = format!(
-        "The runs behind it, with {} to {finest} steps: error in time of the velocities, root mean square. Where it is above that of the \
+        "The runs behind the table of costs, with {} to {finest} steps: error in time of the velocities, root mean square. Where it is above that of the \
          flow itself, {} and {}, the run has lost the flow: it and runs with longer steps have no error and no point. The systems of \
          pressure correction have constant matrices and are separable, those of the other implicit methods are not, and RK4 has none of \
          the size of the flow but those of M.",

@@ -158,8 +158,10 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
         number::short(number::rounded_down(parts, 4))
     );
     if method == BOTH[0] {
-        let evidence =
-            format!("{evidence} So {run} ends at {}, which is −1/h, while the solution tends to 0.", text(end));
+        let evidence = format!(
+            "{evidence} With that root left, {run} ends at {}, which is −1/h, while the solution tends to 0.",
+            text(end)
+        );
         let spurious = OneStep { problem: "quadratic-drag v0=-1", ..step(1.0) };
         return Ok(Finding::on(cases, evidence)
             .holds_where(format!("{reading} That root is negative and leads to the spurious steady state v = −1/h."))
@@ -170,7 +172,7 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
             )));
     }
     let evidence = format!(
-        "{evidence} So {run} comes to {} and {} in turn for ever, while the solution tends to 0.",
+        "{evidence} With that root left, {run} comes to {} and {} in turn for ever, while the solution tends to 0.",
         text(before.max(end)),
         text(before.min(end))
     );

@@ -266,31 +266,49 @@ fn rates(context: &Context) -> Result<Finding, StudyError> {
         .with_table(table))
 }
 
-fn linear_against_euler(context: &Context) -> Result<Finding, StudyError> {
-    const BETWEEN: [f64; 2] = [0.001, 10.0];
-    let (mut cases, mut scanned) = (Vec::new(), Vec::new());
-    for method in BOTH {
-        let found = ahead(context, "linear-drag", [method, "implicit-euler"], 1.0, BETWEEN)?;
-        for h in [10.0, 5.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.1, 0.05, 0.01, 0.005, 0.001] {
+/// An error of a method with steps of h on a problem.
+type ErrorOf = fn(&Context, &'static str, f64) -> Result<f64, StudyError>;
+
+/// Both methods' errors beside implicit Euler's at some steps, and the steps at which each is ahead, as a text.
+fn against_euler(
+    context: &Context,
+    (problem, error): (&'static str, ErrorOf),
+    steps: &[f64],
+    between: [f64; 2],
+) -> Result<(Vec<Case>, [String; 2]), StudyError> {
+    let mut cases = Vec::new();
+    let mut compare = |method: &'static str| -> Result<String, StudyError> {
+        let found = ahead(context, problem, [method, "implicit-euler"], 1.0, between)?;
+        for &h in steps {
             let what = format!("largest error, {method}, h = {h}, against implicit-euler");
-            let case = Case::below(what, linear(context, method, h)?, linear(context, "implicit-euler", h)?);
+            let case = Case::below(what, error(context, method, h)?, error(context, "implicit-euler", h)?);
             cases.push(case.under(is_within(&found, h)).against("implicit-euler"));
         }
-        scanned.push(found);
-    }
-    let ratio = |method: &'static str, h: f64| -> Result<f64, StudyError> {
-        Ok(linear(context, "implicit-euler", h)? / linear(context, method, h)?)
+        Ok(sizes("h", &found, between))
     };
+    let ahead = [compare(BOTH[0])?, compare(BOTH[1])?];
+    Ok((cases, ahead))
+}
+
+/// How many times a method's error implicit Euler's is.
+fn gain(context: &Context, error: ErrorOf, method: &'static str, h: f64) -> Result<String, StudyError> {
+    Ok(text(error(context, "implicit-euler", h)? / error(context, method, h)?))
+}
+
+fn linear_against_euler(context: &Context) -> Result<Finding, StudyError> {
+    const BETWEEN: [f64; 2] = [0.001, 10.0];
+    const STEPS: [f64; 13] = [10.0, 5.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.1, 0.05, 0.01, 0.005, 0.001];
+    let (cases, [one, two]) = against_euler(context, ("linear-drag", linear), &STEPS, BETWEEN)?;
+    let gain = |method: usize, h: f64| gain(context, linear, BOTH[method], h);
     let evidence = format!(
         "Implicit Euler's error is {} times Method I's and {} times Method II's at h = 0.1, {} and {} times at h = 1, {} and {} times at h = 5.",
-        text(ratio(BOTH[0], 0.1)?),
-        text(ratio(BOTH[1], 0.1)?),
-        text(ratio(BOTH[0], 1.0)?),
-        text(ratio(BOTH[1], 1.0)?),
-        text(ratio(BOTH[0], 5.0)?),
-        text(ratio(BOTH[1], 5.0)?)
+        gain(0, 0.1)?,
+        gain(1, 0.1)?,
+        gain(0, 1.0)?,
+        gain(1, 1.0)?,
+        gain(0, 5.0)?,
+        gain(1, 5.0)?
     );
-    let [one, two] = [0, 1].map(|place| sizes("h", &scanned[place], BETWEEN));
     Ok(Finding::on(cases, evidence)
         .holds_where(format!(
             "With Method I at {one}, and with Method II at {two} (scanned from {} to {}).",
@@ -307,32 +325,22 @@ const QUADRATIC_STEPS: [f64; 6] = [1.0, 0.1, 0.05, 0.01, 0.005, 0.001];
 fn quadratic_against_euler(context: &Context) -> Result<Finding, StudyError> {
     // As far as Method I has steps, and beyond.
     const BETWEEN: [f64; 2] = [0.001, 4.0];
-    let (mut cases, mut scanned) = (Vec::new(), Vec::new());
-    for method in BOTH {
-        let found = ahead(context, "quadratic-drag", [method, "implicit-euler"], 1.0, BETWEEN)?;
-        for h in QUADRATIC_STEPS.into_iter().chain([0.9, 0.8, 0.7, 0.6, 0.5, 0.2]) {
-            let what = format!("largest error, {method}, h = {h}, against implicit-euler");
-            let case = Case::below(what, quadratic(context, method, h)?, quadratic(context, "implicit-euler", h)?);
-            let case = case.under(is_within(&found, h)).against("implicit-euler");
-            cases.push(if method == BOTH[1] { case.or_else(FOLD) } else { case });
-        }
-        scanned.push(found);
-    }
-    let ratio = |method: &'static str, h: f64| -> Result<f64, StudyError> {
-        Ok(quadratic(context, "implicit-euler", h)? / quadratic(context, method, h)?)
-    };
+    let steps = [&QUADRATIC_STEPS[..], &[0.9, 0.8, 0.7, 0.6, 0.5, 0.2]].concat();
+    let (cases, [one, two]) = against_euler(context, ("quadratic-drag", quadratic), &steps, BETWEEN)?;
+    // Method I has a step at each of them.
+    let cases = cases.into_iter().map(|case| case.or_else(FOLD)).collect();
+    let gain = |method: usize, h: f64| gain(context, quadratic, BOTH[method], h);
     let evidence = format!(
         "Implicit Euler's error is {} times Method I's at h = 1, {} times at h = 0.1, {} times at h = 0.01; {} and {} times \
          Method II's at the last two. At h = 0.8 Method II has {} and implicit Euler {}.",
-        text(ratio(BOTH[0], 1.0)?),
-        text(ratio(BOTH[0], 0.1)?),
-        text(ratio(BOTH[0], 0.01)?),
-        text(ratio(BOTH[1], 0.1)?),
-        text(ratio(BOTH[1], 0.01)?),
+        gain(0, 1.0)?,
+        gain(0, 0.1)?,
+        gain(0, 0.01)?,
+        gain(1, 0.1)?,
+        gain(1, 0.01)?,
         text(quadratic(context, BOTH[1], 0.8)?),
         text(quadratic(context, "implicit-euler", 0.8)?)
     );
-    let [one, two] = [0, 1].map(|place| sizes("h", &scanned[place], BETWEEN));
     Ok(Finding::on(cases, evidence)
         .holds_where(format!(
             "With Method I at {one}, nearly to the end of its branch (S24-h-1), and with Method II at {two} (scanned from {} to {}).",

@@ -473,3 +473,28 @@ fn errors_that_do_not_die_out_are_those_of_simple_roots_on_the_rim_beside_one() 
         assert_eq!(theory(rho, sigma).is_weakly_stable(), weakly, "{rho}");
     }
 }
+
+/// On these Re ρ(ζ)/σ(ζ) = 0 on the unit circle but for poles there, whose residues decide: at hλ = −2 roots are outside.
+#[test]
+fn roots_of_sigma_on_the_rim_decide_stability_for_large_steps() {
+    let outcome = |rho: &str, sigma: &str| {
+        let theory = theory(rho, sigma);
+        let is_stable = theory.growth(Complex::new(-2.0, 0.0)) <= 1.0 + BOUNDED;
+        (theory.find(Property::AStable).expect("looked at").outcome, is_stable, theory.alpha.is_some())
+    };
+    for (rho, sigma) in [
+        ("-1 1 -1 1", "5/12 7/12 7/12 5/12"),
+        ("-1 11/5 -11/5 1", "2/13 16/65 16/65 2/13"),
+        // Milne and Simpson's, with roots −2 ± √3 of σ, one of them outside.
+        ("-1 0 1", "1/3 4/3 1/3"),
+    ] {
+        assert_eq!(outcome(rho, sigma), (Outcome::Fail, false, false), "{rho} {sigma}");
+    }
+    // The trapezoidal rule, and the same times ζ + 1 and ζ² + 1.
+    for (rho, sigma) in [("-1 1", "1/2 1/2"), ("-1 0 1", "1/2 1 1/2"), ("-1 1 -1 1", "1/2 1/2 1/2 1/2")] {
+        assert_eq!(outcome(rho, sigma), (Outcome::Pass, true, true), "{rho} {sigma}");
+    }
+    // (ζ² + 1)²/4.
+    let double = theory("-1/2 -1/2 0 0 1", "1/4 0 1/2 0 1/4").leaves_at_infinity();
+    assert!(double.is_some_and(|zeta| zeta.re.abs() < 1e-6 && (zeta.im.abs() - 1.0).abs() < 1e-6), "{double:?}");
+}
