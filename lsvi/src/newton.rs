@@ -16,7 +16,7 @@
 //! are roundings, in no proportion to each other.
 //!
 //! Otherwise the root is followed in pieces of h, on each of which the branch hardly bends, as half-way tells. Its end, a fold,
-//! is an error. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a
+//! is an error; a kink of F, on both sides of which the branch is straight, is none. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a
 //! second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative, and by its change on the
 //! tangent of the branch or, where the root lies much further away, on the way to that. A nonlinear equation whose
 //! state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
@@ -67,9 +67,11 @@ const MOST_NOISE: f64 = 1e-5;
 const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
 const SHORTEST: f64 = 1e-10;
-/// Part of what a continuation has reached by which it goes on beyond its end, to look for the branch behind a kink; times by which the branch may be
-/// steeper there than it was on the whole; and iterations, of which each may change the side of the kink in one component.
+/// Part of what a continuation has reached by which it goes on beyond its end, to look for the branch behind a kink; how straight that is on both
+/// sides, where a continuation that ends elsewhere does so as the derivative changes by [`SURE_CONTRACTION`] on its shortest pieces; times by which the branch
+/// may be steeper there than it was on the whole; and iterations, of which each may change the side of the kink in one component.
 const ACROSS: f64 = 64.0 * SHORTEST;
+const STRAIGHT: f64 = 1e-3;
 const STEEPEST: f64 = 1e4;
 const CROSSINGS: u32 = 20;
 /// Attempts on the pieces of one continuation. A fold takes log₂(1/SHORTEST) halvings, and the branch before it few more;
@@ -621,7 +623,7 @@ impl Newton {
             }
             if reached > 0.0 && piece < self.shortest_piece(system) * reached {
                 let target = h.min(reached * (1.0 + ACROSS));
-                if !self.crosses_kink(system, target, x) {
+                if !self.crosses_kink(system, (reached, target), x) {
                     return Err(failure.beyond(reached));
                 }
                 self.origin.copy_from_slice(x);
@@ -631,13 +633,13 @@ impl Newton {
         Err(failure)
     }
 
-    /// Sets `x` to the root at `target`, just beyond the end of a continuation at the origin, where the branch goes on there from a kink of F: at
-    /// either side of one increments contract to the root on it, and the determinants have one sign. Beyond a fold there is no root as near.
-    fn crosses_kink(&mut self, system: &mut dyn System, target: f64, x: &mut [f64]) -> bool {
-        if system.limit() != LimitAtZero::Kept {
+    /// Sets `x` to the root at `target`, just beyond the end of a continuation at the origin, its point at `reached`, where F has a kink there: on
+    /// either side of it the branch is straight, as it is beside no fold and no branch that comes near, and the determinants have one sign.
+    fn crosses_kink(&mut self, system: &mut dyn System, (reached, target): (f64, f64), x: &mut [f64]) -> bool {
+        x.copy_from_slice(&self.origin);
+        if system.limit() != LimitAtZero::Kept || !self.is_straight(system, (reached, 2.0 * reached - target), x) {
             return false;
         }
-        x.copy_from_slice(&self.origin);
         let mut is_found = false;
         for _ in 0..CROSSINGS {
             if is_found || self.set_increment(system, target, x).is_err() {
@@ -647,7 +649,24 @@ impl Newton {
             is_found = max_norm(&self.increment) <= self.roundoff();
         }
         let way = difference(&self.origin, 1.0, &self.start);
-        is_found && !self.is_turned() && difference(x, 1.0, &self.origin) <= STEEPEST * ACROSS * way
+        is_found
+            && difference(x, 1.0, &self.origin) <= STEEPEST * ACROSS * way
+            && self.is_straight(system, (target, 0.5 * (reached + target)), x)
+            && !self.is_turned()
+    }
+
+    /// Whether one increment leads from `x`, the root at step size `from`, to that at `to`, to a thousandth.
+    fn is_straight(&mut self, system: &mut dyn System, (from, to): (f64, f64), x: &[f64]) -> bool {
+        if self.set_increment(system, from, x).is_err() {
+            return false;
+        }
+        system.residual(to, x, &mut self.part);
+        self.lu.solve(&mut self.part);
+        self.point.iter_mut().zip(x.iter().zip(&self.part)).for_each(|(point, (x, d))| *point = x - d);
+        system.residual(to, &self.point, &mut self.increment);
+        self.lu.solve(&mut self.increment);
+        self.work.residuals += 2;
+        max_norm(&self.increment) <= STRAIGHT * max_norm(&self.part) + self.roundoff()
     }
 
     /// The shortest piece of a continuation relative to what it has reached. Where the branch may cross others, x changes by more than

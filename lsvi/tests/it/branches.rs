@@ -557,3 +557,28 @@ fn a_branch_that_turns_back_at_a_kink_ends_there() {
     euler.step(0.0, 0.3, &mut v, &mut []).expect("there is");
     assert!((v[0] - 0.3).abs() < 1e-15);
 }
+
+/// v̇ = v(1 − v) in a step of Method I: about v₀ = 1.9183 the branch comes by another near h = 4.82, and beyond that v₀ it ends there. However near,
+/// it is followed to its own end or given up.
+#[test]
+fn a_branch_that_comes_by_another_is_no_kink() {
+    let step = |v0: f64, h: f64| {
+        let mut v = [v0];
+        method_i(field_of(LOGISTIC)).expect("fits").step(0.0, h, &mut v, &mut [0.0]).map(|()| v[0])
+    };
+    let (mut below, mut above) = (1.0, 3.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (below + above);
+        match step(middle, 5.015625) {
+            Ok(_) => below = middle,
+            Err(StepError::Solve { source: SolveError::BranchLost { reached }, .. }) => {
+                assert!(reached < 5.0, "{middle}: {reached}");
+                above = middle;
+            }
+            Err(error) => panic!("{middle}: {error}"),
+        }
+    }
+    // The branch at the last start that has a step is that of starts before it.
+    let [last, before] = [step(below, 5.015625), step(below - 1e-3, 5.015625)].map(|v| v.expect("on the branch"));
+    assert!((last - before).abs() < 0.1, "{last} {before}");
+}

@@ -298,6 +298,7 @@ fn level_curve(q0: f64, p0: f64) -> Series {
 mod tests {
     use super::*;
     use crate::evidence::Outcome;
+    use crate::experiment::energy_drift::Window;
 
     #[test]
     fn reversibility_is_held_to_the_rounding_and_its_absence_to_a_thousand() {
@@ -310,5 +311,20 @@ mod tests {
             [1.1e-13, 0.9e-13, f64::NAN].map(|defect| outcome(false, defect)),
             [Outcome::Pass, Outcome::Fail, Outcome::Fail]
         );
+    }
+
+    #[test]
+    fn momentum_is_kept_to_the_rounding_and_its_loss_is_ten_times_that() {
+        let outcome = |kind: Kind, change: f64| {
+            let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
+            let (problem, method, steps, momentum) = ("kepler", "method".into(), 1000, Some(change));
+            let drift =
+                Drift { problem, method, kind, steps, windows, drift: 0.0, stderr: 1e-9, rounding: 1e-12, momentum };
+            let checks = checks(&drift);
+            checks.into_iter().find(|check| check.id.starts_with("momentum/")).expect("it has one").outcome
+        };
+        let (pass, fail) = (Outcome::Pass, Outcome::Fail);
+        assert_eq!([0.9e-12, 1.1e-12, f64::NAN].map(|change| outcome(Kind::Symplectic, change)), [pass, fail, fail]);
+        assert_eq!([1.1e-11, 0.9e-11, f64::NAN].map(|change| outcome(Kind::Dissipative, change)), [pass, fail, fail]);
     }
 }

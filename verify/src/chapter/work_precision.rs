@@ -159,6 +159,10 @@ mod tests {
             let curves = [curve("galerkin-gauss(2)", own), curve("galerkin-gauss(3)", other)];
             cheaper(&curves, "galerkin-gauss(2)", "galerkin-gauss(3)").expect("known").outcome
         };
+        // For as many equations the one with two nodes takes two thirds of the evaluations of the one with three.
+        let curves = [curve("galerkin-gauss(2)", [0.5 * TARGET; 2]), curve("galerkin-gauss(3)", [0.5 * TARGET; 2])];
+        let check = cheaper(&curves, "galerkin-gauss(2)", "galerkin-gauss(3)").expect("known");
+        assert_eq!(check.measured, Some(200.0 / 300.0));
         let (there, not) = ([1.0, 0.5 * TARGET], [1.0, 2.0 * TARGET]);
         assert_eq!(outcome(there, there), Outcome::Pass);
         assert_eq!(outcome(there, not), Outcome::Pass);

@@ -325,6 +325,17 @@ mod tests {
     }
 
     #[test]
+    fn the_libraries_behind_the_numbers_are_told_by_their_names() {
+        let found = provenance();
+        let value = |name: &str| found.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str());
+        assert!(
+            value("CVODE").is_some_and(|x| x.starts_with("SUNDIALS") || x.contains("not compiled in")),
+            "{found:?}"
+        );
+        assert!(value("diffsol").is_some_and(|x| x.starts_with("diffsol ")), "{found:?}");
+    }
+
+    #[test]
     fn a_study_that_breaks_off_leaves_the_others_alone() {
         let study = |id, run| Study { id, title: "", question: "", source: "", run };
         let studies = [

@@ -300,6 +300,7 @@ mod tests {
         }
         assert_eq!(Real::rational(&RBig::from_parts(8.into(), 10_000_u64.into())).decimal(1), "0.0008");
         assert_eq!(Real::from(0).decimal(3), "0");
+        assert_eq!(format!("{:.3}", &Real::from(1) / &Real::from(3)), "0.333");
     }
 
     #[test]

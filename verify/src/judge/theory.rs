@@ -241,8 +241,7 @@ impl Theory {
         let damped = orders.find(|k| (&inverse * (&inverse * defects(*k).0)).dot(&b).abs() > tolerance);
         // hᵏ against hᵈ/(hλ): where hλ ≫ 1 the former dominates unless it is of higher order.
         match (first, damped) {
-            (Some(first), Some(damped)) if first <= damped => Some((first, false)),
-            (Some(first), None) => Some((first, false)),
+            (Some(first), damped) if damped.is_none_or(|damped| first <= damped) => Some((first, false)),
             (None, Some(damped)) => Some((damped - 1, true)),
             _ => None,
         }

@@ -412,6 +412,17 @@ mod tests {
     }
 
     #[test]
+    fn larger_values_lie_further_to_the_right_and_higher() {
+        let scale = || Scale { log: false, low: 0.0, high: 1.0 };
+        let frame = Frame { left: 0.0, width: 100.0, height: 50.0, x: scale(), y: scale() };
+        // From the upper left corner, in quarters.
+        assert_eq!(
+            [(0.0, 0.0), (1.0, 1.0), (0.5, 1.0)].map(|point| frame.place(&point)),
+            [(0, 200), (400, 0), (200, 0)]
+        );
+    }
+
+    #[test]
     fn points_without_a_place_are_counted_in_every_series() {
         let series = |points: &[(f64, f64)]| Series::new("s", points.to_vec(), Mark::Markers);
         let log = Axis { log: true, ..Axis::linear("") };

@@ -1,6 +1,7 @@
 //! Columns of a table that follow from others of it.
 
 use verify::evidence::{Cell, Evidence, Panel, Table};
+use verify::measure::norm::Extremes;
 
 /// What a row of a table says of itself that is not so.
 pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
@@ -22,7 +23,58 @@ pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
         let table = evidence.tables.iter().find(|table| table.id == figure.data).expect("its table");
         figure.panels.iter().flat_map(|panel| misplaced(table, panel))
     });
-    evidence.tables.iter().flat_map(of).chain(marks).collect()
+    evidence.tables.iter().flat_map(of).chain(marks).chain(misjudged(evidence)).collect()
+}
+
+/// The extremes that checks are about, of all the rows that they are about, in the words of this list and not in those of the chapter.
+fn misjudged(evidence: &Evidence) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut require = |check: &str, expected: f64| {
+        let check = evidence.checks.iter().find(|c| c.id == check).unwrap_or_else(|| panic!("{check}"));
+        let measured = check.measured.unwrap_or(f64::NAN);
+        if (measured - expected).abs() > 1e-12 * expected.abs() || measured.is_nan() {
+            found.push(format!("`{}` has {measured}, and its table {expected}", check.id));
+        }
+    };
+    for table in &evidence.tables {
+        let rows = |names: &[&str], keys: &[&str]| -> Vec<Vec<f64>> {
+            let text = |row: &Vec<Cell>, k: usize| matches!(&row[k], Cell::Text(text) if text.as_str() == keys[k]);
+            let columns: Vec<usize> = names.iter().map(|name| table.column(name).expect("a column")).collect();
+            let kept = table.rows.iter().filter(|row| (0..keys.len()).all(|k| text(row, k)));
+            kept.filter_map(|row| columns.iter().map(|&k| row[k].number()).collect()).collect()
+        };
+        let largest = |values: Vec<f64>| values.into_iter().largest();
+        match &*table.id {
+            "closure-errors" => {
+                require("fitted/exact", largest(rows(&["error"], &["fitted(1)"]).concat()));
+            }
+            "minimax-constants" => {
+                let of = rows(&["least_error", "largest_error", "neighbour", "method_i", "method_ii"], &[]);
+                let over = |rival: fn(&[f64]) -> f64| {
+                    largest(of.iter().map(|row| row[0].abs().max(row[1].abs()) / rival(row)).collect())
+                };
+                require("minimax/best", over(|row| row[2]));
+                require("minimax/rivals", over(|row| row[3].min(row[4])));
+            }
+            "closures-beyond" => {
+                let over = |method: &str| {
+                    let of = rows(&[method, "trapezoidal", "implicit-midpoint"], &[]);
+                    largest(of.iter().map(|row| row[0] / row[1].min(row[2])).collect())
+                };
+                require(
+                    "fitted/no-cure",
+                    ["fitted(1)", "fitted(4)", "fitted-pade(4)"].map(over).into_iter().smallest(),
+                );
+            }
+            "metric-drift" => {
+                for (metric, check) in [("balanced", "invariant/balanced"), ("euclidean", "invariant/euclidean")] {
+                    require(check, largest(rows(&["drift"], &[metric]).concat()));
+                }
+            }
+            _ => {}
+        }
+    }
+    found
 }
 
 /// A panel of the map of stability whose marks are not the points at which its table has no factor.

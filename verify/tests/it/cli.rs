@@ -269,7 +269,14 @@ fn lists_name_everything() {
     let methods_text = names("methods");
     method::ALL.iter().for_each(|spec| assert!(named(&methods_text, spec.form), "{}", spec.form));
     let references_text = names("references");
-    reference::all().iter().for_each(|reference| assert!(named(&references_text, reference.name())));
+    for reference in reference::all() {
+        assert!(named(&references_text, reference.name()));
+        let row = references_text.lines().find(|line| line.starts_with(&format!("{} ", reference.name())));
+        let is_for_stiff = row.is_some_and(|row| row.contains("; stiff and non-stiff problems"));
+        // By what the methods are: Adams' and explicit ones are for problems that are not stiff.
+        let is_explicit = ["cvode-adams", "diffsol-tsit45"].contains(&reference.name());
+        assert!(is_for_stiff != is_explicit || reference.library().is_none(), "{references_text}");
+    }
     let studies_text = names("studies");
     chapter::ALL.iter().for_each(|study| assert!(named(&studies_text, study.id)));
     let (status, _, message) = say("list problem");

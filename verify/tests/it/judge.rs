@@ -1349,3 +1349,18 @@ fn an_order_that_the_digits_of_a_file_leave_open_is_not_settled() {
     assert!(stiff.check.reason.contains("the digits printed leave"), "{}", stiff.check.reason);
     assert_eq!(judgement.outcome(), Outcome::Pass);
 }
+
+/// Half a step of Euler's method, of which no order is claimed.
+#[test]
+fn a_method_without_an_order_is_told_to_be_inconsistent() {
+    let reason = |b: &str| {
+        let file = MethodFile::parse("m.toml", "m", &format!("a = [[0]]\nb = ['{b}']\n")).expect("well-formed");
+        let judgement = Judgement::new(file, Effort::Theory);
+        let verdict =
+            judgement.verdicts.into_iter().find(|verdict| verdict.subject == "consistency").expect("looked at");
+        (verdict.check.outcome, verdict.check.reason)
+    };
+    assert_eq!(reason("1"), (Outcome::Pass, "the conditions of order 1 hold".into()));
+    let fails = "the conditions of order 1 fail: its runs do not converge to the solution";
+    assert_eq!(reason("1/2"), (Outcome::Fail, fails.into()));
+}

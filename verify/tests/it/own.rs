@@ -663,6 +663,11 @@ fn a_system_gets_advice_with_an_error_that_was_found_or_none() {
     assert!(code == 3 && out.contains("NO ADVICE") && !out.contains("TAKE"), "{out}");
     let (code, out, _) = verify(&["advise", "--problem", "kepler", "--t-end", "13"]);
     assert!(code == 3 && out.contains("NO ADVICE     no clear winner") && out.matches("RUN").count() == 2, "{out}");
+    // Of [[−1, 10], [0, −1]] the symmetric part has the eigenvalue 4.
+    let sheared = directory("sheared").join("sheared.ds");
+    fs::write(&sheared, "u_i { x = 1, y = 1 } F_i { -x + 10*y, -y }").expect("writable");
+    let (_, out, _) = verify(&["advise", "--model", &sheared.display().to_string(), "--t-end", "5"]);
+    assert!(flat(&out).contains("(numerical abscissa 4.0, spectral -1.0)"), "{out}");
     for bad in ["0", "1", "NaN", "x"] {
         assert_eq!(verify(&["advise", "--problem", "logistic", "--accuracy", bad]).0, 2);
     }

@@ -621,6 +621,39 @@ fn a_chapter_of_checks_alone_takes_one_click() {
     assert!(chapter.contains("1 check that passed") && chapter.contains("alone/c"));
 }
 
+/// What did not pass is on the first page and in the text for a pull request, whichever way it did not.
+#[test]
+fn checks_of_every_outcome_but_one_are_told() {
+    let outcomes = [
+        (Outcome::Pass, "passed"),
+        (Outcome::Fail, "failed"),
+        (Outcome::Inconclusive, "inconclusive"),
+        (Outcome::NotSettled, "unsettled"),
+        (Outcome::NotRun, "absent"),
+    ];
+    let checks =
+        outcomes.map(|(outcome, id)| Check { statement: format!("The {id} one"), ..check(id, outcome, Some(2.0)) });
+    let chapter = Chapter {
+        id: "all".into(),
+        evidence: Evidence { checks: checks.into(), ..Evidence::default() },
+        ..Chapter::default()
+    };
+    let path = fresh("outcomes");
+    report::write(&Run::new(vec![chapter], Vec::new()), &path).expect("written");
+    let page = read(&path, "index.html");
+    let start = page.find("id=\"_summary\"").expect("a summary");
+    let summary = &page[start..page[start..].find("id=\"all\"").map_or(page.len(), |end| start + end)];
+    let text = read(&path, "report.md");
+    // Under a heading with their number.
+    let open: String =
+        text.split("\n## ").filter(|part| part.lines().next().is_some_and(|line| line.ends_with("(1)"))).collect();
+    for (outcome, id) in outcomes {
+        let is_open = outcome != Outcome::Pass;
+        assert_eq!(summary.contains(&format!("The {id} one")), is_open, "{id} on the first page");
+        assert_eq!(open.contains(&format!("The {id} one")), is_open, "{id} in {text}");
+    }
+}
+
 /// Version, commit and date; how the claims came out, before how the checks did; and a way past all that for the keyboard.
 #[test]
 fn the_first_screen_says_what_it_is_and_counts_the_verdicts() {

@@ -65,3 +65,21 @@ impl Method for RadauMethod {
         Ok(Box::new(Radau::new(problem.field(), options).map_err(unfit)?))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::method;
+    use crate::problem;
+    use crate::run::run;
+
+    /// A limit of steps leaves the tolerances.
+    #[test]
+    fn a_run_of_limited_steps_has_its_tolerances() {
+        let problem = problem::build("logistic", &[]).expect("known");
+        let strict = method::parse("radau-adaptive").expect("known").tightened(1e3).expect("it has tolerances");
+        let limited = strict.limited(100_000).expect("it has a limit");
+        let steps = |method: &dyn method::Method| run(&*problem, method, 0.1, 2.0, |_| {}).expect("it runs").work.steps;
+        assert_eq!(steps(&*limited), steps(&*strict));
+        assert!(steps(&*strict) > steps(&*method::parse("radau-adaptive").expect("known")));
+    }
+}

@@ -218,6 +218,19 @@ mod tests {
         }
     }
 
+    /// A step of h comes to a jump that steps of half of it and of a quarter do not lead across, but as far as they have to go another way.
+    #[test]
+    fn the_longest_shorter_step_that_leads_on_is_named() {
+        let problem = model("u_i { v = 1 } F_i { -sqrt(v) }");
+        let implicit = method::parse("implicit-euler").expect("registered");
+        let leads = |step: f64| leads_to(&problem, &*implicit, State::new(0.0, vec![1.0]), step, 0.5);
+        assert!(leads(0.25) && leads(0.125));
+        let source = SolveError::Diverged { iterations: 2, increment: 1e-9 };
+        let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.5, source });
+        let told = told(&problem, &*implicit, &error, (&[1.0], 1.0)).expect("something is told");
+        assert!(told.contains("steps of 0.250000 lead on"), "{told}");
+    }
+
     /// v̇ = v(1 − v) beside a mode that decays: J is singular at v = ½.
     #[test]
     fn a_jacobian_that_becomes_singular_is_named_for_the_momentum_that_it_leaves_open() {

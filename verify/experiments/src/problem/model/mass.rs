@@ -1,6 +1,6 @@
 //! The mass matrix of a model M u̇ = F(t, u), which its equations are solved for.
 
-use diffsl::discretise::{DiscreteModel, Tensor};
+use diffsl::discretise::DiscreteModel;
 use diffsl::{Compiler, CraneliftJitModule};
 use nalgebra::{DMatrix, DVectorViewMut, Dyn, LU};
 
