@@ -105,10 +105,12 @@ fn the_stages_of_a_linear_field_take_two_increments_however_fast_its_rate_change
     }
 }
 
+type Coefficient = fn(f64, f64) -> f64;
+
 /// v̇ = A v + g with A = [[−1, 2], [−3, −c(t, v₂)]], which may say that it is linear.
 struct Promise {
     is_given: bool,
-    c: fn(f64, f64) -> f64,
+    c: Coefficient,
 }
 
 impl VectorField for Promise {
@@ -139,7 +141,7 @@ fn the_stages_of_a_field_that_says_that_it_is_linear_keep_their_factors_while_it
         ("sdirk2", Tableau::sdirk2()),
         ("tr-bdf2", Tableau::tr_bdf2()),
     ] {
-        let cases: [(fn(f64, f64) -> f64, bool); 4] = [
+        let cases: [(Coefficient, bool); 4] = [
             (|_, _| 4.0, true),
             // What does not keep its promise is solved as if it had given none.
             (|t, _| if t > 1.0 { 5.0 } else { 4.0 }, false),
