@@ -16,10 +16,11 @@
 //! are roundings, in no proportion to each other.
 //!
 //! Otherwise the root is followed in pieces of h, on each of which the branch hardly bends, as half-way tells. Its end, a fold,
-//! is an error; a kink of F, on both sides of which the branch is straight, is none. Only an affine equation keeps its one root beyond a pole, where the determinant changes its sign: it is told by a
-//! second increment of less than √ε of the first, which leaves room for an ill-conditioned derivative, and by its change on the
-//! tangent of the branch or, where the root lies much further away, on the way to that. A nonlinear equation whose
-//! state is as small as √ε of its nonlinear scale is taken for one, as it behaves like one.
+//! is an error; a kink of F, on both sides of which the branch is straight, is none. Only an affine equation keeps its one root
+//! beyond a pole, where the determinant changes its sign: it is told by a second increment of less than √ε of the first, which
+//! leaves room for an ill-conditioned derivative, and by its change on the tangent of the branch or, where the root lies much
+//! further away, on the way to that. A nonlinear equation whose state is as small as √ε of its nonlinear scale is taken for one,
+//! as it behaves like one.
 
 mod kept;
 

@@ -40,6 +40,8 @@ pub trait VectorField {
     /// f(t, v) has lost. What it says is checked by [`LeastSquaresStep`](crate::LeastSquaresStep), whatever the structure, at the
     /// state: in the first step of a size, after 2, 4, 8, … more and then after every 256, and where factors are kept and f is
     /// not [autonomous](Self::is_autonomous) at the end of every step: [`SolveError::NotLinear`](crate::SolveError::NotLinear).
+    /// Implicit stages one after the other, as of [`RungeKutta`](crate::classic::RungeKutta), see by themselves where it is not so, and are solved as those of
+    /// any field.
     fn is_linear(&self) -> bool {
         false
     }
