@@ -237,3 +237,31 @@ fn an_index_in_percent_of_zero_is_none() {
     let output = told("zero", &rows, 5, &["--format", "markdown"], 3);
     assert!(!output.contains("inf %"), "{output}");
 }
+
+/// 1 + h² + h³/2: of neighbouring differences the orders fall to 2 from the coarse grids to the fine ones.
+#[test]
+fn orders_of_three_grids_stand_from_coarse_to_fine() {
+    let rows = [0.8, 0.4, 0.2, 0.1, 0.05].map(|h: f64| [h, 1.0 + h * h + 0.5 * h.powi(3)]);
+    let found = json("drifting", &rows, 9, 0);
+    let expected: Vec<f64> = rows.array_windows().map(|[a, b, c]| ((a[1] - b[1]) / (b[1] - c[1])).log2()).collect();
+    let orders: Vec<f64> =
+        found["triplet_orders"].as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect();
+    assert!(expected[0] > expected[1] && expected[1] > expected[2], "{expected:?}");
+    assert!(
+        orders.len() == 3 && orders.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-6),
+        "{orders:?} {expected:?}"
+    );
+}
+
+/// Cells along a side of a grid of three dimensions, which are told for all of them.
+#[test]
+fn an_order_of_three_times_the_expected_one_hints_at_cells_along_a_side() {
+    let rows: String = [8.0, 16.0, 32.0, 64.0].map(|n: f64| format!("{n},{:.12}\n", 1.0 + n.powi(-2))).concat();
+    let path = file("per-side.csv", &format!("cells,u\n{rows}"));
+    let told = |dimension: &str| {
+        let (_, out) =
+            verify(&["order", "--data", &path, "--cells", "cells", "--dimension", dimension, "--expect", "2"]);
+        flat(&out).contains("if `cells` counts the cells along a side")
+    };
+    assert_eq!(["3", "1"].map(told), [true, false]);
+}
