@@ -137,7 +137,8 @@ fn a_mass_matrix_is_known_to_every_command() {
         assert_eq!(output.status.code(), Some(0), "{arguments}: {output:?}");
         String::from_utf8(output.stdout).expect("UTF-8")
     };
-    for method in ["rk4 --h 0.1", "method-i --h 0.1", "radau-adaptive --rtol 1e-6"] {
+    // Steps that are chosen go by roundings, and each run is within its tolerance.
+    for (method, most) in [("rk4 --h 0.1", 1e-12), ("method-i --h 0.1", 1e-12), ("radau-adaptive --rtol 1e-6", 1e-6)] {
         let solve = |name: &str| -> Vec<f64> {
             let text = run(&format!("solve --model {name}.ds --t-end 2 --csv - --method {method}"));
             let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
@@ -146,7 +147,7 @@ fn a_mass_matrix_is_known_to_every_command() {
         };
         let (a, b) = (solve("with"), solve("without"));
         assert_eq!(a.len(), b.len(), "{method}");
-        assert!(a.len() > 9 && distance(&a, &b) < 1e-12, "{method}: {a:?} {b:?}");
+        assert!(a.len() > 9 && distance(&a, &b) < most, "{method}: {a:?} {b:?}");
     }
     assert!(run("compare --model with.ds --t-end 2").contains("agree"));
     assert!(run("order --model with.ds --t-end 2 --method implicit-midpoint").contains("PASS"));

@@ -3,7 +3,7 @@
 use libtest_mimic::Failed;
 use nalgebra::DMatrix;
 use verify::experiment::best_theta::BestTheta;
-use verify::experiment::errors::{Ahead, Errors, points, roundoff};
+use verify::experiment::errors::{Ahead, Errors, Evaluations, points, roundoff};
 use verify::experiment::floors::{A_QUARTER, Floors};
 use verify::experiment::homogeneous::Lines;
 use verify::experiment::non_normal::Amplified;
@@ -575,6 +575,13 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                     text(order)
                 )
             };
+            for case in found.of("largest error of degree 2") {
+                let h = case.what.split("h = ").nth(1).and_then(|rest| rest.split(',').next()?.parse::<f64>().ok());
+                let is_resolved = h.is_some_and(|h| h <= 0.5);
+                require(case.is_under_the_condition == is_resolved, || {
+                    format!("{}: half of the time scale", case.what)
+                })?;
+            }
             let scan = |problem| live(problem, ["ls-galerkin(2,lobatto,3)", "method-i"], [0.01, 2.0]);
             let scanned = [scan("linear-drag")?, scan("quadratic-drag")?];
             require(scanned.iter().all(|found| found[0][0] == 0.01 && found[0][1] > 0.5), || "not up to 0.5".into())?;
@@ -863,8 +870,16 @@ fn rivals(id: &str, found: &Found) -> Result<Known, Failed> {
             require(said == known, || format!("{said} over {rival} on {problem}, h = {h}, where it is {known}"))?;
         }
     }
-    for (problem, rival) in problems.iter().flat_map(|problem| RIVALS.map(|rival| (problem, rival))) {
+    let settings = problems.iter().zip(["linear-drag", "quadratic-drag", "linear-drag lambda=2.5 v0=-1"]);
+    for ((problem, setting), rival) in settings.flat_map(|both| RIVALS.map(|rival| (both, rival))) {
         let cell = |column: &str| found.cell(&table, &[problem, rival], column);
+        // The errors fall with the square of the work.
+        let work = |method| CONTEXT.get(Evaluations(Errors::of(setting, method, 0.01))).map(|count| *count as f64);
+        let more = work(method)? / work(rival)?;
+        let expected = cell("equal_step") * more * more;
+        require((cell("equal_evaluations") / expected - 1.0).abs() < 1e-12, || {
+            format!("{problem}, {rival}: {expected} at equal evaluations")
+        })?;
         let share = steps.iter().filter(|h| is_ahead(rival, problem, h)).count() as f64 / 6.0;
         let ratio = found.measured(&case(rival, problem, "0.01"));
         require(cell("share_ahead") == share && cell("equal_step") == ratio, || format!("{problem}, {rival}"))?;
