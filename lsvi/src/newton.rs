@@ -73,7 +73,7 @@ const SHORTEST: f64 = 1e-10;
 /// may be steeper there than it was on the whole; and iterations, of which each may change the side of the kink in one component.
 const ACROSS: f64 = 64.0 * SHORTEST;
 const STRAIGHT: f64 = 1e-3;
-const STEEPEST: f64 = 1e4;
+const STEEPEST: f64 = 1e6;
 const CROSSINGS: u32 = 20;
 /// Attempts on the pieces of one continuation. A fold takes log₂(1/SHORTEST) halvings, and the branch before it few more;
 /// more than that is the crawl of an equation whose derivative is wrong.
@@ -647,7 +647,9 @@ impl Newton {
                 break;
             }
             x.iter_mut().zip(&self.increment).for_each(|(x, d)| *x -= d);
-            is_found = max_norm(&self.increment) <= self.roundoff();
+            // Of what is far smaller than its terms the roundings are more than its own.
+            let across = difference(x, 1.0, &self.origin);
+            is_found = max_norm(&self.increment) <= STRAIGHT * STRAIGHT * across + self.roundoff();
         }
         let way = difference(&self.origin, 1.0, &self.start);
         is_found

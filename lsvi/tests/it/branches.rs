@@ -530,6 +530,51 @@ fn the_branch_goes_on_behind_a_kink() {
     }
 }
 
+/// From where all is slow to where it is free, and across a kink beside 0, of which the roundings of the terms are more than its own. Such f falls in v, and the step of
+/// implicit Euler is the one zero of a function that grows.
+#[test]
+fn a_kink_is_crossed_however_unlike_its_sides() {
+    struct Springs {
+        constant: f64,
+        amplitude: f64,
+        /// Stiffness and place of a stop from above, and from below.
+        stops: [[f64; 2]; 2],
+    }
+    impl VectorField for Springs {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            let [[k, c], [l, d]] = self.stops;
+            let drive = self.constant + self.amplitude * (3.0 * t).sin();
+            dv[0] = drive - k * (v[0] - c).max(0.0) + l * (d - v[0]).max(0.0);
+        }
+        fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+            let [[k, c], [l, d]] = self.stops;
+            out.add(0, 0, scale * if v[0] > c { -k } else { 0.0 });
+            out.add(0, 0, scale * if v[0] < d { -l } else { 0.0 });
+        }
+    }
+    let slow = Springs {
+        constant: 1.220185617649427,
+        amplitude: 9.502921876211671,
+        stops: [[9131.808804859902, -0.5426037077367734], [0.0, 0.0]],
+    };
+    let small = Springs {
+        constant: -0.11101902569553346,
+        amplitude: 0.5744211824541963,
+        stops: [[70.14865914171361, 0.604530122336367], [1.8851465981286186, -0.009129825816118098]],
+    };
+    for (field, t, start) in [(slow, 7.0, -0.5422473160815886), (small, 9.0, 0.28686699768052326)] {
+        let mut v = [start];
+        let mut euler = RungeKutta::new(&field, Tableau::implicit_euler()).expect("fits");
+        euler.step(t, 1.0, &mut v, &mut []).unwrap_or_else(|error| panic!("t = {t}: {error}"));
+        let mut f = [0.0];
+        field.rhs(t + 1.0, &v, &mut f);
+        assert!((v[0] - start - f[0]).abs() < 1e-12, "{v:?} {f:?}");
+    }
+}
+
 /// v = s (1 + 3 max(v − ½, 0)) has the root s as far as s = ½, where the branch turns back.
 #[test]
 fn a_branch_that_turns_back_at_a_kink_ends_there() {
