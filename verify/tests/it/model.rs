@@ -101,6 +101,10 @@ fn a_forcing_whose_derivative_in_time_is_infinite_leaves_the_jacobian() {
     let (f, jacobian) = derivatives(&model, 0.0, &[1.0, 3.0]);
     agree(&f, &[-2.0, 3.0], 3.0);
     agree(&jacobian, &[-2.0, 0.0, 3.0, 1.0], 3.0);
+    // Where no time is beside it either, it is left as it is.
+    let mut entries = Vec::new();
+    model.ode().jacobian(f64::NAN, &[1.0, 3.0], &mut |i, j, x| entries.push((i, j, x)));
+    assert!(entries.iter().any(|(i, _, x)| *i == 0 && x.is_nan()), "{entries:?}");
 }
 
 /// Its f is the u̇ of M u̇ = F: one sixth, four and one of it beside a second difference of u.

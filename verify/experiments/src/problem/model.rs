@@ -369,11 +369,8 @@ fn misplaced_row(model: &DiscreteModel) -> Option<String> {
         tensor.elmts().iter().map(|block| block.name().map(str::to_owned)).collect()
     };
     let components = names(model.state());
-    let rows = [Some(model.rhs()), model.state_dot()]
-        .into_iter()
-        .flatten()
-        .flat_map(|rates| names(rates).into_iter().zip(&components));
-    rows.into_iter().find_map(|(row, component)| {
+    let vectors = [Some(model.rhs()), model.state_dot()].into_iter().flatten();
+    vectors.flat_map(|rates| names(rates).into_iter().zip(&components)).find_map(|(row, component)| {
         let (row, component) = (row?, component.as_ref()?);
         let meant = row.strip_prefix('d')?.strip_suffix("dt")?;
         let is_other = meant != component && components.iter().flatten().any(|other| other == meant);
@@ -496,7 +493,7 @@ impl Equations {
         // The products use the intermediate values at (t, v).
         self.compiled.compiler.rhs(t, v, &mut s.data, &mut s.value);
         let coloring = &self.compiled.coloring;
-        let mut at = t;
+        let (mut at, mut is_beside) = (t, false);
         for c in 0..coloring.groups() {
             s.direction.fill(0.0);
             coloring.columns(c).for_each(|j| s.direction[j] = 1.0);
@@ -505,11 +502,11 @@ impl Equations {
                 s.product.fill(0.0);
                 let (direction, product) = (&s.direction, &mut s.product);
                 self.compiled.compiler.rhs_grad(at, v, direction, &s.data, &mut s.tangent, &s.value, product);
-                if at > t || s.product.iter().all(|x| x.is_finite()) {
+                if is_beside || s.product.iter().all(|x| x.is_finite()) {
                     break;
                 }
                 // A function of t alone adds 0 times its derivative, which is NaN where that is infinite, as of √t at 0, and there only.
-                at = t.next_up();
+                (at, is_beside) = (t.next_up(), true);
                 self.compiled.compiler.rhs(at, v, &mut s.data, &mut s.value);
             }
             self.compiled.mass.solve(&mut s.product);

@@ -218,7 +218,7 @@ mod tests {
         }
     }
 
-    /// A step of h comes to a jump that steps of half of it and of a quarter do not lead across, but as far as they have to go another way.
+    /// Half of the step that is said to fail, and not a quarter, which leads on too.
     #[test]
     fn the_longest_shorter_step_that_leads_on_is_named() {
         let problem = model("u_i { v = 1 } F_i { -sqrt(v) }");

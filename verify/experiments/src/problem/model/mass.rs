@@ -26,7 +26,8 @@ impl Inverse {
         compiler: &Compiler<CraneliftJitModule, f64>,
         inputs: &[f64],
     ) -> Result<Self, String> {
-        let Some((lhs, rates)) = model.lhs().zip(model.state_dot()) else { return Ok(Self::Identity) };
+        let Some(lhs) = model.lhs() else { return Ok(Self::Identity) };
+        let rates = model.state_dot().ok_or("without dudt, the components of which dudt_i { … } names")?;
         // Where M depends on t its product with dudt is not affine in dudt; on u, DiffSL refuses it.
         if kind_of(model, lhs, rates, Kind::Other) > Kind::Affine {
             return Err("of which M depends on t, or that is not linear in dudt".into());
@@ -175,6 +176,12 @@ mod tests {
             u_i { x = 1, y = 2 } dudt_i { dxdt = 0, dydt = 0 } M_i { a_ij * dudt_j } F_i { x, y }";
         let f = seen(text, &[0.7, -0.4]).0;
         assert!((f[0] - 1.1).abs() < 1e-15 && (f[1] + 1.5).abs() < 1e-15, "{f:?}");
+    }
+
+    #[test]
+    fn a_mass_without_rates_is_refused() {
+        let error = load("u_i { x = 1 } M_i { 2 } F_i { -x }").err();
+        assert!(error.as_ref().is_some_and(|error| error.contains("a product without dudt")), "{error:?}");
     }
 
     #[test]
