@@ -204,3 +204,35 @@ fn the_picture_shows_what_is_said_of_it() {
         assert!(readme.contains(&said), "{said}");
     }
 }
+
+/// What is said of loose tolerances on Robertson's system, and of instructions.
+#[test]
+fn the_steps_and_instructions_under_speed_are_counted() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace");
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    let readme = readme.split_whitespace().collect::<Vec<_>>().join(" ");
+    let steps = |tolerance: &str| {
+        let line = "solve --problem robertson --method radau-adaptive --t-end 40 --rtol";
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_verify"));
+        let output = command.args(line.split(' ')).arg(tolerance).output().expect("starts");
+        let text = String::from_utf8(output.stdout).expect("UTF-8");
+        let count =
+            text.lines().find_map(|line| line.split_once(" steps to t = 40")).unwrap_or_else(|| panic!("{text}"));
+        count.0.to_owned()
+    };
+    let said = format!("it takes {} steps at a tolerance of 10⁻³, and still {} at 10⁻¹", steps("1e-3"), steps("1e-1"));
+    assert!(readme.contains(&said), "{said}");
+    let golden = std::fs::read_to_string(root.join("golden/callgrind/instructions.snap.csv")).expect("a golden");
+    let count = |name: &str, whose: &str| -> f64 {
+        let row = golden.lines().find_map(|row| row.strip_prefix(&format!("\"{name}: {whose}\","))).expect("a row");
+        row.split(',').next().and_then(|x| x.parse().ok()).expect("a number")
+    };
+    for (name, words) in [
+        ("Method I, quadratic drag", "drag"),
+        ("midpoint, Kepler", "the midpoint rule"),
+        ("Galerkin Gauss-2, Kepler", "Gauss-2"),
+    ] {
+        let said = format!("{:.0} and {:.0} for {words}", count(name, "lsvi"), count(name, "by hand"));
+        assert!(readme.contains(&said), "{said}");
+    }
+}
