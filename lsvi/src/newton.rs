@@ -68,12 +68,14 @@ const MOST_NOISE: f64 = 1e-5;
 const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
 const SHORTEST: f64 = 1e-10;
-/// Part of what a continuation has reached by which it goes on beyond its end, to look for the branch behind a kink; how straight that is on both
-/// sides, where a continuation that ends elsewhere does so as the derivative changes by [`SURE_CONTRACTION`] on its shortest pieces; times by which the branch
-/// may be steeper there than it was on the whole; and iterations, of which each may change the side of the kink in one component.
+/// Part of what a continuation has reached by which it goes on beyond its end, to look for the branch behind a kink.
 const ACROSS: f64 = 64.0 * SHORTEST;
+/// How straight the branch is on both sides of a kink. A continuation ends elsewhere as the derivative changes by [`SURE_CONTRACTION`] on its
+/// shortest pieces.
 const STRAIGHT: f64 = 1e-3;
+/// Times by which the branch may be steeper behind a kink than it was on the whole.
 const STEEPEST: f64 = 1e6;
+/// Iterations to the branch behind a kink: each may change the side of the kink in one component.
 const CROSSINGS: u32 = 20;
 /// Attempts on the pieces of one continuation. A fold takes log₂(1/SHORTEST) halvings, and the branch before it few more;
 /// more than that is the crawl of an equation whose derivative is wrong.

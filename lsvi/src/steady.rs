@@ -212,9 +212,10 @@ mod tests {
     #[test]
     fn marches_to_the_steady_state() {
         let field = AutoField::new(QuadraticDrag { drive: 2.0 });
-        let steady = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 1000)
+        let steady = march(method_i(&field).expect("usable"), &field, State::new(5.0, vec![1.0]), 0.3, 1e-12, 1000)
             .expect("steady");
         assert!(steady.residual <= 1e-12);
+        assert_eq!(steady.state.t, 5.0 + steady.steps as f64 * 0.3);
         // |v − √2| ≈ |f|/(2√2).
         approx::assert_abs_diff_eq!(steady.state.q[0], 2.0_f64.sqrt(), epsilon = 1e-12);
         let few = march(method_i(&field).expect("usable"), &field, State::new(0.0, vec![1.0]), 0.3, 1e-12, 3);

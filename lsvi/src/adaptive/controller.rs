@@ -6,6 +6,8 @@ pub(super) struct Controller {
     safety: f64,
     /// Size and error of the last accepted step.
     accepted: Option<(f64, f64)>,
+    /// That error, however small.
+    error: f64,
     /// What that error counted for, and whether it was far below what the one before had foretold.
     counted: f64,
     fell: bool,
@@ -23,9 +25,14 @@ const SMALLEST: f64 = 1e-2;
 /// more than three stages. A forcing that a step takes through a good part of a period makes estimates that vanish by chance.
 const CHANCE: f64 = 0.1;
 
+/// Power 1/(s + 1).
+fn root(x: f64, s: usize) -> f64 {
+    if s == 3 { x.sqrt().sqrt() } else { x.powf(1.0 / (s + 1) as f64) }
+}
+
 impl Controller {
     pub(super) fn new(safety: f64) -> Self {
-        Self { safety, accepted: None, counted: 0.0, fell: false, rejected: false, is_first: true }
+        Self { safety, accepted: None, error: 1.0, counted: 0.0, fell: false, rejected: false, is_first: true }
     }
 
     /// Forgets everything: the next step is a first step.
@@ -35,7 +42,12 @@ impl Controller {
 
     /// Forgets the last error, which is that of another order.
     pub(super) fn forget(&mut self) {
-        self.accepted = None;
+        (self.accepted, self.error) = (None, 1.0);
+    }
+
+    /// The part that the last step was of one whose error is what is tolerated.
+    pub(super) fn part(&self, s: usize) -> f64 {
+        root(self.error, s)
     }
 
     /// Whether the error may be that of a stiff component's start, where the plain estimate is far too large.
@@ -46,7 +58,6 @@ impl Controller {
     /// The step size after a step of size `h` with error `error` in units of the tolerance, accepted if below 1. The estimate
     /// goes like h^(s+1); Newton's iteration took `iterations` of at most `limit`.
     pub(super) fn next(&mut self, h: f64, error: f64, s: usize, iterations: u32, limit: u32) -> f64 {
-        let root = |x: f64| if s == 3 { x.sqrt().sqrt() } else { x.powf(1.0 / (s + 1) as f64) };
         let bounded = |quotient: f64| quotient.clamp(GROW, SHRINK);
         // More than a few iterations call for a shorter step.
         let effort = f64::from(2 * limit + 1) / f64::from(2 * limit + iterations);
@@ -58,16 +69,16 @@ impl Controller {
         };
         let falls = error < foretold;
         let counted = if falls && !self.fell { foretold } else { error };
-        let quotient = bounded(root(counted) / (self.safety * effort));
+        let quotient = bounded(root(counted, s) / (self.safety * effort));
         if error >= 1.0 {
             self.rejected = true;
             return if self.is_first { 0.1 * h } else { h / quotient };
         }
         let mut next = h / quotient;
         if let Some((before, last)) = self.accepted {
-            next = next.min(h / bounded(before / h * root(error * error / last) / self.safety));
+            next = next.min(h / bounded(before / h * root(error * error / last, s) / self.safety));
         }
-        self.accepted = Some((h, error.max(SMALLEST)));
+        (self.accepted, self.error) = (Some((h, error.max(SMALLEST))), error);
         (self.counted, self.fell) = (counted, falls);
         self.is_first = false;
         if std::mem::take(&mut self.rejected) { next.min(h) } else { next }

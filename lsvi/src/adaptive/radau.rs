@@ -266,15 +266,15 @@ impl<F: VectorField> Radau<F> {
         self.stops.get(self.stops.partition_point(|stop| *stop <= resolved)).copied()
     }
 
-    /// Solves for the stages of a step, in which f is not evaluated after `latest`, and the error of the step in units of what it is held to.
+    /// Solves for the stages of a step, which is `part` of what the tolerances allow and in which f is not evaluated after `latest`, and the error of the step in units of what it is held to.
     fn attempt<const S: usize>(
         &mut self,
         c: &'static Coefficients<S>,
         at @ (_, h, v): (f64, f64, &[f64]),
-        latest: f64,
+        (latest, part): (f64, f64),
     ) -> Result<Attempt, FactorError> {
         let Self { field, mass, system, stages, history, options, work, .. } = self;
-        let equations = Equations { field: &*field, mass, tolerances: &options.tolerances, latest };
+        let equations = Equations { field: &*field, mass, tolerances: &options.tolerances, latest, part };
         match system.prepare(c, (&*field, mass), at, work) {
             Err(FactorError::Singular) => return Ok(Attempt::Failed { factor: 0.5, was_finite: true }),
             other => other?,
@@ -417,7 +417,8 @@ impl<F: VectorField> Integrator for Radau<F> {
             let at = (t, h, state.q.as_slice());
             // Beyond a stop, or the end, f may be another one.
             let latest = if stops { barrier.next_down() } else { f64::INFINITY };
-            let attempt = with_coefficients!(self.order.s, c => self.attempt(c, at, latest))?;
+            let part = if wanted < longest { 1.0 } else { self.controller.part(self.order.s) };
+            let attempt = with_coefficients!(self.order.s, c => self.attempt(c, at, (latest, part)))?;
             let (rate, iterations_taken, error) = match attempt.map_err(|error| failed(h, error.into()))? {
                 Attempt::Solved { rate, iterations, error } => (rate, iterations, error),
                 Attempt::Failed { factor, was_finite } => {

@@ -13,7 +13,7 @@ use crate::vector_field::VectorField;
 /// Newton's iteration and the error estimate change.
 const SAME: f64 = 1e-6;
 
-/// Newton's last increment in units of the tolerance: a digit and a half below the error of the solution.
+/// Newton's last increment in units of the tolerance, in a step as long as that allows: a digit and a half below the error of the solution.
 const GOAL: f64 = 0.03;
 
 /// How Newton's iteration ended.
@@ -33,6 +33,8 @@ pub(super) struct Equations<'a, F> {
     pub(super) tolerances: &'a Tolerances,
     /// The last time at which f is evaluated.
     pub(super) latest: f64,
+    /// The part of the step that the tolerances alone would allow, at most 1: errors of the iteration add up from step to step.
+    pub(super) part: f64,
 }
 
 /// Newton iterations of a step with s stages.
@@ -190,7 +192,7 @@ impl Stages {
     pub(super) fn iterate<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
-        Equations { field, mass, tolerances, latest }: &Equations<'_, impl VectorField>,
+        Equations { field, mass, tolerances, latest, part }: &Equations<'_, impl VectorField>,
         system: &mut StageSystem,
         (t, h, v): (f64, f64, &[f64]),
         work: &mut Work,
@@ -233,7 +235,7 @@ impl Stages {
                 return Iteration::NonFinite;
             }
             // Increments of a few roundings do not shrink any more.
-            let goal = GOAL.max(10.0 * f64::EPSILON * root_mean(rounding, n));
+            let goal = (GOAL * part).max(10.0 * f64::EPSILON * root_mean(rounding, n));
             if last.is_finite() {
                 let ratio = size / last;
                 rate = if rate == 0.0 { ratio } else { (ratio * rate).sqrt() };

@@ -5,8 +5,8 @@ use crate::linalg::{Jacobian, Lu, Structure, max_norm};
 use crate::newton::Work;
 use crate::vector_field::VectorField;
 
-/// Part of the first increment that the second one of an affine equation is at most, which leaves room for an ill-conditioned matrix.
-const AFFINE: f64 = 1.5e-8;
+/// Part of the first increment that the second one of an affine equation is at most, √ε, which leaves room for an ill-conditioned matrix.
+const AFFINE: f64 = 1.0 / 67_108_864.0;
 
 /// Factors of M − sA, kept while s is the same.
 #[derive(Debug)]

@@ -3,11 +3,14 @@
 use super::System;
 use crate::discrete::Interval;
 use crate::error::SolveError;
-use crate::linalg::{Jacobian, Structure, max_norm};
+use crate::linalg::{Jacobian, Structure, larger, max_norm};
 use crate::vector_field::VectorField;
 
 /// Largest difference between f and A v + g, relative to their terms, that passes for rounding.
 const LINEAR: f64 = 1e-10;
+/// The same where all components are as large as the largest: a term that is not linear in a small one is far larger there, and the roundings
+/// that an ill-conditioned M⁻¹ leaves are not.
+const LINEAR_IN_LARGE: f64 = 1e-6;
 /// Steps between two comparisons of the whole declaration, at most.
 const RARELY: u32 = 256;
 
@@ -137,13 +140,34 @@ impl Declared {
             }
         }
         // Sums that cancel agree to less than their own size tells.
+        if self.value.iter().any(|f| !f.is_finite()) {
+            return Err(SolveError::NonFinite);
+        }
         self.point.copy_from_slice(v);
-        self.check_linear(system, at.start, at.start + at.h)?;
-        if self.value.iter().all(|f| f.is_finite()) { Ok(()) } else { Err(SolveError::NonFinite) }
+        self.check_linear(system, at.start, at.start + at.h)
     }
 
-    /// Compares f at time t with A v + g, where a field without a matrix has its A at the start of the step.
+    /// Compares f at time t and the point with A v + g. Where M⁻¹ is part of f, roundings of its sums are those of terms that are larger than f and A v + g, and
+    /// cancel: a difference that is small beside the largest component is one of these if f is linear at points whose components are all as large.
     fn check_linear(&mut self, system: &System<'_>, start: f64, t: f64) -> Result<(), SolveError> {
+        let Some(error) = self.difference(system, (start, t), LINEAR) else { return Ok(()) };
+        let largest = max_norm(&self.size);
+        let off = self.value.iter().zip(&self.product).map(|(f, product)| (f - product).abs());
+        if off.fold(0.0, larger) > LINEAR * largest {
+            return Err(error);
+        }
+        let size = max_norm(&self.point);
+        self.before.copy_from_slice(&self.point);
+        let is_linear = [size, -size].into_iter().all(|size| {
+            self.point.iter_mut().zip(&self.weights).for_each(|(x, w)| *x = size * w);
+            self.difference(system, (start, t), LINEAR_IN_LARGE).is_none()
+        });
+        self.point.copy_from_slice(&self.before);
+        if is_linear { Ok(()) } else { Err(error) }
+    }
+
+    /// The first component of f at time t and the point that is not A v + g, where a field without a matrix has its A at the start of the step.
+    fn difference(&mut self, system: &System<'_>, (start, t): (f64, f64), within: f64) -> Option<SolveError> {
         let Self { a, zero, point, product, size, value, .. } = self;
         match a {
             Some(a) => {
@@ -165,13 +189,10 @@ impl Declared {
             *size += g.abs();
         }
         system.field.rhs(t, point, value);
-        for (row, ((f, product), size)) in value.iter().zip(&*product).zip(&*size).enumerate() {
-            // Rounding of sums that cancel, with room for an f that is evaluated in another order; what is not a number tells nothing.
-            if (f - product).abs() > LINEAR * (size + f.abs()) {
-                return Err(SolveError::NotLinear { row, difference: f - product });
-            }
-        }
-        Ok(())
+        // Rounding of sums that cancel, with room for an f that is evaluated in another order; what is not a number tells nothing.
+        let is_off = |((f, product), size): ((&f64, &f64), &f64)| (f - product).abs() > within * (size + f.abs());
+        let row = value.iter().zip(&*product).zip(&*size).position(is_off)?;
+        Some(SolveError::NotLinear { row, difference: value[row] - product[row] })
     }
 
     fn check_autonomous(&mut self, system: &System<'_>, at: Interval) -> Result<(), SolveError> {

@@ -277,6 +277,25 @@ fn errors_are_near_the_tolerance() {
     }
 }
 
+/// Increments left by Newton's iteration add up from step to step: where the grid makes steps shorter than the tolerance allows, each leaves
+/// less. In 20 steps as long as that allows they are 20 · 0.03 tolerances.
+#[test]
+fn many_short_steps_do_not_add_up_what_the_iteration_leaves() {
+    let pendulum = || lsvi::field!(2, |_t, v, dv| (dv[0], dv[1]) = (v[1], -v[0].sin()));
+    let end = |h: f64, tolerance: f64| {
+        let options =
+            Options::new(Tolerances::new(tolerance, tolerance).expect("positive")).stages(7, 7).expect("a choice");
+        let method = Radau::new(pendulum(), options).expect("valid");
+        let run = Trajectory::new(method, State::new(0.0, vec![2.0, 0.0]), h, 20.0).expect("valid");
+        run.observe(|_| {}).expect("solvable").q
+    };
+    let truth = end(20.0, 1e-13);
+    for h in [0.5, 0.2, 0.1, 0.05] {
+        let error = distance(&end(h, 1e-10), &truth);
+        assert!(error <= 1e-10, "h = {h}: {error:e}");
+    }
+}
+
 /// A mass on a spring that is four times as stiff on one side: half a turn takes π on the one and π/2 on the other.
 struct Sides;
 impl FieldFn for Sides {

@@ -230,6 +230,22 @@ fn how_far_off_a_state_may_be_goes_by_its_size_and_the_way_of_a_step() {
     assert!(is_off(step(2e-8, 1e-6, 0.1)) && step(2e-8, 9.0, 0.1).is_ok());
 }
 
+/// Half of the digits of |p| = 1: the part of p across the circle is what projecting it takes away.
+#[test]
+fn how_far_off_a_momentum_may_be_goes_by_its_size() {
+    let l = lagrangian_of(Free { dim: 2 });
+    let step = |off: f64| {
+        let mut method = Constrained::new(Trapezoidal::new(&l), circle()).expect("dimensions fit");
+        method.step(0.0, 1e-3, &mut [1.0, 0.0], &mut [off, 1.0])
+    };
+    assert_eq!(step(0.5 * EPS.sqrt()), Ok(()));
+    let refused = step(8.0 * EPS.sqrt());
+    let is_hidden = |error: &StepError| {
+        matches!(error, StepError::Input(InputError::Constraint(ConstraintError::OffHiddenConstraint { index: 0, .. })))
+    };
+    assert!(refused.as_ref().is_err_and(is_hidden), "{refused:?}");
+}
+
 /// At rest on a circle of radius r, f is like its tangent within |∇f| / |∇²f| = 2r / √8, by a Frobenius norm.
 #[test]
 fn how_far_off_a_state_may_be_goes_by_the_curvature_of_the_constraint() {

@@ -329,6 +329,74 @@ fn a_false_declaration_is_found_again_with_another_step_size() {
     assert!(matches!(error, StepError::Solve { source: SolveError::NotLinear { .. }, .. }), "{error}");
 }
 
+/// M v̇ = F(v) with M = (1 1; 1 m) and F = (−x − y, −x − 2y), solved for v̇; e^(−t) (1, 0) is a solution.
+struct Solved {
+    m: f64,
+}
+impl FieldFn for Solved {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        let (first, second) = (-v[0] - v[1], -v[0] - v[1] * 2.0);
+        dv[1] = (second - first) / (self.m - 1.0);
+        dv[0] = first - dv[1];
+    }
+}
+
+/// On the solution ẏ = −y/(m − 1) is the difference of two rates that are far larger, and their roundings are more than itself.
+#[test]
+fn a_linear_field_whose_terms_cancel_is_what_it_declares() {
+    fn end(method: impl Integrator, h: f64) -> Vec<f64> {
+        let run = Trajectory::new(method, State::new(0.0, vec![1.0, 0.0]), h, 2.0).expect("valid");
+        run.observe(|_| {}).expect("linear").q
+    }
+    for m in [1.1, 1.0001] {
+        for h in [0.1, 1e-3] {
+            let field = || field_of(Solved { m });
+            for end in [end(method_i(field()).expect("usable"), h), end(method_ii(field()).expect("usable"), h)] {
+                // In steps that are long beside m − 1, the time scale of y, Method I is of first order in x, which y couples to.
+                assert!((end[0] - (-2_f64).exp()).abs() < 0.2 * h, "m = {m}, h = {h}: {end:?}");
+            }
+        }
+    }
+}
+
+/// What is small beside another component may be all that there is of its own.
+#[test]
+fn a_false_declaration_is_found_in_a_component_far_smaller_than_another() {
+    /// ẋ = −x, ẏ = −y − 10²⁰ y² or, for y < 0, −2y, declared linear.
+    struct Small {
+        is_kinked: bool,
+    }
+    impl FieldFn for Small {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = -v[0];
+            dv[1] = match self.is_kinked {
+                true => v[1] * if v[1].re() < 0.0 { -2.0 } else { -1.0 },
+                false => -v[1] - v[1] * v[1] * 1e20,
+            };
+        }
+    }
+    for (is_kinked, y) in [(false, 1e-20), (false, -1e-20), (true, -1e-20)] {
+        let mut method = method_i(field_of(Small { is_kinked })).expect("usable");
+        let error = method.step(0.0, 0.1, &mut [1.0, y], &mut [0.0; 2]).expect_err("not linear");
+        assert!(
+            matches!(error, StepError::Solve { source: SolveError::NotLinear { row: 1, .. }, .. }),
+            "{is_kinked}, {y}: {error}"
+        );
+    }
+}
+
 /// v̇ = −k v + cos t with k = 1 and from `switch` on 2, declared linear; where it is declared autonomous too, v̇ = v, and 2v − 2
 /// beyond v = 2.
 struct Later {
