@@ -15,7 +15,7 @@ use process::{Ended, MOST};
 pub use shown::Shown;
 
 use crate::measure::decimal::parsed;
-use crate::measure::fault;
+use crate::measure::{fault, line_of};
 
 /// A command and how long one run of it may take.
 #[derive(Debug, Clone)]
@@ -305,7 +305,7 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
     let mut answer = Answer { times: Vec::new(), states: Vec::new(), printed, clock };
     for record in reader.records() {
         let record = record.map_err(junk)?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = record.position().map_or(0, |at| line_of(text, at));
         let number = |column: usize| {
             let text = record.get(column).unwrap_or_default();
             let value = parsed(text).filter(|x| x.is_finite());

@@ -265,7 +265,10 @@ fn describe(character: &Character, horizon: f64, out: &mut impl Write) -> io::Re
     let stable = match least {
         0.0 => "no mode decays, so that rk4 is stable with any steps".into(),
         1.0 => "rk4 is stable with a single step".into(),
-        _ => format!("while that lasts, rk4 is stable with {} equal steps or more to the run", plain(least)),
+        _ => format!(
+            "for what decays or turns at these times rk4 is stable with {} equal steps or more to the run",
+            plain(least)
+        ),
     };
     let speed = format!(
         "its fastest rate is {}, of {} looked at; {stable}",

@@ -43,12 +43,13 @@ Examples:
 A run that fails disagrees with nothing, and one that chooses its steps fails
 once it has taken a million; it is inconclusive, like an answer with a bound too
 wide to tell, or one whose runs do not differ as errors of its order do in the
-shortest steps that are tried, as where f jumps. Where the equation magnifies
-every difference, so that the references part before the end time, that is said
-after the table, and so it is where f changes by itself within a step, or where
-the methods of fixed steps agree with each other against the references of a
-model. If solvers disagree there, the references decide nothing. A model that
-has come to rest by the first quarter of the time is compared up to there.
+shortest steps that are tried, as where f jumps, unless they tend to another
+solution. Where the equation magnifies every difference, so that the references
+part before the end time, that is said after the table, and so it is where f
+changes by itself within a step, or where the methods of fixed steps agree with
+each other against the references of a model. If solvers disagree there, the
+references decide nothing. A model that has come to rest by the first quarter of
+the time is compared up to there.
 
 Exit status: 0 none disagrees, 1 some do, 2 bad usage, 3 none could be held
 against another, or one of your own could not.")]

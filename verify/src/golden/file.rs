@@ -1,6 +1,7 @@
 //! The format of a golden file: CSV with one header line, a fixed set of columns, and numbers that round-trip.
 
 use super::{Number, Row, Tolerance, Truth, Value};
+use crate::measure::line_of;
 use csv::{ReaderBuilder, StringRecord};
 use std::collections::HashSet;
 
@@ -74,12 +75,12 @@ pub fn parse(bytes: &[u8]) -> (Vec<Recorded>, Vec<Malformed>) {
         let record = match record {
             Ok(record) => record,
             Err(error) => {
-                let line = error.position().map_or(1, csv::Position::line);
+                let line = error.position().map_or(1, |at| line_of(bytes, at));
                 faults.push(Malformed { line, what: error.to_string(), hint: RESTORE });
                 continue;
             }
         };
-        let line = record.position().map_or(1, csv::Position::line);
+        let line = record.position().map_or(1, |at| line_of(bytes, at));
         let marker = ["<<<<<<<", "|||||||", "=======", ">>>>>>>"].iter().find(|marker| record[0].starts_with(**marker));
         let read = match marker {
             Some(marker) => Err((format!("the marker `{marker}` of a merge"), "settle the merge")),

@@ -15,6 +15,7 @@ pub mod linear;
 pub mod measured;
 mod mend;
 mod method;
+mod mirror;
 pub mod multistep;
 pub mod nodes;
 pub mod parts;

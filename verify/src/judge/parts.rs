@@ -11,6 +11,7 @@ use super::claim::Property;
 use super::conditions::{Part, Weights, conditions_of, order_of};
 use super::evidence::{coefficient_row, table};
 use super::facts::{Facts, order as order_fact};
+use super::mirror::has_mirror;
 use super::problem::{Forced, NonAutonomous, window};
 use super::real::Real;
 use super::runge_kutta::{in_time, order as order_finding, order_in_time, own_times, rows, wrong_rows};
@@ -546,30 +547,6 @@ impl Analysis for PartsTheory {
     fn tables(&self) -> Vec<Table> {
         vec![WeightsTheory::table([("", &self.weights)].into_iter())]
     }
-}
-
-/// Whether n stages have images, each another, that single ones `may` have and that `fits` for all pairs.
-fn has_mirror(n: usize, may: &dyn Fn(usize, usize) -> bool, fits: &dyn Fn([usize; 2], [usize; 2]) -> bool) -> bool {
-    fn search(
-        images: &mut Vec<usize>,
-        n: usize,
-        may: &dyn Fn(usize, usize) -> bool,
-        fits: &dyn Fn([usize; 2], [usize; 2]) -> bool,
-    ) -> bool {
-        let i = images.len();
-        i == n
-            || (0..n).any(|image| {
-                if images.contains(&image) || !may(i, image) {
-                    return false;
-                }
-                images.push(image);
-                let is_fit = (0..=i).all(|j| fits([i, j], [image, images[j]]) && fits([j, i], [images[j], image]));
-                let found = is_fit && search(images, n, may, fits);
-                images.pop();
-                found
-            })
-    }
-    search(&mut Vec::with_capacity(n), n, may, fits)
 }
 
 #[cfg(test)]

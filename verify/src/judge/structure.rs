@@ -1,6 +1,7 @@
 //! Structure of a Runge–Kutta method that its coefficients show: simplifying assumptions, symplecticity, symmetry, algebraic
 //! stability (\[HLW06\] IV.2, V.2; \[HW96\] IV.12).
 
+use super::mirror::has_mirror;
 use super::real::{Real, dot};
 use super::tableau::Numbers;
 
@@ -65,51 +66,14 @@ pub fn symplectic_defect(numbers: &Numbers) -> Option<(usize, usize, f64)> {
     certain.max_by(|x, y| x.2.abs().total_cmp(&y.2.abs()))
 }
 
-/// Whether the method is its own adjoint, its stages taken in the reverse of their order in c: b_σ(j) = b_j,
-/// a_σ(i)σ(j) + a_ij = b_j, and c_σ(i) + c_i = Σ_j b_j, which follows where c is the sums of the rows. Of stages with one c any may be the
-/// mirror image.
+/// Whether the method is its own adjoint, with its stages in another order σ: c_σ(i) + c_i = Σ_j b_j, b_σ(i) = b_i and
+/// a_σ(i)σ(j) + a_ij = b_j.
 pub fn is_symmetric(numbers: &Numbers) -> bool {
-    let (c, s) = (&numbers.c, numbers.stages());
-    let ascending = ascending(c);
-    let end: Real = numbers.b.iter().sum();
-    let images: Vec<Vec<usize>> = (0..s)
-        .map(|k| {
-            let first = ascending[s - 1 - k];
-            let others = (0..s).filter(|&j| j != first && (&c[j] - &c[first]).may_be_zero());
-            let is_mirrored = |j: &usize| (&(&c[*j] + &c[ascending[k]]) - &end).may_be_zero();
-            std::iter::once(first).chain(others).filter(is_mirrored).collect()
-        })
-        .collect();
-    mirrors(numbers, &ascending, &images, &mut Vec::with_capacity(s))
-}
-
-/// Whether the first stages in `ascending`, whose mirror images are `chosen`, are part of a symmetry.
-fn mirrors(numbers: &Numbers, ascending: &[usize], images: &[Vec<usize>], chosen: &mut Vec<usize>) -> bool {
-    let (a, b, k) = (&numbers.a, &numbers.b, chosen.len());
-    if k == ascending.len() {
-        return true;
-    }
-    images[k].iter().any(|&image| {
-        if chosen.contains(&image) || !(&b[image] - &b[ascending[k]]).may_be_zero() {
-            return false;
-        }
-        chosen.push(image);
-        let pair = |i: usize, j: usize| {
-            let (x, y) = (ascending[i], ascending[j]);
-            (&(&a[chosen[i]][chosen[j]] + &a[x][y]) - &b[y]).may_be_zero()
-        };
-        let fits = (0..=k).all(|i| pair(i, k) && pair(k, i));
-        let found = fits && mirrors(numbers, ascending, images, chosen);
-        chosen.pop();
-        found
-    })
-}
-
-/// The stages in the order of their c.
-fn ascending(c: &[Real]) -> Vec<usize> {
-    let mut stages: Vec<usize> = (0..c.len()).collect();
-    stages.sort_by(|&i, &j| c[i].to_f64().total_cmp(&c[j].to_f64()));
-    stages
+    let Numbers { a, b, c, .. } = numbers;
+    let end: Real = b.iter().sum();
+    let may = |i: usize, m: usize| (&(&c[m] + &c[i]) - &end).may_be_zero() && (&b[m] - &b[i]).may_be_zero();
+    let fits = |[i, j]: [usize; 2], [m, n]: [usize; 2]| (&(&a[m][n] + &a[i][j]) - &b[j]).may_be_zero();
+    has_mirror(numbers.stages(), &may, &fits)
 }
 
 /// Why a method is not algebraically stable.

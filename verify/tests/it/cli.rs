@@ -765,6 +765,16 @@ fn a_report_is_written_and_reproducible() {
     };
     let first = report("first");
     assert_eq!(first, report("second"));
+    // Beside an earlier one in which something failed that passes.
+    let earlier = directory.join("earlier.json");
+    fs::write(&earlier, first[2].replacen(r#""outcome": "pass""#, r#""outcome": "fail""#, 1)).expect("writable");
+    let line = format!(
+        "report --only symplecticity --compare {} --out {}",
+        earlier.display(),
+        directory.join("third").display()
+    );
+    let (status, text, message) = say(&line);
+    assert!(status == 0 && text.contains("1 change since"), "{text}{message}");
     for (_, version) in [("rustc", "rustc 1."), ("diffsol", "diffsol 0.")] {
         assert!(first[0].contains(version) && first[2].contains(version), "{version}");
     }

@@ -933,6 +933,32 @@ fn wrong_stage_times_of_a_program_are_refuted_without_being_asked_for() {
     assert!(code == 2 && flat(&error).contains("NAME x=1"), "{error}");
 }
 
+/// Explicit Euler's error at the end of this problem changes its sign at the coarsest step, and its slopes settle beyond the usual ones.
+#[test]
+fn a_program_whose_slopes_have_not_settled_is_run_in_finer_steps() {
+    let script = directory("finer").join("euler.awk");
+    let text = r#"
+        BEGIN {
+            for (i = 1; i < ARGC; i++) { if (ARGV[i] == "--h") h = ARGV[i + 1]; if (ARGV[i] == "--t-end") T = ARGV[i + 1] }
+            x = 1; t = 0; print "t,v"; print "0,1"
+            while (t < T - 1e-9) {
+                d = t + h > T ? T - t : h; x += d * (-2 * (x - cos(t)) - sin(t)); t += d; printf "%.17g,%.17g\n", t, x
+            }
+        }
+    "#;
+    fs::write(&script, text).expect("writable");
+    let program = format!("awk -f {} --", script.display());
+    let judge = |more: &[&str]| {
+        let asked = ["judge", "--expect", "1", "--problem", "prothero-robinson lambda=2", "--program", &program];
+        verify(&[&asked, more].concat())
+    };
+    let (code, out, error) = judge(&[]);
+    assert!(code == 0 && out.contains("confirmed"), "{out}{error}");
+    // Who asks for so many steps has so many.
+    let (code, out, error) = judge(&["--points", "9"]);
+    assert!(code == 3 && out.contains("have not settled"), "{out}{error}");
+}
+
 /// Solvers of v' = v (1 − v) that clip their last step: right, by a step of Euler, by a splitting without symmetry, by a whole step, or not at all.
 #[test]
 fn a_last_step_that_is_cut_wrongly_is_seen_beside_a_reference() {

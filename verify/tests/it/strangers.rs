@@ -1059,3 +1059,52 @@ fn the_order_on_a_small_solution_is_found() {
     let (status, text, _) = verify(&arguments);
     assert!(status == 0 && text.contains("PASS"), "{text}");
 }
+
+/// A time shorter than the normal numbers has more panels to look at f on than there are integers.
+#[test]
+fn a_run_of_next_to_no_time_ends() {
+    let path = file("moment.ds", "u_i { x = 1 } F_i { -x * t }").display().to_string();
+    for end in ["1e-305", "1e-310", "1e-320"] {
+        for method in ["rk4", "method-i"] {
+            let (status, _, errors) =
+                verify(&["solve", "--model", &path, "--method", method, "--h", end, "--t-end", end]);
+            assert!([0, 1, 2].contains(&status) && !errors.contains("panicked"), "{method}, {end}: {status} {errors}");
+        }
+    }
+}
+
+/// (1; 1 m) u̇ = F, of which e^(−t) (1, 0) is a solution: roundings of M⁻¹F are more than its second row.
+#[test]
+fn a_linear_model_with_a_mass_matrix_is_no_mistake() {
+    for m in ["1.1", "1.0001"] {
+        let text = format!(
+            "u_i {{ x = 1, y = 0 }} dudt_i {{ p = 0, q = 0 }} M_i {{ p + q, p + {m} * q }} F_i {{ -x - y, -x - 2 * y }}"
+        );
+        let path = file("solved.ds", &text).display().to_string();
+        for method in ["method-i", "method-ii", "fitted(4.0)", "minimax(0.0,2.0)"] {
+            for h in ["0.1", "0.01", "0.001"] {
+                let (status, _, errors) =
+                    verify(&["solve", "--model", &path, "--method", method, "--h", h, "--t-end", "2", "--no-estimate"]);
+                assert!(status == 0, "{method}, m = {m}, h = {h}: {errors}");
+            }
+        }
+    }
+}
+
+/// ẋ + ẏ = −x beside rates of 10¹³.
+#[test]
+fn a_sum_that_decays_beside_a_fast_exchange_is_no_invariant() {
+    for (fast, is_kept) in [("- x", false), ("", true)] {
+        let text = format!("u_i {{ x = 1, y = 0.5 }} F_i {{ 1e13 * (y - x) {fast}, 1e13 * (x - y) }}");
+        let path = file("exchange.ds", &text).display().to_string();
+        let (status, _, errors) = verify(&["solve", "--model", &path, "--method", "radau-adaptive", "--t-end", "2"]);
+        assert!(status == 0 && !errors.contains("the equation conserves"), "{is_kept}: {errors}");
+    }
+}
+
+#[test]
+fn a_formula_with_its_newest_step_first_is_told_so() {
+    let (status, _, errors) =
+        judged("ab2.toml", "kind = \"multistep\"\nrho = [1, -1, 0]\nsigma = [0, \"3/2\", \"-1/2\"]\n");
+    assert!(status == 2 && errors.contains("the newest step seems to be listed first"), "{errors}");
+}

@@ -12,3 +12,4 @@ pub mod stability;
 pub mod typeset;
 
 pub(crate) use separated::fault;
+pub use separated::line_of;

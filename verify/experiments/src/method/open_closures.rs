@@ -12,14 +12,14 @@ use crate::problem::Problem;
 
 pub(super) const FITTED: Spec = Spec {
     form: "fitted(LAMBDA)",
-    summary: "p_{n+1} = θ(h LAMBDA) p_n, exact on v̇ = −LAMBDA v: order 2, A-stable",
+    summary: "p_{n+1} = θ(h LAMBDA) p_n, exact on v̇ = −LAMBDA v: order 2 where growth is below LAMBDA/2, A-stable",
     build: Build::Arguments(|call| Fitted::build(call, ("fitted", None), Linear::fitted)),
     examples: &["fitted(4)"],
 };
 
 pub(super) const FITTED_PADE: Spec = Spec {
     form: "fitted-pade(LAMBDA)",
-    summary: "θ = 1/(1 + h LAMBDA/2): order 2, order 3 on v̇ = −LAMBDA v, A-stable",
+    summary: "θ = 1/(1 + h LAMBDA/2): order 2 where growth is below LAMBDA/2, order 3 on v̇ = −LAMBDA v, A-stable",
     build: Build::Arguments(|call| Fitted::build(call, ("fitted-pade", Some(3)), Linear::fitted_pade)),
     examples: &["fitted-pade(4)"],
 };

@@ -21,6 +21,10 @@ use crate::reference::bound::FINER;
 const PROGRAM_LADDER: usize = 9;
 /// Half-width of the band around the order expected of a program.
 const PROGRAM_BAND: f64 = 0.1;
+/// Steps beyond the finest of the ladder where the slopes have not settled: an eighth of it.
+const PROGRAM_FINER: usize = 6;
+/// Numbers that the longest of these runs writes at most.
+const MOST_WRITTEN: f64 = 1e5;
 /// Times that the coarsest step is halved where runs are unstable.
 const FINER_STARTS: i32 = 10;
 
@@ -101,6 +105,15 @@ pub fn measure_program(
                 stable.map_or_else(String::new, |h| format!(", from `--coarsest {}` on", plain(h)))
             );
         }
+    }
+    let coarsest = answers.first().map_or(asked, |(h, _)| *h);
+    let finer = order::ladder(horizon, coarsest, SQRT_2, PROGRAM_LADDER + PROGRAM_FINER);
+    let written = finer.last().map_or(f64::INFINITY, |h| horizon / h * study.names.len() as f64);
+    let is_own = ladder.coarsest.is_none() && ladder.points.is_none();
+    if is_own && fit.verdict == Verdict::Inconclusive && fit.wants_finer() && written <= MOST_WRITTEN {
+        answers.extend(study.runs(&finer[answers.len()..]));
+        share(&mut answers);
+        (truth, fit) = study.fit(truth, &answers, ladder.expected)?;
     }
     if answers.iter().all(|(_, answer)| answer.is_ok())
         && are_one_run(answers.iter().filter_map(|(_, answer)| answer.as_ref().ok()))

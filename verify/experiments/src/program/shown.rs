@@ -191,7 +191,9 @@ mod tests {
                 },
             )
         };
-        let shown = Shown::by(&[late(0.1), late(0.05)]);
-        assert!(shown.incomparable.is_some_and(|reason| reason.contains("different times")));
+        for [one, other] in [[0.1, 0.05], [1e-6, 2e-6]] {
+            let shown = Shown::by(&[late(one), late(other)]);
+            assert!(shown.incomparable.is_some_and(|reason| reason.contains("different times")), "{one}, {other}");
+        }
     }
 }

@@ -262,7 +262,7 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
         fit.reason += &format!(", on this equation: on others the order is {}", method.order());
     }
     // Runs of an inconsistent method agree with its order, which is none.
-    if let (0, None, Verdict::Pass | Verdict::Measured) = (method.order(), args.expect, fit.verdict) {
+    if let (0, None, Verdict::Pass) = (method.order(), args.expect, fit.verdict) {
         fit.verdict = Verdict::Fail;
         fit.reason += &format!(": a method without order does not converge; `verify judge {text}` says why");
     }

@@ -574,6 +574,8 @@ impl Watch {
         let svd = all.svd(true, false);
         let (vectors, values) = (svd.u?, svd.singular_values);
         let names = component_names(problem);
+        let mut at_end = vec![0.0; n];
+        problem.ode().rhs(self.last.0, &self.last.1, &mut at_end);
         (0..values.len()).filter(|k| values[*k] <= NULL * values.max()).find_map(|k| {
             let w = vectors.column(k);
             let change: f64 = w.iter().zip(self.last.1.iter().zip(&self.first)).map(|(w, (b, a))| w * (b - a)).sum();
@@ -582,6 +584,9 @@ impl Watch {
             let kept = w.map(|w| if w.abs() > REST * scale { w } else { 0.0 });
             let terms = kept.iter().zip(rates.row_iter()).map(|(w, f)| (w * f.norm()).powi(2)).sum::<f64>().sqrt();
             let cancels = rates.tr_mul(&kept).norm() <= REST * terms;
+            // Beside entries of ∂f/∂v of another size altogether, of which f makes nothing, a small one looks like none, too.
+            let (sum, size) = kept.iter().zip(&at_end).fold((0.0, 0.0), |(sum, size), (w, f)| (sum + w * f, size + (w * f).abs()));
+            let cancels = cancels && f64::abs(sum) <= 0.5 * size;
             (cancels && change.abs() > REST * self.largest).then(|| {
                 let terms = w.iter().zip(&names).filter(|(w, _)| w.abs() > REST * scale);
                 let pivot = w[w.iamax()];

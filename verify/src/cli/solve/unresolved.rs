@@ -104,7 +104,8 @@ impl<'a> Forcing<'a> {
         let Some((before, v)) = self.last.replace((t, state.to_vec())).filter(|_| n == ode.dim()) else { return };
         let h = t - before;
         let panels = (self.density * h).floor().max(1.0);
-        let values = (n * (self.coarse.len() + self.fine.len() * panels as usize)) as f64;
+        // As numbers: steps of next to nothing have more panels than there are integers.
+        let values = n as f64 * (self.coarse.len() as f64 + self.fine.len() as f64 * panels);
         if self.left < values {
             return;
         }

@@ -10,6 +10,8 @@ use super::{Body, Shipped};
 const HINT: &str =
     "a multistep method has `rho` and `sigma`, the oldest step first, and maybe `start`, a method of one step";
 
+const TURNED: &str = "the newest step seems to be listed first: `rho` and `sigma` have the oldest step first";
+
 /// What starts a method unless its file says otherwise: of order 5, and damping.
 const START: &str = "radau-iia3";
 
@@ -34,7 +36,9 @@ pub(super) fn read(document: &mut Document, digits: Option<u32>) -> Result<(Mult
     let method = Multistep { rho: values(&rho, rounding)?, sigma: values(&sigma, rounding)?, start, start_name: name };
     let lead = method.rho.last().is_some_and(|lead| !lead.real.may_be_zero());
     if !lead {
-        return Err(Fault::new(at, "the last entry of `rho`, that of the new step, is zero").hint(HINT));
+        let is_turned = !method.rho[0].real.may_be_zero();
+        let fault = Fault::new(at, "the last entry of `rho`, that of the new step, is zero");
+        return Err(fault.hint(if is_turned { TURNED } else { HINT }));
     }
     Ok((method, rounding))
 }

@@ -6,8 +6,8 @@ use std::io::Read;
 
 use super::{Grid, Quantity};
 use crate::measure::decimal::parsed;
-use crate::measure::fault;
 use crate::measure::typeset::bare;
+use crate::measure::{fault, line_of};
 
 /// Where the spacing of the grids stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -171,7 +171,7 @@ pub fn read(input: impl Read, spacing: Option<&Spacing>, quantities: &[String]) 
         .collect();
     for record in reader.records() {
         let record = record.map_err(table)?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = record.position().map_or(0, |at| line_of(&text, at));
         let cell = |column: usize| record.get(column).unwrap_or_default();
         let number = |column: usize| {
             let text = cell(column);
