@@ -241,8 +241,8 @@ const UNEXAMINED: [(&str, &str); 19] = [
     ),
     (
         "The velocity profile ([S24] Abstract)",
-        "Errors are those of the velocity at the centre, as in the figures of [S24]. With one shape function the profile is the centre velocity times \
-         a parabola; its error is that of the centre and that of the shape.",
+        "Errors are those of the velocity at the centre, as in the figures of [S24]. How close to the flow a parabola can be over the whole channel is in S24-l-2, and \
+         with it the distances of the two reduced equations.",
     ),
     (
         "pₙ = 0 and pₙ₊₁ = 0 at once for h = 0 alone ([S24] Section 3)",

@@ -10,7 +10,7 @@ use crate::row;
 pub(super) const STUDY: Study = Study {
     id: "estimates",
     title: "Estimates of the error",
-    question: "Is the estimate that `solve` prints beside a solution its error?",
+    question: "Is the estimate that `solve` prints beside a solution its error at the end of a run?",
     source: "`verify solve`",
     run,
 };

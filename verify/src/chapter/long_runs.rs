@@ -151,7 +151,7 @@ fn drift_figure(windows: &Table) -> Figure {
     });
     let caption = "Largest energy error in each window of time. A drift shows here once it is as large as the error that oscillates; the \
                    table has drifts far smaller.";
-    Figure::new("drift", caption, windows.id.clone(), panels).in_columns(2).telling_with_extremes(&TOLD)
+    Figure::new("drift", caption, windows.id.clone(), panels).in_columns(2).telling(&TOLD)
 }
 
 /// ρ Φ ρ Φ = id, where ρ turns the momentum round.

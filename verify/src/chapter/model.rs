@@ -118,7 +118,7 @@ fn recommend(model: &Model, evidence: &mut Evidence) -> Result<(), StudyError> {
     };
     let panels = [panel("evaluations", |p| p.evaluations), panel("factorizations", |p| p.factorizations)];
     let work = Figure::new("model-work", caption, "model-work", panels).in_columns(2);
-    let work = work.telling_with_extremes(&told.iter().map(String::as_str).collect::<Vec<_>>());
+    let work = work.telling(&told.iter().map(String::as_str).collect::<Vec<_>>());
     evidence.sections.push(Section {
         id: "model-recommendation".into(),
         title: "Which method to use".into(),

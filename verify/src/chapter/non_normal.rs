@@ -50,7 +50,8 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
 fn check_search(found: &Found) -> Check {
     let reason = format!(
         "{ASCENTS} ascents from the best of {RANDOM} random matrices in {CHANGES} changes, the highest {HIGHEST} in \
-         {MORE_CHANGES} more; seed {SEED}, live steps of h = 1"
+         {MORE_CHANGES} more{}; seed {SEED}, live steps of h = 1",
+        if found.order > 3 { ", as does the system of one unknown fewer beside one that decays by itself" } else { "" }
     );
     if found.order == 2 {
         return Check::new(
@@ -143,7 +144,8 @@ fn matrices(found: &[Arc<Found>]) -> Table {
     };
     Table::new(
         "non-normal-matrices",
-        "The matrices hA, rows separated by semicolons, that Method I amplifies most in the search: largest real part of an \
+        "The matrices hA, rows separated by semicolons, of those in the search the ones with the largest factor of a step of Method I, which for two \
+         unknowns is no larger than 1: largest real part of an \
          eigenvalue, largest eigenvalue of the symmetric part, and spectral radius of a live step.",
         &["order", "matrix", "abscissa", "largest_symmetric", "spectral_radius"],
         found.iter().map(row).collect(),

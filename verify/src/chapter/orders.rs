@@ -187,7 +187,7 @@ pub(super) fn figures(measured: &[Measured]) -> Vec<Figure> {
              slopes that theory expects. Errors above {LOST} times the initial state, or {LOST}, are left out: such a run is lost."
         );
         let figure = Figure::new(format!("orders-{}", place + 1), caption, "order-points", panels).in_columns(3);
-        figure.telling_with_extremes(&TOLD)
+        figure.telling(&TOLD)
     };
     FAMILIES.iter().enumerate().map(figure).filter(|figure| !figure.panels.is_empty()).collect()
 }

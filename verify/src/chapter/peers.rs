@@ -74,7 +74,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     );
     evidence.tables.push(Table::data("peers", caption.clone(), COLUMNS, rows));
     let figure = Figure::new("peers", caption, "peers", panels).in_columns(2);
-    evidence.figures.push(figure.telling_with_extremes(&TOLD));
+    evidence.figures.push(figure.telling(&TOLD));
     everywhere(context, &mut evidence)?;
     Ok(evidence)
 }
@@ -121,7 +121,7 @@ fn everywhere(context: &Context, evidence: &mut Evidence) -> Result<(), StudyErr
     );
     evidence.tables.push(Table::data("peers-everywhere", caption.clone(), COLUMNS, rows));
     let figure = Figure::new("peers-everywhere", caption, "peers-everywhere", panels).in_columns(3);
-    evidence.figures.push(figure.telling_with_extremes(&TOLD));
+    evidence.figures.push(figure.telling(&TOLD));
     Ok(())
 }
 

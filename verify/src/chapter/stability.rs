@@ -133,8 +133,8 @@ fn regions(evidence: &mut Evidence, context: &Context, subjects: &[String]) -> R
         let series = std::iter::once(guide).chain(marked).collect();
         Panel::new(Axis::linear("Re hλ"), Axis::linear("Im hλ"), series).titled(method).over(field)
     });
-    let caption = "Amplification factor |R| of one step on v̇ = λv; the lower half-plane mirrors the upper one. A method is A-stable if no \
-                   point left of 0 has the colour of |R| > 1. At the points marked the step has no solution, or every number is one.";
+    let caption = "Amplification factor |R| of one step on v̇ = λv; the lower half-plane mirrors the upper one. A method is A-stable only if no \
+                   point left of 0 has the colour of |R| > 1, here and outside of the picture. At the points marked the step has no solution, or every number is one.";
     evidence.figures.push(Figure::new("stability-regions", caption, "stability-regions", panels).in_columns(3));
     let columns = ["re", "im"].into_iter().chain(subjects.iter().map(String::as_str));
     let points = im.iter().flat_map(|y| re.iter().map(move |x| row![*x, *y]));

@@ -137,48 +137,17 @@ impl Figure {
     /// The same with the series of these names in colour and all others but guides grey, which the caption says, for whoever sees
     /// no colours; as it is if there are colours for all. Names that it has no series of are passed over.
     #[must_use]
-    pub fn telling(self, names: &[&str]) -> Self {
-        let names = self.among(names);
-        let told = format!("In colour: {}", listed(&names));
-        self.dimmed(&names, told)
-    }
-
-    /// The same with those in colour, too, whose least error is smaller and larger than that of every other one. Only for figures of errors: a defect at rounding is not
-    /// the better the smaller it is.
-    #[must_use]
-    pub fn telling_with_extremes(self, names: &[&str]) -> Self {
-        let Extremes { best, worst, of, panels } = self.extremes();
-        let mut names = self.among(names);
-        let mut told = format!("In colour: {}", listed(&names));
-        let (among, place) = if panels == 1 {
-            (format!("the {of} curves"), "")
-        } else {
-            (format!("the {of} curves that are in most of the {panels} panels"), ", in most panels that show both")
-        };
-        let is = |name: &str, than: &str| format!("the least error of `{name}` is {than} than that of each other one");
-        let found: Vec<_> =
-            best.iter().map(|name| is(name, "smaller")).chain(worst.iter().map(|name| is(name, "larger"))).collect();
-        if !found.is_empty() {
-            let _ = write!(told, "; of {among} {}{place}", found.join(" and "));
-        }
-        names.extend(best.into_iter().chain(worst));
-        self.dimmed(&names, told)
-    }
-
-    fn among(&self, names: &[&str]) -> Vec<String> {
+    pub fn telling(mut self, names: &[&str]) -> Self {
         let labels = self.labels();
-        names.iter().filter(|name| labels.contains(name)).map(ToString::to_string).collect()
-    }
-
-    fn dimmed(mut self, names: &[String], told: String) -> Self {
-        if self.labels().len() <= COLORS {
+        if labels.len() <= COLORS {
             return self;
         }
+        let told = listed(names.iter().filter(|name| labels.contains(name)));
         let all = self.panels.iter_mut().flat_map(|panel| &mut panel.series);
-        for series in all.filter(|series| series.mark != Mark::Guide && !names.contains(&series.label)) {
+        for series in all.filter(|series| series.mark != Mark::Guide && !names.contains(&series.label.as_str())) {
             series.mark = Mark::Other;
         }
-        let _ = write!(self.caption, " {told}. The others are grey, and named where one points at them.");
+        let _ = write!(self.caption, " In colour: {told}. The others are grey, and named where one points at them.");
         self
     }
 
@@ -192,54 +161,11 @@ impl Figure {
         }
         labels
     }
-
-    /// Of the series in more than half of the panels that which is below each other one, and that which is above each other one, by their least ordinates in
-    /// most of the panels that have both: a curve that is left out of some panels is compared where it is. The least ordinate is the one that does not depend on
-    /// where a curve that leaves the axes begins.
-    fn extremes(&self) -> Extremes {
-        let least = |series: &Series, log: bool| {
-            let values = series.points.iter().map(|point| point.1).filter(|y| y.is_finite() && (!log || *y > 0.0));
-            values.min_by(f64::total_cmp)
-        };
-        // Its least ordinate in each panel.
-        let of = |label: &str| {
-            let in_panel = |panel: &Panel| {
-                let series = panel.series.iter().find(|series| series.label == label && series.mark != Mark::Guide)?;
-                least(series, panel.y.log)
-            };
-            self.panels.iter().map(in_panel).collect::<Vec<_>>()
-        };
-        let panels = self.panels.len();
-        let is_common = |found: &[Option<f64>]| 2 * found.iter().flatten().count() > panels;
-        let all: Vec<_> = self.labels().into_iter().map(|label| (label, of(label))).collect();
-        let all: Vec<_> = all.into_iter().filter(|(_, found)| is_common(found)).collect();
-        let is_below = |a: &[Option<f64>], b: &[Option<f64>]| {
-            let shared = || a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?)));
-            2 * shared().filter(|(a, b)| a < b).count() > shared().count()
-        };
-        type Known<'a> = (&'a str, Vec<Option<f64>>);
-        let extreme = |is_it: &dyn Fn(&Known<'_>, &Known<'_>) -> bool| {
-            let is_first = |one: &&Known<'_>| all.iter().all(|other| other.0 == one.0 || is_it(one, other));
-            all.iter().find(is_first).filter(|_| all.len() > 1).map(|(label, _)| (*label).to_owned())
-        };
-        let best = extreme(&|one, other| is_below(&one.1, &other.1));
-        let worst = extreme(&|one, other| is_below(&other.1, &one.1));
-        Extremes { best, worst, of: all.len(), panels }
-    }
-}
-
-/// The series below and above each other one, if there are such, of so many in most panels.
-struct Extremes {
-    best: Option<String>,
-    worst: Option<String>,
-    of: usize,
-    panels: usize,
 }
 
 /// Names in a sentence.
-fn listed(names: &[String]) -> String {
-    let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    names.join(", ")
+fn listed<'a>(names: impl Iterator<Item = &'a &'a str>) -> String {
+    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 impl Panel {
@@ -330,40 +256,12 @@ mod tests {
     }
 
     #[test]
-    fn a_crowded_figure_tells_those_apart_that_it_names_and_the_best_and_the_worst() {
-        let figure = crowded().telling_with_extremes(&["m5", "m3"]);
-        assert_eq!(marked(&figure, |mark| mark == Mark::LineMarkers), ["m3", "m5", "m7"]);
+    fn a_crowded_figure_tells_those_apart_that_it_names() {
+        let figure = crowded().telling(&["m5", "m3", "unknown"]);
+        assert_eq!(marked(&figure, |mark| mark == Mark::LineMarkers), ["m3", "m5"]);
         assert_eq!(marked(&figure, |mark| mark == Mark::Guide), ["slope 2"]);
-        assert_eq!(marked(&figure, |mark| mark == Mark::Other), ["m1", "m2", "m4", "m6", "m8", "m9", "m0"]);
-        for words in [
-            "In colour: `m5`, `m3`;",
-            "of the 9 curves that are in most of the 2 panels the least error of `m3` is smaller than that of each other one and the least error \
-             of `m7` is larger than that of each other one, in most panels that show both",
-        ] {
-            assert!(figure.caption.contains(words), "{words}: {}", figure.caption);
-        }
-        // One in all panels is neither the best nor the worst.
-        let mut alone = crowded();
-        alone.panels[0].series.retain(|series| series.label == "m4");
-        let alone = alone.telling_with_extremes(&["m5"]);
-        assert!(!alone.caption.contains("error"), "{}", alone.caption);
-        // One that is left out of a panel is compared in the others.
-        let mut three = crowded();
-        three.panels.push(three.panels[0].clone());
-        three.panels[0].series.retain(|series| series.label != "m3");
-        assert!(three.telling_with_extremes(&["m5"]).caption.contains("the least error of `m3` is smaller"));
-        // None where each is beaten by some other.
-        let heights = [[1.0, 2.0, 3.0], [2.0, 3.0, 1.0], [3.0, 1.0, 2.0]];
-        let panel = |k: usize| {
-            let curves =
-                heights.iter().enumerate().map(|(i, y)| Series::new(format!("r{i}"), vec![(1.0, y[k])], Mark::Line));
-            Panel::new(Axis::log("h"), Axis::log("error"), curves.collect())
-        };
-        let round = Figure::new("id", "", "data", [0, 1, 2].map(panel)).extremes();
-        assert_eq!((round.best, round.worst, round.of), (None, None, 3));
-        let figure = crowded().telling(&["m5"]);
-        assert_eq!(marked(&figure, |mark| mark == Mark::LineMarkers), ["m5"]);
-        assert!(figure.caption.starts_with("A caption. In colour: `m5`. The others"), "{}", figure.caption);
+        assert_eq!(marked(&figure, |mark| mark == Mark::Other), ["m1", "m2", "m4", "m6", "m7", "m8", "m9", "m0"]);
+        assert!(figure.caption.starts_with("A caption. In colour: `m5`, `m3`. The others"), "{}", figure.caption);
     }
 
     #[test]
@@ -372,7 +270,7 @@ mod tests {
         for panel in &mut figure.panels {
             panel.series.retain(|series| !["m0", "m9"].contains(&series.label.as_str()));
         }
-        let told = figure.clone().telling_with_extremes(&["m5"]);
+        let told = figure.clone().telling(&["m5"]);
         assert_eq!(told.caption, figure.caption);
         assert!(marked(&told, |mark| mark == Mark::Other).is_empty());
     }

@@ -325,7 +325,7 @@ fn smooth(evidence: &Evidence) -> Result<String, Failed> {
         &told(evidence, "answer-smooth"),
         &[
             format!(
-                "on four smooth nonlinear problems, followed to t = 2, the largest error of Method I is {gauss} times its, or more, with equal steps of 0.05, and {work} times, or more, for as many evaluations of f."
+                "on four smooth nonlinear problems, followed to t = 2, the largest error of Method I is {gauss} times its, or more, with equal steps of 0.05, and {work} times, or more, for as many evaluations of f. Both factors fall as steps grow, as the orders differ by two."
             ),
             format!(
                 "With equal steps it makes {m0} to {m1} times the error of the implicit midpoint rule and {t0} to {t1} times that of the trapezoidal rule, which are of second order"
@@ -335,7 +335,7 @@ fn smooth(evidence: &Evidence) -> Result<String, Failed> {
             ),
         ],
     )?;
-    Ok(format!("with equal steps a factor of up to {t1}, or of {gauss} and more"))
+    Ok(format!("with steps of 0.05 a factor of up to {t1}, or of {gauss} and more"))
 }
 
 fn trust(evidence: &Evidence) -> Result<(), Failed> {
@@ -406,7 +406,7 @@ fn methods(evidence: &Evidence) -> Result<(), Failed> {
             "method-ii",
             vec![
                 format!(
-                    "On linear problems with an invertible matrix its step is the trapezoidal rule's, and rings: {} times Method I's error after a jump.",
+                    "On linear problems with an invertible matrix its step is the trapezoidal rule's, and rings: {} times Method I's error after a jump, in steps as long as in the answer on ringing.",
                     brief(course("trapezoidal") / course("method-i"))
                 ),
                 // The quadratic for v₁ has no real root for hv₀ > 1.

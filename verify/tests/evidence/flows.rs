@@ -1066,8 +1066,8 @@ fn summary(evidence: &Evidence) -> Result<(), Failed> {
             format!("and {} times that of pressure correction; at t = 2 it has", lid(0.5, projection)),
             format!("{} times and {} times theirs.", lid(2.0, "tr-bdf2"), lid(2.0, projection)),
             format!(
-                "At equal CPU time, which depends on the machine, they may not. Of each method the best run to t = 2 that takes no more of it in \
-                 this run of the report than that of Method I, as far as repeated measurements tell, has an error which over Method I's is {}.",
+                "For equal CPU time, which depends on the machine, others may have smaller errors: over Method I's error at t = 2 those of the best \
+                 runs that take no more of it, as far as repeated measurements tell, are {}.",
                 at_equal_time()
             ),
             format!(

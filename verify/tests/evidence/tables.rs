@@ -1,7 +1,9 @@
 //! Columns of a table that follow from others of it.
 
 use verify::evidence::{Cell, Evidence, Panel, Table};
-use verify::measure::norm::Extremes;
+use verify::measure::norm::{Extremes, max_norm};
+
+const STIFF: &str = "prothero-robinson";
 
 /// What a row of a table says of itself that is not so.
 pub(super) fn contradictions(evidence: &Evidence) -> Vec<String> {
@@ -65,6 +67,37 @@ fn misjudged(evidence: &Evidence) -> Vec<String> {
                     "fitted/no-cure",
                     ["fitted(1)", "fitted(4)", "fitted-pade(4)"].map(over).into_iter().smallest(),
                 );
+            }
+            "tolerances" => {
+                for (problem, power) in
+                    [("logistic", 1.0), ("damped-pendulum", 1.0), ("van-der-pol", 1.0), (STIFF, 2.0 / 3.0)]
+                {
+                    let of = rows(&["tolerance", "error"], &[problem]);
+                    let over = |power: f64| largest(of.iter().map(|row| row[1] / row[0].powf(power)).collect());
+                    require(&format!("tolerance/{problem}"), over(power));
+                }
+            }
+            "tolerance-grid" => {
+                for problem in ["logistic", "damped-pendulum", "van-der-pol", STIFF] {
+                    let of = rows(&["bound", "error"], &[problem]);
+                    require(&format!("grid/{problem}/error"), largest(of.iter().map(|row| row[1] / row[0]).collect()));
+                }
+            }
+            "action-indicator" => {
+                for problem in ["logistic", "quadratic-drag", "damped-pendulum", "van-der-pol"] {
+                    let start = max_norm(&verify::problem::build(problem, &[]).expect("registered").initial());
+                    for degree in [1.0, 2.0, 3.0] {
+                        let of = rows(&["degree", "indicator", "error"], &[problem])
+                            .into_iter()
+                            .filter(|row| row[0] == degree);
+                        // Errors at roundoff may be anything.
+                        let above = of.filter(|row| row[2] > 160.0 * start * f64::EPSILON);
+                        require(
+                            &format!("action/{problem}/{degree}/bound"),
+                            above.map(|row| row[1] / row[2]).smallest(),
+                        );
+                    }
+                }
             }
             "metric-drift" => {
                 for (metric, check) in [("balanced", "invariant/balanced"), ("euclidean", "invariant/euclidean")] {

@@ -5,6 +5,10 @@ use lsvi::closure::{Linear, LinearClosure};
 use super::one_step::OneStep;
 use super::{Context, Experiment, StudyError};
 use crate::measure::norm::{Extremes, larger};
+use crate::measure::search::try_minimum;
+
+/// Steps that are sampled; around the extreme ones a search goes on.
+const SAMPLES: f64 = 300.0;
 
 /// Steps from `from` to `to`.
 #[derive(Debug)]
@@ -55,13 +59,22 @@ impl Experiment for Minimax {
 
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         let Self { from, to } = *self;
+        // Finer towards the lower end, where the error of a wide range has its maximum.
+        let step = |k: u32| from + (to - from) * (f64::from(k) / SAMPLES).powi(2);
         let extremes = |method: &str| -> Result<[f64; 2], StudyError> {
-            // Finer towards the lower end, where the error of a wide range has its maximum.
-            (1..=300).try_fold([0.0_f64; 2], |[low, high], k| {
-                let h = from + (to - from) * (f64::from(k) / 300.0).powi(2);
-                let error = OneStep::growth(method, h).measure(context)?? - (-h).exp();
-                Ok([-larger(-low, -error), larger(high, error)])
-            })
+            let error =
+                |h: f64| -> Result<f64, StudyError> { Ok(OneStep::growth(method, h).measure(context)?? - (-h).exp()) };
+            let errors = (1..=SAMPLES as u32).map(|k| error(step(k))).collect::<Result<Vec<_>, _>>()?;
+            let extreme = |sign: f64| -> Result<f64, StudyError> {
+                let signed = errors.iter().map(|error| sign * error);
+                let largest = signed.clone().fold(0.0, larger);
+                let Some(place) = signed.clone().position(|error| error == largest) else { return Ok(largest) };
+                // Sample k stands at place k − 1.
+                let around = [place as u32, (place as u32 + 2).min(SAMPLES as u32)].map(step);
+                let at = try_minimum(around, 0.0, |h| Ok::<_, StudyError>(-sign * error(h)?))?;
+                Ok(larger(largest, sign * error(at)?))
+            };
+            Ok([-extreme(-1.0)?, extreme(1.0)?])
         };
         let largest = |method: &str| Ok::<_, StudyError>(modulus(extremes(method)?));
         let theta = theta(from, to)?;

@@ -56,7 +56,9 @@ impl Experiment for Amplified {
 
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         context.announce(1);
-        let found = search(&*method::parse(self.method)?, self.order)?;
+        let Self { method, order } = *self;
+        let fewer = if order > 3 { Some(context.get(Amplified { method, order: order - 1 })?) } else { None };
+        let found = search(&*method::parse(method)?, order, fewer.as_deref())?;
         context.tick();
         Ok(found)
     }
@@ -200,9 +202,9 @@ impl Experiment for Example {
 }
 
 /// The largest spectral radius of a live step of `method` that is found among Hurwitz matrices of the given order: the best
-/// of many ascents, each from the best of a few random matrices of all sizes, of which the highest few go on for longer. Searches of different
-/// orders share nothing, so that each is evidence of its own.
-fn search(method: &dyn Method, order: usize) -> Result<Found, StudyError> {
+/// of many ascents, each from the best of a few random matrices of all sizes, of which the highest few go on for longer, and of one from the
+/// matrix found for one unknown fewer beside an unknown that decays by itself.
+fn search(method: &dyn Method, order: usize, fewer: Option<&Found>) -> Result<Found, StudyError> {
     let mut random = Uniform::new(SEED + order as u64);
     let mut uniform = move || random.next().unwrap_or_default();
     // The search takes what is larger, and would never take NaN.
@@ -242,6 +244,11 @@ fn search(method: &dyn Method, order: usize) -> Result<Found, StudyError> {
     }
     summits.sort_by(|a, b| b.radius.total_cmp(&a.radius));
     summits.truncate(HIGHEST);
+    summits.extend(fewer.map(|found| {
+        let mut matrix = found.matrix.clone().resize(order, order, 0.0);
+        matrix[(order - 1, order - 1)] = -1.0;
+        Summit { matrix, radius: found.radius }
+    }));
     let mut best = Found { order, matrix: -DMatrix::identity(order, order), radius: 0.0 };
     for summit in summits {
         let Summit { matrix, radius } = climb(summit, MORE_CHANGES, 0.99)?;

@@ -87,7 +87,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             ),
             smooth[smooth_best] / smooth[0],
             Requirement::Below(1.0),
-            "what the answer says",
+            "left panel; the smallest of the four others",
         ),
         Check::new(
             "parabolic/trapezoidal",
@@ -105,7 +105,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             ),
             later[later_best] / later[0],
             Requirement::Below(1.0),
-            "what the answer says",
+            "middle panel; the smallest of the four others",
         ),
         Check::new(
             "parabolic/radau",
@@ -114,7 +114,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             ),
             later[RADAU] / later[later_best],
             Requirement::AtMost(1.0),
-            "what the answer says",
+            "middle panel; 1 where it is the best",
         ),
         Check::new(
             "parabolic/overtaken",
@@ -122,7 +122,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
              others over its for four systems",
             second[1..].iter().map(|error| error / second[0]).smallest(),
             Requirement::Below(1.0),
-            "what the answer says",
+            "right panel, the second point from the left",
         ),
         Check::new(
             "parabolic/first",

@@ -145,7 +145,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
             "After the last step another method has: least error of the others over Method I's",
             last[best] / last[0],
             Requirement::Below(1.0),
-            "what the answer says",
+            "the smallest of the four others",
         ),
     ];
     let values = [

@@ -119,7 +119,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
         id: "answer-smooth",
         question: "What would I lose with Method I against the trapezoidal rule, or Gauss collocation?",
         short: format!(
-            "with equal steps a factor of up to {}, or of {} and more",
+            "with steps of {H} a factor of up to {}, or of {} and more",
             at_most(trapezoidal.1),
             at_least(gauss)
         ),

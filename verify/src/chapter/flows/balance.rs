@@ -154,7 +154,7 @@ pub(super) fn errors(context: &Context, evidence: &mut Evidence, scale: &Scale) 
     let caption = format!(
         "Periodic flows at Re = {RE} and time t on grids of points² points, by metric of the residual. Errors are relative and against RK4 with half the finest step: of the vorticity, root mean \
          square, and of energy E and enstrophy Z. The balances Ė = −2νZ and Ż = −2νP are integrated over the steps of a run by Simpson's rule; \
-         told is what it leaves of them, in units of E and Z at the start. Counted are linear systems, \
+         the columns of balances have what it leaves of them, in units of E and Z at the start. Counted are linear systems, \
          iterations of conjugate gradients or GMRES in them, and evaluations of f with products of its Jacobian and the transpose, which \
          take as many transforms each. A run of RK4 with steps too long for the grid has no numbers."
     );

@@ -33,7 +33,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, _scale: &Scale) 
         ("work", largest(found.iter().filter_map(|found| found.work).collect())),
     ];
     evidence.notes.extend(prose::fill(include_str!("identities.md"), &values)?);
-    let caption = "Identities of the discrete equations at states without pattern, relative to what they equate: yᵀ(Jx) = (Jᵀy)ᵀx, Jx and the \
+    let caption = "Identities of the discrete equations at random states, relative to what they equate: yᵀ(Jx) = (Jᵀy)ᵀx, Jx and the \
                    central difference of f, and vᵀf = 0 without viscosity, where the flow is closed: of energy, and in the metric of the \
                    vorticity of enstrophy.";
     evidence.tables.push(Table::new("flow-identities", caption, ["flow", "adjoint", "jacobian", "work"], rows));

@@ -152,26 +152,29 @@ fn energies(context: &Context) -> Result<Finding, StudyError> {
     let momenta = [live(PRINTED[0].method)?, live(PRINTED[1].method)?];
     let mut cases = Vec::new();
     for (i, t) in TIMES.into_iter().enumerate() {
-        const OF_THE_TABLE: &str = "velocities of the table";
         let mut case = |what: &str, own: f64, theirs: f64| {
-            let case = Case::below(format!("energy error of (16), {what}, t = {t}, against (17)"), own, theirs);
-            cases.push(case.under(what == OF_THE_TABLE));
+            cases.push(Case::below(format!("energy error of (16), {what}, t = {t}, against (17)"), own, theirs));
         };
-        case(OF_THE_TABLE, schemes[0].energy_error(t, true), schemes[1].energy_error(t, false));
+        case("velocities of the table", schemes[0].energy_error(t, true), schemes[1].energy_error(t, false));
         case("forward differences", schemes[0].energy_error(t, false), schemes[1].energy_error(t, false));
         case("momenta", momenta[0][i], momenta[1][i]);
     }
+    // One case of each kind at a time.
+    let ahead =
+        [0, 1, 2].map(|kind| cases.iter().skip(kind).step_by(3).filter(|case| case.holds()).count().to_string());
     let worst = |values: &[f64]| text(values.iter().copied().largest());
     let of = |scheme: usize, by_momentum: bool| worst(&TIMES.map(|t| schemes[scheme].energy_error(t, by_momentum)));
     let evidence = format!(
         "The largest errors of (16) and (17) are {} and {} with the velocities of the table, {} and {} with forward \
-         differences for both, {} and {} with the momenta of both.{}",
+         differences for both, {} and {} with the momenta of both; (16) has the smaller one at {} of the {} times.{}",
         of(0, true),
         of(1, false),
         of(0, false),
         of(1, false),
         worst(&momenta[0]),
         worst(&momenta[1]),
+        ahead.join(", "),
+        TIMES.len(),
         copied()
     );
     let largest = |row: usize| format!("{:.4}", TABLE_1[row].into_iter().largest());
@@ -180,7 +183,7 @@ fn energies(context: &Context) -> Result<Finding, StudyError> {
     Ok(Finding::on(cases, evidence)
         .beside("largest energy error, (16)", largest(1), most(0, true))
         .beside("largest energy error, (17)", largest(3), most(1, false))
-        .holds_where("With the velocities of the table, which are not the same for the two schemes.")
+        .holds_where("With the velocities of the table, which are not the same for the two schemes; with one kind of velocity for both it does not at every time.")
         .because(
             "A forward difference is half a step late, an error of first order in τ that has nothing to do with the scheme. \
              With its own momentum the midpoint rule conserves every quadratic invariant, the energy of the oscillator \

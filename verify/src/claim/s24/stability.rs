@@ -83,7 +83,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         statement: "Method II is unconditionally stable: no step size lets grow without bound what stays bounded. The abstract has “for dissipative systems”, \
                     and v̇₁ = −v₁, v̇₂ = 0, which loses ½|v|² wherever v₁ ≠ 0, is one.",
         quantifier: Quantifier::Universal,
-        criterion: "As for S24-b-3. A step that is not determined has no size, and counts as not bounded.",
+        criterion: "As for S24-b-3. A step that is not determined counts as not bounded: every v₂, however large, is one of its solutions.",
         decide: method_ii_on_stable_systems,
     },
 ];

@@ -249,10 +249,11 @@ fn energies(found: &Found) -> Result<Known, Failed> {
         TIMES.iter().zip(solution.iter().zip(energy)).filter(|(_, (a, b))| **a == *b).map(|(t, _)| *t).collect();
     Ok(Known::of([
         format!(
-            "The largest errors of (16) and (17) are {} with the velocities of the table, {} with forward differences for both, {} with the momenta of both.",
+            "The largest errors of (16) and (17) are {} with the velocities of the table, {} with forward differences for both, {} with the momenta of both; (16) has the smaller one at {} of the 5 times.",
             both(table),
             both(forward),
-            both(momenta)
+            both(momenta),
+            ways.map(|what| found.score(what)[0].to_string()).join(", ")
         ),
         format!("At t = {} the table prints for the energy errors of (17) the digits of the solution errors of (16)", same.join(" and ")),
     ])

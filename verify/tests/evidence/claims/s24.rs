@@ -532,7 +532,7 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
             })?;
             Known::of([
                 format!(
-                    "The limits are {} (Method I) and {} (Method II); the rate μ = {} reaches {} with the same shape function, and the parabola fitted to the flow by least squares {}.",
+                    "The limits at the centre are {} (Method I) and {} (Method II); the rate μ = {} reaches {} with the same shape function, and the parabola fitted to the flow by least squares {}.",
                     text(floors.galerkin),
                     text(floors.averaged),
                     text(floors.best_rate),
@@ -540,7 +540,13 @@ pub(super) fn known(id: &str, found: &Found) -> Result<Known, Failed> {
                     text(floors.projection)
                 ),
                 format!(
-                    "the floor is {} at least. Which floor is reached, {} or {}, is set by the projection.",
+                    "Over the channel they are {} and {}, and the fit has {}.",
+                    text(floors.profile.galerkin),
+                    text(floors.profile.averaged),
+                    text(floors.profile.projection)
+                ),
+                format!(
+                    "the floor at the centre is {} at least. Which floor is reached there, {} or {}, is set by the projection.",
                     at_least(floors.best),
                     text(floors.galerkin),
                     text(floors.averaged)
