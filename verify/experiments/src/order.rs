@@ -489,6 +489,14 @@ mod tests {
         assert!(found.verdict == Verdict::Fail && found.reason.ends_with("no order should be told: why"));
     }
 
+    /// A rounding a step, and what a method that keeps momenta loses in them.
+    #[test]
+    fn momenta_lose_digits_beside_a_rounding_a_step() {
+        let of = |name: &str| roundoff(&*crate::method::parse(name).expect("a method"), 2.0, 100.0) / f64::EPSILON;
+        assert_eq!(of("rk4"), 200.0);
+        assert_eq!(of("conventional"), 2.0 * (100.0 + 1e4));
+    }
+
     #[test]
     fn errors_of_a_model_that_no_step_resolves_and_stiff_ones_decide_nothing() {
         let of = |order: f64, constant: f64| {
@@ -503,6 +511,27 @@ mod tests {
         // No excuse for what has no order, or claims more than it has.
         assert!(unexplored(&of(1.0, 200.0), 0, 1.0, 1.0).is_none());
         assert!(unexplored(&of(2.0, 1.0), 1, 1.0, 2000.0).is_none());
+    }
+
+    /// Across a kink of f = max(t − ½, 0) errors fall with h²: one of order 4 that has 2 is excused, and one that has 1 is not.
+    #[test]
+    fn a_kink_excuses_no_lower_order_than_it_leaves() {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), "u_i { x = 0 } F_i { max(t - 0.503, 0) }").expect("writable");
+        let model = crate::problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+        let limit = model.limit(crate::kinds::Principle::Equation);
+        let along = |times: &[f64]| {
+            Some(times.iter().map(|t| (vec![0.5 * (t - 0.503).max(0.0).powi(2)], 0.0)).collect::<Vec<_>>())
+        };
+        let why = |slope: f64| {
+            let samples: Vec<_> =
+                (0..8).map(|k| 0.1 * 0.5_f64.powi(k)).map(|h| Sample::new(h, h.powf(slope), 0.0)).collect();
+            let found = fit(&samples, &order::Expectation::new(4.0, 0.1));
+            assert_eq!(found.verdict, Verdict::Fail);
+            unsmooth(&found, 4, &limit, 1.0, along)
+        };
+        assert!(why(2.0).is_some_and(|why| why.contains("f is not smooth along the solution near t = 0.50")));
+        assert_eq!(why(1.0), None);
     }
 
     /// Elsewhere the truth would be that of CVODE, which is less accurate.

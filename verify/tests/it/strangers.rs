@@ -1108,3 +1108,13 @@ fn a_formula_with_its_newest_step_first_is_told_so() {
         judged("ab2.toml", "kind = \"multistep\"\nrho = [1, -1, 0]\nsigma = [0, \"3/2\", \"-1/2\"]\n");
     assert!(status == 2 && errors.contains("the newest step seems to be listed first"), "{errors}");
 }
+
+/// v̇ = −v² from −1 has its pole at t = 1.
+#[test]
+fn rows_beyond_the_end_of_the_exact_solution_are_said_to_be_none_of_it() {
+    let line = "solve --problem quadratic-drag --set v0=-1 --method method-i --h 0.3 --t-end 3 --no-estimate";
+    let (_, _, errors) = verify(&line.split(' ').collect::<Vec<_>>());
+    assert!(errors.contains("the exact solution ends before t = 1.2;"), "{errors}");
+    let (_, _, errors) = verify(&line.replace("--t-end 3", "--t-end 0.9").split(' ').collect::<Vec<_>>());
+    assert!(!errors.contains("the exact solution ends"), "{errors}");
+}

@@ -409,6 +409,8 @@ fn what_methods_differ_by_puts_no_reference_in_doubt() {
     // Of a rest at all samples nothing is seen of the way there; what rests from the start has no way.
     let horizons = [("-x", 40.0), ("2 - x", 400.0), ("1 - x", 400.0)].map(|(rate, t)| before_rest(&of(rate, t)));
     assert_eq!(horizons, [40.0, 100.0 / 4.0, 400.0]);
+    let notes = compare("approach", &of("2 - x", 400.0), Vec::new(), &[]).notes;
+    assert!(notes.iter().any(|note| note.starts_with("By t = 25 the solution has come to rest")), "{notes:?}");
 }
 
 /// Errors of the state within its bound, with the worst signs for each component shown, come to the bound of what is shown.

@@ -256,6 +256,13 @@ mod tests {
     use super::*;
     use crate::problem;
 
+    /// One evaluation at each node of a collocation, and of a residual its transpose too.
+    #[test]
+    fn stages_are_evaluations_of_a_step() {
+        let stages = |name: &str| parse(name).expect("known").traits().stages;
+        assert_eq!(["ls-galerkin(2,gauss,2)", "ls-galerkin(2,lobatto,3)"].map(stages), [2, 6]);
+    }
+
     #[test]
     fn every_method_is_found_by_its_canonical_name() {
         for spec in ALL {

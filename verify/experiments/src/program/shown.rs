@@ -179,6 +179,16 @@ mod tests {
     }
 
     #[test]
+    fn values_with_few_digits_are_named() {
+        let of = |digits: &str| {
+            let mut runs = runs(2, 2, true);
+            runs.iter_mut().for_each(|(_, answer)| answer.printed.see(digits));
+            Shown::by(&runs).notes
+        };
+        assert_eq!((of("0.3333333333333333").len(), of("0.333333").len()), (0, 1));
+    }
+
+    #[test]
     fn ends_that_differ_make_values_incomparable() {
         let late = |h: f64| {
             (

@@ -30,7 +30,7 @@ pub(super) fn answer(context: &Context) -> Result<Answer, StudyError> {
     Ok(Answer {
         id: "answer-trust",
         question: "Can I trust these numbers?",
-        short: "yes".into(),
+        short: "as far as the checks go that are told here".into(),
         text: prose::fill(include_str!("trust.md"), &values)?,
         checks,
         figure: None,

@@ -31,6 +31,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::decimal::{decimals, significant, trimmed};
+use super::norm::max_norm;
 use super::order::{Expectation, FLOOR_MARGIN, Line, Measured, OrderFit, Reason, Sample, Verdict, fit, fit_freely};
 use least_squares::LeastSquares;
 use three_grids::{SAFETY, Triplet, TripletError};
@@ -267,6 +268,9 @@ fn triplets(points: &[(f64, f64)], resolution: f64) -> Vec<Result<Triplet, Tripl
     points.windows(3).map(|p| Triplet::new([p[0], p[1], p[2]], resolution)).rev().collect()
 }
 
+/// Sizes of values of whose differences, eight digits smaller, the squares are normal numbers, with room for sums of them.
+const SQUARED: std::ops::Range<f64> = 1e-140..1e140;
+
 /// Why no order can be had of the sorted grids.
 fn unusable(grids: &[Grid]) -> Option<String> {
     if let Some(grid) = grids.iter().find(|grid| !grid.value.is_some_and(f64::is_finite)) {
@@ -277,6 +281,12 @@ fn unusable(grids: &[Grid]) -> Option<String> {
     }
     if let Some(grid) = grids.iter().find(|grid| !(grid.h > 0.0 && grid.h.is_finite())) {
         return Some(format!("the spacing {} is not positive", grid.h));
+    }
+    let size = max_norm(&grids.iter().filter_map(|grid| grid.value).collect::<Vec<_>>());
+    if size > 0.0 && !SQUARED.contains(&size) {
+        return Some(format!(
+            "the squares of values as {size:e} are out of range; in other units the values may decide"
+        ));
     }
     let equal = grids.windows(2).find(|pair| pair[1].h / pair[0].h <= 1.0 + 4.0 * f64::EPSILON);
     equal.map(|pair| format!("two grids have the same spacing {}", spacing(pair[0].h))).or_else(|| {

@@ -112,6 +112,21 @@ fn the_least_squares_examples() {
 }
 
 #[test]
+fn the_unit_of_the_values_does_not_matter_while_they_have_squares() {
+    let of = |unit: f64| {
+        let law = [0.1, 0.07, 0.05, 0.03, 0.02].map(|h: f64| (h, (1.0 + h * h) * unit));
+        quantity(&law, 0.0).judge(&expecting(2.0))
+    };
+    for unit in [1e-139, 1e-100, 1.0, 1e100, 1e139] {
+        assert_eq!(of(unit).verdict, Verdict::Pass, "{unit:e}: {}", of(unit).reason);
+    }
+    for unit in [1e-200, 1e-160, 1e160, 1e300] {
+        let judgement = of(unit);
+        assert!(judgement.verdict == Verdict::Inconclusive && judgement.reason.contains("other units"), "{unit:e}");
+    }
+}
+
+#[test]
 fn settled_orders_pass_and_wrong_ones_fail() {
     let law = |p: f64| [0.1, 0.07, 0.05, 0.03, 0.02].map(|h: f64| (h, 2.0 - 0.7 * h.powf(p)));
     for p in [0.5, 1.0, 1.5, 2.0, 4.0] {
