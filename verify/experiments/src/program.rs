@@ -305,15 +305,16 @@ fn read(text: &[u8], columns: &[String]) -> Result<Answer, ProgramError> {
     let mut answer = Answer { times: Vec::new(), states: Vec::new(), printed, clock };
     for record in reader.records() {
         let record = record.map_err(junk)?;
-        let line = record.position().map_or(0, |at| line_of(text, at));
+        let line = || record.position().map_or(0, |at| line_of(text, at));
         let number = |column: usize| {
             let text = record.get(column).unwrap_or_default();
             let value = parsed(text).filter(|x| x.is_finite());
-            value.ok_or_else(|| ProgramError::Junk { line, reason: format!("`{text}` is not a finite number") })
+            value.ok_or_else(|| ProgramError::Junk { line: line(), reason: format!("`{text}` is not a finite number") })
         };
         let t = number(time)?;
         if answer.times.last().is_some_and(|last| t <= *last) {
-            return Err(ProgramError::Junk { line, reason: format!("the time {t} does not follow on the one before") });
+            let reason = format!("the time {t} does not follow on the one before");
+            return Err(ProgramError::Junk { line: line(), reason });
         }
         answer.states.push(positions.iter().map(|column| number(*column)).collect::<Result<_, _>>()?);
         positions.iter().filter_map(|column| record.get(*column)).for_each(|text| answer.printed.see(text));

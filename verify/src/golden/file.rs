@@ -80,7 +80,7 @@ pub fn parse(bytes: &[u8]) -> (Vec<Recorded>, Vec<Malformed>) {
                 continue;
             }
         };
-        let line = record.position().map_or(1, |at| line_of(bytes, at));
+        let line = || record.position().map_or(1, |at| line_of(bytes, at));
         let marker = ["<<<<<<<", "|||||||", "=======", ">>>>>>>"].iter().find(|marker| record[0].starts_with(**marker));
         let read = match marker {
             Some(marker) => Err((format!("the marker `{marker}` of a merge"), "settle the merge")),
@@ -89,7 +89,7 @@ pub fn parse(bytes: &[u8]) -> (Vec<Recorded>, Vec<Malformed>) {
                 match read_header(&record) {
                     Ok(()) => continue,
                     // Rows of unknown columns mean nothing.
-                    Err((what, hint)) => return (Vec::new(), vec![Malformed { line, what, hint }]),
+                    Err((what, hint)) => return (Vec::new(), vec![Malformed { line: line(), what, hint }]),
                 }
             }
             None => read_row(&record),
@@ -98,9 +98,9 @@ pub fn parse(bytes: &[u8]) -> (Vec<Recorded>, Vec<Malformed>) {
             Ok(recorded) if keys.insert(recorded.row.key.clone()) => rows.push(recorded),
             Ok(Recorded { row, .. }) => {
                 let what = format!("the key `{}` stands there twice", row.key);
-                faults.push(Malformed { line, what, hint: RESTORE });
+                faults.push(Malformed { line: line(), what, hint: RESTORE });
             }
-            Err((what, hint)) => faults.push(Malformed { line, what, hint }),
+            Err((what, hint)) => faults.push(Malformed { line: line(), what, hint }),
         }
     }
     if !header {

@@ -331,7 +331,7 @@ fn smooth(evidence: &Evidence) -> Result<String, Failed> {
         &told(evidence, "answer-smooth"),
         &[
             format!(
-                "on four smooth nonlinear problems, followed to t = 2, the largest error of Method I is {gauss} times its, or more, with equal steps of 0.05, and {work} times, or more, for as many evaluations of f. Both factors fall as steps grow, as the orders differ by two."
+                "on four smooth nonlinear problems, followed to t = 2, the largest error of Method I is {gauss} times its, or more, with equal steps of 0.05, and {work} times, or more, for as many evaluations of f."
             ),
             format!(
                 "With equal steps it makes {m0} to {m1} times the error of the implicit midpoint rule and {t0} to {t1} times that of the trapezoidal rule, which are of second order"

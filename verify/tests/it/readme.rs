@@ -4,6 +4,8 @@ use std::path::Path;
 
 use verify::chapter::{self, Context};
 use verify::evidence::Outcome;
+use verify::evidence::number::{brief, rounded_down, rounded_up};
+use verify::measure::norm::Extremes;
 use verify::{method, problem, theory};
 
 /// Continuous integration runs the README's command, and that every check, the tests last.
@@ -235,4 +237,10 @@ fn the_steps_and_instructions_under_speed_are_counted() {
         let said = format!("{:.0} and {:.0} for {words}", count(name, "lsvi"), count(name, "by hand"));
         assert!(readme.contains(&said), "{said}");
     }
+    let names = golden.lines().filter_map(|row| Some(row.strip_prefix('"')?.split_once(": lsvi\"")?.0));
+    let ratios: Vec<f64> = names.map(|name| count(name, "lsvi") / count(name, "by hand")).collect();
+    let [low, high] =
+        [rounded_down(ratios.iter().copied().smallest(), 2), rounded_up(ratios.iter().copied().largest(), 2)];
+    let said = format!("take {} to {} times the instructions of the loops", brief(low), brief(high));
+    assert!(readme.contains(&said), "{said}");
 }

@@ -24,7 +24,7 @@ pub(crate) fn fault(text: &[u8], error: &Error) -> (u64, String) {
 }
 
 /// The line of `text`, from 1, of the row that the reader found at `position`, which is where the row before ends: what lies between is empty
-/// lines, comments and what is left of a line break.
+/// lines, comments and what is left of a line break. All of the text before is looked through: for the row of a fault, not for each.
 #[must_use]
 pub fn line_of(text: &[u8], position: &Position) -> u64 {
     let mut at = usize::try_from(position.byte()).unwrap_or(usize::MAX).min(text.len());

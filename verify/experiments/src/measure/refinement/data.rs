@@ -171,15 +171,19 @@ pub fn read(input: impl Read, spacing: Option<&Spacing>, quantities: &[String]) 
         .collect();
     for record in reader.records() {
         let record = record.map_err(table)?;
-        let line = record.position().map_or(0, |at| line_of(&text, at));
+        let line = || record.position().map_or(0, |at| line_of(&text, at));
         let cell = |column: usize| record.get(column).unwrap_or_default();
         let number = |column: usize| {
             let text = cell(column);
-            parsed(text).ok_or_else(|| DataError::Number { line, column: header[column].clone(), text: text.into() })
+            parsed(text).ok_or_else(|| DataError::Number {
+                line: line(),
+                column: header[column].clone(),
+                text: text.into(),
+            })
         };
         let size = number(own)?;
         if !(size > 0.0 && size.is_finite()) {
-            return Err(DataError::Spacing { line, column: name.clone(), value: cell(own).into(), what });
+            return Err(DataError::Spacing { line: line(), column: name.clone(), value: cell(own).into(), what });
         }
         for (quantity, column) in found.iter_mut().zip(&columns) {
             let is_missing = ["", "-", "na", "n/a"].contains(&cell(*column).to_ascii_lowercase().as_str());
