@@ -183,7 +183,7 @@ pub enum DerivativeError {
 /// (f(v + δx) − f(v − δx))/2δ, extrapolated to δ = 0 (Ridders), and have to agree to 1e-6 of the larger of the two or to what the
 /// extrapolation is uncertain by; products, to 1e-10. A curvature may be off by what one from differences of J is, ten times √ε |Jᵀw|
 /// over a thousandth of |v|. One state does not show all mistakes: check several, where no term vanishes, and where f
-/// does not turn within a tenth of the state, as sin v does at v = 1000, which a difference takes for noise or for a slope.
+/// does not turn within a millionth of the state, which a difference takes for noise or for a slope.
 ///
 /// ```
 /// use lsvi::{Derivative, DerivativeError, Jacobian, VectorField, check_derivatives};

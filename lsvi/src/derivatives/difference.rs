@@ -11,6 +11,8 @@ const DIRECTIONS: u64 = 8;
 const LEVELS: usize = 16;
 /// First distance, relative to the state: the differences of a smooth f settle from there on.
 const FIRST: f64 = 0.1;
+/// The same for an f that turns within a small part of the state, as a switch at 300 K does, relative to the distance above.
+const NARROW: f64 = 1e-4;
 /// What stated and found may differ by, relative to the larger: far above rounding, and below what a wrong term makes.
 const RELATIVE: f64 = 1e-6;
 /// What a difference may be wrong by, in terms of the change in its extrapolation.
@@ -96,8 +98,8 @@ pub(super) fn slopes(
         (0..rows).map(|i| Slope::extrapolated(row(i))).collect()
     };
     let mut found = from(x.first[0]);
-    for first in &x.first[1..] {
-        found = found.into_iter().zip(from(*first)).map(|(wide, near)| wide.or_near(near)).collect();
+    for first in x.first[1..].iter().copied().chain(x.first.last().map(|first| NARROW * first)) {
+        found = found.into_iter().zip(from(first)).map(|(wide, near)| wide.or_near(near)).collect();
     }
     Ok(found)
 }

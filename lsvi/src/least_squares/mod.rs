@@ -19,6 +19,7 @@ mod dense;
 mod gauss_newton;
 mod linear;
 mod newton;
+mod rank;
 
 use closed::ClosedStep;
 use declared::Declared;
@@ -26,8 +27,9 @@ use dense::DenseStep;
 use gauss_newton::GaussNewton;
 use linear::LinearStep;
 use newton::FullNewton;
+use rank::Rank;
 
-use crate::closure::Linear;
+use crate::closure::{Linear, LinearClosure};
 use crate::discrete::Interval;
 use crate::error::{InputError, SolveError, StepError, SystemError, check_step_from, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
@@ -53,7 +55,8 @@ pub fn method_i<F: VectorField>(field: F) -> Result<LeastSquaresStep<F>, InputEr
 
 /// Method II, p₁ = p₀: Eq. (25) on v̇ = −v, the trapezoidal rule for linear f.
 ///
-/// Its condition J₀ᵀr₀ + J₁ᵀr₁ = 0 has no content where J = f_v is singular. A step from there is [`SolveError::Singular`]. A step
+/// Its condition J₀ᵀr₀ + J₁ᵀr₁ = 0 has no content where J = f_v is singular, as it is everywhere where a linear combination of the components is
+/// conserved, as in a closed chemical reaction. A step from there is [`SolveError::Singular`], unless it starts at rest or J is not assembled. A step
 /// across, in which an eigenvalue of J changes its sign, ends where the branch of the solution crosses that of a state that
 /// stands still, [`SolveError::BranchLost`]; in a system the two can pass into each other, and the mode of that eigenvalue then
 /// stands still for the step, an error of order h. Growth that saturates crosses such a place, as v̇ = v(1 − v) does at ½.
@@ -109,6 +112,8 @@ pub struct LeastSquaresStep<F> {
     mass_inverse: MassInverse,
     closure: Linear,
     declared: Option<Declared>,
+    /// Of a closure without a limit of its own on a field that assembles its Jacobian.
+    rank: Option<Rank>,
     equations: Equations,
     next: Vec<f64>,
     rate: Vec<f64>,
@@ -155,6 +160,8 @@ impl<F: VectorField> LeastSquaresStep<F> {
         let mass_inverse = mass.metric(n)?;
         let declared = Declared::of(&field, &structure);
         let is_method_i = closure.is_end_alone();
+        let is_assembled = structure != Structure::MatrixFree;
+        let rank = (!closure.has_limit() && is_assembled).then(|| Rank::new(n, &structure));
         let equations = match solver {
             None if structure == Structure::Dense => Equations::Dense(Box::new(DenseStep::new(n))),
             solver if is_method_i && field.is_linear() => {
@@ -170,6 +177,7 @@ impl<F: VectorField> LeastSquaresStep<F> {
             mass_inverse,
             closure,
             declared,
+            rank,
             equations,
             next: vec![0.0; n],
             rate: vec![0.0; n],
@@ -210,16 +218,30 @@ enum Equations {
 }
 
 impl Equations {
-    /// Whether v₁ = v₀ to half of the digits of the change h (f₀ + f₁)/2 that f asks for. Where α + β → 0 the condition is then
-    /// J₀ᵀ f₀ = 0: J is singular, and every solution is at rest.
-    fn stands_still(&self, system: &System<'_>, at: Interval, v0: &[f64], v1: &[f64], change: &mut [f64]) -> bool {
+    /// f at the start of the step, and the Jacobian there if it is assembled.
+    fn start(&self) -> Option<(&[f64], &Jacobian)> {
         let (f0, start) = match self {
             Self::Dense(step) => step.start(),
             Self::Newton(step) => step.start(),
             Self::Closed(step) => step.start(),
-            Self::Linear(_) | Self::GaussNewton(_) => return false,
+            Self::Linear(_) | Self::GaussNewton(_) => return None,
         };
-        let Some(start) = start else { return false };
+        Some((f0, start?))
+    }
+
+    /// Whether f at the start is the rounding of its terms and of v, as at a steady state; into `terms`, the size of these.
+    fn is_at_rest(&self, system: &System<'_>, at: Interval, v0: &[f64], terms: &mut [f64]) -> bool {
+        let Some((f0, start)) = self.start() else { return false };
+        terms.fill(0.0);
+        system.mass.for_each(v0.len(), |i, j, m| terms[i] += (m * v0[j]).abs());
+        start.for_each(|i, j, x| terms[i] += (at.h * x * v0[j]).abs());
+        at.h * max_norm(f0) <= f64::EPSILON.sqrt() * max_norm(terms)
+    }
+
+    /// Whether v₁ = v₀ to half of the digits of the change h (f₀ + f₁)/2 that f asks for. Where α + β → 0 the condition is then
+    /// J₀ᵀ f₀ = 0: J is singular, and every solution is at rest.
+    fn stands_still(&self, system: &System<'_>, at: Interval, v0: &[f64], v1: &[f64], change: &mut [f64]) -> bool {
+        let Some((f0, _)) = self.start() else { return false };
         let half = f64::EPSILON.sqrt();
         change.fill(0.0);
         system.mass.add_difference(1.0, v1, v0, change);
@@ -227,14 +249,10 @@ impl Equations {
         if moved > 4.0 * half * at.h * max_norm(f0) {
             return false;
         }
-        // At a steady state f is the rounding of its terms and of v.
-        change.fill(0.0);
-        system.mass.for_each(v0.len(), |i, j, m| change[i] += (m * v0[j]).abs());
-        start.for_each(|i, j, x| change[i] += (at.h * x * v0[j]).abs());
-        let terms = max_norm(change);
-        if at.h * max_norm(f0) <= half * terms {
+        if self.is_at_rest(system, at, v0, change) {
             return false;
         }
+        let terms = max_norm(change);
         system.field.rhs(at.start + at.h, v1, change);
         change.iter_mut().zip(f0).for_each(|(sum, f)| *sum += f);
         let asked = 0.5 * at.h * max_norm(change);
@@ -301,6 +319,15 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             Equations::Newton(step) => step.solve((system(), closure), at, v, next, work),
             Equations::Closed(step) => step.solve((system(), closure), at, v, next, work),
         };
+        use SolveError::{BranchLost, Diverged, OtherBranch};
+        let is_open = matches!(solved, Ok(()) | Err(BranchLost { .. } | OtherBranch | Diverged { .. }));
+        if is_open
+            && let (Some(rank), Some((_, start))) = (&mut self.rank, self.equations.start())
+            && rank.is_deficient(mass, closure.weights(h), h, start)
+            && !self.equations.is_at_rest(&system(), at, v, &mut self.rate)
+        {
+            return Err(failed(SolveError::Singular));
+        }
         solved.map_err(failed)?;
         if let (Equations::Linear(step), Some(declared)) = (&self.equations, &mut self.declared) {
             declared.check_end(&system(), at, next, step.end_forcing()).map_err(failed)?;

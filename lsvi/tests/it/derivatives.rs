@@ -774,3 +774,48 @@ fn a_linearisation_goes_into_a_matrix_of_any_structure() {
         assert_eq!(matrix.to_dense().as_slice(), [-42.0, 0.0, -30.0, -28.0], "{structure:?}");
     }
 }
+
+/// Switches at 300 K, over millikelvins and tenths, and a wave of 6e-6 of the state: right and, by a tenth, wrong.
+#[test]
+fn what_turns_within_a_small_part_of_the_state_is_judged_there() {
+    let near = |f: fn(f64) -> f64, slope: fn(f64) -> f64, curve: fn(f64) -> f64, v: f64| {
+        let check = |part: f64| check_derivatives(&Turning { f, slope, curve, part }, 0.0, &[v]);
+        assert_eq!(check(1.0), Ok(()), "at {v}");
+        let wrong = check(1.1);
+        assert!(matches!(wrong, Err(DerivativeError::Differs { of: Derivative::Jacobian, .. })), "at {v}: {wrong:?}");
+    };
+    near(
+        |v| ((v - 300.0) * 1e3).tanh(),
+        |v| 1e3 / ((v - 300.0) * 1e3).cosh().powi(2),
+        |v| -2e6 * ((v - 300.0) * 1e3).tanh() / ((v - 300.0) * 1e3).cosh().powi(2),
+        300.0,
+    );
+    near(
+        |v| ((v - 300.0) * 10.0).tanh(),
+        |v| 10.0 / ((v - 300.0) * 10.0).cosh().powi(2),
+        |v| -200.0 * ((v - 300.0) * 10.0).tanh() / ((v - 300.0) * 10.0).cosh().powi(2),
+        300.1,
+    );
+    near(|v| (1e6 * v).sin(), |v| 1e6 * (1e6 * v).cos(), |v| -1e12 * (1e6 * v).sin(), 1.0);
+}
+
+struct Turning {
+    f: fn(f64) -> f64,
+    slope: fn(f64) -> f64,
+    curve: fn(f64) -> f64,
+    part: f64,
+}
+impl VectorField for Turning {
+    fn dim(&self) -> usize {
+        1
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv[0] = (self.f)(v[0]);
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, scale * self.part * (self.slope)(v[0]));
+    }
+    fn add_curvature(&self, _t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        out.add(0, 0, scale * w[0] * self.part * (self.curve)(v[0]));
+    }
+}

@@ -390,3 +390,71 @@ fn a_step_is_that_of_the_trapezoidal_lagrangian_for_every_number_of_unknowns() {
         }
     }
 }
+
+/// Reactions v_a → v_c or v_a + v_b → v_c + v_b with rates from 0.01 to 100, in which the sum of all v is conserved, so that f_v is singular
+/// everywhere; entries are sums of terms, with roundings of their own.
+struct Reactions {
+    dim: usize,
+    seed: u64,
+}
+
+/// Numbers from 0 to 1, by Knuth's multiplier.
+fn numbers(mut seed: u64) -> impl FnMut() -> f64 {
+    move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 * 2.0_f64.powi(-53)
+    }
+}
+
+impl FieldFn for Reactions {
+    fn dim(&self) -> usize {
+        self.dim
+    }
+    fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+        let mut number = numbers(self.seed);
+        dv.fill(T::from(0.0));
+        for _ in 0..2 * self.dim {
+            let [a, b, c] = [(); 3].map(|()| (number() * self.dim as f64) as usize);
+            let (rate, is_of_two) = (10.0_f64.powf(4.0 * number() - 2.0), number() < 0.6);
+            let flow = if is_of_two { v[a] * v[b] * rate } else { v[a] * rate };
+            dv[a] = dv[a] - flow;
+            dv[c] = dv[c] + flow;
+        }
+    }
+}
+
+#[test]
+fn method_ii_takes_no_step_where_a_sum_is_conserved() {
+    let mut refused = 0;
+    for seed in 1..400 {
+        let dim = 2 + (seed % 4) as usize;
+        let mut number = numbers(seed);
+        let v0: Vec<f64> = (0..dim).map(|i| if seed % 3 == 0 && i > 0 { 0.0 } else { 0.2 + number() }).collect();
+        let mut method = method_ii(field_of(Reactions { dim, seed: 7919 * seed })).expect("usable");
+        let mut v = v0.clone();
+        match method.step(0.0, 1e-3, &mut v, &mut vec![0.0; dim]) {
+            Ok(()) => assert!(v.iter().zip(&v0).all(|(a, b)| (a - b).abs() < 1e-8), "{seed}: {v0:?} to {v:?}"),
+            Err(StepError::Solve { source: SolveError::Singular, .. }) => refused += 1,
+            Err(other) => {
+                let mut f = vec![0.0; dim];
+                Reactions { dim, seed: 7919 * seed }.rhs(0.0, &v0, &mut f);
+                assert!(f.iter().all(|f| f.abs() < 1e-15), "{seed}: {other}, f = {f:?}");
+            }
+        }
+    }
+    assert!(refused > 300, "{refused}");
+}
+
+/// Components and rates in unlike units are no singular matrix.
+#[test]
+fn method_ii_steps_where_units_are_unlike() {
+    let field = field_of!(2, |_t, v, dv| {
+        dv[0] = v[0] * v[0] * -1e-9 + v[1] * 1e-12;
+        dv[1] = v[1] * v[1] * -1e3;
+    });
+    let mut v = [1e8, 1e-3];
+    method_ii(field).expect("usable").step(0.0, 0.1, &mut v, &mut [0.0; 2]).expect("regular");
+    // v₀/(1 + c t v₀), but for what v₁ adds.
+    let exact = [1e8 / (1.0 + 1e-9 * 0.1 * 1e8), 1e-3 / (1.0 + 1e3 * 0.1 * 1e-3)];
+    assert!(v.iter().zip(exact).all(|(v, exact)| (v / exact - 1.0).abs() < 1e-3), "{v:?}");
+}

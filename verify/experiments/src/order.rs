@@ -384,10 +384,13 @@ fn unsmooth(
         "f is not smooth along the solution near t = {}, or changes there within a thousandth of the time, and",
         significant(t, 2)
     );
-    let tells = "a time that ends before tells, or smooth data";
+    let tells = "shorter steps, `--coarsest`, tell, a time that ends before, or smooth data";
     let is_open = found.verdict == Verdict::Inconclusive;
     if order < least && (is_open || slope > order - 0.5) {
-        return Some(format!("{place} no order above {} is to be expected: {tells}", decimals(order, 1)));
+        return Some(format!(
+            "{place} no order above {} is to be expected in longer steps: {tells}",
+            decimals(order, 1)
+        ));
     }
     // An error of the method's own order with another factor for each step size.
     (is_open && order < found.expected.order + 0.5).then(|| {

@@ -75,8 +75,9 @@ step that amplifies what the equation damps, or with half of it as well damps
 what it keeps or keeps what it damps, steps that do not see how f changes in
 time, errors of an adaptive method beyond all that its tolerances allow, a
 solution that is smaller than the absolute one; where none of these is found,
-and a small system's solution is cheap, an error that other solvers tell and the
-estimate does not.
+an error that other solvers tell and the estimate does not. Derivatives are
+looked at up to 64 unknowns, other solvers asked of models up to 256, if they
+are done soon.
 
 The steps of radau-adaptive are chosen by an estimate of lower order, held to a
 tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
@@ -424,7 +425,24 @@ impl<'a> Solve<'a> {
             // Nobody can be told where standard error is closed.
             let _ = paragraph(&mut io::stderr(), "warning: ", 9, text);
         }
-        warnings.iter().map(|text| format!("# {text}\n")).collect()
+        let limits = self.limits();
+        if let Some(text) = &limits {
+            let _ = paragraph(&mut io::stderr(), "note: ", 6, text);
+        }
+        warnings.iter().chain(&limits).map(|text| format!("# {text}\n")).collect()
+    }
+
+    /// What is not looked at on a large model.
+    fn limits(&self) -> Option<String> {
+        let n = self.problem.ode().dim();
+        (n > beware::DENSE && self.problem.facts().model.is_some()).then(|| {
+            format!(
+                "of {n} unknowns, more than {}, no derivatives are looked at: steps that amplify or damp what the equation does not, and rests \
+                 where it is unstable, are not told{}",
+                beware::DENSE,
+                if n > beside::MOST { "; nor are errors that other solvers tell" } else { "" }
+            )
+        })
     }
 
     fn stream(&self, out: &mut Output) -> Result<(), Failure> {

@@ -690,12 +690,12 @@ fn disturbances(evidence: &Evidence) -> Result<(), Failed> {
         &[
             "of 8 cells a side at Re = 100".into(),
             format!(
-                "keeps, with h = 1, {} of its size in a step of the trapezoidal rule and {} in one of Method I.",
+                "Of that a step of h = 1 keeps {} of the size with the trapezoidal rule and {} with Method I.",
                 factor("trapezoidal", 1.0),
                 factor("method-i", 1.0)
             ),
             format!(
-                "With h = 100 the trapezoidal rule keeps {}, {sign}; Method I keeps {}, TR-BDF2 {} and implicit Euler {}.",
+                "A step of h = 100 keeps {} with the trapezoidal rule, {sign}; {} with Method I, {} with TR-BDF2 and {} with implicit Euler.",
                 factor("trapezoidal", 100.0),
                 factor("method-i", 100.0),
                 factor("tr-bdf2", 100.0),

@@ -651,12 +651,13 @@ fn growth_by_forcing_is_not_taken_for_a_pole() {
     assert!(!said.contains("the solution grows from"), "{said}");
 }
 
-/// v̇ = x − v² from v = 0, where f does not change with v: the condition Jᵀ(r₀ + r₁) = 0 of Method II holds v there.
+/// v̇ = x − v² from v = 0, where f does not change with v: the condition Jᵀ(r₀ + r₁) = 0 holds v there, where it is not refused as Method II
+/// refuses it.
 #[test]
 fn a_component_that_a_closure_holds_at_its_start_is_named() {
     let model = "u_i { x = 1, y = 0 } F_i { -x, x - y*y }";
     let run = |method| warned("held", model, &["--method", method, "--h", "0.01", "--t-end", "2"]);
-    let said = run("method-ii");
+    let said = run("ls-galerkin(1,lobatto,2,ii)");
     assert!(
         said.contains("y stays at 0 all the way, where f moves it at a rate of 0.0")
             && said.contains("no smaller step"),
@@ -812,6 +813,27 @@ fn a_jump_that_two_runs_meet_alike_is_in_the_estimate() {
         .map(|run| rows("laser.csv", &[&["--model", &model], run].concat()).pop().expect("a row"));
     let error = (found[1] - known[1]).abs().max((found[2] - known[2]).abs());
     assert!(error > 0.1 && found[3] >= 0.9 * error, "{found:?} for {known:?}");
+}
+
+/// A stiff system of two unknowns side by side so many times: what warns of it does not end with the unknowns that derivatives are looked at of,
+/// and where nothing is asked any more that is said.
+#[test]
+fn what_is_not_looked_at_on_large_models_is_said() {
+    let said = |n: usize| {
+        let model = format!(
+            "u_i {{ (0:{n}): x = 2, ({n}:{m}): y = 3 }} g_i {{ x_i*x_i/(1+x_i*x_i) }} d_i {{ 2*x_i*x_i/pow(1+x_i*x_i,2) }} \
+             F_i {{ -x_i, -500*(y_i - g_i) - d_i }}",
+            m = 2 * n
+        );
+        warned("davis", &model, &["--method", "method-i", "--h", "0.05", "--t-end", "4"])
+    };
+    let tells = |said: &str| [said.contains("warning:"), said.contains("solvers that choose their steps")];
+    assert!(said(32).contains("warning:"));
+    let of_66 = said(33);
+    assert_eq!(tells(&of_66), [true, true], "{of_66}");
+    assert!(of_66.contains("note: of 66 unknowns, more than 64, no derivatives are looked at"), "{of_66}");
+    let of_300 = said(150);
+    assert!(of_300.contains("nor are errors that other solvers tell"), "{of_300}");
 }
 
 /// The autocatalyst is a part of 10⁻¹² at first, which the first step of implicit Euler takes to its end.

@@ -18,7 +18,9 @@ use crate::theory::{Breakdown, breakdown};
 /// Steps of the coarser of a method's two runs, a multiple of [`SAMPLES`]; doubled up to [`MOST_STEPS`] until the bound resolves
 /// the solution.
 pub(super) const STEPS: usize = 1024;
-const MOST_STEPS: usize = 8 * STEPS;
+pub(super) const MOST_STEPS: usize = 8 * STEPS;
+/// The same of a method whose own solutions grow.
+const MOST_STEPS_AMID_GROWTH: usize = 64 * STEPS;
 
 /// The same of a system of more than this many unknowns, whose steps are dear.
 const FEW_STEPS: usize = 128;
@@ -34,7 +36,7 @@ const LEAST_ORDER: f64 = 0.5;
 pub(super) struct Answer {
     pub(super) states: Vec<Vec<f64>>,
     pub(super) bound: f64,
-    /// Why it must be wrong, as the problem declares.
+    /// Why it must be wrong, or may be, as the problem declares.
     pub(super) astray: Option<Breakdown>,
     /// Where the bound is from, if from runs with fixed steps.
     pub(super) runs: Option<Runs>,
@@ -52,8 +54,15 @@ pub(super) struct Runs {
     /// Whether the differences are those of errors of that order or of a higher one, or of roundings, or so small that the runs go
     /// elsewhere than the truth, whatever the order.
     pub(super) is_settled: bool,
-    /// Whether two runs would have done.
-    pub(super) at_once: bool,
+    /// What longer steps do not, if two runs with such would not have done.
+    pub(super) longer: Option<&'static str>,
+}
+
+impl Answer {
+    fn refused_longer_steps(self) -> Self {
+        let longer = Some("a step has no answer");
+        Self { runs: self.runs.map(|runs| Runs { longer, ..runs }), ..self }
+    }
 }
 
 /// Why a solver gave no answer.
@@ -113,8 +122,11 @@ pub(super) fn by_method(
     let breakdown = breakdown(problem, method, times[times.len() - 1]);
     let failed = |error: RunError| match (error, breakdown) {
         (RunError::Build(error), _) => Gap::NotRun(error.to_string()),
-        (error, Some(Breakdown { reason, .. })) => Gap::BrokeDown(format!("{error}; as declared: {reason}")),
-        (error, None) => Gap::Failed(error.to_string()),
+        // What else ends a run, as an iteration that does not converge, is not what was declared.
+        (error, Some(Breakdown { reason, .. })) if error.in_place_of_a_number() == f64::INFINITY => {
+            Gap::BrokeDown(format!("{error}; as declared: {reason}"))
+        }
+        (error, _) => Gap::Failed(error.to_string()),
     };
     if method.traits().is_adaptive {
         let answer = by_tolerance(problem, method, times).map_err(failed)?;
@@ -124,9 +136,22 @@ pub(super) fn by_method(
     // What is inconsistent converges too, to something else.
     let order = f64::from(method.order()).min(cap).max(MIN_ORDER);
     let rounding = |size: f64, steps: usize| roundoff(method, size, steps as f64);
-    let first = if problem.field().dim() > LARGE { FEW_STEPS } else { STEPS };
-    let answer =
-        refined(first, |steps| sampled(steps).map_err(failed), order, rounding, times, truth, breakdown.is_some())?;
+    let fewest = if problem.field().dim() > LARGE { FEW_STEPS } else { STEPS };
+    let most = match breakdown {
+        // What must go astray needs no shorter steps.
+        Some(Breakdown { is_certain: true, .. }) => 0,
+        // What may, shows in long ones first.
+        Some(_) => MOST_STEPS_AMID_GROWTH,
+        None => MOST_STEPS,
+    };
+    let refined =
+        |first: usize| refined(first, |steps| sampled(steps).map_err(failed), order, rounding, times, truth, most);
+    // Where long steps have no answer, shorter ones may.
+    let refined_shorter = |found: Result<Answer, Gap>, times: usize| match found {
+        Err(Gap::Failed(_)) => refined(times * fewest).map(Answer::refused_longer_steps),
+        found => found,
+    };
+    let answer = [2, 4, 8].into_iter().fold(refined(fewest), refined_shorter)?;
     Ok(Answer { astray: breakdown, ..across_jumps(problem, times, answer) })
 }
 
@@ -181,13 +206,13 @@ pub(super) fn by_program(
         })
     };
     let rounding = |size: f64, steps: usize| f64::EPSILON * size * steps as f64 + printed.get();
-    let answer = refined(STEPS, sampled, guest.order, rounding, times, truth, false)?;
+    let answer = refined(STEPS, sampled, guest.order, rounding, times, truth, MOST_STEPS)?;
     Ok(across_jumps(problem, times, answer))
 }
 
 /// The answer of runs whose steps are halved until their bound resolves the solution and, where it does not hold `truth`, until
 /// their differences fall as errors of `order` do: before, they predict nothing, and what falls by a lower order, as beside a jump of f,
-/// has no bound that is known. `at_once`, a bound is all that is wanted.
+/// has no bound that is known. With more than `most` steps a bound is all that is wanted.
 pub(super) fn refined(
     first: usize,
     sampled: impl Fn(usize) -> Result<Vec<Vec<f64>>, Gap>,
@@ -195,7 +220,7 @@ pub(super) fn refined(
     rounding: impl Fn(f64, usize) -> f64,
     times: &[f64],
     truth: Option<&Answer>,
-    at_once: bool,
+    most: usize,
 ) -> Result<Answer, Gap> {
     let horizon = times[times.len() - 1];
     let (mut steps, mut coarse) = (first, sampled(first)?);
@@ -221,11 +246,12 @@ pub(super) fn refined(
         };
         let is_settled = rests || observed.zip(earlier).is_some_and(has_order) || truth.is_some_and(goes_elsewhere);
         let bound = bound_by(order);
-        let runs = Runs { h: horizon / steps as f64, order, observed, earlier, is_settled, at_once: !resolved_before };
+        let longer = resolved_before.then_some("its errors are not yet those of its order");
+        let runs = Runs { h: horizon / steps as f64, order, observed, earlier, is_settled, longer };
         let answer = Answer { states, bound, astray: None, runs: Some(runs) };
         let is_resolved = bound <= RESOLVED * size;
         let is_told = truth.is_none_or(|truth| is_near(&answer, truth)) || is_settled;
-        if is_resolved && is_told || at_once || steps > MOST_STEPS {
+        if is_resolved && is_told || steps > most {
             return Ok(answer);
         }
         if is_resolved {

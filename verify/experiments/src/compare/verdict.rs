@@ -1,6 +1,6 @@
 //! How an answer stands to the truth, and why.
 
-use super::answer::{Answer, Gap, Runs, is_near, largest};
+use super::answer::{Answer, Gap, Runs, is_near, largest, largest_distance};
 use super::{RESOLVED, SETTLED, Standing};
 use crate::measure::decimal::{decimals, significant, trimmed};
 use crate::theory::Breakdown;
@@ -19,14 +19,11 @@ pub(super) fn judge(answer: &Result<Answer, Gap>, truth: Option<&Answer>) -> (St
     let near = is_near(answer, truth);
     let resolved = bound <= RESOLVED * largest(&truth.states);
     match (near && resolved, answer.astray) {
-        (true, None) => (Standing::Agrees, agreement(answer)),
         (true, Some(Breakdown { reason, is_certain: true })) => {
             (Standing::Unforeseen, format!("agrees, against what is declared: {reason}"))
         }
-        (true, Some(Breakdown { reason, .. })) => {
-            (Standing::Unresolved, format!("agrees: what is declared does not show within this horizon, that {reason}"))
-        }
-        (false, Some(Breakdown { reason, .. })) => (Standing::Astray, format!("goes astray, as declared: {reason}")),
+        (true, _) => (Standing::Agrees, agreement(answer)),
+        (false, Some(breakdown)) => where_it_may_break_down(near, breakdown, answer, truth),
         (false, None) if near => (Standing::Unresolved, too_wide(answer)),
         (false, None) => match answer.runs.filter(|runs| !runs.is_settled) {
             Some(runs) => (Standing::Unresolved, unsettled(&runs)),
@@ -35,12 +32,27 @@ pub(super) fn judge(answer: &Result<Answer, Gap>, truth: Option<&Answer>) -> (St
     }
 }
 
+/// The decision on an answer that is not known to agree, where a failure is declared.
+fn where_it_may_break_down(near: bool, breakdown: Breakdown, answer: &Answer, truth: &Answer) -> (Standing, String) {
+    let Breakdown { reason, is_certain } = breakdown;
+    if !near && is_certain {
+        return (Standing::Astray, format!("goes astray, as declared: {reason}"));
+    }
+    if !near {
+        return (Standing::Unresolved, format!("goes astray, as it may by then: {reason}"));
+    }
+    // Where the bound of its own runs covers a difference as large as this, they are astray too.
+    let is_far = largest_distance(&answer.states, &truth.states) > RESOLVED * largest(&truth.states);
+    if is_certain && is_far {
+        return (Standing::Astray, format!("goes astray, and so do its own runs, as declared: {reason}"));
+    }
+    (Standing::Unresolved, format!("{}; {reason}", too_wide(answer)))
+}
+
 /// An agreement, with the step that it takes where longer ones would not do.
 fn agreement(answer: &Answer) -> String {
-    match answer.runs.filter(|runs| !runs.at_once) {
-        Some(Runs { h, .. }) => {
-            format!("agrees with h = {}; in longer steps its errors are not yet those of its order", significant(h, 2))
-        }
+    match answer.runs.and_then(|runs| Some((runs.h, runs.longer?))) {
+        Some((h, longer)) => format!("agrees with h = {}; in longer steps {longer}", significant(h, 2)),
         None => "agrees".into(),
     }
 }

@@ -8,7 +8,8 @@
 //! 2. A point with e ≤ [`FLOOR_MARGIN`] × floor is dropped as being at the floor.
 //! 3. Of the rest, the window is the longest run of points, counted from the finest, whose local slopes agree to half the
 //!    band, each within its own uncertainty from the floor; coarser points are pre-asymptotic. At least [`MIN_POINTS`]
-//!    must be left.
+//!    must be left. Where the slopes of such a run come nearer to the expected order with every refinement, and reach the
+//!    band within the finest [`MIN_POINTS`] only, these are the window.
 //! 4. ln e is fitted against ln h, a point weighing less the more its floor could bend the local slopes.
 //! 5. **Pass** or **fail** is |slope − expected| ≤ band, two-sided and signed, so that divergence is never mistaken for
 //!    convergence. It is **inconclusive** where rule 3 leaves no window, or where twice the standard error exceeds the
@@ -290,7 +291,10 @@ pub fn fit(samples: &[Sample], expected: &Expectation) -> OrderFit {
         .collect();
 
     let settle = expected.band / 2.0;
-    let settled = points.len() - settled_start(&slopes, settle);
+    let mut settled = points.len() - settled_start(&slopes, settle);
+    if arrives(&points[points.len() - settled..], &slopes, expected) {
+        settled = MIN_POINTS;
+    }
     let window = if settled >= MIN_POINTS { settled } else { MIN_POINTS.min(points.len()) };
     let start = points.len() - window;
     for &i in &usable[..start] {
@@ -416,6 +420,19 @@ fn settled_start(slopes: &[LocalSlope], settle: f64) -> usize {
         }
     }
     0
+}
+
+/// Whether local slopes come into the band of what is expected at the fine end of a window whose mean slope is outside of it.
+fn arrives(window: &[LogPoint], slopes: &[LocalSlope], expected: &Expectation) -> bool {
+    let Expectation { order, band, .. } = *expected;
+    if window.len() <= MIN_POINTS || !may_reach(&slopes[slopes.len() + 1 - window.len()..], order, band) {
+        return false;
+    }
+    let is_in = |points: &[LogPoint]| {
+        let line = Line::through(points, band / 2.0);
+        (line.slope - order).abs() <= band && 2.0 * line.stderr <= band
+    };
+    !is_in(window) && is_in(&window[window.len() - MIN_POINTS..])
 }
 
 /// 1/(1 + (u/s)²), where s moves the mean local slope by `settle`.

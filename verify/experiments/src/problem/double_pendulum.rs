@@ -117,7 +117,7 @@ impl Problem for DoublePendulum {
         let before = Some(Window { horizon: 0.5, coarsest: 0.05 });
         Facts {
             high_order_horizon: 0.5,
-            singular: (*self == Self::DEFAULT).then_some(Singular { reason, before }),
+            singular: (*self == Self::DEFAULT).then_some(Singular { reason, from: 0.9, before }),
             ..Facts::default()
         }
     }

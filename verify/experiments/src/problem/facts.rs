@@ -32,7 +32,9 @@ impl Stiffness {
 pub struct Singular {
     /// What follows from that, where, and why.
     pub reason: &'static str,
-    /// Where to measure before that; nowhere if it is so from the start.
+    /// The time from which on it is so; runs that end before are not expected to fail.
+    pub from: f64,
+    /// Where to measure before that, or in steps short enough for Newton's iteration; nowhere if it is so from the start.
     pub before: Option<Window>,
 }
 

@@ -92,7 +92,10 @@ impl Problem for HenonHeiles {
     fn facts(&self) -> Facts {
         let reason = "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J = 1 − 4|q|² vanishes, at t = 1.2";
         let before = Some(Window { horizon: 0.5, coarsest: 0.05 });
-        Facts { singular: (*self == Self::DEFAULT).then_some(Singular { reason, before }), ..Facts::default() }
+        Facts {
+            singular: (*self == Self::DEFAULT).then_some(Singular { reason, from: 1.2, before }),
+            ..Facts::default()
+        }
     }
     fn tabulated(&self, t: f64) -> Option<Vec<f64>> {
         (*self == Self::DEFAULT).then(|| tabulated::lookup("henon-heiles", t)).flatten()

@@ -103,7 +103,7 @@ impl Problem for Hires {
         Facts {
             window: Window { horizon: 0.5, coarsest: 0.01 },
             stiffness: Stiffness::Transient(20.0),
-            singular: Some(Singular { reason, before: None }),
+            singular: Some(Singular { reason, from: 0.0, before: None }),
             ..Facts::default()
         }
     }

@@ -107,7 +107,7 @@ impl Problem for Kepler {
         Facts {
             high_order_horizon: 0.5,
             least_squares: Some(window),
-            growing: Some(Singular { reason, before: Some(window) }),
+            growing: Some(Singular { reason, from: 0.0, before: Some(window) }),
             ..Facts::default()
         }
     }

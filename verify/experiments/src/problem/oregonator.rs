@@ -68,11 +68,16 @@ impl Problem for Oregonator {
     }
     /// x follows the others at the rate s (y − 1).
     fn facts(&self) -> Facts {
-        let reason = "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J vanishes, and the branch ends there";
+        let reason =
+            "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J vanishes, from t = 20 on, and the branch ends there";
         Facts {
             window: Window { horizon: 0.5, coarsest: 0.01 },
             stiffness: Stiffness::Transient(S),
-            singular: Some(Singular { reason, before: Some(Window { horizon: 0.0625, coarsest: 1.5625e-4 }) }),
+            singular: Some(Singular {
+                reason,
+                from: 20.0,
+                before: Some(Window { horizon: 0.0625, coarsest: 1.5625e-4 }),
+            }),
             ..Facts::default()
         }
     }

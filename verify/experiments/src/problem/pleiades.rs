@@ -163,7 +163,7 @@ impl Problem for Pleiades {
             "forces depend on differences of places alone: J is singular, and Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free";
         Facts {
             window: Window { horizon: 1.0, coarsest: 0.1 },
-            singular: Some(Singular { reason, before: None }),
+            singular: Some(Singular { reason, from: 0.0, before: None }),
             ..Facts::default()
         }
     }

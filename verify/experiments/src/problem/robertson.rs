@@ -69,7 +69,7 @@ impl Problem for Robertson {
         Facts {
             window: Window { horizon: 0.2, coarsest: 0.002 },
             stiffness: Stiffness::Transient(2e3),
-            singular: Some(Singular { reason: singular, before: None }),
+            singular: Some(Singular { reason: singular, from: 0.0, before: None }),
             ..Facts::default()
         }
     }

@@ -80,6 +80,9 @@ impl Problem for VanDerPol {
         let reason = "Jᵀr₀ + Jᵀr₁ = 0 leaves the residual free where det J = 2μxy + 1 vanishes, at t = 0.16; the branch ends \
                       soon after";
         let before = Some(Window { horizon: 0.1, coarsest: 0.01 });
-        Facts { singular: (*self == Self::DEFAULT).then_some(Singular { reason, before }), ..Facts::default() }
+        Facts {
+            singular: (*self == Self::DEFAULT).then_some(Singular { reason, from: 0.16, before }),
+            ..Facts::default()
+        }
     }
 }

@@ -22,7 +22,8 @@ pub fn breakdown(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Op
         let reason = "the method's own solutions grow as fast as the problem's fastest transients decay";
         return Some(Breakdown { reason, is_certain: rate * horizon > -f64::EPSILON.ln() });
     }
-    free_residual(problem, method).map(|Singular { reason, .. }| Breakdown { reason, is_certain: true })
+    let free = free_residual(problem, method).filter(|singular| singular.from <= horizon);
+    free.map(|Singular { reason, .. }| Breakdown { reason, is_certain: true })
 }
 
 /// Where the equation of a step of `method` leaves the residual free on `problem`.

@@ -3,11 +3,13 @@ use std::path::{Path, PathBuf};
 use nalgebra::DMatrix;
 
 use super::*;
+use crate::kinds::Principle;
 use crate::measure::norm::distance;
 use crate::measure::order::Verdict;
 use crate::method::{self, Method};
 use crate::order::{OrderError, Source, Truth, measure};
-use crate::problem::{self, Problem, Stiffness};
+use crate::problem::{self, Problem, Singular, Stiffness};
+use crate::reference;
 use crate::run::step_from;
 
 /// One example of every method that steps `problem`, and path fitting and collocation where they are the midpoint rule and Gauss's.
@@ -200,6 +202,37 @@ fn a_breakdown_is_certain_once_roundings_have_grown_to_the_solution() {
     let method = method::parse("conventional").expect("registered");
     let is_certain = |growth: f64| breakdown(&*problem, &*method, growth / rate).expect("unstable").is_certain;
     assert_eq!([19.0, 36.0, 36.1].map(is_certain), [false, false, true]);
+}
+
+/// From when on a closure with p₁ = p₀ is said to leave the residual free, det J = 0 along the solution, and not before.
+#[test]
+fn a_jacobian_is_singular_from_the_declared_time_on() {
+    let mut later = 0;
+    for spec in problem::paired() {
+        let problem = problem::small(spec.name).expect("registered");
+        let Some(Singular { from, .. }) = problem.facts().singular else { continue };
+        let ode = problem.ode();
+        let determinant = |t: f64, v: &[f64]| -> f64 {
+            let mut jacobian = DMatrix::<f64>::zeros(v.len(), v.len());
+            ode.jacobian(t, v, &mut |i, j, x| jacobian[(i, j)] += x);
+            let most: f64 = jacobian.row_iter().map(|row| row.norm()).product();
+            jacobian.determinant() / most.max(f64::MIN_POSITIVE)
+        };
+        let start = problem.limit(Principle::Equation).initial;
+        if from == 0.0 {
+            assert!(determinant(0.0, &start).abs() < 1e-14, "{}", spec.name);
+            continue;
+        }
+        let times: Vec<f64> = (1..=21).map(|k| 0.05 * f64::from(k) * from).collect();
+        let library = reference::by_name("diffsol-bdf").expect("always built");
+        let solution = library.solve(ode, 0.0, &start, &times).expect("solvable");
+        let signs: Vec<f64> = times.iter().zip(&solution.states).map(|(t, v)| determinant(*t, v).signum()).collect();
+        let first = determinant(0.0, &start).signum();
+        let (before, then) = signs.split_at(19);
+        assert!(before.iter().all(|sign| *sign == first) && then.contains(&-first), "{}: {signs:?}", spec.name);
+        later += 1;
+    }
+    assert_eq!(later, 4);
 }
 
 #[test]

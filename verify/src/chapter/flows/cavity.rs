@@ -110,7 +110,7 @@ pub(super) fn steady(context: &Context, evidence: &mut Evidence, scale: &Scale) 
             "streamlines. The lid moves to the right and drags a vortex along; where ψ > 0, in the other colour, eddies turn the other way",
             streams,
         ),
-        ("vorticity", "vorticity, largest along the lid and where the flow meets the right wall", vortices),
+        ("vorticity", "vorticity, largest in size along the lid and where the flow meets the right wall", vortices),
     ];
     for (what, seen, panels) in pictures {
         let (id, columns) = (format!("flow-steady-{what}"), panels.len().max(2));

@@ -156,7 +156,7 @@ pub(super) fn disturbances(context: &Context, evidence: &mut Evidence, _scale: &
     ];
     evidence.notes.extend(prose::fill(include_str!("disturbances.md"), &values)?);
     let caption = format!(
-        "Steady cavity of {} cells a side at Re = {}: the factor by which a step damps the most persistent disturbance, the eigenvalue \
+        "Steady cavity of {} cells a side at Re = {}: the factor by which a step damps the disturbance that it damps least, the eigenvalue \
          of that size, and the largest difference between the derivative of a step by live steps and by theory.",
         Disturbances::CELLS,
         Disturbances::RE

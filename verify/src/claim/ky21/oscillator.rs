@@ -209,7 +209,7 @@ fn local_errors(context: &Context) -> Result<Finding, StudyError> {
              where F′(x) ẍ has the sign of x⁗."
         ))
         .because(
-            "For ẍ = F(x) the local errors of the recurrences are −τ⁴x⁗/24 (degree 2), τ⁴x⁗/12 (Störmer–Verlet) and −τ⁴x⁗/24 − τ⁴F′(x) ẍ/8 (midpoint \
+            "For ẍ = F(x) the local errors of the recurrences, solution less step, are −τ⁴x⁗/24 (degree 2), τ⁴x⁗/12 (Störmer–Verlet) and −τ⁴x⁗/24 − τ⁴F′(x) ẍ/8 (midpoint \
              rule); on the oscillator F′ẍ = x⁗ and the last is −τ⁴x⁗/6.",
         ))
 }

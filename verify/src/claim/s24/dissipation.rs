@@ -32,7 +32,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-h-1",
         source: "[S24] Abstract, Section 6",
-        statement: "Method I is unconditionally stable for dissipative systems, nonlinear ones included: whatever h is, two solutions come no \
+        statement: "Method I is unconditionally stable for dissipative systems, nonlinear ones included. Our reading of stable, that of the glossary's dissipative: whatever h is, two solutions come no \
                     further apart in a step, and a step has a solution on the branch of v₀, which is at most v₀ in size.",
         quantifier: Quantifier::Universal,
         criterion: "On quadratic drag, which brings solutions with v > 0 together, neighbouring starts come no further apart in a live step, for every \
@@ -43,7 +43,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         id: "S24-h-2",
         source: "[S24] Abstract, Section 6",
-        statement: "Method II is unconditionally stable for dissipative systems, nonlinear ones included: whatever h is, two solutions come no \
+        statement: "Method II is unconditionally stable for dissipative systems, nonlinear ones included. Our reading of stable, that of the glossary's dissipative: whatever h is, two solutions come no \
                     further apart in a step, and a step has a solution on the branch of v₀, which is at most v₀ in size.",
         quantifier: Quantifier::Universal,
         criterion: "As for S24-h-1.",

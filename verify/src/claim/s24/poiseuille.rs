@@ -279,8 +279,8 @@ fn floor(context: &Context) -> Result<Finding, StudyError> {
         text(galerkin)
     );
     Ok(Finding::on(cases, evidence).because(
-        "The limit is the error of the reduced equation, that of Method I's here. The cause that the paper names, the form of the \
-         shape function, is a necessary one: with this one no linear relaxation converges. Which limit is reached is another matter, S24-l-2.",
+        "The limit is the error of the reduced equation, that of Method I's here. The form of the shape function, which the paper names, \
+         is a cause: with this one no linear relaxation converges. Which limit is reached is another matter, S24-l-2.",
     ))
 }
 

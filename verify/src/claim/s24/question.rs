@@ -107,8 +107,8 @@ fn homogeneous(context: &Context) -> Result<Finding, StudyError> {
         ratios.push(format!("{ratio} ({name})"));
     }
     let evidence = format!(
-        "It does no better than the best linear closure for the step, for it is one: each F tried vanishes on one or more lines αpₙ + βpₙ₊₁ = 0; \
-         the one nearest to α/β = 0.9: {}.",
+        "It does no better than the best linear closure for the step, for it is one: each F tried vanishes on one or more lines αpₙ + βpₙ₊₁ = 0. \
+         A search from α/β = 0.9 finds, of each, the line with α/β = {}.",
         ratios.join(", ")
     );
     Ok(Finding::on(cases, evidence)

@@ -57,6 +57,15 @@ const EARLY: u64 = 10;
 /// Equal parts of a run at whose ends that method stops, where a reference was lost.
 const STOPS: u32 = 1024;
 
+/// Largest model whose solution is cheap enough.
+pub(super) const MOST: usize = 256;
+
+/// What a solver may take of evaluations or steps where a system of `n` unknowns makes each of them dearer than a small one does.
+fn affordable(count: u64, n: usize) -> u64 {
+    let times = n.div_ceil(DENSE).max(1) as u64;
+    count / (times * times)
+}
+
 /// Follows a run.
 #[derive(Debug)]
 pub(super) struct Beside {
@@ -102,7 +111,7 @@ impl Default for Beside {
 impl Beside {
     /// The next row of a run.
     pub(super) fn add(&mut self, t: f64, values: &[f64], estimate: Option<f64>) {
-        if values.len() > DENSE {
+        if values.len() > MOST {
             return;
         }
         self.sizes.resize(values.len(), 0.0);
@@ -215,7 +224,8 @@ impl Beside {
     pub(super) fn told(&self, problem: &dyn Problem, method: &dyn Method) -> Option<String> {
         let limit = problem.limit(method.principle());
         let is_equation = limit.name == problem.limit(Principle::Equation).name;
-        if !is_equation || limit.ode.dim() > DENSE || self.count == 0 {
+        let most = if problem.facts().model.is_some() { MOST } else { DENSE };
+        if !is_equation || limit.ode.dim() > most || self.count == 0 {
             return None;
         }
         let units = self.units(&limit.initial);
@@ -224,7 +234,7 @@ impl Beside {
         // Of a run that is too long to be followed, or beyond the end of its solution, the first rows.
         let solved = FIRST.into_iter().find_map(|part| {
             let times: Vec<f64> = self.rows().map(|row| row.t).filter(|t| *t <= part * self.last.t).collect();
-            let limited = Limited { ode: limit.ode, left: AtomicU64::new(EVALUATIONS) };
+            let limited = Limited { ode: limit.ode, left: AtomicU64::new(affordable(EVALUATIONS, units.len())) };
             let ode = InUnits::new(&limited, &units);
             let solved = reference.run(&ode, 0.0, &ode.in_units(&limit.initial), &times, COURSE);
             is_lost |= solved.is_err();
@@ -317,6 +327,7 @@ impl Beside {
 /// An adaptive method whose errors, across kinks too, are well below those that are told, and which takes no longer than they are
 /// worth: in units of the components.
 fn accurate(units: &[f64], steps: u64) -> Option<Box<dyn Method>> {
+    let steps = affordable(steps, units.len());
     let atol = units.iter().map(|unit| HELD * unit).collect();
     let tolerances = Tolerances::new(HELD, 0.0).and_then(|t| t.with_atol(atol)).ok()?.strict();
     method::parse("radau-adaptive").ok()?.limited(steps)?.with_tolerances(tolerances)

@@ -54,7 +54,10 @@ fn is_plain(text: &str) -> bool {
     let Some((_, first)) = lines(text).next() else { return false };
     // What a TOML key is set to may name a coefficient too.
     let named = first.split('=').next().unwrap_or_default();
-    first.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c) || vulgar(c).is_some())
+    // No line of TOML has a bar but in a string.
+    let is_row = first.contains('|') && !first.contains('=');
+    is_row
+        || first.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c) || vulgar(c).is_some())
         || name_of(named).is_some()
 }
 
@@ -312,5 +315,15 @@ mod tests {
         let numbers = tableau.numbers();
         let b_hat: Vec<f64> = numbers.b_hat.iter().flatten().map(|b| b.to_f64()).collect();
         assert_eq!((numbers.a.len(), b_hat), (3, vec![0.0, 1.0, 0.0]));
+    }
+
+    /// Whatever the first number begins with, a bar makes it a row.
+    #[test]
+    fn a_row_may_begin_with_a_bracket_or_a_root() {
+        for first in ["(2-sqrt(2))/2", "√2/2", "sqrt(2)/2"] {
+            let text = format!("{first} | {first} 0\n1 | 1-({first}) {first}\n---\n | 1/2 1/2\n");
+            let file = MethodFile::parse("m.txt", "m", &text).unwrap_or_else(|error| panic!("{text}{error}"));
+            assert!(matches!(file.body, Body::RungeKutta(_)), "{text}");
+        }
     }
 }

@@ -170,7 +170,7 @@ fn recurred(scheme: &str, first: f64, t: f64) -> f64 {
         _ => unreachable!("{scheme}"),
     };
     let (mut before, mut x) = (1.0, first);
-    for _ in 1..(10.0 * t) as u32 {
+    for _ in 1..(10.0 * t).round() as u32 {
         (before, x) = (x, r * x - before);
     }
     (x - t.cos() - t.sin()).abs()
@@ -226,11 +226,18 @@ fn solutions(found: &Found) -> Result<Known, Failed> {
     Ok(Known::of([
         format!("The errors of (17) are {} times those of (16). {}", range(low, high), reproduction(lost)),
         "the start x₁ = 1.0948 adds".into(),
+        format!("(16) has no smaller one than (17) at {} of the 499 times up to t = 50.", times_behind("(16)", "(17)")),
     ])
     .beside("(16), t = 10", "0.0007", at("(16)", 10.0))
     .beside("(16), t = 50", "0.0128", at("(16)", 50.0))
     .beside("(17), t = 10", "0.0023", at("(17)", 10.0))
     .beside("(17), t = 50", "0.0518", at("(17)", 50.0)))
+}
+
+/// At how many of the times between 0 and 50 one scheme is not the closer one, from the printed start.
+fn times_behind(scheme: &str, other: &str) -> usize {
+    let error = |scheme, k: u32| recurred(scheme, 1.0948, 0.1 * f64::from(k));
+    (1..500).filter(|k| error(scheme, *k) >= error(other, *k)).count()
 }
 
 fn energies(found: &Found) -> Result<Known, Failed> {
@@ -436,6 +443,11 @@ fn nodes(found: &Found) -> Result<Known, Failed> {
             text(local)
         ),
         "From the exact x₁ the errors of (16), (18) and (19) are falling in this order at every time.".into(),
+        format!(
+            "from x₁ = 1.0948 (18) has no smaller one than (16) at {} of the 499 times, and (19) at {} of the 499 times, up to t = 50.",
+            times_behind("(18)", "(16)"),
+            times_behind("(19)", "(16)")
+        ),
     ])
     .beside("(16), t = 10", "7.1987×10⁻⁴", at_10[0])
     .beside("(17), t = 10", "0.0023042", at_10[1])

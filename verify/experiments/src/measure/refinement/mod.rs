@@ -464,7 +464,8 @@ impl Judgement {
                     ),
                     (TripletError::Diverging { certain: true, .. }, None) if count > 1 && !diverges => {
                         format!(
-                            "{error}, but by no law: noise on the values, or an iteration that ends too early, looks the same"
+                            "{error}, but by no law: noise on the values, an iteration that ends too early, or two terms of an error that nearly \
+                             cancel on these grids, look the same"
                         )
                     }
                     _ => error.to_string(),
