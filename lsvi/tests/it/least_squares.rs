@@ -417,8 +417,8 @@ impl FieldFn for Reactions {
             let [a, b, c] = [(); 3].map(|()| (number() * self.dim as f64) as usize);
             let (rate, is_of_two) = (10.0_f64.powf(4.0 * number() - 2.0), number() < 0.6);
             let flow = if is_of_two { v[a] * v[b] * rate } else { v[a] * rate };
-            dv[a] = dv[a] - flow;
-            dv[c] = dv[c] + flow;
+            dv[a] -= flow;
+            dv[c] += flow;
         }
     }
 }

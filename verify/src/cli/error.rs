@@ -255,3 +255,39 @@ fn run_hint(error: &RunError) -> Option<&'static str> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use verify::reference::ReferenceError;
+
+    use super::*;
+
+    fn data(source: DataError) -> Failure {
+        Failure::Data { path: "drag.csv".into(), source: Box::new(source) }
+    }
+
+    /// What a build without CVODE cannot do was asked for in vain; what a solver stops at leaves a judgement open.
+    #[test]
+    fn a_reference_that_is_missing_is_bad_input_and_one_that_stops_is_none() {
+        let of = |error: ReferenceError| Failure::Order(OrderError::Reference(error));
+        let missing = of(ReferenceError::Unavailable("cvode-bdf"));
+        let stopped = of(ReferenceError::Solver { solver: "cvode-bdf", t: 1.0, reason: "a pole".into() });
+        assert_eq!([&missing, &stopped].map(Failure::status), [2, 3]);
+        assert!(missing.hint().is_some_and(|hint| hint.contains("`--reference diffsol`")));
+        assert!(stopped.hint().is_some_and(|hint| hint.contains("`--t-end` stays before it")));
+    }
+
+    #[test]
+    fn a_column_of_spacings_is_asked_for_where_none_is_known() {
+        let hint = data(DataError::NoSpacing { known: "there are h and u".into() }).hint();
+        assert!(hint.is_some_and(|hint| hint.contains("`--step COLUMN`")));
+        assert_eq!(data(DataError::Ambiguous("u".into())).hint(), None);
+    }
+
+    #[test]
+    fn a_linear_solver_that_gave_up_has_a_hint_of_its_own() {
+        let source = SolveError::Linear { iterations: 100, residual: 0.1 };
+        let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.1, source });
+        assert!(run_hint(&error).is_some_and(|hint| hint.contains("another method may do")));
+    }
+}

@@ -306,6 +306,17 @@ mod tests {
         args: Args,
     }
 
+    /// A colour is that of a name, wherever it is drawn.
+    #[test]
+    fn the_palette_names_everything_once_and_the_first_page_first() {
+        let palette = palette();
+        assert_eq!(palette[..FIRST.len()], FIRST);
+        let distinct: std::collections::HashSet<_> = palette.iter().collect();
+        assert_eq!(distinct.len(), palette.len());
+        assert!(method::ALL.iter().all(|spec| palette.iter().any(|name| name == spec.name())));
+        assert!(reference::all().into_iter().all(|reference| palette.iter().any(|name| name == reference.name())));
+    }
+
     #[test]
     fn a_brief_report_has_the_answers_and_the_claims_and_nothing_else() {
         let titles = |arguments: &[&str]| {

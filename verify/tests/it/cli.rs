@@ -260,6 +260,7 @@ fn lists_name_everything() {
     fits_a_terminal(&all);
     let names = |kind: &str| say(&format!("list {kind}")).1;
     let named = |text: &str, name: &str| text.lines().any(|line| line.split_whitespace().next() == Some(name));
+    assert!(["rk4", "blanes-moan"].iter().all(|name| named(&names("method-files"), name)));
     for spec in problem::ALL {
         assert!(named(&names("problems"), spec.name), "{}", spec.name);
         for Parameter { name, default, .. } in spec.parameters {

@@ -855,12 +855,20 @@ fn a_program_is_refined_in_space() {
         let (code, out, error) = order(&[&drag[..], expect].concat());
         assert!(code == status && out.contains(word), "{out}{error}");
     }
+    // A step that is asked for is that of every grid: one that the program does not get leaves a larger error in time.
+    let text = text
+        .replace("BEGIN {", "BEGIN { e = 1; for (i = 1; i < ARGC; i++) if (ARGV[i] == \"--h\") e = ARGV[i + 1];")
+        .replace("1.5 + 0.3", "e + 0.3");
+    fs::write(&script, text).expect("writable");
+    let (code, out, error) = order(&[&drag[..], &["--h", "0.25"]].concat());
+    assert!(code == 0 && out.contains("0.25"), "{out}{error}");
     // Every quantity has to have the order.
     let (code, out, _) = order(&[&drag[..], &["--quantity", "lift", "--expect", "2"]].concat());
     assert!(code == 1 && out.contains("PASS: order 2.000") && out.contains("FAIL: order 1.000"), "{out}");
     for (more, reason) in [
         (&["--refine", "cells=32,64"][..], "--quantity"),
         (&["--quantity", "drag", "--refine", "cells=32,x"], "--refine: `x`"),
+        (&["--quantity", "drag", "--refine", "cells=0,32,64"], "--refine: `0`"),
         (&["--quantity", "drag", "--refine", "cells"], "name=value"),
         (&["--quantity", "mass", "--refine", "cells=32,64,128"], "where `t,mass` is expected"),
     ] {

@@ -242,7 +242,10 @@ fn a_program_is_judged_on_the_steps_that_are_asked_for() {
 /// The numbers in JUnit and in JSON are those of the verdicts.
 #[test]
 fn what_is_written_counts_the_verdicts() {
-    let path = file("counted.toml", &RK4.replace("order = 4", "claims = [\"order 4\", \"order 5\", \"zero-stable\"]"));
+    let path = file(
+        "counted.toml",
+        &RK4.replace("order = 4", "source = \"Kutta 1901\"\nclaims = [\"order 4\", \"order 5\", \"zero-stable\"]"),
+    );
     let directory = scratch("strangers/report");
     let (code, out, error) =
         verify(&["judge", &path.display().to_string(), "--no-runs", "--out", &directory.display().to_string()]);
@@ -253,6 +256,7 @@ fn what_is_written_counts_the_verdicts() {
     let counts = "tests=\"4\" failures=\"1\" errors=\"0\" skipped=\"1\"";
     assert!(junit.contains(&format!("<testsuite name=\"judge\" {counts}")), "{junit}");
     assert!(junit.contains("Measured 4. 9 of 17"), "{junit}");
+    assert!(read("report.md").contains("Kutta 1901"), "the source of the method");
     let ours = junit.split("</testsuite>").next().unwrap_or_default();
     assert_eq!(["<testcase", "<failure", "<skipped"].map(|tag| ours.matches(tag).count()), [4, 1, 1], "{junit}");
     let json: serde_json::Value = serde_json::from_str(&read("results.json")).expect("JSON");

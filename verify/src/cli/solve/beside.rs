@@ -60,10 +60,10 @@ const STOPS: u32 = 1024;
 /// Largest model whose solution is cheap enough.
 pub(super) const MOST: usize = 256;
 
-/// What a solver may take of evaluations or steps where a system of `n` unknowns makes each of them dearer than a small one does.
+/// What a solver may take of evaluations or steps, of a system of `n` unknowns, whose factors cost n³.
 fn affordable(count: u64, n: usize) -> u64 {
     let times = n.div_ceil(DENSE).max(1) as u64;
-    count / (times * times)
+    count / times.pow(3)
 }
 
 /// Follows a run.
@@ -364,6 +364,12 @@ mod tests {
     use super::*;
 
     /// Of 1000 rows at equal speed every eighth, 125, which is the last too; of 1003 the last besides.
+    #[test]
+    fn a_large_system_may_cost_as_much_as_a_small_one() {
+        let counts = [1, DENSE, DENSE + 1, 2 * DENSE, MOST].map(|n| affordable(EVALUATIONS, n));
+        assert_eq!(counts, [1, 1, 8, 8, 64].map(|times| EVALUATIONS / times));
+    }
+
     #[test]
     fn rows_are_those_at_equal_distances_and_the_last() {
         for (count, every, shown) in [(5, 1, 5), (128, 1, 128), (129, 2, 65), (1000, 8, 125), (1003, 8, 126)] {

@@ -156,6 +156,13 @@ mod tests {
         assert_eq!((held.worst.expect("it is hidden").error, held.estimate), (1e-3, 7e-3));
     }
 
+    /// Where no error is known, perturbations begin as the rounding of a solution of any size.
+    #[test]
+    fn an_error_begins_as_a_rounding_of_the_solution() {
+        let stay = Stay { growth: [2.0, 0.0], ..Stay::default() };
+        assert_eq!(stay.error(1e6), 1e6 * f64::EPSILON * 2.0_f64.exp());
+    }
+
     /// An estimate of a third of the solution says so itself, and one above a third of the error covers it.
     #[test]
     fn what_the_estimate_says_is_not_said_again() {

@@ -200,10 +200,13 @@ mod tests {
         };
         let (t, k) = found("1 - heaviside(x - 0.3)", 0.25).expect("it jumps");
         assert!((t - 2.3).abs() < 1e-8 && k == 0, "{t} of {k}");
+        let (t, k) = found("heaviside(t - 2.3)", 0.25).expect("it jumps in time");
+        assert!((t - 2.3).abs() < 1e-8 && k == 0, "{t} of {k}");
         // Before a change that is larger, and steady.
         let (t, _) = found("30*max(x - 0.3, 0) + heaviside(x - 0.3)", 0.25).expect("it jumps");
         assert!((t - 2.3).abs() < 1e-8, "{t}");
         for (rate, h) in [
+            ("heaviside(t - 2.4)", 0.25),
             ("1 - heaviside(x - 0.3)", 0.19),
             ("tanh((x - 0.3)/1e-3)", 0.25),
             ("sqrt(abs(x - 0.3))", 0.25),
