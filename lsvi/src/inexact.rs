@@ -166,4 +166,38 @@ mod tests {
             }
         }
     }
+
+    /// x − h = 0 with residuals that are off by a part `noise` of h to either side in turn, and inner solutions that are a fifth too short.
+    struct Noisy {
+        noise: f64,
+    }
+
+    impl InexactSystem for Noisy {
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            self.noise = -self.noise;
+            out[0] = x[0] - h * (1.0 + self.noise);
+        }
+        fn solve(&mut self, _h: f64, _x: &[f64], b: &mut [f64], _tolerance: f64) -> Result<u64, SolveError> {
+            b[0] *= 0.8;
+            Ok(1)
+        }
+        fn tolerance(&self) -> f64 {
+            0.0
+        }
+    }
+
+    #[test]
+    fn increments_may_stagnate_below_half_of_the_digits_alone() {
+        let solve = |noise: f64| {
+            let mut x = [0.0];
+            InexactNewton::new(1).solve(&mut Noisy { noise }, 1.0, &mut x).map(|()| x[0])
+        };
+        let x = solve(1e-9).expect("half of the digits");
+        // An increment leaves a fifth of the error before it, which is of the noise by then, and brings in four fifths of the noise.
+        approx::assert_abs_diff_eq!(x, 1.0, epsilon = 2e-9);
+        for noise in [1e-6, 1e-5] {
+            let found = solve(noise);
+            assert!(matches!(found, Err(SolveError::Diverged { .. })), "{noise:e}: {found:?}");
+        }
+    }
 }

@@ -1084,4 +1084,32 @@ mod tests {
             "{found:?} at {y:?}"
         );
     }
+
+    /// x − s − x²/100 = 0 and (1 − 8 s (1 − s)) y = 0: at s = 1 the derivative is nearly what it is at 0, along x on the whole way, but round
+    /// s = ½ its determinant is negative; where that vanishes every y is a root.
+    struct Crossed;
+
+    impl System for Crossed {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn residual(&mut self, s: f64, x: &[f64], out: &mut [f64]) {
+            out[0] = x[0] - s - 0.01 * x[0] * x[0];
+            out[1] = (1.0 - 8.0 * s * (1.0 - s)) * x[1];
+        }
+        fn derivative(&mut self, s: f64, x: &[f64], out: &mut Jacobian) {
+            out.add(0, 0, 1.0 - 0.02 * x[0]);
+            out.add(1, 1, 1.0 - 8.0 * s * (1.0 - s));
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+    }
+
+    #[test]
+    fn a_determinant_that_is_negative_half_way_across_the_tangent_is_not_passed_over() {
+        let mut x = [0.0; 2];
+        let found = Newton::new(2).solve(&mut Crossed, 1.0, &mut x);
+        assert!(matches!(found, Err(SolveError::BranchLost { .. } | SolveError::OtherBranch)), "{found:?} at {x:?}");
+    }
 }

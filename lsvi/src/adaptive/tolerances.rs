@@ -170,6 +170,14 @@ mod tests {
         }
     }
 
+    #[test]
+    fn tightened_tolerances_stay_strict_and_others_do_not_become_so() {
+        let of = |rtol, atol| Tolerances::new(rtol, atol).expect("positive");
+        // A factor of two rounds nothing.
+        assert_eq!(of(1e-4, 1e-6).strict().tightened(2.0), of(0.5e-4, 0.5e-6).strict());
+        assert_eq!(of(1e-4, 1e-6).tightened(2.0), of(0.5e-4, 0.5e-6));
+    }
+
     /// n equal components have the norm of one.
     #[test]
     fn the_norm_is_a_mean() {

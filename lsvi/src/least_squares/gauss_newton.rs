@@ -212,6 +212,26 @@ mod tests {
         assert_eq!(of_damped, of_new);
     }
 
+    /// An increment that damping shortens tells nothing of what is left, however loose the tolerance is.
+    #[test]
+    fn no_increment_that_is_damped_is_the_last() {
+        let field = crate::field!(1, |_t, v, dv| dv[0] = -v[0] * v[0] * v[0]);
+        let mass_inverse = Mass::Identity.metric(1).expect("positive");
+        for (start, h) in [(10.0, 2.0), (100.0, 5.0)] {
+            let solve = |tolerance: f64| {
+                let solver = Iterative::new(Factored::default()).with_tolerance(tolerance).expect("in (0, 1)");
+                let mut step = GaussNewton::new(1, &Structure::Dense, Box::new(solver));
+                let system =
+                    System { field: &field as &dyn VectorField, mass: &Mass::Identity, mass_inverse: &mass_inverse };
+                let (mut v, mut work) = ([0.0], Work::default());
+                step.solve(system, Interval { start: 0.0, h }, &[start], &mut v, &mut work).expect("a minimum");
+                v[0]
+            };
+            let (loose, tight) = (solve(1e-2), solve(1e-15));
+            assert!((loose - tight).abs() < 1e-2 * start, "{loose} for {tight}");
+        }
+    }
+
     /// φ of a linear field is its model.
     #[test]
     fn the_predicted_decrease_is_that_of_a_linear_field_at_every_damping() {

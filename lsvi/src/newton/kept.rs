@@ -445,4 +445,18 @@ mod tests {
         assert!(newton.solve_with_kept(&mut Implicit(|_| 1.0), 1.0, &mut x));
         assert_eq!(x, [1.0]);
     }
+
+    /// The first increment leads a part of the way to the root, and the next one to it: the more is left, the less the factor has to do with
+    /// the derivative on the way.
+    #[test]
+    fn a_root_is_taken_where_the_first_increment_leads_most_of_the_way() {
+        let found = [0.05, 0.3, 0.5, 0.8].map(|rest| {
+            let mut newton = Newton::new(1);
+            newton.solve(&mut Implicit(|_| 1.0), 1.0, &mut [0.0]).expect("affine");
+            newton.keep(&mut Implicit(|_| 1.0), 1.0, &[1.0]);
+            let mut dip = Implicit(|x: f64| 1.0 - rest * (-(x / 0.02).powi(2)).exp());
+            newton.solve_with_kept(&mut dip, 1.0, &mut [0.0])
+        });
+        assert_eq!(found, [true, false, false, false]);
+    }
 }

@@ -495,6 +495,44 @@ fn statements_agree_in_nine_digits_whatever_their_size() {
     }
 }
 
+/// v̇ = A v with a transposed product that is wrong in one entry of A.
+struct Slipped {
+    row: usize,
+    column: usize,
+}
+
+impl Slipped {
+    const A: [[f64; 3]; 3] = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 10.0]];
+}
+
+impl VectorField for Slipped {
+    fn dim(&self) -> usize {
+        3
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        dv.iter_mut().zip(Self::A).for_each(|(dv, row)| *dv = (0..3).map(|j| row[j] * v[j]).sum());
+    }
+    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        (0..9).for_each(|k| out.add(k / 3, k % 3, scale * Self::A[k / 3][k % 3]));
+    }
+    fn apply_transpose(&self, _t: f64, _v: &[f64], w: &[f64], out: &mut [f64]) {
+        (0..3).for_each(|j| out[j] = (0..3).map(|i| Self::A[i][j] * w[i]).sum());
+        out[self.column] += 0.5 * w[self.row];
+    }
+}
+
+#[test]
+fn every_entry_of_a_transposed_product_is_looked_at() {
+    for (row, column) in (0..9).map(|k| (k / 3, k % 3)) {
+        let error = check_derivatives(&Slipped { row, column }, 0.0, &[1.0, 0.5, -0.7]).expect_err("wrong");
+        let DerivativeError::Differs { of: Derivative::Transpose, place, .. } = error else { panic!("{error}") };
+        assert_eq!(place, Place { row: Some(row), column: Some(column) });
+    }
+}
+
 #[test]
 fn a_field_that_does_not_change_has_the_derivative_zero() {
     let field = Slanted { size: 0.0, wrong: Derivative::Transpose, part: 0.0 };
@@ -599,7 +637,7 @@ fn curvature_by_differences_is_right_at_every_scale_and_at_zero() {
         dv[1] = v[1].sin() + v[1] * 1e3;
     });
     for v in [[0.0, 0.0], [1e3, 0.5], [0.3, 1e-6], [1e-6, 0.7]] {
-        for scale in [1e-5, 1.0] {
+        for scale in [1e-5, 1.0, 1e6] {
             let exact = [3.0 * scale, -10.0 * scale * f64::sin(v[1])];
             for found in by_differences(&field, &v, &[3.0, 5.0], &[0.5 * scale, 2.0 * scale]) {
                 for (found, exact) in found.iter().zip(exact) {

@@ -182,6 +182,16 @@ fn the_zero_of_an_adaptive_run_keeps_its_tolerance() {
     assert!((t - std::f64::consts::FRAC_PI_2).abs() < 2e-6, "{t}");
 }
 
+#[test]
+fn an_error_is_the_last_of_the_states() {
+    let ending = field_of!(1, |t, _v, dv| dv[0] = T::from(if t >= 1.0 { f64::NAN } else { 1.0 }));
+    let method = RungeKutta::new(ending, Tableau::rk4()).expect("usable");
+    let states = Trajectory::new(method, State::new(0.0, vec![0.0]), 0.4, 2.0).expect("valid").states();
+    // Of a run that would go on failing no more than a few are asked for.
+    let found: Vec<bool> = states.take(9).map(|state| state.is_ok()).collect();
+    assert_eq!(found, [true, true, false]);
+}
+
 /// Times where a step ends get the state itself; others the dense output; wrong lists are refused before a step is taken.
 #[test]
 fn sampled_times_are_exact_where_steps_end() {
@@ -376,16 +386,19 @@ fn a_method_with_a_memory_starts_anew_from_a_state_that_was_changed() {
         || Box::new(Bdf2::new(circle()).expect("usable")),
         || Box::new(Radau::new(circle(), Tolerances::new(1e-6, 1e-6).expect("positive")).expect("usable")),
     ];
+    let changes: [fn(&mut State); 2] = [|state| state.q[0] += 0.1, |state| state.t = 1.25];
     let grid = Grid::new(0.0, 0.25, 2.0).expect("valid");
     for (i, method) in methods.iter().enumerate() {
-        let mut used = method();
-        let mut state = State::new(0.0, vec![1.0, 0.0]);
-        (0..3).for_each(|_| used.advance(&mut state, &grid).expect("solvable"));
-        state.q[0] += 0.1;
-        let mut fresh = state.clone();
-        used.advance(&mut state, &grid).expect("solvable");
-        method().advance(&mut fresh, &grid).expect("solvable");
-        assert_eq!(state, fresh, "{i}");
+        for (j, change) in changes.iter().enumerate() {
+            let mut used = method();
+            let mut state = State::new(0.0, vec![1.0, 0.0]);
+            (0..3).for_each(|_| used.advance(&mut state, &grid).expect("solvable"));
+            change(&mut state);
+            let mut fresh = state.clone();
+            used.advance(&mut state, &grid).expect("solvable");
+            method().advance(&mut fresh, &grid).expect("solvable");
+            assert_eq!(state, fresh, "method {i}, change {j}");
+        }
     }
 }
 
