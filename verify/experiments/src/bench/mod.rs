@@ -113,8 +113,12 @@ impl Case {
                 times.push(start.elapsed());
             }
         }
-        let per_item = |times: Vec<Duration>| median(times).as_secs_f64() * 1e9 / (f64::from(repeats) * self.items);
-        Ok(Cost { ours: per_item(ours), limit: per_item(limit) })
+        Ok(Cost { ours: self.per_item(ours, repeats), limit: self.per_item(limit, repeats) })
+    }
+
+    /// Nanoseconds of an item, from the times of rounds of so many runs.
+    fn per_item(&self, times: Vec<Duration>, repeats: u32) -> f64 {
+        median(times).as_secs_f64() * 1e9 / (f64::from(repeats) * self.items)
     }
 
     /// Refuses figures of two different computations.
@@ -195,5 +199,13 @@ mod tests {
             let measured = case(ours, by_hand).measure(1);
             assert!(matches!(measured, Err(BenchError::Different { .. })), "{ours} and {by_hand}: {measured:?}");
         }
+    }
+
+    #[test]
+    fn a_cost_is_the_median_of_the_rounds_over_their_runs_and_the_items_of_a_run() {
+        let times = [9, 1, 2].map(Duration::from_millis).to_vec();
+        let cost = |items: f64| Case { items, ..case(2.0, 2.0) }.per_item(times.clone(), 4);
+        approx::assert_relative_eq!(cost(1.0), 5e5, max_relative = 1e-12);
+        approx::assert_relative_eq!(cost(1000.0), 500.0, max_relative = 1e-12);
     }
 }

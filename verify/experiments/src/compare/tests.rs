@@ -551,3 +551,22 @@ fn a_wide_bound_is_no_failure_that_was_declared() {
         assert_eq!(standing, Standing::Agrees, "{problem}: {status}");
     }
 }
+
+/// As the truth may be off too.
+#[test]
+fn the_bound_beside_a_difference_is_that_of_both_solutions() {
+    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+    std::fs::write(file.path(), "u_i { x = 1 } F_i { -x*x }").expect("writable");
+    let model = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    let found = compare("model", &model, Vec::new(), &[]);
+    let (limit, times) = (model.limit(Principle::Equation), sample_times(found.horizon));
+    let bound = |name: &str| Some(by_reference(reference::by_name(name)?, &model, &limit, &times).ok()?.bound);
+    let mut references = 0;
+    for row in &found.solvers {
+        assert!(row.standing != Standing::Agrees || row.difference <= row.bound, "{row:?}");
+        let Some((own, truth)) = bound(&row.solver).zip(row.truth.as_deref().and_then(bound)) else { continue };
+        assert_eq!(row.bound, Some(own + truth), "{}", row.solver);
+        references += 1;
+    }
+    assert!(references >= 2);
+}

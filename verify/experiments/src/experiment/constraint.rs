@@ -159,3 +159,17 @@ impl Experiment for Radius {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From −τ⁴/32 the first ratios are 4 and 6¼ and the next are near 3 + 2√2, so that the fourth error is 4.5 τ⁴ or so.
+    #[test]
+    fn the_growth_of_a_radius_is_not_told_by_its_first_ratios() {
+        let found = |tau: f64| Radius { tau }.measure(&Context::silent()).expect("it runs");
+        let [long, short] = [0.3, 0.05].map(found);
+        assert!(long.visible == Some(4) && long.ratio.is_nan(), "{long:?}");
+        approx::assert_relative_eq!(short.ratio, Radius::growth(), max_relative = 0.05);
+    }
+}

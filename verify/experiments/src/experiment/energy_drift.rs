@@ -187,3 +187,19 @@ fn line(windows: &[Window]) -> (f64, f64) {
     let residual: f64 = windows.iter().map(|w| (w.mean - mean - slope * (w.t - t)).powi(2)).sum();
     (slope, (residual / (n - 2.0) / stt).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2t with residuals 1, −1, −1, 1 at t = 0, …, 3, which have neither a mean nor a slope: their squares add up to 4, those of the distances
+    /// from the mean time to 5, and 4 − 2 degrees are left.
+    #[test]
+    fn the_standard_error_of_a_slope_leaves_out_the_two_degrees_of_its_line() {
+        let windows = [1.0, 1.0, 3.0, 7.0].into_iter().zip(0..);
+        let windows: Vec<_> = windows.map(|(mean, t)| Window { t: f64::from(t), mean, largest: 0.0 }).collect();
+        let (slope, stderr) = line(&windows);
+        approx::assert_relative_eq!(slope, 2.0, max_relative = 1e-14);
+        approx::assert_relative_eq!(stderr, 0.4_f64.sqrt(), max_relative = 1e-14);
+    }
+}

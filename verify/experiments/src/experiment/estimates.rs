@@ -108,23 +108,50 @@ impl Experiment for AdaptiveEstimates {
         let runs: Vec<_> = runs.collect();
         context.announce(runs.len());
         let one = |(name, tolerance): (&'static str, f64)| {
-            let problem = problem::build(name, &[])?;
-            let horizon = problem.horizon();
-            let tolerances = lsvi::adaptive::Tolerances::new(tolerance, 1e-3 * tolerance)?;
-            let method = method::parse("radau-adaptive")?;
-            let method = method.with_tolerances(tolerances).ok_or("it is adaptive")?;
-            let end = run(&*problem, &*method, horizon, horizon, |_| {})?.end;
-            let exact = problem.exact(horizon).or_else(|| problem.tabulated(horizon)).ok_or("the solution is known")?;
-            let mut estimator = Estimator::new(&*problem, &*method, horizon, horizon)?;
-            let difference = estimator.at(end.t).map_or(f64::NAN, |finer| distance(&end.q, finer));
+            let found = adaptive(name, tolerance)?;
             context.tick();
-            Ok(Adaptive {
-                problem: name,
-                tolerance,
-                error: distance(&end.q, &exact),
-                estimate: estimator.error(difference, max_norm(&end.q)),
-            })
+            Ok(found)
         };
         runs.into_par_iter().map(one).collect()
+    }
+}
+
+fn adaptive(name: &'static str, tolerance: f64) -> Result<Adaptive, StudyError> {
+    let problem = problem::build(name, &[])?;
+    let horizon = problem.horizon();
+    let tolerances = lsvi::adaptive::Tolerances::new(tolerance, 1e-3 * tolerance)?;
+    let method = method::parse("radau-adaptive")?;
+    let method = method.with_tolerances(tolerances).ok_or("it is adaptive")?;
+    let end = run(&*problem, &*method, horizon, horizon, |_| {})?.end;
+    let exact = problem.exact(horizon).or_else(|| problem.tabulated(horizon)).ok_or("the solution is known")?;
+    let mut estimator = Estimator::new(&*problem, &*method, horizon, horizon)?;
+    let difference = estimator.at(end.t).map_or(f64::NAN, |finer| distance(&end.q, finer));
+    Ok(Adaptive {
+        problem: name,
+        tolerance,
+        error: distance(&end.q, &exact),
+        estimate: estimator.error(difference, max_norm(&end.q)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nine tenths of the error go with a tenth of the tolerances.
+    #[test]
+    fn the_estimate_of_an_adaptive_run_is_its_difference_from_one_with_a_tenth_of_the_tolerances() {
+        let problem = problem::build("logistic", &[]).expect("known");
+        let horizon = problem.horizon();
+        let ends = [1e-5, 1e-6].map(|tolerance| {
+            let tolerances = lsvi::adaptive::Tolerances::new(tolerance, 1e-3 * tolerance).expect("positive");
+            let method = method::parse("radau-adaptive").expect("known").with_tolerances(tolerances).expect("adaptive");
+            run(&*problem, &*method, horizon, horizon, |_| {}).expect("smooth").end.q
+        });
+        let found = adaptive("logistic", 1e-5).expect("smooth");
+        let estimate = found.estimate.expect("other steps");
+        approx::assert_relative_eq!(estimate, distance(&ends[0], &ends[1]) / 0.9, max_relative = 1e-6);
+        let exact = problem.exact(horizon).expect("known");
+        assert_eq!(found.error, distance(&ends[0], &exact));
     }
 }

@@ -252,3 +252,35 @@ fn on_symmetric(k: u32) -> Result<Option<Sample>, StudyError> {
     let tolerance = closure.live_tolerance(z.as_slice());
     Ok(Some(Sample { closure, z: z[1], error: (v - exact).norm(), tolerance, size: exact.norm() }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::norm::larger;
+
+    const CLOSURE: Amplification = Amplification { alpha: 0.0, beta: 1.0 };
+
+    #[test]
+    fn a_step_that_is_no_number_is_as_far_off_as_can_be() {
+        let sample = |error: f64, tolerance: f64| {
+            Sample { closure: CLOSURE, z: Complex::new(-1.0, 0.0), error, tolerance, size: 1.0 }.ratio()
+        };
+        assert_eq!(
+            [(f64::NAN, 1.0), (1.0, f64::NAN), (2.0, 4.0)].map(|(e, t)| sample(e, t)),
+            [f64::INFINITY, f64::INFINITY, 0.5]
+        );
+    }
+
+    /// Of the 23 roundings that [`Amplification::live_tolerance`] counts, ten times as many are an error.
+    #[test]
+    fn a_step_that_is_off_by_several_times_its_rounding_is_found() {
+        for h in [1e-3, 1.0, 1e3] {
+            let rounding = CLOSURE.live_tolerance(&[Complex::new(-h, 0.0)]);
+            let worst = |off: f64| {
+                let samples = on_drag(CLOSURE, h, family(CLOSURE, h) + off * rounding, 4).expect("linear");
+                samples.iter().map(Sample::ratio).fold(0.0, larger)
+            };
+            assert!(worst(0.0) <= 1.0 && worst(10.0) > 1.0, "{h}: {} and {}", worst(0.0), worst(10.0));
+        }
+    }
+}

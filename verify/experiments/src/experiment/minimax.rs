@@ -93,7 +93,10 @@ impl Experiment for Minimax {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Complex;
+
     use super::*;
+    use crate::measure::amplification::Amplification;
 
     #[test]
     fn largest_errors_are_those_of_the_closed_forms() {
@@ -105,5 +108,19 @@ mod tests {
         assert_eq!(found.best(), found.extremes[1].max(-found.extremes[0]));
         // A change of θ by two parts in a hundred is a small one.
         assert!(found.best() < found.neighbour && found.neighbour < 1.5 * found.best(), "{found:?}");
+    }
+
+    #[test]
+    fn the_neighbour_of_the_best_constant_is_the_better_of_two() {
+        let found = Context::silent().get(Minimax { from: 0.0, to: 1.0 }).expect("linear");
+        let error = |theta: f64| {
+            let closure = Amplification { alpha: -theta, beta: 1.0 };
+            let of = |h: f64| (closure.factor(Complex::new(-h, 0.0)).re - (-h).exp()).abs();
+            (1..=10_000).map(|k| of(1e-4 * f64::from(k))).largest()
+        };
+        let [one, other] = [0.98 * found.theta, 1.0 - 0.98 * (1.0 - found.theta)].map(error);
+        // An extreme between two of so many steps is that of the nearest but for their distance squared.
+        approx::assert_relative_eq!(found.neighbour, one.min(other), max_relative = 1e-6);
+        assert!(one.max(other) > 1.001 * one.min(other), "they tell: {one} and {other}");
     }
 }

@@ -232,3 +232,23 @@ impl Experiment for Difference {
         Ok(Apart { largest, rounding })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::method::BuildError;
+
+    /// Though it was exact as far as it went.
+    #[test]
+    fn a_run_that_broke_off_has_no_error_that_a_rival_could_be_behind() {
+        let start = problem::build_setting("harmonic-oscillator").expect("known").initial();
+        let error = |broke_off: Option<RunError>| {
+            let states = States { states: vec![(0.0, start.clone())], changes: Vec::new(), broke_off };
+            largest_error("harmonic-oscillator", &states).expect("known")
+        };
+        assert_eq!(error(None), 0.0);
+        assert_eq!(error(Some(RunError::NonFinite(1.0))), f64::INFINITY);
+        let other = BuildError { method: "none".into(), reason: "none".into() };
+        assert!(error(Some(RunError::Build(other))).is_nan());
+    }
+}

@@ -193,4 +193,13 @@ mod tests {
         // The derivative that vanishes has slope 2 there.
         assert!(found.len() == 1 && (found[0].1 - 2.0).abs() < 1e-12, "{found:?}");
     }
+
+    /// Störmer–Verlet has R = 2 − τ², of numbers of order 1 and derivatives with slopes of 1 at τ = 1.
+    #[test]
+    fn a_trace_that_is_off_by_a_thousand_roundings_is_found() {
+        let found = StepMap { method: "stormer-verlet".into(), tau: 1.0 }.measure(&Context::silent()).expect("linear");
+        let off = |roundings: f64| (found.trace - 1.0 - roundings * f64::EPSILON).abs();
+        assert!(off(0.0) <= found.rounding && (found.determinant - 1.0).abs() <= found.rounding, "{found:?}");
+        assert!(off(1000.0) > found.rounding && off(-1000.0) > found.rounding, "{found:?}");
+    }
 }

@@ -277,3 +277,78 @@ pub fn course(problem: &dyn Problem, horizon: f64) -> Result<Vec<(f64, Vec<f64>)
     });
     Ok(states)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::{Ode, Run, Work};
+
+    /// A reference that is said to have done this much.
+    struct Stub;
+
+    impl Reference for Stub {
+        fn name(&self) -> &'static str {
+            "stub"
+        }
+        fn stiff_ok(&self) -> bool {
+            true
+        }
+        fn library(&self) -> Option<String> {
+            None
+        }
+        fn run(&self, _: &dyn Ode, _: f64, v0: &[f64], _: &[f64], _: f64) -> Result<Run, ReferenceError> {
+            let mut run = Run::with_capacity(1);
+            run.states.push(v0.to_vec());
+            run.work = Work { steps: 3, rhs: 20, jacobians: 7, factorizations: 5, products: 11 };
+            Ok(run)
+        }
+    }
+
+    #[test]
+    fn the_work_of_a_reference_is_its_own_count() {
+        let problem = problem::small("linear-drag").expect("known");
+        let point = peer(&Stub, &*problem, 1.0, 1e-3, &problem.initial()).expect("it answers");
+        assert_eq!((point.steps, point.evaluations, point.factorizations), (3, 20, 5));
+        assert!(point.is_reference && point.setting == 1e-3 && point.error == 0.0, "{point:?}");
+    }
+
+    /// RK4 evaluates f four times a step, and the equation of Method I has f at both ends of one.
+    #[test]
+    fn evaluations_are_those_of_f_and_not_of_the_equations_of_a_step() {
+        let problem = problem::small("linear-drag").expect("known");
+        let of = |name: &str| {
+            let method = method::parse(name).expect("known");
+            let equations = run(&*problem, &*method, 0.25, 1.0, |_| {}).expect("linear").work.residuals;
+            (own(&*problem, &*method, 0.25, (0.25, 1.0), &[0.0]).expect("linear"), equations)
+        };
+        let (rk4, _) = of("rk4");
+        assert_eq!((rk4.steps, rk4.evaluations), (4, 16));
+        let (method_i, equations) = of("method-i");
+        assert_eq!(method_i.evaluations, 2 * equations);
+    }
+
+    /// No other of these runs can be repeated.
+    #[test]
+    fn times_are_those_of_the_fastest_run_that_is_accurate_enough() {
+        let point = |setting: f64, error: f64, seconds: f64| Point {
+            solver: "rk4".into(),
+            is_reference: false,
+            setting,
+            steps: 1,
+            evaluations: 4,
+            factorizations: 0,
+            error,
+            seconds,
+        };
+        let points = vec![point(-1.0, 1e-2, 0.5), point(0.1, 1e-6, 1.0), point(-1.0, 1e-8, 2.0)];
+        let found = Found { points, ..Found::default() };
+        let problem = problem::small("linear-drag").expect("known");
+        let times = time(&*problem, 1.0, 1e-5, &found).expect("steps of 0.1");
+        let lengths =
+            |times: &[Times]| times.iter().map(|it| (it.solver.clone(), it.seconds.len())).collect::<Vec<_>>();
+        assert_eq!(lengths(&times), [("rk4".into(), REPEATS)]);
+        assert!(
+            time(&*problem, 1.0, 1e-7, &found).is_err() && time(&*problem, 1.0, 1e-9, &found).expect("none").is_empty()
+        );
+    }
+}

@@ -31,24 +31,28 @@ impl Experiment for Identities {
     type Found = Found;
 
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
-        const T: f64 = 0.3;
         context.announce(1);
-        let problem = setting(self.flow)?;
-        let field = problem.field();
-        let [v, x, y] = [1.7, 2.3, 3.1].map(|seed| scattered(field.dim(), seed));
-        let (mut jx, mut jty) = (vec![0.0; v.len()], vec![0.0; v.len()]);
-        field.apply_jacobian(T, &v, &x, &mut jx);
-        field.apply_transpose(T, &v, &y, &mut jty);
-        let [above, below] = [1.0, -1.0].map(|sign| {
-            let at: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + sign * x).collect();
-            rhs(&*field, T, &at)
-        });
-        let apart = jx.iter().zip(above.iter().zip(&below)).map(|(j, (a, b))| j - 0.5 * (a - b));
-        let apart: Vec<f64> = apart.collect();
+        let [adjoint, jacobian] = of_products(&*setting(self.flow)?.field());
         let work = if self.is_closed { Some(work(self.flow)?) } else { None };
         context.tick();
-        Ok(Found { adjoint: adjoint((&x, &jx), (&y, &jty)), jacobian: max_norm(&apart) / max_norm(&jx), work })
+        Ok(Found { adjoint, jacobian, work })
     }
+}
+
+/// What is found of the products with J and with its transpose.
+fn of_products(field: &dyn VectorField) -> [f64; 2] {
+    const T: f64 = 0.3;
+    let [v, x, y] = [1.7, 2.3, 3.1].map(|seed| scattered(field.dim(), seed));
+    let (mut jx, mut jty) = (vec![0.0; v.len()], vec![0.0; v.len()]);
+    field.apply_jacobian(T, &v, &x, &mut jx);
+    field.apply_transpose(T, &v, &y, &mut jty);
+    let [above, below] = [1.0, -1.0].map(|sign| {
+        let at: Vec<f64> = v.iter().zip(&x).map(|(v, x)| v + sign * x).collect();
+        rhs(field, T, &at)
+    });
+    let apart = jx.iter().zip(above.iter().zip(&below)).map(|(j, (a, b))| j - 0.5 * (a - b));
+    let apart: Vec<f64> = apart.collect();
+    [adjoint((&x, &jx), (&y, &jty)), max_norm(&apart) / max_norm(&jx)]
 }
 
 /// |yᵀ(J x) − (Jᵀy)ᵀx| over |y| |J x|.
@@ -82,6 +86,8 @@ fn scattered(n: usize, seed: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use lsvi::Jacobian;
+
     use super::*;
 
     #[test]
@@ -90,5 +96,33 @@ mod tests {
         let (x, jx, y) = ([0.0, 2.0], [6.0, 0.0], [5.0, 0.0]);
         assert_eq!(adjoint((&x, &jx), (&y, &[0.0, 15.0])), 0.0);
         assert_eq!(adjoint((&x, &jx), (&y, &[0.0, 7.5])), 0.5);
+    }
+
+    /// The rotation v̇ = (−v₂, v₁), with a transpose that is so many times J.
+    struct Rotation(f64);
+
+    impl VectorField for Rotation {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            dv.copy_from_slice(&[-v[1], v[0]]);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], _scale: f64, _out: &mut Jacobian) {}
+        fn apply_jacobian(&self, t: f64, _v: &[f64], x: &[f64], out: &mut [f64]) {
+            self.rhs(t, x, out);
+        }
+        fn apply_transpose(&self, t: f64, _v: &[f64], w: &[f64], out: &mut [f64]) {
+            self.rhs(t, w, out);
+            out.iter_mut().for_each(|x| *x *= self.0);
+        }
+    }
+
+    /// Of one vector alone, xᵀJ x = xᵀJᵀx whatever J is.
+    #[test]
+    fn a_skew_part_with_the_wrong_sign_in_the_transpose_is_found() {
+        let [right, wrong] = [-1.0, 1.0].map(|sign| of_products(&Rotation(sign)));
+        assert!(right[0] < 8.0 * f64::EPSILON && wrong[0] > 0.1, "{right:?} and {wrong:?}");
+        assert!(right[1] < 8.0 * f64::EPSILON, "{right:?}");
     }
 }

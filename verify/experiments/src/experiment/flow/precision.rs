@@ -232,4 +232,13 @@ mod tests {
         approx::assert_relative_eq!(found.size.powi(2) * truth.len() as f64, squares, max_relative = 1e-12);
         assert!(truth.iter().all(|u| u.abs() <= found.speed) && truth.iter().any(|u| u.abs() == found.speed));
     }
+
+    #[test]
+    fn the_error_of_the_reference_is_a_third_of_what_halving_its_steps_changes() {
+        let (flow, cells, [.., finest]) = (Flow::Manufactured, 4, FlowPrecision::STEPS);
+        let (truth, error) = Truth { flow, cells }.measure(&Context::quick()).expect("it runs");
+        let (finer, _) = flow.by("rk4", cells, 8 * finest).expect("it runs");
+        // Errors in proportion to h⁴, e of the reference: 15 e / 3 over 15 e / 16, up to terms of the next order.
+        approx::assert_relative_eq!(error / rms(&truth, &finer), 16.0 / 3.0, max_relative = 0.1);
+    }
 }
