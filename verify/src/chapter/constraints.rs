@@ -113,3 +113,21 @@ fn as_printed(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
     evidence.figures.push(Figure::new("circle-radius", caption, "circle-radius", [panel]));
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    #[test]
+    fn momentum_is_kept_to_its_rounding_and_its_loss_is_ten_times_that() {
+        let outcome = |is_symplectic, momentum| {
+            let (problem, method) = ("circle", "method".into());
+            let [position, hidden, energy, rounding] = [0.0, 0.0, 0.0, 1e-12];
+            checks(&Kept { problem, method, position, hidden, momentum, energy, is_symplectic, rounding })[2].outcome
+        };
+        let (pass, fail) = (Outcome::Pass, Outcome::Fail);
+        assert_eq!([0.9e-12, 1.1e-12, f64::NAN].map(|change| outcome(true, change)), [pass, fail, fail]);
+        assert_eq!([1.1e-11, 0.9e-11, 0.0, f64::NAN].map(|change| outcome(false, change)), [pass, fail, fail, fail]);
+    }
+}

@@ -165,6 +165,9 @@ mod tests {
             |estimate| tolerances(&[Adaptive { problem: "p", tolerance: 1e-3, error: 1.0, estimate }]).outcome;
         assert_eq!([Some(0.2), Some(50.0)].map(adaptive), [Outcome::Pass; 2]);
         assert_eq!([Some(0.01), None].map(adaptive), [Outcome::Fail; 2]);
+        // One that falls short is enough.
+        let run = |estimate| Adaptive { problem: "p", tolerance: 1e-3, error: 1.0, estimate: Some(estimate) };
+        assert_eq!(tolerances(&[run(1.0), run(0.01), run(1.0)]).outcome, Outcome::Fail);
     }
 
     #[test]

@@ -204,3 +204,39 @@ fn collocates(context: &Context, method: LsGalerkin) -> Result<Check, StudyError
         "a step on van der Pol's oscillator against the Runge–Kutta method with a_ij = ∫₀^{c_i} l_j",
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+    use crate::measure::extrapolation::Bounded;
+
+    /// R(z) − eᶻ by hand: z²/2 of implicit Euler, z³/12 of the midpoint and the trapezoidal rule, −z⁴/72 of Radau IIA with two stages.
+    #[test]
+    fn the_error_constant_of_every_collocation_method_is_checked() {
+        let by_hand =
+            [("radau", 1, 0.5), ("gauss", 1, 1.0 / 12.0), ("lobatto", 2, 1.0 / 12.0), ("radau", 2, -1.0 / 72.0)];
+        let mut found = 0;
+        for method in methods().into_iter().filter(|method| method.is_collocation()) {
+            let (name, bound) = (method.name(), 1e-9);
+            let of = |value: f64| {
+                let constant = Bounded { value, bound };
+                let linear = Linearised { method, slope: 1.0, order: 1, constant, infinity: 0.0, largest: 1.0 };
+                let check = checks(&linear).into_iter().find(|check| check.id == format!("error-constant/{name}"));
+                check.unwrap_or_else(|| panic!("{name}"))
+            };
+            let Some(Requirement::Near(pade, _)) = of(0.0).required else { panic!("{name}") };
+            assert_eq!(
+                [0.9, -0.9, 1.1].map(|part| of(pade + part * bound).outcome == Outcome::Pass),
+                [true, true, false]
+            );
+            for (family, degree, constant) in by_hand {
+                if name.starts_with(&format!("ls-galerkin({degree},{family},")) {
+                    assert!((pade / constant - 1.0).abs() < 1e-14, "{name}: {pade}");
+                    found += 1;
+                }
+            }
+        }
+        assert_eq!(found, by_hand.len());
+    }
+}

@@ -327,4 +327,26 @@ mod tests {
         assert_eq!([0.9e-12, 1.1e-12, f64::NAN].map(|change| outcome(Kind::Symplectic, change)), [pass, fail, fail]);
         assert_eq!([1.1e-11, 0.9e-11, f64::NAN].map(|change| outcome(Kind::Dissipative, change)), [pass, fail, fail]);
     }
+
+    /// In chaos of what is symplectic alone.
+    #[test]
+    fn the_drift_is_checked_on_every_problem() {
+        let outcomes = |problem: &'static str, kind: Kind| {
+            [0.9e-8, 1.1e-8].map(|drift| {
+                let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
+                let (method, steps, stderr, rounding, momentum) = ("method".into(), 1000, 1e-9, 0.0, None);
+                let drift = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
+                let check = checks(&drift).into_iter().find(|check| check.id == format!("drift/{problem}/method"));
+                check.map(|check| check.outcome)
+            })
+        };
+        let [kept, lost] = [[Outcome::Pass, Outcome::Fail], [Outcome::Fail, Outcome::Pass]].map(|all| all.map(Some));
+        for (problem, ..) in SETTINGS {
+            let is_chaotic = problem == CHAOTIC;
+            assert_eq!(outcomes(problem, Kind::Symplectic), kept, "{problem}");
+            let symmetric = if problem == "asymmetric-pendulum" { lost } else { kept };
+            assert_eq!(outcomes(problem, Kind::Symmetric), if is_chaotic { [None; 2] } else { symmetric }, "{problem}");
+            assert_eq!(outcomes(problem, Kind::Dissipative), if is_chaotic { [None; 2] } else { lost }, "{problem}");
+        }
+    }
 }

@@ -180,3 +180,18 @@ fn nonlinear(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErro
     evidence.tables.push(Table::data("metric-orders", caption, ["metric", "h", "error"], rows));
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solutions_that_differ_by_more_than_rounding_are_not_the_same() {
+        let mut evidence = Evidence::default();
+        covariance(&mut evidence, &Context::quick()).expect("it runs");
+        let same = |check: &&Check| check.id.starts_with("covariance/") || check.id == "metric/rotation";
+        let required: Vec<_> = evidence.checks.iter().filter(same).filter_map(|check| check.required).collect();
+        assert_eq!(required.len(), 4);
+        assert!(required.iter().all(|required| !required.is_met_by(1e-12)), "{required:?}");
+    }
+}

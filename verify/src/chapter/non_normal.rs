@@ -196,4 +196,13 @@ mod tests {
         let orders: Vec<String> = norms(&found).rows.iter().map(|row| row[0].to_string()).collect();
         assert_eq!(orders, ["2", "3", "4"]);
     }
+
+    #[test]
+    fn what_is_told_of_the_system_lengthened_most_stands_under_its_name() {
+        let most_lengthened = [-0.25, 0.75, 1.25, 0.5];
+        let table = norms(&[OfOrder { order: 3, radius: 1.0, rule_norm: 1.0, most_lengthened }]);
+        let columns = ["largest_symmetric", "spectral_radius", "norm", "trapezoidal_norm"];
+        let found = columns.map(|name| table.rows[0][table.column(name).expect("a column")].number());
+        assert_eq!(found, most_lengthened.map(Some));
+    }
 }

@@ -207,15 +207,7 @@ fn spurious_logistic(context: &Context) -> Result<(Vec<Check>, Table), StudyErro
             Requirement::AtMost(1e-3),
             "from a distance of 10⁻⁵, times curvatures of order 10",
         ));
-        checks.push(Check::new(
-            format!("logistic/separatrix-{h}"),
-            format!(
-                "With h = {h} runs from a tenth above it end at 1, runs from a tenth below it at 0: largest distance"
-            ),
-            larger((above - 1.0).abs(), below.abs()),
-            Requirement::AtMost(1e-12),
-            "2000 steps; 0 attracts for h > 2, where 1/(1 − h + h²/2) < 1",
-        ));
+        checks.push(separatrix(h, [below, above]));
     }
     // The crossing is met on the way to each longer step.
     for h in [2.6, 3.0, 5.0] {
@@ -232,6 +224,17 @@ fn spurious_logistic(context: &Context) -> Result<(Vec<Check>, Table), StudyErro
                    of a live one, and where runs from 0.9 and 1.1 times the state end.";
     let columns = ["h", "spurious", "predicted", "factor", "from_below", "from_above"];
     Ok((checks, Table::new("spurious-logistic", caption, &columns, rows)))
+}
+
+/// Where runs from below and from above the spurious state end.
+fn separatrix(h: f64, [below, above]: [f64; 2]) -> Check {
+    Check::new(
+        format!("logistic/separatrix-{h}"),
+        format!("With h = {h} runs from a tenth above it end at 1, runs from a tenth below it at 0: largest distance"),
+        larger((above - 1.0).abs(), below.abs()),
+        Requirement::AtMost(1e-12),
+        "2000 steps; 0 attracts for h > 2, where 1/(1 − h + h²/2) < 1",
+    )
 }
 
 /// The fixed points of Method II satisfy J f = 0: v = ½ is one on logistic growth. `method-ii` refuses to stand still where J is
@@ -362,5 +365,14 @@ mod tests {
         assert_eq!(outcomes(all, some), [Outcome::Pass; 2]);
         assert_eq!(outcomes(all, all), [Outcome::Pass, Outcome::Fail]);
         assert_eq!(outcomes(some, some), [Outcome::Fail, Outcome::Pass]);
+    }
+
+    #[test]
+    fn a_state_separates_where_runs_from_either_side_of_it_go_their_way() {
+        let outcome = |ends| separatrix(2.2, ends).outcome;
+        assert_eq!(outcome([1e-13, 1.0 - 1e-13]), Outcome::Pass);
+        for ends in [[1.0, 1.0], [0.0, 0.0], [1.0, 0.0], [f64::NAN, 1.0], [0.0, f64::NAN]] {
+            assert_eq!(outcome(ends), Outcome::Fail, "{ends:?}");
+        }
     }
 }

@@ -201,3 +201,20 @@ fn traces(evidence: &mut Evidence, context: &Context, all: &[Box<dyn Method>]) -
     evidence.tables.push(table);
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    /// 2 − τ² of Störmer and Verlet is −2 at τ = 2. The values of τ are 0.002 apart.
+    #[test]
+    fn an_interval_that_ends_beside_the_boundary_is_noticed() {
+        let known = Recurrence::of("stormer-verlet").expect("known");
+        let outcome = |ends: &[(f64, f64)]| boundaries(known, ends).outcome;
+        assert_eq!(outcome(&[(0.0, 2.0)]), Outcome::Pass);
+        for ends in [&[(0.0, 1.995)][..], &[(0.0, 2.005)], &[(0.0, 2.0), (11.0, 11.005)], &[]] {
+            assert_eq!(outcome(ends), Outcome::Fail, "{ends:?}");
+        }
+    }
+}

@@ -172,3 +172,40 @@ fn spread(title: &str, found: &Found) -> Vec<Spread> {
     };
     found.times.iter().map(spread).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(solver: &str, is_reference: bool, factorizations: u64) -> Point {
+        let [setting, error, seconds] = [1e-6, 1e-6, 1.0];
+        Point { solver: solver.into(), is_reference, setting, steps: 1, evaluations: 1, factorizations, error, seconds }
+    }
+
+    #[test]
+    fn the_adaptive_method_is_judged_by_its_own_run_against_the_best_peer() {
+        let ratio = |own: u64| {
+            let ours = [point("method-i", false, 1), point("radau-adaptive", false, own), point("rk4", false, 0)];
+            let theirs = [point("cvode-bdf", true, 100), point("diffsol-bdf", true, 500)];
+            let check = check("p", &Found { points: [&ours[..], &theirs].concat(), ..Found::default() });
+            (check.measured, check.outcome)
+        };
+        assert_eq!(ratio(190), (Some(1.9), Outcome::Pass));
+        assert_eq!(ratio(210), (Some(2.1), Outcome::Fail));
+        // What factors nothing is not compared.
+        assert_eq!(ratio(0), (Some(f64::INFINITY), Outcome::Fail));
+    }
+
+    #[test]
+    fn times_are_multiples_of_the_fastest_run_of_the_first_reference() {
+        let times = |solver: &str, is_reference, scale: f64| {
+            let seconds = [1.0, 2.0, 3.0, 5.0, 6.0, 7.0, 8.0].map(|time| scale * time).into();
+            Times { solver: solver.into(), is_reference, seconds }
+        };
+        let times = vec![times("method-i", false, 8.0), times("cvode-bdf", true, 2.0), times("diffsol-bdf", true, 1.0)];
+        let found = spread("p", &Found { times, ..Found::default() });
+        assert!(found.iter().all(|spread| spread.base == "cvode-bdf"), "{found:?}");
+        let ratios: Vec<_> = found.iter().map(|spread| spread.ratios).collect();
+        assert_eq!(ratios, [[4.0, 8.0, 20.0], [1.0, 2.0, 5.0], [0.5, 1.0, 2.5]]);
+    }
+}

@@ -102,4 +102,16 @@ mod tests {
         // More than its rounding.
         assert_eq!(check(&found(1.5e-16)).outcome, Outcome::Fail);
     }
+
+    #[test]
+    fn a_defect_and_its_rounding_stand_under_their_names() {
+        let points = (0..STEPS).map(|k| Point { h: 0.5_f64.powi(k as i32), defect: 1e-3, rounding: 1e-16 }).collect();
+        let found = [Arc::new(Found { problem: "kepler", method: "midpoint-vi".into(), points, fit: None })];
+        let shown = found[0].shown();
+        for table in [summary(&found), self::points(&found)] {
+            let of = |name: &str| table.column(name).expect("a column");
+            let row = table.rows.iter().find(|row| row[of("h")].number() == Some(shown.h)).expect("a row");
+            assert_eq!(["defect", "rounding"].map(|name| row[of(name)].number()), [Some(1e-3), Some(1e-16)]);
+        }
+    }
 }

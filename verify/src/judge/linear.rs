@@ -571,4 +571,18 @@ mod tests {
             assert!(inside <= 1.0 + 1e-12 && outside > 1.0, "{degree}: {alpha}, {inside:e}, {outside:e}");
         }
     }
+
+    /// Of N = 1 + z/(1 + δ) and D = 1 + z, which eight decimals make.
+    #[test]
+    fn a_pole_is_cancelled_by_the_same_root_alone() {
+        let poles = |apart: f64| {
+            let line = |slope: f64| vec![Real::one(), Real::double(slope).widened(0.5e-8)];
+            StabilityFunction::of(line(1.0 / (1.0 + apart)), line(1.0)).poles()
+        };
+        assert_eq!([0.0, 1e-9].map(|apart| poles(apart).len()), [0, 0]);
+        for apart in [1e-6, 1e-3, 1e-2] {
+            let [pole] = poles(apart)[..] else { panic!("{apart}") };
+            assert!((pole + 1.0).norm() < 1e-12, "{pole}");
+        }
+    }
 }

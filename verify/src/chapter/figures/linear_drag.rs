@@ -216,3 +216,33 @@ fn explicit_momentum_grows(sweep: &Sweep) -> Check {
         "|1 − h + h²/2| > 1 for h > 2.",
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chapter::figures::tests::sweep;
+    use crate::evidence::Outcome;
+
+    #[test]
+    fn ratios_of_errors_are_those_of_the_leading_terms_within_twice_the_step() {
+        let passes = |off: f64| {
+            let sweep = sweep(&PLAN, |method, h| {
+                let error = match method {
+                    "method-i" => h * h / 6.0,
+                    "method-ii" => h * h / 12.0,
+                    "implicit-euler" => 0.5 * h * (1.0 + off * h),
+                    "trapezoidal" => h * h / 12.0 / (1.0 + off * h),
+                    _ => h.powi(4),
+                };
+                (error, None)
+            });
+            let checks = small_steps(&sweep);
+            let of =
+                |id: &str| ["gain-method-i", "gain-method-ii", "against-"].iter().any(|start| id.starts_with(start));
+            let outcomes = checks.into_iter().filter(|check| of(&check.id)).map(|check| check.outcome);
+            outcomes.map(|outcome| outcome == Outcome::Pass).collect::<Vec<_>>()
+        };
+        assert_eq!([1.9, -1.9].map(passes), [[true; 6], [true; 6]]);
+        assert_eq!([2.1, -2.1].map(passes), [[false; 6], [false; 6]]);
+    }
+}

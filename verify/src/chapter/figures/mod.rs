@@ -177,3 +177,43 @@ impl Sweep {
         Panel::new(Axis::log("1/h"), Axis::log("largest error"), series.collect()).titled(title)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+    use crate::experiment::errors::Largest;
+
+    /// Runs with these largest errors, and what closed forms have of them.
+    pub(super) fn sweep(plan: &'static Plan, of: impl Fn(&str, f64) -> (f64, Option<f64>)) -> Sweep {
+        let mut runs = Vec::new();
+        for h in plan.steps {
+            for (problem, methods) in plan.cases {
+                runs.extend(methods.iter().map(|method| {
+                    let (error, predicted) = of(method, h);
+                    let largest = Ok(Largest { error, t: 1.0 });
+                    Arc::new(Run { of: Errors::of(problem, method, h), largest, predicted, errors: Vec::new() })
+                }));
+            }
+        }
+        Sweep { plan, runs }
+    }
+
+    #[test]
+    fn every_run_is_held_against_its_closed_form() {
+        for off in FIGURE_2.steps {
+            let outcome = |part: f64| {
+                let of = |_: &str, h: f64| (1.0 + if h == off { part * roundoff(h, 1.0) } else { 0.0 }, Some(1.0));
+                sweep(&FIGURE_2, of).follows_the_closed_forms().outcome
+            };
+            assert_eq!([0.9, -0.9, 1.2, -1.2].map(|part| outcome(part) == Outcome::Pass), [true, true, false, false]);
+        }
+    }
+
+    #[test]
+    fn largest_errors_are_drawn_over_the_number_of_steps_in_a_unit_of_time() {
+        let panel = sweep(&FIGURE_2, |_, h| (h * h, None)).maxima_panel("", &[("linear-drag", "rk4")]);
+        assert_eq!(panel.x.label, "1/h");
+        assert_eq!(panel.series[0].points, FIGURE_2.steps.map(|h| (1.0 / h, h * h)));
+    }
+}

@@ -332,3 +332,29 @@ fn floors_checks(floors: &Found) -> [Check; 6] {
         ),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of the runs of 1 − v, Rⁿ against e^{−λnh}.
+    #[test]
+    fn how_far_a_method_may_stray_is_half_more_than_it_does() {
+        type Factor = fn(f64) -> f64;
+        let factors: [(&str, Factor); 4] = [
+            ("implicit-euler", |z| 1.0 / (1.0 - z)),
+            ("trapezoidal", |z| (1.0 + 0.5 * z) / (1.0 - 0.5 * z)),
+            ("implicit-midpoint", |z| (1.0 + 0.5 * z) / (1.0 - 0.5 * z)),
+            ("rk4", |z| 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))),
+        ];
+        let h = 0.01;
+        for (method, factor) in factors {
+            for rate in [AVERAGED_RATE, GALERKIN_RATE] {
+                let off = |n: i32| (factor(-rate * h).powi(n) - (-rate * h * f64::from(n)).exp()).abs();
+                let part = (0..1000).map(off).largest() / drift(method, rate, h);
+                assert!((0.6..0.7).contains(&part), "{method}: {part}");
+            }
+        }
+        assert!(drift("bdf2", GALERKIN_RATE, h).is_nan());
+    }
+}

@@ -310,4 +310,16 @@ mod tests {
         assert!((plain.measured.expect("a number") - 24.0_f64.powi(-2)).abs() < 1e-12);
         assert!(extrapolated.measured.expect("a number") < 1e-12, "{extrapolated:?}");
     }
+
+    /// The judged grid being neither of the two by which it is estimated.
+    #[test]
+    fn the_error_of_a_grid_is_told_from_two_others_by_second_order() {
+        let grid = |cells: usize| grid(cells, (cells as f64).powi(-2), 0.0);
+        let published = Published { re: 100.0, line: 'u', coord: 0.5, velocity: 0.125, source: GHIA.into() };
+        for cells in [12, 32] {
+            let checks = against(&[&published], (100.0, GHIA), &grid(cells), &grid(16), &grid(24));
+            let told = checks.iter().find(|check| check.id.ends_with("/grid")).and_then(|check| check.measured);
+            approx::assert_abs_diff_eq!(told.expect("a number"), (cells as f64).powi(-2), epsilon = 1e-12);
+        }
+    }
 }

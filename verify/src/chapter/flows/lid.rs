@@ -21,7 +21,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let own = |h, t| short(error(h, t, "method-i"));
     let over = |method, h, t| error(h, t, method) / error(h, t, "method-i");
     let ratio = |method, h, t| brief(over(method, h, t));
-    let is_best = METHODS.into_iter().all(|method| method == "method-i" || over(method, large, first) > 1.0);
+    let is_best = is_least(|method| over(method, large, first));
     // Of Method I, in all runs.
     let against_projection: Vec<f64> =
         TIMES.into_iter().flat_map(|t| STEPS.map(|h| 1.0 / over(PROJECTION, h, t))).collect();
@@ -82,6 +82,11 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     evidence.tables.push(Table::data(id, caption.clone(), ["t", "method", "y", "u"], data));
     evidence.figures.push(Figure::new(id, caption, id, panels).in_columns(2));
     filmstrip(context, evidence, scale)
+}
+
+/// Whether every other method has more than the error of Method I, by its error over that.
+fn is_least(over: impl Fn(&'static str) -> f64) -> bool {
+    METHODS.into_iter().all(|method| method == "method-i" || over(method) > 1.0)
 }
 
 /// What errors are measured against has less of its own.
@@ -217,5 +222,15 @@ mod tests {
         assert_eq!(outcome([1e-8, 0.9e-4, 1e-9]), Outcome::Pass);
         assert_eq!(outcome([1e-8, 1.1e-4, 1e-9]), Outcome::Fail);
         assert_ne!(outcome([f64::NAN, 1e-8, 1e-9]), Outcome::Pass);
+    }
+
+    #[test]
+    fn an_error_is_the_smallest_of_all_where_no_other_is_as_small() {
+        assert!(is_least(|method| if method == "method-i" { 1.0 } else { 1.1 }));
+        for one in METHODS.into_iter().filter(|method| *method != "method-i") {
+            for its_own in [0.9, 1.0, f64::NAN] {
+                assert!(!is_least(|method| if method == one { its_own } else { 2.0 }), "{one}, {its_own}");
+            }
+        }
     }
 }

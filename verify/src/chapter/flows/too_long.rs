@@ -1,9 +1,11 @@
 //! Steps of Method I that are too long for their grid.
 
+use std::sync::Arc;
+
 use super::approach::ended;
 use super::{Context, Scale, StudyError, prose, short, streamlines};
 use crate::evidence::{Cell, Check, Evidence, Figure, Requirement, Table};
-use crate::experiment::flow::approach::Approach;
+use crate::experiment::flow::approach::{self, Approach};
 use crate::experiment::flow::spurious::{Refused, RestingState, Root, Spurious};
 use crate::experiment::flow::steady::STEADY;
 use crate::measure::norm::{distance, max_norm};
@@ -24,11 +26,6 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let Some((longest @ &(cells, h), worst)) = cases().next_back() else { return Ok(()) };
     let by = |method| scale.too_long.iter().map(move |&(cells, h)| Approach { method, re: RE, cells, h });
     let others = context.get_each(OTHERS.into_iter().flat_map(by).collect())?;
-    let missed = others.iter().filter(|other| !other.is_steady()).count();
-    let reach = match missed {
-        0 => "all come to a steady flow".to_owned(),
-        _ => format!("come to a steady flow in all but {missed} of their runs"),
-    };
     let list = |arrives: bool| {
         let such = cases().filter(|(_, found)| found.message.is_empty() == arrives);
         let such: Vec<_> = such.map(|((cells, h), _)| format!("h = {} on {cells}²", short(*h))).collect();
@@ -42,7 +39,7 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
         ("h", short(h)),
         ("rest", short(worst.residual)),
         ("gradient", worst.gradient.map_or("an unknown number of".into(), short)),
-        ("others", reach),
+        ("others", reach(&others)),
     ];
     evidence.notes.extend(prose::fill(include_str!("spurious.md"), &values)?);
     evidence.checks.push(refused(&steps(longest), worst));
@@ -90,6 +87,14 @@ pub(super) fn study(context: &Context, evidence: &mut Evidence, scale: &Scale) -
     let columns = ["method", "cells", "h", "residual", "gradient", "vortex", "outcome"];
     evidence.tables.push(Table::new(id, caption, columns, rows));
     Ok(())
+}
+
+/// How many runs of other methods come to a steady flow.
+fn reach(others: &[Arc<approach::Found>]) -> String {
+    match others.iter().filter(|other| !other.is_steady()).count() {
+        0 => "all come to a steady flow".to_owned(),
+        missed => format!("come to a steady flow in all but {missed} of their runs"),
+    }
 }
 
 /// That the library refuses where the iteration ends, and that the flow is not steady there.
@@ -141,6 +146,7 @@ fn rests(Spurious { re, cells, h }: &Spurious, root: Option<&Root>, moved: Optio
 mod tests {
     use super::*;
     use crate::evidence::Outcome;
+    use crate::experiment::flow::Seconds;
 
     const LONG: (usize, f64) = (32, 1e3);
 
@@ -170,5 +176,17 @@ mod tests {
         assert_eq!(outcomes(1e-16, 1e-6, 8e-4, ""), [true, true, false]);
         assert_eq!(outcomes(f64::NAN, f64::NAN, f64::NAN, spurious), [false; 3]);
         assert!(rests(&steps(&LONG), None, None).iter().all(|check| check.outcome != Outcome::Pass));
+    }
+
+    #[test]
+    fn a_run_that_fails_and_one_that_still_moves_come_to_no_steady_flow() {
+        let run = |residual: f64, error: Option<&str>| {
+            let (error, seconds) = (error.map(Into::into), Seconds::NONE);
+            Arc::new(approach::Found { steps: 100, solves: 100, residual, error, seconds })
+        };
+        let [steady, moving, failed] = [run(0.5e-8, None), run(1e-3, None), run(1e-3, Some("no root"))];
+        assert_eq!(reach(&[steady.clone(), steady.clone()]), "all come to a steady flow");
+        assert!(reach(&[steady.clone(), moving.clone()]).ends_with("in all but 1 of their runs"));
+        assert!(reach(&[steady, moving, failed]).ends_with("in all but 2 of their runs"));
     }
 }

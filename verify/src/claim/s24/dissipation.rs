@@ -56,12 +56,16 @@ fn decay(context: &Context, problem: &'static str, steps: &[f64]) -> Result<Vec<
     let mut cases = Vec::new();
     for method in BOTH.iter().chain(&BASELINES) {
         for h in steps {
-            // Errors that are roundoff all the way say nothing.
-            let ratio = context.get(Decay { problem, method, h: *h })?.unwrap_or(f64::NAN);
-            cases.push(Case::at_most(format!("late against early error, {method}, h = {h}"), ratio, Decay::MOST));
+            cases.push(late_against_early(method, *h, *context.get(Decay { problem, method, h: *h })?));
         }
     }
     Ok(cases)
+}
+
+/// Errors that are roundoff all the way say nothing.
+fn late_against_early(method: &str, h: f64, ratio: Option<f64>) -> Case {
+    let what = format!("late against early error, {method}, h = {h}");
+    Case::at_most(what, ratio.unwrap_or(f64::NAN), Decay::MOST)
 }
 
 /// The case with the largest measured number.
@@ -180,4 +184,21 @@ fn nonlinear(context: &Context, method: &'static str) -> Result<Finding, StudyEr
         "pₙ₊₁ = pₙ imposes J₀ᵀr₀ + J₁ᵀr₁ = 0, weighted with Jacobians that differ between the ends of the step. It is \
          the trapezoidal rule where they are equal; here its branch ends at a smaller step than Method I's, and v₁ = −v₀ is left.",
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::claim::Verdict;
+
+    #[test]
+    fn errors_that_are_roundoff_all_the_way_neither_confirm_a_decay_nor_refute_it() {
+        let verdict = |ratios: &[Option<f64>]| {
+            let cases: Vec<Case> = ratios.iter().map(|ratio| late_against_early("rk4", 0.1, *ratio)).collect();
+            Quantifier::Universal.verdict(&cases)
+        };
+        assert_eq!(verdict(&[Some(0.4), Some(0.5)]), Verdict::Confirmed);
+        assert_eq!(verdict(&[Some(0.4), Some(0.6)]), Verdict::Refuted);
+        assert_eq!([verdict(&[Some(0.4), None]), verdict(&[None])], [Verdict::NotSupported; 2]);
+    }
 }

@@ -461,11 +461,12 @@ fn orders_are_measured_where_the_formula_damps_and_its_errors_can_be_seen() {
     );
 }
 
-/// ±i are on the rim twice.
+/// ±i are on the rim beside one, and of the last twice.
 #[test]
 fn errors_that_do_not_die_out_are_those_of_simple_roots_on_the_rim_beside_one() {
     for ([rho, sigma], weakly) in [
         (LEAPFROG, true),
+        (["-1 1 -1 1", "5/12 7/12 7/12 5/12"], true),
         (["0 -1 1", "-1/2 3/2 0"], false),
         (["1/2 -2 3/2", "0 0 1"], false),
         (["-1 1 -2 2 -1 1", "0 0 0 0 0 4"], false),
