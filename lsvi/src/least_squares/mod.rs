@@ -56,7 +56,8 @@ pub fn method_i<F: VectorField>(field: F) -> Result<LeastSquaresStep<F>, InputEr
 /// Method II, p₁ = p₀: Eq. (25) on v̇ = −v, the trapezoidal rule for linear f.
 ///
 /// Its condition J₀ᵀr₀ + J₁ᵀr₁ = 0 has no content where J = f_v is singular, as it is everywhere where a linear combination of the components is
-/// conserved, as in a closed chemical reaction. A step from there is [`SolveError::Singular`], unless it starts at rest or J is not assembled. A step
+/// conserved, as in a closed chemical reaction. A step from there is [`SolveError::Singular`], or where roundings of J hide that mostly
+/// [`SolveError::BranchLost`], unless it starts at rest or J is not assembled. A step
 /// across, in which an eigenvalue of J changes its sign, ends where the branch of the solution crosses that of a state that
 /// stands still, [`SolveError::BranchLost`]; in a system the two can pass into each other, and the mode of that eigenvalue then
 /// stands still for the step, an error of order h. Growth that saturates crosses such a place, as v̇ = v(1 − v) does at ½.
@@ -229,19 +230,10 @@ impl Equations {
         Some((f0, start?))
     }
 
-    /// Whether f at the start is the rounding of its terms and of v, as at a steady state; into `terms`, the size of these.
-    fn is_at_rest(&self, system: &System<'_>, at: Interval, v0: &[f64], terms: &mut [f64]) -> bool {
-        let Some((f0, start)) = self.start() else { return false };
-        terms.fill(0.0);
-        system.mass.for_each(v0.len(), |i, j, m| terms[i] += (m * v0[j]).abs());
-        start.for_each(|i, j, x| terms[i] += (at.h * x * v0[j]).abs());
-        at.h * max_norm(f0) <= f64::EPSILON.sqrt() * max_norm(terms)
-    }
-
     /// Whether v₁ = v₀ to half of the digits of the change h (f₀ + f₁)/2 that f asks for. Where α + β → 0 the condition is then
     /// J₀ᵀ f₀ = 0: J is singular, and every solution is at rest.
     fn stands_still(&self, system: &System<'_>, at: Interval, v0: &[f64], v1: &[f64], change: &mut [f64]) -> bool {
-        let Some((f0, _)) = self.start() else { return false };
+        let Some((f0, start)) = self.start() else { return false };
         let half = f64::EPSILON.sqrt();
         change.fill(0.0);
         system.mass.add_difference(1.0, v1, v0, change);
@@ -249,15 +241,33 @@ impl Equations {
         if moved > 4.0 * half * at.h * max_norm(f0) {
             return false;
         }
-        if self.is_at_rest(system, at, v0, change) {
+        // At a steady state f is the rounding of its terms and of v.
+        change.fill(0.0);
+        system.mass.for_each(v0.len(), |i, j, m| change[i] += (m * v0[j]).abs());
+        start.for_each(|i, j, x| change[i] += (at.h * x * v0[j]).abs());
+        let terms = max_norm(change);
+        if at.h * max_norm(f0) <= half * terms {
             return false;
         }
-        let terms = max_norm(change);
         system.field.rhs(at.start + at.h, v1, change);
         change.iter_mut().zip(f0).for_each(|(sum, f)| *sum += f);
         let asked = 0.5 * at.h * max_norm(change);
         asked > half * terms && moved <= 4.0 * half * asked
     }
+}
+
+/// Whether the condition of the closure leaves a step from `v` open, which is no rest.
+#[cold]
+fn is_undetermined(
+    rank: &mut Option<Rank>,
+    equations: &Equations,
+    (mass, closure): (&Mass, &Linear),
+    at: Interval,
+    v: &[f64],
+    terms: &mut [f64],
+) -> bool {
+    let (Some(rank), Some((f0, start))) = (rank, equations.start()) else { return false };
+    rank.is_deficient(mass, closure.weights(at.h), at.h, start) && !rank::is_at_rest(f0, start, v, terms)
 }
 
 impl<F: VectorField> Integrator for LeastSquaresStep<F> {
@@ -319,20 +329,20 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             Equations::Newton(step) => step.solve((system(), closure), at, v, next, work),
             Equations::Closed(step) => step.solve((system(), closure), at, v, next, work),
         };
-        use SolveError::{BranchLost, Diverged, OtherBranch};
-        let is_open = matches!(solved, Ok(()) | Err(BranchLost { .. } | OtherBranch | Diverged { .. }));
-        if is_open
-            && let (Some(rank), Some((_, start))) = (&mut self.rank, self.equations.start())
-            && rank.is_deficient(mass, closure.weights(h), h, start)
-            && !self.equations.is_at_rest(&system(), at, v, &mut self.rate)
-        {
-            return Err(failed(SolveError::Singular));
+        if let Err(source) = solved {
+            use SolveError::{BranchLost, Diverged, OtherBranch};
+            let is_lost = matches!(source, BranchLost { .. } | OtherBranch | Diverged { .. });
+            let is_free =
+                is_lost && is_undetermined(&mut self.rank, &self.equations, (mass, closure), at, v, &mut self.rate);
+            return Err(failed(if is_free { SolveError::Singular } else { source }));
         }
-        solved.map_err(failed)?;
         if let (Equations::Linear(step), Some(declared)) = (&self.equations, &mut self.declared) {
             declared.check_end(&system(), at, next, step.end_forcing()).map_err(failed)?;
         }
-        if !closure.has_limit() && self.equations.stands_still(&system(), at, v, next, &mut self.rate) {
+        if !closure.has_limit()
+            && (self.equations.stands_still(&system(), at, v, next, &mut self.rate)
+                || is_undetermined(&mut self.rank, &self.equations, (mass, closure), at, v, &mut self.rate))
+        {
             return Err(failed(SolveError::Singular));
         }
         match &mut self.equations {

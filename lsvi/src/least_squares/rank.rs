@@ -8,7 +8,15 @@ use crate::linalg::{FactorError, Jacobian, Lu, Structure, inverse_norm};
 use crate::mass::Mass;
 
 /// Roundings in an entry of J, which may be a sum of terms that cancel.
-const ROUNDINGS: f64 = 4096.0;
+const ROUNDINGS: f64 = 256.0;
+
+/// Whether each component of f is the rounding of its own terms, those of J v, as in a state of rest, whatever the units; into `terms`, the
+/// size of these.
+pub(super) fn is_at_rest(f: &[f64], jacobian: &Jacobian, v: &[f64], terms: &mut [f64]) -> bool {
+    terms.fill(0.0);
+    jacobian.for_each(|i, j, x| terms[i] += (x * v[j]).abs());
+    f.iter().zip(terms).all(|(f, terms)| f.abs() <= ROUNDINGS * f64::EPSILON * *terms)
+}
 
 /// K with its work space.
 #[derive(Debug)]

@@ -435,14 +435,31 @@ fn method_ii_takes_no_step_where_a_sum_is_conserved() {
         match method.step(0.0, 1e-3, &mut v, &mut vec![0.0; dim]) {
             Ok(()) => assert!(v.iter().zip(&v0).all(|(a, b)| (a - b).abs() < 1e-8), "{seed}: {v0:?} to {v:?}"),
             Err(StepError::Solve { source: SolveError::Singular, .. }) => refused += 1,
-            Err(other) => {
-                let mut f = vec![0.0; dim];
-                Reactions { dim, seed: 7919 * seed }.rhs(0.0, &v0, &mut f);
-                assert!(f.iter().all(|f| f.abs() < 1e-15), "{seed}: {other}, f = {f:?}");
-            }
+            // Roundings of terms that cancel make J regular.
+            Err(StepError::Solve { source: SolveError::BranchLost { .. }, .. }) => {}
+            Err(other) => panic!("{seed}: {other}"),
         }
     }
     assert!(refused > 300, "{refused}");
+}
+
+/// Neither a large component that hardly moves nor a short step makes a rest of a reaction.
+#[test]
+fn what_conserves_a_sum_is_refused_beside_a_large_component_and_in_short_steps() {
+    for (idle, h) in [(1e5, 1e-3), (300.0, 1e-5), (1.0, 1e-7), (1.0, 1e-9)] {
+        let field = field_of!(4, |_t, v, dv| {
+            let (forth, back) = (v[0] * 0.04, v[1] * v[2] * 1e4);
+            let on = v[1] * v[1] * 3e7;
+            dv[0] = back - forth;
+            dv[1] = forth - back - on;
+            dv[2] = on;
+            dv[3] = v[3] * -1e-9;
+        });
+        let mut v = [1.0, 1e-5, 0.1, idle];
+        let found = method_ii(field).expect("usable").step(0.0, h, &mut v, &mut [0.0; 4]);
+        let is_refused = matches!(found, Err(StepError::Solve { source: SolveError::Singular, .. }));
+        assert!(is_refused, "{idle}, {h}: {found:?} at {v:?}");
+    }
 }
 
 /// Components and rates in unlike units are no singular matrix.

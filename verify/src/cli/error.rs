@@ -285,9 +285,15 @@ mod tests {
     }
 
     #[test]
-    fn a_linear_solver_that_gave_up_has_a_hint_of_its_own() {
-        let source = SolveError::Linear { iterations: 100, residual: 0.1 };
-        let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.1, source });
-        assert!(run_hint(&error).is_some_and(|hint| hint.contains("another method may do")));
+    fn steps_that_fail_for_different_reasons_have_different_hints() {
+        for (source, hint) in [
+            (SolveError::Linear { iterations: 100, residual: 0.1 }, "another method may do"),
+            (SolveError::NotLinear { row: 0, difference: 0.1 }, "a mistake in the problem"),
+            (SolveError::BranchLost { reached: 0.05 }, "a smaller `--h` may help"),
+            (SolveError::OtherBranch, "a smaller `--h` may help"),
+        ] {
+            let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.1, source });
+            assert!(run_hint(&error).is_some_and(|told| told.contains(hint)), "{error}: {hint}");
+        }
     }
 }

@@ -14,8 +14,8 @@ pub(super) fn strays(evidence: &Evidence) -> Vec<String> {
         };
         let rows: Vec<Row> = table.rows.iter().map(|row| Row::of(row)).collect();
         let numbers: HashSet<u64> = rows.iter().flat_map(|row| row.numbers.iter().copied()).collect();
-        for series in figure.panels.iter().flat_map(|panel| &panel.series) {
-            let lost = lost(series, &rows, &numbers);
+        for (panel, series) in figure.panels.iter().flat_map(|panel| panel.series.iter().map(move |s| (panel, s))) {
+            let lost = lost(series, &panel.x.label, &rows, &numbers);
             if lost > 0 {
                 found
                     .push(format!("{lost} points of “{}” in `{}` are in no row of that name", series.label, figure.id));
@@ -139,8 +139,10 @@ fn number_after(text: &str, words: &str) -> Option<f64> {
 
 struct Row<'a> {
     texts: Vec<&'a str>,
-    /// Bit by bit, and what 1/h of them is.
+    /// Bit by bit, with what 1/h of them is.
     numbers: HashSet<u64>,
+    plain: HashSet<u64>,
+    reciprocal: HashSet<u64>,
 }
 
 impl<'a> Row<'a> {
@@ -149,14 +151,17 @@ impl<'a> Row<'a> {
             Cell::Text(text) => Some(text.as_str()),
             _ => None,
         });
-        let numbers = row.iter().filter_map(Cell::number).flat_map(|x| [x, 1.0 / x]).map(f64::to_bits);
-        Self { texts: texts.collect(), numbers: numbers.collect() }
+        let numbers = || row.iter().filter_map(Cell::number);
+        let plain: HashSet<u64> = numbers().map(f64::to_bits).collect();
+        let reciprocal: HashSet<u64> = numbers().map(|x| (1.0 / x).to_bits()).collect();
+        let numbers = plain.union(&reciprocal).copied().collect();
+        Self { texts: texts.collect(), numbers, plain, reciprocal }
     }
 }
 
 /// How many points of a curve are in no row that it is named after. Its name may have two parts, as in
-/// `method-i, vorticity`, where no row has it as it stands.
-fn lost(series: &Series, rows: &[Row], numbers: &HashSet<u64>) -> usize {
+/// `method-i, vorticity`, where no row has it as it stands. What the axis of the abscissae says decides what these are.
+fn lost(series: &Series, axis: &str, rows: &[Row], numbers: &HashSet<u64>) -> usize {
     let whole = series.label.as_str();
     let is_whole = rows.iter().any(|row| row.texts.contains(&whole));
     let parts = match whole.split_once(", ") {
@@ -166,8 +171,13 @@ fn lost(series: &Series, rows: &[Row], numbers: &HashSet<u64>) -> usize {
     let rows: Vec<_> = rows.iter().filter(|row| parts.iter().all(|part| row.texts.contains(part))).collect();
     let is_there = |(x, y): &&(f64, f64)| {
         let [x, y] = [x, y].map(|value| value.to_bits());
-        // Seconds, which differ from run to run, are in no table.
-        rows.iter().any(|row| row.numbers.contains(&y) && (row.numbers.contains(&x) || !numbers.contains(&x)))
+        let is_at = |row: &&Row| match axis {
+            "1/h" => row.reciprocal.contains(&x),
+            "h" | "CPU seconds" => row.plain.contains(&x),
+            // Places that are computed for the figure alone are in no table.
+            _ => row.numbers.contains(&x) || !numbers.contains(&x),
+        };
+        rows.iter().any(|row| row.numbers.contains(&y) && is_at(row))
     };
     let points = series.points.iter().filter(|point| point.1.is_finite());
     if rows.is_empty() { 0 } else { points.filter(|point| !is_there(point)).count() }

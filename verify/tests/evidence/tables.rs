@@ -39,6 +39,16 @@ fn misjudged(evidence: &Evidence) -> Vec<String> {
         }
     };
     for table in &evidence.tables {
+        if table.id == "constraints" {
+            let of = |row: &[Cell], name: &str| row[table.column(name).expect("a column")].clone();
+            for row in &table.rows {
+                let [problem, method] = ["problem", "method"].map(|name| of(row, name).to_string());
+                for what in ["position", "hidden", "momentum"] {
+                    let measured = of(row, what).number().unwrap_or(f64::NAN);
+                    require(&format!("{what}/{problem}/{method}"), measured);
+                }
+            }
+        }
         let rows = |names: &[&str], keys: &[&str]| -> Vec<Vec<f64>> {
             let text = |row: &Vec<Cell>, k: usize| matches!(&row[k], Cell::Text(text) if text.as_str() == keys[k]);
             let columns: Vec<usize> = names.iter().map(|name| table.column(name).expect("a column")).collect();

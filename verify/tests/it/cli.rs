@@ -254,6 +254,14 @@ fn examples_in_the_help_work() {
 }
 
 #[test]
+fn an_order_is_written_for_a_pull_request_too() {
+    let (status, text, _) = say("order --problem logistic --method method-i --format markdown");
+    assert!(status == 0 && text.starts_with("`method-i` on `logistic`, errors against exact"), "{text}");
+    let rows = text.lines().skip_while(|line| *line != "| h | error | order | in the fit |").skip(2);
+    assert_eq!(rows.take_while(|line| line.starts_with("| ") && line.matches('|').count() == 5).count(), 13, "{text}");
+}
+
+#[test]
 fn lists_name_everything() {
     let (status, all, _) = say("list");
     assert_eq!(status, 0);
@@ -988,6 +996,11 @@ fn the_parts_of_a_report_join_to_the_undivided_one() {
         let read = |name: &str| fs::read(dir.join(name).join(file)).expect(file);
         assert!(read("whole") == read("joined"), "{file}");
     }
+    // And is compared as that is.
+    let earlier = dir.join("whole/results.json").display().to_string();
+    let parts = ["--merge", &path("second"), &path("first"), "--out", &path("compared"), "--compare", &earlier];
+    let (code, text) = report(&parts);
+    assert!(code == whole && text.contains("nothing changed since"), "{text}");
     // A part of other studies, and what is no part.
     let (code, text) = report(&["--only", "metrics", "--shard", "2/2", "--out", &path("other")]);
     assert_eq!(code, 0, "{text}");
@@ -1524,4 +1537,24 @@ fn a_step_that_is_off_with_half_of_it_as_well_is_told_so() {
     );
     let error = said(format!("solve --model {pulse} --method radau-adaptive --t-end 40"));
     assert!(error.contains("f changes in time faster than the steps"), "{error}");
+}
+
+/// v̇ = v² from 1 has a pole at t = 1, over which RK4 steps.
+#[test]
+fn what_is_said_after_the_rows_is_in_a_file_too() {
+    let dir = directory("comments");
+    let [model, rows] = ["pole.ds", "rows.csv"].map(|name| dir.join(name).display().to_string());
+    fs::write(&model, "u_i { v = 1 }\nF_i { v * v }\n").expect("writable");
+    let solve = |csv: &str| {
+        let run = ["solve", "--model", &model, "--method", "rk4", "--h", "0.13", "--t-end", "1.1", "--csv", csv];
+        let output = verify(&run);
+        assert!(output.status.success(), "{}", stderr(&output));
+        stdout(&output).to_owned()
+    };
+    let comments =
+        |text: &str| text.lines().filter(|line| line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>();
+    let shown = comments(&solve("-"));
+    solve(&rows);
+    assert!(!shown.is_empty());
+    assert_eq!(comments(&fs::read_to_string(&rows).expect("written")), shown);
 }

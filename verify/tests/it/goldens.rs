@@ -382,3 +382,18 @@ fn the_golden_directory_is_found_from_anywhere_in_the_workspace() {
     assert_eq!(golden::find_dir(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src/golden")).unwrap(), from_crate);
     assert!(golden::find_dir(Path::new("/")).is_err());
 }
+
+/// Whatever the file says.
+#[test]
+fn a_number_is_wrong_farther_from_the_truth_than_it_is_allowed() {
+    for sign in [1.0, -1.0] {
+        let is_wrong = |part: f64| {
+            let truth = Truth { value: 0.5, allowance: 0.1, source: "a half".into() };
+            let row =
+                Row::number("half", 0.5 + sign * part * 0.1, Tolerance::relative(1e-6, "exact")).with_truth(truth);
+            let recorded = Recorded { row: row.clone(), distance: Some(part * 0.1) };
+            golden::compare(&[recorded], &[row]).iter().any(|change| change.difference.is_wrong())
+        };
+        assert_eq!([0.9, 1.2].map(is_wrong), [false, true]);
+    }
+}

@@ -1364,3 +1364,15 @@ fn a_method_without_an_order_is_told_to_be_inconsistent() {
     let fails = "the conditions of order 1 fail: its runs do not converge to the solution";
     assert_eq!(reason("1/2"), (Outcome::Fail, fails.into()));
 }
+
+/// The midpoint rule but for 10⁻¹³, of order 1 and not symplectic, which no run shows.
+#[test]
+fn what_runs_alone_leave_open_is_not_confirmed() {
+    let path = crate::scratch("judge/open-by-runs").join("m.toml");
+    std::fs::create_dir_all(path.parent().expect("a directory")).expect("writable");
+    std::fs::write(&path, "a = [['1/2 + 1/10^13']]\nb = [1]\n").expect("writable");
+    let (status, out, error) = say(&format!("judge {}", path.display()));
+    assert!(status == 3 && out.contains("Runs alone leave something open"), "{out}{error}");
+    let (status, out, error) = say(&format!("judge {} --no-runs", path.display()));
+    assert!(status == 0 && !out.contains("inconclusive"), "{out}{error}");
+}

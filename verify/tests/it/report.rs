@@ -1221,3 +1221,15 @@ fn a_page_as_rich_as_the_whole_report_is_small() {
     // Every chapter's evidence is there, to be opened.
     assert!(page.matches("<details class=\"evidence\">").count() >= 27);
 }
+
+/// What is not shown is written to its file all the same.
+#[test]
+fn the_audit_names_every_table_with_what_is_no_number() {
+    let table = |shown| Table { shown, ..Table::new("t", "A table.", ["x"], vec![vec![Cell::Number(f64::NAN)]]) };
+    for table in [true, false].map(table) {
+        let evidence = Evidence { tables: vec![table], ..Evidence::default() };
+        let run = Run::new(vec![Chapter { id: "c".into(), evidence, ..Chapter::default() }], Vec::new());
+        let failed: Vec<_> = run.checks_that(Outcome::Fail).map(|(_, check)| (&*check.id, &*check.reason)).collect();
+        assert_eq!(failed, [("numbers", "1 in `t`")]);
+    }
+}

@@ -54,8 +54,7 @@ fn is_plain(text: &str) -> bool {
     let Some((_, first)) = lines(text).next() else { return false };
     // What a TOML key is set to may name a coefficient too.
     let named = first.split('=').next().unwrap_or_default();
-    // No line of TOML has a bar but in a string.
-    let is_row = first.contains('|') && !first.contains('=');
+    let is_row = first.contains('|') && (first.starts_with(['(', '|', '√']) || first.starts_with("sqrt"));
     is_row
         || first.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c) || vulgar(c).is_some())
         || name_of(named).is_some()
