@@ -72,3 +72,41 @@ impl Rank {
         inverse * f64::EPSILON * ROUNDINGS >= 1.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn diagonal(entries: &[f64]) -> Jacobian {
+        let mut matrix = Jacobian::zeros(entries.len());
+        entries.iter().enumerate().for_each(|(i, x)| matrix.add(i, i, *x));
+        matrix
+    }
+
+    /// K = 2(α + β)/h M + (α − β) J, with a second component in a unit of its own.
+    #[test]
+    fn the_condition_is_open_where_its_limit_is_singular() {
+        let deficient = |alpha: f64, beta: f64, h: f64, own: f64| {
+            let mass = Mass::Diagonal(vec![2.0, 1e-200]);
+            Rank::new(2, &Structure::Dense).is_deficient(
+                &mass,
+                MomentumWeights { alpha, beta },
+                h,
+                &diagonal(&[own, -1e-200]),
+            )
+        };
+        // −2J of Method II.
+        assert_eq!([0.0, 1e-9, 1.0].map(|own| deficient(-1.0, 1.0, 0.1, own)), [true, false, false]);
+        // 8 − 2J.
+        assert_eq!([0.0, 4.0, 4.0 + 1e-9].map(|own| deficient(-0.5, 1.5, 0.5, own)), [false, true, false]);
+    }
+
+    /// Each component beside its own terms, and not beside another's.
+    #[test]
+    fn rest_is_a_matter_of_each_component() {
+        let (jacobian, mut terms) = (diagonal(&[1.0, 1.0]), [0.0; 2]);
+        let mut rests = |f: [f64; 2]| is_at_rest(&f, &jacobian, &[1e10, 1.0], &mut terms);
+        assert!(rests([1e10 * f64::EPSILON, f64::EPSILON]));
+        assert!(!rests([0.0, 1e3 * f64::EPSILON]) && !rests([f64::NAN, 0.0]));
+    }
+}

@@ -254,7 +254,8 @@ mod tests {
         assert!(estimate >= 0.99 * error && error > 1e-4, "{estimate} for {error}");
     }
 
-    /// Rows and jumps of a square wave meet in all ways; the finer run goes on.
+    /// Rows and jumps of a square wave meet in all ways; the finer run goes on. A step across a jump of 2 errs by twice its length at most, in
+    /// each of the two runs by 3h together, of which e^{−π/3} is left at the next jump: 3h/(1 − e^{−π/3}) < 5h in all.
     #[test]
     fn an_estimate_goes_on_beyond_every_jump() {
         let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
@@ -268,7 +269,7 @@ mod tests {
             let mut last = 0.0;
             run(&model, &*method, h, 12.0, |state| {
                 let at = estimator.at(state.t).unwrap_or_else(|| panic!("{name}, h = {h}: it ends at t = {}", state.t));
-                assert!(distance(&state.q, at) < 0.3, "{name}, h = {h}: {} at t = {}", at[0], state.t);
+                assert!(distance(&state.q, at) < 5.0 * h, "{name}, h = {h}: {} at t = {}", at[0], state.t);
                 last = state.t;
             })
             .expect("it runs");

@@ -54,7 +54,7 @@ pub(super) struct Runs {
     /// Whether the differences are those of errors of that order or of a higher one, or of roundings, or so small that the runs go
     /// elsewhere than the truth, whatever the order.
     pub(super) is_settled: bool,
-    /// What longer steps do not, if two runs with such would not have done.
+    /// Why longer steps do not do, where that is known.
     pub(super) longer: Option<&'static str>,
 }
 
