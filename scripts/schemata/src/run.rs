@@ -139,7 +139,7 @@ fn test(mutant: &Mutant, tests: &[Test], built: &Built, limit: Duration) -> Resu
         let mut time = first.time;
         let fits = |test: &&&Test| {
             time += test.time;
-            test.program == first.program && time <= batch + first.time
+            test.program == first.program && time <= batch.saturating_add(first.time)
         };
         let now = 1 + left[1..].iter().take_while(fits).count();
         let expected = left[..now].iter().map(|test| test.time).sum();

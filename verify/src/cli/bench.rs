@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 
-use verify::bench::{self, Case, Cost, Count, Side};
+use verify::bench::{self, Case, Cost, Count};
 use verify::golden::{self, Action, Golden, GoldenError, Row, Tolerance};
 use verify::names::NameError;
 
@@ -60,13 +60,9 @@ pub(super) struct Args {
     #[arg(long, requires = "instructions", value_name = "DIR")]
     golden: Option<PathBuf>,
 
-    /// Run the case so many times and say nothing: what is counted
-    #[arg(long, requires = "only", conflicts_with = "instructions", value_name = "N", hide = true)]
-    runs: Option<u32>,
-
-    /// Run the loop by hand
-    #[arg(long, requires = "runs", hide = true)]
-    by_hand: bool,
+    /// Run what is counted, and say nothing
+    #[arg(long, conflicts_with = "instructions", hide = true)]
+    counted: bool,
 }
 
 const NAME: usize = 28;
@@ -82,9 +78,8 @@ pub(super) fn run(args: &Args, out: &mut Output) -> Result<Status, Failure> {
             return Err(NameError::unknown("case", text, names.iter().map(String::as_str)).into());
         }
     }
-    if let Some(runs) = args.runs {
-        let side = if args.by_hand { Side::ByHand } else { Side::Ours };
-        cases.iter().try_for_each(|case| case.run(side, runs))?;
+    if args.counted {
+        bench::run_counted(&cases)?;
         return Ok(Status::Ok);
     }
     if args.instructions { count(args, &cases, out) } else { time(args, &cases, out) }
@@ -96,12 +91,12 @@ const BUDGET: f64 = 0.05;
 fn count(args: &Args, cases: &[Case], out: &mut Output) -> Result<Status, Failure> {
     let program = env::current_exe().map_err(Failure::Output)?;
     line(out, "case", ["lsvi", "by hand", "ratio", ""].map(String::from)).map_err(Failure::Output)?;
+    let mut arguments = vec!["bench", "--counted"];
+    arguments.extend(args.only.iter().flat_map(|text| ["--only", text]));
     let mut rows = Vec::new();
-    for case in cases {
-        let Some(Count { name, ours, limit }) = bench::instructions(&program, case)? else { continue };
+    for Count { name, ours, limit } in bench::instructions(&program, &arguments, cases)? {
         let [a, b] = [ours, limit].map(|x| significant(x, 4));
         line(out, &name, [a, b, significant(ours / limit, 3), String::new()]).map_err(Failure::Output)?;
-        out.flush().map_err(Failure::Output)?;
         let tolerance = || Tolerance::relative(BUDGET, "of one compiler and processor: a twentieth");
         rows.push(Row::number(format!("{name}: lsvi"), ours, tolerance()));
         rows.push(Row::number(format!("{name}: by hand"), limit, tolerance()));

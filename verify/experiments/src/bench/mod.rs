@@ -12,7 +12,7 @@ use std::time::Duration;
 use cpu_time::ProcessTime;
 use lsvi::{InputError, StepError};
 
-pub use instructions::{Count, instructions};
+pub use instructions::{Count, instructions, run_counted};
 pub use kernel::all;
 
 /// A kernel of the library and a loop written by hand that computes the same.
@@ -34,12 +34,10 @@ struct Kernel {
     by_hand: Box<dyn FnMut() -> Vec<f64>>,
 }
 
-/// One of the two of a [`Case`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// The library.
+/// One of the two of a [`Case`]: the library, or the loop written by hand.
+#[derive(Debug, Clone, Copy)]
+enum Side {
     Ours,
-    /// The loop written by hand.
     ByHand,
 }
 
@@ -83,6 +81,9 @@ pub enum BenchError {
     /// There is no valgrind to count with.
     #[error("instructions are counted by valgrind, which cannot be run; on Debian: apt-get install valgrind")]
     Valgrind(#[source] std::io::Error),
+    /// There is no place for what it counts.
+    #[error("no temporary directory for what valgrind counts")]
+    Counts(#[source] std::io::Error),
     /// It counted nothing.
     #[error("valgrind counted no instructions of {case}; it says: {said}")]
     Uncounted {
@@ -132,14 +133,6 @@ impl Case {
             return Ok(());
         }
         Err(BenchError::Different { case: self.name.clone(), difference, rounding: self.rounding })
-    }
-
-    /// Runs one of the two so many times, for whoever counts from outside.
-    ///
-    /// # Errors
-    /// [`BenchError`] if a step fails.
-    pub fn run(&self, side: Side, times: u32) -> Result<(), BenchError> {
-        Ok((self.prepare)()?.run(side, times)?)
     }
 }
 
