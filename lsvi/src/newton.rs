@@ -64,6 +64,8 @@ const SMALLEST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 /// them, as beside a fold, its least singular value is ε over that, and two roots there are as far apart, ten digits.
 const ROUNDS: u32 = 4;
 const MOST_NOISE: f64 = 1e-5;
+/// The second increment of an affine equation is so many roundings at most, of the largest state so far.
+const ROUNDINGS: f64 = 8.0;
 /// Growth of the next piece of a continuation after one that succeeded.
 const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
@@ -110,6 +112,10 @@ pub(crate) trait System {
     /// rounding left there, from which no tangent follows.
     fn algebraic(&self) -> &[usize] {
         &[]
+    }
+    /// Whether F is affine in x, as its field declares.
+    fn is_affine(&self) -> bool {
+        false
     }
     /// What ∂F/∂x is in proportion to for h → 0.
     fn scale(&self, _h: f64) -> f64 {
@@ -178,6 +184,8 @@ pub(crate) struct Newton {
     whole_h: f64,
     /// What the roundings of F make of increments, where they were measured to be more than a few of the state.
     noise: f64,
+    /// The largest component of the roots of affine equations, and of where they started, so far.
+    largest: f64,
     limit: Limit,
     /// Size of the last step, and how far it led, if its equation was found to be [affine](Newton::is_affine); where it started.
     affine: Option<(f64, f64)>,
@@ -234,6 +242,7 @@ impl Newton {
             },
             whole_h: f64::NAN,
             noise: 0.0,
+            largest: 0.0,
             affine: None,
             affine_from: zeros.clone(),
             kept: None,
@@ -258,17 +267,39 @@ impl Newton {
         self.noise = 0.0;
         self.start.copy_from_slice(x);
         let found = self.solve_above_noise(system, h, x);
+        if found.is_ok() && system.is_affine() {
+            self.largest = self.largest.max(max_norm(&self.start)).max(max_norm(x));
+        }
         if !matches!(found, Err(SolveError::BranchLost { .. } | SolveError::OtherBranch | SolveError::Diverged { .. }))
         {
             return found;
         }
         x.copy_from_slice(&self.start);
+        if system.is_affine() && self.solve_affine(system, h, x) {
+            return Ok(());
+        }
         let noise = self.measured_noise(system, h, x);
         if !(self.roundoff()..=MOST_NOISE * max_norm(x)).contains(&noise) {
             return found;
         }
         self.noise = noise;
         self.solve_above_noise(system, h, x)
+    }
+
+    /// Replaces `x` by the one root of an affine equation to the roundings of the largest state so far: terms of F that cancel may be as large
+    /// still when the solution has decayed, and no iteration contracts below those. False, and `x` as it was, where a second increment is more.
+    #[cold]
+    fn solve_affine(&mut self, system: &mut dyn System, h: f64, x: &mut [f64]) -> bool {
+        let mut size = f64::NAN;
+        for _ in 0..2 {
+            size = if self.set_increment(system, h, x).is_ok() { max_norm(&self.increment) } else { f64::NAN };
+            x.iter_mut().zip(&self.increment).for_each(|(x, increment)| *x -= increment);
+        }
+        let is_found = size <= ROUNDINGS * f64::EPSILON * self.largest;
+        if !is_found {
+            x.copy_from_slice(&self.start);
+        }
+        is_found
     }
 
     /// The largest of what increments from beside the origin of the branch, a few roundings away, differ by from what they are but for

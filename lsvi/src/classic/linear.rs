@@ -7,6 +7,8 @@ use crate::vector_field::VectorField;
 
 /// Part of the first increment that the second one of an affine equation is at most, √ε, which leaves room for an ill-conditioned matrix.
 const AFFINE: f64 = 1.0 / 67_108_864.0;
+/// Roundings of a state that the second increment is at most where it is nothing else.
+const ROUNDINGS: f64 = 8.0;
 
 /// Factors of M − sA, kept while s is the same.
 #[derive(Debug)]
@@ -15,6 +17,9 @@ pub(super) struct LinearStage {
     lu: Lu,
     /// The s of the factors; NaN before the first.
     s: f64,
+    /// The largest component that a stage was solved for. Where terms of f cancel that are as large, their roundings stay when the solution
+    /// has decayed.
+    largest: f64,
     start: Vec<f64>,
     increment: Vec<f64>,
 }
@@ -28,7 +33,7 @@ impl LinearStage {
         }
         let matrix = Jacobian::with_structure(n, &structure);
         let zeros = vec![0.0; n];
-        Some(Self { lu: Lu::of(&matrix), matrix, s: f64::NAN, start: zeros.clone(), increment: zeros })
+        Some(Self { lu: Lu::of(&matrix), matrix, s: f64::NAN, largest: 0.0, start: zeros.clone(), increment: zeros })
     }
 
     /// Replaces `x`, a first guess, by the solution of the stage. False, and `x` as it was, where the matrix has no factors, or the equation
@@ -54,9 +59,11 @@ impl LinearStage {
             *size = max_norm(&self.increment);
             x.iter_mut().zip(&self.increment).for_each(|(x, increment)| *x -= increment);
         }
-        let roundoff = 8.0 * f64::EPSILON * max_norm(x);
-        let is_affine = sizes[1] <= AFFINE * sizes[0] || sizes[1] <= roundoff;
-        if !is_affine {
+        let largest = self.largest.max(max_norm(x));
+        let is_affine = sizes[1] <= AFFINE * sizes[0] || sizes[1] <= ROUNDINGS * f64::EPSILON * largest;
+        if is_affine {
+            self.largest = largest;
+        } else {
             self.s = f64::NAN;
             x.copy_from_slice(&self.start);
         }

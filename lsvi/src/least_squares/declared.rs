@@ -11,6 +11,8 @@ const LINEAR: f64 = 1e-10;
 /// The same where all components are as large as the largest: a term that is not linear in a small one is far larger there, and the roundings
 /// that an ill-conditioned M⁻¹ leaves are not.
 const LINEAR_IN_LARGE: f64 = 1e-6;
+/// Roundings of the largest terms that f and A v + g had so far: terms of f that cancel may be as large still when the solution has decayed.
+const ROUNDINGS: f64 = 64.0;
 /// Steps between two comparisons of the whole declaration, at most.
 const RARELY: u32 = 256;
 
@@ -40,6 +42,8 @@ pub(super) struct Declared {
     size: Vec<f64>,
     value: Vec<f64>,
     before: Vec<f64>,
+    /// The largest component of a v at which f was linear, and the largest term there.
+    largest: [f64; 2],
 }
 
 impl Declared {
@@ -63,6 +67,7 @@ impl Declared {
             size: zeros.clone(),
             value: zeros.clone(),
             before: zeros,
+            largest: [0.0; 2],
         })
     }
 
@@ -115,7 +120,7 @@ impl Declared {
         v: &[f64],
         hg: &[f64],
     ) -> Result<(), SolveError> {
-        let Self { value, weights, sums, zero, product, .. } = self;
+        let Self { value, weights, sums, zero, product, largest: [largest, largest_term], .. } = self;
         system.field.rhs(at.start + at.h, v, value);
         let rows = value.iter().zip(hg);
         if self.a.is_some() {
@@ -123,6 +128,7 @@ impl Declared {
             // far smaller than others, which the comparison of all of them finds.
             let (mut difference, mut size) = (0.0, 0.0);
             for (((f, hg), w), (sum, v)) in rows.zip(&*weights).zip(sums.iter().zip(v)) {
+                (*largest, *largest_term) = (larger(*largest, *v), larger(*largest_term, *f));
                 let terms = [w * f, -w * (hg / at.h), -sum * v];
                 difference += terms.iter().sum::<f64>();
                 size += terms.iter().map(|x| x.abs()).sum::<f64>();
@@ -148,15 +154,20 @@ impl Declared {
     }
 
     /// Compares f at time t and the point with A v + g. Where M⁻¹ is part of f, roundings of its sums are those of terms that are larger than f and A v + g, and
-    /// cancel: a difference that is small beside the largest component is one of these if f is linear at points whose components are all as large.
+    /// cancel: a difference that is small beside the largest component is one of these if f is linear at points whose components are all as large. So are roundings of
+    /// terms that cancel in f itself, as large as any that it had before.
     fn check_linear(&mut self, system: &System<'_>, start: f64, t: f64) -> Result<(), SolveError> {
-        let Some(error) = self.difference(system, (start, t), LINEAR) else { return Ok(()) };
-        let largest = max_norm(&self.size);
-        let off = self.value.iter().zip(&self.product).map(|(f, product)| (f - product).abs());
-        if off.fold(0.0, larger) > LINEAR * largest {
+        let found = self.difference(system, (start, t), LINEAR);
+        let (size, term) = (max_norm(&self.point), max_norm(&self.size));
+        let [size, largest] = [size.max(self.largest[0]), term.max(self.largest[1])];
+        let Some(error) = found else {
+            self.largest = [size, largest];
+            return Ok(());
+        };
+        let off = self.value.iter().zip(&self.product).map(|(f, product)| (f - product).abs()).fold(0.0, larger);
+        if off > LINEAR * term && off > ROUNDINGS * f64::EPSILON * largest {
             return Err(error);
         }
-        let size = max_norm(&self.point);
         self.before.copy_from_slice(&self.point);
         let is_linear = [size, -size].into_iter().all(|size| {
             self.point.iter_mut().zip(&self.weights).for_each(|(x, w)| *x = size * w);

@@ -254,6 +254,10 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
         }
     }
 
+    fn is_affine(&self) -> bool {
+        self.system.field.is_linear()
+    }
+
     fn limit(&self) -> LimitAtZero {
         if self.closure.has_limit() { LimitAtZero::Kept } else { LimitAtZero::OfEachStep }
     }

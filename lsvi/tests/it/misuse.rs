@@ -397,6 +397,39 @@ fn a_false_declaration_is_found_in_a_component_far_smaller_than_another() {
     }
 }
 
+/// v̇ = −50 ((v + 1) − 1) decays to the roundings of the 1, which are no terms of higher order and no end of a branch: ε a stage, of which
+/// less than twice as much stays.
+#[test]
+fn terms_of_a_linear_field_that_cancel_leave_roundings_and_no_failure() {
+    struct Cancels;
+    impl FieldFn for Cancels {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            dv[0] = ((v[0] + 1.0) - 1.0) * -50.0;
+        }
+    }
+    let implicit = |tableau| RungeKutta::new(field_of(Cancels), tableau).expect("usable");
+    let methods: [Box<dyn OneStep>; 4] = [
+        Box::new(method_i(field_of(Cancels)).expect("usable")),
+        Box::new(implicit(Tableau::implicit_euler())),
+        Box::new(implicit(Tableau::tr_bdf2())),
+        Box::new(implicit(Tableau::sdirk2())),
+    ];
+    for mut method in methods {
+        let (mut v, mut p) = ([1.0], [0.0]);
+        for k in 0..100 {
+            let stepped = method.step(0.1 * f64::from(k), 0.1, &mut v, &mut p);
+            assert!(stepped.is_ok(), "step {k}: {stepped:?}");
+        }
+        assert!(v[0].abs() <= 2.0 * f64::EPSILON, "{v:?}");
+    }
+}
+
 /// v̇ = −k v + cos t with k = 1 and from `switch` on 2, declared linear; where it is declared autonomous too, v̇ = v, and 2v − 2
 /// beyond v = 2.
 struct Later {
