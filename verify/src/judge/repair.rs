@@ -110,7 +110,7 @@ impl Search<'_> {
         let mut found = Vec::new();
         match self.rows.as_slice() {
             // One sum is wrong: either c_i, or one of the entries that it sums.
-            [i] if self.tableau.c.is_some() => {
+            [i] => {
                 let defect = &self.numbers.row_defects()[*i];
                 found.push((Place::C(*i), &self.numbers.c[*i] - defect));
                 let columns = match self.tableau.shape() {
@@ -415,5 +415,80 @@ mod tests {
         assert_eq!(changes("'1/2', '1/3'"), [near, far]);
         let [near, far] = [(Place::B(0), "1/2".to_owned()), (Place::B(1), "2/3".to_owned())];
         assert_eq!(changes("'1/3', '1/2'"), [near, far]);
+        let either = [0, 1].map(|i| (Place::B(i), "2/3".to_owned()));
+        assert_eq!(changes("'1/3', '1/3'"), either);
+    }
+    /// A row of sum ¼ beside c = ½, and one of sum ½ beside ¾: only a₁₂ is above the diagonal.
+    #[test]
+    fn an_entry_above_the_diagonal_makes_a_diagonally_implicit_method_implicit() {
+        for (c, expected) in [
+            ("'1/2', '1/2'", vec![(Place::C(0), false), (Place::A(0, 0), false), (Place::A(0, 1), true)]),
+            ("'1/4', '3/4'", vec![(Place::C(1), false), (Place::A(1, 0), false), (Place::A(1, 1), false)]),
+        ] {
+            let text = format!("a = [['1/4', '0'], ['1/4', '1/4']]\nb = ['1/2', '1/2']\nc = [{c}]\n");
+            let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+            let Body::RungeKutta(tableau) = &file.body else { panic!("{text}") };
+            let found = repairs(tableau, Target { order: 1, embedded: None });
+            let mut found: Vec<_> = found.iter().map(|repair| (repair.place, repair.makes_implicit)).collect();
+            found.sort_by_key(|(place, _)| expected.iter().position(|(other, _)| other == place));
+            assert_eq!(found, expected, "{c}");
+        }
+    }
+
+    fn ratio(n: i64, d: i64) -> Real {
+        &Real::from(n) / &Real::from(d)
+    }
+
+    #[test]
+    fn a_value_is_rounded_to_the_places_that_are_printed() {
+        let beside = |text: &str, radius: f64, x: &Real| {
+            let real = Real::double(text.parse().expect("a decimal")).widened(radius);
+            let old = Coefficient { text: text.to_owned(), real, exact: None, ..Coefficient::zero() };
+            to_places(x, &old).map(|(text, _)| text)
+        };
+        assert_eq!(beside("-0.267", 5e-4, &ratio(-1, 6)).as_deref(), Some("-0.167"));
+        assert_eq!(beside("0.267", 5e-4, &ratio(1, 6)).as_deref(), Some("0.167"));
+        assert_eq!(beside("12.445", 5e-4, &ratio(12_345, 1000)).as_deref(), Some("12.345"));
+        // Half a unit of no place.
+        assert_eq!(beside("0.267", 3e-4, &ratio(1, 6)), None);
+    }
+
+    /// √2 to 10⁻⁶ has seven digits, and √3/1000 to 57 of them 40.
+    #[test]
+    fn an_irrational_value_has_the_digits_that_are_certain() {
+        let root = |n: i64| Real::rounded(Real::from(n).mid().sqrt(), 0.0);
+        let text = |x: &Real| written(x, &[], |_| true).map(|(text, _)| text);
+        assert_eq!(text(&root(2).widened(1e-6)).as_deref(), Some("1.414214"));
+        let small = &root(3) / &Real::from(1000);
+        assert_eq!(text(&small).as_deref(), Some("0.001732050807568877293527446341505872366943"));
+    }
+
+    #[test]
+    fn a_number_with_a_square_root_is_recognized_to_all_its_digits() {
+        let root = Real::rounded(Real::from(2).mid().sqrt(), 0.0);
+        let surd = |m: i64, n: i64| &ratio(m, 3) + &(&ratio(n, 3) * &root);
+        let text = |x: &Real| quadratic(x, 2).map(|(text, _)| text);
+        for (m, n, expected) in [
+            (1, 1, "1/3 + sqrt(2)/3"),
+            (1, -1, "1/3 - sqrt(2)/3"),
+            (-2, -2, "-2/3 - 2*sqrt(2)/3"),
+            (0, 1, "sqrt(2)/3"),
+            (0, -1, "-sqrt(2)/3"),
+        ] {
+            assert_eq!(text(&surd(m, n)).as_deref(), Some(expected));
+        }
+        // 3 10¹⁰ in the lattice is less than 10^(40/3), and no whole numbers come nearer.
+        assert_eq!(text(&(&surd(1, 1) + &Real::double(1e-30))), None);
+    }
+
+    /// Of (10, 0) and (9, 6), (−1, 6) is the shortest: twice the latter is longer than 10 already.
+    #[test]
+    fn a_lattice_is_reduced_to_its_shortest_vector() {
+        let vector = |x: i64, y: i64, z: i64| vec![IBig::from(x), IBig::from(y), IBig::from(z), IBig::ZERO];
+        let shortest = reduce([vector(10, 0, 0), vector(9, 6, 0), vector(0, 0, 1000)]).expect("no zero");
+        assert!([vector(-1, 6, 0), vector(1, -6, 0)].contains(&shortest), "{shortest:?}");
+        for (a, b) in (-7..=7_i64).flat_map(|a| (1..=4_i64).map(move |b| (a, b))) {
+            assert_eq!(floor_div(&IBig::from(a), &IBig::from(b)), IBig::from(a.div_euclid(b)), "{a}/{b}");
+        }
     }
 }
