@@ -437,6 +437,15 @@ mod tests {
         }
     }
 
+    /// For α = 2 and β = 1 it is (3 − 2z + z²)/(3 + z + z²/2) at −z: 9803/5103 at 100.
+    #[test]
+    fn a_closure_that_magnifies_is_shown_at_a_point() {
+        let theory = theory("2", "1");
+        assert_eq!(theory.kind(), "closure");
+        let why = theory.a_stable().why;
+        assert!(why.contains("|R| = 1.921027 at z = −1e2"), "{why}");
+    }
+
     /// \[S24\] (27): 1/(1 + z + z²/2) of p₁ = 0, and (2 − z + z²/2)/(2 + z + z²/2) of p₀ + p₁ = 0.
     #[test]
     fn the_table_of_a_closure_has_the_factor_of_decay() {

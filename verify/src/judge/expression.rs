@@ -648,6 +648,8 @@ mod tests {
         for (text, digits) in [
             ("sqrt(3)", "1.732050807568877293527446341505872366943"),
             ("√3", "1.732050807568877293527446341505872366943"),
+            ("3^(1/2)", "1.732050807568877293527446341505872366943"),
+            ("2^(1/3)", "1.259921049894873164767210607278228350570"),
             ("cos(pi/18)", "0.9848077530122080593667430245895230136706"),
             ("cbrt(2)", "1.259921049894873164767210607278228350570"),
             ("(2cos(pi/18) + 0)/2", "0.9848077530122080593667430245895230136706"),
@@ -686,6 +688,27 @@ mod tests {
         }
         // π/2 is 1.570796: 1.5707 may be 4.6e-5 below it.
         assert!(of("tan(1.5707)").is_err_and(|error| error.reason.contains("a pole")));
+    }
+
+    /// 1/3 − 0.3333 may be zero, to half of the last place.
+    #[test]
+    fn functions_at_zero_are_exact_and_those_of_what_may_be_zero_are_one_or_refused() {
+        for (text, value) in
+            [("sqrt(0)", 0), ("cbrt(0)", 0), ("sin(0)", 0), ("tan(0)", 0), ("cos(0)", 1), ("exp(0)", 1)]
+        {
+            assert!((&real(text) - &Real::from(value)).is_zero(), "{text} = {}", real(text));
+        }
+        for (name, one) in
+            [("sqrt", false), ("cbrt", false), ("sin", false), ("tan", false), ("cos", true), ("exp", true)]
+        {
+            let expression = Expression::parse(&format!("{name}(1/3 - 0.3333)")).expect(name);
+            match expression.evaluate(Rounding::new(Some(4), Some(4))) {
+                Ok(value) => {
+                    assert!(one && (&value.real - &Real::one()).may_be_zero() && value.real.radius() > 4e-5, "{name}")
+                }
+                Err(error) => assert!(!one && error.reason.contains("told from zero"), "{name}: {}", error.reason),
+            }
+        }
     }
 
     #[test]

@@ -46,6 +46,31 @@ fn the_negative_axis_of_an_inconsistent_formula_begins_where_one_is_a_root() {
     assert_eq!(to, f64::INFINITY);
 }
 
+/// (1 − x) ζ² + x/4 = 0 at hλ = −x: |ζ| = 1 for ζ = ±i at x = 4/5, and for both of ζ = ±1 at 4/3, between which a root is infinite at 1.
+#[test]
+fn the_negative_axis_has_a_gap_where_the_weight_of_the_new_value_vanishes() {
+    let theory = theory("0 0 1", "1/4 0 -1");
+    let [[from, to], [again, end]] = theory.negative[..] else { panic!("{:?}", theory.negative) };
+    assert_eq!((from, end), (0.0, f64::INFINITY));
+    approx::assert_abs_diff_eq!(to, 0.8, epsilon = 1e-12);
+    approx::assert_abs_diff_eq!(again, 4.0 / 3.0, epsilon = 1e-12);
+    // ρ(1) = 1 over σ(1) = −3/4.
+    let (_, order) = theory.facts().swap_remove(0);
+    assert_eq!(order, "0, C_0 = -1.3333e0 does not vanish");
+}
+
+/// C_0 = ρ(1)/σ(1) = 0 whatever σ is, and its weights to two places leave C_1 = 1 − σ(1) over σ(1) open by a hundredth.
+#[test]
+fn a_lower_order_is_left_open_by_the_constant_that_comes_after_it() {
+    let list = "rho = ['-1', '1']\nsigma = ['0.50', '0.50']";
+    let text = format!("kind = 'multistep'\ndigits = 2\n{list}\n");
+    let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+    let Body::Multistep(method) = &file.body else { panic!("{text}") };
+    let finding = MultistepTheory::new(method).find(Property::Order(0)).expect("looked at");
+    assert_eq!(finding.outcome, Outcome::Inconclusive);
+    assert_eq!(finding.why, "C_0 to C_0 vanish, and the digits given leave C_1 open by 1e-2");
+}
+
 fn method(rho: &str, sigma: &str) -> Multistep {
     let list = |text: &str| text.split(' ').map(|x| format!("'{x}'")).collect::<Vec<_>>().join(", ");
     let text = format!("kind = 'multistep'\nrho = [{}]\nsigma = [{}]\n", list(rho), list(sigma));
@@ -492,7 +517,15 @@ fn roots_of_sigma_on_the_rim_decide_stability_for_large_steps() {
         assert_eq!(outcome(rho, sigma), (Outcome::Fail, false, false), "{rho} {sigma}");
     }
     // The trapezoidal rule, and the same times ζ + 1 and ζ² + 1.
-    for (rho, sigma) in [("-1 1", "1/2 1/2"), ("-1 0 1", "1/2 1 1/2"), ("-1 1 -1 1", "1/2 1/2 1/2 1/2")] {
+    // Then that of two steps, and of steps of twice hλ: with ρ/(ζσ') = 1 and ½ at ζ = ±i.
+    for (rho, sigma) in [
+        ("-1 1", "1/2 1/2"),
+        ("-1/100000000 1/100000000", "1/200000000 1/200000000"),
+        ("-1 0 1", "1/2 1 1/2"),
+        ("-1 1 -1 1", "1/2 1/2 1/2 1/2"),
+        ("-1 0 1", "1 0 1"),
+        ("-1 0 1", "2 0 2"),
+    ] {
         assert_eq!(outcome(rho, sigma), (Outcome::Pass, true, true), "{rho} {sigma}");
     }
     // (ζ² + 1)²/4.
