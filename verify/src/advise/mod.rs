@@ -106,6 +106,13 @@ impl Advice {
         self.has_no_truth() || is_coarse || (self.refusal.is_some() && spoils)
     }
 
+    /// The one of smaller tolerances instead, unless that has lost the solution: of two that have none the more accurate one tells how near they
+    /// come to it.
+    fn or_finer(self, finer: Self) -> Self {
+        let is_lost = matches!(finer.refusal, Some(Refusal::Lost(_)));
+        if is_lost || (finer.has_no_truth() && !self.has_no_truth()) { self } else { finer }
+    }
+
     /// The recommendation: the first trial whose errors follow its order.
     pub fn recommended(&self) -> Option<&Trial> {
         self.predictable().next().filter(|_| self.refusal.is_none())
@@ -280,10 +287,7 @@ pub fn advise(
             return Ok(first);
         }
         let second = attempt(Held { unit, ..Held::SMALL })?;
-        // Of two that have no solution the more accurate one tells how near they come to it.
-        let is_worse =
-            second.has_no_truth() && !first.has_no_truth() || matches!(second.refusal, Some(Refusal::Lost(_)));
-        Ok(if is_worse { first } else { second })
+        Ok(first.or_finer(second))
     };
     let first = in_unit(1.0)?;
     // What is too small to move in a unit of 1, or so large that no tolerance is met there, has a unit of its own.

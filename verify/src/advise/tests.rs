@@ -93,6 +93,28 @@ fn a_run_is_as_long_as_two_turns_of_the_motion() {
     }
 }
 
+/// A slope between ±1/500 turns by 4/500 in a period, so that 1571 of these make two turns, and a period takes more steps than three.
+#[test]
+fn a_motion_that_turns_too_slowly_for_the_steps_that_are_followed_has_its_own_horizon() {
+    let of = |slope: f64, own: f64| {
+        let text = format!("u_i {{ x = 0, y = 0 }} F_i {{ 1, {slope}*cos(0.05*t) }}");
+        duration(&of_text(&text, own)).expect("registered")
+    };
+    assert_eq!(of(0.002, 1e4), 1e4);
+    // A slope of 1/50 does in 157 periods, and in fewer than twice as many where steps do not end at its extremes.
+    let (found, expected) = (of(0.02, 1e3), 157.0 * TAU / 0.05);
+    assert!((expected..2.0 * expected).contains(&found), "{found} where {expected} is expected");
+}
+
+/// ẋ = x from 1.
+#[test]
+fn the_size_of_a_solution_is_the_largest_of_the_whole_run() {
+    let problem = problem::build("linear-drag", &[("lambda".into(), "-1".into())]).expect("registered");
+    let found = size(&*problem, 2.0, 1e-5).expect("registered").expect("it goes on");
+    let start = problem.initial()[0].abs();
+    assert!((found / (start * 2_f64.exp()) - 1.0).abs() < 1e-3, "{found}");
+}
+
 /// Robertson's transient is over before the first quarter, and seen from eight steps on: the error of four and that of eight steps
 /// belong to different times, and give no order.
 #[test]
@@ -757,6 +779,32 @@ fn tolerances_are_in_doubt_where_growth_makes_too_much_of_them() {
         Refusal::OutOfReach { accuracy: 1e-5, most: 4 },
     ] {
         assert!(is_doubtful(Growth::By(1.0), Some(refusal.clone())), "{refusal:?}");
+    }
+}
+
+/// Smaller tolerances tell more, but where they alone lose the solution.
+#[test]
+fn of_two_attempts_the_finer_one_is_told_unless_it_has_no_solution_where_the_other_has_one() {
+    let advice = |refusal: Option<Refusal>| {
+        let (growth, sizes) = (Growth::Unseen, (1.0, 1.0));
+        let character = Character { unknowns: 1, matrices: None, growth, sizes, moved: 1.0, reached: 1.0 };
+        Advice { character, trials: Vec::new(), uncertainty: 0.0, target: 1e-5, refusal }
+    };
+    let parting = || Some(Refusal::Parting { difference: 1.0, target: 1e-5 });
+    let unresolved = || Some(Refusal::Unresolved { difference: 1.0, target: 1e-5 });
+    let lost = || Some(Refusal::Lost(RunError::Step(StepError::StepUnderflow { t: 1.0, h: 1e-12 })));
+    let coarse = || Some(Refusal::OutOfReach { accuracy: 1e-5, most: 4 });
+    for (first, second, is_second) in [
+        (coarse(), None, true),
+        (parting(), None, true),
+        (parting(), unresolved(), true),
+        (lost(), parting(), true),
+        (coarse(), parting(), false),
+        (parting(), lost(), false),
+        (coarse(), lost(), false),
+    ] {
+        let told = advice(first.clone()).or_finer(advice(second.clone())).refusal;
+        assert_eq!(told, if is_second { second } else { first });
     }
 }
 

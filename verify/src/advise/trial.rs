@@ -505,6 +505,30 @@ mod tests {
         (1..=steps).step_by(every).map(|k| error(k - 1 + every as u32)).fold(0.0, larger)
     }
 
+    /// |R(z)| of RK4 is 1 at 0, 0.27 at −2 and 1.375 at −3; implicit Euler damps at any.
+    #[test]
+    fn steps_amplify_what_they_multiply_by_more_than_one() {
+        let amplified = |name: &str, h: f64, rate: f64| {
+            let method = method::parse(name).expect("registered");
+            amplifies(&*method, h, Some(&DMatrix::from_element(1, 1, rate)))
+        };
+        assert_eq!([0.0, -1.0, -1.5].map(|rate| amplified("rk4", 2.0, rate)), [false, false, true]);
+        assert!(!amplified("implicit-euler", 2.0, -1.5));
+        let rk4 = method::parse("rk4").expect("registered");
+        assert!(!amplifies(&*rk4, 2.0, None));
+    }
+
+    /// v̇ = −v in 8 steps of 1, and not as one of 64.
+    #[test]
+    fn steps_that_damp_what_is_damped_are_a_trial() {
+        with_truth(|problem, truth| {
+            let rk4 = method::parse("rk4").expect("registered");
+            let calm = DMatrix::from_element(1, 1, -1.0);
+            let (found, _) = search(problem, &*rk4, &truth, 0.01, f64::INFINITY, Some(&calm));
+            assert!(found.as_ref().is_some_and(|trial| trial.error <= 0.01 && trial.setting <= 2.7), "{found:?}");
+        });
+    }
+
     /// Another run may have seen more of the solution than those that were asked of it.
     #[test]
     fn steps_show_a_solution_that_moves_as_far_as_any_run_has_seen() {

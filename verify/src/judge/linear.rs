@@ -234,12 +234,11 @@ impl StabilityFunction {
         if self.is_a_stable().is_ok() {
             return Some(90.0);
         }
-        // Beside a pole |R| > 1.
-        if self.real_reach() != Reach::Everything {
+        if self.poles().iter().any(|z| z.re < 0.0 && z.im == 0.0) || self.real_reach() != Reach::Everything {
             return None;
         }
         let worst = |degrees: f64| {
-            let direction = -Complex::from_polar(1.0, degrees.to_radians());
+            let direction = Complex::from_polar(1.0, std::f64::consts::PI - degrees.to_radians());
             (-160..=240).map(|k| self.at(direction * 10_f64.powf(f64::from(k) / 40.0)).norm()).largest()
         };
         // Roundoff of R where it is 1 is far below this. Between two of these points |R| may exceed 1 still.
@@ -249,8 +248,9 @@ impl StabilityFunction {
                 && worst(degrees) <= 1.0 + 1e-12
                 && !matches!(first_negative(&[self.margin_on_ray(degrees)]), Sign::NegativeFrom { .. })
         };
-        // A ray that is stable, with no pole beside it, has a stable sector, by the principle of Phragmén and Lindelöf.
-        let (mut low, mut high) = (89.5, 90.0);
+        let first = (1..=180).map(|k| 0.5 * f64::from(k)).find(|degrees| worst(*degrees) > 1.0 + 1e-12);
+        let mut high = first.unwrap_or(90.0);
+        let mut low = high - 0.5;
         while low > 0.0 && !is_stable(low) {
             (low, high) = (low - 0.5, low);
         }

@@ -334,6 +334,32 @@ mod tests {
         assert_eq!(found, [("sigma[1]".to_owned(), "1"), ("sigma[2]".to_owned(), "3")]);
     }
 
+    /// c are the sums of the rows of the matrix by which q moves where they are its times, and of none where they are not stated or a q̇.
+    #[test]
+    fn the_sum_of_a_row_is_stated_where_c_is_made_of_it() {
+        let (zero, half) = ("[[0, 0], ['1/2', '1/2']]", "[['1/2', 0], ['1/2', 0]]");
+        let pair = |c: &str, [a, hat]: [&str; 2]| {
+            format!(
+                "kind = 'partitioned-runge-kutta'\norder = 2\n{c}a = {a}\nb = ['1/2', '1/2']\na_hat = {hat}\n\
+                 b_hat = ['1/2', '1/2']\n"
+            )
+        };
+        let nystrom = "kind = 'nystrom'\norder = 2\na = [[0, 0], ['1/2', 0]]\nb_bar = ['1/2', 0]\nb = ['1/2', '1/2']\nc = [0, 1]\n";
+        let stated = Some(Place::In("c", 1));
+        for (text, of_a, of_hat) in [
+            (pair("c = [0, 1]\n", [zero, half]), stated, None),
+            (pair("c = [0, 1]\n", [half, zero]), None, stated),
+            (pair("", [zero, half]), None, None),
+            (nystrom.to_owned(), None, None),
+        ] {
+            let file = MethodFile::parse("m.toml", "m", &text).expect("well-formed");
+            let system = file.body.system(2).expect("it has conditions");
+            let sums = ["a", "a_hat"].map(|name| system.sum(Place::Of(name, 1, 0)));
+            assert_eq!(sums, [of_a, of_hat], "{text}");
+            assert_eq!(system.sum(Place::In("b", 1)), None, "{text}");
+        }
+    }
+
     /// σ₁ + σ₂ = 1: what is missing is told in the quarters that are printed, and in others where these do not do.
     #[test]
     fn a_fraction_keeps_the_denominator_that_is_printed() {
@@ -361,5 +387,8 @@ mod tests {
             |near: &str, far: &str| [(near.to_owned(), "1/2".to_owned()), (far.to_owned(), "2/3".to_owned())];
         assert_eq!(changes("'1/2', '1/3'"), expected("sigma[2]", "sigma[1]"));
         assert_eq!(changes("'1/3', '1/2'"), expected("sigma[1]", "sigma[2]"));
+        // The same number at either of two places is two repairs.
+        let alike = ["sigma[1]", "sigma[2]"].map(|place| (place.to_owned(), "3/4".to_owned()));
+        assert_eq!(changes("'1/4', '1/4'"), alike);
     }
 }

@@ -555,6 +555,9 @@ mod tests {
     use super::super::file::{MethodFile, Shipped};
     use super::super::{Effort, Judgement};
     use crate::evidence::Outcome;
+    use crate::measure::norm::distance;
+    use crate::problem;
+    use lsvi::{Grid, State};
 
     #[test]
     fn a_method_is_symmetric_and_explicit_whatever_the_order_of_its_stages() {
@@ -613,6 +616,42 @@ mod tests {
             let theory = file.body.analyse(None, None);
             assert_eq!((theory.unknowns(), theory.dearer().is_some()), (unknowns, is_dearer), "{name}");
         }
+        for name in ["adams-bashforth4", "gauss3"] {
+            let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
+            assert_eq!(file.body.analyse(None, None).dearer(), None, "{name}");
+        }
+    }
+
+    /// A step of h = 1 of Nyström's method with one stage from q = 0, p = 1 on q̈ = −q is q = 1 − b̄ c, p = 1 − b c; a is 0 and exact.
+    #[test]
+    fn each_rough_number_is_moved_by_itself() {
+        const BY: f64 = 1e-3;
+        let (b_bar, b, c) = (0.412, 0.937, 0.583);
+        let nystrom =
+            format!("kind = 'nystrom'\na = [[0]]\nb_bar = ['{b_bar}']\nb = ['{b}']\nc = ['{c}']\ndigits = 3\n");
+        let theory = |text: &str| MethodFile::parse("m.toml", "m", text).expect("well-formed").body.analyse(None, None);
+        let oscillator = problem::build_setting("harmonic-oscillator omega=1").expect("registered");
+        let found: Vec<Vec<f64>> = theory(&nystrom)
+            .moved(BY)
+            .into_iter()
+            .map(|(radius, moved)| {
+                assert!((0.4e-3..0.6e-3).contains(&radius), "half a unit of three digits: {radius}");
+                let mut steps = moved.on_field(oscillator.field()).expect("it applies");
+                let mut state = State::new(0.0, vec![0.0, 1.0]);
+                steps.advance(&mut state, &Grid::new(0.0, 1.0, 1.0).expect("a grid")).expect("explicit");
+                state.q
+            })
+            .collect();
+        let step = |b_bar: f64, b: f64, c: f64| [1.0 - b_bar * c, 1.0 - b * c];
+        let expected = [step(b_bar + BY, b, c), step(b_bar, b + BY, c), step(b_bar, b, c + BY)];
+        assert_eq!(found.len(), 3);
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(distance(found, expected) < 1e-12, "{found:?} where {expected:?} is expected");
+        }
+        // On q̇ = p, ṗ = −q their rows alone count, and no c; each of two matrices of one entry, and of two weights.
+        let pair = "kind = 'partitioned-runge-kutta'\nsystems = 'separable'\nc = ['0.412']\na = [['0.412']]\nb = ['0.937']\n\
+                    a_hat = [['0.583']]\nb_hat = ['0.871']\ndigits = 3\n";
+        assert_eq!(theory(pair).moved(BY).len(), 4);
     }
 
     /// Σ b_i c_i is 11/24 where b_i adds up to 1: the order is 2 without t, and 1 with it.
