@@ -429,6 +429,33 @@ mod tests {
         }
     }
 
+    /// RK4 has order 4 of 5 that are looked at, or of 4.
+    #[test]
+    fn an_order_is_the_most_of_its_stages_or_more_where_no_condition_fails() {
+        let file = crate::judge::file::Shipped::by_name("rk4").expect("there").read().expect("well-formed");
+        let Body::RungeKutta(tableau) = &file.body else { panic!("a tableau") };
+        let theory = crate::judge::theory::Theory::new(tableau, Some(4), None);
+        let weights = WeightsTheory { error_norm: None, ..theory.main };
+        assert_eq!((weights.order, weights.forest.order()), (4, 5));
+        assert_eq!(order(&weights), "4, the most that so many stages have; the digits tell no error");
+        let forest = crate::judge::tree::Forest::new(crate::judge::tree::Rule::Autonomous, 4);
+        assert_eq!(order(&WeightsTheory { forest, ..weights }), "4 or more: every condition looked at holds");
+    }
+
+    /// Kutta's third order with 1/6 and 2/3 cut off after 13 places: 2/3, 2/3 and 2/3 of a unit are missing from their sum.
+    #[test]
+    fn weights_that_are_cut_off_add_up_to_one_but_for_that() {
+        let sixth = "'0.1666666666666'";
+        let text = format!(
+            "order = 3\nc = [0, '1/2', 1]\na = [[], ['1/2'], [-1, 2]]\nb = [{sixth}, '0.6666666666666', {sixth}]\n"
+        );
+        let file = crate::judge::file::MethodFile::parse("m.toml", "m", &text).expect("a method");
+        let judgement = Judgement::new(file, crate::judge::Effort::Theory);
+        assert!(matches!(judgement.diagnosis, Diagnosis::Truncated { .. }), "{:?}", judgement.diagnosis);
+        let told = judgement.diagnosis_text().expect("it is cut off");
+        assert!(told.contains("The weights add up to 1 -2.00e-13."), "{told}");
+    }
+
     /// c = (0, 1) beside the rows of the implicit midpoint rule keeps its order 2: no order 3 is meant by that, nor one of weights of no order.
     #[test]
     fn only_an_order_that_no_label_claims_makes_own_times_meant_so() {
