@@ -401,6 +401,41 @@ mod tests {
         assert_eq!(h.parse(), Ok(1.0 / 48.0));
     }
 
+    /// What is neither symmetric nor keeps an energy is told for what it is.
+    #[test]
+    fn hamiltonian_systems_keep_an_energy_where_f_neither_jumps_nor_depends_on_time() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let mut character = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered").character;
+        for (is_hamiltonian, jumps, is_autonomous, text) in [
+            (true, false, true, "Hamiltonian: a symplectic method keeps its energy within bounds"),
+            (true, false, false, "Hamiltonian at each time; f depends on t, so that there is no energy to keep"),
+            (true, true, true, "Hamiltonian between jumps of f, which need not keep the energy"),
+            (false, false, true, "neither symmetric nor Hamiltonian"),
+        ] {
+            let found = character.matrices.as_mut().expect("a small system");
+            (found.asymmetry, found.is_hamiltonian, found.jumps, found.is_autonomous) =
+                (1.0, is_hamiltonian, jumps, is_autonomous);
+            let mut out = Vec::new();
+            describe(&character, 1.0, &mut out).expect("written");
+            let told = String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(told.contains(text), "{told}");
+        }
+    }
+
+    /// Errors are relative to 1 unless the solution is so small that they are less than was asked for.
+    #[test]
+    fn what_errors_are_relative_to_is_told() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let mut advice = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered");
+        for (target, or_one) in [(5e-4, false), (1e-3, true), (2e-3, true), (f64::NAN, true)] {
+            advice.target = target;
+            let mut out = Vec::new();
+            show("drag", (1.0, 1.0), 1e-3, &advice, &mut out).expect("written");
+            let told = String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ");
+            assert_eq!(told.contains("relative to the largest component, or to 1"), or_one, "{told}");
+        }
+    }
+
     /// With its step or its tolerances, its error and what that was measured to, and how much dearer the next is.
     #[test]
     fn what_is_advised_is_told_beside_the_next() {
@@ -429,10 +464,19 @@ mod tests {
         let taken = "TAKE rk4 with h = 0.125: in the trial its largest absolute error at 8 times was 1.5e-6, measured to 2e-8, for \
                      40 evaluations, 2.5 times fewer than radau-adaptive.";
         assert!(text.contains(taken), "{text}");
+        assert!(text.contains("evaluations rk4 8 0.125 1.5e-6 40 radau-adaptive 8 0.125 1.5e-6 100"), "{text}");
         assert_eq!([1.0, 0.5].map(|own| told(&advice, own).contains("has turned twice")), [false, true]);
-        advice.character.matrices.as_mut().expect("a small system").fastest = 0.3 * TAU;
-        let text = told(&advice, 1.0);
-        assert!(text.contains("short: the run is 0.30 of a turn at its fastest rate"), "{text}");
+        // Of a run of 1; at rest nothing turns.
+        for (fastest, is_short) in [(0.0, false), (0.3, true), (0.95, true), (1.05, false)] {
+            advice.character.matrices.as_mut().expect("a small system").fastest = fastest * TAU;
+            let text = told(&advice, 1.0);
+            let short = format!("short: the run is {} of a turn at its fastest rate", significant(fastest, 2));
+            assert_eq!((text.contains(&short), text.contains("short: ")), (is_short, is_short), "{text}");
+        }
+        advice.character.matrices.as_mut().expect("a small system").fastest = 0.2 * TAU;
+        let mut out = Vec::new();
+        describe(&advice.character, 2.0, &mut out).expect("written");
+        assert!(String::from_utf8(out).expect("UTF-8").contains("the run is 0.40 of a turn"));
         advice.trials.remove(0);
         let text = told(&advice, 1.0);
         assert!(text.contains("TAKE radau-adaptive with the tolerances below: in the trial"), "{text}");

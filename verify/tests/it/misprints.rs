@@ -105,6 +105,21 @@ fn entries_that_have_been_exchanged_are_exchanged_back() {
     );
 }
 
+/// The weights of Adams and Bashforth add up to 1 in either sequence, and one condition of order 2 alone fails; of order 4 several do.
+#[test]
+fn an_exchange_that_mends_one_condition_may_be_a_coincidence() {
+    for (name, from, to, is_one) in [
+        ("adams-bashforth2", "\"-1/2\", \"3/2\"", "\"3/2\", \"-1/2\"", true),
+        ("adams-bashforth4", "\"37/24\", \"-59/24\"", "\"-59/24\", \"37/24\"", false),
+    ] {
+        let judgement = judge(&changed(name, &[(from, to)]), Effort::Theory);
+        assert!(matches!(judgement.diagnosis, Diagnosis::Exchanged { .. }), "{name}: {:?}", judgement.diagnosis);
+        let told = judgement.diagnosis_text().expect("it is told");
+        let text = "One condition may hold by coincidence: it may be the label that is wrong.";
+        assert_eq!(told.contains(text), is_one, "{name}: {told}");
+    }
+}
+
 #[test]
 fn a_missing_sign_is_a_single_wrong_entry() {
     assert_eq!(proposed("dormand-prince", &[("\"-56/15\"", "\"56/15\"")]), ["a[4,2]: 56/15 → -56/15"]);
