@@ -443,7 +443,7 @@ mod tests {
     fn a_value_is_rounded_to_the_places_that_are_printed() {
         let beside = |text: &str, radius: f64, x: &Real| {
             let real = Real::double(text.parse().expect("a decimal")).widened(radius);
-            let old = Coefficient { text: text.to_owned(), real, exact: None, ..Coefficient::zero() };
+            let old = Coefficient { text: text.to_owned(), real, exact: None };
             to_places(x, &old).map(|(text, _)| text)
         };
         assert_eq!(beside("-0.267", 5e-4, &ratio(-1, 6)).as_deref(), Some("-0.167"));

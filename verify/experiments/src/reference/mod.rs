@@ -1,4 +1,4 @@
-//! Reference solutions that share no code with the methods under test.
+//! Reference solutions by other libraries. CVODE shares no code with the methods under test, and diffsol no more than the package nalgebra.
 //!
 //! A reference solves a first-order system v̇ = f(t, v) that a problem states by hand in [`Ode`]; it never sees
 //! the discretisation that it is to judge. Each is solved at two tolerances, and twice the difference is its error bound.
