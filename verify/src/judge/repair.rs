@@ -418,6 +418,7 @@ mod tests {
         let either = [0, 1].map(|i| (Place::B(i), "2/3".to_owned()));
         assert_eq!(changes("'1/3', '1/3'"), either);
     }
+
     /// A row of sum ¼ beside c = ½, and one of sum ½ beside ¾: only a₁₂ is above the diagonal.
     #[test]
     fn an_entry_above_the_diagonal_makes_a_diagonally_implicit_method_implicit() {
