@@ -137,9 +137,13 @@ fn bench_counts_instructions_that_repeat_or_says_that_valgrind_is_missing() {
     let (status, once, errors) = say(&arguments.join(" "));
     assert_eq!(status, 0, "{errors}");
     let row = once.lines().nth(1).expect("a row");
-    assert!(text.lines().any(|line| line == row), "the same binary: {text} {row}");
     let numbers = |row: &str| row.split(' ').filter_map(|word| word.parse().ok()).collect::<Vec<f64>>();
     let [ours, by_hand, ratio] = numbers(row)[..] else { panic!("{row}") };
+    // The same binary takes the same instructions but for a few hundred a run of the allocator, which takes the way that the cases before have left.
+    let among_all = text.lines().find_map(|line| line.strip_prefix("midpoint, Kepler")).expect("a row for each case");
+    for (among_all, alone) in numbers(among_all).into_iter().zip([ours, by_hand]) {
+        approx::assert_relative_eq!(among_all, alone, max_relative = 1e-3);
+    }
     approx::assert_relative_eq!(ratio, ours / by_hand, max_relative = 0.01);
     // Where the loops by hand take as many as the golden's, to the digits shown, compiler and processor are those of the golden, and the steps are
     // to take as many too.
