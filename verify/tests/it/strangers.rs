@@ -1144,3 +1144,41 @@ fn rows_beyond_the_end_of_the_exact_solution_are_said_to_be_none_of_it() {
     let (_, _, errors) = verify(&line.replace("--t-end 3", "--t-end 0.9").split(' ').collect::<Vec<_>>());
     assert!(!errors.contains("the exact solution ends"), "{errors}");
 }
+
+/// The text of a model of these initial values and rates of w0, w1, …
+fn model_of(name: &str, initial: &[f64], rate: impl Fn(usize) -> String) -> String {
+    let values: Vec<String> = initial.iter().enumerate().map(|(k, x)| format!("w{k} = {x:.20}")).collect();
+    let rates: Vec<String> = (0..initial.len()).map(rate).collect();
+    file(name, &format!("u_i {{ {} }}\nF_i {{ {} }}", values.join(", "), rates.join(",\n"))).display().to_string()
+}
+
+/// The Kuramoto–Sivashinsky equation keeps u(−x) = −u(x), and at 0 leaves roundings of u, 10⁻¹⁸, whose sign is nobody's.
+#[test]
+fn what_vanishes_by_symmetry_has_no_sign() {
+    let (n, dx) = (64, 22.0 / 64.0);
+    let initial: Vec<f64> = (0..n).map(|k| (std::f64::consts::TAU * k as f64 / n as f64).sin()).collect();
+    let model = model_of("sivashinsky.ds", &initial, |k| {
+        let [a, b, c, d, e] = [n - 2, n - 1, n, n + 1, n + 2].map(|j| format!("w{}", (k + j) % n));
+        let (steep, second, fourth) = (0.25 / dx, 1.0 / (dx * dx), 1.0 / (dx * dx * dx * dx));
+        format!(
+            "-({d}*{d} - {b}*{b})*{steep} - ({b} - 2*{c} + {d})*{second} - ({a} - 4*{b} + 6*{c} - 4*{d} + {e})*{fourth}"
+        )
+    });
+    let (code, _, error) =
+        verify(&["solve", "--model", &model, "--method", "radau-adaptive", "--h", "0.05", "--t-end", "1"]);
+    assert!(code == 0 && !error.contains("changes its sign"), "{error}");
+}
+
+/// Layers of the Allen–Cahn equation that hardly move: what a solver may take of 200 unknowns is 625 steps, and it was asked to stop 1024 times.
+#[test]
+fn a_solver_that_is_asked_to_stop_too_often_is_not_lost() {
+    let (n, dx) = (200, 0.01);
+    let layers = |k: usize| -1.0 + (k as f64 + 0.5) * dx;
+    let initial: Vec<f64> = (0..n).map(|k| layers(k).powi(2) * (std::f64::consts::PI * layers(k)).cos()).collect();
+    let model = model_of("allen-cahn.ds", &initial, |k| {
+        let [left, here, right] = [k.saturating_sub(1), k, (k + 1).min(n - 1)].map(|j| format!("w{j}"));
+        format!("{}*({left} - 2*{here} + {right}) + {here} - {here}*{here}*{here}", 4e-4 / (dx * dx))
+    });
+    let (code, _, error) = verify(&["solve", "--model", &model, "--method", "method-i", "--h", "0.5", "--t-end", "60"]);
+    assert!(code == 0 && !error.contains("neither of two solvers"), "{error}");
+}

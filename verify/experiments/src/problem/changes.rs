@@ -1,6 +1,7 @@
 //! When f changes by itself, between the times at which a run would look.
 
 use super::Problem;
+use super::rounding::rounding;
 use crate::measure::norm::{distance, larger};
 
 /// The part by which a time advances in each of the equal parts of a run over the one before: the golden ratio, to whose multiples no
@@ -65,6 +66,8 @@ pub fn changes(problem: &dyn Problem, horizon: f64, stops: &[f64]) -> Vec<f64> {
 /// which it may: a course that is off on more of them is one that the states do not resolve.
 const ODD: f64 = 1.0;
 const FEW: usize = 16;
+/// Times what a few roundings of a state make of f, which is nothing that acts.
+const ROUNDINGS: f64 = 8.0;
 
 /// Times between those of a course at which f, along the cubic through two states and their rates, is another than the slope of that: it
 /// acts for a moment at some place, over which a run may pass as over some time.
@@ -96,8 +99,14 @@ pub fn acts_between(problem: &dyn Problem, times: &[f64], states: &[Vec<f64>]) -
                 (v, (line + (1.0 - s) * (1.0 - 3.0 * s) * left + s * (3.0 * s - 2.0) * right) / h)
             })
             .unzip();
-        let f = f(times[way] + s * h, &v);
-        (0..n).any(|k| (f[k] - slope[k]).abs() > ODD * largest[k])
+        let t = times[way] + s * h;
+        let f = f(t, &v);
+        let mut off =
+            (0..n).map(|k| (k, (f[k] - slope[k]).abs())).filter(|(k, off)| *off > ODD * largest[*k]).peekable();
+        off.peek().is_some() && {
+            let rounded = rounding(|v, f| ode.rhs(t, v, f), &v, n);
+            off.any(|(k, off)| off > ROUNDINGS * rounded[k])
+        }
     };
     let (mut odd, mut looks) = (0, 0);
     let mut found = Vec::new();

@@ -3,6 +3,7 @@
 use lsvi::VectorField;
 
 use super::Problem;
+use super::rounding::rounding;
 
 /// Halvings of the way between two states after which a jump is still there, and what is smooth a thousandth of what it was.
 const HALVINGS: u32 = 10;
@@ -16,6 +17,8 @@ const GROWN: f64 = 2.0;
 const PARTS: u32 = 64;
 /// Part of the largest value of a component of f below which a change of it is none: rounding does not get less with the way.
 const NOISE: f64 = 1e-9;
+/// Times what a few roundings of the state make of f that a jump is more than.
+const ROUNDINGS: f64 = 8.0;
 
 /// A component of f that jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +103,14 @@ impl<'a> Jumps<'a> {
             (k, change(&first, &half), change(&half, &last), change(&first, &last))
         });
         let is_jump = |(_, a, b, all): &(usize, f64, f64, f64)| a.max(*b) >= MOST * all && a.max(*b) > NOISE;
-        let (component, a, b, _) = changes.filter(is_jump).max_by(|x, y| x.1.max(x.2).total_cmp(&y.1.max(y.2)))?;
+        let mut found: Vec<_> = changes.filter(is_jump).collect();
+        if !found.is_empty() {
+            // Beside the last jump, at a place, a rounding makes all of it.
+            let [before, behind] = [from, to].map(|(t, v)| rounding(|v, f| self.field.rhs(t, v, f), v, first.len()));
+            let of_rounding = |k: usize| ROUNDINGS * before[k].min(behind[k]) / self.largest[k];
+            found.retain(|(k, a, b, _)| a.max(*b) > of_rounding(*k));
+        }
+        let (component, a, b, _) = found.into_iter().max_by(|x, y| x.1.max(x.2).total_cmp(&y.1.max(y.2)))?;
         let (mut way, mut sides) = if a >= b {
             ([0.0, 0.5], [first[component], half[component]])
         } else {

@@ -34,6 +34,7 @@ mod prothero_robinson;
 mod published;
 mod quadratic_drag;
 mod robertson;
+pub mod rounding;
 mod spherical_pendulum;
 mod tabulated;
 mod unit_sphere;

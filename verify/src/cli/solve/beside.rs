@@ -54,8 +54,8 @@ const EVALUATIONS: u64 = 100_000;
 const STEPS: u64 = 40_000;
 /// A method that comes to nine tenths of where it ended in this part of its steps ended for what is there, and not for the length of the run.
 const EARLY: u64 = 10;
-/// Equal parts of a run at whose ends that method stops, where a reference was lost.
-const STOPS: u32 = 1024;
+/// Steps of that method for each of the equal parts of a run at whose ends it stops, where a reference was lost: stops are not what takes its steps.
+const OF_A_STOP: u64 = 40;
 
 /// Largest model whose solution is cheap enough.
 pub(super) const MOST: usize = 256;
@@ -247,7 +247,8 @@ impl Beside {
     /// That no solver with steps of its own comes to the end, for another reason than that it would take too many of them all the way.
     fn unfollowed(&self, problem: &dyn Problem, units: &[f64]) -> Option<String> {
         // With stops on the way, or it may leap over what stopped the reference.
-        let stops: Vec<f64> = (1..=STOPS).map(|k| f64::from(k) / f64::from(STOPS) * self.last.t).collect();
+        let count = affordable(STEPS, units.len()) / OF_A_STOP;
+        let stops: Vec<f64> = (1..=count).map(|k| k as f64 / count as f64 * self.last.t).collect();
         let error = run_through(problem, &*accurate(units, STEPS)?, &stops).err()?;
         let is_told = match error {
             RunError::Step(StepError::TooManySteps { t, .. }) => {

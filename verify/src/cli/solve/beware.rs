@@ -5,8 +5,9 @@ use verify::experiment::{growth, step_error};
 use verify::measure::norm::{Extremes, distance, larger, max_norm};
 use verify::measure::stability::{eigenvalues, spectral_abscissa};
 use verify::method::Method;
+use verify::problem::rounding::rounding;
 use verify::problem::{Problem, component_names};
-use verify::reference::{self, Ode};
+use verify::reference::{self, InUnits, Ode};
 use verify::run::step_from;
 
 use super::held::Held;
@@ -39,6 +40,12 @@ const LOST: f64 = 1e-3;
 
 /// Times within a step at which a reference is asked for its state.
 const LOOKS: u32 = 16;
+
+/// The tolerance of a reference that tells of the sign of what is lost, in units of its largest value.
+const SIGNS: f64 = 1e-8;
+
+/// Times what a step makes of a few roundings of the state below which a component has no sign.
+const ROUNDINGS: f64 = 8.0;
 
 /// The smallest tolerance of a reference that rounding leaves room for.
 const FINEST: f64 = 1e-13;
@@ -162,16 +169,13 @@ impl Rates {
 
 impl Crossing {
     /// Whether the solution from the start of the step comes to the other side of zero as well, by more than `far`.
-    fn is_of_solution(&self, ode: &dyn Ode, k: usize, far: f64) -> bool {
-        // Noise of the reference is not to count.
-        let tolerance = (0.01 * far).min(1e-8);
-        if tolerance < FINEST {
-            return false;
-        }
+    fn is_of_solution(&self, ode: &dyn Ode, k: usize, far: f64, sizes: &[f64]) -> bool {
+        let units: Vec<f64> = sizes.iter().map(|size| if size.is_normal() { *size } else { 1.0 }).collect();
+        let ode = InUnits::new(ode, &units);
         let times: Vec<f64> =
             (1..=LOOKS).map(|i| self.start + f64::from(i) / f64::from(LOOKS) * (self.end - self.start)).collect();
-        let states = solution(ode, (self.start, &self.from), &times, tolerance);
-        states.is_some_and(|states| states.iter().any(|state| -state[k] * self.from[k].signum() > far))
+        let states = solution(&ode, (self.start, &ode.in_units(&self.from)), &times, SIGNS);
+        states.is_some_and(|states| states.iter().any(|state| -state[k] * units[k] * self.from[k].signum() > far))
     }
 }
 
@@ -253,7 +257,12 @@ impl Watch {
                 continue;
             }
             let Some(crossing) = since else { continue };
-            if crossing.is_of_solution(ode, k, far) {
+            // All that there is of it may be roundings, as of what vanishes by symmetry.
+            let rounded = rounding(|v, f| ode.rhs(t, v, f), state, state.len())[k];
+            if state[k].abs() <= ROUNDINGS * (t - start) * rounded {
+                continue;
+            }
+            if crossing.is_of_solution(ode, k, far, &self.sizes) {
                 self.refuted += 1;
                 *since = None;
             } else {
@@ -683,7 +692,7 @@ mod tests {
         let oscillator = problem::build("harmonic-oscillator", &[]).expect("registered");
         let crosses = |end: f64| {
             let crossing = Crossing { start: 0.0, end, from: vec![1.0, 0.0] };
-            crossing.is_of_solution(oscillator.ode(), 0, 1e-3)
+            crossing.is_of_solution(oscillator.ode(), 0, 1e-3, &[1.0; 2])
         };
         assert_eq!([std::f64::consts::TAU, 1.5].map(crosses), [true, false]);
     }
