@@ -10,7 +10,8 @@
 //! - A stays regular on the way from 0 to h. It does where A(h) acts on the residual as its limit for s → 0 does, to within
 //!   [`CLOSE`]. Where it does not, first increments at h/2, h/4, … tell until two of them are in proportion: in a mode of
 //!   rate λ their ratio is (1 − z)/(2 − z), z = hλ, in the disk of diameter [½, 1] where Re z ≤ 0, and leaves it where A is
-//!   singular in between.
+//!   singular in between;
+//! - where a first guess leads further away than x₀ is large, increments contract from those for h/2, h/4, … too.
 //!
 //! A root that is found next to x₀, to half of the digits, is the branch's where F is affine along its tangent: beside a rest increments
 //! are roundings, in no proportion to each other.
@@ -356,7 +357,9 @@ impl Newton {
         match found {
             Ok(Root::Found { .. }) if kind == LimitAtZero::Unknown => return Ok(()),
             Ok(Root::Found { contraction })
-                if self.is_in_reach(way, contraction) && self.is_near_branch(system, h, contraction) =>
+                if self.is_in_reach(way, contraction)
+                    && self.is_near_branch(system, h, contraction)
+                    && self.contracts_on_way_to_guess(system, h) =>
             {
                 return Ok(());
             }
@@ -381,7 +384,8 @@ impl Newton {
             Ok(Root::Found { contraction })
                 if (self.is_in_reach(way, contraction) && self.has_short_tangent(system, h)
                     || LOOKS.iter().all(|part| self.is_borne_out(system, (0.0, h), *part, x)))
-                    && self.is_regular(system, h, contraction) =>
+                    && self.is_regular(system, h, contraction)
+                    && self.contracts_on_way_to_guess(system, h) =>
             {
                 return Ok(());
             }
@@ -452,6 +456,34 @@ impl Newton {
     /// Whether the derivative may be taken to be on a way of this length from the origin what it is at its ends.
     fn is_in_reach(&self, way: f64, contraction: f64) -> bool {
         contraction <= UNCHANGED || way <= CLOSE * max_norm(&self.origin)
+    }
+
+    /// Whether increments contract from the first guesses for h/2, h/4, … too, as far as these leave the origin behind: far from it the equation may
+    /// be simple again, on the other side of a fold.
+    fn contracts_on_way_to_guess(&mut self, system: &mut dyn System, h: f64) -> bool {
+        let far = difference(&self.guess, 1.0, &self.origin);
+        let mut part = 1.0;
+        for _ in 0..HALVINGS {
+            if part * far <= max_norm(&self.origin) {
+                return true;
+            }
+            part *= 0.5;
+            let ends = self.origin.iter().zip(&self.guess);
+            self.point.iter_mut().zip(ends).for_each(|(x, (origin, guess))| *x = origin + part * (guess - origin));
+            if !self.set_increment_at_point(system, part * h) {
+                return false;
+            }
+            let size = max_norm(&self.increment);
+            self.point.iter_mut().zip(&self.increment).for_each(|(x, d)| *x -= d);
+            system.residual(part * h, &self.point, &mut self.increment);
+            self.work.residuals += 1;
+            self.lu.solve(&mut self.increment);
+            let next = max_norm(&self.increment);
+            if next.is_nan() || next > SURE_CONTRACTION * size + self.roundoff() {
+                return false;
+            }
+        }
+        true
     }
 
     /// Whether a way of this length from the origin is none to half of the digits, of equations of which that tells; where roundings were

@@ -7,11 +7,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use lsvi::adaptive::Tolerances;
+use lsvi::{SolveError, StepError};
 use verify::judge::file::MethodFile;
+use verify::measure::norm::distance;
 use verify::measure::refinement::Question;
 use verify::measure::refinement::data::{Spacing, read};
 use verify::problem::model::Model;
-use verify::run::{RunError, run_while};
+use verify::run::{RunError, run_while, step_from};
 use verify::{golden, method, problem};
 
 /// Uniform numbers by Knuth's MMIX generator, of which the upper bits are the good ones.
@@ -284,4 +286,66 @@ fn no_run_panics_works_without_end_or_returns_what_is_not_finite() {
     }
     println!("{finished} finished, {refused} refused");
     assert!(finished > 0 && refused > 0);
+}
+
+/// The end of a step moves with its length as far as its branch goes: it does not leap, and no step is longer than one of which the branch was found
+/// to end. Steps of motions that are constrained know no branch.
+#[test]
+fn no_step_of_a_motion_ends_on_another_branch_than_shorter_ones_lead_to() {
+    const PARTS: u32 = 24;
+    const HALVINGS: u32 = 20;
+    let methods: Vec<_> = method::ALL
+        .iter()
+        .flat_map(|spec| spec.examples)
+        .map(|name| method::parse(name).expect("registered"))
+        .filter(|method| !method.traits().is_adaptive)
+        .collect();
+    let motions: Vec<_> = problem::ALL
+        .iter()
+        .map(|spec| (spec.name, problem::small(spec.name).expect("registered")))
+        .filter(|(_, problem)| problem.mechanics().is_some_and(|mechanics| mechanics.constraint.is_none()))
+        .collect();
+    let mut random = Random(8);
+    let (mut followed, mut folds) = (0, 0);
+    for _ in 0..count(60) {
+        let ((name, problem), method) = (&motions[random.below(motions.len())], random.of(&methods));
+        let longest = random.size(2, 1);
+        let what = format!("{} on {name}", method.name());
+        let step = |h: f64| step_from(&**problem, problem.initial(), method, h);
+        let (mut last, mut fold) = ((0.0, problem.initial()), None);
+        for k in 1..=PARTS {
+            let h = longest * f64::from(k) / f64::from(PARTS);
+            let end = match step(h) {
+                Ok(end) => end,
+                Err(RunError::Step(StepError::Solve { source: SolveError::BranchLost { reached }, .. })) => {
+                    fold = fold.or(Some(reached));
+                    folds += 1;
+                    continue;
+                }
+                Err(_) => continue,
+            };
+            assert!(fold.is_none(), "{what}: a step of h = {h} ends at {end:?}, and the branch at h = {fold:?}");
+            let mut ends = [last, (h, end.clone())];
+            let whole = distance(&ends[0].1, &end);
+            let closer = || {
+                let middle = 0.5 * (ends[0].0 + ends[1].0);
+                let v = step(middle).ok()?;
+                let is_later = distance(&ends[0].1, &v) >= distance(&v, &ends[1].1);
+                ends[usize::from(is_later)] = (middle, v);
+                Some(())
+            };
+            // A step that fails in between tells nothing; what moves evenly is at rest in a millionth of the way, but for Newton's tolerance.
+            if std::iter::repeat_with(closer).take(HALVINGS as usize).all(|closer| closer.is_some()) {
+                let [(before, a), (behind, b)] = &ends;
+                let is_even = distance(a, b) <= 1e-3 * whole + 1e-9;
+                assert!(
+                    is_even,
+                    "{what}: from h = {before:?} to {behind:?} the end of a step leaps from {a:?} to {b:?}"
+                );
+                followed += 1;
+            }
+            last = (h, end);
+        }
+    }
+    assert!(folds > 0 && followed > 0, "{folds} folds, {followed} pieces");
 }
