@@ -410,7 +410,8 @@ fn a_coarse_estimate_is_said_to_be_one() {
 fn rows_run_from_zero_to_the_end_by_a_shortened_last_step() {
     let times = |line: &str| -> Vec<f64> {
         let (status, text, message) = say(line);
-        assert_eq!((status, message.as_str()), (0, ""));
+        // Of a few steps the estimate is coarse.
+        assert!(status == 0 && !message.contains("warning"), "{message}");
         table(&text).1.iter().map(|row| row[0]).collect()
     };
     let solve = "solve --problem logistic --method method-i --csv -";

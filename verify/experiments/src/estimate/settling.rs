@@ -1,8 +1,7 @@
 //! Whether the order that an estimate is taken with shows at its step.
 
 use crate::measure::norm::{distance, max_norm};
-use crate::method::Method;
-use crate::order::roundoff;
+use crate::method::{Method, roundoff};
 use crate::problem::Problem;
 use crate::run::run;
 
