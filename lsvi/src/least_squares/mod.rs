@@ -9,7 +9,7 @@
 //! |---|---|---|---|
 //! | dense | any | α p₀ + β p₁ = 0 | Newton's method |
 //! | banded, sparse | any | augmented by y = −M⁻¹(M v₁ − h f₁), as well conditioned as B | Newton's method |
-//! | any, f linear | Method I | M y + B v₁, Bᵀy − M v₁ given | a [`StepSolver`], factored once |
+//! | any, f linear, more than a few unknowns | Method I | M y + B v₁, Bᵀy − M v₁ given | a [`StepSolver`], factored once |
 //! | any, with a solver | Method I | minimum of the action | Gauss–Newton and a [`StepSolver`] |
 //! | any, with a solver | any other | α p₀ + β p₁ = 0 | inexact Newton and a [`StepSolver`] |
 
@@ -39,6 +39,9 @@ use crate::newton::Work;
 use crate::operator::StepOperator;
 use crate::solver::{StepSolver, assembled_structure};
 use crate::vector_field::{VectorField, check_system};
+
+/// Unknowns of a dense field up to which steps are compiled for it whatever it declares: an iteration costs less than a solver's work space.
+const COMPILED: usize = 4;
 
 /// Method I, p₁ = 0: Eq. (22) on v̇ = −v, second order, L-stable on symmetric dissipative systems.
 ///
@@ -163,11 +166,13 @@ impl<F: VectorField> LeastSquaresStep<F> {
         let is_method_i = closure.is_end_alone();
         let is_assembled = structure != Structure::MatrixFree;
         let rank = (!closure.has_limit() && is_assembled).then(|| Rank::new(n, &structure));
+        // Few unknowns are stepped by what is compiled for f; of more, factors that serve all steps save what a step costs.
+        let is_affine = is_method_i && field.is_linear();
         let equations = match solver {
-            None if structure == Structure::Dense => Equations::Dense(Box::new(DenseStep::new(n))),
-            solver if is_method_i && field.is_linear() => {
-                Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, solver)))
+            None if structure == Structure::Dense && !(is_affine && n > COMPILED) => {
+                Equations::Dense(Box::new(DenseStep::new(n)))
             }
+            solver if is_affine => Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, solver))),
             Some(solver) if is_method_i => Equations::GaussNewton(Box::new(GaussNewton::new(n, &structure, solver))),
             Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, solver))),
             None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass))),

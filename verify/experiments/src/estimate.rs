@@ -1,5 +1,7 @@
 //! The error of a run in time, estimated by a finer run beside it.
 
+mod settling;
+
 use lsvi::{Integrator, State, StepError, Trajectory};
 
 use crate::method::Method;
@@ -7,6 +9,8 @@ use crate::problem::Problem;
 use crate::problem::jumps::{Jump, Jumps};
 use crate::run::RunError;
 use crate::theory::order_plan;
+
+pub use settling::Settling;
 
 /// A tightening of tolerances divides the error by about this.
 const TIGHTENED: f64 = 10.0;
@@ -42,8 +46,8 @@ pub struct Estimator<'a> {
     left: u32,
     before: State,
     part: f64,
-    /// Whether the finer run chooses its steps, which may then be those of the other.
-    is_adaptive: bool,
+    /// The order by which errors are taken to fall with the step; none of a method that chooses its steps, which may then be those of the other.
+    order: Option<f64>,
     at: Vec<f64>,
     failure: Option<StepError>,
 }
@@ -58,13 +62,13 @@ impl<'a> Estimator<'a> {
         // A longer step is cut to the interval, which is then what is halved; an empty interval has no steps.
         let h = if t_end > 0.0 { h.min(t_end) } else { h };
         let longest = if t_end > 0.0 { problem.ode().longest_step(t_end) } else { h };
-        let (integrator, h, part) = match method.tightened(TIGHTENED) {
+        let (integrator, h, part, order) = match method.tightened(TIGHTENED) {
             // Two runs that both step over what f does for a moment differ by nothing.
-            Some(tightened) => (tightened.build(problem)?, h.min(longest), 1.0 - TIGHTENED.recip()),
+            Some(tightened) => (tightened.build(problem)?, h.min(longest), 1.0 - TIGHTENED.recip(), None),
             None => {
                 let limit = problem.limit(method.principle()).order.unwrap_or(f64::INFINITY);
                 let order = order_plan(problem, method).expectation.order.min(limit);
-                (method.build(problem)?, 0.5 * h, 1.0 - (-order).exp2())
+                (method.build(problem)?, 0.5 * h, 1.0 - (-order).exp2(), Some(order))
             }
         };
         let initial = problem.initial();
@@ -72,7 +76,7 @@ impl<'a> Estimator<'a> {
         let fine = Some(Trajectory::new(integrator, before.clone(), h, t_end)?);
         let mut jumps = if is_adaptive { None } else { Jumps::new(problem) };
         jumps.iter_mut().for_each(|jumps| jumps.start(before.t, &before.q));
-        Ok(Self { fine, grid: [h, t_end], jumps, left: JUMPS, before, part, is_adaptive, at, failure: None })
+        Ok(Self { fine, grid: [h, t_end], jumps, left: JUMPS, before, part, order, at, failure: None })
     }
 
     /// The finer run's state at t, later than the last one asked for; `None` from where it failed.
@@ -186,8 +190,18 @@ impl<'a> Estimator<'a> {
     /// steps for both tolerances, and the two runs are one, to roundings.
     #[must_use]
     pub fn error(&self, difference: f64, size: f64) -> Option<f64> {
-        let is_none = self.is_adaptive && difference <= ROUNDINGS * f64::EPSILON * size;
+        let is_none = self.order.is_none() && difference <= ROUNDINGS * f64::EPSILON * size;
         (!is_none).then(|| difference / self.part)
+    }
+
+    /// Whether the order of the estimate shows at the end of the run, where the finer run is too: a third run, with twice the step, tells. `None`
+    /// before the end and of an adaptive method, where the finer run met jumps or failed, and where the difference is of roundings.
+    #[must_use]
+    pub fn settling(&self, problem: &dyn Problem, method: &dyn Method, end: &State) -> Option<Settling> {
+        let [half, t_end] = self.grid;
+        let is_end = (t_end - end.t).abs() <= ROUNDINGS * f64::EPSILON * t_end;
+        let order = self.order.filter(|_| is_end && self.failure.is_none() && self.left == JUMPS)?;
+        Settling::of(problem, method, [2.0 * half, t_end], [&end.q, &self.at], order)
     }
 
     /// Why the finer run ended early, if it did.

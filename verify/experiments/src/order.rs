@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::measure::decimal::{decimals, significant};
 use crate::measure::norm::{distance, max_norm};
 use crate::measure::order::{self, Measured, OrderFit, Reason, Sample, Verdict, fit};
-use crate::method::Method;
+use crate::method::{Method, roundoff};
 use crate::problem::{Limit, Problem};
 use crate::program::ProgramError;
 use crate::reference::bound::{self, FINER};
@@ -463,12 +463,6 @@ pub fn depends_on_time(problem: &dyn Problem) -> bool {
     [0.3, 0.7].into_iter().any(|part| rate(part * horizon) != first)
 }
 
-/// The roundoff that N steps of `method` leave in states no larger than `size`: N ε |q|, one rounding of the state per step,
-/// and that of the momentum, where the state carries one.
-pub fn roundoff(method: &dyn Method, size: f64, steps: f64) -> f64 {
-    f64::EPSILON * size * (steps + method.momentum_roundoff(steps))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -490,14 +484,6 @@ mod tests {
         assert!(untold(verdict(beside_theory(of(3.0), Some("why"), None))));
         let found = beside_theory(of(2.0), Some("why"), None).expect("told");
         assert!(found.verdict == Verdict::Fail && found.reason.ends_with("no order should be told: why"));
-    }
-
-    /// A rounding a step, and what a method that keeps momenta loses in them.
-    #[test]
-    fn momenta_lose_digits_beside_a_rounding_a_step() {
-        let of = |name: &str| roundoff(&*crate::method::parse(name).expect("a method"), 2.0, 100.0) / f64::EPSILON;
-        assert_eq!(of("rk4"), 200.0);
-        assert_eq!(of("conventional"), 2.0 * (100.0 + 1e4));
     }
 
     #[test]

@@ -120,7 +120,7 @@ fn caption(grid: &Grid) -> String {
     format!(
         "log₁₀ of the largest difference over its bound, solver by problem: −1 is ten times closer than the bound. The bound of a method \
          is twice the error that its own two runs predict and a rounding for each step, and the truth's own bound comes on top; a method whose error \
-         is as predicted, and far above both, stands at log₁₀ ½ = −0.3, as {} of {} cells do. A cell leads to its check. It is blank where the solver is not made for the problem.",
+         is as predicted, and far above both, stands at log₁₀ ½ = −0.3, as {} of {} cells do. A cell leads to its check. It is blank where a solver comes to no end, or is not run.",
         shown().filter(|value| is_half(*value)).count(),
         shown().count()
     )

@@ -2,9 +2,9 @@
 
 use super::parts::order_check;
 use super::{Context, Study, StudyError, prose};
-use crate::evidence::number::between;
+use crate::evidence::number::{between, brief, rounded_up};
 use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
-use crate::experiment::error_control::{ActionStep, StepsOfOrder5, Tolerated};
+use crate::experiment::error_control::{ActionStep, Growth, OfOrder5, Tolerated};
 use crate::measure::norm::{Extremes, max_norm};
 use crate::measure::order::{Expectation, Sample, fit};
 use crate::problem;
@@ -21,8 +21,8 @@ pub(super) const STUDY: Study = Study {
 fn study(context: &Context) -> Result<Evidence, StudyError> {
     let mut evidence = Evidence::default();
     tolerances(&mut evidence, context)?;
-    grid(&mut evidence, context)?;
-    actions(&mut evidence, context)?;
+    let rises = grid(&mut evidence, context)?;
+    actions(&mut evidence, context, rises)?;
     Ok(evidence)
 }
 
@@ -93,57 +93,152 @@ fn tolerances(evidence: &mut Evidence, context: &Context) -> Result<(), StudyErr
     Ok(())
 }
 
-/// Rejected steps come and go with a tolerance: the part, and the number of steps, by which work may fall as it tightens.
-const SPARED: (f64, f64) = (1.1, 3.0);
+/// What the error of a step is of its tolerance at most: the estimate of s stages, of order s, is held to 0.1 tol^{(s+1)/2s}, and the
+/// error, of order 2s − 1, is about its power 2s/(s+1), which is 0.1^{3/2} tol with three stages and less with more.
+const OF_A_STEP: f64 = 0.031_622_776_601_683_79;
 
-/// What an error is held to, within [`KEPT`], where so much is tolerated.
-fn bound(name: &str, tolerated: f64) -> f64 {
-    if name == STIFF { tolerated.max(tolerated.powf(2.0 / 3.0)) } else { tolerated }
+/// The smallest power (s + 1)/2s of a tolerance that an estimate is held to, that of seven stages.
+const OF_AN_ESTIMATE: f64 = 4.0 / 7.0;
+
+/// A run with tolerances of its own in either direction.
+struct Cell {
+    /// Minus the exponents of rtol and atol.
+    at: [i32; 2],
+    /// What the error is held to.
+    bound: f64,
+    /// The largest error on the way.
+    largest: f64,
+    /// The steps of order 5.
+    steps: f64,
 }
 
-/// Both tolerances varied on their own: what is tolerated in each cell against the error made, and the steps of order 5.
-fn grid(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> {
+impl Cell {
+    /// Whether both tolerances are smaller by so many digits at least.
+    fn is_looser(&self, other: &Self, digits: i32) -> bool {
+        self.at.iter().zip(&other.at).all(|(at, other)| at + digits <= *other)
+    }
+}
+
+/// What an error is held to in so many steps along a solution of this size whose neighbours part by this factor.
+fn bound(name: &str, tolerated: f64, (steps, growth, size): (f64, f64, f64)) -> f64 {
+    if name == STIFF {
+        // The error of a step is as large as its estimate and dies out in the next.
+        tolerated.max(tolerated.powf(OF_AN_ESTIMATE))
+    } else {
+        steps * growth * (OF_A_STEP * tolerated + f64::EPSILON * size)
+    }
+}
+
+/// The two cells of which the second has tolerances smaller by so many digits and the largest share of the first one's error, NaN before all
+/// others.
+fn worst(cells: &[Cell], digits: i32) -> Option<(f64, &Cell, &Cell)> {
+    let pairs = cells.iter().flat_map(|cell| cells.iter().map(move |other| (cell, other)));
+    let pairs = pairs.filter(|(looser, tighter)| looser.at != tighter.at && looser.is_looser(tighter, digits));
+    let rises = pairs.map(|(looser, tighter)| (tighter.largest / looser.largest, looser, tighter));
+    // NaN is above all numbers.
+    rises.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+}
+
+/// Both tolerances varied on their own: what is tolerated in each cell against the error made, and the steps of order 5. Returns what the prose says
+/// of it.
+fn grid(evidence: &mut Evidence, context: &Context) -> Result<[(&'static str, String); 3], StudyError> {
     let exponents = || (2..=14).step_by(2);
-    let mut rows = Vec::new();
+    let (mut rows, mut rises) = (Vec::new(), Vec::new());
+    let (mut most, mut shares) = ((0.0, ""), Vec::new());
     for name in PROBLEMS {
         let horizon = horizon(name)?;
+        let growth = *context.get(Growth { problem: name, horizon })?;
         let mut cells = Vec::new();
         for (r, a) in exponents().flat_map(|r| exponents().map(move |a| (r, a))) {
             let (rtol, atol) = (10_f64.powi(-r), 10_f64.powi(-a));
             let setting = Tolerated { problem: name, horizon, rtol, atol };
-            let (run, tried) = (context.get(setting)?, *context.get(StepsOfOrder5(setting))?);
-            let tolerated = atol + rtol * run.size;
-            let held = bound(name, tolerated);
-            cells.push(((r, a), held, run.error, tried as f64));
-            rows.push(row![name, horizon, rtol, atol, held, run.error, run.work.steps, tried]);
+            let (run, of_order_5) = (context.get(setting)?, context.get(OfOrder5(setting))?);
+            let bound = bound(name, atol + rtol * run.size, (run.work.steps as f64, growth, run.size));
+            cells.push(Cell { at: [r, a], bound, largest: run.largest, steps: of_order_5.accepted as f64 });
+            let (accepted, rejected) = (of_order_5.accepted, of_order_5.rejected);
+            rows.push(row![
+                name,
+                horizon,
+                rtol,
+                atol,
+                bound,
+                run.largest,
+                run.error,
+                run.work.steps,
+                accepted,
+                rejected
+            ]);
         }
-        evidence.checks.push(Check::new(
-            format!("grid/{name}/error"),
-            format!("On {name} the error of radau-adaptive keeps to a bound that falls with each of rtol and atol: largest ratio of the two"),
-            cells.iter().map(|(_, held, error, _)| error / held).largest(),
-            Requirement::AtMost(KEPT),
-            "in every cell from 1e-2 to 1e-14 of both the bound is atol + rtol |v|, or its power 2/3 where that is more and the problem is \
-             stiff; from one tolerance to the next the error itself may rise",
-        ));
-        let neighbours = cells.iter().flat_map(|cell| cells.iter().map(move |other| (cell, other)));
-        let tighter = neighbours.filter(|(((r, a), ..), ((k, l), ..))| k >= r && l >= a);
-        evidence.checks.push(Check::new(
-            format!("grid/{name}/work"),
-            format!("On {name} the steps of order 5 grow with each of rtol and atol: largest ratio of fewer asked for to more"),
-            tighter.map(|((.., few), (.., many))| (few - SPARED.1) / many).largest(),
-            Requirement::AtMost(SPARED.0),
-            "what the estimate is held to grows with each tolerance; three steps and a tenth of them for rejections",
-        ));
+        evidence.checks.extend(monotone(name, &cells));
+        if let Some((rise, looser, tighter)) = worst(&cells, 0) {
+            let [from, to] = [looser, tighter].map(|cell| cell.at.map(|k| 10_f64.powi(-k)));
+            let share = tighter.largest / tighter.bound;
+            shares.push(share);
+            if rise > most.0 {
+                most = (rise, name);
+            }
+            rises.push(row![name, from[0], from[1], looser.largest, to[0], to[1], tighter.largest, rise, share]);
+        }
     }
-    let caption = "Error of radau-adaptive at the end of the run and steps, at relative and absolute tolerances of their own; \
-                   bound: a tenth of what the error may be; tried: steps with three stages alone, rejected ones among them.";
-    let columns = ["problem", "t_end", "rtol", "atol", "bound", "error", "steps", "tried"];
+    let caption = "Largest error of radau-adaptive on the way and its bound, the error at the end, and steps, at relative and absolute \
+                   tolerances of their own; accepted, rejected: steps with three stages alone.";
+    let columns = ["problem", "t_end", "rtol", "atol", "bound", "largest", "error", "steps", "accepted", "rejected"];
     evidence.tables.push(Table::data("tolerance-grid", caption, columns, rows));
-    Ok(())
+    let caption = "Where smaller tolerances make the largest error rise most: both runs, the rise, and the part of its bound that the \
+                   larger error is.";
+    let columns =
+        ["problem", "from rtol", "from atol", "from error", "to rtol", "to atol", "to error", "rise", "of bound"];
+    evidence.tables.push(Table::new("tolerance-rises", caption, columns, rises));
+    let share = brief(rounded_up(shares.into_iter().largest(), 2));
+    Ok([("rise", brief(rounded_up(most.0, 2))), ("rises", format!("`{}`", most.1)), ("of_bound", share)])
+}
+
+/// Errors below a bound that falls with each tolerance, errors that fall, and steps that grow.
+fn monotone(name: &str, cells: &[Cell]) -> [Check; 3] {
+    let pairs = cells.iter().flat_map(|cell| cells.iter().map(move |other| (cell, other)));
+    let tighter = pairs.filter(|(looser, tighter)| looser.is_looser(tighter, 0));
+    let source = match name == STIFF {
+        true => {
+            "in every cell from 1e-2 to 1e-14 of both the bound is the power 4/7 of atol + rtol |v|, a digit above what the estimate is held to"
+        }
+        false => {
+            "in every cell from 1e-2 to 1e-14 of both the bound is 0.1^{3/2} (atol + rtol |v|) and a rounding for each step, times what \
+             neighbours of the solution part by"
+        }
+    };
+    [
+        Check::new(
+            format!("grid/{name}/error"),
+            format!(
+                "On {name} no error of radau-adaptive on the way exceeds a bound that falls with each of rtol and atol: largest ratio of the two"
+            ),
+            cells.iter().map(|cell| cell.largest / cell.bound).largest(),
+            Requirement::AtMost(1.0),
+            source,
+        ),
+        Check::new(
+            format!("grid/{name}/falls"),
+            format!(
+                "On {name} the largest error of radau-adaptive falls where both tolerances fall to a hundredth or less: largest ratio of the later to the earlier"
+            ),
+            worst(cells, 2).map_or(f64::NAN, |(rise, ..)| rise),
+            Requirement::Below(1.0),
+            "from one number and place of steps to another an error scatters by less than that",
+        ),
+        Check::new(
+            format!("grid/{name}/work"),
+            format!(
+                "On {name} no smaller tolerance takes fewer steps of order 5: largest ratio of steps to those of a smaller one"
+            ),
+            tighter.map(|(looser, tighter)| looser.steps / tighter.steps).largest(),
+            Requirement::AtMost(1.0),
+            "what the estimate is held to falls with each tolerance",
+        ),
+    ]
 }
 
 /// √(2 h L_d) beside the true error of a step.
-fn actions(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> {
+fn actions(evidence: &mut Evidence, context: &Context, rises: [(&'static str, String); 3]) -> Result<(), StudyError> {
     const TIMES: [&str; 3] = ["times_1", "times_2", "times_3"];
     const SMOOTH: [&str; 4] = ["logistic", "quadratic-drag", "damped-pendulum", "van-der-pol"];
     let mut rows = Vec::new();
@@ -221,6 +316,7 @@ fn actions(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError>
     let figure = Figure::new("action-indicator", caption, "action-indicator", panels);
     evidence.figures.push(figure.in_columns(3));
     values.push(("first_steps", first_steps.to_string()));
+    values.extend(rises);
     evidence.notes.extend(prose::fill(include_str!("error_control.md"), &values)?);
     Ok(())
 }
@@ -232,9 +328,43 @@ mod tests {
     #[test]
     fn only_what_is_stiff_may_have_the_power_of_its_tolerance() {
         for name in PROBLEMS.into_iter().filter(|name| *name != STIFF) {
-            assert_eq!([1e-9, 8.0].map(|tolerated| bound(name, tolerated)), [1e-9, 8.0], "{name}");
+            let of = |tolerated: f64| bound(name, tolerated, (10.0, 3.0, 2.0)) / (30.0 * tolerated);
+            assert!(
+                (of(1e-3) - 0.1_f64.powf(1.5)).abs() < 1e-11 && (of(8.0) - 0.1_f64.powf(1.5)).abs() < 1e-14,
+                "{name}"
+            );
+            assert!((bound(name, 0.0, (10.0, 3.0, 2.0)) / f64::EPSILON - 60.0).abs() < 1e-9, "{name}");
         }
         // Above one the power is less.
-        assert!((bound(STIFF, 1e-9) / 1e-6 - 1.0).abs() < 1e-12 && bound(STIFF, 8.0) == 8.0);
+        let of = |tolerated: f64| bound(STIFF, tolerated, (10.0, 3.0, 2.0));
+        assert!((of(1e-7) / 1e-4 - 1.0).abs() < 1e-12 && of(8.0) == 8.0);
+    }
+
+    /// On a grid of three by three, an error of a hundredth for each digit pair, and two steps more for each digit.
+    #[test]
+    fn a_rise_is_refused_where_both_tolerances_fall_and_a_step_fewer_anywhere() {
+        let cells = || -> Vec<Cell> {
+            let all = [2, 4, 6].into_iter().flat_map(|r| [2, 4, 6].map(|a| [r, a]));
+            let cell = |at: [i32; 2]| {
+                let digits = f64::from(at[0].min(at[1]));
+                Cell { at, bound: 10_f64.powf(-digits), largest: 0.5 * 10_f64.powf(-digits), steps: 2.0 * digits }
+            };
+            all.map(cell).collect()
+        };
+        let outcomes = |spoil: fn(&mut Vec<Cell>)| {
+            let mut cells = cells();
+            spoil(&mut cells);
+            monotone("logistic", &cells).map(|check| check.outcome == crate::evidence::Outcome::Pass)
+        };
+        assert_eq!(outcomes(|_| {}), [true; 3]);
+        // The second cell is beside the first, and the fifth a hundredth of it in both.
+        assert_eq!(outcomes(|cells| cells[1].largest *= 1.9), [true; 3]);
+        assert_eq!(outcomes(|cells| cells[1].largest *= 2.1), [false, true, true]);
+        assert_eq!(outcomes(|cells| (cells[4].bound, cells[4].largest) = (1.0, 0.5)), [true, false, true]);
+        assert_eq!(outcomes(|cells| cells[8].largest = f64::NAN), [false, false, true]);
+        assert_eq!(outcomes(|cells| cells[3].steps = 3.0), [true, true, false]);
+        let cells = cells();
+        let (rise, looser, tighter) = worst(&cells, 2).expect("a pair");
+        assert!((rise - 1e-2).abs() < 1e-12 && looser.is_looser(tighter, 2));
     }
 }

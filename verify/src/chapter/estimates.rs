@@ -36,7 +36,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         checks: problems(&found)
             .into_iter()
             .map(|problem| check(problem, &found))
-            .chain([tolerances(&adaptive)])
+            .chain([flagged(&found), tolerances(&adaptive)])
             .collect(),
         figures: vec![figure(&found, &adaptive)],
         tables: vec![table(&found), adaptive_table(&adaptive)],
@@ -61,6 +61,22 @@ fn check(problem: &str, found: &[Estimated]) -> Check {
         worst,
         SETTLED,
         format!("{} methods, each at the coarsest step of its fit; farthest is {named}", runs().count()),
+    )
+}
+
+/// Where runs with twice and half of the step show the order, the estimate is right at any step, and where it is not `solve` says so.
+fn flagged(found: &[Estimated]) -> Check {
+    let trusted = || found.iter().filter(|run| !run.is_flagged());
+    Check::at_most(
+        "flagged",
+        "An estimate that `solve` does not call coarse is the error, at coarse steps too: largest factor between the two",
+        trusted().map(|run| factor(run.ratio())).largest(),
+        SETTLED,
+        format!(
+            "{} of {} runs; where errors go by a power p − ½ to p + ½ of the step, the estimate is between 0.58 and 1.3 of the error",
+            trusted().count(),
+            found.len()
+        ),
     )
 }
 
@@ -91,6 +107,9 @@ fn notes(settled: &[&Estimated], coarse: &[&Estimated], adaptive: &[Adaptive]) -
             ("most", most(ratios().largest())),
             ("coarse", within(coarse)),
             ("coarse_all", coarse.len().to_string()),
+            ("flagged", coarse.iter().filter(|run| run.is_flagged()).count().to_string()),
+            ("flagged_settled", settled.iter().filter(|run| run.is_flagged()).count().to_string()),
+            ("far", far().count().to_string()),
             ("far_least", least(far().smallest())),
             ("far_most", most(far().largest())),
             ("smallest", format!("`{}` on `{}`", smallest.method, smallest.problem)),
@@ -132,9 +151,11 @@ fn figure(found: &[Estimated], adaptive: &[Adaptive]) -> Figure {
 fn table(found: &[Estimated]) -> Table {
     let rows = found.iter().map(|run| {
         let settled = if run.is_settled { "settled" } else { "not settled" };
-        row![&run.problem, &run.method, run.h, run.error, run.estimate, run.ratio(), settled]
+        let flag = if run.is_flagged() { "coarse" } else { "" };
+        let observed = run.settling.and_then(|settling| settling.observed);
+        row![&run.problem, &run.method, run.h, run.error, run.estimate, run.ratio(), settled, observed, flag]
     });
-    let columns = ["problem", "method", "h", "error", "estimate", "ratio", "order"];
+    let columns = ["problem", "method", "h", "error", "estimate", "ratio", "order", "observed", "flag"];
     Table::data("estimates", "Error and estimate at the end of each run.", columns, rows.collect())
 }
 
@@ -147,10 +168,26 @@ fn adaptive_table(adaptive: &[Adaptive]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::Settling;
     use crate::evidence::Outcome;
 
     fn estimated(error: f64, estimate: Option<f64>, is_settled: bool) -> Estimated {
-        Estimated { problem: "p".into(), method: "m".into(), h: 0.1, error, estimate, is_settled }
+        Estimated { problem: "p".into(), method: "m".into(), h: 0.1, error, estimate, is_settled, settling: None }
+    }
+
+    #[test]
+    fn a_coarse_estimate_is_off_by_more_than_two_with_its_flag_alone() {
+        let with = |estimate, observed| {
+            let settling = Some(Settling { observed, order: 2.0 });
+            Estimated { settling, ..estimated(1.0, estimate, false) }
+        };
+        let outcome = |run| flagged(&[estimated(1.0, Some(1.0), true), run]).outcome;
+        let passes =
+            [with(Some(9.0), Some(1.0)), with(Some(9.0), None), with(None, Some(3.0)), with(Some(1.9), Some(2.0))];
+        assert_eq!(passes.map(outcome), [Outcome::Pass; 4]);
+        let fails = [with(Some(9.0), Some(2.0)), with(None, Some(2.4)), estimated(1.0, Some(0.4), false)];
+        assert_eq!(fails.map(outcome), [Outcome::Fail; 3]);
+        assert_eq!(flagged(&[with(Some(1.0), None)]).outcome, Outcome::Fail);
     }
 
     #[test]
@@ -189,7 +226,7 @@ mod tests {
         for words in [
             format!("2 of 2 estimates lie within a factor of two of the error, {} it", between(0.93, 1.3)),
             format!(
-                "1 of 3 estimates lie within a factor of two of the error, and the others {} it",
+                "1 of 3 estimates lie within a factor of two of the error, and the other 2 {} it",
                 between(0.2, 8.0)
             ),
             format!("lies {} the error over 2 runs", between(0.5, 2.6)),

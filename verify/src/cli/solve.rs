@@ -16,7 +16,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use lsvi::adaptive::Tolerances;
 use lsvi::{Grid, InputError, State, SystemError};
-use verify::estimate::Estimator;
+use verify::estimate::{Estimator, Settling};
+use verify::measure::decimal::{decimals, trimmed};
 use verify::measure::norm::{Extremes, distance, larger, max_norm};
 use verify::method::Method;
 use verify::method::adaptive::{DEFAULT_ATOL, DEFAULT_RTOL};
@@ -58,9 +59,11 @@ a component, and estimate, what the step size alone is estimated to contribute
 to it: a second run with half the step, or of an adaptive method with a tenth of
 the tolerances, and on models in steps of a thousandth of the time at most,
 tells. Of one-step methods the second run has a step end where f jumps; of
-others the estimate may be a part of the error there. It takes two thirds of the
-time; with --no-estimate there is none. It is empty where both tolerances
-lead to the same steps. After the rows, what is lost of energy, angular momentum
+others the estimate may be a part of the error there. A third run, with twice
+the step, tells at the end whether errors fall by the order that the estimate
+takes them to; where they do not, a note says that it is coarse. Both runs take
+five sevenths of the time; with --no-estimate there is none. The estimate is
+empty where both tolerances lead to the same steps. After the rows, what is lost of energy, angular momentum
 or enstrophy, for problems that have them, and for flows |f|, the largest
 component of f, which is near 0 where the end is a steady
 state, and the linear systems that the steps took.
@@ -194,6 +197,8 @@ struct Summary {
     error: Option<(f64, f64)>,
     /// The largest estimate and its time.
     estimate: Option<(f64, f64)>,
+    /// Whether the order of the estimate shows.
+    settling: Option<Settling>,
     /// Why there are no estimates at the end.
     unestimated: Option<String>,
     /// Of flows, |f| at the end and the linear systems that were solved.
@@ -338,6 +343,7 @@ impl<'a> Solve<'a> {
         let failed = |source| Stop::Failed(self.failed(source, summary.watch.ends().1, summary.size));
         let run = solved.map_err(failed)?;
         summary.effort = self.problem.solver().map(|_| (self.rate(&run.end), run.work.factorizations));
+        summary.settling = estimator.as_ref().and_then(|it| it.settling(&*self.problem, &*self.method, &run.end));
         let failure = estimator.and_then(|estimator| estimator.failure().map(ToString::to_string));
         summary.unestimated = failure;
         // Where both tolerances lead to the same steps there is no difference.
@@ -425,11 +431,11 @@ impl<'a> Solve<'a> {
             // Nobody can be told where standard error is closed.
             let _ = paragraph(&mut io::stderr(), "warning: ", 9, text);
         }
-        let limits = self.limits();
-        if let Some(text) = &limits {
+        let notes: Vec<String> = summary.settling.and_then(coarse).into_iter().chain(self.limits()).collect();
+        for text in &notes {
             let _ = paragraph(&mut io::stderr(), "note: ", 6, text);
         }
-        warnings.iter().chain(&limits).map(|text| format!("# {text}\n")).collect()
+        warnings.iter().chain(&notes).map(|text| format!("# {text}\n")).collect()
     }
 
     /// What is not looked at on a large model.
@@ -481,6 +487,20 @@ impl<'a> Solve<'a> {
     fn write_row<W: Write>(&self, csv: &mut csv::Writer<W>, Row { t, values, errors }: Row) -> io::Result<()> {
         Ok(csv.serialize((t, values, errors))?)
     }
+}
+
+/// That the estimate is coarse, where its order does not show.
+fn coarse(settling: Settling) -> Option<String> {
+    let found = match settling.observed {
+        _ if settling.is_settled() => return None,
+        Some(observed) => format!("runs with 2h, h and h/2 differ by order {}", decimals(observed, 1)),
+        None => "a run with 2h fails".into(),
+    };
+    Some(format!(
+        "the estimate is coarse: at the end {found}, and it is taken with order {}; it may be more than twice the error or less than half of \
+         it, and a smaller `--h` tells",
+        trimmed(settling.order, 3)
+    ))
 }
 
 /// How far a long run has come, on standard error if that is a terminal.
@@ -625,6 +645,15 @@ impl std::fmt::Display for Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_estimate_whose_order_does_not_show_is_called_coarse() {
+        let told = |observed| coarse(Settling { observed, order: 2.0 });
+        assert_eq!(told(Some(2.3)), None);
+        let words = |observed, words: &str| told(observed).is_some_and(|text| text.contains(words));
+        assert!(words(Some(0.31), "runs with 2h, h and h/2 differ by order 0.3, and it is taken with order 2;"));
+        assert!(words(None, "a run with 2h fails"));
+    }
 
     /// A quarter of the way to t = 4; nothing before the first second.
     #[test]

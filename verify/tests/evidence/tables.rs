@@ -89,8 +89,19 @@ fn misjudged(evidence: &Evidence) -> Vec<String> {
             }
             "tolerance-grid" => {
                 for problem in ["logistic", "damped-pendulum", "van-der-pol", STIFF] {
-                    let of = rows(&["bound", "error"], &[problem]);
-                    require(&format!("grid/{problem}/error"), largest(of.iter().map(|row| row[1] / row[0]).collect()));
+                    let of = rows(&["rtol", "atol", "bound", "largest", "accepted"], &[problem]);
+                    require(&format!("grid/{problem}/error"), largest(of.iter().map(|row| row[3] / row[2]).collect()));
+                    // Of all pairs with tolerances smaller by this factor, and not the same ones.
+                    let over = |factor: f64, column: usize| {
+                        let is_smaller = |a: &[f64], b: &[f64]| {
+                            a[..2] != b[..2] && (0..2).all(|k| b[k] * factor <= a[k] * (1.0 + 1e-9))
+                        };
+                        let pairs = of.iter().flat_map(|a| of.iter().map(move |b| (a, b)));
+                        let pairs = pairs.filter(|(a, b)| is_smaller(a, b));
+                        pairs.map(|(a, b)| [b[column] / a[column], a[column] / b[column]]).collect::<Vec<_>>()
+                    };
+                    require(&format!("grid/{problem}/falls"), largest(over(100.0, 3).iter().map(|it| it[0]).collect()));
+                    require(&format!("grid/{problem}/work"), largest(over(1.0, 4).iter().map(|it| it[1]).collect()));
                 }
             }
             "action-indicator" => {

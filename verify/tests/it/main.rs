@@ -23,6 +23,7 @@ mod refusals;
 mod regions;
 mod report;
 mod strangers;
+mod twins;
 
 use std::path::{Path, PathBuf};
 

@@ -2,12 +2,13 @@
 
 use std::cell::Cell;
 
+use nalgebra::DMatrix;
+
 use super::{Guest, RESOLVED, SETTLED};
-use crate::kinds::Stability;
-use crate::measure::decimal::trimmed;
-use crate::measure::norm::{Extremes, common_distance, max_norm};
-use crate::method::Method;
-use crate::order::roundoff;
+use crate::measure::decimal::{significant, trimmed};
+use crate::measure::norm::{Extremes, common_distance, larger, max_norm};
+use crate::measure::stability::spectral_radius;
+use crate::method::{Method, roundoff};
 use crate::problem::jumps::Jumps;
 use crate::problem::{Limit, Problem, component_names};
 use crate::program::Request;
@@ -25,6 +26,13 @@ const MOST_STEPS_AMID_GROWTH: usize = 64 * STEPS;
 /// The same of a system of more than this many unknowns, whose steps are dear.
 const FEW_STEPS: usize = 128;
 pub(super) const LARGE: usize = 200;
+
+/// Unknowns of all steps together up to which a solver is run that is not made for stiff problems, some seconds: its steps are not much longer
+/// than the fastest rate of f allows.
+const MOST_WORK: f64 = 1e6;
+
+/// Unknowns up to which the fastest rate is that of an eigenvalue; of larger systems ‖∂f/∂v‖∞ stands for it.
+const DENSE: usize = 64;
 
 /// Least order that a bound is taken with.
 const MIN_ORDER: f64 = 1.0;
@@ -92,11 +100,34 @@ pub(super) fn by_reference(
     times: &[f64],
 ) -> Result<Answer, Gap> {
     if problem.is_stiff() && !reference.stiff_ok() {
-        return Err(Gap::NotRun("the problem is stiff, the solver is not made for that".into()));
+        let steps = lives(limit, times[times.len() - 1]);
+        let unknowns = limit.ode.dim();
+        if steps * unknowns as f64 > MOST_WORK {
+            return Err(Gap::NotRun(format!(
+                "the fastest rate of f times the horizon is {}: the solver takes a step for each or more, of {unknowns} unknowns, and {MOST_WORK:e} are \
+                 the most that are found",
+                significant(steps, 2)
+            )));
+        }
     }
     let sampled = reference.solve(limit.ode, 0.0, &limit.initial, times)?;
     let bound = max_norm(&sampled.bound);
     Ok(Answer { states: sampled.states, bound, astray: None, runs: None })
+}
+
+/// The fastest rate of f at the start times the horizon; 0 where it is not found.
+fn lives(limit: &Limit<'_>, horizon: f64) -> f64 {
+    let n = limit.ode.dim();
+    let (mut rows, mut dense) = (vec![0.0; n], DMatrix::<f64>::zeros(n.min(DENSE), n.min(DENSE)));
+    limit.ode.jacobian(0.0, &limit.initial, &mut |i, j, x| {
+        rows[i] += x.abs();
+        dense.get_mut((i, j)).into_iter().for_each(|entry| *entry += x);
+    });
+    let norm = rows.into_iter().largest();
+    let is_known = n <= DENSE && norm.is_finite();
+    let rate = if is_known { spectral_radius(&dense) } else { norm };
+    // An eigenvalue that is not found is NaN.
+    if rate.is_nan() { 0.0 } else { rate * horizon }
 }
 
 pub(super) fn by_method(
@@ -105,13 +136,13 @@ pub(super) fn by_method(
     times: &[f64],
     truth: Option<&Answer>,
 ) -> Result<Answer, Gap> {
-    if problem.is_stiff() && method.stability() == Stability::Unstable {
-        return Err(Gap::NotRun("the method's own solutions grow like the problem's transients decay".into()));
-    }
+    let reached = Cell::new(0.0_f64);
     let sampled = |steps: usize| -> Result<Vec<Vec<f64>>, RunError> {
         let (mut states, mut count) = (Vec::with_capacity(times.len()), 0);
         let horizon = times[times.len() - 1];
+        reached.set(0.0);
         run(problem, method, horizon / steps as f64, horizon, |state| {
+            reached.set(larger(reached.get(), max_norm(&state.q)));
             if count > 0 && count % (steps / times.len()) == 0 {
                 states.push(state.q.clone());
             }
@@ -125,6 +156,13 @@ pub(super) fn by_method(
         // What else ends a run, as an iteration that does not converge, is not what was declared.
         (error, Some(Breakdown { reason, .. })) if error.in_place_of_a_number() == f64::INFINITY => {
             Gap::BrokeDown(format!("{error}; as declared: {reason}"))
+        }
+        // What has left the truth far behind has gone astray before, whatever ends it.
+        (error, Some(Breakdown { reason, is_certain: true }))
+            if truth.is_some_and(|truth| RESOLVED * reached.get() > largest(&truth.states)) =>
+        {
+            let grown = significant(reached.get(), 2);
+            Gap::BrokeDown(format!("it grows to {grown}, as declared: {reason}; then {error}"))
         }
         (error, _) => Gap::Failed(error.to_string()),
     };

@@ -478,14 +478,49 @@ fn an_exact_truth_is_known_to_roundings() {
     assert!(name == "exact" && truth.bound > 0.0 && truth.bound < 1e-14, "{name}: {}", truth.bound);
 }
 
-#[test]
-fn what_is_not_made_for_stiff_problems_is_not_run_on_them() {
-    let problem = problem::build("robertson", &[]).expect("known");
+/// The answer of a solver that is not made for stiff problems on Prothero and Robinson's at rate λ.
+fn explicit_at(lambda: &str) -> Vec<Result<Answer, Gap>> {
+    let problem = problem::build("prothero-robinson", &[("lambda".into(), lambda.into())]).expect("known");
     let limit = problem.limit(Principle::Equation);
-    for reference in reference::all().into_iter().filter(|it| !it.stiff_ok()) {
-        let answer = by_reference(reference, &*problem, &limit, &[1.0]);
-        assert!(matches!(answer, Err(Gap::NotRun(_))), "{}", reference.name());
+    let unsuited = reference::all().into_iter().filter(|it| !it.stiff_ok() && it.library().is_some());
+    unsuited.map(|reference| by_reference(reference, &*problem, &limit, &[1.0, 2.0])).collect()
+}
+
+#[test]
+fn what_is_not_made_for_stiff_problems_is_run_on_them_where_it_has_the_steps() {
+    for (lambda, rate) in [("1e3", None), ("1e9", Some("2.0e9"))] {
+        let answers = explicit_at(lambda);
+        assert!(!answers.is_empty());
+        for answer in answers {
+            match (answer, rate) {
+                (Ok(answer), None) => assert!((answer.states[1][0] - 2.0_f64.cos()).abs() <= answer.bound),
+                (Err(Gap::NotRun(reason)), Some(rate)) => assert!(reason.contains(&format!("is {rate}:")), "{reason}"),
+                _ => panic!("{lambda}"),
+            }
+        }
     }
+}
+
+/// On Robertson's reaction it grows beyond 10¹⁸ before Newton's method fails, which alone would decide nothing.
+#[test]
+fn what_has_left_the_truth_before_it_fails_has_gone_astray() {
+    let problem = problem::build("robertson", &[]).expect("known");
+    let method = method::parse("conventional").expect("known");
+    let gap = |size: f64| {
+        let truth = Answer { states: vec![vec![size, 0.0, 0.0]; 4], bound: 0.0, astray: None, runs: None };
+        by_method(&*problem, &*method, &[0.05, 0.1, 0.15, 0.2], Some(&truth)).err()
+    };
+    assert!(matches!(gap(1.0), Some(Gap::BrokeDown(reason)) if reason.starts_with("it grows to ")));
+    assert!(matches!(gap(1e30), Some(Gap::Failed(_))));
+}
+
+/// e^{2000} of a rounding is no number.
+#[test]
+fn a_method_whose_own_solutions_grow_is_seen_to_break_down() {
+    let problem = problem::build("prothero-robinson", &[]).expect("known");
+    let method = method::parse("conventional").expect("known");
+    let answer = by_method(&*problem, &*method, &[1.0, 2.0], None);
+    assert!(matches!(answer, Err(Gap::BrokeDown(reason)) if reason.contains("own solutions grow")));
 }
 
 /// Orders that go up and down, or of which one is too low, bound no error unless they lead far from the truth; runs that are one but

@@ -9,8 +9,7 @@ use super::{Context, Experiment, StudyError};
 use crate::measure::amplification::Amplification;
 use crate::measure::norm::distance;
 use crate::measure::order::{Expectation, Sample, fit, ladder};
-use crate::method;
-use crate::order::roundoff;
+use crate::method::{self, roundoff};
 use crate::problem;
 use crate::run::run;
 

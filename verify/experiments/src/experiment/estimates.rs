@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::orders::Orders;
 use super::{Context, Experiment, StudyError};
-use crate::estimate::Estimator;
+use crate::estimate::{Estimator, Settling};
 use crate::measure::norm::{distance, max_norm};
 use crate::measure::order::Verdict;
 use crate::run::run;
@@ -28,14 +28,22 @@ pub struct Estimated {
     pub error: f64,
     /// `None` where the finer run fails.
     pub estimate: Option<f64>,
-    /// Whether the order has settled at this step.
+    /// Whether the order has settled at this step, as the fit of all steps tells.
     pub is_settled: bool,
+    /// What runs with twice and half of the step tell of that, as `solve` does.
+    pub settling: Option<Settling>,
 }
 
 impl Estimated {
     /// The estimate over the error; NaN without an estimate.
     pub fn ratio(&self) -> f64 {
         self.estimate.map_or(f64::NAN, |estimate| estimate / self.error)
+    }
+
+    /// Whether `solve` says that the estimate is coarse.
+    #[must_use]
+    pub fn is_flagged(&self) -> bool {
+        self.settling.is_some_and(|settling| !settling.is_settled())
     }
 }
 
@@ -66,8 +74,9 @@ impl Experiment for Estimates {
             let mut estimator = Estimator::new(&*problem, &*method, h, horizon)?;
             let difference = estimator.at(end.t).map(|finer| distance(&end.q, finer));
             let estimate = difference.and_then(|difference| estimator.error(difference, max_norm(&end.q)));
+            let settling = estimator.settling(&*problem, &*method, &end);
             context.tick();
-            Ok(Estimated { problem: name.into(), method: by.into(), h, error, estimate, is_settled })
+            Ok(Estimated { problem: name.into(), method: by.into(), h, error, estimate, is_settled, settling })
         };
         runs.into_par_iter().map(one).collect()
     }

@@ -231,6 +231,12 @@ pub fn integrators() -> Vec<Box<dyn Method>> {
     examples().into_iter().filter(|method| method.principle() == Principle::Hamilton).collect()
 }
 
+/// The roundoff that N steps of `method` leave in states no larger than `size`: N ε |q|, one rounding of the state per step,
+/// and that of the momentum, where the state carries one.
+pub fn roundoff(method: &dyn Method, size: f64, steps: f64) -> f64 {
+    f64::EPSILON * size * (steps + method.momentum_roundoff(steps))
+}
+
 /// Refuses problems on which a closure whose α and β depend on a rate converges to what the rate says.
 ///
 /// # Errors
@@ -261,6 +267,14 @@ mod tests {
     fn stages_are_evaluations_of_a_step() {
         let stages = |name: &str| parse(name).expect("known").traits().stages;
         assert_eq!(["ls-galerkin(2,gauss,2)", "ls-galerkin(2,lobatto,3)"].map(stages), [2, 6]);
+    }
+
+    /// A rounding a step, and what a method that keeps momenta loses in them.
+    #[test]
+    fn momenta_lose_digits_beside_a_rounding_a_step() {
+        let of = |name: &str| roundoff(&*parse(name).expect("a method"), 2.0, 100.0) / f64::EPSILON;
+        assert_eq!(of("rk4"), 200.0);
+        assert_eq!(of("conventional"), 2.0 * (100.0 + 1e4));
     }
 
     #[test]

@@ -18,7 +18,9 @@ pub struct Breakdown {
 /// A solution of the method's own that grows like e^{λt} starts from a rounding ε of the true one at least, and has overtaken it,
 /// whatever the step, where λt > ln(1/ε).
 pub fn breakdown(problem: &dyn Problem, method: &dyn Method, horizon: f64) -> Option<Breakdown> {
-    if let (Stability::Unstable, Stiffness::Transient(rate)) = (method.stability(), problem.facts().stiffness) {
+    let stiffness = problem.facts().stiffness;
+    if let (Stability::Unstable, Stiffness::Transient(rate) | Stiffness::Forced(rate)) = (method.stability(), stiffness)
+    {
         let reason = "the method's own solutions grow as fast as the problem's fastest transients decay";
         return Some(Breakdown { reason, is_certain: rate * horizon > -f64::EPSILON.ln() });
     }

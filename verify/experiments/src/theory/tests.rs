@@ -197,11 +197,16 @@ fn a_fitted_rate_beside_that_of_the_problem_gains_no_order() {
 /// Where e^{λt} has grown from ε to 1 the method's own solution is as large as the problem's: λt = 36.04.
 #[test]
 fn a_breakdown_is_certain_once_roundings_have_grown_to_the_solution() {
-    let problem = problem::small("hires").expect("registered");
-    let Stiffness::Transient(rate) = problem.facts().stiffness else { panic!("hires is stiff") };
-    let method = method::parse("conventional").expect("registered");
-    let is_certain = |growth: f64| breakdown(&*problem, &*method, growth / rate).expect("unstable").is_certain;
-    assert_eq!([19.0, 36.0, 36.1].map(is_certain), [false, false, true]);
+    for name in ["hires", "prothero-robinson"] {
+        let problem = problem::small(name).expect("registered");
+        let rate = match problem.facts().stiffness {
+            Stiffness::Transient(rate) | Stiffness::Forced(rate) => rate,
+            Stiffness::None => panic!("{name} is stiff"),
+        };
+        let method = method::parse("conventional").expect("registered");
+        let is_certain = |growth: f64| breakdown(&*problem, &*method, growth / rate).expect("unstable").is_certain;
+        assert_eq!([19.0, 36.0, 36.1].map(is_certain), [false, false, true], "{name}");
+    }
 }
 
 /// From when on a closure with p₁ = p₀ is said to leave the residual free, det J = 0 along the solution, and not before.
