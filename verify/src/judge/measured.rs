@@ -475,8 +475,7 @@ mod tests {
                 let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
                 let (problem, method, steps) = ("henon-heiles", String::new(), 400);
                 let (stderr, momentum) = (1e-6, None);
-                let found =
-                    Drift { problem, method, kind, steps, time: 1.0, windows, drift, stderr, rounding: 0.0, momentum };
+                let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding: 0.0, momentum };
                 let check = energy_verdict(Ok(Ok(Energy { drift: found, open: rounding }))).check;
                 let is_met = check.required.expect("it is looked at").is_met_by(drift);
                 assert!(is_met || check.outcome != Outcome::Pass, "{kind:?}, {drift:e}: {check:?}");
@@ -515,7 +514,7 @@ mod tests {
             let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
             let (stderr, rounding, momentum) = (1e-6, 0.0, None);
             let (problem, method, steps) = ("henon-heiles", String::new(), 400);
-            let found = Drift { problem, method, kind, steps, time: 1.0, windows, drift, stderr, rounding, momentum };
+            let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
             let check = energy_verdict(Ok(Ok(Energy { drift: found, open: 0.0 }))).check;
             (check.outcome, check.reason)
         };
@@ -558,7 +557,7 @@ mod tests {
             let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
             let (stderr, rounding, momentum) = (1e-6, 0.0, None);
             let (problem, method, steps) = ("henon-heiles", String::new(), 400);
-            let found = Drift { problem, method, kind, steps, time: 1.0, windows, drift, stderr, rounding, momentum };
+            let found = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
             let Check { outcome, measured, required, reason, .. } =
                 energy_verdict(Ok(Ok(Energy { drift: found, open: 0.0 }))).check;
             assert!(reason.ends_with("its error is 1.0e-3 at most"), "{reason}");

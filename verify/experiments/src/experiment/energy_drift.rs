@@ -39,8 +39,6 @@ pub struct Drift {
     pub kind: Kind,
     /// Steps taken.
     pub steps: u64,
-    /// The time that they take.
-    pub time: f64,
     /// Its parts.
     pub windows: Vec<Window>,
     /// What the fitted slope adds up to over the run.
@@ -170,7 +168,6 @@ impl Drift {
             method: method.name(),
             kind,
             steps,
-            time: horizon,
             windows,
             drift: (slope * horizon).abs(),
             stderr: stderr * horizon,
