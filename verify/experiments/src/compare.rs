@@ -7,7 +7,7 @@ mod verdict;
 use rayon::prelude::*;
 
 use crate::kinds::Principle;
-use crate::measure::decimal::plain;
+use crate::measure::decimal::{plain, trimmed};
 use crate::measure::norm::distance;
 use crate::method::Method;
 use crate::problem::{Limit, Problem, component_names};
@@ -114,7 +114,9 @@ impl Guest {
 /// |v_h − v_{h/2}|/(2^p − 1), plus a rounding per step. Every answer must lie within its bound and the truth's, and the bound
 /// must be small beside the solution, lest a run that diverges agree with everything.
 pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, guests: &[Guest]) -> Comparison {
-    let horizon = if problem.facts().model.is_some() { before_rest(problem) } else { problem.horizon() };
+    let is_model = problem.facts().model.is_some();
+    let near = if is_model { before_rest(problem) } else { problem.horizon() };
+    let horizon = if is_model { near } else { problem.far_horizon() };
     let (mut solvers, mut notes) = (Vec::new(), Vec::new());
     if horizon < problem.horizon() {
         notes.push(format!(
@@ -123,46 +125,93 @@ pub fn compare(name: &str, problem: &dyn Problem, own: Vec<Box<dyn Method>>, gue
             plain(horizon)
         ));
     }
+    let guests: Vec<&Guest> = guests.iter().collect();
     for (limit, methods) in by_equation(problem, own) {
-        let times = sample_times(horizon);
-        let mut solved: Vec<Solved> = reference::all()
-            .into_par_iter()
-            .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, &limit, &times)))
-            .collect();
-        // Of the references alone: a wrong method, or one whose errors grow, is no reason to doubt what it is judged by.
-        let parting = parting(&times, &solved);
-        let known = truth(problem, &limit, &times, &solved, "").map(|(_, truth)| truth);
-        let by_steps = |method: Box<dyn Method>| (method.name(), by_method(problem, &*method, &times, known.as_ref()));
-        solved.par_extend(methods.into_par_iter().map(by_steps));
-        let mut asked: Vec<Solved> = Vec::new();
-        if limit.name == problem.limit(Principle::Equation).name {
-            let known = known.map(|truth| shown(problem, &times, truth));
-            let ask = |guest: &Guest| (guest.name.clone(), by_program(problem, guest, &times, known.as_ref()));
-            asked.par_extend(guests.into_par_iter().map(ask));
-        }
-        let of_solved =
-            solved.iter().map(|(solver, answer)| (solver, answer, truth(problem, &limit, &times, &solved, solver)));
-        let of_asked = asked.iter().map(|(guest, answer)| {
-            let truth = truth(problem, &limit, &times, &solved, "");
-            (guest, answer, truth.map(|(name, truth)| (name, shown(problem, &times, truth))))
-        });
-        let first = solvers.len();
-        for (solver, answer, truth) in of_solved.chain(of_asked) {
-            let (standing, status) = judge(answer, truth.as_ref().map(|(_, truth)| truth));
-            let both = answer.as_ref().ok().zip(truth.as_ref());
-            solvers.push(Compared {
-                equation: (limit.name, limit.reason),
-                solver: solver.clone(),
-                difference: both.map(|(answer, (_, truth))| largest_distance(&answer.states, &truth.states)),
-                bound: both.map(|(answer, (_, truth))| answer.bound + truth.bound),
-                truth: truth.map(|(name, _)| name),
-                standing,
-                status,
-            });
-        }
-        notes.extend(doubt(problem, horizon, parting.as_deref(), &solved, &mut solvers[first..]).or(parting));
+        let methods: Vec<&dyn Method> = methods.iter().map(|method| &**method).collect();
+        let (mut found, told) = among(problem, &limit, horizon, &methods, &guests);
+        notes.extend(told);
+        notes.extend(again(problem, &limit, [near, horizon], (&methods, &guests), &mut found));
+        solvers.extend(found);
     }
     Comparison { problem: name.to_owned(), horizon, solvers, notes }
+}
+
+/// Compares what is not resolved up to the later time up to the earlier one, and says so.
+fn again(
+    problem: &dyn Problem,
+    limit: &Limit<'_>,
+    [near, far]: [f64; 2],
+    (methods, guests): (&[&dyn Method], &[&Guest]),
+    found: &mut [Compared],
+) -> Option<String> {
+    let is_open = |compared: &&mut Compared| matches!(compared.standing, Standing::Unresolved | Standing::Undecided);
+    let mut open: Vec<&mut Compared> = if near < far { found.iter_mut().filter(is_open).collect() } else { Vec::new() };
+    open.retain(|compared| reference::by_name(&compared.solver).is_none());
+    let is_asked = |name: &str| open.iter().any(|compared| compared.solver == name);
+    let methods: Vec<&dyn Method> = methods.iter().copied().filter(|method| is_asked(&method.name())).collect();
+    let guests: Vec<&Guest> = guests.iter().copied().filter(|guest| is_asked(&guest.name)).collect();
+    if open.is_empty() {
+        return None;
+    }
+    let (mut nearer, _) = among(problem, limit, near, &methods, &guests);
+    let [near, far] = [near, far].map(|t| trimmed(t, 4));
+    let names: Vec<_> = open.iter().map(|compared| compared.solver.clone()).collect();
+    for compared in open {
+        if let Some(place) = nearer.iter().position(|other| other.solver == compared.solver) {
+            let other = nearer.swap_remove(place);
+            let status = format!("to t = {near}: {}; to t = {far}: {}", other.status, compared.status);
+            *compared = Compared { status, ..other };
+        }
+    }
+    Some(format!("Up to t = {far} these are not resolved, and are compared up to t = {near}: {}.", names.join(", ")))
+}
+
+/// Every solver of one equation up to `horizon`, and what is to be known of the references.
+fn among(
+    problem: &dyn Problem,
+    limit: &Limit<'_>,
+    horizon: f64,
+    methods: &[&dyn Method],
+    guests: &[&Guest],
+) -> (Vec<Compared>, Option<String>) {
+    let times = sample_times(horizon);
+    let mut solved: Vec<Solved> = reference::all()
+        .into_par_iter()
+        .map(|reference| (reference.name().to_owned(), by_reference(reference, problem, limit, &times)))
+        .collect();
+    // Of the references alone: a wrong method, or one whose errors grow, is no reason to doubt what it is judged by.
+    let parting = parting(&times, &solved);
+    let known = truth(problem, limit, &times, &solved, "").map(|(_, truth)| truth);
+    let by_steps = |method: &&dyn Method| (method.name(), by_method(problem, *method, &times, known.as_ref()));
+    solved.par_extend(methods.par_iter().map(by_steps));
+    let mut asked: Vec<Solved> = Vec::new();
+    if limit.name == problem.limit(Principle::Equation).name {
+        let known = known.map(|truth| shown(problem, &times, truth));
+        let ask = |guest: &&Guest| (guest.name.clone(), by_program(problem, guest, &times, known.as_ref()));
+        asked.par_extend(guests.par_iter().map(ask));
+    }
+    let of_solved =
+        solved.iter().map(|(solver, answer)| (solver, answer, truth(problem, limit, &times, &solved, solver)));
+    let of_asked = asked.iter().map(|(guest, answer)| {
+        let truth = truth(problem, limit, &times, &solved, "");
+        (guest, answer, truth.map(|(name, truth)| (name, shown(problem, &times, truth))))
+    });
+    let mut solvers = Vec::new();
+    for (solver, answer, truth) in of_solved.chain(of_asked) {
+        let (standing, status) = judge(answer, truth.as_ref().map(|(_, truth)| truth));
+        let both = answer.as_ref().ok().zip(truth.as_ref());
+        solvers.push(Compared {
+            equation: (limit.name, limit.reason),
+            solver: solver.clone(),
+            difference: both.map(|(answer, (_, truth))| largest_distance(&answer.states, &truth.states)),
+            bound: both.map(|(answer, (_, truth))| answer.bound + truth.bound),
+            truth: truth.map(|(name, _)| name),
+            standing,
+            status,
+        });
+    }
+    let told = doubt(problem, horizon, parting.as_deref(), &solved, &mut solvers).or(parting);
+    (solvers, told)
 }
 
 fn sample_times(horizon: f64) -> Vec<f64> {

@@ -2,6 +2,7 @@
 
 mod character;
 mod duration;
+pub mod study;
 mod trial;
 
 use lsvi::Structure;
@@ -57,7 +58,7 @@ const SHORTEST: f64 = 1.0 / 8192.0;
 const LISTED: usize = 6;
 
 /// Part of the error asked for within which another run has to confirm the solution.
-const CONFIRMED: f64 = 0.1;
+pub const CONFIRMED: f64 = 0.1;
 
 /// Solvers with steps of their own that confirm the solution where no fixed steps come near: the first that is compiled in and does.
 const CONFIRMING: [&str; 2] = ["cvode-bdf", "diffsol-bdf"];
@@ -66,7 +67,7 @@ const CONFIRMING: [&str; 2] = ["cvode-bdf", "diffsol-bdf"];
 const LOOKING: f64 = 1e-10;
 
 /// Two methods that differ by less in work do the same.
-const CLEAR: f64 = 1.1;
+pub const CLEAR: f64 = 1.1;
 
 /// What there is to say.
 #[derive(Debug)]
@@ -75,6 +76,8 @@ pub struct Advice {
     pub character: Character,
     /// The trial runs that reach the accuracy, the least work first.
     pub trials: Vec<Trial>,
+    /// Runs of other methods that do, with no more work than what is told.
+    rivals: Vec<Trial>,
     /// How far apart two independent runs are, against which the errors were measured.
     pub uncertainty: f64,
     /// The largest error that is within what was asked for, as the errors of the trials are: in absolute terms.
@@ -86,7 +89,8 @@ pub struct Advice {
 impl Advice {
     /// None, and nothing was tried.
     fn refused(character: Character, refusal: Refusal) -> Self {
-        Self { character, trials: Vec::new(), uncertainty: f64::NAN, target: f64::NAN, refusal: Some(refusal) }
+        let (trials, rivals) = Default::default();
+        Self { character, trials, rivals, uncertainty: f64::NAN, target: f64::NAN, refusal: Some(refusal) }
     }
 
     /// Whether there is no solution to measure trials by.
@@ -254,6 +258,17 @@ pub fn advise(
     accuracy: f64,
     note: &mut dyn FnMut(&str),
 ) -> Result<Advice, NameError> {
+    advise_beside(problem, horizon, accuracy, &[], note)
+}
+
+/// The same, with a look at methods that are none of the candidates.
+fn advise_beside(
+    problem: &dyn Problem,
+    horizon: f64,
+    accuracy: f64,
+    others: &[Box<dyn Method>],
+    note: &mut dyn FnMut(&str),
+) -> Result<Advice, NameError> {
     if problem.field().structure() == Structure::MatrixFree {
         return Ok(Advice::refused(Character::unseen(problem), Refusal::MatrixFree));
     }
@@ -266,13 +281,14 @@ pub fn advise(
     let mut attempt = |held: Held| -> Result<Advice, NameError> {
         note("the course of the solution");
         let character = Character::of(problem, &*held.method(LOOKING)?, horizon, held.unit);
-        Ok(match try_out(problem, horizon, (accuracy, held), &candidates, &character, note)? {
+        Ok(match try_out(problem, horizon, (accuracy, held), [&candidates, others], &character, note)? {
             Err(lost) => Advice::refused(character, Refusal::Lost(lost)),
             Ok(tried) => {
                 let refusal = tried.refusal(accuracy);
                 Advice {
                     character,
                     trials: tried.trials,
+                    rivals: tried.rivals,
                     uncertainty: tried.uncertainty,
                     target: tried.target,
                     refusal,
@@ -316,6 +332,8 @@ fn size(problem: &dyn Problem, horizon: f64, accuracy: f64) -> Result<Option<f64
 pub struct Tried {
     /// Those that reach the accuracy, the least work first.
     pub trials: Vec<Trial>,
+    /// Those of others that do, with no more work than what is told.
+    rivals: Vec<Trial>,
     /// How far the accurate run that errors are measured against is from the best of another method.
     pub uncertainty: f64,
     /// The error to reach.
@@ -356,8 +374,9 @@ impl Tried {
     }
 }
 
-/// Runs `methods` that suit `problem` with ever more steps, and the adaptive method with ever smaller tolerances. Steps that amplify what
-/// the equation does not let grow where the system is calm are too long, whatever their error.
+/// Runs `methods` that suit `problem` with ever more steps, and the adaptive method with ever smaller tolerances; and `others` with no more
+/// work than the cheapest of these that is predictable. Steps that amplify what the equation does not let grow where the system is calm are too
+/// long, whatever their error.
 ///
 /// # Errors
 /// [`NameError`] as for [`advise`]; the inner [`RunError`] if the solution cannot be followed.
@@ -365,7 +384,7 @@ pub fn try_out(
     problem: &dyn Problem,
     horizon: f64,
     (accuracy, held): (f64, Held),
-    methods: &[Box<dyn Method>],
+    [methods, others]: [&[Box<dyn Method>]; 2],
     character: &Character,
     note: &mut dyn FnMut(&str),
 ) -> Result<Result<Tried, RunError>, NameError> {
@@ -434,8 +453,13 @@ pub fn try_out(
     let told = predictable(&trials, uncertainty).next().filter(|_| is_confirmed(uncertainty));
     let apart = told.map(|trial| confirmed(&trial.times, f64::INFINITY)).filter(|apart| apart.is_finite());
     uncertainty = apart.map_or(uncertainty, |apart| larger(uncertainty, apart));
+    let most = predictable(&trials, uncertainty).map(|trial| trial.cost).next().unwrap_or(f64::INFINITY);
+    let others = others.iter().filter(|method| suits(problem, &***method));
+    let mut rivals: Vec<Trial> =
+        others.flat_map(|method| search(problem, &**method, &truth, target, most, calm).0).collect();
+    rivals.retain(|trial| trial.cost <= most);
     let (moved, parting) = (truth.moves_by(), truth.parts_by());
-    Ok(Ok(Tried { trials, uncertainty, target, moved, parting }))
+    Ok(Ok(Tried { trials, rivals, uncertainty, target, moved, parting }))
 }
 
 /// Whether the method says something about the solution of the problem itself, at a cost that is worth a trial.

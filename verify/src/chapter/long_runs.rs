@@ -10,6 +10,7 @@ use crate::experiment::energy_drift::{Drift, EnergyDrift, Kind};
 use crate::experiment::motion::{Difference, Motion};
 use crate::experiment::pendulum_orbit::PendulumOrbit;
 use crate::experiment::reversal::Reversal;
+use crate::experiment::sensitivity::{Parting, Sensitivity};
 use crate::measure::norm::Extremes;
 use crate::method;
 use crate::names::NameError;
@@ -32,12 +33,12 @@ const SETTINGS: [(&str, f64, u64); 6] = [
     ("kepler", 0.05, 100_000),
     ("charged-particle", 0.2, 20_000),
     // With h = 0.1 the shortest times of this motion are not resolved, and degree 3 drifts by as much as can be seen.
-    (CHAOTIC, 0.05, 50_000),
+    ("double-pendulum", 0.05, 50_000),
     ("spherical-pendulum", 0.1, 10_000),
 ];
 
-/// Its motion from (1, 2) rad is chaotic: reversibility protects no energy there, and roundings grow exponentially.
-const CHAOTIC: &str = "double-pendulum";
+/// The method whose runs tell how neighbouring motions part: it steps all of these problems, and is symplectic.
+const TELLING: &str = "midpoint-vi";
 
 /// Of each kind that the text tells apart one: symplectic ones, path fitting on nodes of either sort, and what keeps nothing.
 pub(super) const TOLD: [&str; 5] =
@@ -57,23 +58,86 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         runs.extend(names.map(|method| EnergyDrift { problem, method, h, steps: (steps / PART).min(most) }));
     }
     let drifts = context.get_each(runs)?;
+    let partings = partings(context)?;
+    let said: Vec<(&Drift, Said)> = drifts.iter().map(|drift| (&**drift, Said::of(drift, &partings))).collect();
     // What drifts the least beside what would be resolved.
-    let rk4 = drifts.iter().filter(|drift| drift.method == "rk4" && drift.problem != CHAOTIC);
-    let rk4 = rk4.map(|drift| (drift.drift / drift.resolved(), drift.problem));
-    let (least, on) = rk4.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or("RK4 runs on these problems")?;
-    let values = [("least", digits(least, 3)), ("least_on", format!("`{on}`"))];
+    let rk4 = said.iter().filter(|(drift, said)| drift.method == "rk4" && *said == Said::Drifts);
+    let rk4 = rk4.map(|(drift, _)| (drift.drift / drift.resolved(), drift.problem));
+    let (least, on) = rk4.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or("RK4 drifts on some of these problems")?;
+    let lost: Vec<_> = partings.iter().filter(|(_, parting)| parting.lost().is_some()).collect();
+    let kept = partings.iter().filter(|(_, parting)| parting.lost().is_none()).map(|(_, parting)| parting.growth);
+    let names: Vec<_> = lost.iter().map(|(problem, _)| format!("`{problem}`")).collect();
+    let dropped = said.iter().filter(|(_, said)| matches!(said, Said::Nothing(_))).count();
+    let values = [
+        ("least", digits(least, 3)),
+        ("least_on", format!("`{on}`")),
+        ("lost", if names.is_empty() { "none".into() } else { names.join(", ") }),
+        ("kept", digits(kept.largest().exp(), 2)),
+        ("telling", format!("`{TELLING}`")),
+        ("dropped", dropped.to_string()),
+        ("drifts", said.len().to_string()),
+    ];
     let mut evidence = Evidence {
-        checks: drifts.iter().flat_map(|drift| checks(drift)).collect(),
+        checks: said.iter().flat_map(|(drift, said)| checks(drift, said)).collect(),
         notes: prose::fill(include_str!("long_runs.md"), &values)?,
         ..Evidence::default()
     };
     evidence.tables.push(drift_table(&drifts));
+    evidence.tables.push(parting_table(&partings));
+    evidence.tables.extend(dropped_table(&said));
     let windows = window_table(&drifts);
     evidence.figures.push(drift_figure(&windows));
     evidence.tables.push(windows);
     reversibility(&mut evidence, context)?;
     pendulum(&mut evidence, context, most.min(PENDULUM_STEPS))?;
     Ok(evidence)
+}
+
+/// How neighbouring motions part on each problem, over the time of its runs.
+fn partings(context: &Context) -> Result<Vec<(&'static str, Parting)>, StudyError> {
+    let of = |(problem, h, steps): (&'static str, f64, u64)| {
+        let steps = (steps / PART).min(context.max_steps());
+        Sensitivity { problem, method: TELLING, h, steps }
+    };
+    let found = context.get_each(SETTINGS.map(of).into())?;
+    Ok(SETTINGS.iter().zip(found).map(|((problem, ..), parting)| (*problem, *parting)).collect())
+}
+
+/// What is said of the energy over a run.
+#[derive(Debug, PartialEq)]
+enum Said {
+    Drifts,
+    Keeps,
+    /// For this reason.
+    Nothing(String),
+}
+
+impl Said {
+    fn of(drift: &Drift, partings: &[(&'static str, Parting)]) -> Self {
+        let Drift { problem, kind, .. } = drift;
+        let parting = partings.iter().find(|(name, _)| name == problem).map(|(_, parting)| parting);
+        match (kind, parting.and_then(|parting| Some((parting.rate(), parting.lost()?)))) {
+            (Kind::Symmetric | Kind::Dissipative, Some((rate, lost))) => {
+                let why = match kind {
+                    Kind::Symmetric => {
+                        "it follows no orbit that a reversal of time maps to itself, which would protect the energy"
+                    }
+                    _ => "the energy falls by episodes, along no line",
+                };
+                let [rate, lost] = [rate, lost].map(|x| digits(x, 2));
+                Self::Nothing(format!(
+                    "neighbouring motions part at the rate {rate}, and by t = {lost} a rounding has grown to the size of the motion: {why}"
+                ))
+            }
+            (Kind::Dissipative, None) => Self::Drifts,
+            (Kind::Symmetric, None) if *problem == "asymmetric-pendulum" => Self::Drifts,
+            _ if drift.resolved() >= drift.largest() => {
+                let [resolved, largest] = [drift.resolved(), drift.largest()].map(|error| digits(error, 2));
+                Self::Nothing(format!("a drift shows from {resolved} on, and the largest energy error is {largest}"))
+            }
+            _ => Self::Keeps,
+        }
+    }
 }
 
 /// The integrators for a problem, without those that restate another, as Bernstein's form of path fitting does Lagrange's.
@@ -83,30 +147,32 @@ fn distinct(problem: &str) -> Result<Vec<String>, NameError> {
     Ok(names)
 }
 
-/// Runs of a thousand steps of the [`distinct`] integrators on what is not chaotic.
-pub(crate) fn short_runs() -> Result<Vec<EnergyDrift>, NameError> {
+/// Runs of a thousand steps of the [`distinct`] integrators where roundings do not decide where a long run goes.
+pub(crate) fn short_runs(context: &Context) -> Result<Vec<EnergyDrift>, StudyError> {
     let mut runs = Vec::new();
-    for (problem, h, _) in SETTINGS.into_iter().filter(|setting| setting.0 != CHAOTIC) {
-        runs.extend(distinct(problem)?.into_iter().map(|method| EnergyDrift { problem, method, h, steps: 1000 }));
+    for ((problem, h, _), (_, parting)) in SETTINGS.into_iter().zip(partings(context)?) {
+        if parting.lost().is_none() {
+            runs.extend(distinct(problem)?.into_iter().map(|method| EnergyDrift { problem, method, h, steps: 1000 }));
+        }
     }
     Ok(runs)
 }
 
-fn checks(drift: &Drift) -> Vec<Check> {
+fn checks(drift: &Drift, said: &Said) -> Vec<Check> {
     let Drift { problem, method, kind, steps, .. } = drift;
     let mut checks = Vec::new();
     let id = format!("drift/{problem}/{method}");
     let reason = "ten standard errors, and the rounding of the steps";
-    // In chaos the energy of what dissipates falls by episodes, along no line.
-    let drifts = (*kind == Kind::Dissipative && *problem != CHAOTIC)
-        || (*kind == Kind::Symmetric && *problem == "asymmetric-pendulum");
-    if drifts {
-        let statement = format!("The energy of {method} drifts on {problem} over {steps} steps");
-        checks.push(Check::at_least(id, statement, drift.drift, drift.resolved(), reason));
-    } else if (*kind == Kind::Symplectic || *problem != CHAOTIC) && drift.resolved() < drift.largest() {
-        // Where more than the largest energy error would have to be seen, nothing could be.
-        let statement = format!("The energy of {method} does not drift on {problem} over {steps} steps");
-        checks.push(Check::at_most(id, statement, drift.drift, drift.resolved(), reason));
+    match said {
+        Said::Drifts => {
+            let statement = format!("The energy of {method} drifts on {problem} over {steps} steps");
+            checks.push(Check::at_least(id, statement, drift.drift, drift.resolved(), reason));
+        }
+        Said::Keeps => {
+            let statement = format!("The energy of {method} does not drift on {problem} over {steps} steps");
+            checks.push(Check::at_most(id, statement, drift.drift, drift.resolved(), reason));
+        }
+        Said::Nothing(_) => {}
     }
     let momentum = format!("momentum/{problem}/{method}");
     checks.extend(drift.momentum.map(|change| match kind {
@@ -134,6 +200,31 @@ fn drift_table(drifts: &[Arc<Drift>]) -> Table {
         ["problem", "method", "steps", "largest", "drift", "stderr", "significance", "rounding", "momentum"],
         rows.collect(),
     )
+}
+
+fn parting_table(partings: &[(&'static str, Parting)]) -> Table {
+    let rows = partings.iter().map(|(problem, parting)| {
+        row![*problem, parting.time, parting.growth / std::f64::consts::LN_10, parting.rate(), parting.lost()]
+    });
+    let caption = format!(
+        "How two neighbouring runs of {TELLING} part: in which time, by which power of ten, at which rate; and when a rounding has grown to the \
+         size of the motion, by {} powers of ten, where it does.",
+        digits(Parting::of_roundings() / std::f64::consts::LN_10, 3)
+    );
+    Table::new("sensitivity", caption, ["problem", "time", "log10_growth", "rate", "lost"], rows.collect())
+}
+
+/// Runs of whose drift nothing is said, if there are any.
+fn dropped_table(said: &[(&Drift, Said)]) -> Option<Table> {
+    let rows: Vec<_> = said
+        .iter()
+        .filter_map(|(drift, said)| match said {
+            Said::Nothing(reason) => Some(row![drift.problem, &drift.method, reason]),
+            _ => None,
+        })
+        .collect();
+    let caption = "Runs of whose drift nothing is said, and why.";
+    (!rows.is_empty()).then(|| Table::new("drift-dropped", caption, ["problem", "method", "reason"], rows))
 }
 
 fn window_table(drifts: &[Arc<Drift>]) -> Table {
@@ -318,9 +409,9 @@ mod tests {
         let outcome = |kind: Kind, change: f64| {
             let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
             let (problem, method, steps, momentum) = ("kepler", "method".into(), 1000, Some(change));
-            let drift =
-                Drift { problem, method, kind, steps, windows, drift: 0.0, stderr: 1e-9, rounding: 1e-12, momentum };
-            let checks = checks(&drift);
+            let (drift, stderr, rounding) = (0.0, 1e-9, 1e-12);
+            let drift = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
+            let checks = checks(&drift, &Said::Keeps);
             checks.into_iter().find(|check| check.id.starts_with("momentum/")).expect("it has one").outcome
         };
         let (pass, fail) = (Outcome::Pass, Outcome::Fail);
@@ -328,25 +419,64 @@ mod tests {
         assert_eq!([1.1e-11, 0.9e-11, f64::NAN].map(|change| outcome(Kind::Dissipative, change)), [pass, fail, fail]);
     }
 
-    /// In chaos of what is symplectic alone.
+    fn drifting(problem: &'static str, kind: Kind, drift: f64) -> Drift {
+        let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
+        let (method, steps, stderr, rounding, momentum) = ("method".into(), 1000, 1e-9, 0.0, None);
+        Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum }
+    }
+
+    /// Where roundings do not grow to the size of the motion, and where they do of what is symplectic alone.
     #[test]
     fn the_drift_is_checked_on_every_problem() {
-        let outcomes = |problem: &'static str, kind: Kind| {
-            [0.9e-8, 1.1e-8].map(|drift| {
-                let windows = vec![Window { t: 1.0, mean: 0.0, largest: 1e-3 }];
-                let (method, steps, stderr, rounding, momentum) = ("method".into(), 1000, 1e-9, 0.0, None);
-                let drift = Drift { problem, method, kind, steps, windows, drift, stderr, rounding, momentum };
-                let check = checks(&drift).into_iter().find(|check| check.id == format!("drift/{problem}/method"));
+        let outcomes = |problem: &'static str, kind: Kind, growth: f64| {
+            [0.9e-8, 1.1e-8].map(|size| {
+                let drift = drifting(problem, kind, size);
+                let said = Said::of(&drift, &[(problem, Parting { growth, time: 20.0 })]);
+                let check =
+                    checks(&drift, &said).into_iter().find(|check| check.id == format!("drift/{problem}/method"));
                 check.map(|check| check.outcome)
             })
         };
         let [kept, lost] = [[Outcome::Pass, Outcome::Fail], [Outcome::Fail, Outcome::Pass]].map(|all| all.map(Some));
         for (problem, ..) in SETTINGS {
-            let is_chaotic = problem == CHAOTIC;
-            assert_eq!(outcomes(problem, Kind::Symplectic), kept, "{problem}");
-            let symmetric = if problem == "asymmetric-pendulum" { lost } else { kept };
-            assert_eq!(outcomes(problem, Kind::Symmetric), if is_chaotic { [None; 2] } else { symmetric }, "{problem}");
-            assert_eq!(outcomes(problem, Kind::Dissipative), if is_chaotic { [None; 2] } else { lost }, "{problem}");
+            for (growth, is_lost) in [(36.0, false), (36.1, true)] {
+                let of = |kind| outcomes(problem, kind, growth);
+                assert_eq!(of(Kind::Symplectic), kept, "{problem}");
+                let symmetric = if problem == "asymmetric-pendulum" { lost } else { kept };
+                assert_eq!(of(Kind::Symmetric), if is_lost { [None; 2] } else { symmetric }, "{problem}");
+                assert_eq!(of(Kind::Dissipative), if is_lost { [None; 2] } else { lost }, "{problem}");
+            }
         }
+    }
+
+    /// A build for development runs a fifth of them.
+    #[test]
+    fn rk4_drifts_over_the_whole_runs_wherever_that_is_said() {
+        let context = Context::silent();
+        for (problem, h, steps) in SETTINGS {
+            let parting = *context.get(Sensitivity { problem, method: TELLING, h, steps }).expect("registered");
+            let run = EnergyDrift { problem, method: "rk4".into(), h, steps };
+            let drift = context.get(run).expect("registered");
+            let said = Said::of(&drift, &[(problem, parting)]);
+            let outcomes: Vec<_> = checks(&drift, &said).into_iter().map(|check| check.outcome).collect();
+            assert!(outcomes.iter().all(|outcome| *outcome == Outcome::Pass), "{problem}: {said:?}, {drift:?}");
+            assert_eq!(said == Said::Drifts, parting.lost().is_none(), "{problem}: {said:?}, {parting:?}");
+        }
+    }
+
+    #[test]
+    fn what_nothing_is_said_of_is_listed_with_the_reason() {
+        let lost = [("kepler", Parting { growth: 40.0, time: 20.0 })];
+        let said = |drift: &Drift, partings: &[(&'static str, Parting)]| {
+            dropped_table(&[(drift, Said::of(drift, partings))]).map(|table| table.rows[0][2].to_string())
+        };
+        let symmetric = drifting("kepler", Kind::Symmetric, 0.0);
+        assert!(said(&symmetric, &lost).is_some_and(|text| text.contains("at the rate 2, and by t = 20 a rounding")));
+        let blurred = Drift { stderr: 1e-4, ..drifting("kepler", Kind::Symplectic, 0.0) };
+        assert!(said(&blurred, &lost).is_some_and(|text| text.starts_with("a drift shows from 0.001 on")));
+        // What is not a number is put to the test, and fails.
+        let unknown = Drift { stderr: f64::NAN, ..drifting("kepler", Kind::Symplectic, 0.0) };
+        assert_eq!(said(&unknown, &lost), None);
+        assert_eq!(checks(&unknown, &Said::of(&unknown, &lost))[0].outcome, Outcome::Fail);
     }
 }

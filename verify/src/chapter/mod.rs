@@ -1,5 +1,6 @@
 //! The studies, one file each: a question, the computation that answers it, and what it found.
 
+mod advice;
 mod answers;
 mod channel_orders;
 mod claims;
@@ -78,6 +79,7 @@ pub const ALL: &[Study] = &[
     long_runs::STUDY,
     constraints::STUDY,
     work_precision::STUDY,
+    advice::STUDY,
 ];
 
 /// Studies that take long, each with the one of [`ALL`] in the place of which `report --full` carries it out.

@@ -73,7 +73,7 @@ pub(super) fn symplecticity(context: &Context) -> Result<Vec<Row>, StudyError> {
 /// The largest energy errors in 1000 steps, and the change of angular momenta.
 pub(super) fn long_runs(context: &Context) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
-    for drift in context.get_each(short_runs()?)? {
+    for drift in context.get_each(short_runs(context)?)? {
         let mut push = |what: &str, value: f64, truth: Option<Truth>| {
             let tolerance = Tolerance::absolute(drift.rounding, "the rounding of the steps");
             let key = format!("{} {} {what}", drift.problem, drift.method);

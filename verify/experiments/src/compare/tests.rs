@@ -605,3 +605,23 @@ fn the_bound_beside_a_difference_is_that_of_both_solutions() {
     }
     assert!(references >= 2);
 }
+
+/// What is of order two and more resolves a whole orbit; implicit Euler does not, and is compared over a tenth of it.
+#[test]
+fn an_orbit_is_compared_as_a_whole_by_what_resolves_it() {
+    let kepler = problem::small("kepler").expect("registered");
+    let compared = compare("kepler", &*kepler, Vec::new(), &[]);
+    assert_eq!(compared.horizon, std::f64::consts::TAU);
+    let is_nearer = |compared: &&Compared| compared.status.starts_with("to t = 0.6: agrees; to t = 6.283: agrees, but");
+    let (nearer, whole): (Vec<_>, Vec<_>) = compared.solvers.iter().partition(is_nearer);
+    let names: Vec<_> = nearer.iter().map(|compared| compared.solver.as_str()).collect();
+    assert_eq!(names, ["implicit-euler"]);
+    assert!(
+        whole.len() > 20 && compared.notes.iter().any(|note| note.contains("implicit-euler")),
+        "{:?}",
+        compared.notes
+    );
+    for Compared { solver, standing, status, .. } in &compared.solvers {
+        assert_eq!(*standing, Standing::Agrees, "{solver}: {status}");
+    }
+}

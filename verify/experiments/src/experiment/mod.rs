@@ -40,6 +40,7 @@ mod propagator;
 pub use propagator::{ProbeError, SCALED, exponential, growth, propagator, step_error};
 pub mod published_values;
 pub mod reversal;
+pub mod sensitivity;
 pub mod stability;
 pub mod step_equation;
 mod step_map;

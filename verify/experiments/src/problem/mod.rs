@@ -141,6 +141,11 @@ pub trait Problem: fmt::Debug + Send + Sync {
     fn horizon(&self) -> f64 {
         self.facts().window.horizon
     }
+
+    /// End of the cross-checks of what can be resolved up to a later time.
+    fn far_horizon(&self) -> f64 {
+        self.horizon()
+    }
 }
 
 /// The limit of a method as h → 0: an ODE, whose first components are those of the problem.
