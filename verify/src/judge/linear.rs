@@ -587,6 +587,17 @@ mod tests {
         assert_eq!([-2.05, -3.0].map(|x| found.is_left_open_at(Complex::new(x, 0.0))), [true, false]);
     }
 
+    /// R = 1 + 3z/2 + 5z²/4 + z³/2 + z⁴/4 has |R(iy)|² = 1 − x(x − 1)²(4 − x)/16 with x = y², so that digits leave open whether it is more than 1
+    /// at y = 1. On the negative axis R(−2) = 3 is.
+    #[test]
+    fn where_digits_leave_the_imaginary_axis_open_the_negative_one_may_refute() {
+        let quarters = [4, 6, 5, 2, 1].map(|n| (&Real::from(n) / &Real::from(4)).widened(1e-3));
+        let found = StabilityFunction::of(quarters.to_vec(), vec![Real::one()]);
+        assert!(matches!(found.imaginary_reach(), Reach::Open { to } if to <= 1.0), "{:?}", found.imaginary_reach());
+        let Err(Unstable::At(z)) = found.is_a_stable() else { panic!("{:?}", found.is_a_stable()) };
+        assert!(z.im == 0.0 && z.re < -1.0 && found.at(z).norm() > 1.0, "{z}");
+    }
+
     /// 1/(1 + z) has its pole at −1, and 1/(1 − z) at 1.
     #[test]
     fn beside_a_pole_on_the_negative_axis_there_is_no_sector() {

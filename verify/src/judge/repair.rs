@@ -492,6 +492,9 @@ mod tests {
         ] {
             assert_eq!(text(&surd(m, n)).as_deref(), Some(expected));
         }
+        // (123 + 456√2)/789.
+        let large = &ratio(41, 263) + &(&ratio(152, 263) * &root);
+        assert_eq!(text(&large).as_deref(), Some("41/263 + 152*sqrt(2)/263"));
         // A rational number has no root, and that of a square is none.
         assert_eq!(text(&ratio(1, 3)), None);
         assert_eq!(quadratic(&surd(1, 1), 4), None);

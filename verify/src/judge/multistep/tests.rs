@@ -508,6 +508,16 @@ fn a_root_comes_to_the_rim_from_inside_at_any_angle() {
     assert!(theory.a_stable.is_ok(), "{:?}", theory.a_stable);
 }
 
+/// ρ = ζᵏ⁺¹ − ζ has the roots of unity, of which eigenvalues of companion matrices are not found for k = 6 and 8, and 0.
+#[test]
+fn growth_is_found_where_eigenvalues_are_not() {
+    for k in [6, 7, 8] {
+        let padded = |[second, last]: [&str; 2]| format!("0 {second}{} {last}", " 0".repeat(k - 1));
+        let found = theory(&padded(["-1", "1"]), &padded(["0", "1"])).growth(Complex::new(0.0, 0.0));
+        assert!((found - 1.0).abs() < 1e-12, "{k}: {found}");
+    }
+}
+
 #[test]
 fn roots_of_sigma_on_the_rim_decide_stability_for_large_steps() {
     let outcome = |rho: &str, sigma: &str| {
