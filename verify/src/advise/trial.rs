@@ -526,7 +526,54 @@ mod tests {
             let calm = DMatrix::from_element(1, 1, -1.0);
             let (found, _) = search(problem, &*rk4, &truth, 0.01, f64::INFINITY, Some(&calm));
             assert!(found.as_ref().is_some_and(|trial| trial.error <= 0.01 && trial.setting <= 2.7), "{found:?}");
+            // RK4's leading error is h⁴/120 t e⁻ᵗ: 2·10⁻⁴ at t = 1 with 16 steps.
+            let (found, _) = search(problem, &*rk4, &truth, 1e-3, f64::INFINITY, Some(&calm));
+            assert!(found.as_ref().is_some_and(|trial| trial.error <= 1e-3 && trial.steps >= 9), "{found:?}");
         });
+    }
+
+    /// At rest every method is exact.
+    #[test]
+    fn of_a_method_without_errors_no_order_is_told() {
+        let rest = problem::build_setting("harmonic-oscillator q0=0 p0=0").expect("registered");
+        let (accurate, rk4) = (adaptive(1e-12).expect("registered"), method::parse("rk4").expect("registered"));
+        let truth = Truth::by(&*rest, &*accurate, HORIZON, 1.0).expect("it runs");
+        let (found, _) = search(&*rest, &*rk4, &truth, 0.01, f64::INFINITY, None);
+        let found = found.expect("it is exact");
+        assert_eq!((found.error, found.falls), (0.0, None));
+    }
+
+    /// As far as errors are known: 1 and 0.19 to within 0.1 may be 1.1 and 0.09, which are an order of log₂ 12.2 = 3.61 apart.
+    #[test]
+    fn errors_are_unpredictable_where_they_fall_by_half_an_order_less_than_they_should() {
+        let of = |errors: [f64; 2], uncertainty: f64| Falls { errors, nominal: 4 }.unpredictable(uncertainty);
+        assert_eq!(of([1.0, 0.5], 0.0), Some(1.0));
+        assert_eq!([of([1.0, 0.088], 0.0), of([1.0, 0.19], 0.1)], [None, None]);
+        assert_eq!(of([1.0, 0.125], 0.0), Some(3.0));
+        assert_eq!(of([1.0, 0.25], 0.1), Some(2.0));
+    }
+
+    /// A wheel that is pushed from t = 1.2345 on, and by a coil while it passes through 10⁻³ rad.
+    #[test]
+    fn what_acts_at_a_place_is_seen_beside_what_acts_at_a_time() {
+        let code = "u_i { x = 0, v = 1 } w { 1e-3 }
+            F_i { v, -0.05*v + 0.2*heaviside(t - 1.2345) + 4000*heaviside(x - 2.2)*heaviside(2.2 + w - x) }";
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), code).expect("writable");
+        let model = problem::model::Model::load(file.path(), &[], Some(HORIZON)).expect("a model");
+        let method = adaptive(1e-12).expect("registered");
+        let truth = Truth::by(&model, &*method, HORIZON, 1.0).expect("it runs");
+        let near = |time: f64| truth.changes.iter().any(|t| (t - time).abs() < 1e-3);
+        // v = e^(−t/20) and then 4 − a e^(−t/20), and x = 2.2 at some t between 2.2 and 2.35.
+        let (until, rate): (f64, f64) = (1.2345, 0.05);
+        let (v, x) = ((-rate * until).exp(), (1.0 - (-rate * until).exp()) / rate);
+        let at = |t: f64| x + 4.0 * (t - until) - (4.0 - v) / rate * (1.0 - (-rate * (t - until)).exp());
+        let (mut low, mut high) = (2.0, 2.4);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if at(middle) < 2.2 { low = middle } else { high = middle }
+        }
+        assert!(near(until) && near(low), "{low}: {:?}", truth.changes);
     }
 
     /// Another run may have seen more of the solution than those that were asked of it.
