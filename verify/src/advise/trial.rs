@@ -553,29 +553,6 @@ mod tests {
         assert_eq!(of([1.0, 0.25], 0.1), Some(2.0));
     }
 
-    /// A wheel that is pushed from t = 1.2345 on, and by a coil while it passes through 10⁻³ rad.
-    #[test]
-    fn what_acts_at_a_place_is_seen_beside_what_acts_at_a_time() {
-        let code = "u_i { x = 0, v = 1 } w { 1e-3 }
-            F_i { v, -0.05*v + 0.2*heaviside(t - 1.2345) + 4000*heaviside(x - 2.2)*heaviside(2.2 + w - x) }";
-        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
-        std::fs::write(file.path(), code).expect("writable");
-        let model = problem::model::Model::load(file.path(), &[], Some(HORIZON)).expect("a model");
-        let method = adaptive(1e-12).expect("registered");
-        let truth = Truth::by(&model, &*method, HORIZON, 1.0).expect("it runs");
-        let near = |time: f64| truth.changes.iter().any(|t| (t - time).abs() < 1e-3);
-        // v = e^(−t/20) and then 4 − a e^(−t/20), and x = 2.2 at some t between 2.2 and 2.35.
-        let (until, rate): (f64, f64) = (1.2345, 0.05);
-        let (v, x) = ((-rate * until).exp(), (1.0 - (-rate * until).exp()) / rate);
-        let at = |t: f64| x + 4.0 * (t - until) - (4.0 - v) / rate * (1.0 - (-rate * (t - until)).exp());
-        let (mut low, mut high) = (2.0, 2.4);
-        for _ in 0..40 {
-            let middle = 0.5 * (low + high);
-            if at(middle) < 2.2 { low = middle } else { high = middle }
-        }
-        assert!(near(until) && near(low), "{low}: {:?}", truth.changes);
-    }
-
     /// Another run may have seen more of the solution than those that were asked of it.
     #[test]
     fn steps_show_a_solution_that_moves_as_far_as_any_run_has_seen() {
