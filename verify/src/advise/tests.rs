@@ -66,6 +66,21 @@ fn a_run_is_as_long_as_two_turns_of_the_motion() {
     }
 }
 
+/// A hundred oscillators turn twice in 4π, and of more the run is not followed. e^(−t) is a thousandth at 6.9, when the angle 1.5 t has not
+/// come to 4π.
+#[test]
+fn a_motion_that_comes_to_rest_or_is_too_large_has_its_own_horizon() {
+    let oscillators = |count: usize| {
+        let list = |of: fn(usize) -> String| (0..count).map(of).collect::<Vec<_>>().join(", ");
+        let (start, field) = (list(|k| format!("x{k} = 1, y{k} = 0")), list(|k| format!("-y{k}, x{k}")));
+        duration(&of_text(&format!("u_i {{ {start} }} F_i {{ {field} }}"), 1.0)).expect("registered")
+    };
+    assert!((13.0..15.0).contains(&oscillators(100)), "{}", oscillators(100));
+    assert_eq!(oscillators(101), 1.0);
+    let spiral = "u_i { x = 1000, y = 0 } F_i { -x - 1.5*y, 1.5*x - y }";
+    assert_eq!(duration(&of_text(spiral, 1.0)).expect("registered"), 1.0);
+}
+
 /// A slope between ±1/500 turns by 4/500 in a period, so that 1571 of these make two turns, and a period takes more steps than three.
 #[test]
 fn a_motion_that_turns_too_slowly_for_the_steps_that_are_followed_has_its_own_horizon() {

@@ -535,7 +535,31 @@ mod tests {
             let calm = DMatrix::from_element(1, 1, -1.0);
             let (found, _) = search(problem, &*rk4, &truth, 0.01, f64::INFINITY, Some(&calm));
             assert!(found.first().is_some_and(|trial| trial.error <= 0.01 && trial.setting <= 2.7), "{found:?}");
+            // RK4's leading error is h⁴/120 t e⁻ᵗ: 2·10⁻⁴ at t = 1 with 16 steps.
+            let (found, _) = search(problem, &*rk4, &truth, 1e-3, f64::INFINITY, Some(&calm));
+            assert!(found.first().is_some_and(|trial| trial.error <= 1e-3 && trial.steps >= 9), "{found:?}");
         });
+    }
+
+    /// At rest every method is exact.
+    #[test]
+    fn of_a_method_without_errors_no_order_is_told() {
+        let rest = problem::build_setting("harmonic-oscillator q0=0 p0=0").expect("registered");
+        let (accurate, rk4) = (adaptive(1e-12).expect("registered"), method::parse("rk4").expect("registered"));
+        let truth = Truth::by(&*rest, &*accurate, HORIZON, 1.0).expect("it runs");
+        let (found, _) = search(&*rest, &*rk4, &truth, 0.01, f64::INFINITY, None);
+        let found = found.expect("it is exact");
+        assert_eq!((found.error, found.falls), (0.0, None));
+    }
+
+    /// As far as errors are known: 1 and 0.19 to within 0.1 may be 1.1 and 0.09, which are an order of log₂ 12.2 = 3.61 apart.
+    #[test]
+    fn errors_are_unpredictable_where_they_fall_by_half_an_order_less_than_they_should() {
+        let of = |errors: [f64; 2], uncertainty: f64| Falls { errors, nominal: 4 }.unpredictable(uncertainty);
+        assert_eq!(of([1.0, 0.5], 0.0), Some(1.0));
+        assert_eq!([of([1.0, 0.088], 0.0), of([1.0, 0.19], 0.1)], [None, None]);
+        assert_eq!(of([1.0, 0.125], 0.0), Some(3.0));
+        assert_eq!(of([1.0, 0.25], 0.1), Some(2.0));
     }
 
     /// Another run may have seen more of the solution than those that were asked of it.

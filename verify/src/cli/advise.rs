@@ -88,15 +88,7 @@ pub(super) fn run(options: &Args, out: &mut Output) -> Result<Status, Failure> {
     bar.finish_and_clear();
     let own = if options.t_end.is_some() { horizon } else { problem.horizon() };
     show(&name, (horizon, own), options.accuracy, &advice, out)
-        .and_then(|()| match advice.recommended() {
-            Some(trial) => command(&options.problem.options(), horizon, trial, out),
-            // Either will do.
-            None if matches!(advice.refusal, Some(Refusal::Tie { .. })) => advice
-                .predictable()
-                .take(2)
-                .try_for_each(|trial| command(&options.problem.options(), horizon, trial, out)),
-            None => Ok(()),
-        })
+        .and_then(|()| commands(&options.problem.options(), horizon, &advice, out))
         .and_then(|()| options.problem.write_caveat(out))
         .map_err(Failure::Output)?;
     Ok(if advice.recommended().is_some() { Status::Ok } else { Status::Inconclusive })
@@ -200,6 +192,18 @@ fn passed_over(cheapest: &Trial, uncertainty: f64) -> String {
             cheapest.method
         )
     })
+}
+
+/// The command of what is recommended, or those of two that are as good.
+fn commands(problem: &[[String; 2]], horizon: f64, advice: &Advice, out: &mut impl Write) -> io::Result<()> {
+    match advice.recommended() {
+        Some(trial) => command(problem, horizon, trial, out),
+        // Either will do.
+        None if matches!(advice.refusal, Some(Refusal::Tie { .. })) => {
+            advice.predictable().take(2).try_for_each(|trial| command(problem, horizon, trial, out))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The command that makes the run of a trial again, broken as a shell reads it.
@@ -401,6 +405,55 @@ mod tests {
         let (h, before) = words[3..].split_last().expect("words");
         assert_eq!(before, run);
         assert_eq!(h.parse(), Ok(1.0 / 48.0));
+    }
+
+    #[test]
+    fn a_command_is_shown_of_what_is_recommended_and_of_both_in_a_tie() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let mut advice = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered");
+        assert!(advice.predictable().count() > 2);
+        let tie = Refusal::Tie { first: "rk4".into(), second: "heun2".into() };
+        for (refusal, count) in [(None, 1), (Some(tie), 2), (Some(Refusal::OutOfReach { accuracy: 1e-3, most: 4 }), 0)]
+        {
+            advice.refusal = refusal;
+            let mut out = Vec::new();
+            commands(&[], 1.0, &advice, &mut out).expect("written");
+            let text = String::from_utf8(out).expect("UTF-8");
+            assert_eq!(text.matches("verify solve").count(), count, "{text}");
+        }
+    }
+
+    /// Of any length of an option, and of some to the last column.
+    #[test]
+    fn a_line_of_a_command_is_as_long_as_the_terminal_is_wide_and_no_longer() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let advice = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered");
+        let longest = |value: usize| {
+            let mut out = Vec::new();
+            command(&[["--model".into(), "x".repeat(value)]], 1.0, &advice.trials[0], &mut out).expect("written");
+            let text = String::from_utf8(out).expect("UTF-8");
+            text.lines().filter(|line| line.ends_with('\\')).map(width).max()
+        };
+        // An option that takes up a line of its own begins two columns right of the label.
+        let most = columns() - INDENT - "  --model ".len() - " \\".len();
+        assert_eq!((1..=most).filter_map(longest).max(), Some(columns()));
+    }
+
+    #[test]
+    fn steps_with_which_a_method_is_stable_are_told_by_their_number() {
+        let problem = verify::problem::build("linear-drag", &[]).expect("registered");
+        let mut character = advise(&*problem, 1.0, 1e-3, &mut |_| {}).expect("registered").character;
+        for (steps, text) in [
+            (0.0, "no mode decays, so that rk4 is stable with any steps"),
+            (0.7, "rk4 is stable with a single step"),
+            (1.2, "rk4 is stable with 2 equal steps or more to the run"),
+        ] {
+            character.matrices.as_mut().expect("a small system").steps_of_rk4 = steps;
+            let mut out = Vec::new();
+            describe(&character, 1.0, &mut out).expect("written");
+            let told = String::from_utf8(out).expect("UTF-8").split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(told.contains(text), "{told}");
+        }
     }
 
     /// What is neither symmetric nor keeps an energy is told for what it is.

@@ -655,14 +655,14 @@ mod tests {
         assert!(words(None, "a run with 2h fails"));
     }
 
-    /// A quarter of the way to t = 4; nothing before the first second.
+    /// Three quarters of the way to t = 4; nothing before the first second.
     #[test]
     fn the_bar_is_at_the_part_of_the_time_that_is_done_after_a_while() {
         let begun = Instant::now();
         let long_ago = begun.checked_sub(2 * Progress::PATIENCE).expect("the clock has run for two seconds");
-        for (begun, is_shown, position) in [(long_ago, true, Some(250)), (begun, true, None), (long_ago, false, None)] {
+        for (begun, is_shown, position) in [(long_ago, true, Some(750)), (begun, true, None), (long_ago, false, None)] {
             let mut progress = Progress { t_end: 4.0, begun, bar: None, is_shown };
-            progress.reach(1.0);
+            progress.reach(3.0);
             assert_eq!(progress.bar.as_ref().map(ProgressBar::position), position);
         }
     }

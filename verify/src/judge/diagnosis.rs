@@ -65,7 +65,7 @@ pub enum Diagnosis {
     },
     /// b̂ adds up to zero: what is listed are weights of the error estimate, b − b̂ or b̂ − b.
     Differences {
-        /// The order of the embedded method that they stand for, which is the same with either sign.
+        /// The order of the embedded method that they stand for, the higher one of those with either sign.
         order: u32,
     },
     /// Decimals that were cut off in place of rounded make everything hold.
@@ -236,9 +236,10 @@ fn differences(theory: &Theory, claimed: Option<u32>) -> Option<Diagnosis> {
     if difference.iter().all(Real::may_be_zero) {
         return None;
     }
-    // Conditions are affine in the weights: those that b and b − d satisfy hold for b + d.
-    let b_hat: Vec<Real> = b.iter().zip(difference).map(|(b, d)| b - d).collect();
-    let order = WeightsTheory::new(numbers, &b_hat, claimed.unwrap_or(0)).order;
+    // Conditions are affine in the weights: those that b and b − d satisfy hold for b + d, so that the signs differ beyond the order of b alone.
+    let order = |b_hat: Vec<Real>| WeightsTheory::new(numbers, &b_hat, claimed.unwrap_or(0)).order;
+    let with_sign = |sign: i64| b.iter().zip(difference).map(|(b, d)| b + &(d * &Real::from(sign))).collect();
+    let order = order(with_sign(-1)).max(order(with_sign(1)));
     (order >= claimed.unwrap_or(1).max(1)).then_some(Diagnosis::Differences { order })
 }
 
@@ -281,20 +282,20 @@ fn mend(tableau: &Tableau, theory: &Theory, claimed: Option<u32>, targets: &[Tar
 fn highest(tableau: &Tableau) -> u32 {
     let s = tableau.stages() as u32;
     match (tableau.shape(), s) {
-        // The lost diagonal entry of the implicit midpoint rule.
-        (Shape::Explicit, 1) => 2,
         (Shape::Explicit, 2..=4) => s,
         (Shape::Explicit, 5..=7) => s - 1,
         (Shape::Explicit, 8..=9) => s - 2,
         (Shape::Explicit, 10..) => s - 3,
-        // A lost entry above the diagonal makes coupled stages look diagonally implicit.
+        // A lost entry above the diagonal makes coupled stages look diagonally implicit, and that of the midpoint rule makes it explicit.
         _ => 2 * s,
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::file::{Body, Shipped};
+    use super::super::file::{Body, MethodFile, Shipped};
+    use super::super::tableau::Place;
+    use super::*;
 
     #[test]
     fn repairs_are_looked_for_up_to_butchers_barriers() {
@@ -304,6 +305,82 @@ mod tests {
             let file = Shipped::by_name(name).expect("there").read().expect("well-formed");
             let Body::RungeKutta(tableau) = &file.body else { panic!("{name}") };
             assert_eq!(super::highest(tableau), highest, "{name}");
+        }
+        // Of s explicit stages, but for one, whose entry on the diagonal may have been lost (\[HNW93\] II.5).
+        for (s, highest) in [2, 2, 3, 4, 4, 5, 6, 6, 7, 7, 8].into_iter().enumerate() {
+            let s = s + 1;
+            let zeros = vec!["0"; s].join(", ");
+            let text = format!("a = [{}]\nb = [{zeros}]\n", vec![format!("[{zeros}]"); s].join(", "));
+            assert_eq!(super::highest(&tableau(&text)), highest, "{s}");
+        }
+    }
+
+    fn file(text: &str) -> MethodFile {
+        MethodFile::parse("m.toml", "m", text).unwrap_or_else(|error| panic!("{text}{error}"))
+    }
+
+    fn tableau(text: &str) -> Tableau {
+        let Body::RungeKutta(tableau) = file(text).body else { panic!("{text}") };
+        tableau
+    }
+
+    fn diagnosed(text: &str) -> Diagnosis {
+        let body = file(text).body;
+        Diagnosis::new(&body, &*body.analyse(None, None), None, None)
+    }
+
+    /// Radau's nodes, of which the last is 9/10 for 1, have an order of 3 and not of 5. Butcher's method of order 6 has 4 with ¼ for its first ⅓,
+    /// the row of a stage without a weight.
+    #[test]
+    fn an_order_that_is_higher_by_two_is_looked_for_without_a_claim() {
+        let radau = "kind = 'path-fitted'\nnodes = ['2/5 - sqrt(6)/10', '2/5 + sqrt(6)/10', '9/10']\n";
+        let butcher = "a = [[], ['1/4'], [0, '2/3'], ['1/12', '1/3', '-1/12'], ['-1/16', '9/8', '-3/16', '-3/8'], \
+                       [0, '9/8', '-3/8', '-3/4', '1/2'], ['9/44', '-9/11', '63/44', '18/11', 0, '-16/11']]\n\
+                       b = ['11/120', 0, '27/40', '27/40', '-4/15', '-4/15', '11/120']\n";
+        for (text, order, place, value) in [(radau, 5, "nodes[3]", 1.0), (butcher, 6, "a[2,1]", 1.0 / 3.0)] {
+            let Diagnosis::Coefficient { target, repairs } = diagnosed(text) else { panic!("{:?}", diagnosed(text)) };
+            assert_eq!((target.order, repairs[0].place.to_string().as_str()), (order, place));
+            assert!((repairs[0].value.to_f64() - value).abs() < 1e-12, "{}", repairs[0].text);
+        }
+    }
+
+    /// The midpoint rule with a third for its half.
+    #[test]
+    fn a_wrong_abscissa_is_found_without_a_claim() {
+        let text = "c = [0, '1/3']\na = [[], ['1/2']]\nb = [0, 1]\n";
+        let Diagnosis::Coefficient { repairs, .. } = diagnosed(text) else { panic!("{:?}", diagnosed(text)) };
+        assert_eq!((repairs[0].place, repairs[0].text.as_str()), (Place::C(1), "1/2"));
+    }
+
+    /// Of b = (1, 0), of order 1, and Heun's weights, of order 2, the difference is (½, −½): Heun's are b less that, and what is b and that, (3/2, −½),
+    /// has order 1.
+    #[test]
+    fn what_is_listed_as_a_difference_is_what_the_embedded_weights_lack() {
+        let of = |hat: &str, claimed: Option<u32>| {
+            let text = format!("a = [[], [1]]\nb = [1, 0]\nb_hat = [{hat}]\n");
+            let body = file(&text).body;
+            Diagnosis::new(&body, &*body.analyse(None, claimed), None, claimed)
+        };
+        for hat in ["'1/2', '-1/2'", "'-1/2', '1/2'"] {
+            assert!(matches!(of(hat, Some(2)), Diagnosis::Differences { order: 2 }), "{hat}: {:?}", of(hat, Some(2)));
+            assert!(!matches!(of(hat, Some(3)), Diagnosis::Differences { .. }), "{hat}");
+        }
+    }
+
+    #[test]
+    fn repairs_that_couple_stages_are_left_out_where_others_do_not() {
+        let repair = |makes_implicit: bool| {
+            let (was, text, value) = ("0".into(), "1".into(), Real::one());
+            let (also, follows) = (Vec::new(), Vec::new());
+            Repair { place: Place::B(0), also, follows, makes_implicit, was, text, value, mends: 1 }
+        };
+        let target = Target { order: 1, embedded: None };
+        for (all, kept) in [(vec![true, true], 2), (vec![true, false], 1), (vec![false, false], 2)] {
+            let repairs = all.iter().map(|implicit| repair(*implicit)).collect();
+            let mut diagnosis = Diagnosis::Coefficient { target, repairs };
+            diagnosis.keep_explicit();
+            let Diagnosis::Coefficient { repairs, .. } = diagnosis else { panic!("it is one") };
+            assert_eq!(repairs.len(), kept, "{all:?}");
         }
     }
 }

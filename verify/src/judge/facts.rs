@@ -456,6 +456,71 @@ mod tests {
         assert!(told.contains("The weights add up to 1 -2.00e-13."), "{told}");
     }
 
+    /// The implicit midpoint rule with a diagnosis of another method.
+    fn said_of(diagnosis: Diagnosis, order: u32) -> String {
+        let text = format!("a = [['1/2']]\nb = [1]\norder = {order}\n");
+        let file = crate::judge::file::MethodFile::parse("m.toml", "m", &text).expect("a method");
+        let judgement = Judgement { diagnosis, ..Judgement::new(file, crate::judge::Effort::Theory) };
+        judgement.diagnosis_text().expect("something is wrong")
+    }
+
+    #[test]
+    fn a_number_at_several_places_and_one_of_several_exchanges_are_told_as_such() {
+        let target = Target { order: 2, embedded: None };
+        for (also, text) in [
+            (Vec::new(), "A coefficient is wrong. With one coefficient changed the order is 2"),
+            (
+                vec![Place::A(1, 0)],
+                "A number is wrong that stands at several places. With it changed at each of them the order is 2",
+            ),
+        ] {
+            let (was, text_of, value, follows) = ("1".into(), "2".into(), Real::one(), Vec::new());
+            let repair = Repair {
+                place: Place::B(0),
+                also,
+                follows,
+                makes_implicit: false,
+                was,
+                text: text_of,
+                value,
+                mends: 2,
+            };
+            let said = said_of(Diagnosis::Coefficient { target, repairs: vec![repair] }, 2);
+            assert!(said.starts_with(text), "{said}");
+        }
+        let exchange = Exchange { names: ["b[1]".into(), "b[2]".into()], with_c: false, mends: 2 };
+        for (count, text) in [
+            (1, "Two entries look exchanged. With them exchanged back the order is 2"),
+            (
+                2,
+                "Two entries look exchanged, and which of these is open. With either two exchanged back the order is 2",
+            ),
+        ] {
+            let said = said_of(Diagnosis::Exchanged { target, exchanges: vec![exchange.clone(); count] }, 2);
+            assert!(said.starts_with(text), "{said}");
+        }
+    }
+
+    /// Of order 2, which a row sum does not change where f does not depend on time.
+    #[test]
+    fn a_wrong_row_sum_spoils_the_order_in_time_of_a_method_that_has_its_order() {
+        for (order, text) in [(1, true), (2, true), (3, false)] {
+            let said = said_of(Diagnosis::Several { rows: vec![0] }, order);
+            assert_eq!(said.contains("of stage 1, and the order on v̇ = f(t, v)."), text, "{order}: {said}");
+        }
+    }
+
+    #[test]
+    fn exchanges_that_were_not_looked_for_are_said_of_more_stages_than_are_tried() {
+        for (stages, is_said) in [(LONGEST, false), (LONGEST + 1, true)] {
+            let zeros = vec!["0"; stages].join(", ");
+            let text = format!("a = [{}]\nb = [1{}]\n", vec![format!("[{zeros}]"); stages].join(", "), &zeros[1..]);
+            let file = crate::judge::file::MethodFile::parse("m.toml", "m", &text).expect("a method");
+            let judgement = Judgement::new(file, crate::judge::Effort::Theory);
+            assert_eq!(!judgement.not_looked_for().is_empty(), is_said, "{stages}");
+        }
+    }
+
     /// c = (0, 1) beside the rows of the implicit midpoint rule keeps its order 2: no order 3 is meant by that, nor one of weights of no order.
     #[test]
     fn only_an_order_that_no_label_claims_makes_own_times_meant_so() {

@@ -486,6 +486,50 @@ mod tests {
         }
     }
 
+    /// What rounding makes of a defect is said where it is more than what can be measured as zero, and of a defect within it first of all.
+    #[test]
+    fn what_rounding_makes_of_a_defect_is_told_where_it_matters() {
+        let plain = Traits::new(2, Principle::Equation, Stability::Neutral);
+        let keeps = Traits { symplectic: Symplecticity::Always, is_reversible: true, ..plain };
+        for (defect, open, told) in [
+            (1e-13, 1e-7, "1.0e-13, ≤ 10⁻¹⁰"),
+            (1e-8, 1e-7, "1.0e-8, and the rounding of the coefficients leaves 1.0e-7 of it open"),
+            (1e-6, 1e-7, "1.0e-6, which is to be ≤ 10⁻¹⁰, and the rounding of the coefficients makes 1.0e-7 of it"),
+            (1e-6, 1e-11, "1.0e-6, which is to be ≤ 10⁻¹⁰"),
+        ] {
+            let defects = Defects { symplectic: defect, symmetric: defect, open: [open; 2] };
+            for Verdict { check, .. } in defects.verdicts(&keeps) {
+                assert!(check.reason.ends_with(told), "{}", check.reason);
+            }
+        }
+    }
+
+    /// Half a unit of the last of seven places times the derivative of the energy behind a step, by differences of its own: where that is
+    /// largest along the run, which is not at its start.
+    #[test]
+    fn a_drift_is_left_open_by_the_step_of_the_run_that_rounding_changes_most() {
+        let of = |text: &str| {
+            let text = format!("a = [['{text}']]\nb = [1]\n");
+            FileMethod::of(&crate::judge::file::MethodFile::parse("m.toml", "m", &text).expect("a method"))
+        };
+        let problem = problem::build("henon-heiles", &[]).expect("known");
+        let energy = problem.invariants().into_iter().find(|i| i.name == "energy").expect("there is one");
+        let (h, steps, method) = (0.25, 32, of("0.5000004"));
+        let step = |method: &FileMethod, q: &[f64]| step_from(&*problem, q.to_vec(), method, h).expect("it steps");
+        let path = std::iter::successors(Some(problem.initial()), |q| Some(step(&method, q)));
+        let slope = |q: &Vec<f64>| {
+            let [left, right] = ["0.4995004", "0.5005004"].map(|a| energy.value(&step(&of(a), q)));
+            ((right - left) / 1e-3).abs()
+        };
+        let slopes: Vec<f64> = path.take(steps + 1).step_by(2).map(|q| slope(&q)).collect();
+        let largest = slopes.iter().copied().largest();
+        assert!(largest > 1.1 * slopes[0], "{slopes:?}");
+        let expected = steps as f64 * 0.5e-7 * largest;
+        let found = open_drift(&*problem, &method, h, steps as u64).expect("it runs");
+        // Its own difference is over 10⁻⁶, and that here over 10⁻³, each off by as much of the slope or its square.
+        assert!((found / expected - 1.0).abs() < 1e-4, "{found:e} {expected:e}");
+    }
+
     /// The implicit midpoint rule with an a of four units too many in the last of seven and of eight places, of which half a one is left open.
     #[test]
     fn what_rounding_leaves_open_is_in_proportion_to_it_and_bounds_what_it_does() {

@@ -79,7 +79,7 @@ pub(super) fn repairs(system: &dyn System) -> Vec<Repair> {
     // A zero that is none is a misprint more seldom than another digit.
     let distance = |repair: &Repair| strsim::damerau_levenshtein(&repair.was, &repair.text);
     found.sort_by_key(|repair| (repair.was == "0", distance(repair), repair.place));
-    found.dedup_by(|a, b| a.place == b.place && a.text == b.text);
+    found.dedup_by_key(|repair| (repair.place, repair.text.clone()));
     found
 }
 
@@ -357,6 +357,36 @@ mod tests {
             let sums = ["a", "a_hat"].map(|name| system.sum(Place::Of(name, 1, 0)));
             assert_eq!(sums, [of_a, of_hat], "{text}");
             assert_eq!(system.sum(Place::In("b", 1)), None, "{text}");
+        }
+    }
+
+    /// The differences of a polynomial vanish from one more than its degree on.
+    #[test]
+    fn no_condition_is_of_a_higher_degree_in_any_coefficient_than_is_said() {
+        let pair = "kind = 'partitioned-runge-kutta'\nc = [0, 1]\na = [[0, 0], ['1/2', '1/2']]\nb = ['1/2', '1/2']\n\
+                    a_hat = [['1/2', 0], ['1/2', 0]]\nb_hat = ['1/2', '1/2']\n";
+        let nystrom =
+            "kind = 'nystrom'\na = [[0, 0], ['1/2', 0]]\nb_bar = ['1/2', 0]\nb = ['1/2', '1/2']\nc = [0, 1]\n";
+        let multistep = "kind = 'multistep'\nrho = [0, -1, 1]\nsigma = ['-1/2', '3/2', 0]\n";
+        let galerkin = "kind = 'galerkin'\ndegree = 2\nnodes = ['1/3', 1]\nweights = ['3/4', '1/4']\n";
+        let fitted = "kind = 'path-fitted'\nnodes = ['1/3', '2/3']\n";
+        for text in [pair, nystrom, multistep, galerkin, fitted] {
+            let file = MethodFile::parse("m.toml", "m", text).expect(text);
+            let system = file.body.system(4).expect("it has conditions");
+            let (printed, all) = (numbers(&*system), (0..system.count()).collect::<Vec<_>>());
+            for k in 0..printed.len() {
+                let at = |n: usize| {
+                    let mut numbers = printed.clone();
+                    numbers[k] = Real::from(n as i64);
+                    system.residuals(&numbers, &all)
+                };
+                let mut differences: Vec<Vec<Real>> = (0..=system.degree() + 1).map(at).collect();
+                while differences.len() > 1 {
+                    let step = |pair: &[Vec<Real>]| pair[1].iter().zip(&pair[0]).map(|(y, x)| y - x).collect();
+                    differences = differences.windows(2).map(step).collect();
+                }
+                assert!(differences[0].iter().all(Real::may_be_zero), "{text}{}", system.entries()[k].0);
+            }
         }
     }
 

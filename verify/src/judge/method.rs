@@ -98,6 +98,8 @@ impl Method for FileMethod {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::norm::distance;
+    use crate::run::step_from;
 
     /// Of six Gauss nodes, which follows from simplifying assumptions: conditions by trees are not counted so far.
     #[test]
@@ -106,5 +108,52 @@ mod tests {
         let method = FileMethod::of(&MethodFile::parse("gauss6.toml", "gauss6", text).expect("a method"));
         assert_eq!(method.refutes(12), None);
         assert_eq!(method.refutes(11).as_deref(), Some("its coefficients have order 12"));
+    }
+
+    fn method(text: &str) -> FileMethod {
+        FileMethod::of(&MethodFile::parse("m.toml", "m", text).unwrap_or_else(|error| panic!("{text}{error}")))
+    }
+
+    /// The kinds that have no c of their own have the same order where f depends on time.
+    #[test]
+    fn an_order_that_no_abscissa_lowers_is_that_of_the_coefficients() {
+        for text in [
+            "kind = 'galerkin'\ndegree = 2\nnodes = ['1/3', 1]\nweights = ['3/4', '1/4']\n",
+            "kind = 'path-fitted'\nnodes = ['1/4', '5/6']\n",
+        ] {
+            let method = method(text);
+            assert_eq!(method.refutes(3), None);
+            assert_eq!(method.refutes(2).as_deref(), Some("its coefficients have order 3"));
+        }
+    }
+
+    /// With a unit more in the third place of one decimal, as a file prints it.
+    #[test]
+    fn a_moved_coefficient_is_that_of_a_file_with_other_digits() {
+        let problem = crate::problem::build("henon-heiles", &[]).expect("known");
+        let end = |method: &FileMethod| step_from(&*problem, problem.initial(), method, 0.25).expect("it steps");
+        for text in [
+            "digits = 3\na = [['0.211', 0], ['0.577', '0.212']]\nb = ['0.499', '0.501']\n",
+            "digits = 3\nkind = 'partitioned-runge-kutta'\na = [[0, 0], ['0.498', '0.502']]\nb = ['0.499', '0.501']\n\
+             a_hat = [['0.497', 0], ['0.503', 0]]\nb_hat = ['0.496', '0.504']\n",
+            "digits = 3\nkind = 'nystrom'\na = [[0, 0], ['0.123', 0]]\nb_bar = ['0.321', '0.179']\nb = ['0.499', '0.501']\nc = ['0.211', '0.789']\n",
+            "digits = 3\nkind = 'galerkin'\ndegree = 2\nnodes = ['0.211', '0.789']\nweights = ['0.499', '0.501']\n",
+            "digits = 3\nkind = 'path-fitted'\nnodes = ['0.211', '0.789']\n",
+        ] {
+            let with_other_digits = text.match_indices("'0.").map(|(at, _)| {
+                let decimal = &text[at + 1..at + 6];
+                let other = 0.001 + decimal.parse::<f64>().expect("three places");
+                end(&method(&text.replace(decimal, &format!("{other:.3}"))))
+            });
+            let mut left: Vec<Vec<f64>> = with_other_digits.collect();
+            let before = end(&method(text));
+            for (radius, moved) in method(text).moved(1e-3) {
+                let after = end(&moved);
+                let at = left.iter().position(|known| distance(known, &after) < 1e-14);
+                left.remove(at.unwrap_or_else(|| panic!("{text}{after:?} is not among {left:?}")));
+                assert!((radius - 5e-4).abs() < 1e-12 && distance(&before, &after) > 1e-9, "{radius:e} {after:?}");
+            }
+            assert!(left.is_empty(), "{text}{left:?}");
+        }
     }
 }

@@ -242,11 +242,7 @@ impl MultistepTheory {
         let schur = Schur::try_new(DMatrix::from_fn(k, k, entry), f64::EPSILON, ITERATIONS * k);
         match schur.and_then(|schur| schur.eigenvalues()) {
             Some(roots) => roots.iter().map(|z| z.norm()).largest(),
-            None => {
-                // Roots 0 change nothing.
-                let lowest = c.iter().position(|c| c.norm() > 0.0).unwrap_or(0);
-                simultaneous(&c[lowest..]).iter().map(|z| z.norm()).largest()
-            }
+            None => simultaneous(&c).iter().map(|z| z.norm()).largest(),
         }
     }
 

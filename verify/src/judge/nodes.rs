@@ -365,6 +365,12 @@ mod tests {
                 "that of the quadrature; Σ weights_i nodes_i³ = 1/4 is off by 2.778e-2".into(),
             ),
             (
+                "degree = 3\nnodes = [0, '1/4', 1]\nweights = ['-1/6', '8/9', '5/18']\n".into(),
+                2,
+                "2(u − s + 1) with a quadrature of order u = 3 and paths of degree s = 3; Σ weights_i nodes_i³ = 1/4 is off by 4.167e-2"
+                    .into(),
+            ),
+            (
                 "degree = 3\nnodes = [0, '1/2', 1]\nweights = ['1/4', '1/2', '1/4']\n".into(),
                 0,
                 "a quadrature of order 2 does not determine paths of degree 3; Σ weights_i nodes_i² = 1/3 is off by 4.167e-2".into(),

@@ -383,8 +383,8 @@ fn gap(is_certain: impl Fn(f64) -> bool, end: f64) -> f64 {
     distances.into_iter().find(|open| is_certain(*open)).unwrap_or(end)
 }
 
-/// All roots of Σ c_k xᵏ, c_0 ≠ 0 ≠ c_n, at once, by the iteration of Ehrlich and Aberth: slower than the eigenvalues of the
-/// companion matrix, whose iteration stalls where many roots have one modulus.
+/// All roots of Σ c_k xᵏ, c_n ≠ 0, at once, by the iteration of Ehrlich and Aberth: slower than the eigenvalues of the
+/// companion matrix, whose iteration stalls where many roots have one modulus. Where several are 0 they are next to nothing.
 pub(super) fn simultaneous(c: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let n = c.len() - 1;
     let size = size_of_roots(&c.iter().map(|c| c.norm()).collect::<Vec<_>>());

@@ -280,6 +280,7 @@ mod tests {
         ];
         for problem in problems {
             let n = problem.initial().len();
+            assert_eq!(problem.components().len(), n, "{problem:?}");
             assert_eq!(problem.exact(0.0), Some(problem.initial()));
             for t in [0.2, 0.7, 1.7] {
                 let v = problem.exact(t).expect("known");

@@ -73,7 +73,7 @@ pub fn repairs(tableau: &Tableau, target: Target) -> Vec<Repair> {
         let spoils = a_is_right && !matches!(repair.place, Place::C(_));
         (!repair.follows.is_empty(), repair.makes_implicit, spoils, distance, repair.place)
     });
-    found.dedup_by(|a, b| a.place == b.place && a.text == b.text);
+    found.dedup_by_key(|repair| (repair.place, repair.text.clone()));
     found
 }
 
@@ -419,6 +419,20 @@ mod tests {
         assert_eq!(changes("'1/3', '1/3'"), either);
     }
 
+    /// b·c is 0.51 for ½, of weights that may add up to 1 and are off by 0.01: ½ for the last of them mends it, and so do entries of A,
+    /// with which c has to follow.
+    #[test]
+    fn a_repair_that_no_other_coefficient_has_to_follow_comes_first() {
+        let text =
+            "digits = 2\na = [[], [0], [0, 0], [0, 0, 1]]\nb = ['0.17', '0.17', '0.16', '0.51']\nc = [0, 0, 0, 1]\n";
+        let file = MethodFile::parse("m.toml", "m", text).expect("well-formed");
+        let Body::RungeKutta(tableau) = &file.body else { panic!("{text}") };
+        let found = repairs(tableau, Target { order: 2, embedded: None });
+        let (first, others) = found.split_first().expect("there are some");
+        assert_eq!((first.place, first.text.as_str(), first.follows.len()), (Place::B(3), "0.50", 0));
+        assert!(!others.is_empty() && others.iter().all(|repair| repair.follows.len() == 1), "{others:?}");
+    }
+
     /// A row of sum ¼ beside c = ½, and one of sum ½ beside ¾: only a₁₂ is above the diagonal.
     #[test]
     fn an_entry_above_the_diagonal_makes_a_diagonally_implicit_method_implicit() {
@@ -478,6 +492,12 @@ mod tests {
         ] {
             assert_eq!(text(&surd(m, n)).as_deref(), Some(expected));
         }
+        // (123 + 456√2)/789.
+        let large = &ratio(41, 263) + &(&ratio(152, 263) * &root);
+        assert_eq!(text(&large).as_deref(), Some("41/263 + 152*sqrt(2)/263"));
+        // A rational number has no root, and that of a square is none.
+        assert_eq!(text(&ratio(1, 3)), None);
+        assert_eq!(quadratic(&surd(1, 1), 4), None);
         // 3 10¹⁰ in the lattice is less than 10^(40/3), and no whole numbers come nearer.
         assert_eq!(text(&(&surd(1, 1) + &Real::double(1e-30))), None);
     }

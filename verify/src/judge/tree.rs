@@ -272,6 +272,22 @@ mod tests {
         assert_eq!(counts(Rule::SecondOrder, 7), [1, 2, 3, 5, 9, 16, 30]);
     }
 
+    /// With q̇ = f(p), ṗ = g(t, q) a vertex of p carries time, and none of q does.
+    #[test]
+    fn time_is_in_the_forces_of_separable_systems_alone() {
+        let forest = Forest::with_time(Rule::Separable, 2);
+        let colour = |k: usize| forest.trees()[k].colour;
+        let mut pairs: Vec<_> = forest
+            .of_order(2)
+            .map(|k| (colour(k), forest.trees()[k].children.iter().map(|k| colour(*k)).collect()))
+            .collect();
+        pairs.sort();
+        let (first, second) = (Colour::First, Colour::Second);
+        let expected: [(Colour, Vec<Colour>); 3] =
+            [(first, vec![second]), (second, vec![first]), (second, vec![Colour::Time])];
+        assert_eq!(pairs, expected);
+    }
+
     /// q̇ = p, ṗ = q is linear: of each order one tree of each colour has no branching, with density n!.
     #[test]
     fn coloured_trees_without_branches_have_the_density_of_the_exponential() {

@@ -7,7 +7,7 @@ use super::error::Fault;
 use crate::measure::decimal::counted;
 
 /// Most stages or steps; the methods of order 14 have 35.
-const MOST: usize = 40;
+pub(super) const MOST: usize = 40;
 
 /// A text and what it says.
 pub(super) type Parsed = (Scalar, Expression);
@@ -139,4 +139,46 @@ pub(super) fn square(rows: &[Vec<Parsed>], rounding: Rounding) -> Result<Vec<Vec
 fn coefficient((scalar, expression): &Parsed, rounding: Rounding) -> Result<Coefficient, Fault> {
     let value = expression.evaluate(rounding).map_err(|malformed| fault(scalar, malformed))?;
     Ok(Coefficient { text: scalar.text.trim().to_owned(), exact: value.exact, real: value.real })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{FileError, MethodFile};
+    use super::excerpt;
+
+    #[test]
+    fn the_hint_to_a_row_of_a_wrong_length_has_the_right_ones() {
+        for (text, expected) in [
+            ("b = [1]\na = [[1, 1]]\n", "a row of a method of one stage has one entry, or none"),
+            (
+                "b = [1, 0, 0]\na = [[], [1, 0, 0], [1]]\n",
+                "a row has all 3 entries, or those left of the diagonal, with it or without: 2 or 3",
+            ),
+        ] {
+            let error = MethodFile::parse("m.toml", "m", text).expect_err(text);
+            let FileError::Malformed { hint, .. } = error else { panic!("{error}") };
+            assert_eq!(hint.as_deref(), Some(expected));
+        }
+    }
+
+    /// Of 48 characters, 24 of them before the mistake, where the text is longer.
+    #[test]
+    fn a_long_text_is_shown_around_its_mistake() {
+        let letters = |range: std::ops::Range<usize>| -> String {
+            range.map(|k| char::from(b'!' + u8::try_from(k).expect("few"))).collect()
+        };
+        for (length, at, from, shown, start, end) in [
+            (48, 0, 0, 48, "", ""),
+            (49, 0, 0, 48, "", "…"),
+            (49, 24, 0, 48, "", "…"),
+            (49, 25, 1, 48, "…", ""),
+            (90, 50, 26, 48, "…", "…"),
+            (90, 80, 56, 34, "…", ""),
+        ] {
+            let expected = format!("{start}{}{end}", letters(from..from + shown));
+            assert_eq!(excerpt(&letters(0..length), at), expected, "{length} {at}");
+        }
+        // Places are bytes, and characters are counted.
+        assert_eq!(excerpt(&"√".repeat(49), 3 * 25), format!("…{}", "√".repeat(48)));
+    }
 }

@@ -56,3 +56,20 @@ impl Fault {
         FileError::Malformed { path: path.into(), line, column, reason: self.reason, hint: self.hint }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Fault, FileError};
+
+    /// As after escapes, behind which a place is counted from the text that they stand for.
+    #[test]
+    fn a_fault_within_a_character_is_shown_at_it() {
+        for (text, at, place) in [("√", 1, (1, 1)), ("a\n√√", 7, (2, 2)), ("a\n√√", 8, (2, 3)), ("a", 5, (1, 2))]
+        {
+            let FileError::Malformed { line, column, .. } = Fault::new(at, "wrong").locate("m.toml", text) else {
+                panic!("it is malformed")
+            };
+            assert_eq!((line, column), place, "{text} {at}");
+        }
+    }
+}

@@ -196,3 +196,23 @@ impl MethodFile {
 fn with<T>(make: fn(T) -> Body, (read, rounding): (T, Rounding)) -> (Body, Rounding) {
     (make(read), rounding)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{MAX_BYTES, MethodFile};
+
+    #[test]
+    fn the_longest_file_is_read_and_one_byte_more_is_not() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("long.toml");
+        let method = "a = [[]]\nb = [1]\n#";
+        let load = |bytes: u64| {
+            let comment = " ".repeat(usize::try_from(bytes).expect("few") - method.len());
+            std::fs::write(&path, format!("{method}{comment}")).expect("it is written");
+            MethodFile::load(&path)
+        };
+        assert_eq!(load(MAX_BYTES).expect("a method").name, "long");
+        let error = load(MAX_BYTES + 1).expect_err("it is too long").to_string();
+        assert!(error.ends_with("it has more than 1048576 bytes"), "{error}");
+    }
+}

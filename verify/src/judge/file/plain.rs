@@ -11,6 +11,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::super::expression::vulgar;
+use super::coefficients::MOST;
 use super::document::{Document, Scalar, Value};
 use super::error::Fault;
 use crate::measure::decimal::counted;
@@ -164,7 +165,7 @@ fn stages_of_array(rows: &[Row]) -> Option<usize> {
     };
     // Three numbers, one a line, are a block.
     let is_block = rows.iter().all(|(_, row)| row.len() == 1);
-    [1, 2].into_iter().filter_map(|weights| rows.len().checked_sub(weights)).find(|s| *s > 0 && fits(s) && !is_block)
+    [1, 2].into_iter().filter_map(|weights| rows.len().checked_sub(weights)).find(|s| fits(s) && !is_block)
 }
 
 fn array(rows: &[Row], s: usize) -> Document {
@@ -267,7 +268,10 @@ fn read_lists(text: &str) -> Result<Document, Fault> {
                     .hint("headings are `k c[k]`, `k b[k]`, `k j A[k,j]`"));
             }
         };
-        let numbers: Option<Vec<usize>> = indices.iter().map(|word| word.parse().ok().filter(|k| *k < 100)).collect();
+        let numbers: Option<Vec<usize>> = indices.iter().map(|word| word.parse().ok()).collect();
+        if let Some(k) = numbers.iter().flatten().find(|k| **k > MOST) {
+            return Err(Fault::new(at, format!("an index of {k}; there are 1 to {MOST} stages")));
+        }
         let place = match (key, numbers.as_deref()) {
             ("a", Some(&[i, j])) => (key, i, j),
             ("b" | "c" | "b_hat", Some(&[i])) => (key, i, 0),
@@ -293,17 +297,17 @@ fn assemble(entries: &Entries) -> Result<Document, Fault> {
         let row = (0..s).map(|i| entries.get(&(key, i + first, 0)).cloned().unwrap_or_else(|| absent(at))).collect();
         document.insert(key, at, list(at, row));
     }
-    let at = entries.iter().find(|((key, ..), _)| *key == "a").map_or(0, |(_, scalar)| scalar.at);
     let row = |i: usize| {
-        (0..s).map(|j| entries.get(&("a", i + first, j + first)).cloned().unwrap_or_else(|| absent(at))).collect()
+        (0..s).map(|j| entries.get(&("a", i + first, j + first)).cloned().unwrap_or_else(|| absent(0))).collect()
     };
-    document.insert("a", at, Value::List { items: (0..s).map(|i| list(at, row(i))).collect(), at });
+    document.insert("a", 0, Value::List { items: (0..s).map(|i| list(0, row(i))).collect(), at: 0 });
     Ok(document)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Body, MethodFile};
+    use super::super::super::tableau::Tableau;
+    use super::super::{Body, FileError, MethodFile};
 
     /// Rows of A below its diagonal may begin with the second stage's.
     #[test]
@@ -314,6 +318,58 @@ mod tests {
         let numbers = tableau.numbers();
         let b_hat: Vec<f64> = numbers.b_hat.iter().flatten().map(|b| b.to_f64()).collect();
         assert_eq!((numbers.a.len(), b_hat), (3, vec![0.0, 1.0, 0.0]));
+    }
+
+    fn tableau(text: &str) -> Tableau {
+        let file = MethodFile::parse("m.txt", "m", text).unwrap_or_else(|error| panic!("{text}{error}"));
+        let Body::RungeKutta(tableau) = file.body else { panic!("{text}") };
+        tableau
+    }
+
+    /// The same coefficients as TOML has them, and as many stages.
+    #[test]
+    fn a_table_of_any_layout_is_the_method_that_it_is_in_toml() {
+        let midpoint = "c = ['1/2']\nb = [1]\na = [['1/2']]";
+        let implicit_below =
+            "c = [0, '1/2', 1]\nb = ['1/6', '2/3', '1/6']\na = [[], ['1/4', '1/4'], ['1/3', '1/3', '1/3']]";
+        let trapezoidal = "c = [0, 1]\nb = ['1/2', '1/2']\na = [[], ['1/2', '1/2']]";
+        let diagonal = "c = ['1/4', '3/4']\nb = ['1/2', '1/2']\na = [['1/4'], ['1/2', '1/4']]";
+        let falling = "c = [1, 0]\nb = ['1/2', '1/2']\na = [['1/2', '1/2'], [0, 0]]";
+        let negative = "c = [0, '-1/2']\nb = [2, -1]\na = [[], ['-1/2']]";
+        for (text, toml) in [
+            // A block of one stage, and blocks whose rows begin with the second stage's and with the first's.
+            ("1/2\n1\n1/2\n", midpoint),
+            ("0 1/2 1\n1/6 2/3 1/6\n1/4 1/4\n1/3 1/3 1/3\n", implicit_below),
+            ("1/4 3/4\n1/2 1/2\n1/4\n1/2 1/4\n", diagonal),
+            // An array up to its diagonal.
+            ("1/4 1/4\n3/4 1/2 1/4\n1/2 1/2\n", diagonal),
+            // Lists, counted from 0 and from 1, of which A alone or none has the first stage.
+            ("c[0] = 1\nb[0] = 1/2\nb[1] = 1/2\na[0,0] = 1/2\na[0,1] = 1/2\n", falling),
+            ("c[1] = 1\nb[1] = 1/2\nb[2] = 1/2\na[1,1] = 1/2\na[1,2] = 1/2\n", falling),
+            ("c[2] = 1\nb[1] = 1/2\nb[2] = 1/2\na[2,1] = 1/2\na[2,2] = 1/2\n", trapezoidal),
+            // A comma before a sign is none of a decimal.
+            ("0 | ;\n-1/2 | -1/2;\n | 2,-1;\n", negative),
+        ] {
+            assert_eq!(tableau(text).numbers(), tableau(toml).numbers(), "{text}");
+        }
+    }
+
+    /// Lines and columns are counted from 1.
+    #[test]
+    fn a_mistake_in_a_table_is_shown_where_it_is() {
+        for (text, place, reason) in [
+            ("0 |\n  1/2 | x\n | 1/2 1/2\n", (2, 9), "`x` is not known"),
+            ("0 |\n | 1/2 1/2\n1 | 1\n", (3, 1), "a row of A below the weights"),
+            ("b[1] = 1\n  a[1,1] =   x;\n", (2, 14), "`x` is not known"),
+            ("b[1] = 1\na[1] = 1\n", (2, 1), "a line of `a` has its indices"),
+            ("b[1] = 1\nb[41] = 1\n", (2, 1), "an index of 41; there are 1 to 40 stages"),
+        ] {
+            let error = MethodFile::parse("m.txt", "m", text).expect_err(text);
+            let FileError::Malformed { line, column, reason: found, .. } = &error else { panic!("{error}") };
+            assert!((*line, *column) == place && found.contains(reason), "{text}{error}");
+        }
+        let most: String = (1..=40).map(|k| format!("b[{k}] = 1/40\n")).collect();
+        assert_eq!(tableau(&most).b.len(), 40);
     }
 
     /// Whatever the first number begins with, a bar makes it a row.

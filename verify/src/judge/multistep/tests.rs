@@ -501,6 +501,23 @@ fn errors_that_do_not_die_out_are_those_of_simple_roots_on_the_rim_beside_one() 
 }
 
 /// On these Re ρ(ζ)/σ(ζ) = 0 on the unit circle but for poles there, whose residues decide: at hλ = −2 roots are outside.
+/// With ζ² for ζ it is the trapezoidal rule, whose σ has its root on the rim too: those of ζ² + 1 are ±i, to which roots come from inside.
+#[test]
+fn a_root_comes_to_the_rim_from_inside_at_any_angle() {
+    let theory = theory("-1 0 1", "1 0 1");
+    assert!(theory.a_stable.is_ok(), "{:?}", theory.a_stable);
+}
+
+/// ρ = ζᵏ⁺¹ − ζ has the roots of unity, of which eigenvalues of companion matrices are not found for k = 6 and 8, and 0.
+#[test]
+fn growth_is_found_where_eigenvalues_are_not() {
+    for k in [6, 7, 8] {
+        let padded = |[second, last]: [&str; 2]| format!("0 {second}{} {last}", " 0".repeat(k - 1));
+        let found = theory(&padded(["-1", "1"]), &padded(["0", "1"])).growth(Complex::new(0.0, 0.0));
+        assert!((found - 1.0).abs() < 1e-12, "{k}: {found}");
+    }
+}
+
 #[test]
 fn roots_of_sigma_on_the_rim_decide_stability_for_large_steps() {
     let outcome = |rho: &str, sigma: &str| {
