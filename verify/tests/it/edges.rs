@@ -79,7 +79,7 @@ fn zeros_are_zeros_however_many_places_they_have() {
 #[test]
 fn a_pole_ends_the_sector_of_stability() {
     let text = "a = [[1, 0, 0], [0, 0, 1], [0, '-93/100', -1]]\nb = ['294/293', 0, '-1/293']\n";
-    judged("pole", &format!("{text}claims = ['A(80)-stable']"), 1, &["REFUTED A(80°)-stable", "α = 58.38°"], &[]);
+    judged("pole", &format!("{text}claims = ['A(80)-stable']"), 1, &["REFUTED A(80°)-stable", "α = 58.39°"], &[]);
     judged("before-pole", &format!("{text}claims = ['A(58)-stable']"), 0, &["confirmed A(58°)-stable"], &[]);
 }
 

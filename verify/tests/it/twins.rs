@@ -125,7 +125,7 @@ fn a_model_is_solved_like_the_built_in_problem_that_it_states() {
         let window = pair.built_in.facts().window;
         for method in methods.iter().filter(|method| pair.admits(&***method)) {
             for h in [2.0, 0.5].map(|part| part * window.coarsest) {
-                match pair.compare(&**method, [h, f64::min(window.horizon, 8.0 * h)]) {
+                match pair.compare(&**method, [h, window.horizon.min(8.0 * h)]) {
                     Ok(both_end) => compared += u32::from(both_end),
                     Err(fault) => faults.push(format!("{name} {set:?} {} h = {h}: {fault}", method.name())),
                 }

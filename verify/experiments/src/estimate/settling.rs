@@ -5,9 +5,9 @@ use crate::method::{Method, roundoff};
 use crate::problem::Problem;
 use crate::run::run;
 
-/// Orders that are further from the expected one are another. Where errors go by a power p − ½ to p + ½ of the step from 2h to ½h, p ≥ 1, the
-/// estimate is within (1 − √2/2^p)/(1 − 1/2^p) ≥ 0.58 and (1 − 1/(√2 2^p))/(1 − 1/2^p) ≤ 1.3 of the error.
-const HALF: f64 = 0.5;
+/// Orders above the expected one that are its own: errors that fall by the term of the next order alone do so by one more. Those that fall faster are two
+/// terms that cancel.
+const NEXT: f64 = 1.0;
 
 /// The order by which runs with steps of 2h, h and h/2 differ at the end, beside the one that the estimate is taken with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,10 +37,12 @@ impl Settling {
         Some(Self { observed, order })
     }
 
-    /// Whether it is that order.
+    /// Whether an estimate that takes errors to fall by order p is within a factor of two of what they are if they fall by the observed order q: it is
+    /// (1 − 2^−q)/(1 − 2^−p) of them, at most 1/(1 − 2^−p) ≤ 2 for p ≥ 1.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        self.observed.is_some_and(|observed| (observed - self.order).abs() <= HALF)
+        let part = |order: f64| 1.0 - (-order).exp2();
+        self.observed.is_some_and(|q| part(q) >= 0.5 * part(self.order) && q <= self.order + NEXT)
     }
 }
 
@@ -80,9 +82,10 @@ mod tests {
     }
 
     #[test]
-    fn half_an_order_more_or_less_is_still_it() {
+    fn an_order_is_settled_whose_estimate_is_half_of_the_error_at_least() {
         let is_settled = |observed| Settling { observed, order: 2.0 }.is_settled();
-        assert_eq!([1.5, 2.0, 2.5].map(|order| is_settled(Some(order))), [true; 3]);
-        assert_eq!([Some(1.49), Some(2.51), Some(f64::NAN), Some(f64::INFINITY), None].map(is_settled), [false; 5]);
+        // 1 − 2^−0.678 is three eighths.
+        assert_eq!([0.679, 2.0, 3.0].map(|order| is_settled(Some(order))), [true; 3]);
+        assert_eq!([Some(0.678), Some(3.01), Some(f64::NAN), Some(f64::INFINITY), None].map(is_settled), [false; 5]);
     }
 }

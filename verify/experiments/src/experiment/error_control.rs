@@ -215,7 +215,9 @@ mod tests {
         let problem = problem::build("van-der-pol", &[]).expect("known");
         let found = course(&*problem, 2.0, &[0.1, 1.0, 1.0 + 1e-9, 2.0]).expect("it runs");
         let end = problem.tabulated(2.0).expect("tabulated");
-        assert!(distance(&found[3], &end) < 1e-14 && distance(&found[1], &found[2]) < 1e-8, "{found:?}");
+        // Each piece leaves four roundings of 2, as far as v comes.
+        let rounding = f64::from(PIECES + 2) * 4.0 * f64::EPSILON * 2.0;
+        assert!(distance(&found[3], &end) < rounding && distance(&found[1], &found[2]) < 1e-8, "{found:?}");
         assert!(distance(&found[1], &found[2]) > 1e-10 && found.len() == 4);
     }
 }
