@@ -184,7 +184,7 @@ mod tests {
         };
         let outcome = |run| flagged(&[estimated(1.0, Some(1.0), true), run]).outcome;
         let passes =
-            [with(Some(9.0), Some(0.6)), with(Some(9.0), None), with(None, Some(3.1)), with(Some(1.9), Some(2.0))];
+            [with(Some(9.0), Some(0.6)), with(Some(9.0), None), with(None, Some(3.3)), with(Some(1.9), Some(2.0))];
         assert_eq!(passes.map(outcome), [Outcome::Pass; 4]);
         let fails = [with(Some(9.0), Some(2.0)), with(None, Some(2.4)), estimated(1.0, Some(0.4), false)];
         assert_eq!(fails.map(outcome), [Outcome::Fail; 3]);

@@ -61,12 +61,12 @@ the tolerances, and on models in steps of a thousandth of the time at most,
 tells. Of one-step methods the second run has a step end where f jumps; of
 others the estimate may be a part of the error there. A third run, with twice
 the step, tells at the end whether errors fall by the order that the estimate
-takes them to; where they do not, a note says that it is coarse. Both runs take
-five sevenths of the time; with --no-estimate there is none. The estimate is
-empty where both tolerances lead to the same steps. After the rows, what is lost of energy, angular momentum
-or enstrophy, for problems that have them, and for flows |f|, the largest
-component of f, which is near 0 where the end is a steady
-state, and the linear systems that the steps took.
+takes them to; where they do not, and nothing else is wrong, a note says that it
+is coarse. Both runs take five sevenths of the time; with --no-estimate there is
+none. The estimate is empty where both tolerances lead to the same steps. After
+the rows, what is lost of energy, angular momentum or enstrophy, for problems
+that have them, and for flows |f|, the largest component of f, which is near 0
+where the end is a steady state, and the linear systems that the steps took.
 
 A run of more than a second shows its progress on a terminal.
 
@@ -431,7 +431,9 @@ impl<'a> Solve<'a> {
             // Nobody can be told where standard error is closed.
             let _ = paragraph(&mut io::stderr(), "warning: ", 9, text);
         }
-        let notes: Vec<String> = summary.settling.and_then(coarse).into_iter().chain(self.limits()).collect();
+        // A warning says more than that.
+        let coarse = summary.settling.filter(|_| warnings.is_empty()).and_then(coarse);
+        let notes: Vec<String> = coarse.into_iter().chain(self.limits()).collect();
         for text in &notes {
             let _ = paragraph(&mut io::stderr(), "note: ", 6, text);
         }
