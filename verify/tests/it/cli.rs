@@ -391,17 +391,19 @@ fn an_estimate_stands_beside_the_error_and_can_be_left_out() {
     assert!(text.contains("# the estimate ends early") && table(&text).1[1][3].is_nan(), "{text}");
 }
 
-/// With 2h = 5 the steps of RK4 grow, which the estimate of h = 2.5 knows nothing of.
+/// With 2h = 3 the steps of RK4 grow, which the estimate of h = 1.5 knows nothing of; at h = 2.5 a warning says more.
 #[test]
 fn a_coarse_estimate_is_said_to_be_one() {
     let solve = |h: &str| say(&format!("solve --problem linear-drag --method rk4 --h {h} --t-end 10 --csv -"));
-    let (status, text, message) = solve("2.5");
+    let (status, text, message) = solve("1.5");
     let message = flat(&message);
     assert!(
         status == 0 && message.contains("note: the estimate is coarse: at the end runs with 2h, h and"),
         "{message}"
     );
     assert!(text.contains("# the estimate is coarse: "), "{text}");
+    let (_, _, message) = solve("2.5");
+    assert!(message.contains("warning: ") && !message.contains("coarse"), "{message}");
     let (status, text, message) = solve("0.1");
     assert!(status == 0 && message.is_empty() && !text.contains('#'), "{text}{message}");
 }
