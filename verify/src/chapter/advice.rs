@@ -7,7 +7,7 @@ use super::{Context, Study, StudyError, prose};
 use crate::advise::study::{Advised, Found, Told, is_quick};
 use crate::advise::{CLEAR, CONFIRMED, Refusal};
 use crate::evidence::number::digits;
-use crate::evidence::{Check, Evidence, Outcome, Table};
+use crate::evidence::{Axis, Check, Evidence, Figure, Mark, Outcome, Panel, Series, Table};
 use crate::measure::norm::Extremes;
 use crate::problem;
 use crate::row;
@@ -54,6 +54,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
     notes.push(scope(all.iter().map(|(setting, _)| setting.problem)));
     Ok(Evidence {
         checks: all.iter().flat_map(|(setting, found)| checks(setting, found)).collect(),
+        figures: vec![figure(&all)],
         tables: vec![table(&all)],
         notes,
         ..Evidence::default()
@@ -109,6 +110,25 @@ fn checks(setting: &Advised, found: &Found) -> Vec<Check> {
         }
     }));
     checks
+}
+
+fn figure(all: &[(Advised, Arc<Found>)]) -> Figure {
+    let of = |accuracy: f64| {
+        let asked = all.iter().filter(|(setting, _)| setting.accuracy == accuracy);
+        asked.filter_map(|(_, found)| Some((found.cheapest.as_ref()?.1, ratio(found)?))).collect::<Vec<_>>()
+    };
+    let works: Vec<f64> = ACCURACIES.iter().flat_map(|accuracy| of(*accuracy)).map(|(work, _)| work).collect();
+    let [least, most] = [works.iter().copied().smallest(), works.into_iter().largest()];
+    let points = ACCURACIES.map(|accuracy| Series::new(format!("error of {accuracy:e}"), of(accuracy), Mark::Markers));
+    let bound = Series::new("twice the cheapest", vec![(least, ABOUT), (most, ABOUT)], Mark::Guide);
+    let caption = "The work of what is advised over that of the cheapest method, a point for each problem and accuracy; of a tie that of the dearer.";
+    let axes = (Axis::log("work of the cheapest, in evaluations of f"), Axis::linear("ratio of work"));
+    Figure::new(
+        "advice",
+        caption,
+        "advice",
+        [Panel::new(axes.0, axes.1, points.into_iter().chain([bound]).collect::<Vec<_>>())],
+    )
 }
 
 fn table(all: &[(Advised, Arc<Found>)]) -> Table {
