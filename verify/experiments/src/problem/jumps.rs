@@ -177,6 +177,17 @@ mod tests {
         assert!(jump.component == 1 && (jump.size() - 1.0).abs() < 1e-12, "{}", jump.size());
     }
 
+    /// x² − y² vanishes where x = y, but for a rounding of y.
+    #[test]
+    fn roundings_of_what_cancels_are_no_jump() {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), "u_i { x = 0.7, y = 0.7 } F_i { -x, x*x - y*y }").expect("written");
+        let model = Model::load(file.path(), &[], Some(4.0)).expect("a model");
+        let mut jumps = Jumps::new(&model).expect("two unknowns");
+        assert_eq!(jumps.between((0.9, &[0.7; 2]), (1.0, &[0.7, 0.7_f64.next_up()])), None);
+        assert!(jumps.largest[1] > 0.0, "it does not vanish");
+    }
+
     /// What f changes by in a step is compared with what it changed by in the last one.
     #[test]
     fn a_step_may_hold_a_jump_where_f_changes_by_more_than_in_the_last() {
