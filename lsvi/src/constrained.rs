@@ -15,7 +15,7 @@ use crate::error::{
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::lagrangian::{HessianWeights, Lagrangian};
 use crate::linalg::{Entrywise, Jacobian, add_block};
-use crate::newton::{Newton, System, Work};
+use crate::newton::{LimitAtZero, Newton, System, Work};
 
 /// Roundings of q that a state on the constraint may be off by.
 const ROUNDINGS: f64 = 1e3;
@@ -322,7 +322,8 @@ impl System for Projection<'_> {
 
 /// The equations of one step in (interior values, q₁, multipliers at the interior nodes, Λ).
 ///
-/// A reaction is the impulse Gᵀλ/h: then λ is of the size of a displacement, and so is its rounding.
+/// A reaction is the impulse Gᵀλ/h: then λ is of the size of a displacement, and so is its rounding. With f/h for f the derivative tends to a
+/// matrix over h, [[M, Gᵀ], [G, 0]] of a single node.
 struct StepEquations<'a> {
     discrete: &'a mut dyn Constrainable,
     constraint: &'a dyn Constraint,
@@ -330,6 +331,8 @@ struct StepEquations<'a> {
     t: f64,
     q0: &'a [f64],
     p0: &'a [f64],
+    /// Whether the first guess is one by the velocity that belongs to p₀, which is the tangent of the branch at h = 0.
+    is_predicted: bool,
 }
 
 impl StepEquations<'_> {
@@ -372,7 +375,7 @@ impl StepEquations<'_> {
             let (inside, column) = (self.discrete.position_weight(node, j), column * n);
             add_block(out, ((node - 1) * n, column), inside, block);
             add_block(out, (unknowns - n, column), weight * inside, block);
-            add_block(out, (unknowns + (node - 1) * m, column), inside, gradient);
+            add_block(out, (unknowns + (node - 1) * m, column), inside / h, gradient);
         }
     }
 
@@ -419,6 +422,7 @@ impl System for StepEquations<'_> {
         }
         let own = (degree - 1) * m..;
         self.constraint.value(&x[unknowns - n..], &mut constraints[own.clone()]);
+        constraints.iter_mut().for_each(|f| *f /= h);
         set_reaction(&self.scratch.at_start, &multipliers[own], h.recip(), &mut self.scratch.reaction);
         momentum.iter_mut().zip(&self.scratch.reaction).for_each(|(o, r)| *o += r);
     }
@@ -441,13 +445,25 @@ impl System for StepEquations<'_> {
         let own = unknowns + (degree - 1) * m;
         add_transposed(out, (end, own), h.recip(), &self.scratch.at_start);
         self.constraint.jacobian(&x[end..], &mut self.scratch.gradient);
-        add_block(out, (own, end), 1.0, &self.scratch.gradient);
+        add_block(out, (own, end), h.recip(), &self.scratch.gradient);
     }
 
     fn origin(&self, y: &mut [f64]) {
         let (x, multipliers) = y.split_at_mut(self.path().1);
         x.chunks_exact_mut(self.q0.len()).for_each(|values| values.copy_from_slice(self.q0));
         multipliers.fill(0.0);
+    }
+
+    fn limit(&self) -> LimitAtZero {
+        if self.is_predicted { LimitAtZero::Kept } else { LimitAtZero::Unknown }
+    }
+
+    fn guesses_along_tangent(&self) -> bool {
+        self.is_predicted
+    }
+
+    fn scale(&self, h: f64) -> f64 {
+        h.recip()
     }
 }
 
@@ -503,10 +519,12 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
             t,
             q0: q,
             p0: p,
+            is_predicted: true,
         };
         equations.origin(&mut self.unknowns);
         // A mass matrix that is singular across the constraint only leaves the configuration itself as a first guess.
         if equations.discrete.predict(at, q, p, &mut self.unknowns[..path]).is_err() {
+            equations.is_predicted = false;
             equations.origin(&mut self.unknowns);
         }
         self.newton.solve(&mut equations, h, &mut self.unknowns).map_err(|source| StepError::Solve { t, h, source })?;
@@ -591,6 +609,7 @@ mod tests {
             t: 0.2,
             q0: &q0,
             p0: &[0.1, 0.2, 0.3],
+            is_predicted: true,
         };
         // Differences of step 1e-5: e² + ε/e relative to third derivatives of the size of the largest entry.
         let step = defect(&mut equations, 0.4, &y);

@@ -36,6 +36,7 @@ impl<D: Constrainable, K: Constraint> Constrained<D, K> {
             t,
             q0: q,
             p0: p,
+            is_predicted: true,
         };
         let solution = equations.solution_tangent(h, &self.unknowns).map_err(failed)?;
         let momentum = equations.end_momentum_tangent(h, &self.unknowns, &solution);

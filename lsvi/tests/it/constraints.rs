@@ -72,6 +72,54 @@ fn orders_on_the_circle_are_those_of_the_reduced_pendulum() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// Where the end of a step leaps as its length grows, by bisection, Newton's iteration has come to another branch; behind the end of a branch no
+/// step succeeds.
+#[test]
+fn steps_on_the_circle_keep_to_their_branch() {
+    const LONGEST: f64 = 8.0;
+    const NARROW: f64 = 1e-6;
+    const PARTS: u32 = 40;
+    let l = lagrangian_of(Falling { dim: 2 });
+    let (mut wrong, mut ends, mut followed) = (Vec::new(), 0, 0);
+    for rate in [0.0, 0.3, 2.0] {
+        for (name, _, discrete) in discretisations(&l) {
+            let mut method = Constrained::new(discrete, circle()).expect("dimensions fit");
+            let mut step = |h: f64| {
+                let (mut q, mut p) = ([2f64.sin(), -2f64.cos()], [rate * 2f64.cos(), rate * 2f64.sin()]);
+                method.step(0.0, h, &mut q, &mut p).map(|()| q)
+            };
+            let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+            let (mut last, mut end) = ((0.0, [2f64.sin(), -2f64.cos()]), f64::INFINITY);
+            for h in (1..=PARTS).map(|k| LONGEST * f64::from(k) / f64::from(PARTS)) {
+                let found = match step(h) {
+                    Ok(q) => q,
+                    Err(StepError::Solve { source: SolveError::BranchLost { reached }, .. }) => {
+                        (end, ends) = (end.min(reached), ends + 1);
+                        continue;
+                    }
+                    Err(_) => continue,
+                };
+                if end < h {
+                    wrong.push(format!("{name}, {rate}: {found:?} at h = {h}, and the branch ends at {end}"));
+                }
+                let (mut low, mut high, whole) = (last, (h, found), apart(last.1, found));
+                last = (h, found);
+                while high.0 - low.0 > NARROW {
+                    let middle = 0.5 * (low.0 + high.0);
+                    let Ok(q) = step(middle) else { break };
+                    if apart(low.1, q) >= apart(q, high.1) { high = (middle, q) } else { low = (middle, q) }
+                }
+                followed += u32::from(high.0 - low.0 <= NARROW);
+                if high.0 - low.0 <= NARROW && apart(low.1, high.1) > 1e-3 * whole + 1e-5 {
+                    wrong.push(format!("{name}, {rate}: from {:?} to {:?} at h = {}", low.1, high.1, high.0));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!(ends > 0 && followed > 0, "{ends} ends, {followed} pieces");
+}
+
 /// Spherical pendulum: the constraint, the hidden constraint and the angular momentum about the vertical.
 #[test]
 fn spherical_pendulum_keeps_constraints_and_angular_momentum_to_rounding() {
