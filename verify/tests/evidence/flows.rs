@@ -524,7 +524,7 @@ fn captions(evidence: &Evidence) -> Result<(), Failed> {
     let known: [(&str, &[String]); 15] = [
         ("flow-orders", &["t = 0.25, on".into(), "h = 1/1024".into(), galerkin_factors()?]),
         ("flow-space-time", &["t = 1 against".into(), "on 12, 24 and 48 cells across".into(), "h = 1/N".into()]),
-        ("flow-convergence", &["t = 1 against".into(), "on 12 and 24 cells across".into(), "h = 1/N".into()]),
+        ("flow-convergence", &["t = 1 against".into(), "on 12, 24 and 48 cells across".into(), "h = 1/N".into()]),
         ("flow-cvode", &["of 16 cells a side, Re = 100, at t = 1, by".into()]),
         (
             "flow-cost-per-error",
