@@ -27,11 +27,13 @@ const SOURCES: [(&str, &str); 6] = [
 ];
 
 /// Sources that the report cites by their authors.
-const BY_NAME: [&str; 5] = [
+const BY_NAME: [&str; 6] = [
     "U. Ghia, K. N. Ghia and C. T. Shin, High-Re solutions for incompressible flow using the Navier–Stokes equations and a \
      multigrid method. Journal of Computational Physics 48, 1982, doi:10.1016/0021-9991(82)90058-4.",
     "O. Botella and R. Peyret, Benchmark spectral results on the lid-driven cavity flow. Computers & Fluids 27, 1998, \
      doi:10.1016/S0045-7930(98)00002-4.",
+    "C. H. Marchi, R. Suero and L. K. Araki, The lid-driven square cavity flow: numerical solution with a 1024 × 1024 grid. \
+     Journal of the Brazilian Society of Mechanical Sciences and Engineering 31, 2009, doi:10.1590/S1678-58782009000300004.",
     "F. Mazzia and C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4. University of Bari, 2008.",
     "I. B. Celik and others, Procedure for estimation and reporting of uncertainty due to discretization in CFD applications. \
      Journal of Fluids Engineering 130, 2008, doi:10.1115/1.2960953.",

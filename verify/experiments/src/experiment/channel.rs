@@ -7,6 +7,8 @@ use crate::measure::order::{OrderFit, Sample};
 use crate::method;
 use crate::order::{Source, measure};
 use crate::problem;
+use crate::problem::channel;
+pub use crate::problem::channel::Remainder;
 use crate::run::run;
 
 /// The order of a method in h on a problem, against the exact solution of the equations that it steps.
@@ -79,5 +81,25 @@ impl Experiment for SpaceError {
         let (problem, t) = (problem::build_setting(&self.problem)?, self.t);
         let state = (problem.limit(Principle::Equation).exact)(t).ok_or("the system is small")?;
         Ok(distance(&problem.observe(t, &state), &problem.exact(t).ok_or("the flow is known")?))
+    }
+}
+
+/// What the errors of cubic Hermite elements are beside their leading term.
+#[derive(Debug)]
+pub struct HermiteRemainder {
+    /// The flow.
+    pub flow: &'static str,
+    /// Elements.
+    pub cells: usize,
+    /// The time.
+    pub t: f64,
+}
+
+impl Experiment for HermiteRemainder {
+    const ID: &'static str = "hermite-remainder";
+    type Found = Remainder;
+
+    fn measure(&self, _: &Context) -> Result<Remainder, StudyError> {
+        Ok(channel::remainder(self.flow, self.cells, self.t)?)
     }
 }

@@ -6,7 +6,7 @@
 mod asymmetric_pendulum;
 mod burgers;
 pub mod changes;
-mod channel;
+pub(crate) mod channel;
 mod charged_particle;
 mod circle;
 mod damped_pendulum;

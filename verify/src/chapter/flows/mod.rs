@@ -42,8 +42,8 @@ pub(super) const FULL: Study = Study {
 struct Scale {
     /// Flows on which orders in time are measured.
     flows: &'static [&'static str],
-    /// Cells of the two grids on which orders in (h, Δx) are measured.
-    refinement: [usize; 2],
+    /// Cells of the three grids on which orders in (h, Δx) are measured.
+    refinement: [usize; 3],
     /// Cells of the manufactured cavity whose error is held against work.
     precision: usize,
     /// Cells of the impulsively started cavity.
@@ -67,7 +67,7 @@ struct Scale {
 
 const SMALL: Scale = Scale {
     flows: &orders::FLOWS,
-    refinement: [12, 24],
+    refinement: [12, 24, 48],
     precision: 16,
     lid: 20,
     steady: &[(100.0, 64, &[16, 32, 64])],
@@ -81,7 +81,7 @@ const SMALL: Scale = Scale {
 
 const LARGE: Scale = Scale {
     flows: &orders::FLOWS,
-    refinement: [24, 48],
+    refinement: [24, 48, 96],
     precision: 48,
     lid: 32,
     steady: &[(100.0, 128, &[32, 64, 128]), (400.0, 128, &[32, 64, 128]), (1000.0, 128, &[32, 64, 128, 160])],

@@ -14,8 +14,8 @@ use crate::experiment::flow::{PROJECTION, Seconds};
 /// Of what was found at a scale, with its checks.
 pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result<Vec<String>, StudyError> {
     let orders: Vec<&Check> = checks.iter().filter(|check| check.id.starts_with("order/")).collect();
-    let [(re, cells, _), ..] = scale.steady else { return Err("no steady cavity".into()) };
-    let ghia = checks.iter().find(|check| check.id == cavity::against_ghia(*re)).and_then(|check| check.measured);
+    let [(re, _, grids), ..] = scale.steady else { return Err("no steady cavity".into()) };
+    let marchi = checks.iter().find(|check| check.id == cavity::against_marchi(*re)).and_then(|check| check.measured);
     let smooth = Runs::new(context, Flow::Manufactured, scale.precision)?;
     let started = Runs::new(context, Flow::Started, scale.lid)?;
     let seconds = |runs: &Runs, own, other| {
@@ -54,8 +54,8 @@ pub(super) fn told(context: &Context, checks: &[Check], scale: &Scale) -> Result
     let values = [
         ("passed", orders.iter().filter(|check| check.outcome == Outcome::Pass).count().to_string()),
         ("orders", orders.len().to_string()),
-        ("cells", cells.to_string()),
-        ("ghia", ghia.map_or("an unknown distance".into(), |most| short(rounded_up(most, 4)))),
+        ("cells", grids.last().ok_or("no grid")?.to_string()),
+        ("marchi", marchi.map_or("an unknown distance".into(), |most| short(rounded_up(most, 4)))),
         ("re", short(*re)),
         ("tr_bdf2", contest(&[in_cavity, shear, turbulence])),
         ("smooth", brief(in_cavity)),
@@ -125,11 +125,13 @@ pub(super) fn finer() -> Result<Vec<String>, StudyError> {
     };
     let list = |reynolds: Vec<f64>| reynolds.into_iter().map(short).collect::<Vec<_>>().join(" and ");
     let all: Vec<f64> = beyond.iter().map(|(re, ..)| *re).collect();
+    let [marchi, botella, ghia] = cavity::of_each_table(&all)?;
     let cells = beyond.iter().map(|(_, cells, _)| *cells).max().ok_or("no finer grid")?;
     let values = [
         ("low", short(*low)),
-        ("ghia", list(all.clone())),
-        ("botella", list(cavity::of_botella(&all)?)),
+        ("marchi", list(marchi)),
+        ("botella", list(botella)),
+        ("ghia", list(ghia)),
         ("cells", cells.to_string()),
         ("points", periodic.iter().chain(proportional).max().ok_or("no finer grid")?.to_string()),
     ];

@@ -87,10 +87,10 @@ impl Scheme {
     }
 }
 
-/// At how many of the `STEPS` − 1 times between the ends the error of a scheme is not the smaller one.
+/// At how many of the `STEPS` − 1 times after the start, x₀ and x₁, which is the same for both, the error of a scheme is not the smaller one.
 fn behind(scheme: &Scheme, other: &Scheme) -> String {
     let error = |scheme: &Scheme, k: u32| (scheme.0.x[k as usize] - exact(TAU * f64::from(k))).abs();
-    let behind = (1..STEPS).filter(|k| error(scheme, *k) >= error(other, *k)).count();
+    let behind = (2..=STEPS).filter(|k| error(scheme, *k) >= error(other, *k)).count();
     format!("{behind} of the {} times", STEPS - 1)
 }
 

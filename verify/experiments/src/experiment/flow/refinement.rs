@@ -10,8 +10,8 @@ pub struct Refinement {
     pub flow: &'static str,
     /// The method.
     pub method: &'static str,
-    /// Cells across, doubled.
-    pub cells: [usize; 2],
+    /// Cells across, doubled from grid to grid.
+    pub cells: [usize; 3],
 }
 
 /// The end of the runs.
@@ -21,10 +21,10 @@ pub(crate) const END: f64 = 1.0;
 #[derive(Debug)]
 pub struct Found {
     /// Root mean squares of the error.
-    pub errors: [f64; 2],
-    /// The order that they give.
-    pub order: f64,
-    /// Velocities on the finer grid.
+    pub errors: [f64; 3],
+    /// The orders that each two of them give.
+    pub orders: [f64; 2],
+    /// Velocities on the finest grid.
     pub end: Vec<f64>,
 }
 
@@ -40,11 +40,12 @@ impl Experiment for Refinement {
             let error = rms(&end, &problem.exact(END).ok_or("the flow is known")?);
             Ok((end, error))
         };
-        let [coarse, fine] = self.cells;
-        let ((_, first), (end, second)) = (run(coarse)?, run(fine)?);
+        let [coarse, middle, fine] = self.cells;
+        let ((_, first), (_, second), (end, third)) = (run(coarse)?, run(middle)?, run(fine)?);
         context.tick();
-        let order = (first / second).ln() / (fine as f64 / coarse as f64).ln();
-        Ok(Found { errors: [first, second], order, end })
+        let order = |[a, b]: [f64; 2], [m, n]: [usize; 2]| (a / b).ln() / (n as f64 / m as f64).ln();
+        let orders = [order([first, second], [coarse, middle]), order([second, third], [middle, fine])];
+        Ok(Found { errors: [first, second, third], orders, end })
     }
 }
 
@@ -54,7 +55,7 @@ mod tests {
 
     #[test]
     fn steps_are_as_long_as_cells_are_wide() {
-        let (flow, method, cells) = ("cavity-manufactured re=10", "implicit-euler", [4, 8]);
+        let (flow, method, cells) = ("cavity-manufactured re=10", "implicit-euler", [4, 8, 16]);
         let found = Refinement { flow, method, cells }.measure(&Context::quick()).expect("it runs");
         for (cells, error) in cells.into_iter().zip(found.errors) {
             let problem = setting(&format!("{flow} cells={cells}")).expect("known");
@@ -62,6 +63,8 @@ mod tests {
             let run = run.expect("it runs");
             assert_eq!(error, rms(&problem.observe(END, &run.end.q), &problem.exact(END).expect("known")), "{cells}");
         }
-        approx::assert_relative_eq!(found.order, (found.errors[0] / found.errors[1]).log2(), max_relative = 1e-12);
+        for (order, errors) in found.orders.into_iter().zip(found.errors.windows(2)) {
+            approx::assert_relative_eq!(order, (errors[0] / errors[1]).log2(), max_relative = 1e-12);
+        }
     }
 }

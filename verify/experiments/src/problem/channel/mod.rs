@@ -2,6 +2,7 @@
 
 mod band;
 mod flow;
+mod hermite;
 mod modes;
 mod space;
 #[cfg(test)]
@@ -13,6 +14,8 @@ use lsvi::{Jacobian, Mass, Structure, VectorField};
 
 use self::band::Cholesky;
 use self::flow::Flow;
+pub use self::hermite::Remainder;
+pub(crate) use self::hermite::remainder;
 use self::modes::Modes;
 use self::space::{Scheme, Shapes, Space};
 use super::{Facts, Limit, Problem, Spec};
