@@ -819,6 +819,22 @@ fn a_report_is_written_and_reproducible() {
     }
 }
 
+/// An order that is asked for is the one that is judged by, whatever the problem limits, and steps are kept where a finer reference is taken.
+#[test]
+fn orders_are_judged_by_what_is_asked_for() {
+    // By its remainder Method I has order 1 there.
+    let order = "order --problem poiseuille-ansatz --method method-i";
+    for (expect, code) in [("1", 0), ("2", 1)] {
+        let (status, out, _) = say(&format!("{order} --expect {expect}"));
+        assert!(status == code && out.contains("PASS") == (code == 0), "{expect}: {status} {out}");
+    }
+    // All errors are below what is known of the reference.
+    let line = "order --problem van-der-pol --method rk4 --reference diffsol --coarsest 0.004 --points 6";
+    let (status, out, _) = say(line);
+    assert!(status == 3 && out.contains("0.00400000"), "{status} {out}");
+    assert_eq!(out.matches("no: at the floor").count(), 6, "{out}");
+}
+
 /// The published examples from files, and answers to what decides nothing.
 #[test]
 fn order_judges_a_table_of_values() {
