@@ -6,6 +6,8 @@
 mod answers;
 #[path = "evidence/claims/mod.rs"]
 mod claims;
+#[path = "evidence/contents.rs"]
+mod contents;
 #[path = "evidence/curves.rs"]
 mod curves;
 #[path = "evidence/figures.rs"]
@@ -43,7 +45,8 @@ fn main() {
     let answers = Trial::test("answers::rest_on_their_tables", answers::rest_on_their_tables);
     let flows = Trial::test("flows::rest_on_their_tables", flows::rest_on_their_tables);
     let figures = Trial::test("figures::rest_on_their_tables", figures::rest_on_their_tables);
-    let trials = chapters.chain(claims).chain(goldens).chain([strays, answers, figures, flows]).collect();
+    let contents = Trial::test("contents::is_what_it_was", || contents::is_what_it_was(&CONTEXT));
+    let trials = chapters.chain(claims).chain(goldens).chain([strays, answers, figures, flows, contents]).collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
 

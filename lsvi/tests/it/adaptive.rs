@@ -873,12 +873,16 @@ fn a_stop_is_made_however_far_the_end() {
     }
 }
 
-/// The Jacobian of logistic growth changes little in a step and is kept; from another start it is another one.
+/// The Jacobian of logistic growth changes little in a step and is kept; from another start it is another one, and so are the factors, of a
+/// first step as long as the last one too.
 #[test]
 fn a_run_from_another_start_is_that_of_a_new_method() {
-    let method = || {
+    let method = |is_regular: bool| {
         let field = field_of!(1, |_t, v, dv| dv[0] = (v[0] * -1.0 + 1.0) * v[0]);
-        Radau::new(field, Options::new(Tolerances::new(1e-6, 1e-6).expect("positive"))).expect("valid")
+        let options = Options::new(Tolerances::new(1e-6, 1e-6).expect("positive"));
+        let regular = |options: Options| options.h0(0.0625)?.h_max(0.0625);
+        let options = if is_regular { regular(options).expect("positive") } else { options };
+        Radau::new(field, options).expect("valid")
     };
     let run = |method: &mut Radau<_>, v: f64| {
         let before = lsvi::Integrator::work(method);
@@ -887,9 +891,11 @@ fn a_run_from_another_start_is_that_of_a_new_method() {
         let after = lsvi::Integrator::work(method);
         (end, after.residuals - before.residuals, after.factorizations - before.factorizations)
     };
-    let mut used = method();
-    run(&mut used, 0.9);
-    assert_eq!(run(&mut used, -0.1), run(&mut method(), -0.1));
+    for is_regular in [false, true] {
+        let mut used = method(is_regular);
+        run(&mut used, 0.9);
+        assert_eq!(run(&mut used, -0.1), run(&mut method(is_regular), -0.1), "{is_regular}");
+    }
 }
 
 #[test]

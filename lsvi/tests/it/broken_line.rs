@@ -1,7 +1,7 @@
 //! Broken lines: their explicit steps against the discrete Lagrangian that they come from.
 
 use crate::mechanics::{differences, symplecticity_defect};
-use crate::separable::{Separable, Swaying};
+use crate::separable::{Chain, Separable, Swaying};
 use crate::systems::HenonHeiles;
 use crate::systems::{AnyLagrangian, lagrangian_of};
 use lsvi::discrete::{
@@ -19,26 +19,30 @@ fn swaying() -> AnyLagrangian<'static> {
     lagrangian_of(Separable(Swaying))
 }
 
+/// Of two unknowns, whose number is compiled, and of six.
 #[test]
 fn explicit_steps_solve_the_equations_of_the_line() {
-    let l = swaying();
-    let lines = [BrokenLine::new(&l, &DURATIONS, &KICKS), BrokenLine::blanes_moan(&l)];
-    for line in lines.map(|line| line.expect("weights")) {
-        let mut method = position_momentum(line);
-        let (at, q0, p0) = (Interval { start: 0.3, h: 0.2 }, [0.7, -0.4], [0.2, 0.5]);
-        let (mut q, mut p) = (q0, p0);
-        method.step(at.start, at.h, &mut q, &mut p).expect("explicit");
-        let x = method.unknowns().to_vec();
-        assert_eq!(x[x.len() - 2..], q);
-        let mut equations = vec![0.0; x.len()];
-        method.discrete_mut().equations(at, &q0, &x, MomentumWeights::START, &mut equations);
-        // A knot is known to a rounding, and M d_i to 1/(a_i h) of it.
-        let allowed = 64.0 * EPS / (0.1 * at.h);
-        let expected = |i: usize| if i + 2 < x.len() { 0.0 } else { p0[i + 2 - x.len()] };
-        assert!(equations.iter().enumerate().all(|(i, e)| (e - expected(i)).abs() <= allowed), "{equations:?}");
-        let mut end = [0.0; 2];
-        method.discrete_mut().momentum(at, &q0, &x, MomentumWeights::END, &mut end);
-        assert!((0..2).all(|i| (end[i] - p[i]).abs() <= allowed), "{end:?}, not {p:?}");
+    let states: [[&[f64]; 2]; 2] =
+        [[&[0.7, -0.4], &[0.2, 0.5]], [&[0.1, 0.2, -0.1, 0.0, 0.3, 0.2], &[0.3, -0.1, 0.0, 0.2, -0.2, 0.1]]];
+    for (l, [q0, p0]) in [swaying(), lagrangian_of(Separable(Chain))].into_iter().zip(states) {
+        let lines = [BrokenLine::new(&l, &DURATIONS, &KICKS), BrokenLine::blanes_moan(&l)];
+        for line in lines.map(|line| line.expect("weights")) {
+            let mut method = position_momentum(line);
+            let (at, n) = (Interval { start: 0.3, h: 0.2 }, q0.len());
+            let (mut q, mut p) = (q0.to_vec(), p0.to_vec());
+            method.step(at.start, at.h, &mut q, &mut p).expect("explicit");
+            let x = method.unknowns().to_vec();
+            assert_eq!(x[x.len() - n..], q);
+            let mut equations = vec![0.0; x.len()];
+            method.discrete_mut().equations(at, q0, &x, MomentumWeights::START, &mut equations);
+            // A knot is known to a rounding, and M d_i to 1/(a_i h) of it.
+            let allowed = 64.0 * EPS / (0.1 * at.h);
+            let expected = |i: usize| if i + n < x.len() { 0.0 } else { p0[i + n - x.len()] };
+            assert!(equations.iter().enumerate().all(|(i, e)| (e - expected(i)).abs() <= allowed), "{equations:?}");
+            let mut end = vec![0.0; n];
+            method.discrete_mut().momentum(at, q0, &x, MomentumWeights::END, &mut end);
+            assert!((0..n).all(|i| (end[i] - p[i]).abs() <= allowed), "{end:?}, not {p:?}");
+        }
     }
 }
 

@@ -288,6 +288,58 @@ fn a_closure_may_be_nonlinear() {
     }
 }
 
+/// A p₀ + B p₁ = C p with matrices that are not symmetric.
+struct Mixed([[[f64; 2]; 2]; 3]);
+
+impl Closure for Mixed {
+    fn residual(&self, _h: f64, p: &[f64], p0: &[f64], p1: &[f64], out: &mut [f64]) {
+        let [a, b, c] = self.0;
+        for i in 0..2 {
+            out[i] = (0..2).map(|j| a[i][j] * p0[j] + b[i][j] * p1[j] - c[i][j] * p[j]).sum();
+        }
+    }
+    fn derivative(
+        &self,
+        _h: f64,
+        _p: &[f64],
+        _p0: &[f64],
+        _p1: &[f64],
+        in_p0: &mut DMatrix<f64>,
+        in_p1: &mut DMatrix<f64>,
+    ) {
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            in_p0[(i, j)] += self.0[0][i][j];
+            in_p1[(i, j)] += self.0[1][i][j];
+        }
+    }
+}
+
+/// On a linear field the equations of a step are affine, and Newton's method finds their root at once with the derivatives of the closure in
+/// their places.
+#[test]
+fn a_closure_that_couples_components_has_its_own_derivative() {
+    let field = field_of!(2; |_t, v, dv| {
+        dv[0] = v[1] - v[0];
+        dv[1] = -v[0] * 2.0 - v[1];
+    });
+    let path = || Galerkin::lobatto(LeastSquares::new(&field).expect("dense"), 2).expect("s ≥ 1");
+    let (one, other, none) = ([[1.0, 3.0], [-0.5, 1.0]], [[2.0, -1.0], [0.25, 1.0]], [[0.0; 2]; 2]);
+    let step = |method: &mut dyn OneStep| {
+        let (mut q, mut p) = ([1.0, -0.5], [0.1, 0.2]);
+        method.step(0.0, 0.1, &mut q, &mut p).expect("solvable");
+        (q, method.work().residuals)
+    };
+    // Those of one matrix are linear closures.
+    for (closure, (alpha, beta)) in [([none, other, none], (0.0, 1.0)), ([one, none, none], (1.0, 0.0))] {
+        let (expected, _) = step(&mut Variational::new(path(), Linear::new(alpha, beta).expect("not both zero")));
+        let (found, residuals) = step(&mut Variational::new(path(), Mixed(closure)));
+        (0..2).for_each(|i| approx::assert_abs_diff_eq!(found[i], expected[i], epsilon = 1e-13));
+        let diagonal = |matrix: [[f64; 2]; 2]| [[matrix[0][0], 0.0], [0.0, matrix[1][1]]];
+        let (_, least) = step(&mut Variational::new(path(), Mixed(closure.map(diagonal))));
+        assert!(residuals <= least, "{residuals} evaluations, and {least} where the components are apart");
+    }
+}
+
 #[test]
 fn another_step_size_starts_a_new_window() {
     let window = Window::new(discrete(Coupled), 4).expect("a length");

@@ -40,7 +40,8 @@ impl LagrangianFn for Swaying {
 }
 
 /// Six masses on a line with springs that harden, driven at one end.
-struct Chain;
+#[derive(Debug)]
+pub(crate) struct Chain;
 
 impl LagrangianFn for Chain {
     fn dim(&self) -> usize {
@@ -120,6 +121,32 @@ fn the_step_of_a_separable_lagrangian_is_that_of_its_equations() {
     let (separable, general) = (lagrangian_of(Separable(Chain)), lagrangian_of(Chain));
     let six: [&[f64]; 2] = [&[0.1, 0.2, -0.1, 0.0, 0.3, 0.2], &[0.3, -0.1, 0.0, 0.2, -0.2, 0.1]];
     compare(discretisations(&separable), discretisations(&general), six);
+}
+
+/// A force of time alone changes nothing that an iteration on accelerations would have to look at, whichever component it acts on.
+#[test]
+fn a_force_of_time_in_any_component_takes_no_matrix() {
+    struct Pushed(usize);
+    impl LagrangianFn for Pushed {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn is_separable(&self) -> bool {
+            true
+        }
+        fn lagrangian<T: Scalar>(&self, t: T, q: &[T], v: &[T]) -> T {
+            let motion = (0..3).fold(q[0] * 0.0, |sum, k| sum + v[k] * v[k] * 0.5 - q[k] * q[k] * 0.5);
+            motion + q[self.0] * (t * 6.0).sin() * 50.0
+        }
+    }
+    for k in 0..3 {
+        let mut method = position_momentum(Galerkin::gauss(lagrangian_of(Pushed(k)), 3).expect("nodes"));
+        let (mut q, mut p) = ([0.1; 3], [0.0; 3]);
+        for step in 0..20 {
+            method.step(0.1 * f64::from(step), 0.1, &mut q, &mut p).expect("solvable");
+        }
+        assert_eq!(method.work().factorizations, 0, "component {k}");
+    }
 }
 
 #[test]

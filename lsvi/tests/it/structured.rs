@@ -3,6 +3,7 @@
 use crate::fields::{As, Burgers, By, Line, Plane, Walls};
 use crate::systems::field_of;
 use approx::assert_abs_diff_eq;
+use lsvi::adaptive::{Options, Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
 use lsvi::closure::Linear;
 use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
@@ -136,6 +137,24 @@ fn linear_method_i_is_the_same_in_every_structure_with_entries_on_one_side() {
     }
 }
 
+/// Factors serve for steps of their own size alone: one that differs by a little is off by as little.
+#[test]
+fn a_linear_step_of_nearly_the_same_size_is_that_of_a_new_method() {
+    for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 0 }, sparse_band(6, 1, 0)] {
+        let method = || method_i(Cascade { structure: structure.clone(), is_lower: true }).expect("usable");
+        let step = |method: &mut dyn OneStep, h: f64| {
+            let (mut v, mut p) = ((1..7).map(f64::from).collect::<Vec<_>>(), vec![0.0; 6]);
+            method.step(0.0, h, &mut v, &mut p).expect("solvable");
+            v
+        };
+        for h in [0.1 * (1.0 + 1e-6), 0.1 * (1.0 + 1e-10), 0.1 * (1.0 + 1e-12)] {
+            let mut used = method();
+            step(&mut used, 0.1);
+            assert_eq!(step(&mut used, h), step(&mut method(), h), "{structure:?}, {h}");
+        }
+    }
+}
+
 #[test]
 fn nonlinear_method_i_is_the_same_in_every_structure_and_iteration() {
     let (n, h) = (24, 0.02);
@@ -250,6 +269,75 @@ fn baseline_methods_solve_with_the_mass_matrix() {
         // 200 steps, each with the rounding errors of h M⁻¹A of size h |λ_max| < 2.
         let bound = 200.0 * 16.0 * 2.0 * f64::EPSILON;
         result.iter().zip(&v).for_each(|(r, v)| assert_abs_diff_eq!(*r, growth.powi(200) * v, epsilon = bound));
+    }
+}
+
+/// M v̇ = f with an M that is not symmetric is v̇ = M⁻¹f, and every implicit method takes the same steps on either.
+#[test]
+fn a_mass_that_is_not_symmetric_is_that_of_the_same_system() {
+    const M: [[f64; 3]; 3] = [[2.0, 1.0, 0.0], [0.0, 1.0, -0.5], [0.25, 0.0, 1.0]];
+    /// f = M A v, or A v without M, with A v = (v₁ − v₀, −v₀ − v₁ + v₂, −3 v₂ + cos t).
+    struct Skewed {
+        structure: Structure,
+        has_mass: bool,
+    }
+    impl Skewed {
+        fn image(&self, a: [f64; 3]) -> [f64; 3] {
+            if self.has_mass { M.map(|row| row.iter().zip(a).map(|(m, a)| m * a).sum()) } else { a }
+        }
+    }
+    impl VectorField for Skewed {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn structure(&self) -> Structure {
+            self.structure.clone()
+        }
+        fn mass(&self) -> Mass {
+            let mut mass = Jacobian::with_structure(3, &self.structure);
+            (0..9).for_each(|k| mass.add(k / 3, k % 3, M[k / 3][k % 3]));
+            if self.has_mass { Mass::Matrix(mass) } else { Mass::Identity }
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            dv.copy_from_slice(&self.image([v[1] - v[0], v[2] - v[0] - v[1], t.cos() - 3.0 * v[2]]));
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            for (j, column) in [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, -3.0]].into_iter().enumerate() {
+                self.image(column).into_iter().enumerate().for_each(|(i, x)| out.add(i, j, scale * x));
+            }
+        }
+    }
+    let full = || Structure::sparse(3, (0..9).map(|k| (k / 3, k % 3))).expect("inside");
+    let band = Structure::Banded { lower: 2, upper: 2 };
+    for structure in [Structure::Dense, band, full()] {
+        let field = |has_mass| Skewed { structure: structure.clone(), has_mass };
+        let runge_kutta = |tableau: fn() -> Tableau| {
+            let method = |has_mass| RungeKutta::new(field(has_mass), tableau()).expect("usable");
+            [true, false].map(|has_mass| end(method(has_mass), vec![1.0, -0.5, 2.0], 0.1, 1.0))
+        };
+        let tableaux: [fn() -> Tableau; 5] = [
+            Tableau::implicit_euler,
+            Tableau::trapezoidal,
+            Tableau::implicit_midpoint,
+            Tableau::sdirk2,
+            Tableau::tr_bdf2,
+        ];
+        for [with, without] in tableaux.map(runge_kutta) {
+            assert_same(&with, &without, 10.0, 10.0, "Runge–Kutta");
+        }
+        let bdf2 = |has_mass| end(Bdf2::new(field(has_mass)).expect("usable"), vec![1.0, -0.5, 2.0], 0.1, 1.0);
+        assert_same(&bdf2(true), &bdf2(false), 10.0, 10.0, "BDF2");
+        // On a linear f simplified Newton iterations end at once, if their factors are those of M.
+        let adaptive = |has_mass| {
+            let options = Options::new(Tolerances::new(1e-8, 1e-8).expect("positive")).h0(0.01).expect("positive");
+            let mut method = Radau::new(field(has_mass), options).expect("usable");
+            let found = end(&mut method, vec![1.0, -0.5, 2.0], 1.0, 1.0);
+            (found, method.work().steps, method.work().residuals)
+        };
+        let [(with, steps, residuals), (without, other_steps, other_residuals)] = [true, false].map(adaptive);
+        // The estimate of a first step is that of M⁻¹f too, so that no step is another one.
+        assert_eq!((steps, residuals), (other_steps, other_residuals));
+        assert_same(&with, &without, 10.0, 100.0, "Radau");
     }
 }
 

@@ -85,6 +85,10 @@ pub fn compare(old: &[Recorded], new: &[Row]) -> Vec<Change> {
 /// What is wrong with computed rows, whatever the file says.
 fn faults(rows: &[Row]) -> Vec<Change> {
     let mut changes = Vec::new();
+    if rows.is_empty() {
+        let difference = Difference::Unfit("it has no rows".to_owned());
+        changes.push(Change { key: "the golden".to_owned(), difference });
+    }
     let mut seen = HashSet::new();
     for row in rows {
         let mut push = |difference| changes.push(Change { key: row.key.clone(), difference });

@@ -238,6 +238,9 @@ pub(super) fn power(text: &str, count: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+    use std::f64::consts::SQRT_2;
+
     use super::*;
 
     /// The counts of rooted trees, OEIS A000081.
@@ -270,6 +273,83 @@ mod tests {
         assert_eq!(counts(Rule::Partitioned, 5), [2, 4, 14, 52, 214]);
         assert_eq!(counts(Rule::Separable, 6), [2, 2, 4, 8, 18, 40]);
         assert_eq!(counts(Rule::SecondOrder, 7), [1, 2, 3, 5, 9, 16, 30]);
+    }
+
+    /// A product of powers of q̇ and ṗ, by their exponents, times a factor.
+    type Terms = BTreeMap<[i32; 2], f64>;
+
+    /// The derivatives of q and of p at t = 0 of q̇ = e^(a·(t, q, p)), ṗ = e^(b·(t, q, p)) with q = p = 0 there: both grow by what is
+    /// in their exponents, u̇ = u (a_t + a_q u + a_p w) and so ẇ.
+    fn derivatives(rates: [[f64; 3]; 2], order: u32) -> Vec<[f64; 2]> {
+        let derivative = |terms: &Terms| {
+            let mut sum = Terms::new();
+            for (powers, factor) in terms {
+                for (power, [of_t, of_q, of_p]) in powers.iter().zip(rates) {
+                    let [u, w] = *powers;
+                    for (to, rate) in [([u, w], of_t), ([u + 1, w], of_q), ([u, w + 1], of_p)] {
+                        *sum.entry(to).or_default() += f64::from(*power) * rate * factor;
+                    }
+                }
+            }
+            sum
+        };
+        let mut terms = [[1, 0], [0, 1]].map(|powers| Terms::from([(powers, 1.0)]));
+        let mut found = Vec::new();
+        for _ in 0..order {
+            found.push(terms.each_ref().map(|terms| terms.values().sum()));
+            terms = terms.each_ref().map(derivative);
+        }
+        found
+    }
+
+    /// Where every elementary differential is 1, Σ n!/(σ γ) over the trees of order n with a root of one colour is the n-th derivative: of
+    /// exponentials, with every tree that is made and none besides.
+    #[test]
+    fn all_trees_of_every_rule_add_up_to_the_derivatives_of_exponentials() {
+        let separable = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
+        let (both, with_time) = ([[0.0, 1.0, 1.0]; 2], [[1.0, 1.0, 1.0]; 2]);
+        for (rule, time, rates) in [
+            (Rule::Autonomous, false, [[0.0, 1.0, 0.0]; 2]),
+            (Rule::Autonomous, true, [[1.0, 1.0, 0.0]; 2]),
+            (Rule::Partitioned, false, both),
+            (Rule::Partitioned, true, with_time),
+            (Rule::Separable, false, separable),
+            (Rule::Separable, true, [separable[0], [1.0, 1.0, 0.0]]),
+        ] {
+            let forest = Forest::grown(rule, rule.most(), time);
+            let known = derivatives(rates, rule.most());
+            for (n, known) in (1..).zip(known) {
+                for (colour, known) in rule.colours().iter().zip(known) {
+                    let trees = forest.of_order(n).map(|k| &forest.trees()[k]).filter(|tree| tree.colour == *colour);
+                    let sum: f64 = trees.map(|tree| 1.0 / (tree.symmetry as f64 * tree.density as f64)).sum();
+                    let sum = (1..=n).map(f64::from).product::<f64>() * sum;
+                    // A rounding for each of some thousand terms.
+                    approx::assert_relative_eq!(sum, known, max_relative = 1e-12);
+                }
+            }
+        }
+    }
+
+    /// On q̈ = e^q with q = 0 and q̇ = √2, q̇ = √2/(1 − t/√2): a vertex of q that carries nothing is √2.
+    #[test]
+    fn all_trees_of_a_second_order_system_add_up_to_the_derivatives_of_its_solution() {
+        let forest = Forest::new(Rule::SecondOrder, Rule::SecondOrder.most());
+        let mut value: Vec<f64> = Vec::new();
+        for tree in forest.trees() {
+            let is_speed = tree.order == 1 && tree.colour == Colour::First;
+            value.push(if is_speed { SQRT_2 } else { tree.children.iter().map(|k| value[*k]).product() });
+        }
+        for n in 2..=forest.order() {
+            let of = |colour: Colour| -> f64 {
+                let trees = forest.of_order(n).map(|k| (&forest.trees()[k], value[k]));
+                let trees = trees.filter(|(tree, _)| tree.colour == colour);
+                trees.map(|(tree, value)| value / (tree.symmetry as f64 * tree.density as f64)).sum()
+            };
+            // Taylor coefficients of q and of q̇.
+            let known = |n: u32| SQRT_2.powi(1 - n as i32);
+            approx::assert_relative_eq!(of(Colour::Second), known(n), max_relative = 1e-13);
+            approx::assert_relative_eq!(of(Colour::First), known(n - 1) / f64::from(n), max_relative = 1e-13);
+        }
     }
 
     /// With q̇ = f(p), ṗ = g(t, q) a vertex of p carries time, and none of q does.

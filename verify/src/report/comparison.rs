@@ -186,16 +186,18 @@ fn compare(old: &EarlierChapter, new: &Chapter, changes: &mut Vec<Change>) {
     for (id, was, is) in pairs(before.collect(), now.collect()) {
         let word = |outcome| verdict::word(outcome).to_lowercase();
         match (was, is) {
-            (Some(was), Some(is)) if was.outcome != is.outcome => {
-                note(&id, format!("{} → {}", word(was.outcome), word(is.outcome)));
-            }
             (Some(was), Some(is)) => {
-                if let Some(what) = moved(number(&was.measured), is) {
+                if was.outcome != is.outcome {
+                    note(&id, format!("{} → {}", word(was.outcome), word(is.outcome)));
+                } else if let Some(what) = moved(number(&was.measured), is) {
                     note(&id, what);
                 }
+                // What passes now may do so because less is required; of what did not come as far nothing is.
+                let is_open = is.required.is_none() && was.outcome != is.outcome;
                 let required: Option<Requirement> = serde_json::from_value(was.required.clone()).ok();
-                if let Some(required) = required.filter(|required| Some(*required) != is.required) {
-                    note(&id, format!("required {required} → {}", is.required_text()));
+                if let Some(required) = required.filter(|required| Some(*required) != is.required && !is_open) {
+                    let now = is.required.map_or_else(|| "nothing".into(), |required| required.to_string());
+                    note(&id, format!("required {required} → {now}"));
                 }
             }
             (None, Some(is)) => note(&id, format!("new: {}", word(is.outcome))),

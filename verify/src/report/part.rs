@@ -235,9 +235,11 @@ mod tests {
     fn no_chapter_is_lost() {
         let mut broken = part(2, 2);
         broken.chapters[0].error = Some("it broke off".into());
+        broken.chapters[0].seconds = 2.5;
         let mut with_more = part(1, 2);
         with_more.chapters.insert(0, Chapter { id: "unasked".into(), ..Chapter::default() });
         let (chapters, _) = merge(vec![broken, with_more]).expect("all there");
+        assert_eq!(chapters[1].seconds, 2.5);
         let found: Vec<_> = chapters.iter().map(|it| (it.id.as_str(), it.error.as_deref())).collect();
         assert_eq!(found, [("study-1", None), ("study-2", Some("it broke off")), ("unasked", None)]);
     }

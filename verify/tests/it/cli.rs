@@ -402,6 +402,8 @@ fn a_coarse_estimate_is_said_to_be_one() {
         "{message}"
     );
     assert!(text.contains("# the estimate is coarse: "), "{text}");
+    let motion = "solve --problem pendulum --method stormer-verlet --h 1 --t-end 10";
+    assert!(flat(&say(motion).2).contains("note: the estimate is coarse: "), "{}", say(motion).2);
     let (_, _, message) = solve("2.5");
     assert!(message.contains("warning: ") && !message.contains("coarse"), "{message}");
     let (status, text, message) = solve("0.1");
@@ -806,9 +808,31 @@ fn a_report_is_written_and_reproducible() {
     );
     let (status, text, message) = say(&line);
     assert!(status == 0 && text.contains("1 change since"), "{text}{message}");
+    // The earlier one may be the very file that is replaced.
+    let own = directory.join("third");
+    let line =
+        format!("report --only symplecticity --compare {} --out {}", own.join("results.json").display(), own.display());
+    let (status, text, message) = say(&line);
+    assert!(status == 0 && text.contains("nothing changed since"), "{text}{message}");
     for (_, version) in [("rustc", "rustc 1."), ("diffsol", "diffsol 0.")] {
         assert!(first[0].contains(version) && first[2].contains(version), "{version}");
     }
+}
+
+/// An order that is asked for is the one that is judged by, whatever the problem limits, and steps are kept where a finer reference is taken.
+#[test]
+fn orders_are_judged_by_what_is_asked_for() {
+    // By its remainder Method I has order 1 there.
+    let order = "order --problem poiseuille-ansatz --method method-i";
+    for (expect, code) in [("1", 0), ("2", 1)] {
+        let (status, out, _) = say(&format!("{order} --expect {expect}"));
+        assert!(status == code && out.contains("PASS") == (code == 0), "{expect}: {status} {out}");
+    }
+    // All errors are below what is known of the reference.
+    let line = "order --problem van-der-pol --method rk4 --reference diffsol --coarsest 0.004 --points 6";
+    let (status, out, _) = say(line);
+    assert!(status == 3 && out.contains("0.00400000"), "{status} {out}");
+    assert_eq!(out.matches("no: at the floor").count(), 6, "{out}");
 }
 
 /// The published examples from files, and answers to what decides nothing.

@@ -3,6 +3,10 @@
 use std::fs;
 use std::process::Command;
 
+use lsvi::StepError;
+use lsvi::adaptive::Tolerances;
+use verify::run::RunError;
+
 use crate::{flat, scratch};
 
 fn verify(arguments: &[&str]) -> (i32, String) {
@@ -264,4 +268,29 @@ fn an_order_of_three_times_the_expected_one_hints_at_cells_along_a_side() {
         flat(&out).contains("if `cells` counts the cells along a side")
     };
     assert_eq!(["3", "1"].map(told), [true, false]);
+}
+
+/// Whatever the machine: the steps of a run take no longer than what is waited for it.
+#[test]
+fn the_seconds_of_a_run_are_seconds() {
+    let problem = verify::problem::build("van-der-pol", &[]).expect("registered");
+    let method = verify::method::parse("method-i").expect("registered");
+    let begun = std::time::Instant::now();
+    let run = verify::run::run(&*problem, &*method, 1e-3, 2.0, |_| {}).expect("it runs");
+    assert!(run.seconds > 0.0 && run.seconds <= begun.elapsed().as_secs_f64(), "{}", run.seconds);
+}
+
+/// Whichever is given first, and with the tighter tolerances of an estimate too.
+#[test]
+fn a_limit_of_steps_stays_with_a_method() {
+    let problem = verify::problem::build("logistic", &[]).expect("registered");
+    let tolerances = || Tolerances::new(1e-10, 1e-10).expect("positive");
+    let method = verify::method::parse("radau-adaptive").expect("registered");
+    let limited = method.limited(3).expect("it chooses its steps");
+    let last = method.with_tolerances(tolerances()).and_then(|method| method.limited(3));
+    for method in [limited.with_tolerances(tolerances()), last, limited.tightened(10.0)] {
+        let failed = verify::run::run(&*problem, &*method.expect("it has tolerances"), 10.0, 10.0, |_| {});
+        let is_limit = matches!(failed, Err(RunError::Step(StepError::TooManySteps { limit: 3, .. })));
+        assert!(is_limit, "{failed:?}");
+    }
 }

@@ -190,6 +190,16 @@ fn a_tolerance_that_allows_everything_is_no_tolerance() {
     }
 }
 
+/// A file that has none either makes it no golden.
+#[test]
+fn a_golden_without_rows_is_none() {
+    let dir = fixture("empty");
+    let (ok, printed) = run(Action::Refresh, &dir, &[sample(vec![])]);
+    assert!(!ok && printed.contains("it has no rows") && printed.contains("refused sample"), "{printed}");
+    fs::write(dir.join("sample.snap.csv"), golden::render(&[])).unwrap();
+    assert!(!holds(&dir, vec![]));
+}
+
 #[test]
 fn a_wrong_number_is_not_frozen_as_right() {
     let dir = fixture("untrue");

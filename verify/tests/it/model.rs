@@ -93,6 +93,22 @@ fn predator_prey_has_the_derivatives_of_its_equations() {
 }
 
 /// The derivative of √t by the state is 0, at t = 0 too.
+/// At zeros of the state entries are what they are, those that vanish and the others.
+#[test]
+fn the_jacobian_of_a_model_at_zeros_of_its_state_has_all_entries() {
+    let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+    let text = "u_i { x = 0, y = 0, z = 1 } F_i { 2 * y + x * z, 3 * z - x * y, -5 * x + y * y }";
+    fs::write(file.path(), text).expect("writable");
+    let model = Model::load(file.path(), &[], Some(2.0)).expect("a model");
+    let field = model.field();
+    for [x, y, z] in [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]] {
+        let mut found = Jacobian::with_structure(3, &field.structure());
+        field.add_jacobian(0.0, &[x, y, z], 1.0, &mut found);
+        let expected = nalgebra::dmatrix![z, 2.0, x; -y, -x, 3.0; -5.0, 2.0 * y, 0.0];
+        assert_eq!(found.to_dense(), expected, "{x}, {y}, {z}");
+    }
+}
+
 #[test]
 fn a_forcing_whose_derivative_in_time_is_infinite_leaves_the_jacobian() {
     let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");

@@ -727,6 +727,14 @@ fn a_comparison_that_tells_nothing_of_one_of_two_programs_is_inconclusive() {
         let (code, out, error) = verify(&line);
         assert!(code == status && out.contains(" 0 do not"), "{line:?}: {code} {out}{error}");
     }
+    // One that disagrees is told whatever is open beside it: this one converges, to another value.
+    let wrong = directory("wrong").join("wrong.awk");
+    let text = "BEGIN { print \"t,v\"; for (k = 0; k <= 4; k++) printf \"%.17g,%.17g\\n\", k * t / 4, 0.5 + 0.01 * h }";
+    fs::write(&wrong, text).expect("writable");
+    let wrong = format!("sh -c 'awk -v h=\"$4\" -v t=\"$6\" -f {}' -", wrong.display());
+    let (code, out, error) =
+        verify(&["compare", "--problem", "logistic", "--program", &wrong, "--program", "sh -c 'exit 1'"]);
+    assert!(code == 1 && out.contains(" 1 do not"), "{code} {out}{error}");
 }
 
 /// A program shows velocities and vorticity; references and methods have values of the stream function and Fourier coefficients.
@@ -855,6 +863,10 @@ fn a_program_is_refined_in_space() {
         let (code, out, error) = order(&[&drag[..], expect].concat());
         assert!(code == status && out.contains(word), "{out}{error}");
     }
+    // Spacings are those of all grids where one of them is no number of cells.
+    fs::write(&script, text.replace("\"cells\") n = pair[2]", "\"dx\") n = 1 / pair[2]")).expect("writable");
+    let (code, out, error) = order(&["--quantity", "drag", "--refine", "dx=2,1,0.5,0.25", "--expect", "2"]);
+    assert!(code == 0 && out.contains("PASS: order 2.000"), "{out}{error}");
     // A step that is asked for is that of every grid: one that the program does not get leaves a larger error in time.
     let text = text
         .replace("BEGIN {", "BEGIN { e = 1; for (i = 1; i < ARGC; i++) if (ARGV[i] == \"--h\") e = ARGV[i + 1];")

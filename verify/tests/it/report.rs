@@ -980,6 +980,9 @@ fn a_comparison_shows_what_changed_and_nothing_else() {
             ("nan", Fail, f64::NAN, Some(AtMost(1.0))),
             ("broken", Pass, 0.5, Some(AtMost(1.0))),
             ("tightened", Pass, 0.5, Some(AtMost(1.0))),
+            ("moved", Pass, 0.5, Some(AtMost(1.0))),
+            ("dropped", Pass, 0.5, Some(AtMost(1.0))),
+            ("loosened", Fail, 1.5, Some(AtMost(1.0))),
             ("lost", Pass, 0.5, Some(AtMost(1.0))),
         ],
         &[("S24-a", "confirmed"), ("S24-b", "qualified"), ("S24-c", "open")],
@@ -1011,6 +1014,9 @@ fn a_comparison_shows_what_changed_and_nothing_else() {
             ("unbounded", Pass, 111.0, None),
             ("nan", Fail, f64::NAN, Some(AtMost(1.0))),
             ("broken", Fail, 1.5, Some(AtMost(1.0))),
+            ("moved", Pass, 0.9, Some(AtMost(2.0))),
+            ("dropped", Pass, 0.5, None),
+            ("loosened", Pass, 1.5, Some(AtMost(2.0))),
         ],
         &[("S24-a", "confirmed"), ("S24-b", "refuted"), ("S24-d", "open")],
     )
@@ -1031,11 +1037,19 @@ fn a_comparison_shows_what_changed_and_nothing_else() {
             "beyond** · measured 2 → 2.011, required 2 ± 0.1",
             "unbounded** · measured 100 → 111, required nothing",
             "broken** · pass → fail",
+            "moved** · measured 0.5 → 0.9, required ≤ 2",
+            "moved** · required ≤ 1 → ≤ 2",
+            "dropped** · required ≤ 1 → nothing",
+            "loosened** · fail → pass",
+            "loosened** · required ≤ 1 → ≤ 2",
             "lost** · gone, it was pass",
         ]
     );
     let summary = report::summary(&new, false);
-    assert!(summary.contains("9 changes since") && summary.lines().all(|line| line.chars().count() <= 80), "{summary}");
+    assert!(
+        summary.contains("14 changes since") && summary.lines().all(|line| line.chars().count() <= 80),
+        "{summary}"
+    );
 
     // A study that was left out this time has not lost its checks.
     let other = Run::new(Vec::new(), Vec::new()).compared_with(&earlier);
@@ -1069,13 +1083,15 @@ fn a_comparison_tells_which_study_breaks_off_and_which_no_longer_does() {
 #[test]
 fn seconds_and_their_spreads_are_those_of_the_run() {
     let spread = Spread { what: "a".into(), solver: "b".into(), base: "c".into(), ratios: [1.25, 1.5, 2.75] };
-    let evidence = Evidence { spreads: vec![spread], ..Evidence::default() };
+    let timings = vec![("a run".to_owned(), 0.75)];
+    let evidence = Evidence { spreads: vec![spread], timings, ..Evidence::default() };
     let chapter = Chapter { id: "peers".into(), seconds: 2.5, evidence, ..Chapter::default() };
     let path = fresh("times");
     report::write(&Run::new(vec![chapter], Vec::new()), &path).expect("the report is written");
     let times: serde_json::Value = serde_json::from_str(&read(&path, "timings.json")).expect("JSON");
     let times = &times["chapters"][0];
     assert_eq!((&times["id"], times["seconds"].as_f64()), (&"peers".into(), Some(2.5)));
+    assert_eq!(times["runs"], serde_json::json!({ "a run": 0.75 }));
     // From the least to the median, in the order of the head.
     let page = unpacked(&read(&path, "index.html"));
     let (_, table) = page.split_once("aria-label=\"Times\"").expect("the table");
