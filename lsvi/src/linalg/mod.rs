@@ -146,12 +146,12 @@ impl Lu {
         }
     }
 
-    /// The sign of det A of the matrix that was factored last; NaN for sparse ones, whose permutations are not kept.
+    /// The sign of det A of the matrix that was factored last.
     pub(crate) fn sign(&self) -> f64 {
         match self {
             Self::Dense(lu) => lu.sign(),
             Self::Banded(lu) => lu.sign(),
-            Self::Sparse(_) => f64::NAN,
+            Self::Sparse(lu) => lu.sign(),
         }
     }
 }

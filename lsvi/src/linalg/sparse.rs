@@ -128,6 +128,9 @@ pub(crate) struct SparseLu<T: Entry = f64> {
     pattern: Arc<Pattern>,
     column_order: Permutation,
     row_order: Permutation,
+    /// Exchanges that make up the order of the columns, and both orders together.
+    column_exchanges: usize,
+    exchanges: usize,
     scaled: Vec<T>,
     row_scale: Vec<f64>,
     search: SimplicialLu<usize, T>,
@@ -138,6 +141,7 @@ pub(crate) struct SparseLu<T: Entry = f64> {
     upper: Columns<T>,
     /// Zeros between calls.
     x: Vec<T>,
+    seen: Vec<bool>,
 }
 
 /// A pivot that is smaller than the largest entry below it by more than this factor is not taken over.
@@ -156,6 +160,20 @@ impl Permutation {
 
     fn as_ref(&self) -> PermRef<'_, usize> {
         PermRef::new_checked(&self.forward, &self.inverse, self.forward.len())
+    }
+
+    /// So many exchanges of two make it up: one less than each cycle has members.
+    fn exchanges(&self, seen: &mut [bool]) -> usize {
+        let mut exchanges = 0;
+        seen.fill(false);
+        for first in 0..seen.len() {
+            let mut k = first;
+            while !replace(&mut seen[k], true) {
+                k = self.forward[k];
+                exchanges += usize::from(k != first);
+            }
+        }
+        exchanges
     }
 }
 
@@ -224,9 +242,13 @@ impl<T: Entry> SparseLu<T> {
             // The order decides the fill only.
             column_order = Permutation::identity(n);
         }
+        let mut seen = vec![false; n];
+        let column_exchanges = column_order.exchanges(&mut seen);
         Self {
             column_order,
             row_order: Permutation::identity(n),
+            column_exchanges,
+            exchanges: column_exchanges,
             scaled: vec![T::from(0.0); pattern.entries()],
             row_scale: vec![0.0; n],
             search: SimplicialLu::new(),
@@ -234,6 +256,7 @@ impl<T: Entry> SparseLu<T> {
             lower: Columns::new(),
             upper: Columns::new(),
             x: vec![T::from(0.0); n],
+            seen,
             pattern,
         }
     }
@@ -314,6 +337,7 @@ impl<T: Entry> SparseLu<T> {
         }
         self.upper.copy(u);
         self.lower.copy(self.search.l_factor_unsorted());
+        self.exchanges = self.column_exchanges + self.row_order.exchanges(&mut self.seen);
         Ok(())
     }
 
@@ -359,5 +383,12 @@ impl<T: Entry> SparseLu<T> {
         for ((b, s), &k) in b.iter_mut().zip(row_scale).zip(&row_order.inverse) {
             *b = replace(&mut x[k], T::from(0.0)).scaled(*s);
         }
+    }
+}
+
+impl SparseLu {
+    pub(super) fn sign(&self) -> f64 {
+        let pivots = self.upper.starts.iter().skip(1).map(|end| self.upper.values[end - 1]);
+        super::sign(pivots, self.exchanges)
     }
 }

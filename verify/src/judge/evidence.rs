@@ -84,7 +84,10 @@ pub(super) fn region(size: f64, growth: impl Fn(Complex<f64>) -> f64) -> Figure 
     let size = size.clamp(4.0, 60.0);
     let range = |low: f64, high: f64| (0..GRID).map(move |k| low + (high - low) * k as f64 / (GRID - 1) as f64);
     let (x, y): (Vec<f64>, Vec<f64>) = (range(-size, 0.6 * size).collect(), range(-size, size).collect());
-    let values = y.iter().map(|&y| x.iter().map(|&x| growth(Complex::new(x, y))).collect()).collect();
+    // Of real coefficients the region is symmetric.
+    let mut values: Vec<Vec<f64>> =
+        y[..y.len().div_ceil(2)].iter().map(|&y| x.iter().map(|&x| growth(Complex::new(x, y))).collect()).collect();
+    values.extend(values[..y.len() / 2].iter().rev().cloned().collect::<Vec<_>>());
     let field = Field {
         x,
         y,
