@@ -162,6 +162,11 @@ impl SolveError {
             _ => Self::BranchLost { reached },
         }
     }
+
+    /// Whether no root was found on the branch, or none was told to be: other equations of the same step may lead to it.
+    pub(crate) fn is_lost(&self) -> bool {
+        matches!(self, Self::BranchLost { .. } | Self::OtherBranch | Self::Diverged { .. })
+    }
 }
 
 /// So many iterations, in words.

@@ -111,7 +111,8 @@
 //! # Units
 //!
 //! Choose units in which the unknowns are of like size. A step equation is solved to a few roundings of its *largest* unknown:
-//! beside one of 10¹², an unknown of 1 may be off by 10⁻³ a step. A least-squares method minimises ½|v̇ − f|² in the Euclidean norm,
+//! beside one of 10¹², an unknown of 1 may be off by 10⁻³ a step. A dense step in which unlike units hide the branch of the solution is found
+//! in units of its own. A least-squares method minimises ½|v̇ − f|² in the Euclidean norm,
 //! so that its steps depend on the units where these differ; a metric, [`LeastSquares::with_metric`], weighs the unknowns.
 //!
 //! # Errors
@@ -193,7 +194,9 @@ pub use error::{
     ClosureError, ConstraintError, InputError, NodeError, SettingError, SolveError, StepError, SystemError, TimeError,
 };
 pub use integrator::{Grid, GridStep, Integrator, OneStep, State, Work};
-pub use lagrangian::{EulerLagrange, Force, Forced, HessianWeights, Lagrangian, LeastSquares, MotionWeights};
+pub use lagrangian::{
+    EulerLagrange, Force, Forced, HessianWeights, Lagrangian, LeastSquares, MotionWeights, ResidualForm,
+};
 pub use least_squares::{LeastSquaresStep, least_squares, method_i, method_ii};
 pub use linalg::{Jacobian, Pattern, Structure};
 pub use mass::{Mass, MassOperator, SharedMass};

@@ -24,11 +24,14 @@
 //! as it behaves like one.
 
 mod kept;
+mod units;
 
 use std::ops::Add;
 
 use auto_impl::auto_impl;
 use kept::Kept;
+use units::Balanced;
+pub(crate) use units::are_unlike;
 
 use crate::error::SolveError;
 use crate::linalg::{Jacobian, Lu, Structure, larger, max_norm};
@@ -192,6 +195,7 @@ pub(crate) struct Newton {
     affine: Option<(f64, f64)>,
     affine_from: Vec<f64>,
     kept: Option<Box<Kept>>,
+    balanced: Option<Box<Balanced>>,
     pub(crate) work: Work,
 }
 
@@ -247,6 +251,7 @@ impl Newton {
             affine: None,
             affine_from: zeros.clone(),
             kept: None,
+            balanced: None,
             jacobian,
             increment: zeros.clone(),
             guess: zeros.clone(),
@@ -262,17 +267,33 @@ impl Newton {
         }
     }
 
-    /// Replaces `x`, a first guess, by the continuation of the branch from h = 0 to step size `h`. Where none is found the roundings of F are
-    /// measured, and what is below them says nothing: of components in unlike units they are not those of the largest.
+    /// Replaces `x`, a first guess, by the continuation of the branch from h = 0 to step size `h`. Where none is found it is looked for in
+    /// [other units](units) of the unknowns.
     pub(crate) fn solve(&mut self, system: &mut dyn System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
+        if self.is_balanced() && matches!(self.solve_balanced(system, h, x, false), Some(Ok(()))) {
+            return Ok(());
+        }
+        let found = self.solve_in_these_units(system, h, x);
+        if !found.as_ref().is_err_and(SolveError::is_lost) {
+            return found;
+        }
+        x.copy_from_slice(&self.start);
+        match self.solve_balanced(system, h, x, true) {
+            Some(Ok(())) => Ok(()),
+            _ => found,
+        }
+    }
+
+    /// The same in the units that the unknowns have. Where no root is found the roundings of F are measured, and what is below them says
+    /// nothing: of components in unlike units they are not those of the largest.
+    fn solve_in_these_units(&mut self, system: &mut dyn System, h: f64, x: &mut [f64]) -> Result<(), SolveError> {
         self.noise = 0.0;
         self.start.copy_from_slice(x);
         let found = self.solve_above_noise(system, h, x);
         if found.is_ok() && system.is_affine() {
             self.largest = self.largest.max(max_norm(&self.start)).max(max_norm(x));
         }
-        if !matches!(found, Err(SolveError::BranchLost { .. } | SolveError::OtherBranch | SolveError::Diverged { .. }))
-        {
+        if !found.as_ref().is_err_and(SolveError::is_lost) {
             return found;
         }
         x.copy_from_slice(&self.start);
@@ -285,6 +306,12 @@ impl Newton {
         }
         self.noise = noise;
         self.solve_above_noise(system, h, x)
+    }
+
+    /// The limit of another system is not known.
+    fn forget_limit(&mut self) {
+        self.limit.orientation = None;
+        self.affine = None;
     }
 
     /// Replaces `x` by the one root of an affine equation to the roundings of the largest state so far: terms of F that cancel may be as large

@@ -1,10 +1,14 @@
 //! The variational integrator: a discrete Legendre transform stepped by a closure.
 
+mod by_residuals;
+
 use nalgebra::DMatrix;
+
+use by_residuals::ByResiduals;
 
 use crate::closure::{Closure, LinearClosure, PositionMomentum};
 use crate::discrete::{DiscreteLegendre, Interval, MomentumWeights};
-use crate::error::{InputError, StepError, check_length, check_step_from, check_unknowns, check_vector};
+use crate::error::{InputError, SolveError, StepError, check_length, check_step_from, check_unknowns, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
 use crate::linalg::{Jacobian, Lu, Structure};
 use crate::newton::{LimitAtZero, Newton, System, Work};
@@ -22,6 +26,8 @@ pub struct Variational<D, C> {
     unknowns: Vec<f64>,
     impulse: Vec<f64>,
     momenta: Option<Box<Momenta>>,
+    /// None before the first step that needs it.
+    by_residuals: Option<Box<ByResiduals>>,
 }
 
 /// Work space for the two momenta of closures that are not linear, and their derivatives.
@@ -63,6 +69,7 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
             unknowns: vec![0.0; unknowns],
             impulse: vec![0.0; discrete.dim()],
             momenta: (!is_linear).then(|| Box::new(Momenta::new(&discrete, unknowns))),
+            by_residuals: None,
             discrete,
         }
     }
@@ -204,7 +211,8 @@ impl<D: DiscreteLegendre, C: Closure> Integrator for Variational<D, C> {
     }
 
     fn work(&self) -> Work {
-        self.newton.as_ref().map_or(self.taken, |newton| self.taken + newton.work)
+        let works = self.newton.iter().map(|newton| newton.work).chain(self.by_residuals.iter().map(|by| by.work()));
+        works.fold(self.taken, |sum, work| sum + work)
     }
 }
 
@@ -292,8 +300,21 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
 
     /// Finds the unknowns of the step.
     fn solve(&mut self, t: f64, h: f64, q: &[f64], p: &[f64]) -> Result<(), StepError> {
-        self.check(Interval { start: t, h }, q, p)?;
-        let failed = |source| StepError::Solve { t, h, source };
+        let at = Interval { start: t, h };
+        self.check(at, q, p)?;
+        if self.by_residuals.as_ref().is_some_and(|by| by.is_in_use) && self.solve_by_residuals(at, q, p) {
+            return Ok(());
+        }
+        let Err(source) = self.solve_by_momenta(at, q, p) else { return Ok(()) };
+        if source.is_lost() && self.solve_by_residuals(at, q, p) {
+            return Ok(());
+        }
+        Err(StepError::Solve { t, h, source })
+    }
+
+    /// Finds the unknowns by the equations of the momenta.
+    fn solve_by_momenta(&mut self, at: Interval, q: &[f64], p: &[f64]) -> Result<(), SolveError> {
+        let Interval { start: t, h } = at;
         let newton = self.newton.get_or_insert_with(|| {
             // A closure that is not linear may couple all components.
             let is_linear = self.closure.linear().is_some();
@@ -314,11 +335,25 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         }
         // F(p, p) = 0, which a nonlinear closure amounts to for h → 0, may have several roots: the one near the state's p counts.
         if self.closure.linear().is_none_or(|closure| closure.carried() != 0.0) {
-            equations.discrete.predict(Interval { start: t, h }, q, p, &mut self.unknowns).map_err(failed)?;
+            equations.discrete.predict(at, q, p, &mut self.unknowns)?;
         }
-        newton.solve(&mut equations, h, &mut self.unknowns).map_err(failed)?;
+        newton.solve(&mut equations, h, &mut self.unknowns)?;
         newton.keep(&mut equations, h, &self.unknowns);
         Ok(())
+    }
+
+    /// Finds the unknowns by those of the residuals, if there are such and unlike units may be what hides the branch.
+    #[cold]
+    fn solve_by_residuals(&mut self, at: Interval, q: &[f64], p: &[f64]) -> bool {
+        let Some(closure) = self.closure.linear() else { return false };
+        if self.by_residuals.is_none() {
+            self.by_residuals = ByResiduals::new(&self.discrete, closure).map(Box::new);
+        }
+        let Some(by_residuals) = self.by_residuals.as_mut().filter(|_| self.discrete.has_unlike_units(at, q)) else {
+            return false;
+        };
+        repeat(q, &mut self.unknowns);
+        by_residuals.solve(&mut self.discrete, closure, at, (q, p), &mut self.unknowns).is_ok()
     }
 
     /// Replaces (q₀, p₀) by (q₁, p₁).

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::nystrom::{Coefficients, Nystrom};
 use super::path::{Path, Point};
+use super::residuals::Residuals;
 use super::velocity::Velocity;
 use super::{Constrainable, DiscreteLagrangian, DiscreteLegendre, Interval, MomentumWeights};
 use crate::error::{InputError, NodeError, SolveError};
@@ -35,6 +36,8 @@ pub struct Galerkin<L> {
     blocks: [Jacobian; 4],
     sum: Jacobian,
     nystrom: Option<Box<Nystrom>>,
+    /// Of a dense least-squares Lagrangian.
+    residuals: Option<Box<Residuals>>,
 }
 
 impl<L: Lagrangian> Galerkin<L> {
@@ -53,6 +56,7 @@ impl<L: Lagrangian> Galerkin<L> {
         let basis = LagrangeBasis::new(Quadrature::lobatto(degree + 1)?.nodes())?;
         let zeros = vec![0.0; lagrangian.dim()];
         let path = Path::new(&basis, quadrature.nodes());
+        let has_residuals = lagrangian.residual_form().is_some() && lagrangian.structure() == Structure::Dense;
         Ok(Self {
             nystrom: lagrangian.is_separable().then(|| nystrom(&lagrangian, &path, quadrature.weights())).flatten(),
             path,
@@ -60,6 +64,7 @@ impl<L: Lagrangian> Galerkin<L> {
             velocity_of: Velocity::new(zeros.len(), &lagrangian.structure()),
             blocks: std::array::from_fn(|_| Jacobian::with_structure(zeros.len(), &lagrangian.structure())),
             sum: Jacobian::with_structure(zeros.len(), &lagrangian.structure()),
+            residuals: has_residuals.then(|| Box::new(Residuals::new(zeros.len()))),
             lagrangian,
             q: zeros.clone(),
             v: zeros.clone(),
@@ -177,7 +182,7 @@ fn add_tested<const N: usize>(
 }
 
 /// Value and derivative of the test function of a row: φ_j inside, and ψ = β c − α (1 − c) for the momenta.
-fn test_function(point: &Point, row: usize, w: MomentumWeights) -> (f64, f64) {
+pub(super) fn test_function(point: &Point, row: usize, w: MomentumWeights) -> (f64, f64) {
     if row + 1 == point.value.len() {
         (w.beta * point.c - w.alpha * (1.0 - point.c), w.alpha + w.beta)
     } else {
@@ -237,6 +242,37 @@ impl<L: Lagrangian> DiscreteLegendre for Galerkin<L> {
 
     fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {
         self.assemble(at, q0, x, w, 1..=self.path.degree(), out);
+    }
+
+    fn residuals(&self) -> usize {
+        if self.residuals.is_some() { self.path.points.len() * self.dim() } else { 0 }
+    }
+
+    fn has_unlike_units(&mut self, at: Interval, q0: &[f64]) -> bool {
+        let Self { lagrangian, residuals, .. } = self;
+        let (Some(residuals), Some(form)) = (residuals, lagrangian.residual_form()) else { return false };
+        residuals.has_unlike_units(form, at, q0)
+    }
+
+    fn residual_equations(&mut self, at: Interval, q0: &[f64], xz: &[f64], w: MomentumWeights, out: &mut [f64]) {
+        let Self { lagrangian, path, weights, residuals, .. } = self;
+        if let (Some(residuals), Some(form)) = (residuals, lagrangian.residual_form()) {
+            residuals.equations(form, (path, weights), at, (q0, xz), w, out);
+        }
+    }
+
+    fn add_residual_derivative(
+        &mut self,
+        at: Interval,
+        q0: &[f64],
+        xz: &[f64],
+        w: MomentumWeights,
+        out: &mut Jacobian,
+    ) {
+        let Self { lagrangian, path, weights, residuals, .. } = self;
+        if let (Some(residuals), Some(form)) = (residuals, lagrangian.residual_form()) {
+            residuals.add_derivative(form, (path, weights), at, (q0, xz), w, out);
+        }
     }
 
     fn add_start_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian) {

@@ -11,6 +11,7 @@ mod midpoint;
 mod nystrom;
 mod path;
 mod path_fitted;
+mod residuals;
 mod separable;
 mod trapezoidal;
 mod velocity;
@@ -119,6 +120,31 @@ pub trait DiscreteLegendre {
 
     /// Adds the derivatives of the [`equations`](Self::equations) in x to `out`.
     fn add_derivative(&mut self, at: Interval, q0: &[f64], x: &[f64], w: MomentumWeights, out: &mut Jacobian);
+
+    /// Number of further unknowns z with which the equations are as well conditioned as the residual that the Lagrangian is a square of;
+    /// none, the default, where there is no such form.
+    fn residuals(&self) -> usize {
+        0
+    }
+
+    /// Whether the components of q are in unlike units at q₀, so that conditions in which a Jacobian is squared may lead nowhere.
+    fn has_unlike_units(&mut self, _at: Interval, _q0: &[f64]) -> bool {
+        false
+    }
+
+    /// Writes h times the [`equations`](Self::equations) by way of z, and after them what defines z; `xz` is x and after it z.
+    fn residual_equations(&mut self, _at: Interval, _q0: &[f64], _xz: &[f64], _w: MomentumWeights, _out: &mut [f64]) {}
+
+    /// Adds the derivatives of [`residual_equations`](Self::residual_equations) in x and z to the dense matrix `out`.
+    fn add_residual_derivative(
+        &mut self,
+        _at: Interval,
+        _q0: &[f64],
+        _xz: &[f64],
+        _w: MomentumWeights,
+        _out: &mut Jacobian,
+    ) {
+    }
 
     /// Adds the derivatives of the [`equations`](Self::equations) in q₀ to the first n columns of `out`, of the same
     /// structure.

@@ -1,5 +1,7 @@
 //! The least-squares Lagrangian of a first-order system, Eq. (15).
 
+use std::fmt;
+
 use nalgebra::{Cholesky, DMatrix};
 
 use super::{HessianWeights, Lagrangian};
@@ -22,6 +24,27 @@ pub struct LeastSquares<F> {
     field: F,
     weights: Weights,
     scratch: Pool<Scratch>,
+}
+
+/// The residual r = M v̇ − f(t, v) and its weights W.
+#[derive(Clone, Copy)]
+pub struct ResidualForm<'a> {
+    pub(crate) field: &'a dyn VectorField,
+    pub(crate) mass: &'a Mass,
+    weights: &'a Weights,
+}
+
+impl fmt::Debug for ResidualForm<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ResidualForm").field("mass", self.mass).finish_non_exhaustive()
+    }
+}
+
+impl ResidualForm<'_> {
+    /// Writes W r.
+    pub(crate) fn weigh(&self, r: &[f64], out: &mut [f64]) {
+        self.weights.weigh(r, out);
+    }
 }
 
 /// W, W M and M W M; `None` for the identity.
@@ -180,6 +203,10 @@ impl<F: VectorField> Lagrangian for LeastSquares<F> {
             Some(_) => self.field.structure().gram(self.dim()),
             None => Structure::Dense,
         }
+    }
+
+    fn residual_form(&self) -> Option<ResidualForm<'_>> {
+        Some(ResidualForm { field: &self.field, mass: &self.weights.mass, weights: &self.weights })
     }
 
     fn value(&self, t: f64, v: &[f64], rate: &[f64]) -> f64 {

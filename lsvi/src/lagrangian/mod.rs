@@ -6,7 +6,7 @@ mod least_squares;
 
 pub use euler_lagrange::{EulerLagrange, MotionWeights};
 pub use forced::{Force, Forced};
-pub use least_squares::LeastSquares;
+pub use least_squares::{LeastSquares, ResidualForm};
 
 use auto_impl::auto_impl;
 
@@ -48,6 +48,11 @@ pub trait Lagrangian {
     /// such step: [`SolveError::NotSeparable`](crate::SolveError::NotSeparable).
     fn is_separable(&self) -> bool {
         false
+    }
+
+    /// What L is made of, if it is ½ rᵀWr of a residual r = M v̇ − f(t, v): [`LeastSquares`].
+    fn residual_form(&self) -> Option<ResidualForm<'_>> {
+        None
     }
 
     /// L(t, q, v).

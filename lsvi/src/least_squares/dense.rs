@@ -1,12 +1,13 @@
 //! Newton's method for closures of a nonlinear f, on dense matrices.
 
 use super::System;
+use super::newton::FullNewton;
 use crate::closure::{Linear, LinearClosure};
 use crate::discrete::{Interval, MomentumWeights};
 use crate::error::SolveError;
-use crate::linalg::Jacobian;
+use crate::linalg::{Jacobian, Structure};
 use crate::mass::Mass;
-use crate::newton::{self, LimitAtZero, Newton, Work};
+use crate::newton::{self, LimitAtZero, Newton, Work, are_unlike};
 use crate::vector_field::VectorField;
 
 /// Newton's method for v₁ on (α + β) h (r₀ + r₁) + α h J₀ᵀM⁻¹ h r₀ − β h J₁ᵀM⁻¹ h r₁ = 0, 2h times the closure.
@@ -15,6 +16,9 @@ use crate::vector_field::VectorField;
 #[derive(Debug)]
 pub(super) struct DenseStep {
     newton: Newton,
+    /// The equations in which no J is squared; none before the first step that needs them.
+    augmented: Option<Box<FullNewton>>,
+    of_augmented: Work,
     scratch: Scratch,
 }
 
@@ -49,6 +53,8 @@ impl DenseStep {
         let zeros = vec![0.0; dim];
         Self {
             newton: Newton::new(dim),
+            augmented: None,
+            of_augmented: Work::default(),
             scratch: Scratch {
                 start: Jacobian::zeros(dim),
                 end: Jacobian::zeros(dim),
@@ -79,20 +85,61 @@ impl DenseStep {
             system.field.linearize(at.start, v0, &mut s.f0, 1.0, &mut s.start);
             s.start.check_structure()?;
         }
-        v1.copy_from_slice(v0);
-        let mut equation = Equation::new(system, closure, at, v0, s);
-        let solved = if self.newton.solve_with_kept(&mut equation, at.h, v1) {
+        let is_augmented = self.augmented.as_ref().is_some_and(|augmented| augmented.is_in_use);
+        let found = if is_augmented && self.solve_augmented((system, closure), at, v0, v1) {
             Ok(())
         } else {
-            let solved = self.newton.solve(&mut equation, at.h, v1);
-            if solved.is_ok() {
-                self.newton.keep(&mut equation, at.h, v1);
+            let found = self.solve_condensed((system, closure), at, v0, v1);
+            match found {
+                Err(error) if error.is_lost() && self.solve_augmented((system, closure), at, v0, v1) => Ok(()),
+                found => found,
             }
-            solved
         };
-        *work = Work { steps: work.steps, ..self.newton.work };
+        *work = Work { steps: work.steps, ..self.newton.work + self.of_augmented };
+        found
+    }
+
+    /// By the closure's own n equations.
+    fn solve_condensed<F: VectorField>(
+        &mut self,
+        (system, closure): (System<'_, F>, &Linear),
+        at: Interval,
+        v0: &[f64],
+        v1: &mut [f64],
+    ) -> Result<(), SolveError> {
+        v1.copy_from_slice(v0);
+        let mut equation = Equation::new(system, closure, at, v0, &mut self.scratch);
+        if !self.newton.solve_with_kept(&mut equation, at.h, v1) {
+            self.newton.solve(&mut equation, at.h, v1)?;
+            self.newton.keep(&mut equation, at.h, v1);
+        }
         // The matrix of the last residual, which kept factors have not met.
-        solved.and_then(|()| Ok(self.scratch.end.check_structure()?))
+        Ok(self.scratch.end.check_structure()?)
+    }
+
+    /// By twice as many in which no J is squared, where unlike units may be what hides the branch; false where there is no root either.
+    #[cold]
+    fn solve_augmented<F: VectorField>(
+        &mut self,
+        (system, closure): (System<'_, F>, &Linear),
+        at: Interval,
+        v0: &[f64],
+        v1: &mut [f64],
+    ) -> bool {
+        if !closure.has_limit() {
+            return false;
+        }
+        let System { field, mass, mass_inverse } = system;
+        let end = &mut self.scratch.end;
+        end.clear();
+        field.add_jacobian(at.start, v0, 1.0, end);
+        if !are_unlike(end) {
+            return false;
+        }
+        let augmented =
+            self.augmented.get_or_insert_with(|| Box::new(FullNewton::new(v0.len(), &Structure::Dense, mass)));
+        let system = System { field: field as &dyn VectorField, mass, mass_inverse };
+        augmented.solve((system, closure), at, v0, v1, &mut self.of_augmented).is_ok()
     }
 
     /// f₀ and, where there is one, the matrix J₀.

@@ -7,7 +7,7 @@
 //!
 //! | f_v | closure | equation | solved by |
 //! |---|---|---|---|
-//! | dense | any | α p₀ + β p₁ = 0 | Newton's method |
+//! | dense | any | α p₀ + β p₁ = 0, and where that leads nowhere augmented | Newton's method |
 //! | banded, sparse | any | augmented by y = −M⁻¹(M v₁ − h f₁), as well conditioned as B | Newton's method |
 //! | any, f linear, more than a few unknowns | Method I | M y + B v₁, Bᵀy − M v₁ given | a [`StepSolver`], factored once |
 //! | any, with a solver | Method I | minimum of the action | Gauss–Newton and a [`StepSolver`] |
@@ -199,6 +199,14 @@ struct System<'a, F: ?Sized = dyn VectorField + 'a> {
     mass_inverse: &'a MassInverse,
 }
 
+impl<F: ?Sized> Clone for System<'_, F> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<F: ?Sized> Copy for System<'_, F> {}
+
 impl System<'_> {
     /// B at (t, v), and as a matrix if it was assembled.
     fn operator<'b>(&'b self, (t, v): (f64, &'b [f64]), h: f64, b: Option<&'b Jacobian>) -> StepOperator<'b> {
@@ -335,10 +343,8 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             Equations::Closed(step) => step.solve((system(), closure), at, v, next, work),
         };
         if let Err(source) = solved {
-            use SolveError::{BranchLost, Diverged, OtherBranch};
-            let is_lost = matches!(source, BranchLost { .. } | OtherBranch | Diverged { .. });
-            let is_free =
-                is_lost && is_undetermined(&mut self.rank, &self.equations, (mass, closure), at, v, &mut self.rate);
+            let is_free = source.is_lost()
+                && is_undetermined(&mut self.rank, &self.equations, (mass, closure), at, v, &mut self.rate);
             return Err(failed(if is_free { SolveError::Singular } else { source }));
         }
         if let (Equations::Linear(step), Some(declared)) = (&self.equations, &mut self.declared) {

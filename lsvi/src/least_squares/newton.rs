@@ -19,6 +19,8 @@ pub(super) struct FullNewton {
     unknowns: Vec<f64>,
     residual: Vec<f64>,
     scratch: Scratch,
+    /// Whether the last step was found.
+    pub(super) is_in_use: bool,
 }
 
 #[derive(Debug)]
@@ -56,6 +58,7 @@ impl FullNewton {
             newton: Newton::with_structure(2 * dim, &structure_of(dim, structure, mass, Some(&gram))),
             unknowns: vec![0.0; 2 * dim],
             residual: vec![0.0; 2 * dim],
+            is_in_use: false,
             scratch: Scratch {
                 start: Jacobian::with_structure(dim, structure),
                 end: Jacobian::with_structure(dim, structure),
@@ -93,6 +96,7 @@ impl FullNewton {
         }
         let mut equation = Equation { system, closure, t: at.start, v0, s };
         let solved = self.newton.solve(&mut equation, at.h, &mut self.unknowns);
+        self.is_in_use = solved.is_ok();
         *work = Work { steps: work.steps, ..self.newton.work };
         for (v, pair) in v1.iter_mut().zip(self.unknowns.chunks_exact(2)) {
             *v = pair[1];
