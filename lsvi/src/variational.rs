@@ -349,9 +349,10 @@ impl<D: DiscreteLegendre, C: Closure> Variational<D, C> {
         if self.by_residuals.is_none() {
             self.by_residuals = ByResiduals::new(&self.discrete, closure).map(Box::new);
         }
-        let Some(by_residuals) = self.by_residuals.as_mut().filter(|_| self.discrete.has_unlike_units(at, q)) else {
+        let Some(by_residuals) = &mut self.by_residuals else { return false };
+        if !by_residuals.is_in_use && !self.discrete.has_unlike_units(at, q) {
             return false;
-        };
+        }
         repeat(q, &mut self.unknowns);
         by_residuals.solve(&mut self.discrete, closure, at, (q, p), &mut self.unknowns).is_ok()
     }

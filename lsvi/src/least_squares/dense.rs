@@ -100,6 +100,7 @@ impl DenseStep {
     }
 
     /// By the closure's own n equations.
+    #[inline]
     fn solve_condensed<F: VectorField>(
         &mut self,
         (system, closure): (System<'_, F>, &Linear),
@@ -130,11 +131,13 @@ impl DenseStep {
             return false;
         }
         let System { field, mass, mass_inverse } = system;
-        let end = &mut self.scratch.end;
-        end.clear();
-        field.add_jacobian(at.start, v0, 1.0, end);
-        if !are_unlike(end) {
-            return false;
+        if self.augmented.as_ref().is_none_or(|augmented| !augmented.is_in_use) {
+            let end = &mut self.scratch.end;
+            end.clear();
+            field.add_jacobian(at.start, v0, 1.0, end);
+            if !are_unlike(end) {
+                return false;
+            }
         }
         let augmented =
             self.augmented.get_or_insert_with(|| Box::new(FullNewton::new(v0.len(), &Structure::Dense, mass)));
