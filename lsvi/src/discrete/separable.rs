@@ -9,22 +9,33 @@ use crate::mass::{Mass, MassInverse};
 const CONSTANT: f64 = 1e-10;
 /// Roundings by which two times that are one may differ.
 const ROUNDINGS: f64 = 4.0;
+/// Steps between two looks at what is declared, at most.
+const RARELY: u32 = 256;
 
-/// The inverse of M, once it is known and what the Lagrangian declares is checked.
+const VV: HessianWeights = HessianWeights { qq: 0.0, qv: 0.0, vq: 0.0, vv: 1.0 };
+const QV: HessianWeights = HessianWeights { qq: 0.0, qv: 1.0, vq: 0.0, vv: 0.0 };
+
+/// The inverse of M, once it is known, and what the Lagrangian declares: checked in the first step, and looked at again after 2, 4, 8, … more and
+/// then after every 256.
 #[derive(Debug)]
 pub(super) struct ConstantMass {
     mass: Jacobian,
     other: Jacobian,
     inverse: Option<MassInverse>,
+    /// Steps until the next look, and how many there were before the last one.
+    left: u32,
+    interval: u32,
+    /// A velocity, another one or a position, and the derivatives of L in q and v.
+    scratch: Vec<f64>,
 }
 
 impl ConstantMass {
     pub(super) fn new(l: &dyn Lagrangian) -> Self {
         let mass = Jacobian::with_structure(l.dim(), &l.structure());
-        Self { other: mass.clone(), mass, inverse: None }
+        Self { other: mass.clone(), mass, inverse: None, left: 0, interval: 1, scratch: vec![0.0; 6 * l.dim()] }
     }
 
-    /// M⁻¹; what is found at the first call, with the state of a first step of length `h` from `t`, serves for all.
+    /// M⁻¹; what is found at the first call, with the state of a first step of length `h` from `t`, serves for all. To be called once a step.
     #[inline]
     pub(super) fn inverse(
         &mut self,
@@ -33,15 +44,25 @@ impl ConstantMass {
         q: &[f64],
         p: &[f64],
     ) -> Result<&mut MassInverse, SolveError> {
-        if self.inverse.is_none() {
-            self.find_inverse(l, (t, h), q, p)?;
+        if self.left == 0 {
+            self.look(l, (t, h), q, p)?;
         }
+        self.left -= 1;
         self.known_inverse().ok_or(SolveError::SingularMass)
     }
 
+    /// Finds M⁻¹ where it is not known yet, and refuses a Lagrangian that is not what it declares.
     #[cold]
-    fn find_inverse(&mut self, l: &dyn Lagrangian, at: (f64, f64), q: &[f64], p: &[f64]) -> Result<(), SolveError> {
-        self.inverse = Some(self.checked_inverse(l, at, q, p)?);
+    #[inline(never)]
+    fn look(&mut self, l: &dyn Lagrangian, (t, h): (f64, f64), q: &[f64], p: &[f64]) -> Result<(), SolveError> {
+        if self.inverse.is_none() {
+            self.inverse = Some(self.found_inverse(l, t, q)?);
+            self.check(l, (t, h), q, p).inspect_err(|_| self.inverse = None)?;
+        } else if !self.seems_separable(l, t, q, p) {
+            self.check(l, (t, h), q, p)?;
+        }
+        self.interval = (2 * self.interval).min(RARELY);
+        self.left = self.interval;
         Ok(())
     }
 
@@ -66,50 +87,83 @@ impl ConstantMass {
         norm
     }
 
+    fn found_inverse(&mut self, l: &dyn Lagrangian, t: f64, q: &[f64]) -> Result<MassInverse, SolveError> {
+        let [at_rest, ..]: [&mut [f64]; 6] = vectors(&mut self.scratch, q.len());
+        at_rest.fill(0.0);
+        self.mass.clear();
+        l.add_hessian(t, q, at_rest, VV, &mut self.mass);
+        check_finite(&self.mass)?;
+        MassInverse::new(&mass(&self.mass)).map_err(|_| SolveError::SingularMass)
+    }
+
+    /// Writes v = M⁻¹p, and another velocity: at rest terms of higher order in v do not show.
+    fn velocities(&self, p: &[f64], v: &mut [f64], beside: &mut [f64]) {
+        v.copy_from_slice(p);
+        self.inverse.iter().for_each(|inverse| inverse.solve(v));
+        for (i, (beside, v)) in beside.iter_mut().zip(&*v).enumerate() {
+            *beside = v + (1.0 + v.abs()) * (1.0 + i as f64).cos();
+        }
+    }
+
+    /// Whether ∂L/∂v is M v at two velocities and ∂L/∂q the same at both. This costs two gradients, where second derivatives may cost many times a
+    /// step; where it does not seem so, these decide.
+    fn seems_separable(&mut self, l: &dyn Lagrangian, t: f64, q: &[f64], p: &[f64]) -> bool {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let [v, beside, in_q, again_in_q, in_v, terms] = vectors(&mut scratch, q.len());
+        self.velocities(p, v, beside);
+        let mut is_momentum = |v: &[f64], in_q: &mut [f64]| {
+            l.gradient(t, q, v, in_q, in_v);
+            // What is left of ∂L/∂v without M v, beside the terms of both.
+            terms.iter_mut().zip(&*in_v).for_each(|(terms, x)| *terms = CONSTANT * x.abs());
+            self.mass.for_each(|i, j, m| {
+                in_v[i] -= m * v[j];
+                terms[i] += CONSTANT * (m * v[j]).abs();
+            });
+            in_v.iter().zip(&*terms).all(|(left, terms)| left.abs() <= *terms)
+        };
+        let seems_so = is_momentum(v, in_q) && is_momentum(beside, again_in_q) && in_q == again_in_q;
+        self.scratch = scratch;
+        seems_so
+    }
+
     /// Refuses a Lagrangian with other second derivatives in v at either end of the straight step or at another velocity, or
     /// with mixed ones.
-    fn checked_inverse(
-        &mut self,
-        l: &dyn Lagrangian,
-        (t, h): (f64, f64),
-        q: &[f64],
-        p: &[f64],
-    ) -> Result<MassInverse, SolveError> {
-        const VV: HessianWeights = HessianWeights { qq: 0.0, qv: 0.0, vq: 0.0, vv: 1.0 };
-        const QV: HessianWeights = HessianWeights { qq: 0.0, qv: 1.0, vq: 0.0, vv: 0.0 };
-        let mut v = vec![0.0; q.len()];
-        self.mass.clear();
-        l.add_hessian(t, q, &v, VV, &mut self.mass);
-        check_finite(&self.mass)?;
-        let inverse = MassInverse::new(&mass(&self.mass)).map_err(|_| SolveError::SingularMass)?;
-        v.copy_from_slice(p);
-        inverse.solve(&mut v);
-        let end: Vec<f64> = q.iter().zip(&v).map(|(q, v)| q + h * v).collect();
+    fn check(&mut self, l: &dyn Lagrangian, (t, h): (f64, f64), q: &[f64], p: &[f64]) -> Result<(), SolveError> {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        let [v, beside, end, ..]: [&mut [f64]; 6] = vectors(&mut scratch, q.len());
+        self.velocities(p, v, beside);
+        end.iter_mut().zip(q).zip(&*v).for_each(|((end, q), v)| *end = q + h * v);
         let mut largest = 0.0_f64;
         self.mass.for_each(|_, _, m| largest = largest.max(m.abs()));
-        // At rest terms of higher order in v do not show.
-        let beside: Vec<f64> =
-            v.iter().enumerate().map(|(i, v)| v + (1.0 + v.abs()) * (1.0 + i as f64).cos()).collect();
-        for (t, q, v) in [(t, q, &v), (t + h, &end, &v), (t, q, &beside)] {
-            for which in [VV, QV] {
-                self.other.clear();
-                l.add_hessian(t, q, v, which, &mut self.other);
-                check_finite(&self.other)?;
-                let (mass, mut different) = (&self.mass, None);
-                self.other.for_each(|i, j, x| {
-                    let expected = if which == VV { mass.get(i, j) } else { 0.0 };
-                    let allowed = if which == VV { CONSTANT * largest } else { 0.0 };
-                    let is_same = (x - expected).abs() <= allowed;
-                    if !is_same {
-                        different = Some((i, j));
-                    }
-                });
-                if let Some((row, column)) = different {
-                    return Err(SolveError::NotSeparable { row, column });
-                }
+        let places = [(t, q, &*v), (t + h, &*end, &*v), (t, q, &*beside)];
+        let checked = places
+            .into_iter()
+            .try_for_each(|place| [VV, QV].into_iter().try_for_each(|which| self.check_at(l, place, which, largest)));
+        self.scratch = scratch;
+        checked
+    }
+
+    /// Compares second derivatives at a place with M, whose largest entry is given, or with none.
+    fn check_at(
+        &mut self,
+        l: &dyn Lagrangian,
+        (t, q, v): (f64, &[f64], &[f64]),
+        which: HessianWeights,
+        largest: f64,
+    ) -> Result<(), SolveError> {
+        self.other.clear();
+        l.add_hessian(t, q, v, which, &mut self.other);
+        check_finite(&self.other)?;
+        let (mass, mut different) = (&self.mass, None);
+        self.other.for_each(|i, j, x| {
+            let expected = if which == VV { mass.get(i, j) } else { 0.0 };
+            let allowed = if which == VV { CONSTANT * largest } else { 0.0 };
+            let is_same = (x - expected).abs() <= allowed;
+            if !is_same {
+                different = Some((i, j));
             }
-        }
-        Ok(inverse)
+        });
+        different.map_or(Ok(()), |(row, column)| Err(SolveError::NotSeparable { row, column }))
     }
 }
 

@@ -424,6 +424,63 @@ fn a_mass_that_changes_by_little_or_with_time_is_not_separable() {
     }
 }
 
+/// A free particle and one on a spring, whose mass grows, or a term (q₁ − far) q₂v₂ begins, where the first one has come far; declared separable.
+struct Onset {
+    far: f64,
+    mass: f64,
+    mixed: f64,
+}
+
+impl LagrangianFn for Onset {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn is_separable(&self) -> bool {
+        true
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        let beyond = if q[0].re() > self.far { q[0] - self.far } else { T::from(0.0) };
+        v[0] * v[0] * 0.5 + v[1] * v[1] * (beyond * self.mass + 1.0) * 0.5 + beyond * v[1] * q[1] * self.mixed
+            - q[1] * q[1] * 0.5
+    }
+}
+
+/// The first particle moves at 1 and comes to 1 in step 100, to 9.995 in step 1000: the next looks are in steps 127 and 1023, as after those
+/// the steps between two are a power of two, 256 at most.
+#[test]
+fn a_lagrangian_that_is_separable_at_the_start_alone_is_refused_along_the_run() {
+    // At rest at the origin a mixed term shows at other velocities alone, and in ∂L/∂q alone.
+    let cases = [
+        (1.0, 127, 1.0, 0.0, [0.2, 0.1]),
+        (1.0, 127, 0.0, 1.0, [0.2, 0.1]),
+        (1.0, 127, 0.0, 1.0, [0.0, 0.0]),
+        (9.995, 1023, 1e-6, 0.0, [0.2, 0.1]),
+    ];
+    for (far, step, mass, mixed, [x, w]) in cases {
+        let l = lagrangian_of(Onset { far, mass, mixed });
+        for (name, discrete) in discretisations(&l) {
+            let mut method = position_momentum(discrete);
+            let (mut q, mut p, mut refused) = ([0.0, x], [1.0, w], None);
+            for k in 0..2000 {
+                let before = (q, p);
+                if let Err(error) = method.step(f64::from(k) * 0.01, 0.01, &mut q, &mut p) {
+                    // Again, from where it was.
+                    assert_eq!((q, p), before, "{name}");
+                    let again = method.step(f64::from(k) * 0.01, 0.01, &mut q, &mut p);
+                    for error in [Err(error), again] {
+                        let is_told =
+                            matches!(error, Err(StepError::Solve { source: SolveError::NotSeparable { .. }, .. }));
+                        assert!(is_told, "{name}: {error:?}");
+                    }
+                    refused = Some(k + 1);
+                    break;
+                }
+            }
+            assert_eq!(refused, Some(step), "{name}: from {far}, mass {mass}, mixed {mixed}");
+        }
+    }
+}
+
 #[test]
 fn one_heavy_particle_moves_by_its_mass() {
     // Störmer and Verlet by hand on 2 v²/2 − cos q.

@@ -1519,6 +1519,16 @@ fn a_shorter_step_is_called_for_where_it_leads_on() {
     let bounce = "u_i { y = 1, v = 0 } F_i { v, -9.81 - heaviside(-y)*(1e5*y + 20*v) }";
     let error = fails("bounce.ds", bounce, "--method trapezoidal --h 0.1 --t-end 3");
     assert!(error.contains("hint: the rate of v jumps near there, at t = 0.45"), "{error}");
+    // Its damping jumps by −20 v at the ground, and beyond that each step has one solution.
+    let contact = "u_i { x = 1, v = 0 } F_i { v, -9.81 + 1e3*max(-x,0) - 20*v*heaviside(-x) }";
+    let error = fails("contact.ds", contact, "--method trapezoidal --h 0.01 --t-end 2");
+    let tried = "one beyond it, if the step has one, is not looked for: of its halves, quarters and so on down to 1.56250e-4, none leads across";
+    assert!(error.contains(tried) && error.contains("none leads across; `radau-adaptive` leads across"), "{error}");
+    let error = fails("contact.ds", contact, "--method implicit-midpoint --h 0.01 --t-end 2");
+    assert!(
+        error.contains("is not looked for: steps of 0.00250000 lead across; `radau-adaptive` leads across"),
+        "{error}"
+    );
     let block = "u_i { x = 0, v = 1 } F_i { v, -copysign(0.5, v) - 0.1*x }";
     let error = fails("block.ds", block, "--method implicit-euler --h 0.1 --t-end 10");
     assert!(error.contains("hint: the rate of v jumps near there"), "{error}");

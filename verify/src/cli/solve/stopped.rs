@@ -3,7 +3,7 @@
 use lsvi::{SolveError, State, StepError};
 use verify::kinds::Principle;
 use verify::measure::norm::{distance, larger, max_norm};
-use verify::method::Method;
+use verify::method::{self, Method};
 use verify::problem::{Problem, component_names};
 use verify::run::{RunError, leads_to};
 
@@ -18,6 +18,9 @@ const JUMPS: f64 = 100.0;
 
 /// How many times a step is halved in search of one that leads on.
 const HALVINGS: i32 = 6;
+
+/// A method whose steps come to a jump by halves and quarters of their own.
+const ADAPTIVE: &str = "radau-adaptive";
 
 /// The way on which a jump is looked for, in steps, as the state that an implicit step leads to is not the one to which f points; its parts,
 /// and the halvings of one of them that leave of what changes steadily nothing.
@@ -86,12 +89,16 @@ pub(super) fn told(
         (Some((place, k)), found) => {
             let tried = match found {
                 Some(step) => format!("steps of {} lead across", number(step)),
-                None => format!("none down to {} leads across", number(shortest)),
+                None => format!("of its halves, quarters and so on down to {}, none leads across", number(shortest)),
             };
+            let adaptive = method::parse(ADAPTIVE).ok().filter(|_| !method.traits().is_adaptive);
+            let leads = adaptive.is_some_and(|it| leads_to(problem, &*it, State::new(t, v.to_vec()), h, t + h));
+            let other = if leads { format!("`{ADAPTIVE}` leads across by steps of its own; ") } else { String::new() };
             Some(format!(
-                "the rate of {} jumps near there, at t = {} if the state goes on as it does, and an implicit step to a jump may have no \
-                 solution however short it is: {tried}; an explicit method, as rk4, solves no equation, and a change over a short distance, as that of \
-                 tanh, is no jump",
+                "the rate of {} jumps near there, at t = {} if the state goes on as it does. The solution of an implicit step, followed from a step of none, \
+                 breaks off at a jump; one beyond it, if the step has one, is not looked for: {tried}; {other}an explicit method, as rk4, solves no equation; \
+                 a program can stop at the jump (`Trajectory::until`) and go on with the f behind it. A change over a short distance, as that of tanh, is \
+                 no jump",
                 component_names(problem)[k],
                 plain(place)
             ))
@@ -183,7 +190,6 @@ fn jump(problem: &dyn Problem, (t, v): (f64, &[f64]), h: f64) -> Option<(f64, us
 #[cfg(test)]
 mod tests {
     use super::*;
-    use verify::method;
     use verify::problem::model::Model;
 
     fn model(text: &str) -> Model {
