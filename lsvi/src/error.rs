@@ -70,7 +70,9 @@ pub enum SolveError {
     },
     /// Newton's iteration converged, but to a root that is not known to be continuous in the step size from the present state. Where a shorter
     /// step does not help, the reasons may be those of [`Diverged`](Self::Diverged).
-    #[error("Newton's iteration converged to a root of another branch than the one that starts at the present state")]
+    #[error(
+        "Newton's iteration converged to a root of another branch than the one that starts at the present state, unless a derivative is wrong"
+    )]
     OtherBranch,
     /// A derivative where the declared structure has none.
     #[error("the derivative of component {row} by component {column} lies outside the declared structure")]

@@ -74,12 +74,14 @@ struct Scratch {
 
 /// Refuses coefficients that are not s × s, s and s finite numbers.
 pub(super) fn check_sizes(a: &[Vec<f64>], b: &[f64], c: &[f64]) -> Result<(), InputError> {
-    check_vector("b", b, b.len().max(1))?;
-    check_vector("c", c, b.len())?;
-    if a.len() != b.len() {
-        return Err(InputError::System(SystemError::Dimension { what: "A", expected: b.len(), found: a.len() }));
+    // What differs from the other two is wrong.
+    let stages = if a.len() == c.len() { a.len() } else { b.len() }.max(1);
+    check_vector("b", b, stages)?;
+    check_vector("c", c, stages)?;
+    if a.len() != stages {
+        return Err(InputError::System(SystemError::Dimension { what: "A", expected: stages, found: a.len() }));
     }
-    a.iter().try_for_each(|row| check_vector("a row of A", row, b.len()))
+    a.iter().try_for_each(|row| check_vector("a row of A", row, stages))
 }
 
 impl<F: VectorField> CoupledRungeKutta<F> {

@@ -531,6 +531,28 @@ fn stages_found_together_are_those_found_one_by_one() {
     assert!(matches!(error, Err(InputError::System(SystemError::Dimension { what: "A", .. }))), "{error:?}");
 }
 
+/// Of A, b and c the one whose length differs from that of the other two.
+#[test]
+fn the_part_of_a_tableau_that_is_too_short_or_too_long_is_named() {
+    let square = |stages: usize| vec![vec![0.0; stages]; stages];
+    let named = |a: usize, b: usize, c: usize| {
+        let error = Tableau::lower_triangular(&square(a), &vec![1.0 / b as f64; b], &vec![0.0; c]);
+        error.expect_err("sizes differ").to_string()
+    };
+    for (sizes, part, expected, found) in [
+        ([2, 1, 2], "b", 2, 1),
+        ([2, 3, 2], "b", 2, 3),
+        ([2, 2, 1], "c", 2, 1),
+        ([1, 2, 2], "A", 2, 1),
+        ([3, 2, 2], "A", 2, 3),
+        ([0, 1, 0], "c", 1, 0),
+        ([0, 0, 0], "b", 1, 0),
+    ] {
+        let [a, b, c] = sizes;
+        assert_eq!(named(a, b, c), format!("{part} has length {found}, expected {expected}"), "{sizes:?}");
+    }
+}
+
 /// v̇ = −v² on three unknowns that do not know of each other.
 struct Drag {
     is_linear: bool,

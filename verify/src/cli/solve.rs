@@ -61,7 +61,8 @@ the tolerances, and on models in steps of a thousandth of the time at most,
 tells. Of one-step methods the second run has a step end where f jumps; of
 others the estimate may be a part of the error there. A third run, with twice
 the step, tells at the end whether errors fall by the order that the estimate
-takes them to; where they do not, and nothing else is wrong, a note says that it
+takes them to; where they do not, or where f is not linear and it would have
+errors as large as the solution, and nothing else is wrong, a note says that it
 is coarse. Both runs take five sevenths of the time; with --no-estimate there is
 none. The estimate is empty where both tolerances lead to the same steps. After
 the rows, what is lost of energy, angular momentum or enstrophy, for problems
@@ -431,8 +432,11 @@ impl<'a> Solve<'a> {
             // Nobody can be told where standard error is closed.
             let _ = paragraph(&mut io::stderr(), "warning: ", 9, text);
         }
+        // Errors of a linear equation fall by their order however large they are.
+        let largest = summary.estimate.filter(|_| !self.problem.field().is_linear());
         // A warning says more than that.
-        let coarse = summary.settling.filter(|_| warnings.is_empty()).and_then(coarse);
+        let settling = summary.settling.filter(|_| warnings.is_empty());
+        let coarse = settling.and_then(|settling| coarse(settling, largest, summary.size));
         let notes: Vec<String> = coarse.into_iter().chain(self.limits()).collect();
         for text in &notes {
             let _ = paragraph(&mut io::stderr(), "note: ", 6, text);
@@ -491,16 +495,29 @@ impl<'a> Solve<'a> {
     }
 }
 
-/// That the estimate is coarse, where its order does not show.
-fn coarse(settling: Settling) -> Option<String> {
+/// That the estimate is coarse, where its order does not show, or where the `largest` one, at its time, would with twice the step be larger than the
+/// solution: two solutions of a nonlinear equation that are so far apart differ by no order, and what shows at the end is chance.
+fn coarse(settling: Settling, largest: Option<(f64, f64)>, size: f64) -> Option<String> {
     let found = match settling.observed {
-        _ if settling.is_settled() => return None,
-        Some(observed) => format!("runs with 2h, h and h/2 differ by order {}", decimals(observed, 1)),
-        None => "a run with 2h fails".into(),
+        Some(_) if settling.is_settled() => {
+            let (estimate, t) = largest?;
+            let doubled = settling.order.exp2() * estimate;
+            (doubled > size).then(|| {
+                format!(
+                    "at t = {} it is {}, and with 2h an error of its order is {}, where no row is above {}",
+                    plain(t),
+                    number(estimate),
+                    number(doubled),
+                    number(size)
+                )
+            })?
+        }
+        Some(observed) => format!("at the end runs with 2h, h and h/2 differ by order {}", decimals(observed, 1)),
+        None => "at the end a run with 2h fails".into(),
     };
     Some(format!(
-        "the estimate is coarse: at the end {found}, and it is taken with order {}; it may be more than twice the error or less than half of \
-         it, and a smaller `--h` tells",
+        "the estimate is coarse: {found}, and it is taken with order {}; it may be more than twice the error or less than half of it, and a smaller \
+         `--h` tells",
         trimmed(settling.order, 3)
     ))
 }
@@ -650,11 +667,16 @@ mod tests {
 
     #[test]
     fn an_estimate_whose_order_does_not_show_is_called_coarse() {
-        let told = |observed| coarse(Settling { observed, order: 2.0 });
+        let told = |observed| coarse(Settling { observed, order: 2.0 }, Some((0.24, 3.0)), 1.0);
         assert_eq!(told(Some(2.3)), None);
         let words = |observed, words: &str| told(observed).is_some_and(|text| text.contains(words));
         assert!(words(Some(0.31), "runs with 2h, h and h/2 differ by order 0.3, and it is taken with order 2;"));
         assert!(words(None, "a run with 2h fails"));
+        // An error of second order is four times as large with twice the step.
+        let far = coarse(Settling { observed: Some(2.3), order: 2.0 }, Some((0.26, 3.0)), 1.0);
+        assert!(
+            far.is_some_and(|text| text.contains("at t = 3 it is 0.26, and with 2h an error of its order is 1.04"))
+        );
     }
 
     /// Three quarters of the way to t = 4; nothing before the first second.

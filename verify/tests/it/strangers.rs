@@ -743,6 +743,54 @@ fn a_step_that_amplifies_what_the_equation_damps_is_named() {
     );
 }
 
+/// The Jacobian of a chain is triangular, and its eigenvalues are all −50: |R(−2.5)| = 0.65.
+#[test]
+fn a_chain_of_equal_rates_is_not_said_to_be_amplified() {
+    let said = warned("chain", CHAIN, &["--method", "rk4", "--h", "0.05", "--t-end", "40"]);
+    assert!(!said.contains("multiply a perturbation"), "{said}");
+    // R(−3) = 1 − 3 + 9/2 − 27/6 + 81/24.
+    let said = warned("chain", CHAIN, &["--method", "rk4", "--h", "0.06", "--t-end", "2.4"]);
+    assert!(said.contains("multiply a perturbation by 1.37500 each"), "{said}");
+}
+
+/// Compartments that the one before feeds alone.
+const CHAIN: &str =
+    "d_ij { (0..30,0..30): -50, (1..30,0..29): 50 } u_i { (0:1): a = 1, (1:30): c = 0 } p_i { d_ij * u_j } F_i { p_i }";
+
+/// Upwind differences of an inflow sin 2t.
+const INFLOW: &str = "d_ij { (0..50,0..50): -1, (1..50,0..49): 1 } src_i { (0:1): 1, (1:50): 0 } u_i { (0:50): c = 0 } p_i { d_ij * u_j } \
+                      F_i { 50 * p_i + 50 * src_i * sin(2*t) }";
+
+/// RK4 damps −50 up to h = 2.785/50, 18 steps in a unit of time.
+#[test]
+fn the_rates_of_a_chain_are_those_of_its_diagonal() {
+    for (name, model) in [("rates-of-chain", CHAIN), ("rates-of-inflow", INFLOW)] {
+        let model = file(&format!("{name}.ds"), model).display().to_string();
+        let (code, out, error) = verify(&["advise", "--model", &model, "--t-end", "1"]);
+        let said = ["its fastest rate is 50.0,", "rk4 is stable with 18 equal steps", "spectral -50)"];
+        assert!(code == 0 && said.iter().all(|said| out.contains(said)), "{name}: {out}{error}");
+    }
+}
+
+/// While y rests at 0 both tolerances lead to the same steps, and there is no estimate; across the jump the estimate is the error.
+#[test]
+fn a_jump_that_the_estimate_of_an_adaptive_method_sees_is_not_said_to_be_missed() {
+    let late = "u_i { y = 0 } F_i { -1e4*(y - t*heaviside(t-0.5)) }";
+    for tolerance in ["1e-6", "1e-8"] {
+        let tolerances = ["--rtol", tolerance, "--atol", tolerance];
+        let said = warned("late", late, &[&["--method", "radau-adaptive", "--t-end", "1"][..], &tolerances].concat());
+        assert!(!said.contains("faster than the steps"), "{tolerance}: {said}");
+    }
+}
+
+/// Runs of a chaotic solution are as far apart as it is large, and by which order they differ is chance.
+#[test]
+fn an_estimate_of_chaos_is_coarse() {
+    let lorenz = "u_i { x = 1, y = 1, z = 1 } F_i { 10*(y-x), x*(28-z)-y, x*y-8/3*z }";
+    let said = warned("lorenz", lorenz, &["--method", "tr-bdf2", "--h", "0.05", "--t-end", "15"]);
+    assert!(said.contains("the estimate is coarse"), "{said}");
+}
+
 /// With h = 2 each step looks at cos 2πt where it is 1, and so do those of h = 1.
 #[test]
 fn steps_that_see_one_phase_of_what_is_periodic_are_named() {

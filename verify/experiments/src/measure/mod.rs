@@ -1,6 +1,7 @@
 //! Pure functions from numbers to verdicts; no solver is called here.
 
 pub mod amplification;
+mod blocks;
 pub mod decimal;
 pub mod extrapolation;
 pub mod norm;

@@ -1,7 +1,10 @@
 //! Growth factors of linear maps and recurrences, from their numbers.
 
-use crate::measure::norm::Extremes;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, DMatrix, Schur};
+
+use crate::measure::blocks::irreducible_blocks;
+use crate::measure::norm::Extremes;
 
 /// Relative size of w₁² − w₀w₂ below which four terms are a geometric sequence: roundoff of steps, whose matrices have
 /// condition numbers up to the square of 1e3 on the maps drawn here.
@@ -31,18 +34,35 @@ pub fn growth(w: [Complex<f64>; 4]) -> f64 {
 const ITERATIONS: usize = 100;
 
 /// The eigenvalues of a square matrix, pairs beside each other; all NaN where they are not found, as beside entries that are not finite.
+///
+/// They are those of its irreducible blocks. Of n equal rates in a chain, which is a triangular matrix, roundings ε move the eigenvalues by ε^(1/n) of
+/// what couples them; its diagonal, the blocks, has them without roundings.
 pub fn eigenvalues(a: &DMatrix<f64>) -> Vec<Complex<f64>> {
-    let n = a.nrows();
-    if n > 0 && a.iter().all(|x| x.is_finite()) {
-        // An entry is zero beside those of the diagonal: beside zeros there none is, and the iteration has no end.
-        for shift in [0.0, a.amax()] {
-            let shifted = a + DMatrix::from_diagonal_element(n, n, shift);
-            if let Some(schur) = Schur::try_new(shifted, f64::EPSILON, ITERATIONS * n) {
-                return schur.complex_eigenvalues().iter().map(|z| z - shift).collect();
-            }
-        }
+    let is_finite = a.iter().all(|x| x.is_finite());
+    let of_blocks = || irreducible_blocks(a).into_iter().map(of_block).collect::<Option<Vec<_>>>();
+    let found = is_finite.then(of_blocks).flatten();
+    found.map_or_else(|| vec![Complex::from(f64::NAN); a.nrows()], |found| found.concat())
+}
+
+/// The eigenvalues of an irreducible matrix, if they are found.
+fn of_block(mut block: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+    let n = block.nrows();
+    if n == 1 {
+        return Some(vec![block[(0, 0)].into()]);
     }
-    vec![Complex::from(f64::NAN); n]
+    // Unknowns in unlike units make entries of unlike sizes. Balancing squares them; a power of two takes no digits. The diagonal has no units.
+    let unit = block.amax().log2().floor().clamp(-1000.0, 1000.0).exp2();
+    block /= unit;
+    let diagonal = block.diagonal();
+    block.fill_diagonal(0.0);
+    balance_parlett_reinsch(&mut block);
+    block.set_diagonal(&diagonal);
+    // An entry is zero beside those of the diagonal: beside zeros there none is, and the iteration has no end.
+    [0.0, block.amax()].into_iter().find_map(|shift| {
+        let shifted = &block + DMatrix::from_diagonal_element(n, n, shift);
+        let schur = Schur::try_new(shifted, f64::EPSILON, ITERATIONS * n)?;
+        Some(schur.complex_eigenvalues().iter().map(|z| (z - shift) * unit).collect())
+    })
 }
 
 /// Largest modulus of an eigenvalue; NaN where they are not found.
@@ -164,6 +184,81 @@ mod tests {
         approx::assert_relative_eq!(spectral_norm(&a), square.sqrt(), max_relative = 1e-13);
     }
 
+    /// A matrix with its rows and columns in another order.
+    fn shuffled(a: &DMatrix<f64>, uniform: &mut Uniform) -> DMatrix<f64> {
+        let mut keys: Vec<(f64, usize)> = uniform.take(a.nrows()).zip(0..).collect();
+        keys.sort_by(|a, b| a.0.total_cmp(&b.0));
+        DMatrix::from_fn(a.nrows(), a.nrows(), |i, j| a[(keys[i].1, keys[j].1)])
+    }
+
+    /// Random ones, and chains of equal rates, whose eigenvalues are all one.
+    #[test]
+    fn triangular_matrices_have_the_eigenvalues_on_their_diagonal_in_whatever_order_their_unknowns_are() {
+        let mut uniform = Uniform::new(1);
+        for n in [1, 2, 3, 5, 10, 30, 50, 64] {
+            let random =
+                DMatrix::from_fn(n, n, |i, j| if i >= j { 50.0 * uniform.next().expect("no end") } else { 0.0 });
+            let chain =
+                DMatrix::from_fn(n, n, |i, j| if i == j { -50.0 } else { f64::from(u8::from(i == j + 1)) * 50.0 });
+            for a in [random.clone(), random.transpose(), chain.clone(), chain.transpose()] {
+                for a in [shuffled(&a, &mut uniform), a] {
+                    let sorted = |mut values: Vec<f64>| {
+                        values.sort_by(f64::total_cmp);
+                        values
+                    };
+                    let found = eigenvalues(&a);
+                    assert!(found.iter().all(|z| z.im == 0.0), "{n}: {found:?}");
+                    assert_eq!(
+                        sorted(found.iter().map(|z| z.re).collect()),
+                        sorted(a.diagonal().iter().copied().collect())
+                    );
+                }
+            }
+        }
+    }
+
+    /// Thirty oscillators, each of which drives the next: pairs −1 ± 2i.
+    #[test]
+    fn blocks_have_the_eigenvalues_that_they_have_alone() {
+        let mut uniform = Uniform::new(2);
+        let chain = DMatrix::from_fn(60, 60, |i, j| match (i, j) {
+            _ if i == j => -1.0,
+            _ if i / 2 == j / 2 => 2.0 * if i > j { 1.0 } else { -1.0 },
+            _ if i == j + 2 => 30.0,
+            _ => 0.0,
+        });
+        for a in [shuffled(&chain, &mut uniform), chain] {
+            let found = eigenvalues(&a);
+            assert!(
+                found.len() == 60 && found.iter().all(|z| (z - Complex::new(-1.0, 2.0 * z.im.signum())).norm() < 1e-14),
+                "{found:?}"
+            );
+            assert!(found.chunks(2).all(|pair| pair[0] == pair[1].conj()), "{found:?}");
+        }
+    }
+
+    /// Of a matrix of second differences, 2 − 2 cos(kπ/(n+1)), with components in units from 1 to 2⁷⁶, and however large or small as a whole.
+    /// Balancing is done when units of neighbours differ by √2, and makes up to √2 ^ (n − 1) of roundings n ε of the norm, 4.
+    #[test]
+    fn eigenvalues_do_not_depend_on_units() {
+        const N: usize = 20;
+        let units = DMatrix::from_fn(N, N, |i, j| 2.0_f64.powi(4 * ((7 * i % N) as i32 - (7 * j % N) as i32)));
+        let differences = DMatrix::from_fn(N, N, |i, j| match i.abs_diff(j) {
+            0 => 2.0,
+            1 => -1.0,
+            _ => 0.0,
+        });
+        let roundings = 2.0_f64.powf(0.5 * (N - 1) as f64) * N as f64 * f64::EPSILON * 4.0;
+        for whole in [1.0, 1e-200, 1e200] {
+            let mut found = eigenvalues(&(whole * differences.component_mul(&units)));
+            found.sort_by(|a, b| a.re.total_cmp(&b.re));
+            for (k, z) in (1..).zip(found) {
+                let exact = 2.0 - 2.0 * (f64::from(k) * std::f64::consts::PI / (N + 1) as f64).cos();
+                assert!((z / whole - exact).norm() < roundings, "{whole}: {z} for {exact}");
+            }
+        }
+    }
+
     /// A ring of ones: the QR iteration is at rest on it, as its columns are orthonormal. NaN has no eigenvalues.
     #[test]
     fn the_search_for_eigenvalues_has_an_end() {
@@ -171,9 +266,12 @@ mod tests {
         let found = eigenvalues(&ring);
         assert!(found.len() == 64 && found.iter().all(|z| (z.norm() - 1.0).abs() < 1e-10), "{found:?}");
         let nilpotent = DMatrix::from_fn(5, 5, |i, j| if i + 1 == j { 1e3 } else { 0.0 });
-        assert!(eigenvalues(&nilpotent).iter().all(|z| z.norm() < 1e3), "{:?}", eigenvalues(&nilpotent));
+        assert_eq!(eigenvalues(&nilpotent), [Complex::from(0.0); 5]);
         let unknown = DMatrix::from_element(3, 3, f64::NAN);
         assert!(spectral_radius(&unknown).is_nan() && spectral_abscissa(&unknown).is_nan());
         assert!(eigenvalues(&DMatrix::zeros(0, 0)).is_empty());
+        // An entry that is none spoils all of them, be it in a block of its own.
+        let apart = DMatrix::from_diagonal(&nalgebra::dvector![1.0, f64::INFINITY]);
+        assert!(eigenvalues(&apart).iter().all(|z| z.re.is_nan()));
     }
 }

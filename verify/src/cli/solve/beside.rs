@@ -155,9 +155,21 @@ impl Beside {
 
     /// The largest estimate near a row, those beside it included.
     fn estimate(&self, place: usize) -> f64 {
+        self.largest_near(place, |_| true)
+    }
+
+    /// The largest estimate near a row of those that count.
+    fn largest_near(&self, place: usize, counts: impl Fn(f64) -> bool) -> f64 {
         let (near, t) = (NEARBY * self.last.t, self.rows().nth(place).map_or(f64::NAN, |row| row.t));
         let is_near = |(k, row): &(usize, &Row)| k.abs_diff(place) <= 1 || (row.t - t).abs() <= near;
-        self.rows().enumerate().filter(is_near).map(|(_, row)| row.estimate).fold(0.0, larger)
+        let near = self.rows().enumerate().filter(is_near).map(|(_, row)| row.estimate);
+        near.filter(|estimate| counts(*estimate)).fold(0.0, larger)
+    }
+
+    /// The largest of the estimates near a row that has one itself; none is right where there is none. Beside it there may be none where an adaptive
+    /// method takes the same steps for both tolerances, as along a solution that rests until f jumps.
+    fn known_estimate(&self, place: usize, row: &Row) -> f64 {
+        if row.estimate.is_finite() { self.largest_near(place, f64::is_finite) } else { 0.0 }
     }
 
     /// The largest value of each component, of the rows and of `states`.
@@ -211,8 +223,7 @@ impl Beside {
             return false;
         }
         self.rows().zip(&states).enumerate().all(|(place, (row, state))| {
-            // Where there is no estimate none is right.
-            let estimate = Some(self.estimate(place)).filter(|estimate| estimate.is_finite()).unwrap_or(0.0);
+            let estimate = self.known_estimate(place, row);
             let is_near =
                 |(k, (a, b)): (usize, (&f64, &f64))| (a - b).abs() <= (BEYOND * estimate).max(THREE_DIGITS * sizes[k]);
             row.values.iter().zip(state).enumerate().all(is_near)
@@ -414,6 +425,8 @@ mod tests {
         beside.add(4.0, &[0.0], Some(2.0));
         let estimates = [0, 1, 2, 3].map(|place| beside.estimate(place));
         assert_eq!(estimates, [f64::INFINITY, f64::INFINITY, f64::INFINITY, 2.0]);
+        let known: Vec<f64> = beside.rows().enumerate().map(|(place, row)| beside.known_estimate(place, row)).collect();
+        assert_eq!(known, [1.0, 0.0, 2.0, 2.0]);
     }
 
     /// √v has no derivative at 0, where v = (1 − t/2)² comes to rest at t = 2; before that, and of v = 1 + t, nothing is said. Between −1 and 1 no step

@@ -195,7 +195,7 @@ impl<'a> Forcing<'a> {
         };
         let text = format!(
             "f changes in time faster than the steps, as at t = {}: its integral over them is another than their nodes make of it, and the \
-             estimate, {}, does not know; {remedy}",
+             estimate, {}, may not know; {remedy}",
             number(most.t),
             number(estimate)
         );
