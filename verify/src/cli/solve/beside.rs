@@ -12,7 +12,7 @@ use verify::reference::{self, InUnits, Ode};
 use verify::run::{RunError, run_between, run_through};
 
 use super::beware::{BEYOND, COURSE, DENSE};
-use super::units::{Fault, unlike};
+use super::units::unlike;
 use crate::cli::layout::{number, plain};
 
 /// Rows that are looked at: from half as many up to so many of a long run, and the last.
@@ -322,7 +322,7 @@ impl Beside {
         } else {
             ["half the step", "a much smaller `--h`"]
         };
-        let remedy = unlike(problem, method, (0.0, &limit.initial), self.longest, Fault::Off(k))
+        let remedy = unlike(problem, method, (0.0, &limit.initial), self.longest, k)
             .unwrap_or_else(|| format!("{smaller}, or another method, tells"));
         Some(format!(
             "at t = {} {} is {}, and {} by two solvers that choose their steps: the error is larger than the estimates near there, of {} at most, which do not \

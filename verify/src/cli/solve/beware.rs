@@ -11,7 +11,7 @@ use verify::reference::{self, InUnits, Ode};
 use verify::run::step_from;
 
 use super::held::Held;
-use super::units::{Fault, unlike};
+use super::units::unlike;
 use crate::cli::layout::{number, plain};
 
 /// Largest system whose derivatives are looked at as a dense matrix.
@@ -405,7 +405,7 @@ impl Watch {
         };
         let k = (0..n).find(|k| is_behind(&first, *k) && is_behind(&last, *k))?;
         let (t, v) = &self.before;
-        let remedy = unlike(problem, method, (*t, v), self.last.0 - t, Fault::Off(k));
+        let remedy = unlike(problem, method, (*t, v), self.last.0 - t, k);
         Some(format!(
             "the last step, from t = {}, moves {} by {}, and the solution from there by {}: the method hardly moves it, and the equation does; {}",
             plain(self.before.0),

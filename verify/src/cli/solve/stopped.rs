@@ -8,7 +8,6 @@ use verify::problem::{Problem, component_names};
 use verify::run::{RunError, leads_to};
 
 use super::beware::{COURSE, DENSE, jacobian, solution};
-use super::units::{Fault, unlike};
 use crate::cli::layout::{number, plain};
 
 /// Part of a step beside the end of a branch, well beyond the digits to which that is known, and how many times f changes there what it does
@@ -58,9 +57,6 @@ pub(super) fn told(
     {
         let text = "f jumps in time there; an explicit method, or `implicit-midpoint`, steps across, and so does a much smaller `--h`";
         return Some(text.into());
-    }
-    if let Some(text) = unlike(problem, method, (t, v), h, Fault::Fails) {
-        return Some(text);
     }
     let is_lost = matches!(source, SolveError::BranchLost { .. } | SolveError::OtherBranch);
     if n > DENSE || !(is_lost || matches!(source, SolveError::Diverged { .. })) {
@@ -263,17 +259,5 @@ mod tests {
             |rate: &str| jumps_in_time(&model(&format!("u_i {{ x = 0 }} F_i {{ {rate} }}")), (0.5, &[0.0]), (0.5, 1.0));
         assert!(jumps("t + heaviside(t - 1)"));
         assert!(!jumps("t + 9*max(t - 1, 0)") && !jumps("t"));
-    }
-
-    /// The units of x and v are 10⁹ of one another where w is 1, and alike where it is 0.
-    #[test]
-    fn units_are_those_of_the_state_that_the_step_starts_from() {
-        let problem = model("u_i { x = 1, v = 0, w = 0 } s { 1 + 1e9*heaviside(w - 0.5) } F_i { s*v, -x/s, -w }");
-        let method = method::parse("ls-galerkin(3,gauss,3)").expect("registered");
-        let source = SolveError::Diverged { iterations: 2, increment: 1.0 };
-        let error = RunError::Step(StepError::Solve { t: 0.5, h: 0.1, source });
-        let told = |v: &[f64]| told(&problem, &*method, &error, (v, 1.0)).unwrap_or_default();
-        assert!(told(&[1.0, 0.0, 1.0]).contains("least squares weigh"), "{}", told(&[1.0, 0.0, 1.0]));
-        assert!(!told(&[1.0, 0.0, 0.0]).contains("least squares weigh"), "{}", told(&[1.0, 0.0, 0.0]));
     }
 }
