@@ -36,7 +36,7 @@ pub struct Galerkin<L> {
     blocks: [Jacobian; 4],
     sum: Jacobian,
     nystrom: Option<Box<Nystrom>>,
-    /// Of a dense least-squares Lagrangian.
+    /// Of a dense least-squares Lagrangian with as many nodes as the degree: the residuals vanish there.
     residuals: Option<Box<Residuals>>,
 }
 
@@ -56,7 +56,8 @@ impl<L: Lagrangian> Galerkin<L> {
         let basis = LagrangeBasis::new(Quadrature::lobatto(degree + 1)?.nodes())?;
         let zeros = vec![0.0; lagrangian.dim()];
         let path = Path::new(&basis, quadrature.nodes());
-        let has_residuals = lagrangian.residual_form().is_some() && lagrangian.structure() == Structure::Dense;
+        let is_square = found == degree && lagrangian.structure() == Structure::Dense;
+        let has_residuals = is_square && lagrangian.residual_form().is_some();
         Ok(Self {
             nystrom: lagrangian.is_separable().then(|| nystrom(&lagrangian, &path, quadrature.weights())).flatten(),
             path,

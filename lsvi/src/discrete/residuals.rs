@@ -1,4 +1,5 @@
-//! Least squares on polynomial paths by way of the weighted residuals.
+//! Least squares on polynomial paths by way of the weighted residuals, on as many nodes as the degree: there all of them vanish, and the branch is that
+//! of collocation. On more nodes z stays, and what tells one branch from another was seen to let a leap pass.
 //!
 //! For L = ½ rᵀWr, r = M v̇ − f, the conditions of a path are JᵀWJ and the like, which squares the condition number of J, and where r is large
 //! beside h their curvature Σ (Wr)_i ∂²f_i hides the minimum. With z_i = h W r_i at the nodes as unknowns,

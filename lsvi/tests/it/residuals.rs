@@ -40,10 +40,11 @@ impl<F: VectorField> VectorField for Massive<F> {
 
 fn discretisations<L: Lagrangian>(lagrangian: impl Fn() -> L) -> Vec<(usize, Galerkin<L>)> {
     let rules = [
-        (1, Quadrature::lobatto(2)),
+        (1, Quadrature::gauss(1)),
         (2, Quadrature::radau(2)),
-        (2, Quadrature::lobatto(3)),
-        (3, Quadrature::gauss(4)),
+        (2, Quadrature::lobatto(2)),
+        (3, Quadrature::gauss(3)),
+        (3, Quadrature::radau(3)),
     ];
     rules.map(|(s, rule)| (s, Galerkin::new(lagrangian(), s, &rule.expect("nodes")).expect("enough nodes"))).into()
 }
