@@ -132,7 +132,8 @@ pub trait DiscreteLegendre {
         false
     }
 
-    /// Writes h times the [`equations`](Self::equations) by way of z, and after them what defines z; `xz` is x and after it z.
+    /// Writes h times the [`equations`](Self::equations) by way of z, and after them what defines z, h W r_i − z_i at the nodes for
+    /// L = ½ rᵀWr; `xz` is x and after it z, and so long is `out`.
     fn residual_equations(&mut self, _at: Interval, _q0: &[f64], _xz: &[f64], _w: MomentumWeights, _out: &mut [f64]) {}
 
     /// Adds the derivatives of [`residual_equations`](Self::residual_equations) in x and z to the dense matrix `out`.

@@ -76,9 +76,9 @@ fn orders_on_the_circle_are_those_of_the_reduced_pendulum() {
 /// step succeeds.
 #[test]
 fn steps_on_the_circle_keep_to_their_branch() {
-    const LONGEST: f64 = 8.0;
+    const LONGEST: f64 = 5.0;
     const NARROW: f64 = 1e-6;
-    const PARTS: u32 = 40;
+    const PARTS: u32 = 25;
     let l = lagrangian_of(Falling { dim: 2 });
     let (mut wrong, mut ends, mut followed) = (Vec::new(), 0, 0);
     for rate in [0.0, 0.3, 2.0] {

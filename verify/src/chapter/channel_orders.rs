@@ -23,6 +23,7 @@ pub(super) const STUDY: Study = Study {
 };
 
 const FLOWS: [&str; 4] = ["channel-poiseuille", "channel-couette", "channel-womersley", "channel-stokes2"];
+
 fn study(context: &Context) -> Result<Evidence, StudyError> {
     let mut evidence = Evidence::default();
     let caption = "Errors behind the orders: of time steps h, of cells of length h, of N modes.";

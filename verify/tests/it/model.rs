@@ -92,7 +92,6 @@ fn predator_prey_has_the_derivatives_of_its_equations() {
     agree(&jacobian, &[supply - y, -x, 0.5 * y, 0.5 * x - 1.0], 2.0);
 }
 
-/// The derivative of √t by the state is 0, at t = 0 too.
 /// At zeros of the state entries are what they are, those that vanish and the others.
 #[test]
 fn the_jacobian_of_a_model_at_zeros_of_its_state_has_all_entries() {
@@ -109,6 +108,7 @@ fn the_jacobian_of_a_model_at_zeros_of_its_state_has_all_entries() {
     }
 }
 
+/// The derivative of √t by the state is 0, at t = 0 too.
 #[test]
 fn a_forcing_whose_derivative_in_time_is_infinite_leaves_the_jacobian() {
     let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
