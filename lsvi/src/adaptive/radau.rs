@@ -8,7 +8,7 @@ use super::stages::{Equations, Iteration, StageSystem, Stages, iterations};
 use super::tolerances::{root_mean, squared};
 use crate::error::{InputError, SolveError, StepError, SystemError, check_time, check_vector};
 use crate::integrator::{Grid, Integrator, State};
-use crate::linalg::{FactorError, Jacobian};
+use crate::linalg::{FactorError, Jacobian, by_size};
 use crate::mass::{Mass, rate};
 use crate::newton::Work;
 use crate::vector_field::{VectorField, check_system};
@@ -229,7 +229,7 @@ impl<F: VectorField> Radau<F> {
         let norm = |x: &[f64]| {
             // A component that starts at zero with no atol says nothing.
             let terms = x.iter().zip(v).enumerate().map(|(k, (x, v))| (x, tolerances.of(k, v.abs())));
-            root_mean(terms.filter(|(_, of)| *of > 0.0).map(|(x, of)| squared(*x, of)).sum(), v.len())
+            root_mean(terms.filter(|(_, of)| *of > 0.0).map(|(x, of)| squared(*x, of.recip())).sum(), v.len())
         };
         let (size, rate) = (norm(v), norm(f0));
         if rate <= 0.0 {
@@ -286,7 +286,8 @@ impl<F: VectorField> Radau<F> {
             Some(Last { s: 7, h: before, .. }) => extrapolate(history, seven(), &c.nodes, h / before, z),
             Some(Last { h: before, .. }) => extrapolate(history, three(), &c.nodes, h / before, z),
         }
-        match stages.iterate(c, &equations, system, at, work) {
+        let iteration = by_size!(field.dim(), N => stages.iterate::<S, N>(c, &equations, system, at, work));
+        match iteration {
             Iteration::Slow { factor } => Ok(Attempt::Failed { factor, was_finite: true }),
             Iteration::NonFinite => Ok(Attempt::Failed { factor: 0.5, was_finite: false }),
             Iteration::Converged { rate, iterations } => {

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::coefficients::{Coefficients, dot, product};
 use super::tolerances::{Tolerances, root_mean, squared};
-use crate::linalg::{FactorError, Jacobian, Lu, Structure};
+use crate::linalg::{FactorError, Jacobian, Lu, Structure, size};
 use crate::mass::Mass;
 use crate::newton::Work;
 use crate::vector_field::VectorField;
@@ -153,15 +153,17 @@ impl StageSystem {
     }
 
     /// Overwrites the right-hand sides in the decoupled basis by their solutions.
-    fn solve<const S: usize>(&mut self, w: &mut [[f64; S]], single: &mut [f64]) {
+    fn solve<const S: usize, const N: usize>(&mut self, w: &mut [[f64; S]], single: &mut [f64]) {
+        let n = size::<N>(single.len());
+        let (w, single, rhs) = (&mut w[..n], &mut single[..n], &mut self.rhs[..n]);
         single.iter_mut().zip(&*w).for_each(|(x, w)| *x = w[0]);
         self.real.solve(single);
         w.iter_mut().zip(&*single).for_each(|(w, x)| w[0] = *x);
         for (p, lu) in self.complex.iter_mut().take(S / 2).enumerate() {
             let (re, im) = (2 * p + 1, 2 * p + 2);
-            self.rhs.iter_mut().zip(&*w).for_each(|(x, w)| *x = Complex::new(w[re], w[im]));
-            lu.solve(&mut self.rhs);
-            w.iter_mut().zip(&self.rhs).for_each(|(w, x)| (w[re], w[im]) = (x.re, x.im));
+            rhs.iter_mut().zip(&*w).for_each(|(x, w)| *x = Complex::new(w[re], w[im]));
+            lu.solve(rhs);
+            w.iter_mut().zip(&*rhs).for_each(|(w, x)| (w[re], w[im]) = (x.re, x.im));
         }
     }
 }
@@ -189,7 +191,7 @@ impl Stages {
 
     /// Simplified Newton iteration for Z from the guess that it holds: increments solve
     /// (A⁻¹/h ⊗ M − I ⊗ J) ΔZ = F(Z) − (A⁻¹/h ⊗ M) Z.
-    pub(super) fn iterate<const S: usize>(
+    pub(super) fn iterate<const S: usize, const N: usize>(
         &mut self,
         c: &Coefficients<S>,
         Equations { field, mass, tolerances, latest, part }: &Equations<'_, impl VectorField>,
@@ -197,9 +199,10 @@ impl Stages {
         (t, h, v): (f64, f64, &[f64]),
         work: &mut Work,
     ) -> Iteration {
-        let (n, limit) = (v.len(), iterations(S));
+        let (n, limit) = (size::<N>(v.len()), iterations(S));
         let Self { z, f, stage, slope, single, .. } = self;
-        let (z, f) = (z.as_chunks_mut::<S>().0, f.as_chunks_mut::<S>().0);
+        let (z, f) = (&mut z.as_chunks_mut::<S>().0[..n], &mut f.as_chunks_mut::<S>().0[..n]);
+        let (v, stage, slope, single) = (&v[..n], &mut stage[..n], &mut slope[..n], &mut single[..n]);
         let mut contraction = system.contraction.max(f64::EPSILON).powf(0.8);
         let (mut last, mut rate) = (f64::INFINITY, 0.0_f64);
         for iteration in 1..=limit {
@@ -212,7 +215,7 @@ impl Stages {
                 f.iter_mut().zip(&*slope).for_each(|(f, slope)| f[i] = *slope);
             }
             f.iter_mut().for_each(|f| *f = product(&c.t_inverse, f));
-            system.solve(f, single);
+            system.solve::<S, N>(f, single);
             let (mut sum, mut rounding, mut has_new) = (0.0, 0.0, false);
             for (k, ((z, w), v)) in z.iter_mut().zip(&*f).zip(v).enumerate() {
                 let (increment, mut size) = (product(&c.t, w), v.abs());
@@ -227,8 +230,9 @@ impl Stages {
                     has_new = true;
                     continue;
                 }
-                sum += increment.iter().map(|d| squared(*d, tolerated)).sum::<f64>();
-                rounding += squared(size, tolerated);
+                let over_tolerated = tolerated.recip();
+                sum += increment.iter().map(|d| squared(*d, over_tolerated)).sum::<f64>();
+                rounding += squared(size, over_tolerated);
             }
             let size = root_mean(sum, n * S);
             if !size.is_finite() {
@@ -277,7 +281,7 @@ impl Stages {
         let norm = |x: &[f64]| {
             let terms = x.iter().zip(v).zip(z).enumerate().map(|(k, ((x, v), z))| {
                 let size = v.abs().max((v + z[S - 1]).abs());
-                squared(*x, tolerances.of_estimate(k, size, S))
+                squared(*x, tolerances.of_estimate(k, size, S).recip())
             });
             root_mean(terms.sum(), v.len()).max(1e-10)
         };

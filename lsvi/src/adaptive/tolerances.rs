@@ -114,18 +114,15 @@ impl Tolerances {
         if self.is_strict {
             return tolerated;
         }
-        let root = match s {
-            3 => (size / tolerated).cbrt(),
-            _ => (size / tolerated).powf((s - 1) as f64 / (2 * s) as f64),
-        };
+        let root = (size / tolerated).powf((s - 1) as f64 / (2 * s) as f64);
         tolerated * (0.1 * root).max(1.0)
     }
 }
 
-/// The square of x in units of `tolerated`; nothing where x is zero, whatever is tolerated.
+/// The square of x times one over what is tolerated; nothing where x is zero, whatever is tolerated.
 #[inline]
-pub(super) fn squared(x: f64, tolerated: f64) -> f64 {
-    if x == 0.0 { 0.0 } else { (x / tolerated).powi(2) }
+pub(super) fn squared(x: f64, over_tolerated: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { (x * over_tolerated).powi(2) }
 }
 
 /// The root of the mean of n squares that sum to `sum`: it does not grow with the number of components alike.
@@ -182,9 +179,9 @@ mod tests {
     #[test]
     fn the_norm_is_a_mean() {
         for n in [1, 7, 100] {
-            let sum = (0..n).map(|_| squared(3.0, 0.5)).sum();
+            let sum = (0..n).map(|_| squared(3.0, 2.0)).sum();
             approx::assert_relative_eq!(root_mean(sum, n), 6.0, max_relative = 1e-14);
         }
-        assert_eq!(squared(0.0, 0.0), 0.0);
+        assert_eq!(squared(0.0, f64::INFINITY), 0.0);
     }
 }

@@ -3,7 +3,7 @@
 use super::System;
 use crate::discrete::Interval;
 use crate::error::SolveError;
-use crate::linalg::{Jacobian, Structure, larger, max_norm};
+use crate::linalg::{Jacobian, Structure, is_zero, larger, max_norm};
 use crate::vector_field::VectorField;
 
 /// Largest difference between f and A v + g, relative to their terms, that passes for rounding.
@@ -87,7 +87,7 @@ impl Declared {
         let is_new = self.checked != Some(at.h);
         self.checked = self.checked.filter(|_| !is_new);
         self.point.copy_from_slice(v0);
-        if v0.iter().all(|v| *v == 0.0) {
+        if is_zero(v0) {
             self.point.fill(1.0);
         }
         if self.is_linear {

@@ -33,7 +33,7 @@ use crate::closure::{Linear, LinearClosure};
 use crate::discrete::Interval;
 use crate::error::{InputError, SolveError, StepError, SystemError, check_step_from, check_vector};
 use crate::integrator::{Grid, Integrator, OneStep, State, advance_one_step, shorter_step};
-use crate::linalg::{Jacobian, Structure, max_norm};
+use crate::linalg::{Jacobian, Structure, is_zero, max_norm};
 use crate::mass::{Mass, MassInverse, rate};
 use crate::newton::Work;
 use crate::operator::StepOperator;
@@ -314,7 +314,7 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
             && !is_due
         {
             // Momenta other than zero are replaced, or refused, below.
-            let fits = v.len() == n && p.len() == n && p.iter().all(|p| *p == 0.0);
+            let fits = v.len() == n && p.len() == n && is_zero(p);
             if fits && step.march(&self.mass, h, v) {
                 self.work.residuals += 1;
                 self.work.steps += 1;

@@ -244,6 +244,11 @@ fn is_usable<T: Entry>(column: &[T], updates: usize) -> bool {
     })
 }
 
+/// Whether every component is zero. A sum of bits without their sign is found without a branch for each.
+pub(crate) fn is_zero(v: &[f64]) -> bool {
+    v.iter().fold(0, |bits, x| bits | x.to_bits() << 1) == 0
+}
+
 /// Largest absolute component; NaN if any component is NaN.
 pub(crate) fn max_norm(v: &[f64]) -> f64 {
     v.iter().fold(0.0, |m: f64, x| if x.abs() > m || x.is_nan() { x.abs() } else { m })

@@ -465,3 +465,11 @@ fn matrices_are_equal_with_the_same_structure_and_the_same_entries() {
     let another = Structure::sparse(9, [(0, 0), (8, 3)]).expect("inside");
     assert!(sparse != Jacobian::with_structure(9, &another), "of another pattern");
 }
+
+#[test]
+fn zero_is_either_zero_and_nothing_else() {
+    assert!(is_zero(&[]) && is_zero(&[0.0, -0.0]));
+    for x in [f64::MIN_POSITIVE * f64::EPSILON, -1.0, f64::INFINITY, f64::NAN, -f64::NAN] {
+        assert!(!is_zero(&[0.0, x, -0.0]), "{x}");
+    }
+}

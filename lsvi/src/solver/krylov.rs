@@ -4,6 +4,7 @@
 //! home in the norms of M and M⁻¹, which these take.
 
 use crate::error::SolveError;
+use crate::linalg::is_zero;
 
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -72,7 +73,6 @@ impl ConjugateGradients {
             return Err(SolveError::NonFinite);
         }
         // What a preconditioner that is not positive definite makes of a residual does not measure it.
-        let is_zero = |x: &[f64]| x.iter().all(|x| *x == 0.0);
         if start < 0.0 || is_zero(&self.preconditioned) && !is_zero(&self.residual) {
             return Err(SolveError::Linear { iterations: 0, residual: 1.0 });
         }
