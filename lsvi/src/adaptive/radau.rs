@@ -8,7 +8,7 @@ use super::stages::{Equations, Iteration, StageSystem, Stages, iterations};
 use super::tolerances::{root_mean, squared};
 use crate::error::{InputError, SolveError, StepError, SystemError, check_time, check_vector};
 use crate::integrator::{Grid, Integrator, State};
-use crate::linalg::{FactorError, Jacobian, by_size};
+use crate::linalg::{FactorError, Jacobian};
 use crate::mass::{Mass, rate};
 use crate::newton::Work;
 use crate::vector_field::{VectorField, check_system};
@@ -286,8 +286,7 @@ impl<F: VectorField> Radau<F> {
             Some(Last { s: 7, h: before, .. }) => extrapolate(history, seven(), &c.nodes, h / before, z),
             Some(Last { h: before, .. }) => extrapolate(history, three(), &c.nodes, h / before, z),
         }
-        let iteration = by_size!(field.dim(), N => stages.iterate::<S, N>(c, &equations, system, at, work));
-        match iteration {
+        match stages.iterate(c, &equations, system, at, work) {
             Iteration::Slow { factor } => Ok(Attempt::Failed { factor, was_finite: true }),
             Iteration::NonFinite => Ok(Attempt::Failed { factor: 0.5, was_finite: false }),
             Iteration::Converged { rate, iterations } => {

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::coefficients::{Coefficients, dot, product};
 use super::tolerances::{Tolerances, root_mean, squared};
-use crate::linalg::{FactorError, Jacobian, Lu, Structure, size};
+use crate::linalg::{FactorError, Jacobian, Lu, Structure, by_size, size};
 use crate::mass::Mass;
 use crate::newton::Work;
 use crate::vector_field::VectorField;
@@ -168,6 +168,16 @@ impl StageSystem {
     }
 }
 
+/// Increments of an iteration in units of what is tolerated.
+struct Increments {
+    /// The sum of the squares of all.
+    sum: f64,
+    /// That of the sizes of the components, of which roundings are a part.
+    rounding: f64,
+    /// Whether there is a component that has no units yet.
+    has_new: bool,
+}
+
 /// Work space of a step.
 #[derive(Debug)]
 pub(super) struct Stages {
@@ -191,7 +201,7 @@ impl Stages {
 
     /// Simplified Newton iteration for Z from the guess that it holds: increments solve
     /// (A⁻¹/h ⊗ M − I ⊗ J) ΔZ = F(Z) − (A⁻¹/h ⊗ M) Z.
-    pub(super) fn iterate<const S: usize, const N: usize>(
+    pub(super) fn iterate<const S: usize>(
         &mut self,
         c: &Coefficients<S>,
         Equations { field, mass, tolerances, latest, part }: &Equations<'_, impl VectorField>,
@@ -199,41 +209,24 @@ impl Stages {
         (t, h, v): (f64, f64, &[f64]),
         work: &mut Work,
     ) -> Iteration {
-        let (n, limit) = (size::<N>(v.len()), iterations(S));
-        let Self { z, f, stage, slope, single, .. } = self;
-        let (z, f) = (&mut z.as_chunks_mut::<S>().0[..n], &mut f.as_chunks_mut::<S>().0[..n]);
-        let (v, stage, slope, single) = (&v[..n], &mut stage[..n], &mut slope[..n], &mut single[..n]);
+        // Where the dimension of the field is a constant, so are the lengths.
+        let (n, limit) = (field.dim(), iterations(S));
+        let v = &v[..n];
         let mut contraction = system.contraction.max(f64::EPSILON).powf(0.8);
         let (mut last, mut rate) = (f64::INFINITY, 0.0_f64);
         for iteration in 1..=limit {
             work.residuals += 1;
+            let Self { z, f, stage, slope, .. } = self;
+            let (z, f) = (&z.as_chunks::<S>().0[..n], &mut f.as_chunks_mut::<S>().0[..n]);
+            let (stage, slope) = (&mut stage[..n], &mut slope[..n]);
             for i in 0..S {
-                stage.iter_mut().zip(v).zip(&*z).for_each(|((y, v), z)| *y = v + z[i]);
+                stage.iter_mut().zip(v).zip(z).for_each(|((y, v), z)| *y = v + z[i]);
                 field.rhs((t + c.nodes[i] * h).min(*latest), stage, slope);
-                stage.iter_mut().zip(&*z).for_each(|(x, z)| *x = dot(&c.inverse[i], z));
+                stage.iter_mut().zip(z).for_each(|(x, z)| *x = dot(&c.inverse[i], z));
                 mass.mul_add(-h.recip(), stage, slope);
                 f.iter_mut().zip(&*slope).for_each(|(f, slope)| f[i] = *slope);
             }
-            f.iter_mut().for_each(|f| *f = product(&c.t_inverse, f));
-            system.solve::<S, N>(f, single);
-            let (mut sum, mut rounding, mut has_new) = (0.0, 0.0, false);
-            for (k, ((z, w), v)) in z.iter_mut().zip(&*f).zip(v).enumerate() {
-                let (increment, mut size) = (product(&c.t, w), v.abs());
-                let was_zero = tolerances.of(k, size) == 0.0 && z[S - 1] == 0.0;
-                for (z, d) in z.iter_mut().zip(&increment) {
-                    *z += d;
-                    size = size.max((v + *z).abs());
-                }
-                let tolerated = tolerances.of(k, size);
-                if was_zero && size > 0.0 {
-                    // The first value of a component that starts at zero, with no atol, is all error by its own measure.
-                    has_new = true;
-                    continue;
-                }
-                let over_tolerated = tolerated.recip();
-                sum += increment.iter().map(|d| squared(*d, over_tolerated)).sum::<f64>();
-                rounding += squared(size, over_tolerated);
-            }
+            let Increments { sum, rounding, has_new } = self.add_increments(c, tolerances, system, v);
             let size = root_mean(sum, n * S);
             if !size.is_finite() {
                 return Iteration::NonFinite;
@@ -260,6 +253,50 @@ impl Stages {
             }
         }
         Iteration::Slow { factor: 0.5 }
+    }
+
+    /// Solves for the increments of Z with the right-hand sides in the place of F(Z), and adds them.
+    fn add_increments<const S: usize>(
+        &mut self,
+        c: &Coefficients<S>,
+        tolerances: &Tolerances,
+        system: &mut StageSystem,
+        v: &[f64],
+    ) -> Increments {
+        by_size!(v.len(), N => self.add_increments_sized::<S, N>(c, tolerances, system, v))
+    }
+
+    #[inline]
+    fn add_increments_sized<const S: usize, const N: usize>(
+        &mut self,
+        c: &Coefficients<S>,
+        tolerances: &Tolerances,
+        system: &mut StageSystem,
+        v: &[f64],
+    ) -> Increments {
+        let n = size::<N>(v.len());
+        let (z, f) = (&mut self.z.as_chunks_mut::<S>().0[..n], &mut self.f.as_chunks_mut::<S>().0[..n]);
+        f.iter_mut().for_each(|f| *f = product(&c.t_inverse, f));
+        system.solve::<S, N>(f, &mut self.single[..n]);
+        let mut all = Increments { sum: 0.0, rounding: 0.0, has_new: false };
+        for (k, ((z, w), v)) in z.iter_mut().zip(&*f).zip(&v[..n]).enumerate() {
+            let (increment, mut size) = (product(&c.t, w), v.abs());
+            let was_zero = tolerances.of(k, size) == 0.0 && z[S - 1] == 0.0;
+            for (z, d) in z.iter_mut().zip(&increment) {
+                *z += d;
+                size = size.max((v + *z).abs());
+            }
+            let tolerated = tolerances.of(k, size);
+            if was_zero && size > 0.0 {
+                // The first value of a component that starts at zero, with no atol, is all error by its own measure.
+                all.has_new = true;
+                continue;
+            }
+            let over_tolerated = tolerated.recip();
+            all.sum += increment.iter().map(|d| squared(*d, over_tolerated)).sum::<f64>();
+            all.rounding += squared(size, over_tolerated);
+        }
+        all
     }
 
     /// The embedded estimate in units of what it is held to; `is_cautious` filters it a second time where it is large.

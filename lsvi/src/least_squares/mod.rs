@@ -283,6 +283,29 @@ fn is_undetermined(
     rank.is_deficient(mass, closure.weights(at.h), at.h, start) && !rank::is_at_rest(f0, start, v, terms)
 }
 
+impl<F: VectorField> LeastSquaresStep<F> {
+    /// Takes a step of a linear field in one pass over what is known of steps of this size; false, and nothing changed, where there is none.
+    fn march(&mut self, h: f64, v: &mut [f64], p: &[f64]) -> bool {
+        let n = self.field.dim();
+        let Equations::Linear(step) = &mut self.equations else { return false };
+        // Momenta other than zero are replaced, or refused, by the other steps.
+        let fits = v.len() == n && p.len() == n && is_zero(p);
+        let has_marched = fits && step.march(&self.mass, h, v);
+        if has_marched {
+            self.work.residuals += 1;
+            self.work.steps += 1;
+        }
+        has_marched
+    }
+
+    /// Refuses a field that is not what it declares.
+    #[cold]
+    fn check_declared(&mut self, at: Interval, v: &[f64]) -> Result<(), SolveError> {
+        let Self { field, mass, mass_inverse, declared, .. } = self;
+        declared.as_mut().map_or(Ok(()), |declared| declared.check(&System { field, mass, mass_inverse }, at, v))
+    }
+}
+
 impl<F: VectorField> Integrator for LeastSquaresStep<F> {
     fn dim(&self) -> usize {
         self.next.len()
@@ -310,31 +333,24 @@ impl<F: VectorField> OneStep for LeastSquaresStep<F> {
         check_step_from(t, h)?;
         let n = self.field.dim();
         let is_due = self.declared.as_mut().is_some_and(|declared| declared.is_due(h));
-        if let Equations::Linear(step) = &mut self.equations
-            && !is_due
-        {
-            // Momenta other than zero are replaced, or refused, below.
-            let fits = v.len() == n && p.len() == n && is_zero(p);
-            if fits && step.march(&self.mass, h, v) {
-                self.work.residuals += 1;
-                self.work.steps += 1;
-                return Ok(());
-            }
+        if !is_due && self.march(h, v, p) {
+            return Ok(());
         }
         check_vector("q", v, n)?;
         check_vector("p", p, n)?;
+        let failed = |source| StepError::Solve { t, h, source };
+        if is_due {
+            self.check_declared(Interval { start: t, h }, v).map_err(failed)?;
+            if self.march(h, v, p) {
+                return Ok(());
+            }
+        }
         // Where the dimension is a constant, so are the lengths of what is copied.
         let (v, p) = (&mut v[..n], &mut p[..n]);
         let Self { field, mass, mass_inverse, .. } = self;
         let (field, any, at): (_, &dyn VectorField, _) = (&*field, &*field, Interval { start: t, h });
         let (of_few, system) = (|| System { field, mass, mass_inverse }, || System { field: any, mass, mass_inverse });
         let (closure, next, work) = (&self.closure, &mut self.next, &mut self.work);
-        let failed = |source| StepError::Solve { t, h, source };
-        if let Some(declared) = &mut self.declared
-            && is_due
-        {
-            declared.check(&system(), at, v).map_err(failed)?;
-        }
         let solved = match &mut self.equations {
             Equations::Linear(step) => step.solve(system(), at, v, next, work),
             Equations::GaussNewton(step) => step.solve(system(), at, v, next, work),

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::entry::Entry;
 use super::structure::Structure;
-use super::{FactorError, is_usable, row_scale};
+use super::{FactorError, is_usable, row_scale, size};
 
 /// A square band matrix, stored by columns: entry (i, j) is at `upper + i − j` of column j.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,7 +106,8 @@ pub(crate) struct BandLu<T = f64> {
     dim: usize,
     lower: usize,
     upper: usize,
-    /// Upper bandwidth of U: its column j is at `reach + i − j`, the multipliers of L below.
+    /// Upper bandwidth of U, A = L D U with ones on the diagonals of both: column j of U is at `reach + i − j`, with one over the pivot in the
+    /// place of its diagonal, and the multipliers of L below. A solve waits for no division and, from row to row, for one product.
     reach: usize,
     factors: Vec<T>,
     /// How far below the diagonal the pivot of each column was found.
@@ -158,8 +159,16 @@ impl<T: Entry> BandLu<T> {
 
     /// Factors the matrix in place.
     pub(super) fn decompose(&mut self) -> Result<(), FactorError> {
-        let (n, lower, reach) = (self.dim, self.lower, self.reach);
-        let height = lower + reach + 1;
+        self.scale_rows()?;
+        match (self.lower, self.reach) {
+            (1, 2) => self.eliminate::<1, 2>(),
+            _ => self.eliminate::<0, 0>(),
+        }
+    }
+
+    /// Scales the rows to largest entries in [1, 2).
+    fn scale_rows(&mut self) -> Result<(), FactorError> {
+        let n = self.dim;
         self.row_scale.fill(0.0);
         for j in 0..n {
             let (rows, start) = self.column(j);
@@ -177,11 +186,19 @@ impl<T: Entry> BandLu<T> {
             let entries = &mut self.factors[start..start + rows.len()];
             entries.iter_mut().zip(&self.row_scale[rows]).for_each(|(x, s)| *x = x.scaled(*s));
         }
+        Ok(())
+    }
+
+    /// Gaussian elimination of the scaled rows; with constant bandwidths, unless they are 0.
+    fn eliminate<const LOWER: usize, const REACH: usize>(&mut self) -> Result<(), FactorError> {
+        let (n, lower, reach) = (self.dim, size::<LOWER>(self.lower), size::<REACH>(self.reach));
+        let height = lower + reach + 1;
         let mut last = 0;
         for j in 0..n {
             let below = lower.min(n - 1 - j);
             let (done, rest) = self.factors.split_at_mut((j + 1) * height);
-            let column = &mut done[j * height + reach..j * height + reach + below + 1];
+            let done = &mut done[j * height..];
+            let column = &mut done[reach..=reach + below];
             let mut pivot = 0;
             for (i, x) in column.iter().enumerate().skip(1) {
                 if x.magnitude() > column[pivot].magnitude() {
@@ -190,12 +207,12 @@ impl<T: Entry> BandLu<T> {
             }
             self.pivots[j] = pivot;
             column.swap(0, pivot);
-            let of_upper = &done[j * height + reach - reach.min(j)..=j * height + reach];
-            if !is_usable(of_upper, reach + 1) {
+            if !is_usable(&done[reach - reach.min(j)..=reach], reach + 1) {
                 return Err(FactorError::Singular);
             }
-            let column = &mut done[j * height + reach..j * height + reach + below + 1];
+            let column = &mut done[reach..=reach + below];
             let inverse = T::from(1.0) / column[0];
+            column[0] = inverse;
             column[1..].iter_mut().for_each(|x| *x *= inverse);
             // Row j + pivot reaches `upper` beyond its own diagonal.
             last = (j + pivot + (reach - lower)).max(last).min(n - 1);
@@ -210,11 +227,25 @@ impl<T: Entry> BandLu<T> {
                 }
             }
         }
+        for j in 1..n {
+            let above = reach.min(j);
+            let (done, rest) = self.factors.split_at_mut(j * height);
+            let pivots = done[(j - above) * height..].chunks_exact(height).map(|column| column[reach]);
+            rest[reach - above..reach].iter_mut().zip(pivots).for_each(|(u, inverse)| *u *= inverse);
+        }
         Ok(())
     }
 
     pub(super) fn solve(&self, b: &mut [T]) {
-        let (n, lower, reach) = (self.dim, self.lower, self.reach);
+        match (self.lower, self.reach) {
+            (1, 2) => self.substitute::<1, 2>(b),
+            _ => self.substitute::<0, 0>(b),
+        }
+    }
+
+    /// [`solve`](Self::solve) with constant bandwidths, unless they are 0.
+    fn substitute<const LOWER: usize, const REACH: usize>(&self, b: &mut [T]) {
+        let (n, lower, reach) = (self.dim, size::<LOWER>(self.lower), size::<REACH>(self.reach));
         let height = lower + reach + 1;
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
             *x = x.scaled(*s);
@@ -226,10 +257,10 @@ impl<T: Entry> BandLu<T> {
             for (b, l) in b[j + 1..=j + below].iter_mut().zip(&column[reach + 1..]) {
                 *b -= *l * x;
             }
+            b[j] = x * column[reach];
         }
         for (j, column) in self.factors.chunks_exact(height).enumerate().rev() {
             let above = reach.min(j);
-            b[j] /= column[reach];
             let x = b[j];
             for (b, u) in b[j - above..j].iter_mut().zip(&column[reach - above..reach]) {
                 *b -= *u * x;
@@ -243,12 +274,12 @@ impl<T: Entry> BandLu<T> {
         for (j, column) in self.factors.chunks_exact(height).enumerate() {
             let above = reach.min(j);
             let known: T = b[j - above..j].iter().zip(&column[reach - above..reach]).map(|(b, u)| *b * *u).sum();
-            b[j] = (b[j] - known) / column[reach];
+            b[j] -= known;
         }
         for (j, column) in self.factors.chunks_exact(height).enumerate().rev() {
             let below = lower.min(n - 1 - j);
             let known: T = b[j + 1..=j + below].iter().zip(&column[reach + 1..]).map(|(b, l)| *b * *l).sum();
-            b[j] -= known;
+            b[j] = b[j] * column[reach] - known;
             b.swap(j, j + self.pivots[j]);
         }
         for (x, s) in b.iter_mut().zip(&self.row_scale) {
@@ -261,6 +292,7 @@ impl BandLu {
     pub(super) fn sign(&self) -> f64 {
         let height = self.lower + self.reach + 1;
         let pivots = self.factors.chunks_exact(height).map(|column| column[self.reach]);
+        // One over a pivot has its sign.
         super::sign(pivots, self.pivots.iter().filter(|pivot| **pivot != 0).count())
     }
 }

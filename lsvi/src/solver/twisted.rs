@@ -36,7 +36,7 @@ impl Twisted {
             else {
                 return Err(SolveError::NotAssembled);
             };
-            self.factors = Some(Factors::new(matrix.dim(), lower + upper));
+            self.factors = Some(Factors::new(matrix.dim(), lower + upper, upper));
             self.scaled = vec![0.0; matrix.dim()];
         }
         let factors = self.factors.as_mut().ok_or(SolveError::NotAssembled)?;
@@ -140,6 +140,8 @@ fn normal_norm(mass: &Mass, b: &Jacobian, work: &mut [Vec<f64>; 2]) -> f64 {
 struct Factors {
     dim: usize,
     width: usize,
+    /// Upper bandwidth of B.
+    upper: usize,
     /// Unknowns eliminated in each lane.
     half: usize,
     /// Column k of each lane at k (width + 1): the diagonal, then the entries below; once factored 1/d_k and the multipliers.
@@ -153,14 +155,15 @@ struct Factors {
 }
 
 impl Factors {
-    /// For products of order `dim` of half bandwidth `width`.
-    fn new(dim: usize, width: usize) -> Self {
+    /// For products of order `dim` of half bandwidth `width`, of a B of the given upper bandwidth.
+    fn new(dim: usize, width: usize, upper: usize) -> Self {
         let width = width.min(dim.saturating_sub(1));
         let half = (dim - width.min(dim)) / 2;
         let middle = dim - 2 * half;
         Self {
             dim,
             width,
+            upper,
             half,
             columns: vec![[0.0; 2]; (half + width) * (width + 1)],
             middle: vec![0.0; middle * middle],
@@ -196,7 +199,7 @@ impl Factors {
         }
         // Row i of B contributes its products to the columns it meets.
         b.for_each(|row, j, x| {
-            for i in j..(j + self.width + 1).min(self.dim) {
+            for i in j..(row + self.upper + 1).min(self.dim) {
                 let product = x * b.get(row, i) / self.diagonal[row];
                 self.add(i, j, product);
             }
