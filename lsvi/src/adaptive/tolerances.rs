@@ -7,7 +7,8 @@ use crate::error::{InputError, SettingError, SystemError};
 /// It is reached in the solution where h resolves it. A stiff component that follows a forcing, hλ ≫ 1, has an error of the
 /// order of what its estimate is held to, with s stages 0.1 τ^((s+1)/2s) |v|^((s−1)/2s) where that is more than τ: the power
 /// 2/3 of τ with three, 4/7 with seven. So has a step within which f has a kink or jumps; [`strict`](Self::strict) tolerances hold the error
-/// of a kink to τ. A jump may lie where the estimate of a step hardly sees it; [`Radau::stop_at`](super::Radau::stop_at) ends a step at one.
+/// of a kink to τ, as a rule. A kink or a jump may lie where the estimate of a step hardly sees it; [`Radau::stop_at`](super::Radau::stop_at)
+/// ends a step at one.
 /// A first step, and one that takes in a good part of a period of the forcing, of which an
 /// estimate may vanish by chance, can have ten times that and more; [`Options::h_max`](super::Options::h_max) limits both.
 ///
@@ -46,7 +47,7 @@ impl Tolerances {
     }
 
     /// The same, which estimates are held to as they are, to τᵢ in component i: an error of their own order, as where f has a kink within a
-    /// step, is then τ too. Steps on smooth solutions are shorter than they need be.
+    /// step, is then τ too, unless the kink lies where an estimate vanishes. Steps on smooth solutions are shorter than they need be.
     #[must_use]
     pub fn strict(self) -> Self {
         Self { is_strict: true, ..self }

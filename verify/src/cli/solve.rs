@@ -88,8 +88,8 @@ tenth of the power 2/3 to 4/7 of the tolerance, as in RADAU5: the solution then
 meets the tolerance where h resolves it, and its stiff components, which have
 the error of the estimate, meet that power, as do steps within which f jumps or
 has a kink. With --strict estimates are held to the tolerance itself, and the
-error of a kink with them; an estimate may miss a jump. The column estimate
-tells.
+error of a kink with them, as a rule; an estimate may miss a kink or a jump by
+where it lies in the step. The column estimate tells.
 
 With --csv the numbers read back as the same doubles. A solve that fails leaves
 FILE as it was; rows already sent to standard output stand.
