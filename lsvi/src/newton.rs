@@ -954,6 +954,12 @@ enum Root {
 mod tests {
     use super::*;
 
+    #[test]
+    fn work_adds_up_count_by_count() {
+        let work = |by: u64| Work { steps: by, residuals: 2 * by, factorizations: 3 * by, inner: 4 * by };
+        assert_eq!(work(10) + work(3), work(13));
+    }
+
     /// x² − 2x + h = 0: the branch x = 1 − √(1 − h) starts at 0 and folds at h = 1.
     struct Fold;
 
