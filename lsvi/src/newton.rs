@@ -1114,7 +1114,7 @@ mod tests {
         ] {
             let (crosses, found, root) = behind_kink(k, c);
             assert_eq!(crosses, expected, "{k}, {c}: {found:e} for {root:e}");
-            assert!(!crosses || (found - root).abs() <= 1e-9 * root, "{k}, {c}: {found:e} for {root:e}");
+            assert!(!crosses || (found - root).abs() <= 1e-12 * root, "{k}, {c}: {found:e} for {root:e}");
         }
     }
 
