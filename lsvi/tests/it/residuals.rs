@@ -131,3 +131,14 @@ fn equations_without_a_residual_form_have_no_residuals() {
         assert_eq!((discrete.residuals(), discrete.has_unlike_units(AT, &q0[..n])), (0, false));
     }
 }
+
+/// A spring of stiffness k turns √k times as fast in its velocity as in its position.
+#[test]
+fn units_of_a_spring_are_unlike_where_it_is_stiff() {
+    fn unlike(spring: impl VectorField) -> bool {
+        let mut discrete = Galerkin::gauss(LeastSquares::new(spring).expect("dense"), 2).expect("s >= 1");
+        discrete.has_unlike_units(AT, &Q0)
+    }
+    assert!(!unlike(field!(2, |_t, v, dv| (dv[0], dv[1]) = (v[1], -v[0]))));
+    assert!(unlike(field!(2, |_t, v, dv| (dv[0], dv[1]) = (v[1], v[0] * -1e6))));
+}
