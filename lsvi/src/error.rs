@@ -293,6 +293,17 @@ pub(crate) fn check_step(h: f64) -> Result<(), InputError> {
 mod tests {
     use super::*;
 
+    /// To the ten thousandth that is not printed, whatever the step.
+    #[test]
+    fn a_branch_that_ends_beside_the_end_of_a_step_ends_at_no_place_in_it() {
+        for h in [0.01, 1.0, 100.0] {
+            for (part, is_beside) in [(0.9e-4, true), (1.1e-4, false)] {
+                let source = SolveError::BranchLost { reached: h * (1.0 - part) };
+                assert_eq!(of_step(&source, h) != source.to_string(), is_beside, "h = {h}, {part}");
+            }
+        }
+    }
+
     #[test]
     fn one_iteration_is_no_plural() {
         let told = |iterations: u32| SolveError::Diverged { iterations, increment: 0.5 }.to_string();

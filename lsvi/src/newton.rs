@@ -714,7 +714,7 @@ impl Newton {
                 let is_singular = is_lost && system.limit() == LimitAtZero::OfEachStep;
                 return Err(if is_singular { SolveError::Singular } else { failure });
             }
-            if reached > 0.0 && piece < self.shortest_piece(system) * reached {
+            if piece < self.shortest_piece(system) * reached {
                 let target = h.min(reached * (1.0 + ACROSS));
                 if !self.crosses_kink(system, (reached, target), x) {
                     return Err(failure.beyond(reached));
@@ -954,6 +954,12 @@ enum Root {
 mod tests {
     use super::*;
 
+    #[test]
+    fn work_adds_up_count_by_count() {
+        let work = |by: u64| Work { steps: by, residuals: 2 * by, factorizations: 3 * by, inner: 4 * by };
+        assert_eq!(work(10) + work(3), work(13));
+    }
+
     /// x² − 2x + h = 0: the branch x = 1 − √(1 − h) starts at 0 and folds at h = 1.
     struct Fold;
 
@@ -1026,6 +1032,101 @@ mod tests {
     fn roundings_are_measured_with_room_for_several() {
         let noise = Newton::new(1).measured_noise(&mut Noisy(false), 0.5, &[1.0]);
         approx::assert_relative_eq!(noise, 4e-9, max_relative = 1e-6);
+    }
+
+    /// F and its slope, with notes of where F is asked for.
+    struct Noted<F> {
+        f: F,
+        notes: Vec<(f64, f64)>,
+    }
+
+    impl<F: Fn(f64, f64) -> (f64, f64)> System for Noted<F> {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            self.notes.push((h, x[0]));
+            out[0] = (self.f)(h, x[0]).0;
+        }
+        fn derivative(&mut self, h: f64, x: &[f64], out: &mut Jacobian) {
+            out.add(0, 0, (self.f)(h, x[0]).1);
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+    }
+
+    /// Whether increments contract on the way from `origin` to `guess`, a guess for h = 2, where F was asked for, and how often.
+    fn on_way(f: impl Fn(f64, f64) -> (f64, f64), (origin, guess): (f64, f64)) -> (bool, Vec<(f64, f64)>, u64) {
+        let (mut newton, mut system) = (Newton::new(1), Noted { f, notes: Vec::new() });
+        (newton.origin[0], newton.guess[0]) = (origin, guess);
+        let contracts = newton.contracts_on_way_to_guess(&mut system, 2.0);
+        (contracts, system.notes, newton.work.residuals)
+    }
+
+    #[test]
+    fn the_way_to_a_guess_is_looked_at_as_far_as_it_leaves_the_origin_behind() {
+        // x = 3 + 5h is 8 half-way, where the guess 15 leads to 9, and 5.5 at a quarter, where it leads to 6.
+        let line = |h: f64, x: f64| (x - 3.0 - 5.0 * h, 1.0);
+        let places = vec![(1.0, 9.0), (1.0, 8.0), (0.5, 6.0), (0.5, 5.5)];
+        assert_eq!(on_way(line, (3.0, 15.0)), (true, places, 4));
+        assert_eq!(on_way(line, (3.0, 6.0)), (true, vec![], 0));
+        // On the branch increments are none.
+        assert!(on_way(line, (3.0, 13.0)).0);
+    }
+
+    /// From u the increments of u + u² by one derivative are in the ratio u (1 + u²/(1 + 2u))/((1 + 2u)(1 + u)): 0.1224 at u = 0.2, 0.1260 at 0.21.
+    #[test]
+    fn increments_on_the_way_to_a_guess_contract_by_an_eighth() {
+        let square = |_: f64, x: f64| (x + x * x, 1.0 + 2.0 * x);
+        assert_eq!([0.4, 0.42].map(|guess| on_way(square, (0.0, guess)).0), [true, false]);
+        // The first increment leads to where there is no logarithm.
+        assert!(!on_way(|_, x| ((x / 3.0).ln(), x.recip()), (3.0, 15.0)).0);
+        // A derivative that vanishes gives none.
+        assert!(!on_way(|_, x| (x, 0.0), (3.0, 15.0)).0);
+    }
+
+    /// Whether the branch x = s − ½ from s = 0 is found to go on behind a kink at s = ½, where kx + cx² = s − ½; the root, and the one by the formula.
+    fn behind_kink(k: f64, c: f64) -> (bool, f64, f64) {
+        let f = |s: f64, x: f64| {
+            if x < 0.0 { (x - (s - 0.5), 1.0) } else { ((k + c * x) * x - (s - 0.5), k + 2.0 * c * x) }
+        };
+        let (mut newton, mut x) = (Newton::new(1), [f64::NAN]);
+        let (reached, target) = (0.5 * (1.0 - 1e-9), 0.5 * (1.0 + 5e-9));
+        (newton.start[0], newton.origin[0]) = (-0.5, reached - 0.5);
+        let crosses = newton.crosses_kink(&mut Noted { f, notes: Vec::new() }, (reached, target), &mut x);
+        let beyond = target - 0.5;
+        (crosses, x[0], 2.0 * beyond / (k + (k * k + 4.0 * c * beyond).sqrt()))
+    }
+
+    /// Behind the kink the branch has 1/k times the slope; for k < 0 it turns back. A way of 6e-3 of the branch is too far for what is 6e-9 of the step.
+    #[test]
+    fn a_kink_is_crossed_to_the_root_behind_it_where_the_branch_is_straight() {
+        // What the branch bends by on that way is c (s − ½)/k² of it: 1e-3 of it do where 1e-2 do not.
+        for (k, c, expected) in [
+            (8.0, 0.0, true),
+            (0.125, 0.0, true),
+            (0.125, 3e3, true),
+            (0.125, 3e4, false),
+            (2e-6, 0.0, true),
+            (4e-7, 0.0, false),
+            (-2.0, 0.0, false),
+        ] {
+            let (crosses, found, root) = behind_kink(k, c);
+            assert_eq!(crosses, expected, "{k}, {c}: {found:e} for {root:e}");
+            assert!(!crosses || (found - root).abs() <= 1e-12 * root, "{k}, {c}: {found:e} for {root:e}");
+        }
+    }
+
+    /// The second increments of a noisy equation are 1e-9, eight roundings of 6e5.
+    #[test]
+    fn an_affine_equation_is_solved_to_the_roundings_of_the_largest_state() {
+        for (largest, expected) in [(1.0, false), (5e5, false), (6e5, true)] {
+            let (mut newton, mut x) = (Newton::new(1), [0.25]);
+            (newton.start[0], newton.largest) = (0.25, largest);
+            assert_eq!(newton.solve_affine(&mut Noisy(false), 0.5, &mut x), expected, "{largest}");
+            approx::assert_abs_diff_eq!(x[0], if expected { 0.5 } else { 0.25 }, epsilon = 2e-9);
+        }
     }
 
     /// x² − 2x + h = 0 with a derivative that says nothing.

@@ -251,3 +251,45 @@ impl<F: VectorField> OneStep for CoupledRungeKutta<F> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// v̇₀ = −v₀, and 0 = v₀ − v₁ and 0 = v₀ − v₂.
+    struct Shadows;
+
+    impl VectorField for Shadows {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn mass(&self) -> Mass {
+            Mass::Diagonal(vec![1.0, 0.0, 0.0])
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            dv.copy_from_slice(&[-v[0], v[0] - v[1], v[0] - v[2]]);
+        }
+        fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            let entries = [(0, 0, -1.0), (1, 0, 1.0), (1, 1, -1.0), (2, 0, 1.0), (2, 2, -1.0)];
+            entries.into_iter().for_each(|(i, j, x)| out.add(i, j, scale * x));
+        }
+    }
+
+    #[test]
+    fn equations_of_all_stages_are_algebraic_where_those_of_the_field_are() {
+        let a = [vec![5.0 / 12.0, -1.0 / 12.0], vec![0.75, 0.25]];
+        let method = CoupledRungeKutta::new(Shadows, &a, &[0.75, 0.25], &[1.0 / 3.0, 1.0]).expect("consistent");
+        let CoupledRungeKutta { field, mass, algebraic, coefficients, mut scratch, .. } = method;
+        let (field, scratch) = (&field, &mut scratch);
+        let equations = StageEquations {
+            field,
+            mass: &mass,
+            algebraic: &algebraic,
+            coefficients: &coefficients,
+            scratch,
+            t: 0.0,
+            v: &[1.0; 3],
+        };
+        assert_eq!(equations.algebraic(), [1, 2, 4, 5]);
+    }
+}

@@ -244,6 +244,8 @@ fn add(x: &mut [f64], change: &[f64], lost: &mut [f64], kept: &mut [f64]) {
 mod tests {
     use super::*;
     use crate::{AutoLagrangian, LagrangianFn, Scalar};
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
     /// Springs of stiffness 1, 100 and 4 on masses 1, 1 and 2.
     struct Springs;
@@ -264,6 +266,89 @@ mod tests {
             sum.add(0.1, (&mut [0.5], &[0.5]), (&mut [1.5], &[0.5]));
             let (t, q, p) = other.unwrap_or((0.1, [1.0], [2.0]));
             assert_eq!(sum.continues(t, &q, &p), other.is_none(), "{other:?}");
+        }
+    }
+
+    /// 1000 v²/2, but for what it has more of: at a look's first velocity and at its second one in ∂L/∂v, at the second in ∂L/∂q, and in its second
+    /// derivatives at a place.
+    #[derive(Default)]
+    struct Nearly {
+        in_v: [f64; 2],
+        in_q: f64,
+        in_vv: f64,
+        looks: AtomicUsize,
+        places: Mutex<Vec<[f64; 3]>>,
+    }
+
+    const HEAVY: f64 = 1000.0;
+
+    impl Lagrangian for Nearly {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn value(&self, _t: f64, _q: &[f64], v: &[f64]) -> f64 {
+            0.5 * HEAVY * v[0] * v[0]
+        }
+        fn gradient(&self, _t: f64, _q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+            let look = self.looks.fetch_add(1, Relaxed);
+            dl_dq[0] = if look == 1 { self.in_q } else { 0.0 };
+            dl_dv[0] = HEAVY * v[0] + self.in_v[look] * HEAVY * v[0].abs();
+        }
+        fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+            self.places.lock().expect("one thread").push([t, q[0], v[0]]);
+            out.add(0, 0, c.vv * HEAVY * (1.0 + self.in_vv));
+        }
+    }
+
+    /// At q = 3 and the time 0.25, with a velocity of ½.
+    fn found() -> ConstantMass {
+        let l = Nearly::default();
+        let mut mass = ConstantMass::new(&l);
+        mass.inverse(&l, (0.25, 0.125), &[3.0], &[0.5 * HEAVY]).expect("separable");
+        mass
+    }
+
+    /// To ten digits of ∂L/∂v and of M v, each.
+    #[test]
+    fn a_lagrangian_seems_separable_where_both_velocities_say_so() {
+        let cases = [
+            (Nearly::default(), true),
+            (Nearly { in_v: [1.9e-10, 0.0], ..Default::default() }, true),
+            (Nearly { in_v: [2.1e-10, 0.0], ..Default::default() }, false),
+            (Nearly { in_v: [0.0, 1.9e-10], ..Default::default() }, true),
+            (Nearly { in_v: [0.0, -2.1e-10], ..Default::default() }, false),
+            (Nearly { in_q: 1e-300, ..Default::default() }, false),
+        ];
+        for (l, expected) in cases {
+            let (in_v, in_q) = (l.in_v, l.in_q);
+            assert_eq!(found().seems_separable(&l, 0.25, &[3.0], &[0.5 * HEAVY]), expected, "{in_v:?} {in_q}");
+        }
+    }
+
+    /// To ten digits of the largest entry of M.
+    #[test]
+    fn second_derivatives_are_compared_at_both_ends_of_a_step_and_at_another_velocity() {
+        for (in_vv, expected) in [(0.0, true), (0.9e-10, true), (1.1e-10, false)] {
+            let l = Nearly { in_vv, ..Default::default() };
+            assert_eq!(found().check(&l, (0.25, 0.125), &[3.0], &[0.5 * HEAVY]).is_ok(), expected, "{in_vv}");
+            let places = l.places.into_inner().expect("one thread");
+            assert!(places.starts_with(&[[0.25, 3.0, 0.5]]), "{places:?}");
+            if expected {
+                assert_eq!(places[2..4], [[0.375, 3.0625, 0.5]; 2]);
+                assert!(places[4..] == [places[4]; 2] && places[4][..2] == [0.25, 3.0], "{places:?}");
+                assert!((places[4][2] - 0.5).abs() > 0.1, "{places:?}");
+            }
+        }
+    }
+
+    /// By at least half of one and of itself.
+    #[test]
+    fn another_velocity_is_one_whatever_the_velocity() {
+        for velocity in [0.0, 0.5, 1.0, -1.0, -2.0, 1e6] {
+            let (mut v, mut beside) = ([0.0], [0.0]);
+            found().velocities(&[velocity * HEAVY], &mut v, &mut beside);
+            assert_eq!(v, [velocity]);
+            assert!((beside[0] - velocity).abs() >= 0.5 * (1.0 + velocity.abs()), "{velocity}: {beside:?}");
         }
     }
 

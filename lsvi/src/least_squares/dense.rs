@@ -312,3 +312,52 @@ impl<F: VectorField> newton::System for Equation<'_, F> {
         if self.closure.has_limit() { LimitAtZero::Kept } else { LimitAtZero::OfEachStep }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{AutoField, FieldFn, Scalar};
+
+    /// N coupled unknowns, nothing linear.
+    struct Ring<const N: usize>;
+
+    impl<const N: usize> FieldFn for Ring<N> {
+        fn dim(&self) -> usize {
+            N
+        }
+        fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+            for i in 0..N {
+                dv[i] = (v[i] + t).sin() * (1.0 + i as f64) - v[(i + 1) % N] * v[i];
+            }
+        }
+    }
+
+    fn compare<const N: usize>(closure: &Linear) {
+        let (field, mass, inverse) =
+            (AutoField::new(Ring::<N>), Mass::Identity, Mass::Identity.metric(N).expect("fits"));
+        let (at, mut step) = (Interval { start: 0.3, h: 0.7 }, DenseStep::new(N));
+        let [v0, x] = [0.4, -0.9].map(|phase| std::array::from_fn::<_, N, _>(|i| (1.3 * i as f64 + phase).cos()));
+        let s = &mut step.scratch;
+        field.linearize(at.start, &v0, &mut s.f0, 1.0, &mut s.start);
+        let system = System { field: &field, mass: &mass, mass_inverse: &inverse };
+        let mut equation = Equation::new(system, closure, at, &v0, s);
+        let (mut small, mut any) = ([0.0; N], [0.0; N]);
+        assert!(equation.residual_small::<N>(at.h, &x, &mut small).is_some(), "{N} unknowns have one");
+        newton::System::residual(&mut equation, at.h, &x, &mut any);
+        // Sums of N products of numbers of a few units, in another order.
+        for (small, any) in small.iter().zip(any) {
+            assert!((small - any).abs() <= 64.0 * N as f64 * f64::EPSILON, "{N}: {small}, {any}");
+        }
+    }
+
+    #[test]
+    fn the_residual_of_a_few_unknowns_is_that_of_any_number() {
+        let rising = Linear::of_step(|h| (h - 1.0, 1.0)).expect("a limit");
+        for closure in [Linear::METHOD_I, Linear::METHOD_II, Linear::new(0.3, 0.7).expect("finite"), rising] {
+            compare::<1>(&closure);
+            compare::<2>(&closure);
+            compare::<3>(&closure);
+            compare::<4>(&closure);
+        }
+    }
+}

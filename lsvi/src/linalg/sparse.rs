@@ -128,8 +128,7 @@ pub(crate) struct SparseLu<T: Entry = f64> {
     pattern: Arc<Pattern>,
     column_order: Permutation,
     row_order: Permutation,
-    /// Exchanges that make up the order of the columns, and both orders together.
-    column_exchanges: usize,
+    /// Exchanges that lead from the order of the columns to that of the rows.
     exchanges: usize,
     scaled: Vec<T>,
     row_scale: Vec<f64>,
@@ -162,14 +161,14 @@ impl Permutation {
         PermRef::new_checked(&self.forward, &self.inverse, self.forward.len())
     }
 
-    /// So many exchanges of two make it up: one less than each cycle has members.
-    fn exchanges(&self, seen: &mut [bool]) -> usize {
+    /// So many exchanges of two lead from it to another one: one less than each cycle has members.
+    fn exchanges_to(&self, other: &Self, seen: &mut [bool]) -> usize {
         let mut exchanges = 0;
         seen.fill(false);
         for first in 0..seen.len() {
             let mut k = first;
             while !replace(&mut seen[k], true) {
-                k = self.forward[k];
+                k = other.forward[self.inverse[k]];
                 exchanges += usize::from(k != first);
             }
         }
@@ -242,13 +241,10 @@ impl<T: Entry> SparseLu<T> {
             // The order decides the fill only.
             column_order = Permutation::identity(n);
         }
-        let mut seen = vec![false; n];
-        let column_exchanges = column_order.exchanges(&mut seen);
         Self {
             column_order,
             row_order: Permutation::identity(n),
-            column_exchanges,
-            exchanges: column_exchanges,
+            exchanges: 0,
             scaled: vec![T::from(0.0); pattern.entries()],
             row_scale: vec![0.0; n],
             search: SimplicialLu::new(),
@@ -256,7 +252,7 @@ impl<T: Entry> SparseLu<T> {
             lower: Columns::new(),
             upper: Columns::new(),
             x: vec![T::from(0.0); n],
-            seen,
+            seen: vec![false; n],
             pattern,
         }
     }
@@ -337,7 +333,7 @@ impl<T: Entry> SparseLu<T> {
         }
         self.upper.copy(u);
         self.lower.copy(self.search.l_factor_unsorted());
-        self.exchanges = self.column_exchanges + self.row_order.exchanges(&mut self.seen);
+        self.exchanges = self.column_order.exchanges_to(&self.row_order, &mut self.seen);
         Ok(())
     }
 

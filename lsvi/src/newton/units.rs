@@ -9,7 +9,7 @@
 
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 
-use super::{LimitAtZero, Newton, System};
+use super::{LimitAtZero, Newton, System, Work};
 use crate::error::SolveError;
 use crate::linalg::Jacobian;
 
@@ -120,14 +120,13 @@ impl Newton {
         let mut balanced = self.balanced.take()?;
         let Balanced { newton, units, x: scratch, y, is_in_use } = &mut *balanced;
         y.iter_mut().zip(x.iter().zip(&*units)).for_each(|(y, (x, unit))| *y = x / unit);
-        let before = newton.work;
+        newton.work = Work::default();
         let found = newton.solve_in_these_units(&mut InUnits { system, units, x: scratch }, h, y);
         if found.is_ok() {
             scale(y, units, x);
         }
         *is_in_use = found.is_ok();
-        self.work.residuals += newton.work.residuals - before.residuals;
-        self.work.factorizations += newton.work.factorizations - before.factorizations;
+        self.work = self.work + newton.work;
         self.balanced = Some(balanced);
         Some(found)
     }
@@ -135,8 +134,7 @@ impl Newton {
     /// Sets new units; false where they are those that the unknowns have, or none are found.
     fn balance(&mut self, system: &mut dyn System, h: f64, x: &[f64]) -> bool {
         let n = x.len();
-        if n > MOST || system.limit() != LimitAtZero::Kept || !self.limit.is_regular || self.jacobian.dense().is_none()
-        {
+        if n > MOST || system.limit() != LimitAtZero::Kept || !self.limit.is_regular {
             return false;
         }
         self.point.copy_from_slice(x);
@@ -149,8 +147,6 @@ impl Newton {
         self.work.residuals += 1;
         let Some(mut a) = self.jacobian.dense().cloned() else { return false };
         a.column_iter_mut().for_each(|mut column| self.limit.solve(system, h, column.as_mut_slice()));
-        let factor = self.limit.scale / system.scale(h);
-        a *= factor;
         if !a.iter().all(|x| x.abs() <= LARGEST) {
             return false;
         }
@@ -168,5 +164,196 @@ impl Newton {
             balanced.newton.forget_limit();
         }
         true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The zero matrix of order n but for two entries.
+    fn coupled(n: usize, [above, below]: [f64; 2]) -> Jacobian {
+        let mut j = Jacobian::zeros(n);
+        j.add(0, 1, above);
+        j.add(1, 0, below);
+        j
+    }
+
+    /// The units that balance (0 a; b 0) are in the ratio √(a/b), as a power of two.
+    #[test]
+    fn units_are_unlike_from_a_factor_of_four_on() {
+        let cases = [
+            (2, [1.0, 7.0], false),
+            (2, [7.0, 1.0], false),
+            (2, [1.0, 16.0], true),
+            (2, [16.0, 1.0], true),
+            (MOST, [1.0, 16.0], true),
+            (MOST + 1, [1.0, 16.0], false),
+            (2, [1.0, LARGEST], true),
+            (2, [1.0, 10.0 * LARGEST], false),
+            (2, [1.0, f64::NAN], false),
+        ];
+        for (n, entries, expected) in cases {
+            assert_eq!(are_unlike(&coupled(n, entries)), expected, "{n}, {entries:?}");
+        }
+    }
+
+    /// (x₀², x₀x₁) = 0 from (x₀, 2x₀), of which all is said or nothing.
+    struct Told(bool);
+
+    impl System for Told {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn residual(&mut self, _: f64, x: &[f64], out: &mut [f64]) {
+            out.copy_from_slice(&[x[0] * x[0], x[0] * x[1]]);
+        }
+        fn derivative(&mut self, _: f64, x: &[f64], out: &mut Jacobian) {
+            [(0, 0, 2.0 * x[0]), (1, 0, x[1]), (1, 1, x[0])].into_iter().for_each(|(i, j, x)| out.add(i, j, x));
+        }
+        fn origin(&self, x: &mut [f64]) {
+            x[1] = 2.0 * x[0];
+        }
+        fn limit(&self) -> LimitAtZero {
+            if self.0 { LimitAtZero::Kept } else { LimitAtZero::Unknown }
+        }
+        fn guesses_along_tangent(&self) -> bool {
+            self.0
+        }
+        fn algebraic(&self) -> &[usize] {
+            if self.0 { &[0, 1] } else { &[] }
+        }
+        fn is_affine(&self) -> bool {
+            self.0
+        }
+        fn scale(&self, h: f64) -> f64 {
+            3.0 * h
+        }
+    }
+
+    #[test]
+    fn an_equation_is_the_same_in_other_units() {
+        for all in [true, false] {
+            let (mut told, mut x) = (Told(all), [0.0; 2]);
+            let mut system = InUnits { system: &mut told, units: &[2.0, 0.5], x: &mut x };
+            // x = (6, 3.5).
+            let (mut y, mut f, mut derivative) = ([3.0, 7.0], [0.0; 2], Jacobian::zeros(2));
+            system.residual(0.1, &y, &mut f);
+            system.derivative(0.1, &y, &mut derivative);
+            system.origin(&mut y);
+            assert_eq!((f, y), ([36.0, 21.0], [3.0, 24.0]));
+            assert_eq!([(0, 0), (0, 1), (1, 0), (1, 1)].map(|(i, j)| derivative.get(i, j)), [24.0, 0.0, 7.0, 3.0]);
+            let said = (system.dim(), system.limit(), system.guesses_along_tangent(), system.is_affine());
+            let same = (2, Told(all).limit(), all, all);
+            assert_eq!(
+                (said, system.algebraic(), system.scale(0.1)),
+                (same, Told(all).algebraic(), Told(all).scale(0.1))
+            );
+        }
+    }
+
+    /// x₀ − s x₁ = 1, x₁ + s k x₀ = 0 and x_i = 0 for s = h⁸, which notes where it is asked for its residual.
+    struct Spring {
+        n: usize,
+        stiffness: f64,
+        limit: LimitAtZero,
+        notes: Vec<Vec<f64>>,
+    }
+
+    impl Spring {
+        fn new(n: usize, stiffness: f64) -> Self {
+            Self { n, stiffness, limit: LimitAtZero::Kept, notes: Vec::new() }
+        }
+
+        fn balances(mut self) -> bool {
+            let (mut newton, x) = (Newton::new(self.n), vec![0.0; self.n]);
+            newton.set_limit(&mut self, 1.0);
+            newton.balance(&mut self, 1.0, &x)
+        }
+    }
+
+    impl System for Spring {
+        fn dim(&self) -> usize {
+            self.n
+        }
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            self.notes.push(x.to_vec());
+            out.copy_from_slice(x);
+            out[0] -= h.powi(8) * x[1] + 1.0;
+            out[1] += h.powi(8) * self.stiffness * x[0];
+        }
+        fn derivative(&mut self, h: f64, _: &[f64], out: &mut Jacobian) {
+            (0..self.n).for_each(|i| out.add(i, i, 1.0));
+            out.add(0, 1, -h.powi(8));
+            out.add(1, 0, h.powi(8) * self.stiffness);
+        }
+        fn limit(&self) -> LimitAtZero {
+            self.limit
+        }
+    }
+
+    #[test]
+    fn units_are_found_where_some_are_unlike_and_the_limit_is_known() {
+        const STIFF: f64 = 1e6;
+        for n in [2, MOST] {
+            assert!(Spring::new(n, STIFF).balances() && !Spring::new(n, 1.0).balances(), "{n}");
+        }
+        assert!(!Spring::new(MOST + 1, STIFF).balances());
+        assert!(Spring::new(2, 0.1 * LARGEST).balances() && !Spring::new(2, 10.0 * LARGEST).balances());
+        assert!(!Spring { limit: LimitAtZero::OfEachStep, ..Spring::new(2, STIFF) }.balances());
+        let (mut spring, mut singular) = (Spring::new(2, STIFF), Newton::new(2));
+        singular.set_limit(&mut spring, 1.0);
+        singular.limit.is_regular = false;
+        assert!(!singular.balance(&mut spring, 1.0, &[0.0; 2]));
+    }
+
+    /// Takes a step from the guess (2, 3), to (1 + k) x₀ = 1, and tells the ratio of the units that it was found in.
+    fn step(newton: &mut Newton, stiffness: f64, is_new: bool) -> f64 {
+        let (mut spring, mut x, before) = (Spring::new(2, stiffness), [2.0, 3.0], newton.work);
+        let found = newton.solve_balanced(&mut spring, 1.0, &mut x, is_new);
+        assert!(matches!(found, Some(Ok(()))) && newton.is_balanced(), "{found:?}");
+        approx::assert_relative_eq!(x[0], 1.0 / (1.0 + stiffness), max_relative = 1e-12);
+        assert!(
+            spring.notes.contains(&vec![2.0, 3.0]),
+            "the iteration does not start from the guess: {:?}",
+            spring.notes
+        );
+        let after = newton.work;
+        assert!(after.residuals > before.residuals && after.factorizations > before.factorizations, "{after:?}");
+        let units = &newton.balanced.as_ref().expect("in use").units;
+        units[1] / units[0]
+    }
+
+    /// √k, as a power of two.
+    #[test]
+    fn units_are_those_of_the_last_step_unless_new_ones_are_asked_for() {
+        let (stiff, soft, mut newton) = (f64::from(1 << 20), 256.0, Newton::new(2));
+        newton.set_limit(&mut Spring::new(2, stiff), 1.0);
+        assert!(
+            !newton.is_balanced()
+                && newton.solve_balanced(&mut Spring::new(2, stiff), 1.0, &mut [0.0; 2], false).is_none()
+        );
+        let steps = [(stiff, true), (soft, false), (soft, true), (stiff, true)];
+        assert_eq!(
+            steps.map(|(stiffness, is_new)| step(&mut newton, stiffness, is_new)),
+            [1024.0, 1024.0, 16.0, 1024.0]
+        );
+        // What no iteration solves is not found in these units any more.
+        let found = newton.solve_balanced(&mut Spring::new(2, f64::NAN), 1.0, &mut [2.0, 3.0], false);
+        assert!(matches!(found, Some(Err(SolveError::NonFinite))) && !newton.is_balanced(), "{found:?}");
+    }
+
+    #[test]
+    fn a_limit_in_other_units_is_not_known() {
+        let mut newton = Newton::new(2);
+        newton.set_limit(&mut Spring::new(2, 256.0), 1.0);
+        step(&mut newton, 256.0, true);
+        let mut orientation = |stiffness: f64| {
+            let before = newton.work.residuals;
+            assert!(newton.balance(&mut Spring::new(2, stiffness), 1.0, &[0.0; 2]));
+            assert_eq!(newton.work.residuals, before + 1);
+            newton.balanced.as_ref().expect("balanced").newton.limit.orientation
+        };
+        assert_eq!([256.0, 1e6].map(&mut orientation), [Some(1.0), None]);
     }
 }

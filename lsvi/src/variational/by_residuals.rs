@@ -89,3 +89,64 @@ impl System for Equations<'_> {
         LimitAtZero::Kept
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closure::{Linear, PositionMomentum};
+    use crate::discrete::Galerkin;
+    use crate::quadrature::Quadrature;
+    use crate::{Lagrangian, LeastSquares, OneStep, Variational};
+
+    const AT: Interval = Interval { start: 0.3, h: 0.1 };
+    const Q0: [f64; 2] = [0.4, -0.3];
+
+    /// On one node, on two and on three.
+    fn paths() -> [Galerkin<impl Lagrangian>; 3] {
+        let field = || {
+            crate::field!(2, |t, v, dv| {
+                dv[0] = v[1].sin() * v[0] + T::from(t);
+                dv[1] = v[0] * v[0] * v[1] - v[0].exp();
+            })
+        };
+        [Quadrature::gauss(1), Quadrature::radau(2), Quadrature::gauss(3)].map(|rule| {
+            let (rule, lagrangian) = (rule.expect("nodes"), LeastSquares::new(field()).expect("dense"));
+            Galerkin::new(lagrangian, rule.nodes().len(), &rule).expect("as many nodes as the degree")
+        })
+    }
+
+    /// Where nothing is stiff both converge, to a few roundings.
+    fn compare<C: LinearClosure>(closure: impl Fn() -> C) {
+        for mut discrete in paths() {
+            let (mut q, mut p) = (Q0, [0.02, -0.01]);
+            let mut x = Q0.repeat(discrete.interior() / 2 + 1);
+            let mut by = ByResiduals::new(&discrete, &closure()).expect("residuals");
+            by.solve(&mut discrete, &closure(), AT, (&q, &p), &mut x).expect("mild");
+            let mut method = Variational::new(discrete, closure());
+            method.step(AT.start, AT.h, &mut q, &mut p).expect("mild");
+            let apart = method.unknowns().iter().zip(&x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart <= 1e-13, "{apart:e}: {x:?}, {:?}", method.unknowns());
+        }
+    }
+
+    #[test]
+    fn steps_by_residuals_are_those_by_momenta() {
+        compare(|| Linear::METHOD_I);
+        compare(|| Linear::new(0.3, 0.7).expect("finite"));
+        compare(|| PositionMomentum);
+    }
+
+    #[test]
+    fn the_branch_starts_without_residuals_at_the_present_state() {
+        for mut discrete in paths() {
+            let (path, residuals) = (discrete.interior() + 2, discrete.residuals());
+            assert_eq!(path, residuals, "as many nodes as the degree");
+            let closure = Linear::METHOD_I;
+            let equations = Equations { discrete: &mut discrete, closure: &closure, t: 0.0, q0: &Q0, p0: &[0.0; 2] };
+            let mut xz = vec![f64::NAN; path + residuals];
+            equations.origin(&mut xz);
+            assert_eq!(xz, [Q0.repeat(path / 2), vec![0.0; residuals]].concat());
+            assert_eq!(equations.dim(), xz.len());
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! What the counters of work count, against calls that are counted themselves; and that nothing is kept which does not fit.
 
 use crate::fields::{As, Line, Unscaled, Walls};
+use crate::separable;
 use crate::systems::HenonHeiles;
 use lsvi::classic::{Bdf2, RungeKutta, Tableau};
 use lsvi::closure::Linear;
@@ -29,10 +30,18 @@ impl LagrangianFn for Separable {
     }
 }
 
-/// A Lagrangian that counts its forces.
+/// A Lagrangian that counts its forces, gradients and second derivatives.
 struct Counting<L> {
     l: L,
     forces: Cell<u64>,
+    gradients: Cell<u64>,
+    hessians: Cell<u64>,
+}
+
+impl<L> Counting<L> {
+    fn new(l: L) -> Self {
+        Self { l, forces: Cell::default(), gradients: Cell::default(), hessians: Cell::default() }
+    }
 }
 
 impl<L: Lagrangian> Lagrangian for Counting<L> {
@@ -46,6 +55,7 @@ impl<L: Lagrangian> Lagrangian for Counting<L> {
         self.l.value(t, q, v)
     }
     fn gradient(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], dl_dv: &mut [f64]) {
+        self.gradients.set(self.gradients.get() + 1);
         self.l.gradient(t, q, v, dl_dq, dl_dv);
     }
     fn gradient_q(&self, t: f64, q: &[f64], v: &[f64], dl_dq: &mut [f64], work: &mut [f64]) {
@@ -53,13 +63,14 @@ impl<L: Lagrangian> Lagrangian for Counting<L> {
         self.l.gradient_q(t, q, v, dl_dq, work);
     }
     fn add_hessian(&self, t: f64, q: &[f64], v: &[f64], c: HessianWeights, out: &mut Jacobian) {
+        self.hessians.set(self.hessians.get() + 1);
         self.l.add_hessian(t, q, v, c, out);
     }
 }
 
 #[test]
 fn steps_of_a_separable_lagrangian_count_every_evaluation_of_its_forces() {
-    let l = Counting { l: AutoLagrangian::new(Separable(true)), forces: Cell::new(0) };
+    let l = Counting::new(AutoLagrangian::new(Separable(true)));
     for nodes in [1, 2, 4] {
         l.forces.set(0);
         let mut method = position_momentum(Galerkin::gauss(&l, nodes).expect("s ≥ 1"));
@@ -69,6 +80,16 @@ fn steps_of_a_separable_lagrangian_count_every_evaluation_of_its_forces() {
         let (work, spared) = (method.work(), nodes.saturating_sub(2) as u64);
         assert_eq!(l.forces.get(), nodes as u64 * work.residuals - spared * work.steps, "{nodes} nodes");
     }
+}
+
+/// 600 steps have looks in steps 1, 3, 7, …, 511. The first one takes second derivatives, those that are M and two at each of three places.
+#[test]
+fn looks_at_what_a_separable_lagrangian_declares_take_two_gradients_each_but_for_the_first() {
+    let l = Counting::new(AutoLagrangian::new(separable::Separable(separable::Swaying)));
+    let mut method = position_momentum(Trapezoidal::new(&l));
+    let (mut q, mut p) = ([0.1, 0.2], [0.3, -0.7]);
+    (0..600).for_each(|k| method.step(f64::from(k) * 0.05, 0.05, &mut q, &mut p).expect("explicit"));
+    assert_eq!((l.gradients.get(), l.hessians.get()), (2 * 8, 1 + 2 * 3));
 }
 
 #[test]

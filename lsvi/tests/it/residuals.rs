@@ -1,9 +1,11 @@
 //! The equations of least squares by way of the residuals: those of the momenta, and their derivatives.
 
-use lsvi::discrete::{DiscreteLegendre, Galerkin, Interval, MomentumWeights};
+use crate::fields::Burgers;
+use crate::systems::HenonHeiles;
+use lsvi::discrete::{DiscreteLegendre, Galerkin, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::nalgebra::DMatrix;
 use lsvi::quadrature::Quadrature;
-use lsvi::{Jacobian, Lagrangian, LeastSquares, Mass, VectorField, field};
+use lsvi::{AutoField, AutoLagrangian, Jacobian, Lagrangian, LeastSquares, Mass, VectorField, field};
 
 const AT: Interval = Interval { start: 0.3, h: 0.7 };
 const Q0: [f64; 2] = [0.4, -0.3];
@@ -111,4 +113,32 @@ fn equations_by_residuals_are_those_of_the_momenta_and_have_their_derivatives() 
     check(|| LeastSquares::new(Massive(curved())).expect("positive definite"));
     check(|| LeastSquares::new(curved()).and_then(|l| l.with_metric(metric())).expect("positive definite"));
     check(|| LeastSquares::new(Massive(curved())).and_then(|l| l.with_metric(metric())).expect("positive definite"));
+}
+
+/// Paths on more nodes than their degree, of other structures or of Lagrangians of motion, and discretisations without paths.
+#[test]
+fn equations_without_a_residual_form_have_no_residuals() {
+    let l = || LeastSquares::new(curved()).expect("dense");
+    let more = Galerkin::new(l(), 2, &Quadrature::gauss(3).expect("nodes")).expect("enough nodes");
+    let burgers = AutoField::new(Burgers { cells: 5, viscosity: 0.1 });
+    let banded = Galerkin::gauss(LeastSquares::new(burgers).expect("banded"), 2).expect("s >= 1");
+    let motion = Galerkin::gauss(AutoLagrangian::new(HenonHeiles), 2).expect("s >= 1");
+    let without: [&mut dyn DiscreteLegendre; 5] =
+        [&mut Trapezoidal::new(l()), &mut Midpoint::new(l()), &mut { more }, &mut { banded }, &mut { motion }];
+    for discrete in without {
+        let q0 = [0.4, -0.3, 0.1, 0.2, -0.1];
+        let n = discrete.dim();
+        assert_eq!((discrete.residuals(), discrete.has_unlike_units(AT, &q0[..n])), (0, false));
+    }
+}
+
+/// A spring of stiffness k turns √k times as fast in its velocity as in its position.
+#[test]
+fn units_of_a_spring_are_unlike_where_it_is_stiff() {
+    fn unlike(spring: impl VectorField) -> bool {
+        let mut discrete = Galerkin::gauss(LeastSquares::new(spring).expect("dense"), 2).expect("s >= 1");
+        discrete.has_unlike_units(AT, &Q0)
+    }
+    assert!(!unlike(field!(2, |_t, v, dv| (dv[0], dv[1]) = (v[1], -v[0]))));
+    assert!(unlike(field!(2, |_t, v, dv| (dv[0], dv[1]) = (v[1], v[0] * -1e6))));
 }

@@ -5,7 +5,9 @@ use lsvi::closure::Linear;
 use lsvi::discrete::Galerkin;
 use lsvi::nalgebra::{Matrix2, Vector2};
 use lsvi::quadrature::Quadrature;
-use lsvi::{AutoField, FieldFn, LeastSquares, OneStep, Scalar, Variational, method_i};
+use lsvi::{
+    AutoField, FieldFn, InputError, Integrator, LeastSquares, OneStep, Scalar, Variational, VectorField, method_i,
+};
 
 /// ẍ = −ω² g(x) − 2d ẋ + ω² a(t), with ẋ = `unit` y.
 #[derive(Clone, Copy)]
@@ -65,24 +67,26 @@ const OSCILLATORS: [Oscillator; 5] = [
 const STEPS: [f64; 11] = [1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5];
 
 /// Radau IIA of two stages in its own equations.
-fn radau(field: Oscillator) -> impl OneStep {
+fn radau(field: impl VectorField) -> impl OneStep {
     let a = [vec![5.0 / 12.0, -1.0 / 12.0], vec![0.75, 0.25]];
-    CoupledRungeKutta::new(AutoField::new(field), &a, &[0.75, 0.25], &[1.0 / 3.0, 1.0]).expect("consistent")
+    CoupledRungeKutta::new(field, &a, &[0.75, 0.25], &[1.0 / 3.0, 1.0]).expect("consistent")
 }
 
-/// The same as a minimum of least squares.
-fn least_squares(field: Oscillator) -> impl OneStep {
-    let lagrangian = LeastSquares::new(AutoField::new(field)).expect("dense");
-    let nodes = Quadrature::radau(2).expect("two nodes");
-    Variational::new(Galerkin::new(lagrangian, 2, &nodes).expect("as many nodes as the degree"), Linear::METHOD_I)
+/// Least squares on a polynomial path, with as many nodes as its degree.
+fn least_squares(field: impl VectorField, nodes: Result<Quadrature, InputError>) -> impl OneStep {
+    let (lagrangian, nodes) = (LeastSquares::new(field).expect("dense"), nodes.expect("a rule"));
+    let degree = nodes.nodes().len();
+    Variational::new(Galerkin::new(lagrangian, degree, &nodes).expect("as many nodes as the degree"), Linear::METHOD_I)
 }
 
-/// The end of a few steps from (x, ẋ) = (0.1, 0), with ẋ in units of ω so that both are of one size.
-fn end(mut method: impl OneStep, field: &Oscillator, h: f64) -> Result<[f64; 2], String> {
+/// The end of a few steps from (x, ẋ) = (0.1, 0), with ẋ in units of ω so that both are of one size. Each takes evaluations, in whatever units and by
+/// whatever equations it is found.
+fn end(method: &mut dyn OneStep, field: &Oscillator, h: f64) -> Result<[f64; 2], String> {
     let (mut v, mut p) = ([0.1, 0.0], [0.0; 2]);
     for k in 0..5 {
-        let t = f64::from(k) * h;
+        let (t, before) = (f64::from(k) * h, method.work().residuals);
         method.step(t, h, &mut v, &mut p).map_err(|error| format!("{}, h = {h}: {error}", field.name))?;
+        assert!(method.work().residuals > before, "{}, h = {h}, step {k}: {:?}", field.name, method.work());
     }
     Ok([v[0], v[1] * field.unit / field.stiffness.sqrt()])
 }
@@ -101,7 +105,7 @@ fn steps_of_runge_kutta_methods_are_taken_in_all_units() {
         for h in STEPS {
             for tableau in &methods {
                 let step = |field| RungeKutta::new(AutoField::new(field), tableau.clone()).expect("usable");
-                let [found, expected] = [field, even].map(|field| end(step(field), &field, h).expect("a root"));
+                let [found, expected] = [field, even].map(|field| end(&mut step(field), &field, h).expect("a root"));
                 let allowed = 64.0 * f64::EPSILON * field.stiffness.sqrt();
                 assert!(apart(found, expected) <= allowed, "{}, h = {h}: {found:?}, {expected:?}", field.name);
             }
@@ -109,15 +113,23 @@ fn steps_of_runge_kutta_methods_are_taken_in_all_units() {
     }
 }
 
-/// The metric of least squares is one of units, but where the residual vanishes its minimum is Radau's method in all of them.
+/// The metric of least squares is one of units, but where the residual vanishes its minimum is a method of collocation in all of them.
 #[test]
 fn least_squares_whose_residual_vanishes_are_solved_in_all_units() {
     for field in OSCILLATORS {
         for h in STEPS {
-            let found = end(least_squares(field), &field, h).expect("a root");
-            let expected = end(radau(field), &field, h).expect("a root");
-            let allowed = 64.0 * f64::EPSILON * field.stiffness.sqrt();
-            assert!(apart(found, expected) <= allowed, "{}, h = {h}: {found:?}, {expected:?}", field.name);
+            let f = || AutoField::new(field);
+            let end = |method| end(method, &field, h).expect("a root");
+            let stages = |tableau| RungeKutta::new(f(), tableau).expect("usable");
+            let pairs = [
+                (end(&mut least_squares(f(), Quadrature::radau(1))), end(&mut stages(Tableau::implicit_euler()))),
+                (end(&mut least_squares(f(), Quadrature::gauss(1))), end(&mut stages(Tableau::implicit_midpoint()))),
+                (end(&mut least_squares(f(), Quadrature::radau(2))), end(&mut radau(f()))),
+            ];
+            for (found, expected) in pairs {
+                let allowed = 64.0 * f64::EPSILON * field.stiffness.sqrt();
+                assert!(apart(found, expected) <= allowed, "{}, h = {h}: {found:?}, {expected:?}", field.name);
+            }
         }
     }
 }
@@ -131,8 +143,9 @@ fn method_i_takes_every_step_of_an_oscillator() {
             let mut method = method_i(AutoField::new(field)).expect("dense");
             let mut v = [0.1, 0.0];
             for k in 0..5 {
-                let (t, v0) = (f64::from(k) * h, Vector2::from(v));
+                let (t, v0, before) = (f64::from(k) * h, Vector2::from(v), method.work().residuals);
                 method.step(t, h, &mut v, &mut [0.0; 2]).unwrap_or_else(|error| panic!("{}: {error}", field.name));
+                assert!(method.work().residuals > before, "{}, h = {h}, step {k}: {:?}", field.name, method.work());
                 if !matches!(field.spring, Spring::Linear) {
                     continue;
                 }

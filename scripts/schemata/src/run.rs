@@ -14,7 +14,7 @@ use crate::build::{Built, Program};
 use crate::list::{Mutant, known};
 use crate::{Failure, Options, read};
 
-/// A test, the places that it comes by, and how long it takes.
+/// A test, the places that it comes by, and how long it takes of the processor's time, so that what else runs meanwhile does not count.
 #[derive(Debug)]
 struct Test {
     program: Program,
@@ -46,6 +46,10 @@ const START: Duration = Duration::from_secs(2);
 const WAITING: u32 = 20;
 /// Kilobytes.
 const MEMORY: &str = "8000000";
+const RUN: &str = "ulimit -v $0; ulimit -t $1; shift; exec \"$@\"";
+const RUN_AND_TIME: &str = "ulimit -v $0; ulimit -t $1; shift; \"$@\" >/dev/null; status=$?; times; exit $status";
+/// By which `times` counts.
+const TICK: Duration = Duration::from_millis(10);
 /// What ends a process that has used its time.
 const SIGXCPU: i32 = 24;
 const SIGKILL: i32 = 9;
@@ -96,27 +100,35 @@ fn measure(program: &Program, name: &str, cover: &Path) -> Result<Option<Test>, 
         fs::remove_file(cover)?;
     }
     // Covering writes and allocates, which tests of allocations notice.
-    command(program, &[name], Duration::MAX).env("SCHEMATA_COVER", cover).status()?;
+    command(RUN, program, &[name], Duration::MAX).env("SCHEMATA_COVER", cover).status()?;
     let start = Instant::now();
-    if !command(program, &[name], Duration::MAX).status()?.success() {
+    let output = command(RUN_AND_TIME, program, &[name], Duration::MAX).stdout(Stdio::piped()).output()?;
+    if !output.status.success() {
         eprintln!("schemata: left out, as it fails without a mutant: {name}");
         return Ok(None);
     }
-    let time = start.elapsed();
+    let time = start.elapsed().min(processor_time(&String::from_utf8(output.stdout)?)? + TICK);
     let covered = fs::read(cover).unwrap_or_default();
     let covered = covered.chunks_exact(4).map(|id| u32::from_le_bytes(id.try_into().unwrap())).collect();
     Ok(Some(Test { program: program.clone(), name: name.into(), covered, time }))
 }
 
-/// A command that may take `limit` of the processor's time, in whole seconds.
-fn command(program: &Program, names: &[&str], limit: Duration) -> Command {
+/// What `times` prints of the programs that a shell has run, in its second line, as in 0m1.250000s 0m0.010000s: the user's time and the system's.
+fn processor_time(times: &str) -> Result<Duration, Failure> {
+    let mut time = Duration::ZERO;
+    for part in times.lines().nth(1).unwrap_or_default().split_whitespace() {
+        let (minutes, seconds) =
+            part.trim_end_matches('s').split_once('m').ok_or_else(|| format!("not a time: {part}"))?;
+        time += Duration::try_from_secs_f64(60.0 * minutes.parse::<f64>()? + seconds.parse::<f64>()?)?;
+    }
+    Ok(time)
+}
+
+/// A command by a script of the shell, which may take `limit` of the processor's time, in whole seconds.
+fn command(script: &str, program: &Program, names: &[&str], limit: Duration) -> Command {
     let seconds = if limit == Duration::MAX { "unlimited".into() } else { (limit.as_secs() + 1).to_string() };
     let mut command = Command::new("sh");
-    command
-        .args(["-c", "ulimit -v $0; ulimit -t $1; shift; exec \"$@\"", MEMORY, &seconds])
-        .arg(&program.file)
-        .arg("--exact")
-        .args(names);
+    command.args(["-c", script, MEMORY, &seconds]).arg(&program.file).arg("--exact").args(names);
     command.arg("--test-threads=1").current_dir(&program.directory).env("CARGO_MANIFEST_DIR", &program.directory);
     // Random tests do the same each time, and leave nothing.
     command.env("PROPTEST_RNG_SEED", "1").env("PROPTEST_DISABLE_FAILURE_PERSISTENCE", "1");
@@ -148,7 +160,7 @@ fn test(mutant: &Mutant, tests: &[Test], built: &Built, limit: Duration) -> Resu
         }
         let names: Vec<_> = left[..now].iter().map(|test| test.name.as_str()).collect();
         let endless = SLOWER * expected + START;
-        let mut child = command(&first.program, &names, endless).env("SCHEMATA", mutant.id.to_string()).spawn()?;
+        let mut child = command(RUN, &first.program, &names, endless).env("SCHEMATA", mutant.id.to_string()).spawn()?;
         let start = Instant::now();
         let status = loop {
             if let Some(status) = child.try_wait()? {
