@@ -45,8 +45,10 @@ fn main() {
     let answers = Trial::test("answers::rest_on_their_tables", answers::rest_on_their_tables);
     let flows = Trial::test("flows::rest_on_their_tables", flows::rest_on_their_tables);
     let figures = Trial::test("figures::rest_on_their_tables", figures::rest_on_their_tables);
+    let curves = Trial::test("curves::what_is_in_no_row_is_found", curves::what_is_in_no_row_is_found);
     let contents = Trial::test("contents::is_what_it_was", || contents::is_what_it_was(&CONTEXT));
-    let trials = chapters.chain(claims).chain(goldens).chain([strays, answers, figures, flows, contents]).collect();
+    let trials =
+        chapters.chain(claims).chain(goldens).chain([strays, answers, figures, flows, curves, contents]).collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }
 

@@ -93,25 +93,30 @@ impl Method {
         }
     }
 
-    /// The equation of a step of size `s` from `v` for the value `x` at its end.
-    fn equation(self, f: Polynomial, v: f64, s: f64, x: f64) -> f64 {
-        let d = x - v;
-        match self {
-            Self::Theta(theta) => d - s * ((1.0 - theta) * f.value(v) + theta * f.value(x)),
-            Self::Midpoint => d - s * f.value(0.5 * (v + x)),
-            Self::Fitted(rate) => {
-                let (r0, r1, z) = (d - s * f.value(v), d - s * f.value(x), 0.5 * s * rate);
-                // (α + β)(r₀ + r₁) + s (α J₀ r₀ − β J₁ r₁), α = −1/(1 + z) and β = 1, over s.
-                0.5 * rate / (1.0 + z) * (r0 + r1) - (f.slope(v) * r0 / (1.0 + z) + f.slope(x) * r1)
-            }
-            Self::GalerkinTwo => Self::Linear(-1.0, 1.0).equation(f, v, s, x),
-            Self::Linear(alpha, beta) => {
-                let (r0, r1) = (d - s * f.value(v), d - s * f.value(x));
+    /// The equation of a step from `v`, of its size `s` and the value `x` at its end.
+    fn equation(self, f: Polynomial, v: f64) -> impl Fn(f64, f64) -> f64 {
+        let (at_v, slope) = (f.value(v), f.slope(v));
+        let method = if let Self::GalerkinTwo = self { Self::Linear(-1.0, 1.0) } else { self };
+        move |s, x| {
+            let d = x - v;
+            let residuals = || (d - s * at_v, d - s * f.value(x));
+            match method {
+                Self::Theta(theta) => d - s * ((1.0 - theta) * at_v + theta * f.value(x)),
+                Self::Midpoint => d - s * f.value(0.5 * (v + x)),
+                Self::Fitted(rate) => {
+                    let ((r0, r1), z) = (residuals(), 0.5 * s * rate);
+                    // (α + β)(r₀ + r₁) + s (α J₀ r₀ − β J₁ r₁), α = −1/(1 + z) and β = 1, over s.
+                    0.5 * rate / (1.0 + z) * (r0 + r1) - (slope * r0 / (1.0 + z) + f.slope(x) * r1)
+                }
+                Self::GalerkinTwo => unreachable!("it is Method II"),
                 // α p₀ + β p₁ over s, divided by s once more where α + β = 0.
-                if alpha + beta == 0.0 {
-                    f.slope(v) * r0 + f.slope(x) * r1
-                } else {
-                    alpha * ((1.0 + s * f.slope(v)) * r0 + r1) + beta * (r0 + (1.0 - s * f.slope(x)) * r1)
+                Self::Linear(alpha, beta) if alpha + beta == 0.0 => {
+                    let (r0, r1) = residuals();
+                    slope * r0 + f.slope(x) * r1
+                }
+                Self::Linear(alpha, beta) => {
+                    let (r0, r1) = residuals();
+                    alpha * ((1.0 + s * slope) * r0 + r1) + beta * (r0 + (1.0 - s * f.slope(x)) * r1)
                 }
             }
         }
@@ -175,7 +180,7 @@ fn no_step_returns_a_root_of_another_branch() {
                 let (v, h) = start(&mut random);
                 let mut x = [v];
                 let step = integrator.step(0.0, h, &mut x, &mut [0.0]);
-                let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                let truth = follow(method.equation(field, v), v, h);
                 let what = || format!("{field:?} {method:?} v = {v} h = {h}: {step:?} {x:?}, {truth:?}");
                 match truth {
                     Followed::To(root) if step.is_ok() && agrees(x[0], root, v) => steps += 1,
@@ -210,7 +215,7 @@ fn no_step_stands_still_beside_a_root_that_its_branch_does_not_come_back_to() {
                 let v = v + 10.0_f64.powf(random.within(-14.0, -4.0)) * random.within(-1.0, 1.0).signum();
                 let mut x = [v];
                 let step = method.build(field).step(0.0, h, &mut x, &mut [0.0]);
-                let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                let truth = follow(method.equation(field, v), v, h);
                 let what = || format!("{field:?} {method:?} v = {v} h = {h}: {step:?} {x:?}, {truth:?}");
                 match truth {
                     Followed::To(_) if step.is_err() => refused.push(what()),
@@ -244,7 +249,7 @@ fn what_was_found_at_one_start_is_not_believed_at_another() {
                     continue;
                 }
                 let v = v + 10.0_f64.powf(random.within(-14.0, -4.0)) * random.within(-1.0, 1.0).signum();
-                let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                let truth = follow(method.equation(field, v), v, h);
                 for (rest, k) in rests.iter().flat_map(|rest| (-100..=-8).map(move |k| (rest, k))) {
                     let mut integrator = method.build(field);
                     let beside = rest + 2_f64.powf(0.5 * f64::from(k));
@@ -283,7 +288,7 @@ fn a_root_beyond_the_end_of_a_branch_is_refused() {
     ];
     for (coefficients, method, v, h) in cases {
         let field = Polynomial(coefficients);
-        let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+        let truth = follow(method.equation(field, v), v, h);
         for structure in [Structure::Dense, Structure::Banded { lower: 0, upper: 0 }] {
             let mut x = [v];
             let step = method.build(As(structure.clone(), field)).step(0.0, h, &mut x, &mut [0.0]);
@@ -304,7 +309,7 @@ fn a_root_beyond_the_end_of_a_branch_may_be_returned_with_a_band() {
     let field_in_a_band = As(Structure::Banded { lower: 0, upper: 0 }, field);
     let mut x = [v];
     method.build(field_in_a_band).step(0.0, h, &mut x, &mut [0.0]).expect("a root");
-    assert!(matches!(follow(|s, x| method.equation(field, v, s, x), v, h), Followed::Lost), "{x:?}");
+    assert!(matches!(follow(method.equation(field, v), v, h), Followed::Lost), "{x:?}");
     method.build(field).step(0.0, h, &mut [v], &mut [0.0]).expect_err("no root on the branch");
 }
 
@@ -359,7 +364,7 @@ fn no_step_of_a_trajectory_returns_a_root_of_another_branch() {
                 for _ in 0..30 {
                     let (mut x, before) = ([v], integrator.work().factorizations);
                     let step = integrator.step(0.0, h, &mut x, &mut [0.0]);
-                    let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                    let truth = follow(method.equation(field, v), v, h);
                     let is_right = match truth {
                         Followed::To(root) => step.is_err() || agrees(x[0], root, v),
                         Followed::Lost => step.is_err(),
@@ -397,7 +402,7 @@ fn a_determinant_that_two_modes_turn_twice_does_not_hide_another_branch() {
                 let mut x = [C * a - S * b, S * a + C * b];
                 let Ok(()) = integrator.step(0.0, h, &mut x, &mut [0.0; 2]) else { continue };
                 for (v, x) in [(a, C * x[0] + S * x[1]), (b, C * x[1] - S * x[0])] {
-                    let truth = follow(|s, x| method.equation(field, v, s, x), v, h);
+                    let truth = follow(method.equation(field, v), v, h);
                     let is_right = match truth {
                         Followed::To(root) => agrees(x, root, a.abs().max(b.abs())),
                         Followed::Lost => false,

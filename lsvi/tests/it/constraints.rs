@@ -73,7 +73,7 @@ fn orders_on_the_circle_are_those_of_the_reduced_pendulum() {
 }
 
 /// Where the end of a step leaps as its length grows, by bisection, Newton's iteration has come to another branch; behind the end of a branch no
-/// step succeeds.
+/// step succeeds. Of two halves the one on which the end moves further is followed until it has come to rest.
 #[test]
 fn steps_on_the_circle_keep_to_their_branch() {
     const LONGEST: f64 = 5.0;
@@ -102,15 +102,16 @@ fn steps_on_the_circle_keep_to_their_branch() {
                 if end < h {
                     wrong.push(format!("{name}, {rate}: {found:?} at h = {h}, and the branch ends at {end}"));
                 }
-                let (mut low, mut high, whole) = (last, (h, found), apart(last.1, found));
+                let (mut low, mut high, at_rest) = (last, (h, found), 1e-3 * apart(last.1, found) + 1e-5);
                 last = (h, found);
-                while high.0 - low.0 > NARROW {
+                while high.0 - low.0 > NARROW && apart(low.1, high.1) > at_rest {
                     let middle = 0.5 * (low.0 + high.0);
                     let Ok(q) = step(middle) else { break };
                     if apart(low.1, q) >= apart(q, high.1) { high = (middle, q) } else { low = (middle, q) }
                 }
-                followed += u32::from(high.0 - low.0 <= NARROW);
-                if high.0 - low.0 <= NARROW && apart(low.1, high.1) > 1e-3 * whole + 1e-5 {
+                let moves = apart(low.1, high.1) > at_rest;
+                followed += u32::from(!moves);
+                if moves && high.0 - low.0 <= NARROW {
                     wrong.push(format!("{name}, {rate}: from {:?} to {:?} at h = {}", low.1, high.1, high.0));
                 }
             }

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::worst;
 use crate::measure::norm::{Extremes, common_distance, distance, max_norm};
-use crate::measure::stability::{eigenvalues, numerical_abscissa, reach_of_rk4, spectral_abscissa, spectral_radius};
+use crate::measure::stability::{Spectrum, numerical_abscissa, reach_of_rk4};
 use crate::method::Method;
 use crate::problem::Problem;
 use crate::problem::changes::changes;
@@ -201,6 +201,10 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
         columns.push(&rate / rate.amax().max(f64::MIN_POSITIVE));
         found.push(a);
     }
+    let instants = found.len();
+    // Of a linear system they are all the same.
+    found.dedup();
+    let spectra: Vec<Spectrum> = found.iter().map(Spectrum::of).collect();
     let (t, _) = states.first()?;
     // A solution at rest sees the linear part of f alone: a state aside, where f is defined there.
     let size = Some(worst(states.iter().map(|(_, v)| max_norm(v)))).filter(|size| *size > 0.0).unwrap_or(1.0);
@@ -233,27 +237,26 @@ fn matrices(problem: &dyn Problem, states: &[(f64, Vec<f64>)]) -> Option<Matrice
     let is_kept = |w: &DVector<f64>| found.iter().all(|a| (a * w).norm() <= DIGITS_KEPT * a.norm() * w.norm());
     let relative = |difference: DMatrix<f64>, a: &DMatrix<f64>| difference.norm() / a.norm().max(f64::MIN_POSITIVE);
     let hamiltonian = |partner: fn(usize, usize) -> (usize, f64)| {
-        found.iter().all(|a| {
+        found.iter().zip(&spectra).all(|(a, spectrum)| {
             let b = DMatrix::from_fn(n, n, |i, j| {
                 let (partner, sign) = partner(n, i);
                 sign * a[(partner, j)]
             });
             // A rate of damping, in the units of time alone, may be next to nothing beside the entries of a coupling.
-            let least = ROUNDOFF * spectral_radius(a);
+            let least = ROUNDOFF * spectrum.radius();
             let is_damped = |i: usize| (a[(i, i)] + a[(partner(n, i).0, partner(n, i).0)]).abs() > least;
             relative(&b - b.transpose(), a) <= ROUNDOFF && !(0..n).any(is_damped)
         })
     };
-    let is_calm = |a: &&DMatrix<f64>| spectral_abscissa(a) <= ROUNDOFF * spectral_radius(a);
-    let by_radius = |a: &&DMatrix<f64>, b: &&DMatrix<f64>| spectral_radius(a).total_cmp(&spectral_radius(b));
+    let calm = found.iter().zip(&spectra).filter(|(_, of)| of.abscissa() <= ROUNDOFF * of.radius());
     Some(Matrices {
-        calm: found.iter().filter(is_calm).max_by(by_radius).cloned(),
-        instants: found.len(),
-        fastest: found.iter().map(spectral_radius).largest(),
-        spectral: found.iter().map(spectral_abscissa).largest(),
+        calm: calm.max_by(|(_, a), (_, b)| a.radius().total_cmp(&b.radius())).map(|(a, _)| a.clone()),
+        instants,
+        fastest: spectra.iter().map(Spectrum::radius).largest(),
+        spectral: spectra.iter().map(Spectrum::abscissa).largest(),
         numerical: found.iter().map(numerical_abscissa).largest(),
         asymmetry: worst(found.iter().map(|a| relative(a - a.transpose(), a))),
-        steps_of_rk4: found.iter().flat_map(eigenvalues).map(steps_of_rk4).largest(),
+        steps_of_rk4: spectra.iter().flat_map(Spectrum::values).map(|rate| steps_of_rk4(*rate)).largest(),
         keeps_invariants: invariants.iter().all(is_kept),
         invariants: invariants.len(),
         is_autonomous: is_autonomous(&*field, states),

@@ -514,6 +514,22 @@ fn powers_with_whole_exponents_have_derivatives_at_negative_numbers() {
     assert!(f[0].is_nan());
 }
 
+/// What is known not to depend on time is not looked at for that.
+#[test]
+fn a_model_is_autonomous_where_no_time_is_in_its_text() {
+    for (text, expected) in [
+        ("u_i { x = 1 } F_i { -x }", true),
+        ("in_i { t0 = 1 } a { t0*2 } u_i { x = 1 } s_i { x*x } F_i { a*s_i - x }", true),
+        ("u_i { x = 1 } F_i { t - x }", false),
+        ("u_i { x = 1, y = 1 } F_i { -x, -y*heaviside(t - 1) }", false),
+        ("a { cos(t) } u_i { x = 1 } F_i { a - x }", false),
+        ("a { cos(t) } b { 2*a } u_i { x = 1 } F_i { b*x }", false),
+        ("u_i { x = 1 } s_i { x*t } F_i { -s_i }", false),
+    ] {
+        assert_eq!(of_text(text).expect("a model").ode().is_autonomous(), expected, "{text}");
+    }
+}
+
 #[test]
 fn a_model_of_any_length_is_compiled_or_refused() {
     let sum = |terms: usize| format!("u_i {{ x = 1 }} F_i {{ -x{} }}", " - 0.5 * x".repeat(terms));

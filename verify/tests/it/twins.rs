@@ -86,16 +86,17 @@ impl Pair {
                     return Err(format!("one alone ends: {:?} {:?}", found.err(), expected.err()));
                 }
             };
-        let factor =
-            steps(&*self.built_in, &nudged, method, grid).map_or(1.0, |(beside, _)| parting(&beside, &expected));
         let size = expected.iter().map(|state| max_norm(&state.q)).largest();
         // Steps that are chosen go by estimates that may be roundings of each other: they end elsewhere, but for the last.
         let is_at = |a: &State, b: &State| (a.t - b.t).abs() <= 4.0 * f64::EPSILON * b.t;
         let at_once = found.iter().zip(&expected).filter(|(a, b)| is_at(a, b));
         let apart = at_once.map(|(a, b)| distance(&a.q, &b.q)).largest();
         let ends = found.last().zip(expected.last()).is_some_and(|(a, b)| is_at(a, b));
-        // A few roundings in each step, which part by as much as neighbours do.
-        let rounding = 4.0 * f64::EPSILON * size * factor * expected.len() as f64;
+        // A few roundings in each step, which part by as much as neighbours do; where they need not part no neighbour is run.
+        let roundings = 4.0 * f64::EPSILON * size * expected.len() as f64;
+        let factor =
+            || steps(&*self.built_in, &nudged, method, grid).map_or(1.0, |(beside, _)| parting(&beside, &expected));
+        let rounding = if apart <= roundings { roundings } else { roundings * factor() };
         let takes_more = |more: u64, than: u64| more > 2 * than;
         let agrees = found.len() == expected.len() && ends && apart <= rounding;
         if !agrees {

@@ -65,14 +65,40 @@ fn of_block(mut block: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     })
 }
 
-/// Largest modulus of an eigenvalue; NaN where they are not found.
-pub fn spectral_radius(a: &DMatrix<f64>) -> f64 {
-    eigenvalues(a).iter().map(|z| z.norm()).largest()
+/// The eigenvalues of a square matrix, found once.
+#[derive(Debug)]
+pub struct Spectrum(Vec<Complex<f64>>);
+
+impl Spectrum {
+    /// Those of `a`; all NaN where they are not found.
+    pub fn of(a: &DMatrix<f64>) -> Self {
+        Self(eigenvalues(a))
+    }
+
+    /// All of them.
+    pub fn values(&self) -> &[Complex<f64>] {
+        &self.0
+    }
+
+    /// Largest modulus; NaN where they are not found.
+    pub fn radius(&self) -> f64 {
+        self.0.iter().map(|z| z.norm()).largest()
+    }
+
+    /// Largest real part, negative for a Hurwitz matrix; NaN where they are not found.
+    pub fn abscissa(&self) -> f64 {
+        self.0.iter().map(|z| z.re).largest()
+    }
 }
 
-/// Largest real part of an eigenvalue, negative for a Hurwitz matrix; NaN where they are not found.
+/// [`Spectrum::radius`] of a matrix.
+pub fn spectral_radius(a: &DMatrix<f64>) -> f64 {
+    Spectrum::of(a).radius()
+}
+
+/// [`Spectrum::abscissa`] of a matrix.
 pub fn spectral_abscissa(a: &DMatrix<f64>) -> f64 {
-    eigenvalues(a).iter().map(|z| z.re).largest()
+    Spectrum::of(a).abscissa()
 }
 
 /// How far from 0 in this direction, of modulus 1 in the left half-plane, RK4 damps: |1 + z + z²/2 + z³/6 + z⁴/24| ≤ 1.

@@ -22,7 +22,8 @@ pub fn changes(problem: &dyn Problem, horizon: f64, stops: &[f64]) -> Vec<f64> {
     let field = problem.field();
     let (n, mut v) = (field.dim(), problem.initial());
     let samples = SAMPLES.min(VALUES / n.max(1));
-    if field.is_autonomous() || v.len() != n || samples < stops.len() {
+    let is_autonomous = field.is_autonomous() || problem.ode().is_autonomous();
+    if is_autonomous || v.len() != n || samples < stops.len() {
         return Vec::new();
     }
     // What multiplies 0 is not seen.

@@ -256,6 +256,7 @@ struct Compiled {
     mass: Inverse,
     structure: Structure,
     is_linear: bool,
+    is_autonomous: bool,
     /// Groups of columns of ∂F/∂u that share no row.
     coloring: Coloring,
 }
@@ -320,7 +321,8 @@ impl Compiled {
         let structure = if mass.is_diagonal() { structure(components.len(), entries) } else { Structure::Dense };
         let coloring = Coloring::new(components.len(), &structure);
         let is_linear = kind_of(&model, model.rhs(), model.state(), Kind::OfTime) <= Kind::Affine;
-        Ok(Self { compiler, inputs, components, mass, is_linear, structure, coloring })
+        let is_autonomous = !has_time(&model);
+        Ok(Self { compiler, inputs, components, mass, is_linear, is_autonomous, structure, coloring })
     }
 }
 
@@ -389,6 +391,12 @@ fn starts_in_time<'a>(model: &DiscreteModel<'a>) -> Option<(usize, &'a str)> {
         let name = block.expr().get_dependents().into_iter().find(|name| changing.contains(name))?;
         Some((block.expr().span?.pos_start, name))
     })
+}
+
+/// Whether the time occurs in F, or in what it is made of.
+fn has_time(model: &DiscreteModel) -> bool {
+    let mut blocks = model.state_dep_defns().iter().chain([model.rhs()]).flat_map(|tensor| tensor.elmts());
+    !model.time_dep_defns().is_empty() || blocks.any(|block| block.expr().get_dependents().contains("t"))
 }
 
 /// The smallest system whose sparsity pays.
@@ -563,6 +571,10 @@ impl Ode for Equations {
             Structure::Banded { lower, upper } => Some((lower, upper)),
             _ => None,
         }
+    }
+
+    fn is_autonomous(&self) -> bool {
+        self.compiled.is_autonomous
     }
 
     fn longest_step(&self, span: f64) -> f64 {

@@ -52,6 +52,11 @@ pub trait Ode: Sync {
         false
     }
 
+    /// Whether f is known not to depend on t.
+    fn is_autonomous(&self) -> bool {
+        false
+    }
+
     /// The longest step to be taken on the way over a time `span`: infinite, unless f may act for a part of it only, over which a
     /// step may pass without a look.
     fn longest_step(&self, _span: f64) -> f64 {

@@ -81,7 +81,7 @@ impl<'a> Forcing<'a> {
         let coarse = if order <= LOW_ORDER { Quadrature::lobatto(3) } else { Quadrature::gauss(NODES) };
         // Rules of a few nodes exist.
         let [coarse, fine] = [coarse, Quadrature::gauss(NODES)].map(|rule| rule.map_or_else(|_| Vec::new(), pairs));
-        let left = if field.is_autonomous() { 0.0 } else { VALUES };
+        let left = if field.is_autonomous() || problem.ode().is_autonomous() { 0.0 } else { VALUES };
         let difference = vec![0.0; problem.ode().dim()];
         Self { problem, field, coarse, fine, density, left, last: None, difference, largest: 0.0, missed: Vec::new() }
     }
