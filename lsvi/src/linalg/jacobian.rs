@@ -333,7 +333,15 @@ impl Jacobian {
 
     /// Adds `scale` Aᵀ x to `out`.
     pub(crate) fn mul_transpose_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
-        self.for_each(|i, j, a| out[j] += scale * a * x[i]);
+        match &self.entries {
+            // In one sum for each column.
+            Entries::Sparse(matrix) => {
+                for (j, out) in out.iter_mut().enumerate() {
+                    *out = matrix.column(j).fold(*out, |sum, (i, a)| sum + scale * a * x[i]);
+                }
+            }
+            _ => self.for_each(|i, j, a| out[j] += scale * a * x[i]),
+        }
     }
 }
 

@@ -90,6 +90,7 @@ impl Confined {
             velocities: vec![0.0; 2 * space.padded],
             direction: vec![0.0; 2 * space.padded],
             image: vec![0.0; 2 * space.padded],
+            row: Vec::new(),
         };
         Field { flow: self, scratch: RefCell::new(scratch) }
     }
@@ -108,6 +109,8 @@ struct Scratch {
     /// C x, or C y in the transpose.
     direction: Vec<f64>,
     image: Vec<f64>,
+    /// The derivatives of an acceleration.
+    row: Vec<f64>,
 }
 
 impl Scratch {
@@ -149,15 +152,21 @@ impl VectorField for Field<'_> {
         let s = &mut *self.scratch.borrow_mut();
         s.set_velocities(flow, t, psi);
         let area = scale * space.area();
-        for face in &space.faces {
-            let at = space.neighbours(face);
-            let a = derivatives(space.step(face.component), flow.nu, at.map(|q| s.velocities[q]));
-            for (q, a) in at.into_iter().zip(a) {
-                for (l, of) in space.unknowns(q) {
-                    space.unknowns(face.at).for_each(|(k, test)| out.add(k, l, area * test * a * of));
-                }
+        for (face, unknowns, terms) in space.with_stencils() {
+            let around = space.neighbours(face).map(|q| s.velocities[q]);
+            let a = derivatives(space.step(face.component), flow.nu, around);
+            s.row.clear();
+            s.row.resize(unknowns.len(), 0.0);
+            terms.iter().for_each(|term| s.row[term.unknown] += a[term.neighbour] * term.entry);
+            for (k, test) in space.unknowns(face.at) {
+                unknowns.iter().zip(&s.row).for_each(|(&l, a)| out.add(k, l, area * test * a));
             }
         }
+    }
+
+    /// Products of velocities that lie round a face are of values at corners no further apart than on a cell.
+    fn curvature_structure(&self) -> Structure {
+        self.flow.space.structure.clone()
     }
 
     fn add_curvature(&self, _t: f64, _psi: &[f64], y: &[f64], scale: f64, out: &mut Jacobian) {
