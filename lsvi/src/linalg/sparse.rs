@@ -89,6 +89,11 @@ impl Sparse {
         Arc::clone(&self.pattern)
     }
 
+    /// Whether both have the pattern in one place, so that their values are in the same places.
+    pub(super) fn shares_pattern(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.pattern, &other.pattern)
+    }
+
     pub(super) fn values(&self) -> &[f64] {
         &self.values
     }

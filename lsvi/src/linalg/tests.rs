@@ -100,13 +100,13 @@ fn factor_one_after_another(n: usize, structure: &Structure) -> bool {
     taken_over
 }
 
-/// Spokes whose own entry is half of what they share with the point of an arrow are eliminated by it; a twentieth is too little.
+/// Spokes whose own entry is a fifth of what they share with the point of an arrow are eliminated by it; a hundredth is too little.
 #[test]
 fn pivots_are_on_the_diagonal_while_they_are_steady() {
     let n = 200;
     let arrow: Vec<_> = (1..n).flat_map(|i| [(0, i), (i, 0)]).collect();
     let structure = Structure::sparse(n, arrow.iter().copied()).expect("inside");
-    for (own, fill) in [(0.5, 0), (0.05, 1)] {
+    for (own, fill) in [(0.2, 0), (0.01, 1)] {
         let mut a = Jacobian::with_structure(n, &structure);
         // The point is not in proportion to what is left of the spokes.
         (0..n).for_each(|i| a.add(i, i, if i == 0 { 3.0 } else { own }));
@@ -454,6 +454,22 @@ fn products_of_dense_matrices_are_added_to_every_structure() {
         out.add_product_tr(2.0, &a, &b);
         out.for_each(|i, j, x| approx::assert_relative_eq!(x, expected[(i, j)], epsilon = 1e-14));
         assert_eq!(out.outside().is_some(), structure != Structure::Dense);
+    }
+}
+
+/// Of the same pattern or of another, and beyond it.
+#[test]
+fn what_is_added_of_a_matrix_is_added_entry_by_entry() {
+    for structure in structures(9) {
+        for room in structures(9).into_iter().chain([structure.clone()]) {
+            let (mut a, mut b) = (Jacobian::with_structure(9, &room), Jacobian::with_structure(9, &structure));
+            fill(&mut a, &room);
+            fill(&mut b, &structure);
+            let mut expected = a.clone();
+            b.for_each(|i, j, x| expected.add(i, j, 3.0 * x));
+            a.add_scaled(3.0, &b);
+            assert!(a == expected, "{structure:?} to {room:?}");
+        }
     }
 }
 

@@ -85,6 +85,8 @@ impl Confined {
     pub(super) fn field(&self) -> Field<'_> {
         let space = &self.space;
         let scratch = Scratch {
+            t: f64::NAN,
+            force: vec![0.0; space.faces.len()],
             data: vec![0.0; space.data()],
             rate: vec![0.0; space.data()],
             velocities: vec![0.0; 2 * space.padded],
@@ -103,6 +105,9 @@ pub(super) struct Field<'a> {
 }
 
 struct Scratch {
+    /// When the force, the data and their rates are those: iterations of a step ask for them at one time.
+    t: f64,
+    force: Vec<f64>,
     data: Vec<f64>,
     rate: Vec<f64>,
     velocities: Vec<f64>,
@@ -115,7 +120,15 @@ struct Scratch {
 
 impl Scratch {
     fn set_velocities(&mut self, flow: &Confined, t: f64, psi: &[f64]) {
-        flow.data(t, &mut self.data);
+        if self.t != t {
+            flow.data(t, &mut self.data);
+            flow.data_rate(t, &mut self.rate);
+            for (f, face) in self.force.iter_mut().zip(&flow.space.faces) {
+                let given = flow.given.force(face.point, t);
+                *f = given.map_or(0.0, |f| f[usize::from(face.component == Component::V)]);
+            }
+            self.t = t;
+        }
         flow.space.velocities(psi, Some(&self.data), &mut self.velocities);
     }
 }
@@ -137,10 +150,8 @@ impl VectorField for Field<'_> {
         let (flow, space) = (self.flow, &self.flow.space);
         let s = &mut *self.scratch.borrow_mut();
         s.set_velocities(flow, t, psi);
-        flow.data_rate(t, &mut s.rate);
         out.fill(0.0);
-        let accelerations = space.faces.iter().map(|face| {
-            let force = flow.given.force(face.point, t).map_or(0.0, |f| f[usize::from(face.component == Component::V)]);
+        let accelerations = space.faces.iter().zip(&s.force).map(|(face, force)| {
             let around = space.neighbours(face).map(|q| s.velocities[q]);
             acceleration(space.step(face.component), flow.nu, around) + force - space.lifted(face, &s.rate)
         });
