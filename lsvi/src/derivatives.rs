@@ -315,7 +315,7 @@ impl Check<'_> {
         finite("the curvature", &product)?;
         if field.structure() != Structure::MatrixFree {
             let mut by_entries = vec![0.0; v.len()];
-            let mut curvature = Jacobian::with_structure(v.len(), &field.structure().gram(v.len()));
+            let mut curvature = Jacobian::with_structure(v.len(), &field.curvature_structure());
             field.add_curvature(t, v, w, SCALE, &mut curvature);
             curvature.mul_add(SCALE.recip(), &x.x, &mut by_entries);
             finite("the curvature", &by_entries)?;

@@ -147,10 +147,11 @@ impl Mass {
 
     /// Adds `scale` M to `out`.
     pub(crate) fn add_to(&self, scale: f64, out: &mut Jacobian) {
-        if let Self::Operator(_) = self {
-            out.set_missing();
+        match self {
+            Self::Operator(_) => out.set_missing(),
+            Self::Matrix(m) => out.add_scaled(scale, m),
+            _ => self.for_each(out.dim(), |i, j, m| out.add(i, j, scale * m)),
         }
-        self.for_each(out.dim(), |i, j, m| out.add(i, j, scale * m));
     }
 
     /// Adds `scale` M (x − y) to `out`.

@@ -78,6 +78,15 @@ pub trait VectorField {
         }
     }
 
+    /// Where what [`add_curvature`](Self::add_curvature) adds may have entries, in a structure of the kind that the
+    /// [`structure`](Self::structure) is.
+    ///
+    /// By default wherever two entries of a row of J meet, which is many more than where f has a product of two unknowns. Closures other than Method I
+    /// factor a matrix with these entries.
+    fn curvature_structure(&self) -> Structure {
+        self.structure().gram(self.dim())
+    }
+
     /// Writes J x, J = ∂f/∂v at (t, v).
     ///
     /// The default assembles J, which allocates; integrators use it of matrix-free fields only, where it has to be given.
@@ -124,7 +133,7 @@ pub trait VectorField {
         if [v.len(), w.len(), x.len(), out.len()] != [n; 4] {
             return out.fill(f64::NAN);
         }
-        let mut curvature = Jacobian::with_structure(n, &self.structure().gram(n));
+        let mut curvature = Jacobian::with_structure(n, &self.curvature_structure());
         self.add_curvature(t, v, w, 1.0, &mut curvature);
         out.fill(0.0);
         curvature.mul_add(1.0, x, out);

@@ -52,7 +52,7 @@ struct Equation<'a> {
 }
 
 impl ClosedStep {
-    pub(super) fn new(dim: usize, structure: &Structure, solver: Box<dyn StepSolver>) -> Self {
+    pub(super) fn new(dim: usize, [structure, curvature]: [&Structure; 2], solver: Box<dyn StepSolver>) -> Self {
         let matrix = || Jacobian::with_structure(dim, structure);
         let zeros = vec![0.0; dim];
         Self {
@@ -62,7 +62,7 @@ impl ClosedStep {
                 start: matrix(),
                 end: matrix(),
                 b: matrix(),
-                curvature: Jacobian::with_structure(dim, &structure.gram(dim)),
+                curvature: Jacobian::with_structure(dim, curvature),
             }),
             work: Scratch {
                 f0: zeros.clone(),

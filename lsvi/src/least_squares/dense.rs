@@ -140,7 +140,7 @@ impl DenseStep {
             }
         }
         let augmented =
-            self.augmented.get_or_insert_with(|| Box::new(FullNewton::new(v0.len(), &Structure::Dense, mass)));
+            self.augmented.get_or_insert_with(|| Box::new(FullNewton::new(v0.len(), [&Structure::Dense; 2], mass)));
         let system = System { field: field as &dyn VectorField, mass, mass_inverse };
         augmented.solve((system, closure), at, v0, v1, &mut self.of_augmented).is_ok()
     }

@@ -174,8 +174,10 @@ impl<F: VectorField> LeastSquaresStep<F> {
             }
             solver if is_affine => Equations::Linear(Box::new(LinearStep::new(n, &structure, &mass, solver))),
             Some(solver) if is_method_i => Equations::GaussNewton(Box::new(GaussNewton::new(n, &structure, solver))),
-            Some(solver) => Equations::Closed(Box::new(ClosedStep::new(n, &structure, solver))),
-            None => Equations::Newton(Box::new(FullNewton::new(n, &structure, &mass))),
+            Some(solver) => {
+                Equations::Closed(Box::new(ClosedStep::new(n, [&structure, &field.curvature_structure()], solver)))
+            }
+            None => Equations::Newton(Box::new(FullNewton::new(n, [&structure, &field.curvature_structure()], &mass))),
         };
         Ok(Self {
             field,

@@ -51,18 +51,17 @@ struct Equation<'a> {
 }
 
 impl FullNewton {
-    pub(super) fn new(dim: usize, structure: &Structure, mass: &Mass) -> Self {
-        let gram = structure.gram(dim);
+    pub(super) fn new(dim: usize, [structure, curvature]: [&Structure; 2], mass: &Mass) -> Self {
         let zeros = vec![0.0; dim];
         Self {
-            newton: Newton::with_structure(2 * dim, &structure_of(dim, structure, mass, Some(&gram))),
+            newton: Newton::with_structure(2 * dim, &structure_of(dim, structure, mass, Some(curvature))),
             unknowns: vec![0.0; 2 * dim],
             residual: vec![0.0; 2 * dim],
             is_in_use: false,
             scratch: Scratch {
                 start: Jacobian::with_structure(dim, structure),
                 end: Jacobian::with_structure(dim, structure),
-                curvature: Jacobian::with_structure(dim, &gram),
+                curvature: Jacobian::with_structure(dim, curvature),
                 f0: zeros.clone(),
                 rate: zeros.clone(),
                 v1: zeros.clone(),

@@ -281,6 +281,17 @@ impl Jacobian {
         }
     }
 
+    /// Adds `scale` times `other`, of the same order.
+    pub(crate) fn add_scaled(&mut self, scale: f64, other: &Self) {
+        match (&mut self.entries, &other.entries) {
+            // The same places: nothing is looked up.
+            (Entries::Sparse(a), Entries::Sparse(b)) if a.shares_pattern(b) => {
+                a.values_mut().iter_mut().zip(b.values()).for_each(|(a, b)| *a += scale * b);
+            }
+            _ => other.for_each(|i, j, x| self.add(i, j, scale * x)),
+        }
+    }
+
     fn values_mut(&mut self) -> &mut [f64] {
         match &mut self.entries {
             Entries::Dense(a) => a.as_mut_slice(),
@@ -333,7 +344,20 @@ impl Jacobian {
 
     /// Adds `scale` Aᵀ x to `out`.
     pub(crate) fn mul_transpose_add(&self, scale: f64, x: &[f64], out: &mut [f64]) {
-        self.for_each(|i, j, a| out[j] += scale * a * x[i]);
+        // In one sum for each column.
+        match &self.entries {
+            Entries::Dense(matrix) => {
+                for (out, column) in out.iter_mut().zip(matrix.as_slice().chunks_exact(matrix.nrows().max(1))) {
+                    *out = column.iter().zip(x).fold(*out, |sum, (a, x)| sum + scale * a * x);
+                }
+            }
+            Entries::Sparse(matrix) => {
+                for (j, out) in out.iter_mut().enumerate() {
+                    *out = matrix.column(j).fold(*out, |sum, (i, a)| sum + scale * a * x[i]);
+                }
+            }
+            Entries::Banded(_) => self.for_each(|i, j, a| out[j] += scale * a * x[i]),
+        }
     }
 }
 

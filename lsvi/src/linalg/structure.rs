@@ -136,6 +136,15 @@ impl Pattern {
         &self.rows
     }
 
+    /// Whether most entries beside the diagonal have a mirror image.
+    pub(super) fn is_mostly_symmetric(&self) -> bool {
+        let beside = (0..self.dim).flat_map(|j| self.column(j).iter().filter(move |&&i| i != j).map(move |&i| (i, j)));
+        let (all, mirrored) = beside.fold((0, 0), |(all, mirrored), (i, j)| {
+            (all + 1_usize, mirrored + usize::from(self.index(j, i).is_some()))
+        });
+        2 * mirrored > all
+    }
+
     /// Where the value of entry (i, j) is stored.
     #[inline]
     pub(super) fn index(&self, i: usize, j: usize) -> Option<usize> {

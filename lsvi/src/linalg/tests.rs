@@ -15,10 +15,15 @@ fn fill(a: &mut Jacobian, structure: &Structure) {
     }
 }
 
-fn structures(n: usize) -> [Structure; 4] {
+fn structures(n: usize) -> [Structure; 5] {
     let band = |lower, upper| Structure::Banded { lower, upper };
+    // Unknowns that all meet each other, and share some with the next: the pattern is symmetric, and columns are alike.
+    let (step, size) = if n < 9 { (2, 4) } else { (6, 8) };
+    let members = |first: usize| first..n.min(first + size);
+    let cliques = (0..n).step_by(step).flat_map(|c| members(c).flat_map(move |i| members(c).map(move |j| (i, j))));
     let grid = (0..n).flat_map(|i| [(i, (i + 7) % n), (i, (i + 1) % n), ((i + 3) % n, i)]);
-    [Structure::Dense, band(1, 1), band(2, 4), Structure::sparse(n, grid).expect("inside")]
+    let [cliques, grid] = [Structure::sparse(n, cliques), Structure::sparse(n, grid)].map(|s| s.expect("inside"));
+    [Structure::Dense, band(1, 1), band(2, 4), cliques, grid]
 }
 
 /// A x = b and Aᵀ x = b have residuals within the backward error of elimination with growth at most 2^(bandwidth),
@@ -53,10 +58,15 @@ fn solves_in_every_structure() {
 #[test]
 fn factors_of_one_matrix_after_another_are_those_of_each() {
     let n = 40;
-    let [.., structure] = structures(n);
-    let (mut a, mut first) = (Jacobian::with_structure(n, &structure), Jacobian::with_structure(n, &structure));
+    let [_, _, _, cliques, grid] = structures(n);
+    assert!(factor_one_after_another(n, &cliques) || factor_one_after_another(n, &grid), "pivots are taken over");
+}
+
+/// Whether other pivots were taken over than a matrix would have by itself.
+fn factor_one_after_another(n: usize, structure: &Structure) -> bool {
+    let (mut a, mut first) = (Jacobian::with_structure(n, structure), Jacobian::with_structure(n, structure));
     let mut lu = Lu::<f64>::of(&a);
-    fill(&mut first, &structure);
+    fill(&mut first, structure);
     // By how much the entries of a row differ from those of the first matrix, and in which order they are added.
     let others: [&dyn Fn(usize) -> f64; 7] =
         [&|_| 1.0, &|_| 1e-9, &|_| 2.0, &|i| 1.0 + 1e-3 * i as f64, &|i| (5 * i) as f64, &|_| 0.0, &|_| 1.0];
@@ -87,7 +97,29 @@ fn factors_of_one_matrix_after_another_are_those_of_each() {
         assert!(max_norm(&residual) <= bound, "matrix {k}: {:e}", max_norm(&residual));
     }
     assert_eq!(a, first);
-    assert!(taken_over);
+    taken_over
+}
+
+/// Spokes whose own entry is a fifth of what they share with the point of an arrow are eliminated by it; a hundredth is too little.
+#[test]
+fn pivots_are_on_the_diagonal_while_they_are_steady() {
+    let n = 200;
+    let arrow: Vec<_> = (1..n).flat_map(|i| [(0, i), (i, 0)]).collect();
+    let structure = Structure::sparse(n, arrow.iter().copied()).expect("inside");
+    for (own, fill) in [(0.2, 0), (0.01, 1)] {
+        let mut a = Jacobian::with_structure(n, &structure);
+        // The point is not in proportion to what is left of the spokes.
+        (0..n).for_each(|i| a.add(i, i, if i == 0 { 3.0 } else { own }));
+        arrow.iter().for_each(|&(i, j)| a.add(i, j, 1.0));
+        let more = a.factor_entries().expect("regular") - (3 * n - 2);
+        assert_eq!(more.min(1), fill, "{own}: {more}");
+        let mut lu = Lu::of(&a);
+        lu.factor(&a).expect("regular");
+        let (mut x, mut residual) = (vec![1.0; n], vec![1.0; n]);
+        lu.solve(&mut x);
+        a.mul_add(-1.0, &x, &mut residual);
+        assert!(max_norm(&residual) <= 1e-10 * max_norm(&x), "{own}: {:e}", max_norm(&residual));
+    }
 }
 
 /// Rings, whose fill is the same in every order, and tridiagonal matrices, where exchanges of rows may bring a second diagonal
@@ -425,6 +457,22 @@ fn products_of_dense_matrices_are_added_to_every_structure() {
     }
 }
 
+/// Of the same pattern or of another, and beyond it.
+#[test]
+fn what_is_added_of_a_matrix_is_added_entry_by_entry() {
+    for structure in structures(9) {
+        for room in structures(9).into_iter().chain([structure.clone()]) {
+            let (mut a, mut b) = (Jacobian::with_structure(9, &room), Jacobian::with_structure(9, &structure));
+            fill(&mut a, &room);
+            fill(&mut b, &structure);
+            let mut expected = a.clone();
+            b.for_each(|i, j, x| expected.add(i, j, 3.0 * x));
+            a.add_scaled(3.0, &b);
+            assert!(a == expected, "{structure:?} to {room:?}");
+        }
+    }
+}
+
 #[test]
 fn a_sum_of_matrices_knows_what_its_terms_lack() {
     let structure = Structure::Banded { lower: 1, upper: 1 };
@@ -460,7 +508,7 @@ fn matrices_are_equal_with_the_same_structure_and_the_same_entries() {
         entries.into_iter().rev().for_each(|(i, j, x)| turned.add(i, j, x));
         assert!(one == turned, "{structure:?}");
     }
-    let [dense, tridiagonal, band, sparse] = structures(9).map(|structure| Jacobian::with_structure(9, &structure));
+    let [dense, tridiagonal, band, _, sparse] = structures(9).map(|structure| Jacobian::with_structure(9, &structure));
     assert!(dense != tridiagonal && tridiagonal != band && band != sparse && sparse != dense);
     let another = Structure::sparse(9, [(0, 0), (8, 3)]).expect("inside");
     assert!(sparse != Jacobian::with_structure(9, &another), "of another pattern");

@@ -15,7 +15,8 @@ pub(crate) fn second(i: usize) -> usize {
     2 * i + 1
 }
 
-/// The structure of [[M, B], [Bᵀ, −M − C]] with B and M of the given structure and C of the structure `curvature`, if any.
+/// The structure of [[M, B], [Bᵀ, −M − C]] with B and M of the given structure and C, if any, of the structure `curvature` with what the transpose of B
+/// has besides: closures other than Method I have the matrix of their start there.
 pub(crate) fn structure_of(dim: usize, structure: &Structure, mass: &Mass, curvature: Option<&Structure>) -> Structure {
     let width = |structure: &Structure| match structure {
         Structure::Banded { lower, upper } => (*lower.max(upper)).min(dim),
@@ -25,7 +26,7 @@ pub(crate) fn structure_of(dim: usize, structure: &Structure, mass: &Mass, curva
         Structure::Dense | Structure::MatrixFree => structure.clone(),
         Structure::Banded { .. } => {
             let of_mass = if matches!(mass, Mass::Matrix(_)) { width(structure) } else { 0 };
-            let block = of_mass.max(curvature.map_or(0, width));
+            let block = of_mass.max(curvature.map_or(0, |curvature| width(curvature).max(width(structure))));
             let half = (2 * width(structure)).max(2 * block + 1);
             Structure::Banded { lower: half, upper: half }
         }
@@ -37,8 +38,10 @@ pub(crate) fn structure_of(dim: usize, structure: &Structure, mass: &Mass, curva
                 positions.extend([(second(i), second(j)), (first(j), first(i))]);
                 positions.extend([(second(i), first(j)), (first(i), second(j))]);
             }
-            positions
-                .extend(curvature.map(entries).unwrap_or_default().into_iter().map(|(j, k)| (first(j), second(k))));
+            if let Some(curvature) = curvature {
+                positions.extend(entries(curvature).into_iter().map(|(j, k)| (first(j), second(k))));
+                positions.extend(entries(structure).into_iter().map(|(i, j)| (first(j), second(i))));
+            }
             Structure::sparse(2 * dim, positions).expect("all positions are below twice the order")
         }
     }

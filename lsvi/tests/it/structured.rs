@@ -11,7 +11,8 @@ use lsvi::quadrature::Quadrature;
 use lsvi::solver::Iterative;
 use lsvi::{
     Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, Mass, NodeError, OneStep, SettingError,
-    SolveError, State, StepError, Structure, SystemError, Trajectory, Variational, VectorField, Window, method_i,
+    SolveError, State, StepError, Structure, SystemError, Trajectory, Variational, VectorField, Window, least_squares,
+    method_i,
 };
 
 fn wave(n: usize) -> Vec<f64> {
@@ -151,6 +152,90 @@ fn a_linear_step_of_nearly_the_same_size_is_that_of_a_new_method() {
             let mut used = method();
             step(&mut used, 0.1);
             assert_eq!(step(&mut used, h), step(&mut method(), h), "{structure:?}, {h}");
+        }
+    }
+}
+
+/// v̇_i = ½ v_{i−1} − v_i (1 + v_{i+1}), or with v_i in place of v_{i+1}: not all unknowns to which a row leads are multiplied.
+#[derive(Clone)]
+struct Products {
+    structure: Structure,
+    curvature: Structure,
+    /// How far ahead the factor is.
+    ahead: usize,
+}
+
+impl VectorField for Products {
+    fn dim(&self) -> usize {
+        9
+    }
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        let at = |i: Option<usize>| i.and_then(|i| v.get(i)).copied().unwrap_or(0.0);
+        (0..9).for_each(|i| dv[i] = 0.5 * at(i.checked_sub(1)) - v[i] * (1.0 + at(Some(i + self.ahead))));
+    }
+    fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+        for i in 0..9 {
+            out.add(i, i, -scale * (1.0 + v.get(i + self.ahead).unwrap_or(&0.0)));
+            if i > 0 {
+                out.add(i, i - 1, 0.5 * scale);
+            }
+            if i + self.ahead < 9 {
+                out.add(i, i + self.ahead, -scale * v[i]);
+            }
+        }
+    }
+    fn curvature_structure(&self) -> Structure {
+        self.curvature.clone()
+    }
+    fn add_curvature(&self, _t: f64, _v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        for (i, w) in w.iter().enumerate().take(9 - self.ahead) {
+            out.add(i, i + self.ahead, -scale * w);
+            out.add(i + self.ahead, i, -scale * w);
+        }
+    }
+}
+
+/// The state after a step, or why there is none.
+fn by_closure(field: &dyn VectorField, closure: Linear) -> Result<Vec<f64>, StepError> {
+    let mut method = least_squares(field, closure).expect("usable");
+    let (mut v, mut p) = ((0..9).map(|i| 1.0 + 0.1 * f64::from(i)).collect::<Vec<_>>(), vec![0.0; 9]);
+    method.step(0.0, 0.1, &mut v, &mut p).map(|()| v)
+}
+
+#[test]
+fn a_narrow_structure_of_the_curvature_changes_no_step() {
+    let band = |lower, upper| Structure::Banded { lower, upper };
+    let closures: [fn() -> Linear; 2] = [|| Linear::METHOD_II, || Linear::new(-0.5, 1.0).expect("a closure")];
+    for (ahead, structure, curvature) in [
+        (1, band(1, 1), band(1, 1)),
+        (1, sparse_band(9, 1, 1), sparse_band(9, 1, 1)),
+        (0, band(1, 0), band(0, 0)),
+        (0, sparse_band(9, 1, 0), sparse_band(9, 0, 0)),
+    ] {
+        let narrow = Products { structure: structure.clone(), curvature: curvature.clone(), ahead };
+        let wide = As(structure.clone(), &narrow);
+        assert_ne!(wide.curvature_structure(), curvature, "the default is wider");
+        for closure in closures {
+            let [wide, narrow] = [&wide as &dyn VectorField, &narrow].map(|field| by_closure(field, closure()));
+            // ‖B‖ ≤ 1 + 5h, states below 2.
+            let what = format!("{structure:?}, {:?}", closure());
+            assert_same(&wide.expect("solvable"), &narrow.expect("solvable"), 2.0, 1.5 * 1.5, &what);
+        }
+    }
+}
+
+#[test]
+fn a_structure_too_narrow_for_the_curvature_is_refused() {
+    for (structure, curvature) in [
+        (Structure::Banded { lower: 1, upper: 1 }, Structure::Banded { lower: 0, upper: 0 }),
+        (sparse_band(9, 1, 1), sparse_band(9, 0, 0)),
+    ] {
+        match by_closure(&Products { structure, curvature, ahead: 1 }, Linear::METHOD_II) {
+            Err(StepError::Solve { source: SolveError::OutsideStructure { row: 0, column: 1 }, .. }) => {}
+            other => panic!("{other:?}"),
         }
     }
 }

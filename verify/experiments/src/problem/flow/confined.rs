@@ -85,11 +85,14 @@ impl Confined {
     pub(super) fn field(&self) -> Field<'_> {
         let space = &self.space;
         let scratch = Scratch {
+            t: f64::NAN,
+            force: vec![0.0; space.faces.len()],
             data: vec![0.0; space.data()],
             rate: vec![0.0; space.data()],
             velocities: vec![0.0; 2 * space.padded],
             direction: vec![0.0; 2 * space.padded],
             image: vec![0.0; 2 * space.padded],
+            row: Vec::new(),
         };
         Field { flow: self, scratch: RefCell::new(scratch) }
     }
@@ -102,17 +105,30 @@ pub(super) struct Field<'a> {
 }
 
 struct Scratch {
+    /// When the force, the data and their rates are those: iterations of a step ask for them at one time.
+    t: f64,
+    force: Vec<f64>,
     data: Vec<f64>,
     rate: Vec<f64>,
     velocities: Vec<f64>,
     /// C x, or C y in the transpose.
     direction: Vec<f64>,
     image: Vec<f64>,
+    /// The derivatives of an acceleration.
+    row: Vec<f64>,
 }
 
 impl Scratch {
     fn set_velocities(&mut self, flow: &Confined, t: f64, psi: &[f64]) {
-        flow.data(t, &mut self.data);
+        if self.t != t {
+            flow.data(t, &mut self.data);
+            flow.data_rate(t, &mut self.rate);
+            for (f, face) in self.force.iter_mut().zip(&flow.space.faces) {
+                let given = flow.given.force(face.point, t);
+                *f = given.map_or(0.0, |f| f[usize::from(face.component == Component::V)]);
+            }
+            self.t = t;
+        }
         flow.space.velocities(psi, Some(&self.data), &mut self.velocities);
     }
 }
@@ -134,10 +150,8 @@ impl VectorField for Field<'_> {
         let (flow, space) = (self.flow, &self.flow.space);
         let s = &mut *self.scratch.borrow_mut();
         s.set_velocities(flow, t, psi);
-        flow.data_rate(t, &mut s.rate);
         out.fill(0.0);
-        let accelerations = space.faces.iter().map(|face| {
-            let force = flow.given.force(face.point, t).map_or(0.0, |f| f[usize::from(face.component == Component::V)]);
+        let accelerations = space.faces.iter().zip(&s.force).map(|(face, force)| {
             let around = space.neighbours(face).map(|q| s.velocities[q]);
             acceleration(space.step(face.component), flow.nu, around) + force - space.lifted(face, &s.rate)
         });
@@ -149,15 +163,21 @@ impl VectorField for Field<'_> {
         let s = &mut *self.scratch.borrow_mut();
         s.set_velocities(flow, t, psi);
         let area = scale * space.area();
-        for face in &space.faces {
-            let at = space.neighbours(face);
-            let a = derivatives(space.step(face.component), flow.nu, at.map(|q| s.velocities[q]));
-            for (q, a) in at.into_iter().zip(a) {
-                for (l, of) in space.unknowns(q) {
-                    space.unknowns(face.at).for_each(|(k, test)| out.add(k, l, area * test * a * of));
-                }
+        for (face, unknowns, terms) in space.with_stencils() {
+            let around = space.neighbours(face).map(|q| s.velocities[q]);
+            let a = derivatives(space.step(face.component), flow.nu, around);
+            s.row.clear();
+            s.row.resize(unknowns.len(), 0.0);
+            terms.iter().for_each(|term| s.row[term.unknown] += a[term.neighbour] * term.entry);
+            for (k, test) in space.unknowns(face.at) {
+                unknowns.iter().zip(&s.row).for_each(|(&l, a)| out.add(k, l, area * test * a));
             }
         }
+    }
+
+    /// Products of velocities that lie round a face are of values at corners no further apart than on a cell.
+    fn curvature_structure(&self) -> Structure {
+        self.flow.space.structure.clone()
     }
 
     fn add_curvature(&self, _t: f64, _psi: &[f64], y: &[f64], scale: f64, out: &mut Jacobian) {

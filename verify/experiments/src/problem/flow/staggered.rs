@@ -89,6 +89,8 @@ pub(super) struct Space {
     /// Corners at which the boundary gives the stream function.
     pub(super) boundary: Vec<[f64; 2]>,
     pub(super) walls: Vec<Wall>,
+    /// Of each of the `faces`.
+    stencils: Stencils,
     /// Row p of E occupies `starts[p]..starts[p + 1]` of `entries`.
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,
@@ -123,10 +125,12 @@ impl Space {
             faces,
             boundary,
             walls,
+            stencils: Stencils::default(),
             starts,
             entries,
             structure: Structure::Dense,
         };
+        space.stencils = space.stencils();
         space.structure = space.pattern();
         space
     }
@@ -210,20 +214,65 @@ impl Space {
         [p, p + along, p - along, p + across, p - across, q - along + across, q + across, q - along, q]
     }
 
-    fn pattern(&self) -> Structure {
-        let mut positions = Vec::new();
+    /// Each face with the unknowns that its acceleration depends on, and how its nine velocities do.
+    pub(super) fn with_stencils(&self) -> impl Iterator<Item = (&Face, &[usize], &[Term])> {
+        let Stencils { ends, unknowns, terms } = &self.stencils;
+        let starts = std::iter::once(&[0; 2]).chain(ends);
+        self.faces
+            .iter()
+            .zip(starts.zip(ends))
+            .map(|(face, (start, end))| (face, &unknowns[start[0]..end[0]], &terms[start[1]..end[1]]))
+    }
+
+    fn stencils(&self) -> Stencils {
+        let mut stencils = Stencils::default();
+        let Stencils { ends, unknowns, terms } = &mut stencils;
         for face in &self.faces {
-            for q in self.neighbours(face) {
-                for (k, _) in self.unknowns(face.at) {
-                    positions.extend(self.unknowns(q).map(|(l, _)| (k, l)));
+            let first = unknowns.len();
+            for (neighbour, q) in self.neighbours(face).into_iter().enumerate() {
+                for (l, entry) in self.unknowns(q) {
+                    let known = unknowns[first..].iter().position(|unknown| *unknown == l);
+                    let unknown = known.unwrap_or(unknowns.len() - first);
+                    if known.is_none() {
+                        unknowns.push(l);
+                    }
+                    terms.push(Term { neighbour, unknown, entry });
                 }
             }
+            ends.push([unknowns.len(), terms.len()]);
+        }
+        stencils
+    }
+
+    fn pattern(&self) -> Structure {
+        let mut positions = Vec::new();
+        for (face, unknowns, _) in self.with_stencils() {
+            self.unknowns(face.at).for_each(|(k, _)| positions.extend(unknowns.iter().map(|&l| (k, l))));
         }
         positions.sort_unstable();
         positions.dedup();
         // Every position belongs to two unknowns.
         Structure::sparse(self.dim, positions).unwrap_or_default()
     }
+}
+
+/// The unknowns on which accelerations depend, one face after the other.
+#[derive(Debug, Default)]
+struct Stencils {
+    /// Where those of a face end, and its terms.
+    ends: Vec<[usize; 2]>,
+    unknowns: Vec<usize>,
+    terms: Vec<Term>,
+}
+
+/// An entry of E in the row of a velocity round a face.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Term {
+    /// Which of the nine velocities it is.
+    pub(super) neighbour: usize,
+    /// The place of the unknown among those of the face.
+    pub(super) unknown: usize,
+    pub(super) entry: f64,
 }
 
 /// Where the velocity of cell face (i, j) is kept: u at (i, j + ½), v at (i + ½, j).
