@@ -345,7 +345,7 @@ fn ambiguous(model: &DiscreteModel) -> Option<String> {
     let defined = [model.constant_defns(), model.input_dep_defns(), model.time_dep_defns(), model.state_dep_defns()];
     let vectors = [Some(model.state()), model.state_dot(), model.lhs(), Some(model.rhs())];
     let tensors = model.input().into_iter().chain(vectors.into_iter().flatten()).chain(defined.into_iter().flatten());
-    let mut seen = HashSet::from(["t"]);
+    let mut seen = HashSet::from([TIME]);
     for tensor in tensors {
         let elements = tensor.elmts().iter().filter_map(|block| block.name());
         if let Some(name) = std::iter::once(tensor.name()).chain(elements).find(|name| !seen.insert(*name)) {
@@ -386,7 +386,7 @@ fn misplaced_row(model: &DiscreteModel) -> Option<String> {
 /// up on it.
 fn starts_in_time<'a>(model: &DiscreteModel<'a>) -> Option<(usize, &'a str)> {
     let changing: HashSet<&str> =
-        ["t"].into_iter().chain(model.time_dep_defns().iter().map(|tensor| tensor.name())).collect();
+        [TIME].into_iter().chain(model.time_dep_defns().iter().map(|tensor| tensor.name())).collect();
     model.state().elmts().iter().find_map(|block| {
         let name = block.expr().get_dependents().into_iter().find(|name| changing.contains(name))?;
         Some((block.expr().span?.pos_start, name))
@@ -396,8 +396,11 @@ fn starts_in_time<'a>(model: &DiscreteModel<'a>) -> Option<(usize, &'a str)> {
 /// Whether the time occurs in F, or in what it is made of.
 fn has_time(model: &DiscreteModel) -> bool {
     let mut blocks = model.state_dep_defns().iter().chain([model.rhs()]).flat_map(|tensor| tensor.elmts());
-    !model.time_dep_defns().is_empty() || blocks.any(|block| block.expr().get_dependents().contains("t"))
+    !model.time_dep_defns().is_empty() || blocks.any(|block| block.expr().get_dependents().contains(TIME))
 }
+
+/// The name of the time in DiffSL.
+const TIME: &str = "t";
 
 /// The smallest system whose sparsity pays.
 const SPARSE: usize = 16;
