@@ -17,7 +17,8 @@ use crate::linalg::{FactorError, is_usable, row_scale, sign};
 ///
 /// Where most entries have a mirror image the unknowns are ordered by minimum degree (AMD), and the entry on the diagonal is the pivot while it
 /// is [`STEADY`]: rows and columns are then eliminated together, which makes much less fill than an order of the columns (COLAMD) that has
-/// to serve any pivots. UMFPACK chooses between the two in the same way (Davis, ACM Trans. Math. Softw. 30 (2004) 165).
+/// to serve any pivots. UMFPACK chooses between the two in the same way (Davis, ACM Trans. Math. Softw. 30 (2004) 165); the factors of faer, whose
+/// orders these are, prefer no diagonal.
 ///
 /// Pivots are found column by column, from those entries that are not zero (Gilbert and Peierls, SIAM J. Sci. Stat. Comput. 9 (1988)
 /// 862). The next matrix takes them over with the places of the entries, as long as they are steady, as KLU's refactorisation does (Davis and
