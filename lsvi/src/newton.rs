@@ -1086,6 +1086,29 @@ mod tests {
         assert!(!on_way(|_, x| (x, 0.0), (3.0, 15.0)).0);
     }
 
+    /// x = 100 + h to eight digits of the way, not of x.
+    #[test]
+    fn a_guess_is_the_increment_to_half_of_its_own_digits() {
+        let near = |off: f64| {
+            let (mut newton, h) = (Newton::new(1), 1.0);
+            let mut line = Noted { f: |h: f64, x: f64| (x - 100.0 - h, 1.0), notes: Vec::new() };
+            (newton.origin[0], newton.guess[0]) = (100.0, 100.0 + h + off);
+            newton.set_limit(&mut line, h);
+            newton.guess_is_increment(&mut line, h)
+        };
+        assert_eq!([0.0, 1e-9, -1e-9, 1e-6, -1e-6].map(near), [true, true, true, false, false]);
+    }
+
+    #[test]
+    fn an_increment_is_one_where_the_derivative_is_regular_and_has_kept_its_sign() {
+        let is_one = |slope: f64| {
+            let mut newton = Newton::new(1);
+            newton.limit.orientation = Some(1.0);
+            newton.set_increment_at_point(&mut Noted { f: |_, x| (x, slope), notes: Vec::new() }, 1.0)
+        };
+        assert_eq!([2.0, 0.0, -2.0].map(is_one), [true, false, false]);
+    }
+
     /// Whether the branch x = s − ½ from s = 0 is found to go on behind a kink at s = ½, where kx + cx² = s − ½; the root, and the one by the formula.
     fn behind_kink(k: f64, c: f64) -> (bool, f64, f64) {
         let f = |s: f64, x: f64| {
