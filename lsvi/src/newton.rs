@@ -1034,6 +1034,14 @@ mod tests {
         approx::assert_relative_eq!(noise, 4e-9, max_relative = 1e-6);
     }
 
+    /// Beside 1, and not where x² − h has another slope.
+    #[test]
+    fn roundings_are_measured_a_few_roundings_away() {
+        let mut square = Noted { f: |h: f64, x: f64| (x * x - h, 2.0 * x), notes: Vec::new() };
+        let noise = Newton::new(1).measured_noise(&mut square, 0.5, &[1.0]);
+        assert!(noise <= f64::from(ROUNDS) * 4.0 * f64::EPSILON, "{noise:e}");
+    }
+
     /// F and its slope, with notes of where F is asked for.
     struct Noted<F> {
         f: F,
