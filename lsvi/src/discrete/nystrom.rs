@@ -581,16 +581,22 @@ mod tests {
         }
     }
 
-    /// Two nodes that lie off a parabola by different constants: each goes on as it did.
+    /// Three unknowns at two nodes, which lie off a parabola by different constants: each goes on as it did.
     #[test]
     fn each_of_two_nodes_goes_on_by_itself() {
-        let c = [0.2, 0.8];
-        let at = |step: i32| [0.1, -0.1].map(|off| off + f64::from(step * step));
-        let mut past = Past::new(&c, 1);
+        let at = |step: i32| [0.1, -0.1, 0.3, -0.2, 0.4, 0.2].map(|off| off + f64::from(step * step));
+        let mut past = Past::new(&[0.2, 0.8], 3);
         (0..12).for_each(|step| past.push(&at(step)));
-        let mut found = [0.0; 2];
-        past.expect::<1, 2>(1, &mut found);
+        let mut found = [0.0; 6];
+        past.expect::<3, 2>(3, &mut found);
         approx::assert_abs_diff_eq!(found[..], at(12)[..], epsilon = 1e-11);
+    }
+
+    /// The last node of a step is the first one of the next.
+    #[test]
+    fn of_nodes_that_coincide_one_is_used() {
+        let weights = weights(&[0.0, 0.5, 1.0], 2, 1);
+        assert!(weights.iter().all(|weight| weight.is_finite()), "{weights:?}");
     }
 
     /// The eigenvalues of [[0, −1/2], [1/8, 0]] are ±i/4, and so large are those of its absolute values; the bound is their
