@@ -226,7 +226,8 @@ impl Stages {
                 mass.mul_add(-h.recip(), stage, slope);
                 f.iter_mut().zip(&*slope).for_each(|(f, slope)| f[i] = *slope);
             }
-            let Increments { sum, rounding, has_new } = self.add_increments(c, tolerances, system, v);
+            let Increments { sum, rounding, has_new } =
+                by_size!(n, N => self.add_increments::<S, N>(c, tolerances, system, v));
             let size = root_mean(sum, n * S);
             if !size.is_finite() {
                 return Iteration::NonFinite;
@@ -256,18 +257,7 @@ impl Stages {
     }
 
     /// Solves for the increments of Z with the right-hand sides in the place of F(Z), and adds them.
-    fn add_increments<const S: usize>(
-        &mut self,
-        c: &Coefficients<S>,
-        tolerances: &Tolerances,
-        system: &mut StageSystem,
-        v: &[f64],
-    ) -> Increments {
-        by_size!(v.len(), N => self.add_increments_sized::<S, N>(c, tolerances, system, v))
-    }
-
-    #[inline]
-    fn add_increments_sized<const S: usize, const N: usize>(
+    fn add_increments<const S: usize, const N: usize>(
         &mut self,
         c: &Coefficients<S>,
         tolerances: &Tolerances,

@@ -82,6 +82,19 @@ fn steps_of_a_separable_lagrangian_count_every_evaluation_of_its_forces() {
     }
 }
 
+/// A step is an evaluation for its start and one for each iteration: fewer than 2.5 a step, on one and a half orbits of eccentricity 0.6, are one
+/// iteration in more than half of the steps.
+#[test]
+fn most_steps_of_one_or_two_nodes_take_one_iteration() {
+    for nodes in [1, 2] {
+        let mut method =
+            position_momentum(Galerkin::gauss(AutoLagrangian::new(separable::Kepler), nodes).expect("s ≥ 1"));
+        let (mut q, mut p) = ([0.4, 0.0], [0.0, 2.0]);
+        (0..1000).for_each(|k| method.step(f64::from(k) * 0.01, 0.01, &mut q, &mut p).expect("solvable"));
+        assert!(method.work().residuals < 2500, "{nodes}: {:?}", method.work());
+    }
+}
+
 /// 600 steps have looks in steps 1, 3, 7, …, 511. The first one takes second derivatives, those that are M and two at each of three places.
 #[test]
 fn looks_at_what_a_separable_lagrangian_declares_take_two_gradients_each_but_for_the_first() {

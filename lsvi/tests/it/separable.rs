@@ -299,21 +299,24 @@ fn a_force_that_begins_between_two_nodes_is_held_to_what_lies_between_them() {
     }
 }
 
+/// Attraction to the origin.
+pub(crate) struct Kepler;
+
+impl LagrangianFn for Kepler {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn is_separable(&self) -> bool {
+        true
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        (v[0] * v[0] + v[1] * v[1]) * 0.5 + (q[0] * q[0] + q[1] * q[1]).sqrt().recip()
+    }
+}
+
 /// An orbit of eccentricity 0.6, whose forces change by a factor of 16, in 16 steps a period.
 #[test]
 fn long_steps_round_a_pericentre_need_no_factors() {
-    struct Kepler;
-    impl LagrangianFn for Kepler {
-        fn dim(&self) -> usize {
-            2
-        }
-        fn is_separable(&self) -> bool {
-            true
-        }
-        fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
-            (v[0] * v[0] + v[1] * v[1]) * 0.5 + (q[0] * q[0] + q[1] * q[1]).sqrt().recip()
-        }
-    }
     let mut method = position_momentum(Galerkin::gauss(lagrangian_of(Kepler), 6).expect("s ≥ 1"));
     let h = std::f64::consts::TAU / 16.0;
     // From the apocentre, where a trajectory may start with steps that long.
