@@ -38,7 +38,7 @@ pub fn build(packages: &[String], mutants: &[Mutant], tree: &Path, target: &Path
     let crates: Vec<_> =
         roots.iter().flat_map(|root| ["lib", "main"].map(|name| format!("{root}/src/{name}.rs"))).collect();
     for root in roots {
-        fs::write(tree.join(root).join("src/schemata.rs"), include_str!("at.rs"))?;
+        write(&tree.join(root).join("src/schemata.rs"), include_str!("at.rs"))?;
     }
     // Those of an earlier run, so that what it built stays built where nothing has changed.
     let known = tree.with_file_name("unviable.txt");

@@ -2,7 +2,8 @@
 //!
 //! cargo-mutants builds a package again for each of its mutants, which for some thousand of them takes days. Here its list of
 //! mutants is compiled into one instrumented copy of the packages, and a variable of the environment chooses the one that is
-//! active; of the packages' tests each mutant gets those that come by its place, cheapest first, until one fails.
+//! active; of the packages' tests each mutant gets those that come by its place, until one fails: cheapest first,
+//! and before them those that have noticed most of the file's.
 //!
 //!     schemata PACKAGE[,PACKAGE]... [--file GLOB]... [--seconds S] [--only FILE] [--jobs N]
 //!

@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::io::Write;
 use std::os::unix::process::ExitStatusExt;
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -37,6 +37,19 @@ enum Outcome {
     Unviable,
 }
 
+/// How many mutants of each file each test has noticed.
+///
+/// What notices one change of a file often notices the next, so that such tests come first.
+type Noticed = HashMap<String, HashMap<usize, u32>>;
+
+/// What the outcomes of mutants go by.
+struct Session<'a> {
+    tests: &'a [Test],
+    built: &'a Built,
+    limit: Duration,
+    noticed: Mutex<Noticed>,
+}
+
 /// The first tests of a mutant run together for so long, the next ones for twice as long, and so on.
 const FIRST_BATCH: Duration = Duration::from_millis(50);
 /// Beyond so many times what they take unchanged, and two seconds, of the processor's time, tests are endless.
@@ -64,15 +77,15 @@ pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) ->
             tests.extend(measure(program, name, &out.join("cover"))?);
         }
     }
-    tests.sort_by_key(|test| test.time);
     let total: Duration = tests.iter().map(|test| test.time).sum();
     eprintln!("schemata: {} tests, {:.1} s", tests.len(), total.as_secs_f64());
     let file = Mutex::new(fs::File::create(out.join("outcomes.csv"))?);
     let known = known(&Path::new("scripts/schemata/known").join(options.name()).with_extension("txt"))?;
+    let session = Session { tests: &tests, built, limit: options.limit, noticed: Mutex::default() };
     let (next, counts) = (AtomicUsize::new(0), Mutex::new(HashMap::<Outcome, usize>::new()));
-    let worker = || -> Result<(), Failure> {
+    let worker = |said: PathBuf| -> Result<(), Failure> {
         while let Some(mutant) = mutants.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let mut outcome = test(mutant, &tests, built, options.limit)?;
+            let mut outcome = session.outcome(mutant, &said)?;
             if matches!(outcome, Outcome::Missed | Outcome::NotCovered) && known.contains(&mutant.change()) {
                 outcome = Outcome::Known;
             }
@@ -87,7 +100,10 @@ pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) ->
         Ok(())
     };
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..options.jobs).map(|_| scope.spawn(worker)).collect();
+        let workers: Vec<_> = (0..options.jobs)
+            .map(|job| out.join(format!("said-{job}")))
+            .map(|said| scope.spawn(|| worker(said)))
+            .collect();
         workers.into_iter().try_for_each(|worker| worker.join().unwrap())
     })?;
     let counts = counts.into_inner().unwrap();
@@ -136,50 +152,92 @@ fn command(script: &str, program: &Program, names: &[&str], limit: Duration) -> 
     command
 }
 
-fn test(mutant: &Mutant, tests: &[Test], built: &Built, limit: Duration) -> Result<Outcome, Failure> {
-    if built.unviable.contains(&mutant.id) {
-        return Ok(Outcome::Unviable);
+impl Session<'_> {
+    /// The tests that come by a place of a file, by their time for each mutant of the file that they have noticed.
+    fn in_order(&self, place: u32, file: &str) -> Vec<usize> {
+        let covering = (0..self.tests.len()).filter(|&i| self.tests[i].covered.contains(&place));
+        let noticed = self.noticed.lock().unwrap();
+        let noticed = |i| noticed.get(file).and_then(|of_file| of_file.get(&i)).copied().unwrap_or_default();
+        let mut order: Vec<_> = covering.collect();
+        order.sort_by_cached_key(|&i| self.tests[i].time / (1 + noticed(i)));
+        order
     }
-    let Some(place) = built.places.get(&mutant.id) else { return Ok(Outcome::NotPlaced) };
-    let mut left: &[&Test] = &tests.iter().filter(|test| test.covered.contains(place)).collect::<Vec<_>>();
-    if left.is_empty() {
-        return Ok(Outcome::NotCovered);
-    }
-    let (mut batch, mut spent) = (FIRST_BATCH, Duration::ZERO);
-    while let Some(first) = left.first() {
-        // Tests of one program, and one at least.
-        let mut time = first.time;
-        let fits = |test: &&&Test| {
-            time += test.time;
-            test.program == first.program && time <= batch.saturating_add(first.time)
-        };
-        let now = 1 + left[1..].iter().take_while(fits).count();
-        let expected = left[..now].iter().map(|test| test.time).sum();
-        if spent + expected > limit {
-            return Ok(Outcome::Unfinished);
+
+    /// Keeps which of the tests failed, by what they have said.
+    fn keep(&self, file: &str, tests: &[usize], said: &Path) -> Result<(), Failure> {
+        let said = fs::read(said)?;
+        let said = String::from_utf8_lossy(&said);
+        let failed: HashSet<_> =
+            said.lines().filter_map(|line| line.strip_prefix("test ")?.strip_suffix(" ... FAILED")).collect();
+        let mut noticed = self.noticed.lock().unwrap();
+        let of_file = noticed.entry(file.to_owned()).or_default();
+        for &i in tests.iter().filter(|&&i| failed.contains(self.tests[i].name.as_str())) {
+            *of_file.entry(i).or_default() += 1;
         }
-        let names: Vec<_> = left[..now].iter().map(|test| test.name.as_str()).collect();
-        let endless = SLOWER * expected + START;
-        let mut child = command(RUN, &first.program, &names, endless).env("SCHEMATA", mutant.id.to_string()).spawn()?;
-        let start = Instant::now();
-        let status = loop {
-            if let Some(status) = child.try_wait()? {
-                break Some(status);
-            }
-            if start.elapsed() > WAITING * endless {
-                child.kill()?;
-                child.wait()?;
-                break None;
-            }
-            std::thread::sleep(Duration::from_millis(2));
-        };
-        match status {
-            None => return Ok(Outcome::TimedOut),
-            Some(status) if [SIGXCPU, SIGKILL].map(Some).contains(&status.signal()) => return Ok(Outcome::TimedOut),
-            Some(status) if !status.success() => return Ok(Outcome::Caught),
-            Some(_) => {}
-        }
-        (left, spent, batch) = (&left[now..], spent + expected, batch.saturating_mul(2));
+        Ok(())
     }
-    Ok(Outcome::Missed)
+
+    /// `said` is a file for what tests print.
+    fn outcome(&self, mutant: &Mutant, said: &Path) -> Result<Outcome, Failure> {
+        if self.built.unviable.contains(&mutant.id) {
+            return Ok(Outcome::Unviable);
+        }
+        let Some(&place) = self.built.places.get(&mutant.id) else { return Ok(Outcome::NotPlaced) };
+        let order = self.in_order(place, &mutant.file);
+        let mut left = order.as_slice();
+        if left.is_empty() {
+            return Ok(Outcome::NotCovered);
+        }
+        let (mut batch, mut spent) = (FIRST_BATCH, Duration::ZERO);
+        while let Some(&first) = left.first() {
+            let first = &self.tests[first];
+            // Tests of one program, and one at least.
+            let mut time = first.time;
+            let fits = |&&i: &&usize| {
+                let test = &self.tests[i];
+                time += test.time;
+                test.program == first.program && time <= batch.saturating_add(first.time)
+            };
+            let now = 1 + left[1..].iter().take_while(fits).count();
+            let (now, after) = left.split_at(now);
+            let expected = now.iter().map(|&i| self.tests[i].time).sum();
+            if spent + expected > self.limit {
+                return Ok(Outcome::Unfinished);
+            }
+            let names: Vec<_> = now.iter().map(|&i| self.tests[i].name.as_str()).collect();
+            let endless = SLOWER * expected + START;
+            let mut command = command(RUN, &first.program, &names, endless);
+            command.env("SCHEMATA", mutant.id.to_string()).stdout(fs::File::create(said)?);
+            match end(&mut command, WAITING * endless)? {
+                None => return Ok(Outcome::TimedOut),
+                Some(status) if [SIGXCPU, SIGKILL].map(Some).contains(&status.signal()) => {
+                    return Ok(Outcome::TimedOut);
+                }
+                Some(status) if !status.success() => {
+                    self.keep(&mutant.file, now, said)?;
+                    return Ok(Outcome::Caught);
+                }
+                Some(_) => {}
+            }
+            (left, spent, batch) = (after, spent + expected, batch.saturating_mul(2));
+        }
+        Ok(Outcome::Missed)
+    }
+}
+
+/// How a command ends; `None` where it has not within `limit` by the clock.
+fn end(command: &mut Command, limit: Duration) -> Result<Option<ExitStatus>, Failure> {
+    let mut child = command.spawn()?;
+    let start = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
+        }
+        if start.elapsed() > limit {
+            child.kill()?;
+            child.wait()?;
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
 }
