@@ -107,8 +107,8 @@ macro_rules! field {
 
 /// Makes a [`VectorField`] of an [`FieldFn`].
 ///
-/// With g groups of columns that share no row (n for a dense Jacobian, `lower + upper + 1` for a band) the Jacobian takes
-/// g + 1 sweeps and the curvature g(g + 1)/2. The extra sweep differentiates along all columns at once, which shows an f
+/// A dense Jacobian takes n sweeps. With g groups of columns that share no row (`lower + upper + 1` for a band) it takes g + 1, and the
+/// curvature, with g = n where it is dense, g(g + 1)/2. The extra sweep differentiates along all columns at once, which shows an f
 /// that does not have the declared structure; its Jacobian is then found column by column, so that it is refused.
 #[derive(Debug)]
 pub struct AutoField<F> {

@@ -143,7 +143,7 @@ pub enum SolveError {
     Input(#[from] InputError),
     /// Gauss–Newton iterations ran out, or came to rest where they need damping: away from a minimum of the action, or at one
     /// where the residual is large, which is no approximation of the solution. A shorter step has none of them.
-    #[error("the step came to rest after {} with |g| = {gradient:.1e}, |f| = {rate:.1e}", counted(*iterations))]
+    #[error("the step did not converge in {}: |g| = {gradient:.1e}, |f| = {rate:.1e}", counted(*iterations))]
     Stalled {
         /// Iterations spent.
         iterations: u32,

@@ -6,7 +6,9 @@ use crate::error::{InputError, NodeError, check_vector};
 
 /// A quadrature rule on \[0, 1\]: ∫ f ≈ Σ b_i f(c_i).
 ///
-/// Nodes of the rules by name are in ascending order; they are zeros of Legendre polynomials by Newton's method, exact to a few ε; weights have relative error below 4nε.
+/// Nodes of the rules by name are in ascending order: ends of the interval, and zeros of P_n (Gauss), P′_{n−1} (Lobatto) or (P_n − P_{n−1})/(1 − x) (Radau),
+/// of Legendre's polynomials on \[−1, 1\], by Newton's method. Nodes and weights have absolute errors of a few ε, so that polynomials of the rule's degree are integrated
+/// to 4(n + 1)ε; relative to itself the first weight of Radau's rule, which is small, has lost digits to 1 + x beside x = −1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadrature {
     nodes: Vec<f64>,

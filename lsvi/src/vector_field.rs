@@ -57,7 +57,7 @@ pub trait VectorField {
 
     /// Adds `scale` · ∂f_i/∂v_j to `out` (i, j).
     ///
-    /// J is part of the equation of a least-squares step, as in M z = h r₁, Bᵀz = 0. A wrong entry keeps their order and moves their
+    /// J is part of the equation of a least-squares step, as in M z = h r₁, h r₀ + Bᵀz = 0. A wrong entry keeps their order and moves their
     /// results, which no study of their order shows; other implicit methods only converge more slowly.
     fn add_jacobian(&self, t: f64, v: &[f64], scale: f64, out: &mut Jacobian);
 

@@ -13,8 +13,8 @@ use crate::variational::{StepEquations, repeat};
 /// K steps found together: the action Σ L_d is stationary in q₁, …, q_K, and in the interior values of every step.
 ///
 /// These are the discrete Euler–Lagrange equations D₂L_d(q_{i−1}, q_i) + D₁L_d(q_i, q_{i+1}) = 0 between the steps and
-/// p_K = 0 at the end. K = 1 is Method I; a K that spans the whole interval is the only closure of a least-squares
-/// Lagrangian that keeps the discrete Euler–Lagrange equations throughout. The rows of a window are handed out one by one,
+/// p_K = 0 at the end. K = 1 is Method I; a K that spans the whole interval keeps the discrete Euler–Lagrange equations
+/// throughout, as of the closures of a least-squares Lagrangian the position–momentum form alone does besides. The rows of a window are handed out one by one,
 /// with their momenta; the last window of a grid is as short as it must be. The equations are block tridiagonal, and the
 /// cost is proportional to K.
 #[derive(Debug)]

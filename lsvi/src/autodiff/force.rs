@@ -16,7 +16,7 @@ pub trait ForceFn {
     fn force<T: Scalar>(&self, t: f64, q: &[T], v: &[T], out: &mut [T]);
 }
 
-/// Makes a [`Force`] of a [`ForceFn`]: its derivatives in 2n evaluations.
+/// Makes a [`Force`] of a [`ForceFn`]: its derivatives in n evaluations of duals each.
 #[derive(Debug)]
 pub struct AutoForce<F> {
     function: F,

@@ -14,8 +14,8 @@ use crate::vector_field::{VectorField, check_system};
 /// L(t, v, v̇) = ½ rᵀ W r of the residual r = M v̇ − f, Eq. (15); W = M⁻¹ unless a metric is given.
 ///
 /// Its action is least, and zero, on the solutions of M v̇ = f(t, v), where the conjugate momentum p = M W r vanishes.
-/// Another metric is another method: W is part of the statement of the problem. The natural metric M⁻¹ does not depend
-/// on how the equations are multiplied by M: with it L = ½ (v̇ − M⁻¹f)ᵀ M (v̇ − M⁻¹f).
+/// Another metric is another method: W is part of the statement of the problem. With the natural metric M⁻¹
+/// it is L = ½ (v̇ − M⁻¹f)ᵀ M (v̇ − M⁻¹f).
 ///
 /// In the natural metric of a diagonal M the second derivatives follow the [structure](VectorField::structure) of the field;
 /// of any other metric, whose inverse fills, they are dense.

@@ -19,6 +19,9 @@ const TWISTED_CONDITION: f64 = 67_108_864.0;
 #[derive(Debug)]
 pub(super) struct LinearStep {
     solver: Box<dyn StepSolver>,
+    /// The right-hand side of a step, while `solver` iterates and is not the user's: where its iterations end early, as on waves, factors
+    /// of twice the order take its place.
+    kept: Option<Vec<f64>>,
     /// To be used in the place of `solver` where the condition number allows.
     twisted: Option<Twisted>,
     uses_twisted: bool,
@@ -39,13 +42,15 @@ impl LinearStep {
     pub(super) fn new(dim: usize, structure: &Structure, mass: &Mass, solver: Option<Box<dyn StepSolver>>) -> Self {
         let chooses = solver.is_none() && matches!(structure, Structure::Banded { .. });
         let fits = chooses && matches!(mass, Mass::Identity | Mass::Diagonal(_));
-        let solver = solver.unwrap_or_else(|| match structure {
-            Structure::Sparse(_) => Box::new(Iterative::to_rounding(Factored::default())),
-            _ => Box::new(Augmented::new()),
-        });
         let zeros = vec![0.0; dim];
+        let iterates = solver.is_none() && matches!(structure, Structure::Sparse(_));
+        let solver = solver.unwrap_or_else(|| match iterates {
+            true => Box::new(Iterative::to_rounding(Factored::default())),
+            false => Box::new(Augmented::new()),
+        });
         Self {
             solver,
+            kept: iterates.then(|| zeros.clone()),
             twisted: fits.then(Twisted::new),
             uses_twisted: false,
             b: (*structure != Structure::MatrixFree).then(|| Jacobian::with_structure(dim, structure)),
@@ -159,7 +164,20 @@ impl LinearStep {
             Some(twisted) if self.uses_twisted => twisted,
             _ => &mut *self.solver,
         };
-        work.inner += solver.solve_normal(&b, 0.0, Some(&self.upper), v1, 0.0)?;
+        if let Some(kept) = &mut self.kept {
+            kept.copy_from_slice(v1);
+        }
+        work.inner += match (solver.solve_normal(&b, 0.0, Some(&self.upper), v1, 0.0), &self.kept) {
+            (Err(SolveError::Linear { iterations, .. }), Some(kept)) => {
+                v1.copy_from_slice(kept);
+                self.kept = None;
+                self.solver = Box::new(Augmented::new());
+                self.solver.prepare(&b)?;
+                work.factorizations += 1;
+                u64::from(iterations) + self.solver.solve_normal(&b, 0.0, Some(&self.upper), v1, 0.0)?
+            }
+            (solved, _) => solved?,
+        };
         if v1.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(SolveError::NonFinite) }
     }
 }

@@ -139,6 +139,60 @@ fn linear_method_i_is_the_same_in_every_structure_with_entries_on_one_side() {
 }
 
 /// Factors serve for steps of their own size alone: one that differs by a little is off by as little.
+/// u_tt = u_xx between fixed ends, displacements and velocities in turn: nothing is damped.
+struct FixedString {
+    points: usize,
+    structure: Structure,
+}
+
+impl VectorField for FixedString {
+    fn dim(&self) -> usize {
+        2 * self.points
+    }
+    fn structure(&self) -> Structure {
+        self.structure.clone()
+    }
+    fn is_linear(&self) -> bool {
+        true
+    }
+    fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+        let stiffness = ((self.points + 1) as f64).powi(2);
+        for i in 0..self.points {
+            let beside = [i.checked_sub(1), Some(i + 1)].map(|j| j.and_then(|j| v.get(2 * j)).unwrap_or(&0.0));
+            dv[2 * i] = v[2 * i + 1];
+            dv[2 * i + 1] = stiffness * (beside[0] - 2.0 * v[2 * i] + beside[1]);
+        }
+    }
+    fn add_jacobian(&self, _t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+        let stiffness = scale * ((self.points + 1) as f64).powi(2);
+        for i in 0..self.points {
+            out.add(2 * i, 2 * i + 1, scale);
+            out.add(2 * i + 1, 2 * i, -2.0 * stiffness);
+            if i > 0 {
+                out.add(2 * i + 1, 2 * i - 2, stiffness);
+            }
+            if i + 1 < self.points {
+                out.add(2 * i + 1, 2 * i + 2, stiffness);
+            }
+        }
+    }
+}
+
+/// Conjugate gradients with P = B take hundreds of iterations there, or do not come to rounding.
+#[test]
+fn linear_method_i_steps_waves_in_every_structure() {
+    let points = 150;
+    let n = 2 * points;
+    let of = |structure, h| end(method_i(FixedString { points, structure }).expect("usable"), wave(n), h, 5.0 * h);
+    for h in [2e-4, 1e-3, 2e-3, 1e-2] {
+        let banded = of(Structure::Banded { lower: 3, upper: 1 }, h);
+        // κ(I + BᵀB) ≤ 1 + ‖B‖² with ‖B‖ ≤ 1 + 4h/dx².
+        let condition = 1.0 + (1.0 + 4.0 * h * ((points + 1) as f64).powi(2)).powi(2);
+        let largest = banded.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
+        assert_same(&of(sparse_band(n, 3, 1), h), &banded, 5.0, largest * condition, &format!("h = {h}"));
+    }
+}
+
 #[test]
 fn a_linear_step_of_nearly_the_same_size_is_that_of_a_new_method() {
     for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 0 }, sparse_band(6, 1, 0)] {

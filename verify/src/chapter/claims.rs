@@ -225,7 +225,7 @@ fn section(judged: &Judged) -> Section {
 }
 
 /// What the abstracts and the conclusions say besides, and why no computation decides it.
-const UNEXAMINED: [(&str, &str); 19] = [
+const UNEXAMINED: [(&str, &str); 21] = [
     (
         "Validation of the canonical Hamiltonian formulation ([S24] Abstract, Sections 5 and 6)",
         "The accuracy of a scheme does not distinguish the formulation from any other with the same solutions: the least-squares Lagrangian of an \
@@ -251,6 +251,16 @@ const UNEXAMINED: [(&str, &str); 19] = [
     (
         "Symplectic integrators cannot be applied to (10), (16) and (30) themselves ([S24] Sections 2 to 4)",
         "It depends on the word. The midpoint rule is applied to (10), and is called symplectic for what it does to Hamiltonian systems.",
+    ),
+    (
+        "First-order time derivatives are not the variation of a first-order Lagrangian without unphysical terms ([S24] Section 2)",
+        "The least-squares Lagrangian is of first order in v̇. Its variation gives (14), which is of second order and has solutions besides those of (10): \
+         with p other than 0.",
+    ),
+    (
+        "Liouville's theorem holds automatically ([S24] Section 2)",
+        "Of (14) in (v, p) it does, as of any Hamiltonian system. In v, on the surface p = 0 to which the motion is confined, volumes shrink wherever the \
+         system dissipates. What a step does to them is S24-m-2.",
     ),
     (
         "The principle includes the terms of higher order by itself ([S24] Section 3)",

@@ -74,7 +74,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         Panel::new(Axis::log(label), Axis::log("error in (q, p)"), curves)
     };
     let caption = "Error in (q, p) after one period of Kepler's problem, eccentricity 0.6, against steps and against evaluations of \
-                   the step equations, one for each iteration of Newton's method; rk4 evaluates the right-hand side instead.";
+                   the step equations, one for each iteration; rk4 evaluates the right-hand side instead.";
     let panels = [panel("steps", "steps"), panel("evaluations of the step equations", "residuals")];
     let figure = Figure::new("work-precision", caption, data.id.clone(), panels).in_columns(2);
     let figure = figure.telling(&TOLD);

@@ -53,10 +53,10 @@ claimed is that on v' = f(t, v) with this c. Orders that do not settle are
 looked at in finer steps and over longer times.
 
 Claims: order 4, embedded order 3, stage order 2, explicit, implicit, diagonally
-implicit, A-stable, A(88)-stable, L-stable, algebraically stable, stiffly accurate,
-symplectic, symmetric, zero-stable, dispersion order 4, dissipation order 5,
-stable on the imaginary axis to 2.8; each with `not` before it denies. What a
-kind is not judged by is inconclusive.
+implicit, A-stable, A(88)-stable, L-stable, algebraically stable, stiffly
+accurate, symplectic, symmetric, zero-stable, dispersion order 4, dissipation
+order 5, stable on the imaginary axis to 2.8; each with `not` before it denies.
+What a kind is not judged by is inconclusive.
 
 Order conditions are those of the rooted trees, up to order 10; of coloured ones
 for methods with two parts. Where conditions fail, every change of a single

@@ -121,3 +121,22 @@ fn misused(error: &clap::Error) -> ! {
     let _ = layout::message(&mut io::stderr(), "", &text);
     std::process::exit(error.exit_code())
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::Cli;
+
+    /// A longer line would be broken after 80 columns, and leave a word alone on the next.
+    #[test]
+    fn what_stands_below_the_options_is_in_lines_of_a_terminal() {
+        let cli = Cli::command();
+        for command in cli.get_subcommands().chain([&cli]) {
+            let below = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            for line in below.lines() {
+                assert!(line.chars().count() <= 80, "{}: {line}", command.get_name());
+            }
+        }
+    }
+}

@@ -299,7 +299,7 @@ fn judged(case: &PeriodicErrors, found: &Found) -> Result<Vec<Check>, StudyError
             format!("The reference keeps the balance of {what} on {setting}: what it leaves of it over the smallest error of the others"),
             found.reference_balance[place].abs() / smallest,
             Requirement::AtMost(0.01),
-            "RK4 and Simpson's rule are of fourth order, so that an equation without a term too many or too few leaves nothing",
+            "a hundredth of what is compared by it; RK4 and Simpson's rule are of fourth order, so that an equation without a term too many or too few leaves less",
         ));
     }
     Ok(checks)

@@ -101,7 +101,8 @@ fn homogeneous(context: &Context) -> Result<Finding, StudyError> {
         let Line { name, degree, ratio, ref sizes } = *line;
         for (scale, size) in sizes {
             let what = format!("|F| relative on the line of {name}, degree {degree}, scale {scale:e}");
-            cases.push(Case::below(what, *size, 1e-14));
+            // A line that is off by an angle changes F of degree d by no more than d times that.
+            cases.push(Case::below(what, *size, degree.max(1.0) * ZERO));
         }
         let ratio = if ratio.abs() <= ZERO { "0 to rounding".into() } else { text(ratio) };
         ratios.push(format!("{ratio} ({name})"));

@@ -216,7 +216,8 @@ fn method_i_finds_the_steady_state(context: &Context) -> Result<Finding, StudyEr
     let (mut cases, mut last) = (Vec::new(), 0.0);
     for h in [10.0, 100.0, 1e3, 1e4, 1e5, 1e6] {
         last = OneStep::growth("method-i", h).or_infinity(context)?;
-        cases.push(Case::below(format!("|v₁|, h = {h}"), last.abs(), 10.0 / (h * h)));
+        // R = 2/(h² + 2h + 2), below 2/h² by 2/h of itself; the roundings of the step are hε of it.
+        cases.push(Case::below(format!("|v₁|, h = {h}"), last.abs(), 2.0 / (h * h)));
     }
     let evidence = format!("One step of h = 10⁶ leaves {} of v₀, that is {}/h².", text(last), text(last * 1e12));
     Ok(Finding::on(cases, evidence).beside("v₁/v₀, h = 10⁶", "→ 0", last).because(
@@ -229,7 +230,8 @@ fn method_ii_at_infinity(context: &Context) -> Result<Finding, StudyError> {
     let (mut cases, mut last) = (Vec::new(), 0.0);
     for h in [10.0, 100.0, 1e3, 1e4, 1e5, 1e6] {
         last = (OneStep::growth("method-ii", h).or_infinity(context)? + 1.0).abs();
-        cases.push(Case::below(format!("|v₁/v₀ + 1|, h = {h}"), last, 5.0 / h));
+        // R + 1 = 4/(h + 2), below 4/h by 2/h of itself; a rounding of R is hε of it.
+        cases.push(Case::below(format!("|v₁/v₀ + 1|, h = {h}"), last, 4.0 / h));
     }
     let evidence = format!("At h = 10⁶ the ratio v₁/v₀ is −1 to {}.", text(last));
     Ok(Finding::on(cases, evidence).beside("v₁/v₀, h = 10⁶", "→ −1", last - 1.0).because(

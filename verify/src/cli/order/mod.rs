@@ -48,9 +48,9 @@ The default reference is the exact solution where it is known, else CVODE (or
 diffsol in a build without it). A solver is run at two tolerances; the bound on
 its error that follows is part of an error's floor.
 
-JSON, one object: problem, method, reference, t_end, expected {order, band} or null,
-declared {nominal, reason} or null, notes, slope, stderr, r_squared (null where
-there is no fit), verdict (pass, measured, fail, inconclusive), reason, and
+JSON, one object: problem, method, reference, t_end, expected {order, band} or
+null, declared {nominal, reason} or null, notes, slope, stderr, r_squared (null
+where there is no fit), verdict (pass, measured, fail, inconclusive), reason, and
 points, coarse to fine, each {h, error, floor, local_order, kept, reason}. error
 and floor are null where the run failed. local_order is taken with the next
 coarser point; null where there is none. reason says why a point was dropped,
@@ -84,14 +84,16 @@ their number of cells), each other one a quantity, lines with # are comments.
 Three grids that converge from one side give the order, the limit and the grid
 convergence index of Celik et al. (2008); values that alternate follow no power
 law, and have formal ones by that procedure, of which none is judged. Four or
-more have the least squares of Eca and Hoekstra (2014) and the test whether the order has settled. Half a unit of the last digit given
-is the resolution of a value: differences below ten times that decide nothing,
-and the finest grids are left out where they differ by less, or by rounding.
+more have the least squares of Eca and Hoekstra (2014) and the test whether the
+order has settled. Half a unit of the last digit given is the resolution of a
+value: differences below ten times that decide nothing, and the finest grids are
+left out where they differ by less, or by rounding.
 JSON, for one quantity: quantity, grids, order, order_uncertainty, extrapolated,
 gci_fine (a part of the value, 0.01 for 1 %), celik {order, formal, limit,
 approximate_error, extrapolated_error, gci_fine, gci_medium} or null, of the
-three finest grids, formal where their differences alternate, convergence (monotonic,
-oscillatory, divergent, oscillatory and divergent, unresolved, unknown),
+three finest grids, formal where their differences alternate, convergence
+(monotonic, oscillatory, divergent, oscillatory and divergent, unresolved,
+unknown),
 triplet_orders and pair_orders (coarse to fine), least_squares {form, weighted,
 grids, limit, deviation, uncertainty} or null, verdict, reason, notes; for
 several: verdict and quantities. What could not be found is null.

@@ -18,6 +18,8 @@ pub struct Identities {
 /// By how much they fail, relative to what they equate.
 #[derive(Debug)]
 pub struct Found {
+    /// How many unknowns there are.
+    pub unknowns: usize,
     /// yᵀ(J x) = (Jᵀy)ᵀx.
     pub adjoint: f64,
     /// J x is the derivative of f, which is quadratic, so that central differences have no error but rounding.
@@ -32,10 +34,11 @@ impl Experiment for Identities {
 
     fn measure(&self, context: &Context) -> Result<Found, StudyError> {
         context.announce(1);
-        let [adjoint, jacobian] = of_products(&*setting(self.flow)?.field());
+        let problem = setting(self.flow)?;
+        let (unknowns, [adjoint, jacobian]) = (problem.field().dim(), of_products(&*problem.field()));
         let work = if self.is_closed { Some(work(self.flow)?) } else { None };
         context.tick();
-        Ok(Found { adjoint, jacobian, work })
+        Ok(Found { unknowns, adjoint, jacobian, work })
     }
 }
 
