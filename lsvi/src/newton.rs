@@ -74,15 +74,18 @@ const ROUNDINGS: f64 = 8.0;
 const GROWTH: f64 = 1.5;
 /// Shortest piece of a continuation relative to what it has reached: a fold is located to this precision.
 const SHORTEST: f64 = 1e-10;
-/// Part of what a continuation has reached by which it goes on beyond its end, to look for the branch behind a kink.
-const ACROSS: f64 = 64.0 * SHORTEST;
+/// Parts of what a continuation has reached by which it goes on beyond its end, to look for the branch behind a kink: first so far that roundings hide nothing, and
+/// differences of derivatives do not reach back across the kink; less where the branch does not go on straight for that long.
+const ACROSS: [f64; 3] = [640_000.0 * SHORTEST, 6400.0 * SHORTEST, 64.0 * SHORTEST];
 /// How straight the branch is on both sides of a kink. A continuation ends elsewhere as the derivative changes by [`SURE_CONTRACTION`] on its
 /// shortest pieces.
 const STRAIGHT: f64 = 1e-3;
-/// Times by which the branch may be steeper behind a kink than it was on the whole.
-const STEEPEST: f64 = 1e6;
+/// How far behind a kink it may lead on the longest of these ways, relative to the whole: a hundred times as steeply, and on the shortest 10⁶ times.
+const FARTHEST: f64 = 1e6 * 64.0 * SHORTEST;
 /// Iterations to the branch behind a kink: each may change the side of the kink in one component.
 const CROSSINGS: u32 = 20;
+/// Attempts of a continuation from which on pieces on which F is affine are told by increments in proportion to them.
+const SLOW: u32 = 40;
 /// Attempts on the pieces of one continuation. A fold takes log₂(1/SHORTEST) halvings, and the branch before it few more;
 /// more than that is the crawl of an equation whose derivative is wrong.
 const PIECES: u32 = 500;
@@ -410,7 +413,7 @@ impl Newton {
         let first = match found {
             Ok(Root::Found { contraction })
                 if (self.is_in_reach(way, contraction) && self.has_short_tangent(system, h)
-                    || LOOKS.iter().all(|part| self.is_borne_out(system, (0.0, h), *part, x)))
+                    || LOOKS.iter().all(|part| self.is_borne_out(system, (0.0, h), *part, false, x)))
                     && self.is_regular(system, h, contraction)
                     && self.contracts_on_way_to_guess(system, h) =>
             {
@@ -687,13 +690,13 @@ impl Newton {
         self.point.copy_from_slice(&self.origin);
         let mut failure = first;
         let (mut reached, mut piece) = (0.0, 0.5 * h);
-        for _ in 0..PIECES {
+        for attempt in 0..PIECES {
             if reached >= h {
                 return Ok(());
             }
             let target = if reached + piece >= h { h } else { reached + piece };
             let advanced = if is_known {
-                self.advance(system, reached, target, x)
+                self.advance(system, (reached, target), attempt >= SLOW, x)
             } else {
                 self.advance_along_secant(system, target, target / h, x)
             };
@@ -715,10 +718,9 @@ impl Newton {
                 return Err(if is_singular { SolveError::Singular } else { failure });
             }
             if piece < self.shortest_piece(system) * reached {
-                let target = h.min(reached * (1.0 + ACROSS));
-                if !self.crosses_kink(system, (reached, target), x) {
-                    return Err(failure.beyond(reached));
-                }
+                let targets = ACROSS.map(|part| h.min(reached * (1.0 + part)));
+                let crossed = targets.into_iter().find(|target| self.crosses_kink(system, (reached, *target), x));
+                let Some(target) = crossed else { return Err(failure.beyond(reached)) };
                 self.origin.copy_from_slice(x);
                 (reached, piece) = (target, 0.5 * (h - target));
             }
@@ -745,7 +747,7 @@ impl Newton {
         }
         let way = difference(&self.origin, 1.0, &self.start);
         is_found
-            && difference(x, 1.0, &self.origin) <= STEEPEST * ACROSS * way
+            && difference(x, 1.0, &self.origin) <= FARTHEST * way
             && self.is_straight(system, (target, 0.5 * (reached + target)), x)
             && !self.is_turned()
     }
@@ -775,10 +777,20 @@ impl Newton {
     }
 
     /// Sets `x` to the continuation of the branch from the origin, its point at `from`, to `target`.
-    fn advance(&mut self, system: &mut dyn System, from: f64, target: f64, x: &mut [f64]) -> Result<(), SolveError> {
+    ///
+    /// What a derivative makes of the residual at another step size may be far from what it makes of its own, as BᵀB of components in unlike units does.
+    /// Where F is affine on the way to half of the digits, increments in proportion to the way tell as much; `tells_affine` asks for that.
+    fn advance(
+        &mut self,
+        system: &mut dyn System,
+        (from, target): (f64, f64),
+        tells_affine: bool,
+        x: &mut [f64],
+    ) -> Result<(), SolveError> {
         x.copy_from_slice(&self.origin);
         let middle = 0.5 * (from + target);
         self.set_increment(system, middle, x)?;
+        self.whole.copy_from_slice(&self.increment);
         system.residual(target, x, &mut self.part);
         self.lu.solve(&mut self.part);
         let scale = system.scale(middle) / system.scale(target);
@@ -789,23 +801,36 @@ impl Newton {
             self.limit.scale / system.scale(target)
         });
         self.set_increment(system, target, x)?;
-        let close = is_close(&self.increment, 1.0, &self.part, self.roundoff())
+        let roundoff = self.roundoff();
+        let mut same = is_close(&self.increment, 1.0, &self.part, roundoff);
+        let close = (same || tells_affine && is_close(&self.increment, 2.0, &self.whole, roundoff))
             && reference.is_none_or(|scale| {
                 self.whole.copy_from_slice(&self.increment);
                 self.point.copy_from_slice(x);
-                is_close(&self.increment, scale, &self.reference, self.roundoff())
-                    && self.is_along_tangent(system, target, 1.0)
+                same &= is_close(&self.increment, scale, &self.reference, roundoff);
+                (same || tells_affine) && self.is_along_tangent(system, target, if same { 1.0 } else { 2.0 * CLOSE })
             });
         if !close {
             return Err(SolveError::Diverged { iterations: 1, increment: max_norm(&self.increment) });
         }
-        self.iterate(system, target, x, SURE_CONTRACTION)?;
-        if self.is_borne_out(system, (from, target), LOOKS[0], x) { Ok(()) } else { Err(SolveError::OtherBranch) }
+        let is_found = match self.iterate(system, target, x, SURE_CONTRACTION)? {
+            Root::Only => true,
+            Root::Found { contraction } => same || contraction * max_norm(&self.whole) <= roundoff,
+        };
+        let is_borne_out = is_found && self.is_borne_out(system, (from, target), LOOKS[0], tells_affine, x);
+        if is_borne_out { Ok(()) } else { Err(SolveError::OtherBranch) }
     }
 
     /// Whether on a part of the way from the origin, at step size `from`, to `x`, the root at `target`, the derivative makes of the first
     /// residual nearly the same increment as at the origin, and increments contract from the chord to a root.
-    fn is_borne_out(&mut self, system: &mut dyn System, (from, target): (f64, f64), part: f64, x: &[f64]) -> bool {
+    fn is_borne_out(
+        &mut self,
+        system: &mut dyn System,
+        (from, target): (f64, f64),
+        part: f64,
+        tells_affine: bool,
+        x: &[f64],
+    ) -> bool {
         let between = from + part * (target - from);
         let mut on_chord = std::mem::take(&mut self.reference);
         let ends = self.origin.iter().zip(x);
@@ -822,8 +847,16 @@ impl Newton {
         system.residual(between, &self.reference, &mut self.increment);
         self.work.residuals += 1;
         self.lu.solve(&mut self.increment);
-        is_close(&self.part, system.scale(target) / system.scale(between), &self.whole, self.roundoff())
-            && max_norm(&self.increment) <= SURE_CONTRACTION * bend + self.roundoff()
+        let contracts = |by: f64| max_norm(&self.increment) <= by * bend + self.roundoff();
+        let (sure, affine) = (contracts(SURE_CONTRACTION), tells_affine && contracts(f64::EPSILON.sqrt()));
+        let scale = system.scale(target) / system.scale(between);
+        sure && (is_close(&self.part, scale, &self.whole, self.roundoff())
+            || affine && {
+                system.residual(between, &self.origin, &mut self.part);
+                self.work.residuals += 1;
+                self.lu.solve(&mut self.part);
+                is_close(&self.whole, part.recip(), &self.part, self.roundoff())
+            })
     }
 
     /// Sets `x` to a root at `target`, the part `way` of the step, to which the iteration contracts from the secant through the
