@@ -212,6 +212,22 @@ fn knows_the_sign_of_the_determinant() {
     }
 }
 
+/// With a small diagonal rows are exchanged, two of them or all three in turn; with a large one none.
+#[test]
+fn knows_the_sign_of_the_determinant_whichever_rows_were_exchanged_before() {
+    let structure = Structure::sparse(3, (0..3).flat_map(|i| (0..3).map(move |j| (i, j)))).expect("inside");
+    let mut lu = Lu::<f64>::of(&Jacobian::with_structure(3, &structure));
+    let places = [[0, 1, 2], [1, 0, 2], [1, 2, 0], [0, 2, 1], [2, 0, 1], [2, 1, 0]];
+    for of in (0..6).flat_map(|k| (0..6).flat_map(move |l| [k, l])) {
+        let mut a = Jacobian::with_structure(3, &structure);
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            a.add(i, j, if places[of][i] == j { 1.0 } else { 1e-3 * (i + 2 * j) as f64 });
+        }
+        lu.factor(&a).expect("regular");
+        assert_eq!(lu.sign(), a.to_dense().determinant().signum(), "{:?}", places[of]);
+    }
+}
+
 #[test]
 fn solves_badly_scaled_rows() {
     for structure in [Structure::Dense, Structure::Banded { lower: 1, upper: 1 }] {

@@ -199,6 +199,20 @@ fn options_are_obeyed() {
     assert!(matches!(result, Err(StepError::BelowShortest { h_min: 0.3, .. })), "{result:?}");
 }
 
+/// A first step of 10 is rejected by the iteration, shorter ones by their errors.
+#[test]
+fn a_step_that_is_rejected_is_one_of_those_that_are_allowed() {
+    let limit = 60;
+    let options = Options::new(Tolerances::new(1e-8, 1e-8).expect("positive")).max_steps(limit);
+    let options = options.and_then(|options| options.h0(10.0)).expect("positive");
+    let mut method = Radau::new(field_of(VanDerPol { mu: 1.0 }), options).expect("valid");
+    let run = Trajectory::new(&mut method, State::new(0.0, vec![2.0, 0.0]), 1e6, 1e6).expect("valid");
+    let ended = run.observe(|_| {});
+    assert!(matches!(ended, Err(StepError::TooManySteps { .. })), "{ended:?}");
+    let (accepted, rejected) = (method.work().steps, method.rejected());
+    assert!(rejected > 0 && accepted + rejected == limit, "{accepted} accepted, {rejected} rejected");
+}
+
 /// The steps that are allowed are those from one start: a second one has as many.
 #[test]
 fn another_start_has_all_its_steps() {

@@ -7,8 +7,8 @@ use lsvi::discrete::{Galerkin, Midpoint, Trapezoidal};
 use lsvi::quadrature::Quadrature;
 use lsvi::solver::{Augmented, Iterative};
 use lsvi::{
-    Factored, InputError, Integrator, Jacobian, LeastSquares, LeastSquaresStep, SolveError, State, StepError,
-    Structure, Trajectory, Variational, VectorField, Window, least_squares, method_i, method_ii,
+    Factored, InputError, Integrator, Jacobian, Lagrangian, LeastSquares, LeastSquaresStep, SolveError, State,
+    StepError, Structure, Trajectory, Variational, VectorField, Window, least_squares, method_i, method_ii,
 };
 
 /// v̇ = −v − v³/10 with an entry of its Jacobian at a place where there is none.
@@ -110,4 +110,22 @@ fn every_method_refuses_a_derivative_where_its_matrix_has_no_entries() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// ∂L/∂v is a product with the Jacobian, and of one that lacks an entry there is none.
+#[test]
+fn the_gradient_of_a_least_squares_lagrangian_is_unknown_where_an_entry_is_missing() {
+    let sparse = Structure::sparse(3, [(1, 0)]).expect("inside");
+    for (structure, at) in
+        [(Structure::Dense, (0, 3)), (Structure::Banded { lower: 1, upper: 1 }, (0, 2)), (sparse, (0, 2))]
+    {
+        let field = Stray { dim: 3, structure: structure.clone(), at, from: 0.45 };
+        let lagrangian = LeastSquares::new(field).expect("usable");
+        let is_known = |t: f64| {
+            let (mut of_v, mut of_rate) = ([0.0; 3], [0.0; 3]);
+            lagrangian.gradient(t, &[1.0, 0.5, -0.3], &[0.2; 3], &mut of_v, &mut of_rate);
+            of_v.map(|x| !x.is_nan())
+        };
+        assert_eq!([0.4, 0.5].map(is_known), [[true; 3], [false; 3]], "{structure:?}");
+    }
 }

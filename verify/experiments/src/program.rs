@@ -450,6 +450,22 @@ mod tests {
         assert_eq!(answer.end(), (1.0, &[2.0][..]));
     }
 
+    /// A table that is written in whole may be a part of another.
+    #[test]
+    #[cfg(unix)]
+    fn a_program_that_is_killed_after_its_table_has_failed() {
+        let run = |end: &str| {
+            let command = format!("sh -c 'echo t,v; echo 1,2; {end}'");
+            let program = Program::new(&command, Duration::from_secs(60)).expect("a command");
+            program.run(&Request::default(), &columns())
+        };
+        assert!(run("exit 0").is_ok());
+        for signal in ["KILL", "TERM"] {
+            let ended = run(&format!("kill -{signal} $$"));
+            assert!(matches!(ended, Err(ProgramError::Failed { .. })), "{ended:?}");
+        }
+    }
+
     /// However much a program says before it fails, the end is shown.
     #[test]
     #[cfg(unix)]

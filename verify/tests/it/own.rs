@@ -479,6 +479,9 @@ fn a_wrong_header_stops_at_the_first_run_and_shows_the_right_one() {
     assert!(say("list problems").1.contains("header t,q,p"));
 }
 
+/// A program that ends after every limit.
+const LATE: &str = "sh -c 'sleep 300'";
+
 /// 0 holds, 1 is refuted, 2 is bad input, 3 is inconclusive: by every command that runs a program.
 #[test]
 fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive() {
@@ -500,7 +503,6 @@ fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive
         "--h",
         "0.2,0.1,0.05,0.025",
     ];
-    let late = ["--time-limit", "1"];
     let lines = [(&order[..], [0, 1]), (&judge, [0, 1]), (&compare, [0, 1]), (&refined, [0, 0])];
     // Side by side, because one of the programs is waited for.
     let judged = |line: &[&str], statuses: [i32; 2]| {
@@ -511,9 +513,11 @@ fn a_program_that_does_not_start_is_bad_input_and_one_that_fails_is_inconclusive
             ("false", 3),
             ("sh -c 'echo sh: no such thing as one that there would be >&2; exit 1'", 3),
             ("sh -c 'echo t,v; echo 0,junk'", 3),
-            ("sh -c 'sleep 30'", 3),
+            (LATE, 3),
         ] {
-            let (code, out, error) = verify(&[line, &["--program", program], &late].concat());
+            // The others have all the time that they need, however busy the machine.
+            let limit: &[&str] = if program == LATE { &["--time-limit", "1"] } else { &[] };
+            let (code, out, error) = verify(&[line, &["--program", program], limit].concat());
             assert_eq!(code, status, "{line:?} {program}: {out}{error}");
             // In a table the reason is told once, and again below it.
             assert!(flat(&out).matches("sh: no such").count() <= 3, "{out}");

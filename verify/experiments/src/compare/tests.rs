@@ -423,6 +423,51 @@ fn what_methods_differ_by_puts_no_reference_in_doubt() {
     assert!(notes.iter().any(|note| note.starts_with("By t = 25 the solution has come to rest")), "{notes:?}");
 }
 
+/// What differs in the end may agree nearer to the start, and differs all the same; only what is not decided there is asked again.
+#[test]
+fn a_difference_up_to_the_later_time_is_none_to_be_compared_up_to_the_earlier() {
+    let problem = problem::build("logistic", &[]).expect("known");
+    let limit = problem.limit(Principle::Equation);
+    let method = named("trapezoidal");
+    for standing in [Standing::Differs, Standing::Agrees, Standing::Unresolved, Standing::Undecided] {
+        let mut found = [Compared {
+            equation: (limit.name, limit.reason),
+            solver: method.name(),
+            truth: None,
+            difference: None,
+            bound: None,
+            standing,
+            status: String::new(),
+        }];
+        let note = again(&*problem, &limit, [1.0, 2.0], (&[&*method], &[]), &mut found);
+        let is_open = matches!(standing, Standing::Unresolved | Standing::Undecided);
+        assert_eq!(note.is_some(), is_open, "{standing:?}: {note:?}");
+        assert_eq!(found[0].standing, if is_open { Standing::Agrees } else { standing });
+    }
+}
+
+/// The rows of a program at the sample times are there to the roundings of sums of steps; a solution that hardly moves agrees at any other.
+#[test]
+#[cfg(unix)]
+fn a_row_beside_a_sample_time_is_none_of_that_time() {
+    let problem = problem::build("logistic", &[]).expect("known");
+    let horizon = problem.horizon();
+    let times = sample_times(horizon);
+    let answers = |late: f64| {
+        let rows: String = times.iter().map(|t| format!("; echo {},1", t + late * horizon)).collect();
+        let command = format!("sh -c 'echo t,v{rows}'");
+        let program = Program::new(&command, std::time::Duration::from_secs(60)).expect("a command");
+        let guest = Guest { name: "late".into(), program, request: Request::default(), order: 1.0 };
+        by_program(&*problem, &guest, &times, None)
+    };
+    for late in [0.0, 1e-12, -1e-12] {
+        assert!(answers(late).is_ok(), "{late}");
+    }
+    for late in [3e-3, -3e-3, 1e-6] {
+        assert!(matches!(answers(late), Err(Gap::Failed(_))), "{late}");
+    }
+}
+
 /// Errors of the state within its bound, with the worst signs for each component shown, come to the bound of what is shown.
 #[test]
 fn the_bound_of_what_is_shown_is_met_by_the_worst_errors_of_the_state() {
