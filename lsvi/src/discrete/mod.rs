@@ -191,3 +191,17 @@ fn straight(h: f64, q0: &[f64], v: &[f64], out: &mut [f64]) {
         *o = q + h * v;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_cancel_to_roundings_of_their_size() {
+        let cancel = |size: f64, off: f64| MomentumWeights { alpha: -size, beta: size * (1.0 + off) }.cancel();
+        for size in [3e-5, 1.0, 3e5] {
+            assert!(cancel(size, 0.0) && cancel(size, f64::EPSILON), "{size}");
+            assert!(!cancel(size, 1e-11) && !cancel(size, f64::NAN), "{size}");
+        }
+    }
+}
