@@ -13,6 +13,7 @@ mod compare;
 mod figures;
 mod file;
 mod mechanics;
+mod order;
 mod registry;
 mod store;
 mod table;
@@ -129,6 +130,14 @@ impl Row {
             number.truth = known.into();
         }
         self
+    }
+}
+
+#[cfg(test)]
+impl Row {
+    /// Whether nothing is wrong with it, whatever a file says.
+    fn is_fit(&self) -> bool {
+        !compare(&[], std::slice::from_ref(self)).iter().any(|change| change.difference.is_wrong())
     }
 }
 
