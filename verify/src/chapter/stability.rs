@@ -326,9 +326,9 @@ mod tests {
             members[place].on_axis += off;
             theorem(&ratios, &members.each_ref()).map(|check| check.outcome == Outcome::Pass)
         };
-        for place in 0..ratios.len() {
+        for (place, ratio) in ratios.into_iter().enumerate() {
             assert_eq!(outcomes(place, 1.0, 6.0 / FAR), [true, true], "{place}");
-            let other = if ratios[place].abs() > 1.0 { 0.5 } else { 1.1 };
+            let other = if ratio.abs() > 1.0 { 0.5 } else { 1.1 };
             assert_eq!(outcomes(place, other, 0.0), [false, true], "{place}");
             assert_eq!(outcomes(place, 1.0, 11.0 / FAR), [true, false], "{place}");
             assert_eq!(outcomes(place, 1.0, f64::NAN), [true, false], "{place}");

@@ -133,14 +133,6 @@ impl Row {
     }
 }
 
-#[cfg(test)]
-impl Row {
-    /// Whether nothing is wrong with it, whatever a file says.
-    fn is_fit(&self) -> bool {
-        !compare(&[], std::slice::from_ref(self)).iter().any(|change| change.difference.is_wrong())
-    }
-}
-
 impl Tolerance {
     /// A relative tolerance and its reason.
     pub fn relative(rtol: f64, reason: impl Into<String>) -> Self {
@@ -200,4 +192,12 @@ pub enum GoldenError {
     /// The output could not be written.
     #[error("cannot write the report: {0}")]
     Output(#[from] std::io::Error),
+}
+
+#[cfg(test)]
+impl Row {
+    /// Whether nothing is wrong with it, whatever a file says.
+    fn is_fit(&self) -> bool {
+        !compare(&[], std::slice::from_ref(self)).iter().any(|change| change.difference.is_wrong())
+    }
 }
