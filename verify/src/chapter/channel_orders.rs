@@ -42,11 +42,7 @@ fn study(context: &Context) -> Result<Evidence, StudyError> {
         let is_it = |row: &&Vec<Cell>| having.iter().zip(*row).all(|(text, cell)| cell.to_string() == *text);
         Ok(table.rows.iter().find(is_it).and_then(|row| row[column].number()).ok_or("a number")?)
     };
-    let modes = evidence.tables[0]
-        .rows
-        .iter()
-        .filter(|row| row[0].to_string() == BY_MODES && row[2].number() == Some(f64::from(MODES)));
-    let worst = modes.map(|row| row[3].number().unwrap_or(f64::NAN)).largest();
+    let worst = largest_of_modes(&evidence.tables[0]);
     let values = [
         ("hermite", digits(number("channel-space", [HERMITE, FLOWS[2]], "order")?, 2)),
         ("modes", MODES.to_string()),
@@ -64,6 +60,12 @@ const POINTS: &str = "channel-order-points";
 
 /// What it calls those of the spectral scheme.
 const BY_MODES: &str = "modes, t ≥ 0.1";
+
+/// The largest error of [`MODES`] modes in the table of all errors.
+fn largest_of_modes(points: &Table) -> f64 {
+    let is_it = |row: &&Vec<Cell>| row[0].to_string() == BY_MODES && row[2].number() == Some(f64::from(MODES));
+    points.rows.iter().filter(is_it).map(|row| row[3].number().unwrap_or(f64::NAN)).largest()
+}
 
 /// The flow in `cells` cells of a scheme.
 fn channel(flow: &str, scheme: &str, cells: usize) -> String {
@@ -194,23 +196,32 @@ fn fourth_order(flow: &str, remainders: &[Arc<Remainder>]) -> Check {
 fn by_modes(evidence: &mut Evidence, context: &Context) -> Result<Panel, StudyError> {
     let mut curves = Vec::new();
     for flow in FLOWS {
-        let mut points = Vec::new();
+        let mut found = Vec::new();
         for modes in (4..=20).step_by(2) {
             let at = |t| Ok(*context.get(SpaceError { problem: channel(flow, "legendre", modes), t })?);
             let errors: Vec<f64> = [0.1, 0.2, 0.5, 1.0].into_iter().map(at).collect::<Result<_, StudyError>>()?;
-            points.push((modes as f64, errors.into_iter().largest()));
+            found.push((modes as f64, errors));
         }
-        evidence.checks.push(Check::new(
-            format!("space/legendre/{flow}"),
-            format!("{MODES} Legendre modes have {flow} at t = 0.1, 0.2, 0.5 and 1 but for what they leave of its waves: largest error"),
-            points.iter().find(|(n, _)| *n == f64::from(MODES)).map_or(f64::NAN, |(_, error)| *error),
-            Requirement::AtMost(left_of_waves(MODES, 0.1)),
-            "the largest coefficient of degree N of a wave e^{−κ²t} cos κy, (2N + 1) κᴺ/(2N + 1)!! at κ² = N/2t",
-        ));
+        evidence.checks.push(spectral(flow, &found));
+        let points: Vec<_> = found.into_iter().map(|(modes, errors)| (modes, errors.into_iter().largest())).collect();
         add_points(evidence, BY_MODES, short(flow), &points);
         curves.push(Series::new(short(flow), points, Mark::LineMarkers));
     }
     Ok(Panel::new(Axis::log("modes"), Axis::log("error in space, t ≥ 0.1"), curves).titled("Legendre modes"))
+}
+
+/// The errors of [`MODES`] modes at all times, among those of other numbers of modes.
+fn spectral(flow: &str, found: &[(f64, Vec<f64>)]) -> Check {
+    let errors = found.iter().find(|(modes, _)| *modes == f64::from(MODES));
+    Check::new(
+        format!("space/legendre/{flow}"),
+        format!(
+            "{MODES} Legendre modes have {flow} at t = 0.1, 0.2, 0.5 and 1 but for what they leave of its waves: largest error"
+        ),
+        errors.map_or(f64::NAN, |(_, errors)| errors.iter().copied().largest()),
+        Requirement::AtMost(left_of_waves(MODES, 0.1)),
+        "the largest coefficient of degree N of a wave e^{−κ²t} cos κy, (2N + 1) κᴺ/(2N + 1)!! at κ² = N/2t",
+    )
 }
 
 /// The modes of which the text tells.
@@ -230,24 +241,27 @@ fn without_diffusion(evidence: &mut Evidence, context: &Context) -> Result<(), S
         let problem = channel(FLOWS[0], "strong-linear", cells);
         let error = *context.get(SpaceError { problem, t: 1.0 })?;
         rows.push(row![cells, error]);
-        // ∫ φ (u_t − γ) = 0 gives γt (1 − (−q)ⁿ), q = 2 − √3, at the n-th point from a wall. The first one overshoots; the true
-        // flow there is below the steady γ times its distance to the wall, 2/N.
-        let overshoot = 2.0 * (3.0 - 3_f64.sqrt());
-        let bounds = Requirement::Within(overshoot - 4.0 / cells as f64, overshoot);
-        evidence.checks.push(Check::new(
-            format!("space/strong-linear/{cells}"),
-            format!(
-                "Linear elements in the strong form fail: with {cells} cells the largest error at t = 1 is that of a flow without diffusion, γt, \
-                 and of its overshoot beside the walls"
-            ),
-            error,
-            bounds,
-            "u_yy = 0 inside every element, so that the viscosity drops out of the residual",
-        ));
+        evidence.checks.push(overshoot(cells, error));
     }
     let caption = "Error of linear elements in the strong form on channel-poiseuille at t = 1: the finer, the worse.";
     evidence.tables.push(Table::new("channel-strong-linear", caption, ["cells", "error"], rows));
     Ok(())
+}
+
+fn overshoot(cells: usize, error: f64) -> Check {
+    // ∫ φ (u_t − γ) = 0 gives γt (1 − (−q)ⁿ), q = 2 − √3, at the n-th point from a wall. The first one overshoots; the true
+    // flow there is below the steady γ times its distance to the wall, 2/N.
+    let overshoot = 2.0 * (3.0 - 3_f64.sqrt());
+    Check::new(
+        format!("space/strong-linear/{cells}"),
+        format!(
+            "Linear elements in the strong form fail: with {cells} cells the largest error at t = 1 is that of a flow without diffusion, γt, \
+             and of its overshoot beside the walls"
+        ),
+        error,
+        Requirement::Within(overshoot - 4.0 / cells as f64, overshoot),
+        "u_yy = 0 inside every element, so that the viscosity drops out of the residual",
+    )
 }
 
 /// One shape function in place of N cells.
@@ -258,4 +272,69 @@ fn ansatz(context: &Context) -> Result<Check, StudyError> {
     let first = Expectation::new(1.0, planned.expected.band);
     let samples: Vec<_> = planned.points().into_iter().map(|(sample, _)| sample.clone()).collect();
     Ok(order_check("time/poiseuille-ansatz", statement, &fit(&samples, &first)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    #[test]
+    fn one_grid_with_more_than_the_next_term_fails() {
+        let outcome = |place: usize, left: f64| {
+            let mut left_of_each = [0.5; 5];
+            left_of_each[place] = left;
+            let remainders = left_of_each.map(|left| Arc::new(Remainder { left, next: 0.75, rounding: 0.25 }));
+            fourth_order(FLOWS[0], &remainders).outcome
+        };
+        for place in 0..5 {
+            assert_eq!(
+                [0.99, 1.01, f64::NAN].map(|left| outcome(place, left)),
+                [Outcome::Pass, Outcome::Fail, Outcome::Fail]
+            );
+        }
+    }
+
+    /// (2N + 1)(N/2te)^(N/2)/(2N + 1)!! at N = 16 and t = 0.1.
+    #[test]
+    fn the_largest_error_of_the_modes_is_held_to_what_they_leave() {
+        let bound = 33.0 * (80.0 / std::f64::consts::E).powi(8) / 6_332_659_870_762_850_625.0;
+        let outcome = |place: usize, error: f64| {
+            let mut errors = vec![0.0; 4];
+            errors[place] = error;
+            spectral(FLOWS[0], &[(4.0, vec![1.0; 4]), (f64::from(MODES), errors), (20.0, vec![0.0; 4])]).outcome
+        };
+        for place in 0..4 {
+            assert_eq!(outcome(place, 0.99 * bound), Outcome::Pass);
+            assert_eq!(outcome(place, 1.01 * bound), Outcome::Fail);
+            assert_eq!(outcome(place, f64::NAN), Outcome::Fail);
+        }
+        assert_eq!(spectral(FLOWS[0], &[(4.0, vec![0.0; 4])]).outcome, Outcome::Fail);
+    }
+
+    #[test]
+    fn the_text_has_the_largest_error_of_the_modes_over_all_flows() {
+        let of = |what: &str, modes: u32, error: f64| row![what, "some", f64::from(modes), error];
+        let rows = vec![
+            of("h at t = 1", MODES, 9.0),
+            of(BY_MODES, 4, 8.0),
+            of(BY_MODES, MODES, 1.0),
+            of(BY_MODES, MODES, 3.0),
+            of(BY_MODES, MODES, 2.0),
+        ];
+        let mut points = Table::data(POINTS, "", ["error_of", "case", "h_or_n", "error"], rows);
+        assert_eq!(largest_of_modes(&points), 3.0);
+        points.rows.push(of(BY_MODES, MODES, f64::NAN));
+        assert!(largest_of_modes(&points).is_nan());
+    }
+
+    /// Beside the wall the true flow is between 0 and 4/N, and 2(3 − √3) is what is found there without diffusion.
+    #[test]
+    fn an_overshoot_is_held_to_the_true_flow_beside_the_wall() {
+        for cells in [16, 128] {
+            let at = |flow: f64| overshoot(cells, 2.0 * (3.0 - 3_f64.sqrt()) - flow / cells as f64).outcome;
+            assert_eq!([0.1, 3.9].map(at), [Outcome::Pass; 2]);
+            assert_eq!([-0.1, 4.1, f64::NAN].map(at), [Outcome::Fail; 3]);
+        }
+    }
 }

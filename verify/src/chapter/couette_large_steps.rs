@@ -6,7 +6,7 @@ use super::{Context, Study, StudyError, prose};
 use crate::evidence::number::{rounded_down, rounded_up, short};
 use crate::evidence::{Axis, Cell, Check, Evidence, Figure, Mark, Panel, Requirement, Series, Table};
 use crate::experiment::end_errors::{EndErrors, EndState, Found, Truth};
-use crate::measure::norm::max_norm;
+use crate::measure::norm::Extremes;
 use crate::row;
 
 pub(super) const STUDY: Study = Study {
@@ -78,81 +78,25 @@ fn contest(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError>
         .collect();
     let mut rows = Vec::new();
     for ((_, label, _, cells, h), errors) in settings.iter().zip(&measured) {
-        let best = METHODS.iter().zip(errors).min_by(|a, b| a.1.total_cmp(b.1)).map_or("", |(name, _)| *name);
         let setting = [Cell::Text((*label).into()), Cell::Integer(*cells as i64), Cell::Number(*h)];
         let numbers = errors.iter().map(|error| Cell::Number(*error));
-        rows.push(setting.into_iter().chain(numbers).chain([Cell::Text(best.into())]).collect());
+        rows.push(setting.into_iter().chain(numbers).chain([Cell::Text(best(errors).into())]).collect());
     }
-    let all = |label: &str, ratio: &dyn Fn(&[f64]) -> f64| -> Vec<f64> {
+    let of_case = |label: &str| -> Vec<&[f64]> {
         let of_case = settings.iter().zip(&measured).filter(|((_, l, ..), _)| *l == label);
-        of_case.map(|(_, errors)| ratio(errors)).collect()
+        of_case.map(|(_, errors)| errors.as_slice()).collect()
     };
-    // What is not a number stays.
-    let least = |label: &str, ratio: &dyn Fn(&[f64]) -> f64| max_norm(&all(label, &|e| ratio(e).recip())).recip();
-    let largest = |label: &str, ratio: &dyn Fn(&[f64]) -> f64| max_norm(&all(label, ratio));
-    // One that is not a number makes all of them so.
-    let rivals = |e: &[f64]| max_norm(&e[1..].iter().map(|x| x.recip()).collect::<Vec<_>>()).recip();
-    let [impulsive, first, smooth] = CASES.map(|(_, label, _)| label);
-    evidence.checks.extend([
-        Check::new(
-            "impulsive/trapezoidal-rings",
-            "The trapezoidal rule still rings at t = 1: its error over Method I's, least over N and h",
-            least(impulsive, &|e| e[1] / e[0]),
-            Requirement::AtLeast(10.0),
-            "R(∞) = −1: what the wall excites stays, with alternating sign; Method I has R(∞) = 0",
-        ),
-        Check::new(
-            "impulsive/implicit-euler",
-            "Implicit Euler is less accurate than Method I at t = 1: least ratio of the errors",
-            least(impulsive, &|e| e[4] / e[0]),
-            Requirement::AtLeast(2.0),
-            "first order against second",
-        ),
-        Check::new(
-            "impulsive/tr-bdf2",
-            "TR-BDF2 is the better one at t = 1: the largest ratio of its error to Method I's",
-            largest(impulsive, &|e| e[2] / e[0]),
-            Requirement::AtMost(1.0),
-            "it is L-stable as well, with error constant (4 − 3√2)/6 = −0.04 for Method I's 1/6",
-        ),
-        Check::new(
-            "first/method-i",
-            "The first step of Method I has an error that no N and h make small: the least of them",
-            least(first, &|e| e[0]),
-            Requirement::AtLeast(1e-2),
-            "the layer at the wall is √h wide and the step does not resolve it",
-        ),
-        Check::new(
-            "first/best",
-            "After the first step Method I is the best of all: its error over that of the next, largest over N and h",
-            largest(first, &|e| e[0] / rivals(e)),
-            Requirement::AtMost(0.5),
-            "for z < 0, |R(z) − e^z| is at most 0.07 for Method I and 0.2 for implicit Euler",
-        ),
-        Check::new(
-            "smooth/trapezoidal",
-            "On smooth data the trapezoidal rule is the better one: Method I's error over its, least over N and h",
-            least(smooth, &|e| e[0] / e[1]),
-            Requirement::AtLeast(1.2),
-            "the defects are h²(¼ Jᵀv″ − v‴/12) and −h² v‴/12",
-        ),
-        Check::new(
-            "smooth/tr-bdf2",
-            "On smooth data TR-BDF2 is better still: its error over the trapezoidal rule's, largest over N and h",
-            largest(smooth, &|e| e[2] / e[1]),
-            Requirement::AtMost(1.0),
-            "error constant −0.04 for −1/12",
-        ),
-    ]);
+    let cases @ [impulsive, first, smooth] = &CASES.map(|(_, label, _)| of_case(label));
+    evidence.checks.extend(checks(cases));
     let [at_most, or_more] =
         [rounded_up, rounded_down].map(|rounded: fn(f64, usize) -> f64| move |value| short(rounded(value, 4)));
     let values = [
-        ("rings", or_more(least(impulsive, &|e| e[1] / e[0]))),
-        ("first", at_most(largest(first, &|e| e[0] / rivals(e)))),
-        ("tr_bdf2", at_most(largest(impulsive, &|e| e[2] / e[0]))),
-        ("bdf2", or_more(least(impulsive, &|e| e[3] / e[0]))),
-        ("smooth", or_more(least(smooth, &|e| e[0] / e[1]))),
-        ("smooth_tr_bdf2", at_most(largest(smooth, &|e| e[2] / e[1]))),
+        ("rings", or_more(least(impulsive, |e| e[1] / e[0]))),
+        ("first", at_most(largest(first, |e| e[0] / rivals(e)))),
+        ("tr_bdf2", at_most(largest(impulsive, |e| e[2] / e[0]))),
+        ("bdf2", or_more(least(impulsive, |e| e[3] / e[0]))),
+        ("smooth", or_more(least(smooth, |e| e[0] / e[1]))),
+        ("smooth_tr_bdf2", at_most(largest(smooth, |e| e[2] / e[1]))),
     ];
     evidence.notes = prose::fill(include_str!("couette_large_steps.md"), &values)?;
     let caption =
@@ -160,6 +104,83 @@ fn contest(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError>
     let columns = [&["case", "cells", "h"], METHODS.as_slice(), &["best"]].concat();
     evidence.tables.push(Table::new("couette-contest", caption, &columns, rows));
     Ok(())
+}
+
+/// The method with the least error. An error that is not a number is that of none.
+fn best(errors: &[f64]) -> &'static str {
+    let known = METHODS.into_iter().zip(errors).filter(|(_, error)| !error.is_nan());
+    known.min_by(|a, b| a.1.total_cmp(b.1)).map_or("", |(name, _)| name)
+}
+
+/// The errors of all methods in each setting of a case.
+type Case<'a> = Vec<&'a [f64]>;
+
+fn least(case: &Case, ratio: impl Fn(&[f64]) -> f64) -> f64 {
+    case.iter().map(|errors| ratio(errors)).smallest()
+}
+
+fn largest(case: &Case, ratio: impl Fn(&[f64]) -> f64) -> f64 {
+    case.iter().map(|errors| ratio(errors)).largest()
+}
+
+/// The least error of the methods other than Method I.
+fn rivals(errors: &[f64]) -> f64 {
+    errors[1..].iter().copied().smallest()
+}
+
+/// What is said of the three cases.
+fn checks([impulsive, first, smooth]: &[Case; 3]) -> [Check; 7] {
+    [
+        Check::new(
+            "impulsive/trapezoidal-rings",
+            "The trapezoidal rule still rings at t = 1: its error over Method I's, least over N and h",
+            least(impulsive, |e| e[1] / e[0]),
+            Requirement::AtLeast(10.0),
+            "R(∞) = −1: what the wall excites stays, with alternating sign; Method I has R(∞) = 0",
+        ),
+        Check::new(
+            "impulsive/implicit-euler",
+            "Implicit Euler is less accurate than Method I at t = 1: least ratio of the errors",
+            least(impulsive, |e| e[4] / e[0]),
+            Requirement::AtLeast(2.0),
+            "first order against second",
+        ),
+        Check::new(
+            "impulsive/tr-bdf2",
+            "TR-BDF2 is the better one at t = 1: the largest ratio of its error to Method I's",
+            largest(impulsive, |e| e[2] / e[0]),
+            Requirement::AtMost(1.0),
+            "it is L-stable as well, with error constant (4 − 3√2)/6 = −0.04 for Method I's 1/6",
+        ),
+        Check::new(
+            "first/method-i",
+            "The first step of Method I has an error that no N and h make small: the least of them",
+            least(first, |e| e[0]),
+            Requirement::AtLeast(1e-2),
+            "the layer at the wall is √h wide and the step does not resolve it",
+        ),
+        Check::new(
+            "first/best",
+            "After the first step Method I is the best of all: its error over that of the next, largest over N and h",
+            largest(first, |e| e[0] / rivals(e)),
+            Requirement::AtMost(0.5),
+            "for z < 0, |R(z) − e^z| is at most 0.07 for Method I and 0.2 for implicit Euler",
+        ),
+        Check::new(
+            "smooth/trapezoidal",
+            "On smooth data the trapezoidal rule is the better one: Method I's error over its, least over N and h",
+            least(smooth, |e| e[0] / e[1]),
+            Requirement::AtLeast(1.2),
+            "the defects are h²(¼ Jᵀv″ − v‴/12) and −h² v‴/12",
+        ),
+        Check::new(
+            "smooth/tr-bdf2",
+            "On smooth data TR-BDF2 is better still: its error over the trapezoidal rule's, largest over N and h",
+            largest(smooth, |e| e[2] / e[1]),
+            Requirement::AtMost(1.0),
+            "error constant −0.04 for −1/12",
+        ),
+    ]
 }
 
 /// Points nearest to the moving wall that are drawn.
@@ -194,4 +215,68 @@ fn profiles(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError
     let (id, caption, data) = ("couette-profiles".into(), caption.into(), "couette-profiles".into());
     evidence.figures.push(Figure { id, caption, data, panels, columns: 3 });
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+
+    #[test]
+    fn extremes_are_over_all_settings_and_lose_no_nan() {
+        let [a, b, c] = [[1.0, 20.0], [1.0, 5.0], [1.0, 10.0]];
+        let ratio = |e: &[f64]| e[1] / e[0];
+        let case: Case = vec![&a, &b, &c];
+        assert_eq!((least(&case, ratio), largest(&case, ratio)), (5.0, 20.0));
+        let lost: Case = vec![&a, &[1.0, f64::NAN], &c];
+        assert!(least(&lost, ratio).is_nan() && largest(&lost, ratio).is_nan());
+        assert_eq!(rivals(&[1.0, 4.0, 3.0, 5.0]), 3.0);
+        assert!(rivals(&[1.0, 4.0, f64::NAN, 5.0]).is_nan());
+    }
+
+    /// A NaN of either sign, as different machines make them, is first or last in the total order.
+    #[test]
+    fn the_best_method_has_the_least_error() {
+        for (place, name) in METHODS.into_iter().enumerate() {
+            for other in [2.0, f64::NAN, -f64::NAN] {
+                let mut errors = [3.0, 4.0, 2.0, 5.0, 6.0];
+                errors[(place + 1) % METHODS.len()] = other;
+                errors[place] = 1.0;
+                assert_eq!(best(&errors), name);
+            }
+        }
+        assert_eq!(best(&[f64::NAN; 5]), "");
+    }
+
+    /// Errors in the order of [`METHODS`], with every ratio a little inside of what is required in all settings but one, where one
+    /// is a little outside.
+    #[test]
+    fn one_setting_outside_of_what_is_required_fails_its_check() {
+        const INSIDE: [[f64; 5]; 3] =
+            [[1.0, 10.1, 0.99, 1.0, 2.02], [0.0101, 0.0204, 0.0300, 0.0300, 0.0204], [1.22, 1.0, 0.99, 9.0, 9.0]];
+        // The case, the method whose error is another one, that error, and the check that it fails.
+        const OUTSIDE: [(usize, usize, f64, usize); 7] = [
+            (0, 1, 9.9, 0),
+            (0, 4, 1.98, 1),
+            (0, 2, 1.01, 2),
+            (1, 0, 0.0099, 3),
+            (1, 3, 0.0200, 4),
+            (2, 0, 1.19, 5),
+            (2, 2, 1.01, 6),
+        ];
+        let failing = |case: usize, method: usize, error: f64, place: usize| -> Vec<usize> {
+            let mut settings = INSIDE.map(|errors| [errors; 3]);
+            settings[case][place][method] = error;
+            let cases = settings.each_ref().map(|case| case.iter().map(|errors| errors.as_slice()).collect());
+            let failing = checks(&cases).into_iter().enumerate().filter(|(_, check)| check.outcome != Outcome::Pass);
+            failing.map(|(check, _)| check).collect()
+        };
+        assert_eq!(failing(0, 0, INSIDE[0][0], 0), [0; 0]);
+        for (case, method, error, check) in OUTSIDE {
+            for place in 0..3 {
+                assert_eq!(failing(case, method, error, place), [check]);
+                assert!(failing(case, method, f64::NAN, place).contains(&check));
+            }
+        }
+    }
 }

@@ -271,3 +271,42 @@ fn convergence(measured: &[Measured]) -> Vec<Table> {
     };
     HEADLINE.iter().filter_map(table).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::orders::Truth;
+    use crate::measure::order::{Expectation, fit};
+
+    /// Errors hᵖ for steps of which every other is a third of the one before.
+    fn measured(problem: &str, method: &str, order: f64) -> Measured {
+        let steps = (0..8).map(|k| 3_f64.powf(-0.5 * f64::from(k)));
+        let samples: Vec<_> = steps.map(|h| Sample::new(h, h.powf(order), 1e-12)).collect();
+        Measured {
+            problem: problem.into(),
+            method: method.into(),
+            principle: Principle::MomentumZero,
+            truth: Truth::Exact,
+            fit: Ok(fit(&samples, &Expectation::new(2.0, 0.1))),
+            most: LOST,
+        }
+    }
+
+    /// An order too high is positive in the map, and its strain is its share of the band.
+    #[test]
+    fn the_map_has_the_excess_of_each_order() {
+        for excess in [0.04, -0.04] {
+            let cell = grid(&[measured("logistic", "method-i", 2.0 + excess)]).cells.remove(0);
+            let [value, strain] = [cell.value, cell.strain].map(|found| found.expect("a number"));
+            assert!((value - excess).abs() < 1e-9 && (strain - 0.4).abs() < 1e-8, "{value} {strain}");
+        }
+    }
+
+    #[test]
+    fn a_rate_is_the_power_of_the_ratio_of_two_steps() {
+        let tables = convergence(&[measured("quadratic-drag", "method-i", 2.0)]);
+        let column = tables[0].column("rate method-i").expect("a column");
+        let rates: Vec<_> = tables[0].rows.iter().map(|row| row[column].number()).collect();
+        assert_eq!(rates, [None, Some(2.0), Some(2.0), Some(2.0)]);
+    }
+}

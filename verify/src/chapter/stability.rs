@@ -39,6 +39,20 @@ struct Class {
 fn run(context: &Context) -> Result<Evidence, StudyError> {
     let subjects = context.get(Subjects)?;
     let classes = classes(context, &subjects)?;
+    let mut evidence = Evidence {
+        checks: classes.iter().map(check).collect(),
+        tables: vec![table(&classes)],
+        notes: prose::fill(include_str!("stability.md"), &[])?,
+        ..Evidence::default()
+    };
+    regions(&mut evidence, context, &subjects)?;
+    along_axes(&mut evidence, context)?;
+    family(&mut evidence, context)?;
+    evidence.checks.extend(known_limits(&classes));
+    Ok(evidence)
+}
+
+fn table(classes: &[Class]) -> Table {
     let rows = classes.iter().map(|class| {
         let (found, yes) = (&class.found, |holds: bool| if holds { "yes" } else { "no" });
         let [a_stable, damps] = [found.is_a_stable(), found.far <= DAMPED].map(yes);
@@ -47,7 +61,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
         let start = row![&class.name, found.largest, part(found.at.re), part(found.at.im), a_stable];
         [start, row![found.far, damps, class.real, class.imaginary]].concat()
     });
-    let table = Table::new(
+    Table::new(
         "stability",
         "What a search with live steps on v̇ = λv finds: the largest growth for Re hλ ≤ 0 and where it is met, the growth at \
          |hλ| = 10⁶, and the stable parts of the negative real and the imaginary axis, counted from 0.",
@@ -63,18 +77,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             "imaginary_interval",
         ],
         rows.collect(),
-    );
-    let mut evidence = Evidence {
-        checks: classes.iter().map(check).collect(),
-        tables: vec![table],
-        notes: prose::fill(include_str!("stability.md"), &[])?,
-        ..Evidence::default()
-    };
-    regions(&mut evidence, context, &subjects)?;
-    along_axes(&mut evidence, context)?;
-    family(&mut evidence, context)?;
-    evidence.checks.extend(known_limits(&classes));
-    Ok(evidence)
+    )
 }
 
 fn classes(context: &Context, subjects: &[String]) -> Result<Vec<Class>, StudyError> {
@@ -182,26 +185,9 @@ fn family(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> 
     // At −1 and on a circle of growth the left half-plane has points of its own for each radius.
     let profile = |ratio: &f64| Profile { method: format!("linear({ratio},1)"), radii: 30, directions: 9 };
     let found = context.get_each(ratios.iter().map(profile).collect())?;
+    let found: Vec<&Found> = found.iter().map(|found| &**found).collect();
+    evidence.checks.extend(theorem(&ratios, &found));
     let members = || ratios.iter().zip(&found);
-    let disagreeing = members().filter(|(ratio, found)| (ratio.abs() <= 1.0) != found.is_a_stable()).count();
-    // R(∞) = α/β up to terms of order 1/|z|, with a factor of at most 4.
-    let at_infinity = members().map(|(ratio, found)| (found.on_axis - ratio.abs()).abs()).largest();
-    evidence.checks.extend([
-        Check::new(
-            "theorem/a-stable",
-            "The closure (α, β) is A-stable if and only if |α| ≤ |β|: members for which the search disagrees",
-            disagreeing as f64,
-            Requirement::AtMost(0.0),
-            format!("{} ratios α/β from −1.5 to 1.5", ratios.len()),
-        ),
-        Check::new(
-            "theorem/infinity",
-            "|R(∞)| = |α/β|, so that the closure damps at infinity if and only if α = 0: largest deviation",
-            at_infinity,
-            Requirement::AtMost(10.0 / FAR),
-            "at hλ = −10⁶, where the next term is of order 1/|hλ|",
-        ),
-    ]);
     let curve = |f: fn(&Found) -> f64| members().map(|(ratio, found)| (*ratio, f(found))).collect();
     let curves = vec![
         Series::new("largest |R| for Re hλ ≤ 0", curve(|found| found.largest), Mark::LineMarkers),
@@ -217,6 +203,30 @@ fn family(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> 
     let rows = members().map(|(ratio, found)| row![*ratio, found.largest, found.on_axis]).collect();
     evidence.tables.push(Table::data("stability-family", caption, columns, rows));
     Ok(())
+}
+
+/// What linear theory says of the closures with these ratios α/β.
+fn theorem(ratios: &[f64], found: &[&Found]) -> [Check; 2] {
+    let members = || ratios.iter().zip(found);
+    let disagreeing = members().filter(|(ratio, found)| (ratio.abs() <= 1.0) != found.is_a_stable()).count();
+    // R(z) = α/β (1 − 4/|z|) up to terms of second order, which is within 6/|z| of α/β for |α/β| up to 1.5.
+    let at_infinity = members().map(|(ratio, found)| (found.on_axis - ratio.abs()).abs()).largest();
+    [
+        Check::new(
+            "theorem/a-stable",
+            "The closure (α, β) is A-stable if and only if |α| ≤ |β|: members for which the search disagrees",
+            disagreeing as f64,
+            Requirement::AtMost(0.0),
+            format!("{} ratios α/β from −1.5 to 1.5", ratios.len()),
+        ),
+        Check::new(
+            "theorem/infinity",
+            "|R(∞)| = |α/β|, so that the closure damps at infinity if and only if α = 0: largest deviation",
+            at_infinity,
+            Requirement::AtMost(10.0 / FAR),
+            "at hλ = −10⁶, where the next term is of order 1/|hλ|",
+        ),
+    ]
 }
 
 /// Limits that are known: they test the search itself.
@@ -235,4 +245,115 @@ fn known_limits(classes: &[Class]) -> Vec<Check> {
         Some(Check::new(format!("limit/{name}/{axis}"), statement, found, required, source))
     };
     known.into_iter().filter_map(find).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evidence::Outcome;
+    use nalgebra::Complex;
+
+    fn found(largest: f64, on_axis: f64, far: f64) -> Found {
+        Found { largest, at: Complex::new(-1.0, 2.0), on_axis, far }
+    }
+
+    fn class(name: &str, declared: Stability, found: Found, [real, imaginary]: [f64; 2]) -> Class {
+        Class { name: name.into(), declared, found: Arc::new(found), real, imaginary }
+    }
+
+    #[test]
+    fn what_is_found_of_a_method_stands_under_its_name() {
+        let table = table(&[class("some", Stability::Conditional, found(3.0, 4.0, 5.0), [6.0, 7.0])]);
+        for (name, value) in [
+            ("largest_growth", 3.0),
+            ("at_re", -1.0),
+            ("at_im", 2.0),
+            ("growth_at_infinity", 5.0),
+            ("real_interval", 6.0),
+            ("imaginary_interval", 7.0),
+        ] {
+            assert_eq!(table.rows[0][table.column(name).expect("a column")].number(), Some(value), "{name}");
+        }
+        let is_yes = |largest: f64, far: f64| {
+            let table = super::table(&[class("some", Stability::Damping, found(largest, far, far), [1.0; 2])]);
+            ["a_stable", "damps_at_infinity"].map(|name| table.where_text(name, "yes").rows.len() == 1)
+        };
+        assert_eq!(is_yes(1.0, 1e-3), [true, true]);
+        assert_eq!(is_yes(1.1, 1e-3), [false, true]);
+        assert_eq!(is_yes(1.0, 0.1), [true, false]);
+        assert_eq!(is_yes(f64::NAN, f64::NAN), [false, false]);
+    }
+
+    /// Each kind is held to both of its ends.
+    #[test]
+    fn a_method_of_another_kind_than_declared_fails() {
+        use Stability::{Conditional, Damping, Neutral, Unstable};
+        let is_met = |declared, largest: f64, far: f64, real: f64| {
+            check(&class("some", declared, found(largest, far, far), [real, 1.0])).outcome == Outcome::Pass
+        };
+        for (declared, largest, far, real) in [
+            (Damping, 1.0, 1e-3, 1.0),
+            (Neutral, 1.0, 0.5, 1.0),
+            (Conditional, 9.0, 9.0, 2.0),
+            (Unstable, 9.0, 9.0, 0.0),
+        ] {
+            assert!(is_met(declared, largest, far, real), "{declared:?}");
+        }
+        for (declared, largest, far, real) in [
+            (Damping, 1.0, 3e-3, 1.0),
+            (Damping, 1.1, 1e-3, 1.0),
+            (Damping, 1.0, f64::NAN, 1.0),
+            (Neutral, 1.0, 1e-3, 1.0),
+            (Neutral, 1.1, 0.5, 1.0),
+            (Neutral, f64::NAN, 0.5, 1.0),
+            (Conditional, 1.0, 0.5, 2.0),
+            (Conditional, 9.0, 9.0, 0.0),
+            (Conditional, 9.0, 9.0, f64::NAN),
+            (Unstable, 9.0, 9.0, 0.1),
+            (Unstable, 9.0, 9.0, f64::NAN),
+        ] {
+            assert!(!is_met(declared, largest, far, real), "{declared:?} {largest} {far} {real}");
+        }
+    }
+
+    /// |R| differs from |α/β| by up to 6/|hλ| where it follows theory.
+    #[test]
+    fn one_member_that_departs_from_theory_fails() {
+        let ratios = [-1.2, -0.5, 0.0, 1.0, 1.2];
+        let outcomes = |place: usize, growth: f64, off: f64| {
+            let mut members = ratios.map(|ratio: f64| found(ratio.abs().max(1.0), ratio.abs(), ratio.abs()));
+            members[place].largest *= growth;
+            members[place].on_axis += off;
+            theorem(&ratios, &members.each_ref()).map(|check| check.outcome == Outcome::Pass)
+        };
+        for (place, ratio) in ratios.into_iter().enumerate() {
+            assert_eq!(outcomes(place, 1.0, 6.0 / FAR), [true, true], "{place}");
+            let other = if ratio.abs() > 1.0 { 0.5 } else { 1.1 };
+            assert_eq!(outcomes(place, other, 0.0), [false, true], "{place}");
+            assert_eq!(outcomes(place, 1.0, 11.0 / FAR), [true, false], "{place}");
+            assert_eq!(outcomes(place, 1.0, f64::NAN), [true, false], "{place}");
+        }
+    }
+
+    /// 24 + 12z + 4z² + z³ = 0 and y⁶/72 = y⁸/576 bound rk4, and h = 2 the explicit closure.
+    #[test]
+    fn a_search_that_misses_a_known_limit_fails() {
+        let outcomes = |[real, imaginary, explicit]: [f64; 3]| {
+            let limits = [2.785_293_563_405_282 + real, 8_f64.sqrt() + imaginary];
+            let classes = [
+                class("rk4", Stability::Conditional, found(9.0, 9.0, 9.0), limits),
+                class("explicit-momentum", Stability::Conditional, found(9.0, 9.0, 9.0), [2.0 + explicit, 0.0]),
+            ];
+            known_limits(&classes).into_iter().map(|check| check.outcome == Outcome::Pass).collect::<Vec<_>>()
+        };
+        assert_eq!(outcomes([0.9e-6, -0.9e-6, 0.9e-6]), [true; 3]);
+        for place in 0..3 {
+            for off in [1.1e-6, -1.1e-6, f64::NAN] {
+                let mut all = [0.0; 3];
+                all[place] = off;
+                let expected: Vec<bool> = (0..3).map(|other| other != place).collect();
+                assert_eq!(outcomes(all), expected, "{off}");
+            }
+        }
+    }
 }

@@ -92,3 +92,27 @@ fn print(inspection: &Inspection, rows: bool, out: &mut dyn Write) -> Result<(),
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Neither a check nor a refresh has anything good to say of it.
+    #[test]
+    fn a_golden_that_cannot_be_computed_does_not_hold() {
+        let golden = Golden::new("broken", || Err("no luck".into()));
+        let dir = Path::new("no-such-directory");
+        let inspection = inspect(dir, std::slice::from_ref(&golden)).expect("a name");
+        assert!(!inspection.is_clean());
+        for action in [Action::Check, Action::Diff, Action::Refresh] {
+            let mut out = Vec::new();
+            let all_is_well = run(action, dir, std::slice::from_ref(&golden), None, &mut out).expect("can be written");
+            let said = String::from_utf8(out).expect("text");
+            assert!(
+                !all_is_well && !said.contains("hold") && !said.contains("nothing to refresh"),
+                "{action:?}: {said}"
+            );
+        }
+        assert!(!dir.exists());
+    }
+}

@@ -13,6 +13,7 @@ mod compare;
 mod figures;
 mod file;
 mod mechanics;
+mod order;
 mod registry;
 mod store;
 mod table;
@@ -191,4 +192,12 @@ pub enum GoldenError {
     /// The output could not be written.
     #[error("cannot write the report: {0}")]
     Output(#[from] std::io::Error),
+}
+
+#[cfg(test)]
+impl Row {
+    /// Whether nothing is wrong with it, whatever a file says.
+    fn is_fit(&self) -> bool {
+        !compare(&[], std::slice::from_ref(self)).iter().any(|change| change.difference.is_wrong())
+    }
 }

@@ -1,11 +1,11 @@
 //! Every golden, one line each.
 
-use super::{Golden, Row, Tolerance, Truth, figures, mechanics};
+use super::{Golden, Row, Tolerance, Truth, figures, mechanics, order};
 use crate::chapter::figures::{FIGURE_2, FIGURE_4, FIGURE_7};
 use crate::claim::{self, Judged, Verdict};
 use crate::experiment::orders::{OrderError, Orders, Truth as Reference};
 use crate::experiment::{Context, StudyError};
-use crate::problem::poiseuille_series;
+use crate::problem::poiseuille_series::{self, Tabulated};
 use std::sync::Arc;
 
 /// All goldens, computed in `context`.
@@ -51,12 +51,7 @@ fn orders(context: &Context) -> Result<Vec<Row>, StudyError> {
             Ok(fit) => fit,
         };
         rows.push(match &fit.line {
-            Some(line) => {
-                let tolerance = Tolerance::absolute(0.01, "roundoff moves the finest error used by a tenth at most");
-                let truth =
-                    Truth { value: fit.expected.order, allowance: fit.expected.band, source: "theory".to_owned() };
-                Row::number(key, line.slope, tolerance).with_truth(truth)
-            }
+            Some(line) => order::row(key, line.slope, &fit.expected, "error", "theory"),
             None => Row::text(key, fit.reason.clone()),
         });
     }
@@ -64,9 +59,14 @@ fn orders(context: &Context) -> Result<Vec<Row>, StudyError> {
 }
 
 fn poiseuille_series(_: &Context) -> Result<Vec<Row>, StudyError> {
+    beside_the_series(poiseuille_series::tabulated()?)
+}
+
+/// The velocities at the places of a table, with what it has there as their truth.
+fn beside_the_series(table: Vec<Tabulated>) -> Result<Vec<Row>, StudyError> {
     let mut rows = Vec::new();
     let digits = poiseuille_series::digits();
-    for poiseuille_series::Tabulated { y, t, u } in poiseuille_series::tabulated()? {
+    for Tabulated { y, t, u } in table {
         let tolerance = Tolerance::relative(1e-14, "sin, exp and erfc differ by an ulp or so between platforms");
         let truth = Truth {
             value: u,
@@ -90,4 +90,24 @@ fn verdicts(context: &Context) -> Result<Vec<Row>, StudyError> {
         rows.push(Row::text(format!("{} comparisons", claim.id), finding.score()));
     }
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The allowance is 10⁻¹⁴ of a velocity.
+    #[test]
+    fn a_velocity_is_held_to_the_table() {
+        let all_fit = |factor: f64| {
+            let table =
+                poiseuille_series::tabulated().expect("a table").into_iter().filter(|entry| entry.u > 0.0).take(5);
+            let table = table.map(|entry| Tabulated { u: factor * entry.u, ..entry }).collect();
+            let rows = beside_the_series(table).expect("inside the channel");
+            assert_eq!(rows.len(), 5);
+            rows.iter().map(Row::is_fit).collect::<Vec<_>>()
+        };
+        assert_eq!(all_fit(1.0), [true; 5]);
+        assert_eq!(all_fit(1.0 + 1e-12), [false; 5]);
+    }
 }
