@@ -208,7 +208,9 @@ fn family(evidence: &mut Evidence, context: &Context) -> Result<(), StudyError> 
 /// What linear theory says of the closures with these ratios α/β.
 fn theorem(ratios: &[f64], found: &[&Found]) -> [Check; 2] {
     let members = || ratios.iter().zip(found);
-    let disagreeing = members().filter(|(ratio, found)| (ratio.abs() <= 1.0) != found.is_a_stable()).count();
+    let agrees =
+        |(ratio, found): &(&f64, &&Found)| (ratio.abs() <= 1.0) == found.is_a_stable() && !found.largest.is_nan();
+    let disagreeing = members().filter(|member| !agrees(member)).count();
     // R(z) = α/β (1 − 4/|z|) up to terms of second order, which is within 6/|z| of α/β for |α/β| up to 1.5.
     let at_infinity = members().map(|(ratio, found)| (found.on_axis - ratio.abs()).abs()).largest();
     [
@@ -330,6 +332,7 @@ mod tests {
             assert_eq!(outcomes(place, 1.0, 6.0 / FAR), [true, true], "{place}");
             let other = if ratio.abs() > 1.0 { 0.5 } else { 1.1 };
             assert_eq!(outcomes(place, other, 0.0), [false, true], "{place}");
+            assert_eq!(outcomes(place, f64::NAN, 0.0), [false, true], "{place}");
             assert_eq!(outcomes(place, 1.0, 11.0 / FAR), [true, false], "{place}");
             assert_eq!(outcomes(place, 1.0, f64::NAN), [true, false], "{place}");
         }

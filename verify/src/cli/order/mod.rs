@@ -50,11 +50,11 @@ its error that follows is part of an error's floor.
 
 JSON, one object: problem, method, reference, t_end, expected {order, band} or
 null, declared {nominal, reason} or null, notes, slope, stderr, r_squared (null
-where there is no fit), verdict (pass, measured, fail, inconclusive), reason, and
-points, coarse to fine, each {h, error, floor, local_order, kept, reason}. error
-and floor are null where the run failed. local_order is taken with the next
-coarser point; null where there is none. reason says why a point was dropped,
-else it is null.
+where there is no fit), verdict (pass, measured, fail, inconclusive), reason,
+and points, coarse to fine, each {h, error, floor, local_order, kept, reason}.
+error and floor are null where the run failed. local_order is taken with the
+next coarser point; null where there is none. reason says why a point was
+dropped, else it is null.
 
 Examples:
   verify order --problem quadratic-drag --method method-i

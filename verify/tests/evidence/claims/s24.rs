@@ -921,7 +921,7 @@ fn rivals(id: &str, found: &Found) -> Result<Known, Failed> {
         // The error constants of the textbooks.
         "Its error constant on v̇ = −v is 1/6, twice the trapezoidal rule's 1/12, half of BDF2's 1/3.".into(),
         format!(
-            "on linear drag Method I has {} times its error at equal step size. At equal numbers of evaluations it has {} times SDIRK2's, {} times \
+            "on linear drag Method I has {} times its error at equal step size. At equal numbers of evaluations, as steps are taken here, it has {} times SDIRK2's, {} times \
              TR-BDF2's, {} times the trapezoidal rule's and {} times the midpoint rule's.",
             text(found.cell(&table, &["linear drag", "sdirk2"], "equal_step")),
             equal_work("sdirk2"),
