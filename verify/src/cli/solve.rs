@@ -59,15 +59,17 @@ a component, and estimate, what the step size alone is estimated to contribute
 to it: a second run with half the step, or of an adaptive method with a tenth of
 the tolerances, and on models in steps of a thousandth of the time at most,
 tells. Of one-step methods the second run has a step end where f jumps; of
-others the estimate may be a part of the error there. A third run, with twice
-the step, tells at the end whether errors fall by the order that the estimate
-takes them to; where they do not, or where f is not linear and it would have
-errors as large as the solution, and nothing else is wrong, a note says that it
-is coarse. Both runs take five sevenths of the time; with --no-estimate there is
-none. The estimate is empty where both tolerances lead to the same steps. After
-the rows, what is lost of energy, angular momentum or enstrophy, for problems
-that have them, and for flows |f|, the largest component of f, which is near 0
-where the end is a steady state, and the linear systems that the steps took.
+others the estimate may be a part of the error there, and in the first row of
+bdf2, whose first step another method takes, a tenth of it. A third run, with
+twice the step, tells at the end whether errors fall by the order that the
+estimate takes them to; where they do not, or where f is not linear and it would
+have errors as large as the solution, and nothing else is wrong, a note says
+that it is coarse. Both runs take five sevenths of the time; with --no-estimate
+there is none. The estimate is empty where both tolerances lead to the same
+steps. After the rows, what is lost of energy, angular momentum or enstrophy,
+for problems that have them, and for flows |f|, the largest component of f,
+which is near 0 where the end is a steady state, and the linear systems that the
+steps took.
 
 A run of more than a second shows its progress on a terminal.
 

@@ -347,6 +347,16 @@ fn csv_has_the_columns_and_the_numbers_of_the_run() {
     }
 }
 
+/// The second run has taken a step of BDF2 by then, whose error constant is five times that of the step with which both start.
+#[test]
+fn the_first_row_of_bdf2_alone_has_an_estimate_that_is_a_small_part_of_the_error() {
+    for problem in ["quadratic-drag", "linear-drag", "logistic"] {
+        let rows = table(&say(&format!("solve --problem {problem} --method bdf2 --h 0.05 --t-end 1 --csv -")).1).1;
+        let parts: Vec<_> = rows[1..].iter().map(|row| row[3] / row[2]).collect();
+        assert!((0.1..0.5).contains(&parts[0]) && parts[1..].iter().all(|part| (0.7..1.0).contains(part)), "{parts:?}");
+    }
+}
+
 #[test]
 fn an_estimate_stands_beside_the_error_and_can_be_left_out() {
     let solve = "solve --problem logistic --method trapezoidal --h 0.1 --t-end 2 --csv -";
