@@ -15,7 +15,11 @@ pub const HORIZON: f64 = 10.0;
 
 /// Number of grid points t = nh ≤ 10, n ≥ 1, where h as a decimal fraction may divide 10.
 pub fn points(h: f64) -> usize {
-    (HORIZON / h * (1.0 + 4.0 * f64::EPSILON)).floor() as usize
+    points_to(HORIZON, h)
+}
+
+fn points_to(end: f64, h: f64) -> usize {
+    (end / h * (1.0 + 4.0 * f64::EPSILON)).floor() as usize
 }
 
 /// What roundoff does to a run of values up to 1 + `size`: each step errs by a few ε of the value, and earlier errors decay
@@ -88,7 +92,7 @@ impl Experiment for Errors {
     fn measure(&self, context: &Context) -> Result<Run, StudyError> {
         context.announce(1);
         let Self { problem, method, h } = *self;
-        let exact = context.get(Exact { problem, h })?;
+        let exact = context.get(Exact { problem, h, end: HORIZON })?;
         let problem = problem::build_setting(problem)?;
         let mut largest = Largest::default();
         let mut errors = Vec::new();
@@ -161,14 +165,20 @@ impl Experiment for Decay {
     fn measure(&self, context: &Context) -> Result<Option<f64>, StudyError> {
         context.announce(1);
         let problem = problem::build_setting(self.problem)?;
-        let (mut errors, mut size) = ([0.0; Self::SPANS], 0.0);
+        let is_known = problem.exact(Self::END).is_some();
+        let exact =
+            is_known.then(|| context.get(Exact { problem: self.problem, h: self.h, end: Self::END })).transpose()?;
+        let (mut errors, mut size, mut n) = ([0.0; Self::SPANS], 0.0, 0_usize);
         let outcome = run(&*problem, &*method::parse(self.method)?, self.h, Self::END, |state| {
             size = larger(size, state.q[0].abs());
             let is_in = |span: &usize| state.t > Self::END * 0.5_f64.powi(*span as i32 + 1);
             if let Some(span) = (0..Self::SPANS).find(is_in) {
-                let error = problem.exact(state.t).map_or(f64::NAN, |exact| (state.q[0] - exact[0]).abs());
-                errors[span] = larger(errors[span], error);
+                let of_grid = n.checked_sub(1).and_then(|n| exact.as_ref()?.get(n).copied());
+                // The last step may be cut.
+                let exact = of_grid.or_else(|| problem.exact(state.t).map(|exact| exact[0]));
+                errors[span] = larger(errors[span], exact.map_or(f64::NAN, |exact| (state.q[0] - exact).abs()));
             }
+            n += 1;
         });
         context.tick();
         if let Err(error) = outcome {
@@ -197,11 +207,12 @@ impl Experiment for Evaluations {
     }
 }
 
-/// The exact solution at t = nh, n = 1 …, which the runs of all methods share.
+/// The exact solution at t = nh, n = 1 …, to the end, which the runs of all methods share.
 #[derive(Debug)]
 struct Exact {
     problem: &'static str,
     h: f64,
+    end: f64,
 }
 
 impl Experiment for Exact {
@@ -214,7 +225,7 @@ impl Experiment for Exact {
             let t = n as f64 * self.h;
             problem.exact(t).map(|v| v[0]).ok_or_else(|| format!("no exact solution at t = {t}").into())
         };
-        (1..=points(self.h)).into_par_iter().map(at).collect()
+        (1..=points_to(self.end, self.h)).into_par_iter().map(at).collect()
     }
 }
 
@@ -290,7 +301,7 @@ impl Experiment for Scanned {
     fn measure(&self, context: &Context) -> Result<f64, StudyError> {
         let Errors { problem, method, h } = self.0;
         // Not kept, as the figures have other steps.
-        let exact = Exact { problem, h }.measure(context)?;
+        let exact = Exact { problem, h, end: HORIZON }.measure(context)?;
         let (mut largest, mut points) = (0.0, exact.iter());
         let end = exact.len() as f64 * h;
         let outcome = run(&*problem::build_setting(problem)?, &*method::parse(method)?, h, end, |state| {
