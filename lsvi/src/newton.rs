@@ -813,11 +813,9 @@ impl Newton {
         if !close {
             return Err(SolveError::Diverged { iterations: 1, increment: max_norm(&self.increment) });
         }
-        let is_found = match self.iterate(system, target, x, SURE_CONTRACTION)? {
-            Root::Only => true,
-            Root::Found { contraction } => same || contraction * max_norm(&self.whole) <= roundoff,
-        };
-        let is_borne_out = is_found && self.is_borne_out(system, (from, target), LOOKS[0], tells_affine, x);
+        let root = self.iterate(system, target, x, SURE_CONTRACTION)?;
+        let is_borne_out = (same || matches!(root, Root::Only))
+            && self.is_borne_out(system, (from, target), LOOKS[0], tells_affine, x);
         if is_borne_out { Ok(()) } else { Err(SolveError::OtherBranch) }
     }
 

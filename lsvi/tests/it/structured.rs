@@ -191,6 +191,13 @@ fn linear_method_i_steps_waves_in_every_structure() {
         let largest = banded.iter().fold(1.0_f64, |most, x| most.max(x.abs()));
         assert_same(&of(sparse_band(n, 3, 1), h), &banded, 5.0, largest * condition, &format!("h = {h}"));
     }
+    // The iterations that were in vain count, and both kinds of factors.
+    let mut method = method_i(FixedString { points, structure: sparse_band(n, 3, 1) }).expect("usable");
+    for _ in 0..3 {
+        method.step(0.0, 2e-3, &mut wave(n), &mut vec![0.0; n]).expect("solvable");
+    }
+    let work = method.work();
+    assert_eq!([work.factorizations, work.inner], [2, 500]);
 }
 
 #[test]
