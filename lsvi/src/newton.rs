@@ -820,7 +820,8 @@ impl Newton {
     }
 
     /// Whether on a part of the way from the origin, at step size `from`, to `x`, the root at `target`, the derivative makes of the first
-    /// residual nearly the same increment as at the origin, and increments contract from the chord to a root.
+    /// residual nearly the same increment as at the origin, and increments contract from the chord to a root. Where it `tells_affine`, as
+    /// [`advance`](Self::advance) does, the residual there may take the place of the first one.
     fn is_borne_out(
         &mut self,
         system: &mut dyn System,

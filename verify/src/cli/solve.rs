@@ -60,7 +60,7 @@ to it: a second run with half the step, or of an adaptive method with a tenth of
 the tolerances, and on models in steps of a thousandth of the time at most,
 tells. Of one-step methods the second run has a step end where f jumps; of
 others the estimate may be a part of the error there, and in the first row of
-bdf2, whose first step another method takes, a tenth of it. A third run, with
+bdf2, whose first step another method takes, a small one. A third run, with
 twice the step, tells at the end whether errors fall by the order that the
 estimate takes them to; where they do not, or where f is not linear and it would
 have errors as large as the solution, and nothing else is wrong, a note says
