@@ -99,11 +99,15 @@ impl Jacobian {
     pub fn add(&mut self, i: usize, j: usize, x: f64) {
         match &mut self.entries {
             Entries::Dense(a) if i < a.nrows() && j < a.ncols() => a[(i, j)] += x,
+            Entries::Sparse(a) => match a.next_mut(i, j) {
+                Some(entry) => *entry += x,
+                None => self.add_in_structure(i, j, x),
+            },
             _ => self.add_in_structure(i, j, x),
         }
     }
 
-    /// [`add`](Self::add) where the place of an entry is not at hand; apart, so that the addition to a dense matrix is short.
+    /// [`add`](Self::add) where the place of an entry is not at hand; apart, so that additions where it is are short.
     fn add_in_structure(&mut self, i: usize, j: usize, x: f64) {
         let entry = match &mut self.entries {
             Entries::Dense(a) => a.get_mut((i, j)),

@@ -46,17 +46,18 @@ impl Trail {
     /// Additions that are remembered for each entry of a matrix; a path may be of any length.
     const MOST: usize = 16;
 
+    /// The place of an entry that is next on the path.
     #[inline]
-    fn place(&mut self, pattern: &Pattern, row: usize, column: usize) -> Option<usize> {
-        let place = match self.steps.get(self.next) {
-            Some(step) if step.row as usize == row && step.column as usize == column => step.place as usize,
-            _ => self.leave(pattern, row, column)?,
-        };
-        self.next += 1;
-        Some(place)
+    fn follow(&mut self, row: usize, column: usize) -> Option<usize> {
+        let step = self.steps.get(self.next)?;
+        let is_next = step.row as usize == row && step.column as usize == column;
+        is_next.then(|| {
+            self.next += 1;
+            step.place as usize
+        })
     }
 
-    /// Searches, and changes the path.
+    /// Searches for an entry, and leads the path there.
     fn leave(&mut self, pattern: &Pattern, row: usize, column: usize) -> Option<usize> {
         let place = pattern.index(row, column)?;
         if let Some(step) = Step::new(row, column, place) {
@@ -66,6 +67,7 @@ impl Trail {
                 self.steps.push(step);
             }
         }
+        self.next += 1;
         Some(place)
     }
 }
@@ -112,10 +114,15 @@ impl Sparse {
         self.pattern.index(i, j).map(|k| self.values[k])
     }
 
-    /// The entry (i, j), to be added to.
+    /// The entry (i, j), to be added to, if it is the next one on the path of the last assembly.
     #[inline]
+    pub(super) fn next_mut(&mut self, i: usize, j: usize) -> Option<&mut f64> {
+        self.trail.follow(i, j).map(|k| &mut self.values[k])
+    }
+
+    /// The entry (i, j), to be added to, if it is not.
     pub(super) fn get_mut(&mut self, i: usize, j: usize) -> Option<&mut f64> {
-        self.trail.place(&self.pattern, i, j).map(|k| &mut self.values[k])
+        self.trail.leave(&self.pattern, i, j).map(|k| &mut self.values[k])
     }
 
     /// The entries (i, x) of column `j`.
