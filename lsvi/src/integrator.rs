@@ -64,7 +64,7 @@ impl Grid {
     /// Steps of size `h` from `t0` to `t_end`.
     ///
     /// # Errors
-    /// [`InputError`] unless h > 0, t_end ≥ t0, all are finite, and h is resolved: |t|/h below 2⁴⁷.
+    /// [`InputError`] unless h > 0, t_end ≥ t0, all are finite, and h is resolved: |t|/h at most 2⁴⁷.
     pub fn new(t0: f64, h: f64, t_end: f64) -> Result<Self, InputError> {
         check_step(h)?;
         check_time(t0)?;

@@ -48,8 +48,8 @@ impl<F: LagrangianFn> LagrangianFn for &F {
 
 /// Makes a [`Lagrangian`] with its [`EulerLagrange`] equations of a [`LagrangianFn`].
 ///
-/// A gradient takes 2n evaluations, a Hessian n(2n + 1), the derivative of the Euler–Lagrange expression 2n(n + 1) or fewer, all dense: of a
-/// hundred unknowns a [`Lagrangian`] written by hand, with its gradient and its [structure](Lagrangian::structure), is a hundred times as fast.
+/// A gradient takes 2n evaluations, a Hessian n(2n + 1), the derivative of the Euler–Lagrange expression n(2n + 1) or fewer, all dense: of many
+/// unknowns a [`Lagrangian`] written by hand, with its gradient and its [structure](Lagrangian::structure), is faster, the more the larger n is.
 #[derive(Debug)]
 pub struct AutoLagrangian<F> {
     function: F,

@@ -9,7 +9,8 @@ impl Linear {
     /// The closure that F(p₀, p₁) = 0 amounts to, for F homogeneous of any degree and one degree of freedom, Eq. (28).
     ///
     /// The zero set of such an F is a union of lines α p₀ + β p₁ = 0, so F is a linear closure with a choice of line: the one
-    /// nearest in direction to α p₀ + β p₁ = 0 with the coefficients `near`, among those where F changes sign. F itself cannot
+    /// nearest in direction to α p₀ + β p₁ = 0 with the coefficients `near`, among those where F changes sign. Lines are told apart to a
+    /// degree: of two within one degree of each other either is taken, or none is seen, as F changes its sign twice. F itself cannot
     /// serve as the step equation: all lines with α + β ≠ 0 have roots within O(h³) of each other, so that two of them make
     /// every step nearly degenerate.
     ///
@@ -23,7 +24,7 @@ impl Linear {
     /// ```
     ///
     /// # Errors
-    /// [`ClosureError::NoLine`] if F changes sign on no line or is not finite, [`ClosureError::Closure`] if `near` is (0, 0).
+    /// [`ClosureError::NoLine`] if F changes sign between no two lines a degree apart or is not finite, [`ClosureError::Closure`] if `near` is (0, 0).
     pub fn from_homogeneous(f: impl Fn(f64, f64) -> f64, near: (f64, f64)) -> Result<Self, InputError> {
         Self::new(near.0, near.1)?;
         // On the line through direction φ, (p₀, p₁) ∝ (cos φ, sin φ) and (α, β) ∝ (sin φ, −cos φ).

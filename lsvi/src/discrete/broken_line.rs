@@ -62,7 +62,7 @@ impl<L: Lagrangian> BrokenLine<L> {
     ///
     /// # Errors
     /// [`SystemError::NotSeparable`] for a Lagrangian that does not say that it is; [`NodeError::TooFew`] without a piece,
-    /// [`NodeError::CoincidentNodes`] for a piece of no duration, [`NodeError::WeightSum`] if either sum is not 1;
+    /// [`NodeError::CoincidentNodes`] for a piece of no duration, [`NodeError::WeightSum`] if either sum is not 1 to seven digits;
     /// [`SystemError`] for weights that are not finite, or not as many.
     pub fn new(lagrangian: L, durations: &[f64], kicks: &[f64]) -> Result<Self, InputError> {
         if !lagrangian.is_separable() {

@@ -17,8 +17,9 @@ use crate::quadrature::{Basis, BernsteinBasis, LagrangeBasis, NodeFamily};
 /// p₀ and p₁ are ∂L/∂v at its ends, \[KY21\] (9)–(12).
 ///
 /// The nodes decide what it is worth: on L = ½ vᵀMv − V(q) it is direct collocation, of order 2(m − 1) and symplectic with
-/// Gauss nodes, of order 2⌊m/2⌋ and for m ≥ 3 not symplectic with equispaced ones. Where the mass depends on the
-/// configuration, or L on the velocity linearly, no choice of nodes is symplectic; [`Galerkin`](super::Galerkin) is.
+/// Gauss nodes, of order 2⌊m/2⌋ and for m ≥ 3 in general not symplectic with equispaced ones. Where the mass depends on the
+/// configuration, or L on the velocity linearly, no choice of nodes is symplectic in general (a uniform magnetic field without a potential is an
+/// exception); [`Galerkin`](super::Galerkin) is.
 #[derive(Debug)]
 pub struct PathFitted<L> {
     lagrangian: L,

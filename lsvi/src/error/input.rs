@@ -22,7 +22,7 @@ pub enum TimeError {
         /// The offending end.
         t_end: f64,
     },
-    /// Steps so small that t + h keeps few digits of h, |t|/h from 2⁴⁷ on, or more of them than can be counted.
+    /// Steps so small that t + h keeps few digits of h, |t|/h above 2⁴⁷, or more of them than can be counted.
     #[error(
         "step size h = {} cannot resolve the interval [{}, {}] in double precision",
         Number(*h), Number(*t0), Number(*t_end)

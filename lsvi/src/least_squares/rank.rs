@@ -1,6 +1,6 @@
 //! Whether the condition of a step determines the residual, of closures whose α + β vanishes as h → 0.
 //!
-//! As h → 0 their condition is Kᵀ(r₀ + r₁) = 0 with K = 2(α + β)/h M + (α − β) J, for Method II −2J. Along a left null vector of K the
+//! As h → 0 their condition is KᵀM⁻¹(r₀ + r₁) = 0 with K = 2(α + β)/h M + (α − β) J, for Method II −2J. Along a left null vector of K the
 //! residual is free, and with it the step: v₁ is what the curvature of f and roundings make of it.
 
 use crate::discrete::MomentumWeights;

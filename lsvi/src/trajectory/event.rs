@@ -74,7 +74,7 @@ impl<I: Integrator> Trajectory<I> {
     /// # What is not seen
     /// A change of sign is looked for on the dense output between the quarters of a step, from the start of each call between
     /// points that are twice as far away each time: two crossings within one of these parts are not seen. A zero where a call
-    /// starts, or within 10⁻⁸ of a quarter step from there, does not count, nor one at the end of the run, beyond which g has no sign; one that follows does. A jump of g from one sign to the
+    /// starts, or within 2⁻²⁶ of a quarter step from there, does not count, nor one at the end of the run, beyond which g has no sign; one that follows does. A jump of g from one sign to the
     /// other counts, a pole between the points that are looked at does not. Where g only touches zero, as at the start on a section that the path is tangent to, rounding
     /// decides.
     ///

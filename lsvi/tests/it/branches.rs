@@ -169,7 +169,7 @@ fn agrees(found: f64, root: f64, v: f64) -> bool {
 #[test]
 fn no_step_returns_a_root_of_another_branch() {
     let mut random = Random(1);
-    let (mut wrong, mut refused, mut steps) = (Vec::new(), Vec::new(), 0);
+    let (mut wrong, mut refused, mut steps, mut lost, mut undecided) = (Vec::new(), Vec::new(), 0, 0, 0);
     let known = [QUADRATIC_DRAG, LOGISTIC, CUBIC].map(|field| (field, 400));
     // Of any four coefficients: steady states of every kind, growth, blow-up, folds of two signs.
     let others = [(); 600].map(|()| (Polynomial([(); 4].map(|()| random.within(-2.0, 2.0))), 1));
@@ -187,12 +187,17 @@ fn no_step_returns_a_root_of_another_branch() {
                     Followed::To(_) if step.is_err() => refused.push(what()),
                     Followed::To(_) => wrong.push(what()),
                     Followed::Lost if step.is_ok() => wrong.push(what()),
-                    Followed::Lost | Followed::Undecided => {}
+                    Followed::Lost => lost += 1,
+                    Followed::Undecided => undecided += 1,
                 }
             }
         }
     }
     assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(
+        100 * undecided < steps.min(lost),
+        "{steps} lead to a root, {lost} to none, and of {undecided} nothing is known"
+    );
     // Branches that pass each other closer than a continuation dares to go between them.
     assert!(refused.len() <= steps / 1000, "{} refused:\n{}", refused.len(), refused.join("\n"));
 }

@@ -301,7 +301,7 @@ const UNEXAMINED: [(&str, &str); 21] = [
     ),
     (
         "A simpler construction, above all at high order ([KY21] Abstract, Introduction)",
-        "Simplicity has no unit here. What the construction omits, a quadrature of the action, is what symplecticity needs: KY21-e-1.",
+        "Simplicity has no unit here. What the construction omits, a quadrature of the action, makes a Galerkin integrator symplectic on every system: KY21-e-1.",
     ),
     (
         "A general technique for any symplectic integrator and any dissipative system ([S24] Abstract, Sections 1 and 2)",

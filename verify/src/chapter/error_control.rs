@@ -310,7 +310,7 @@ fn actions(evidence: &mut Evidence, context: &Context, rises: [(&'static str, St
         let y = Axis::log("indicator, error of one step");
         panels.push(Panel::new(Axis::log("h"), y, curves).titled(format!("degree {degree}")));
     }
-    let caption = "The action's √(2 h L_d), dashed, and the true error of the first step of ls-galerkin(s,lobatto,s+1), Method I.";
+    let caption = "The action's √(2 h L_d), grey and without markers, and the true error of the first step of ls-galerkin(s,lobatto,s+1), Method I.";
     let columns = ["problem", "degree", "h", "indicator", "error"];
     evidence.tables.push(Table::data("action-indicator", caption, columns, rows));
     let figure = Figure::new("action-indicator", caption, "action-indicator", panels);

@@ -94,7 +94,7 @@ fn against_the_table() -> Result<Check, StudyError> {
         max_norm(&differences),
         1e-14,
         "Largest relative difference at 55 points; just after the expansions are exchanged at t = 1/36 the first cancels \
-         from ½ to 0.03.",
+         from ½γ to 0.03γ.",
     ))
 }
 
@@ -179,7 +179,7 @@ fn truncation(evidence: &mut Evidence, comparisons: &[Comparison]) -> Result<(),
     evidence.tables.push(Table::data("poiseuille-truncation", caption, columns, rows));
     let caption = "Error of the centre velocity relative to its size when (34) is cut, and the difference of the two complete \
                    expansions, the largest across the channel. The latter rises to small t, where the eigenfunctions cancel \
-                   from ½ down to the velocity; the images, which are used there, do not. At large t it is the images that cancel.";
+                   from ½γ down to the velocity; the images, which are used there, do not. At large t it is the images that cancel.";
     let panel = Panel::new(Axis::log("t"), Axis::log("relative error"), curves);
     evidence.figures.push(Figure::new("poiseuille-truncation", caption, "poiseuille-truncation", [panel]));
     Ok(())

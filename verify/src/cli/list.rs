@@ -129,5 +129,8 @@ fn list_studies(out: &mut Output) -> io::Result<()> {
         paragraph(out, study.id, 20, &format!("{}. {}", study.title, study.source))?;
         paragraph(out, "", 20, study.question)?;
     }
+    for (place, study) in chapter::LONG {
+        paragraph(out, study.id, 20, &format!("{}. With `report --full` in place of `{place}`.", study.title))?;
+    }
     Ok(())
 }

@@ -21,7 +21,7 @@ use super::args::assignment;
 use super::error::Failure;
 use super::output::Output;
 
-/// Run every study and write the report.
+/// Run every study but those that take minutes, and write the report.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Writes index.html (one self-contained file), report.md, results.json, junit.xml

@@ -18,7 +18,7 @@ pub(super) const METHOD_I: Spec = Spec {
 
 pub(super) const METHOD_II: Spec = Spec {
     form: "method-ii",
-    summary: "p_{n+1} = p_n, Eq. (25): order 2, the trapezoidal rule on linear problems",
+    summary: "p_{n+1} = p_n, Eq. (25): order 2, the trapezoidal rule on linear problems whose matrix is invertible",
     build: Build::Plain(|| Box::new(LinearClosure { name: Some("method-ii"), alpha: -1.0, beta: 1.0 })),
     examples: &["method-ii"],
 };

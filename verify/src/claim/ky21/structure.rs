@@ -103,8 +103,8 @@ fn symplecticity(context: &Context) -> Result<Finding, StudyError> {
         )
         .because(
             "Taking the Euler–Lagrange equation to hold at the nodes replaces an integral by zero in the derivative of L_d; \
-             for that derivative to be one of some L_d the nodes have to be Gauss's, and L = ½ẋᵀMẋ − V(x) with constant M, without a \
-             term that is linear in ẋ.",
+             that derivative is one of some L_d where the nodes are Gauss's and L = ½ẋᵀMẋ − V(x) with constant M, and in general not \
+             elsewhere, nor with a term that is linear in ẋ.",
         )
         .with_table(defects))
 }
