@@ -97,7 +97,7 @@ pub enum SolveError {
     NotAutonomous {
         /// Component of f.
         row: usize,
-        /// Its change over the step.
+        /// Its change since the first step.
         difference: f64,
     },
     /// A Lagrangian that declares L = ½ vᵀMv − V(t, q) and is not.
@@ -107,6 +107,17 @@ pub enum SolveError {
         row: usize,
         /// Its column.
         column: usize,
+    },
+    /// A Lagrangian that declares L = ½ vᵀMv − V(t, q) and has a term that is linear in v.
+    #[error(
+        "the Lagrangian is declared separable and is not: component {row} of ∂L/∂v differs from that of M v by \
+         {difference:.1e}"
+    )]
+    LinearInVelocity {
+        /// Component of ∂L/∂v.
+        row: usize,
+        /// Its value less that of M v.
+        difference: f64,
     },
     /// The equations produced NaN or infinity however short the step.
     #[error("the equations of the step are not finite: f, L or a derivative of theirs is NaN or infinite")]

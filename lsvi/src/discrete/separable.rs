@@ -111,34 +111,52 @@ impl ConstantMass {
         let mut scratch = std::mem::take(&mut self.scratch);
         let [v, beside, in_q, again_in_q, in_v, terms] = vectors(&mut scratch, q.len());
         self.velocities(p, v, beside);
-        let mut is_momentum = |v: &[f64], in_q: &mut [f64]| {
-            l.gradient(t, q, v, in_q, in_v);
-            // What is left of ∂L/∂v without M v, beside the terms of both.
-            terms.iter_mut().zip(&*in_v).for_each(|(terms, x)| *terms = CONSTANT * x.abs());
-            self.mass.for_each(|i, j, m| {
-                in_v[i] -= m * v[j];
-                terms[i] += CONSTANT * (m * v[j]).abs();
-            });
-            in_v.iter().zip(&*terms).all(|(left, terms)| left.abs() <= *terms)
-        };
+        let mut is_momentum = |v: &[f64], in_q: &mut [f64]| self.beyond_mass(l, (t, q, v), in_q, in_v, terms).is_none();
         let seems_so = is_momentum(v, in_q) && is_momentum(beside, again_in_q) && in_q == again_in_q;
         self.scratch = scratch;
         seems_so
     }
 
-    /// Refuses a Lagrangian with other second derivatives in v at either end of the straight step or at another velocity, or
-    /// with mixed ones.
+    /// The first component of ∂L/∂v that is not that of M v, with the difference of the two. Leaves ∂L/∂q in `in_q`.
+    fn beyond_mass(
+        &self,
+        l: &dyn Lagrangian,
+        (t, q, v): (f64, &[f64], &[f64]),
+        in_q: &mut [f64],
+        in_v: &mut [f64],
+        terms: &mut [f64],
+    ) -> Option<(usize, f64)> {
+        l.gradient(t, q, v, in_q, in_v);
+        // What is left of ∂L/∂v without M v, beside the terms of both.
+        terms.iter_mut().zip(&*in_v).for_each(|(terms, x)| *terms = CONSTANT * x.abs());
+        self.mass.for_each(|i, j, m| {
+            in_v[i] -= m * v[j];
+            terms[i] += CONSTANT * (m * v[j]).abs();
+        });
+        let is_off = |(left, terms): (&f64, &f64)| !(left.abs() <= *terms);
+        let row = in_v.iter().zip(&*terms).position(is_off)?;
+        Some((row, in_v[row]))
+    }
+
+    /// Refuses a Lagrangian with other second derivatives in v at either end of the straight step or at another velocity, with
+    /// mixed ones, or with a term that is linear in v, of which they know nothing.
     fn check(&mut self, l: &dyn Lagrangian, (t, h): (f64, f64), q: &[f64], p: &[f64]) -> Result<(), SolveError> {
         let mut scratch = std::mem::take(&mut self.scratch);
-        let [v, beside, end, ..]: [&mut [f64]; 6] = vectors(&mut scratch, q.len());
+        let [v, beside, end, in_q, in_v, terms] = vectors(&mut scratch, q.len());
         self.velocities(p, v, beside);
         end.iter_mut().zip(q).zip(&*v).for_each(|((end, q), v)| *end = q + h * v);
         let mut largest = 0.0_f64;
         self.mass.for_each(|_, _, m| largest = largest.max(m.abs()));
         let places = [(t, q, &*v), (t + h, &*end, &*v), (t, q, &*beside)];
-        let checked = places
+        let mut checked = places
             .into_iter()
             .try_for_each(|place| [VV, QV].into_iter().try_for_each(|which| self.check_at(l, place, which, largest)));
+        for v in [v, beside] {
+            checked = checked.and_then(|()| match self.beyond_mass(l, (t, q, v), in_q, in_v, terms) {
+                Some((row, difference)) => Err(SolveError::LinearInVelocity { row, difference }),
+                None => Ok(()),
+            });
+        }
         self.scratch = scratch;
         checked
     }

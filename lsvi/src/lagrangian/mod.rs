@@ -46,7 +46,8 @@ pub trait Lagrangian {
     /// Whether L = ½ vᵀMv − V(t, q) with a constant M. Steps in position–momentum form then need ∂L/∂q alone, those of the
     /// trapezoidal rule once, and their additions are compensated, so that long runs lose no digits to h. It is checked in the first
     /// such step, and where steps start after 2, 4, 8, … more, and then after every 256:
-    /// [`SolveError::NotSeparable`](crate::SolveError::NotSeparable). Between two of these a mass that is another one is not seen, and steps are
+    /// [`SolveError::NotSeparable`](crate::SolveError::NotSeparable),
+    /// [`SolveError::LinearInVelocity`](crate::SolveError::LinearInVelocity). Between two of these a mass that is another one is not seen, and steps are
     /// those of a constant one.
     fn is_separable(&self) -> bool {
         false

@@ -25,6 +25,8 @@ const GOLDEN: f64 = 1.618_033_988_749_895;
 pub(super) struct Declared {
     is_linear: bool,
     is_autonomous: bool,
+    /// The start of the first step, where a field that is autonomous has the value that it has ever since.
+    since: Option<f64>,
     /// The step size that was checked.
     checked: Option<f64>,
     /// Steps until it is checked again, and how many there were the last time.
@@ -55,6 +57,7 @@ impl Declared {
         (is_linear || is_autonomous).then(|| Self {
             is_linear,
             is_autonomous,
+            since: None,
             checked: None,
             left: 0,
             interval: 1,
@@ -207,14 +210,16 @@ impl Declared {
     }
 
     fn check_autonomous(&mut self, system: &System<'_>, at: Interval) -> Result<(), SolveError> {
-        let Self { zero, point, value, before, is_linear, .. } = self;
+        let Self { zero, point, value, before, is_linear, since, .. } = self;
         // What a linear f adds to every step is its value at zero.
         let v = if *is_linear { zero } else { point };
-        system.field.rhs(at.start, v, before);
-        system.field.rhs(at.start + at.h, v, value);
-        for (row, (start, end)) in before.iter().zip(&*value).enumerate() {
-            if (end - start).abs() > 0.0 {
-                return Err(SolveError::NotAutonomous { row, difference: end - start });
+        system.field.rhs(*since.get_or_insert(at.start), v, before);
+        for t in [at.start, at.start + at.h] {
+            system.field.rhs(t, v, value);
+            for (row, (before, value)) in before.iter().zip(&*value).enumerate() {
+                if (value - before).abs() > 0.0 {
+                    return Err(SolveError::NotAutonomous { row, difference: value - before });
+                }
             }
         }
         Ok(())

@@ -584,6 +584,41 @@ fn a_slow_drift_is_no_autonomous_field() {
     assert!(matches!(error, StepError::Solve { source: SolveError::NotAutonomous { .. }, .. }), "{error}");
 }
 
+/// What is added to every step was evaluated in the first one: a load that is switched on between two looks is found by the next.
+#[test]
+fn a_load_that_is_switched_on_between_two_looks_is_no_autonomous_field() {
+    struct Switched {
+        linear: bool,
+    }
+    impl FieldFn for Switched {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            Structure::Banded { lower: 0, upper: 0 }
+        }
+        fn is_linear(&self) -> bool {
+            self.linear
+        }
+        fn is_autonomous(&self) -> bool {
+            true
+        }
+        fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+            let load = if t > 0.705 { 1.0 } else { 0.0 };
+            dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -*v + load);
+        }
+    }
+    for linear in [true, false] {
+        let method = method_i(field_of(Switched { linear })).expect("usable");
+        let run = Trajectory::new(method, State::new(0.0, vec![1.0; 2]), 0.01, 4.0).expect("valid");
+        let error = run.observe(|_| {}).expect_err("a false declaration");
+        assert!(
+            matches!(error, StepError::Solve { source: SolveError::NotAutonomous { .. }, .. }),
+            "{linear}: {error}"
+        );
+    }
+}
+
 /// In a field that depends on time a declaration is compared at both ends of the step, and at the state itself: at v = 0, or
 /// at the start alone, neither is seen.
 #[test]
