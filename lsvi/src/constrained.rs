@@ -458,8 +458,9 @@ impl System for StepEquations<'_> {
         if self.is_predicted { LimitAtZero::Kept } else { LimitAtZero::Unknown }
     }
 
+    /// By its first guess, which is asked for where the limit is kept alone.
     fn guesses_along_tangent(&self) -> bool {
-        self.is_predicted
+        true
     }
 
     fn scale(&self, h: f64) -> f64 {

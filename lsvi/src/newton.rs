@@ -1035,34 +1035,179 @@ mod tests {
         newton.noise = 1e-6;
         newton.solve(&mut Fold, 0.5, &mut [0.0]).expect("on the branch");
         assert_eq!(newton.noise, 0.0);
-        (newton.origin[0], newton.limit.is_regular) = (1.0, true);
+        (newton.origin[0], newton.limit.is_regular) = (1e3, true);
         let mut near = |noise: f64, way: f64| {
             newton.noise = noise;
             newton.is_next_to_origin(&Fold, way)
         };
-        assert_eq!([near(0.0, 1e-8), near(0.0, 1e-7), near(1e-9, 9e-6), near(1e-9, 2e-5)], [true, false, true, false]);
+        assert_eq!([near(0.0, 1e-5), near(0.0, 1e-4), near(1e-6, 9e-3), near(1e-6, 2e-2)], [true, false, true, false]);
     }
 
-    /// x − 1 + h = 0, of which what increments are off by is 1e-9 on every other call.
-    struct Noisy(bool);
+    /// x₀ − 1 − s = 0 and, algebraic, s (x₁ − x₀²) = 0.
+    struct OnParabola;
+
+    impl System for OnParabola {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn residual(&mut self, s: f64, x: &[f64], out: &mut [f64]) {
+            out.copy_from_slice(&[x[0] - 1.0 - s, s * (x[1] - x[0] * x[0])]);
+        }
+        fn derivative(&mut self, s: f64, x: &[f64], out: &mut Jacobian) {
+            [(0, 0, 1.0), (1, 0, -2.0 * s * x[0]), (1, 1, s)].into_iter().for_each(|(i, j, x)| out.add(i, j, x));
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+        fn algebraic(&self) -> &[usize] {
+            &[1]
+        }
+    }
+
+    /// From (1, 1.5) the increments are h and 1 + 2h − 1.5 for every h, and to the limit as well.
+    #[test]
+    fn the_limit_makes_the_increments_of_algebraic_equations_that_a_step_makes() {
+        let (mut newton, h, start) = (Newton::new(2), 0.125, [1.0, 1.5]);
+        newton.origin.copy_from_slice(&start);
+        newton.set_limit(&mut OnParabola, h);
+        let mut residual = [0.0; 2];
+        OnParabola.residual(h, &start, &mut residual);
+        newton.limit.solve(&OnParabola, h, &mut residual);
+        approx::assert_relative_eq!(residual[..], [-h, 0.5 - 2.0 * h][..], max_relative = 1e-12);
+    }
+
+    /// Where the limit is singular no tangent is known, and none where residuals at the origin are roundings.
+    #[test]
+    fn nothing_is_asked_of_a_tangent_that_is_not_known() {
+        fn answers(system: &mut dyn System, start: &[f64], is_regular: bool) -> [bool; 3] {
+            let (mut newton, mut x, h) = (Newton::new(start.len()), start.to_vec(), 0.125);
+            newton.origin.copy_from_slice(start);
+            newton.point.copy_from_slice(start);
+            newton.set_limit(system, h);
+            newton.iterate(system, h, &mut x, CONTRACTION).map(drop).expect("a root");
+            newton.limit.is_regular = is_regular;
+            let is_next = newton.is_next_to_origin(system, 0.0);
+            [newton.is_affine(system, h), newton.has_short_tangent(system, h), is_next]
+        }
+        assert_eq!(answers(&mut OnParabola, &[1.0, 1.5], true), [true, true, false]);
+        assert_eq!(answers(&mut Fold, &[0.0], false), [true, true, false]);
+        assert_eq!(answers(&mut Fold, &[0.0], true), [false, false, true]);
+    }
+
+    /// A step of implicit Euler of a damped circuit, q̇ = i/u and i̇ = −1000 (u (q − 5) + i/20), from the charge and the current that it holds.
+    struct Circuit {
+        unit: f64,
+        from: [f64; 2],
+    }
+
+    impl System for Circuit {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
+            out[0] = x[0] - self.from[0] - h * x[1] / self.unit;
+            out[1] = x[1] - self.from[1] + h * 1000.0 * self.unit * (x[0] - 5.0 + x[1] * (0.05 / self.unit));
+        }
+        fn derivative(&mut self, h: f64, _: &[f64], out: &mut Jacobian) {
+            let (charge, current) = (h * 1000.0 * self.unit, 1.0 + h * 50.0);
+            [(0, 0, 1.0), (0, 1, -h / self.unit), (1, 0, charge), (1, 1, current)]
+                .into_iter()
+                .for_each(|(i, j, x)| out.add(i, j, x));
+        }
+        fn limit(&self) -> LimitAtZero {
+            LimitAtZero::Kept
+        }
+    }
+
+    /// Increments are roundings there, in no proportion to each other: no piece of the step is sure, and hundreds of factorizations tell nothing.
+    #[test]
+    fn steps_beside_a_rest_are_not_continued_in_pieces() {
+        let mut dear = Vec::new();
+        for exponent in -8..=8 {
+            for h in [0.01, 0.033, 0.2] {
+                let unit = 10_f64.powi(exponent);
+                let (mut newton, mut circuit) = (Newton::new(2), Circuit { unit, from: [5.0 + 1e-9, 0.0] });
+                let mut most = 0;
+                for _ in 0..300 {
+                    let (before, mut x) = (newton.work.factorizations, circuit.from);
+                    newton.solve(&mut circuit, h, &mut x).expect("affine");
+                    circuit.from = x;
+                    most = most.max(newton.work.factorizations - before);
+                }
+                if most > 4 {
+                    dear.push((exponent, h, most));
+                }
+            }
+        }
+        assert!(dear.is_empty(), "{dear:?}");
+    }
+
+    /// x − (1 − h) size = 0, of which what increments are off by is `off` on every other call.
+    struct Noisy {
+        size: f64,
+        off: f64,
+        is_next: bool,
+    }
+
+    impl Noisy {
+        /// Off by 1e-9 of 1 on the second call.
+        const LITTLE: Self = Self { size: 1.0, off: 1e-9, is_next: false };
+    }
 
     impl System for Noisy {
         fn dim(&self) -> usize {
             1
         }
         fn residual(&mut self, h: f64, x: &[f64], out: &mut [f64]) {
-            self.0 ^= true;
-            out[0] = x[0] - 1.0 + h + if self.0 { 0.0 } else { 1e-9 };
+            out[0] = x[0] - (1.0 - h) * self.size + if self.is_next { self.off } else { 0.0 };
+            self.is_next ^= true;
         }
         fn derivative(&mut self, _: f64, _: &[f64], out: &mut Jacobian) {
             out.add(0, 0, 1.0);
         }
+        fn is_affine(&self) -> bool {
+            true
+        }
+    }
+
+    /// The second increment takes back what the first was off by, 2⁻³⁰ of the state. In a piece of a continuation that may be another branch.
+    #[test]
+    fn increments_below_half_of_the_digits_stagnate_on_roundings_but_in_a_continuation() {
+        for size in [1.0, 1048576.0] {
+            let stagnates = [CONTRACTION, SURE_CONTRACTION].map(|first| {
+                let mut noisy = Noisy { size, off: size / f64::from(1 << 30), is_next: true };
+                Newton::new(1).iterate(&mut noisy, 0.5, &mut [0.5 * size], first).is_ok()
+            });
+            assert_eq!(stagnates, [true, false], "{size}");
+        }
+    }
+
+    /// They are 2⁻²³ of the state, so that no iteration contracts below half of the digits.
+    #[test]
+    fn roundings_of_a_few_digits_are_allowed_for_whatever_the_size_of_the_state() {
+        for size in [1.0, 1048576.0] {
+            let off = size / f64::from(1 << 23);
+            let (mut newton, mut x) = (Newton::new(1), [0.5 * size]);
+            let found = newton.solve(&mut Noisy { size, off, is_next: true }, 0.5, &mut x);
+            assert!(found.is_ok() && newton.noise > 0.0, "{size}: {found:?}");
+            approx::assert_abs_diff_eq!(x[0], 0.5 * size, epsilon = off);
+        }
+    }
+
+    #[test]
+    fn a_step_that_failed_says_nothing_of_the_size_of_states() {
+        let mut newton = Newton::new(1);
+        newton.largest = 0.25;
+        let found = newton.solve(&mut Noisy { size: 1.0, off: 1e6, is_next: true }, 0.5, &mut [0.5]);
+        assert!(found.is_err() && newton.largest == 0.25, "{found:?}: {}", newton.largest);
+        newton.solve(&mut Noisy { size: 1.0, off: 0.0, is_next: true }, 0.5, &mut [0.75]).expect("affine");
+        assert_eq!(newton.largest, 0.75);
     }
 
     /// Four of them add up where an increment has some of each.
     #[test]
     fn roundings_are_measured_with_room_for_several() {
-        let noise = Newton::new(1).measured_noise(&mut Noisy(false), 0.5, &[1.0]);
+        let noise = Newton::new(1).measured_noise(&mut { Noisy::LITTLE }, 0.5, &[1.0]);
         approx::assert_relative_eq!(noise, 4e-9, max_relative = 1e-6);
     }
 
@@ -1139,6 +1284,82 @@ mod tests {
         assert_eq!([0.0, 1e-9, -1e-9, 1e-6, -1e-6].map(near), [true, true, true, false, false]);
     }
 
+    /// Whether F is found to be affine at h = 1, from `origin`, where the first guess is the origin.
+    fn is_affine_from(origin: f64, f: impl Fn(f64, f64) -> (f64, f64)) -> bool {
+        let (mut newton, mut system, mut x) = (Newton::new(1), Noted { f, notes: Vec::new() }, [origin]);
+        (newton.origin[0], newton.point[0]) = (origin, origin);
+        newton.set_limit(&mut system, 1.0);
+        newton.iterate(&mut system, 1.0, &mut x, CONTRACTION).map(drop).expect("a root");
+        newton.is_affine(&mut system, 1.0)
+    }
+
+    /// y − h + max(y − k h, 0) = 0 for y = x − 10. Beyond the root at y = h nobody comes.
+    #[test]
+    fn an_equation_is_asked_whether_it_is_affine_on_the_way_to_its_root() {
+        let kinked = |k: f64| {
+            is_affine_from(10.0, |h, x| {
+                let over = x - 10.0 - k * h;
+                (x - 10.0 - h + over.max(0.0), if over > 0.0 { 2.0 } else { 1.0 })
+            })
+        };
+        assert_eq!([1.3, 0.3].map(kinked), [true, false]);
+    }
+
+    /// y − h + c y² = 0 for y = x − 1000. By the derivative at the root, 1 + 2c, the increment to 0.618 is off by c (2 · 0.618 − 0.618²) = 0.854 c;
+    /// √ε of the state is 1.5e-5.
+    #[test]
+    fn an_equation_is_affine_to_half_of_the_digits_of_the_state() {
+        let bent = |c: f64| {
+            is_affine_from(1e3, |h, x| {
+                let y = x - 1e3;
+                (y - h + c * y * y, 1.0 + 2.0 * c * y)
+            })
+        };
+        assert_eq!([1.5e-5, 2e-5].map(bent), [true, false]);
+    }
+
+    /// A(s) (x − 1) = b s with A = 1 − 3.2 s (1 − s) (3 − 4s), which is 1 at s = 0 and at s = 1, but 0.2 half-way and −0.2 at 0.3. What of the
+    /// increments is lost in roundings of x tells nothing.
+    #[test]
+    fn a_derivative_that_changes_half_way_is_not_regular_for_being_small() {
+        let is_regular = |b: f64| {
+            let a = |s: f64| 1.0 - 3.2 * s * (1.0 - s) * (3.0 - 4.0 * s);
+            let mut system = Noted { f: |s: f64, x: f64| (a(s) * (x - 1.0) - b * s, a(s)), notes: Vec::new() };
+            let (mut newton, mut x) = (Newton::new(1), [1.0]);
+            (newton.origin[0], newton.point[0], newton.guess[0]) = (1.0, 1.0, 1.0);
+            newton.set_limit(&mut system, 1.0);
+            newton.iterate(&mut system, 1.0, &mut x, CONTRACTION).map(drop).expect("affine");
+            newton.is_regular(&mut system, 1.0, 2.0 * SURE_CONTRACTION)
+        };
+        assert_eq!([0.05, f64::EPSILON].map(is_regular), [false, true]);
+    }
+
+    /// (1 + 4s) (x − s) = 0 from s = ¼ on, and before x − b s = 0.
+    fn from_a_quarter_on(b: f64) -> Noted<impl Fn(f64, f64) -> (f64, f64)> {
+        let f =
+            move |s: f64, x: f64| if s < 0.25 { (x - b * s, 1.0) } else { ((1.0 + 4.0 * s) * (x - s), 1.0 + 4.0 * s) };
+        Noted { f, notes: Vec::new() }
+    }
+
+    #[test]
+    fn increments_in_proportion_to_the_way_tell_where_the_branch_starts_along_them() {
+        let is_told = [1.2, -1.0].map(|b| {
+            let (mut newton, mut system) = (Newton::new(1), from_a_quarter_on(b));
+            newton.set_limit(&mut system, 1.0);
+            newton.advance(&mut system, (0.0, 1.0), true, &mut [0.0]).is_ok()
+        });
+        assert_eq!(is_told, [true, false]);
+    }
+
+    #[test]
+    fn every_evaluation_of_a_look_is_counted() {
+        let (mut newton, mut system, mut x) = (Newton::new(1), from_a_quarter_on(1.0), [0.0]);
+        newton.iterate(&mut system, 1.0, &mut x, SURE_CONTRACTION).map(drop).expect("affine");
+        let before = (newton.work.residuals, system.notes.len());
+        assert!(newton.is_borne_out(&mut system, (0.0, 1.0), LOOKS[0], true, &x));
+        assert_eq!(newton.work.residuals - before.0, (system.notes.len() - before.1) as u64);
+    }
+
     #[test]
     fn an_increment_is_one_where_the_derivative_is_regular_and_has_kept_its_sign() {
         let is_one = |slope: f64| {
@@ -1151,15 +1372,21 @@ mod tests {
 
     /// Whether the branch x = s − ½ from s = 0 is found to go on behind a kink at s = ½, where kx + cx² = s − ½; the root, and the one by the formula.
     fn behind_kink(k: f64, c: f64) -> (bool, f64, f64) {
+        behind_kink_at(0.0, k, c)
+    }
+
+    /// The same of x − `offset`.
+    fn behind_kink_at(offset: f64, k: f64, c: f64) -> (bool, f64, f64) {
         let f = |s: f64, x: f64| {
+            let x = x - offset;
             if x < 0.0 { (x - (s - 0.5), 1.0) } else { ((k + c * x) * x - (s - 0.5), k + 2.0 * c * x) }
         };
         let (mut newton, mut x) = (Newton::new(1), [f64::NAN]);
         let (reached, target) = (0.5 * (1.0 - 1e-9), 0.5 * (1.0 + 5e-9));
-        (newton.start[0], newton.origin[0]) = (-0.5, reached - 0.5);
+        (newton.start[0], newton.origin[0]) = (offset - 0.5, offset + reached - 0.5);
         let crosses = newton.crosses_kink(&mut Noted { f, notes: Vec::new() }, (reached, target), &mut x);
         let beyond = target - 0.5;
-        (crosses, x[0], 2.0 * beyond / (k + (k * k + 4.0 * c * beyond).sqrt()))
+        (crosses, x[0] - offset, 2.0 * beyond / (k + (k * k + 4.0 * c * beyond).sqrt()))
     }
 
     /// Behind the kink the branch has 1/k times the slope; for k < 0 it turns back. A way of 6e-3 of the branch is too far for what is 6e-9 of the step.
@@ -1181,13 +1408,21 @@ mod tests {
         }
     }
 
+    /// A rounding of 2¹⁷ is a hundredth of the way across.
+    #[test]
+    fn a_kink_is_crossed_where_the_branch_is_straight_but_for_roundings() {
+        let (offset, k) = (131072.0, 0.125);
+        let (crosses, found, root) = behind_kink_at(offset, k, 0.0);
+        assert!(crosses && (found - root).abs() <= 2.0 * f64::EPSILON * offset, "{found:e} for {root:e}");
+    }
+
     /// The second increments of a noisy equation are 1e-9, eight roundings of 6e5.
     #[test]
     fn an_affine_equation_is_solved_to_the_roundings_of_the_largest_state() {
         for (largest, expected) in [(1.0, false), (5e5, false), (6e5, true)] {
             let (mut newton, mut x) = (Newton::new(1), [0.25]);
             (newton.start[0], newton.largest) = (0.25, largest);
-            assert_eq!(newton.solve_affine(&mut Noisy(false), 0.5, &mut x), expected, "{largest}");
+            assert_eq!(newton.solve_affine(&mut { Noisy::LITTLE }, 0.5, &mut x), expected, "{largest}");
             approx::assert_abs_diff_eq!(x[0], if expected { 0.5 } else { 0.25 }, epsilon = 2e-9);
         }
     }

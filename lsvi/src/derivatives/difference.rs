@@ -142,8 +142,9 @@ impl Slope {
             for (m, before) in row.iter().enumerate() {
                 let (factor, last) = (4_f64.powi(m as i32 + 1), next[m]);
                 let value = last + (last - before) / (factor - 1.0);
-                let change = larger((value - last).abs(), (value - before).abs());
-                if change + rounding <= best.uncertainty {
+                let change = (value - before).abs();
+                // What is infinite tells nothing.
+                if change + rounding < best.uncertainty {
                     best = Self { value, uncertainty: change + rounding, ..best };
                 }
                 next.push(value);
@@ -250,6 +251,45 @@ mod tests {
             let found = Slope::extrapolated(levels);
             let rounding = 4.0 * f64::EPSILON * 3.0 * 2_f64.powi(lost);
             assert_eq!((found.value, found.rounding), (1.0, rounding), "{lost} that overflow");
+        }
+    }
+
+    /// What is found, by values at distances 1, ½, … of an odd function that rounds by ε `size`.
+    fn slope_of(levels: &[[f64; 2]], size: f64) -> [f64; 3] {
+        let levels = levels.iter().enumerate().map(|(k, values)| (0.5_f64.powi(k as i32), *values, size));
+        let found = Slope::extrapolated(levels);
+        [found.value, found.uncertainty, found.rounding]
+    }
+
+    /// Of x + x³ + x⁵ the differences 3, 21/16 and 273/256 are extrapolated to 3/4 and 63/64, and these to 1; of x + x³ 2, 5/4 and 17/16 to 1
+    /// at once.
+    #[test]
+    fn the_difference_is_taken_that_changed_least_with_what_rounding_leaves_of_it() {
+        let odd = |f: fn(f64) -> f64| [1.0, 0.5, 0.25].map(|x| [f(x), -f(x)]);
+        let (cubic, quintic) = (odd(|x| x + x.powi(3)), odd(|x| x + x.powi(3) + x.powi(5)));
+        // 4 ε size/δ for δ = 1 and ¼.
+        let size = 2_f64.powi(40);
+        let [wide, near] = [1.0, 4.0].map(|distances| 4.0 * f64::EPSILON * size * distances);
+        assert_eq!(slope_of(&quintic, size), [1.0, 0.25 + near, wide]);
+        assert_eq!(slope_of(&cubic, size), [1.0, near, wide]);
+        // Nearer by, roundings are more than what the first one changed by.
+        let size = 0.5 / f64::EPSILON;
+        assert_eq!(slope_of(&cubic, size), [1.0, 1.0 + 4.0, 2.0]);
+    }
+
+    #[test]
+    fn zero_is_a_value_and_a_function_that_ends_on_one_side_has_none_there() {
+        assert_eq!(slope_of(&[[0.0, -0.0]; 3], 0.0), [0.0; 3]);
+        let ending = [[1.0, f64::INFINITY], [0.5, -0.5], [0.25, -0.25]];
+        let size = 0.125 / f64::EPSILON;
+        assert_eq!(slope_of(&ending, size), [1.0, 2.0, 1.0]);
+    }
+
+    #[test]
+    fn of_a_function_that_ends_nearer_by_nothing_is_told() {
+        for last in [0.25, f64::INFINITY] {
+            let [value, uncertainty, _] = slope_of(&[1.0, f64::INFINITY, last].map(|x| [x, -x]), 1.0);
+            assert!(value.is_nan() && uncertainty == f64::INFINITY, "{last}: {value} to {uncertainty}");
         }
     }
 

@@ -225,3 +225,39 @@ impl Declared {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mass::{Mass, MassInverse};
+
+    /// v̇ = −v before t = 2, and from then on −2v.
+    struct Switched;
+
+    impl VectorField for Switched {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            dv[0] = if t < 2.0 { -v[0] } else { -2.0 * v[0] };
+        }
+        fn add_jacobian(&self, t: f64, _v: &[f64], scale: f64, out: &mut Jacobian) {
+            out.add(0, 0, if t < 2.0 { -scale } else { -2.0 * scale });
+        }
+    }
+
+    #[test]
+    fn a_linear_field_is_looked_at_at_both_ends_of_a_step() {
+        let mass_inverse = MassInverse::new(&Mass::Identity).expect("regular");
+        let system =
+            System { field: &Switched as &dyn VectorField, mass: &Mass::Identity, mass_inverse: &mass_inverse };
+        let is_linear = |start: f64, h: f64| {
+            let mut declared = Declared::of(&Switched, &Structure::Dense).expect("declares to be linear");
+            declared.check(&system, Interval { start, h }, &[1.0]).is_ok()
+        };
+        assert_eq!([1.75, 1.875, 2.0].map(|start| is_linear(start, 0.125)), [true, false, true]);
+    }
+}

@@ -101,6 +101,21 @@ mod tests {
         assert_eq!([0.0, 4.0, 4.0 + 1e-9].map(|own| deficient(-0.5, 1.5, 0.5, own)), [false, true, false]);
     }
 
+    /// The inverse of (1 1; 1 1 + d) is 2/d to the size of d, and so it is where the second component has a unit of its own.
+    #[test]
+    fn rows_that_are_alike_to_roundings_are_not_two_conditions() {
+        let deficient = |d: f64, unit: f64| {
+            let mut jacobian = Jacobian::zeros(2);
+            let entries = [(0, 0, 1.0), (0, 1, unit), (1, 0, 1.0), (1, 1, (1.0 + d) * unit)];
+            entries.into_iter().for_each(|(i, j, x)| jacobian.add(i, j, x));
+            let weights = MomentumWeights { alpha: -1.0, beta: 1.0 };
+            Rank::new(2, &Structure::Dense).is_deficient(&Mass::Identity, weights, 0.1, &jacobian)
+        };
+        for unit in [1.0, 1e20, 1e-20] {
+            assert_eq!([0.0, 1e-14, 1e-12, 1.0].map(|d| deficient(d, unit)), [true, true, false, false], "{unit}");
+        }
+    }
+
     /// Each component beside its own terms, and not beside another's.
     #[test]
     fn rest_is_a_matter_of_each_component() {

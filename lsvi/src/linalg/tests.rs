@@ -532,6 +532,13 @@ fn matrices_are_equal_with_the_same_structure_and_the_same_entries() {
 }
 
 #[test]
+fn a_matrix_has_the_structure_that_it_was_made_with() {
+    for structure in structures(9).into_iter().chain([Structure::MatrixFree]) {
+        assert_eq!(Jacobian::with_structure(9, &structure).structure(), structure);
+    }
+}
+
+#[test]
 fn zero_is_either_zero_and_nothing_else() {
     assert!(is_zero(&[]) && is_zero(&[0.0, -0.0]));
     for x in [f64::MIN_POSITIVE * f64::EPSILON, -1.0, f64::INFINITY, f64::NAN, -f64::NAN] {

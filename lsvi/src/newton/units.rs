@@ -343,6 +343,16 @@ mod tests {
         assert!(matches!(found, Some(Err(SolveError::NonFinite))) && !newton.is_balanced(), "{found:?}");
     }
 
+    /// x₀ = 1/(1 + k).
+    #[test]
+    fn a_step_in_the_units_of_the_last_one_is_solved() {
+        let (stiffness, mut newton, mut x) = (256.0, Newton::new(2), [2.0, 3.0]);
+        newton.set_limit(&mut Spring::new(2, stiffness), 1.0);
+        step(&mut newton, stiffness, true);
+        newton.solve(&mut Spring::new(2, stiffness), 1.0, &mut x).expect("affine");
+        approx::assert_relative_eq!(x[0], 1.0 / (1.0 + stiffness), max_relative = 1e-12);
+    }
+
     #[test]
     fn a_limit_in_other_units_is_not_known() {
         let mut newton = Newton::new(2);
