@@ -359,6 +359,9 @@ impl<F: FieldFn> VectorField for AutoField<F> {
     }
 
     fn add_curvature(&self, t: f64, v: &[f64], w: &[f64], scale: f64, out: &mut Jacobian) {
+        if self.field.is_linear() {
+            return;
+        }
         by_size!(self.field.dim(), N => if let Some(v) = self.few::<N>(v) {
             let (mut v, mut dv) = (v.map(HyperDual64::from), [HyperDual64::from(0.0); N]);
             return self.sweep_pairs((t, &mut v, &mut dv), w, scale, out);

@@ -149,6 +149,7 @@ pub trait Integrator {
 }
 
 /// A method whose step depends on nothing but the state it starts from.
+#[auto_impl(&mut, Box)]
 pub trait OneStep: Integrator {
     /// Replaces (q, p) at time `t` by their values at `t + h`.
     ///

@@ -12,8 +12,8 @@ use crate::vector_field::VectorField;
 
 /// The constant matrix M of a system M v̇ = f(t, v).
 ///
-/// Implicit methods take a singular M, which makes some equations algebraic, of index 1; of index 2, as of velocities that are constrained, steps of
-/// fixed size may find no solution where [`Radau`](crate::adaptive::Radau) does. Explicit stages need its inverse, and
+/// Implicit methods take a singular M, which makes some equations algebraic, of index 1. Of index 2, as of velocities that are constrained,
+/// some find no solution, and the tolerances of [`Radau`](crate::adaptive::Radau) may call for steps of no size. Explicit stages need its inverse, and
 /// least-squares methods need it symmetric positive definite, because they measure the residual M v̇ − f in M⁻¹.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]

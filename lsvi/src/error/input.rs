@@ -135,7 +135,7 @@ pub enum SystemError {
         column: usize,
     },
     /// A metric that is not symmetric positive definite.
-    #[error("the metric is not symmetric positive definite: {0}")]
+    #[error("the metric, or the mass matrix that it is the inverse of, is not symmetric positive definite: {0}")]
     Metric(String),
     /// A mass matrix without an inverse, for a method with explicit stages or a new value that is not its last stage.
     #[error(

@@ -4,11 +4,12 @@ use crate::systems::field_of;
 use lsvi::closure::Linear;
 use lsvi::discrete::{DiscreteLegendre, Interval, Midpoint, MomentumWeights, Trapezoidal};
 use lsvi::{
-    FieldFn, InputError, Jacobian, LeastSquares, OneStep, Scalar, SystemError, Variational, VectorField, least_squares,
-    method_i,
+    AutoField, FieldFn, InputError, Jacobian, LeastSquares, OneStep, Scalar, SystemError, Variational, VectorField,
+    least_squares, method_i,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use proptest::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// v̇ = A v.
 struct LinearSystem(Matrix3<f64>);
@@ -159,6 +160,34 @@ fn automatic_derivatives_are_the_ones_by_hand() {
         ],
     );
     approx::assert_abs_diff_eq!(&curvature.to_dense(), &by_hand, epsilon = 16.0 * f64::EPSILON);
+}
+
+/// A field that is declared linear is not evaluated for them.
+#[test]
+fn second_derivatives_of_a_linear_field_take_nothing() {
+    struct Decay {
+        linear: bool,
+        evaluations: AtomicUsize,
+    }
+    impl FieldFn for Decay {
+        fn dim(&self) -> usize {
+            20
+        }
+        fn is_linear(&self) -> bool {
+            self.linear
+        }
+        fn rhs<T: Scalar>(&self, _t: f64, v: &[T], dv: &mut [T]) {
+            self.evaluations.fetch_add(1, Relaxed);
+            dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -*v);
+        }
+    }
+    for linear in [true, false] {
+        let decay = Decay { linear, evaluations: AtomicUsize::new(0) };
+        let (field, mut curvature) = (AutoField::new(&decay), Jacobian::zeros(20));
+        field.add_curvature(0.0, &[1.0; 20], &[1.0; 20], 1.0, &mut curvature);
+        assert_eq!(decay.evaluations.load(Relaxed) == 0, linear);
+        assert!(curvature.to_dense().iter().all(|x| *x == 0.0));
+    }
 }
 
 #[test]
