@@ -133,8 +133,9 @@ impl ConstantMass {
             in_v[i] -= m * v[j];
             terms[i] += CONSTANT * (m * v[j]).abs();
         });
-        let is_off = |(left, terms): (&f64, &f64)| !(left.abs() <= *terms);
-        let row = in_v.iter().zip(&*terms).position(is_off)?;
+        // A NaN is off.
+        let is_held = |(left, terms): (&f64, &f64)| left.abs() <= *terms;
+        let row = in_v.iter().zip(&*terms).position(|row| !is_held(row))?;
         Some((row, in_v[row]))
     }
 
