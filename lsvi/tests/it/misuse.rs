@@ -329,6 +329,32 @@ fn a_false_declaration_is_found_again_with_another_step_size() {
     assert!(matches!(error, StepError::Solve { source: SolveError::NotLinear { .. }, .. }), "{error}");
 }
 
+/// Between two looks at the whole declaration, which are in the first and the third step, sums of all rows are compared to ten digits.
+#[test]
+fn a_term_that_is_not_linear_and_begins_between_two_looks_is_found_at_the_end_of_its_step() {
+    struct Late;
+    impl FieldFn for Late {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn structure(&self) -> Structure {
+            Structure::Banded { lower: 0, upper: 0 }
+        }
+        fn is_linear(&self) -> bool {
+            true
+        }
+        fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+            let part = if t > 0.15 { 1e-8 } else { 0.0 };
+            dv.iter_mut().zip(v).for_each(|(dv, v)| *dv = -*v - *v * *v * part);
+        }
+    }
+    let mut method = method_i(field_of(Late)).expect("usable");
+    let (mut v, mut p) = ([1.0, 0.5], [0.0; 2]);
+    method.step(0.0, 0.1, &mut v, &mut p).expect("linear until then");
+    let error = method.step(0.1, 0.1, &mut v, &mut p).expect_err("not linear any more");
+    assert!(matches!(error, StepError::Solve { source: SolveError::NotLinear { .. }, .. }), "{error}");
+}
+
 /// M v̇ = F(v) with M = (1 1; 1 m) and F = (−x − y, −x − 2y), solved for v̇; e^(−t) (1, 0) is a solution.
 struct Solved {
     m: f64,
