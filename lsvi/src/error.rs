@@ -227,7 +227,8 @@ pub enum StepError {
         source: SolveError,
     },
     /// An adaptive method found no step size that meets its tolerance: the solution may end there, algebraic equations whose index is
-    /// above 1 may have none, and so may a component that leaves 0 with an absolute tolerance of 0.
+    /// above 1 may have none, and with an absolute tolerance of 0 none has a component that leaves 0 at a time other than 0 like a power of
+    /// time above the number of stages.
     #[error("the step size fell to h = {h:e} at t = {}: the tolerance cannot be met there", Number(*t))]
     StepUnderflow {
         /// Time at the beginning of the step.

@@ -91,9 +91,9 @@ impl Options {
         checked("safety", factor, "between 0 and 1", factor > 0.0 && factor < 1.0).map(|safety| Self { safety, ..self })
     }
 
-    /// How many steps may be tried from one start, rejected ones included, before
-    /// [`StepError::TooManySteps`](crate::StepError::TooManySteps); any number by default, in which a run that slides along a jump of f, as by
-    /// dry friction, may go on for very long.
+    /// How many steps may be tried in one run, rejected ones included, before
+    /// [`StepError::TooManySteps`](crate::StepError::TooManySteps); a run that is [resumed](crate::Trajectory::resume) has as many again. Any
+    /// number by default, in which a run that slides along a jump of f, as by dry friction, may go on for very long.
     ///
     /// # Errors
     /// [`SettingError::Setting`] for none.

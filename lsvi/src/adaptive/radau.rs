@@ -74,7 +74,9 @@ pub struct Radau<F> {
     stages: Stages,
     work: Work,
     rejected: u64,
-    /// Steps tried since the start.
+    /// The run that the last step belongs to, unless an error ended it.
+    run: Option<Grid>,
+    /// Steps tried in it.
     tried: u64,
 }
 
@@ -124,6 +126,7 @@ impl<F: VectorField> Radau<F> {
             order: Order { s: options.fewest, wait: 0 },
             work: Work::default(),
             rejected: 0,
+            run: None,
             tried: 0,
             options,
             algebraic: mass.zero_rows(n),
@@ -188,8 +191,11 @@ impl<F: VectorField> Radau<F> {
         with_coefficients!(last.s, c => self.history.value(c, part, out))
     }
 
-    /// Takes the state as a new start unless it is where the last step ended.
-    fn resume(&mut self, state: &State) {
+    /// Takes the state as a new start unless it is where the last step ended, and another grid, or the same after an error, as another run.
+    fn resume(&mut self, state: &State, grid: &Grid) {
+        if self.run.take() != Some(*grid) {
+            self.tried = 0;
+        }
         let continues = self.history.last.is_some_and(|last| last.end == state.t) && self.history.to == state.q;
         if !continues {
             self.history.last = None;
@@ -228,8 +234,9 @@ impl<F: VectorField> Radau<F> {
         let tolerances = &options.tolerances;
         let norm = |x: &[f64]| {
             // A component that starts at zero with no atol says nothing.
-            let terms = x.iter().zip(v).enumerate().map(|(k, (x, v))| (x, tolerances.of(k, v.abs())));
-            root_mean(terms.filter(|(_, of)| *of > 0.0).map(|(x, of)| squared(*x, of.recip())).sum(), v.len())
+            let terms = x.iter().zip(v).enumerate().filter(|(k, (_, v))| !tolerances.knows_no_size(*k, v.abs()));
+            let sum = terms.map(|(k, (x, v))| squared(*x, tolerances.of(k, v.abs()).recip())).sum();
+            root_mean(sum, v.len())
         };
         let (size, rate) = (norm(v), norm(f0));
         if rate <= 0.0 {
@@ -246,7 +253,7 @@ impl<F: VectorField> Radau<F> {
         slope.iter_mut().zip(&*f0).for_each(|(x, f)| *x -= f);
         let growth = slope.iter().zip(&*f0).zip(v).enumerate().map(|(k, ((x, f), v))| {
             let of = tolerances.of(k, v.abs());
-            if of > 0.0 { (x / of) * (f / of) } else { 0.0 }
+            if tolerances.knows_no_size(k, v.abs()) { 0.0 } else { (x / of) * (f / of) }
         });
         if growth.sum::<f64>() <= 0.0 {
             system.subtract_change(&*field, (t, v), (h, f0), slope);
@@ -374,7 +381,7 @@ impl<F: VectorField> Integrator for Radau<F> {
             return Ok(());
         }
         check_vector("q", &state.q, self.field.dim())?;
-        self.resume(state);
+        self.resume(state, grid);
         let t = state.t;
         self.field.rhs(t, &state.q, &mut self.stages.f0);
         self.work.residuals += 1;
@@ -445,6 +452,7 @@ impl<F: VectorField> Integrator for Radau<F> {
                 // A step cut short by a stop does not shorten the ones after it.
                 let proposed = if is_cut { proposed.max(wanted) } else { proposed };
                 self.accept(state, h, end, proposed, rate);
+                self.run = Some(*grid);
                 return Ok(());
             }
             self.rejected += 1;

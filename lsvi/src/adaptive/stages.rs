@@ -229,9 +229,11 @@ impl Stages {
             let Increments { sum, rounding, has_new } =
                 by_size!(n, N => self.add_increments::<S, N>(c, tolerances, system, v));
             let size = root_mean(sum, n * S);
-            if !size.is_finite() {
+            if !size.is_finite() && !self.z[..n * S].iter().all(|z| z.is_finite()) {
                 return Iteration::NonFinite;
             }
+            // Squares in units of a tolerance that is next to nothing may overflow.
+            let size = size.min(f64::MAX);
             // Increments of a few roundings do not shrink any more.
             let goal = (GOAL * part).max(10.0 * f64::EPSILON * root_mean(rounding, n));
             if last.is_finite() {
@@ -247,7 +249,8 @@ impl Stages {
                     return Iteration::Slow { factor: 0.8 * foreseen.clamp(1e-4, 20.0).powf(-exponent) };
                 }
             }
-            last = size.max(f64::MIN_POSITIVE);
+            // The measure of the next increments is another one where components have left zero.
+            last = if has_new { f64::INFINITY } else { size.max(f64::MIN_POSITIVE) };
             if contraction * size <= goal && !has_new {
                 system.contraction = contraction;
                 return Iteration::Converged { rate, iterations: iteration };
@@ -271,7 +274,7 @@ impl Stages {
         let mut all = Increments { sum: 0.0, rounding: 0.0, has_new: false };
         for (k, ((z, w), v)) in z.iter_mut().zip(&*f).zip(&v[..n]).enumerate() {
             let (increment, mut size) = (product(&c.t, w), v.abs());
-            let was_zero = tolerances.of(k, size) == 0.0 && z[S - 1] == 0.0;
+            let was_zero = tolerances.knows_no_size(k, size) && z[S - 1] == 0.0;
             for (z, d) in z.iter_mut().zip(&increment) {
                 *z += d;
                 size = size.max((v + *z).abs());
@@ -310,7 +313,7 @@ impl Stages {
                 let size = v.abs().max((v + z[S - 1]).abs());
                 squared(*x, tolerances.of_estimate(k, size, S).recip())
             });
-            root_mean(terms.sum(), v.len()).max(1e-10)
+            larger(1e-10, root_mean(terms.sum(), v.len()))
         };
         let first = norm(single);
         if first < 1.0 || !is_cautious {
@@ -322,6 +325,8 @@ impl Stages {
         work.residuals += 1;
         mass.mul_add(h.recip(), slope, single);
         system.real.solve(single);
-        norm(single)
+        // Where f has no value there, the first stands.
+        let second = norm(single);
+        if second.is_nan() { first } else { second }
     }
 }

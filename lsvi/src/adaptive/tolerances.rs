@@ -12,8 +12,14 @@ use crate::error::{InputError, SettingError, SystemError};
 /// A first step, and one that takes in a good part of a period of the forcing, of which an
 /// estimate may vanish by chance, can have ten times that and more; [`Options::h_max`](super::Options::h_max) limits both.
 ///
-/// atol = 0 asks for relative accuracy alone; a component that passes through zero then has short steps there. Components of
-/// different size want an atol each:
+/// atol = 0 asks for relative accuracy alone; a component that passes through zero then has short steps there. It leaves 0 with
+/// such accuracy where it grows like a power of time up to the number of stages, or at t = 0, where times tell when it was next to
+/// nothing; elsewhere no step has it, [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
+///
+/// No τ is below [`f64::MIN_POSITIVE`], whatever the tolerances: doubles below that have fewer digits, and its reciprocal is
+/// the last that is finite. So small is the error of a component of which rtol |v| is less, as of one that decays to nothing.
+///
+/// Components of different size want an atol each:
 ///
 /// ```
 /// # use lsvi::adaptive::Tolerances;
@@ -30,6 +36,10 @@ pub struct Tolerances {
 }
 
 impl Tolerances {
+    /// The least τ whose reciprocal is finite. It is one over a rounding of the least steps between doubles, so that what underflow
+    /// leaves of products and differences is as far below it as roundings are below one.
+    const LEAST: f64 = f64::MIN_POSITIVE;
+
     /// Least relative tolerance, ten roundings: below it the error of a step drowns in that of its arithmetic.
     pub const LEAST_RTOL: f64 = 10.0 * f64::EPSILON;
 
@@ -85,8 +95,9 @@ impl Tolerances {
         &self.atol
     }
 
-    /// The same with an atol for each of n components.
+    /// The same with an atol for each of n components, none below [`LEAST`](Self::LEAST).
     pub(super) fn expanded(mut self, n: usize) -> Result<Self, InputError> {
+        self.atol.iter_mut().for_each(|atol| *atol = atol.max(Self::LEAST));
         if let [atol] = *self.atol {
             self.atol = vec![atol; n];
         }
@@ -97,10 +108,16 @@ impl Tolerances {
         }
     }
 
-    /// τ of component `i` of the given size; zero where nothing but zero is tolerated.
+    /// τ of component `i` of the given size.
     #[inline]
     pub(super) fn of(&self, i: usize, size: f64) -> f64 {
         self.atol[i] + self.rtol * size
+    }
+
+    /// Whether nothing tells how large component `i` of the given size is: it is zero, and there is no absolute tolerance.
+    #[inline]
+    pub(super) fn knows_no_size(&self, i: usize, size: f64) -> bool {
+        size == 0.0 && self.atol[i] <= Self::LEAST
     }
 
     /// What an estimate of order s of component `i` of size w is held to, where the solution has order 2s − 1: τ, or where

@@ -6,7 +6,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use super::{HessianWeights, Lagrangian};
 use crate::error::{InputError, SystemError};
-use crate::linalg::{Jacobian, Rows, Structure, add_block, add_with_transpose};
+use crate::linalg::{Jacobian, Rows, Structure, add_block, add_with_transpose, set_product};
 use crate::mass::Mass;
 use crate::pool::Pool;
 use crate::vector_field::{VectorField, check_system};
@@ -321,7 +321,7 @@ impl<F: VectorField> LeastSquares<F> {
             let wj = match &self.weights.w {
                 None => j,
                 Some(w) => {
-                    s.wj.gemm(1.0, w, j, 0.0);
+                    set_product(&mut s.wj, w, j);
                     &s.wj
                 }
             };

@@ -7,6 +7,7 @@ mod dense;
 mod entry;
 mod gram;
 mod jacobian;
+mod product;
 mod size;
 mod sparse;
 mod structure;
@@ -18,6 +19,7 @@ pub(crate) use cholesky::Cholesky;
 pub(crate) use condition::inverse_norm;
 pub(crate) use entry::Entry;
 pub(crate) use gram::{Rows, add_with_transpose};
+pub(crate) use product::set_product;
 pub(crate) use size::{by_size, size, vectors};
 
 use nalgebra::DMatrix;

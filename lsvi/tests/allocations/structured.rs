@@ -4,7 +4,13 @@ use crate::allocations;
 use crate::fields::{As, Burgers, By, Line, Plane, Walls};
 use lsvi::adaptive::{Radau, Tolerances};
 use lsvi::classic::{Bdf2, CoupledRungeKutta, RungeKutta, Tableau};
-use lsvi::{AutoField, Integrator, State, Structure, Trajectory, VectorField, method_i};
+use lsvi::closure::Linear;
+use lsvi::discrete::{Galerkin, Trapezoidal};
+use lsvi::quadrature::Quadrature;
+use lsvi::{
+    AutoField, FieldFn, Integrator, Jacobian, LeastSquares, Mass, Scalar, State, Structure, Trajectory, Variational,
+    VectorField, Window, method_i,
+};
 
 /// Allocations of ten steps after the first two.
 fn of_steps(method: impl Integrator) -> u64 {
@@ -45,5 +51,40 @@ fn steps_allocate_nothing() {
                 assert_eq!(of_steps(method), 0, "{by:?}");
             }
         }
+    }
+}
+
+/// Nonlinear in each component, with a mass.
+struct Heavy(Mass);
+
+impl FieldFn for Heavy {
+    fn dim(&self) -> usize {
+        20
+    }
+    fn mass(&self) -> Mass {
+        self.0.clone()
+    }
+    fn rhs<T: Scalar>(&self, t: f64, v: &[T], dv: &mut [T]) {
+        let n = v.len();
+        for i in 0..n {
+            dv[i] = -v[i] * v[i] + v[(i + 1) % n] * (0.1 * t);
+        }
+    }
+}
+
+/// Of products of full matrices those of more than a few columns are where a kernel would pack its operands.
+#[test]
+fn steps_of_least_squares_in_a_metric_allocate_nothing() {
+    let mut full = Jacobian::zeros(20);
+    for i in 0..20 {
+        (0..20).for_each(|j| full.add(i, j, 0.5_f64.powi((i as i32 - j as i32).abs())));
+    }
+    for mass in [Mass::Identity, Mass::Diagonal(vec![2.0; 20].into()), Mass::Matrix(full.into())] {
+        let least_squares = || LeastSquares::new(AutoField::new(Heavy(mass.clone()))).expect("a metric");
+        let name = format!("{mass:?}").chars().take(8).collect::<String>();
+        assert_eq!(of_steps(Window::new(Trapezoidal::new(least_squares()), 4).expect("four")), 0, "{name}");
+        let radau = Quadrature::radau(2).expect("two nodes");
+        let galerkin = Galerkin::new(least_squares(), 2, &radau).expect("a path");
+        assert_eq!(of_steps(Variational::new(galerkin, Linear::METHOD_I)), 0, "{name}");
     }
 }

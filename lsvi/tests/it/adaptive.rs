@@ -229,6 +229,39 @@ fn another_start_has_all_its_steps() {
     assert_eq!([(); 3].map(|()| steps(&mut method)), [(); 3].map(|()| Ok(accepted)));
 }
 
+/// A run that used up its steps goes on with as many, by whichever way it is resumed, and so does one that came to its end.
+#[test]
+fn a_run_that_is_resumed_has_all_its_steps() {
+    let limit = 20;
+    let options = Options::new(Tolerances::new(1e-8, 1e-8).expect("positive")).max_steps(limit).expect("some");
+    let field = field_of!(1, |t, v, dv| dv[0] = -v[0] + (t * 30.0).cos());
+    let method = Radau::new(field, options).expect("valid");
+    let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 10.0, 10.0).expect("valid");
+    for resumed in 0..6 {
+        let ended = loop {
+            if let Err(error) = run.step() {
+                break error;
+            }
+        };
+        assert_eq!(ended, StepError::TooManySteps { t: run.state().t, limit }, "resumed {resumed} times");
+        let tries = run.work().steps + run.integrator().rejected();
+        assert_eq!(tries, (resumed + 1) * limit, "resumed {resumed} times");
+        if resumed % 2 == 0 {
+            run.resume(10.0, 10.0).expect("valid");
+        } else {
+            let (method, state) = run.into_parts();
+            run = Trajectory::new(method, state, 10.0, 10.0).expect("valid");
+        }
+    }
+    let to = run.state().t + 0.01;
+    run.resume(10.0, to).expect("valid");
+    while run.step().expect("few steps").is_some() {}
+    let before = run.work().steps + run.integrator().rejected();
+    run.resume(10.0, 10.0).expect("valid");
+    while run.step().is_ok() {}
+    assert_eq!(run.work().steps + run.integrator().rejected() - before, limit);
+}
+
 /// A component that starts at zero, and relative accuracy alone: v₂ ~ t³ stays accurate to rtol from the first step on.
 #[test]
 fn a_purely_relative_tolerance_takes_a_component_that_starts_at_zero() {
@@ -246,6 +279,83 @@ fn a_purely_relative_tolerance_takes_a_component_that_starts_at_zero() {
     let (truth, _) = solve(field_of(Robertson { algebraic: false }), &[1.0, 0.0, 0.0], early.t, 1e-12, 1e-40);
     for (v, exact) in early.q.iter().zip(&truth) {
         assert!((v - exact).abs() < 1e-5 * exact, "{v:e} and {exact:e} at {:e}", early.t);
+    }
+}
+
+/// The tries of a run with a tolerance, from t = `start`, and where it ends.
+fn tried(
+    field: impl VectorField,
+    (rtol, atol): (f64, f64),
+    (start, v, end): (f64, f64, f64),
+) -> (u64, Result<f64, StepError>) {
+    // Steps from a thousandth of the least time to 1 that grow by a tenth each are some 7500.
+    let options = Options::new(Tolerances::new(rtol, atol).expect("positive")).max_steps(20_000).expect("some");
+    let mut method = Radau::new(field, options).expect("valid");
+    let run = Trajectory::new(&mut method, State::new(start, vec![v]), end - start, end).expect("valid");
+    let end = run.observe(|_| {}).map(|state| state.q[0]);
+    (method.work().steps + method.rejected(), end)
+}
+
+const SMALL_TOLERANCES: [f64; 4] = [0.0, 5e-324, 1e-308, 1e-300];
+
+/// No start is too small for a tolerance, and no solution becomes too small for it.
+#[test]
+fn what_decays_is_followed_down_to_zero() {
+    let ends = |v: f64| [1.0, 600.0, 700.0, 740.0, 1e4].map(|end| (v, end));
+    let small = [1e-290, 1e-299, 5e-301, 1e-305, f64::MIN_POSITIVE, 1e-312, 5e-324, 0.0, -1e-305].map(|v| (v, 1.0));
+    for rtol in [1e-2, 1e-4, 1e-8, 1e-12, Tolerances::LEAST_RTOL] {
+        for (atol, (v, end)) in SMALL_TOLERANCES
+            .into_iter()
+            .flat_map(|atol| [&ends(1.0)[..], &small].concat().into_iter().map(move |it| (atol, it)))
+        {
+            let case = format!("{rtol:e}, {atol:e}: from {v:e} to {end}");
+            let (_, found) = tried(field_of!(1, |_t, v, dv| dv[0] = -v[0]), (rtol, atol), (0.0, v, end));
+            let found = found.unwrap_or_else(|error| panic!("{case}: {error}"));
+            let exact = v * (-end).exp();
+            // The errors of all steps of a relative tolerance stay, of an absolute one they decay.
+            let allowed = (1.0 + end) * rtol * exact.abs() + 10.0 * atol.max(f64::MIN_POSITIVE);
+            assert!((found - exact).abs() <= 10.0 * allowed, "{case}: {found:e} for {exact:e}");
+        }
+    }
+}
+
+/// v = tᵏ and, of a forcing, v ~ t²/2.
+#[test]
+fn a_component_leaves_zero_with_a_relative_tolerance() {
+    for rtol in [1e-4, 1e-8, 1e-12] {
+        for atol in SMALL_TOLERANCES {
+            for k in 1..=6 {
+                let power = field_of!(1, k = f64::from(k); |t, v, dv| dv[0] = v[0] * 0.0 + k * t.powf(k - 1.0));
+                let (_, found) = tried(power, (rtol, atol), (0.0, 0.0, 2.0));
+                let found = found.unwrap_or_else(|error| panic!("{rtol:e}, {atol:e}: power {k}: {error}"));
+                let exact = 2_f64.powi(k);
+                assert!((found - exact).abs() <= 1e2 * rtol * exact, "{rtol:e}, {atol:e}: power {k}: {found}");
+            }
+            let forced = field_of!(1, |t, v, dv| dv[0] = -v[0] + t.sin());
+            let (tries, found) = tried(forced, (rtol, atol), (0.0, 0.0, 2.0));
+            let found = found.unwrap_or_else(|error| panic!("{rtol:e}, {atol:e}: forced: {error}"));
+            let exact = 0.5 * (2_f64.sin() - 2_f64.cos() + (-2_f64).exp());
+            assert!(
+                (found - exact).abs() <= 1e2 * rtol * exact && tries < 1000,
+                "{rtol:e}, {atol:e}: {found}, {tries} tries"
+            );
+        }
+    }
+}
+
+/// Away from t = 0 times do not tell how late (t − 1)ᵏ is as small as that, k > 3: no step has three digits of it.
+#[test]
+fn a_component_that_leaves_zero_more_slowly_than_the_stages_tell_is_an_error_within_few_tries() {
+    for k in 1..=6 {
+        let power = field_of!(1, k = f64::from(k); |t, v, dv| dv[0] = v[0] * 0.0 + k * (t - 1.0).powf(k - 1.0));
+        let (tries, found) = tried(power, (1e-8, 0.0), (1.0, 0.0, 2.0));
+        match found {
+            Ok(v) => assert!(k <= 3 && (v - 1.0).abs() < 1e-6, "power {k}: {v}"),
+            Err(error) => {
+                assert!(k > 3 && matches!(error, StepError::StepUnderflow { t: 1.0, .. }), "power {k}: {error}")
+            }
+        }
+        assert!(tries < 100, "power {k}: {tries} tries");
     }
 }
 
