@@ -313,7 +313,9 @@ impl Stages {
                 let size = v.abs().max((v + z[S - 1]).abs());
                 squared(*x, tolerances.of_estimate(k, size, S).recip())
             });
-            larger(1e-10, root_mean(terms.sum(), v.len()))
+            let size = root_mean(terms.sum(), v.len());
+            // A NaN stays one.
+            if size < 1e-10 { 1e-10 } else { size }
         };
         let first = norm(single);
         if first < 1.0 || !is_cautious {

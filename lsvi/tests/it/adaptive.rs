@@ -1069,6 +1069,44 @@ fn a_mass_with_entries_beside_its_diagonal_is_no_constraint() {
     assert!((end[0] - (-1_f64).exp()).abs() < 1e-7 && (end[1] - 3.0 * (-1_f64).exp()).abs() < 1e-7, "{end:?}");
 }
 
+/// v̇ = ±k vᵖ, which has no value on the other side of its start: the estimate of a long first step may lead there, where its filter finds none.
+#[test]
+fn an_estimate_that_has_no_value_passes_no_step() {
+    struct Edge {
+        rate: f64,
+        power: f64,
+    }
+    impl lsvi::VectorField for Edge {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, _t: f64, v: &[f64], dv: &mut [f64]) {
+            let is_inside = v[0] > 0.0 && (v[0] - 1.0) * self.rate >= 0.0;
+            dv[0] = if is_inside { self.rate * v[0].powf(self.power) } else { f64::NAN };
+        }
+        fn add_jacobian(&self, _t: f64, v: &[f64], scale: f64, out: &mut Jacobian) {
+            out.add(0, 0, scale * self.rate * self.power * v[0].powf(self.power - 1.0));
+        }
+    }
+    let rates = [1.0, 10.0, 100.0, 1e4].into_iter().flat_map(|k| [k, -k]);
+    let fields = rates.flat_map(|rate| [-2.0, -1.0, 0.5, 2.0, 3.0, 5.0].map(|power| Edge { rate, power }));
+    let (mut wrong, mut steps) = (Vec::new(), 0);
+    for Edge { rate, power } in fields.filter(|it| it.rate < 0.0 || it.power < 1.0) {
+        for h in [0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 10.0] {
+            let options = Options::new(Tolerances::new(1e-8, 1e-10).expect("positive")).h0(h).expect("positive");
+            let method = Radau::new(Edge { rate, power }, options).expect("valid");
+            let mut run = Trajectory::new(method, State::new(0.0, vec![1.0]), 10.0, 10.0).expect("valid");
+            let Ok(Some(state)) = run.step() else { continue };
+            steps += 1;
+            let exact = (1.0 + rate * (1.0 - power) * state.t).powf((1.0 - power).recip());
+            if !((state.q[0] - exact).abs() <= 1e-7 * exact.max(1.0)) {
+                wrong.push(format!("{rate} v^{power}, h = {h}: {state:?} where {exact} is right"));
+            }
+        }
+    }
+    assert!(wrong.is_empty() && steps > 100, "{steps} steps, {} wrong:\n{}", wrong.len(), wrong.join("\n"));
+}
+
 #[test]
 fn a_stop_beyond_the_end_of_the_grid_is_none() {
     let tolerances = Tolerances::new(1e-6, 1e-9).expect("positive");
