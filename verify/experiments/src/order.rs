@@ -337,7 +337,7 @@ fn unexplored(found: &OrderFit, order: u32, size: f64, rate: f64) -> Option<Stri
             100.0 * part
         ));
     }
-    let reduced = found.line.is_some_and(|line| line.slope < found.expected.order - found.expected.band);
+    let reduced = found.line.is_some_and(|line| line.slope < found.expected.order);
     let is_its_own = found.expected.order == f64::from(order);
     (found.verdict == Verdict::Fail && reduced && is_its_own && finest.h * rate > 1.0).then(|| {
         format!(
@@ -497,6 +497,8 @@ mod tests {
         let open = |order, constant, rate| unexplored(&of(f64::from(order), constant), order, 1.0, rate).is_some();
         assert!(!open(1, 100.0, 1.0) && open(1, 200.0, 1.0) && open(2, 200.0, 1.0));
         assert!(!open(2, 1.0, 1000.0) && open(2, 1.0, 2000.0) && !open(1, 1.0, 2000.0));
+        // Of a solution of ten the error is a tenth.
+        assert!(unexplored(&of(1.0, 200.0), 1, 10.0, 1.0).is_none());
         // No excuse for what has no order, or claims more than it has.
         assert!(unexplored(&of(1.0, 200.0), 0, 1.0, 1.0).is_none());
         assert!(unexplored(&of(2.0, 1.0), 1, 1.0, 2000.0).is_none());

@@ -134,3 +134,15 @@ fn list_studies(out: &mut Output) -> io::Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_header_is_shown_as_a_whole_where_it_fits_on_a_line() {
+        let of = |last: usize| header(&[20, 10, 10, last].map(|letters| "x".repeat(letters)));
+        assert_eq!([width(&of(5)), width(&of(21))], [50, MOST]);
+        assert_eq!(of(22), format!("t,{},{},…,{}", "x".repeat(20), "x".repeat(10), "x".repeat(22)));
+    }
+}

@@ -322,7 +322,7 @@ fn a_reference_that_methods_agree_against_is_in_doubt() {
         open
     };
     let doubted = |values: &[f64]| doubted_on(&model, "diffsol-bdf", values);
-    assert_eq!(doubted(&[1.25, 1.2501, 1.2499]), 5);
+    assert_eq!([doubted(&[1.25, 1.2501]), doubted(&[1.25, 1.2501, 1.2499])], [4, 5]);
     assert_eq!([doubted(&[1.25]), doubted(&[1.25, 1.25, 1.0]), doubted(&[1.25, 1.3])], [0, 0, 0]);
     // A solution that is known, and an f that references state by themselves, leave no such doubt; a pulse leaves some of one method, too.
     assert_eq!(doubted_on(&model, "exact", &[1.25, 1.2501, 1.2499]), 0);
@@ -331,6 +331,19 @@ fn a_reference_that_methods_agree_against_is_in_doubt() {
     std::fs::write(file.path(), "u_i { x = 1 } F_i { exp(-1e8*(t - 0.5003)*(t - 0.5003)) - x }").expect("writable");
     let pulse = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
     assert_eq!(doubted_on(&pulse, "diffsol-bdf", &[1.25]), 3);
+    // Of what changes all the time steps see most; what acts at a place by less than a hundredth of the solution is not passed over.
+    std::fs::write(file.path(), "u_i { x = 1 } F_i { max(t*(1 - t), 0.0) - x }").expect("writable");
+    let hill = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    assert_eq!(doubted_on(&hill, "diffsol-bdf", &[1.25]), 0);
+    std::fs::write(file.path(), "u_i { x = 0 } F_i { 1 + 10*heaviside(x - 0.50035)*heaviside(0.5005 - x) }")
+        .expect("writable");
+    let weak = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    assert_eq!(doubted_on(&weak, "diffsol-bdf", &[1.0]), 0);
+    // And by more it is: by a seventh of y, between two of a thousand states.
+    let pulse = "1000*heaviside(x - 0.50035)*heaviside(0.5005 - x)";
+    std::fs::write(file.path(), format!("u_i {{ x = 0, y = 1 }} F_i {{ 1, {pulse} }}")).expect("writable");
+    let strong = problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+    assert_eq!(doubted_on(&strong, "diffsol-bdf", &[1.0]), 3);
 }
 
 /// What is said of an answer whose runs differ by another order than that of its bound.
@@ -453,19 +466,35 @@ fn a_row_beside_a_sample_time_is_none_of_that_time() {
     let problem = problem::build("logistic", &[]).expect("known");
     let horizon = problem.horizon();
     let times = sample_times(horizon);
-    let answers = |late: f64| {
-        let rows: String = times.iter().map(|t| format!("; echo {},1", t + late * horizon)).collect();
+    let of = |late: f64, value: f64| {
+        let rows: String = times.iter().map(|t| format!("; echo {},{value:.18}", t + late * horizon)).collect();
         let command = format!("sh -c 'echo t,v{rows}'");
         let program = Program::new(&command, std::time::Duration::from_secs(60)).expect("a command");
         let guest = Guest { name: "late".into(), program, request: Request::default(), order: 1.0 };
         by_program(&*problem, &guest, &times, None)
     };
+    // In whatever units.
+    let bound = of(0.0, 1.0 / 3e6).map_or(f64::NAN, |answer| answer.bound);
+    assert!(bound > 0.0 && bound < 1e-6 / 3e6, "{bound:e}");
+    let answers = |late: f64| of(late, 1.0);
     for late in [0.0, 1e-12, -1e-12] {
         assert!(answers(late).is_ok(), "{late}");
     }
     for late in [3e-3, -3e-3, 1e-6] {
         assert!(matches!(answers(late), Err(Gap::Failed(_))), "{late}");
     }
+}
+
+/// A program whose table depends on how it is asked is asked as it is in all runs.
+#[test]
+#[cfg(unix)]
+fn a_guest_is_asked_for_the_whole_time_by_a_first_run() {
+    let problem = problem::build("logistic", &[]).expect("known");
+    let horizon = problem.horizon();
+    let command = format!("sh -c 'case \"$*\" in *\"--t-end {horizon}\") echo t,v;; *) echo t;; esac; echo 0,1'");
+    let program = Program::new(&command, std::time::Duration::from_secs(60)).expect("a command");
+    let guest = Guest { name: "asked".into(), program, request: Request::default(), order: 1.0 };
+    assert!(guest.check(&*problem).is_ok());
 }
 
 /// Errors of the state within its bound, with the worst signs for each component shown, come to the bound of what is shown.

@@ -113,15 +113,20 @@ mod tests {
             let rough = found(g, 0.0, 5).expect("it is rough");
             assert!((rough.t - t).abs() < 0.01 && (rough.order - order).abs() < 0.1, "{t}, {order}: {rough:?}");
         }
+        let jump = found(|t| if t < 0.7391 { 1.0 } else { 0.0 }, 0.0, 1).expect("it is rough");
+        assert!((jump.t - 0.7391).abs() <= 0.5 * 2.0 / PARTS as f64, "it is told by the two times beside it: {jump:?}");
     }
 
     #[test]
     fn what_is_smooth_or_lost_in_roundings_or_smooth_enough_is_not_found() {
-        for g in [f64::cos, |t: f64| (40.0 * t).sin(), |t: f64| (-20.0 * t).exp(), |t: f64| t * t, |_| 1.0] {
+        let rounded = |t: f64| 1.0 + f64::EPSILON * (1e3 * t).sin();
+        for g in [f64::cos, |t: f64| (40.0 * t).sin(), |t: f64| (-20.0 * t).exp(), |t: f64| t * t, |_| 1.0, rounded] {
             assert_eq!([found(g, 0.0, 6), found(g, 1e-9, 6), found(g, 1.0, 6)], [None; 3]);
         }
         let kink = |t: f64| (t - 0.7391).abs();
         assert_eq!([found(kink, 0.0, 1), found(kink, 1.0, 2)], [None; 2]);
+        // Its second differences are 2/512, of which eight times the bound may be a sixth.
+        assert!(found(kink, 7e-5, 2).is_some() && found(kink, 1e-4, 2).is_none());
         assert_eq!(found(|t| if t < 1.0 { f64::NAN } else { 1.0 }, 0.0, 3), None);
     }
 }

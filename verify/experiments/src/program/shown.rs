@@ -91,12 +91,13 @@ fn own_steps(runs: &[(f64, &Answer)]) -> Option<String> {
 fn start_up(runs: &[(f64, &Answer)]) -> Option<(f64, f64)> {
     let pairs: Vec<_> = runs.windows(2).map(|pair| Pair::of(pair[0], pair[1])).collect::<Option<_>>()?;
     let alike = |a: &Pair, b: &Pair| (a.ratio - b.ratio).abs() < 1e-6 && a.steps == b.steps;
-    if pairs.len() < 3 || pairs.windows(2).any(|two| !alike(&two[0], &two[1])) {
+    let [.., coarse, middle, fine] = &pairs[..] else { return None };
+    if pairs.array_windows().any(|[one, next]| !alike(one, next)) {
         return None;
     }
     let order = |difference: fn(&Pair) -> f64| {
-        let of = |two: &[Pair]| (difference(&two[0]) / difference(&two[1])).ln() / two[0].ratio.ln();
-        let [before, last] = [&pairs[pairs.len() - 3..pairs.len() - 1], &pairs[pairs.len() - 2..]].map(of);
+        let of = |[one, next]: [&Pair; 2]| (difference(one) / difference(next)).ln() / one.ratio.ln();
+        let [before, last] = [[coarse, middle], [middle, fine]].map(of);
         ((last - before).abs() <= SETTLED).then_some(last)
     };
     let (start, end) = (order(|pair| pair.start)?, order(|pair| pair.end)?);
@@ -141,6 +142,11 @@ mod tests {
 
     /// Runs on v' = −v to t = 1 that make an error of h^start in the first step and of h^p in each later one.
     fn runs(start: i32, p: i32, cut: bool) -> Vec<(Option<f64>, Answer)> {
+        runs_of([0.1, 0.05, 0.025, 0.0125], start, p, cut)
+    }
+
+    /// The same with other steps.
+    fn runs_of(steps: [f64; 4], start: i32, p: i32, cut: bool) -> Vec<(Option<f64>, Answer)> {
         let run = |h: f64| {
             let steps = (1.0 / h).ceil() as usize;
             let times: Vec<f64> = (0..=steps).map(|k| (k as f64 * h).min(if cut { 1.0 } else { f64::MAX })).collect();
@@ -153,7 +159,7 @@ mod tests {
             }
             (Some(h), Answer { times, states, printed: Printed::default(), clock: Printed::default() })
         };
-        [0.1, 0.05, 0.025, 0.0125].map(run).to_vec()
+        steps.map(run).to_vec()
     }
 
     #[test]
@@ -166,13 +172,18 @@ mod tests {
             assert_eq!(named, is_named, "{start}, {p}: {shown:?}");
             assert_eq!(shown.incomparable, None);
         }
-        // Two steps of a ratio, runs at roundoff or their ends alone say nothing.
+        // Two steps of a ratio, runs at roundoff or their ends alone say nothing, nor does a last ratio of 3, which would be an order of 1.75 for 2.
         let ends = runs(2, 4, true).into_iter().map(|(h, run)| {
             let last = run.times.len() - 1;
             let [times, states] = [vec![0.0, run.times[last]], vec![run.states[0][0], run.states[last][0]]];
             (h, Answer { times, states: states.into_iter().map(|v| vec![v]).collect(), ..run })
         });
-        for silent in [&runs(2, 4, true)[..3], &runs(20, 20, true), &ends.collect::<Vec<_>>()] {
+        for silent in [
+            &runs(2, 4, true)[..3],
+            &runs(20, 20, true),
+            &ends.collect::<Vec<_>>(),
+            &runs_of([0.004, 0.002, 0.001, 0.001 / 3.0], 2, 4, true),
+        ] {
             let shown = Shown::by(silent);
             assert_eq!((shown.notes, shown.start), (vec![], None));
         }

@@ -631,6 +631,21 @@ mod tests {
             beside.add(10.0, &values, estimate);
             assert_eq!(beside.is_met(&*oscillator, &[3.0, 10.0]), is_met, "{off} beside {estimate:?}");
         }
+        // To three digits of what it is: e^{−1}/100 is 0.003 68.
+        let drag = verify::problem::build_setting("linear-drag v0=0.01").expect("registered");
+        for (off, is_met) in [(1e-6, true), (1e-4, false)] {
+            let mut beside = Beside::default();
+            beside.add(1.0, &[0.01 * (-1.0_f64).exp() + off], Some(0.0));
+            assert_eq!(beside.is_met(&*drag, &[]), is_met, "{off}");
+        }
+        // Of a row at its start again, between which it moves.
+        let mut beside = Beside::default();
+        beside.add(std::f64::consts::TAU, &[1.0, 1.0], Some(0.0));
+        assert!(!beside.is_met(&*oscillator, &[0.5]) && beside.is_met(&*oscillator, &[]));
+        // A place that is a rounding behind a row, of a long run.
+        let mut beside = Beside::default();
+        beside.add(1e4, &[0.0], Some(0.0));
+        assert!(beside.is_met(&Moment { part: 0.0 }, &[1e4_f64.next_up()]));
         let mut beside = Beside::default();
         beside.add(1.0, &[0.0], Some(0.0));
         assert!(!beside.is_met(&Moment { part: 1.0 }, &[0.51]));

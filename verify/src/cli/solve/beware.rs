@@ -175,7 +175,7 @@ impl Crossing {
         let times: Vec<f64> =
             (1..=LOOKS).map(|i| self.start + f64::from(i) / f64::from(LOOKS) * (self.end - self.start)).collect();
         let states = solution(&ode, (self.start, &ode.in_units(&self.from)), &times, SIGNS);
-        states.is_some_and(|states| states.iter().any(|state| -state[k] * units[k] * self.from[k].signum() > far))
+        states.is_some_and(|states| states.iter().any(|state| -ode.states(state)[k] * self.from[k].signum() > far))
     }
 }
 
@@ -695,6 +695,173 @@ mod tests {
             crossing.is_of_solution(oscillator.ode(), 0, 1e-3, &[1.0; 2])
         };
         assert_eq!([std::f64::consts::TAU, 1.5].map(crosses), [true, false]);
+    }
+
+    /// By 50 in units of 100, in half a period.
+    #[test]
+    fn a_solution_is_followed_beyond_zero_in_its_own_units() {
+        let oscillator = problem::build("harmonic-oscillator", &[]).expect("registered");
+        let crossing = Crossing { start: 0.0, end: std::f64::consts::PI, from: vec![50.0, 0.0] };
+        let crosses = |far: f64| crossing.is_of_solution(oscillator.ode(), 0, far, &[100.0; 2]);
+        assert_eq!([0.1, 49.0, 51.0].map(crosses), [true, true, false]);
+    }
+
+    /// From 10⁻¹³ to −10⁻¹³, where y decays to 10⁻¹⁴ in no time: f is roundings of 1 and of 10, which move it by less than that in a short step, and by more in
+    /// a long one.
+    #[test]
+    fn a_component_has_a_sign_beyond_the_roundings_of_a_step() {
+        let decaying = model("u_i { x = 1, y = 0 } F_i { 0*x, x - 1e14*y }");
+        let is_crossed = |h: f64| {
+            let (last, sizes) = ((0.0, vec![1.0, 1e-13]), vec![1.0, 1e-13]);
+            let mut watch = Watch { last, sizes, ..Watch::default() };
+            watch.cross(decaying.ode(), h, &[1.0, -1e-13]);
+            watch.crossed.is_some()
+        };
+        assert_eq!([0.01, 10.0].map(is_crossed), [true, false]);
+    }
+
+    /// A solution of 10⁻¹⁰ is followed by a reference that resolves it.
+    #[test]
+    fn a_step_in_small_units_is_off_by_what_is_large_there() {
+        let oscillator = problem::build("harmonic-oscillator", &[]).expect("registered");
+        let is_off = |off: f64| {
+            let end = (6.0, vec![1e-10 * (6.0_f64.cos() + off), -1e-10 * 6.0_f64.sin()]);
+            is_step_off(oscillator.ode(), [&(0.0, vec![1e-10, 0.0]), &end], (0, 1e-11))
+        };
+        assert_eq!([0.0, 0.2].map(is_off), [false, true]);
+    }
+
+    fn model(text: &str) -> problem::model::Model {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), text).expect("writable");
+        problem::model::Model::load(file.path(), &[], None).expect("a model")
+    }
+
+    /// Rows of a run of ẋ = λx, the last of which has an estimate.
+    fn watch(rows: &[(f64, f64)], estimate: Option<f64>) -> Watch {
+        let first = rows[0].1;
+        let row = |k: usize| rows.len().checked_sub(k).map_or_else(Default::default, |k| (rows[k].0, vec![rows[k].1]));
+        let most = |of: &dyn Fn(f64) -> f64| rows.iter().map(|(_, x)| of(*x)).fold(0.0, f64::max);
+        let largest = most(&f64::abs);
+        Watch {
+            first: vec![first],
+            earlier: row(3),
+            before: row(2),
+            last: row(1),
+            estimate,
+            largest,
+            sizes: vec![largest],
+            moved: vec![most(&|x| (x - first).abs())],
+            ..Watch::default()
+        }
+    }
+
+    fn growing(rate: f64) -> Box<dyn Problem> {
+        problem::build("linear-drag", &[("lambda".into(), (-rate).to_string())]).expect("registered")
+    }
+
+    /// Of ẋ = 10x no step of 0.01 leaps, and one of 1 may; that of the last row counts, wherever the run is by then.
+    #[test]
+    fn what_grows_by_twenty_in_a_short_step_is_forced() {
+        let method = method::parse("rk4").expect("known");
+        let leaps = |h: f64| {
+            let mut watch = Watch::default();
+            for (k, x) in [1.0, 1.0, 1.0, 1.0, 20.0].into_iter().enumerate() {
+                let row = Row { t: 10.0 + h * k as f64, state: &[x], estimate: None, has_ended: false };
+                watch.add(&*growing(10.0), &*method, row);
+            }
+            watch.leap().is_some()
+        };
+        assert_eq!([0.01, 1.0].map(leaps), [false, true]);
+    }
+
+    /// However little that is in the units of the equation.
+    #[test]
+    fn what_moves_with_its_rate_is_not_held() {
+        let method = method::parse("implicit-euler").expect("known");
+        for size in [1e-7, 1.0, 1e7] {
+            let stuck = |values: [f64; 3]| {
+                let rows = [0.0, 0.1, 0.2].into_iter().zip(values.map(|x| size * x)).collect::<Vec<_>>();
+                watch(&rows, None).stuck(&*growing(-1.0), &*method).is_some()
+            };
+            assert_eq!([stuck([1.0, 0.9, 0.8]), stuck([1.0; 3])], [false, true], "{size}");
+        }
+    }
+
+    /// In a step of 1 solutions of ẋ = 3x/2 grow by e^{3/2}; rk4 has that, and implicit Euler a factor of 2, by half of this exponent it may lack.
+    #[test]
+    fn a_method_that_shows_half_of_the_growth_does_not_hold_a_run() {
+        let stays = |name: &str| {
+            let method = method::parse(name).expect("known");
+            watch(&[(0.0, 1.0), (1.0, 1.0)], None).stays(&*growing(1.5), &*method).is_some()
+        };
+        assert_eq!(["rk4", "implicit-euler"].map(stays), [false, true]);
+    }
+
+    /// At 10⁻⁹ from where ẋ = 100x rests, by an error that is known to far less than that, or not; and there.
+    #[test]
+    fn a_run_that_comes_to_an_unstable_rest_is_told_unless_its_error_is_far_less_than_the_way_from_it() {
+        let method = method::parse("implicit-euler").expect("known");
+        let told = |rows: &[(f64, f64)], estimate: f64| {
+            watch(rows, Some(estimate)).at_rest(&*growing(100.0), &*method).is_some()
+        };
+        let rows = [(0.8, 1.0), (0.9, 1.1e-9), (1.0, 1e-9)];
+        assert_eq!([5e-13, 5e-12].map(|estimate| told(&rows, estimate)), [false, true]);
+        assert!(told(&[(0.8, 1.0), (0.9, 0.0), (1.0, 0.0)], 0.0));
+        // That it still moves is more than a rest of the method's alone.
+        let moving = watch(&[(0.8, 1.0), (0.9, 1e-9 + 1e-13), (1.0, 1e-9)], None).at_rest(&*growing(100.0), &*method);
+        assert!(moving.is_some_and(|told| told.starts_with("the run came to rest where the equation is unstable")));
+        // Of a method with steps of its own it is the step that tells, which moves it by less than half of h f.
+        let adaptive = method::parse("radau-adaptive").expect("known");
+        let rests = |before: f64, end: f64| {
+            watch(&[(0.8, 1.0), (0.9, before), (1.0, end)], None).at_rest(&*growing(100.0), &*adaptive).is_some()
+        };
+        assert_eq!([rests(5e-9, 1e-9), rests(7e-9, 1e-9), rests(0.0, 0.0)], [true, false, true]);
+        // Where it starts it stays as the solution does.
+        assert!(!told(&[(0.8, 0.0), (0.9, 0.0), (1.0, 0.0)], 0.0));
+    }
+
+    /// Beside y = 1: where f is zero, where it moves x by next to nothing, and where it moves it.
+    #[test]
+    fn a_run_that_stays_where_f_is_nothing_is_none_of_the_method_alone() {
+        let method = method::parse("implicit-euler").expect("known");
+        let told = |f: &str, y: f64| {
+            let state = vec![0.0, y];
+            let watch = Watch {
+                first: state.clone(),
+                before: (99.9, state.clone()),
+                last: (100.0, state),
+                largest: y,
+                ..Watch::default()
+            };
+            watch.at_rest(&model(&format!("u_i {{ x = 0, y = 1 }} F_i {{ {f}, 0*y }}")), &*method).is_some()
+        };
+        assert_eq!([told("x", 1.0), told("1e-9 + 0*x", 1.0), told("1 + 0*x", 0.0)], [false, false, true]);
+    }
+
+    /// ẋ = x from 10⁻¹², beside y = 10⁶: a rounding of that grows to a millionth of it in a time of 22.
+    #[test]
+    fn a_run_that_stays_where_it_starts_is_told_where_it_has_the_time_to_leave() {
+        let method = method::parse("implicit-euler").expect("known");
+        let told = |t: f64| {
+            let state = vec![1e-12, 1e6];
+            let (before, last) = ((t - 0.1, state.clone()), (t, state.clone()));
+            let watch = Watch { first: state, before, last, largest: 1e6, ..Watch::default() };
+            watch.at_rest(&model("u_i { x = 0, y = 1 } F_i { x, 0*y }"), &*method).is_some()
+        };
+        assert_eq!([20.0, 25.0].map(told), [false, true]);
+    }
+
+    /// It crosses by next to nothing first, where f pushes back, and goes on from there as f beyond has it.
+    #[test]
+    fn a_component_that_goes_on_beyond_zero_is_followed_from_where_it_crossed() {
+        let leaving = model("u_i { x = 1, y = 0 } F_i { 0*x, 1e-12*x + y }");
+        let method = method::parse("rk4").expect("known");
+        let mut watch = Watch::default();
+        for (t, y) in [(0.0, 1e-3), (0.1, -1e-7), (0.2, -1e-4)] {
+            watch.add(&leaving, &*method, Row { t, state: &[1.0, y], estimate: None, has_ended: false });
+        }
+        assert!(matches!(watch.crossed, Some((1, 0.1, -1e-4))), "{:?}", watch.crossed);
     }
 
     /// Of v̇ = −v a step of 1 takes 0.63.

@@ -156,6 +156,19 @@ mod tests {
         assert_eq!((held.worst.expect("it is hidden").error, held.estimate), (1e-3, 7e-3));
     }
 
+    /// In steps of 4, 6 and 4: what shows the growth is looked for in the longest.
+    #[test]
+    fn a_stay_keeps_the_step_of_the_largest_growth() {
+        let problem = verify::problem::build("linear-drag", &[("lambda".into(), "-1".into())]).expect("known");
+        let method = verify::method::parse("implicit-euler").expect("known");
+        let mut held = Held::default();
+        for (start, t) in [(0.0, 4.0), (4.0, 10.0), (10.0, 14.0)] {
+            let row = Row { t, state: &[1.0], estimate: None, has_ended: false };
+            held.add(&*problem, &*method, start, &row, 1.0);
+        }
+        assert_eq!((held.latest.fastest, held.latest.matrix[(0, 0)]), (6.0, 6.0));
+    }
+
     /// Where no error is known, perturbations begin as the rounding of a solution of any size.
     #[test]
     fn an_error_begins_as_a_rounding_of_the_solution() {

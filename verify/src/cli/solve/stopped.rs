@@ -49,7 +49,7 @@ pub(super) fn told(
 ) -> Option<String> {
     let RunError::Step(StepError::Solve { t, h, source }) = error else { return None };
     let (t, h, n) = (*t, *h, v.len());
-    if problem.ode().dim() != n || h <= 0.0 {
+    if problem.ode().dim() != n {
         return None;
     }
     if let SolveError::BranchLost { reached } = source
@@ -207,6 +207,12 @@ mod tests {
         // Before a change that is larger, and steady.
         let (t, _) = found("30*max(x - 0.3, 0) + heaviside(x - 0.3)", 0.25).expect("it jumps");
         assert!((t - 2.3).abs() < 1e-8, "{t}");
+        // Behind a change of a thousandth of it, in each of as many parts.
+        let (t, _) = found("x + heaviside(x - 0.3)", 0.25).expect("it jumps");
+        assert!((t - 2.3).abs() < 1e-8, "{t}");
+        // In small units.
+        let (t, _) = found("1e-4*heaviside(x - 0.3)", 0.25).expect("it jumps");
+        assert!((t - 2.3).abs() < 1e-8, "{t}");
         for (rate, h) in [
             ("heaviside(t - 2.4)", 0.25),
             ("1 - heaviside(x - 0.3)", 0.19),
@@ -232,8 +238,10 @@ mod tests {
         assert!(leads(0.25) && leads(0.125));
         let source = SolveError::Diverged { iterations: 2, increment: 1e-9 };
         let error = RunError::Step(StepError::Solve { t: 0.0, h: 0.5, source });
-        let told = told(&problem, &*implicit, &error, (&[1.0], 1.0)).expect("something is told");
-        assert!(told.contains("steps of 0.250000 lead on"), "{told}");
+        let told = |v: f64| told(&problem, &*implicit, &error, (&[v], v)).unwrap_or_default();
+        assert!(told(1.0).contains("steps of 0.250000 lead on"), "{}", told(1.0));
+        // What is zero from the start has come to nothing.
+        assert!(!told(0.0).contains("a rounding beside"), "{}", told(0.0));
     }
 
     /// v̇ = v(1 − v) beside a mode that decays: J is singular at v = ½.
@@ -258,6 +266,8 @@ mod tests {
         let jumps =
             |rate: &str| jumps_in_time(&model(&format!("u_i {{ x = 0 }} F_i {{ {rate} }}")), (0.5, &[0.0]), (0.5, 1.0));
         assert!(jumps("t + heaviside(t - 1)"));
+        // By a tenth, in small units; and where there is nothing.
+        assert!(jumps("1e-4 + 1e-5*heaviside(t - 1)") && !jumps("0*x"));
         assert!(!jumps("t + 9*max(t - 1, 0)") && !jumps("t"));
     }
 }

@@ -432,6 +432,8 @@ fn a_drift_of_the_slopes_is_in_the_error_of_a_measured_order() {
     let slow = |h: f64| (3.0 * h.sqrt()).tanh();
     let f = fit_freely(&samples(0.0, |h| slow(6.0 * h)), 0.1);
     assert!(f.verdict == Verdict::Inconclusive && f.reason.contains("the local slopes drift, "), "{f:?}");
+    assert!(f.wants_finer(), "finer steps have less of it");
+    assert!(!f.left_open("a reason".into()).wants_finer());
     for (from, count, band) in [(1.19, 8, 0.25), (0.1, 6, 0.25), (0.1, 6, 0.125), (0.02, 5, 0.125)] {
         let f = fit_freely(&halves(from, count, &slow), band);
         let line = f.line.expect("a fit");
