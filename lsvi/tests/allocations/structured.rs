@@ -79,7 +79,7 @@ fn steps_of_least_squares_in_a_metric_allocate_nothing() {
     for i in 0..20 {
         (0..20).for_each(|j| full.add(i, j, 0.5_f64.powi((i as i32 - j as i32).abs())));
     }
-    for mass in [Mass::Identity, Mass::Diagonal(vec![2.0; 20].into()), Mass::Matrix(full.into())] {
+    for mass in [Mass::Identity, Mass::Diagonal(vec![2.0; 20]), Mass::Matrix(full)] {
         let least_squares = || LeastSquares::new(AutoField::new(Heavy(mass.clone()))).expect("a metric");
         let name = format!("{mass:?}").chars().take(8).collect::<String>();
         assert_eq!(of_steps(Window::new(Trapezoidal::new(least_squares()), 4).expect("four")), 0, "{name}");

@@ -1099,7 +1099,8 @@ fn an_estimate_that_has_no_value_passes_no_step() {
             let Ok(Some(state)) = run.step() else { continue };
             steps += 1;
             let exact = (1.0 + rate * (1.0 - power) * state.t).powf((1.0 - power).recip());
-            if !((state.q[0] - exact).abs() <= 1e-7 * exact.max(1.0)) {
+            let is_right = (state.q[0] - exact).abs() <= 1e-7 * exact.max(1.0);
+            if !is_right {
                 wrong.push(format!("{rate} v^{power}, h = {h}: {state:?} where {exact} is right"));
             }
         }

@@ -156,3 +156,15 @@ pub(super) fn table(id: &str, caption: &str, columns: &[&str], rows: Vec<Vec<Cel
     let columns = columns.iter().map(|column| (*column).to_owned()).collect();
     Table { id: id.into(), caption: caption.into(), columns, rows, shown: true }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_region_lies_in_the_complex_plane() {
+        let figure = region(4.0, |z| (1.0 + z).norm());
+        let [panel] = &figure.panels[..] else { panic!("one panel") };
+        assert_eq!([&panel.x.label, &panel.y.label], ["Re z", "Im z"]);
+    }
+}

@@ -741,7 +741,7 @@ mod tests {
     fn watch(rows: &[(f64, f64)], estimate: Option<f64>) -> Watch {
         let first = rows[0].1;
         let row = |k: usize| rows.len().checked_sub(k).map_or_else(Default::default, |k| (rows[k].0, vec![rows[k].1]));
-        let most = |of: &dyn Fn(f64) -> f64| rows.iter().map(|(_, x)| of(*x)).fold(0.0, f64::max);
+        let most = |of: &dyn Fn(f64) -> f64| rows.iter().map(|(_, x)| of(*x)).largest();
         let largest = most(&f64::abs);
         Watch {
             first: vec![first],

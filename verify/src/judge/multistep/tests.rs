@@ -545,6 +545,12 @@ fn roots_of_sigma_on_the_rim_decide_stability_for_large_steps() {
     ] {
         assert_eq!(outcome(rho, sigma), (Outcome::Pass, true, true), "{rho} {sigma}");
     }
+    // Whatever the factor of all coefficients.
+    let leaves = |parts: i64| {
+        let of = |list: [i64; 4]| list.map(|x| format!("{x}/{}", 12 * parts)).join(" ");
+        theory(&of([-12, 12, -12, 12]), &of([5, 7, 7, 5])).leaves_at_infinity().is_some()
+    };
+    assert_eq!([1, 100_000_000].map(leaves), [true; 2]);
     // (ζ² + 1)²/4.
     let double = theory("-1/2 -1/2 0 0 1", "1/4 0 1/2 0 1/4").leaves_at_infinity();
     assert!(double.is_some_and(|zeta| zeta.re.abs() < 1e-6 && (zeta.im.abs() - 1.0).abs() < 1e-6), "{double:?}");
