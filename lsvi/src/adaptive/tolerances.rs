@@ -16,8 +16,8 @@ use crate::error::{InputError, SettingError, SystemError};
 /// such accuracy where it grows like a power of time up to the number of stages, or at t = 0, where times tell when it was next to
 /// nothing; elsewhere no step has it, [`StepError::StepUnderflow`](crate::StepError::StepUnderflow).
 ///
-/// No τ is below [`f64::MIN_POSITIVE`], whatever the tolerances: doubles below that have fewer digits, and its reciprocal is
-/// the last that is finite. So small is the error of a component of which rtol |v| is less, as of one that decays to nothing.
+/// No τ is below [`f64::MIN_POSITIVE`], whatever the tolerances: doubles below that have fewer digits, and the
+/// reciprocals of some are infinite. So small is the error of a component of which rtol |v| is less, as of one that decays to nothing.
 ///
 /// Components of different size want an atol each:
 ///
@@ -36,8 +36,8 @@ pub struct Tolerances {
 }
 
 impl Tolerances {
-    /// The least τ whose reciprocal is finite. It is one over a rounding of the least steps between doubles, so that what underflow
-    /// leaves of products and differences is as far below it as roundings are below one.
+    /// The least normal number, whose reciprocal is finite. The least double is ε times that, so that what underflow changes of products and
+    /// differences is as far below τ as roundings are below one.
     const LEAST: f64 = f64::MIN_POSITIVE;
 
     /// Least relative tolerance, ten roundings: below it the error of a step drowns in that of its arithmetic.
