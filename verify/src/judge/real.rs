@@ -71,8 +71,7 @@ impl Real {
     /// The numbers of which this one, printed, is the next towards zero, where it is one of those of which it is the nearest.
     #[must_use]
     pub(super) fn of_truncated(&self) -> Self {
-        let shifted = self + &Self::double(self.radius.copysign(self.to_f64()));
-        Self { radius: self.radius * SLACK, ..shifted }
+        self + &Self::double(self.radius.copysign(self.to_f64()))
     }
 
     /// The same without its uncertainty.

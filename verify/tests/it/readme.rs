@@ -69,7 +69,7 @@ fn the_changes_that_are_not_noticed_are_those_of_their_list() {
         assert_eq!(parts.iter().chain(&ends).sum::<usize>(), compiled, "{run}");
         let command = part.split('`').nth(1).expect("a command");
         let counted = format!(
-            "| when all were last tested {} of {compiled} noticed, {}{} not, {} not within the time; ",
+            "| when last tested {} of {compiled} noticed, {}{} not, {} not within the time; ",
             before(" are noticed"),
             if ends.is_empty() { String::new() } else { format!("{} never end, ", ends[0]) },
             before(" are not noticed"),
