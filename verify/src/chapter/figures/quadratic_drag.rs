@@ -47,7 +47,7 @@ fn run(context: &Context) -> Result<Evidence, StudyError> {
             "figure-3".into(),
             "Errors on v̇ = −v², v(0) = 1, against 1/(1 + t), in the panels of the paper's Figure 3. At \
              h = 1 the first step of Method I is exact, that of Method II is singular (its branch ends there) and p_n = 0 stands still; at h = 0.001 the error of RK4 \
-             comes down to roundings of the state.".into(),
+             comes near the roundings of the state.".into(),
             PROBLEM,
             &METHODS,
         ),
