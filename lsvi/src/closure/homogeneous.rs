@@ -80,6 +80,13 @@ mod tests {
         approx::assert_abs_diff_eq!(found.alpha / found.beta, -s / c, epsilon = 1e-15);
     }
 
+    /// Between directions a degree apart F changes its sign twice, which looks like not at all.
+    #[test]
+    fn two_lines_within_a_degree_are_not_seen() {
+        let found = Linear::from_homogeneous(|a, b| (b - 0.5 * a) * (b - 0.501 * a), (-0.4, 1.0));
+        assert_eq!(found.err(), Some(InputError::Closure(ClosureError::NoLine)));
+    }
+
     #[test]
     fn takes_the_nearest_line() {
         // (p₀ − p₁)(3 p₀ + p₁) p₁

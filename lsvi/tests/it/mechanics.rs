@@ -10,8 +10,8 @@ use lsvi::discrete::{
 };
 use lsvi::quadrature::{NodeFamily, Quadrature};
 use lsvi::{
-    AutoForce, EulerLagrange, Forced, InputError, Integrator, Jacobian, Lagrangian, MotionWeights, NodeError, OneStep,
-    SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
+    AutoForce, EulerLagrange, Forced, InputError, Integrator, Jacobian, Lagrangian, LagrangianFn, MotionWeights,
+    NodeError, OneStep, Scalar, SolveError, State, StepError, SystemError, Trajectory, TwoStep, position_momentum,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -328,8 +328,35 @@ fn path_fitting_is_symplectic_for_separable_lagrangians_on_gauss_nodes_only() {
     }
 }
 
+/// ½|v|² + B (q₁v₂ − q₂v₁)/2 − k|q|²/2 with B = 1.3.
+struct UniformField {
+    stiffness: f64,
+}
+
+impl LagrangianFn for UniformField {
+    fn dim(&self) -> usize {
+        2
+    }
+    fn lagrangian<T: Scalar>(&self, _t: T, q: &[T], v: &[T]) -> T {
+        (v[0] * v[0] + v[1] * v[1] + (q[0] * v[1] - q[1] * v[0]) * 1.3 - (q[0] * q[0] + q[1] * q[1]) * self.stiffness)
+            * 0.5
+    }
+}
+
 #[test]
-fn path_fitting_is_not_symplectic_in_a_magnetic_field() {
+fn path_fitting_is_symplectic_in_a_uniform_magnetic_field_without_a_potential() {
+    for (stiffness, is_symplectic) in [(0.0, true), (1.0, false)] {
+        let l = lagrangian_of(UniformField { stiffness });
+        for m in 2..=3 {
+            let path = PathFitted::on(&l, NodeFamily::Gauss, m).expect("m ≥ 2");
+            let defect = symplecticity_defect(path, 0.4, &[0.6, -0.3], &[0.4, 0.8]);
+            assert_eq!(defect < SYMPLECTIC, is_symplectic, "m = {m}: {defect:e}");
+        }
+    }
+}
+
+#[test]
+fn path_fitting_is_not_symplectic_in_a_magnetic_field_that_is_not_uniform() {
     let l = lagrangian_of(ChargedParticle);
     let (q, p) = ([0.6, -0.3], [0.4, 0.8]);
     for (m, exponent) in [(2, 3.0), (3, 5.0), (4, 7.0)] {
