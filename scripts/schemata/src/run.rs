@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::io::Write;
 use std::os::unix::process::ExitStatusExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -69,45 +69,62 @@ const SIGKILL: i32 = 9;
 
 /// Runs the tests on each mutant and writes `outcomes.csv`; false if any is missed.
 pub fn run(built: &Built, mutants: &[&Mutant], options: &Options, out: &Path) -> Result<bool, Failure> {
-    let mut tests = Vec::new();
+    let mut named = Vec::new();
     for program in &built.tests {
         let list =
             read(Command::new(&program.file).args(["--list", "--format", "terse"]).current_dir(&program.directory))?;
-        for name in list.lines().filter_map(|line| line.strip_suffix(": test")) {
-            tests.extend(measure(program, name, &out.join("cover"))?);
-        }
+        let names = list.lines().filter_map(|line| line.strip_suffix(": test"));
+        named.extend(names.map(|name| (program, name.to_owned())));
     }
+    let tests = Mutex::new(Vec::new());
+    in_parallel(options.jobs, &named, |job, (program, name)| {
+        let test = measure(program, name, &out.join(format!("cover-{job}")))?;
+        tests.lock().unwrap().extend(test);
+        Ok(())
+    })?;
+    let tests = tests.into_inner().unwrap();
     let total: Duration = tests.iter().map(|test| test.time).sum();
     eprintln!("schemata: {} tests, {:.1} s", tests.len(), total.as_secs_f64());
     let file = Mutex::new(fs::File::create(out.join("outcomes.csv"))?);
     let known = known(&Path::new("scripts/schemata/known").join(options.name()).with_extension("txt"))?;
     let session = Session { tests: &tests, built, limit: options.limit, noticed: Mutex::default() };
-    let (next, counts) = (AtomicUsize::new(0), Mutex::new(HashMap::<Outcome, usize>::new()));
-    let worker = |said: PathBuf| -> Result<(), Failure> {
-        while let Some(mutant) = mutants.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let mut outcome = session.outcome(mutant, &said)?;
-            if matches!(outcome, Outcome::Missed | Outcome::NotCovered) && known.contains(&mutant.change()) {
-                outcome = Outcome::Known;
-            }
-            writeln!(file.lock().unwrap(), "{outcome:?},{}", mutant.name)?;
-            let mut counts = counts.lock().unwrap();
-            *counts.entry(outcome).or_default() += 1;
-            let done: usize = counts.values().sum();
-            if done.is_multiple_of(100) || done == mutants.len() {
-                eprintln!("schemata: {done} of {}: {counts:?}", mutants.len());
-            }
+    let counts = Mutex::new(HashMap::<Outcome, usize>::new());
+    in_parallel(options.jobs, mutants, |job, mutant| {
+        let mut outcome = session.outcome(mutant, &out.join(format!("said-{job}")))?;
+        if matches!(outcome, Outcome::Missed | Outcome::NotCovered) && known.contains(&mutant.change()) {
+            outcome = Outcome::Known;
+        }
+        writeln!(file.lock().unwrap(), "{outcome:?},{}", mutant.name)?;
+        let mut counts = counts.lock().unwrap();
+        *counts.entry(outcome).or_default() += 1;
+        let done: usize = counts.values().sum();
+        if done.is_multiple_of(100) || done == mutants.len() {
+            eprintln!("schemata: {done} of {}: {counts:?}", mutants.len());
+        }
+        Ok(())
+    })?;
+    let counts = counts.into_inner().unwrap();
+    Ok([Outcome::Missed, Outcome::NotCovered].iter().all(|outcome| !counts.contains_key(outcome)))
+}
+
+/// Calls `work` with each item, and with the number of the job, of which each works at one item at a time.
+fn in_parallel<T: Sync>(
+    jobs: usize,
+    items: &[T],
+    work: impl Fn(usize, &T) -> Result<(), Failure> + Sync,
+) -> Result<(), Failure> {
+    let next = AtomicUsize::new(0);
+    let one = |job| {
+        while let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) {
+            work(job, item)?;
         }
         Ok(())
     };
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..options.jobs)
-            .map(|job| out.join(format!("said-{job}")))
-            .map(|said| scope.spawn(|| worker(said)))
-            .collect();
-        workers.into_iter().try_for_each(|worker| worker.join().unwrap())
-    })?;
-    let counts = counts.into_inner().unwrap();
-    Ok([Outcome::Missed, Outcome::NotCovered].iter().all(|outcome| !counts.contains_key(outcome)))
+        let (one, jobs) = (&one, 0..jobs);
+        let jobs: Vec<_> = jobs.map(|job| scope.spawn(move || one(job))).collect();
+        jobs.into_iter().try_for_each(|job| job.join().unwrap())
+    })
 }
 
 /// What a test takes; `None` if it fails without a mutant too.
