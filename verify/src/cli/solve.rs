@@ -2,6 +2,7 @@
 
 mod beside;
 mod beware;
+mod equation;
 mod held;
 mod stopped;
 mod table;
@@ -227,7 +228,7 @@ impl Course {
     const ROWS: usize = 4096;
 
     fn add(&mut self, t: f64, state: &[f64]) {
-        self.is_long |= self.times.len() == Self::ROWS || state.len() > beware::DENSE;
+        self.is_long |= self.times.len() == Self::ROWS || state.len() > equation::DENSE;
         if !self.is_long {
             self.times.push(t);
             self.states.push(state.to_vec());
@@ -343,7 +344,7 @@ impl<'a> Solve<'a> {
             })
         });
         io.map_err(Stop::Io)?;
-        let failed = |source| Stop::Failed(self.failed(source, summary.watch.ends().1, summary.size));
+        let failed = |source| Stop::Failed(self.failed(source, summary.watch.past.ends().1, summary.size));
         let run = solved.map_err(failed)?;
         summary.effort = self.problem.solver().map(|_| (self.rate(&run.end), run.work.factorizations));
         summary.settling = estimator.as_ref().and_then(|it| it.settling(&*self.problem, &*self.method, &run.end));
@@ -381,7 +382,7 @@ impl<'a> Solve<'a> {
 
     /// What became of energy, angular momentum and the like, a line each.
     fn changes(&self, summary: &Summary) -> String {
-        let (first, last) = summary.watch.ends();
+        let (first, last) = summary.watch.past.ends();
         let line = |quantity: &Invariant| {
             let (before, after) = (quantity.value(first), quantity.value(last));
             let change = match before {
@@ -398,8 +399,8 @@ impl<'a> Solve<'a> {
         let is_adaptive = self.method.traits().is_adaptive;
         let (mut warnings, broken) = summary.watch.warnings(&*self.problem, &*self.method);
         if !is_adaptive {
-            let off = || summary.watch.off(&*self.problem, &*self.method, self.h, summary.estimate?.0);
-            warnings.extend(summary.watch.amplified(&*self.problem, &*self.method).or_else(off));
+            let off = || summary.watch.past.off(&*self.problem, &*self.method, self.h, summary.estimate?.0);
+            warnings.extend(summary.watch.past.amplified(&*self.problem, &*self.method).or_else(off));
         }
         // What the nodes make of f is a reason to look, and rows that another run comes to are right for all that.
         let is_refuted = |unseen: &Unseen| summary.beside.is_met(&*self.problem, &unseen.places);
@@ -449,11 +450,11 @@ impl<'a> Solve<'a> {
     /// What is not looked at on a large model.
     fn limits(&self) -> Option<String> {
         let n = self.problem.ode().dim();
-        (n > beware::DENSE && self.problem.facts().model.is_some()).then(|| {
+        (n > equation::DENSE && self.problem.facts().model.is_some()).then(|| {
             format!(
                 "of {n} unknowns, more than {}, no derivatives are looked at: steps that amplify or damp what the equation does not, and rests \
                  where it is unstable, are not told{}",
-                beware::DENSE,
+                equation::DENSE,
                 if n > beside::MOST { "; nor are errors that other solvers tell" } else { "" }
             )
         })

@@ -11,7 +11,8 @@ use verify::problem::{Problem, component_names};
 use verify::reference::{self, InUnits, Ode};
 use verify::run::{RunError, run_between, run_through};
 
-use super::beware::{BEYOND, COURSE, DENSE};
+use super::beware::BEYOND;
+use super::equation::{COURSE, DENSE};
 use super::units::unlike;
 use crate::cli::layout::{number, plain};
 

@@ -7,7 +7,8 @@ use verify::measure::stability::spectral_abscissa;
 use verify::method::Method;
 use verify::problem::Problem;
 
-use super::beware::{BEYOND, OFF, Row, abscissa_bound, jacobian, step_that_shows};
+use super::beware::{BEYOND, OFF, Row};
+use super::equation::{abscissa_bound, jacobian};
 use crate::cli::layout::{number, plain};
 
 /// Largest system that is looked at in every step.
@@ -22,6 +23,9 @@ const LACKING: f64 = 3.0;
 
 /// Steps in which it grows; a single one may be the step in which the solution leaves.
 const STAY: u32 = 2;
+
+/// Halvings of a step in which its growth may show.
+const HALVINGS: i32 = 40;
 
 /// Follows the latest stay: consecutive steps in which perturbations grow and the method does not show it.
 #[derive(Debug, Default)]
@@ -136,6 +140,17 @@ fn growth_in_a_step(
     Some(([exponent, shown.min(exponent)], a))
 }
 
+/// The first half of h, of that, and so on with which `method` shows half of the growth of perturbations at least, A standing for hA: beside a
+/// fast rotation that may be far below the time in which they grow.
+pub(super) fn step_that_shows(method: &dyn Method, a: &DMatrix<f64>, h: f64) -> String {
+    let exponent = spectral_abscissa(a);
+    let shows = |part: &f64| growth(method, &(*part * a)).is_some_and(|factor| factor.ln() >= 0.5 * part * exponent);
+    match (1..=HALVINGS).map(|k| 0.5_f64.powi(k)).find(shows) {
+        Some(part) => format!("steps of h = {} show the growth", number(part * h)),
+        None => "a smaller step may show the growth".into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -192,5 +207,13 @@ mod tests {
         // e¹⁰ is 22 026.
         assert_eq!([0.99, 1.01].map(|part| told(part / BEYOND, 1e-3)), [true, false]);
         assert_eq!([1.1, 0.9].map(|part| told(0.3 / BEYOND, part * 0.3 / 22_026.0)), [true, false]);
+    }
+
+    /// Implicit Euler damps 0.1 ± 10i where |1 − hλ| > 1, and has half of the growth where h < 0.001.
+    #[test]
+    fn the_step_that_shows_growth_beside_a_fast_rotation_is_short() {
+        let a = DMatrix::from_row_slice(2, 2, &[0.1, -10.0, 10.0, 0.1]);
+        let told = |name: &str, h: f64| step_that_shows(&*verify::method::parse(name).expect("known"), &(h * &a), h);
+        assert_eq!(told("implicit-euler", 0.05), format!("steps of h = {} show the growth", number(0.05 / 64.0)));
     }
 }

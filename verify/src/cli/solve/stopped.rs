@@ -7,7 +7,7 @@ use verify::method::{self, Method};
 use verify::problem::{Problem, component_names};
 use verify::run::{RunError, leads_to};
 
-use super::beware::{COURSE, DENSE, jacobian, solution};
+use super::equation::{COURSE, DENSE, jacobian, solution};
 use crate::cli::layout::{number, plain};
 
 /// Part of a step beside the end of a branch, well beyond the digits to which that is known, and how many times f changes there what it does

@@ -7,7 +7,7 @@ use verify::measure::norm::Extremes;
 use verify::method::Method;
 use verify::problem::{Problem, component_names};
 
-use super::beware::{DENSE, jacobian};
+use super::equation::{DENSE, jacobian};
 
 /// A step is wrong for its units if in others its error is this part of what it is.
 const PART: f64 = 0.1;

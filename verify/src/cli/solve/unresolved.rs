@@ -6,7 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use verify::measure::norm::{distance, larger, max_norm};
 use verify::problem::Problem;
 
-use super::beware::{BEYOND, DENSE, jacobian};
+use super::beware::BEYOND;
+use super::equation::{DENSE, jacobian};
 use crate::cli::layout::number;
 
 /// Values of f that are looked at in a run at most, milliseconds of a small system. Of larger ones a value is dearer, and each step has one panel:
