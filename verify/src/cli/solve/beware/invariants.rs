@@ -36,7 +36,7 @@ impl Rates {
         }
     }
 
-    fn matrix(&self) -> DMatrix<f64> {
+    pub(super) fn matrix(&self) -> DMatrix<f64> {
         DMatrix::from_column_slice(self.unknowns, self.columns.len() / self.unknowns.max(1), &self.columns)
     }
 
@@ -48,11 +48,10 @@ impl Rates {
         // act between the ends alone. In units of the solution f is as large as ∂f/∂v, and so are its roundings.
         let beside = point_beside(*largest, n);
         let rates = self.matrix() / *largest;
-        let mut all = DMatrix::zeros(n, 3 * n + rates.ncols());
-        for (k, (t, v)) in [(0.0, first), (*end, last), (*end, &beside)].into_iter().enumerate() {
-            all.columns_mut(k * n, n).copy_from(&jacobian(problem, t, v));
-        }
-        all.columns_mut(3 * n, rates.ncols()).copy_from(&rates);
+        let [at_start, at_last, at_beside] =
+            [(0.0, first), (*end, last), (*end, &beside)].map(|(t, v)| jacobian(problem, t, v));
+        let parts = [&at_start, &at_last, &at_beside, &rates];
+        let all = DMatrix::from_columns(&parts.iter().flat_map(|part| part.column_iter()).collect::<Vec<_>>());
         if all.iter().any(|x| !x.is_finite()) {
             return None;
         }
@@ -133,6 +132,12 @@ mod tests {
             "{text}"
         );
         assert!(changed(1e-5).is_some());
+    }
+
+    /// ẏ = y (y − 10⁸)/10⁸, which is at rest in both rows and conserves nothing, in units in which its rates are much larger than their derivatives.
+    #[test]
+    fn what_rests_in_all_rows_is_not_conserved_for_all_that() {
+        assert_eq!(told("x, y*(y - 1e8)*1e-8", [1e8, 0.0], [1e8, 1e8]), None);
     }
 
     /// By which y decays, or what is made of x: next to 10¹⁵ or 10⁸ it looks like nothing.

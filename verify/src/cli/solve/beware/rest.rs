@@ -246,13 +246,18 @@ mod tests {
             Past::of(&rows, None).stuck(&fast, &*by("implicit-euler")).is_some()
         };
         assert_eq!([1.0, 1e7].map(stuck), [true, false]);
+        // In 10⁻⁸ nothing goes far.
+        let rows = [0.0, 1e-8, 2e-8].map(|t| (t, 1.0));
+        assert_eq!(scalar(&rows, None).stuck(&*growing(-1.0), &*by("implicit-euler")), None);
     }
 
-    /// In a step of 1 solutions of ẋ = 3x/2 grow by e^{3/2}; rk4 has that, and implicit Euler a factor of 2, by half of this exponent it may lack.
+    /// In a step of 1/2 solutions of ẋ = 3x grow by e^{3/2}; rk4 has that, and implicit Euler a factor of 2, by half of this exponent it may lack.
     #[test]
     fn a_method_that_shows_half_of_the_growth_does_not_hold_a_run() {
-        let stays = |name: &str| scalar(&[(0.0, 1.0), (1.0, 1.0)], None).stays(&*growing(1.5), &*by(name)).is_some();
-        assert_eq!(["rk4", "implicit-euler"].map(stays), [false, true]);
+        let stays = |name: &str| scalar(&[(3.0, 1.0), (3.5, 1.0)], None).stays(&*growing(3.0), &*by(name));
+        assert_eq!(stays("rk4"), None);
+        let told = stays("implicit-euler").expect("it stays");
+        assert!(told.contains("like e^(3.00000 t), and a step of h = 0.5 multiplies them by 2.00000 alone"), "{told}");
         // Beyond twice what it was it leaves.
         let stays = |to: f64| scalar(&[(3.0, 10.0), (4.0, to)], None).stays(&*growing(1.5), &*by("implicit-euler"));
         assert_eq!([19.0, 21.0].map(|to| stays(to).is_some()), [true, false]);
@@ -280,6 +285,8 @@ mod tests {
         assert!(
             fast.is_some_and(|text| text.contains("grow like e^(1.00000e7 t) there, and the method with h = 0.1 damps"))
         );
+        // Next to no time, in which nothing grows.
+        assert_eq!(told(&[(0.0, 1.0), (1e-17, 0.0), (2e-17, 0.0)], None, "implicit-euler", 1.0), None);
         // Of a method with steps of its own it is the step that tells, which moves it by less than half of h f.
         let rests = |before: f64, end: f64| {
             told(&[(0.8, 1.0), (0.9, before), (1.0, end)], None, "radau-adaptive", 100.0).is_some()

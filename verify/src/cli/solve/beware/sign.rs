@@ -134,7 +134,7 @@ mod tests {
     fn a_solution_that_crosses_zero_within_a_step_crosses_it() {
         let oscillator = problem::build("harmonic-oscillator", &[]).expect("registered");
         let crosses = |end: f64| {
-            let crossing = Crossing { start: 0.0, end, from: vec![1.0, 0.0] };
+            let crossing = Crossing { start: 2.0, end: 2.0 + end, from: vec![1.0, 0.0] };
             crossing.is_of_solution(oscillator.ode(), 0, 1e-3, &[1.0; 2])
         };
         assert_eq!([std::f64::consts::TAU, 1.5].map(crosses), [true, false]);
@@ -229,5 +229,9 @@ mod tests {
             signs.crossed
         };
         assert_eq!([15, 16].map(crossed), [Some((0, 1.0, -1.0)), None]);
+        let told = followed(&growing, &[(0.0, [1.0]), (1.0, [-1.0])]).told(&growing).expect("it is wrong");
+        assert!(told.starts_with("in the step to t = 1 y changes its sign, to -1.00000"), "{told}");
+        // What leaves zero changes none.
+        assert_eq!(followed(&growing, &[(0.0, [0.0]), (1.0, [-1.0])]).crossed, None);
     }
 }

@@ -143,7 +143,9 @@ fn is_step_off(ode: &dyn Ode, [start, end]: [&Place; 2], (k, far): (usize, f64))
 
 #[cfg(test)]
 mod tests {
+    use super::super::Row;
     use super::*;
+    use crate::cli::solve::equation::model;
     use verify::measure::norm::distance;
     use verify::{method, problem};
 
@@ -181,6 +183,9 @@ mod tests {
             past.lags(&*decaying(1.0), &*by("implicit-euler")).is_some()
         };
         assert_eq!([0.9, 1.1].map(|part| lags(part * LAGS, 1.0)), [true, false]);
+        // One step alone may be the last of a way.
+        let past = scalar(&[(0.0, 1.0), (1.0, 0.4), (2.0, 0.4)]);
+        assert_eq!(past.lags(&*decaying(1.0), &*by("implicit-euler")), None);
         // What is as small as the errors of a reference moves nothing.
         assert_eq!([2e-7, 1e-7].map(|size| lags(0.5 * LAGS, size)), [true, false]);
     }
@@ -195,9 +200,49 @@ mod tests {
             "{text}"
         );
         assert_eq!([told(2.75, "rk4"), told(1e8, "implicit-midpoint")], [None, None]);
-        let slow = crate::cli::solve::equation::model("u_i { x = 1, y = 1 } F_i { -1e6*x, -0.5*y }");
+        let slow = model("u_i { x = 1, y = 1 } F_i { -1e6*x, -0.5*y }");
         let past = Past::of(&[(0.0, [1.0; 2]), (1.0, [1.0; 2])], None);
         assert_eq!(past.amplified(&slow, &*by("rk4")), None);
+    }
+
+    /// Method I of a chain damps it by 2 in a hundred, its eigenvalues alone by 10 and by 60.
+    #[test]
+    fn what_is_damped_far_less_than_its_modes_is_told() {
+        let told = |coupling: f64, h: f64| {
+            let chain = model(&format!("u_i {{ x = 1, y = 1 }} F_i {{ -x + {coupling}*y, -y }}"));
+            let rows = [(0.0, [1.0; 2]), (h, [1.0; 2])];
+            Past::of(&rows, None).amplified(&chain, &*by("method-i"))
+        };
+        for h in [0.1, 1.0] {
+            let text = told(30.0, h).expect("it is hardly damped");
+            assert!(text.contains("errors decay no faster"), "{text}");
+            assert_eq!(told(0.0, h), None);
+        }
+    }
+
+    /// Of 64 components, not of 65: it would take the eigenvalues of a dense matrix.
+    #[test]
+    fn large_systems_are_not_linearised() {
+        let method = by("rk4");
+        let told = |cells: usize| {
+            let settings = [("cells".into(), cells.to_string())];
+            let channel = problem::build("channel-poiseuille", &settings).expect("registered");
+            let n = channel.ode().dim();
+            let rows: Vec<_> = [0.0, 1.0].iter().map(|x| (*x, vec![*x; n])).collect();
+            let mut past = Past::default();
+            rows.iter().for_each(|(t, state)| past.add(&Row { t: *t, state, estimate: None, has_ended: false }));
+            [past.amplified(&*channel, &*method), past.off(&*channel, &*method, 1.0, 0.0)].map(|told| told.is_some())
+        };
+        assert_eq!([told(65), told(66)], [[true; 2], [false; 2]]);
+    }
+
+    /// x turns with v, of which it has a unit of 10⁹: least squares hardly move it in steps of 1/10.
+    #[test]
+    fn a_lag_for_the_units_says_so() {
+        let unlike = model("u_i { x = 1, v = 0 } F_i { 1e9*v, -1e-9*x }");
+        let rows = [100.0, 100.1, 100.2].map(|t| (t, [1.0, 1e-9]));
+        let told = Past::of(&rows, None).lags(&unlike, &*by("method-i")).expect("it lags");
+        assert!(told.contains("with v in units of 9e-10 of those of x"), "{told}");
     }
 
     /// Implicit Euler of v̇ = −v comes to 1/2 where the solution comes to 1/e, by 0.132 of what it was, and to as much after.
