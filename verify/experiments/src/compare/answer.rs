@@ -333,3 +333,48 @@ pub(super) fn is_near(answer: &Answer, truth: &Answer) -> bool {
 pub(super) fn largest_distance(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     a.iter().zip(b).map(|(a, b)| common_distance(a, b)).largest()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::Ode;
+
+    /// v̇ = J v with a chain J of rates, each named in two parts.
+    #[derive(Debug)]
+    struct Chain {
+        rates: Vec<f64>,
+        coupling: f64,
+    }
+
+    impl Ode for Chain {
+        fn dim(&self) -> usize {
+            self.rates.len()
+        }
+        fn rhs(&self, t: f64, v: &[f64], dv: &mut [f64]) {
+            self.product(t, v, v, dv);
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+            for (i, rate) in self.rates.iter().enumerate() {
+                add(i, i, -0.25 * rate);
+                add(i, i, -0.75 * rate);
+                if i > 0 {
+                    add(i, i - 1, self.coupling);
+                }
+            }
+        }
+    }
+
+    /// Of a few unknowns by its eigenvalues, 1 and 2 beside a coupling of 100, of many by its rows, 3 + 1.
+    #[test]
+    fn lives_are_those_of_the_fastest_rate() {
+        let of = |rates: Vec<f64>, coupling: f64| {
+            let chain = Chain { rates, coupling };
+            let (initial, exact) = (vec![1.0; chain.dim()], Box::new(|_: f64| None));
+            lives(&Limit { name: "", ode: &chain, initial, exact, order: None, reason: "" }, 10.0)
+        };
+        assert_eq!(of(vec![1.0, 2.0], 100.0), 20.0);
+        assert_eq!(of(vec![3.0; DENSE], 1.0), 30.0);
+        assert_eq!(of(vec![3.0; DENSE + 1], 1.0), 40.0);
+        assert_eq!(of(vec![f64::NAN, 2.0], 1.0), 0.0, "it is not found");
+    }
+}

@@ -362,7 +362,7 @@ fn drifted(slopes: &[LocalSlope], slope: f64) -> f64 {
 /// so that no run ends in a shortened step, and strictly decreasing. Empty unless both lengths are positive and finite.
 #[must_use]
 pub fn ladder(horizon: f64, coarsest: f64, ratio: f64, count: usize) -> Vec<f64> {
-    if !(horizon > 0.0 && coarsest > 0.0 && (horizon / coarsest).is_finite()) {
+    if ![horizon, coarsest, horizon / coarsest].iter().all(|x| *x > 0.0 && x.is_finite()) {
         return Vec::new();
     }
     let mut steps = 0.0;

@@ -179,6 +179,7 @@ mod tests {
         let close =
             "\\begin{tabular}[t]{cc} 0.5 & 1.25 \\\\\n3 & 4 \\\\ \\end{tabular}\n\\begin{center}\n\\end{center}\n";
         assert_eq!(words(close), ["0.5 1.25", "3 4", "", ""]);
+        assert_eq!(words("x \\cline{1-2} & 2\\\\\n"), ["x 2"]);
         // What is computed is one word, prose is as it was.
         assert_eq!(words("1 + 2 & method I\\\\\n"), ["1+2 method I"]);
         assert_eq!(words("| h | u |\n|---|:--|\n| 1 | 2 |\n"), ["h u", "", "1 2"]);
@@ -189,6 +190,12 @@ mod tests {
             "a = 1\n| 0 |\n|---|\n",
             "0 1\n1/2 1/2\n1\n",
             "0 | 1\n | 1\n",
+            "| 0\n| 1\n",
+            "0 |\n1 |\n",
+            "| 0 | 1 |\n---\n| 2 | 3 |\n",
+            "| 0 | 1 |\n| 2 | 3 |\n|\n",
+            "h,u & v\n1,2\n",
+            "h,\\\\u\n1,2\n",
             "h,u\n1,2\n",
             "a = [\"1 & 2 \\\\\"]\n",
         ] {

@@ -425,4 +425,230 @@ mod tests {
         assert!(matches!(of(None, 0.9 * horizon), Ok(Truth::Numerical(_))));
         assert!(matches!(of(Some(Source::Exact), 0.9 * horizon), Err(OrderError::NoExact)));
     }
+
+    /// What a study to t = 1 makes of v̇ = −v.
+    fn on_drag<T>(v0: f64, ladder: &Ladder, ask: impl FnOnce(&Study<'_>) -> T) -> T {
+        let problem = crate::problem::build("linear-drag", &[("v0".into(), v0.to_string())]).expect("known");
+        let program = Program::new("none", Duration::from_secs(1)).expect("a command");
+        let (request, problem) = (Request::default(), &*problem);
+        let (limit, names) = (problem.limit(Principle::Equation), component_names(problem));
+        let (program, request) = (&program, &request);
+        ask(&Study { problem, limit, horizon: 1.0, program, request, source: None, ladder, names })
+    }
+
+    /// Runs in steps of h = 1/n with errors e(k, n) of v₀ after k of them.
+    fn with_errors(v0: f64, printed: Printed, error: impl Fn(usize, usize) -> f64) -> Vec<Ran> {
+        let run = |n: usize| {
+            let times: Vec<f64> = (0..=n).map(|k| k as f64 / n as f64).collect();
+            let off = |k: usize| if k == 0 { 0.0 } else { error(k, n) };
+            let states = times.iter().enumerate().map(|(k, t)| vec![v0 * ((-t).exp() + off(k))]).collect();
+            (1.0 / n as f64, Ok(Answer { times, states, printed, clock: Printed::default() }))
+        };
+        [8, 16, 32, 64, 128].map(run).to_vec()
+    }
+
+    /// How a program prints that writes such numbers.
+    fn printed(number: &str) -> Printed {
+        let program = Program::new(&format!("printf 't,v\\n0,{number}\\n'"), Duration::from_secs(60));
+        program.and_then(|program| program.run(&Request::default(), &["v".into()])).expect("a table").printed
+    }
+
+    #[test]
+    fn a_first_step_limits_the_order_where_its_error_is_less_than_an_order_smaller() {
+        let full = Printed::default();
+        let told = |v0: f64, printed: Printed, expected: Option<f64>, first: &dyn Fn(f64) -> f64| {
+            let ladder = Ladder { expected, ..Ladder::default() };
+            let answers = with_errors(v0, printed, |k, n| {
+                let h = 1.0 / n as f64;
+                if k == 1 { first(h) } else { 10.0 * h * h }
+            });
+            on_drag(v0, &ladder, |study| {
+                let (truth, fit) = study.fit(Truth::Exact, &answers, expected).expect("a fit");
+                study.first_step(truth, &answers, &fit)
+            })
+        };
+        let of_order = |q: f64| move |h: f64| 10.0 * h.powf(q);
+        for (q, is_told) in [(2.0, true), (2.4, true), (2.6, false), (3.0, false)] {
+            for v0 in [1.0, 1e-6] {
+                assert_eq!(told(v0, full, None, &of_order(q)).is_some(), is_told, "{q}, {v0}");
+            }
+        }
+        let note = told(1.0, full, None, &of_order(2.0)).expect("it limits the order");
+        assert!(
+            note.contains("an error of order 2.00, and what follows 2.00") && note.ends_with("own is higher"),
+            "{note}"
+        );
+        // What has the order that is expected is not limited.
+        let by = [2.0, 2.05, 2.2, 4.0].map(|expected| told(1.0, full, Some(expected), &of_order(2.0)));
+        assert_eq!([true, true, false, false], by.each_ref().map(Option::is_none));
+        assert!(by.iter().flatten().all(|note| note.ends_with("limits the order")), "{by:?}");
+        // Of what digits or roundings hide nothing is told.
+        let digits = printed("0.123456");
+        assert!(told(1.0, digits, None, &of_order(2.0)).is_some());
+        assert_eq!([told(1.0, digits, None, &|_| 2e-6), told(1.0, full, None, &|_| 1e-15)], [None, None]);
+        // Nor of an end.
+        let ends = |(h, run): Ran| {
+            let mut run = run.expect("it ran");
+            let inner = 1..run.times.len() - 1;
+            run.times.drain(inner.clone());
+            run.states.drain(inner);
+            (h, Ok(run))
+        };
+        let answers: Vec<Ran> = with_errors(1.0, full, |_, n| 10.0 / (n * n) as f64).into_iter().map(ends).collect();
+        on_drag(1.0, &Ladder::default(), |study| {
+            let (truth, fit) = study.fit(Truth::Exact, &answers, None).expect("a fit");
+            assert!(fit.line.is_some() && study.first_step(truth, &answers, &fit).is_none());
+        });
+    }
+
+    #[test]
+    fn a_last_step_is_told_whose_error_is_of_a_lower_order_and_larger_than_that_of_the_one_before() {
+        // Steps of a method of order 2, with errors of c h³ each, up to the last.
+        let told_of = |v0: f64, printed: Printed, c: f64, last: &dyn Fn(f64) -> f64| {
+            let answers = with_errors(v0, printed, |k, n| {
+                let h = 1.0 / n as f64;
+                let before = |k: usize| c * h.powi(3) * k as f64;
+                if k == n { before(n - 1) + last(h) } else { before(k) }
+            });
+            on_drag(v0, &Ladder::default(), |study| study.last_step(Truth::Exact, &answers))
+        };
+        let (full, digits) = (Printed::default(), printed("0.123456"));
+        let told = |v0: f64, last: &dyn Fn(f64) -> f64| told_of(v0, full, 0.1, last);
+        let of_order = |q: f64| move |h: f64| h.powf(q);
+        for v0 in [1.0, 1e-6] {
+            for (q, why) in
+                [(1.0, "not consistent"), (1.4, "not consistent"), (1.6, "of lower order"), (2.4, "of lower order")]
+            {
+                let note = told(v0, &of_order(q));
+                assert!(note.as_ref().is_some_and(|note| note.ends_with(why)), "{q}, {v0}: {note:?}");
+            }
+            assert_eq!([2.6, 3.0, 4.0].map(|q| told(v0, &of_order(q))), [None, None, None], "{v0}");
+        }
+        let note = told(1.0, &of_order(2.0)).expect("it is of lower order");
+        assert!(note.contains("an error of order 2.00, and the one before it 3.00"), "{note}");
+        // Beside the finest step before, of 128 in all, its error is three times or one and a half times as large.
+        for (times, is_told) in [(3.0, true), (1.5, false)] {
+            assert_eq!(told(1.0, &|h| 0.1 * times / 128.0 * h * h).is_some(), is_told, "{times}");
+        }
+        // A higher order is no lower one, however large the error.
+        assert_eq!(told(1.0, &|h| 1e4 * h.powi(4)), None);
+        // What digits hide tells nothing, nor does what has no order.
+        assert_eq!(told_of(1.0, digits, 0.1, &|_| 3e-6), None);
+        assert!(told_of(1.0, digits, 1e4, &|h| 1e5 * h * h).is_some());
+        // Nor what roundings hide: 9 ε of each of two values of e⁻¹, of which ten times is 1.5e-14.
+        assert_eq!(told_of(1.0, full, 8.4e-9, &|h| 1e-14 * (128.0 * h).powf(0.4)), None);
+        let up_and_down = |h: f64| h * h * if (1.0 / h).log2().round() % 2.0 == 0.0 { 1.15 } else { 0.85 };
+        assert_eq!(told(1.0, &up_and_down), None);
+    }
+
+    /// To within two roundings of each component, whatever its size.
+    #[test]
+    fn a_start_elsewhere_is_told() {
+        let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+        std::fs::write(file.path(), "u_i { z = 0, x = 1000, y = 0.001 } F_i { z, x, y }").expect("written");
+        let model = crate::problem::model::Model::load(file.path(), &[], Some(1.0)).expect("a model");
+        let program = Program::new("none", Duration::from_secs(1)).expect("a command");
+        let (request, ladder) = (Request::default(), Ladder::default());
+        let (limit, names) = (model.limit(Principle::Equation), component_names(&model));
+        let study = Study {
+            problem: &model,
+            limit,
+            horizon: 1.0,
+            program: &program,
+            request: &request,
+            source: None,
+            ladder: &ladder,
+            names,
+        };
+        let told = |off: [f64; 2], printed: Printed| {
+            let (times, clock) = (vec![0.0], Printed::default());
+            let states = vec![vec![0.0, 1000.0 * (1.0 + off[0]), 0.001 * (1.0 + off[1])]];
+            study.start(&[(0.1, Ok(Answer { times, states, printed, clock }))])
+        };
+        let full = Printed::default();
+        for roundings in [0.0, 1.0, -1.0].map(|k| k * f64::EPSILON) {
+            assert_eq!([told([roundings, 0.0], full), told([0.0, roundings], full)], [None, None], "{roundings:e}");
+        }
+        for off in [8.0 * f64::EPSILON, -1e-6] {
+            let [x, y] = [told([off, 0.0], full), told([0.0, off], full)];
+            assert!(x.is_some_and(|note| note.contains(" x = ")) && y.is_some_and(|note| note.contains(" y = ")));
+        }
+        // Three decimals hide half a thousandth.
+        assert_eq!(told([4e-7, 0.4], printed("1000.123")), None);
+        assert!(told([2e-6, 0.0], printed("1000.123")).is_some());
+    }
+
+    #[test]
+    fn runs_are_unstable_whose_errors_are_above_ten_times_the_solution() {
+        for v0 in [100.0, 1e-3] {
+            for (part, expected) in [(9.0, false), (11.0, true)] {
+                let answers = with_errors(v0, Printed::default(), |_, _| part);
+                let found = on_drag(v0, &Ladder::default(), |study| {
+                    let (truth, fit) = study.fit(Truth::Exact, &answers, None).expect("a fit");
+                    study.is_unstable(truth, &fit)
+                });
+                assert_eq!(found, expected, "{v0}, {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn times_are_those_of_the_end_but_for_roundings_and_positive() {
+        for horizon in [1e-3, 1.0, 1e3] {
+            for off in [0.0, 1e-13, -1e-13] {
+                assert_eq!(reached(horizon * (1.0 + off), horizon), horizon);
+            }
+            for off in [1e-9, -1e-9] {
+                let t = horizon * (1.0 + off);
+                assert_eq!(reached(t, horizon), t);
+            }
+        }
+        assert_eq!(increasing([0.5, 0.0, 1.0, 0.25, 0.5].into_iter()), [0.25, 0.5, 1.0]);
+    }
+
+    /// Euler's method on v̇ = −v/T to a part of the time T asked for, with a last step that is cut, and times that are off by a part.
+    fn measured_to(time: f64, part: f64, off: f64) -> Programs {
+        let script = format!(
+            "BEGIN {{ for (i = 1; i < ARGC; i++) {{ if (ARGV[i] == \"--h\") h = ARGV[i + 1]; if (ARGV[i] == \"--t-end\") T = ARGV[i + 1] }} \
+             print \"t,v\\n0,1\"; t = 0; v = 1; T *= {part}; \
+             while (t < T) {{ s = t + h < T * (1 - 1e-9) ? h : T - t; v -= v * s / {time}; t = s < h ? T : t + s; if (t > T * (1 - 1e-9)) t = T; \
+             printf \"%.17g,%.17g\\n\", t * (1 + {off}), v }} }}"
+        );
+        let program = Program::new(&format!("awk '{script}'"), Duration::from_secs(60)).expect("a command");
+        let rate = (1.0 / time).to_string();
+        let problem = crate::problem::build("linear-drag", &[("lambda".into(), rate)]).expect("known");
+        let request = Request { t_end: Some(time), ..Request::default() };
+        let ladder = Ladder { coarsest: Some(0.03125 * time), points: Some(5), ..Ladder::default() };
+        measure_program(&*problem, &program, &request, None, &ladder).expect("it runs").1
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn an_end_that_is_missed_is_told_with_the_steps_that_miss_it_by_most_of_them() {
+        // A rounding of the end is none, in whatever units.
+        for time in [1.0, 1000.0] {
+            let Programs { fit, notes } = measured_to(time, 1.0, 1e-11);
+            assert_eq!(fit.verdict, Verdict::Measured, "{}", fit.reason);
+            assert!(notes.iter().all(|note| !note.contains("it ended at")), "{notes:?}");
+            let Programs { fit, .. } = measured_to(time, 0.9, 0.0);
+            assert!(
+                fit.verdict == Verdict::Inconclusive && fit.reason.contains("but the end is missed"),
+                "{}",
+                fit.reason
+            );
+            let finest = fit.points().last().expect("five runs").0.h;
+            let named = fit.reason.split_once("with h = ").and_then(|(_, rest)| rest.split_once(' '));
+            let named: f64 = named.and_then(|(h, _)| h.parse().ok()).expect("a step");
+            assert!(named <= finest && named > 0.9 * finest, "{}", fit.reason);
+        }
+    }
+
+    #[test]
+    fn all_runs_have_the_digits_of_one() {
+        let mut runs = with_errors(1.0, Printed::default(), |_, _| 0.0);
+        let digits = printed("0.123456");
+        runs[2].1.as_mut().expect("it ran").printed = digits;
+        share(&mut runs);
+        assert!(runs.iter().all(|(_, run)| run.as_ref().is_ok_and(|run| run.printed == digits)));
+    }
 }

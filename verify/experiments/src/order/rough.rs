@@ -113,14 +113,21 @@ mod tests {
             let rough = found(g, 0.0, 5).expect("it is rough");
             assert!((rough.t - t).abs() < 0.01 && (rough.order - order).abs() < 0.1, "{t}, {order}: {rough:?}");
         }
-        let jump = found(|t| if t < 0.7391 { 1.0 } else { 0.0 }, 0.0, 1).expect("it is rough");
-        assert!((jump.t - 0.7391).abs() <= 0.5 * 2.0 / PARTS as f64, "it is told by the two times beside it: {jump:?}");
+        let jump = found(|t| if t < 0.7391 { 1.0 } else { 0.0 }, 0.0, 1);
+        for rough in [jump, found(|t| (t - 0.7391).abs(), 0.0, 2)].map(|rough| rough.expect("it is rough")) {
+            assert!(
+                (rough.t - 0.7391).abs() <= 0.5 * 2.0 / PARTS as f64,
+                "it is told by the times about it: {rough:?}"
+            );
+        }
     }
 
     #[test]
     fn what_is_smooth_or_lost_in_roundings_or_smooth_enough_is_not_found() {
         let rounded = |t: f64| 1.0 + f64::EPSILON * (1e3 * t).sin();
-        for g in [f64::cos, |t: f64| (40.0 * t).sin(), |t: f64| (-20.0 * t).exp(), |t: f64| t * t, |_| 1.0, rounded] {
+        let large = |t: f64| 1e6 * (1.0 + f64::EPSILON * (1e3 * t).sin());
+        let sine = |t: f64| (40.0 * t).sin();
+        for g in [f64::cos, sine, |t: f64| (-20.0 * t).exp(), |t: f64| t * t, |_| 1.0, rounded, large] {
             assert_eq!([found(g, 0.0, 6), found(g, 1e-9, 6), found(g, 1.0, 6)], [None; 3]);
         }
         let kink = |t: f64| (t - 0.7391).abs();

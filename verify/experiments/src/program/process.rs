@@ -133,3 +133,44 @@ fn lead(_: &mut Command) {}
 fn end(leader: u32) {
     let _ = Command::new("taskkill").args(["/F", "/T", "/PID", &leader.to_string()]).status();
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_group_is_known_while_it_runs() {
+        // No process has this number.
+        let leader = u32::MAX;
+        let group = Group::of(leader);
+        assert!(running().contains(&leader));
+        drop(group);
+        assert!(!running().contains(&leader));
+    }
+
+    /// In a process of its own, as it would end the programs of other tests.
+    #[test]
+    #[cfg(unix)]
+    fn all_that_runs_is_ended_together() {
+        const ALONE: &str = "ALL_THAT_RUNS_IS_ENDED";
+        if std::env::var_os(ALONE).is_none() {
+            let (_, module) = module_path!().split_once("::").expect("a module of a crate");
+            let name = format!("{module}::all_that_runs_is_ended_together");
+            let tests = std::env::current_exe().expect("the program of the tests");
+            let alone = Command::new(tests).args(["--exact", &name]).env(ALONE, "").output().expect("it starts");
+            let said = String::from_utf8_lossy(&alone.stdout);
+            assert!(alone.status.success() && said.contains("1 passed"), "{said}");
+            return;
+        }
+        let limit = Duration::from_secs(20);
+        let sleeps = [(); 2].map(|()| thread::spawn(move || run(Command::new("sleep").arg("20"), limit)));
+        while running().len() < sleeps.len() {
+            thread::yield_now();
+        }
+        end_all();
+        for sleep in sleeps {
+            let ended = sleep.join().expect("it runs");
+            assert!(matches!(&ended, Ok(Ended::Itself { status, .. }) if !status.success()), "{ended:?}");
+        }
+    }
+}

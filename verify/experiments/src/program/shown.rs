@@ -44,7 +44,7 @@ impl Shown {
         shown.notes.extend(cut.map(|(h, part)| format!("with h = {} the last step was cut to {part:.3} h", plain(h))));
         let mut steps: Vec<(f64, &Answer)> = runs.iter().filter_map(|(h, answer)| Some(((*h)?, answer))).collect();
         steps.sort_by(|a, b| b.0.total_cmp(&a.0));
-        if steps.len() > 1 && are_one_run(steps.iter().map(|(_, answer)| *answer)) {
+        if are_one_run(steps.iter().map(|(_, answer)| *answer)) {
             shown.incomparable = Some(ONE_RUN.into());
         } else if let Some(own) = own_steps(&steps) {
             shown.incomparable = shown.incomparable.or(Some(own));
@@ -178,14 +178,35 @@ mod tests {
             let [times, states] = [vec![0.0, run.times[last]], vec![run.states[0][0], run.states[last][0]]];
             (h, Answer { times, states: states.into_iter().map(|v| vec![v]).collect(), ..run })
         });
+        // Nor do runs of which one shows its end alone, or all the start, of which nothing is to be compared.
+        let ends: Vec<_> = ends.collect();
+        let mut with_one_end = runs(2, 4, true);
+        with_one_end[1] = ends[1].clone();
+        let start = |(h, run): (Option<f64>, Answer)| (h, Answer { times: vec![0.0], states: vec![vec![1.0]], ..run });
+        let starts: Vec<_> = runs(2, 4, true).into_iter().map(start).collect();
         for silent in [
             &runs(2, 4, true)[..3],
             &runs(20, 20, true),
-            &ends.collect::<Vec<_>>(),
+            &ends,
+            &with_one_end,
+            &starts,
             &runs_of([0.004, 0.002, 0.001, 0.001 / 3.0], 2, 4, true),
         ] {
-            let shown = Shown::by(silent);
-            assert_eq!((shown.notes, shown.start), (vec![], None));
+            assert_eq!(Shown::by(silent), Shown::default());
+        }
+    }
+
+    #[test]
+    fn a_start_of_low_order_is_named_in_whatever_units() {
+        let named = Shown::by(&runs(2, 4, true));
+        assert!(named.start.is_some());
+        for unit in [1e-6, 1e6] {
+            let in_unit = |(h, mut run): (Option<f64>, Answer)| {
+                run.times.iter_mut().for_each(|t| *t *= unit);
+                run.states.iter_mut().flatten().for_each(|v| *v *= unit);
+                (h.map(|h| unit * h), run)
+            };
+            assert_eq!(Shown::by(&runs(2, 4, true).into_iter().map(in_unit).collect::<Vec<_>>()), named, "{unit}");
         }
     }
 

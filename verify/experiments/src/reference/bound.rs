@@ -249,6 +249,33 @@ mod tests {
         solve_twice(&Still(f64::INFINITY), 0.0, &[1.0], &[1.0, 2.0, 3.0], 1e-9, solve).expect("solved").bound
     }
 
+    /// A banded system whose Jacobian is known by its products.
+    struct Structured;
+
+    impl Ode for Structured {
+        fn dim(&self) -> usize {
+            3
+        }
+        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv.fill(0.0);
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
+        fn bandwidths(&self) -> Option<(usize, usize)> {
+            Some((2, 1))
+        }
+        fn is_matrix_free(&self) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn units_and_halved_steps_leave_the_structure_as_it_is() {
+        let (units, halved) = (InUnits::new(&Structured, &[1.0, 2.0, 4.0]), Halved(&Structured));
+        for ode in [&units as &dyn Ode, &halved] {
+            assert_eq!((ode.dim(), ode.bandwidths(), ode.is_matrix_free()), (3, Some((2, 1)), true));
+        }
+    }
+
     /// Seven roundings of the largest state so far in each of a billion steps are above a tolerance of 1e-9.
     #[test]
     fn rounding_counts_by_the_largest_state_and_the_steps() {

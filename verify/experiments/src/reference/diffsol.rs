@@ -241,6 +241,15 @@ mod tests {
     use super::*;
     use crate::reference::tests::Still;
 
+    /// By what f was, where that is the cause, and else by the solver.
+    #[test]
+    fn a_step_that_fails_is_explained() {
+        let (seen, error) = (Seen::default(), DiffsolError::Other("no step".into()));
+        assert_eq!(seen.explain(&error), error.to_string());
+        seen.not_finite.replace(Some("f is NaN".into()));
+        assert_eq!(seen.explain(&error), format!("f is NaN ({error})"));
+    }
+
     #[test]
     fn stops_are_equally_spaced_from_where_a_run_goes_on_to_its_end() {
         let mut stops = Stops::new(&Still(0.4), 2.0, &[2.5, 3.0]);

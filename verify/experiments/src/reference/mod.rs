@@ -183,7 +183,7 @@ impl fmt::Debug for dyn Reference {
 
 #[cfg(test)]
 mod tests {
-    use super::Ode;
+    use super::{Ode, all};
 
     /// v̇ = 0 with this longest step.
     pub(super) struct Still(pub(super) f64);
@@ -198,6 +198,25 @@ mod tests {
         fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
         fn longest_step(&self, _span: f64) -> f64 {
             self.0
+        }
+    }
+
+    #[test]
+    fn a_system_that_does_not_say_so_is_neither_banded_nor_matrix_free_nor_autonomous() {
+        let still = Still(1.0);
+        assert_eq!((still.bandwidths(), still.is_matrix_free(), still.is_autonomous()), (None, false, false));
+    }
+
+    #[test]
+    fn every_reference_that_is_compiled_in_names_its_library_with_a_version() {
+        for reference in all() {
+            let (name, library) = (reference.name(), reference.library());
+            let version = |library: &str| {
+                let prefix = if name.starts_with("cvode") { "SUNDIALS " } else { "diffsol " };
+                library.strip_prefix(prefix).is_some_and(|version| version.starts_with(|c: char| c.is_ascii_digit()))
+            };
+            let is_built = cfg!(feature = "cvode") || !name.starts_with("cvode");
+            assert_eq!(library.as_deref().map(version), is_built.then_some(true), "{name}: {library:?}");
         }
     }
 }

@@ -265,7 +265,10 @@ fn drifting_slopes_are_inconclusive_not_failed() {
     // Still on its way to 6 from 4: no window, hence no statement.
     let f = fit(&samples(0.0, |h| h.powi(6) / (1.0 + (h / 0.01).powi(2))), &Expectation::new(6.0, 0.1));
     assert_eq!(f.verdict, Verdict::Inconclusive);
-    assert!(f.reason.contains("have not settled"), "{}", f.reason);
+    let [.., one, two, three] = f.local_slopes[..] else { panic!("{f:?}") };
+    let told = [one, two, three].map(|local| decimals(local.slope, 2)).join(", ");
+    assert!(f.reason.contains(&format!("have not settled to within 0.05: {told} at the fine end")), "{}", f.reason);
+    assert!(!f.still_approaches() && f.wants_finer());
     assert_eq!(f.kept.len(), MIN_POINTS);
 }
 
@@ -277,6 +280,7 @@ fn slopes_that_the_floor_cuts_off_on_their_way_to_the_order_do_not_refute_it() {
     let f = fit(&s, &Expectation::new(4.0, 0.1));
     assert!(f.line.is_some_and(|line| line.slope > 4.1), "{f:?}");
     assert!(f.verdict == Verdict::Inconclusive && f.reason.contains("still approach 4"), "{f:?}");
+    assert!(f.still_approaches());
     // Neither do they confirm another, and slopes that leave the order refute it.
     assert_eq!(verdict(&s, 4.4), Verdict::Fail);
     let away: Vec<_> =
@@ -356,11 +360,18 @@ fn the_ladder_divides_the_horizon_and_decreases() {
         assert!(h.windows(2).all(|w| w[1] < w[0]), "{h:?}");
         assert!(h.iter().all(|h| ((horizon / h).round() - horizon / h).abs() <= 1e-13), "{h:?}");
     }
-    for (horizon, coarsest) in
-        [(0.0, 0.1), (1.0, 0.0), (f64::NAN, 0.1), (1.0, f64::NAN), (1.0, -0.1), (f64::INFINITY, 1.0)]
-    {
-        assert!(ladder(horizon, coarsest, 2.0, 3).is_empty());
+    for (horizon, coarsest) in [
+        (0.0, 0.1),
+        (1.0, 0.0),
+        (f64::NAN, 0.1),
+        (1.0, f64::NAN),
+        (1.0, -0.1),
+        (f64::INFINITY, 1.0),
+        (1.0, f64::INFINITY),
+    ] {
+        assert!(ladder(horizon, coarsest, 2.0, 3).is_empty(), "{horizon}, {coarsest}");
     }
+    assert!(ladder(1.0, 1e-320, 2.0, 3).is_empty(), "more steps than there are numbers");
 }
 
 proptest! {
@@ -432,6 +443,7 @@ fn a_drift_of_the_slopes_is_in_the_error_of_a_measured_order() {
     let slow = |h: f64| (3.0 * h.sqrt()).tanh();
     let f = fit_freely(&samples(0.0, |h| slow(6.0 * h)), 0.1);
     assert!(f.verdict == Verdict::Inconclusive && f.reason.contains("the local slopes drift, "), "{f:?}");
+    assert!(f.line.is_some_and(|line| 2.0 * line.stderr > 0.1), "{f:?}");
     assert!(f.wants_finer(), "finer steps have less of it");
     assert!(!f.left_open("a reason".into()).wants_finer());
     for (from, count, band) in [(1.19, 8, 0.25), (0.1, 6, 0.25), (0.1, 6, 0.125), (0.02, 5, 0.125)] {
@@ -443,6 +455,52 @@ fn a_drift_of_the_slopes_is_in_the_error_of_a_measured_order() {
     // Slopes that go up and down drift nowhere.
     let f = fit_freely(&halves(1.0, 7, &|h| h * h * (1.0 + 0.01 * (40.0 * h.ln()).sin())), 0.125);
     assert!(f.verdict == Verdict::Measured && f.line.expect("a fit").stderr < 0.01, "{f:?}");
+}
+
+/// Slopes that come nearer to 5 and into its band, in the finest four points and in no larger number of them.
+#[test]
+fn slopes_arrive_in_the_band_at_the_fine_end_whatever_the_coarser_ones_outside_of_the_window() {
+    let coarser = [6.0, 5.0];
+    let arrives = |slopes: [f64; 7]| {
+        let all: Vec<f64> = coarser.into_iter().chain(slopes).collect();
+        let mut points = vec![LogPoint { x: 0.0, y: 0.0, u: 0.0 }];
+        for slope in &all {
+            let LogPoint { x, y, .. } = points[points.len() - 1];
+            points.push(LogPoint { x: x - 1.0, y: y - slope, u: 0.0 });
+        }
+        let local = |(pair, slope): (&[LogPoint], &f64)| {
+            let [coarse, fine] = [pair[0].x.exp(), pair[1].x.exp()];
+            LocalSlope { coarse, fine, slope: *slope, uncertainty: 0.0 }
+        };
+        let local: Vec<_> = points.windows(2).zip(&all).map(local).collect();
+        arrives(&points[coarser.len()..], &local, &Expectation::new(5.0, 0.1))
+    };
+    assert!(arrives([5.3, 5.28, 5.26, 5.24, 5.1, 5.06, 5.03]));
+    assert!(!arrives([5.3, 5.28, 5.26, 5.24, 5.22, 5.2, 5.18]), "they are outside");
+    assert!(!arrives([5.09, 5.08, 5.07, 5.06, 5.05, 5.04, 5.03]), "all are inside");
+    assert!(!arrives([5.3, 5.28, 5.26, 5.24, 5.1, 5.06, 5.07]), "they come no nearer");
+}
+
+/// Of slopes 2 + a h what is lacking halves with the step.
+#[test]
+fn slopes_drift_to_where_they_go_if_all_do_by_more_than_their_uncertainty() {
+    let drift = |slopes: [f64; 3], uncertainties: [f64; 3]| {
+        let local = |(k, (slope, uncertainty)): (i32, (f64, f64))| {
+            let coarse = 0.5_f64.powi(k);
+            LocalSlope { coarse, fine: 0.5 * coarse, slope, uncertainty }
+        };
+        drifted(&(0..).zip(slopes.into_iter().zip(uncertainties)).map(local).collect::<Vec<_>>(), slopes[1])
+    };
+    let (rising, falling) = ([1.8, 1.9, 1.95], [2.2, 2.1, 2.05]);
+    for slopes in [rising, falling] {
+        for (uncertainties, expected) in
+            [([0.0; 3], 0.1), ([0.02; 3], 0.1), ([0.0, 0.03, 0.01], 0.1), ([0.03; 3], 0.0), ([0.0, 0.0, 0.06], 0.0)]
+        {
+            let found = drift(slopes, uncertainties);
+            assert!((found - expected).abs() < 1e-12, "{slopes:?}, {uncertainties:?}: {found}");
+        }
+    }
+    assert_eq!([drift([1.8, 1.9, 1.85], [0.0; 3]), drift([2.2, 2.1, 2.15], [0.0; 3])], [0.0; 2]);
 }
 
 /// Whatever the floors, a verdict needs twice the standard error within the band, and gets it there.

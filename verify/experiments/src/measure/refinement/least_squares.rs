@@ -216,6 +216,29 @@ mod tests {
         assert_eq!(value(Form::Both, 1.0, &[5.0, 2.0, 7.0]), 74.0);
     }
 
+    /// Wherever it is between two of those that are tried, and whatever the unit of length.
+    #[test]
+    fn the_order_of_a_power_law_is_found() {
+        for unit in [1e-60, 1.0, 1e60] {
+            for order in [1.3, 1.31, 1.32, 1.33, 1.34] {
+                let points = [1.0, 2.0, 4.0, 8.0].map(|h: f64| (unit * h, 1.0 + h.powf(order)));
+                let found = LeastSquares::fit(&points).expect("a fit").power.expect("a power law").order;
+                assert!((found - order).abs() < 1e-6, "{unit:e}: {found} for {order}");
+            }
+        }
+        let three = LeastSquares::fit(&[1.0, 2.0, 4.0].map(|h| (h, 1.0 + h * h))).expect("a fit");
+        assert_eq!((three.form, three.deviation), (Form::Power, 0.0), "three values are on a power law");
+    }
+
+    #[test]
+    fn values_without_a_finite_difference_have_no_fit() {
+        let fit = |values: [f64; 3]| LeastSquares::fit(&[(1.0, values[0]), (2.0, values[1]), (4.0, values[2])]);
+        assert!(fit([1.0, 2.0, 5.0]).is_ok());
+        for values in [[2.0; 3], [1.0, 2.0, f64::NAN], [1.0, f64::INFINITY, 2.0], [f64::NEG_INFINITY, 1.0, 2.0]] {
+            assert_eq!(fit(values), Err(FitError::Degenerate), "{values:?}");
+        }
+    }
+
     /// (1, 0), (2, 0), (4, 1) with weights ∝ 1, ½, ¼ that add up to 3: 3a + 36/7 b = 3/7 and 36/7 a + 12 b = 12/7, the line
     /// (−5 + 4h)/13 with Σ w r² = 6/91, one degree of freedom left. Without weights the line is (−1/2 + 5/14 h) with Σ r² = 1/14.
     #[test]

@@ -240,11 +240,12 @@ impl Quantity {
         judgement
     }
 
-    /// A hint for spacings that look as if they were numbers of cells: whole numbers with which a quantity settles as they grow.
+    /// A hint for spacings that look as if they were numbers of cells, of three grids or more: whole numbers with which a quantity settles as
+    /// they grow.
     fn may_be_cells(&self, grids: &[Grid]) -> Option<String> {
         let is_count = |grid: &Grid| grid.h >= 2.0 && grid.h.fract() == 0.0;
         let changes: Vec<f64> = grids.windows(2).filter_map(|p| Some((p[1].value? - p[0].value?).abs())).collect();
-        let settles = changes.len() > 1 && changes.windows(2).all(|pair| pair[1] < pair[0]);
+        let settles = changes.windows(2).all(|pair| pair[1] < pair[0]);
         (settles && grids.iter().all(is_count)).then(|| {
             format!(
                 "the spacings are whole numbers, and `{}` settles as they grow: numbers of cells are read by `--cells COLUMN \

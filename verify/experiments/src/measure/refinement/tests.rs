@@ -291,11 +291,15 @@ fn errors_against_an_exact_value_count_from_ten_times_the_resolution_on() {
 #[test]
 fn grids_at_the_floor_of_rounding_are_left_out_and_named() {
     let noise = |k: i32| f64::from((7 * k) % 5 - 2) * 100.0 * f64::EPSILON;
-    let points: Vec<_> = (0..13).map(|k| (0.5_f64.powi(k), 1.0 + 0.1 * 0.0625_f64.powi(k) + noise(k))).collect();
-    for question in [expecting(4.0), Question { exact: Some(1.0), ..expecting(4.0) }] {
-        let judgement = quantity(&points, 0.0).judge(&question);
-        assert_eq!(judgement.verdict, Verdict::Pass, "{}", judgement.reason);
-        assert!(judgement.reason.contains("left out at the floor") && judgement.reason.contains("2.44141e-4"));
+    for unit in [1e-6, 1.0, 1e6] {
+        let value = |k: i32| unit * (1.0 + 0.1 * 0.0625_f64.powi(k) + noise(k));
+        let points: Vec<_> = (0..13).map(|k| (0.5_f64.powi(k), value(k))).collect();
+        for question in [expecting(4.0), Question { exact: Some(unit), ..expecting(4.0) }] {
+            let judgement = quantity(&points, 0.0).judge(&question);
+            assert_eq!(judgement.verdict, Verdict::Pass, "{unit:e}: {}", judgement.reason);
+            let left_out = format!("left out {FLOORED}: h = ");
+            assert!(judgement.reason.contains(&left_out) && judgement.reason.contains("2.44141e-4"), "{unit:e}");
+        }
     }
     // The last run is a copy of the one before: the law of the others leaves no room for that.
     let copied = [8.0, 4.0, 2.0, 1.0, 0.5].map(|h: f64| (h, 3.0 + 0.1 * h.max(1.0).powi(2)));
@@ -327,12 +331,14 @@ fn values_that_scatter_have_the_large_uncertainty() {
 
 #[test]
 fn a_column_that_tends_to_nothing_looks_like_errors_and_one_that_tends_to_a_fifth_does_not() {
-    let notes = |limit: f64| {
-        let points = [1.0, 2.0, 4.0, 8.0].map(|h| (h, limit + (1.0 - limit) * h * h));
-        quantity(&points, 1e-12).judge(&expecting(2.0)).notes.join(" ")
-    };
-    assert!(notes(0.02).contains("`--exact 0`"), "{}", notes(0.02));
-    assert!(!notes(0.2).contains("`--exact 0`"), "{}", notes(0.2));
+    for unit in [1e-3, 1.0, 1e3] {
+        let notes = |limit: f64| {
+            let points = [1.0, 2.0, 4.0, 8.0].map(|h| (h, unit * (limit + (1.0 - limit) * h * h)));
+            quantity(&points, 1e-12 * unit).judge(&expecting(2.0)).notes.join(" ")
+        };
+        assert!(notes(0.02).contains("`--exact 0`"), "{unit}: {}", notes(0.02));
+        assert!(!notes(0.2).contains("`--exact 0`"), "{unit}: {}", notes(0.2));
+    }
 }
 
 #[test]
@@ -379,10 +385,34 @@ fn spacings_that_may_be_numbers_of_cells_are_named() {
     };
     let grids = [10.0, 20.0, 40.0, 80.0];
     assert!(noted(&grids.map(|n: f64| (n, n.powi(-2)))));
+    assert!(noted(&grids.map(|n: f64| (n, 1.0 - n.powi(-2)))));
     assert!(!noted(&grids.map(|h: f64| (h, h.powi(2)))));
+    assert!(!noted(&[(10.0, 1.0), (20.0, 2.0), (40.0, 3.0), (80.0, 4.0)]), "they do not settle");
     assert!(!noted(&grids.map(|n: f64| (n / 100.0, n.powi(-2)))));
     assert!(!noted(&grids.map(|n: f64| (n + 0.5, n.powi(-2)))), "no numbers of cells");
     assert!(!noted(&[1.0, 2.0, 4.0, 8.0].map(|n: f64| (n, n.powi(-2)))), "no grid of one cell");
+}
+
+#[test]
+fn spacings_that_are_none_are_named_and_zero_has_a_square() {
+    let reason = |points: &[(f64, f64)]| quantity(points, 0.0).judge(&Question::default()).reason;
+    for h in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+        let reason = reason(&[(h, 1.0), (1.0, 2.0), (2.0, 4.0)]);
+        assert!(reason.contains("is not positive"), "{h}: {reason}");
+    }
+    let reason = reason(&[1.0, 2.0, 4.0].map(|h| (h, 0.0)));
+    assert!(reason.contains("the same value"), "{reason}");
+}
+
+/// The finest of them, coarse to fine, agrees with where the orders go, and all with each other.
+#[test]
+fn orders_have_settled_from_the_finest_grid_on() {
+    let any = Triplet::new([1.0, 2.0, 4.0].map(|h: f64| (h, 1.0 + h.powi(2))), 0.0).expect("an order");
+    let of = |orders: [f64; 3], towards: f64| settled(&orders.map(|order| Ok(Triplet { order, ..any })), towards, 0.1);
+    assert_eq!([2.0, 2.09, 2.11, 1.89].map(|towards| of([2.0; 3], towards)), [3, 3, 0, 0]);
+    assert_eq!([of([1.95, 2.0, 2.04], 2.1), of([1.9, 1.95, 2.04], 2.1), of([2.0, 1.9, 2.04], 2.1)], [3, 2, 1]);
+    let judged = quantity(&[1.0, 2.0, 4.0, 8.0, 16.0].map(|h: f64| (h, 1.0 + h.powi(2))), 0.0).judge(&expecting(2.0));
+    assert!(judged.reason.contains("settled on 5 grids"), "{}", judged.reason);
 }
 
 /// Linear errors with a quadratic term of the same size: orders 1.459 and 1.300 that go on falling, to 1.
@@ -650,6 +680,13 @@ fn left_over_differences_are_noise_only_with_both_signs_and_below_the_law() {
     for left in [[0.003, 0.005], [-0.003, -0.005], [0.02, -0.005], [0.005, -0.02]] {
         assert_eq!(of(left), None, "{left:?}");
     }
+    // Half of the band is what orders of the law may differ by.
+    let with_orders = |orders: [f64; 2]| {
+        let [fine, coarse] = orders.map(f64::exp2);
+        noise::amplitude(&with_differences(&[0.003, -0.005, -0.01, -0.01 * fine, -0.01 * fine * coarse]), 0.0, 0.25)
+    };
+    assert!(with_orders([2.0, 2.1]).is_some());
+    assert_eq!(with_orders([2.0, 2.2]), None);
 }
 
 #[test]

@@ -122,3 +122,33 @@ impl<'a> Callbacks<'a> {
         wrong.map_or(Ok(()), |why| self.refuse(why))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two unknowns and a Jacobian with this one entry.
+    struct Entry(usize, usize);
+
+    impl Ode for Entry {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv.fill(0.0);
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], add: &mut dyn FnMut(usize, usize, f64)) {
+            add(self.0, self.1, 1.0);
+        }
+    }
+
+    #[test]
+    fn an_entry_outside_of_the_jacobian_is_refused_and_not_written() {
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (0, 2), (2, 2), (9, 0)] {
+            let (entry, mut written) = (Entry(i, j), 0);
+            let result = Callbacks::new(&entry, 2).jacobian(0.0, &[0.0; 2], |_, _, _| written += 1);
+            let is_inside = i < 2 && j < 2;
+            assert_eq!((result.is_ok(), written), (is_inside, usize::from(is_inside)), "({i}, {j})");
+        }
+    }
+}

@@ -70,3 +70,32 @@ impl Reference for Cvode {
         Ok(run)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// v̇ = 0, looked at in steps of a hundredth of the way.
+    struct Watched;
+
+    impl Ode for Watched {
+        fn dim(&self) -> usize {
+            1
+        }
+        fn rhs(&self, _t: f64, _v: &[f64], dv: &mut [f64]) {
+            dv[0] = 0.0;
+        }
+        fn jacobian(&self, _t: f64, _v: &[f64], _add: &mut dyn FnMut(usize, usize, f64)) {}
+        fn longest_step(&self, span: f64) -> f64 {
+            0.01 * span
+        }
+    }
+
+    #[test]
+    fn no_step_is_longer_than_the_longest_of_the_way_that_is_left() {
+        for cvode in [&BDF, &ADAMS] {
+            let run = cvode.run(&Watched, 2.0, &[1.0], &[2.5, 3.0], 1e-6).expect("it runs");
+            assert!(run.work.steps >= 100, "{}", run.work.steps);
+        }
+    }
+}
