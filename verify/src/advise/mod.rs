@@ -49,9 +49,9 @@ const HOPELESS: f64 = 16.0;
 /// f, which no step crosses, would try as many as there are times to double precision.
 const TRIED: u64 = 8 * trial::MOST as u64;
 
-/// The longest steps that the adaptive method is tried with, in parts of the run; the shortest only where f changes by itself between the times
-/// at which the others look.
-const LONGEST: [f64; 4] = [1.0, 1.0 / 64.0, 1.0 / 1024.0, SHORTEST];
+/// The longest steps that the adaptive method is tried with, in parts of the run; and a shorter one, where f changes by itself between the times
+/// at which these look.
+const LONGEST: [f64; 3] = [1.0, 1.0 / 64.0, 1.0 / 1024.0];
 const SHORTEST: f64 = 1.0 / 8192.0;
 
 /// Components with an absolute tolerance of their own, as a command line takes them; those of a larger system have the least for all.
@@ -418,11 +418,11 @@ pub fn try_out(
     };
     let sizes: Vec<Vec<f64>> = [vec![held.unit]].into_iter().chain(least_sizes).collect();
     // Steps as long as they like may pass over what f does for a moment, whatever the tolerance.
-    let longest = LONGEST.iter().filter(|part| **part > SHORTEST || truth.changes_by_itself());
-    trials.extend(longest.into_iter().find_map(|part| {
+    let mut longest = LONGEST.into_iter().chain(truth.changes_by_itself().then_some(SHORTEST));
+    trials.extend(longest.find_map(|part| {
         let found = sizes
             .iter()
-            .filter_map(|sizes| largest_within(sizes, if *part < 1.0 { as_printed(part * horizon) } else { horizon }));
+            .filter_map(|sizes| largest_within(sizes, if part < 1.0 { as_printed(part * horizon) } else { horizon }));
         found.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }));
     let suited: Vec<_> = methods.iter().filter(|method| suits(problem, &***method)).collect();
