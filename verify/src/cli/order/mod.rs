@@ -457,3 +457,55 @@ impl<'a> Measurement<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of two points with the same reason.
+    fn table(reason: &str) -> String {
+        let point = |h: f64| Point {
+            h,
+            error: Some(1.0),
+            floor: Some(0.0),
+            local_order: None,
+            kept: false,
+            reason: Some(reason.into()),
+        };
+        let measurement = Measurement {
+            problem: "linear-drag",
+            method: "rk4".into(),
+            reference: "the exact solution".into(),
+            t_end: 1.0,
+            expected: None,
+            declared: None,
+            slope: None,
+            stderr: None,
+            r_squared: None,
+            verdict: Verdict::Fail,
+            reason: &"word ".repeat(20),
+            notes: &[],
+            points: vec![point(0.5), point(0.25)],
+            of: "a component of the state",
+            wants_finer: false,
+        };
+        let mut out = Vec::new();
+        measurement.write_table(&mut out).expect("written");
+        String::from_utf8(out).expect("UTF-8")
+    }
+
+    #[test]
+    fn a_reason_of_more_than_a_line_is_told_once() {
+        let times = |letters: usize| table(&"x".repeat(letters)).matches("xxx").count() / (letters / 3);
+        assert_eq!([LONG, LONG + 1].map(times), [2, 1]);
+        assert!(table(&"x".repeat(LONG + 1)).contains("no: the same"));
+    }
+
+    #[test]
+    fn a_long_reason_stands_right_of_the_verdict() {
+        let text = table("x");
+        let (first, more) = text.trim_end().rsplit_once('\n').expect("two lines");
+        let first = first.lines().last().expect("a line");
+        assert!(first.contains(": word") && first.find("word") == more.find("word"), "{text}");
+    }
+}
