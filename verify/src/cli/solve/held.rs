@@ -129,7 +129,8 @@ fn growth_in_a_step(
         return None;
     }
     let a = h * jacobian(problem, t, v);
-    let grows = abscissa_bound(&a) > SHOWN && a.iter().all(|x| x.is_finite());
+    let grows = abscissa_bound(&a) > SHOWN;
+    // NaN, of what is not finite, is no growth.
     let exponent = grows.then(|| spectral_abscissa(&a)).filter(|exponent| *exponent > SHOWN)?;
     let shown = growth(method, &a)?.ln();
     // A method that lets them grow faster hides nothing.
@@ -169,6 +170,25 @@ mod tests {
         assert_eq!((held.latest.fastest, held.latest.matrix[(0, 0)]), (6.0, 6.0));
     }
 
+    /// Two steps of 4, in which e⁸ is hidden, and after the solution has left two of 2 that hide e⁴; one step may be that in which it leaves.
+    #[test]
+    fn the_stay_that_hides_the_largest_growth_is_kept() {
+        let problem = verify::problem::build("linear-drag", &[("lambda".into(), "-1".into())]).expect("known");
+        let method = verify::method::parse("implicit-euler").expect("known");
+        let mut held = Held::default();
+        for (start, t, x, kept) in [
+            (0.0, 4.0, 1.0, None),
+            (4.0, 8.0, 1.0, Some([0.0, 8.0])),
+            (8.0, 10.0, 3.0, Some([0.0, 8.0])),
+            (10.0, 12.0, 1.0, Some([0.0, 8.0])),
+            (12.0, 14.0, 1.0, Some([0.0, 8.0])),
+        ] {
+            held.add(&*problem, &*method, start, &Row { t, state: &[x], estimate: None, has_ended: false }, 1.0);
+            assert_eq!(held.worst.as_ref().map(|stay| stay.times), kept, "t = {t}");
+        }
+        assert!(held.latest.is_hidden());
+    }
+
     /// Where no error is known, perturbations begin as the rounding of a solution of any size.
     #[test]
     fn an_error_begins_as_a_rounding_of_the_solution() {
@@ -192,5 +212,22 @@ mod tests {
         // e¹⁰ is 22 026.
         assert_eq!([0.99, 1.01].map(|part| told(part / BEYOND, 1e-3)), [true, false]);
         assert_eq!([1.1, 0.9].map(|part| told(0.3 / BEYOND, part * 0.3 / 22_026.0)), [true, false]);
+    }
+
+    /// By e⁴ in a step of 4; beyond a factor of √e, where f has a derivative.
+    #[test]
+    fn growth_is_looked_at_in_fixed_steps_of_small_systems() {
+        let grows = |n: usize, rate: &str, h: f64, method: &str| {
+            let file = tempfile::NamedTempFile::with_suffix(".ds").expect("a file");
+            let starts = (1..n).map(|k| format!(", y{k} = 0")).collect::<String>();
+            let text = format!("u_i {{ x = 0{starts} }} F_i {{ {rate}{} }}", ", 0".repeat(n - 1));
+            std::fs::write(file.path(), text).expect("writable");
+            let problem = verify::problem::model::Model::load(file.path(), &[], None).expect("a model");
+            let method = verify::method::parse(method).expect("known");
+            growth_in_a_step(&problem, &*method, (0.0, &vec![0.0; n]), h).is_some()
+        };
+        assert_eq!([SMALL, SMALL + 1].map(|n| grows(n, "x", 4.0, "implicit-euler")), [true, false]);
+        assert!(!grows(2, "x", 4.0, "radau-adaptive") && !grows(2, "sqrt(x)", 4.0, "implicit-euler"));
+        assert_eq!([0.49, 0.51].map(|h| grows(2, "x", h, "implicit-euler")), [false, true]);
     }
 }
