@@ -240,6 +240,11 @@ impl Held {
     /// For one that keeps small components, from which it comes back, or multiplies errors: as accurate as rounding lets it be.
     const SMALL: Self = Self { rtol: 1e-13, scale: 1e-20, unit: 1.0 };
 
+    /// The same in another unit.
+    fn in_unit(self, unit: f64) -> Self {
+        Self { unit, ..self }
+    }
+
     /// The adaptive method with these tolerances, or with a larger one of the same kind, which its error is within across a kink too.
     fn method(self, least: f64) -> Result<Box<dyn Method>, NameError> {
         let rtol = self.rtol.max(least);
@@ -297,12 +302,12 @@ fn advise_beside(
         })
     };
     let mut in_unit = |unit: f64| -> Result<Advice, NameError> {
-        let held = Held { unit, ..Held::to(accuracy) };
+        let held = Held::to(accuracy).in_unit(unit);
         let first = attempt(held)?;
         if !first.is_doubtful(held) {
             return Ok(first);
         }
-        let second = attempt(Held { unit, ..Held::SMALL })?;
+        let second = attempt(Held::SMALL.in_unit(unit))?;
         Ok(first.or_finer(second))
     };
     let first = in_unit(1.0)?;

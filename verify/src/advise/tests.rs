@@ -218,7 +218,7 @@ fn methods_suit_that_say_something_of_the_problem_at_a_cost_that_is_worth_it() {
 #[test]
 fn tolerances_are_held_in_a_unit() {
     let problem = problem::build_setting("linear-drag v0=1e-9").expect("registered");
-    let method = Held { rtol: 1e-6, scale: 1.0, unit: 1e-9 }.method(0.0).expect("registered");
+    let method = Held::to(1.0).in_unit(1e-9).method(0.0).expect("registered");
     let end = crate::run::run(&*problem, &*method, 8.0, 8.0, |_| {}).expect("it runs").end.q[0];
     assert!((end / (1e-9 * (-8.0_f64).exp()) - 1.0).abs() < 1e-2, "{end:e}");
 }
@@ -828,11 +828,15 @@ fn of_two_attempts_the_finer_one_is_told_unless_it_has_no_solution_where_the_oth
     }
 }
 
-/// Predators come back from parts of 10⁻¹², below the tolerances of a first pair of accurate runs, which part there.
+/// Predators come back from parts of 10⁻¹², below the tolerances of a first pair of accurate runs, which part there, so that nothing is measured by
+/// them.
 #[test]
 fn what_parts_with_usual_tolerances_is_followed_with_small_ones() {
     let problem = of_text("u_i { x = 10, y = 1e-3 } F_i { x - x*y, 3*x*y - y }", 40.0);
-    let advice = advise(&problem, 40.0, 1e-5, &mut |_| {}).expect("registered");
+    let mut tried = Vec::new();
+    let advice = advise(&problem, 40.0, 1e-5, &mut |what| tried.push(what.to_owned())).expect("registered");
+    let times = ["the solution", "rk4"].map(|name| tried.iter().filter(|what| *what == name).count());
+    assert_eq!(times, [2, 1], "{tried:?}");
     let taken = advice.recommended().expect("a method");
     assert!(taken.method == ADAPTIVE && taken.atol.iter().flatten().all(|atol| *atol < 1e-15), "{taken:?}");
     // 3x − ln x + y − ln y stays.
